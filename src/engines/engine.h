@@ -1,0 +1,210 @@
+// The whole interface between assay and a physics engine: create a simulation in a given state, step it, read its state
+// (section II of the paper). What an engine is and what it cannot do exactly is data beside it: Capabilities, Setting.
+//
+// An adapter is a shared library that defines one class derived from Engine and names it in ASSAY_ENGINE_PLUGIN. It links
+// assay::model and its engine, nothing else of assay. docs/adding-an-engine.md walks through src/engines/skeleton.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "base/errors.h"
+#include "model/model.h"
+#include "model/state.h"
+
+namespace assay {
+
+// ---- settings -------------------------------------------------------------------------------------------------------
+
+using SettingValue = std::variant<bool, long long, double, std::string>;
+
+// One knob of an engine as its user may set it. The default is the adapter's choice for a fair comparison, which need not
+// be the engine's own; the meaning says so where they differ.
+struct Setting {
+  std::string name;            // lower_snake_case, as in `--set name=value`
+  SettingValue default_value;  // its alternative is the setting's type
+  std::string unit;            // "" for none
+  std::string meaning;         // one line
+  std::vector<std::string> choices = {};                  // for text: the values allowed
+  std::optional<double> minimum = {}, maximum = {};  // for numbers: inclusive
+};
+
+// Values for one simulation. Always complete: every declared setting has a value.
+struct Settings {
+  double timestep = 1e-3;  // s
+  std::map<std::string, SettingValue> values;
+
+  // The value of a declared setting. A name or type that was not declared is a bug of the adapter: std::out_of_range or
+  // std::bad_variant_access.
+  template <typename T>
+  const T& get(const std::string& name) const { return std::get<T>(values.at(name)); }
+};
+
+// ---- capabilities ---------------------------------------------------------------------------------------------------
+
+enum class Precision { kSingle, kDouble };
+
+// kJoint: hinges hold exactly, the state is joint angles. kMaximal: six coordinates a body, joints are constraints.
+enum class Coordinates { kJoint, kMaximal };
+
+// How a joint's own spring and damper act.
+enum class SpringKind {
+  kNone,      // the engine has no way and the adapter adds none: models with springs are refused
+  kExplicit,  // torque -k (q - q0) - b q' computed by the adapter from the state at the step's start
+  kNative,    // the engine's own spring-damper; `spring_note` says of which kind (implicit, impulse, ...)
+};
+
+// A departure from the model's physics that was shown to be the engine's own. `test` names the conformance test that would
+// fail; it then counts as a declared deviation as long as its figure stays within `bound` (in that test's own unit).
+struct Deviation {
+  std::string test;
+  double bound = 0;
+  std::string reason;  // one sentence, ends in the report's fairness table
+};
+
+// What a contender can do and how. Everything here is printed in the fairness table, so texts are short and say facts.
+struct Capabilities {
+  Precision precision = Precision::kDouble;
+  Coordinates coordinates = Coordinates::kMaximal;
+  std::string integrator;          // "semi-implicit Euler", "Runge-Kutta 4"
+  int order = 1;                   // order of convergence on smooth systems
+  std::string joint_solver;        // "none (joint coordinates)", "sequential impulse, 50 iterations"
+  std::string contact_solver;      // "" when contact is not supported
+  std::string contact_model;       // "rigid, ERP 0.2", "soft, solref 0.02 1"
+  std::string friction_cone;       // "pyramid, 4 sides", "elliptic", "box"
+  std::string friction_combine;    // how the model's pair coefficient is reached
+  bool contact = false;
+  bool joint_limits = false;
+  bool torques = true;             // joint torques can be applied
+  bool armature = false;           // exact joint armature; models with armature are refused without it
+  SpringKind springs = SpringKind::kNone;
+  std::string spring_note;
+  bool gyroscopic = true;          // includes the gyroscopic torque w x (I w)
+  std::string hidden_damping;      // "" when there is none
+  std::string other;               // velocity quantisation, clamps, ... "" when there is nothing
+  int threads = 1;
+  std::vector<Deviation> deviations;
+};
+
+// Where an engine's code comes from and how it was compiled.
+struct BuildFacts {
+  std::string version;   // the engine's own
+  std::string source;    // "pip mujoco-core 4.0.1 (prebuilt)", "Debian libode-dev 0.16.2", ...
+  std::string compiler;  // "g++ 12.2.0", "unknown (prebuilt)"
+  std::string flags;
+};
+
+// What an adapter does with one thing of a model.
+enum class Fidelity { kExact, kApproximated, kRefused };
+struct Finding {
+  Fidelity fidelity = Fidelity::kExact;
+  std::string element;  // "joint 'knee' armature"
+  std::string how;      // what is done instead, or what the user can do
+};
+
+// A ready-made choice of settings under a name of its own: what campaigns and tables list.
+struct Contender {
+  std::string name;     // "mujoco-rk4"
+  std::string summary;  // one line
+  std::map<std::string, SettingValue> set;  // only what differs from the defaults
+};
+
+// What the engine itself says it holds, read back through its API: proof that set-up arrived. World frame, SI.
+struct EngineBody {
+  double mass = 0;                     // kg
+  Vec3 p_WBcm = Vec3::Zero();          // m
+  Mat3 I_BBcm_W = Mat3::Identity();    // kg m^2, about the centre of mass, world axes
+};
+struct EngineHinge {
+  Vec3 p_WJ = Vec3::Zero();       // a point on the axis, m
+  Vec3 axis_W = Vec3::UnitZ();
+  bool limited = false;
+  double lower = 0, upper = 0;    // rad, in the model's angle convention
+};
+struct EngineView {
+  std::vector<EngineBody> bodies;   // in the model's order
+  std::vector<EngineHinge> hinges;  // in the model's order
+  Vec3 gravity = Vec3::Zero();
+};
+
+// ---- the three functions --------------------------------------------------------------------------------------------
+
+// One running instance. Not thread-safe; instances are independent of each other.
+class Simulation {
+ public:
+  virtual ~Simulation() = default;
+
+  // Input of the following step: one torque per hinge (Nm, about the hinge axis on the child, its opposite on the parent).
+  // Acts for exactly one step. A joint's explicit spring (SpringKind::kExplicit) is added here, so this has to be called
+  // before every step of a model that has such springs or torques; other models may skip it.
+  virtual void set_torques(std::span<const double> torques) = 0;
+
+  // `count` calls of the engine's own step function and nothing else: what the clock measures. Throws EngineError when
+  // the engine reports failure.
+  virtual void advance(int count) = 0;
+
+  // The uniform state now, time included. `out` is resized; its vectors are reused between calls. Angles are unwrapped
+  // relative to the previous read, which a maximal-coordinate adapter gets by passing its own last angles to
+  // joints_from_bodies().
+  virtual void read_state(State& out) const = 0;
+
+  // Set-up as the engine holds it now.
+  virtual EngineView view() const = 0;
+
+  // Step function of the paper's interface.
+  void step(std::span<const double> torques) {
+    set_torques(torques);
+    advance(1);
+  }
+
+ protected:
+  Simulation() = default;
+  Simulation(const Simulation&) = delete;
+  Simulation& operator=(const Simulation&) = delete;
+};
+
+class Engine {
+ public:
+  virtual ~Engine() = default;
+
+  virtual std::string name() const = 0;  // "bullet-f64": the plugin's name
+  virtual BuildFacts build() const = 0;
+  virtual std::vector<Setting> settings() const = 0;
+  virtual std::vector<Contender> contenders() const = 0;
+  virtual Capabilities capabilities(const Settings& settings) const = 0;
+
+  // Everything of the model that is not carried over exactly; empty when all is exact. One kRefused makes create() throw.
+  virtual std::vector<Finding> check(const Model& model, const Settings& settings) const = 0;
+
+  // A simulation of `model` that starts in `state`, which may be any state (mid-run, with time != 0). Throws
+  // UnsupportedError for what check() refuses, EngineError when the engine fails.
+  virtual std::unique_ptr<Simulation> create(const Model& model, const State& state, const Settings& settings) const = 0;
+
+ protected:
+  Engine() = default;
+  Engine(const Engine&) = delete;
+  Engine& operator=(const Engine&) = delete;
+};
+
+// ---- plugins --------------------------------------------------------------------------------------------------------
+
+// Raised with every change of this header or of model.h and state.h; a plugin of another version is refused by name.
+inline constexpr int kPluginVersion = 1;
+
+struct PluginEntry {
+  int version;
+  Engine* (*make)();  // owned by the caller, lives as long as the process
+};
+
+}  // namespace assay
+
+// Puts the plugin's entry point into its shared library. Use once, at global scope: ASSAY_ENGINE_PLUGIN(my::BulletEngine)
+#define ASSAY_ENGINE_PLUGIN(EngineClass)                                                  \
+  extern "C" __attribute__((visibility("default"))) assay::PluginEntry assay_engine_plugin() { \
+    return {assay::kPluginVersion, []() -> assay::Engine* { return new EngineClass(); }}; \
+  }

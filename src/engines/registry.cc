@@ -1,0 +1,205 @@
+#include "engines/registry.h"
+
+#include <dlfcn.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+
+#include <fmt/format.h>
+
+#include "base/text.h"
+
+namespace assay {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kPluginPrefix = "assay-engine-";
+
+// the order of tables and reports, and what to say of an engine that was not built
+struct KnownEngine {
+  const char* name;
+  const char* how_to_get;
+};
+constexpr KnownEngine kKnownEngines[] = {
+    {"null", "it is part of assay: build the target assay-engine-null"},
+    {"mujoco", "run setup/setup, which fetches the pip package mujoco-core, then build again"},
+    {"bullet-f64", "run setup/setup, which builds Bullet from the pip package pybullet, then build again"},
+    {"bullet-f32", "run setup/setup, which builds Bullet from the pip package pybullet, then build again"},
+    {"ode", "install the Debian package libode-dev, then build again"},
+};
+
+std::vector<std::string> search_path() {
+  std::vector<std::string> folders;
+  if (const char* extra = std::getenv("ASSAY_ENGINE_PATH")) {
+    std::string text = extra;
+    for (size_t start = 0; start <= text.size();) {
+      const size_t end = std::min(text.find(':', start), text.size());
+      if (end > start) folders.push_back(text.substr(start, end - start));
+      start = end + 1;
+    }
+  }
+  const fs::path program = fs::read_symlink("/proc/self/exe").parent_path();
+  folders.push_back((program / "../engines").lexically_normal());
+  folders.push_back((program / "../lib/assay/engines").lexically_normal());
+  return folders;
+}
+
+size_t rank(const std::string& name) {
+  size_t i = 0;
+  for (; i < std::size(kKnownEngines); ++i) {
+    if (name == kKnownEngines[i].name) break;
+  }
+  return i;
+}
+
+std::vector<std::string> setting_names(const std::vector<Setting>& settings) {
+  std::vector<std::string> names;
+  for (const Setting& setting : settings) names.push_back(setting.name);
+  return names;
+}
+
+template <typename Number>
+void check_range(const Setting& setting, Number value) {
+  const auto number = static_cast<double>(value);
+  if ((setting.minimum && number < *setting.minimum) || (setting.maximum && number > *setting.maximum)) {
+    const std::string low = setting.minimum ? fmt::format("at least {}", *setting.minimum) : "";
+    const std::string high = setting.maximum ? fmt::format("at most {}", *setting.maximum) : "";
+    throw InputError(fmt::format("setting '{}' is {}: give a value of {}{}{}", setting.name, value, low,
+                                 low.empty() || high.empty() ? "" : " and ", high));
+  }
+}
+
+}  // namespace
+
+const Registry& Registry::instance() {
+  static const Registry registry;
+  return registry;
+}
+
+Registry::Registry() {
+  for (const std::string& folder : search_path()) {
+    std::error_code error;
+    std::vector<std::string> files;
+    for (const auto& entry : fs::directory_iterator(folder, error)) {
+      const std::string stem = entry.path().stem();
+      if (entry.path().extension() == ".so" && stem.starts_with(kPluginPrefix)) files.push_back(entry.path());
+    }
+    std::sort(files.begin(), files.end());
+    for (const std::string& file : files) load(file);
+  }
+  std::stable_sort(engines_.begin(), engines_.end(),
+                   [](const Engine* a, const Engine* b) { return rank(a->name()) < rank(b->name()); });
+  for (const KnownEngine& known : kKnownEngines) {
+    const auto named = [&](const auto& thing) { return thing.name == known.name; };
+    const bool refused = std::any_of(absent_.begin(), absent_.end(), named);
+    if (!paths_.contains(known.name) && !refused) {
+      absent_.push_back({known.name, fmt::format("not built: {}", known.how_to_get)});
+    }
+  }
+}
+
+void Registry::load(const std::string& path) {
+  const std::string name = fs::path(path).stem().string().substr(std::string(kPluginPrefix).size());
+  if (paths_.contains(name)) return;
+  // RTLD_LOCAL keeps two builds of one engine apart; the handle is never closed, engines have static state
+  void* library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+  if (library == nullptr) {
+    absent_.push_back({name, fmt::format("'{}' cannot be loaded: {}", path, dlerror())});
+    return;
+  }
+  const auto entry = reinterpret_cast<PluginEntry (*)()>(dlsym(library, "assay_engine_plugin"));
+  if (entry == nullptr) {
+    absent_.push_back({name, fmt::format("'{}' has no entry point: put ASSAY_ENGINE_PLUGIN(YourEngine) in it", path)});
+    return;
+  }
+  const PluginEntry plugin = entry();
+  if (plugin.version != kPluginVersion) {
+    absent_.push_back({name, fmt::format("'{}' was built for plugin version {}, this assay has {}: build it again", path,
+                                         plugin.version, kPluginVersion)});
+    return;
+  }
+  std::unique_ptr<const Engine> engine(plugin.make());
+  paths_[engine->name()] = path;
+  engines_.push_back(engine.get());
+  owned_.push_back(std::move(engine));
+}
+
+std::vector<std::string> Registry::contender_names() const {
+  std::vector<std::string> names;
+  for (const Engine* engine : engines_) {
+    for (const Contender& contender : engine->contenders()) names.push_back(contender.name);
+  }
+  return names;
+}
+
+ResolvedContender Registry::resolve(const std::string& name, const std::map<std::string, std::string>& overrides) const {
+  for (const Engine* engine : engines_) {
+    for (const Contender& contender : engine->contenders()) {
+      if (contender.name != name) continue;
+      ResolvedContender resolved{name, name, engine, {}, contender.summary};
+      const std::vector<Setting> declared = engine->settings();
+      for (const Setting& setting : declared) resolved.settings.values[setting.name] = setting.default_value;
+      for (const auto& [key, value] : contender.set) resolved.settings.values.at(key) = value;
+      for (const auto& [key, text] : overrides) {
+        const auto setting =
+            std::find_if(declared.begin(), declared.end(), [&](const Setting& s) { return s.name == key; });
+        if (setting == declared.end()) {
+          throw InputError(
+              fmt::format("'{}' has no setting '{}'{}", name, key, did_you_mean(key, setting_names(declared))));
+        }
+        resolved.settings.values[key] = parse_setting(*setting, text);
+      }
+      return resolved;
+    }
+  }
+  for (const AbsentEngine& absent : absent_) {
+    if (name == absent.name || name.starts_with(absent.name + "-")) {
+      throw InputError(fmt::format("contender '{}' needs the engine '{}', which is absent: {}", name, absent.name, absent.reason));
+    }
+  }
+  throw InputError(fmt::format("unknown contender '{}'{}; `assay engines` lists them", name, did_you_mean(name, contender_names())));
+}
+
+SettingValue parse_setting(const Setting& setting, const std::string& text) {
+  if (std::holds_alternative<bool>(setting.default_value)) {
+    if (text == "on" || text == "true" || text == "1") return true;
+    if (text == "off" || text == "false" || text == "0") return false;
+    throw InputError(fmt::format("setting '{}' is '{}': give on or off", setting.name, text));
+  }
+  if (std::holds_alternative<long long>(setting.default_value)) {
+    const auto value = parse_integer(text);
+    if (!value) throw InputError(fmt::format("setting '{}' is '{}': give a whole number", setting.name, text));
+    check_range(setting, *value);
+    return *value;
+  }
+  if (std::holds_alternative<double>(setting.default_value)) {
+    const auto value = parse_number(text);
+    if (!value) throw InputError(fmt::format("setting '{}' is '{}': give a number", setting.name, text));
+    check_range(setting, *value);
+    return *value;
+  }
+  if (std::find(setting.choices.begin(), setting.choices.end(), text) == setting.choices.end()) {
+    throw InputError(fmt::format("setting '{}' is '{}'{}", setting.name, text, did_you_mean(text, setting.choices)));
+  }
+  return text;
+}
+
+std::string setting_text(const SettingValue& value) {
+  if (const bool* flag = std::get_if<bool>(&value)) return *flag ? "on" : "off";
+  if (const auto* integer = std::get_if<long long>(&value)) return std::to_string(*integer);
+  if (const double* number = std::get_if<double>(&value)) return shortest(*number);
+  return std::get<std::string>(value);
+}
+
+std::string settings_text(const Engine& engine, const Settings& settings) {
+  std::vector<std::string> parts;
+  for (const Setting& setting : engine.settings()) {
+    const SettingValue& value = settings.values.at(setting.name);
+    if (value != setting.default_value) parts.push_back(fmt::format("{}={}", setting.name, setting_text(value)));
+  }
+  return join(parts, " ");
+}
+
+}  // namespace assay

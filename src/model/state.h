@@ -1,0 +1,28 @@
+// The uniform state: what every engine reports and every measure reads.
+#pragma once
+
+#include <vector>
+
+#include "model/geometry.h"
+
+namespace assay {
+
+// One rigid body, world frame. Position and linear velocity are those of the centre of mass; the orientation is that of
+// the body's MJCF frame (not of its principal axes).
+struct BodyState {
+  Vec3 p_WBcm = Vec3::Zero();  // m
+  Quat q_WB = Quat::Identity();
+  Vec3 v_WBcm = Vec3::Zero();  // m/s
+  Vec3 w_WB = Vec3::Zero();    // rad/s, expressed in the world frame
+};
+
+// `bodies` is in the order of Model::bodies; `angle` and `rate` in the order of Model::hinges. Angles are unwrapped (they
+// go on past pi) and count from the MJCF zero, so the reference configuration has angle = Hinge::reference.
+struct State {
+  double time = 0;  // s
+  std::vector<BodyState> bodies;
+  std::vector<double> angle;  // rad
+  std::vector<double> rate;   // rad/s
+};
+
+}  // namespace assay
