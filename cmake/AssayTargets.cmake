@@ -1,0 +1,60 @@
+# How assay's own code is compiled, and the libraries it uses.
+
+# Our own code only: third-party headers are system includes, engines are compiled elsewhere.
+add_compile_options(
+  $<$<COMPILE_LANGUAGE:CXX>:-Wall> $<$<COMPILE_LANGUAGE:CXX>:-Wextra> $<$<COMPILE_LANGUAGE:CXX>:-Wpedantic>
+  $<$<COMPILE_LANGUAGE:CXX>:-Wshadow> $<$<COMPILE_LANGUAGE:CXX>:-Werror>)
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 14)
+  # Both fire on correct uses of std::string, std::variant and std::map at -O2 and above (GCC bugs 105651, 105562).
+  add_compile_options($<$<COMPILE_LANGUAGE:CXX>:-Wno-restrict> $<$<COMPILE_LANGUAGE:CXX>:-Wno-maybe-uninitialized>)
+endif()
+
+# assay's release code has the engines' flags, so that an adapter is compiled as its engine is, wherever its code lives
+# (assay::model is part of every plugin). The asserts of our own code stay out of release builds with NDEBUG.
+string(REGEX REPLACE " +" ";" engine_flag_list "${ASSAY_ENGINE_CXX_FLAGS}")
+set(CMAKE_CXX_FLAGS_RELEASE "${ASSAY_ENGINE_CXX_FLAGS}")
+
+if(ASSAY_SANITIZE)
+  # Engines stay as they are. Plugins are loaded RTLD_LOCAL and never unloaded, so leaks keep their stacks.
+  add_compile_options(-fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer)
+  add_link_options(-fsanitize=address,undefined)
+endif()
+
+set(assay_lto_works OFF)
+if(ASSAY_LTO AND NOT ASSAY_SANITIZE)
+  include(CheckIPOSupported)
+  check_ipo_supported(RESULT assay_lto_works OUTPUT lto_output LANGUAGES CXX)
+  if(assay_lto_works)
+    set(CMAKE_INTERPROCEDURAL_OPTIMIZATION ON)
+  else()
+    message(STATUS "assay: no link-time optimisation: ${lto_output}")
+  endif()
+endif()
+
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+find_package(nlohmann_json 3.11 REQUIRED)
+find_package(tomlplusplus 3.3 REQUIRED)
+find_package(CLI11 2.1 REQUIRED)
+find_package(SQLite3 3.37 REQUIRED)
+find_package(fmt 9 REQUIRED)
+find_package(Boost 1.74 REQUIRED)
+find_package(Threads REQUIRED)
+find_package(PkgConfig REQUIRED)
+pkg_check_modules(xxhash REQUIRED IMPORTED_TARGET libxxhash)
+
+# What the build knows of itself: version and commit, as "base/build_info.h" for whoever links assay::build_info (few files:
+# each of them is compiled again after a commit). Looked up at every build, rewritten only when it changed.
+set(build_info "${PROJECT_BINARY_DIR}/generated/base/build_info.h")
+add_custom_target(assay_build_info_header
+  COMMAND ${CMAKE_COMMAND} -DSOURCE=${PROJECT_SOURCE_DIR} -DVERSION=${PROJECT_VERSION}
+    -DTEMPLATE=${PROJECT_SOURCE_DIR}/cmake/build_info.h.in -DOUTPUT=${build_info}
+    -P ${PROJECT_SOURCE_DIR}/cmake/BuildInfo.cmake
+  BYPRODUCTS ${build_info}
+  COMMENT "Looking up the commit" VERBATIM)
+add_library(assay_build_info INTERFACE)
+add_library(assay::build_info ALIAS assay_build_info)
+target_include_directories(assay_build_info INTERFACE "${PROJECT_BINARY_DIR}/generated")
+target_compile_definitions(assay_build_info INTERFACE
+  "ASSAY_BUILD_COMPILER=\"${CMAKE_CXX_COMPILER_ID} ${CMAKE_CXX_COMPILER_VERSION}\""
+  "ASSAY_BUILD_FLAGS=\"${ASSAY_ENGINE_CXX_FLAGS}\"" "ASSAY_BUILD_TYPE=\"${CMAKE_BUILD_TYPE}\"")
+add_dependencies(assay_build_info assay_build_info_header)
