@@ -40,5 +40,6 @@ function(assay_add_engine)
     "ASSAY_BUILD_COMPILER=\"${compiler}\""
     "ASSAY_BUILD_FLAGS=\"${flags}\""
     ${arg_DEFINITIONS})
+  add_dependencies(product ${target})
   install(TARGETS ${target} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/assay/engines)
 endfunction()

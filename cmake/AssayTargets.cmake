@@ -5,7 +5,7 @@ add_compile_options(
   $<$<COMPILE_LANGUAGE:CXX>:-Wall> $<$<COMPILE_LANGUAGE:CXX>:-Wextra> $<$<COMPILE_LANGUAGE:CXX>:-Wpedantic>
   $<$<COMPILE_LANGUAGE:CXX>:-Wshadow> $<$<COMPILE_LANGUAGE:CXX>:-Werror>)
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 14)
-  # Both fire on correct uses of std::string, std::variant and std::map at -O2 and above (GCC bugs 105651, 105562).
+  # Both fire on correct uses of std::string, std::variant and std::map at -O2 and above.
   add_compile_options($<$<COMPILE_LANGUAGE:CXX>:-Wno-restrict> $<$<COMPILE_LANGUAGE:CXX>:-Wno-maybe-uninitialized>)
 endif()
 
@@ -29,6 +29,12 @@ if(ASSAY_LTO AND NOT ASSAY_SANITIZE)
   else()
     message(STATUS "assay: no link-time optimisation: ${lto_output}")
   endif()
+endif()
+
+# Same objects again (another preset, another commit) are not compiled again where ccache is installed.
+find_program(CCACHE ccache)
+if(CCACHE AND NOT DEFINED CMAKE_CXX_COMPILER_LAUNCHER)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE})
 endif()
 
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)

@@ -6,6 +6,18 @@ function(assay_engine_absent name how)
   message(STATUS "assay: engine ${name}: not found, its adapter is left out. ${how}")
 endfunction()
 
+# Sets ENGINE_<name>_* from the file that the engine's set-up left in its folder.
+function(assay_engine_facts name version folder)
+  set(ENGINE_${name}_VERSION "${version}" PARENT_SCOPE)
+  file(STRINGS "${folder}/build.txt" lines)
+  foreach(line IN LISTS lines)
+    string(REGEX MATCH "^([a-z]+)=(.*)$" matched "${line}")
+    string(TOUPPER "${CMAKE_MATCH_1}" key)
+    set(ENGINE_${name}_${key} "${CMAKE_MATCH_2}" PARENT_SCOPE)
+  endforeach()
+  set_property(DIRECTORY "${PROJECT_SOURCE_DIR}" APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS "${folder}/build.txt")
+endfunction()
+
 set(run_setup "Run setup/setup.sh (or ./assay), which puts it under ${ASSAY_CACHE}/engines.")
 
 # ---- MuJoCo: the shared library of the Python package, linked by its full path (it has no lib*.so name) -------------
@@ -17,10 +29,7 @@ if(EXISTS "${folder}/lib/libmujoco.so.${version}")
     IMPORTED_LOCATION "${folder}/lib/libmujoco.so.${version}"
     IMPORTED_SONAME "libmujoco.so.${version}"
     INTERFACE_INCLUDE_DIRECTORIES "${folder}/include")
-  set(ENGINE_mujoco_VERSION "${version}")
-  set(ENGINE_mujoco_SOURCE "PyPI mujoco-core ${version}, prebuilt")
-  set(ENGINE_mujoco_COMPILER "unknown (prebuilt)")
-  set(ENGINE_mujoco_FLAGS "as its makers built it")
+  assay_engine_facts(mujoco ${version} "${folder}")
   message(STATUS "assay: engine mujoco: ${folder}")
 else()
   assay_engine_absent(mujoco "${run_setup}")
@@ -36,10 +45,7 @@ foreach(precision f32 f64)
       IMPORTED_LOCATION "${folder}/lib/libbullet.a"
       INTERFACE_INCLUDE_DIRECTORIES "${folder}/include/bullet"
       INTERFACE_COMPILE_DEFINITIONS "$<$<STREQUAL:${precision},f64>:BT_USE_DOUBLE_PRECISION>")
-    set(ENGINE_bullet-${precision}_VERSION "${version}")
-    set(ENGINE_bullet-${precision}_SOURCE "PyPI pybullet ${version}, its C++ sources")
-    set(ENGINE_bullet-${precision}_COMPILER "${CMAKE_CXX_COMPILER_ID} ${CMAKE_CXX_COMPILER_VERSION}")
-    set(ENGINE_bullet-${precision}_FLAGS "${ASSAY_ENGINE_CXX_FLAGS}")
+    assay_engine_facts(bullet-${precision} ${version} "${folder}")
     message(STATUS "assay: engine bullet-${precision}: ${folder}")
   else()
     assay_engine_absent(bullet-${precision} "${run_setup}")
