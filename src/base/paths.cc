@@ -1,0 +1,92 @@
+#include "base/paths.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <system_error>
+
+#include <fmt/format.h>
+
+#include "base/errors.h"
+#include "base/text.h"
+
+namespace assay {
+namespace {
+
+namespace fs = std::filesystem;
+
+// What one kind of file is called and where those that come with assay lie.
+struct Kind {
+  const char* noun;
+  const char* known;  // what its names are names of
+  const char* folder;
+  const char* ending;
+};
+constexpr Kind kModel{"model", "system", "models", ".xml"};
+constexpr Kind kCampaign{"campaign", "campaign", "campaigns", ".toml"};
+
+std::vector<std::string> names_of(const Kind& kind) {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(fs::path(assay_data_dir()) / kind.folder, error)) {
+    if (entry.path().extension() == kind.ending && entry.is_regular_file(error)) names.push_back(entry.path().stem());
+  }
+  std::ranges::sort(names);
+  return names;
+}
+
+std::string find(const Kind& kind, const std::string& given) {
+  if (given.empty())
+    throw InputError(fmt::format("the {} is empty: give a file or a {}'s name", kind.noun, kind.known));
+  const bool is_name = given.find('/') == std::string::npos && !fs::path(given).has_extension();
+  const std::vector<std::string> names = is_name ? names_of(kind) : std::vector<std::string>{};
+  if (std::ranges::find(names, given) != names.end()) {
+    return fs::path(assay_data_dir()) / kind.folder / (given + kind.ending);
+  }
+  std::error_code error;
+  const fs::file_status status = fs::status(given, error);
+  if (fs::is_directory(status)) {
+    throw InputError(fmt::format("{} '{}' is a directory: give a file in it", kind.noun, given));
+  }
+  if (fs::exists(status)) return given;
+  if (is_name) {
+    throw InputError(fmt::format("no {} and no file is called '{}'{}", kind.known, given, did_you_mean(given, names)));
+  }
+  if (error && error != std::errc::no_such_file_or_directory) {
+    throw InputError(fmt::format("{} '{}' cannot be opened: {}", kind.noun, given, error.message()));
+  }
+  throw InputError(
+      fmt::format("{} '{}' does not exist: check the path or give a {}'s name", kind.noun, given, kind.known));
+}
+
+}  // namespace
+
+std::string program_path() {
+  std::error_code error;
+  const fs::path path = fs::read_symlink("/proc/self/exe", error);
+  if (error) throw SystemError(fmt::format("/proc/self/exe cannot be read ({}): mount /proc", error.message()));
+  return path;
+}
+
+std::string assay_data_dir() {
+  std::error_code error;
+  if (const char* given = std::getenv("ASSAY_DATA"); given != nullptr && *given != '\0') {
+    if (fs::is_directory(fs::path(given) / kModel.folder, error)) return given;
+    throw InputError(
+        fmt::format("ASSAY_DATA is '{}', which has no folder '{}': unset it or correct it", given, kModel.folder));
+  }
+  const fs::path installed = (fs::path(program_path()).parent_path() / "../share/assay").lexically_normal();
+  for (const fs::path& folder : {installed, fs::path(ASSAY_SOURCE_DIR)}) {
+    if (fs::is_directory(folder / kModel.folder, error)) return folder;
+  }
+  throw InputError(
+      fmt::format("assay's models are neither in '{}' nor in '{}': set ASSAY_DATA to the folder that holds '{}'",
+                  installed.string(), ASSAY_SOURCE_DIR, kModel.folder));
+}
+
+std::vector<std::string> system_names() { return names_of(kModel); }
+std::vector<std::string> campaign_names() { return names_of(kCampaign); }
+std::string find_model(const std::string& model) { return find(kModel, model); }
+std::string find_campaign(const std::string& campaign) { return find(kCampaign, campaign); }
+
+}  // namespace assay

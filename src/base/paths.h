@@ -1,0 +1,28 @@
+// Where the program and its data lie, and how a user's MODEL or CAMPAIGN becomes a file.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace assay {
+
+// Absolute path of the running program, symbolic links resolved. Throws SystemError without /proc.
+std::string program_path();
+
+// The folder that holds `models` and `campaigns`: the environment's ASSAY_DATA, else `../share/assay` beside the
+// program's folder (installed), else the source tree this was built from. Throws InputError when there is none.
+std::string assay_data_dir();
+
+// Names of the systems (models/*.xml) and of the campaigns (campaigns/*.toml) that come with assay, sorted.
+std::vector<std::string> system_names();
+std::vector<std::string> campaign_names();
+
+// The file of a model: `model` is a system's name, or the path of a file. A word without '/' and without an ending is a
+// name first (write ./planar-chain for a file called so). Throws InputError that says what was missed, with the nearest
+// name.
+std::string find_model(const std::string& model);
+
+// The same for a campaign: `campaign` is a TOML file's path or the name of one that comes with assay.
+std::string find_campaign(const std::string& campaign);
+
+}  // namespace assay
