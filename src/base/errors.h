@@ -19,7 +19,8 @@ class SystemError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// An engine failed while it was created or stepped. Never ends a campaign: it becomes a stored outcome with this reason.
+// An engine failed while it was created or stepped. Never ends a campaign: it becomes a stored outcome with this
+// reason.
 class EngineError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

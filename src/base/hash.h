@@ -6,7 +6,8 @@
 
 namespace assay {
 
-// XXH3 128-bit of the bytes as 32 lower-case hexadecimal digits. Not cryptographic: it names content, it guards nothing.
+// XXH3 128-bit of the bytes as 32 lower-case hexadecimal digits. Not cryptographic: it names content, it guards
+// nothing.
 std::string content_hash(std::string_view bytes);
 
 // The same of a file's content. Throws SystemError when the file cannot be read.

@@ -79,14 +79,15 @@ std::optional<double> parse_fraction(std::string_view text) {
 
 std::string timestep_label(double timestep_ms) {
   const double inverse = 1 / timestep_ms;
-  if (timestep_ms < 1 && inverse <= 65536 && inverse == std::floor(inverse) && std::exp2(std::round(std::log2(inverse))) == inverse) {
+  if (timestep_ms < 1 && inverse <= 65536 && inverse == std::floor(inverse) &&
+      std::exp2(std::round(std::log2(inverse))) == inverse) {
     return fmt::format("1/{}", static_cast<long long>(inverse));
   }
   return shortest(timestep_ms).ends_with(".0") ? fmt::format("{:.0f}", timestep_ms) : shortest(timestep_ms);
 }
 
 std::string duration_label(double seconds) {
-  const auto s = static_cast<long long>(std::llround(std::max(0.0, seconds)));
+  const auto s = std::llround(std::max(0.0, seconds));
   if (s < 60) return fmt::format("{} s", s);
   if (s < 3600) return fmt::format("{} min {} s", s / 60, s % 60);
   return fmt::format("{} h {} min", s / 3600, s % 3600 / 60);

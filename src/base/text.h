@@ -8,8 +8,8 @@
 
 namespace assay {
 
-// The candidate nearest to `word` by Damerau-Levenshtein distance (optimal string alignment), when it is near enough to be
-// a likely misspelling (distance at most a third of the word's length, at least 2).
+// The candidate nearest to `word` by Damerau-Levenshtein distance (optimal string alignment), when it is near enough to
+// be a likely misspelling (distance at most a third of the word's length, at least 2).
 std::optional<std::string> nearest_name(std::string_view word, const std::vector<std::string>& candidates);
 
 // " (did you mean 'x'?)" for the nearest candidate, else " (known: a, b, c)"; empty when there are no candidates.

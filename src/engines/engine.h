@@ -1,8 +1,9 @@
 // The whole interface between assay and a physics engine: create a simulation in a given state, step it, read its state
 // (section II of the paper). What an engine is and what it cannot do exactly is data beside it: Capabilities, Setting.
 //
-// An adapter is a shared library that defines one class derived from Engine and names it in ASSAY_ENGINE_PLUGIN. It links
-// assay::model and its engine, nothing else of assay. docs/adding-an-engine.md walks through src/engines/skeleton.
+// An adapter is a shared library that defines one class derived from Engine and names it in ASSAY_ENGINE_PLUGIN. It
+// links assay::model and its engine, nothing else of assay. docs/adding-an-engine.md walks through
+// src/engines/skeleton.
 #pragma once
 
 #include <map>
@@ -23,14 +24,14 @@ namespace assay {
 
 using SettingValue = std::variant<bool, long long, double, std::string>;
 
-// One knob of an engine as its user may set it. The default is the adapter's choice for a fair comparison, which need not
-// be the engine's own; the meaning says so where they differ.
+// One knob of an engine as its user may set it. The default is the adapter's choice for a fair comparison, which need
+// not be the engine's own; the meaning says so where they differ.
 struct Setting {
-  std::string name;            // lower_snake_case, as in `--set name=value`
-  SettingValue default_value;  // its alternative is the setting's type
-  std::string unit;            // "" for none
-  std::string meaning;         // one line
-  std::vector<std::string> choices = {};                  // for text: the values allowed
+  std::string name;                                  // lower_snake_case, as in `--set name=value`
+  SettingValue default_value;                        // its alternative is the setting's type
+  std::string unit;                                  // "" for none
+  std::string meaning;                               // one line
+  std::vector<std::string> choices = {};             // for text: the values allowed
   std::optional<double> minimum = {}, maximum = {};  // for numbers: inclusive
 };
 
@@ -42,7 +43,9 @@ struct Settings {
   // The value of a declared setting. A name or type that was not declared is a bug of the adapter: std::out_of_range or
   // std::bad_variant_access.
   template <typename T>
-  const T& get(const std::string& name) const { return std::get<T>(values.at(name)); }
+  const T& get(const std::string& name) const {
+    return std::get<T>(values.at(name));
+  }
 };
 
 // ---- capabilities ---------------------------------------------------------------------------------------------------
@@ -59,8 +62,9 @@ enum class SpringKind {
   kNative,    // the engine's own spring-damper; `spring_note` says of which kind (implicit, impulse, ...)
 };
 
-// A departure from the model's physics that was shown to be the engine's own. `test` names the conformance test that would
-// fail; it then counts as a declared deviation as long as its figure stays within `bound` (in that test's own unit).
+// A departure from the model's physics that was shown to be the engine's own. `test` names the conformance test that
+// would fail; it then counts as a declared deviation as long as its figure stays within `bound` (in that test's own
+// unit).
 struct Deviation {
   std::string test;
   double bound = 0;
@@ -71,22 +75,22 @@ struct Deviation {
 struct Capabilities {
   Precision precision = Precision::kDouble;
   Coordinates coordinates = Coordinates::kMaximal;
-  std::string integrator;          // "semi-implicit Euler", "Runge-Kutta 4"
-  int order = 1;                   // order of convergence on smooth systems
-  std::string joint_solver;        // "none (joint coordinates)", "sequential impulse, 50 iterations"
-  std::string contact_solver;      // "" when contact is not supported
-  std::string contact_model;       // "rigid, ERP 0.2", "soft, solref 0.02 1"
-  std::string friction_cone;       // "pyramid, 4 sides", "elliptic", "box"
-  std::string friction_combine;    // how the model's pair coefficient is reached
+  std::string integrator;        // "semi-implicit Euler", "Runge-Kutta 4"
+  int order = 1;                 // order of convergence on smooth systems
+  std::string joint_solver;      // "none (joint coordinates)", "sequential impulse, 50 iterations"
+  std::string contact_solver;    // "" when contact is not supported
+  std::string contact_model;     // "rigid, ERP 0.2", "soft, solref 0.02 1"
+  std::string friction_cone;     // "pyramid, 4 sides", "elliptic", "box"
+  std::string friction_combine;  // how the model's pair coefficient is reached
   bool contact = false;
   bool joint_limits = false;
-  bool torques = true;             // joint torques can be applied
-  bool armature = false;           // exact joint armature; models with armature are refused without it
+  bool torques = true;    // joint torques can be applied
+  bool armature = false;  // exact joint armature; models with armature are refused without it
   SpringKind springs = SpringKind::kNone;
   std::string spring_note;
-  bool gyroscopic = true;          // includes the gyroscopic torque w x (I w)
-  std::string hidden_damping;      // "" when there is none
-  std::string other;               // velocity quantisation, clamps, ... "" when there is nothing
+  bool gyroscopic = true;      // includes the gyroscopic torque w x (I w)
+  std::string hidden_damping;  // "" when there is none
+  std::string other;           // velocity quantisation, clamps, ... "" when there is nothing
   int threads = 1;
   std::vector<Deviation> deviations;
 };
@@ -109,22 +113,22 @@ struct Finding {
 
 // A ready-made choice of settings under a name of its own: what campaigns and tables list.
 struct Contender {
-  std::string name;     // "mujoco-rk4"
-  std::string summary;  // one line
+  std::string name;                         // "mujoco-rk4"
+  std::string summary;                      // one line
   std::map<std::string, SettingValue> set;  // only what differs from the defaults
 };
 
 // What the engine itself says it holds, read back through its API: proof that set-up arrived. World frame, SI.
 struct EngineBody {
-  double mass = 0;                     // kg
-  Vec3 p_WBcm = Vec3::Zero();          // m
-  Mat3 I_BBcm_W = Mat3::Identity();    // kg m^2, about the centre of mass, world axes
+  double mass = 0;                   // kg
+  Vec3 p_WBcm = Vec3::Zero();        // m
+  Mat3 I_BBcm_W = Mat3::Identity();  // kg m^2, about the centre of mass, world axes
 };
 struct EngineHinge {
-  Vec3 p_WJ = Vec3::Zero();       // a point on the axis, m
+  Vec3 p_WJ = Vec3::Zero();  // a point on the axis, m
   Vec3 axis_W = Vec3::UnitZ();
   bool limited = false;
-  double lower = 0, upper = 0;    // rad, in the model's angle convention
+  double lower = 0, upper = 0;  // rad, in the model's angle convention
 };
 struct EngineView {
   std::vector<EngineBody> bodies;   // in the model's order
@@ -137,11 +141,13 @@ struct EngineView {
 // One running instance. Not thread-safe; instances are independent of each other.
 class Simulation {
  public:
+  Simulation(const Simulation&) = delete;
+  Simulation& operator=(const Simulation&) = delete;
   virtual ~Simulation() = default;
 
-  // Input of the following step: one torque per hinge (Nm, about the hinge axis on the child, its opposite on the parent).
-  // Acts for exactly one step. A joint's explicit spring (SpringKind::kExplicit) is added here, so this has to be called
-  // before every step of a model that has such springs or torques; other models may skip it.
+  // Input of the following step: one torque per hinge (Nm, about the hinge axis on the child, its opposite on the
+  // parent). Acts for exactly one step. A joint's explicit spring (SpringKind::kExplicit) is added here, so this has to
+  // be called before every step of a model that has such springs or torques; other models may skip it.
   virtual void set_torques(std::span<const double> torques) = 0;
 
   // `count` calls of the engine's own step function and nothing else: what the clock measures. Throws EngineError when
@@ -164,12 +170,12 @@ class Simulation {
 
  protected:
   Simulation() = default;
-  Simulation(const Simulation&) = delete;
-  Simulation& operator=(const Simulation&) = delete;
 };
 
 class Engine {
  public:
+  Engine(const Engine&) = delete;
+  Engine& operator=(const Engine&) = delete;
   virtual ~Engine() = default;
 
   virtual std::string name() const = 0;  // "bullet-f64": the plugin's name
@@ -178,17 +184,17 @@ class Engine {
   virtual std::vector<Contender> contenders() const = 0;
   virtual Capabilities capabilities(const Settings& settings) const = 0;
 
-  // Everything of the model that is not carried over exactly; empty when all is exact. One kRefused makes create() throw.
+  // Everything of the model that is not carried over exactly; empty when all is exact. One kRefused makes create()
+  // throw.
   virtual std::vector<Finding> check(const Model& model, const Settings& settings) const = 0;
 
   // A simulation of `model` that starts in `state`, which may be any state (mid-run, with time != 0). Throws
   // UnsupportedError for what check() refuses, EngineError when the engine fails.
-  virtual std::unique_ptr<Simulation> create(const Model& model, const State& state, const Settings& settings) const = 0;
+  virtual std::unique_ptr<Simulation> create(const Model& model, const State& state,
+                                             const Settings& settings) const = 0;
 
  protected:
   Engine() = default;
-  Engine(const Engine&) = delete;
-  Engine& operator=(const Engine&) = delete;
 };
 
 // ---- plugins --------------------------------------------------------------------------------------------------------
@@ -203,8 +209,9 @@ struct PluginEntry {
 
 }  // namespace assay
 
-// Puts the plugin's entry point into its shared library. Use once, at global scope: ASSAY_ENGINE_PLUGIN(my::BulletEngine)
-#define ASSAY_ENGINE_PLUGIN(EngineClass)                                                  \
+// Puts the plugin's entry point into its shared library. Use once, at global scope:
+// ASSAY_ENGINE_PLUGIN(my::BulletEngine)
+#define ASSAY_ENGINE_PLUGIN(EngineClass)                                                       \
   extern "C" __attribute__((visibility("default"))) assay::PluginEntry assay_engine_plugin() { \
-    return {assay::kPluginVersion, []() -> assay::Engine* { return new EngineClass(); }}; \
+    return {assay::kPluginVersion, []() -> assay::Engine* { return new EngineClass(); }};      \
   }

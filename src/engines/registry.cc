@@ -1,9 +1,8 @@
 #include "engines/registry.h"
 
-#include <dlfcn.h>
-
 #include <algorithm>
 #include <cstdlib>
+#include <dlfcn.h>
 #include <filesystem>
 
 #include <fmt/format.h>
@@ -56,6 +55,7 @@ size_t rank(const std::string& name) {
 
 std::vector<std::string> setting_names(const std::vector<Setting>& settings) {
   std::vector<std::string> names;
+  names.reserve(settings.size());
   for (const Setting& setting : settings) names.push_back(setting.name);
   return names;
 }
@@ -86,14 +86,13 @@ Registry::Registry() {
       const std::string stem = entry.path().stem();
       if (entry.path().extension() == ".so" && stem.starts_with(kPluginPrefix)) files.push_back(entry.path());
     }
-    std::sort(files.begin(), files.end());
+    std::ranges::sort(files);
     for (const std::string& file : files) load(file);
   }
-  std::stable_sort(engines_.begin(), engines_.end(),
-                   [](const Engine* a, const Engine* b) { return rank(a->name()) < rank(b->name()); });
+  std::ranges::stable_sort(engines_, {}, [](const Engine* engine) { return rank(engine->name()); });
   for (const KnownEngine& known : kKnownEngines) {
     const auto named = [&](const auto& thing) { return thing.name == known.name; };
-    const bool refused = std::any_of(absent_.begin(), absent_.end(), named);
+    const bool refused = std::ranges::any_of(absent_, named);
     if (!paths_.contains(known.name) && !refused) {
       absent_.push_back({known.name, fmt::format("not built: {}", known.how_to_get)});
     }
@@ -116,8 +115,8 @@ void Registry::load(const std::string& path) {
   }
   const PluginEntry plugin = entry();
   if (plugin.version != kPluginVersion) {
-    absent_.push_back({name, fmt::format("'{}' was built for plugin version {}, this assay has {}: build it again", path,
-                                         plugin.version, kPluginVersion)});
+    absent_.push_back({name, fmt::format("'{}' was built for plugin version {}, this assay has {}: build it again",
+                                         path, plugin.version, kPluginVersion)});
     return;
   }
   std::unique_ptr<const Engine> engine(plugin.make());
@@ -134,7 +133,8 @@ std::vector<std::string> Registry::contender_names() const {
   return names;
 }
 
-ResolvedContender Registry::resolve(const std::string& name, const std::map<std::string, std::string>& overrides) const {
+ResolvedContender Registry::resolve(const std::string& name,
+                                    const std::map<std::string, std::string>& overrides) const {
   for (const Engine* engine : engines_) {
     for (const Contender& contender : engine->contenders()) {
       if (contender.name != name) continue;
@@ -143,8 +143,7 @@ ResolvedContender Registry::resolve(const std::string& name, const std::map<std:
       for (const Setting& setting : declared) resolved.settings.values[setting.name] = setting.default_value;
       for (const auto& [key, value] : contender.set) resolved.settings.values.at(key) = value;
       for (const auto& [key, text] : overrides) {
-        const auto setting =
-            std::find_if(declared.begin(), declared.end(), [&](const Setting& s) { return s.name == key; });
+        const auto setting = std::ranges::find(declared, key, &Setting::name);
         if (setting == declared.end()) {
           throw InputError(
               fmt::format("'{}' has no setting '{}'{}", name, key, did_you_mean(key, setting_names(declared))));
@@ -156,10 +155,12 @@ ResolvedContender Registry::resolve(const std::string& name, const std::map<std:
   }
   for (const AbsentEngine& absent : absent_) {
     if (name == absent.name || name.starts_with(absent.name + "-")) {
-      throw InputError(fmt::format("contender '{}' needs the engine '{}', which is absent: {}", name, absent.name, absent.reason));
+      throw InputError(
+          fmt::format("contender '{}' needs the engine '{}', which is absent: {}", name, absent.name, absent.reason));
     }
   }
-  throw InputError(fmt::format("unknown contender '{}'{}; `assay engines` lists them", name, did_you_mean(name, contender_names())));
+  throw InputError(
+      fmt::format("unknown contender '{}'{}; `assay engines` lists them", name, did_you_mean(name, contender_names())));
 }
 
 SettingValue parse_setting(const Setting& setting, const std::string& text) {
@@ -180,7 +181,7 @@ SettingValue parse_setting(const Setting& setting, const std::string& text) {
     check_range(setting, *value);
     return *value;
   }
-  if (std::find(setting.choices.begin(), setting.choices.end(), text) == setting.choices.end()) {
+  if (std::ranges::find(setting.choices, text) == setting.choices.end()) {
     throw InputError(fmt::format("setting '{}' is '{}'{}", setting.name, text, did_you_mean(text, setting.choices)));
   }
   return text;

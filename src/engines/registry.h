@@ -1,4 +1,5 @@
-// Finds the engines' plugins, and turns a contender's name and a user's `key=value` into an engine with complete settings.
+// Finds the engines' plugins, and turns a contender's name and a user's `key=value` into an engine with complete
+// settings.
 #pragma once
 
 #include <map>
@@ -18,18 +19,18 @@ struct AbsentEngine {
 
 // A contender with everything that is needed to run it except the timestep.
 struct ResolvedContender {
-  std::string name;          // as reports show it; unique within a campaign
-  std::string base;          // the contender it was derived from (equal to name when nothing was overridden or renamed)
+  std::string name;  // as reports show it; unique within a campaign
+  std::string base;  // the contender it was derived from (equal to name when nothing was overridden or renamed)
   const Engine* engine = nullptr;
-  Settings settings;         // complete
+  Settings settings;  // complete
   std::string summary;
 };
 
 class Registry {
  public:
-  // Loads every plugin of the search path: the folders of ASSAY_ENGINE_PATH (colon-separated), then `engines` beside the
-  // program's own folder and `lib/assay/engines` beside it (installed). The first plugin of a name wins. Never throws for
-  // a bad plugin: it is listed in absent(). Engines stay loaded until the process ends.
+  // Loads every plugin of the search path: the folders of ASSAY_ENGINE_PATH (colon-separated), then `engines` beside
+  // the program's own folder and `lib/assay/engines` beside it (installed). The first plugin of a name wins. Never
+  // throws for a bad plugin: it is listed in absent(). Engines stay loaded until the process ends.
   static const Registry& instance();
 
   const std::vector<const Engine*>& engines() const { return engines_; }

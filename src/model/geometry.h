@@ -1,8 +1,8 @@
 // Vectors, rotations and poses. SI units; right-handed world frame with z up.
 //
-// Notation (after Drake's monogram notation): p_AB_C is the position of B's origin from A's, expressed in C; q_AB is the
-// rotation that takes coordinates in B to coordinates in A; X_AB is the pose (p_AB_A, q_AB). W is the world, B a body's
-// MJCF frame, P its parent's, Bcm its centre of mass.
+// Notation (after Drake's monogram notation): p_AB_C is the position of B's origin from A's, expressed in C; q_AB is
+// the rotation that takes coordinates in B to coordinates in A; X_AB is the pose (p_AB_A, q_AB). W is the world, B a
+// body's MJCF frame, P its parent's, Bcm its centre of mass.
 #pragma once
 
 #include <Eigen/Core>

@@ -116,7 +116,8 @@ HingeFrames hinge_frames(const Model& model, const State& state, int hinge) {
   const Body& body = model.bodies[h.body];
   const Pose X_WB = body_pose(body, state.bodies[h.body]);
   const Pose X_WP = body.parent == kWorld ? Pose{} : body_pose(model.bodies[body.parent], state.bodies[body.parent]);
-  return {X_WP * anchor_in_parent(model, hinge), X_WB * h.p_BJ, X_WP.q * axis_in_parent(model, hinge), X_WB.q * h.axis_B};
+  return {X_WP * anchor_in_parent(model, hinge), X_WB * h.p_BJ, X_WP.q * axis_in_parent(model, hinge),
+          X_WB.q * h.axis_B};
 }
 
 double spring_torque(const Hinge& hinge, double angle, double rate) {

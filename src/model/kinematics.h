@@ -15,9 +15,10 @@ Pose body_pose(const Body& body, const BodyState& state);
 // satisfies every joint exactly (to rounding).
 void bodies_from_joints(const Model& model, State& state);
 
-// Fills `angle` and `rate` from the bodies: the angle is the twist of the relative rotation about the hinge axis, the rate
-// the relative angular velocity along the mean of the two bodies' axes. `angle` on entry is the guess that unwraps the
-// result: the new angle is the one nearest to it, so the guess has to be within pi. An empty `angle` starts at the reference.
+// Fills `angle` and `rate` from the bodies: the angle is the twist of the relative rotation about the hinge axis, the
+// rate the relative angular velocity along the mean of the two bodies' axes. `angle` on entry is the guess that unwraps
+// the result: the new angle is the one nearest to it, so the guess has to be within pi. An empty `angle` starts at the
+// reference.
 void joints_from_bodies(const Model& model, State& state);
 
 // The reference configuration at rest.
@@ -25,7 +26,7 @@ State reference_state(const Model& model);
 
 // One hinge in the world as its two bodies see it. For joint-coordinate engines the two sides agree to rounding.
 struct HingeFrames {
-  Vec3 p_WJ_parent, p_WJ_child;    // anchor carried by the parent, by the child, m
+  Vec3 p_WJ_parent, p_WJ_child;      // anchor carried by the parent, by the child, m
   Vec3 axis_W_parent, axis_W_child;  // unit
 };
 HingeFrames hinge_frames(const Model& model, const State& state, int hinge);

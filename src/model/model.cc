@@ -66,15 +66,15 @@ double Model::total_mass() const {
 }
 
 bool Model::has_springs() const {
-  return std::any_of(hinges.begin(), hinges.end(), [](const Hinge& h) { return h.has_spring(); });
+  return std::ranges::any_of(hinges, [](const Hinge& h) { return h.has_spring(); });
 }
 
 bool Model::has_armature() const {
-  return std::any_of(hinges.begin(), hinges.end(), [](const Hinge& h) { return h.armature != 0; });
+  return std::ranges::any_of(hinges, [](const Hinge& h) { return h.armature != 0; });
 }
 
 bool Model::has_limits() const {
-  return std::any_of(hinges.begin(), hinges.end(), [](const Hinge& h) { return h.limited; });
+  return std::ranges::any_of(hinges, [](const Hinge& h) { return h.limited; });
 }
 
 std::string model_hash(const Model& model) {

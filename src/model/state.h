@@ -16,8 +16,8 @@ struct BodyState {
   Vec3 w_WB = Vec3::Zero();    // rad/s, expressed in the world frame
 };
 
-// `bodies` is in the order of Model::bodies; `angle` and `rate` in the order of Model::hinges. Angles are unwrapped (they
-// go on past pi) and count from the MJCF zero, so the reference configuration has angle = Hinge::reference.
+// `bodies` is in the order of Model::bodies; `angle` and `rate` in the order of Model::hinges. Angles are unwrapped
+// (they go on past pi) and count from the MJCF zero, so the reference configuration has angle = Hinge::reference.
 struct State {
   double time = 0;  // s
   std::vector<BodyState> bodies;
