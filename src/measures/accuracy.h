@@ -1,0 +1,37 @@
+// Errors of positions against a reference, their order of convergence, and floors that do not depend on the timestep.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "model/model.h"
+
+namespace assay {
+
+// Mean over bodies of the distance between their centres of mass, m. Both states are of one model (assert).
+double position_error(const State& a, const State& b);
+
+// log(E(h2)/E(h1)) / log(h2/h1). Empty when an error is not positive and finite.
+std::optional<double> observed_order(double h1, double error1, double h2, double error2);
+
+// Largest position error that rounding explains: one unit in the last place of the system's extent, of the same sign in
+// every step. `extent` is the largest coordinate that the run reaches, m.
+double rounding_error(bool single_precision, double extent, double steps);
+
+struct ErrorAt {
+  double timestep_ms = 0;
+  double error = 0;     // m
+  double rounding = 0;  // rounding_error() of that run, m
+};
+
+// The error that is left when the timestep no longer matters: set when, from the largest timestep down to the smallest,
+// the error first stops shrinking (less than a factor 1.3 over a factor of at least 4 in the timestep, down to the
+// smallest one) while it is more than 10 times what rounding explains. `curve` is ascending in timestep; points
+// without a positive, finite error are left out. Needs three points.
+std::optional<double> error_floor(const std::vector<ErrorAt>& curve);
+
+// Start times of `pieces` pieces of `length` steps of the sample grid, spread evenly over `total` steps of it.
+std::vector<long long> piece_starts(long long total, long long length, int pieces);
+
+}  // namespace assay

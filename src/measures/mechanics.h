@@ -1,0 +1,48 @@
+// Energy and momenta of a state, and how far they drift. Formulas: docs/methodology.md, "Drift".
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "model/model.h"
+
+namespace assay {
+
+double kinetic_energy(const Model& model, const State& state);    // J
+double potential_energy(const Model& model, const State& state);  // J: gravity and joint springs; zero at height 0
+Vec3 linear_momentum(const Model& model, const State& state);     // kg m/s
+Vec3 angular_momentum(const Model& model, const State& state, const Vec3& p_Wo);  // about o, kg m^2/s
+
+// Which quantities the motion of a model without inputs conserves. Contact between moving bodies conserves momenta but
+// not energy; contact with the world, joint damping and limits conserve neither.
+struct Conserved {
+  bool energy = false;
+  bool linear_momentum = false;
+  bool angular_momentum = false;  // all three components about the world's origin
+  // The component along the axis of the only hinge to the world, about its anchor.
+  struct Axis {
+    Vec3 p_Wo = Vec3::Zero();
+    Vec3 axis_W = Vec3::UnitZ();
+  };
+  std::optional<Axis> angular_momentum_axis;
+
+  bool any() const { return energy || linear_momentum || angular_momentum || angular_momentum_axis; }
+};
+Conserved conserved_quantities(const Model& model);
+
+// Largest absolute deviation from the first state's value over a run, and the same relative to the first state's
+// kinetic energy (energy), to the norm of that momentum at the start or, where that is smaller, to its scale sum m |v|
+// (linear), sum m |x - o| |v| + |I w| (angular). Only what is conserved is there.
+struct Drift {
+  struct Quantity {
+    std::string name;  // "energy", "linear_momentum", "angular_momentum"
+    std::string unit;  // of `absolute`
+    double absolute = 0;
+    std::optional<double> relative;  // empty when nothing moves at the start
+  };
+  std::vector<Quantity> quantities;
+};
+Drift drift(const Model& model, const Conserved& conserved, const std::vector<State>& states);
+
+}  // namespace assay

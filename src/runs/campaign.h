@@ -1,0 +1,102 @@
+// A campaign: which systems, contenders, timesteps and measures. Read from a TOML file (campaigns/README in
+// docs/methodology.md explains every key by example: campaigns/quick.toml).
+//
+//   name = "quick"
+//   title = "..."                                  # optional
+//   contenders = ["mujoco-euler", "A"]             # names of contenders, or of the tables below
+//   timesteps_ms = ["1/64", "1/4", 1, 4]           # numbers, or fractions as text
+//   reference_ms = "1/64"                          # timestep of the reference runs; default 1/64
+//   measures = ["raw_speed", "consistency"]        # raw_speed, consistency, truth, drift
+//   time_limit_s = 600                             # of one cell; default 600
+//   seed = 1                                       # order of the contenders within a timing round, bootstrap
+//
+//   [timing]                                       # all optional
+//   rounds = 12                                    # samples of a cell
+//   batch_ms = 20                                  # least time in the engine's steps of one sample
+//   states = 4                                     # saved states that a sample starts from in turn
+//   warmup = 5                                     # untimed steps after each
+//
+//   [[system]]
+//   name = "planar-chain"
+//   model = "planar-chain"                         # a system that comes with assay, or a file; default: the name
+//   duration_s = 2                                 # a whole number of samples
+//   sample_ms = 16                                 # distance of the states that drift reads; default: largest timestep
+//   pieces = 10                                    # consistency; default 10
+//   piece_ms = 128                                 # default 128
+//   control = "passive"                            # default: passive
+//   contacts = true                                # false leaves all contact pairs out
+//   gravity = true
+//   measures = [...]                               # default: the campaign's
+//   timesteps_ms = [...]                           # default: the campaign's
+//   timing_ms = [...]                              # timesteps whose speed is measured; default: all
+//   reference_ms = "1/64"                          # default: the campaign's
+//
+//   [[contender]]                                  # optional: a contender derived from another
+//   name = "A"
+//   base = "mujoco-euler"
+//   set = {iterations = 50}                        # optional: settings that differ from the base's
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "engines/registry.h"
+#include "model/model.h"
+
+namespace assay {
+
+enum class Measure { kRawSpeed, kConsistency, kTruth, kDrift };
+std::string_view measure_text(Measure measure);  // "raw_speed", ...
+
+struct TimingOptions {
+  int rounds = 12;
+  double batch_ms = 20;
+  int states = 4;
+  int warmup = 5;
+};
+
+struct CampaignSystem {
+  std::string name;
+  std::string model_path;
+  Model model;  // as measured: without contacts or gravity where the campaign says so
+  bool contacts = true, gravity = true;
+  double duration_s = 0;
+  double sample_ms = 0;
+  int pieces = 10;
+  double piece_ms = 128;
+  std::string control = "passive";
+  std::vector<Measure> measures;     // in the order of the enum
+  std::vector<double> timesteps_ms;  // ascending, the reference's among them where consistency is measured
+  std::vector<double> timing_ms;     // ascending
+  double reference_ms = 1.0 / 64;
+};
+
+struct CampaignContender {
+  ResolvedContender resolved;  // engine is null when it is absent
+  std::map<std::string, std::string> overrides;
+  std::string absent;  // why the contender cannot be run here, "" when it can
+};
+
+struct Campaign {
+  std::string name, title;
+  std::string source;  // the file
+  std::vector<CampaignSystem> systems;
+  std::vector<CampaignContender> contenders;
+  TimingOptions timing;
+  double time_limit_s = 600;
+  long long seed = 1;
+
+  // Content address of everything above that decides a result: systems (by content), contenders, measures, timesteps.
+  std::string hash() const;
+};
+
+// Reads a campaign's file, loads its models and resolves its contenders. Throws InputError for whatever cannot be used:
+// one sentence with file, line, value and the nearest known name. A contender of an engine that is known and absent is
+// no error: it is marked.
+Campaign load_campaign(const std::string& path, const Registry& registry = Registry::instance());
+
+// The same for text; `source` stands for the file in messages, and relative model paths count from its folder.
+Campaign parse_campaign(const std::string& toml, const std::string& source,
+                        const Registry& registry = Registry::instance());
+
+}  // namespace assay

@@ -1,0 +1,159 @@
+// The results directory: DIR/assay.sqlite holds everything a table or a plot needs, DIR/trajectories/ the runs that
+// were kept. One process writes (Store::create), any number read (Store::open), also while it writes.
+//
+// Schema, version kSchemaVersion (SQLite's user_version); "absent" is NULL, never NaN:
+//   manifest(key, value)
+//   systems(name, json)
+//   contenders(name, engine, version, base, settings, capabilities_json, build_json)
+//   conformance(contender, test, status, figure, tolerance, unit, note)
+//   cells(id, key UNIQUE, system, contender, timestep_ms, measure, outcome, reason, wall_s, cpu_s, engine_s, steal,
+//         started, finished)
+//   "values"(cell_id, name, unit, value, low, high)
+//   samples(cell_id, name, idx, value)
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+struct sqlite3;
+
+namespace assay {
+
+inline constexpr int kSchemaVersion = 1;
+
+// "ok", "unstable", "diverged", "timeout", "crashed", "unsupported" as stored.
+enum class Outcome { kOk, kUnstable, kDiverged, kTimeout, kCrashed, kUnsupported };
+std::string_view outcome_text(Outcome outcome);
+std::optional<Outcome> parse_outcome(std::string_view text);
+
+// One figure of a cell. `low` and `high` bound the 95 % interval where there is one. All are finite.
+struct Value {
+  std::string name;  // "consistency"
+  std::string unit;  // "m"; "1" for ratios
+  std::optional<double> value;
+  std::optional<double> low, high;
+};
+
+// Raw samples of one kind, in the order in which they were taken (round by round, piece by piece).
+struct SampleSeries {
+  std::string name;  // "step_time_us", "steal", "piece_error_m"
+  std::vector<double> values;
+};
+
+// The unit of work and of loss: contender x system x timestep x measure.
+struct Cell {
+  std::int64_t id = 0;  // set by the store
+  std::string key;      // content address of everything that the result depends on
+  std::string system;
+  std::string contender;
+  double timestep_ms = 0;
+  std::string measure;  // "reference", "consistency", "truth", "drift", "raw_speed"
+  Outcome outcome = Outcome::kOk;
+  std::string reason;   // "" for ok
+  double wall_s = 0;    // of the worker, or its part of a worker that served several cells
+  double cpu_s = 0;     // of the same
+  double engine_s = 0;  // inside the engine's steps
+  double steal = 0;     // share of the machine's time that the host took meanwhile, 0 to 1
+  double started = 0;   // seconds since 1970
+  double finished = 0;
+  std::vector<Value> values;
+};
+
+struct ManifestEntry {
+  std::string key, value;
+};
+
+struct SystemRow {
+  std::string name;
+  std::string
+      json;  // {"model_hash", "dof", "bodies", "hinges", "shapes", "contact_pairs", "mass_kg", "duration_s", ...}
+};
+
+struct ContenderRow {
+  std::string name;
+  std::string engine;    // the plugin's name; "" with `version` empty when the engine is absent
+  std::string version;   // the engine's own
+  std::string base;      // the contender that it was derived from; the name itself when it was not
+  std::string settings;  // what differs from the adapter's defaults: "key=value key=value"
+  std::string capabilities_json;
+  std::string build_json;  // {"version", "source", "compiler", "flags", "plugin"}
+};
+
+struct ConformanceRow {
+  std::string contender, test;
+  std::string status;  // "pass", "fail", "deviation", "not-applicable"
+  double figure = 0, tolerance = 0;
+  std::string unit, note;
+};
+
+// What a results directory belongs to. Two runs may share a directory when all of it is equal.
+struct Identity {
+  std::string campaign;       // name
+  std::string campaign_hash;  // of all that decides which cells there are
+};
+
+class Store {
+ public:
+  // Opens `dir` for writing: makes the directory and the database when they are not there, goes on when they are.
+  // Throws InputError when `dir` holds another campaign's results, those of another schema version, something else
+  // under the name assay.sqlite, or when another process is writing to it; nothing is changed then. Throws SystemError
+  // when the directory cannot be written or the disk is full.
+  static Store create(const std::string& dir, const Identity& identity);
+
+  // Opens the results of `dir` for reading, on a read-only medium too. Throws InputError when it holds none or those of
+  // another schema version.
+  static Store open(const std::string& dir);
+
+  Store(Store&& other) noexcept;
+  Store& operator=(Store&& other) noexcept;
+  Store(const Store&) = delete;
+  Store& operator=(const Store&) = delete;
+  ~Store();
+
+  const std::string& dir() const { return dir_; }
+  std::string trajectories_dir() const { return dir_ + "/trajectories"; }
+
+  // ---- reading; every list is in a fixed order that depends on the content alone ------------------------------------
+
+  std::vector<ManifestEntry> manifest() const;  // by key
+  std::optional<std::string> manifest(const std::string& key) const;
+  std::vector<SystemRow> systems() const;           // as the campaign lists them
+  std::vector<ContenderRow> contenders() const;     // as the campaign lists them
+  std::vector<ConformanceRow> conformance() const;  // by contender as listed, then in the suite's order
+  std::vector<Cell> cells() const;             // with values; by system and contender as listed, then measure, timestep
+  std::vector<std::string> cell_keys() const;  // sorted
+  std::vector<SampleSeries> samples(std::int64_t cell_id) const;
+
+  // ---- writing; each call is one transaction: afterwards it is all there, or nothing of it ----------------------------
+  // All throw SystemError when the database cannot be written (disk full).
+
+  void set_manifest(const std::vector<ManifestEntry>& entries);  // replaces entries of the same key
+  void set_systems(const std::vector<SystemRow>& rows);          // replaces all
+  void set_contenders(const std::vector<ContenderRow>& rows);    // replaces all
+  // Replaces the contender's rows.
+  void set_conformance(const std::string& contender, const std::vector<ConformanceRow>& rows);
+  // Adds a finished cell with its values and samples; replaces one of the same key. Returns its id.
+  std::int64_t put_cell(const Cell& cell, const std::vector<SampleSeries>& samples = {});
+  // Values that follow from several cells (order of convergence, floors): replaces the values of these names in all
+  // cells by the ones given.
+  struct Derived {
+    std::int64_t cell_id = 0;
+    Value value;
+  };
+  void set_derived(const std::vector<std::string>& names, const std::vector<Derived>& values);
+
+ private:
+  struct Deleter {
+    void operator()(sqlite3* db) const;
+  };
+  Store(std::string dir, std::unique_ptr<sqlite3, Deleter> db, int lock);
+
+  std::string dir_;
+  std::unique_ptr<sqlite3, Deleter> db_;
+  int lock_ = -1;  // descriptor that holds the writer's lock
+};
+
+}  // namespace assay
