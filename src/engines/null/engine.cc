@@ -1,0 +1,93 @@
+// An engine that does nothing: time passes and the state stays. What it seems to cost is the harness's own cost.
+#include "engines/engine.h"
+
+#include "model/kinematics.h"
+
+namespace assay {
+namespace {
+
+class NullSimulation final : public Simulation {
+ public:
+  NullSimulation(const Model& model, const State& state, double timestep)
+      : state_(state), start_time_(state.time), timestep_(timestep) {
+    // the pose is all that there is of an engine's view: no step will ever move it
+    view_.gravity = model.gravity;
+    view_.bodies.reserve(model.bodies.size());
+    for (size_t i = 0; i < model.bodies.size(); ++i) {
+      const Mat3 R_WB = state.bodies[i].q_WB.toRotationMatrix();
+      view_.bodies.push_back({.mass = model.bodies[i].mass,
+                              .p_WBcm = state.bodies[i].p_WBcm,
+                              .I_BBcm_W = R_WB * model.bodies[i].I_BBcm_B * R_WB.transpose()});
+    }
+    view_.hinges.reserve(model.hinges.size());
+    for (size_t j = 0; j < model.hinges.size(); ++j) {
+      const Hinge& hinge = model.hinges[j];
+      const HingeFrames frames = hinge_frames(model, state, static_cast<int>(j));
+      view_.hinges.push_back({.p_WJ = frames.p_WJ_child,
+                              .axis_W = frames.axis_W_child,
+                              .limited = hinge.limited,
+                              .lower = hinge.lower,
+                              .upper = hinge.upper});
+    }
+  }
+
+  void set_torques(std::span<const double> /*torques*/) override {}
+  void advance(int count) override { steps_ += count; }
+
+  void read_state(State& out) const override {
+    out = state_;
+    out.time = start_time_ + static_cast<double>(steps_) * timestep_;
+  }
+
+  EngineView view() const override { return view_; }
+
+ private:
+  State state_;
+  EngineView view_;
+  double start_time_;
+  double timestep_;
+  long long steps_ = 0;
+};
+
+class NullEngine final : public Engine {
+ public:
+  std::string name() const override { return ASSAY_ENGINE_NAME; }
+
+  BuildFacts build() const override {
+    return {.version = ASSAY_BUILD_VERSION,
+            .source = ASSAY_BUILD_SOURCE,
+            .compiler = ASSAY_BUILD_COMPILER,
+            .flags = ASSAY_BUILD_FLAGS};
+  }
+
+  std::vector<Setting> settings() const override { return {}; }
+
+  std::vector<Contender> contenders() const override {
+    return {{"null", "does nothing: its figures are the harness's own", {}}};
+  }
+
+  Capabilities capabilities(const Settings& /*settings*/) const override {
+    Capabilities c;
+    c.integrator = "none";
+    c.order = 0;
+    c.joint_solver = "none";
+    c.torques = false;
+    c.gyroscopic = false;
+    c.other = "does not move anything";
+    return c;
+  }
+
+  // It takes every model, for it has to stand beside every contender.
+  std::vector<Finding> check(const Model& /*model*/, const Settings& /*settings*/) const override {
+    return {{.fidelity = Fidelity::kApproximated, .element = "motion", .how = "nothing moves; measures the harness"}};
+  }
+
+  std::unique_ptr<Simulation> create(const Model& model, const State& state, const Settings& settings) const override {
+    return std::make_unique<NullSimulation>(model, state, settings.timestep);
+  }
+};
+
+}  // namespace
+}  // namespace assay
+
+ASSAY_ENGINE_PLUGIN(assay::NullEngine)
