@@ -25,10 +25,9 @@ struct ErrorAt {
   double rounding = 0;  // rounding_error() of that run, m
 };
 
-// The error that is left when the timestep no longer matters: set when, from the largest timestep down to the smallest,
-// the error first stops shrinking (less than a factor 1.3 over a factor of at least 4 in the timestep, down to the
-// smallest one) while it is more than 10 times what rounding explains. `curve` is ascending in timestep; points
-// without a positive, finite error are left out. Needs three points.
+// The error that is left when the timestep no longer matters: set when the errors at the smallest timesteps lie within
+// a factor of 1.3 of each other over a factor of at least 4 in the timestep, and are more than 10 times what rounding
+// explains. `curve` is ascending in timestep; points without a positive, finite error are left out. Needs three points.
 std::optional<double> error_floor(const std::vector<ErrorAt>& curve);
 
 // Start times of `pieces` pieces of `length` steps of the sample grid, spread evenly over `total` steps of it.

@@ -14,8 +14,8 @@ double potential_energy(const Model& model, const State& state);  // J: gravity 
 Vec3 linear_momentum(const Model& model, const State& state);     // kg m/s
 Vec3 angular_momentum(const Model& model, const State& state, const Vec3& p_Wo);  // about o, kg m^2/s
 
-// Which quantities the motion of a model without inputs conserves. Contact between moving bodies conserves momenta but
-// not energy; contact with the world, joint damping and limits conserve neither.
+// Which quantities the motion of a model without inputs conserves. Contact, joint damping and limits take energy; contact
+// between moving bodies leaves momenta alone, contact with the world does not.
 struct Conserved {
   bool energy = false;
   bool linear_momentum = false;
@@ -32,8 +32,8 @@ struct Conserved {
 Conserved conserved_quantities(const Model& model);
 
 // Largest absolute deviation from the first state's value over a run, and the same relative to the first state's
-// kinetic energy (energy), to the norm of that momentum at the start or, where that is smaller, to its scale sum m |v|
-// (linear), sum m |x - o| |v| + |I w| (angular). Only what is conserved is there.
+// kinetic energy (energy) or to the momentum's scale there: sum m |v| (linear), sum m |x - o| |v| + |I w| (angular),
+// which is not zero when momenta of moving bodies cancel. Only what is conserved is there.
 struct Drift {
   struct Quantity {
     std::string name;  // "energy", "linear_momentum", "angular_momentum"

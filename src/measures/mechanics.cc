@@ -1,0 +1,148 @@
+#include "measures/mechanics.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace assay {
+namespace {
+
+Mat3 inertia_in_world(const Body& body, const BodyState& state) {
+  const Mat3 R_WB = state.q_WB.toRotationMatrix();
+  return R_WB * body.I_BBcm_B * R_WB.transpose();
+}
+
+// Contact pairs of two moving shapes are internal forces; one with the world is not.
+bool touches_world(const Model& model) {
+  return std::ranges::any_of(model.contacts, [&](const ContactPair& pair) {
+    return model.shapes[static_cast<size_t>(pair.shape_a)].body == kWorld ||
+           model.shapes[static_cast<size_t>(pair.shape_b)].body == kWorld;
+  });
+}
+
+std::optional<double> ratio(double deviation, double scale) {
+  if (!(scale > 0)) return std::nullopt;
+  return deviation / scale;
+}
+
+}  // namespace
+
+double kinetic_energy(const Model& model, const State& state) {
+  assert(state.bodies.size() == model.bodies.size());
+  double energy = 0;
+  for (size_t i = 0; i < model.bodies.size(); ++i) {
+    const BodyState& body = state.bodies[i];
+    energy += 0.5 * model.bodies[i].mass * body.v_WBcm.squaredNorm();
+    energy += 0.5 * body.w_WB.dot(inertia_in_world(model.bodies[i], body) * body.w_WB);
+  }
+  // A joint's armature is inertia that belongs to no body.
+  for (size_t j = 0; j < model.hinges.size(); ++j) {
+    if (model.hinges[j].armature != 0) energy += 0.5 * model.hinges[j].armature * state.rate[j] * state.rate[j];
+  }
+  return energy;
+}
+
+double potential_energy(const Model& model, const State& state) {
+  assert(state.bodies.size() == model.bodies.size());
+  double energy = 0;
+  for (size_t i = 0; i < model.bodies.size(); ++i) {
+    energy -= model.bodies[i].mass * model.gravity.dot(state.bodies[i].p_WBcm);
+  }
+  for (size_t j = 0; j < model.hinges.size(); ++j) {
+    const Hinge& hinge = model.hinges[j];
+    if (hinge.stiffness == 0) continue;
+    const double stretch = state.angle[j] - hinge.spring_reference;
+    energy += 0.5 * hinge.stiffness * stretch * stretch;
+  }
+  return energy;
+}
+
+Vec3 linear_momentum(const Model& model, const State& state) {
+  Vec3 momentum = Vec3::Zero();
+  for (size_t i = 0; i < model.bodies.size(); ++i) momentum += model.bodies[i].mass * state.bodies[i].v_WBcm;
+  return momentum;
+}
+
+Vec3 angular_momentum(const Model& model, const State& state, const Vec3& p_Wo) {
+  Vec3 momentum = Vec3::Zero();
+  for (size_t i = 0; i < model.bodies.size(); ++i) {
+    const BodyState& body = state.bodies[i];
+    momentum += (body.p_WBcm - p_Wo).cross(model.bodies[i].mass * body.v_WBcm);
+    momentum += inertia_in_world(model.bodies[i], body) * body.w_WB;
+  }
+  return momentum;
+}
+
+Conserved conserved_quantities(const Model& model) {
+  Conserved conserved;
+  const bool damped = std::ranges::any_of(model.hinges, [](const Hinge& hinge) { return hinge.damping != 0; });
+  const bool limited = model.has_limits();
+  conserved.energy = model.contacts.empty() && !damped && !limited;
+
+  const bool weightless = model.gravity.isZero(0);
+  const bool on_ground = touches_world(model);
+  int roots = 0, hinged_root = -1;
+  for (size_t i = 0; i < model.bodies.size(); ++i) {
+    if (model.bodies[i].parent != kWorld) continue;
+    ++roots;
+    if (!model.bodies[i].is_free()) hinged_root = static_cast<int>(i);
+  }
+  if (weightless && !on_ground && hinged_root < 0) {
+    conserved.linear_momentum = conserved.angular_momentum = true;
+  }
+  // The world acts on a tree that hangs on one hinge with no moment about the hinge's axis, unless the joint itself has
+  // a spring, a damper, a limit or armature.
+  if (hinged_root >= 0 && roots == 1 && !on_ground) {
+    const Body& root = model.bodies[static_cast<size_t>(hinged_root)];
+    const Hinge& hinge = model.hinges[static_cast<size_t>(root.hinge)];
+    const bool free_turning = !hinge.has_spring() && !hinge.limited && hinge.armature == 0;
+    Conserved::Axis axis{root.X_PB * hinge.p_BJ, root.X_PB.q * hinge.axis_B};
+    const bool gravity_along_axis = model.gravity.cross(axis.axis_W).norm() <= 1e-12 * model.gravity.norm();
+    if (free_turning && gravity_along_axis) conserved.angular_momentum_axis = axis;
+  }
+  return conserved;
+}
+
+Drift drift(const Model& model, const Conserved& conserved, const std::vector<State>& states) {
+  assert(!states.empty());
+  Drift result;
+  const State& start = states.front();
+  if (conserved.energy) {
+    const double energy0 = kinetic_energy(model, start) + potential_energy(model, start);
+    double largest = 0;
+    for (const State& state : states) {
+      largest = std::max(largest, std::abs(kinetic_energy(model, state) + potential_energy(model, state) - energy0));
+    }
+    result.quantities.push_back({"energy", "J", largest, ratio(largest, kinetic_energy(model, start))});
+  }
+  if (conserved.linear_momentum) {
+    const Vec3 momentum0 = linear_momentum(model, start);
+    double largest = 0, scale = 0;
+    for (const State& state : states) {
+      largest = std::max(largest, (linear_momentum(model, state) - momentum0).norm());
+    }
+    for (size_t i = 0; i < model.bodies.size(); ++i) scale += model.bodies[i].mass * start.bodies[i].v_WBcm.norm();
+    result.quantities.push_back({"linear_momentum", "kg m/s", largest, ratio(largest, scale)});
+  }
+  if (conserved.angular_momentum || conserved.angular_momentum_axis) {
+    const Vec3 about = conserved.angular_momentum_axis ? conserved.angular_momentum_axis->p_Wo : Vec3::Zero();
+    const auto deviation = [&](const Vec3& difference) {
+      return conserved.angular_momentum_axis ? std::abs(difference.dot(conserved.angular_momentum_axis->axis_W))
+                                             : difference.norm();
+    };
+    const Vec3 momentum0 = angular_momentum(model, start, about);
+    double largest = 0, scale = 0;
+    for (const State& state : states) {
+      largest = std::max(largest, deviation(angular_momentum(model, state, about) - momentum0));
+    }
+    for (size_t i = 0; i < model.bodies.size(); ++i) {
+      const BodyState& body = start.bodies[i];
+      scale += model.bodies[i].mass * (body.p_WBcm - about).norm() * body.v_WBcm.norm() +
+               (inertia_in_world(model.bodies[i], body) * body.w_WB).norm();
+    }
+    result.quantities.push_back({"angular_momentum", "kg m^2/s", largest, ratio(largest, scale)});
+  }
+  return result;
+}
+
+}  // namespace assay

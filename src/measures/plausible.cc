@@ -1,0 +1,124 @@
+#include "measures/plausible.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "measures/mechanics.h"
+#include "model/kinematics.h"
+
+namespace assay {
+namespace {
+
+constexpr double kReachFactor = 1000;
+
+bool is_finite(const BodyState& body) {
+  return body.p_WBcm.allFinite() && body.q_WB.coeffs().allFinite() && body.v_WBcm.allFinite() && body.w_WB.allFinite();
+}
+
+// Farthest that a body of a hinged tree can be from the root's anchor: the lengths of its chain stretched out.
+std::vector<double> stretched(const Model& model) {
+  std::vector<double> far(model.bodies.size(), 0), at_frame(model.bodies.size(), 0);
+  for (size_t i = 0; i < model.bodies.size(); ++i) {
+    const Body& body = model.bodies[i];
+    if (body.is_free()) {
+      far[i] = body.p_BBcm.norm();
+      continue;
+    }
+    const Vec3& anchor = model.hinges[static_cast<size_t>(body.hinge)].p_BJ;
+    if (body.parent != kWorld) {
+      const auto parent = static_cast<size_t>(body.parent);
+      at_frame[i] = at_frame[parent] + (body.X_PB * anchor).norm();
+    }
+    far[i] = at_frame[i] + (body.p_BBcm - anchor).norm();
+    at_frame[i] += anchor.norm();
+  }
+  return far;
+}
+
+}  // namespace
+
+Plausibility::Plausibility(const Model& model, const State& start, double duration_s) : model_(model) {
+  const double g = model.gravity.norm();
+  const double fall = 0.5 * g * duration_s * duration_s;
+  const std::vector<double> far = stretched(model);
+
+  // The lowest that a body's centre may come: the ground that any shape collides with, the end of its chain, a free
+  // fall.
+  double ground = -std::numeric_limits<double>::infinity();
+  const Vec3 up = g > 0 ? Vec3(-model.gravity / g) : Vec3::UnitZ();
+  for (const ContactPair& pair : model.contacts) {
+    for (const int index : {pair.shape_a, pair.shape_b}) {
+      const Shape& shape = model.shapes[static_cast<size_t>(index)];
+      if (shape.type != ShapeType::kPlane) continue;
+      if ((shape.X_BS.q * Vec3::UnitZ()).dot(up) > 0.999) ground = std::max(ground, shape.X_BS.p.dot(up));
+    }
+  }
+
+  double extent = 0, fastest = 0;
+  available_energy_ = kinetic_energy(model, start);
+  for (size_t i = 0; i < model.bodies.size(); ++i) {
+    const Body& body = model.bodies[i];
+    const BodyState& state = start.bodies[i];
+    extent = std::max(extent, state.p_WBcm.norm() + far[i]);
+    fastest = std::max(fastest, state.v_WBcm.norm());
+    size_t root = i;
+    while (model.bodies[root].parent != kWorld) root = static_cast<size_t>(model.bodies[root].parent);
+    const double height = state.p_WBcm.dot(up);
+    double drop = model.bodies[root].is_free() ? state.v_WBcm.norm() * duration_s + fall : 2 * far[i];
+    if (std::isfinite(ground)) drop = std::min(drop, std::max(0.0, height - ground));
+    available_energy_ += body.mass * g * drop;
+  }
+  for (size_t j = 0; j < model.hinges.size(); ++j) {
+    const Hinge& hinge = model.hinges[j];
+    const double stretch = start.angle[j] - hinge.spring_reference;
+    available_energy_ += 0.5 * hinge.stiffness * stretch * stretch;
+    const auto child = static_cast<size_t>(hinge.body);
+    size_ = std::max(size_, (model.bodies[child].p_BBcm - hinge.p_BJ).norm());
+    if (const int parent = model.bodies[child].parent; parent != kWorld) {
+      const Vec3 anchor = anchor_in_parent(model, static_cast<int>(j));
+      size_ = std::max(size_, (model.bodies[static_cast<size_t>(parent)].p_BBcm - anchor).norm());
+    }
+  }
+  reach_ = kReachFactor * (std::max(extent, 1e-3) + fastest * duration_s + fall);
+}
+
+std::string Plausibility::divergence(const State& state) const {
+  for (size_t i = 0; i < state.bodies.size(); ++i) {
+    if (!is_finite(state.bodies[i])) return fmt::format("body '{}' has a non-finite state", model_.bodies[i].name);
+    if (state.bodies[i].p_WBcm.norm() > reach_) {
+      return fmt::format("body '{}' is {:.3g} m away", model_.bodies[i].name, state.bodies[i].p_WBcm.norm());
+    }
+  }
+  return "";
+}
+
+std::string Plausibility::impossibility(const State& state) const {
+  const double energy = kinetic_energy(model_, state);
+  if (energy > kEnergyFactor * available_energy_) {
+    return fmt::format("kinetic energy {:.3g} J where {:.3g} J are to be had", energy, available_energy_);
+  }
+  for (size_t j = 0; j < model_.hinges.size(); ++j) {
+    const HingeFrames frames = hinge_frames(model_, state, static_cast<int>(j));
+    const double gap = (frames.p_WJ_child - frames.p_WJ_parent).norm();
+    if (gap > size_) return fmt::format("hinge '{}' is {:.3g} m apart", model_.hinges[j].name, gap);
+  }
+  for (const ContactPair& pair : model_.contacts) {
+    const Shape& a = model_.shapes[static_cast<size_t>(pair.shape_a)];
+    const Shape& b = model_.shapes[static_cast<size_t>(pair.shape_b)];
+    const Shape* plane = a.type == ShapeType::kPlane ? &a : b.type == ShapeType::kPlane ? &b : nullptr;
+    const Shape& other = plane == &a ? b : a;
+    if (plane == nullptr || other.body == kWorld) continue;
+    const auto body = static_cast<size_t>(other.body);
+    const Vec3 normal = plane->X_BS.q * Vec3::UnitZ();
+    const double height = normal.dot(state.bodies[body].p_WBcm - plane->X_BS.p);
+    if (height < 0) {
+      return fmt::format("the centre of body '{}' is {:.3g} m below the ground", model_.bodies[body].name, -height);
+    }
+  }
+  return "";
+}
+
+}  // namespace assay

@@ -1,0 +1,83 @@
+#include "measures/statistics.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numeric>
+#include <random>
+
+namespace assay {
+namespace {
+
+double quantile_of_sorted(std::span<const double> sorted, double q) {
+  const double position = q * static_cast<double>(sorted.size() - 1);
+  const auto below = static_cast<size_t>(position);
+  const size_t above = std::min(below + 1, sorted.size() - 1);
+  return sorted[below] + (position - static_cast<double>(below)) * (sorted[above] - sorted[below]);
+}
+
+std::vector<double> sorted_copy(std::span<const double> samples) {
+  assert(!samples.empty());
+  std::vector<double> sorted(samples.begin(), samples.end());
+  std::ranges::sort(sorted);
+  return sorted;
+}
+
+// A number below `count`. The standard's distributions differ between libraries; this is the same everywhere.
+size_t below(std::mt19937_64& random, size_t count) { return (random() >> 32) * count >> 32; }
+
+template <typename Statistic>
+Interval bootstrap(std::span<const double> samples, std::uint64_t seed, int resamples, Statistic statistic) {
+  assert(!samples.empty() && resamples > 0);
+  std::mt19937_64 random(seed);
+  std::vector<double> resample(samples.size());
+  std::vector<double> estimates(static_cast<size_t>(resamples));
+  for (double& estimate : estimates) {
+    for (double& value : resample) value = samples[below(random, samples.size())];
+    estimate = statistic(resample);
+  }
+  std::ranges::sort(estimates);
+  return {statistic(samples), quantile_of_sorted(estimates, 0.025), quantile_of_sorted(estimates, 0.975)};
+}
+
+}  // namespace
+
+double median(std::span<const double> samples) { return quantile(samples, 0.5); }
+
+double mean(std::span<const double> samples) {
+  assert(!samples.empty());
+  return std::accumulate(samples.begin(), samples.end(), 0.0) / static_cast<double>(samples.size());
+}
+
+double quantile(std::span<const double> samples, double q) {
+  assert(q >= 0 && q <= 1);
+  return quantile_of_sorted(sorted_copy(samples), q);
+}
+
+Interval bootstrap_median(std::span<const double> samples, std::uint64_t seed, int resamples) {
+  return bootstrap(samples, seed, resamples, [](std::span<const double> values) { return median(values); });
+}
+
+Interval bootstrap_mean(std::span<const double> samples, std::uint64_t seed, int resamples) {
+  return bootstrap(samples, seed, resamples, [](std::span<const double> values) { return mean(values); });
+}
+
+double relative_spread(std::span<const double> samples) {
+  const std::vector<double> sorted = sorted_copy(samples);
+  const double middle = quantile_of_sorted(sorted, 0.5);
+  const double width = quantile_of_sorted(sorted, 0.75) - quantile_of_sorted(sorted, 0.25);
+  return middle == 0 ? 0 : width / std::abs(middle);
+}
+
+std::vector<int> outliers(std::span<const double> samples) {
+  const std::vector<double> sorted = sorted_copy(samples);
+  const double low = quantile_of_sorted(sorted, 0.25), high = quantile_of_sorted(sorted, 0.75);
+  const double margin = 3 * (high - low);
+  std::vector<int> found;
+  for (size_t i = 0; i < samples.size(); ++i) {
+    if (samples[i] < low - margin || samples[i] > high + margin) found.push_back(static_cast<int>(i));
+  }
+  return found;
+}
+
+}  // namespace assay
