@@ -22,7 +22,7 @@ struct LoadOptions {
 
 // Loads `path`, an .xml (MJCF) or .urdf file. Throws InputError for a file that is missing, unreadable, malformed or
 // outside the common subset: one sentence with element, name, line where it is known, and what to do about it.
-// Not to be called from two threads at once: MuJoCo's message handlers belong to the process.
+// Two calls at once wait for each other: MuJoCo's message handler belongs to the process.
 Model load_model(const std::string& path, const LoadOptions& options = {});
 
 // The same for the text of an MJCF or URDF document. `name` stands for the file in messages, and for the model where
