@@ -31,6 +31,11 @@ using SpecPtr = std::unique_ptr<mjSpec, SpecDeleter>;
 using ModelPtr = std::unique_ptr<mjModel, ModelDeleter>;
 using DataPtr = std::unique_ptr<mjData, DataDeleter>;
 
+void copy_quat(const Quat& q, mjtNum* out) { std::ranges::copy(std::array{q.w(), q.x(), q.y(), q.z()}, out); }
+
+// Row `id` of one of MuJoCo's arrays of three numbers.
+Vec3 triple(const mjtNum* array, int id) { return Eigen::Map<const Vec3>(array + ptrdiff_t{3} * id); }
+
 // ---- messages -------------------------------------------------------------------------------------------------------
 
 // MuJoCo's own handlers end the process and write files; errors become exceptions, warnings are read from mjData.
@@ -163,6 +168,8 @@ constexpr std::array<std::pair<const char*, mjtIntegrator>, 5> kIntegrators = {{
 constexpr std::array<std::pair<const char*, mjtSolver>, 3> kSolvers = {
     {{"newton", mjSOL_NEWTON}, {"cg", mjSOL_CG}, {"pgs", mjSOL_PGS}}};
 
+constexpr std::array kSolverNames = {"projected Gauss-Seidel", "conjugate gradients", "Newton"};  // by mjtSolver
+
 template <typename Table>
 auto choice(const Table& table, const std::string& name) {
   return std::ranges::find(table, name, [](const auto& entry) { return std::string(entry.first); })->second;
@@ -265,8 +272,7 @@ void add_shape(mjsBody* body, const Shape& shape, size_t index, bool filtered, c
   mjsGeom* geom = mjs_addGeom(body, nullptr);
   mjs_setName(geom->element, shape_label(index).c_str());
   Eigen::Map<Vec3>(geom->pos) = shape.X_BS.p;
-  const Quat& q = shape.X_BS.q;
-  std::ranges::copy(std::array{q.w(), q.x(), q.y(), q.z()}, geom->quat);
+  copy_quat(shape.X_BS.q, geom->quat);
   switch (shape.type) {
     case ShapeType::kSphere:
       geom->type = mjGEOM_SPHERE;
@@ -312,14 +318,22 @@ struct Compiled {
   std::vector<int> hinge_qpos, hinge_dof;  // per hinge
 };
 
+// Principal moments that MuJoCo takes: it refuses A + B < C, which the last digit of a flat body's moments may say.
+Vec3 realizable(Vec3 moments) {
+  Eigen::Index largest = 0;
+  moments.maxCoeff(&largest);
+  const double others = moments[(largest + 1) % 3] + moments[(largest + 2) % 3];
+  if (moments[largest] > others && moments[largest] < others * (1 + 1e-14)) moments[largest] = others;
+  return moments;
+}
+
 void set_inertia(mjsBody* out, const Body& body) {
   const PrincipalInertia principal = principal_inertia(body.I_BBcm_B);
-  out->explicitinertial = 1;
+  out->explicitinertial = true;
   out->mass = body.mass;
   Eigen::Map<Vec3>(out->ipos) = body.p_BBcm;
-  std::ranges::copy(std::array{principal.q_BI.w(), principal.q_BI.x(), principal.q_BI.y(), principal.q_BI.z()},
-                    out->iquat);
-  Eigen::Map<Vec3>(out->inertia) = principal.diagonal;
+  copy_quat(principal.q_BI, out->iquat);
+  Eigen::Map<Vec3>(out->inertia) = realizable(principal.diagonal);
 }
 
 void set_hinge(mjsJoint* joint, const Hinge& hinge, const Softness& soft) {
@@ -341,9 +355,9 @@ void set_hinge(mjsJoint* joint, const Hinge& hinge, const Softness& soft) {
 
 std::shared_ptr<const Compiled> compile(const Model& model, const Settings& settings) {
   const SpecPtr spec(mj_makeSpec());
-  spec->compiler.degree = 0;
+  spec->compiler.degree = false;
   spec->compiler.inertiafromgeom = mjINERTIAFROMGEOM_FALSE;
-  spec->compiler.usethread = 0;
+  spec->compiler.usethread = false;
   set_options(settings, model.gravity, spec->option);
 
   const ContactPlan plan = plan_contacts(model, settings.get<std::string>("contact_pairs") == "explicit");
@@ -361,7 +375,7 @@ std::shared_ptr<const Compiled> compile(const Model& model, const Settings& sett
     mjsBody* out = mjs_addBody(body.parent == kWorld ? world : bodies[body.parent], nullptr);
     mjs_setName(out->element, body_label(static_cast<int>(i)).c_str());
     Eigen::Map<Vec3>(out->pos) = body.X_PB.p;
-    std::ranges::copy(std::array{body.X_PB.q.w(), body.X_PB.q.x(), body.X_PB.q.y(), body.X_PB.q.z()}, out->quat);
+    copy_quat(body.X_PB.q, out->quat);
     set_inertia(out, body);
     mjsJoint* joint = mjs_addJoint(out, nullptr);
     if (body.is_free()) {
@@ -381,7 +395,7 @@ std::shared_ptr<const Compiled> compile(const Model& model, const Settings& sett
   }
   if (plan.broad_phase) {
     for (const auto& [a, b] : plan.apart) {
-      mjsExclude* exclude = mjs_addExclude(spec.get());
+      const mjsExclude* exclude = mjs_addExclude(spec.get());
       mjs_setString(exclude->bodyname1, body_label(a).c_str());
       mjs_setString(exclude->bodyname2, body_label(b).c_str());
     }
@@ -451,7 +465,7 @@ class MujocoSimulation final : public Simulation {
 
   void read_state(State& out) const override {
     const Model& model = compiled_->model;
-    out.time = start_time_ + static_cast<double>(steps_) * model_->opt.timestep;
+    out.time = time();
     out.bodies.resize(model.bodies.size());
     out.angle.resize(model.hinges.size());
     out.rate.resize(model.hinges.size());
@@ -487,19 +501,18 @@ class MujocoSimulation final : public Simulation {
     view.gravity = Eigen::Map<const Vec3>(m.opt.gravity);
     view.bodies.reserve(compiled_->body_id.size());
     for (const int id : compiled_->body_id) {
-      const Eigen::Map<const Matrix3Rows> R_WI(now->ximat + 9 * id);
-      const Eigen::Map<const Vec3> diagonal(m.body_inertia + 3 * id);
+      const Mat3 R_WI = Eigen::Map<const Matrix3Rows>(now->ximat + ptrdiff_t{9} * id);
       view.bodies.push_back({.mass = m.body_mass[id],
-                             .p_WBcm = Eigen::Map<const Vec3>(now->xipos + 3 * id),
-                             .I_BBcm_W = R_WI * diagonal.asDiagonal() * R_WI.transpose()});
+                             .p_WBcm = triple(now->xipos, id),
+                             .I_BBcm_W = R_WI * triple(m.body_inertia, id).asDiagonal() * R_WI.transpose()});
     }
     view.hinges.reserve(compiled_->hinge_joint.size());
     for (const int id : compiled_->hinge_joint) {
-      view.hinges.push_back({.p_WJ = Eigen::Map<const Vec3>(now->xanchor + 3 * id),
-                             .axis_W = Eigen::Map<const Vec3>(now->xaxis + 3 * id),
+      view.hinges.push_back({.p_WJ = triple(now->xanchor, id),
+                             .axis_W = triple(now->xaxis, id),
                              .limited = m.jnt_limited[id] != 0,
-                             .lower = m.jnt_range[2 * id],
-                             .upper = m.jnt_range[2 * id + 1]});
+                             .lower = m.jnt_range[ptrdiff_t{2} * id],
+                             .upper = m.jnt_range[ptrdiff_t{2} * id + 1]});
     }
     return view;
   }
@@ -523,12 +536,14 @@ class MujocoSimulation final : public Simulation {
       mjtNum* qpos = data_->qpos + compiled_->body_qpos[i];
       mjtNum* qvel = data_->qvel + compiled_->body_dof[i];
       Eigen::Map<Vec3>(qpos + 0) = s.p_WBcm - p_BoBcm_W;
-      std::ranges::copy(std::array{s.q_WB.w(), s.q_WB.x(), s.q_WB.y(), s.q_WB.z()}, qpos + 3);
+      copy_quat(s.q_WB, qpos + 3);
       Eigen::Map<Vec3>(qvel + 0) = s.v_WBcm - s.w_WB.cross(p_BoBcm_W);
       Eigen::Map<Vec3>(qvel + 3) = s.q_WB.conjugate() * s.w_WB;
     }
     data_->time = state.time;
   }
+
+  double time() const { return start_time_ + static_cast<double>(steps_) * model_->opt.timestep; }
 
   void clear_torques() {
     std::fill_n(data_->qfrc_applied, model_->nv, 0.0);
@@ -545,7 +560,7 @@ class MujocoSimulation final : public Simulation {
                                              std::pair{mjWARN_CNSTRFULL, "too many constraints for its memory"}};
     for (const auto& [warning, text] : kFailures) {
       if (data_->warning[warning].number > 0) {
-        throw EngineError(fmt::format("MuJoCo: {} (by {} s)", text, shortest(data_->time)));
+        throw EngineError(fmt::format("MuJoCo: {} (noticed at {} s)", text, shortest(time())));
       }
     }
   }
@@ -612,12 +627,9 @@ class MujocoEngine final : public Engine {
       c.spring_note = "stiffness and damping implicit";
     }
     c.joint_solver = "none (joint coordinates)";
-    const char* solver_name = solver == "newton" ? "Newton"
-                              : solver == "cg"   ? "conjugate gradients"
-                                                 : "projected Gauss-Seidel";
-    c.contact_solver = fmt::format("{}, at most {} iterations, tolerance {}, {} Jacobian", solver_name,
-                                   settings.get<long long>("iterations"), shortest(settings.get<double>("tolerance")),
-                                   settings.get<std::string>("jacobian"));
+    c.contact_solver = fmt::format("{}, at most {} iterations, tolerance {}, {} Jacobian",
+                                   kSolverNames.at(choice(kSolvers, solver)), settings.get<long long>("iterations"),
+                                   shortest(settings.get<double>("tolerance")), settings.get<std::string>("jacobian"));
     c.contact_model = fmt::format("soft: time constant {} s{}, damping ratio {}, impedance {} to {} over {} m",
                                   shortest(settings.get<double>("contact_timeconst")),
                                   settings.get<bool>("refsafe") ? " (at least 2 timesteps)" : "",
@@ -666,7 +678,7 @@ class MujocoEngine final : public Engine {
   // The last model compiled: campaigns create hundreds of simulations that differ in state and timestep alone.
   std::shared_ptr<const Compiled> compiled(const Model& model, const Settings& settings) const {
     std::pair key{model_hash(model), settings.values};
-    const std::lock_guard lock(mutex_);
+    const std::scoped_lock lock(mutex_);
     if (cached_ == nullptr || key != key_) {
       cached_ = compile(model, settings);
       key_ = std::move(key);
