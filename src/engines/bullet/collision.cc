@@ -1,0 +1,204 @@
+#include "collision.h"
+
+#include <BulletCollision/CollisionDispatch/btCompoundCollisionAlgorithm.h>
+#include <BulletCollision/CollisionDispatch/btCompoundCompoundCollisionAlgorithm.h>
+#include <BulletCollision/CollisionDispatch/btManifoldResult.h>
+
+#include "convert.h"
+
+namespace assay::bullet {
+namespace {
+
+// The frame of a body's only shape when it lies on principal axes: the shape then needs no transform of its own.
+bool shape_frame_is_principal(const Body& body, const Shape& shape, BodyFrame& frame) {
+  if ((shape.X_BS.p - body.p_BBcm).norm() > 1e-14 * (1 + body.p_BBcm.norm())) return false;
+  const Mat3 R_BS = shape.X_BS.q.toRotationMatrix();
+  const Mat3 I_S = R_BS.transpose() * body.I_BBcm_B * R_BS;
+  if (std::abs(I_S(0, 1)) + std::abs(I_S(0, 2)) + std::abs(I_S(1, 2)) > 1e-14 * I_S.trace()) return false;
+  frame = {{body.p_BBcm, shape.X_BS.q}, I_S.diagonal()};
+  return true;
+}
+
+bool is_identity(const Pose& X, double length) {
+  return X.p.norm() <= 1e-14 * (1 + length) && X.q.vec().norm() <= 1e-14;
+}
+
+}  // namespace
+
+Collision::Collision(const Model& model) {
+  // rows: the shapes that can touch something
+  row_of_shape_.assign(model.shapes.size(), -1);
+  for (const ContactPair& pair : model.contacts) row_of_shape_[pair.shape_a] = row_of_shape_[pair.shape_b] = 0;
+  for (int& row : row_of_shape_) {
+    if (row == 0) row = rows_++;
+  }
+  choose_frames(model);
+  make_shapes(model);
+  make_tables(model);
+}
+
+void Collision::choose_frames(const Model& model) {
+  std::vector<int> count(model.bodies.size(), 0);
+  std::vector<const Shape*> only(model.bodies.size(), nullptr);
+  for (size_t s = 0; s < model.shapes.size(); ++s) {
+    const Shape& shape = model.shapes[s];
+    if (shape.body == kWorld || row_of_shape_[s] < 0) continue;
+    ++count[shape.body];
+    only[shape.body] = &shape;
+  }
+  frames_.resize(model.bodies.size());
+  for (size_t b = 0; b < model.bodies.size(); ++b) {
+    const Body& body = model.bodies[b];
+    if (count[b] == 1 && shape_frame_is_principal(body, *only[b], frames_[b])) continue;
+    const PrincipalInertia principal = principal_inertia(body.I_BBcm_B);
+    frames_[b] = {{body.p_BBcm, principal.q_BI}, principal.diagonal};
+  }
+}
+
+btCollisionShape* Collision::make_primitive(const Shape& shape, int row) {
+  std::unique_ptr<btCollisionShape> made;
+  switch (shape.type) {
+    case ShapeType::kSphere:
+      made = std::make_unique<btSphereShape>(btScalar(shape.radius));
+      break;
+    case ShapeType::kCapsule:
+      made = std::make_unique<btCapsuleShapeZ>(btScalar(shape.radius), btScalar(2 * shape.half_length));
+      break;
+    case ShapeType::kPlane: {
+      const Vec3 normal = shape.X_BS.q * Vec3::UnitZ();
+      made = std::make_unique<btStaticPlaneShape>(to_bt(normal), btScalar(normal.dot(shape.X_BS.p)));
+      break;
+    }
+  }
+  tags_.push_back(std::make_unique<ShapeTag>(ShapeTag{this, row}));
+  made->setUserPointer(tags_.back().get());
+  shapes_.push_back(std::move(made));
+  return shapes_.back().get();
+}
+
+void Collision::make_shapes(const Model& model) {
+  body_shapes_.assign(model.bodies.size(), nullptr);
+  object_of_body_.assign(model.bodies.size(), -1);
+  std::vector<std::vector<int>> shapes_of_body(model.bodies.size());
+  for (size_t s = 0; s < model.shapes.size(); ++s) {
+    if (row_of_shape_[s] >= 0 && model.shapes[s].body != kWorld) {
+      shapes_of_body[model.shapes[s].body].push_back(static_cast<int>(s));
+    }
+  }
+
+  for (size_t b = 0; b < model.bodies.size(); ++b) {
+    const std::vector<int>& list = shapes_of_body[b];
+    if (list.empty()) continue;
+    object_of_body_[b] = static_cast<int>(object_rows_.size());
+    object_rows_.emplace_back();
+    const Pose X_IB = frames_[b].X_BI.inverse();
+    std::unique_ptr<btCompoundShape> compound;
+    for (const int s : list) {
+      const Shape& shape = model.shapes[s];
+      btCollisionShape* primitive = make_primitive(shape, row_of_shape_[s]);
+      const Pose X_IS = X_IB * shape.X_BS;
+      object_rows_.back().push_back(row_of_shape_[s]);
+      if (list.size() == 1 && is_identity(X_IS, shape.radius)) {
+        body_shapes_[b] = primitive;
+        break;
+      }
+      if (!compound) compound = std::make_unique<btCompoundShape>();
+      compound->addChildShape(to_bt(X_IS), primitive);
+    }
+    if (compound) {
+      body_shapes_[b] = compound.get();
+      shapes_.push_back(std::move(compound));
+    }
+  }
+
+  for (size_t s = 0; s < model.shapes.size(); ++s) {
+    const Shape& shape = model.shapes[s];
+    if (row_of_shape_[s] < 0 || shape.body != kWorld) continue;
+    auto object = std::make_unique<btCollisionObject>();
+    object->setCollisionShape(make_primitive(shape, row_of_shape_[s]));
+    if (shape.type != ShapeType::kPlane) object->setWorldTransform(to_bt(shape.X_BS));
+    object->setCollisionFlags(btCollisionObject::CF_STATIC_OBJECT);
+    object_rows_.push_back({row_of_shape_[s]});
+    world_objects_.push_back(std::move(object));
+  }
+}
+
+void Collision::make_tables(const Model& model) {
+  const size_t objects = object_rows_.size();
+  touch_.assign(static_cast<size_t>(rows_) * rows_, 0);
+  std::vector<int> object_of_row(rows_, -1);
+  for (size_t o = 0; o < objects; ++o) {
+    for (const int row : object_rows_[o]) object_of_row[row] = static_cast<int>(o);
+  }
+  object_touch_.assign(objects * objects, 0);
+  bool uniform = true;
+  for (const ContactPair& pair : model.contacts) uniform = uniform && pair.friction == model.contacts.front().friction;
+  if (!model.contacts.empty()) uniform_friction_ = btScalar(model.contacts.front().friction);
+  if (!uniform) friction_.assign(touch_.size(), 0);
+
+  for (const ContactPair& pair : model.contacts) {
+    const int a = row_of_shape_[pair.shape_a], b = row_of_shape_[pair.shape_b];
+    const int object_a = object_of_row[a], object_b = object_of_row[b];
+    touch_[index(a, b)] = touch_[index(b, a)] = 1;
+    object_touch_[object_a * objects + object_b] = object_touch_[object_b * objects + object_a] = 1;
+    if (!uniform) friction_[index(a, b)] = friction_[index(b, a)] = btScalar(pair.friction);
+  }
+
+  by_shape_.assign(objects, 0);
+  for (size_t o = 0; o < objects; ++o) by_shape_[o] = !uniform && object_rows_[o].size() > 1;
+  const size_t moving = objects - world_objects_.size();
+  for (size_t o = 0; o < world_objects_.size(); ++o) mark(*world_objects_[o], static_cast<int>(moving + o));
+}
+
+void Collision::mark(btCollisionObject& object, int number) const {
+  object.setUserPointer(const_cast<Collision*>(this));
+  object.setUserIndex(number);
+  object.setRestitution(0);
+  if (by_shape_[number]) {
+    object.setCollisionFlags(object.getCollisionFlags() | btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK);
+  }
+}
+
+bool Collision::needBroadphaseCollision(btBroadphaseProxy* proxy_a, btBroadphaseProxy* proxy_b) const {
+  const int a = static_cast<const btCollisionObject*>(proxy_a->m_clientObject)->getUserIndex();
+  const int b = static_cast<const btCollisionObject*>(proxy_b->m_clientObject)->getUserIndex();
+  return a >= 0 && b >= 0 && object_touch_[a * object_rows_.size() + b] != 0;
+}
+
+int Collision::shape_row(const btCollisionObject& object, int child) const {
+  const std::vector<int>& rows = object_rows_[object.getUserIndex()];
+  return rows[child < 0 ? 0 : child];
+}
+
+btScalar Collision::object_friction(const btCollisionObject* a, const btCollisionObject* b) {
+  const auto* owner = static_cast<const Collision*>(a->getUserPointer());
+  if (owner->friction_.empty()) return owner->uniform_friction_;
+  return owner->friction_[owner->index(owner->shape_row(*a, -1), owner->shape_row(*b, -1))];
+}
+
+bool Collision::shape_friction(btManifoldPoint& point, const btCollisionObjectWrapper* a, int /*part_a*/, int child_a,
+                               const btCollisionObjectWrapper* b, int /*part_b*/, int child_b) {
+  const btCollisionObject& object_a = *a->getCollisionObject();
+  const btCollisionObject& object_b = *b->getCollisionObject();
+  const auto* owner = static_cast<const Collision*>(object_a.getUserPointer());
+  point.m_combinedFriction =
+      owner->friction_[owner->index(owner->shape_row(object_a, child_a), owner->shape_row(object_b, child_b))];
+  return true;
+}
+
+bool Collision::children_touch(const btCollisionShape* a, const btCollisionShape* b) {
+  const auto* tag_a = static_cast<const ShapeTag*>(a->getUserPointer());
+  const auto* tag_b = static_cast<const ShapeTag*>(b->getUserPointer());
+  // a compound as a whole has no tag: its children are asked one by one
+  if (tag_a == nullptr || tag_b == nullptr) return true;
+  return tag_a->owner->shapes_touch(tag_a->shape, tag_b->shape);
+}
+
+void Collision::install_hooks() {
+  gCalculateCombinedFrictionCallback = &Collision::object_friction;
+  gContactAddedCallback = &Collision::shape_friction;
+  gCompoundChildShapePairCallback = &Collision::children_touch;
+  gCompoundCompoundChildShapePairCallback = &Collision::children_touch;
+}
+
+}  // namespace assay::bullet

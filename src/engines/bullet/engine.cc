@@ -1,0 +1,110 @@
+// Bullet as an engine of assay: what it is, what it can do, and which of its two formulations runs.
+#include "engines/engine.h"
+
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include "options.h"
+#include "world.h"
+
+namespace assay::bullet {
+namespace {
+
+// Settings of contenders beside the declared defaults.
+using Set = std::map<std::string, SettingValue>;
+
+class BulletEngine final : public Engine {
+ public:
+  std::string name() const override { return ASSAY_ENGINE_NAME; }
+
+  BuildFacts build() const override {
+    return {ASSAY_BUILD_VERSION, ASSAY_BUILD_SOURCE, ASSAY_BUILD_COMPILER, ASSAY_BUILD_FLAGS};
+  }
+
+  std::vector<Setting> settings() const override { return declared_settings(); }
+
+  std::vector<Contender> contenders() const override {
+    const std::string dantzig = "dantzig", multibody = "multibody";
+    if (!kDoublePrecision) {
+      return {{"bullet-si-f32", "Bullet, rigid bodies and hinges, sequential impulse, float", Set{}},
+              {"bullet-mlcp-f32", "Bullet, rigid bodies and hinges, Dantzig's LCP solver, float",
+               Set{{"solver", dantzig}}}};
+    }
+    return {
+        {"bullet-si-f64", "Bullet, rigid bodies and hinges, sequential impulse, double", Set{}},
+        {"bullet-mlcp-f64", "Bullet, rigid bodies and hinges, Dantzig's LCP solver, double", Set{{"solver", dantzig}}},
+        {"bullet-mb", "Bullet, joint coordinates (Featherstone), double", Set{{"model", multibody}}},
+        {"bullet-mb-rk4", "Bullet, joint coordinates (Featherstone), Runge-Kutta 4, double",
+         Set{{"model", multibody}, {"rk4", true}}}};
+  }
+
+  Capabilities capabilities(const Settings& settings) const override {
+    const Options options = read_options(settings);
+    Capabilities c;
+    c.precision = kDoublePrecision ? Precision::kDouble : Precision::kSingle;
+    c.coordinates = options.multibody ? Coordinates::kJoint : Coordinates::kMaximal;
+    c.contact = c.joint_limits = c.torques = true;
+    c.springs = SpringKind::kExplicit;
+    c.spring_note = "explicit torques from the state at the step's start";
+    const std::string solver = options.solver == Solver::kDantzig
+                                   ? "Dantzig's LCP method, sequential impulse where it fails"
+                                   : fmt::format("sequential impulse, {} iterations", options.iterations);
+    c.contact_solver = solver;
+    c.joint_solver = options.multibody ? "none (joint coordinates)" : solver;
+    c.contact_model = fmt::format("rigid, ERP {:g}", double(options.contact_erp));
+    c.friction_combine = "the pair's coefficient, set on every contact point";
+    c.other = "a body turns at most 45 degrees a step; contact points are kept between steps";
+    if (options.multibody) {
+      c.integrator = options.rk4 ? "Runge-Kutta 4, semi-implicit Euler where constraints act" : "semi-implicit Euler";
+      c.order = options.rk4 ? 4 : 1;
+      c.friction_cone = options.friction_directions == 1 ? "one fixed tangent"
+                        : options.friction_cone          ? "circular cone"
+                                                         : "box";
+    } else {
+      c.integrator = "semi-implicit Euler";
+      c.friction_cone =
+          options.friction_directions == 1 ? "one tangent, along the slip" : "box, one side along the slip";
+      c.gyroscopic = options.gyroscopic != 0;
+    }
+    return c;
+  }
+
+  std::vector<Finding> check(const Model& model, const Settings& settings) const override {
+    const Options options = read_options(settings);
+    std::vector<Finding> findings;
+    if (options.rk4 && !options.multibody) {
+      findings.push_back({Fidelity::kRefused, "setting rk4", "rigid bodies have no Runge-Kutta: set model=multibody"});
+    }
+    for (const Hinge& hinge : model.hinges) {
+      const std::string joint = fmt::format("joint '{}'", hinge.name);
+      if (hinge.armature != 0) {
+        findings.push_back({Fidelity::kRefused, joint + " armature", "Bullet has no joint armature: set it to 0"});
+      }
+      if (hinge.has_spring()) {
+        findings.push_back({Fidelity::kApproximated, joint + " stiffness and damping",
+                            "explicit torque from the state at the step's start"});
+      }
+      if (hinge.limited && !options.multibody && hinge.upper - hinge.lower >= 2 * std::numbers::pi) {
+        findings.push_back({Fidelity::kRefused, joint + " range",
+                            "Bullet's hinge limits span less than a turn: narrow the range or remove it"});
+      }
+    }
+    return findings;
+  }
+
+  std::unique_ptr<Simulation> create(const Model& model, const State& state, const Settings& settings) const override {
+    for (const Finding& finding : check(model, settings)) {
+      if (finding.fidelity == Fidelity::kRefused) {
+        throw UnsupportedError(fmt::format("{}: {}: {}", name(), finding.element, finding.how));
+      }
+    }
+    const Options options = read_options(settings);
+    return options.multibody ? make_multibody(model, state, options) : make_rigid(model, state, options);
+  }
+};
+
+}  // namespace
+}  // namespace assay::bullet
+
+ASSAY_ENGINE_PLUGIN(assay::bullet::BulletEngine)

@@ -1,0 +1,219 @@
+// Bullet's multibodies (Featherstone): every tree of the model is one btMultiBody, a free body alone is one without
+// links.
+#include <BulletDynamics/Featherstone/btMultiBody.h>
+#include <BulletDynamics/Featherstone/btMultiBodyJointLimitConstraint.h>
+#include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
+
+#include "convert.h"
+#include "world.h"
+
+namespace assay::bullet {
+namespace {
+
+class MultibodySimulation final : public BulletSimulation {
+ public:
+  MultibodySimulation(const Model& model, const State& state, const Options& options)
+      : BulletSimulation(model, state, options) {
+    place_bodies();
+    for (size_t b = 0; b < model_.bodies.size(); ++b) {
+      if (model_.bodies[b].parent == kWorld) make_tree(static_cast<int>(b));
+    }
+    make_limits();
+    make_colliders();
+  }
+
+  ~MultibodySimulation() override { destroy_world(); }
+  MultibodySimulation(const MultibodySimulation&) = delete;
+  MultibodySimulation& operator=(const MultibodySimulation&) = delete;
+
+ private:
+  // Where a body of the model is: link -1 is the base of its tree.
+  struct Place {
+    int root = 0;
+    int link = -1;
+    btMultiBody* tree = nullptr;
+  };
+
+  btMultiBodyDynamicsWorld& multibody_world() const { return static_cast<btMultiBodyDynamicsWorld&>(world()); }
+
+  void place_bodies() {
+    places_.resize(model_.bodies.size());
+    links_of_root_.assign(model_.bodies.size(), 0);
+    for (size_t b = 0; b < model_.bodies.size(); ++b) {
+      const Body& body = model_.bodies[b];
+      places_[b].root = body.parent == kWorld ? static_cast<int>(b) : places_[body.parent].root;
+      if (!body.is_free()) places_[b].link = links_of_root_[places_[b].root]++;
+    }
+  }
+
+  // A free root is its tree's base; a hinged root is the first link of a base that is fixed in the world's origin.
+  void make_tree(int root) {
+    const bool fixed = !model_.bodies[root].is_free();
+    const BodyFrame& frame = collision_.frame(root);
+    const btScalar mass = fixed ? 0 : btScalar(model_.bodies[root].mass);
+    const btVector3 inertia = fixed ? btVector3(0, 0, 0) : to_bt(frame.inertia);
+    auto tree = std::make_unique<btMultiBody>(links_of_root_[root], mass, inertia, fixed, false);
+    tree->setLinearDamping(0);
+    tree->setAngularDamping(0);
+    tree->setUseGyroTerm(true);
+    tree->setMaxCoordinateVelocity(SIMD_INFINITY);
+    tree->setMaxAppliedImpulse(SIMD_INFINITY);
+    tree->setHasSelfCollision(true);
+    tree->useRK4Integration(options_.rk4);
+
+    for (size_t b = root; b < model_.bodies.size(); ++b) {
+      if (places_[b].root != root) continue;
+      places_[b].tree = tree.get();
+      if (places_[b].link >= 0) make_link(*tree, static_cast<int>(b));
+    }
+    tree->finalizeMultiDof();
+    multibody_world().addMultiBody(tree.get());
+
+    tree->setBasePos(btVector3(0, 0, 0));
+    tree->setWorldToBaseRot(btQuaternion::getIdentity());
+    if (!fixed) {
+      const BodyState& s = start_.bodies[root];
+      tree->setBasePos(to_bt(s.p_WBcm));
+      tree->setWorldToBaseRot(to_bt(Quat((s.q_WB * frame.X_BI.q).conjugate())));
+      tree->setBaseVel(to_bt(s.v_WBcm));
+      tree->setBaseOmega(to_bt(s.w_WB));
+    }
+    for (size_t b = root; b < model_.bodies.size(); ++b) {
+      if (places_[b].root != root || places_[b].link < 0) continue;
+      const int hinge = model_.bodies[b].hinge;
+      tree->setJointPos(places_[b].link, btScalar(start_.angle[hinge] - model_.hinges[hinge].reference));
+      tree->setJointVel(places_[b].link, btScalar(start_.rate[hinge]));
+    }
+    trees_.push_back(std::move(tree));
+  }
+
+  void make_link(btMultiBody& tree, int b) {
+    const Body& body = model_.bodies[b];
+    const Hinge& hinge = model_.hinges[body.hinge];
+    const BodyFrame& frame = collision_.frame(b);
+    const bool on_world = body.parent == kWorld;
+    const Pose X_PQ = on_world ? Pose{} : collision_.frame(body.parent).X_BI;  // the parent's Bullet frame
+    const Quat q_QI = X_PQ.q.conjugate() * body.X_PB.q * frame.X_BI.q;
+    const Quat q_IB = frame.X_BI.q.conjugate();
+    tree.setupRevolute(places_[b].link, btScalar(body.mass), to_bt(frame.inertia),
+                       on_world ? -1 : places_[body.parent].link, to_bt(Quat(q_QI.conjugate())),
+                       to_bt(Vec3(q_IB * hinge.axis_B)), to_bt(X_PQ.inverse() * anchor_in_parent(model_, body.hinge)),
+                       to_bt(Vec3(q_IB * (body.p_BBcm - hinge.p_BJ))), false);
+  }
+
+  void make_limits() {
+    limits_.resize(model_.hinges.size());
+    for (size_t j = 0; j < model_.hinges.size(); ++j) {
+      const Hinge& hinge = model_.hinges[j];
+      if (!hinge.limited) continue;
+      const Place& place = places_[hinge.body];
+      limits_[j] = std::make_unique<btMultiBodyJointLimitConstraint>(
+          place.tree, place.link, btScalar(hinge.lower - hinge.reference), btScalar(hinge.upper - hinge.reference));
+      limits_[j]->setMaxAppliedImpulse(SIMD_INFINITY);
+      multibody_world().addMultiBodyConstraint(limits_[j].get());
+    }
+  }
+
+  // A collider for every body that can touch something, and for every limited link: Bullet finds the island of a limit
+  // through the link's collider and skips a limit that has none.
+  void make_colliders() {
+    for (size_t b = 0; b < model_.bodies.size(); ++b) {
+      const Place& place = places_[b];
+      btCollisionShape* shape = collision_.body_shape(static_cast<int>(b));
+      const bool limited = place.link >= 0 && limits_[model_.bodies[b].hinge] != nullptr;
+      if (shape == nullptr && !limited) continue;
+      auto collider = std::make_unique<btMultiBodyLinkCollider>(place.tree, place.link);
+      collider->setCollisionShape(shape != nullptr ? shape : &no_shape_);
+      collider->setActivationState(DISABLE_DEACTIVATION);
+      const BodyState& s = start_.bodies[b];
+      collider->setWorldTransform(to_bt(Pose{s.p_WBcm, s.q_WB * collision_.frame(static_cast<int>(b)).X_BI.q}));
+      if (place.link < 0) {
+        place.tree->setBaseCollider(collider.get());
+      } else {
+        place.tree->getLink(place.link).m_collider = collider.get();
+      }
+      if (shape != nullptr) {
+        collision_.claim(*collider, static_cast<int>(b));
+        world().addCollisionObject(collider.get());
+      } else {
+        world().addCollisionObject(collider.get(), 0, 0);
+      }
+      colliders_.push_back(std::move(collider));
+    }
+    btAlignedObjectArray<btQuaternion> rotations;
+    btAlignedObjectArray<btVector3> origins;
+    for (const auto& tree : trees_) {
+      tree->forwardKinematics(rotations, origins);
+      tree->updateCollisionObjectWorldTransforms(rotations, origins);
+    }
+  }
+
+  void read(State& out) const override {
+    for (size_t b = 0; b < places_.size(); ++b) {
+      const Place& place = places_[b];
+      if (place.link >= 0) {
+        const int hinge = model_.bodies[b].hinge;
+        out.angle[hinge] = double(place.tree->getJointPos(place.link)) + model_.hinges[hinge].reference;
+        out.rate[hinge] = double(place.tree->getJointVel(place.link));
+        continue;
+      }
+      const Quat q_WI = from_bt(place.tree->getWorldToBaseRot()).conjugate();
+      out.bodies[b] = {from_bt(place.tree->getBasePos()),
+                       (q_WI * collision_.frame(static_cast<int>(b)).X_BI.q.conjugate()).normalized(),
+                       from_bt(place.tree->getBaseVel()), from_bt(place.tree->getBaseOmega())};
+    }
+    bodies_from_joints(model_, out);
+  }
+
+  void apply(const std::vector<double>& torques) override {
+    for (const auto& tree : trees_) tree->clearForcesAndTorques();
+    for (size_t j = 0; j < torques.size(); ++j) {
+      const Place& place = places_[model_.hinges[j].body];
+      place.tree->addJointTorque(place.link, btScalar(torques[j]));
+    }
+  }
+
+  void view_parts(EngineView& out) const override {
+    btAlignedObjectArray<btQuaternion> rotations;
+    btAlignedObjectArray<btVector3> origins;
+    for (const auto& tree : trees_) tree->forwardKinematics(rotations, origins);
+    for (size_t b = 0; b < places_.size(); ++b) {
+      const btMultiBody& tree = *places_[b].tree;
+      const int link = places_[b].link;
+      const btTransform X_WI = link < 0 ? tree.getBaseWorldTransform() : tree.getLink(link).m_cachedWorldTransform;
+      const Mat3 R = from_bt(X_WI.getBasis());
+      EngineBody& seen = out.bodies[b];
+      seen.mass = double(link < 0 ? tree.getBaseMass() : tree.getLinkMass(link));
+      seen.p_WBcm = from_bt(X_WI.getOrigin());
+      seen.I_BBcm_W =
+          R * from_bt(link < 0 ? tree.getBaseInertia() : tree.getLinkInertia(link)).asDiagonal() * R.transpose();
+      if (link < 0) continue;
+
+      const int j = model_.bodies[b].hinge;
+      const Hinge& hinge = model_.hinges[j];
+      EngineHinge& joint = out.hinges[j];
+      joint.p_WJ = from_bt(X_WI * (-tree.getLink(link).m_dVector));
+      joint.axis_W = from_bt(X_WI.getBasis() * tree.getLink(link).getAxisTop(0));
+      joint.limited = limits_[j] != nullptr;
+      if (joint.limited) {
+        joint.lower = double(limits_[j]->getLowerBound()) + hinge.reference;
+        joint.upper = double(limits_[j]->getUpperBound()) + hinge.reference;
+      }
+    }
+  }
+
+  btSphereShape no_shape_{btScalar(1e-3)};  // of limited links that touch nothing
+  std::vector<Place> places_;               // by Model::bodies
+  std::vector<int> links_of_root_;          // by Model::bodies, meaningful for roots
+  std::vector<std::unique_ptr<btMultiBody>> trees_;
+  std::vector<std::unique_ptr<btMultiBodyLinkCollider>> colliders_;
+  std::vector<std::unique_ptr<btMultiBodyJointLimitConstraint>> limits_;  // by Model::hinges, null without a limit
+};
+
+}  // namespace
+
+std::unique_ptr<Simulation> make_multibody(const Model& model, const State& state, const Options& options) {
+  return std::make_unique<MultibodySimulation>(model, state, options);
+}
+
+}  // namespace assay::bullet

@@ -1,0 +1,117 @@
+#include "world.h"
+
+#include <cmath>
+#include <numbers>
+
+#include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
+#include <BulletDynamics/Featherstone/btMultiBodyMLCPConstraintSolver.h>
+#include <BulletDynamics/MLCPSolvers/btDantzigSolver.h>
+#include <BulletDynamics/MLCPSolvers/btMLCPSolver.h>
+
+#include "convert.h"
+
+namespace assay::bullet {
+namespace {
+
+State with_joints(const Model& model, const State& state) {
+  State result = state;
+  if (result.angle.size() != model.hinges.size() || result.rate.size() != model.hinges.size()) {
+    joints_from_bodies(model, result);
+  }
+  return result;
+}
+
+std::unique_ptr<btSequentialImpulseConstraintSolver> make_solver(bool multibody, btMLCPSolverInterface* lcp) {
+  if (multibody && lcp != nullptr) return std::make_unique<btMultiBodyMLCPConstraintSolver>(lcp);
+  if (multibody) return std::make_unique<btMultiBodyConstraintSolver>();
+  if (lcp != nullptr) return std::make_unique<btMLCPSolver>(lcp);
+  return std::make_unique<btSequentialImpulseConstraintSolver>();
+}
+
+void configure(btContactSolverInfo& info, const Options& options) {
+  info.m_numIterations = options.iterations;
+  info.m_leastSquaresResidualThreshold = options.residual;
+  info.m_erp = options.erp;
+  info.m_erp2 = options.contact_erp;
+  info.m_globalCfm = options.cfm;
+  info.m_splitImpulse = static_cast<int>(options.split_impulse);
+  info.m_splitImpulsePenetrationThreshold = -options.split_impulse_depth;
+  info.m_linearSlop = options.linear_slop;
+  info.m_warmstartingFactor = options.warmstarting;
+  info.m_restitution = 0;
+  info.m_maxGyroscopicForce = SIMD_INFINITY;
+  info.m_minimumSolverBatchSize = options.solver_batch;
+  const auto flag = [&info](int bit, bool on) {
+    info.m_solverMode = on ? info.m_solverMode | bit : info.m_solverMode & ~bit;
+  };
+  flag(SOLVER_USE_WARMSTARTING, options.warmstarting > 0);
+  flag(SOLVER_USE_2_FRICTION_DIRECTIONS, options.friction_directions == 2);
+  flag(SOLVER_DISABLE_IMPLICIT_CONE_FRICTION, !options.friction_cone);
+  flag(SOLVER_RANDMIZE_ORDER, options.randomize_order);
+}
+
+}  // namespace
+
+double nearest_turn(double angle, double guess) {
+  constexpr double kTurn = 2 * std::numbers::pi;
+  return angle + kTurn * std::round((guess - angle) / kTurn);
+}
+
+BulletSimulation::BulletSimulation(const Model& model, const State& state, const Options& options)
+    : model_(model), options_(options), start_(with_joints(model, state)), collision_(model), last_(start_) {
+  make_world();
+}
+
+void BulletSimulation::make_world() {
+  if (options_.solver == Solver::kDantzig) lcp_ = std::make_unique<btDantzigSolver>();
+  auto solver = make_solver(options_.multibody, lcp_.get());
+  solver->setRandSeed(0);
+  if (options_.multibody) {
+    world_ = std::make_unique<btMultiBodyDynamicsWorld>(
+        &dispatcher_, &broadphase_, static_cast<btMultiBodyConstraintSolver*>(solver.get()), &configuration_);
+  } else {
+    world_ = std::make_unique<btDiscreteDynamicsWorld>(&dispatcher_, &broadphase_, solver.get(), &configuration_);
+  }
+  solver_ = std::move(solver);
+  configure(world_->getSolverInfo(), options_);
+  world_->setGravity(to_bt(model_.gravity));
+  Collision::install_hooks();
+  world_->getPairCache()->setOverlapFilterCallback(const_cast<Collision*>(&collision_));
+  for (const auto& object : collision_.world_objects()) {
+    world_->addCollisionObject(object.get(), btBroadphaseProxy::StaticFilter, btBroadphaseProxy::AllFilter);
+  }
+}
+
+void BulletSimulation::advance(int count) {
+  for (int i = 0; i < count; ++i) world_->stepSimulation(options_.timestep, 0);
+  steps_ += count;
+}
+
+void BulletSimulation::read_state(State& out) const {
+  read(last_);
+  last_.time = start_.time + static_cast<double>(steps_) * static_cast<double>(options_.timestep);
+  out = last_;
+}
+
+void BulletSimulation::set_torques(std::span<const double> torques) {
+  torques_.assign(model_.hinges.size(), 0.0);
+  for (size_t j = 0; j < torques.size() && j < torques_.size(); ++j) torques_[j] = torques[j];
+  if (model_.has_springs()) {
+    read(last_);
+    for (size_t j = 0; j < torques_.size(); ++j) {
+      torques_[j] += spring_torque(model_.hinges[j], last_.angle[j], last_.rate[j]);
+    }
+  }
+  apply(torques_);
+}
+
+EngineView BulletSimulation::view() const {
+  EngineView out;
+  out.bodies.resize(model_.bodies.size());
+  out.hinges.resize(model_.hinges.size());
+  out.gravity = from_bt(world_->getGravity());
+  view_parts(out);
+  return out;
+}
+
+}  // namespace assay::bullet

@@ -1,0 +1,62 @@
+// What both formulations share: collision pipeline, solver, world, clock, angles.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
+#include <BulletDynamics/MLCPSolvers/btMLCPSolverInterface.h>
+#include <btBulletDynamicsCommon.h>
+
+#include "collision.h"
+#include "engines/engine.h"
+#include "options.h"
+
+namespace assay::bullet {
+
+class BulletSimulation : public Simulation {
+ public:
+  void advance(int count) final;
+  void read_state(State& out) const final;
+  EngineView view() const final;
+  void set_torques(std::span<const double> torques) final;
+
+ protected:
+  BulletSimulation(const Model& model, const State& state, const Options& options);
+
+  // Fills bodies, angles and rates of `out`, whose angles on entry are the last ones.
+  virtual void read(State& out) const = 0;
+  virtual void view_parts(EngineView& out) const = 0;
+  // Replaces the joint torques of the next step.
+  virtual void apply(const std::vector<double>& torques) = 0;
+
+  btDiscreteDynamicsWorld& world() const { return *world_; }
+  // For the world's destructor to run while what it points to is still there.
+  void destroy_world() { world_.reset(); }
+
+  const Model model_;
+  const Options options_;
+  const State start_;  // joint coordinates always filled
+  const Collision collision_;
+
+ private:
+  void make_world();
+
+  btDefaultCollisionConfiguration configuration_;
+  btCollisionDispatcher dispatcher_{&configuration_};
+  btDbvtBroadphase broadphase_;
+  std::unique_ptr<btMLCPSolverInterface> lcp_;
+  std::unique_ptr<btConstraintSolver> solver_;
+  std::unique_ptr<btDiscreteDynamicsWorld> world_;
+  long long steps_ = 0;
+  std::vector<double> torques_;  // scratch
+  mutable State last_;           // of the last read: unwraps angles
+};
+
+std::unique_ptr<Simulation> make_rigid(const Model& model, const State& state, const Options& options);
+std::unique_ptr<Simulation> make_multibody(const Model& model, const State& state, const Options& options);
+
+// A limit as Bullet gives it back, turned by whole turns to the model's.
+double nearest_turn(double angle, double guess);
+
+}  // namespace assay::bullet
