@@ -1,0 +1,135 @@
+#include "controls/control.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "base/errors.h"
+#include "base/text.h"
+
+namespace assay {
+namespace {
+
+class PassiveControl final : public Control {
+ public:
+  void torques(const State& /*state*/, std::span<double> torques) const override { std::ranges::fill(torques, 0.0); }
+  ControlInput input() const override { return ControlInput::kNothing; }
+  bool is_zero() const override { return true; }
+  std::string description() const override { return "passive"; }
+};
+
+class SineControl final : public Control {
+ public:
+  explicit SineControl(std::vector<Sine> sines) : sines_(std::move(sines)) {}
+
+  void torques(const State& state, std::span<double> torques) const override {
+    for (size_t j = 0; j < sines_.size(); ++j) {
+      const Sine& sine = sines_[j];
+      torques[j] = sine.amplitude * std::sin(2 * std::numbers::pi * sine.frequency * state.time + sine.phase);
+    }
+  }
+  ControlInput input() const override { return is_zero() ? ControlInput::kNothing : ControlInput::kTime; }
+  bool is_zero() const override {
+    return std::ranges::all_of(sines_, [](const Sine& sine) { return sine.amplitude == 0; });
+  }
+  std::string description() const override {
+    if (is_zero()) return "passive";
+    const Sine& first = sines_.front();
+    const bool alike = std::ranges::all_of(sines_, [&](const Sine& sine) {
+      return sine.amplitude == first.amplitude && sine.frequency == first.frequency;
+    });
+    if (!alike) return fmt::format("sines at {} hinges", sines_.size());
+    return fmt::format("sine, {} Nm, {} Hz", shortest(first.amplitude), shortest(first.frequency));
+  }
+
+ private:
+  std::vector<Sine> sines_;
+};
+
+class ActuatorControl final : public Control {
+ public:
+  ActuatorControl(std::vector<Actuator> actuators, std::vector<double> control)
+      : actuators_(std::move(actuators)), control_(std::move(control)) {}
+
+  void torques(const State& state, std::span<double> torques) const override {
+    std::ranges::fill(torques, 0.0);
+    for (size_t i = 0; i < actuators_.size(); ++i) {
+      const Actuator& actuator = actuators_[i];
+      torques[actuator.hinge] +=
+          actuator_torque(actuator, control_[i], state.angle[actuator.hinge], state.rate[actuator.hinge]);
+    }
+  }
+  ControlInput input() const override {
+    const bool feedback =
+        std::ranges::any_of(actuators_, [](const Actuator& a) { return a.type == ActuatorType::kPosition; });
+    return feedback ? ControlInput::kState : ControlInput::kNothing;
+  }
+  bool is_zero() const override {
+    for (size_t i = 0; i < actuators_.size(); ++i) {
+      const Actuator& actuator = actuators_[i];
+      if (actuator.type == ActuatorType::kPosition || actuator_torque(actuator, control_[i], 0, 0) != 0) return false;
+    }
+    return true;
+  }
+  std::string description() const override {
+    return actuators_.empty() ? "passive" : fmt::format("{} actuators, constant controls", actuators_.size());
+  }
+
+ private:
+  std::vector<Actuator> actuators_;
+  std::vector<double> control_;
+};
+
+}  // namespace
+
+double actuator_torque(const Actuator& actuator, double u, double angle, double rate) {
+  if (actuator.control_limited) u = std::clamp(u, actuator.control_lower, actuator.control_upper);
+  double force = u;
+  if (actuator.type == ActuatorType::kPosition) {
+    force = actuator.kp * (u - actuator.gear * angle) - actuator.kv * actuator.gear * rate;
+  }
+  if (actuator.force_limited) force = std::clamp(force, actuator.force_lower, actuator.force_upper);
+  return actuator.gear * force;
+}
+
+std::unique_ptr<Control> passive_control() { return std::make_unique<PassiveControl>(); }
+
+std::unique_ptr<Control> sine_control(const Model& model, std::vector<Sine> sines) {
+  if (sines.size() != model.hinges.size()) throw std::invalid_argument("sine_control: one sine per hinge");
+  return std::make_unique<SineControl>(std::move(sines));
+}
+
+std::unique_ptr<Control> actuator_control(const Model& model, std::vector<double> control) {
+  if (control.empty()) control = model.control0;
+  if (control.size() != model.actuators.size())
+    throw std::invalid_argument("actuator_control: one control per actuator");
+  return std::make_unique<ActuatorControl>(model.actuators, std::move(control));
+}
+
+std::vector<std::string> control_kinds() { return {"passive", "sine", "actuators"}; }
+
+std::unique_ptr<Control> make_control(const Model& model, const ControlSpec& spec) {
+  if (spec.kind == "passive") return passive_control();
+  if (spec.kind == "actuators") return actuator_control(model);
+  if (spec.kind != "sine") {
+    throw InputError(
+        fmt::format("there is no control '{}'{}; use one of {}", spec.kind,
+                    nearest_name(spec.kind, control_kinds()) ? did_you_mean(spec.kind, control_kinds()) : "",
+                    join(control_kinds(), ", ")));
+  }
+  for (const auto& [name, value] : {std::pair{"amplitude", spec.amplitude}, std::pair{"frequency", spec.frequency},
+                                    std::pair{"phase_step", spec.phase_step}}) {
+    if (!std::isfinite(value)) throw InputError(fmt::format("the sine's {} is {}; give a finite number", name, value));
+  }
+  std::vector<Sine> sines;
+  sines.reserve(model.hinges.size());
+  for (size_t j = 0; j < model.hinges.size(); ++j) {
+    sines.push_back({spec.amplitude, spec.frequency, spec.phase_step * static_cast<double>(j)});
+  }
+  return sine_control(model, std::move(sines));
+}
+
+}  // namespace assay

@@ -1,0 +1,78 @@
+// Joint torques as a function of time and state: what drives a model, the same for every engine. A joint's own spring
+// and damper are not here: they belong to the model, and its engine or adapter applies them.
+#pragma once
+
+#include <memory>
+#include <numbers>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "model/model.h"
+#include "model/state.h"
+
+namespace assay {
+
+// What a control reads of the state. A runner need not read more from the engine before each step.
+enum class ControlInput {
+  kNothing,  // constant torques
+  kTime,     // State::time alone
+  kState,    // time, angles and rates
+};
+
+// Immutable and free of memory: equal states give equal torques, so a run can be continued from any state.
+class Control {
+ public:
+  virtual ~Control() = default;
+  Control(const Control&) = delete;
+  Control& operator=(const Control&) = delete;
+
+  // Torques for the step that begins in `state`, held for that step: one per hinge, Nm, about the hinge's axis on the
+  // child. `torques` has one entry per hinge and is overwritten.
+  virtual void torques(const State& state, std::span<double> torques) const = 0;
+
+  virtual ControlInput input() const = 0;
+
+  // True when every torque is always zero, so that a runner may skip set_torques().
+  virtual bool is_zero() const = 0;
+
+  // "sine, 2 Nm, 1 Hz": for manifests.
+  virtual std::string description() const = 0;
+
+ protected:
+  Control() = default;
+};
+
+// No torque.
+std::unique_ptr<Control> passive_control();
+
+// torque = amplitude sin(2 pi frequency t + phase)
+struct Sine {
+  double amplitude = 0;  // Nm
+  double frequency = 1;  // Hz
+  double phase = 0;      // rad
+};
+
+// One sine per hinge. Throws std::invalid_argument when their number is not the model's number of hinges (a bug).
+std::unique_ptr<Control> sine_control(const Model& model, std::vector<Sine> sines);
+
+// The model's actuators with constant controls, one per actuator: motors give a constant torque, position actuators an
+// explicit PD torque toward their set-point. An empty `control` means Model::control0.
+std::unique_ptr<Control> actuator_control(const Model& model, std::vector<double> control = {});
+
+// Torque of one actuator on its hinge, Nm, for control u. Clamps as model.h says.
+double actuator_torque(const Actuator& actuator, double u, double angle, double rate);
+
+// A control as campaigns and users name it.
+struct ControlSpec {
+  std::string kind = "actuators";                // one of control_kinds()
+  double amplitude = 1;                          // sine: Nm, at every hinge
+  double frequency = 1;                          // sine: Hz, at every hinge
+  double phase_step = 2 * std::numbers::pi / 5;  // sine: rad from one hinge to the next
+};
+std::vector<std::string> control_kinds();  // "passive", "sine", "actuators"
+
+// Throws InputError for an unknown kind (with the nearest name) or values that are not finite.
+std::unique_ptr<Control> make_control(const Model& model, const ControlSpec& spec);
+
+}  // namespace assay
