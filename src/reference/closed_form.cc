@@ -13,7 +13,7 @@
 namespace assay {
 namespace math = boost::math;
 
-TorqueFreeTop::TorqueFreeTop(const Vec3& moments, const Vec3& w_B) : moments_(moments), axis_{0, 1, 2} {
+TorqueFreeTop::TorqueFreeTop(const Vec3& moments, const Vec3& w_B) : moments_(moments) {
   // ascending moments; an odd permutation turns the frame left-handed, which reverses Euler's equations
   double parity = 1;
   auto order = [&](int a, int b) {

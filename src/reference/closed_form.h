@@ -30,7 +30,7 @@ class TorqueFreeTop {
   Mat3 euler_rotation(double time, double precession) const;
 
   Vec3 moments_;
-  int axis_[3];  // where the roles of L&L's axes 1, 2, 3 are among the caller's
+  int axis_[3] = {0, 1, 2};  // where the roles of L&L's axes 1, 2, 3 are among the caller's
   double amplitude_[3];
   double rate_ = 0, modulus_ = 0, phase_ = 0;
   double momentum_ = 0;

@@ -1,0 +1,200 @@
+#include "conformance/conformance.h"
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+
+#include <fmt/format.h>
+
+#include "base/text.h"
+#include "conformance/tests.h"
+
+namespace assay {
+namespace {
+
+using conformance::Subject;
+using conformance::Verdict;
+
+// What a test asks of a contender before it is run.
+enum class Need { kNothing, kTorques, kSprings, kArmature, kJointLimits, kContact };
+
+struct Entry {
+  const char* name;
+  const char* meaning;
+  Need need;
+  Verdict (*run)(const Subject&);
+};
+
+// The most basic first: who fails early need not wonder about the rest.
+constexpr Entry kEntries[] = {
+    {"readback", "the engine itself reports the model's mass, inertia, frames, limits and gravity", Need::kNothing,
+     conformance::readback},
+    {"state-round-trip", "a state of any time, pose and velocity is read back as it was given", Need::kNothing,
+     conformance::state_round_trip},
+    {"determinism", "the same run twice gives the same bits", Need::kNothing, conformance::determinism},
+    {"independence", "instances stepped in turns give the bits of the same runs alone", Need::kNothing,
+     conformance::independence},
+    {"batches", "advance(n) gives the bits of n times advance(1), and the time is right", Need::kNothing,
+     conformance::batches},
+    {"free-fall", "a moving, spinning body follows the parabola", Need::kNothing, conformance::free_fall},
+    {"gravity-direction", "oblique, horizontal and no gravity", Need::kNothing, conformance::gravity_direction},
+    {"torque-free-top", "an asymmetric body turns over as Jacobi's elliptic functions say", Need::kNothing,
+     conformance::torque_free_top},
+    {"pendulum-period", "the period at 143 degrees is the complete elliptic integral's", Need::kNothing,
+     conformance::pendulum_period},
+    {"planar-chain", "five links in a plane converge to the independent solution", Need::kNothing,
+     conformance::planar_chain},
+    {"spatial-chain", "five links in space converge to the independent solution", Need::kNothing,
+     conformance::spatial_chain},
+    {"oblique-trees", "a floating and a fixed tree with oblique frames converge to the independent solution",
+     Need::kNothing, conformance::oblique_trees_converge},
+    {"restart", "a new instance in a state of the run continues the run", Need::kNothing, conformance::restart},
+    {"torque-for-one-step", "a torque acts for one step, and the later of two calls counts", Need::kTorques,
+     conformance::torque_for_one_step},
+    {"constant-torque", "a hinge under constant torque follows the parabola, past whole turns", Need::kTorques,
+     conformance::constant_torque},
+    {"torque-reaction", "torques on a floating tree act on both bodies of a hinge", Need::kTorques,
+     conformance::torque_reaction},
+    {"armature", "armature adds to the inertia about the hinge", Need::kArmature, conformance::armature},
+    {"spring-damper", "a hinge's spring and damper follow the damped oscillator", Need::kSprings,
+     conformance::spring_damper},
+    {"joint-limit", "a bar that falls onto its joint's limit rests there", Need::kJointLimits,
+     conformance::joint_limit},
+    {"resting-height", "balls and capsules rest on a plane and on fixed capsules at their radius", Need::kContact,
+     conformance::resting_height},
+    {"sliding-capsule", "a sliding capsule stops after v^2/(2 mu g)", Need::kContact, conformance::sliding_capsule},
+    {"sphere-rolls", "a sliding ball rolls at 5/7 of its speed", Need::kContact, conformance::sphere_rolls},
+    {"friction-per-pair", "each pair has the model's friction, however the shapes' own would combine", Need::kContact,
+     conformance::friction_per_pair},
+    {"bodies-collide", "moving balls and capsules stop each other and keep their momentum", Need::kContact,
+     conformance::bodies_collide},
+    {"excluded-pairs", "what is no contact pair of the model does not collide", Need::kContact,
+     conformance::excluded_pairs},
+};
+
+const char* need_text(Need need) {
+  switch (need) {
+    case Need::kNothing:
+      return "";
+    case Need::kTorques:
+      return "joint torques";
+    case Need::kSprings:
+      return "joint springs";
+    case Need::kArmature:
+      return "joint armature";
+    case Need::kJointLimits:
+      return "joint limits";
+    case Need::kContact:
+      return "contact";
+  }
+  return "";
+}
+
+bool has(const Capabilities& can, Need need) {
+  switch (need) {
+    case Need::kNothing:
+      return true;
+    case Need::kTorques:
+      return can.torques;
+    case Need::kSprings:
+      return can.springs != SpringKind::kNone;
+    case Need::kArmature:
+      return can.armature;
+    case Need::kJointLimits:
+      return can.joint_limits;
+    case Need::kContact:
+      return can.contact;
+  }
+  return false;
+}
+
+// The verdict of one test; an engine's failure is one.
+ConformanceResult judge(const Entry& entry, const Subject& subject) {
+  ConformanceResult result;
+  result.test = entry.name;
+  try {
+    const Capabilities can = subject.capabilities();
+    if (!has(can, entry.need)) {
+      result.status = ConformanceStatus::kNotApplicable;
+      result.note = fmt::format("the contender does not declare {}", need_text(entry.need));
+      return result;
+    }
+    const Verdict verdict = entry.run(subject);
+    result.tolerance = verdict.tolerance;
+    result.unit = verdict.unit;
+    result.note = verdict.note;
+    if (!std::isfinite(verdict.figure) || !std::isfinite(verdict.tolerance)) {
+      result.status = ConformanceStatus::kFail;
+      result.tolerance = std::isfinite(verdict.tolerance) ? verdict.tolerance : 0;
+      result.note = "not a finite number: " + verdict.note;
+      return result;
+    }
+    result.figure = verdict.figure;
+    if (verdict.figure <= verdict.tolerance) return result;
+    result.status = ConformanceStatus::kFail;
+    for (const Deviation& deviation : can.deviations) {
+      if (deviation.test != entry.name) continue;
+      if (verdict.figure <= deviation.bound) {
+        result.status = ConformanceStatus::kDeviation;
+        result.note = fmt::format("declared: {} ({})", deviation.reason, verdict.note);
+      } else {
+        result.note = fmt::format("beyond the declared bound {}: {}", shortest(deviation.bound), verdict.note);
+      }
+    }
+  } catch (const std::exception& error) {
+    result.status = ConformanceStatus::kFail;
+    result.note = error.what();
+  }
+  return result;
+}
+
+}  // namespace
+
+std::string_view status_text(ConformanceStatus status) {
+  switch (status) {
+    case ConformanceStatus::kPass:
+      return "pass";
+    case ConformanceStatus::kFail:
+      return "fail";
+    case ConformanceStatus::kDeviation:
+      return "deviation";
+    case ConformanceStatus::kNotApplicable:
+      return "not-applicable";
+  }
+  return "fail";
+}
+
+const std::vector<ConformanceTest>& conformance_tests() {
+  static const std::vector<ConformanceTest> tests = [] {
+    std::vector<ConformanceTest> list;
+    list.reserve(std::size(kEntries));
+    for (const Entry& entry : kEntries) list.push_back({entry.name, entry.meaning, need_text(entry.need)});
+    return list;
+  }();
+  return tests;
+}
+
+std::vector<ConformanceResult> run_conformance(const ResolvedContender& contender, const ConformanceOptions& options) {
+  std::vector<std::string> names;
+  names.reserve(std::size(kEntries));
+  for (const Entry& entry : kEntries) names.emplace_back(entry.name);
+  for (const std::string& test : options.tests) {
+    if (std::ranges::find(names, test) == names.end()) {
+      throw InputError(fmt::format("there is no conformance test '{}'{}", test, did_you_mean(test, names)));
+    }
+  }
+  const Subject subject(contender);
+  std::vector<ConformanceResult> results;
+  for (const Entry& entry : kEntries) {
+    if (!options.tests.empty() && std::ranges::find(options.tests, entry.name) == options.tests.end()) continue;
+    results.push_back(judge(entry, subject));
+    if (options.on_result) options.on_result(results.back());
+  }
+  return results;
+}
+
+bool conforms(const std::vector<ConformanceResult>& results) {
+  return std::ranges::none_of(results, [](const auto& result) { return result.status == ConformanceStatus::kFail; });
+}
+
+}  // namespace assay

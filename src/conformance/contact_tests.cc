@@ -1,0 +1,227 @@
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "conformance/models.h"
+#include "conformance/tests.h"
+#include "model/kinematics.h"
+#include "reference/closed_form.h"
+
+namespace assay::conformance {
+namespace {
+
+constexpr double kTimestep = 1e-3;
+constexpr double kRadius = 0.1, kHalfLength = 0.3;
+
+// A capsule lies along its body's z axis: this turns it to x, or to y.
+const Quat kAlongX(std::sqrt(0.5), 0, std::sqrt(0.5), 0);
+const Quat kAlongY(std::sqrt(0.5), -std::sqrt(0.5), 0, 0);
+
+int add_capsule(Model& model, const std::string& name, const Vec3& position, const Quat& orientation,
+                double friction = 1) {
+  const int body = static_cast<int>(model.bodies.size());
+  add_free_body(model, name, capsule_solid(1, kRadius, kHalfLength, Vec3::UnitZ()), {position, orientation});
+  return add_shape(model, ShapeType::kCapsule, body, {}, kRadius, kHalfLength, friction);
+}
+
+int add_sphere(Model& model, const std::string& name, const Vec3& position, double friction = 1) {
+  const int body = static_cast<int>(model.bodies.size());
+  add_free_body(model, name, sphere_solid(1, kRadius), {position, Quat::Identity()});
+  return add_shape(model, ShapeType::kSphere, body, {}, kRadius, 0, friction);
+}
+
+}  // namespace
+
+Verdict joint_limit(const Subject& subject) {
+  // one bar falls onto its upper limit, one onto its lower, each with an angle that counts from a reference of its own
+  Model model;
+  model.name = "conformance-limits";
+  Solid bar = capsule_solid(1, 0.05, 0.15, Vec3::UnitX());
+  bar.p_BBcm = {0.2, 0, 0};
+  for (const double side : {1.0, -1.0}) {
+    Hinge& hinge = add_hinged_body(model, side > 0 ? "down" : "up", kWorld, {Vec3(0, side, 1), Quat::Identity()}, bar,
+                                   Vec3(0, side, 0));
+    hinge.reference = 0.3 * side;
+    hinge.limited = true;
+    hinge.lower = side > 0 ? -2 : -1;
+    hinge.upper = side > 0 ? 1 : 2;
+  }
+  model = finished(std::move(model));
+  const std::vector<State> states = subject.record(model, model.initial, kTimestep, 1.5);
+
+  // the speed of arrival, from energy: I w^2 / 2 = m g d sin(angle), the bar starting level
+  const double inertia = bar.I_BBcm_B(1, 1) + bar.mass * 0.2 * 0.2;
+  const double speed = std::sqrt(2 * bar.mass * kGravity * 0.2 * std::sin(0.7) / inertia);
+  Checks checks("rad");
+  for (const int j : {0, 1}) {
+    const double side = j == 0 ? 1 : -1;
+    double beyond = 0;
+    for (const State& state : states) beyond = std::max(beyond, side * state.angle[j] - 1);
+    checks.add(beyond, 0.02 * speed + 0.01, fmt::format("furthest beyond the limit, arriving at {:.2f} rad/s", speed));
+    checks.add(std::abs(side * states.back().angle[j] - 1), 0.01, "distance from the limit at the end, where it rests");
+  }
+  return checks.worst();
+}
+
+Verdict sliding_capsule(const Subject& subject) {
+  constexpr double kSpeed = 3, kFriction = 0.5;
+  Model model;
+  model.name = "conformance-sliding";
+  const int plane = add_shape(model, ShapeType::kPlane, kWorld, {}, 0, 0, kFriction);
+  add_contact(model, plane, add_capsule(model, "capsule", {0, 0, kRadius}, kAlongX, kFriction), kFriction);
+  model = finished(std::move(model));
+  State start = model.initial;
+  start.bodies[0].v_WBcm = {kSpeed, 0, 0};
+  const double time = sliding_time(kSpeed, kFriction, kGravity),
+               distance = sliding_distance(kSpeed, kFriction, kGravity);
+  const State end = subject.run(model, start, kTimestep, std::ceil(time * 100 + 20) / 100);
+  Checks checks("");
+  checks.add(
+      std::abs(end.bodies[0].p_WBcm.x() / distance - 1), 0.02,
+      fmt::format("distance {:.4f} m against v^2/(2 mu g) = {:.4f} m, relative", end.bodies[0].p_WBcm.x(), distance));
+  checks.add(std::abs(end.bodies[0].p_WBcm.y()) / distance, 0.02, "drift to the side, relative to the distance");
+  checks.add(end.bodies[0].v_WBcm.norm() / kSpeed, 0.02, "speed 0.2 s after the stop, relative to the first");
+  return checks.worst();
+}
+
+Verdict sphere_rolls(const Subject& subject) {
+  constexpr double kSpeed = 2, kFriction = 0.3;
+  Model model;
+  model.name = "conformance-rolling";
+  const int plane = add_shape(model, ShapeType::kPlane, kWorld, {}, 0, 0, kFriction);
+  add_contact(model, plane, add_sphere(model, "ball", {0, 0, kRadius}, kFriction), kFriction);
+  model = finished(std::move(model));
+  State start = model.initial;
+  start.bodies[0].v_WBcm = {kSpeed, 0, 0};
+  const double rolling = rolling_time(kSpeed, kFriction, kGravity);
+  const auto whole = [](double time) { return std::round(time / kTimestep) * kTimestep; };
+  const State sliding = subject.run(model, start, kTimestep, whole(rolling / 2));
+  const State end = subject.run(model, start, kTimestep, whole(2.5 * rolling));
+  const double speed = rolling_speed(kSpeed), half_way = kSpeed - kFriction * kGravity * sliding.time;
+  Checks checks("");
+  checks.add(std::abs(sliding.bodies[0].v_WBcm.x() / half_way - 1), 0.01, "speed while it still slides, relative");
+  checks.add(std::abs(end.bodies[0].v_WBcm.x() / speed - 1), 0.01,
+             fmt::format("speed {:.4f} m/s against 5/7 v = {:.4f} m/s, relative", end.bodies[0].v_WBcm.x(), speed));
+  checks.add(std::abs(end.bodies[0].w_WB.y() * kRadius / speed - 1), 0.01,
+             "turning at the end against rolling, relative");
+  return checks.worst();
+}
+
+Verdict resting_height(const Subject& subject) {
+  // side by side: a ball and a capsule on the plane; a ball in the groove between two fixed rails; a capsule across
+  // them
+  constexpr double kRail = 0.05, kRailAt = 0.08, kRailHeight = 0.3, kDrop = 0.01;
+  Model model;
+  model.name = "conformance-resting";
+  const int plane = add_shape(model, ShapeType::kPlane, kWorld);
+  const int left = add_shape(model, ShapeType::kCapsule, kWorld, {Vec3(-kRailAt, 2, kRailHeight), kAlongY}, kRail, 1);
+  const int right = add_shape(model, ShapeType::kCapsule, kWorld, {Vec3(kRailAt, 2, kRailHeight), kAlongY}, kRail, 1);
+  const double reach = kRail + kRadius;
+  const double in_groove = kRailHeight + std::sqrt(reach * reach - kRailAt * kRailAt);
+  const std::vector<double> heights = {kRadius, kRadius, in_groove, kRailHeight + reach};
+  add_contact(model, plane, add_sphere(model, "ball on the plane", {0, 0, kRadius + kDrop}), 1);
+  add_contact(model, plane, add_capsule(model, "capsule on the plane", {1, 0, kRadius + kDrop}, kAlongX), 1);
+  const int ball = add_sphere(model, "ball on the rails", {0, 1.5, in_groove + kDrop});
+  const int bar = add_capsule(model, "capsule on the rails", {0, 2.5, kRailHeight + reach + kDrop}, kAlongX);
+  for (const int rail : {left, right}) {
+    add_contact(model, rail, ball, 1);
+    add_contact(model, rail, bar, 1);
+  }
+  model = finished(std::move(model));
+  const State end = subject.run(model, model.initial, kTimestep, 1);
+  Checks checks("m");
+  for (size_t i = 0; i < heights.size(); ++i) {
+    checks.add(std::abs(end.bodies[i].p_WBcm.z() - heights[i]), 0.02 * kRadius,
+               fmt::format("height of the {} against {:.4f} m", model.bodies[i].name, heights[i]));
+  }
+  return checks.worst();
+}
+
+Verdict bodies_collide(const Subject& subject) {
+  // weightless: a ball hits a capsule broadside, a capsule another one crosswise, a ball another ball; each at its
+  // centre
+  constexpr double kSpeed = 1;
+  Model model;
+  model.name = "conformance-collisions";
+  model.gravity.setZero();
+  std::vector<int> hitting = {add_sphere(model, "ball 1", {-0.3, 0, 0}),
+                              add_capsule(model, "bar 1", {-0.3, 2, 0}, kAlongY),
+                              add_sphere(model, "ball 2", {-0.3, 4, 0})};
+  std::vector<int> hit = {add_capsule(model, "bar 2", {0, 0, 0}, kAlongY),
+                          add_capsule(model, "bar 3", {0, 2, 0}, Quat::Identity()),
+                          add_sphere(model, "ball 3", {0, 4, 0})};
+  for (size_t i = 0; i < hit.size(); ++i) add_contact(model, hitting[i], hit[i], 0.5);
+  model = finished(std::move(model));
+  State start = model.initial;
+  for (const int body : {0, 1, 2}) start.bodies[body].v_WBcm = {kSpeed, 0, 0};
+  const State end = subject.run(model, start, kTimestep, 0.4);
+  Checks checks("m");
+  for (int i = 0; i < 3; ++i) {
+    const BodyState &first = end.bodies[i], &second = end.bodies[i + 3];
+    const std::string pair = fmt::format("{} and {}", model.bodies[i].name, model.bodies[i + 3].name);
+    // equal masses without restitution go on together; bouncing or not, they keep the momentum and do not overlap
+    checks.add(2 * kRadius - (second.p_WBcm.x() - first.p_WBcm.x()), 0.02 * kRadius, pair + ": overlap at the end");
+    checks.add(std::abs(first.v_WBcm.x() + second.v_WBcm.x() - kSpeed), 1e-3 + subject.rounding(400, kSpeed),
+               pair + ": momentum lost, in kg m/s");
+    const Vec3 aside = first.p_WBcm + second.p_WBcm - start.bodies[i].p_WBcm - start.bodies[i + 3].p_WBcm;
+    checks.add(std::hypot(aside.y(), aside.z()), 0.02 * kRadius, pair + ": pushed aside");
+  }
+  return checks.worst();
+}
+
+Verdict friction_per_pair(const Subject& subject) {
+  // The pair's coefficient is none of product, mean, larger or smaller of the shapes' own.
+  struct Track {
+    double shape, pair;
+  };
+  const std::vector<Track> tracks = {{0.2, 0.3}, {1.0, 0.6}, {0.9, 0.1}};
+  constexpr double kSpeed = 3, kFrom = 0.1, kTo = 0.3;
+  Model model;
+  model.name = "conformance-friction";
+  const int plane = add_shape(model, ShapeType::kPlane, kWorld, {}, 0, 0, 0.7);
+  for (size_t i = 0; i < tracks.size(); ++i) {
+    const Vec3 place(0, static_cast<double>(i), kRadius);
+    const int shape = add_capsule(model, fmt::format("capsule_{}", i), place, kAlongX, tracks[i].shape);
+    add_contact(model, plane, shape, tracks[i].pair);
+  }
+  model = finished(std::move(model));
+  State start = model.initial;
+  for (BodyState& body : start.bodies) body.v_WBcm = {kSpeed, 0, 0};
+  const std::vector<State> states = subject.record(model, start, kTimestep, kTo);
+  const State &from = states.at(static_cast<size_t>(std::llround(kFrom / kTimestep))), &to = states.back();
+  Checks checks("");
+  for (size_t i = 0; i < tracks.size(); ++i) {
+    const double coefficient = (from.bodies[i].v_WBcm.x() - to.bodies[i].v_WBcm.x()) / ((kTo - kFrom) * kGravity);
+    checks.add(std::abs(coefficient / tracks[i].pair - 1), 0.02,
+               fmt::format("deceleration over g {:.4f} against {}, relative", coefficient, tracks[i].pair));
+  }
+  return checks.worst();
+}
+
+Verdict excluded_pairs(const Subject& subject) {
+  // Two balls and a link that overlap, and a plane below: of all pairs only one, that of the last ball and the plane,
+  // is the model's. All else falls freely, through everything.
+  Model model;
+  model.name = "conformance-excluded";
+  const int plane = add_shape(model, ShapeType::kPlane, kWorld);
+  add_sphere(model, "ball 1", {0, 0, 0.3});
+  add_sphere(model, "ball 2", {0.05, 0.02, 0.4});
+  add_capsule(model, "bar", {-0.05, 0, 0.35}, kAlongX);
+  add_contact(model, plane, add_sphere(model, "ball 3", {0.03, 0.1, 0.35}), 1);
+  model = finished(std::move(model));
+  constexpr double kDuration = 0.5;
+  const State end = subject.run(model, model.initial, kTimestep, kDuration);
+  const double fall = kGravity * kDuration * kDuration / 2;
+  Checks checks("m");
+  for (const int i : {0, 1, 2}) {
+    const Vec3 expected = model.initial.bodies[i].p_WBcm - Vec3(0, 0, fall);
+    checks.add((end.bodies[i].p_WBcm - expected).norm(), kGravity * kDuration * kTimestep,
+               fmt::format("'{}' against free fall", model.bodies[i].name));
+  }
+  // the plane is there all the same
+  checks.add(std::abs(end.bodies[3].p_WBcm.z() - kRadius), 0.05, "'ball 3' against its place on the plane");
+  return checks.worst();
+}
+
+}  // namespace assay::conformance

@@ -1,0 +1,168 @@
+#include "conformance/subject.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "base/text.h"
+
+namespace assay::conformance {
+namespace {
+
+double distance(const std::vector<double>& a, const std::vector<double>& b) {
+  if (a.size() != b.size()) throw EngineError(fmt::format("{} numbers were read, {} expected", a.size(), b.size()));
+  double largest = 0;
+  for (size_t i = 0; i < a.size(); ++i) {
+    const double difference = std::abs(a[i] - b[i]);
+    if (!std::isfinite(difference)) return std::numeric_limits<double>::infinity();
+    largest = std::max(largest, difference);
+  }
+  return largest;
+}
+
+// The limit h -> 0 of a method of order q from results at 2h and h.
+std::vector<double> extrapolated(const std::vector<double>& coarse, const std::vector<double>& fine, int q) {
+  std::vector<double> limit(fine);
+  const double factor = std::exp2(q) - 1;
+  for (size_t i = 0; i < limit.size(); ++i) limit[i] += (fine[i] - coarse[i]) / factor;
+  return limit;
+}
+
+}  // namespace
+
+void Checks::add(double figure, double tolerance, const std::string& what) {
+  const double ratio = std::isfinite(figure)
+                           ? (figure <= tolerance ? (tolerance > 0 ? figure / tolerance : 0)
+                                                  : (tolerance > 0 ? figure / tolerance : figure * 1e300))
+                           : std::numeric_limits<double>::infinity();
+  if (ratio <= ratio_) return;
+  ratio_ = ratio;
+  worst_.figure = figure;
+  worst_.tolerance = tolerance;
+  worst_.note = what;
+}
+
+double Subject::epsilon() const {
+  return capabilities().precision == Precision::kSingle ? std::numeric_limits<float>::epsilon()
+                                                        : std::numeric_limits<double>::epsilon();
+}
+
+double Subject::coarse_timestep() const {
+  const Capabilities can = capabilities();
+  return can.precision == Precision::kSingle || can.order > 1 ? 4e-3 : 1e-3;
+}
+
+std::unique_ptr<Simulation> Subject::create(const Model& model, const State& state, double timestep) const {
+  Settings settings = contender_.settings;
+  settings.timestep = timestep;
+  return contender_.engine->create(model, state, settings);
+}
+
+State Subject::run(const Model& model, const State& start, double timestep, double duration,
+                   std::span<const double> torques) const {
+  const std::unique_ptr<Simulation> simulation = create(model, start, timestep);
+  const int steps = static_cast<int>(std::llround(duration / timestep));
+  const int stride = std::max(1, static_cast<int>(std::llround(0.01 / timestep)));
+  const bool has_input = !torques.empty() || model.has_springs();
+  const std::vector<double> zero(model.hinges.size(), 0.0);
+  State state;
+  for (int done = 0; done < steps;) {
+    const int count = std::min(stride, steps - done);
+    if (has_input) {
+      for (int i = 0; i < count; ++i) simulation->step(torques.empty() ? zero : torques);
+    } else {
+      simulation->advance(count);
+    }
+    done += count;
+    simulation->read_state(state);
+  }
+  return state;
+}
+
+std::vector<State> Subject::record(const Model& model, const State& start, double timestep, double duration) const {
+  const std::unique_ptr<Simulation> simulation = create(model, start, timestep);
+  const int steps = static_cast<int>(std::llround(duration / timestep));
+  std::vector<State> states;
+  states.reserve(steps + 1);
+  State state;
+  simulation->read_state(state);
+  states.push_back(state);
+  for (int i = 0; i < steps; ++i) {
+    simulation->advance(1);
+    simulation->read_state(state);
+    states.push_back(state);
+  }
+  return states;
+}
+
+Verdict converges(const Subject& subject, const Measurement& measure, const std::vector<double>& truth,
+                  const ConvergenceOptions& options) {
+  const int order = options.order > 0 ? options.order : subject.capabilities().order;
+  const double h = subject.coarse_timestep();
+  const std::vector<double> coarse = measure(h), middle = measure(h / 2), fine = measure(h / 4);
+  const double error_middle = distance(middle, truth), error_fine = distance(fine, truth);
+
+  double figure = std::numeric_limits<double>::infinity();
+  for (int q = order; q <= std::max(order, 4); ++q) {
+    figure = std::min(figure, distance(extrapolated(middle, fine, q), truth));
+  }
+  const double estimate = distance(extrapolated(coarse, middle, order), extrapolated(middle, fine, order));
+  const double leading = std::max(error_fine, error_middle / std::exp2(order));
+
+  double scale = options.scale;
+  if (scale == 0) {
+    for (const double value : truth) scale = std::max(scale, std::abs(value));
+  }
+  const double floor = subject.rounding(4 * options.duration / h, scale) + options.floor;
+  Verdict verdict;
+  verdict.figure = figure;
+  verdict.tolerance = std::min(leading / 4, 2 * estimate) + floor;
+  verdict.unit = options.unit;
+  verdict.note =
+      fmt::format("limit h -> 0 against the truth; error {:.3g} at {} ms, {:.3g} at {} ms, observed order {:.2f}",
+                  error_middle, shortest(h * 500), error_fine, shortest(h * 250),
+                  std::log2(std::max(error_middle, 1e-300) / std::max(error_fine, 1e-300)));
+  return verdict;
+}
+
+std::vector<double> positions(const State& state) {
+  std::vector<double> numbers;
+  numbers.reserve(3 * state.bodies.size());
+  for (const BodyState& body : state.bodies) numbers.insert(numbers.end(), body.p_WBcm.begin(), body.p_WBcm.end());
+  return numbers;
+}
+
+std::vector<double> all_numbers(const State& state) {
+  std::vector<double> numbers = {state.time};
+  numbers.reserve(1 + 13 * state.bodies.size() + 2 * state.angle.size());
+  for (const BodyState& body : state.bodies) {
+    numbers.insert(numbers.end(), body.p_WBcm.begin(), body.p_WBcm.end());
+    numbers.insert(numbers.end(), {body.q_WB.w(), body.q_WB.x(), body.q_WB.y(), body.q_WB.z()});
+    numbers.insert(numbers.end(), body.v_WBcm.begin(), body.v_WBcm.end());
+    numbers.insert(numbers.end(), body.w_WB.begin(), body.w_WB.end());
+  }
+  numbers.insert(numbers.end(), state.angle.begin(), state.angle.end());
+  numbers.insert(numbers.end(), state.rate.begin(), state.rate.end());
+  return numbers;
+}
+
+int differing_bits(const State& a, const State& b) {
+  const std::vector<double> left = all_numbers(a), right = all_numbers(b);
+  if (left.size() != right.size()) return static_cast<int>(std::max(left.size(), right.size()));
+  int count = 0;
+  for (size_t i = 0; i < left.size(); ++i) {
+    count += std::bit_cast<std::uint64_t>(left[i]) != std::bit_cast<std::uint64_t>(right[i]);
+  }
+  return count;
+}
+
+double angle_between(const Quat& a, const Quat& b) {
+  const Quat relative = a.conjugate() * b;
+  return 2 * std::atan2(relative.vec().norm(), std::abs(relative.w()));
+}
+
+}  // namespace assay::conformance

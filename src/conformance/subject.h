@@ -1,0 +1,100 @@
+// What the tests share: a contender that can be run, the rule of convergence, and a verdict.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "conformance/conformance.h"
+#include "engines/registry.h"
+#include "model/model.h"
+
+namespace assay::conformance {
+
+// What a test found; it passes when figure <= tolerance.
+struct Verdict {
+  double figure = 0;
+  double tolerance = 0;
+  std::string unit;
+  std::string note;
+};
+
+// Keeps the check that is nearest to its tolerance or furthest beyond it. One unit for all checks of a test, so that a
+// declared deviation's bound has a meaning.
+class Checks {
+ public:
+  explicit Checks(std::string unit) { worst_.unit = std::move(unit); }
+  void add(double figure, double tolerance, const std::string& what);
+  const Verdict& worst() const { return worst_; }
+
+ private:
+  Verdict worst_;
+  double ratio_ = -1;
+};
+
+class Subject {
+ public:
+  explicit Subject(const ResolvedContender& contender) : contender_(contender) {}
+
+  Capabilities capabilities() const { return contender_.engine->capabilities(contender_.settings); }
+
+  // Distance from 1 to the next number of the declared precision.
+  double epsilon() const;
+
+  // What `steps` steps may lose by rounding: one unit in the last place of the largest quantity in each.
+  double rounding(double steps, double scale) const { return epsilon() * steps * scale; }
+
+  // The largest of the three timesteps of a convergence test, s: small enough for the method's leading error to rule,
+  // and large enough to keep that error above rounding.
+  double coarse_timestep() const;
+
+  std::unique_ptr<Simulation> create(const Model& model, const State& state, double timestep) const;
+
+  // The state after `duration` (a whole number of timesteps), with constant torques or none. Reads the state every
+  // 10 ms, so that angles unwrap.
+  State run(const Model& model, const State& start, double timestep, double duration,
+            std::span<const double> torques = {}) const;
+
+  // The same with every state on the way, the first included.
+  std::vector<State> record(const Model& model, const State& start, double timestep, double duration) const;
+
+ private:
+  const ResolvedContender& contender_;
+};
+
+// What a run with a given timestep yields: the quantities that are compared, all of one unit.
+using Measurement = std::function<std::vector<double>(double timestep)>;
+
+struct ConvergenceOptions {
+  double duration = 1;  // s, for the rounding's share
+  std::string unit;
+  int order = 0;     // 0: the declared one
+  double scale = 0;  // of the quantities; 0: the largest of the truth
+  double floor = 0;  // added to the tolerance, for what does not shrink with the timestep and is no mistake
+};
+
+// Does the contender converge to `truth` at its declared order p, or a higher one? Three runs with h, h/2 and h/4 give
+// two Richardson extrapolations to h = 0. The figure is the distance of the finer one from the truth. It has to be
+// below
+// - a quarter of the error at h/4: the extrapolation removes the leading term only if the order is right;
+// - twice the distance between the two extrapolations, which estimates what the finer one still lacks;
+// whichever is smaller, plus rounding. A set-up error of the adapter does not depend on h and stays in the figure
+// whole.
+Verdict converges(const Subject& subject, const Measurement& measure, const std::vector<double>& truth,
+                  const ConvergenceOptions& options);
+
+// Centre-of-mass positions of all bodies, one after the other.
+std::vector<double> positions(const State& state);
+
+// Every number of a state in a fixed order, for comparisons bit by bit.
+std::vector<double> all_numbers(const State& state);
+
+// How many numbers differ in any bit.
+int differing_bits(const State& a, const State& b);
+
+// The angle between two orientations, rad.
+double angle_between(const Quat& a, const Quat& b);
+
+}  // namespace assay::conformance

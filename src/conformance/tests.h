@@ -1,0 +1,40 @@
+// The tests of the suite; conformance.cc has their names, meanings and needs. Each runs the contender on a model of its
+// own.
+#pragma once
+
+#include "conformance/subject.h"
+
+namespace assay::conformance {
+
+// ---- the interface's promises (interface_tests.cc) -----------------------------------------------------------------
+Verdict readback(const Subject& subject);
+Verdict state_round_trip(const Subject& subject);
+Verdict determinism(const Subject& subject);
+Verdict independence(const Subject& subject);
+Verdict batches(const Subject& subject);
+Verdict restart(const Subject& subject);
+Verdict torque_for_one_step(const Subject& subject);
+
+// ---- smooth motions against closed forms and the error-controlled solution (smooth_tests.cc) -----------------------
+Verdict free_fall(const Subject& subject);
+Verdict gravity_direction(const Subject& subject);
+Verdict torque_free_top(const Subject& subject);
+Verdict pendulum_period(const Subject& subject);
+Verdict constant_torque(const Subject& subject);
+Verdict torque_reaction(const Subject& subject);
+Verdict spring_damper(const Subject& subject);
+Verdict armature(const Subject& subject);
+Verdict planar_chain(const Subject& subject);
+Verdict spatial_chain(const Subject& subject);
+Verdict oblique_trees_converge(const Subject& subject);
+
+// ---- limits and contact (contact_tests.cc) --------------------------------------------------------------------------
+Verdict joint_limit(const Subject& subject);
+Verdict sliding_capsule(const Subject& subject);
+Verdict sphere_rolls(const Subject& subject);
+Verdict resting_height(const Subject& subject);
+Verdict bodies_collide(const Subject& subject);
+Verdict friction_per_pair(const Subject& subject);
+Verdict excluded_pairs(const Subject& subject);
+
+}  // namespace assay::conformance
