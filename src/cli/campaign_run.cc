@@ -1,0 +1,65 @@
+#include "cli/campaign_run.h"
+
+#include <algorithm>
+#include <cstring>
+#include <filesystem>
+
+#include <fmt/format.h>
+
+#include "base/paths.h"
+#include "base/text.h"
+#include "report/report.h"
+#include "runs/run.h"
+
+namespace assay::cli {
+namespace {
+
+void print_summary(const RunSummary& summary, const std::string& out) {
+  std::vector<std::string> outcomes;
+  outcomes.reserve(summary.outcomes.size());
+  for (const auto& [outcome, count] : summary.outcomes) outcomes.push_back(fmt::format("{} {}", count, outcome));
+  print(fmt::format("{} in {}: {} ({} now, {} before)\n", counted(static_cast<size_t>(summary.cells), "cell", "cells"),
+                    duration_label(summary.wall_s), outcomes.empty() ? "none" : join(outcomes, ", "), summary.done_now,
+                    summary.done_before));
+  for (const std::string& contender : summary.failed_gate) print(fmt::format("not scored: {}\n", contender));
+  for (const std::string& contender : summary.left_out) print(fmt::format("left out: {}\n", contender));
+  for (const AaPair& pair : summary.aa) {
+    print(fmt::format("the same under two names: {} / {} on {} at {} ms: {:.4f} ({:.4f} to {:.4f})\n", pair.b, pair.a,
+                      pair.system, timestep_label(pair.timestep_ms), pair.ratio, pair.low, pair.high));
+  }
+  for (const std::string& warning : summary.warnings) print(fmt::format("warning: {}\n", warning));
+  if (summary.engine_share_timing > 0) {
+    print(fmt::format("inside engine steps: {:.1f} % of the timing cells' time\n", 100 * summary.engine_share_timing));
+  }
+  print(fmt::format("results: {}\n", (std::filesystem::path(out) / "assay.sqlite").string()));
+}
+
+}  // namespace
+
+bool run_and_summarize(const RunRequest& request) {
+  RunOptions options;
+  options.out = request.out;
+  options.command = request.command;
+  if (!request.jobs.empty()) options.jobs = parse_count("--jobs", request.jobs, 1);
+  if (!request.shard.empty()) options.shard = parse_shard(request.shard);
+  const Campaign campaign = load_campaign(find_campaign(request.campaign));
+  const auto progress = make_progress(stderr);
+  options.progress = progress.get();
+  const RunSummary summary = run_campaign(campaign, options);
+  if (summary.interrupted) {
+    message(fmt::format("stopped by {}: {} of {} are stored in '{}', and '{}' goes on from there",
+                        strsignal(summary.signal), summary.done_before + summary.done_now,
+                        counted(static_cast<size_t>(summary.cells), "cell", "cells"), request.out, request.command));
+    return false;
+  }
+  print_summary(summary, request.out);
+  return true;
+}
+
+void write_report_of(const std::string& dir) {
+  const std::string file = (std::filesystem::path(dir) / "report.html").string();
+  write_report(dir, file);
+  print(fmt::format("report: {}\n", file));
+}
+
+}  // namespace assay::cli

@@ -1,0 +1,173 @@
+// `assay conformance`: the gate by hand.
+#include "conformance/conformance.h"
+
+#include <algorithm>
+#include <csignal>
+#include <map>
+
+#include <fmt/format.h>
+
+#include "base/errors.h"
+#include "base/text.h"
+#include "cli/child.h"
+#include "cli/cli.h"
+
+namespace assay::cli {
+namespace {
+
+struct Options {
+  std::vector<std::string> contenders;
+  std::vector<std::string> tests;
+  bool list = false;
+  bool json = false;
+};
+
+// A name may be a contender's, or an engine's for all of its contenders; none means everybody.
+std::vector<ResolvedContender> chosen(const std::vector<std::string>& names) {
+  const Registry& registry = Registry::instance();
+  std::vector<ResolvedContender> contenders;
+  if (names.empty()) {
+    for (const std::string& name : registry.contender_names()) contenders.push_back(registry.resolve(name));
+  }
+  for (const std::string& name : names) {
+    const auto engine = std::ranges::find(registry.engines(), name, &Engine::name);
+    if (engine == registry.engines().end()) {
+      contenders.push_back(registry.resolve(name));
+      continue;
+    }
+    for (const Contender& contender : (*engine)->contenders()) contenders.push_back(registry.resolve(contender.name));
+  }
+  return contenders;
+}
+
+// Before anything runs: run_conformance() would say so only after the first contender was set up.
+void check_tests(const std::vector<std::string>& names) {
+  std::vector<std::string> known;
+  for (const ConformanceTest& test : conformance_tests()) known.push_back(test.name);
+  for (const std::string& name : names) {
+    if (std::ranges::find(known, name) == known.end()) {
+      throw InputError(fmt::format("--test is '{}', which is no conformance test{}", name, did_you_mean(name, known)));
+    }
+  }
+}
+
+Json result_json(const ConformanceResult& result) {
+  return {{"test", result.test},     {"status", status_text(result.status)},
+          {"figure", result.figure}, {"tolerance", result.tolerance},
+          {"unit", result.unit},     {"note", result.note}};
+}
+
+std::string result_line(const Json& result) {
+  const auto text = [&](const char* key) { return result.at(key).get<std::string>(); };
+  std::string line = fmt::format("  {:<15} {:<24}", text("status"), text("test"));
+  if (text("status") != "not-applicable") {
+    line += fmt::format(" {:.4g} of {:.4g} allowed{}{}", result.at("figure").get<double>(),
+                        result.at("tolerance").get<double>(), text("unit").empty() ? "" : " ", text("unit"));
+  }
+  if (!text("note").empty()) line += fmt::format("  {}", text("note"));
+  return line + "\n";
+}
+
+// The suite on one contender in a process of its own, because an adapter under work crashes now and then.
+Json examine(const ResolvedContender& contender, const Options& options) {
+  Json results = Json::array();
+  const auto take = [&](const std::string& line) {
+    const Json result = Json::parse(line);
+    if (!options.json) {
+      print(result_line(result));
+      flush_output();
+    }
+    results.push_back(result);
+  };
+  if (!options.json) print(contender.name + "\n");
+  const ChildEnd end = run_in_child(
+      [&](const Send& send) {
+        std::signal(SIGINT, SIG_DFL);
+        std::signal(SIGTERM, SIG_DFL);
+        ConformanceOptions suite;
+        suite.tests = options.tests;
+        suite.on_result = [&](const ConformanceResult& result) {
+          send(result_json(result).dump(-1, ' ', false, Json::error_handler_t::replace));
+        };
+        run_conformance(contender, suite);
+        return kDone;
+      },
+      take);
+  if (interrupted()) throw SystemError("interrupted: the tests above were run");
+  if (!end.signal.empty() || end.status != kDone) {
+    // the first that is missing is the one it ended in
+    const auto& tests = conformance_tests();
+    const auto missing = std::ranges::find_if(tests, [&](const ConformanceTest& test) {
+      const bool wanted = options.tests.empty() || std::ranges::find(options.tests, test.name) != options.tests.end();
+      return wanted &&
+             std::ranges::none_of(results, [&](const Json& result) { return result.at("test") == test.name; });
+    });
+    ConformanceResult result;
+    result.test = missing != tests.end() ? missing->name : "end";
+    result.status = ConformanceStatus::kFail;
+    result.note = end.signal.empty() ? "the process ended early" : fmt::format("crashed with {}", end.signal);
+    take(result_json(result).dump());
+  }
+  return results;
+}
+
+int list_tests(bool as_json) {
+  Json json = Json::array();
+  std::vector<std::vector<std::string>> rows;
+  for (const ConformanceTest& test : conformance_tests()) {
+    json.push_back({{"test", test.name}, {"meaning", test.meaning}, {"needs", test.needs}});
+    rows.push_back({test.name, test.needs.empty() ? "-" : test.needs, test.meaning});
+  }
+  if (as_json) {
+    print_json(Json{{"tests", json}});
+  } else {
+    print(table({"test", "needs", "meaning"}, rows));
+  }
+  return kDone;
+}
+
+int conformance(const Options& options) {
+  if (options.list) return list_tests(options.json);
+  check_tests(options.tests);
+  Json json = {{"contenders", Json::array()}};
+  std::vector<std::string> failed;
+  for (const ResolvedContender& contender : chosen(options.contenders)) {
+    const Json results = examine(contender, options);
+    std::map<std::string, int> counts;
+    for (const Json& result : results) ++counts[result.at("status").get<std::string>()];
+    const bool passed = counts["fail"] == 0;
+    if (!passed) failed.push_back(contender.name);
+    json["contenders"].push_back({{"contender", contender.name}, {"conforms", passed}, {"results", results}});
+    if (!options.json) {
+      print(fmt::format("  {}: {} pass, {} fail, {} declared deviations, {} not applicable\n\n",
+                        passed ? "conforms" : "does not conform", counts["pass"], counts["fail"], counts["deviation"],
+                        counts["not-applicable"]));
+    }
+  }
+  if (options.json) print_json(json);
+  if (failed.empty()) return kDone;
+  message(fmt::format("{} not conform: {}", failed.size() == 1 ? "one contender does" : "some contenders do",
+                      join(failed, ", ")));
+  return kFailed;
+}
+
+}  // namespace
+
+void add_conformance(CLI::App& app, Action& action) {
+  CLI::App* command = add_command(
+      app, "conformance", "Put contenders through the gate: each test with its figure and tolerance",
+      {{"assay conformance mujoco-rk4", "the suite on one contender"},
+       {"assay conformance ode --test free-fall --test pendulum", "two tests on all contenders of an engine"},
+       {"assay conformance --list", "the tests, what each means and what it needs"}});
+  const auto options = std::make_shared<Options>();
+  command->add_option("CONTENDER", options->contenders, "Contenders, or engines for all of theirs (default: everybody)")
+      ->type_name("");
+  command->add_option("--test", options->tests, "Only this test; may be repeated")
+      ->type_name("TEST")
+      ->allow_extra_args(false);
+  command->add_flag("--list", options->list, "List the tests instead");
+  command->add_flag("--json", options->json, "Print everything that is known as JSON");
+  command->callback([&action, options] { action = [options] { return conformance(*options); }; });
+}
+
+}  // namespace assay::cli

@@ -1,0 +1,94 @@
+// `assay export`: a results directory as tidy values.
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "base/errors.h"
+#include "base/text.h"
+#include "cli/cli.h"
+#include "cli/csv.h"
+#include "cli/output_file.h"
+#include "store/store.h"
+
+namespace assay::cli {
+namespace {
+
+struct Options {
+  std::string dir, format, out = "-";
+};
+
+// One value of a cell, or a cell without values.
+struct Row {
+  const Cell* cell;
+  const Value* value;  // null: the cell has none
+};
+
+// Numbers that are not there, and those that are none, are absent in both formats.
+std::optional<double> finite(const std::optional<double>& number) {
+  return number && std::isfinite(*number) ? number : std::nullopt;
+}
+std::string csv_number(const std::optional<double>& number) { return finite(number) ? shortest(*number) : ""; }
+Json json_number(const std::optional<double>& number) { return finite(number) ? Json(*number) : Json(nullptr); }
+
+std::string as_csv(const std::vector<Row>& rows) {
+  std::string text = "system,contender,timestep_ms,measure,value,unit,outcome,low,high\n";
+  for (const auto& [cell, value] : rows) {
+    const Value none{cell->measure, "", {}, {}, {}};
+    const Value& shown = value != nullptr ? *value : none;
+    text +=
+        fmt::format("{},{},{},{},{},{},{},{},{}\n", csv_field(cell->system), csv_field(cell->contender),
+                    shortest(cell->timestep_ms), csv_field(shown.name), csv_number(shown.value), csv_field(shown.unit),
+                    outcome_text(cell->outcome), csv_number(shown.low), csv_number(shown.high));
+  }
+  return text;
+}
+
+std::string as_json(const std::vector<Row>& rows) {
+  Json json = Json::array();
+  for (const auto& [cell, value] : rows) {
+    const Value none{cell->measure, "", {}, {}, {}};
+    const Value& shown = value != nullptr ? *value : none;
+    json.push_back({{"system", cell->system},
+                    {"contender", cell->contender},
+                    {"timestep_ms", cell->timestep_ms},
+                    {"measure", shown.name},
+                    {"value", json_number(shown.value)},
+                    {"unit", shown.unit.empty() ? Json(nullptr) : Json(shown.unit)},
+                    {"outcome", outcome_text(cell->outcome)},
+                    {"low", json_number(shown.low)},
+                    {"high", json_number(shown.high)}});
+  }
+  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+int export_values(const Options& options) {
+  if (options.format != "csv" && options.format != "json") {
+    throw InputError(fmt::format("--format is '{}': use csv or json", options.format));
+  }
+  const std::vector<Cell> cells = Store::open(options.dir).cells();
+  std::vector<Row> rows;
+  for (const Cell& cell : cells) {
+    for (const Value& value : cell.values) rows.push_back({&cell, &value});
+    if (cell.values.empty()) rows.push_back({&cell, nullptr});
+  }
+  OutputFile file(options.out);
+  file.write(options.format == "csv" ? as_csv(rows) : as_json(rows));
+  file.finish();
+  return kDone;
+}
+
+}  // namespace
+
+void add_export(CLI::App& app, Action& action) {
+  CLI::App* command =
+      add_command(app, "export", "Print the values of a results directory as CSV or JSON",
+                  {{"assay export results --format csv > values.csv", "a row per value"},
+                   {"assay export results --format json --out values.json", "the same as an array of objects"}});
+  const auto options = std::make_shared<Options>();
+  command->add_option("DIR", options->dir, "Results directory")->required()->type_name("");
+  command->add_option("--format", options->format, "csv or json")->required()->type_name("csv|json");
+  command->add_option("--out", options->out, "File to write (default: standard output)")->type_name("FILE");
+  command->callback([&action, options] { action = [options] { return export_values(*options); }; });
+}
+
+}  // namespace assay::cli

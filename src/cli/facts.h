@@ -1,0 +1,22 @@
+// What is known of contenders and models, as JSON and as words.
+#pragma once
+
+#include <string>
+
+#include "cli/cli.h"
+#include "engines/registry.h"
+#include "model/model.h"
+
+namespace assay::cli {
+
+std::string precision_text(Precision precision);        // "single", "double"
+std::string coordinates_text(Coordinates coordinates);  // "joint", "maximal"
+std::string fidelity_text(Fidelity fidelity);           // "exact", "approximated", "refused"
+
+// Settings with unit, range and meaning, capabilities, where the engine comes from and how it was built.
+Json contender_json(const ResolvedContender& contender);
+
+// Sizes of a model; `name` is what `assay` calls it.
+Json model_json(const std::string& name, const Model& model);
+
+}  // namespace assay::cli

@@ -1,0 +1,127 @@
+// `assay`: one program with subcommands. Reads the command line, runs the subcommand and turns what it throws into one
+// sentence and a status.
+#include <algorithm>
+#include <csignal>
+
+#include <fmt/format.h>
+
+#include "base/build_info.h"
+#include "base/errors.h"
+#include "base/text.h"
+#include "cli/cli.h"
+#include "runs/run.h"
+
+namespace assay::cli {
+namespace {
+
+constexpr const char* kDescription =
+    "Puts one robot model into many physics engines and measures side by side how fast, how accurate and how stable "
+    "each "
+    "is.";
+
+// The subcommand that was called, or the program itself.
+const CLI::App& called(const CLI::App& app) {
+  const auto commands = app.get_subcommands();
+  return commands.empty() ? app : *commands.front();
+}
+
+std::string full_name(const CLI::App& app, const CLI::App& command) {
+  return &app == &command ? app.get_name() : app.get_name() + " " + command.get_name();
+}
+
+// The first argument that nothing of `command` takes, as a complaint; empty when there is none.
+std::string unexpected_argument(const CLI::App& app, const CLI::App& command) {
+  std::vector<std::string> options;
+  for (const CLI::Option* option : command.get_options()) {
+    for (const std::string& name : option->get_lnames()) options.push_back("--" + name);
+  }
+  const std::vector<std::string> rest = command.remaining();
+  const auto is_option = [](const std::string& text) { return text.size() > 1 && text.front() == '-'; };
+  const auto unknown = std::ranges::find_if(rest, is_option);
+  if (unknown != rest.end()) {
+    const std::string name = unknown->substr(0, unknown->find('='));
+    const auto nearest = nearest_name(name, options);
+    return fmt::format("'{}' has no option '{}'{}", full_name(app, command), name,
+                       nearest ? fmt::format(" (did you mean '{}'?)", *nearest) : "");
+  }
+  if (!rest.empty())
+    return fmt::format("'{}' does not know what to do with '{}'", full_name(app, command), rest.front());
+  return "";
+}
+
+// A wrong command line in one sentence that ends in where to look.
+std::string complaint(const CLI::App& app, const CLI::ParseError& error) {
+  const CLI::App& command = called(app);
+  std::string text = unexpected_argument(app, command);
+  if (text.empty()) {
+    text = error.what();
+    text.erase(std::min(text.find('\n'), text.size()));
+    if (!text.empty() && text.back() == '.') text.pop_back();
+  }
+  return fmt::format("{}: see '{} --help'", text, full_name(app, command));
+}
+
+// A word that is no subcommand's name gets the nearest one, which CLI11 cannot know.
+void check_command(const CLI::App& app, const std::string& word) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+    names.push_back(command->get_name());
+    if (command->get_name() == word) return;
+  }
+  throw InputError(fmt::format("'{}' is no command of assay{}", word, did_you_mean(word, names)));
+}
+
+int run(int argc, char** argv) {
+  // started by a campaign, never by hand: no help shows it and its arguments are its own
+  if (argc > 1 && std::string_view(argv[1]) == "worker") return worker_main(argc - 1, argv + 1);
+
+  CLI::App app(kDescription, "assay");
+  Action action;
+  app.set_version_flag("--version", fmt::format("assay {} ({})", kVersion, kGitCommit), "Print version and commit");
+  app.get_formatter()->column_width(32);
+  app.get_formatter()->label("REQUIRED", "(required)");
+  app.option_defaults()->always_capture_default(false);
+  app.require_subcommand(0, 1);
+  add_engines(app, action);
+  add_systems(app, action);
+  add_check(app, action);
+  add_simulate(app, action);
+  add_paper(app, action);
+  add_run(app, action);
+  add_report(app, action);
+  add_export(app, action);
+  add_conformance(app, action);
+  app.footer("'assay COMMAND --help' shows a command's options and examples.\n");
+
+  if (argc > 1 && argv[1][0] != '-') check_command(app, argv[1]);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::CallForVersion& version) {
+    print(std::string(version.what()) + "\n");
+    return kDone;
+  } catch (const CLI::CallForHelp&) {
+    print(app.help());
+    return kDone;
+  } catch (const CLI::ParseError& error) {
+    message(complaint(app, error));
+    return kWrongInput;
+  }
+  if (!action) {
+    std::fputs(app.help().c_str(), stderr);
+    return kWrongInput;
+  }
+  return action();
+}
+
+}  // namespace
+}  // namespace assay::cli
+
+int main(int argc, char** argv) {
+  // whoever started us may have switched it off: `assay engines | head -1` ends quietly
+  std::signal(SIGPIPE, SIG_DFL);
+  return assay::cli::guarded([&] {
+    const int status = assay::cli::run(argc, argv);
+    assay::cli::flush_output();
+    return status;
+  });
+}

@@ -1,0 +1,32 @@
+// `assay paper`: the paper's campaign, then the report.
+#include <fmt/format.h>
+
+#include "cli/campaign_run.h"
+#include "cli/cli.h"
+
+namespace assay::cli {
+
+void add_paper(CLI::App& app, Action& action) {
+  CLI::App* command = add_command(
+      app, "paper", "Measure the paper's campaign and write the report",
+      {{"assay paper --quick --out results", "minutes: fewer timesteps, shorter runs; then open results/report.html"},
+       {"assay paper --out results", "the whole campaign; Ctrl-C or kill: the same command goes on"}});
+  const auto request = std::make_shared<RunRequest>();
+  const auto quick = std::make_shared<bool>(false);
+  command->add_flag("--quick", *quick, "The short campaign, a few minutes on two cores");
+  command->add_option("--out", request->out, "Results directory, made when it is not there")
+      ->required()
+      ->type_name("DIR");
+  command->add_option("--jobs", request->jobs, "Accuracy workers at a time (default: one a core)")->type_name("N");
+  command->callback([&action, request, quick] {
+    action = [request, quick] {
+      request->campaign = *quick ? "quick" : "paper";
+      request->command = fmt::format("assay paper {}--out {}", *quick ? "--quick " : "", request->out);
+      if (!run_and_summarize(*request)) return kFailed;
+      write_report_of(request->out);
+      return kDone;
+    };
+  });
+}
+
+}  // namespace assay::cli

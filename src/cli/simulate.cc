@@ -1,0 +1,269 @@
+// `assay simulate`: one run of one contender as a table of states.
+#include <chrono>
+#include <cmath>
+#include <unistd.h>
+
+#include <fmt/format.h>
+
+#include "base/errors.h"
+#include "base/paths.h"
+#include "base/text.h"
+#include "cli/child.h"
+#include "cli/cli.h"
+#include "cli/csv.h"
+#include "cli/output_file.h"
+#include "controls/controls.h"
+#include "engines/registry.h"
+#include "measures/plausible.h"
+#include "model/mjcf.h"
+
+namespace assay::cli {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+struct Options {
+  std::string model, engine, timestep, duration, sample, out;
+  std::string contacts = "on", gravity = "on";
+  std::vector<std::string> set;
+  bool drop_unsupported = false;
+};
+
+// Everything that is known before the first step.
+struct Job {
+  Model model;
+  ResolvedContender contender;
+  double timestep_ms = 0;
+  double duration_s = 0;
+  long long steps_per_sample = 1;
+  long long steps = 0;  // a whole number of samples
+};
+
+// `whole` as a number of `part`s, when it is a whole one to rounding.
+std::optional<long long> whole_number_of(double whole, double part) {
+  const double ratio = whole / part;
+  const double nearest = std::round(ratio);
+  if (nearest < 1 || nearest > 1e15 || std::abs(ratio - nearest) > 1e-9 * nearest) return std::nullopt;
+  return std::llround(nearest);
+}
+
+// "4 or 6": the multiples of `part` on both sides of `whole`.
+std::string neighbours(double whole, double part) {
+  const double below = std::floor(whole / part);
+  const std::string above = fmt::format("{:.12g}", (below + 1) * part);
+  return below < 1 ? above : fmt::format("{:.12g} or {}", below * part, above);
+}
+
+Job prepare(const Options& options) {
+  Job job;
+  job.timestep_ms = parse_positive("--timestep", options.timestep, "milliseconds");
+  job.duration_s = parse_positive("--duration", options.duration, "seconds");
+  const double sample_ms =
+      options.sample.empty() ? job.timestep_ms : parse_positive("--sample", options.sample, "milliseconds");
+  const auto per_sample = whole_number_of(sample_ms, job.timestep_ms);
+  if (!per_sample) {
+    throw InputError(fmt::format("--sample is {} ms, which is no whole number of timesteps of {} ms: use {}",
+                                 options.sample, options.timestep, neighbours(sample_ms, job.timestep_ms)));
+  }
+  job.steps_per_sample = *per_sample;
+  const auto samples = whole_number_of(job.duration_s * 1000, sample_ms);
+  if (!samples) {
+    throw InputError(fmt::format("--duration is {} s, which is no whole number of {} of {} ms: use {}",
+                                 options.duration, options.sample.empty() ? "timesteps" : "samples",
+                                 options.sample.empty() ? options.timestep : options.sample,
+                                 neighbours(job.duration_s, sample_ms / 1000)));
+  }
+  job.steps = *samples * job.steps_per_sample;
+
+  const bool contacts = parse_switch("--contacts", options.contacts);
+  const bool gravity = parse_switch("--gravity", options.gravity);
+  job.contender = Registry::instance().resolve(options.engine, parse_settings(options.set));
+  job.contender.settings.timestep = job.timestep_ms / 1000;
+  job.model = load_model(find_model(options.model), {.drop_unsupported = options.drop_unsupported});
+  if (!contacts) job.model = without_contacts(std::move(job.model));
+  if (!gravity) job.model = without_gravity(std::move(job.model));
+  return job;
+}
+
+// Refuses what the engine refuses and says what it only approximates.
+void check_fidelity(const Job& job) {
+  const std::vector<Finding> findings = job.contender.engine->check(job.model, job.contender.settings);
+  for (const Finding& finding : findings) {
+    if (finding.fidelity == Fidelity::kRefused) {
+      throw InputError(
+          fmt::format("{} refuses {} of '{}': {}", job.contender.name, finding.element, job.model.name, finding.how));
+    }
+  }
+  for (const std::string& note : job.model.notes) message(fmt::format("note: {}", note));
+  for (const Finding& finding : findings) {
+    if (finding.fidelity == Fidelity::kApproximated) {
+      message(fmt::format("note: {} approximates {}: {}", job.contender.name, finding.element, finding.how));
+    }
+  }
+}
+
+// How far the run is, on standard error: one line rewritten on a terminal, a plain line now and then elsewhere.
+class ProgressLine {
+ public:
+  ProgressLine(const Job& job) : job_(job), terminal_(isatty(STDERR_FILENO) != 0) {}
+
+  void at(long long step) {
+    const Clock::time_point now = Clock::now();
+    const std::chrono::duration<double> since_last = now - last_;
+    if (since_last.count() < (terminal_ ? 0.2 : 30)) return;
+    last_ = now;
+    const std::chrono::duration<double> elapsed = now - start_;
+    const double share = static_cast<double>(step) / static_cast<double>(job_.steps);
+    const double left_s = elapsed.count() * (1 - share) / share;
+    const std::string line =
+        fmt::format("{} on {}: {:.0f} % ({:.6g} of {:.6g} s), {} left", job_.contender.name, job_.model.name,
+                    100 * share, share * job_.duration_s, job_.duration_s, duration_label(left_s));
+    if (terminal_) {
+      fmt::print(stderr, "\r\x1b[K{}", line);
+      std::fflush(stderr);
+      shown_ = true;
+    } else {
+      message(line);
+    }
+  }
+
+  void clear() {
+    if (shown_) fmt::print(stderr, "\r\x1b[K");
+    shown_ = false;
+  }
+
+ private:
+  const Job& job_;
+  bool terminal_;
+  bool shown_ = false;
+  Clock::time_point start_ = Clock::now(), last_ = start_;
+};
+
+// The rows of one sample. The time is the sample's nominal one: what an engine adds up is off by its roundings.
+void append_sample(const Model& model, const std::vector<std::string>& names, double time, const State& state,
+                   fmt::memory_buffer& text) {
+  for (size_t i = 0; i < model.bodies.size(); ++i) {
+    const BodyState& body = state.bodies[i];
+    fmt::format_to(std::back_inserter(text), "{:.17g},{}", time, names[i]);
+    for (const double number :
+         {body.p_WBcm.x(), body.p_WBcm.y(), body.p_WBcm.z(), body.q_WB.w(), body.q_WB.x(), body.q_WB.y(), body.q_WB.z(),
+          body.v_WBcm.x(), body.v_WBcm.y(), body.v_WBcm.z(), body.w_WB.x(), body.w_WB.y(), body.w_WB.z()}) {
+      fmt::format_to(std::back_inserter(text), ",{:.17g}", number);
+    }
+    text.push_back('\n');
+  }
+}
+
+// Steps the engine to the end, to its failure or to an interruption. Every sample is in the file before the next
+// begins.
+int run(const Job& job, OutputFile& file) {
+  const Model& model = job.model;
+  const auto simulation = job.contender.engine->create(model, model.initial, job.contender.settings);
+  const Plausibility plausibility(model, model.initial, job.duration_s);
+  const bool wants_torques = needs_torques(model);
+  std::vector<double> torques(model.hinges.size());
+  std::vector<std::string> names;
+  names.reserve(model.bodies.size());
+  for (const Body& body : model.bodies) names.push_back(csv_field(body.name));
+
+  State state;
+  fmt::memory_buffer text;
+  const auto write_sample = [&](long long step) {
+    const double time = step == job.steps ? job.duration_s : static_cast<double>(step) * job.timestep_ms / 1000;
+    text.clear();
+    append_sample(model, names, time, state, text);
+    file.write({text.data(), text.size()});
+  };
+
+  file.write("time,body,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz\n");
+  simulation->read_state(state);
+  write_sample(0);
+  ProgressLine progress(job);
+  for (long long step = 0; step < job.steps;) {
+    try {
+      const long long sample_end = step + job.steps_per_sample;
+      for (; step < sample_end && !interrupted(); ++step) {
+        if (wants_torques) actuator_torques(model, model.control0, state, torques);
+        simulation->set_torques(torques);
+        simulation->advance(1);
+        if (wants_torques) simulation->read_state(state);
+      }
+      if (!interrupted() && !wants_torques) simulation->read_state(state);
+    } catch (const EngineError& error) {
+      progress.clear();
+      const std::string where = file.whereabouts();
+      file.finish();
+      throw EngineError(fmt::format("{} failed at {:.6g} s: {}; the samples before are kept", job.contender.name,
+                                    static_cast<double>(step) * job.timestep_ms / 1000, error.what()));
+    }
+    if (interrupted()) {
+      progress.clear();
+      message(fmt::format("interrupted at {:.6g} of {:.6g} s: the samples up to there are in {}",
+                          static_cast<double>(step) * job.timestep_ms / 1000, job.duration_s, file.whereabouts()));
+      return kFailed;
+    }
+    if (const std::string why = plausibility.divergence(state); !why.empty()) {
+      progress.clear();
+      file.finish();
+      throw EngineError(
+          fmt::format("{} diverged at {:.6g} s ({}): the samples before are kept, a smaller --timestep may help",
+                      job.contender.name, static_cast<double>(step) * job.timestep_ms / 1000, why));
+    }
+    write_sample(step);
+    progress.at(step);
+  }
+  progress.clear();
+  file.finish();
+  return kDone;
+}
+
+int simulate(const Options& options) {
+  const Job job = prepare(options);
+  check_fidelity(job);
+  OutputFile file(options.out);
+  const ChildEnd end = run_in_child([&](const Send&) { return run(job, file); });
+  if (end.signal.empty()) return end.status;
+  throw EngineError(fmt::format(
+      "{} crashed with {} on '{}': {}", job.contender.name, end.signal, job.model.name,
+      file.empty() ? "it did not take a step" : fmt::format("the samples before are in {}", file.whereabouts())));
+}
+
+}  // namespace
+
+void add_simulate(CLI::App& app, Action& action) {
+  CLI::App* command = add_command(
+      app, "simulate", "Run one model on one contender and write its states as CSV",
+      {{"assay simulate planar-chain --engine mujoco-rk4 --timestep 1 --duration 5 --out chain.csv",
+        "5 s at 1 ms, every step"},
+       {"assay simulate my_robot.xml --engine bullet-si-f64 --timestep 1/4 --duration 2 --sample 10 --out run.csv",
+        "a sample each 10 ms"},
+       {"assay simulate capsules-27 --engine ode-quick --set iterations=20 --gravity off --timestep 2 --duration 1 "
+        "--out -",
+        "other settings, to standard output"}});
+  const auto options = std::make_shared<Options>();
+  command->add_option("MODEL", options->model, "MJCF or URDF file, or a system's name")->required()->type_name("");
+  command->add_option("--engine", options->engine, "Contender, one of 'assay engines'")
+      ->required()
+      ->type_name("CONTENDER");
+  command->add_option("--timestep", options->timestep, "Timestep in ms: 1, 0.5, 1/64")->required()->type_name("MS");
+  command->add_option("--duration", options->duration, "Length of the run in s, a whole number of samples")
+      ->required()
+      ->type_name("S");
+  command
+      ->add_option("--sample", options->sample,
+                   "Time between samples in ms, a whole number of timesteps (default: one)")
+      ->type_name("MS");
+  command->add_option("--contacts", options->contacts, "off: no two shapes touch (default: on)")->type_name("on|off");
+  command->add_option("--gravity", options->gravity, "off: no gravity (default: on)")->type_name("on|off");
+  command->add_option("--set", options->set, "Setting of the engine that differs from the contender's; may be repeated")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+  command->add_flag("--drop-unsupported", options->drop_unsupported,
+                    "Leave out shapes that are no sphere, capsule or plane instead of refusing the model");
+  command->add_option("--out", options->out, "CSV file to write; '-' is standard output")
+      ->required()
+      ->type_name("FILE");
+  command->callback([&action, options] { action = [options] { return simulate(*options); }; });
+}
+
+}  // namespace assay::cli
