@@ -8,11 +8,11 @@
 #include <cstdarg>
 #include <cstdint>
 #include <cstdio>
-#include <limits>
 #include <memory>
 #include <mutex>
 #include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <ode/ode.h>
@@ -26,7 +26,7 @@ constexpr int kMaxContacts = 8;  // per pair; spheres and capsules never need mo
 
 // ---- the library ----------------------------------------------------------------------------------------------------
 
-// Where the exact solver's complaints are counted: ODE reports through functions without context.
+// Where the exact solver's failures are counted: ODE reports through functions without context.
 thread_local long long lcp_failures = 0;
 
 std::string formatted(const char* text, va_list arguments) {
@@ -58,18 +58,29 @@ void initialise_library() {
   if (dAllocateODEDataForThread(dAllocateMaskAll) == 0) throw EngineError("ODE's thread data could not be allocated");
 }
 
-struct DestroyWorld {
-  void operator()(dxWorld* world) const { dWorldDestroy(world); }
+// Frees what ODE made, unless an error came out of ODE's inside: then spaces may be locked and lists half-changed, and
+// freeing them could fail again.
+struct Destroy {
+  const bool* failed;
+  void operator()(dxWorld* world) const {
+    if (!*failed) dWorldDestroy(world);
+  }
+  void operator()(dxSpace* space) const {
+    if (!*failed) dSpaceDestroy(space);
+  }
+  void operator()(dxJointGroup* group) const {
+    if (!*failed) dJointGroupDestroy(group);
+  }
 };
-struct DestroySpace {
-  void operator()(dxSpace* space) const { dSpaceDestroy(space); }
-};
-struct DestroyGroup {
-  void operator()(dxJointGroup* group) const { dJointGroupDestroy(group); }
-};
-using World = std::unique_ptr<dxWorld, DestroyWorld>;
-using Space = std::unique_ptr<dxSpace, DestroySpace>;
-using Group = std::unique_ptr<dxJointGroup, DestroyGroup>;
+using World = std::unique_ptr<dxWorld, Destroy>;
+using Space = std::unique_ptr<dxSpace, Destroy>;
+using Group = std::unique_ptr<dxJointGroup, Destroy>;
+
+std::string number_text(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%g", value);
+  return text.data();
+}
 
 Vec3 vec3(const dReal* v) { return {v[0], v[1], v[2]}; }
 
@@ -133,12 +144,14 @@ std::vector<Setting> ode_settings() {
        1.0,
        double{kMaxContacts}},
       {"broadphase",
-       "hash",
+       "sap",
        "",
        "ODE's space: simple (all pairs), hash, or sap (sweep and prune)",
        {"simple", "hash", "sap"},
        {},
        {}},
+      {"ignore_lcp_failures", false, "",
+       "go on when the exact solver reports that it gave up on a step's constraints, instead of failing the run"},
       {"finite_rotation", false, "",
        "turn bodies by the exact finite rotation of a step instead of a normalised first-order update"},
       {"gyroscopic", true, "", "gyroscopic torque, which ODE computes implicitly; off is wrong for asymmetric bodies"},
@@ -163,6 +176,7 @@ struct Options {
         along_slip(s.get<std::string>("friction_direction") == "slip"),
         max_contacts(static_cast<int>(s.get<long long>("max_contacts"))),
         broadphase(s.get<std::string>("broadphase")),
+        ignore_lcp_failures(s.get<bool>("ignore_lcp_failures")),
         finite_rotation(s.get<bool>("finite_rotation")),
         gyroscopic(s.get<bool>("gyroscopic")) {}
 
@@ -174,7 +188,7 @@ struct Options {
   bool along_slip;
   int max_contacts;
   std::string broadphase;
-  bool finite_rotation, gyroscopic;
+  bool ignore_lcp_failures, finite_rotation, gyroscopic;
 };
 
 // ---- simulation -----------------------------------------------------------------------------------------------------
@@ -183,12 +197,14 @@ struct Options {
 // middle of their range: every range below a full turn then works, wherever it lies.
 double zero_angle(const Hinge& hinge) { return hinge.limited ? (hinge.lower + hinge.upper) / 2 : hinge.reference; }
 
-bool limits_fit(const Hinge& hinge) { return hinge.upper - hinge.lower < 2 * std::numbers::pi; }
+// Half of what a range leaves of the full turn: a limit passed by more than this is taken for the other one.
+double limit_margin(const Hinge& hinge) { return std::numbers::pi - (hinge.upper - hinge.lower) / 2; }
+constexpr double kNarrowMargin = 0.1;  // rad
 
 class OdeSimulation final : public Simulation {
  public:
-  OdeSimulation(const Model& model, const State& state, const Settings& settings)
-      : options_(settings), timestep_(settings.timestep), start_time_(state.time), model_(model) {
+  OdeSimulation(Model model, const State& state, const Settings& settings)
+      : options_(settings), timestep_(settings.timestep), start_time_(state.time), model_(std::move(model)) {
     model_.keyframes.clear();
     world_.reset(dWorldCreate());
     set_up_world();
@@ -201,19 +217,6 @@ class OdeSimulation final : public Simulation {
     // the number of this step counted from time zero, so that a run continued in the middle draws the same seeds
     step_ = std::llround(state.time / timestep_);
     first_step_ = step_;
-  }
-
-  ~OdeSimulation() override {
-    // After an error inside ODE its spaces may be locked and its lists half-changed: freeing them could fail again.
-    if (failed_) {
-      (void)contacts_.release();
-      (void)space_.release();
-      (void)world_.release();
-      return;
-    }
-    contacts_.reset();
-    space_.reset();
-    world_.reset();
   }
 
   void set_torques(std::span<const double> torques) override {
@@ -248,10 +251,14 @@ class OdeSimulation final : public Simulation {
       throw;
     }
     dRandSetSeed(callers_seed);
+    if (lcp_failures > 0 && !options_.ignore_lcp_failures) {
+      throw EngineError("ODE's exact solver gave up on the constraints of " + std::to_string(lcp_failures) + " of " +
+                        std::to_string(count) + " steps before t = " + number_text(time()) + " s (LCP internal error)");
+    }
   }
 
   void read_state(State& out) const override {
-    out.time = start_time_ + static_cast<double>(step_ - first_step_) * timestep_;
+    out.time = time();
     out.bodies.resize(bodies_.size());
     for (size_t i = 0; i < bodies_.size(); ++i) {
       BodyState& body = out.bodies[i];
@@ -414,7 +421,7 @@ class OdeSimulation final : public Simulation {
         break;
       }
     }
-    dGeomSetData(geom, reinterpret_cast<void*>(index));
+    dGeomSetData(geom, &model_.shapes[index]);
     if (shape.type == ShapeType::kPlane) return;
 
     const std::array<dReal, 4> q = ode_quaternion(shape.X_BS.q);
@@ -440,15 +447,15 @@ class OdeSimulation final : public Simulation {
     }
   }
 
+  double time() const { return start_time_ + static_cast<double>(step_ - first_step_) * timestep_; }
+
   dxBody* ode_body(int body) const { return body == kWorld ? nullptr : bodies_[body]; }
 
   // The space found two shapes near each other: if they may touch, their contact points become joints of this step.
   static void on_near(void* data, dxGeom* a, dxGeom* b) { static_cast<OdeSimulation*>(data)->collide(a, b); }
 
   void collide(dxGeom* a, dxGeom* b) {
-    const size_t shape_a = reinterpret_cast<size_t>(dGeomGetData(a));
-    const size_t shape_b = reinterpret_cast<size_t>(dGeomGetData(b));
-    const double friction = friction_[shape_a * model_.shapes.size() + shape_b];
+    const double friction = friction_[(shape_index(a) * model_.shapes.size()) + shape_index(b)];
     if (friction < 0) return;
     const int count = dCollide(a, b, options_.max_contacts, &points_[0].geom, sizeof(dContact));
     if (count == 0) return;
@@ -459,6 +466,10 @@ class OdeSimulation final : public Simulation {
       if (options_.along_slip) set_slip_direction(points_[i], body_a, body_b);
       dJointAttach(dJointCreateContact(world_.get(), contacts_.get(), &points_[i]), body_a, body_b);
     }
+  }
+
+  size_t shape_index(dxGeom* geom) const {
+    return static_cast<const Shape*>(dGeomGetData(geom)) - model_.shapes.data();
   }
 
   static void set_slip_direction(dContact& contact, dxBody* a, dxBody* b) {
@@ -480,15 +491,15 @@ class OdeSimulation final : public Simulation {
   double timestep_, start_time_;
   long long step_ = 0, first_step_ = 0;
   Model model_;  // our own copy: the caller's need not live on
-  World world_;
-  Space space_;  // null when nothing can touch
-  Group contacts_;
+  bool failed_ = false;
+  World world_{nullptr, {&failed_}};
+  Space space_{nullptr, {&failed_}};  // null when nothing can touch
+  Group contacts_{nullptr, {&failed_}};
   std::vector<dxBody*> bodies_;   // owned by the world
   std::vector<dxJoint*> joints_;  // owned by the world
   std::vector<double> friction_;  // shapes x shapes; kNoContact where the model has no pair
   std::array<dContact, kMaxContacts> points_{};
   bool has_springs_ = false;
-  bool failed_ = false;
   State scratch_;
   mutable std::vector<double> last_angle_;  // what the next read unwraps against
 };
@@ -522,7 +533,7 @@ class OdeEngine final : public Engine {
                          : "projected SOR, " + std::to_string(options.iterations) + " iterations, no warm start";
     c.contact = true;
     c.contact_solver = c.joint_solver + ", with the joints";
-    c.contact_model = "rigid, ERP " + number(options.contact_erp) + ", CFM " + number(options.contact_cfm);
+    c.contact_model = "rigid, ERP " + number_text(options.contact_erp) + ", CFM " + number_text(options.contact_cfm);
     c.friction_cone = options.along_slip ? "pyramid, 4 sides, first direction along the slip"
                                          : "pyramid, 4 sides, directions fixed by the normal";
     c.friction_combine = "the pair's own coefficient, set for each contact point";
@@ -543,10 +554,16 @@ class OdeEngine final : public Engine {
             {Fidelity::kRefused, "joint '" + hinge.name + "' armature",
              "ODE has no rotor inertia in a hinge; remove the armature or use an engine with joint coordinates"});
       }
-      if (hinge.limited && !limits_fit(hinge)) {
+      if (!hinge.limited) continue;
+      const double margin = limit_margin(hinge);
+      if (margin <= 0) {
         findings.push_back(
             {Fidelity::kRefused, "joint '" + hinge.name + "' range",
              "ODE's stops know the angle within one turn only; narrow the range below 2 pi or remove it"});
+      } else if (margin < kNarrowMargin) {
+        findings.push_back({Fidelity::kApproximated, "joint '" + hinge.name + "' range",
+                            "ODE's stops know the angle within one turn only; a limit that is passed by more than " +
+                                number_text(margin) + " rad is taken for the other one"});
       }
     }
     const bool friction =
@@ -568,13 +585,6 @@ class OdeEngine final : public Engine {
     }
     initialise_library();
     return std::make_unique<OdeSimulation>(model, state, settings);
-  }
-
- private:
-  static std::string number(double value) {
-    std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), "%g", value);
-    return text.data();
   }
 };
 
