@@ -1,0 +1,146 @@
+#include "report/report.h"
+
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <optional>
+#include <unistd.h>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "base/errors.h"
+#include "report/page.h"
+#include "store/store.h"
+
+namespace assay {
+namespace {
+
+using nlohmann::json;
+
+// Of this layout of the JSON; web/src/data.ts describes it.
+constexpr int kReportFormat = 1;
+
+json number(std::optional<double> value) { return value && std::isfinite(*value) ? json(*value) : json(nullptr); }
+
+// An object that the store keeps as text. The page can do without what cannot be read.
+json object(const std::string& text) {
+  json parsed = json::parse(text, nullptr, /*allow_exceptions=*/false);
+  return parsed.is_object() ? parsed : json::object();
+}
+
+json cell_json(const Cell& cell) {
+  json values = json::array();
+  for (const Value& value : cell.values) {
+    values.push_back({{"name", value.name},
+                      {"unit", value.unit},
+                      {"value", number(value.value)},
+                      {"low", number(value.low)},
+                      {"high", number(value.high)}});
+  }
+  return {{"system", cell.system},
+          {"contender", cell.contender},
+          {"timestep_ms", number(cell.timestep_ms)},
+          {"measure", cell.measure},
+          {"outcome", outcome_text(cell.outcome)},
+          {"reason", cell.reason},
+          {"wall_s", number(cell.wall_s)},
+          {"cpu_s", number(cell.cpu_s)},
+          {"engine_s", number(cell.engine_s)},
+          {"steal", number(cell.steal)},
+          {"values", std::move(values)}};
+}
+
+// JSON inside a script element. `<` would end it or open a comment; the two line separators end a line in old
+// JavaScript. Both occur inside strings only, where an escape means the same.
+std::string script_safe(const std::string& text) {
+  std::string out;
+  out.reserve(text.size() + text.size() / 64);
+  for (size_t i = 0; i < text.size(); ++i) {
+    const std::string_view rest = std::string_view(text).substr(i);
+    if (text[i] == '<') {
+      out += "\\u003c";
+    } else if (rest.starts_with("\u2028")) {
+      out += "\\u2028";
+      i += 2;
+    } else if (rest.starts_with("\u2029")) {
+      out += "\\u2029";
+      i += 2;
+    } else {
+      out += text[i];
+    }
+  }
+  return out;
+}
+
+// Whole or not at all: what was there before stays until the new file is complete.
+void write_file(const std::string& path, const std::string& content) {
+  const std::string part = fmt::format("{}.part-{}", path, getpid());
+  const auto fail = [&](const char* what) {
+    const int error = errno;
+    std::remove(part.c_str());
+    throw SystemError(fmt::format("cannot {} '{}': {}", what, path, std::strerror(error)));
+  };
+  std::FILE* file = std::fopen(part.c_str(), "wb");
+  if (file == nullptr) fail("write");
+  const bool written = std::fwrite(content.data(), 1, content.size(), file) == content.size() &&
+                       std::fflush(file) == 0 && fsync(fileno(file)) == 0;
+  const int error = errno;
+  const bool closed = std::fclose(file) == 0;
+  if (!written) errno = error;
+  if (!written || !closed) fail("write");
+  if (std::rename(part.c_str(), path.c_str()) != 0) fail("write");
+}
+
+}  // namespace
+
+json report_data(const Store& store) {
+  json manifest = json::array();
+  for (const ManifestEntry& entry : store.manifest()) manifest.push_back({{"key", entry.key}, {"value", entry.value}});
+
+  json systems = json::array();
+  for (const SystemRow& row : store.systems()) systems.push_back({{"name", row.name}, {"facts", object(row.json)}});
+
+  json contenders = json::array();
+  for (const ContenderRow& row : store.contenders()) {
+    contenders.push_back({{"name", row.name},
+                          {"engine", row.engine},
+                          {"version", row.version},
+                          {"base", row.base},
+                          {"settings", row.settings},
+                          {"capabilities", object(row.capabilities_json)},
+                          {"build", object(row.build_json)}});
+  }
+
+  json cells = json::array();
+  for (const Cell& cell : store.cells()) cells.push_back(cell_json(cell));
+
+  json conformance = json::array();
+  for (const ConformanceRow& row : store.conformance()) {
+    conformance.push_back({{"contender", row.contender},
+                           {"test", row.test},
+                           {"status", row.status},
+                           {"figure", number(row.figure)},
+                           {"tolerance", number(row.tolerance)},
+                           {"unit", row.unit},
+                           {"note", row.note}});
+  }
+
+  return {{"format", kReportFormat},       {"manifest", std::move(manifest)},
+          {"systems", std::move(systems)}, {"contenders", std::move(contenders)},
+          {"cells", std::move(cells)},     {"conformance", std::move(conformance)}};
+}
+
+std::string report_html(const json& data) {
+  // A reason may hold whatever an engine printed: bytes that are not UTF-8 become U+FFFD.
+  const std::string text = script_safe(data.dump(-1, ' ', false, json::error_handler_t::replace));
+  return fmt::format("{}{}{}", report_page_before(), text, report_page_after());
+}
+
+void write_report(const std::string& results_dir, const std::string& out_file) {
+  const Store store = Store::open(results_dir);
+  write_file(out_file, report_html(report_data(store)));
+}
+
+}  // namespace assay

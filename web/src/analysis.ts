@@ -1,0 +1,118 @@
+// What follows from the figures: who is unbeaten in speed and accuracy, and which failures are one and the same.
+import type { Cell, Outcome, Report, SystemView } from "./data";
+
+export interface FrontPoint {
+  contender: string;
+  timestep: number;
+  speed: number;
+  speedLow: number;
+  speedHigh: number;
+  error: number;
+}
+
+export interface FrontMember {
+  contender: string;
+  points: FrontPoint[]; // on the front, by timestep
+  equals: string[]; // contenders that no figure tells apart from this one on these points
+}
+
+// The measure that the summary and the plot start with: the error against an independent solution where there is one.
+export function mainMeasure(view: SystemView): string | null {
+  const names = view.plotNames();
+  const wide = names.find(
+    (name) =>
+      (name === "truth_error" || name === "consistency") &&
+      view.contenders.filter((contender) => view.timesteps(name).some((step) => view.entry(contender, step, name)?.value)).length >= 2,
+  );
+  return wide ?? names[0] ?? null;
+}
+
+export function points(view: SystemView, name: string): FrontPoint[] {
+  const steps = view.timesteps(name);
+  // Against its own run a contender is at its best at the reference's timestep: that figure is the restart floor.
+  const usable = name === "consistency" ? steps.slice(1) : steps;
+  const list: FrontPoint[] = [];
+  for (const contender of view.contenders) {
+    for (const timestep of usable) {
+      const entry = view.entry(contender, timestep, name);
+      const speed = view.realtimeFactor(contender, timestep);
+      if (!entry?.value || entry.cell.outcome !== "ok" || !speed) continue;
+      list.push({
+        contender,
+        timestep,
+        speed: speed.value,
+        speedLow: speed.low ?? speed.value,
+        speedHigh: speed.high ?? speed.value,
+        error: Math.abs(entry.value.value!),
+      });
+    }
+  }
+  return list;
+}
+
+// Contenders with a point that no other point beats in speed and in accuracy, the most accurate first.
+export function paretoFront(list: FrontPoint[]): FrontMember[] {
+  const bySpeed = [...list].sort((a, b) => b.speed - a.speed || a.error - b.error || a.contender.localeCompare(b.contender));
+  const front: FrontPoint[] = [];
+  let least = Infinity;
+  for (const point of bySpeed) {
+    if (point.error < least) {
+      least = point.error;
+      front.push(point);
+    }
+  }
+  const members = new Map<string, FrontPoint[]>();
+  for (const point of [...front].reverse()) members.set(point.contender, [...(members.get(point.contender) ?? []), point]);
+  return [...members].map(([contender, own]) => ({
+    contender,
+    points: [...own].sort((a, b) => a.timestep - b.timestep),
+    equals: [...new Set(list.map((point) => point.contender))].filter(
+      (other) => other !== contender && own.every((point) => isEqualTo(point, list, other)),
+    ),
+  }));
+}
+
+// The other contender's point of the same timestep has the same error (1 %) and an overlapping interval of the speed.
+function isEqualTo(point: FrontPoint, list: FrontPoint[], other: string): boolean {
+  const twin = list.find((candidate) => candidate.contender === other && candidate.timestep === point.timestep);
+  if (!twin) return false;
+  const sameError = Math.abs(twin.error - point.error) <= 0.01 * Math.max(twin.error, point.error);
+  return sameError && twin.speedHigh >= point.speedLow && twin.speedLow <= point.speedHigh;
+}
+
+export interface Failure {
+  system: string;
+  contender: string;
+  measure: string;
+  timesteps: number[];
+  outcome: Outcome;
+  reason: string;
+}
+
+// Cells that have no sound result; those that differ in the timestep alone are one entry.
+export function failures(report: Report): Failure[] {
+  const list = new Map<string, Failure>();
+  for (const cell of report.json.cells) {
+    if (cell.outcome === "ok") continue;
+    const key = [cell.system, cell.contender, cell.measure, cell.outcome, cell.reason].join("\u0000");
+    const known = list.get(key);
+    if (known) known.timesteps.push(cell.timestep_ms ?? 0);
+    else {
+      list.set(key, {
+        system: cell.system,
+        contender: cell.contender,
+        measure: cell.measure,
+        timesteps: [cell.timestep_ms ?? 0],
+        outcome: cell.outcome,
+        reason: cell.reason,
+      });
+    }
+  }
+  return [...list.values()];
+}
+
+export function outcomeCounts(cells: Cell[]): Map<Outcome, number> {
+  const counts = new Map<Outcome, number>();
+  for (const cell of cells) counts.set(cell.outcome, (counts.get(cell.outcome) ?? 0) + 1);
+  return counts;
+}

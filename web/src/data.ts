@@ -1,0 +1,333 @@
+// The report's JSON as the C++ side writes it (src/report), and the page's index over it.
+
+export type Outcome = "ok" | "unstable" | "diverged" | "timeout" | "crashed" | "unsupported";
+
+export interface Value {
+  name: string;
+  unit: string;
+  value: number | null;
+  low: number | null;
+  high: number | null;
+}
+
+export interface Cell {
+  system: string;
+  contender: string;
+  timestep_ms: number | null;
+  measure: string;
+  outcome: Outcome;
+  reason: string;
+  wall_s: number | null;
+  cpu_s: number | null;
+  engine_s: number | null;
+  steal: number | null;
+  values: Value[];
+}
+
+export interface Deviation {
+  test: string;
+  bound: number;
+  reason: string;
+}
+
+export interface Contender {
+  name: string;
+  engine: string;
+  version: string;
+  base: string;
+  settings: string;
+  capabilities: Record<string, unknown>;
+  build: Record<string, unknown>;
+}
+
+export interface System {
+  name: string;
+  facts: Record<string, unknown>;
+}
+
+export type GateStatus = "pass" | "fail" | "deviation" | "not-applicable";
+
+export interface GateResult {
+  contender: string;
+  test: string;
+  status: GateStatus;
+  figure: number | null;
+  tolerance: number | null;
+  unit: string;
+  note: string;
+}
+
+export interface ReportJson {
+  format: number;
+  manifest: { key: string; value: string }[];
+  systems: System[];
+  contenders: Contender[];
+  cells: Cell[];
+  conformance: GateResult[];
+}
+
+// What is known of a value's name; other names are shown as they are.
+export interface ValueInfo {
+  label: string; // in running text and on axes
+  better: "low" | "high" | "none";
+  plot: boolean; // can be the error axis of the speed-accuracy plot
+  meaning: string;
+}
+
+const kValues: Record<string, ValueInfo> = {
+  truth_error: {
+    label: "Truth error",
+    better: "low",
+    plot: true,
+    meaning: "mean distance of the bodies from a solution that no contender made, at the end of the run",
+  },
+  consistency: {
+    label: "Consistency",
+    better: "low",
+    plot: true,
+    meaning: "mean distance of the bodies from the contender's own run at the smallest timestep, over short pieces of it",
+  },
+  energy_drift: {
+    label: "Energy drift",
+    better: "low",
+    plot: true,
+    meaning: "largest deviation of the total energy from its initial value over the run",
+  },
+  angular_momentum_drift: {
+    label: "Angular momentum drift",
+    better: "low",
+    plot: true,
+    meaning: "largest deviation of the conserved angular momentum from its initial value over the run",
+  },
+  linear_momentum_drift: {
+    label: "Linear momentum drift",
+    better: "low",
+    plot: true,
+    meaning: "largest deviation of the linear momentum from its initial value over the run",
+  },
+  energy_drift_relative: {
+    label: "Energy drift, relative",
+    better: "low",
+    plot: true,
+    meaning: "energy drift divided by the initial kinetic energy",
+  },
+  angular_momentum_drift_relative: {
+    label: "Angular momentum drift, relative",
+    better: "low",
+    plot: true,
+    meaning: "angular momentum drift divided by the momentum's scale",
+  },
+  linear_momentum_drift_relative: {
+    label: "Linear momentum drift, relative",
+    better: "low",
+    plot: true,
+    meaning: "linear momentum drift divided by the momentum's scale",
+  },
+  raw_speed: { label: "Raw speed", better: "high", plot: false, meaning: "the engine's own step calls per second" },
+  step_time: { label: "Step time", better: "low", plot: false, meaning: "time of one call of the engine's step" },
+  realtime_factor: {
+    label: "Realtime factor",
+    better: "high",
+    plot: false,
+    meaning: "simulated seconds per second of computing: timestep divided by step time",
+  },
+  restart_floor: {
+    label: "Restart floor",
+    better: "low",
+    plot: false,
+    meaning: "the consistency error at the reference's own timestep: hidden state and rounding, not integration",
+  },
+  truth_order: {
+    label: "Observed order",
+    better: "none",
+    plot: false,
+    meaning: "slope of the truth error between this timestep and the next smaller one",
+  },
+};
+
+export function valueInfo(name: string): ValueInfo {
+  const known = kValues[name];
+  if (known) return known;
+  const words = name.replace(/_/g, " ");
+  return { label: words.charAt(0).toUpperCase() + words.slice(1), better: "none", plot: false, meaning: words };
+}
+
+export const kPlotNames = Object.keys(kValues).filter((name) => kValues[name]!.plot);
+
+// What is known at one system, contender, timestep of one value: the number, or why there is none.
+export interface Entry {
+  value: Value | null;
+  cell: Cell;
+}
+
+// The measure whose cells hold values of this name: where a cell failed, it holds none.
+function measureOf(name: string): string {
+  if (name === "raw_speed" || name === "step_time" || name === "realtime_factor") return "raw_speed";
+  if (name.startsWith("truth")) return "truth";
+  if (name === "restart_floor") return "consistency";
+  return name.includes("_drift") ? "drift" : name;
+}
+
+export class Report {
+  readonly contenderByName = new Map<string, Contender>();
+  // The engine that does nothing: it measures the harness and is no contender.
+  readonly harness: string[] = [];
+
+  constructor(readonly json: ReportJson) {
+    for (const contender of json.contenders) {
+      this.contenderByName.set(contender.name, contender);
+      if (contender.engine === "null") this.harness.push(contender.name);
+    }
+    // Cells of contenders that the database does not describe are shown all the same.
+    for (const cell of json.cells) {
+      if (!this.contenderByName.has(cell.contender)) {
+        const contender: Contender = {
+          name: cell.contender,
+          engine: cell.contender.replace(/-.*/, ""),
+          version: "",
+          base: cell.contender,
+          settings: "",
+          capabilities: {},
+          build: {},
+        };
+        json.contenders.push(contender);
+        this.contenderByName.set(cell.contender, contender);
+        if (contender.engine === "null") this.harness.push(contender.name);
+      }
+    }
+    for (const cell of json.cells) {
+      if (!json.systems.some((system) => system.name === cell.system)) {
+        json.systems.push({ name: cell.system, facts: {} });
+      }
+    }
+  }
+
+  isHarness(contender: string): boolean {
+    return this.harness.includes(contender);
+  }
+
+  manifest(key: string): string | null {
+    return this.json.manifest.find((entry) => entry.key === key)?.value ?? null;
+  }
+
+  // Contenders that are compared, in the campaign's order.
+  get contenders(): Contender[] {
+    return this.json.contenders.filter((contender) => !this.isHarness(contender.name));
+  }
+
+  view(system: string): SystemView {
+    return new SystemView(this, system);
+  }
+}
+
+export class SystemView {
+  readonly cells: Cell[];
+  readonly contenders: string[];
+
+  constructor(
+    readonly report: Report,
+    readonly system: string,
+  ) {
+    this.cells = report.json.cells.filter((cell) => cell.system === system && !report.isHarness(cell.contender));
+    const present = new Set(this.cells.map((cell) => cell.contender));
+    this.contenders = report.contenders.map((contender) => contender.name).filter((name) => present.has(name));
+  }
+
+  // Names of all values of the system's cells, known ones first and in the order of the list above.
+  valueNames(): string[] {
+    const present = new Set<string>();
+    for (const cell of this.cells) for (const value of cell.values) present.add(value.name);
+    const known = Object.keys(kValues).filter((name) => present.has(name));
+    return [...known, ...[...present].filter((name) => !(name in kValues)).sort()];
+  }
+
+  // Names that can be the error axis: something measured, or something tried that failed everywhere.
+  plotNames(): string[] {
+    const present = new Set(this.valueNames());
+    return kPlotNames.filter(
+      (name) =>
+        present.has(name) ||
+        (!name.endsWith("_relative") && this.cells.some((cell) => cell.outcome !== "ok" && cell.measure === measureOf(name))),
+    );
+  }
+
+  entry(contender: string, timestep: number, name: string): Entry | null {
+    let failed: Cell | null = null;
+    const measure = measureOf(name);
+    for (const cell of this.cells) {
+      if (cell.contender !== contender || cell.timestep_ms !== timestep) continue;
+      const value = cell.values.find((candidate) => candidate.name === name);
+      if (value && value.value !== null) return { value, cell };
+      if (cell.outcome !== "ok" && cell.measure === measure) failed = cell;
+    }
+    return failed ? { value: null, cell: failed } : null;
+  }
+
+  unit(name: string): string {
+    for (const cell of this.cells) {
+      const value = cell.values.find((candidate) => candidate.name === name);
+      if (value) return value.unit;
+    }
+    return "";
+  }
+
+  // Timesteps that have an entry of this value, ascending.
+  timesteps(name: string): number[] {
+    const measure = measureOf(name);
+    const found = new Set<number>();
+    for (const cell of this.cells) {
+      if (cell.timestep_ms === null) continue;
+      if (cell.values.some((value) => value.name === name) || (cell.outcome !== "ok" && cell.measure === measure)) {
+        found.add(cell.timestep_ms);
+      }
+    }
+    return [...found].sort((a, b) => a - b);
+  }
+
+  // Realtime factor at a timestep; where it was not timed there, from the step time at the nearest timestep that was.
+  realtimeFactor(contender: string, timestep: number): RealtimeFactor | null {
+    const here = this.entry(contender, timestep, "realtime_factor");
+    if (here?.value) {
+      return { value: here.value.value!, low: here.value.low, high: here.value.high, timedAt: timestep };
+    }
+    let best: RealtimeFactor | null = null;
+    let distance = Infinity;
+    for (const other of this.timesteps("realtime_factor")) {
+      const entry = this.entry(contender, other, "realtime_factor");
+      const away = Math.abs(Math.log(other / timestep));
+      if (!entry?.value || away >= distance) continue;
+      const scale = timestep / other;
+      const { low, high } = entry.value;
+      distance = away;
+      best = {
+        value: entry.value.value! * scale,
+        low: low === null ? null : low * scale,
+        high: high === null ? null : high * scale,
+        timedAt: other,
+      };
+    }
+    return best;
+  }
+
+  // The restart floor of a contender: stored once, or beside every timestep.
+  restartFloor(contender: string): number | null {
+    for (const cell of this.cells) {
+      if (cell.contender !== contender) continue;
+      const value = cell.values.find((candidate) => candidate.name === "restart_floor");
+      if (value && value.value !== null) return value.value;
+    }
+    return null;
+  }
+}
+
+export interface RealtimeFactor {
+  value: number;
+  low: number | null;
+  high: number | null;
+  timedAt: number; // ms; differs from the timestep asked for when it is an estimate
+}
+
+export function readReport(): Report {
+  const text = document.getElementById("assay-data")?.textContent ?? "";
+  return new Report(JSON.parse(text) as ReportJson);
+}

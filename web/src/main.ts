@@ -1,0 +1,100 @@
+// Assembles the page from the JSON inside it.
+import { readReport, type Report } from "./data";
+import { el, type Child } from "./dom";
+import { sentenceList } from "./format";
+import { outcomeCounts } from "./analysis";
+import { Palette } from "./palette";
+import { systemSummary } from "./summary";
+import { systemSection } from "./system";
+import { engines, fairness } from "./tables/fairness";
+import { failureTable } from "./tables/failures";
+import { gate } from "./tables/gate";
+import { harnessCost, manifestTable, stealSummary } from "./tables/manifest";
+import { tooltip } from "./tooltip";
+
+function first(report: Report, ...keys: string[]): string | null {
+  for (const key of keys) {
+    const value = report.manifest(key);
+    if (value) return value;
+  }
+  return null;
+}
+
+function header(report: Report): HTMLElement {
+  const facts = el("dl", { class: "plate" });
+  const add = (name: string, value: string | null) => {
+    if (value) facts.append(el("div", {}, el("dt", {}, name), el("dd", {}, value)));
+  };
+  add("Campaign", first(report, "campaign_title", "title", "campaign"));
+  add("CPU", first(report, "cpu", "cpu_model"));
+  add("Governor", first(report, "governor", "cpu_governor"));
+  add("Measured", first(report, "finished", "started", "date"));
+  add("assay", sentenceList([first(report, "version", "assay_version"), first(report, "commit", "assay_commit")?.slice(0, 12)].filter((part): part is string => Boolean(part))));
+  const harness = harnessCost(report);
+  add("Harness", harness ? harness.text.replace(/,.*$/, "") : null);
+  const steal = stealSummary(report);
+  add("Steal", steal ? steal.replace(/ of the machine.*$/, "") : null);
+  return el(
+    "header",
+    { class: "masthead" },
+    el("p", { class: "wordmark" }, "assay"),
+    el("h1", {}, "Physics engines, side by side"),
+    el("p", { class: "lead" }, lead(report)),
+    facts,
+  );
+}
+
+function lead(report: Report): string {
+  const cells = report.json.cells.filter((cell) => !report.isHarness(cell.contender));
+  const counts = outcomeCounts(cells);
+  const good = counts.get("ok") ?? 0;
+  const contenders = new Set(cells.map((cell) => cell.contender));
+  const engineNames = new Set(report.contenders.filter((c) => contenders.has(c.name)).map((c) => c.engine.replace(/-(f32|f64)$/, "")));
+  if (cells.length === 0) return "These results are empty: no cell of the campaign has been measured yet.";
+  const body = `${contenders.size} contenders of ${engineNames.size} engines on ${report.json.systems.length} ${report.json.systems.length === 1 ? "system" : "systems"}: ${cells.length} cells`;
+  if (good === 0) return `${body}, and none of them has a sound result.`;
+  if (good === cells.length) return `${body}, all with a sound result.`;
+  const failed = [...counts].filter(([outcome]) => outcome !== "ok").map(([outcome, count]) => `${count} ${outcome}`);
+  return `${body}, ${good} with a sound result; ${sentenceList(failed)}.`;
+}
+
+function part(id: string, title: string, text: string, ...content: Child[]): HTMLElement {
+  return el("section", { id, class: "part" }, el("h2", {}, title), text ? el("p", { class: "sub" }, text) : null, ...content);
+}
+
+function build(report: Report, page: HTMLElement): void {
+  const palette = new Palette(report);
+  const systems = report.json.systems;
+  const views = systems.map((system) => report.view(system.name));
+  const measured = views.some((view) => view.cells.length > 0);
+  const links: [string, string][] = [
+    ...(measured ? [["summary", "Summary"] as [string, string]] : []),
+    ...systems.map((system): [string, string] => [system.name, system.name]),
+    ["failures", "Failures"],
+    ["gate", "Gate"],
+    ["fairness", "Fairness"],
+    ["manifest", "Manifest"],
+  ];
+  page.append(header(report));
+  page.append(el("nav", { "aria-label": "Parts of the report" }, ...links.map(([id, name]) => el("a", { href: `#${id}` }, name))));
+  if (measured) {
+    page.append(
+      part("summary", "Summary", "", el("div", { class: "summary" }, ...views.map((view) => systemSummary(view, palette)))),
+    );
+  } else {
+    page.append(
+      el("p", { class: "alert" }, "Nothing has been measured yet. Start the campaign, or the same command again if it was stopped; then make the report anew."),
+    );
+  }
+  systems.forEach((system, index) => page.append(systemSection(views[index]!, system, palette)));
+  page.append(
+    part("failures", "What failed", "A cell that fails is a result: its outcome and reason are kept.", failureTable(report)),
+    part("gate", "Conformance gate", "A contender is scored only when its adapter passes these tests against closed forms and independent solutions. A deviation that is the engine's own is proven, declared and bounded.", gate(report)),
+    part("fairness", "Fairness", "What each contender does, as its adapter declares it.", fairness(report, palette)),
+    part("manifest", "Manifest", "", engines(report), manifestTable(report)),
+  );
+  tooltip.attach();
+}
+
+const page = document.getElementById("page");
+if (page) build(readReport(), page);

@@ -1,0 +1,383 @@
+// Error against realtime factor, one line a contender, a marker per timestep.
+import { line } from "d3-shape";
+
+import { valueInfo, type Cell, type RealtimeFactor, type SystemView } from "../data";
+import { clear, el, onWidth, svg, uniqueId } from "../dom";
+import { interval, named, quantity, realtime, timestep, timestepRange } from "../format";
+import type { Palette } from "../palette";
+import { markContenders, state } from "../state";
+import { facts, tooltip } from "../tooltip";
+import { decadeLabel, decades, factorLabel, grid, logScale, type LogScale } from "./axes";
+
+interface Point {
+  contender: string;
+  timestep: number;
+  speed: RealtimeFactor;
+  error: number | null; // null: no value, drawn at the edge
+  low: number | null;
+  high: number | null;
+  cell: Cell;
+  x: number;
+  y: number;
+}
+
+interface Series {
+  contender: string;
+  points: Point[];
+  floor: number | null;
+}
+
+const kFailBand = 26; // room above the plot for points without a value
+const kZeroBand = 22; // room below it for errors of exactly zero
+
+function collect(view: SystemView, name: string): { series: Series[]; unplaced: string[] } {
+  const series: Series[] = [];
+  const unplaced: string[] = [];
+  for (const contender of view.contenders) {
+    const points: Point[] = [];
+    const noSpeed: number[] = [];
+    for (const step of view.timesteps(name)) {
+      const entry = view.entry(contender, step, name);
+      if (!entry || entry.cell.outcome === "unsupported") continue;
+      const speed = view.realtimeFactor(contender, step);
+      if (!speed || speed.value <= 0) {
+        noSpeed.push(step);
+        continue;
+      }
+      const error = entry.value?.value ?? null;
+      points.push({
+        contender, timestep: step, speed, error: error === null ? null : Math.abs(error),
+        low: entry.value?.low ?? null, high: entry.value?.high ?? null, cell: entry.cell, x: 0, y: 0,
+      }); // prettier-ignore
+    }
+    const floor = name === "consistency" ? view.restartFloor(contender) : null;
+    if (points.length > 0) series.push({ contender, points, floor });
+    if (noSpeed.length > 0) unplaced.push(`${contender} (${timestepRange(noSpeed)})`);
+  }
+  return { series, unplaced };
+}
+
+// Lines of slope 1, 2 and 4 from one corner: how an error of that order falls with the timestep.
+function orderGuide(x: LogScale, y: LogScale, points: Point[], frame: Frame): SVGGElement {
+  const group = svg("g", { class: "order-guide" });
+  const slope = Math.abs(y(10) - y(1)) / Math.abs(x(10) - x(1)); // pixels up per pixel right, at order 1
+  const width = 62;
+  const height = 58;
+  const corners: [number, number][] = [
+    [frame.right - width - 34, frame.bottom - 10],
+    [frame.left + 14, frame.top + height + 26],
+    [frame.right - width - 34, frame.top + height + 26],
+    [frame.left + 14, frame.bottom - 10],
+  ];
+  const crowd = ([cx, cy]: [number, number]) =>
+    points.filter((p) => p.x > cx - 14 && p.x < cx + width + 40 && p.y < cy + 12 && p.y > cy - height - 18).length;
+  const [ox, oy] = corners.reduce((best, corner) => (crowd(corner) < crowd(best) ? corner : best));
+  const ends: { order: number; x: number; y: number }[] = [];
+  for (const order of [1, 2, 4]) {
+    const rise = order * slope;
+    const reach = Math.min(width, height / rise);
+    ends.push({ order, x: ox + reach, y: oy - reach * rise });
+    group.append(svg("line", { x1: ox, y1: oy, x2: ox + reach, y2: oy - reach * rise }));
+  }
+  // Labels stand at the ends, pushed apart where the ends are close.
+  let lastX = -Infinity;
+  for (const end of [...ends].reverse()) {
+    const atTop = end.y <= oy - height + 1;
+    const lx = atTop ? Math.max(end.x, lastX + 13) : end.x + 5;
+    if (atTop) lastX = lx;
+    group.append(svg("text", { x: lx, y: atTop ? end.y - 4 : end.y + 4, "text-anchor": atTop ? "middle" : "start" }, String(end.order)));
+  }
+  group.append(svg("text", { x: ox, y: oy - height - 17, class: "guide-title" }, "order"));
+  return group;
+}
+
+interface Frame {
+  left: number;
+  right: number;
+  top: number;
+  bottom: number;
+}
+
+export class SpeedAccuracy {
+  readonly element: HTMLElement;
+  private readonly canvas = el("div", { class: "canvas" });
+  private readonly note = el("p", { class: "quiet note" });
+  private readonly meaning = el("p", { class: "sub" });
+  private readonly redraw: () => void;
+  private series: Series[] = [];
+  private cursor: Point | null = null;
+  private overlay: SVGGElement | null = null;
+
+  constructor(
+    private readonly view: SystemView,
+    private readonly palette: Palette,
+    private name: string,
+    names: string[],
+    onMeasure: (name: string) => void,
+  ) {
+    const group = uniqueId("measure");
+    const choices = el("div", { class: "segments", role: "radiogroup", "aria-label": "Measure of the plot" });
+    for (const candidate of names) {
+      const id = uniqueId(group);
+      const input = el("input", { type: "radio", name: group, id, value: candidate, checked: candidate === name });
+      input.addEventListener("change", () => {
+        this.name = candidate;
+        this.cursor = null;
+        tooltip.hide();
+        this.redraw();
+        onMeasure(candidate);
+      });
+      choices.append(input, el("label", { for: id }, valueInfo(candidate).label));
+    }
+    this.element = el(
+      "figure",
+      { class: "panel accuracy-panel" },
+      el("figcaption", {}, el("h3", {}, "Speed and accuracy"), this.meaning, names.length > 1 ? choices : null),
+      this.canvas,
+      this.note,
+    );
+    this.redraw = onWidth(this.canvas, (width) => this.draw(width));
+    state.subscribe(() => this.mark());
+  }
+
+  private draw(width: number): void {
+    const info = valueInfo(this.name);
+    const unit = this.view.unit(this.name);
+    const { series, unplaced } = collect(this.view, this.name);
+    this.series = series;
+    this.meaning.textContent = `${info.label}: ${info.meaning}.`;
+    clear(this.canvas);
+    const everything = series.flatMap((one) => one.points);
+    const valued = everything.filter((point) => point.error !== null && point.error > 0);
+    const notes: string[] = [];
+    if (unplaced.length > 0) notes.push(`Not placed, for want of a timing: ${unplaced.join(", ")}.`);
+    if (everything.length === 0) {
+      this.canvas.append(el("p", { class: "quiet empty" }, `Nothing to place: no contender has both a ${info.label.toLowerCase()} and a timing here.`));
+      this.note.textContent = notes.join(" ");
+      this.note.hidden = notes.length === 0;
+      return;
+    }
+
+    const hasZero = everything.some((point) => point.error === 0);
+    const hasFailed = everything.some((point) => point.error === null);
+    const height = Math.round(Math.min(560, Math.max(360, width * 0.68)));
+    const frame: Frame = {
+      left: 64,
+      right: width - 14,
+      top: hasFailed ? kFailBand + 6 : 10,
+      bottom: height - 50 - (hasZero ? kZeroBand : 0),
+    };
+    const speeds = everything.map((point) => point.speed.value);
+    const x = logScale(speeds, [frame.left, frame.right], 1);
+    const errors = valued.map((point) => point.error!);
+    const y = logScale(errors.length > 0 ? errors : [1e-3], [frame.bottom, frame.top], 2);
+    for (const point of everything) {
+      point.x = x(point.speed.value);
+      if (point.error === null) point.y = frame.top - kFailBand / 2 - 2;
+      else if (point.error === 0) point.y = frame.bottom + kZeroBand / 2 + 2;
+      else point.y = y(point.error);
+    }
+
+    const drawing = svg("svg", {
+      class: "accuracy", width, height, viewBox: `0 0 ${width} ${height}`, tabindex: 0, role: "application",
+      "aria-label": `${info.label} against realtime factor; arrow keys move between timesteps and contenders`,
+    }); // prettier-ignore
+    drawing.append(grid(x, "x", frame.top, frame.bottom), grid(y, "y", frame.left, frame.right));
+    drawing.append(
+      svg("rect", { class: "frame", x: frame.left + 0.5, y: frame.top + 0.5, width: frame.right - frame.left, height: frame.bottom - frame.top }),
+    );
+    if (hasFailed) {
+      drawing.append(
+        svg("rect", { class: "fail-band", x: frame.left, y: frame.top - kFailBand - 2, width: frame.right - frame.left, height: kFailBand }),
+        svg("text", { class: "band-label", x: frame.left - 8, y: frame.top - kFailBand / 2 + 2, "text-anchor": "end" }, "failed"),
+      );
+    }
+    if (hasZero) {
+      drawing.append(
+        svg("rect", { class: "zero-band", x: frame.left, y: frame.bottom + 2, width: frame.right - frame.left, height: kZeroBand }),
+        svg("text", { class: "band-label", x: frame.left - 8, y: frame.bottom + kZeroBand / 2 + 6, "text-anchor": "end" }, "exactly 0"),
+      );
+    }
+
+    const axis = svg("g", { class: "axis" });
+    const ground = frame.bottom + (hasZero ? kZeroBand : 0);
+    for (const e of decades(x, 44).labelled) {
+      axis.append(svg("text", { class: "tick tick-x", x: x(10 ** e), y: ground + 18, "text-anchor": "middle" }, factorLabel(e)));
+    }
+    for (const e of decades(y, 20).labelled) {
+      const at = y(10 ** e);
+      if (hasZero && at > frame.bottom - 8) continue; // the band's own label stands there
+      axis.append(svg("text", { class: "tick tick-y", x: frame.left - 8, y: at + 4, "text-anchor": "end" }, decadeLabel(e, unit)));
+    }
+    axis.append(
+      svg("text", { class: "axis-title", x: frame.right, y: height - 8, "text-anchor": "end" }, "realtime factor, faster →"),
+      svg("text", { class: "axis-title", x: frame.left, y: height - 8, "text-anchor": "start" }, `↓ smaller ${info.label.toLowerCase()}`),
+    );
+    drawing.append(axis);
+
+    const [slowest = 1, fastest = 1] = x.domain();
+    if (slowest < 1 && fastest > 1) {
+      const at = Math.round(x(1)) + 0.5;
+      drawing.append(
+        svg("line", { class: "realtime-line", x1: at, x2: at, y1: frame.top, y2: frame.bottom }),
+        svg("text", { class: "realtime-label", transform: `translate(${at + 11},${frame.bottom - 8}) rotate(-90)` }, "real time"),
+      );
+    }
+    drawing.append(orderGuide(x, y, everything, frame));
+
+    const path = line<Point>((point) => point.x, (point) => point.y); // prettier-ignore
+    const [lowest = 0, highest = 0] = y.domain();
+    for (const one of series) {
+      const look = this.palette.look(one.contender);
+      const group = svg("g", { class: "series", "data-contender": one.contender, style: `--line:${look.color}` });
+      if (one.floor !== null && one.floor > lowest && one.floor < highest) {
+        const at = y(one.floor);
+        group.append(svg("line", { class: "floor", x1: frame.left, x2: frame.right, y1: at, y2: at }));
+      }
+      // A line stops at a point without a value and goes on after it.
+      let run: Point[] = [];
+      const runs: Point[][] = [run];
+      for (const point of one.points) {
+        if (point.error === null) runs.push((run = []));
+        else run.push(point);
+      }
+      for (const piece of runs) {
+        if (piece.length > 1) group.append(svg("path", { class: "line", d: path(piece) ?? "", "stroke-dasharray": look.dash }));
+      }
+      for (const point of one.points) {
+        if (point.error === null) {
+          group.append(svg("path", { class: "failed", d: "M-4,-4L4,4M-4,4L4,-4", transform: `translate(${point.x},${point.y})`, "data-timestep": point.timestep }));
+          continue;
+        }
+        const bars = this.intervalPath(point, x, y);
+        if (bars) group.append(svg("path", { class: "interval", d: bars }));
+        const sound = point.cell.outcome === "ok";
+        group.append(
+          svg("path", { class: sound ? "mark" : "mark hollow", d: look.path(sound ? 40 : 64), transform: `translate(${point.x},${point.y}) rotate(${look.turn})`, "data-timestep": point.timestep }),
+        );
+      }
+      drawing.append(group);
+    }
+    this.overlay = svg("g", { class: "overlay" });
+    drawing.append(this.overlay);
+    this.listen(drawing);
+    this.canvas.append(drawing);
+
+    if (everything.some((point) => point.error !== null && point.cell.outcome !== "ok")) {
+      notes.push("Hollow markers: the run ended, but was not stable.");
+    }
+    if (hasFailed) notes.push("Crosses above the plot: the run failed at that timestep; the failures below say why.");
+    const estimated = everything.filter((point) => point.speed.timedAt !== point.timestep);
+    if (estimated.length > 0) {
+      notes.push(`Where a timestep was not timed, the step time at the nearest one that was is used (${estimated.length} of ${everything.length} points).`);
+    }
+    if (series.some((one) => one.floor !== null && one.floor > 0)) {
+      notes.push("Faint horizontal lines: restart floors, below which an error says nothing of the timestep.");
+    }
+    notes.push("Markers run from the smallest timestep at the left to the largest at the right.");
+    this.note.textContent = notes.join(" ");
+    this.note.hidden = false;
+    this.mark();
+  }
+
+  private intervalPath(point: Point, x: LogScale, y: LogScale): string {
+    const parts: string[] = [];
+    const { low, high } = point.speed;
+    if (low !== null && high !== null && low > 0) {
+      const [a, b] = [x(low), x(high)];
+      if (b - a > 9) parts.push(`M${a},${point.y}H${b}`);
+    }
+    if (point.low !== null && point.high !== null && point.low > 0) {
+      const [a, b] = [Math.min(y(point.low), y.range()[0] ?? 0), y(point.high)];
+      if (a - b > 9) parts.push(`M${point.x},${a}V${b}`);
+    }
+    return parts.join("");
+  }
+
+  private visible(): Point[] {
+    return this.series.filter((one) => !state.isHidden(one.contender)).flatMap((one) => one.points);
+  }
+
+  private listen(drawing: SVGSVGElement): void {
+    const release = () => {
+      this.cursor = null;
+      state.setHighlight(null);
+      tooltip.hide();
+      this.mark();
+    };
+    drawing.addEventListener("pointermove", (event) => {
+      const box = drawing.getBoundingClientRect();
+      const px = event.clientX - box.left;
+      const py = event.clientY - box.top;
+      let nearest: Point | null = null;
+      let least = 26;
+      for (const point of this.visible()) {
+        const away = Math.hypot(point.x - px, point.y - py);
+        if (away < least) {
+          least = away;
+          nearest = point;
+        }
+      }
+      if (nearest) this.point(nearest, drawing);
+      else if (this.cursor) release();
+    });
+    drawing.addEventListener("pointerleave", release);
+    drawing.addEventListener("blur", release);
+    drawing.addEventListener("keydown", (event) => {
+      const shown = this.series.filter((one) => !state.isHidden(one.contender));
+      if (event.key === "Escape") return release();
+      if (!["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown"].includes(event.key) || shown.length === 0) return;
+      event.preventDefault();
+      let row = shown.findIndex((one) => one.contender === this.cursor?.contender);
+      if (row < 0) return this.point(shown[0]!.points[0]!, drawing);
+      const turn = event.key === "ArrowDown" ? 1 : event.key === "ArrowUp" ? -1 : 0;
+      const step = this.cursor!.timestep;
+      row = (row + turn + shown.length) % shown.length;
+      const points = shown[row]!.points;
+      let column = points.findIndex((point) => point.timestep >= step);
+      if (column < 0) column = points.length - 1;
+      column += event.key === "ArrowRight" ? 1 : event.key === "ArrowLeft" ? -1 : 0;
+      this.point(points[Math.max(0, Math.min(points.length - 1, column))]!, drawing);
+    });
+  }
+
+  private point(point: Point, drawing: SVGSVGElement): void {
+    this.cursor = point;
+    state.setHighlight(point.contender);
+    this.mark();
+    const box = drawing.getBoundingClientRect();
+    const unit = this.view.unit(this.name);
+    const info = valueInfo(this.name);
+    const estimated = point.speed.timedAt !== point.timestep;
+    const speed = this.view.entry(point.contender, point.speed.timedAt, "raw_speed")?.value;
+    tooltip.show(
+      box.left + point.x,
+      box.top + point.y,
+      el("strong", {}, point.contender),
+      facts([
+        ["timestep", `${timestep(point.timestep)} ms`],
+        [info.label.toLowerCase(), point.error === null ? point.cell.outcome : named(this.name, point.error, unit)],
+        ["interval", interval(this.name, point.low, point.high, unit)],
+        ["real time", realtime(point.speed.value) + (estimated ? ` (timed at ${timestep(point.speed.timedAt)} ms)` : "")],
+        ["interval", interval("realtime_factor", point.speed.low, point.speed.high, "1")],
+        ["raw speed", speed ? quantity(speed.value, speed.unit) : null],
+        ["outcome", point.cell.outcome === "ok" || point.error === null ? null : point.cell.outcome],
+        ["reason", point.cell.reason],
+      ]),
+    );
+  }
+
+  // Hidden, dimmed and highlighted lines; rings around the other contenders' points at the cursor's timestep.
+  private mark(): void {
+    markContenders(this.canvas);
+    if (!this.overlay) return;
+    clear(this.overlay);
+    if (!this.cursor) return;
+    for (const point of this.visible()) {
+      if (point.timestep !== this.cursor.timestep) continue;
+      this.overlay.append(
+        svg("circle", { class: point === this.cursor ? "cursor" : "same-step", cx: point.x, cy: point.y, r: point === this.cursor ? 9 : 6.5 }),
+      );
+    }
+  }
+}

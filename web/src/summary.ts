@@ -1,0 +1,55 @@
+// The page's first words: per system, who is unbeaten in speed and accuracy, computed from the figures.
+import { mainMeasure, paretoFront, points, type FrontMember } from "./analysis";
+import { valueInfo, type SystemView } from "./data";
+import { el } from "./dom";
+import { quantity, realtime, sentenceList, timestepRange } from "./format";
+import type { Palette } from "./palette";
+import { swatch } from "./plots/legend";
+
+function range(low: string, high: string): string {
+  return low === high ? low : `${low} to ${high}`;
+}
+
+function sentence(member: FrontMember, place: string, unit: string, label: string): string {
+  const speeds = member.points.map((point) => point.speed);
+  const errors = member.points.map((point) => point.error);
+  const speed = range(realtime(Math.min(...speeds)), realtime(Math.max(...speeds)));
+  const error = range(quantity(Math.min(...errors), unit), quantity(Math.max(...errors), unit));
+  const tie =
+    member.equals.length > 0
+      ? `, and so ${member.equals.length === 1 ? "does" : "do"} ${sentenceList(member.equals)} within the intervals`
+      : "";
+  return `${place}: at ${timestepRange(member.points.map((point) => point.timestep))} it runs ${speed} real time with a ${label} of ${error}${tie}.`;
+}
+
+export function systemSummary(view: SystemView, palette: Palette): HTMLElement {
+  const box = el("section", { class: "summary-system" }, el("h3", {}, el("a", { href: `#${view.system}` }, view.system)));
+  const name = mainMeasure(view);
+  const label = name ? valueInfo(name).label.toLowerCase() : "";
+  const front = name ? paretoFront(points(view, name)) : [];
+  if (!name || front.length === 0) {
+    box.append(el("p", { class: "quiet" }, "No contender has both a speed and an error here; the failures below say why."));
+    return box;
+  }
+  const all = points(view, name);
+  const contenders = new Set(all.map((point) => point.contender)).size;
+  box.append(
+    el("p", { class: "sub" }, `Of ${contenders} contenders, ${front.length === 1 ? "one is" : `${front.length} are`} unbeaten in speed and ${label} together:`),
+  );
+  const list = el("ul", { class: "front" });
+  front.forEach((member, index) => {
+    const place =
+      front.length === 1
+        ? "is the fastest and the most accurate"
+        : index === 0
+          ? "is the most accurate"
+          : index === front.length - 1
+            ? "is the fastest"
+            : "is the best in between";
+    list.append(
+      el("li", {}, swatch(palette, member.contender), el("span", {}, el("strong", {}, member.contender), " ", sentence(member, place, view.unit(name), label))),
+    );
+  });
+  box.append(list);
+  return box;
+}

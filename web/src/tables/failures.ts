@@ -1,0 +1,20 @@
+// Every cell without a sound result, with its reason.
+import { failures, type Failure } from "../analysis";
+import type { Report } from "../data";
+import { el } from "../dom";
+import { timestep } from "../format";
+import { scrollFrame, sortableTable, type Column } from "./sortable";
+
+export function failureTable(report: Report): HTMLElement {
+  const rows = failures(report);
+  if (rows.length === 0) return el("p", {}, "Nothing failed: every cell of the campaign has a sound result.");
+  const columns: Column<Failure>[] = [
+    { title: "Contender", key: (f) => f.contender, cell: (f) => f.contender, head: true, className: "sticky" },
+    { title: "System", key: (f) => f.system, cell: (f) => f.system },
+    { title: "Measure", key: (f) => f.measure, cell: (f) => f.measure.replace(/_/g, " ") },
+    { title: "Timesteps (ms)", key: (f) => Math.min(...f.timesteps), cell: (f) => [...f.timesteps].sort((a, b) => a - b).map(timestep).join(", ") },
+    { title: "Outcome", key: (f) => f.outcome, cell: (f) => el("b", { class: "bad" }, f.outcome) },
+    { title: "Reason", key: (f) => f.reason, cell: (f) => f.reason || "no reason was stored", className: "wider" },
+  ];
+  return scrollFrame("Failures", sortableTable("Cells whose outcome is not ok; those that differ in the timestep alone share a row", columns, rows));
+}

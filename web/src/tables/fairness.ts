@@ -1,0 +1,121 @@
+// What each contender is and does differently: printed lightly where most contenders agree.
+import type { Contender, Deviation, Report } from "../data";
+import { el } from "../dom";
+import type { Palette } from "../palette";
+import { swatch } from "../plots/legend";
+import { scrollFrame, sortableTable, type Column } from "./sortable";
+
+function text(contender: Contender, key: string): string {
+  const value = contender.capabilities[key];
+  if (value === null || value === undefined) return "";
+  if (typeof value === "boolean") return value ? "yes" : "no";
+  return String(value);
+}
+
+function joined(...parts: string[]): string {
+  return parts.filter(Boolean).join("; ");
+}
+
+function withOrder(contender: Contender): string {
+  const order = text(contender, "order");
+  return text(contender, "integrator") + (order ? `, order ${order}` : "");
+}
+
+function contact(contender: Contender): string {
+  if (contender.capabilities["contact"] === false) return "none";
+  return joined(text(contender, "contact_model"), text(contender, "contact_solver"));
+}
+
+function friction(contender: Contender): string {
+  if (contender.capabilities["contact"] === false) return "none";
+  return joined(text(contender, "friction_cone"), text(contender, "friction_combine"));
+}
+
+function springs(contender: Contender): string {
+  const kind = text(contender, "springs");
+  const note = text(contender, "spring_note");
+  return note ? `${kind}: ${note}` : kind;
+}
+
+export function deviations(contender: Contender): Deviation[] {
+  const list = contender.capabilities["deviations"];
+  return Array.isArray(list) ? (list as Deviation[]) : [];
+}
+
+const kColumns: { title: string; hint: string; text: (contender: Contender) => string; wide?: boolean }[] = [
+  { title: "Precision", hint: "of the state and the arithmetic", text: (c) => text(c, "precision") },
+  { title: "Coordinates", hint: "joint: hinges hold exactly; maximal: six coordinates a body", text: (c) => text(c, "coordinates") },
+  { title: "Integrator", hint: "and its order on smooth systems", text: withOrder, wide: true },
+  { title: "Joints", hint: "how hinges are held", text: (c) => text(c, "joint_solver"), wide: true },
+  { title: "Contact", hint: "model and solver", text: contact, wide: true },
+  { title: "Friction", hint: "cone, and how the pair's coefficient is reached", text: friction, wide: true },
+  { title: "Springs, dampers", hint: "of joints", text: springs, wide: true },
+  { title: "Limits", hint: "joint limits", text: (c) => text(c, "joint_limits") },
+  { title: "Armature", hint: "exact joint armature", text: (c) => text(c, "armature") },
+  { title: "Gyroscopic", hint: "torque w x (I w) is included", text: (c) => text(c, "gyroscopic") },
+  { title: "Hidden damping", hint: "what the engine takes away without being asked", text: (c) => text(c, "hidden_damping") || "none" },
+  { title: "Threads", hint: "", text: (c) => text(c, "threads") },
+  { title: "Other", hint: "velocity quantisation, clamps", text: (c) => text(c, "other") || "–", wide: true },
+  { title: "Settings", hint: "that differ from the adapter's defaults", text: (c) => c.settings || "defaults", wide: true },
+];
+
+export function fairness(report: Report, palette: Palette): HTMLElement {
+  const rows = report.contenders.filter((contender) => Object.keys(contender.capabilities).length > 0);
+  if (rows.length === 0) return el("p", { class: "quiet" }, "The results do not describe their contenders.");
+  const columns: Column<Contender>[] = [
+    {
+      title: "Contender",
+      key: (contender) => contender.name,
+      cell: (contender) => el("span", { class: "contender" }, swatch(palette, contender.name), contender.name),
+      className: "sticky",
+      head: true,
+    },
+  ];
+  for (const column of kColumns) {
+    const counts = new Map<string, number>();
+    for (const row of rows) counts.set(column.text(row), (counts.get(column.text(row)) ?? 0) + 1);
+    const [common, many] = [...counts].sort((a, b) => b[1] - a[1])[0] ?? ["", 0];
+    columns.push({
+      title: column.title,
+      hint: column.hint,
+      key: column.text,
+      className: column.wide ? "wide" : "",
+      cell: (row) => {
+        const value = column.text(row) || "–";
+        return el("span", { class: many > rows.length / 2 && value === common ? "common" : "" }, value);
+      },
+    });
+  }
+  columns.push({
+    title: "Declared deviations",
+    hint: "shown to be the engine's own",
+    className: "wider",
+    cell: (row) => {
+      const list = deviations(row);
+      if (list.length === 0) return el("span", { class: "common" }, "none");
+      return el("ul", {}, ...list.map((deviation) => el("li", {}, el("code", {}, deviation.test), `: ${deviation.reason}`)));
+    },
+  });
+  return scrollFrame("Fairness table", sortableTable("What each contender is. What most contenders share is printed lightly.", columns, rows));
+}
+
+// Where each engine comes from and how it was compiled: one row an engine.
+export function engines(report: Report): HTMLElement {
+  const seen = new Map<string, Contender>();
+  for (const contender of report.json.contenders) {
+    if (contender.engine && !seen.has(contender.engine)) seen.set(contender.engine, contender);
+  }
+  if (seen.size === 0) return el("p", { class: "quiet" }, "No engine was part of these results.");
+  const fact = (key: string) => (contender: Contender) => {
+    const value = contender.build[key];
+    return value === undefined || value === null || value === "" ? "–" : String(value);
+  };
+  const columns: Column<Contender>[] = [
+    { title: "Engine", key: (c) => c.engine, cell: (c) => c.engine, head: true, className: "sticky" },
+    { title: "Version", key: (c) => c.version, cell: (c) => c.version || "–" },
+    { title: "Source", key: fact("source"), cell: fact("source"), className: "wide" },
+    { title: "Compiler", key: fact("compiler"), cell: fact("compiler"), className: "wide" },
+    { title: "Flags", key: fact("flags"), cell: (c) => el("code", {}, fact("flags")(c)), className: "wider" },
+  ];
+  return scrollFrame("Engines and their builds", sortableTable("Engines and how they were built", columns, [...seen.values()]));
+}

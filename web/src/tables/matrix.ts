@@ -1,0 +1,143 @@
+// Contender x timestep of one value. A click on a figure opens everything that is known of it below the row.
+import { valueInfo, type Entry, type SystemView } from "../data";
+import { clear, el, type Child } from "../dom";
+import { interval, named, percent, seconds, timestep } from "../format";
+import type { Palette } from "../palette";
+import { swatch } from "../plots/legend";
+import { facts } from "../tooltip";
+import { scrollFrame, sortableTable, type Column } from "./sortable";
+
+export class Matrix {
+  readonly element: HTMLElement;
+  private readonly frame = el("div");
+  private readonly choice = el("select", { "aria-label": "Value of the table" });
+
+  constructor(
+    private readonly view: SystemView,
+    private readonly palette: Palette,
+    name: string,
+  ) {
+    for (const candidate of this.names()) {
+      this.choice.append(el("option", { value: candidate }, valueInfo(candidate).label));
+    }
+    this.choice.addEventListener("change", () => this.draw());
+    this.element = el(
+      "div",
+      { class: "panel matrix-panel" },
+      el("div", { class: "table-head" }, el("h3", {}, "All figures"), el("label", {}, "Value ", this.choice)),
+      this.frame,
+    );
+    this.select(name);
+  }
+
+  select(name: string): void {
+    if (this.names().includes(name)) this.choice.value = name;
+    this.draw();
+  }
+
+  private names(): string[] {
+    return [...new Set([...this.view.plotNames(), ...this.view.valueNames()])];
+  }
+
+  private draw(): void {
+    const name = this.choice.value;
+    const steps = this.view.timesteps(name);
+    const info = valueInfo(name);
+    const rows = this.view.contenders.filter((contender) => steps.some((step) => this.view.entry(contender, step, name)));
+    clear(this.frame);
+    if (rows.length === 0) {
+      this.frame.append(el("p", { class: "quiet" }, "No cell of this value."));
+      return;
+    }
+    const columns: Column<string>[] = [
+      {
+        title: "Contender",
+        key: (contender) => contender,
+        cell: (contender) => el("span", { class: "contender" }, swatch(this.palette, contender), contender),
+        className: "sticky",
+        head: true,
+      },
+      ...steps.map((step) => ({
+        title: `${timestep(step)} ms`,
+        key: (contender: string) => this.view.entry(contender, step, name)?.value?.value ?? null,
+        cell: (contender: string) => this.figure(name, contender, step),
+        className: "figure",
+      })),
+    ];
+    const caption = `${info.label} by contender and timestep: ${info.meaning}. A click on a figure shows all that is known of it.`;
+    this.frame.append(scrollFrame(`${info.label} by contender and timestep`, sortableTable(caption, columns, rows)));
+  }
+
+  private figure(name: string, contender: string, step: number): Child | HTMLTableCellElement {
+    const entry = this.view.entry(contender, step, name);
+    if (!entry) return el("span", { class: "quiet" }, "–");
+    const { cell, value } = entry;
+    const text = value ? named(name, value.value, value.unit) : cell.outcome === "unsupported" ? "not scored" : cell.outcome;
+    const range = value ? interval(name, value.low, value.high, value.unit) : "";
+    const sound = cell.outcome === "ok";
+    const button = el(
+      "button",
+      {
+        type: "button",
+        class: `cell ${sound ? "ok" : "bad"}`,
+        "aria-expanded": "false",
+        title: [range && `95 % interval ${range}`, cell.reason].filter(Boolean).join("; ") || null,
+      },
+      el("span", { class: "number" }, text),
+      value && range ? el("span", { class: "range" }, this.spread(value.value!, value.low!, value.high!)) : null,
+      sound || !value ? null : el("span", { class: "flag" }, cell.outcome),
+    );
+    button.addEventListener("click", () => this.toggle(button, entry, name));
+    return button;
+  }
+
+  // The interval's half width as a share of the value.
+  private spread(value: number, low: number, high: number): string {
+    if (value === 0) return "";
+    const half = Math.abs((high - low) / 2 / value);
+    return half < 0.0005 ? "± 0 %" : `± ${percent(half)}`;
+  }
+
+  private toggle(button: HTMLElement, entry: Entry, name: string): void {
+    const row = button.closest("tr");
+    if (!row) return;
+    const open = button.getAttribute("aria-expanded") === "true";
+    for (const other of row.querySelectorAll("[aria-expanded=true]")) other.setAttribute("aria-expanded", "false");
+    const next = row.nextElementSibling;
+    if (next?.classList.contains("detail")) next.remove();
+    if (open) return;
+    button.setAttribute("aria-expanded", "true");
+    const { cell } = entry;
+    const values = cell.values.map((value): [string, string] => {
+      const range = interval(value.name, value.low, value.high, value.unit);
+      return [valueInfo(value.name).label, named(value.name, value.value, value.unit) + (range ? `  (${range})` : "")];
+    });
+    const speed = this.view.realtimeFactor(cell.contender, cell.timestep_ms ?? 0);
+    row.after(
+      el(
+        "tr",
+        { class: "detail" },
+        el(
+          "td",
+          { colspan: String(row.cells.length) },
+          el(
+            "div",
+            { class: "detail-box" },
+            el("p", {}, el("strong", {}, cell.contender), ` at ${timestep(cell.timestep_ms ?? 0)} ms, ${cell.measure.replace(/_/g, " ")}: `, el("b", { class: cell.outcome === "ok" ? "" : "bad" }, cell.outcome), cell.reason ? `. ${cell.reason}` : ""),
+            facts([
+              ...values,
+              ...(speed && !cell.values.some((value) => value.name === "realtime_factor")
+                ? [["Realtime factor", named("realtime_factor", speed.value, "1")] as [string, string]]
+                : []),
+              ["Wall time", seconds(cell.wall_s)],
+              ["CPU time", seconds(cell.cpu_s)],
+              ["Inside the engine", seconds(cell.engine_s)],
+              ["Stolen by the host", percent(cell.steal)],
+            ]),
+            name === "restart_floor" ? el("p", { class: "quiet" }, valueInfo(name).meaning) : null,
+          ),
+        ),
+      ),
+    );
+  }
+}

@@ -1,0 +1,80 @@
+// A table whose columns sort on a click. Rows may carry a detail row that stays below them.
+import { el, type Child } from "../dom";
+
+export interface Column<Row> {
+  title: string | Node;
+  hint?: string;
+  // What the column sorts by; null sorts last in both directions. Without it the column does not sort.
+  key?: (row: Row) => number | string | null;
+  cell: (row: Row) => Child | HTMLTableCellElement;
+  className?: string;
+  head?: boolean; // the row's own heading
+}
+
+function compare(a: number | string | null, b: number | string | null): number {
+  if (a === null || b === null) return a === b ? 0 : a === null ? Infinity : -Infinity;
+  return typeof a === "number" && typeof b === "number" ? a - b : String(a).localeCompare(String(b));
+}
+
+export function sortableTable<Row>(
+  caption: string,
+  columns: Column<Row>[],
+  rows: Row[],
+  rowAttributes: (row: Row) => Record<string, string> = () => ({}),
+): HTMLTableElement {
+  const body = el("tbody");
+  const heads = columns.map((column) => {
+    const head = el("th", { scope: "col", class: column.className ?? null, title: column.hint ?? null });
+    if (column.key) head.append(el("button", { type: "button", class: "sort" }, column.title));
+    else head.append(column.title);
+    return head;
+  });
+  let sorted = -1;
+  let descending = false;
+
+  const fill = () => {
+    const key = columns[sorted]?.key;
+    const order = rows.map((row, index) => ({ row, index }));
+    if (key) {
+      order.sort((a, b) => {
+        const difference = compare(key(a.row), key(b.row));
+        if (!Number.isFinite(difference)) return difference > 0 ? 1 : -1;
+        return (descending ? -difference : difference) || a.index - b.index;
+      });
+    }
+    body.replaceChildren(
+      ...order.map(({ row }) => {
+        const line = el("tr", rowAttributes(row));
+        for (const column of columns) {
+          const content = column.cell(row);
+          if (content instanceof HTMLTableCellElement) {
+            line.append(content);
+          } else if (column.head) {
+            line.append(el("th", { scope: "row", class: column.className ?? null }, content));
+          } else {
+            line.append(el("td", { class: column.className ?? null }, content));
+          }
+        }
+        return line;
+      }),
+    );
+  };
+  heads.forEach((head, index) => {
+    head.querySelector("button")?.addEventListener("click", () => {
+      descending = sorted === index ? !descending : false;
+      sorted = index;
+      heads.forEach((other, at) => {
+        if (at === index) other.setAttribute("aria-sort", descending ? "descending" : "ascending");
+        else other.removeAttribute("aria-sort");
+      });
+      fill();
+    });
+  });
+  fill();
+  return el("table", { class: "sortable" }, el("caption", {}, caption), el("thead", {}, el("tr", {}, ...heads)), body);
+}
+
+// Wide tables scroll inside their own frame, never the page; the frame can be scrolled with the keyboard.
+export function scrollFrame(label: string, table: HTMLElement): HTMLElement {
+  return el("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": label }, table);
+}
