@@ -1,0 +1,49 @@
+// Takes a picture of a report, as the README shows it.
+//
+//   node screenshot.mjs RESULTS_DIR|REPORT.html OUT.png [--width 1400] [--height N] [--dark] [--from SELECTOR] [--scale N]
+//
+// --height crops the picture; without it the whole page is taken. --from starts at an element, "#planar-chain" for one.
+import { existsSync, statSync } from "node:fs";
+import { join, resolve } from "node:path";
+import { pathToFileURL } from "node:url";
+import { parseArgs } from "node:util";
+
+import { launch } from "./browser.mjs";
+
+const { values, positionals } = parseArgs({
+  allowPositionals: true,
+  options: {
+    width: { type: "string", default: "1400" },
+    height: { type: "string" },
+    dark: { type: "boolean", default: false },
+    from: { type: "string" },
+    scale: { type: "string", default: "1" },
+  },
+});
+const [source, out] = positionals;
+if (!source || !out) {
+  console.error("usage: node screenshot.mjs RESULTS_DIR|REPORT.html OUT.png [--width N] [--height N] [--dark] [--from SELECTOR]");
+  process.exit(2);
+}
+const file = existsSync(source) && statSync(source).isDirectory() ? join(source, "report.html") : source;
+if (!existsSync(file)) {
+  console.error(`no report at '${file}': make it with \`assay report\``);
+  process.exit(2);
+}
+
+const browser = await launch();
+try {
+  const page = await browser.newPage();
+  await page.setViewport({ width: Number(values.width), height: 1000, deviceScaleFactor: Number(values.scale) });
+  await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: values.dark ? "dark" : "light" }]);
+  await page.goto(pathToFileURL(resolve(file)).href, { waitUntil: "load" });
+  await page.waitForSelector("main > *");
+  // A sticky bar would be repeated or cover what is below it.
+  await page.addStyleTag({ content: "nav { position: static !important; }" });
+  const top = values.from ? await page.$eval(values.from, (node) => node.getBoundingClientRect().top + window.scrollY) : 0;
+  const whole = await page.evaluate(() => document.documentElement.scrollHeight);
+  const height = Math.min(values.height ? Number(values.height) : Infinity, whole - top);
+  await page.screenshot({ path: out, clip: { x: 0, y: top, width: Number(values.width), height }, captureBeyondViewport: true });
+} finally {
+  await browser.close();
+}
