@@ -38,6 +38,8 @@ constexpr Entry kEntries[] = {
      conformance::batches},
     {"free-fall", "a moving, spinning body follows the parabola", Need::kNothing, conformance::free_fall},
     {"gravity-direction", "oblique, horizontal and no gravity", Need::kNothing, conformance::gravity_direction},
+    {"fast-motion", "nothing slows a body at 300 m/s and 100 rad/s, or a hinge at 120 rad/s", Need::kNothing,
+     conformance::fast_motion},
     {"torque-free-top", "an asymmetric body turns over as Jacobi's elliptic functions say", Need::kNothing,
      conformance::torque_free_top},
     {"pendulum-period", "the period at 143 degrees is the complete elliptic integral's", Need::kNothing,

@@ -43,8 +43,9 @@ class Subject {
   // Distance from 1 to the next number of the declared precision.
   double epsilon() const;
 
-  // What `steps` steps may lose by rounding: one unit in the last place of the largest quantity in each.
-  double rounding(double steps, double scale) const { return epsilon() * steps * scale; }
+  // What `steps` steps may lose by rounding: each has a handful of operations that matter, and each of those may lose a
+  // unit in the last place of the largest quantity.
+  double rounding(double steps, double scale) const { return 4 * epsilon() * steps * scale; }
 
   // The largest of the three timesteps of a convergence test, s: small enough for the method's leading error to rule,
   // and large enough to keep that error above rounding.
@@ -78,7 +79,8 @@ struct ConvergenceOptions {
 // Does the contender converge to `truth` at its declared order p, or a higher one? Three runs with h, h/2 and h/4 give
 // two Richardson extrapolations to h = 0. The figure is the distance of the finer one from the truth. It has to be
 // below
-// - a quarter of the error at h/4: the extrapolation removes the leading term only if the order is right;
+// - a quarter of the error at h/4 (or of what h or h/2 let expect there): the extrapolation removes the leading term
+// only if the order is right;
 // - twice the distance between the two extrapolations, which estimates what the finer one still lacks;
 // whichever is smaller, plus rounding. A set-up error of the adapter does not depend on h and stays in the figure
 // whole.

@@ -18,6 +18,7 @@ Verdict torque_for_one_step(const Subject& subject);
 // ---- smooth motions against closed forms and the error-controlled solution (smooth_tests.cc) -----------------------
 Verdict free_fall(const Subject& subject);
 Verdict gravity_direction(const Subject& subject);
+Verdict fast_motion(const Subject& subject);
 Verdict torque_free_top(const Subject& subject);
 Verdict pendulum_period(const Subject& subject);
 Verdict constant_torque(const Subject& subject);
