@@ -1,5 +1,5 @@
-// A campaign: which systems, contenders, timesteps and measures. Read from a TOML file (campaigns/README in
-// docs/methodology.md explains every key by example: campaigns/quick.toml).
+// A campaign: which systems, contenders, timesteps and measures. Read from a TOML file (campaigns/quick.toml is
+// an example).
 //
 //   name = "quick"
 //   title = "..."                                  # optional
@@ -23,7 +23,7 @@
 //   sample_ms = 16                                 # distance of the states that drift reads; default: largest timestep
 //   pieces = 10                                    # consistency; default 10
 //   piece_ms = 128                                 # default 128
-//   control = "passive"                            # default: passive
+//   control = "passive"                            # or {kind = "sine", amplitude = 2, frequency = 1}; default: passive
 //   contacts = true                                # false leaves all contact pairs out
 //   gravity = true
 //   measures = [...]                               # default: the campaign's
@@ -37,9 +37,12 @@
 //   set = {iterations = 50}                        # optional: settings that differ from the base's
 #pragma once
 
+#include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "controls/control.h"
 #include "engines/registry.h"
 #include "model/model.h"
 
@@ -64,7 +67,7 @@ struct CampaignSystem {
   double sample_ms = 0;
   int pieces = 10;
   double piece_ms = 128;
-  std::string control = "passive";
+  ControlSpec control;
   std::vector<Measure> measures;     // in the order of the enum
   std::vector<double> timesteps_ms;  // ascending, the reference's among them where consistency is measured
   std::vector<double> timing_ms;     // ascending
@@ -74,7 +77,11 @@ struct CampaignSystem {
 struct CampaignContender {
   ResolvedContender resolved;  // engine is null when it is absent
   std::map<std::string, std::string> overrides;
-  std::string absent;  // why the contender cannot be run here, "" when it can
+  std::string plugin_hash;  // content address of the adapter's library
+  std::string absent;       // why the contender cannot be run here, "" when it can
+
+  // Everything that decides what it computes, timestep aside, as text; names do not count.
+  std::string content() const;
 };
 
 struct Campaign {
@@ -86,7 +93,8 @@ struct Campaign {
   double time_limit_s = 600;
   long long seed = 1;
 
-  // Content address of everything above that decides a result: systems (by content), contenders, measures, timesteps.
+  // Content address of all that decides which cells there are and what they give: systems by content, contenders with
+  // their adapters' builds, timesteps, measures.
   std::string hash() const;
 };
 

@@ -1,0 +1,153 @@
+#include "runs/plan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "base/errors.h"
+#include "base/hash.h"
+#include "base/text.h"
+
+namespace assay {
+namespace {
+
+// Raised when a measure or the way a run is made changes, so that old results are not taken for new ones.
+constexpr int kResultVersion = 1;
+
+bool has(const CampaignSystem& system, Measure measure) {
+  return std::ranges::find(system.measures, measure) != system.measures.end();
+}
+
+bool same_timestep(double a, double b) { return std::abs(a - b) <= 1e-9 * b; }
+
+nlohmann::json run_content(const CampaignSystem& system, const CampaignContender& contender, double timestep_ms) {
+  return {{"version", kResultVersion},
+          {"model", system.model.hash},
+          {"control", make_control(system.model, system.control)->description()},
+          {"duration_s", system.duration_s},
+          {"sample_ms", system.sample_ms},
+          {"contender", contender.content()},
+          {"timestep_ms", timestep_ms}};
+}
+
+long long steps_of(double length_ms, double timestep_ms) { return std::llround(length_ms / timestep_ms); }
+
+// Seconds of wall time that timing a cell takes: its samples, and what goes on around them.
+double timing_seconds(const Campaign& campaign) { return 1.15e-3 * campaign.timing.batch_ms * campaign.timing.rounds; }
+
+// Largest first onto the least loaded: the groups are few and their loads differ much.
+void divide(const Campaign& campaign, Plan& plan, int shards) {
+  // system, contender or -1 for the timing of all
+  using Group = std::pair<int, int>;
+  std::map<Group, double> load;
+  const auto group_of = [](const PlannedCell& cell) {
+    return Group{cell.system, cell.measure == "raw_speed" ? -1 : cell.contender};
+  };
+  for (const PlannedCell& cell : plan.cells) {
+    const size_t bodies = campaign.systems[static_cast<size_t>(cell.system)].model.bodies.size();
+    // without a clock: a step costs about 3 us a body
+    const double seconds = cell.measure == "raw_speed"
+                               ? timing_seconds(campaign)
+                               : 3e-6 * static_cast<double>(cell.steps) * static_cast<double>(bodies);
+    load[group_of(cell)] += seconds;
+  }
+  std::vector<std::pair<Group, double>> sorted(load.begin(), load.end());
+  std::ranges::stable_sort(sorted, [](const auto& a, const auto& b) { return a.second > b.second; });
+  std::vector<double> loads(static_cast<size_t>(shards), 0);
+  std::map<Group, int> shard_of;
+  for (const auto& [group, seconds] : sorted) {
+    const auto least = std::ranges::min_element(loads);
+    *least += seconds;
+    shard_of[group] = static_cast<int>(least - loads.begin()) + 1;
+  }
+  for (PlannedCell& cell : plan.cells) cell.shard = shard_of.at(group_of(cell));
+}
+
+}  // namespace
+
+Shard parse_shard(const std::string& text) {
+  const size_t slash = text.find('/');
+  if (slash != std::string::npos) {
+    const auto index = parse_integer(text.substr(0, slash)), count = parse_integer(text.substr(slash + 1));
+    if (index && count && 1 <= *index && *index <= *count && *count <= 10000) {
+      return {static_cast<int>(*index), static_cast<int>(*count)};
+    }
+  }
+  throw InputError(fmt::format("'{}' is no shard: give I/N, such as 1/4 for the first of four", text));
+}
+
+Plan make_plan(const Campaign& campaign, int shards) {
+  Plan plan;
+  for (size_t s = 0; s < campaign.systems.size(); ++s) {
+    const CampaignSystem& system = campaign.systems[s];
+    for (size_t c = 0; c < campaign.contenders.size(); ++c) {
+      const CampaignContender& contender = campaign.contenders[c];
+      if (!contender.absent.empty()) continue;
+      // Timing starts from states of the reference run, too.
+      const bool has_reference = has(system, Measure::kConsistency) || has(system, Measure::kRawSpeed);
+      const std::string reference = content_hash(run_content(system, contender, system.reference_ms).dump());
+
+      const auto add = [&](const std::string& measure, double timestep_ms, const std::string& trajectory,
+                           long long steps, const nlohmann::json& parameters) {
+        const nlohmann::json content = {{"run", run_content(system, contender, timestep_ms)},
+                                        {"system", system.name},
+                                        {"name", contender.resolved.name},
+                                        {"measure", measure},
+                                        {"limit_s", campaign.time_limit_s},
+                                        {"parameters", parameters}};
+        plan.cells.push_back({content_hash(content.dump()), static_cast<int>(s), static_cast<int>(c), timestep_ms,
+                              measure, trajectory, steps, 1});
+      };
+      const double run_ms = system.duration_s * 1000;
+      if (has_reference) {
+        add("reference", system.reference_ms, reference, steps_of(run_ms, system.reference_ms), {});
+      }
+      if (has(system, Measure::kConsistency)) {
+        for (const double timestep : system.timesteps_ms) {
+          add("consistency", timestep, reference, system.pieces * steps_of(system.piece_ms, timestep),
+              {system.pieces, system.piece_ms, system.reference_ms, campaign.seed});
+        }
+      }
+      for (const Measure measure : {Measure::kTruth, Measure::kDrift}) {
+        if (!has(system, measure)) continue;
+        for (const double timestep : system.timesteps_ms) {
+          const bool is_reference = has_reference && same_timestep(timestep, system.reference_ms);
+          add(std::string(measure_text(measure)), timestep, is_reference ? reference : "",
+              is_reference ? 0 : steps_of(run_ms, timestep), {});
+        }
+      }
+      if (has(system, Measure::kRawSpeed)) {
+        const TimingOptions& timing = campaign.timing;
+        for (const double timestep : system.timing_ms) {
+          add("raw_speed", timestep, reference, 0,
+              {timing.rounds, timing.batch_ms, timing.states, timing.warmup, system.reference_ms, campaign.seed});
+        }
+      }
+    }
+  }
+  divide(campaign, plan, shards);
+  return plan;
+}
+
+double estimate_seconds(const Campaign& campaign, const std::vector<PlannedCell>& cells,
+                        const std::map<std::pair<int, int>, double>& step_us, int jobs) {
+  constexpr double kProcess = 0.05;  // seconds to start a worker
+  double accuracy = 0, timing = 0, longest = 0;
+  for (const PlannedCell& cell : cells) {
+    if (cell.measure == "raw_speed") {
+      timing += timing_seconds(campaign);
+      continue;
+    }
+    const auto found = step_us.find({cell.system, cell.contender});
+    if (found == step_us.end()) continue;
+    const double seconds = kProcess + 1e-6 * found->second * static_cast<double>(cell.steps);
+    accuracy += seconds;
+    longest = std::max(longest, seconds);
+  }
+  return std::max(longest, accuracy / std::max(1, jobs)) + timing;
+}
+
+}  // namespace assay
