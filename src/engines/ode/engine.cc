@@ -59,17 +59,22 @@ void initialise_library() {
 }
 
 // Frees what ODE made, unless an error came out of ODE's inside: then spaces may be locked and lists half-changed, and
-// freeing them could fail again.
+// freeing them could fail again. Such objects are kept, within reach, until the process ends.
 struct Destroy {
   const bool* failed;
-  void operator()(dxWorld* world) const {
-    if (!*failed) dWorldDestroy(world);
-  }
-  void operator()(dxSpace* space) const {
-    if (!*failed) dSpaceDestroy(space);
-  }
-  void operator()(dxJointGroup* group) const {
-    if (!*failed) dJointGroupDestroy(group);
+  void operator()(dxWorld* world) const { free_or_keep(world, dWorldDestroy); }
+  void operator()(dxSpace* space) const { free_or_keep(space, dSpaceDestroy); }
+  void operator()(dxJointGroup* group) const { free_or_keep(group, dJointGroupDestroy); }
+
+ private:
+  template <typename T>
+  void free_or_keep(T* object, void (*destroy)(T*)) const {
+    static std::vector<T*> kept;
+    if (*failed) {
+      kept.push_back(object);
+    } else {
+      destroy(object);
+    }
   }
 };
 using World = std::unique_ptr<dxWorld, Destroy>;
