@@ -226,6 +226,11 @@ class OdeSimulation final : public Simulation {
 
   void set_torques(std::span<const double> torques) override {
     if (has_springs_) read_state(scratch_);
+    // the accumulators are empty after a step, but not after an earlier call, which this one replaces
+    for (dxBody* body : bodies_) {
+      dBodySetForce(body, 0, 0, 0);
+      dBodySetTorque(body, 0, 0, 0);
+    }
     for (size_t j = 0; j < joints_.size(); ++j) {
       double torque = torques.empty() ? 0.0 : torques[j];
       if (has_springs_) torque += spring_torque(model_.hinges[j], scratch_.angle[j], scratch_.rate[j]);
