@@ -226,11 +226,12 @@ class OdeSimulation final : public Simulation {
 
   void set_torques(std::span<const double> torques) override {
     if (has_springs_) read_state(scratch_);
-    // the accumulators are empty after a step, but not after an earlier call, which this one replaces
-    for (dxBody* body : bodies_) {
-      dBodySetForce(body, 0, 0, 0);
-      dBodySetTorque(body, 0, 0, 0);
+    // ODE empties its accumulators after a step, but adds up what is applied between two; a second call replaces the
+    // first
+    if (torques_set_) {
+      for (dxBody* body : bodies_) dBodySetTorque(body, 0, 0, 0);
     }
+    torques_set_ = true;
     for (size_t j = 0; j < joints_.size(); ++j) {
       double torque = torques.empty() ? 0.0 : torques[j];
       if (has_springs_) torque += spring_torque(model_.hinges[j], scratch_.angle[j], scratch_.rate[j]);
@@ -241,6 +242,7 @@ class OdeSimulation final : public Simulation {
   void advance(int count) override {
     const unsigned long callers_seed = dRandGetSeed();  // one global of the library, which others may use too
     lcp_failures = 0;
+    torques_set_ = false;
     try {
       for (int i = 0; i < count; ++i) {
         if (space_) dSpaceCollide(space_.get(), this, &OdeSimulation::on_near);
@@ -510,6 +512,7 @@ class OdeSimulation final : public Simulation {
   std::vector<double> friction_;  // shapes x shapes; kNoContact where the model has no pair
   std::array<dContact, kMaxContacts> points_{};
   bool has_springs_ = false;
+  bool torques_set_ = false;  // since the last step
   State scratch_;
   mutable std::vector<double> last_angle_;  // what the next read unwraps against
 };
