@@ -29,9 +29,9 @@ function header(report: Report): HTMLElement {
   add("CPU", first(report, "cpu", "cpu_model"));
   add("Governor", first(report, "governor", "cpu_governor"));
   add("Measured", first(report, "finished", "started", "date"));
-  add("assay", sentenceList([first(report, "version", "assay_version"), first(report, "commit", "assay_commit")?.slice(0, 12)].filter((part): part is string => Boolean(part))));
+  add("assay", [first(report, "version", "assay_version"), first(report, "commit", "assay_commit")?.slice(0, 12)].filter(Boolean).join(", "));
   const harness = harnessCost(report);
-  add("Harness", harness ? harness.text.replace(/,.*$/, "") : null);
+  add("Harness", harness ? `${harness.short} a step at most` : null);
   const steal = stealSummary(report);
   add("Steal", steal ? steal.replace(/ of the machine.*$/, "") : null);
   return el(
@@ -90,7 +90,7 @@ function build(report: Report, page: HTMLElement): void {
   page.append(
     part("failures", "What failed", "A cell that fails is a result: its outcome and reason are kept.", failureTable(report)),
     part("gate", "Conformance gate", "A contender is scored only when its adapter passes these tests against closed forms and independent solutions. A deviation that is the engine's own is proven, declared and bounded.", gate(report)),
-    part("fairness", "Fairness", "What each contender does, as its adapter declares it.", fairness(report, palette)),
+    part("fairness", "Fairness", "", fairness(report, palette)),
     part("manifest", "Manifest", "", engines(report), manifestTable(report)),
   );
   tooltip.attach();

@@ -19,7 +19,7 @@ function sentence(member: FrontMember, place: string, unit: string, label: strin
     member.equals.length > 0
       ? `, and so ${member.equals.length === 1 ? "does" : "do"} ${sentenceList(member.equals)} within the intervals`
       : "";
-  return `${place}: at ${timestepRange(member.points.map((point) => point.timestep))} it runs ${speed} real time with a ${label} of ${error}${tie}.`;
+  return `${place}: at ${timestepRange(member.points.map((point) => point.timestep))} it runs at ${speed} real time with a ${label} of ${error}${tie}.`;
 }
 
 export function systemSummary(view: SystemView, palette: Palette): HTMLElement {
@@ -37,15 +37,16 @@ export function systemSummary(view: SystemView, palette: Palette): HTMLElement {
     el("p", { class: "sub" }, `Of ${contenders} contenders, ${front.length === 1 ? "one is" : `${front.length} are`} unbeaten in speed and ${label} together:`),
   );
   const list = el("ul", { class: "front" });
-  front.forEach((member, index) => {
-    const place =
-      front.length === 1
-        ? "is the fastest and the most accurate"
-        : index === 0
-          ? "is the most accurate"
-          : index === front.length - 1
-            ? "is the fastest"
-            : "is the best in between";
+  const speed = (member: FrontMember) => Math.max(...member.points.map((point) => point.speed));
+  const error = (member: FrontMember) => Math.min(...member.points.map((point) => point.error));
+  const fastest = Math.max(...front.map(speed));
+  const least = Math.min(...front.map(error));
+  // The fastest comes last, wherever its most accurate point lies.
+  front.sort((a, b) => Number(speed(a) === fastest) - Number(speed(b) === fastest) || error(a) - error(b));
+  front.forEach((member) => {
+    const isFastest = speed(member) === fastest;
+    const isBest = error(member) === least;
+    const place = isFastest && isBest ? "is both the fastest and the most accurate" : isBest ? "is the most accurate" : isFastest ? "is the fastest" : "lies in between";
     list.append(
       el("li", {}, swatch(palette, member.contender), el("span", {}, el("strong", {}, member.contender), " ", sentence(member, place, view.unit(name), label))),
     );

@@ -2,7 +2,6 @@
 import { mainMeasure, outcomeCounts } from "./analysis";
 import { kPlotNames, type System, type SystemView } from "./data";
 import { el } from "./dom";
-import { quantity } from "./format";
 import type { Palette } from "./palette";
 import { bars } from "./plots/bars";
 import { legend } from "./plots/legend";
@@ -15,8 +14,8 @@ const kFacts: [string, (value: unknown) => string][] = [
   ["hinges", (v) => `${v} hinges`],
   ["shapes", (v) => `${v} shapes`],
   ["contact_pairs", (v) => `${v} contact pairs`],
-  ["mass_kg", (v) => quantity(Number(v), "kg")],
-  ["duration_s", (v) => `${quantity(Number(v), "s")} simulated`],
+  ["mass_kg", (v) => `${Number(Number(v).toPrecision(4))} kg`],
+  ["duration_s", (v) => `${Number(Number(v).toPrecision(4))} s simulated`],
   ["control", (v) => `control: ${v}`],
   ["gravity", (v) => (v === false ? "no gravity" : "")],
   ["contacts", (v) => (v === false ? "contacts off" : "")],
@@ -49,11 +48,11 @@ export function systemSection(view: SystemView, system: System, palette: Palette
   const measures = view.plotNames();
   const chosen = mainMeasure(view) ?? measures[0] ?? kPlotNames[0]!;
   const matrix = new Matrix(view, palette, chosen);
-  const row = el("div", { class: "plots" }, bars(view, palette));
+  const row = el("div", { class: "plots" }, bars(view, palette), legend(view, palette));
   if (measures.length > 0) {
     const plot = new SpeedAccuracy(view, palette, chosen, measures, (name) => matrix.select(name));
     row.append(plot.element);
   }
-  section.append(row, legend(view, palette), matrix.element);
+  section.append(row, matrix.element);
   return section;
 }

@@ -36,8 +36,8 @@ export function bars(view: SystemView, palette: Palette): HTMLElement {
   for (const candidate of steps) {
     choice.append(el("option", { value: candidate, selected: candidate === step }, `${timestep(candidate)} ms`));
   }
-  const sub = el("p", { class: "sub" }, "thousand steps a second (kHz) at ");
-  sub.append(steps.length > 1 ? choice : el("b", {}, `${timestep(step)} ms`), ", median and 95 % interval");
+  const sub = el("p", { class: "sub" }, "At ");
+  sub.append(steps.length > 1 ? choice : el("b", {}, `${timestep(step)} ms`), ", thousand steps a second with 95 % interval");
   caption.append(sub);
   const canvas = el("div", { class: "canvas" });
   const missing = el("p", { class: "quiet note" });
@@ -73,7 +73,7 @@ export function bars(view: SystemView, palette: Palette): HTMLElement {
     for (const tick of ticks) {
       const at = Math.round(x(tick)) + 0.5;
       drawing.append(svg("line", { class: "tick-line", x1: at, x2: at, y1: 0, y2: height - 20 }));
-      drawing.append(svg("text", { class: "tick", x: at, y: height - 6, "text-anchor": "middle" }, quantity(tick, "1")));
+      drawing.append(svg("text", { class: "tick", x: at, y: height - 6, "text-anchor": "middle" }, String(tick)));
     }
     list.forEach((bar, index) => {
       const look = palette.look(bar.contender);

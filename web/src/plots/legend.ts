@@ -48,7 +48,7 @@ export function legend(view: SystemView, palette: Palette): HTMLElement {
     },
     "One per family",
   );
-  const box = el("div", { class: "legend", role: "group", "aria-label": "Contenders shown" }, ...items, all, none, first);
+  const box = el("div", { class: "legend", role: "group", "aria-label": "Contenders shown" }, ...items, el("div", { class: "legend-actions" }, all, none, first));
   const update = () => {
     for (const item of items) item.setAttribute("aria-pressed", String(!state.isHidden(item.dataset.contender ?? "")));
     markContenders(box);

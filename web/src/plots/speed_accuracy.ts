@@ -36,7 +36,9 @@ function collect(view: SystemView, name: string): { series: Series[]; unplaced: 
   for (const contender of view.contenders) {
     const points: Point[] = [];
     const noSpeed: number[] = [];
-    for (const step of view.timesteps(name)) {
+    // Against its own run the reference's timestep shows the restart floor, which is drawn as one.
+    const steps = view.timesteps(name);
+    for (const step of name === "consistency" && steps.length > 1 ? steps.slice(1) : steps) {
       const entry = view.entry(contender, step, name);
       if (!entry || entry.cell.outcome === "unsupported") continue;
       const speed = view.realtimeFactor(contender, step);
@@ -61,16 +63,16 @@ function collect(view: SystemView, name: string): { series: Series[]; unplaced: 
 function orderGuide(x: LogScale, y: LogScale, points: Point[], frame: Frame): SVGGElement {
   const group = svg("g", { class: "order-guide" });
   const slope = Math.abs(y(10) - y(1)) / Math.abs(x(10) - x(1)); // pixels up per pixel right, at order 1
-  const width = 62;
-  const height = 58;
+  const width = 74;
+  const height = 66;
   const corners: [number, number][] = [
-    [frame.right - width - 34, frame.bottom - 10],
-    [frame.left + 14, frame.top + height + 26],
-    [frame.right - width - 34, frame.top + height + 26],
-    [frame.left + 14, frame.bottom - 10],
+    [frame.right - width - 60, frame.bottom - 22],
+    [frame.left + 16, frame.top + height + 22],
+    [frame.right - width - 60, frame.top + height + 22],
+    [frame.left + 40, frame.bottom - 22],
   ];
   const crowd = ([cx, cy]: [number, number]) =>
-    points.filter((p) => p.x > cx - 14 && p.x < cx + width + 40 && p.y < cy + 12 && p.y > cy - height - 18).length;
+    points.filter((p) => p.x > cx - 14 && p.x < cx + width + 60 && p.y < cy + 22 && p.y > cy - height - 18).length;
   const [ox, oy] = corners.reduce((best, corner) => (crowd(corner) < crowd(best) ? corner : best));
   const ends: { order: number; x: number; y: number }[] = [];
   for (const order of [1, 2, 4]) {
@@ -79,15 +81,20 @@ function orderGuide(x: LogScale, y: LogScale, points: Point[], frame: Frame): SV
     ends.push({ order, x: ox + reach, y: oy - reach * rise });
     group.append(svg("line", { x1: ox, y1: oy, x2: ox + reach, y2: oy - reach * rise }));
   }
-  // Labels stand at the ends, pushed apart where the ends are close.
+  // Labels stand at the ends, pushed apart where the ends are close: steep lines along the top, flat ones at the right.
   let lastX = -Infinity;
   for (const end of [...ends].reverse()) {
-    const atTop = end.y <= oy - height + 1;
-    const lx = atTop ? Math.max(end.x, lastX + 13) : end.x + 5;
-    if (atTop) lastX = lx;
-    group.append(svg("text", { x: lx, y: atTop ? end.y - 4 : end.y + 4, "text-anchor": atTop ? "middle" : "start" }, String(end.order)));
+    if (end.y > oy - height + 1) continue;
+    lastX = Math.max(end.x, lastX + 12);
+    group.append(svg("text", { x: lastX, y: end.y - 4, "text-anchor": "middle" }, String(end.order)));
   }
-  group.append(svg("text", { x: ox, y: oy - height - 17, class: "guide-title" }, "order"));
+  let lastY = Infinity;
+  for (const end of ends) {
+    if (end.y <= oy - height + 1) continue;
+    lastY = Math.min(end.y + 4, lastY - 12);
+    group.append(svg("text", { x: end.x + 5, y: lastY }, String(end.order)));
+  }
+  group.append(svg("text", { x: ox - 4, y: oy + 13, class: "guide-title" }, "slope of order 1, 2, 4"));
   return group;
 }
 
@@ -170,7 +177,10 @@ export class SpeedAccuracy {
     const speeds = everything.map((point) => point.speed.value);
     const x = logScale(speeds, [frame.left, frame.right], 1);
     const errors = valued.map((point) => point.error!);
-    const y = logScale(errors.length > 0 ? errors : [1e-3], [frame.bottom, frame.top], 2);
+    // Floors widen the plot by two decades at most: below that they say that there is no floor worth a look.
+    const least = Math.min(...(errors.length > 0 ? errors : [1e-3]));
+    const floors = series.map((one) => one.floor ?? 0).filter((floor) => floor > least / 100);
+    const y = logScale(errors.length > 0 ? [...errors, ...floors] : [1e-3], [frame.bottom, frame.top], 2);
     for (const point of everything) {
       point.x = x(point.speed.value);
       if (point.error === null) point.y = frame.top - kFailBand / 2 - 2;
@@ -209,9 +219,11 @@ export class SpeedAccuracy {
       if (hasZero && at > frame.bottom - 8) continue; // the band's own label stands there
       axis.append(svg("text", { class: "tick tick-y", x: frame.left - 8, y: at + 4, "text-anchor": "end" }, decadeLabel(e, unit)));
     }
+    const narrow = width < 520;
+    const titles = narrow ? ["faster →", "↓ better"] : ["realtime factor, faster →", `↓ smaller ${info.label.toLowerCase()}`];
     axis.append(
-      svg("text", { class: "axis-title", x: frame.right, y: height - 8, "text-anchor": "end" }, "realtime factor, faster →"),
-      svg("text", { class: "axis-title", x: frame.left, y: height - 8, "text-anchor": "start" }, `↓ smaller ${info.label.toLowerCase()}`),
+      svg("text", { class: "axis-title", x: frame.right, y: height - 8, "text-anchor": "end" }, titles[0]!),
+      svg("text", { class: "axis-title", x: frame.left, y: height - 8, "text-anchor": "start" }, titles[1]!),
     );
     drawing.append(axis);
 
@@ -253,7 +265,7 @@ export class SpeedAccuracy {
         if (bars) group.append(svg("path", { class: "interval", d: bars }));
         const sound = point.cell.outcome === "ok";
         group.append(
-          svg("path", { class: sound ? "mark" : "mark hollow", d: look.path(sound ? 40 : 64), transform: `translate(${point.x},${point.y}) rotate(${look.turn})`, "data-timestep": point.timestep }),
+          svg("path", { class: sound ? "mark" : "mark hollow", d: look.path((sound ? 40 : 64) * (point.timestep === 1 ? 2.1 : 1)), transform: `translate(${point.x},${point.y}) rotate(${look.turn})`, "data-timestep": point.timestep }),
         );
       }
       drawing.append(group);
@@ -271,10 +283,13 @@ export class SpeedAccuracy {
     if (estimated.length > 0) {
       notes.push(`Where a timestep was not timed, the step time at the nearest one that was is used (${estimated.length} of ${everything.length} points).`);
     }
-    if (series.some((one) => one.floor !== null && one.floor > 0)) {
-      notes.push("Faint horizontal lines: restart floors, below which an error says nothing of the timestep.");
-    }
-    notes.push("Markers run from the smallest timestep at the left to the largest at the right.");
+    const drawn = series.filter((one) => one.floor !== null && one.floor > lowest && one.floor < highest);
+    if (drawn.length > 0) notes.push("Faint horizontal lines: restart floors, near which an error says nothing of the timestep.");
+    const below = series.filter((one) => one.floor !== null && one.floor <= lowest).length;
+    if (below > 0) notes.push(`Restart floors below the plot: ${below === series.length ? "all" : `${below} of ${series.length}`}.`);
+    notes.unshift(
+      "A marker is a timestep, smaller ones at the left" + (everything.some((point) => point.timestep === 1) ? "; the large markers are 1 ms." : "."),
+    );
     this.note.textContent = notes.join(" ");
     this.note.hidden = false;
     this.mark();
@@ -358,6 +373,7 @@ export class SpeedAccuracy {
         ["timestep", `${timestep(point.timestep)} ms`],
         [info.label.toLowerCase(), point.error === null ? point.cell.outcome : named(this.name, point.error, unit)],
         ["interval", interval(this.name, point.low, point.high, unit)],
+        ["restart floor", this.name === "consistency" ? quantity(this.view.restartFloor(point.contender), unit) : null],
         ["real time", realtime(point.speed.value) + (estimated ? ` (timed at ${timestep(point.speed.timedAt)} ms)` : "")],
         ["interval", interval("realtime_factor", point.speed.low, point.speed.high, "1")],
         ["raw speed", speed ? quantity(speed.value, speed.unit) : null],
@@ -372,6 +388,13 @@ export class SpeedAccuracy {
     markContenders(this.canvas);
     if (!this.overlay) return;
     clear(this.overlay);
+    const lit = this.series.find((one) => one.contender === state.highlight && !state.isHidden(one.contender));
+    let lastLabel = -Infinity;
+    for (const point of lit?.points ?? []) {
+      if (point === this.cursor || point.x - lastLabel < 30) continue;
+      lastLabel = point.x;
+      this.overlay.append(svg("text", { class: "step-label", x: point.x, y: point.y - 10, "text-anchor": "middle" }, timestep(point.timestep)));
+    }
     if (!this.cursor) return;
     for (const point of this.visible()) {
       if (point.timestep !== this.cursor.timestep) continue;

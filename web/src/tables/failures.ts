@@ -2,17 +2,25 @@
 import { failures, type Failure } from "../analysis";
 import type { Report } from "../data";
 import { el } from "../dom";
-import { timestep } from "../format";
+import { timestep, timestepRange } from "../format";
 import { scrollFrame, sortableTable, type Column } from "./sortable";
 
 export function failureTable(report: Report): HTMLElement {
   const rows = failures(report);
   if (rows.length === 0) return el("p", {}, "Nothing failed: every cell of the campaign has a sound result.");
+  const all = (failure: Failure) =>
+    report.json.cells.filter(
+      (cell) => cell.system === failure.system && cell.contender === failure.contender && cell.measure === failure.measure,
+    ).length;
+  const timesteps = (failure: Failure) =>
+    failure.timesteps.length > 2 && failure.timesteps.length === all(failure)
+      ? `all, ${timestepRange(failure.timesteps)}`
+      : `${[...failure.timesteps].sort((a, b) => a - b).map(timestep).join(", ")} ms`;
   const columns: Column<Failure>[] = [
     { title: "Contender", key: (f) => f.contender, cell: (f) => f.contender, head: true, className: "sticky" },
     { title: "System", key: (f) => f.system, cell: (f) => f.system },
     { title: "Measure", key: (f) => f.measure, cell: (f) => f.measure.replace(/_/g, " ") },
-    { title: "Timesteps (ms)", key: (f) => Math.min(...f.timesteps), cell: (f) => [...f.timesteps].sort((a, b) => a - b).map(timestep).join(", ") },
+    { title: "Timesteps", key: (f) => Math.min(...f.timesteps), cell: timesteps },
     { title: "Outcome", key: (f) => f.outcome, cell: (f) => el("b", { class: "bad" }, f.outcome) },
     { title: "Reason", key: (f) => f.reason, cell: (f) => f.reason || "no reason was stored", className: "wider" },
   ];

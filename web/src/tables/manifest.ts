@@ -4,7 +4,7 @@ import { el } from "../dom";
 import { percent, plain, quantity, timestep } from "../format";
 
 // The cost of the harness itself: the same timing of an engine that does nothing.
-export function harnessCost(report: Report): { text: string; step_s: number } | null {
+export function harnessCost(report: Report): { text: string; short: string } | null {
   let best: { us: number; system: string; step: number } | null = null;
   for (const cell of report.json.cells) {
     if (!report.isHarness(cell.contender)) continue;
@@ -16,7 +16,7 @@ export function harnessCost(report: Report): { text: string; step_s: number } | 
   if (!best) return null;
   return {
     text: `${quantity(best.us, "us")} a step at most (${best.system}, ${timestep(best.step)} ms), measured with an engine that does nothing`,
-    step_s: best.us * 1e-6,
+    short: quantity(best.us, "us"),
   };
 }
 

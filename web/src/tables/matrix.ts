@@ -49,6 +49,15 @@ export class Matrix {
       this.frame.append(el("p", { class: "quiet" }, "No cell of this value."));
       return;
     }
+    const best = new Map<number, string>();
+    for (const step of steps) {
+      const figures = rows
+        .map((contender) => this.view.entry(contender, step, name))
+        .filter((entry): entry is Entry => entry !== null && entry.value !== null && entry.cell.outcome === "ok")
+        .map((entry) => entry.value!.value!);
+      if (figures.length < 2 || info.better === "none") continue;
+      best.set(step, named(name, info.better === "high" ? Math.max(...figures) : Math.min(...figures), this.view.unit(name)));
+    }
     const columns: Column<string>[] = [
       {
         title: "Contender",
@@ -60,15 +69,15 @@ export class Matrix {
       ...steps.map((step) => ({
         title: `${timestep(step)} ms`,
         key: (contender: string) => this.view.entry(contender, step, name)?.value?.value ?? null,
-        cell: (contender: string) => this.figure(name, contender, step),
+        cell: (contender: string) => this.figure(name, contender, step, best.get(step) ?? ""),
         className: "figure",
       })),
     ];
-    const caption = `${info.label} by contender and timestep: ${info.meaning}. A click on a figure shows all that is known of it.`;
+    const caption = `${info.label}: ${info.meaning}. The best of a column is bold; a click on a figure shows all that is known of it.`;
     this.frame.append(scrollFrame(`${info.label} by contender and timestep`, sortableTable(caption, columns, rows)));
   }
 
-  private figure(name: string, contender: string, step: number): Child | HTMLTableCellElement {
+  private figure(name: string, contender: string, step: number, best: string): Child | HTMLTableCellElement {
     const entry = this.view.entry(contender, step, name);
     if (!entry) return el("span", { class: "quiet" }, "–");
     const { cell, value } = entry;
@@ -79,7 +88,7 @@ export class Matrix {
       "button",
       {
         type: "button",
-        class: `cell ${sound ? "ok" : "bad"}`,
+        class: `cell ${sound ? "ok" : "bad"}${sound && value && text === best ? " best" : ""}`,
         "aria-expanded": "false",
         title: [range && `95 % interval ${range}`, cell.reason].filter(Boolean).join("; ") || null,
       },

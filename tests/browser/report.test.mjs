@@ -1,0 +1,470 @@
+// The page of a report in headless Chromium: what it draws, says and does. The fixture makes results of known figures.
+//   ASSAY_FIXTURE  the program browser_fixture
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { after, before, describe, test } from "node:test";
+import { pathToFileURL } from "node:url";
+
+import { launch } from "../../web/browser.mjs";
+
+const work = mkdtempSync(join(tmpdir(), "assay-browser-"));
+const kinds = ["full", "empty", "failed"];
+let browser;
+
+// Opens the report of one kind; `trouble` collects whatever the page must not do.
+async function open(kind, { width = 1400, dark = false } = {}) {
+  const page = await browser.newPage();
+  const trouble = [];
+  page.on("console", (message) => {
+    if (["error", "warning", "warn"].includes(message.type())) trouble.push(`console: ${message.text()}`);
+  });
+  page.on("pageerror", (error) => trouble.push(`exception: ${error.message}`));
+  page.on("request", (request) => {
+    if (!request.url().startsWith("data:") && !request.isNavigationRequest()) trouble.push(`request: ${request.url()}`);
+  });
+  await page.setViewport({ width, height: 900 });
+  await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: dark ? "dark" : "light" }]);
+  await page.goto(pathToFileURL(join(work, kind, "report.html")).href, { waitUntil: "load" });
+  await page.waitForSelector("main > *");
+  return { page, trouble };
+}
+
+function dataOf(kind) {
+  const html = readFileSync(join(work, kind, "report.html"), "utf8");
+  const [, json] = /<script type="application\/json" id="assay-data">(.*?)<\/script>/s.exec(html);
+  return JSON.parse(json);
+}
+
+function valueOf(data, system, contender, step, name) {
+  for (const cell of data.cells) {
+    if (cell.system !== system || cell.contender !== contender || cell.timestep_ms !== step) continue;
+    const value = cell.values.find((candidate) => candidate.name === name);
+    if (value) return value.value;
+  }
+  return undefined;
+}
+
+// Where the marker of a contender and timestep is in the window, scrolled into view.
+async function marker(page, system, contender, step) {
+  const selector = `#${system} .series[data-contender="${contender}"] [data-timestep="${step}"]`;
+  await page.$eval(selector, (node) => node.scrollIntoView({ block: "center", behavior: "instant" }));
+  return page.$eval(selector, (node) => {
+    const box = node.getBoundingClientRect();
+    return { x: box.left + box.width / 2, y: box.top + box.height / 2 };
+  });
+}
+
+async function chooseMeasure(page, system, name) {
+  await page.$eval(`#${system} .segments input[value="${name}"]`, (node) => node.click());
+}
+
+before(async () => {
+  assert.ok(process.env.ASSAY_FIXTURE, "ASSAY_FIXTURE must name the program browser_fixture");
+  for (const kind of kinds) execFileSync(process.env.ASSAY_FIXTURE, [kind, join(work, kind)], { stdio: "inherit" });
+  browser = await launch();
+});
+
+after(async () => {
+  await browser?.close();
+  rmSync(work, { recursive: true, force: true });
+});
+
+for (const kind of kinds) {
+  for (const width of [1400, 390]) {
+    test(`${kind}, ${width} px: no errors, no requests, no holes in the text, no sideways scrolling`, async () => {
+      const { page, trouble } = await open(kind, { width });
+      const seen = await page.evaluate(() => ({
+        text: document.body.innerText,
+        markup: document.getElementById("page").outerHTML,
+        wide: document.documentElement.scrollWidth - document.documentElement.clientWidth,
+        title: document.title,
+      }));
+      assert.deepEqual(trouble, []);
+      assert.ok(seen.text.length > 200, "the page is nearly empty");
+      assert.doesNotMatch(seen.text, /\b(NaN|undefined|null|Infinity)\b(?! engine)/);
+      assert.doesNotMatch(seen.markup, /NaN|undefined|="null"|Infinity|\[object/);
+      assert.ok(seen.wide <= 0, `the page is ${seen.wide} px wider than the window`);
+      assert.equal(seen.title, "assay report", "text from the data was run as a script");
+      await page.close();
+    });
+  }
+}
+
+test("empty and failed results say so", async () => {
+  const empty = await open("empty");
+  assert.match(await empty.page.$eval("main", (node) => node.innerText), /Nothing has been measured yet/);
+  await empty.page.close();
+  const failed = await open("failed");
+  const text = await failed.page.$eval("main", (node) => node.innerText);
+  assert.match(text, /none of them has a sound result/);
+  assert.match(text, /the worker ended by signal 6/);
+  assert.match(text, /no end after 600 s/);
+  await failed.page.close();
+});
+
+describe("full results", () => {
+  const data = () => dataOf("full");
+  const chain = "planar-chain";
+  let page;
+  let trouble;
+
+  before(async () => {
+    ({ page, trouble } = await open("full"));
+  });
+  after(async () => {
+    assert.deepEqual(trouble, []);
+    await page.close();
+  });
+
+  test("bars are sorted, equal the data, and are as long as they say", async () => {
+    for (const system of [chain, "capsules-27"]) {
+      const bars = await page.$$eval(`#${system} .bars .bar`, (nodes) =>
+        nodes.map((node) => ({
+          contender: node.dataset.contender,
+          value: Number(node.dataset.value),
+          length: node.querySelector(".fill").getBoundingClientRect().width,
+          top: node.querySelector(".fill").getBoundingClientRect().top,
+          whisker: node.querySelector(".whisker")?.getBoundingClientRect().width ?? 0,
+          text: node.querySelector(".value").textContent,
+        })),
+      );
+      const expected = data()
+        .contenders.map((contender) => contender.name)
+        .filter((name) => name !== "null" && valueOf(data(), system, name, 1, "raw_speed") !== undefined);
+      assert.deepEqual(bars.map((bar) => bar.contender).sort(), expected.sort());
+      const scale = bars[0].length / bars[0].value;
+      bars.forEach((bar, index) => {
+        assert.equal(bar.value, valueOf(data(), system, bar.contender, 1, "raw_speed"));
+        assert.ok(Math.abs(bar.length - bar.value * scale) < 1.5, `${bar.contender}: ${bar.length} px`);
+        assert.ok(bar.whisker > 0, `${bar.contender} has no whisker`);
+        assert.match(bar.text, /kHz$/);
+        assert.ok(Math.abs(Number.parseFloat(bar.text) - bar.value) <= 0.005 * bar.value, bar.text);
+        if (index > 0) {
+          assert.ok(bars[index - 1].value >= bar.value, "bars are not sorted");
+          assert.ok(bars[index - 1].top < bar.top, "bars are not drawn in their order");
+        }
+      });
+    }
+    const missing = await page.$eval("#capsules-27 .bars-panel .note", (node) => node.textContent);
+    assert.match(missing, /bullet-mb-rk4 \(unsupported\)/);
+  });
+
+  test("bars follow the chosen timestep", async () => {
+    const at = (step) => page.$$eval("#capsules-27 .bars .bar", (nodes) => nodes.length).then((count) => ({ step, count }));
+    await page.select("#capsules-27 .bars-panel select", "0.25");
+    assert.equal((await at(0.25)).count, 13);
+    assert.match(await page.$eval("#capsules-27 .bars", (node) => node.getAttribute("aria-label")), /1\/4 ms/);
+    await page.select("#capsules-27 .bars-panel select", "1");
+  });
+
+  test("markers lie where speed and error put them", async () => {
+    const points = await page.$$eval(`#planar-chain .series .mark`, (nodes) =>
+      nodes.map((node) => {
+        const [, x, y] = /translate\(([-\d.]+),([-\d.]+)\)/.exec(node.getAttribute("transform"));
+        return { contender: node.parentNode.dataset.contender, step: Number(node.dataset.timestep), x: Number(x), y: Number(y) };
+      }),
+    );
+    assert.equal(points.length, 14 * 12 - 1, "every cell but the one that diverged");
+    const place = (point) => ({
+      speed: Math.log10(valueOf(data(), chain, point.contender, point.step, "realtime_factor")),
+      error: Math.log10(valueOf(data(), chain, point.contender, point.step, "truth_error")),
+    });
+    // Two points far apart fix both axes; all others must agree.
+    const slow = points.find((point) => point.contender === "mujoco-rk4" && point.step === 1 / 64);
+    const fast = points.find((point) => point.contender === "mujoco-euler" && point.step === 32);
+    const [a, b] = [place(slow), place(fast)];
+    assert.ok(fast.x > slow.x && fast.y < slow.y, "faster is right, a larger error is up");
+    for (const point of points) {
+      const { speed, error } = place(point);
+      const x = slow.x + ((speed - a.speed) / (b.speed - a.speed)) * (fast.x - slow.x);
+      const y = slow.y + ((error - a.error) / (b.error - a.error)) * (fast.y - slow.y);
+      assert.ok(Math.hypot(point.x - x, point.y - y) < 0.5, `${point.contender} at ${point.step} ms`);
+    }
+  });
+
+  test("hover shows contender, timestep, values and intervals, and lights the line", async () => {
+    const at = await marker(page, chain, "mujoco-rk4", 0.5);
+    await page.mouse.move(at.x, at.y);
+    const tip = await page.$eval(".tooltip", (node) => (node.hidden ? "" : node.innerText));
+    assert.match(tip, /mujoco-rk4/);
+    assert.match(tip, /1\/2 ms/);
+    assert.match(tip, /131 pm/); // 2.1 nm / 2^4
+    assert.match(tip, /128×/);
+    assert.match(tip, /126× to 130×/);
+    assert.match(tip, /256 kHz/);
+    const lit = await page.$$eval("#planar-chain .series.lit", (nodes) => nodes.map((node) => node.dataset.contender));
+    assert.deepEqual(lit, ["mujoco-rk4"]);
+    const inside = await page.$eval(".tooltip", (node) => {
+      const box = node.getBoundingClientRect();
+      return box.left >= 0 && box.top >= 0 && box.right <= window.innerWidth && box.bottom <= window.innerHeight;
+    });
+    assert.ok(inside, "the tooltip leaves the window");
+    await page.mouse.move(2, 2);
+    assert.ok(await page.$eval(".tooltip", (node) => node.hidden));
+  });
+
+  test("the keyboard walks over the points", async () => {
+    await page.$eval("#planar-chain svg.accuracy", (node) => node.focus());
+    await page.keyboard.press("ArrowRight");
+    await page.keyboard.press("ArrowRight");
+    const first = await page.$eval(".tooltip", (node) => node.innerText);
+    assert.match(first, /mujoco-euler\n/);
+    assert.match(first, /1\/32 ms/);
+    await page.keyboard.press("ArrowDown");
+    const second = await page.$eval(".tooltip", (node) => node.innerText);
+    assert.match(second, /mujoco-rk4/);
+    assert.match(second, /1\/32 ms/);
+    await page.keyboard.press("Escape");
+    assert.ok(await page.$eval(".tooltip", (node) => node.hidden));
+  });
+
+  test("what is unstable or failed is marked and explained", async () => {
+    const hollow = await page.$$eval("#planar-chain .mark.hollow", (nodes) =>
+      nodes.map((node) => `${node.parentNode.dataset.contender} ${node.dataset.timestep}`),
+    );
+    assert.deepEqual(hollow, ["bullet-si-f32 32"]);
+    const fill = await page.$eval("#planar-chain .mark.hollow", (node) => getComputedStyle(node).fill);
+    const solid = await page.$eval("#planar-chain .mark:not(.hollow)", (node) => getComputedStyle(node).fill);
+    assert.notEqual(fill, solid);
+    const failed = await page.$$eval("#planar-chain .failed", (nodes) =>
+      nodes.map((node) => `${node.parentNode.dataset.contender} ${node.dataset.timestep}`),
+    );
+    assert.deepEqual(failed, ["ode-step 32"]);
+    const cross = await page.$eval("#planar-chain .failed", (node) => node.getBoundingClientRect().bottom);
+    const frame = await page.$eval("#planar-chain .frame", (node) => node.getBoundingClientRect().top);
+    assert.ok(cross <= frame, "the cross lies inside the plot, as if it had a value");
+    const at = await marker(page, chain, "ode-step", 32);
+    await page.mouse.move(at.x, at.y);
+    const tip = await page.$eval(".tooltip", (node) => node.innerText);
+    assert.match(tip, /diverged/);
+    assert.match(tip, /not finite at 0.416 s/);
+    await page.mouse.move(2, 2);
+  });
+
+  test("failures are listed with their reasons", async () => {
+    const rows = await page.$$eval("#failures tbody tr", (nodes) => nodes.map((node) => node.innerText.replace(/\s+/g, " ")));
+    assert.equal(rows.length, 9);
+    assert.ok(rows.some((row) => /ode-step planar-chain truth 32 ms diverged a state that is not finite/.test(row)));
+    assert.ok(rows.some((row) => /bullet-mb-rk4 capsules-27 raw speed all, 1\/64 to 32 ms unsupported not scored/.test(row)));
+    assert.ok(rows.some((row) => row.includes("</script><script>document.title='broken'</script>")));
+  });
+
+  test("measures can be chosen; errors of exactly zero are shown as such", async () => {
+    await chooseMeasure(page, chain, "consistency");
+    assert.match(await page.$eval("#planar-chain .accuracy-panel .sub", (node) => node.textContent), /^Consistency error/);
+    assert.equal(await page.$eval("#planar-chain .matrix-panel select", (node) => node.value), "consistency");
+    assert.ok((await page.$$("#planar-chain .series .floor")).length >= 5, "restart floors are drawn");
+    // The reference's own timestep is the floor and no point of the line.
+    assert.equal((await page.$$('#planar-chain .series [data-timestep="0.015625"]')).length, 0);
+    await chooseMeasure(page, chain, "angular_momentum_drift");
+    const ticks = await page.$$eval("#planar-chain .tick-y", (nodes) => nodes.map((node) => node.textContent));
+    assert.ok(ticks.length > 3 && ticks.every((tick) => /^10[⁻⁰¹²³⁴-⁹]+$|^1$/.test(tick)), ticks.join());
+    await chooseMeasure(page, chain, "truth_error");
+  });
+
+  test("the legend hides lines everywhere and brings them back", async () => {
+    const shown = (name) =>
+      page.$$eval(`.series[data-contender="${name}"]`, (nodes) => nodes.map((node) => getComputedStyle(node).display !== "none"));
+    const button = '#planar-chain .legend-item[data-contender="ode-quick"]';
+    const tipAt = async (at) => {
+      await page.mouse.move(at.x, at.y);
+      return page.$eval(".tooltip", (node) => (node.hidden ? "" : node.innerText));
+    };
+    const at = await marker(page, chain, "ode-quick", 1);
+    assert.match(await tipAt(at), /ode-quick/);
+    await page.mouse.move(2, 2);
+    assert.deepEqual(await shown("ode-quick"), [true, true]);
+    await page.$eval(button, (node) => node.click());
+    assert.deepEqual(await shown("ode-quick"), [false, false]);
+    assert.equal(await page.$eval(button, (node) => node.getAttribute("aria-pressed")), "false");
+    assert.doesNotMatch(await tipAt(at), /ode-quick/, "a hidden point answers the pointer");
+    await page.mouse.move(2, 2);
+    await page.focus(button);
+    await page.keyboard.press("Enter");
+    assert.deepEqual(await shown("ode-quick"), [true, true]);
+    const press = (text) =>
+      page.$$eval("#planar-chain .legend-all", (nodes, label) => nodes.find((node) => node.textContent === label).click(), text);
+    await press("One per family");
+    const families = await page.$$eval("#planar-chain .series:not(.off)", (nodes) => nodes.map((node) => node.dataset.contender));
+    assert.deepEqual(families, ["mujoco-euler", "bullet-si-f64", "bullet-mb", "ode-quick"]);
+    await press("Hide all");
+    assert.equal((await page.$$("#planar-chain .series:not(.off)")).length, 0);
+    await press("Show all");
+    assert.equal((await page.$$("#planar-chain .series:not(.off)")).length, 14);
+  });
+
+  test("every contender looks different", async () => {
+    const looks = await page.$$eval("#planar-chain .legend-item", (nodes) =>
+      nodes.map((node) => {
+        const line = node.querySelector("line");
+        return [getComputedStyle(line).stroke, line.getAttribute("stroke-dasharray"), node.querySelector("path").getAttribute("d")].join(" ");
+      }),
+    );
+    assert.equal(looks.length, 14);
+    assert.equal(new Set(looks).size, 14);
+  });
+
+  test("the table holds the figures, sorts, and opens details", async () => {
+    const table = "#planar-chain .matrix-panel table";
+    const column = (index) =>
+      page.$$eval(`${table} tbody tr:not(.detail)`, (rows, at) => rows.map((row) => row.cells[at].innerText.trim()), index);
+    const names = () => column(0);
+    assert.equal((await names())[0], "mujoco-euler");
+    const rk4 = (await names()).indexOf("mujoco-rk4");
+    assert.equal((await column(7))[rk4], "2.10 nm");
+    const sort = (index) => page.$$eval(`${table} thead .sort`, (nodes, at) => nodes[at].click(), index);
+    await sort(7);
+    const error = (name) => valueOf(data(), chain, name, 1, "truth_error");
+    const ascending = (await names()).map(error);
+    assert.deepEqual(ascending, [...ascending].sort((a, b) => a - b));
+    assert.equal(await page.$eval(`${table} th:nth-child(8)`, (node) => node.getAttribute("aria-sort")), "ascending");
+    await sort(7);
+    const descending = (await names()).map(error);
+    assert.deepEqual(descending, [...descending].sort((a, b) => b - a));
+    await sort(12); // the column with a failure: it has no value and comes last
+    assert.equal((await names()).at(-1), "ode-step");
+    await sort(12);
+    assert.equal((await names()).at(-1), "ode-step");
+    await sort(0);
+    const alphabetic = await names();
+    assert.deepEqual(alphabetic, [...alphabetic].sort((a, b) => a.localeCompare(b)));
+
+    const cell = `${table} tbody tr:last-child td:last-child button`;
+    await page.$eval(cell, (node) => node.click());
+    const detail = await page.$eval(`${table} .detail`, (node) => node.innerText);
+    assert.match(detail, /ode-step at 32 ms/);
+    assert.match(detail, /diverged/);
+    assert.match(detail, /not finite at 0.416 s/);
+    await page.$eval(`${table} tbody tr:nth-last-child(2) td:last-child button`, (node) => node.click());
+    assert.equal((await page.$$(`${table} .detail`)).length, 0);
+  });
+
+  test("the summary names the front that the figures give", async () => {
+    const points = data().cells.filter((cell) => cell.system === chain && cell.measure === "truth" && cell.outcome === "ok");
+    const placed = points.map((cell) => ({
+      contender: cell.contender,
+      error: cell.values.find((value) => value.name === "truth_error").value,
+      speed: valueOf(data(), chain, cell.contender, cell.timestep_ms, "realtime_factor"),
+    }));
+    const beaten = (a) =>
+      placed.some((b) => b.error <= a.error && b.speed >= a.speed && (b.error < a.error || b.speed > a.speed));
+    const front = [...new Set(placed.filter((point) => !beaten(point)).map((point) => point.contender))];
+    const named = await page.$$eval("#summary .summary-system:first-child .front strong", (nodes) => nodes.map((node) => node.textContent));
+    assert.deepEqual([...named].sort(), front.sort());
+    const text = await page.$eval("#summary .summary-system:first-child .front", (node) => node.innerText);
+    assert.match(text, /mujoco-rk4 is the most accurate/);
+    assert.match(text, /mujoco-euler is the fastest/);
+    assert.match(text, /so do .*mujoco-euler-pgs and mujoco-euler-cg within the intervals/);
+  });
+
+  test("gate, fairness table and manifest are there", async () => {
+    const gate = await page.$$eval("#gate .gate-cell", (nodes) => {
+      const count = {};
+      for (const node of nodes) count[node.classList[1]] = (count[node.classList[1]] ?? 0) + 1;
+      return count;
+    });
+    const expected = {};
+    for (const result of data().conformance) expected[result.status] = (expected[result.status] ?? 0) + 1;
+    assert.deepEqual(gate, expected);
+    await page.$eval("#gate .gate-cell.fail", (node) => node.click());
+    const detail = await page.$eval("#gate .detail", (node) => node.innerText);
+    assert.match(detail, /rests 19 mm too low/);
+    assert.match(detail, /19.3 mm/);
+    assert.match(detail, /1.00 mm/);
+    assert.equal((await page.$$("#fairness tbody tr")).length, 14);
+    assert.match(await page.$eval("#fairness", (node) => node.innerText), /torque-free-top: single precision leaves/);
+    const manifest = await page.$eval("#manifest", (node) => node.innerText);
+    for (const fact of ["Example CPU @ 2.50GHz", "performance", "-ffp-contract=off", "0123456789abcdef", "engine that does nothing", "0.40 %"]) {
+      assert.ok(manifest.includes(fact), `the manifest lacks ${fact}`);
+    }
+  });
+
+  test("the engine that does nothing is no contender", async () => {
+    assert.equal((await page.$$('[data-contender="null"]')).length, 0);
+  });
+});
+
+for (const width of [1400, 820, 390]) {
+  test(`${width} px: axis labels do not overlap and nothing is cut off`, async () => {
+    const { page } = await open("full", { width });
+    for (const name of ["truth_error", "consistency", "energy_drift", "angular_momentum_drift"]) {
+      await chooseMeasure(page, "planar-chain", name);
+      const problems = await page.evaluate(() => {
+        const found = [];
+        const texts = [...document.querySelectorAll("svg.bars text, svg.accuracy text")].filter((node) => node.textContent);
+        const boxes = texts.map((node) => ({ text: node.textContent, svg: node.ownerSVGElement, box: node.getBoundingClientRect() }));
+        for (let i = 0; i < boxes.length; i += 1) {
+          const a = boxes[i];
+          const frame = a.svg.getBoundingClientRect();
+          if (a.box.left < frame.left - 1 || a.box.right > frame.right + 1 || a.box.bottom > frame.bottom + 1) {
+            found.push(`'${a.text}' leaves its drawing`);
+          }
+          for (let j = i + 1; j < boxes.length; j += 1) {
+            const b = boxes[j];
+            if (a.svg !== b.svg) continue;
+            const x = Math.min(a.box.right, b.box.right) - Math.max(a.box.left, b.box.left);
+            const y = Math.min(a.box.bottom, b.box.bottom) - Math.max(a.box.top, b.box.top);
+            if (x > 1 && y > 3) found.push(`'${a.text}' and '${b.text}' overlap`);
+          }
+        }
+        return found;
+      });
+      assert.deepEqual(problems, [], `measure ${name}`);
+    }
+    await page.close();
+  });
+}
+
+test("dark mode is dark and readable", async () => {
+  const look = async (dark) => {
+    const { page } = await open("full", { dark });
+    const colors = await page.evaluate(() => {
+      const paint = document.createElement("canvas").getContext("2d", { willReadFrequently: true });
+      // Any CSS colour as relative luminance.
+      const luminance = (color) => {
+        paint.fillStyle = color;
+        paint.fillRect(0, 0, 1, 1);
+        const [r, g, b] = [...paint.getImageData(0, 0, 1, 1).data].map((byte) => {
+          const share = byte / 255;
+          return share <= 0.04045 ? share / 12.92 : ((share + 0.055) / 1.055) ** 2.4;
+        });
+        return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+      };
+      return {
+        paper: luminance(getComputedStyle(document.body).backgroundColor),
+        ink: luminance(getComputedStyle(document.body).color),
+        panel: luminance(getComputedStyle(document.querySelector(".panel")).backgroundColor),
+        soft: luminance(getComputedStyle(document.querySelector(".sub")).color),
+        lines: [...document.querySelectorAll("#planar-chain .series .line")].map((node) => luminance(getComputedStyle(node).stroke)),
+      };
+    });
+    await page.close();
+    return colors;
+  };
+  const contrast = (a, b) => (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
+  for (const dark of [false, true]) {
+    const colors = await look(dark);
+    assert.ok(dark ? colors.paper < 0.05 : colors.paper > 0.8);
+    assert.ok(contrast(colors.paper, colors.ink) > 7);
+    assert.ok(contrast(colors.paper, colors.soft) > 4.5);
+    assert.ok(colors.lines.length > 10);
+    for (const line of colors.lines) assert.ok(contrast(colors.panel, line) > 2.5, `a line's contrast is ${contrast(colors.panel, line)}`);
+  }
+});
+
+test("the page prints on paper's width", async () => {
+  const { page, trouble } = await open("full");
+  const pdf = await page.pdf({ format: "A4" });
+  assert.ok(pdf.length > 20000);
+  assert.deepEqual(trouble, []);
+  await page.close();
+});
+
+test("the same database gives the same bytes", () => {
+  const first = readFileSync(join(work, "full", "report.html"));
+  execFileSync(process.env.ASSAY_FIXTURE, ["full", join(work, "again")]);
+  assert.ok(first.equals(readFileSync(join(work, "again", "report.html"))));
+});
