@@ -156,11 +156,19 @@ Verdict bodies_collide(const Subject& subject) {
   model = finished(std::move(model));
   State start = model.initial;
   for (const int body : {0, 1, 2}) start.bodies[body].v_WBcm = {kSpeed, 0, 0};
-  const State end = subject.run(model, start, kTimestep, 0.4);
+  const std::vector<State> states = subject.record(model, start, kTimestep, 0.4);
+  const State& end = states.back();
   Checks checks("m");
   for (int i = 0; i < 3; ++i) {
     const BodyState &first = end.bodies[i], &second = end.bodies[i + 3];
     const std::string pair = fmt::format("{} and {}", model.bodies[i].name, model.bodies[i + 3].name);
+    // the first push comes when the surfaces meet, to one step's travel
+    const auto pushed = std::ranges::find_if(
+        states, [&](const State& state) { return state.bodies[i + 3].v_WBcm.norm() > 1e-3 * kSpeed; });
+    const BodyState &at_first = (pushed == states.end() ? end : *pushed).bodies[i],
+                    &at_second = (pushed == states.end() ? end : *pushed).bodies[i + 3];
+    checks.add(std::abs((at_second.p_WBcm - at_first.p_WBcm).norm() - 2 * kRadius), kSpeed * kTimestep + 0.01 * kRadius,
+               pair + ": distance at the first push against two radii");
     // equal masses without restitution go on together; bouncing or not, they keep the momentum and do not overlap
     checks.add(2 * kRadius - (second.p_WBcm.x() - first.p_WBcm.x()), 0.02 * kRadius, pair + ": overlap at the end");
     checks.add(std::abs(first.v_WBcm.x() + second.v_WBcm.x() - kSpeed), subject.rounding(400, kSpeed),

@@ -1,0 +1,328 @@
+// Mistakes that adapters make, put into a real engine one at a time: each has to fail the tests that are named with it.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <ostream>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "conformance/conformance.h"
+#include "faulty_engine.h"
+#include "model/kinematics.h"
+
+namespace assay {
+namespace {
+
+// The contender that carries the faults: it passes the whole suite, joint limits, springs, armature and contact
+// included.
+constexpr const char* kSound = "mujoco-euler";
+
+struct Case {
+  Fault fault;
+  std::vector<std::string> caught_by;
+};
+
+void PrintTo(const Case& c, std::ostream* out) { *out << c.fault.name; }
+
+void every_free_body(const Model& model, State& state, const std::function<void(const Body&, BodyState&)>& edit) {
+  for (size_t i = 0; i < model.bodies.size(); ++i) edit(model.bodies[i], state.bodies[i]);
+}
+
+void every_hinge(Model& model, const std::function<void(Hinge&)>& edit) { std::ranges::for_each(model.hinges, edit); }
+
+std::vector<Case> set_up_faults() {
+  return {
+      {{.name = "one mass 1 % too large", .model = [](Model& m) { m.bodies.back().mass *= 1.01; }},
+       {"readback", "planar-chain", "spatial-chain", "oblique-trees"}},
+      {{.name = "one mass 0.01 % too large", .model = [](Model& m) { m.bodies.back().mass *= 1.0001; }},
+       {"readback", "planar-chain", "oblique-trees"}},
+      {{.name = "inertia of a box instead of a capsule",
+        .model =
+            [](Model& m) {
+              for (Body& b : m.bodies) b.I_BBcm_B *= 0.01417 / 0.01194;
+            }},
+       {"readback", "planar-chain", "spatial-chain", "pendulum-period", "torque-for-one-step"}},
+      {{.name = "products of inertia dropped",
+        .model =
+            [](Model& m) {
+              for (Body& b : m.bodies) b.I_BBcm_B = Mat3(b.I_BBcm_B.diagonal().asDiagonal());
+            }},
+       {"readback", "oblique-trees", "torque-free-top"}},
+      {{.name = "principal axes turned the wrong way",
+        .model =
+            [](Model& m) {
+              for (Body& b : m.bodies) {
+                const PrincipalInertia p = principal_inertia(b.I_BBcm_B);
+                const Mat3 R = p.q_BI.toRotationMatrix();
+                b.I_BBcm_B = R.transpose() * p.diagonal.asDiagonal() * R;
+              }
+            }},
+       {"readback", "oblique-trees", "torque-free-top"}},
+      {{.name = "centre of mass 1 mm off",
+        .model =
+            [](Model& m) {
+              for (Body& b : m.bodies) b.p_BBcm.x() += 1e-3;
+            }},
+       {"readback", "state-round-trip", "planar-chain", "spatial-chain"}},
+      {{.name = "anchor 1 mm off", .model = [](Model& m) { every_hinge(m, [](Hinge& h) { h.p_BJ.z() += 1e-3; }); }},
+       {"readback", "state-round-trip", "planar-chain", "spatial-chain"}},
+      {{.name = "axis 1 mrad off",
+        .model =
+            [](Model& m) { every_hinge(m, [](Hinge& h) { h.axis_B = (h.axis_B + Vec3(0, 0, 1e-3)).normalized(); }); }},
+       {"readback", "state-round-trip", "planar-chain"}},
+      {{.name = "axis the other way round",
+        .model = [](Model& m) { every_hinge(m, [](Hinge& h) { h.axis_B = -h.axis_B; }); }},
+       {"readback", "state-round-trip"}},
+      {{.name = "reference angle ignored",
+        .model = [](Model& m) { every_hinge(m, [](Hinge& h) { h.reference = 0; }); }},
+       {"state-round-trip", "oblique-trees"}},
+      {{.name = "gravity always downwards", .model = [](Model& m) { m.gravity = {0, 0, -9.81}; }},
+       {"readback", "gravity-direction"}},
+      {{.name = "gravity 9.80665", .model = [](Model& m) { m.gravity *= 9.80665 / 9.81; }},
+       {"readback", "free-fall", "planar-chain", "pendulum-period"}},
+      {{.name = "limits ignored", .model = [](Model& m) { every_hinge(m, [](Hinge& h) { h.limited = false; }); }},
+       {"readback", "joint-limit"}},
+      {{.name = "limits count from the reference",
+        .model =
+            [](Model& m) {
+              every_hinge(m, [](Hinge& h) {
+                h.lower += h.reference;
+                h.upper += h.reference;
+              });
+            }},
+       {"readback", "joint-limit"}},
+      {{.name = "armature ignored", .model = [](Model& m) { every_hinge(m, [](Hinge& h) { h.armature = 0; }); }},
+       {"armature"}},
+      {{.name = "spring pulls to 0",
+        .model = [](Model& m) { every_hinge(m, [](Hinge& h) { h.spring_reference = 0; }); }},
+       {"spring-damper"}},
+      {{.name = "damper ignored", .model = [](Model& m) { every_hinge(m, [](Hinge& h) { h.damping = 0; }); }},
+       {"spring-damper"}},
+      {{.name = "hidden joint damping 0.01",
+        .model = [](Model& m) { every_hinge(m, [](Hinge& h) { h.damping += 0.01; }); }},
+       {"planar-chain", "spatial-chain", "oblique-trees", "pendulum-period", "constant-torque", "fast-motion"}},
+      {{.name = "hidden joint damping 0.00001",
+        .model = [](Model& m) { every_hinge(m, [](Hinge& h) { h.damping += 1e-5; }); }},
+       {"constant-torque", "fast-motion"}},
+      {{.name = "timestep 0.1 % too long", .timestep_factor = 1.001}, {"batches", "free-fall", "planar-chain"}},
+  };
+}
+
+std::vector<Case> contact_faults() {
+  return {
+      {{.name = "friction doubled",
+        .model =
+            [](Model& m) {
+              for (ContactPair& c : m.contacts) c.friction *= 2;
+            }},
+       {"sliding-capsule", "sphere-rolls", "friction-per-pair"}},
+      {{.name = "friction of shapes multiplied",
+        .model =
+            [](Model& m) {
+              for (ContactPair& c : m.contacts) {
+                c.friction = m.shapes[c.shape_a].friction * m.shapes[c.shape_b].friction;
+              }
+            }},
+       {"sliding-capsule", "sphere-rolls", "friction-per-pair"}},
+      {{.name = "the larger of the shapes' frictions",
+        .model =
+            [](Model& m) {
+              for (ContactPair& c : m.contacts) {
+                c.friction = std::max(m.shapes[c.shape_a].friction, m.shapes[c.shape_b].friction);
+              }
+            }},
+       {"friction-per-pair"}},
+      {{.name = "contact margin of 5 mm",
+        .model =
+            [](Model& m) {
+              for (Shape& s : m.shapes) s.radius += 5e-3;
+            }},
+       {"resting-height"}},
+      {{.name = "shapes sink 5 mm",
+        .model =
+            [](Model& m) {
+              for (Shape& s : m.shapes) s.radius -= 5e-3;
+            }},
+       {"resting-height", "bodies-collide"}},
+      {{.name = "capsules along x",
+        .model =
+            [](Model& m) {
+              for (Shape& s : m.shapes) {
+                if (s.type == ShapeType::kCapsule) s.X_BS.q = s.X_BS.q * Quat(std::sqrt(0.5), 0, std::sqrt(0.5), 0);
+              }
+            }},
+       {"resting-height", "bodies-collide"}},
+      {{.name = "everything collides with everything",
+        .model =
+            [](Model& m) {
+              m.contacts.clear();
+              for (int a = 0; a < static_cast<int>(m.shapes.size()); ++a) {
+                for (int b = a + 1; b < static_cast<int>(m.shapes.size()); ++b) m.contacts.push_back({a, b, 1});
+              }
+            }},
+       {"excluded-pairs"}},
+      {{.name = "nothing collides", .model = [](Model& m) { m.contacts.clear(); }},
+       {"resting-height", "sliding-capsule", "sphere-rolls", "friction-per-pair", "bodies-collide", "excluded-pairs"}},
+  };
+}
+
+std::vector<Case> state_faults() {
+  return {
+      {{.name = "orientation of the principal axes",
+        .read =
+            [](const Model& m, State& s) {
+              every_free_body(m, s, [](const Body& body, BodyState& b) {
+                b.q_WB = b.q_WB * principal_inertia(body.I_BBcm_B).q_BI;
+              });
+            }},
+       {"state-round-trip", "torque-free-top"}},
+      {{.name = "angular velocity in body axes",
+        .read =
+            [](const Model& m, State& s) {
+              every_free_body(m, s, [](const Body&, BodyState& b) { b.w_WB = b.q_WB.conjugate() * b.w_WB; });
+            }},
+       {"state-round-trip", "torque-free-top"}},
+      {{.name = "velocity of the body's origin",
+        .read =
+            [](const Model& m, State& s) {
+              every_free_body(m, s,
+                              [](const Body& body, BodyState& b) { b.v_WBcm -= b.w_WB.cross(b.q_WB * body.p_BBcm); });
+            }},
+       {"state-round-trip"}},
+      {{.name = "position of the body's origin",
+        .read =
+            [](const Model& m, State& s) {
+              every_free_body(m, s, [](const Body& body, BodyState& b) { b.p_WBcm -= b.q_WB * body.p_BBcm; });
+            }},
+       {"state-round-trip", "planar-chain"}},
+      {{.name = "angles wrapped",
+        .read =
+            [](const Model&, State& s) {
+              for (double& angle : s.angle) angle = std::remainder(angle, 2 * std::numbers::pi);
+            }},
+       {"state-round-trip", "constant-torque"}},
+      {{.name = "single precision inside",
+        .read =
+            [](const Model& m, State& s) {
+              every_free_body(m, s,
+                              [](const Body&, BodyState& b) { b.p_WBcm = b.p_WBcm.cast<float>().cast<double>(); });
+            }},
+       {"state-round-trip"}},
+      {{.name = "state of one step ago", .stale = true}, {"free-fall", "torque-for-one-step"}},
+      {{.name = "time starts at 0", .start = [](const Model&, State& s) { s.time = 0; }},
+       {"state-round-trip", "batches", "restart"}},
+      {{.name = "starts at rest",
+        .start =
+            [](const Model& m, State& s) {
+              std::ranges::fill(s.rate, 0.0);
+              every_free_body(m, s, [](const Body&, BodyState& b) { b.v_WBcm.setZero(), b.w_WB.setZero(); });
+            }},
+       {"state-round-trip", "restart", "free-fall"}},
+      {{.name = "other instances leak in", .leaks_instances = true}, {"independence"}},
+      {{.name = "the process's history leaks in", .leaks_history = true}, {"determinism", "independence", "batches"}},
+  };
+}
+
+std::vector<Case> motion_faults() {
+  return {
+      {{.name = "torque the other way round",
+        .torques =
+            [](std::vector<double>& t) {
+              for (double& x : t) x = -x;
+            }},
+       {"torque-for-one-step", "constant-torque", "torque-reaction"}},
+      {{.name = "torque 0.1 % too weak",
+        .torques =
+            [](std::vector<double>& t) {
+              for (double& x : t) x *= 0.999;
+            }},
+       {"torque-for-one-step", "constant-torque", "torque-reaction"}},
+      {{.name = "torque goes on", .repeats_torques = true}, {"torque-for-one-step"}},
+      {{.name = "no gyroscopic torque",
+        .step =
+            [](const State& before, State& after, double) {
+              for (size_t i = 0; i < after.bodies.size(); ++i) after.bodies[i].w_WB = before.bodies[i].w_WB;
+            }},
+       {"torque-free-top"}},
+      {{.name = "body damping 0.01",
+        .step =
+            [](const State&, State& after, double h) {
+              for (BodyState& b : after.bodies) {
+                b.v_WBcm *= 1 - 0.01 * h;
+                b.w_WB *= 1 - 0.01 * h;
+              }
+            }},
+       {"free-fall", "torque-free-top", "fast-motion"}},
+      {{.name = "spin limited to 47 rad/s",
+        .step =
+            [](const State&, State& after, double) {
+              for (BodyState& b : after.bodies) {
+                if (b.w_WB.norm() > 47) b.w_WB *= 47 / b.w_WB.norm();
+              }
+            }},
+       {"fast-motion"}},
+      {{.name = "advance(n) does n - 1", .loses_steps = true}, {"batches", "free-fall"}},
+      {{.name = "order 4 declared for order 1", .capabilities = [](Capabilities& c) { c.order = 4; }},
+       {"free-fall", "planar-chain", "spatial-chain", "torque-free-top"}},
+  };
+}
+
+class Faults : public testing::TestWithParam<Case> {};
+
+TEST_P(Faults, AreCaught) {
+  const auto names = Registry::instance().contender_names();
+  if (std::ranges::find(names, kSound) == names.end()) GTEST_SKIP() << kSound << " is not built";
+  const ResolvedContender sound = Registry::instance().resolve(kSound);
+  const FaultyEngine engine(sound, GetParam().fault);
+  for (const ConformanceResult& result : run_conformance(engine.contender(), {.tests = GetParam().caught_by})) {
+    EXPECT_EQ(result.status, ConformanceStatus::kFail)
+        << GetParam().fault.name << " passed " << result.test << ": " << result.figure << " " << result.unit
+        << ", tolerance " << result.tolerance << " (" << result.note << ")";
+    EXPECT_TRUE(std::isfinite(result.figure));
+  }
+}
+
+std::string case_name(const testing::TestParamInfo<Case>& info) {
+  std::string name = info.param.fault.name;
+  std::ranges::replace_if(name, [](unsigned char c) { return std::isalnum(c) == 0; }, '_');
+  return name;
+}
+
+INSTANTIATE_TEST_SUITE_P(SetUp, Faults, testing::ValuesIn(set_up_faults()), case_name);
+INSTANTIATE_TEST_SUITE_P(Contact, Faults, testing::ValuesIn(contact_faults()), case_name);
+INSTANTIATE_TEST_SUITE_P(States, Faults, testing::ValuesIn(state_faults()), case_name);
+INSTANTIATE_TEST_SUITE_P(Motion, Faults, testing::ValuesIn(motion_faults()), case_name);
+
+// A gate that nothing passes would catch every fault.
+TEST(Suite, TheWrapperAloneIsSound) {
+  const auto names = Registry::instance().contender_names();
+  if (std::ranges::find(names, kSound) == names.end()) GTEST_SKIP() << kSound << " is not built";
+  const ResolvedContender sound = Registry::instance().resolve(kSound);
+  const FaultyEngine engine(sound, {.name = "none"});
+  for (const ConformanceResult& result : run_conformance(engine.contender())) {
+    EXPECT_EQ(result.status, ConformanceStatus::kPass) << result.test << ": " << result.note;
+  }
+}
+
+// Every test can fail: some fault above is caught by it.
+TEST(Suite, EveryTestCatchesSomething) {
+  std::vector<std::string> catching;
+  for (const auto& cases : {set_up_faults(), contact_faults(), state_faults(), motion_faults()}) {
+    for (const Case& c : cases) catching.insert(catching.end(), c.caught_by.begin(), c.caught_by.end());
+  }
+  for (const ConformanceTest& test : conformance_tests()) EXPECT_THAT(catching, testing::Contains(test.name));
+}
+
+TEST(Suite, RefusesAnEngineThatDoesNothing) {
+  const auto names = Registry::instance().contender_names();
+  if (std::ranges::find(names, "null") == names.end()) GTEST_SKIP() << "the null engine is not built";
+  const auto results = run_conformance(Registry::instance().resolve("null"), {.tests = {"free-fall", "planar-chain"}});
+  ASSERT_EQ(results.size(), 2U);
+  for (const ConformanceResult& result : results) EXPECT_EQ(result.status, ConformanceStatus::kFail) << result.test;
+  EXPECT_FALSE(conforms(results));
+}
+
+}  // namespace
+}  // namespace assay
