@@ -100,9 +100,11 @@ void add_check(CLI::App& app, Action& action) {
                    {"assay check my_robot.urdf --json", "URDF files load the same way"}});
   const auto options = std::make_shared<Options>();
   command->add_option("MODEL", options->model, "MJCF or URDF file, or a system's name")->required()->type_name("");
-  command->add_flag("--drop-unsupported", options->drop_unsupported,
-                    "Leave out shapes that are no sphere, capsule or plane instead of refusing the model");
-  command->add_flag("--json", options->json, "Print everything that is known as JSON");
+  command
+      ->add_flag("--drop-unsupported", options->drop_unsupported,
+                 "Leave out shapes that are no sphere, capsule or plane instead of refusing the model")
+      ->disable_flag_override();
+  command->add_flag("--json", options->json, "Print everything that is known as JSON")->disable_flag_override();
   command->callback([&action, options] { action = [options] { return check(*options); }; });
 }
 

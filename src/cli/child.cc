@@ -50,6 +50,8 @@ ChildEnd run_in_child(const std::function<int(const Send&)>& work, const Send& o
   if (child == 0) {
     close(ends[0]);
     prctl(PR_SET_PDEATHSIG, SIGKILL);
+    // a terminal interrupts both, and the parent passes it on: twice is once
+    watch_for_interruption(/*once=*/false);
     if (getppid() != parent) _exit(kFailed);
     be_child(work, ends[1]);
   }
@@ -83,11 +85,11 @@ ChildEnd run_in_child(const std::function<int(const Send&)>& work, const Send& o
     if (errno != EINTR) throw failure("waiting for a process");
     pass_on();
   }
-  if (WIFSIGNALED(result)) {
-    const int number = WTERMSIG(result);
-    return {kFailed, fmt::format("SIG{} ({})", sigabbrev_np(number), strsignal(number))};
-  }
-  return {WEXITSTATUS(result), ""};
+  if (!WIFSIGNALED(result)) return {WEXITSTATUS(result), 0};
+  if (WTERMSIG(result) == SIGPIPE) raise(SIGPIPE);
+  return {kFailed, WTERMSIG(result)};
 }
+
+std::string ChildEnd::signal_text() const { return fmt::format("SIG{} ({})", sigabbrev_np(signal), strsignal(signal)); }
 
 }  // namespace assay::cli

@@ -136,11 +136,11 @@ std::string table(const std::vector<std::string>& headings, const std::vector<st
   return text;
 }
 
-void watch_for_interruption() {
+void watch_for_interruption(bool once) {
   struct sigaction action = {};
   action.sa_handler = note_interruption;
   sigemptyset(&action.sa_mask);
-  action.sa_flags = static_cast<int>(SA_RESETHAND);
+  action.sa_flags = once ? static_cast<int>(SA_RESETHAND) : 0;
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
 }

@@ -78,8 +78,9 @@ std::string table(const std::vector<std::string>& headings, const std::vector<st
 
 // ---- interruption ---------------------------------------------------------------------------------------------------
 
-// From the first call on, SIGINT and SIGTERM only set a flag that this returns; a second one ends the program at once.
-void watch_for_interruption();
+// From now on SIGINT and SIGTERM only set the flag that interrupted() returns; with `once`, a second one ends the
+// program.
+void watch_for_interruption(bool once = true);
 bool interrupted();
 
 }  // namespace assay::cli

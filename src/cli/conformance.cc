@@ -94,7 +94,7 @@ Json examine(const ResolvedContender& contender, const Options& options) {
       },
       take);
   if (interrupted()) throw SystemError("interrupted: the tests above were run");
-  if (!end.signal.empty() || end.status != kDone) {
+  if (end.signal != 0 || end.status != kDone) {
     // the first that is missing is the one it ended in
     const auto& tests = conformance_tests();
     const auto missing = std::ranges::find_if(tests, [&](const ConformanceTest& test) {
@@ -105,7 +105,7 @@ Json examine(const ResolvedContender& contender, const Options& options) {
     ConformanceResult result;
     result.test = missing != tests.end() ? missing->name : "end";
     result.status = ConformanceStatus::kFail;
-    result.note = end.signal.empty() ? "the process ended early" : fmt::format("crashed with {}", end.signal);
+    result.note = end.signal == 0 ? "the process ended early" : fmt::format("crashed with {}", end.signal_text());
     take(result_json(result).dump());
   }
   return results;
@@ -165,8 +165,8 @@ void add_conformance(CLI::App& app, Action& action) {
   command->add_option("--test", options->tests, "Only this test; may be repeated")
       ->type_name("TEST")
       ->allow_extra_args(false);
-  command->add_flag("--list", options->list, "List the tests instead");
-  command->add_flag("--json", options->json, "Print everything that is known as JSON");
+  command->add_flag("--list", options->list, "List the tests instead")->disable_flag_override();
+  command->add_flag("--json", options->json, "Print everything that is known as JSON")->disable_flag_override();
   command->callback([&action, options] { action = [options] { return conformance(*options); }; });
 }
 

@@ -27,11 +27,12 @@ int list_engines(bool as_json) {
   rows.reserve(contenders.size());
   for (const ResolvedContender& contender : contenders) {
     const Capabilities can = contender.engine->capabilities(contender.settings);
+    const std::string& solver = can.coordinates == Coordinates::kJoint ? can.contact_solver : can.joint_solver;
     rows.push_back({contender.name, contender.engine->name(), contender.engine->build().version,
-                    precision_text(can.precision), coordinates_text(can.coordinates), can.integrator, can.joint_solver,
-                    can.contact ? can.contact_solver : "no contact"});
+                    precision_text(can.precision), coordinates_text(can.coordinates), can.integrator,
+                    can.contact ? "yes" : "no", solver});
   }
-  print(table({"contender", "engine", "version", "precision", "coordinates", "integrator", "joints", "contact"}, rows));
+  print(table({"contender", "engine", "version", "precision", "coordinates", "integrator", "contact", "solver"}, rows));
   if (!registry.absent().empty()) print("\nnot available:\n");
   for (const AbsentEngine& engine : registry.absent()) print(fmt::format("  {}: {}\n", engine.name, engine.reason));
   return kDone;
@@ -45,7 +46,7 @@ void add_engines(CLI::App& app, Action& action) {
       {{"assay engines", "a table of all contenders, and why an engine is absent"},
        {"assay engines --json | jq '.contenders[] | {contender, settings}'", "every setting with its meaning"}});
   const auto as_json = std::make_shared<bool>(false);
-  command->add_flag("--json", *as_json, "Print everything that is known as JSON");
+  command->add_flag("--json", *as_json, "Print everything that is known as JSON")->disable_flag_override();
   command->callback([&action, as_json] { action = [as_json] { return list_engines(*as_json); }; });
 }
 

@@ -53,7 +53,12 @@ std::string unexpected_argument(const CLI::App& app, const CLI::App& command) {
 std::string complaint(const CLI::App& app, const CLI::ParseError& error) {
   const CLI::App& command = called(app);
   std::string text = unexpected_argument(app, command);
-  if (text.empty()) {
+  if (text.empty() && dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr) {
+    text = error.what();
+    // the only two ways to get there: an option without its value, a flag with one
+    const bool flag = text.find("flag override") != std::string::npos;
+    text = text.substr(0, text.find_first_of(": ")) + (flag ? " takes no value" : " needs a value");
+  } else if (text.empty()) {
     text = error.what();
     text.erase(std::min(text.find('\n'), text.size()));
     if (!text.empty() && text.back() == '.') text.pop_back();
@@ -119,6 +124,8 @@ int run(int argc, char** argv) {
 int main(int argc, char** argv) {
   // whoever started us may have switched it off: `assay engines | head -1` ends quietly
   std::signal(SIGPIPE, SIG_DFL);
+  // a limit of file sizes is a full disk to us: an error of the write, not the end
+  std::signal(SIGXFSZ, SIG_IGN);
   return assay::cli::guarded([&] {
     const int status = assay::cli::run(argc, argv);
     assay::cli::flush_output();

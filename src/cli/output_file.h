@@ -24,6 +24,8 @@ class OutputFile {
   // Throws SystemError when the rest cannot be written or the name cannot be given.
   void finish();
 
+  const std::string& path() const { return path_; }
+
   // Where what was written can be found before finish(): "'x.csv.partial'", "standard output".
   std::string whereabouts() const;
   // Whether nothing was written, by this process or by one that it forked.

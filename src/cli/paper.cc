@@ -13,7 +13,7 @@ void add_paper(CLI::App& app, Action& action) {
        {"assay paper --out results", "the whole campaign; Ctrl-C or kill: the same command goes on"}});
   const auto request = std::make_shared<RunRequest>();
   const auto quick = std::make_shared<bool>(false);
-  command->add_flag("--quick", *quick, "The short campaign, a few minutes on two cores");
+  command->add_flag("--quick", *quick, "The short campaign, a few minutes on two cores")->disable_flag_override();
   command->add_option("--out", request->out, "Results directory, made when it is not there")
       ->required()
       ->type_name("DIR");

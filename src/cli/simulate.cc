@@ -12,7 +12,7 @@
 #include "cli/cli.h"
 #include "cli/csv.h"
 #include "cli/output_file.h"
-#include "controls/controls.h"
+#include "controls/control.h"
 #include "engines/registry.h"
 #include "measures/plausible.h"
 #include "model/mjcf.h"
@@ -39,11 +39,13 @@ struct Job {
   long long steps = 0;  // a whole number of samples
 };
 
+constexpr double kMostSteps = 1e15;
+
 // `whole` as a number of `part`s, when it is a whole one to rounding.
 std::optional<long long> whole_number_of(double whole, double part) {
   const double ratio = whole / part;
   const double nearest = std::round(ratio);
-  if (nearest < 1 || nearest > 1e15 || std::abs(ratio - nearest) > 1e-9 * nearest) return std::nullopt;
+  if (nearest < 1 || nearest > kMostSteps || std::abs(ratio - nearest) > 1e-9 * nearest) return std::nullopt;
   return std::llround(nearest);
 }
 
@@ -60,6 +62,10 @@ Job prepare(const Options& options) {
   job.duration_s = parse_positive("--duration", options.duration, "seconds");
   const double sample_ms =
       options.sample.empty() ? job.timestep_ms : parse_positive("--sample", options.sample, "milliseconds");
+  if (const double steps = job.duration_s * 1000 / job.timestep_ms; steps > kMostSteps) {
+    throw InputError(fmt::format("--duration is {} s, which takes {:.3g} timesteps of {} ms: use at most {:.3g} s",
+                                 options.duration, steps, options.timestep, kMostSteps * job.timestep_ms / 1000));
+  }
   const auto per_sample = whole_number_of(sample_ms, job.timestep_ms);
   if (!per_sample) {
     throw InputError(fmt::format("--sample is {} ms, which is no whole number of timesteps of {} ms: use {}",
@@ -160,7 +166,8 @@ int run(const Job& job, OutputFile& file) {
   const Model& model = job.model;
   const auto simulation = job.contender.engine->create(model, model.initial, job.contender.settings);
   const Plausibility plausibility(model, model.initial, job.duration_s);
-  const bool wants_torques = needs_torques(model);
+  const auto control = actuator_control(model);
+  const bool feedback = control->input() == ControlInput::kState;
   std::vector<double> torques(model.hinges.size());
   std::vector<std::string> names;
   names.reserve(model.bodies.size());
@@ -168,10 +175,12 @@ int run(const Job& job, OutputFile& file) {
 
   State state;
   fmt::memory_buffer text;
+  const auto seconds = [&](long long step) {
+    return step == job.steps ? job.duration_s : static_cast<double>(step) * job.timestep_ms / 1000;
+  };
   const auto write_sample = [&](long long step) {
-    const double time = step == job.steps ? job.duration_s : static_cast<double>(step) * job.timestep_ms / 1000;
     text.clear();
-    append_sample(model, names, time, state, text);
+    append_sample(model, names, seconds(step), state, text);
     file.write({text.data(), text.size()});
   };
 
@@ -179,35 +188,37 @@ int run(const Job& job, OutputFile& file) {
   simulation->read_state(state);
   write_sample(0);
   ProgressLine progress(job);
+  control->torques(state, torques);
+  std::string divergence;
   for (long long step = 0; step < job.steps;) {
     try {
       const long long sample_end = step + job.steps_per_sample;
-      for (; step < sample_end && !interrupted(); ++step) {
-        if (wants_torques) actuator_torques(model, model.control0, state, torques);
-        simulation->set_torques(torques);
-        simulation->advance(1);
-        if (wants_torques) simulation->read_state(state);
+      while (step < sample_end && divergence.empty() && !interrupted()) {
+        if (feedback) control->torques(state, torques);
+        simulation->step(torques);
+        ++step;
+        if (!feedback && step < sample_end) continue;
+        simulation->read_state(state);
+        divergence = plausibility.divergence(state);
       }
-      if (!interrupted() && !wants_torques) simulation->read_state(state);
     } catch (const EngineError& error) {
       progress.clear();
-      const std::string where = file.whereabouts();
       file.finish();
-      throw EngineError(fmt::format("{} failed at {:.6g} s: {}; the samples before are kept", job.contender.name,
-                                    static_cast<double>(step) * job.timestep_ms / 1000, error.what()));
+      throw EngineError(fmt::format("{} failed at {:.6g} s: {}; the samples before are kept in '{}'",
+                                    job.contender.name, seconds(step), error.what(), file.path()));
     }
-    if (interrupted()) {
-      progress.clear();
-      message(fmt::format("interrupted at {:.6g} of {:.6g} s: the samples up to there are in {}",
-                          static_cast<double>(step) * job.timestep_ms / 1000, job.duration_s, file.whereabouts()));
-      return kFailed;
-    }
-    if (const std::string why = plausibility.divergence(state); !why.empty()) {
+    if (!divergence.empty()) {
       progress.clear();
       file.finish();
       throw EngineError(
-          fmt::format("{} diverged at {:.6g} s ({}): the samples before are kept, a smaller --timestep may help",
-                      job.contender.name, static_cast<double>(step) * job.timestep_ms / 1000, why));
+          fmt::format("{} diverged at {:.6g} s ({}): the samples before are kept in '{}', try a smaller --timestep",
+                      job.contender.name, seconds(step), divergence, file.path()));
+    }
+    if (interrupted()) {
+      progress.clear();
+      message(fmt::format("interrupted at {:.6g} of {:.6g} s: the samples up to there are in {}", seconds(step),
+                          job.duration_s, file.whereabouts()));
+      return kFailed;
     }
     write_sample(step);
     progress.at(step);
@@ -222,9 +233,9 @@ int simulate(const Options& options) {
   check_fidelity(job);
   OutputFile file(options.out);
   const ChildEnd end = run_in_child([&](const Send&) { return run(job, file); });
-  if (end.signal.empty()) return end.status;
+  if (end.signal == 0) return end.status;
   throw EngineError(fmt::format(
-      "{} crashed with {} on '{}': {}", job.contender.name, end.signal, job.model.name,
+      "{} crashed with {} on '{}': {}", job.contender.name, end.signal_text(), job.model.name,
       file.empty() ? "it did not take a step" : fmt::format("the samples before are in {}", file.whereabouts())));
 }
 
@@ -258,8 +269,10 @@ void add_simulate(CLI::App& app, Action& action) {
   command->add_option("--set", options->set, "Setting of the engine that differs from the contender's; may be repeated")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
-  command->add_flag("--drop-unsupported", options->drop_unsupported,
-                    "Leave out shapes that are no sphere, capsule or plane instead of refusing the model");
+  command
+      ->add_flag("--drop-unsupported", options->drop_unsupported,
+                 "Leave out shapes that are no sphere, capsule or plane instead of refusing the model")
+      ->disable_flag_override();
   command->add_option("--out", options->out, "CSV file to write; '-' is standard output")
       ->required()
       ->type_name("FILE");

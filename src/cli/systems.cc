@@ -47,7 +47,7 @@ void add_systems(CLI::App& app, Action& action) {
                                   {{"assay systems", "a table of the models that come with assay"},
                                    {"ASSAY_DATA=~/lab assay systems", "those of ~/lab/models instead"}});
   const auto as_json = std::make_shared<bool>(false);
-  command->add_flag("--json", *as_json, "Print everything that is known as JSON");
+  command->add_flag("--json", *as_json, "Print everything that is known as JSON")->disable_flag_override();
   command->callback([&action, as_json] { action = [as_json] { return list_systems(*as_json); }; });
 }
 
