@@ -206,6 +206,11 @@ export class Report {
     return this.harness.includes(contender);
   }
 
+  // A contender's or an engine's name where the one that does nothing may appear among the others.
+  title(name: string): string {
+    return name === "null" || this.isHarness(name) ? `${name} (does nothing)` : name;
+  }
+
   manifest(key: string): string | null {
     return this.json.manifest.find((entry) => entry.key === key)?.value ?? null;
   }

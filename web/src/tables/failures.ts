@@ -17,7 +17,7 @@ export function failureTable(report: Report): HTMLElement {
       ? `all, ${timestepRange(failure.timesteps)}`
       : `${[...failure.timesteps].sort((a, b) => a - b).map(timestep).join(", ")} ms`;
   const columns: Column<Failure>[] = [
-    { title: "Contender", key: (f) => f.contender, cell: (f) => f.contender, head: true, className: "sticky" },
+    { title: "Contender", key: (f) => f.contender, cell: (f) => report.title(f.contender), head: true, className: "sticky" },
     { title: "System", key: (f) => f.system, cell: (f) => f.system },
     { title: "Measure", key: (f) => f.measure, cell: (f) => f.measure.replace(/_/g, " ") },
     { title: "Timesteps", key: (f) => Math.min(...f.timesteps), cell: timesteps },

@@ -111,7 +111,7 @@ export function engines(report: Report): HTMLElement {
     return value === undefined || value === null || value === "" ? "–" : String(value);
   };
   const columns: Column<Contender>[] = [
-    { title: "Engine", key: (c) => c.engine, cell: (c) => c.engine, head: true, className: "sticky" },
+    { title: "Engine", key: (c) => c.engine, cell: (c) => report.title(c.engine), head: true, className: "sticky" },
     { title: "Version", key: (c) => c.version, cell: (c) => c.version || "–" },
     { title: "Source", key: fact("source"), cell: fact("source"), className: "wide" },
     { title: "Compiler", key: fact("compiler"), cell: fact("compiler"), className: "wide" },

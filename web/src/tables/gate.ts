@@ -29,7 +29,7 @@ export function gate(report: Report): HTMLElement {
 
   const head = el("tr", {}, el("th", { scope: "col", class: "sticky" }, "Test"));
   for (const name of contenders) {
-    head.append(el("th", { scope: "col", class: "turned" }, el("span", {}, name)));
+    head.append(el("th", { scope: "col", class: "turned" }, el("span", {}, report.title(name))));
   }
   const body = el("tbody");
   for (const test of tests) {
