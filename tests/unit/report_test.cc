@@ -1,0 +1,187 @@
+#include "report/report.h"
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <unistd.h>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "base/errors.h"
+#include "store/store.h"
+
+namespace assay {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+using testing::Not;
+
+std::string read(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+class ReportTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+    dir_ = testing::TempDir() + "assay-report-" + info->name() + "-" + std::to_string(getpid());
+    std::filesystem::remove_all(dir_);
+  }
+  void TearDown() override {
+    std::filesystem::permissions(dir_, std::filesystem::perms::owner_all, ignored_);
+    std::filesystem::remove_all(dir_, ignored_);
+  }
+
+  Store make() {
+    Store store = Store::create(dir_, {"test", "1234"});
+    store.set_manifest({{"cpu", "Example"}});
+    store.set_systems({{"chain", R"({"dof": 5, "bodies": 5})"}});
+    store.set_contenders({{"b-first", "bee", "2.0", "b-first", "k=1", R"({"order": 4})", R"({"compiler": "g++"})"},
+                          {"a-second", "ay", "1.0", "a-second", "", "", "not json"}});
+    store.set_conformance("a-second", {{"a-second", "free-fall", "fail", 0.5, 0.25, "m", "falls up"}});
+    Cell good;
+    good.key = "1";
+    good.system = "chain";
+    good.contender = "a-second";
+    good.timestep_ms = 0.25;
+    good.measure = "truth";
+    good.wall_s = 2;
+    good.cpu_s = 1.5;
+    good.engine_s = 1.25;
+    good.steal = 0.125;
+    good.values = {{"truth_error", "m", 0.1, 0.0625, 0.5}, {"truth_order", "1", std::nullopt, {}, {}}};
+    store.put_cell(good);
+    Cell bad = good;
+    bad.key = "2";
+    bad.contender = "b-first";
+    bad.outcome = Outcome::kCrashed;
+    bad.reason = "said </script><!-- \xe2\x80\xa8\xe2\x80\xa9 \xff \"quoted\" \\";
+    bad.values.clear();
+    store.put_cell(bad);
+    return store;
+  }
+
+  std::string dir_;
+  std::error_code ignored_;
+};
+
+TEST_F(ReportTest, HoldsWhatTheStoreHolds) {
+  const Store store = make();
+  const json data = report_data(store);
+  EXPECT_EQ(data["format"], 1);
+  EXPECT_THAT(data["manifest"].dump(), HasSubstr(R"({"key":"cpu","value":"Example"})"));
+  ASSERT_EQ(data["systems"].size(), 1);
+  EXPECT_EQ(data["systems"][0]["name"], "chain");
+  EXPECT_EQ(data["systems"][0]["facts"]["dof"], 5);
+
+  // As listed, not by name.
+  ASSERT_EQ(data["contenders"].size(), 2);
+  EXPECT_EQ(data["contenders"][0]["name"], "b-first");
+  EXPECT_EQ(data["contenders"][0]["settings"], "k=1");
+  EXPECT_EQ(data["contenders"][0]["capabilities"]["order"], 4);
+  EXPECT_EQ(data["contenders"][0]["build"]["compiler"], "g++");
+  // What cannot be read is empty, so that the page still comes up.
+  EXPECT_EQ(data["contenders"][1]["capabilities"], json::object());
+  EXPECT_EQ(data["contenders"][1]["build"], json::object());
+
+  ASSERT_EQ(data["conformance"].size(), 1);
+  EXPECT_EQ(data["conformance"][0], (json{{"contender", "a-second"},
+                                          {"test", "free-fall"},
+                                          {"status", "fail"},
+                                          {"figure", 0.5},
+                                          {"tolerance", 0.25},
+                                          {"unit", "m"},
+                                          {"note", "falls up"}}));
+
+  ASSERT_EQ(data["cells"].size(), 2);
+  EXPECT_EQ(data["cells"][0]["contender"], "b-first");
+  EXPECT_EQ(data["cells"][0]["outcome"], "crashed");
+  EXPECT_EQ(data["cells"][0]["values"], json::array());
+  const json& good = data["cells"][1];
+  EXPECT_EQ(good["outcome"], "ok");
+  EXPECT_EQ(good["timestep_ms"], 0.25);
+  EXPECT_EQ(good["wall_s"], 2);
+  EXPECT_EQ(good["cpu_s"], 1.5);
+  EXPECT_EQ(good["engine_s"], 1.25);
+  EXPECT_EQ(good["steal"], 0.125);
+  ASSERT_EQ(good["values"].size(), 2);
+  EXPECT_EQ(good["values"][0],
+            (json{{"name", "truth_error"}, {"unit", "m"}, {"value", 0.1}, {"low", 0.0625}, {"high", 0.5}}));
+  EXPECT_TRUE(good["values"][1]["value"].is_null());
+  EXPECT_TRUE(good["values"][1]["low"].is_null());
+}
+
+TEST_F(ReportTest, EmptyResultsGiveAPage) {
+  {
+    const Store store = Store::create(dir_, {"test", "1234"});
+  }
+  write_report(dir_, dir_ + "/report.html");
+  const std::string page = read(dir_ + "/report.html");
+  EXPECT_THAT(page, HasSubstr("<!doctype html>"));
+  EXPECT_THAT(page, HasSubstr(R"("cells":[])"));
+  EXPECT_TRUE(page.ends_with("</html>\n"));
+}
+
+TEST_F(ReportTest, DataCannotLeaveItsElement) {
+  const Store store = make();
+  const std::string page = report_html(report_data(store));
+  const std::string open = R"(<script type="application/json" id="assay-data">)";
+  const size_t begin = page.find(open);
+  ASSERT_NE(begin, std::string::npos);
+  const size_t from = begin + open.size(), to = page.find("</script>", from);
+  const std::string inside = page.substr(from, to - from);
+  EXPECT_THAT(inside, Not(HasSubstr("<")));
+  EXPECT_THAT(inside, Not(HasSubstr("\xe2\x80\xa8")));
+  EXPECT_THAT(inside, Not(HasSubstr("\xe2\x80\xa9")));
+  EXPECT_THAT(inside, Not(HasSubstr("/*DATA*/")));
+  // A parser gets the text back; the byte that is no UTF-8 is replaced.
+  const json read_back = json::parse(inside);
+  EXPECT_EQ(read_back["cells"][0]["reason"], "said </script><!-- \xe2\x80\xa8\xe2\x80\xa9 \xef\xbf\xbd \"quoted\" \\");
+  EXPECT_EQ(read_back["cells"][1], report_data(store)["cells"][1]);
+}
+
+TEST_F(ReportTest, PageNeedsNothingFromOutside) {
+  const std::string page = report_html(json::object());
+  for (const std::string what : {"src=\"", "@import", "fetch(", "XMLHttpRequest", "https://", "url(http"}) {
+    EXPECT_THAT(page, Not(HasSubstr(what)));
+  }
+}
+
+TEST_F(ReportTest, SameDatabaseSameBytes) {
+  {
+    const Store store = make();
+  }
+  write_report(dir_, dir_ + "/one.html");
+  write_report(dir_, dir_ + "/two.html");
+  const std::string one = read(dir_ + "/one.html");
+  EXPECT_GT(one.size(), 10000);
+  EXPECT_EQ(one, read(dir_ + "/two.html"));
+}
+
+TEST_F(ReportTest, NoResultsIsTheUsersFault) {
+  EXPECT_THROW(write_report(dir_, dir_ + ".html"), InputError);
+  EXPECT_FALSE(std::filesystem::exists(dir_ + ".html"));
+}
+
+TEST_F(ReportTest, AFailedWriteLeavesTheOldReport) {
+  {
+    const Store store = make();
+  }
+  EXPECT_THROW(write_report(dir_, dir_ + "/missing/report.html"), SystemError);
+  // What cannot be replaced stays, and no part of a new file does.
+  std::filesystem::create_directory(dir_ + "/report.html");
+  EXPECT_THROW(write_report(dir_, dir_ + "/report.html"), SystemError);
+  EXPECT_TRUE(std::filesystem::is_directory(dir_ + "/report.html"));
+  for (const auto& entry : std::filesystem::directory_iterator(dir_)) {
+    EXPECT_THAT(entry.path().string(), Not(HasSubstr(".part")));
+  }
+}
+
+}  // namespace
+}  // namespace assay
