@@ -1,6 +1,7 @@
 #include "model/mjcf.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -8,7 +9,6 @@
 #include <memory>
 #include <mutex>
 #include <set>
-#include <sstream>
 #include <utility>
 
 #include <fmt/format.h>
@@ -482,25 +482,22 @@ class Translation {
     for (int g = 0; g < m_->ngeom; ++g) {
       const int type = m_->geom_type[g];
       const int body = body_of_[m_->geom_bodyid[g]];
-      const bool plane_that_moves = type == mjGEOM_PLANE && body != kWorld;
-      const bool supported =
-          type == mjGEOM_SPHERE || type == mjGEOM_CAPSULE || (type == mjGEOM_PLANE && body == kWorld);
-      if (supported) {
+      // a plane is in the world: MuJoCo itself refuses others
+      if (type == mjGEOM_SPHERE || type == mjGEOM_CAPSULE || (type == mjGEOM_PLANE && body == kWorld)) {
         add_shape(g, body);
         continue;
       }
-      const std::string what = fmt::format("{} ({}{})", label(mjOBJ_GEOM, g), geom_type_name(type),
-                                           plane_that_moves ? " on a moving body" : "");
+      const std::string what = fmt::format("{} ({})", label(mjOBJ_GEOM, g), geom_type_name(type));
       if (!may_collide(g)) {
         decoration.push_back(what);
       } else if (drop_unsupported_) {
         dropped.push_back(what);
       } else {
-        refuse(
-            mjOBJ_GEOM, g,
-            fmt::format("is a {}{}, and only spheres, capsules and planes fixed to the world can collide; replace it, "
-                        "make it visual with contype=\"0\" conaffinity=\"0\", or leave it out with --drop-unsupported",
-                        geom_type_name(type), plane_that_moves ? " on a moving body" : ""));
+        refuse(mjOBJ_GEOM, g,
+               fmt::format(
+                   "is of type {}, and only spheres, capsules and planes can collide; replace it, make it visual with "
+                   "contype=\"0\" conaffinity=\"0\", or leave it out with --drop-unsupported",
+                   geom_type_name(type)));
       }
     }
     if (!decoration.empty()) note(fmt::format("visual shapes are left out: {}", join(decoration, ", ")));
@@ -892,12 +889,16 @@ std::string read_text(const std::string& path) {
   if (fs::is_directory(status)) {
     throw InputError(fmt::format("'{}' is a folder; name an .xml (MJCF) or .urdf file in it", path));
   }
+  if (!fs::is_regular_file(status))
+    throw InputError(fmt::format("'{}' is not a file; name an .xml or .urdf file", path));
   std::ifstream stream(path, std::ios::binary);
-  std::ostringstream text;
-  if (!stream || (stream.peek() != std::ifstream::traits_type::eof() && !(text << stream.rdbuf()))) {
-    throw InputError(fmt::format("'{}' cannot be read; check its permissions", path));
+  std::string text;
+  std::array<char, 1 << 16> block = {};
+  while (stream.read(block.data(), block.size()) || stream.gcount() > 0) {
+    text.append(block.data(), static_cast<size_t>(stream.gcount()));
   }
-  return text.str();
+  if (!stream.eof()) throw InputError(fmt::format("'{}' cannot be read; check its permissions", path));
+  return text;
 }
 
 void require_content(const std::string& text, const std::string& file) {

@@ -15,8 +15,8 @@
 namespace assay {
 
 struct LoadOptions {
-  // Leave collision shapes that are neither sphere, capsule nor plane (and planes on moving bodies) out instead of
-  // refusing the file; Model::notes says which. Mass and inertia that they contribute stay. Nothing else is dropped.
+  // Leave collision shapes that are neither sphere, capsule nor plane out instead of refusing the file; Model::notes
+  // says which. Mass and inertia that they contribute stay. Nothing else is dropped.
   bool drop_unsupported = false;
 };
 
