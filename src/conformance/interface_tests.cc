@@ -253,9 +253,9 @@ Verdict restart(const Subject& subject) {
   double speed = 0;
   for (const BodyState& body : middle.bodies) speed = std::max(speed, body.v_WBcm.norm());
   // What joint coordinates hide from their user is nothing: rounding, grown a hundredfold by the chain. A
-  // maximal-coordinate engine starts without its warm start: a tenth of one step's travel.
+  // maximal-coordinate engine starts without its warm start: a hundredth of one step's travel.
   double tolerance = subject.rounding(after, 1.5) * 25;
-  if (subject.capabilities().coordinates == Coordinates::kMaximal) tolerance += 0.1 * timestep * speed;
+  if (subject.capabilities().coordinates == Coordinates::kMaximal) tolerance += 0.01 * timestep * speed;
   Checks checks("m");
   if (!(std::abs(a.time - b.time) < 1e-9)) {
     checks.add(std::abs(a.time - b.time), 0, "seconds between the two instances' times");
