@@ -59,14 +59,14 @@ btCollisionShape* Collision::make_primitive(const Shape& shape, int row) {
   std::unique_ptr<btCollisionShape> made;
   switch (shape.type) {
     case ShapeType::kSphere:
-      made = std::make_unique<btSphereShape>(btScalar(shape.radius));
+      made = std::make_unique<btSphereShape>(real(shape.radius));
       break;
     case ShapeType::kCapsule:
-      made = std::make_unique<btCapsuleShapeZ>(btScalar(shape.radius), btScalar(2 * shape.half_length));
+      made = std::make_unique<btCapsuleShapeZ>(real(shape.radius), real(2 * shape.half_length));
       break;
     case ShapeType::kPlane: {
       const Vec3 normal = shape.X_BS.q * Vec3::UnitZ();
-      made = std::make_unique<btStaticPlaneShape>(to_bt(normal), btScalar(normal.dot(shape.X_BS.p)));
+      made = std::make_unique<btStaticPlaneShape>(to_bt(normal), real(normal.dot(shape.X_BS.p)));
       break;
     }
   }
@@ -133,7 +133,7 @@ void Collision::make_tables(const Model& model) {
   object_touch_.assign(objects * objects, 0);
   bool uniform = true;
   for (const ContactPair& pair : model.contacts) uniform = uniform && pair.friction == model.contacts.front().friction;
-  if (!model.contacts.empty()) uniform_friction_ = btScalar(model.contacts.front().friction);
+  if (!model.contacts.empty()) uniform_friction_ = real(model.contacts.front().friction);
   if (!uniform) friction_.assign(touch_.size(), 0);
 
   for (const ContactPair& pair : model.contacts) {
@@ -141,7 +141,7 @@ void Collision::make_tables(const Model& model) {
     const int object_a = object_of_row[a], object_b = object_of_row[b];
     touch_[index(a, b)] = touch_[index(b, a)] = 1;
     object_touch_[object_a * objects + object_b] = object_touch_[object_b * objects + object_a] = 1;
-    if (!uniform) friction_[index(a, b)] = friction_[index(b, a)] = btScalar(pair.friction);
+    if (!uniform) friction_[index(a, b)] = friction_[index(b, a)] = real(pair.friction);
   }
 
   by_shape_.assign(objects, 0);

@@ -7,13 +7,14 @@
 
 namespace assay::bullet {
 
-inline btVector3 to_bt(const Vec3& v) { return {btScalar(v.x()), btScalar(v.y()), btScalar(v.z())}; }
-inline btQuaternion to_bt(const Quat& q) {
-  return {btScalar(q.x()), btScalar(q.y()), btScalar(q.z()), btScalar(q.w())};
-}
+// A number in Bullet's precision.
+constexpr btScalar real(double x) { return static_cast<btScalar>(x); }
+
+inline btVector3 to_bt(const Vec3& v) { return {real(v.x()), real(v.y()), real(v.z())}; }
+inline btQuaternion to_bt(const Quat& q) { return {real(q.x()), real(q.y()), real(q.z()), real(q.w())}; }
 inline btTransform to_bt(const Pose& X) { return btTransform(to_bt(X.q), to_bt(X.p)); }
 
-inline Vec3 from_bt(const btVector3& v) { return {double(v.x()), double(v.y()), double(v.z())}; }
+inline Vec3 from_bt(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
 
 inline Mat3 from_bt(const btMatrix3x3& m) {
   Mat3 result;
@@ -21,9 +22,7 @@ inline Mat3 from_bt(const btMatrix3x3& m) {
   return result;
 }
 
-inline Quat from_bt(const btQuaternion& q) {
-  return Quat(double(q.w()), double(q.x()), double(q.y()), double(q.z())).normalized();
-}
+inline Quat from_bt(const btQuaternion& q) { return Quat(q.w(), q.x(), q.y(), q.z()).normalized(); }
 
 inline Pose from_bt(const btTransform& X) { return {from_bt(X.getOrigin()), Quat(from_bt(X.getBasis())).normalized()}; }
 

@@ -14,6 +14,14 @@ namespace {
 // Settings of contenders beside the declared defaults.
 using Set = std::map<std::string, SettingValue>;
 
+// Shown by findings/rk4_free_base.cc. Bounds: 1.5 times what the tests measure.
+std::vector<Deviation> rk4_deviations() {
+  const std::string reason =
+      "Bullet's Runge-Kutta evaluates its stages with a free base's orientation of the step's start: first order where "
+      "a floating body turns";
+  return {{"torque-free-top", 5e-3, reason}, {"oblique-trees", 1.2e-4, reason}, {"torque-reaction", 6e-5, reason}};
+}
+
 class BulletEngine final : public Engine {
  public:
   std::string name() const override { return ASSAY_ENGINE_NAME; }
@@ -52,15 +60,14 @@ class BulletEngine final : public Engine {
                                    : fmt::format("sequential impulse, {} iterations", options.iterations);
     c.contact_solver = solver;
     c.joint_solver = options.multibody ? "none (joint coordinates)" : solver;
-    c.contact_model = fmt::format("rigid, ERP {:g}", double(options.contact_erp));
+    c.contact_model = fmt::format("rigid, ERP {:g}", options.contact_erp);
     c.friction_combine = "the pair's coefficient, set on every contact point";
     c.other = "a body turns at most 45 degrees a step; contact points are kept between steps";
     if (options.multibody) {
       c.integrator = options.rk4 ? "Runge-Kutta 4, semi-implicit Euler where constraints act" : "semi-implicit Euler";
       c.order = options.rk4 ? 4 : 1;
-      c.friction_cone = options.friction_directions == 1 ? "one fixed tangent"
-                        : options.friction_cone          ? "circular cone"
-                                                         : "box";
+      if (options.rk4) c.deviations = rk4_deviations();
+      c.friction_cone = options.friction_cone ? "circular cone" : "box";
     } else {
       c.integrator = "semi-implicit Euler";
       c.friction_cone =
@@ -75,6 +82,11 @@ class BulletEngine final : public Engine {
     std::vector<Finding> findings;
     if (options.rk4 && !options.multibody) {
       findings.push_back({Fidelity::kRefused, "setting rk4", "rigid bodies have no Runge-Kutta: set model=multibody"});
+    }
+    if (options.multibody && options.friction_directions == 1 && !model.contacts.empty()) {
+      findings.push_back(
+          {Fidelity::kRefused, "setting friction_directions",
+           "one tangent of a multibody's contact is fixed and leaves the other without friction: set 2"});
     }
     for (const Hinge& hinge : model.hinges) {
       const std::string joint = fmt::format("joint '{}'", hinge.name);

@@ -50,7 +50,7 @@ class MultibodySimulation final : public BulletSimulation {
   void make_tree(int root) {
     const bool fixed = !model_.bodies[root].is_free();
     const BodyFrame& frame = collision_.frame(root);
-    const btScalar mass = fixed ? 0 : btScalar(model_.bodies[root].mass);
+    const btScalar mass = fixed ? 0 : real(model_.bodies[root].mass);
     const btVector3 inertia = fixed ? btVector3(0, 0, 0) : to_bt(frame.inertia);
     auto tree = std::make_unique<btMultiBody>(links_of_root_[root], mass, inertia, fixed, false);
     tree->setLinearDamping(0);
@@ -81,8 +81,8 @@ class MultibodySimulation final : public BulletSimulation {
     for (size_t b = root; b < model_.bodies.size(); ++b) {
       if (places_[b].root != root || places_[b].link < 0) continue;
       const int hinge = model_.bodies[b].hinge;
-      tree->setJointPos(places_[b].link, btScalar(start_.angle[hinge] - model_.hinges[hinge].reference));
-      tree->setJointVel(places_[b].link, btScalar(start_.rate[hinge]));
+      tree->setJointPos(places_[b].link, real(start_.angle[hinge] - model_.hinges[hinge].reference));
+      tree->setJointVel(places_[b].link, real(start_.rate[hinge]));
     }
     trees_.push_back(std::move(tree));
   }
@@ -95,7 +95,7 @@ class MultibodySimulation final : public BulletSimulation {
     const Pose X_PQ = on_world ? Pose{} : collision_.frame(body.parent).X_BI;  // the parent's Bullet frame
     const Quat q_QI = X_PQ.q.conjugate() * body.X_PB.q * frame.X_BI.q;
     const Quat q_IB = frame.X_BI.q.conjugate();
-    tree.setupRevolute(places_[b].link, btScalar(body.mass), to_bt(frame.inertia),
+    tree.setupRevolute(places_[b].link, real(body.mass), to_bt(frame.inertia),
                        on_world ? -1 : places_[body.parent].link, to_bt(Quat(q_QI.conjugate())),
                        to_bt(Vec3(q_IB * hinge.axis_B)), to_bt(X_PQ.inverse() * anchor_in_parent(model_, body.hinge)),
                        to_bt(Vec3(q_IB * (body.p_BBcm - hinge.p_BJ))), false);
@@ -108,7 +108,7 @@ class MultibodySimulation final : public BulletSimulation {
       if (!hinge.limited) continue;
       const Place& place = places_[hinge.body];
       limits_[j] = std::make_unique<btMultiBodyJointLimitConstraint>(
-          place.tree, place.link, btScalar(hinge.lower - hinge.reference), btScalar(hinge.upper - hinge.reference));
+          place.tree, place.link, real(hinge.lower - hinge.reference), real(hinge.upper - hinge.reference));
       limits_[j]->setMaxAppliedImpulse(SIMD_INFINITY);
       multibody_world().addMultiBodyConstraint(limits_[j].get());
     }
@@ -153,8 +153,8 @@ class MultibodySimulation final : public BulletSimulation {
       const Place& place = places_[b];
       if (place.link >= 0) {
         const int hinge = model_.bodies[b].hinge;
-        out.angle[hinge] = double(place.tree->getJointPos(place.link)) + model_.hinges[hinge].reference;
-        out.rate[hinge] = double(place.tree->getJointVel(place.link));
+        out.angle[hinge] = place.tree->getJointPos(place.link) + model_.hinges[hinge].reference;
+        out.rate[hinge] = place.tree->getJointVel(place.link);
         continue;
       }
       const Quat q_WI = from_bt(place.tree->getWorldToBaseRot()).conjugate();
@@ -169,7 +169,7 @@ class MultibodySimulation final : public BulletSimulation {
     for (const auto& tree : trees_) tree->clearForcesAndTorques();
     for (size_t j = 0; j < torques.size(); ++j) {
       const Place& place = places_[model_.hinges[j].body];
-      place.tree->addJointTorque(place.link, btScalar(torques[j]));
+      place.tree->addJointTorque(place.link, real(torques[j]));
     }
   }
 
@@ -183,7 +183,7 @@ class MultibodySimulation final : public BulletSimulation {
       const btTransform X_WI = link < 0 ? tree.getBaseWorldTransform() : tree.getLink(link).m_cachedWorldTransform;
       const Mat3 R = from_bt(X_WI.getBasis());
       EngineBody& seen = out.bodies[b];
-      seen.mass = double(link < 0 ? tree.getBaseMass() : tree.getLinkMass(link));
+      seen.mass = link < 0 ? tree.getBaseMass() : tree.getLinkMass(link);
       seen.p_WBcm = from_bt(X_WI.getOrigin());
       seen.I_BBcm_W =
           R * from_bt(link < 0 ? tree.getBaseInertia() : tree.getLinkInertia(link)).asDiagonal() * R.transpose();
@@ -196,15 +196,15 @@ class MultibodySimulation final : public BulletSimulation {
       joint.axis_W = from_bt(X_WI.getBasis() * tree.getLink(link).getAxisTop(0));
       joint.limited = limits_[j] != nullptr;
       if (joint.limited) {
-        joint.lower = double(limits_[j]->getLowerBound()) + hinge.reference;
-        joint.upper = double(limits_[j]->getUpperBound()) + hinge.reference;
+        joint.lower = limits_[j]->getLowerBound() + hinge.reference;
+        joint.upper = limits_[j]->getUpperBound() + hinge.reference;
       }
     }
   }
 
-  btSphereShape no_shape_{btScalar(1e-3)};  // of limited links that touch nothing
-  std::vector<Place> places_;               // by Model::bodies
-  std::vector<int> links_of_root_;          // by Model::bodies, meaningful for roots
+  btSphereShape no_shape_{real(1e-3)};  // of limited links that touch nothing
+  std::vector<Place> places_;           // by Model::bodies
+  std::vector<int> links_of_root_;      // by Model::bodies, meaningful for roots
   std::vector<std::unique_ptr<btMultiBody>> trees_;
   std::vector<std::unique_ptr<btMultiBodyLinkCollider>> colliders_;
   std::vector<std::unique_ptr<btMultiBodyJointLimitConstraint>> limits_;  // by Model::hinges, null without a limit

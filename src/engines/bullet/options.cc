@@ -4,6 +4,8 @@
 
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 
+#include "convert.h"
+
 namespace assay::bullet {
 
 std::vector<Setting> declared_settings() {
@@ -46,10 +48,10 @@ std::vector<Setting> declared_settings() {
 }
 
 Options read_options(const Settings& settings) {
-  const auto number = [&settings](const char* name) { return btScalar(settings.get<double>(name)); };
+  const auto number = [&settings](const char* name) { return real(settings.get<double>(name)); };
   const auto integer = [&settings](const char* name) { return static_cast<int>(settings.get<long long>(name)); };
   Options options;
-  options.timestep = btScalar(settings.timestep);
+  options.timestep = settings.timestep;
   options.multibody = settings.get<std::string>("model") == "multibody";
   options.rk4 = settings.get<bool>("rk4");
   options.solver = settings.get<std::string>("solver") == "dantzig" ? Solver::kDantzig : Solver::kSequentialImpulse;
@@ -62,7 +64,7 @@ Options read_options(const Settings& settings) {
   options.split_impulse_depth = number("split_impulse_depth");
   options.linear_slop = number("linear_slop");
   options.warmstarting = number("warmstarting");
-  const std::string& gyroscopic = settings.get<std::string>("gyroscopic");
+  const auto& gyroscopic = settings.get<std::string>("gyroscopic");
   if (gyroscopic == "explicit") options.gyroscopic = BT_ENABLE_GYROSCOPIC_FORCE_EXPLICIT;
   if (gyroscopic == "implicit_world") options.gyroscopic = BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_WORLD;
   if (gyroscopic == "implicit_body") options.gyroscopic = BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_BODY;

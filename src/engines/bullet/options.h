@@ -19,17 +19,17 @@ enum class Solver { kSequentialImpulse, kDantzig };
 
 // What settings() declares, typed. The meaning of each is in its declaration in options.cc.
 struct Options {
-  btScalar timestep = btScalar(1e-3);  // s
+  double timestep = 1e-3;  // s
   bool multibody = false;
   bool rk4 = false;
   Solver solver = Solver::kSequentialImpulse;
   int iterations = 50;
   btScalar residual = 0;
-  btScalar erp = btScalar(0.2), contact_erp = btScalar(0.2), cfm = 0;
+  btScalar erp = btScalar{0.2}, contact_erp = btScalar{0.2}, cfm = 0;
   bool split_impulse = true;
-  btScalar split_impulse_depth = btScalar(0.04);  // m
+  btScalar split_impulse_depth = btScalar{0.04};  // m
   btScalar linear_slop = 0;                       // m
-  btScalar warmstarting = btScalar(0.85);
+  btScalar warmstarting = btScalar{0.85};
   int gyroscopic = 0;  // btRigidBodyFlags
   int friction_directions = 2;
   bool friction_cone = true;

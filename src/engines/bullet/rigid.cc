@@ -26,7 +26,7 @@ class RigidSimulation final : public BulletSimulation {
       const BodyFrame& frame = collision_.frame(static_cast<int>(b));
       const BodyState& s = start_.bodies[b];
       btCollisionShape* shape = collision_.body_shape(static_cast<int>(b));
-      btRigidBody::btRigidBodyConstructionInfo info(btScalar(model_.bodies[b].mass), nullptr,
+      btRigidBody::btRigidBodyConstructionInfo info(real(model_.bodies[b].mass), nullptr,
                                                     shape != nullptr ? shape : &no_shape_, to_bt(frame.inertia));
       info.m_startWorldTransform = to_bt(Pose{s.p_WBcm, s.q_WB * frame.X_BI.q});
       auto body = std::make_unique<btRigidBody>(info);
@@ -46,10 +46,9 @@ class RigidSimulation final : public BulletSimulation {
   }
 
   void make_hinges() {
-    ground_ = std::make_unique<btRigidBody>(btScalar(0), nullptr, nullptr);
+    ground_ = std::make_unique<btRigidBody>(real(0), nullptr, nullptr);
     hinges_.reserve(model_.hinges.size());
-    for (size_t j = 0; j < model_.hinges.size(); ++j) {
-      const Hinge& hinge = model_.hinges[j];
+    for (const Hinge& hinge : model_.hinges) {
       const Body& body = model_.bodies[hinge.body];
       // the hinge's frame has z along the axis and is the same in both bodies at the reference configuration
       const Quat q_axis(Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), hinge.axis_B));
@@ -66,7 +65,7 @@ class RigidSimulation final : public BulletSimulation {
       constraint->setUseFrameOffset(options_.frame_offset);
       if (hinge.limited) {
         // bias 1 and relaxation 0: corrected by ERP like the rest of the joint, and no bouncing off the limit
-        constraint->setLimit(btScalar(hinge.lower - hinge.reference), btScalar(hinge.upper - hinge.reference), 1, 1, 0);
+        constraint->setLimit(real(hinge.lower - hinge.reference), real(hinge.upper - hinge.reference), 1, 1, 0);
       }
       world().addConstraint(constraint.get());
       hinges_.push_back(std::move(constraint));
@@ -91,7 +90,7 @@ class RigidSimulation final : public BulletSimulation {
       btRigidBody& child = hinges_[j]->getRigidBodyA();
       btRigidBody& parent = hinges_[j]->getRigidBodyB();
       const btVector3 axis = child.getWorldTransform().getBasis() * hinges_[j]->getAFrame().getBasis().getColumn(2);
-      const btVector3 torque = axis * btScalar(torques[j]);
+      const btVector3 torque = axis * real(torques[j]);
       child.applyTorque(torque);
       if (&parent != ground_.get()) parent.applyTorque(-torque);
     }
@@ -101,7 +100,7 @@ class RigidSimulation final : public BulletSimulation {
     for (size_t b = 0; b < bodies_.size(); ++b) {
       const btRigidBody& body = *bodies_[b];
       const Mat3 R = from_bt(body.getWorldTransform().getBasis());
-      out.bodies[b].mass = 1 / double(body.getInvMass());
+      out.bodies[b].mass = 1 / body.getInvMass();
       out.bodies[b].p_WBcm = from_bt(body.getWorldTransform().getOrigin());
       out.bodies[b].I_BBcm_W = R * from_bt(body.getLocalInertia()).asDiagonal() * R.transpose();
     }
@@ -114,13 +113,13 @@ class RigidSimulation final : public BulletSimulation {
       seen.axis_W = from_bt(X_WJ.getBasis().getColumn(2));
       seen.limited = constraint.hasLimit();
       if (seen.limited) {
-        seen.lower = nearest_turn(double(constraint.getLowerLimit()) + hinge.reference, hinge.lower);
-        seen.upper = nearest_turn(double(constraint.getUpperLimit()) + hinge.reference, hinge.upper);
+        seen.lower = nearest_turn(constraint.getLowerLimit() + hinge.reference, hinge.lower);
+        seen.upper = nearest_turn(constraint.getUpperLimit() + hinge.reference, hinge.upper);
       }
     }
   }
 
-  btSphereShape no_shape_{btScalar(1e-3)};  // Bullet wants a shape of every body; this one touches nothing
+  btSphereShape no_shape_{real(1e-3)};  // Bullet wants a shape of every body; this one touches nothing
   std::vector<std::unique_ptr<btRigidBody>> bodies_;
   std::unique_ptr<btRigidBody> ground_;  // the fixed world as the hinges of roots see it
   std::vector<std::unique_ptr<btHingeConstraint>> hinges_;

@@ -83,13 +83,14 @@ void BulletSimulation::make_world() {
 }
 
 void BulletSimulation::advance(int count) {
-  for (int i = 0; i < count; ++i) world_->stepSimulation(options_.timestep, 0);
+  const auto h = real(options_.timestep);
+  for (int i = 0; i < count; ++i) world_->stepSimulation(h, 0);
   steps_ += count;
 }
 
 void BulletSimulation::read_state(State& out) const {
   read(last_);
-  last_.time = start_.time + static_cast<double>(steps_) * static_cast<double>(options_.timestep);
+  last_.time = start_.time + static_cast<double>(steps_) * options_.timestep;
   out = last_;
 }
 

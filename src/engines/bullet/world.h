@@ -24,12 +24,6 @@ class BulletSimulation : public Simulation {
  protected:
   BulletSimulation(const Model& model, const State& state, const Options& options);
 
-  // Fills bodies, angles and rates of `out`, whose angles on entry are the last ones.
-  virtual void read(State& out) const = 0;
-  virtual void view_parts(EngineView& out) const = 0;
-  // Replaces the joint torques of the next step.
-  virtual void apply(const std::vector<double>& torques) = 0;
-
   btDiscreteDynamicsWorld& world() const { return *world_; }
   // For the world's destructor to run while what it points to is still there.
   void destroy_world() { world_.reset(); }
@@ -40,6 +34,12 @@ class BulletSimulation : public Simulation {
   const Collision collision_;
 
  private:
+  // Fills bodies, angles and rates of `out`, whose angles on entry are the last ones.
+  virtual void read(State& out) const = 0;
+  virtual void view_parts(EngineView& out) const = 0;
+  // Replaces the joint torques of the next step.
+  virtual void apply(const std::vector<double>& torques) = 0;
+
   void make_world();
 
   btDefaultCollisionConfiguration configuration_;
