@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cstdio>
 #include <ctime>
+#include <fstream>
 #include <functional>
-#include <numeric>
 #include <string>
 #include <vector>
 
@@ -33,6 +33,15 @@ double cpu_seconds() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
   return static_cast<double>(now.tv_sec) + (1e-9 * static_cast<double>(now.tv_nsec));
+}
+
+// The processor as Linux names it.
+std::string cpu_name() {
+  std::ifstream info("/proc/cpuinfo");
+  for (std::string line; std::getline(info, line);) {
+    if (line.starts_with("model name")) return line.substr(std::min(line.find(':') + 2, line.size()));
+  }
+  return "unknown";
 }
 
 template <typename Body>
@@ -210,7 +219,9 @@ int main_or_throw(int argc, char** argv) {
   bool json = false;
   std::string only;
   app.add_option("--rounds", rounds, "rounds a row, each of two batches either way")->check(CLI::Range(1, 100000));
-  app.add_option("--contender", only, "this contender alone");
+  std::vector<std::string> names;
+  for (const Subject& subject : subjects()) names.emplace_back(subject.contender);
+  app.add_option("--contender", only, "this contender alone")->check(CLI::IsMember(names));
   app.add_flag("--json", json, "JSON on standard output");
   CLI11_PARSE(app, argc, argv);
 
@@ -248,6 +259,7 @@ int main_or_throw(int argc, char** argv) {
   if (json) {
     const nlohmann::json result = {{"version", kVersion},
                                    {"commit", kGitCommit},
+                                   {"cpu", cpu_name()},
                                    {"compiler", ASSAY_BUILD_COMPILER},
                                    {"flags", ASSAY_BUILD_FLAGS},
                                    {"timestep_ms", kTimestep * 1e3},
@@ -256,7 +268,7 @@ int main_or_throw(int argc, char** argv) {
                                    {"rows", rows}};
     fmt::print("{}\n", result.dump(2));
   } else {
-    fmt::print("target: at most {} in the median\n", kTarget);
+    fmt::print("target: at most {} in the median; on {}\n", kTarget, cpu_name());
   }
   if (!same) fmt::print(stderr, "an adapter and its hand-written loop ended in different states\n");
   return same ? 0 : 1;

@@ -145,7 +145,7 @@ class DirectBullet final : public Direct {
   btDbvtBroadphase broadphase_;
   btSequentialImpulseConstraintSolver solver_;
   btDiscreteDynamicsWorld world_;
-  btRigidBody fixed_{btScalar(0), nullptr, nullptr};
+  btRigidBody fixed_{0.0, nullptr, nullptr};
   std::unique_ptr<btCollisionObject> ground_;
   std::vector<std::unique_ptr<btCollisionShape>> shapes_;
   std::vector<std::unique_ptr<btRigidBody>> bodies_;

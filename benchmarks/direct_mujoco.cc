@@ -87,6 +87,7 @@ class DirectMujoco final : public Direct {
     }
     bodies_from_joints(model_, state);
     std::vector<Vec3> result;
+    result.reserve(state.bodies.size());
     for (const BodyState& body : state.bodies) result.push_back(body.p_WBcm);
     return result;
   }

@@ -14,10 +14,9 @@ namespace {
 class DirectOde final : public Direct {
  public:
   DirectOde(const Scene& scene, const State& start, const Settings& settings)
-      : h_(settings.timestep), seed_(static_cast<std::uint32_t>(settings.get<long long>("reorder_seed"))) {
-    dInitODE2(0);
-    dAllocateODEDataForThread(dAllocateMaskAll);
-    world_ = dWorldCreate();
+      : h_(settings.timestep),
+        seed_(static_cast<std::uint32_t>(settings.get<long long>("reorder_seed"))),
+        world_(make_world()) {
     const Model& model = scene.model;
     dWorldSetGravity(world_, model.gravity.x(), model.gravity.y(), model.gravity.z());
     dWorldSetERP(world_, settings.get<double>("erp"));
@@ -57,7 +56,7 @@ class DirectOde final : public Direct {
 
   std::vector<Vec3> positions() const override {
     std::vector<Vec3> result;
-    for (const dBodyID body : bodies_) {
+    for (dxBody* body : bodies_) {
       const dReal* p = dBodyGetPosition(body);
       result.emplace_back(p[0], p[1], p[2]);
     }
@@ -65,6 +64,12 @@ class DirectOde final : public Direct {
   }
 
  private:
+  static dWorldID make_world() {
+    dInitODE2(0);
+    dAllocateODEDataForThread(dAllocateMaskAll);
+    return dWorldCreate();
+  }
+
   void step() {
     if (space_ != nullptr) dSpaceCollide(space_, this, near);
     // the adapter's seeds, for the solver's random order decides the bits
@@ -78,7 +83,7 @@ class DirectOde final : public Direct {
     auto* self = static_cast<DirectOde*>(data);
     const int count = dCollide(a, b, self->max_contacts_, &self->points_[0].geom, sizeof(dContact));
     for (int i = 0; i < count; ++i) {
-      const dJointID joint = dJointCreateContact(self->world_, self->contacts_, &self->points_[i]);
+      dxJoint* joint = dJointCreateContact(self->world_, self->contacts_, &self->points_[i]);
       dJointAttach(joint, dGeomGetBody(a), dGeomGetBody(b));
     }
   }
@@ -99,7 +104,7 @@ class DirectOde final : public Direct {
       const HingeFrames frames = hinge_frames(model, reference, static_cast<int>(j));
       const int body = model.hinges[j].body;
       const int parent = model.bodies[body].parent;
-      const dJointID joint = dJointCreateHinge(world_, nullptr);
+      dxJoint* joint = dJointCreateHinge(world_, nullptr);
       dJointAttach(joint, bodies_[body], parent == kWorld ? nullptr : bodies_[parent]);
       dJointSetHingeAnchor(joint, frames.p_WJ_child.x(), frames.p_WJ_child.y(), frames.p_WJ_child.z());
       dJointSetHingeAxis(joint, frames.axis_W_child.x(), frames.axis_W_child.y(), frames.axis_W_child.z());
@@ -141,7 +146,7 @@ class DirectOde final : public Direct {
   std::uint32_t seed_;
   long long step_ = 0;
   int max_contacts_ = 0;
-  dWorldID world_ = nullptr;
+  dWorldID world_;
   dSpaceID space_ = nullptr;
   dJointGroupID contacts_ = nullptr;
   std::vector<dBodyID> bodies_;
