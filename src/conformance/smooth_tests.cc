@@ -181,8 +181,9 @@ Verdict pendulum_period(const Subject& subject) {
 
 Verdict constant_torque(const Subject& subject) {
   const Flywheel wheel = flywheel();
-  // The final 7.5 rad/s turn the wheel by less than 2 degrees a step at 4 ms. At 13.5 rad/s a Cartesian engine that corrects
-  // a fifth of its joint error a step, as Bullet and ODE do, has no first order yet there, in float and double alike.
+  // The final 7.5 rad/s turn the wheel by less than 2 degrees a step at 4 ms. At 13.5 rad/s a Cartesian engine that
+  // corrects a fifth of its joint error a step, as Bullet and ODE do, has no first order yet there, in float and double
+  // alike.
   constexpr double kDuration = 1, kAngle = 0.4, kRate = 1.5, kAcceleration = 6;
   const State start = with_joints(wheel.model, {kAngle}, {kRate});
   const double torque = kAcceleration * wheel.axial_inertia;
