@@ -19,7 +19,6 @@ namespace {
 using assay::Cell;
 using assay::Outcome;
 using assay::Store;
-using assay::Value;
 using nlohmann::json;
 
 struct Made {
@@ -110,8 +109,8 @@ void chain(Store& store) {
       }
 
       // Restarting a contender without hidden state gives the same bits: its floor is exactly zero.
-      const bool stateless = contender.joint;
-      const double floor = stateless ? 0 : contender.single ? 3e-6 : 4e-12;
+      const double rounding = contender.single ? 3e-6 : 4e-12;
+      const double floor = contender.joint ? 0 : rounding;
       Cell consistency = cell("planar-chain", contender, step, "consistency");
       const double off = step == steps().front() ? floor : std::hypot(0.3 * ideal, floor);
       consistency.values = {{"consistency", "m", off, off * 0.8, off * 1.3}, {"restart_floor", "m", floor, {}, {}}};
@@ -140,7 +139,8 @@ void pile(Store& store) {
       if (step >= 0.25) put_speed(store, "capsules-27", contender, step, contender.pile_kilohertz);
       if (contender.name == "null") continue;
       Cell consistency = cell("capsules-27", contender, step, "consistency");
-      const double floor = contender.joint ? 6e-16 : contender.single ? 4e-5 : 2e-7;
+      const double hidden = contender.single ? 4e-5 : 2e-7;  // warm starts, contact caches
+      const double floor = contender.joint ? 6e-16 : hidden;
       const double error = std::hypot(contender.pile_error * std::pow(step, 0.7), floor);
       const double off = step == steps().front() ? floor : error;
       consistency.values = {{"consistency", "m", off, off * 0.7, off * 1.5}, {"restart_floor", "m", floor, {}, {}}};

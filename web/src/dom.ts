@@ -35,7 +35,9 @@ export function clear(node: Element): void {
   node.replaceChildren();
 }
 
-// Draws now and again whenever the element's width changes, so that text keeps its size.
+const waiting: (() => void)[] = [];
+
+// Draws whenever the element's width changes, so that text keeps its size; the first time with drawWaiting().
 export function onWidth(node: HTMLElement, draw: (width: number) => void): () => void {
   let last = 0;
   const update = () => {
@@ -46,10 +48,15 @@ export function onWidth(node: HTMLElement, draw: (width: number) => void): () =>
     }
   };
   new ResizeObserver(update).observe(node);
-  update();
+  waiting.push(update);
   return () => {
     if (last > 0) draw(last);
   };
+}
+
+// What was made for elements that were not yet part of the page.
+export function drawWaiting(): void {
+  for (const draw of waiting.splice(0)) draw();
 }
 
 let ids = 0;

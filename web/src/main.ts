@@ -1,6 +1,6 @@
 // Assembles the page from the JSON inside it.
 import { readReport, type Report } from "./data";
-import { el, type Child } from "./dom";
+import { drawWaiting, el, type Child } from "./dom";
 import { sentenceList } from "./format";
 import { outcomeCounts } from "./analysis";
 import { Palette } from "./palette";
@@ -94,6 +94,7 @@ function build(report: Report, page: HTMLElement): void {
     part("manifest", "Manifest", "", engines(report), manifestTable(report)),
   );
   tooltip.attach();
+  drawWaiting();
 }
 
 const page = document.getElementById("page");
