@@ -396,11 +396,13 @@ class OdeSimulation final : public Simulation {
     contacts_.reset(dJointGroupCreate(0));
 
     const size_t count = model_.shapes.size();
-    friction_.assign(count * count, kNoContact);
+    tags_.resize(count);
+    pair_friction_.assign(count * count, kNoContact);
     std::vector<bool> used(count, false);
     for (const ContactPair& pair : model_.contacts) {
-      friction_[pair.shape_a * count + pair.shape_b] = pair.friction;
-      friction_[pair.shape_b * count + pair.shape_a] = pair.friction;
+      const std::uint16_t friction = friction_index(pair.friction);
+      pair_friction_[(pair.shape_a * count) + pair.shape_b] = friction;
+      pair_friction_[(pair.shape_b * count) + pair.shape_a] = friction;
       used[pair.shape_a] = used[pair.shape_b] = true;
     }
     for (size_t s = 0; s < count; ++s) {
@@ -414,6 +416,14 @@ class OdeSimulation final : public Simulation {
       contact.surface.soft_erp = options_.contact_erp;
       contact.surface.soft_cfm = options_.contact_cfm;
     }
+  }
+
+  std::uint16_t friction_index(double friction) {
+    const auto found = std::ranges::find(frictions_, friction);
+    if (found != frictions_.end()) return static_cast<std::uint16_t>(found - frictions_.begin());
+    if (frictions_.size() == kNoContact) throw EngineError("more than 65535 different friction coefficients");
+    frictions_.push_back(friction);
+    return static_cast<std::uint16_t>(frictions_.size() - 1);
   }
 
   void create_shape(size_t index) {
@@ -433,7 +443,7 @@ class OdeSimulation final : public Simulation {
         break;
       }
     }
-    dGeomSetData(geom, &model_.shapes[index]);
+    dGeomSetData(geom, &tags_[index]);
     if (shape.type == ShapeType::kPlane) return;
 
     const std::array<dReal, 4> q = ode_quaternion(shape.X_BS.q);
@@ -444,6 +454,8 @@ class OdeSimulation final : public Simulation {
     }
     const Vec3 p_BcmS = shape.X_BS.p - model_.bodies[shape.body].p_BBcm;
     dGeomSetBody(geom, bodies_[shape.body]);
+    // an offset costs at every step, so only shapes that have one get it
+    if (p_BcmS.isZero(0) && shape.X_BS.q.isApprox(Quat::Identity(), 0)) return;
     dGeomSetOffsetPosition(geom, p_BcmS.x(), p_BcmS.y(), p_BcmS.z());
     dGeomSetOffsetQuaternion(geom, q.data());
   }
@@ -467,22 +479,20 @@ class OdeSimulation final : public Simulation {
   static void on_near(void* data, dxGeom* a, dxGeom* b) { static_cast<OdeSimulation*>(data)->collide(a, b); }
 
   void collide(dxGeom* a, dxGeom* b) {
-    const double friction = friction_[(shape_index(a) * model_.shapes.size()) + shape_index(b)];
-    if (friction < 0) return;
+    const std::uint16_t friction = pair_friction_[(shape_index(a) * tags_.size()) + shape_index(b)];
+    if (friction == kNoContact) return;
     const int count = dCollide(a, b, options_.max_contacts, &points_[0].geom, sizeof(dContact));
     if (count == 0) return;
     dxBody* body_a = dGeomGetBody(a);
     dxBody* body_b = dGeomGetBody(b);
     for (int i = 0; i < count; ++i) {
-      points_[i].surface.mu = friction;
+      points_[i].surface.mu = frictions_[friction];
       if (options_.along_slip) set_slip_direction(points_[i], body_a, body_b);
       dJointAttach(dJointCreateContact(world_.get(), contacts_.get(), &points_[i]), body_a, body_b);
     }
   }
 
-  size_t shape_index(dxGeom* geom) const {
-    return static_cast<const Shape*>(dGeomGetData(geom)) - model_.shapes.data();
-  }
+  size_t shape_index(dxGeom* geom) const { return static_cast<const char*>(dGeomGetData(geom)) - tags_.data(); }
 
   static void set_slip_direction(dContact& contact, dxBody* a, dxBody* b) {
     const dReal* p = contact.geom.pos;
@@ -497,7 +507,7 @@ class OdeSimulation final : public Simulation {
     for (int k = 0; k < 3; ++k) contact.fdir1[k] = direction[k];
   }
 
-  static constexpr double kNoContact = -1;
+  static constexpr std::uint16_t kNoContact = 0xffff;
 
   Options options_;
   double timestep_, start_time_;
@@ -507,9 +517,11 @@ class OdeSimulation final : public Simulation {
   World world_{nullptr, {&failed_}};
   Space space_{nullptr, {&failed_}};  // null when nothing can touch
   Group contacts_{nullptr, {&failed_}};
-  std::vector<dxBody*> bodies_;   // owned by the world
-  std::vector<dxJoint*> joints_;  // owned by the world
-  std::vector<double> friction_;  // shapes x shapes; kNoContact where the model has no pair
+  std::vector<dxBody*> bodies_;               // owned by the world
+  std::vector<dxJoint*> joints_;              // owned by the world
+  std::vector<double> frictions_;             // the different coefficients
+  std::vector<std::uint16_t> pair_friction_;  // shapes x shapes, into frictions_; small, so that it stays in the cache
+  std::vector<char> tags_;                    // a geom's data is the address of its shape's tag
   std::array<dContact, kMaxContacts> points_{};
   bool has_springs_ = false;
   bool torques_set_ = false;  // since the last step
@@ -524,7 +536,8 @@ class OdeEngine final : public Engine {
   std::string name() const override { return ASSAY_ENGINE_NAME; }
 
   BuildFacts build() const override {
-    return {ASSAY_BUILD_VERSION, ASSAY_BUILD_SOURCE, ASSAY_BUILD_COMPILER, ASSAY_BUILD_FLAGS};
+    return {ASSAY_BUILD_VERSION, ASSAY_BUILD_SOURCE, ASSAY_BUILD_COMPILER,
+            std::string(ASSAY_BUILD_FLAGS) + "; configuration " + dGetConfiguration()};
   }
 
   std::vector<Setting> settings() const override { return ode_settings(); }
