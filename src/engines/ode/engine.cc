@@ -40,8 +40,10 @@ std::string formatted(const char* text, va_list arguments) {
   throw EngineError("ODE error " + std::to_string(number) + ": " + formatted(text, arguments));
 }
 
-void on_message(int number, const char* /*text*/, va_list /*arguments*/) {
-  if (number == d_ERR_LCP) ++lcp_failures;
+// The other messages say that something was replaced, as a singular inertia by the identity.
+void on_message(int number, const char* text, va_list arguments) {
+  if (number != d_ERR_LCP) on_error(number, text, arguments);
+  ++lcp_failures;
 }
 
 void initialise_library() {
@@ -568,7 +570,12 @@ class OdeEngine final : public Engine {
     c.spring_note = "torque from the state at the step's start, held for the step";
     c.gyroscopic = options.gyroscopic;
     c.hidden_damping = "";
-    if (!options.exact) c.other = "constraint rows are reordered at random, seeded by the step's number";
+    if (options.gyroscopic)
+      c.other = "the gyroscopic torque is implicit: it takes energy out, at first order in the step";
+    if (!options.exact) {
+      if (!c.other.empty()) c.other += "; ";
+      c.other += "constraint rows are reordered at random, seeded by the step's number";
+    }
     return c;
   }
 
