@@ -61,8 +61,15 @@ class BulletEngine final : public Engine {
     c.contact_solver = solver;
     c.joint_solver = options.multibody ? "none (joint coordinates)" : solver;
     c.contact_model = fmt::format("rigid, ERP {:g}", options.contact_erp);
+    if (options.split_impulse && !options.multibody) {
+      c.contact_model += fmt::format(", split impulse beyond {:g} m", options.split_impulse_depth);
+    }
     c.friction_combine = "the pair's coefficient, set on every contact point";
-    c.other = "a body turns at most 45 degrees a step; contact points are kept between steps";
+    c.other = fmt::format(
+        "a body turns at most 45 degrees a step; contact points are kept between steps; a joint leaves its limit with "
+        "up "
+        "to {:g} of its arrival speed (ERP)",
+        options.erp);
     if (options.multibody) {
       c.integrator = options.rk4 ? "Runge-Kutta 4, semi-implicit Euler where constraints act" : "semi-implicit Euler";
       c.order = options.rk4 ? 4 : 1;
