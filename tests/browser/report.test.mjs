@@ -252,6 +252,7 @@ describe("full results", () => {
     assert.equal(rows.length, 9);
     assert.ok(rows.some((row) => /ode-step planar-chain truth 32 ms diverged a state that is not finite/.test(row)));
     assert.ok(rows.some((row) => /bullet-mb-rk4 capsules-27 raw speed all, 1\/64 to 32 ms unsupported not scored/.test(row)));
+    assert.match(await page.$eval("#failures", (node) => node.innerText), /physx-d6-pgs: the engine physx is not built here/);
     assert.ok(rows.some((row) => row.includes("</script><script>document.title='broken'</script>")));
   });
 
@@ -260,12 +261,16 @@ describe("full results", () => {
     assert.match(await page.$eval("#planar-chain .accuracy-panel .sub", (node) => node.textContent), /^Consistency error/);
     assert.equal(await page.$eval("#planar-chain .matrix-panel select", (node) => node.value), "consistency");
     assert.ok((await page.$$("#planar-chain .series .floor")).length >= 5, "restart floors are drawn");
+    const note = () => page.$eval("#planar-chain .accuracy-panel .note", (node) => node.textContent);
+    assert.match(await note(), /too close to the restart floor/);
+    assert.ok((await page.$$("#planar-chain .mark.pale")).length > 0);
     // The reference's own timestep is the floor and no point of the line.
     assert.equal((await page.$$('#planar-chain .series [data-timestep="0.015625"]')).length, 0);
     await chooseMeasure(page, chain, "angular_momentum_drift");
     const ticks = await page.$$eval("#planar-chain .tick-y", (nodes) => nodes.map((node) => node.textContent));
     assert.ok(ticks.length > 3 && ticks.every((tick) => /^10[⁻⁰¹²³⁴-⁹]+$|^1$/.test(tick)), ticks.join());
     await chooseMeasure(page, chain, "truth_error");
+    assert.match(await note(), /Flagged: the error of bullet-si-f32 stops shrinking/);
   });
 
   test("the legend hides lines everywhere and brings them back", async () => {

@@ -28,15 +28,13 @@ export function mainMeasure(view: SystemView): string | null {
 }
 
 export function points(view: SystemView, name: string): FrontPoint[] {
-  const steps = view.timesteps(name);
-  // Against its own run a contender is at its best at the reference's timestep: that figure is the restart floor.
-  const usable = name === "consistency" ? steps.slice(1) : steps;
   const list: FrontPoint[] = [];
   for (const contender of view.contenders) {
-    for (const timestep of usable) {
+    for (const timestep of view.errorTimesteps(name)) {
       const entry = view.entry(contender, timestep, name);
       const speed = view.realtimeFactor(contender, timestep);
       if (!entry?.value || entry.cell.outcome !== "ok" || !speed) continue;
+      if (name === "consistency" && entry.cell.values.some((value) => value.name === "consistency_floor")) continue;
       list.push({
         contender,
         timestep,

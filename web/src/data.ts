@@ -137,6 +137,24 @@ const kValues: Record<string, ValueInfo> = {
     plot: false,
     meaning: "the consistency error at the reference's own timestep: hidden state and rounding, not integration",
   },
+  truth_floor: {
+    label: "Truth floor",
+    better: "none",
+    plot: false,
+    meaning: "the truth error that stays however small the timestep, far above rounding: not an integration error",
+  },
+  consistency_floor: {
+    label: "Near the restart floor",
+    better: "none",
+    plot: false,
+    meaning: "the restart floor, where the consistency error is so close to it that it says little of the timestep",
+  },
+  aa_ratio: {
+    label: "A/A ratio",
+    better: "none",
+    plot: false,
+    meaning: "step time of one contender measured under two names: how far from 1 is what the timing is worth",
+  },
   truth_order: {
     label: "Observed order",
     better: "none",
@@ -162,9 +180,9 @@ export interface Entry {
 
 // The measure whose cells hold values of this name: where a cell failed, it holds none.
 function measureOf(name: string): string {
-  if (name === "raw_speed" || name === "step_time" || name === "realtime_factor") return "raw_speed";
+  if (["raw_speed", "step_time", "realtime_factor", "aa_ratio"].includes(name)) return "raw_speed";
   if (name.startsWith("truth")) return "truth";
-  if (name === "restart_floor") return "consistency";
+  if (name === "restart_floor" || name === "consistency_floor") return "consistency";
   return name.includes("_drift") ? "drift" : name;
 }
 
@@ -315,14 +333,25 @@ export class SystemView {
     return best;
   }
 
-  // The restart floor of a contender: stored once, or beside every timestep.
-  restartFloor(contender: string): number | null {
+  // A value that a contender has once, not for every timestep: a floor.
+  single(contender: string, name: string): number | null {
     for (const cell of this.cells) {
       if (cell.contender !== contender) continue;
-      const value = cell.values.find((candidate) => candidate.name === "restart_floor");
+      const value = cell.values.find((candidate) => candidate.name === name);
       if (value && value.value !== null) return value.value;
     }
     return null;
+  }
+
+  // Timesteps at which a value says something of integration. Against its own run the reference's timestep shows the
+  // restart floor and nothing else.
+  errorTimesteps(name: string): number[] {
+    const steps = this.timesteps(name);
+    if (name !== "consistency") return steps;
+    const fact = this.report.json.systems.find((system) => system.name === this.system)?.facts["reference_ms"];
+    const holder = this.cells.find((cell) => cell.values.some((value) => value.name === "restart_floor"));
+    const reference = typeof fact === "number" ? fact : holder?.timestep_ms;
+    return steps.filter((step) => step !== reference);
   }
 }
 

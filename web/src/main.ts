@@ -49,13 +49,25 @@ function lead(report: Report): string {
   const counts = outcomeCounts(cells);
   const good = counts.get("ok") ?? 0;
   const contenders = new Set(cells.map((cell) => cell.contender));
-  const engineNames = new Set(report.contenders.filter((c) => contenders.has(c.name)).map((c) => c.engine.replace(/-(f32|f64)$/, "")));
+  const engineNames = new Set(report.contenders.filter((c) => contenders.has(c.name) && c.engine).map((c) => c.engine.replace(/-(f32|f64)$/, "")));
   if (cells.length === 0) return "These results are empty: no cell of the campaign has been measured yet.";
   const body = `${contenders.size} contenders of ${engineNames.size} engines on ${report.json.systems.length} ${report.json.systems.length === 1 ? "system" : "systems"}: ${cells.length} cells`;
   if (good === 0) return `${body}, and none of them has a sound result.`;
   if (good === cells.length) return `${body}, all with a sound result.`;
   const failed = [...counts].filter(([outcome]) => outcome !== "ok").map(([outcome, count]) => `${count} ${outcome}`);
   return `${body}, ${good} with a sound result; ${sentenceList(failed)}.`;
+}
+
+// Contenders of the campaign whose engine is not there.
+function leftOut(report: Report): HTMLElement | null {
+  const absent = report.json.contenders.filter((contender) => typeof contender.build["absent"] === "string");
+  if (absent.length === 0) return null;
+  return el(
+    "div",
+    {},
+    el("p", { class: "sub table-text" }, "Left out of the campaign:"),
+    el("ul", {}, ...absent.map((contender) => el("li", {}, el("strong", {}, contender.name), `: ${contender.build["absent"]}`))),
+  );
 }
 
 function part(id: string, title: string, text: string, ...content: Child[]): HTMLElement {
@@ -88,7 +100,7 @@ function build(report: Report, page: HTMLElement): void {
   }
   systems.forEach((system, index) => page.append(systemSection(views[index]!, system, palette)));
   page.append(
-    part("failures", "What failed", "A cell that fails is a result: its outcome and reason are kept.", failureTable(report)),
+    part("failures", "What failed", "A cell that fails is a result: its outcome and reason are kept. Cells that differ in the timestep alone share a row.", failureTable(report), leftOut(report)),
     part("gate", "Conformance gate", "A contender is scored only when its adapter passes these tests against closed forms and independent solutions. A deviation that is the engine's own is proven, declared and bounded.", gate(report)),
     part("fairness", "Fairness", "", fairness(report, palette)),
     part("manifest", "Manifest", "", engines(report), manifestTable(report)),

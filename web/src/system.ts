@@ -16,8 +16,8 @@ const kFacts: [string, (value: unknown) => string][] = [
   ["contact_pairs", (v) => `${v} contact pairs`],
   ["mass_kg", (v) => `${Number(Number(v).toPrecision(4))} kg`],
   ["duration_s", (v) => `${Number(Number(v).toPrecision(4))} s simulated`],
-  ["control", (v) => `control: ${v}`],
-  ["gravity", (v) => (v === false ? "no gravity" : "")],
+  ["control", (v) => String(v)],
+  ["gravity", (v) => (Array.isArray(v) && v.every((part) => part === 0) ? "no gravity" : "")],
   ["contacts", (v) => (v === false ? "contacts off" : "")],
 ];
 

@@ -58,11 +58,17 @@ export function bars(view: SystemView, palette: Palette): HTMLElement {
     }
     list.sort((a, b) => b.value - a.value || a.contender.localeCompare(b.contender));
     clear(canvas);
+    missing.textContent = absent.length > 0 ? `Without a figure at ${timestep(step)} ms: ${absent.join(", ")}.` : "";
+    missing.hidden = absent.length === 0;
+    if (list.length === 0) {
+      canvas.append(el("p", { class: "quiet" }, "No contender has a speed here."));
+      return;
+    }
     const row = 25;
     const labelWidth = Math.min(0.42 * width, 8 + 7.1 * Math.max(4, ...list.map((bar) => bar.contender.length)));
     const valueWidth = 74;
     const x = scaleLinear()
-      .domain([0, Math.max(...list.map((bar) => Math.max(bar.value, bar.high ?? 0)), 1e-9)])
+      .domain([0, Math.max(...list.map((bar) => Math.max(bar.value, bar.high ?? 0)))])
       .range([labelWidth, width - valueWidth]);
     const height = list.length * row + 24;
     const drawing = svg("svg", {
@@ -118,8 +124,6 @@ export function bars(view: SystemView, palette: Palette): HTMLElement {
       drawing.append(group);
     });
     canvas.append(drawing);
-    missing.textContent = absent.length > 0 ? `Without a figure at ${timestep(step)} ms: ${absent.join(", ")}.` : "";
-    missing.hidden = absent.length === 0;
     markContenders(drawing);
   };
   const redraw = onWidth(canvas, draw);

@@ -3,7 +3,7 @@ import { line } from "d3-shape";
 
 import { valueInfo, type Cell, type RealtimeFactor, type SystemView } from "../data";
 import { clear, el, onWidth, svg, uniqueId } from "../dom";
-import { interval, named, quantity, realtime, timestep, timestepRange } from "../format";
+import { interval, named, quantity, realtime, sentenceList, timestep, timestepRange } from "../format";
 import type { Palette } from "../palette";
 import { markContenders, state } from "../state";
 import { facts, tooltip } from "../tooltip";
@@ -36,9 +36,7 @@ function collect(view: SystemView, name: string): { series: Series[]; unplaced: 
   for (const contender of view.contenders) {
     const points: Point[] = [];
     const noSpeed: number[] = [];
-    // Against its own run the reference's timestep shows the restart floor, which is drawn as one.
-    const steps = view.timesteps(name);
-    for (const step of name === "consistency" && steps.length > 1 ? steps.slice(1) : steps) {
+    for (const step of view.errorTimesteps(name)) {
       const entry = view.entry(contender, step, name);
       if (!entry || entry.cell.outcome === "unsupported") continue;
       const speed = view.realtimeFactor(contender, step);
@@ -52,11 +50,15 @@ function collect(view: SystemView, name: string): { series: Series[]; unplaced: 
         low: entry.value?.low ?? null, high: entry.value?.high ?? null, cell: entry.cell, x: 0, y: 0,
       }); // prettier-ignore
     }
-    const floor = name === "consistency" ? view.restartFloor(contender) : null;
+    const floor = name === "consistency" ? view.single(contender, "restart_floor") : null;
     if (points.length > 0) series.push({ contender, points, floor });
     if (noSpeed.length > 0) unplaced.push(`${contender} (${timestepRange(noSpeed)})`);
   }
   return { series, unplaced };
+}
+
+function isNearFloor(point: Point, name: string): boolean {
+  return name === "consistency" && point.cell.values.some((value) => value.name === "consistency_floor");
 }
 
 // Lines of slope 1, 2 and 4 from one corner: how an error of that order falls with the timestep.
@@ -157,7 +159,7 @@ export class SpeedAccuracy {
     const everything = series.flatMap((one) => one.points);
     const valued = everything.filter((point) => point.error !== null && point.error > 0);
     const notes: string[] = [];
-    if (unplaced.length > 0) notes.push(`Not placed, for want of a timing: ${unplaced.join(", ")}.`);
+    if (unplaced.length > 0 && everything.length > 0) notes.push(`Not placed, for want of a timing: ${unplaced.join(", ")}.`);
     if (everything.length === 0) {
       this.canvas.append(el("p", { class: "quiet empty" }, `Nothing to place: no contender has both a ${info.label.toLowerCase()} and a timing here.`));
       this.note.textContent = notes.join(" ");
@@ -167,7 +169,7 @@ export class SpeedAccuracy {
 
     const hasZero = everything.some((point) => point.error === 0);
     const hasFailed = everything.some((point) => point.error === null);
-    const height = Math.round(Math.min(560, Math.max(360, width * 0.68)));
+    const height = Math.round(Math.min(560, Math.max(400, width * 0.68)));
     const frame: Frame = {
       left: 64,
       right: width - 14,
@@ -264,8 +266,9 @@ export class SpeedAccuracy {
         const bars = this.intervalPath(point, x, y);
         if (bars) group.append(svg("path", { class: "interval", d: bars }));
         const sound = point.cell.outcome === "ok";
+        const pale = isNearFloor(point, this.name);
         group.append(
-          svg("path", { class: sound ? "mark" : "mark hollow", d: look.path((sound ? 40 : 64) * (point.timestep === 1 ? 2.1 : 1)), transform: `translate(${point.x},${point.y}) rotate(${look.turn})`, "data-timestep": point.timestep }),
+          svg("path", { class: `mark${sound ? "" : " hollow"}${pale ? " pale" : ""}`, d: look.path((sound ? 40 : 64) * (point.timestep === 1 ? 2.1 : 1)), transform: `translate(${point.x},${point.y}) rotate(${look.turn})`, "data-timestep": point.timestep }),
         );
       }
       drawing.append(group);
@@ -285,6 +288,13 @@ export class SpeedAccuracy {
     }
     const drawn = series.filter((one) => one.floor !== null && one.floor > lowest && one.floor < highest);
     if (drawn.length > 0) notes.push("Faint horizontal lines: restart floors, near which an error says nothing of the timestep.");
+    if (everything.some((point) => isNearFloor(point, this.name))) notes.push("Pale markers: too close to the restart floor to tell timesteps apart.");
+    const flat = this.name === "truth_error" ? series.filter((one) => this.view.single(one.contender, "truth_floor") !== null) : [];
+    if (flat.length > 0) {
+      notes.push(
+        `Flagged: the error of ${sentenceList(flat.map((one) => one.contender))} stops shrinking with the timestep, far above what rounding explains.`,
+      );
+    }
     const below = series.filter((one) => one.floor !== null && one.floor <= lowest).length;
     if (below > 0) notes.push(`Restart floors below the plot: ${below === series.length ? "all" : `${below} of ${series.length}`}.`);
     notes.unshift(
@@ -373,10 +383,11 @@ export class SpeedAccuracy {
         ["timestep", `${timestep(point.timestep)} ms`],
         [info.label.toLowerCase(), point.error === null ? point.cell.outcome : named(this.name, point.error, unit)],
         ["interval", interval(this.name, point.low, point.high, unit)],
-        ["restart floor", this.name === "consistency" ? quantity(this.view.restartFloor(point.contender), unit) : null],
+        ["restart floor", this.name === "consistency" ? quantity(this.view.single(point.contender, "restart_floor"), unit) : null],
         ["real time", realtime(point.speed.value) + (estimated ? ` (timed at ${timestep(point.speed.timedAt)} ms)` : "")],
         ["interval", interval("realtime_factor", point.speed.low, point.speed.high, "1")],
         ["raw speed", speed ? quantity(speed.value, speed.unit) : null],
+        ["truth floor", this.name === "truth_error" && this.view.single(point.contender, "truth_floor") !== null ? quantity(this.view.single(point.contender, "truth_floor"), unit) : null],
         ["outcome", point.cell.outcome === "ok" || point.error === null ? null : point.cell.outcome],
         ["reason", point.cell.reason],
       ]),

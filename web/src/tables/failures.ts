@@ -7,6 +7,7 @@ import { scrollFrame, sortableTable, type Column } from "./sortable";
 
 export function failureTable(report: Report): HTMLElement {
   const rows = failures(report);
+  if (report.json.cells.length === 0) return el("p", { class: "quiet" }, "No cell has been run.");
   if (rows.length === 0) return el("p", {}, "Nothing failed: every cell of the campaign has a sound result.");
   const all = (failure: Failure) =>
     report.json.cells.filter(
@@ -24,5 +25,5 @@ export function failureTable(report: Report): HTMLElement {
     { title: "Outcome", key: (f) => f.outcome, cell: (f) => el("b", { class: "bad" }, f.outcome) },
     { title: "Reason", key: (f) => f.reason, cell: (f) => f.reason || "no reason was stored", className: "wider" },
   ];
-  return scrollFrame("Failures", sortableTable("Cells whose outcome is not ok; those that differ in the timestep alone share a row", columns, rows));
+  return scrollFrame("Failures", "", sortableTable(columns, rows));
 }

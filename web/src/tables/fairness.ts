@@ -96,7 +96,7 @@ export function fairness(report: Report, palette: Palette): HTMLElement {
       return el("ul", {}, ...list.map((deviation) => el("li", {}, el("code", {}, deviation.test), `: ${deviation.reason}`)));
     },
   });
-  return scrollFrame("Fairness table", sortableTable("What each contender is. What most contenders share is printed lightly.", columns, rows));
+  return scrollFrame("Fairness table", "What each contender does, as its adapter declares it. What most contenders share is printed lightly.", sortableTable(columns, rows));
 }
 
 // Where each engine comes from and how it was compiled: one row an engine.
@@ -117,5 +117,5 @@ export function engines(report: Report): HTMLElement {
     { title: "Compiler", key: fact("compiler"), cell: fact("compiler"), className: "wide" },
     { title: "Flags", key: fact("flags"), cell: (c) => el("code", {}, fact("flags")(c)), className: "wider" },
   ];
-  return scrollFrame("Engines and their builds", sortableTable("Engines and how they were built", columns, [...seen.values()]));
+  return scrollFrame("Engines and their builds", "Engines, and how they were built", sortableTable(columns, [...seen.values()]));
 }

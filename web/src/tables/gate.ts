@@ -91,6 +91,7 @@ export function gate(report: Report): HTMLElement {
   const caption = [...counts].map(([status, count]) => `${count} × ${kMarks[status as GateStatus]?.word ?? status}`).join(", ");
   return scrollFrame(
     "Conformance gate",
-    el("table", { class: "gate-table" }, el("caption", {}, `${caption}. A click shows figure, tolerance and note.`), el("thead", {}, head), body),
+    `${caption}. A click shows figure, tolerance and note.`,
+    el("table", { class: "gate-table" }, el("thead", {}, head), body),
   );
 }

@@ -73,8 +73,8 @@ export class Matrix {
         className: "figure",
       })),
     ];
-    const caption = `${info.label}: ${info.meaning}. The best of a column is bold; a click on a figure shows all that is known of it.`;
-    this.frame.append(scrollFrame(`${info.label} by contender and timestep`, sortableTable(caption, columns, rows)));
+    const text = `${info.label}: ${info.meaning}. The best of a column is bold; a click on a figure shows all that is known of it.`;
+    this.frame.append(scrollFrame(`${info.label} by contender and timestep`, text, sortableTable(columns, rows)));
   }
 
   private figure(name: string, contender: string, step: number, best: string): Child | HTMLTableCellElement {

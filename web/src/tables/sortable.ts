@@ -17,7 +17,6 @@ function compare(a: number | string | null, b: number | string | null): number {
 }
 
 export function sortableTable<Row>(
-  caption: string,
   columns: Column<Row>[],
   rows: Row[],
   rowAttributes: (row: Row) => Record<string, string> = () => ({}),
@@ -71,10 +70,17 @@ export function sortableTable<Row>(
     });
   });
   fill();
-  return el("table", { class: "sortable" }, el("caption", {}, caption), el("thead", {}, el("tr", {}, ...heads)), body);
+  return el("table", { class: "sortable" }, el("thead", {}, el("tr", {}, ...heads)), body);
 }
 
 // Wide tables scroll inside their own frame, never the page; the frame can be scrolled with the keyboard.
-export function scrollFrame(label: string, table: HTMLElement): HTMLElement {
-  return el("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": label }, table);
+// What has to be said of the table stands above it, where it does not scroll away.
+export function scrollFrame(label: string, text: string, table: HTMLTableElement): HTMLElement {
+  table.setAttribute("aria-label", label);
+  return el(
+    "div",
+    {},
+    text ? el("p", { class: "sub table-text" }, text) : null,
+    el("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": label }, table),
+  );
 }
