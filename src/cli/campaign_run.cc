@@ -40,8 +40,8 @@ bool run_and_summarize(const RunRequest& request) {
   RunOptions options;
   options.out = request.out;
   options.command = request.command;
-  if (!request.jobs.empty()) options.jobs = parse_count("--jobs", request.jobs, 1);
-  if (!request.shard.empty()) options.shard = parse_shard(request.shard);
+  if (request.jobs) options.jobs = parse_count("--jobs", *request.jobs, 1);
+  if (request.shard) options.shard = parse_shard(*request.shard);
   const Campaign campaign = load_campaign(find_campaign(request.campaign));
   const auto progress = make_progress(stderr);
   options.progress = progress.get();

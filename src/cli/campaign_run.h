@@ -1,6 +1,7 @@
 // What `assay run` and `assay paper` have in common.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "cli/cli.h"
@@ -8,11 +9,11 @@
 namespace assay::cli {
 
 struct RunRequest {
-  std::string campaign;  // file or name
-  std::string out;       // results directory
-  std::string jobs;      // as given, "" for one a core
-  std::string shard;     // as given, "" for all
-  std::string command;   // what resumes it
+  std::string campaign;              // file or name
+  std::string out;                   // results directory
+  std::optional<std::string> jobs;   // as given; one a core when it was not
+  std::optional<std::string> shard;  // as given; all when it was not
+  std::string command;               // what resumes it
 };
 
 // Runs the campaign and prints what came out. True when all of it is there, false when it was interrupted.

@@ -71,19 +71,25 @@ std::map<std::string, std::string> parse_settings(const std::vector<std::string>
   return settings;
 }
 
+namespace {
+
+[[noreturn]] void fail_output(int error) {
+  throw SystemError(fmt::format("standard output cannot be written ({}): free some space or redirect it elsewhere",
+                                std::strerror(error != 0 ? error : EIO)));
+}
+
+}  // namespace
+
 void print(const std::string& text) {
-  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size()) flush_output();
+  errno = 0;
+  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size()) fail_output(errno);
 }
 
 void print_json(const Json& json) { print(json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"); }
 
 void flush_output() {
   errno = 0;
-  if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
-    const int error = errno != 0 ? errno : EIO;
-    throw SystemError(fmt::format("standard output cannot be written ({}): free some space or redirect it elsewhere",
-                                  std::strerror(error)));
-  }
+  if (std::fflush(stdout) != 0) fail_output(errno);
 }
 
 void message(const std::string& text) {

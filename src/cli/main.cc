@@ -58,6 +58,7 @@ std::string complaint(const CLI::App& app, const CLI::ParseError& error) {
     // the only two ways to get there: an option without its value, a flag with one
     const bool flag = text.find("flag override") != std::string::npos;
     text = text.substr(0, text.find_first_of(": ")) + (flag ? " takes no value" : " needs a value");
+    if (!text.starts_with('-')) text.insert(0, "--");
   } else if (text.empty()) {
     text = error.what();
     text.erase(std::min(text.find('\n'), text.size()));

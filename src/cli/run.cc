@@ -24,7 +24,7 @@ void add_run(CLI::App& app, Action& action) {
   command->callback([&action, request] {
     action = [request] {
       request->command = fmt::format("assay run {} --out {}", request->campaign, request->out);
-      if (!request->shard.empty()) request->command += fmt::format(" --shard {}", request->shard);
+      if (request->shard) request->command += fmt::format(" --shard {}", *request->shard);
       return run_and_summarize(*request) ? kDone : kFailed;
     };
   });

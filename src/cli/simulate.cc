@@ -1,6 +1,7 @@
 // `assay simulate`: one run of one contender as a table of states.
 #include <chrono>
 #include <cmath>
+#include <optional>
 #include <unistd.h>
 
 #include <fmt/format.h>
@@ -23,7 +24,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 struct Options {
-  std::string model, engine, timestep, duration, sample, out;
+  std::string model, engine, timestep, duration, out;
+  std::optional<std::string> sample;
   std::string contacts = "on", gravity = "on";
   std::vector<std::string> set;
   bool drop_unsupported = false;
@@ -61,7 +63,7 @@ Job prepare(const Options& options) {
   job.timestep_ms = parse_positive("--timestep", options.timestep, "milliseconds");
   job.duration_s = parse_positive("--duration", options.duration, "seconds");
   const double sample_ms =
-      options.sample.empty() ? job.timestep_ms : parse_positive("--sample", options.sample, "milliseconds");
+      options.sample ? parse_positive("--sample", *options.sample, "milliseconds") : job.timestep_ms;
   if (const double steps = job.duration_s * 1000 / job.timestep_ms; steps > kMostSteps) {
     throw InputError(fmt::format("--duration is {} s, which takes {:.3g} timesteps of {} ms: use at most {:.3g} s",
                                  options.duration, steps, options.timestep, kMostSteps * job.timestep_ms / 1000));
@@ -69,14 +71,14 @@ Job prepare(const Options& options) {
   const auto per_sample = whole_number_of(sample_ms, job.timestep_ms);
   if (!per_sample) {
     throw InputError(fmt::format("--sample is {} ms, which is no whole number of timesteps of {} ms: use {}",
-                                 options.sample, options.timestep, neighbours(sample_ms, job.timestep_ms)));
+                                 *options.sample, options.timestep, neighbours(sample_ms, job.timestep_ms)));
   }
   job.steps_per_sample = *per_sample;
   const auto samples = whole_number_of(job.duration_s * 1000, sample_ms);
   if (!samples) {
     throw InputError(fmt::format("--duration is {} s, which is no whole number of {} of {} ms: use {}",
-                                 options.duration, options.sample.empty() ? "timesteps" : "samples",
-                                 options.sample.empty() ? options.timestep : options.sample,
+                                 options.duration, options.sample ? "samples" : "timesteps",
+                                 options.sample.value_or(options.timestep),
                                  neighbours(job.duration_s, sample_ms / 1000)));
   }
   job.steps = *samples * job.steps_per_sample;
@@ -232,10 +234,20 @@ int simulate(const Options& options) {
   const Job job = prepare(options);
   check_fidelity(job);
   OutputFile file(options.out);
-  const ChildEnd end = run_in_child([&](const Send&) { return run(job, file); });
-  if (end.signal == 0) return end.status;
+  // an engine may end its process in an orderly way too
+  bool came_to_end = false;
+  const ChildEnd end = run_in_child(
+      [&](const Send& send) {
+        const int status = guarded([&] { return run(job, file); });
+        send("end");
+        return status;
+      },
+      [&](const std::string&) { came_to_end = true; });
+  if (came_to_end) return end.status;
+  const std::string what =
+      end.signal != 0 ? fmt::format("crashed with {}", end.signal_text()) : "ended its process without being asked";
   throw EngineError(fmt::format(
-      "{} crashed with {} on '{}': {}", job.contender.name, end.signal_text(), job.model.name,
+      "{} {} on '{}': {}", job.contender.name, what, job.model.name,
       file.empty() ? "it did not take a step" : fmt::format("the samples before are in {}", file.whereabouts())));
 }
 

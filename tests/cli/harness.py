@@ -1,0 +1,120 @@
+"""What the tests of the program share: running it, and what every refusal has to look like."""
+
+import csv
+import io
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+PROGRAM = os.environ.get("ASSAY_PROGRAM", "")
+FAULTY_ENGINES = os.environ.get("ASSAY_FAULTY_ENGINES", "")
+SOURCE = pathlib.Path(__file__).resolve().parents[2]
+COMMANDS = ["engines", "systems", "check", "simulate", "paper", "run", "report", "export", "conformance"]
+CSV_HEADER = "time,body,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz"
+
+# A ball that was thrown, far above the ground.
+BALL = """<mujoco model="ball">
+  <worldbody>
+    <geom name="floor" type="plane" size="0 0 1"/>
+    <body name="ball" pos="0 0 10">
+      <freejoint/>
+      <geom name="skin" type="sphere" size="0.1" mass="2"/>
+    </body>
+  </worldbody>
+  <keyframe><key qpos="0 0 10 1 0 0 0" qvel="1 2 3 0 0 0"/></keyframe>
+</mujoco>
+"""
+
+
+class AssayTest(unittest.TestCase):
+    """Each test has an empty folder of its own as current directory of the program."""
+
+    maxDiff = None
+
+    def setUp(self):
+        if not PROGRAM:
+            self.fail("ASSAY_PROGRAM names no program: run the tests with ctest")
+        folder = tempfile.TemporaryDirectory(prefix="assay-cli-")
+        self.addCleanup(folder.cleanup)
+        self.dir = pathlib.Path(folder.name)
+        self.env = {k: v for k, v in os.environ.items() if not k.startswith("ASSAY_")}
+
+    def use_faulty_engine(self):
+        self.env["ASSAY_ENGINE_PATH"] = FAULTY_ENGINES
+
+    def write(self, name, text):
+        path = self.dir / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+        return path
+
+    def command(self, *arguments):
+        return [PROGRAM, *map(str, arguments)]
+
+    def run_assay(self, *arguments, **options):
+        """The finished process, whatever its status is."""
+        return subprocess.run(self.command(*arguments), cwd=self.dir, env=self.env, capture_output=True, text=True,
+                              stdin=subprocess.DEVNULL, timeout=500, **options)
+
+    def start_assay(self, *arguments, **options):
+        return subprocess.Popen(self.command(*arguments), cwd=self.dir, env=self.env, text=True,
+                                stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, **options)
+
+    def assay(self, *arguments):
+        """Standard output of a run that has to succeed."""
+        done = self.run_assay(*arguments)
+        self.assertEqual(done.returncode, 0, f"{arguments}: {done.stderr}")
+        return done.stdout
+
+    def assay_json(self, *arguments):
+        """The JSON that is alone on standard output."""
+
+        def no_constant(name):
+            raise ValueError(f"{name} is no JSON")
+
+        return json.loads(self.assay(*arguments), parse_constant=no_constant)
+
+    def refused(self, *arguments, naming=(), status=2):
+        """Has to fail with `status` and one sentence that holds all of `naming`; returns the sentence."""
+        done = self.run_assay(*arguments)
+        self.assertEqual(done.returncode, status, f"{arguments}: {done.stdout}{done.stderr}")
+        self.assertEqual(done.stdout, "")
+        return self.check_sentence(done.stderr, naming)
+
+    def check_sentence(self, text, naming=()):
+        lines = text.splitlines()
+        self.assertEqual(len(lines), 1, text)
+        self.assertRegex(lines[0], r"^assay: \S")
+        self.assertFalse(lines[0].endswith("."), text)
+        for part in naming:
+            self.assertIn(str(part), lines[0])
+        return lines[0]
+
+    def contenders(self):
+        return [row["contender"] for row in self.assay_json("engines", "--json")["contenders"]]
+
+
+def read_csv(text):
+    """Rows of `assay simulate` as dictionaries with numbers."""
+    rows = []
+    for row in csv.DictReader(io.StringIO(text)):
+        rows.append({key: value if key == "body" else float(value) for key, value in row.items()})
+    return rows
+
+
+def data_folder(folder, campaigns=()):
+    """Makes `folder` a place for ASSAY_DATA with the real models and the given campaigns (name, text)."""
+    shutil.copytree(SOURCE / "models", folder / "models")
+    (folder / "campaigns").mkdir()
+    for name, text in campaigns:
+        (folder / "campaigns" / f"{name}.toml").write_text(text)
+    return folder
+
+
+def main():
+    unittest.main(module="__main__", argv=sys.argv, verbosity=2)

@@ -1,0 +1,301 @@
+"""simulate: the CSV contract, physics that has a closed form, and runs that do not come to their end."""
+
+import math
+import os
+import pty
+import signal
+import subprocess
+import time
+
+from harness import BALL, CSV_HEADER, AssayTest, main, read_csv
+
+SPINNER = """<mujoco>
+  <option gravity="0 0 0"/>
+  <worldbody>
+    <body name="arm"><joint name="axle" type="hinge" axis="0 0 1"/>
+      <inertial pos="0.5 0 0" mass="2" diaginertia="0.1 0.1 0.1"/></body>
+  </worldbody>
+  <actuator><motor name="drive" joint="axle" gear="2" ctrlrange="-1 1" ctrllimited="true"/></actuator>
+  <keyframe><key qpos="0" qvel="0" ctrl="0.6"/></keyframe>
+</mujoco>
+"""
+SERVO = SPINNER.replace('<motor name="drive" joint="axle" gear="2" ctrlrange="-1 1" ctrllimited="true"/>',
+                        '<position name="drive" joint="axle" kp="20" kv="10"/>')
+INERTIA = 0.1 + 2 * 0.5**2  # of the arm about its axle
+
+
+class Csv(AssayTest):
+    def simulate(self, model, engine, timestep, duration, *more):
+        """Rows of a run that has to succeed without a word but for what is approximated, and its text."""
+        done = self.run_assay("simulate", model, "--engine", engine, "--timestep", timestep, "--duration", duration,
+                              "--out", "run.csv", *more)
+        self.assertEqual((done.returncode, done.stdout), (0, ""), done.stderr)
+        for line in done.stderr.splitlines():
+            self.assertRegex(line, f"^assay: note: {engine} approximates ")
+        self.assertEqual([path.name for path in self.dir.iterdir() if path.name.startswith("run.csv")], ["run.csv"])
+        text = (self.dir / "run.csv").read_text()
+        return read_csv(text), text
+
+    def real_contenders(self):
+        return [name for name in self.contenders() if name != "null"]
+
+
+class Contract(Csv):
+    def test_header_rows_and_digits(self):
+        rows, text = self.simulate("planar-chain", "mujoco-euler", "1", "0.05", "--sample", "10")
+        lines = text.splitlines()
+        self.assertEqual(lines[0], CSV_HEADER)
+        self.assertTrue(text.endswith("\n"))
+        self.assertEqual([row["body"] for row in rows], [f"link{i}" for i in range(1, 6)] * 6)
+        self.assertEqual([row["time"] for row in rows[::5]], [0, 0.01, 0.02, 0.03, 0.04, 0.05])
+        for line in lines[1:]:
+            for field in line.split(",")[:1] + line.split(",")[2:]:
+                self.assertEqual(field, f"{float(field):.17g}")
+        for row in rows:
+            self.assertAlmostEqual(row["qw"] ** 2 + row["qx"] ** 2 + row["qy"] ** 2 + row["qz"] ** 2, 1, delta=1e-12)
+
+    def test_every_step_is_sampled_when_nothing_is_said(self):
+        rows, _ = self.simulate("planar-chain", "mujoco-euler", "1/64", "0.01")
+        times = [row["time"] for row in rows[::5]]
+        self.assertEqual(times, [i / 64000 for i in range(641)])
+        self.assertEqual(times[-1], 0.01)
+
+    def test_last_sample_is_at_the_duration_and_times_do_not_drift(self):
+        for timestep, duration, count in [("0.1", "0.7", 7000), ("0.3", "0.9", 3000), ("7", "0.7", 100), ("1/3", "1", 3000)]:
+            with self.subTest(timestep):
+                rows, _ = self.simulate("planar-chain", "null", timestep, duration)
+                times = [row["time"] for row in rows[::5]]
+                self.assertEqual((len(times), times[0], times[-1]), (count + 1, 0, float(duration)))
+                step = eval(timestep) / 1000
+                self.assertLess(max(abs(t - i * step) for i, t in enumerate(times)), 1e-15)
+
+    def test_samples_are_rows_of_the_full_run(self):
+        for engine in self.real_contenders():
+            with self.subTest(engine):
+                full, _ = self.simulate("planar-chain", engine, "1", "0.1")
+                some, _ = self.simulate("planar-chain", engine, "1", "0.1", "--sample", "20")
+                at = {(row["time"], row["body"]): row for row in full}
+                self.assertEqual(len(some), 6 * 5)
+                for row in some:
+                    self.assertEqual(row, at[row["time"], row["body"]])
+
+    def test_same_command_gives_the_same_bytes(self):
+        for engine in self.real_contenders():
+            with self.subTest(engine):
+                texts = {self.simulate("capsules-27", engine, "2", "0.3", "--sample", "50")[1] for _ in range(2)}
+                self.assertEqual(len(texts), 1)
+
+    def test_first_sample_is_the_keyframe_and_all_engines_agree_on_it(self):
+        self.write("ball.xml", BALL)
+        for engine in self.real_contenders():
+            with self.subTest(engine):
+                rows, _ = self.simulate("ball.xml", engine, "1", "0.01")
+                first = [rows[0][key] for key in CSV_HEADER.split(",") if key != "body"]
+                self.assertEqual(first, [0, 0, 0, 10, 1, 0, 0, 0, 1, 2, 3, 0, 0, 0])
+
+    def test_body_names_are_quoted_where_they_must_be(self):
+        self.write("names.xml", BALL.replace('body name="ball"', 'body name="a &quot;b&quot;, c"'))
+        rows, _ = self.simulate("names.xml", "null", "1", "0.01")
+        self.assertEqual({row["body"] for row in rows}, {'a "b", c'})
+
+    def test_standard_output(self):
+        text = self.assay("simulate", "planar-chain", "--engine", "mujoco-euler", "--timestep", "1", "--duration", "0.1",
+                          "--out", "-")
+        self.assertEqual(text, self.simulate("planar-chain", "mujoco-euler", "1", "0.1")[1])
+
+    def test_earlier_file_is_replaced_through_a_link(self):
+        self.write("real.csv", "old")
+        (self.dir / "link.csv").symlink_to("real.csv")
+        self.assay("simulate", "planar-chain", "--engine", "null", "--timestep", "1", "--duration", "0.1", "--out",
+                   "link.csv")
+        self.assertTrue((self.dir / "link.csv").is_symlink())
+        self.assertTrue((self.dir / "real.csv").read_text().startswith(CSV_HEADER))
+
+
+class Physics(Csv):
+    def test_thrown_ball(self):
+        self.write("ball.xml", BALL)
+        g, h = 9.81, 1e-3
+        for engine in self.real_contenders():
+            with self.subTest(engine):
+                # single precision keeps about 7 digits of a height of 10 m
+                rounding = 2e-4 if engine.endswith("f32") else 1e-10
+                for row in self.simulate("ball.xml", engine, "1", "1", "--sample", "100")[0]:
+                    t = row["time"]
+                    # at most a first-order method's error, which is half a step's fall each step
+                    self.assertAlmostEqual(row["z"], 10 + 3 * t - g * t**2 / 2, delta=g * t * h / 2 * 1.001 + rounding)
+                    self.assertAlmostEqual(row["x"], t, delta=rounding)
+                    self.assertAlmostEqual(row["y"], 2 * t, delta=rounding)
+                    self.assertAlmostEqual(row["vz"], 3 - g * t, delta=rounding)
+
+    def test_gravity_off(self):
+        self.write("ball.xml", BALL)
+        for engine in self.real_contenders():
+            with self.subTest(engine):
+                last = self.simulate("ball.xml", engine, "1", "1", "--gravity", "off")[0][-1]
+                self.assertAlmostEqual(last["z"], 13, delta=2e-3 if engine.endswith("f32") else 1e-9)
+                self.assertEqual(last["vz"], 3)
+
+    def test_contacts_off(self):
+        self.write("drop.xml", BALL.replace('qpos="0 0 10 ', 'qpos="0 0 0.3 ').replace('qvel="1 2 3', 'qvel="0 0 0'))
+        for row in self.assay_json("engines", "--json")["contenders"]:
+            engine = row["contender"]
+            if not row["capabilities"]["contact"]:
+                continue
+            with self.subTest(engine):
+                resting = self.simulate("drop.xml", engine, "1", "2", "--sample", "2000")[0][-1]
+                self.assertAlmostEqual(resting["z"], 0.1, delta=0.01)
+                falling = self.simulate("drop.xml", engine, "1", "2", "--sample", "2000", "--contacts", "off")[0][-1]
+                self.assertAlmostEqual(falling["z"], 0.3 - 9.81 * 2, delta=0.02)
+
+    def test_motor_holds_its_control(self):
+        self.write("spinner.xml", SPINNER)
+        rate = 2 * 0.6 / INERTIA  # after 1 s
+        for engine in self.real_contenders():
+            with self.subTest(engine):
+                last = self.simulate("spinner.xml", engine, "1", "1", "--sample", "1000")[0][-1]
+                self.assertAlmostEqual(last["wz"], rate, delta=rate * 2e-3)
+
+    def test_servo_reaches_its_set_point(self):
+        self.write("servo.xml", SERVO)
+        for engine in self.real_contenders():
+            with self.subTest(engine):
+                last = self.simulate("servo.xml", engine, "1", "5", "--sample", "5000")[0][-1]
+                self.assertAlmostEqual(last["x"], 0.5 * math.cos(0.6), delta=1e-3)
+                self.assertAlmostEqual(last["y"], 0.5 * math.sin(0.6), delta=1e-3)
+
+    def test_setting_makes_one_contender_another(self):
+        rk4 = self.simulate("planar-chain", "mujoco-rk4", "1", "0.2")[1]
+        euler = self.simulate("planar-chain", "mujoco-euler", "1", "0.2")[1]
+        self.assertNotEqual(euler, rk4)
+        self.assertEqual(self.simulate("planar-chain", "mujoco-euler", "1", "0.2", "--set", "integrator=rk4")[1], rk4)
+        both = ["--set", "integrator=rk4", "--set", "solver=cg"]
+        self.assertEqual(self.simulate("planar-chain", "mujoco-euler", "1", "0.2", *both)[1], rk4)
+
+    def test_unsupported_shape_is_left_out_with_a_word(self):
+        self.write("box.xml", BALL.replace("</body>", '<geom name="crate" type="box" size=".1 .2 .3" mass="1"/></body>'))
+        common = ["simulate", "box.xml", "--engine", "mujoco-euler", "--timestep", "1", "--duration", "0.1", "--out", "x.csv"]
+        self.refused(*common, naming=["crate", "box", "--drop-unsupported"])
+        self.assertFalse((self.dir / "x.csv").exists())
+        done = self.run_assay(*common, "--drop-unsupported")
+        self.assertEqual(done.returncode, 0)
+        self.assertRegex(done.stderr, r"(?m)^assay: note: .*crate")
+
+
+class Unfinished(Csv):
+    """An engine that fails, a user who stops it: what was computed is kept, and one sentence says where."""
+
+    def setUp(self):
+        super().setUp()
+        self.use_faulty_engine()
+        self.write("ball.xml", BALL)
+
+    def common(self, engine, duration="1"):
+        return ["simulate", "ball.xml", "--engine", engine, "--timestep", "10", "--duration", duration, "--out", "run.csv"]
+
+    def kept(self, name, count):
+        """The file holds exactly the first `count` samples, all of finite numbers."""
+        rows = read_csv((self.dir / name).read_text())
+        self.assertEqual([row["time"] for row in rows], [i / 100 for i in range(count)])
+        for row in rows:
+            self.assertAlmostEqual(row["x"], row["time"], delta=1e-12)
+            self.assertTrue(all(math.isfinite(value) for key, value in row.items() if key != "body"))
+
+    def test_divergence(self):
+        for fault in ["nan", "fly"]:
+            with self.subTest(fault):
+                self.refused(*self.common(f"faulty-{fault}"), status=1,
+                             naming=[f"faulty-{fault} diverged at 0.1 s", "'run.csv'", "--timestep"])
+                self.kept("run.csv", 10)
+
+    def test_engine_failure(self):
+        self.refused(*self.common("faulty-throw"), status=1, naming=["faulty-throw", "the solver gave up", "'run.csv'"])
+        self.kept("run.csv", 10)
+
+    def test_crash(self):
+        self.refused(*self.common("faulty-abort"), status=1, naming=["faulty-abort", "SIGABRT", "'run.csv.partial'"])
+        self.kept("run.csv.partial", 10)
+        self.assertFalse((self.dir / "run.csv").exists())
+
+    def test_exit(self):
+        self.refused(*self.common("faulty-exit"), status=1, naming=["faulty-exit", "'run.csv.partial'"])
+        self.kept("run.csv.partial", 10)
+
+    def test_crash_leaves_an_earlier_file_alone(self):
+        self.write("run.csv", "an earlier run")
+        self.refused(*self.common("faulty-abort"), status=1)
+        self.assertEqual((self.dir / "run.csv").read_text(), "an earlier run")
+
+    def test_refusal_of_the_engine(self):
+        self.refused(*self.common("faulty-refuse"), naming=["faulty-refuse", "body 'ball'", "give it to somebody else"])
+        self.assertEqual([path.name for path in self.dir.iterdir()], ["ball.xml"])
+
+    def test_approximation_is_said(self):
+        done = self.run_assay(*self.common("faulty-inexact"))
+        self.assertEqual(done.returncode, 0)
+        self.check_sentence(done.stderr, ["faulty-inexact", "body 'ball'", "rounded"])
+
+    def wait_for_rows(self, process):
+        partial = self.dir / "run.csv.partial"
+        for _ in range(2000):
+            if partial.exists() and partial.read_text().count("\n") > 3:
+                return
+            self.assertIsNone(process.poll(), "ended before it was to be interrupted")
+            time.sleep(0.01)
+        self.fail("no rows after 20 s")
+
+    def test_interruption(self):
+        # as a shell's kill does (the program alone) and as a terminal does (all of its processes)
+        for number in [signal.SIGINT, signal.SIGTERM]:
+            for send in [os.kill, os.killpg]:
+                with self.subTest(f"{number} by {send.__name__}"):
+                    (self.dir / "run.csv.partial").unlink(missing_ok=True)
+                    process = self.start_assay(*self.common("faulty-slow", "1000"), start_new_session=True)
+                    self.wait_for_rows(process)
+                    send(process.pid, number)
+                    out, err = process.communicate(timeout=60)
+                    self.assertEqual((process.returncode, out), (1, ""))
+                    self.check_sentence(err, ["interrupted at", "of 1000 s", "'run.csv.partial'"])
+                    rows = read_csv((self.dir / "run.csv.partial").read_text())
+                    self.kept("run.csv.partial", len(rows))
+                    self.assertFalse((self.dir / "run.csv").exists())
+
+    def test_second_interruption_ends_a_hanging_engine(self):
+        process = self.start_assay(*self.common("faulty-hang"), start_new_session=True)
+        self.wait_for_rows(process)
+        time.sleep(0.3)
+        os.killpg(process.pid, signal.SIGINT)
+        time.sleep(0.3)
+        self.assertIsNone(process.poll())
+        os.killpg(process.pid, signal.SIGINT)
+        self.assertEqual(process.wait(timeout=60), -signal.SIGINT)
+        process.communicate()
+        # the engine's process went with it
+        with self.assertRaises(ProcessLookupError):
+            for _ in range(500):
+                os.killpg(process.pid, 0)
+                time.sleep(0.01)
+
+    def test_progress_shows_on_a_terminal_only(self):
+        master, slave = pty.openpty()
+        process = subprocess.Popen(self.command(*self.common("faulty-slow", "2")), cwd=self.dir, env=self.env,
+                                   stdout=slave, stderr=slave, stdin=subprocess.DEVNULL)
+        os.close(slave)
+        shown = b""
+        while True:
+            try:
+                part = os.read(master, 4096)
+            except OSError:
+                break
+            if not part:
+                break
+            shown += part
+        os.close(master)
+        self.assertEqual(process.wait(timeout=60), 0)
+        self.assertRegex(shown.decode(), r"faulty-slow on ball: \d+ % \([\d.]+ of 2 s\), \d+ s left")
+        self.assertTrue(shown.endswith(b"\r\x1b[K"), shown[-80:])
+        self.simulate("ball.xml", "faulty-slow", "10", "2")  # says nothing
+
+
+if __name__ == "__main__":
+    main()
