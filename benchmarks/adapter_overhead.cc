@@ -223,7 +223,11 @@ int main_or_throw(int argc, char** argv) {
   for (const Subject& subject : subjects()) names.emplace_back(subject.contender);
   app.add_option("--contender", only, "this contender alone")->check(CLI::IsMember(names));
   app.add_flag("--json", json, "JSON on standard output");
-  CLI11_PARSE(app, argc, argv);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
 
   if (!json) {
     fmt::print("{:<14} {:<13} {:<32} {:>6} {:>9} {:>9}   {}\n", "contender", "system", "loop", "steps", "adapter us",

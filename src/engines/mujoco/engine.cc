@@ -38,13 +38,16 @@ Vec3 triple(const mjtNum* array, int id) { return Eigen::Map<const Vec3>(array +
 
 // ---- messages -------------------------------------------------------------------------------------------------------
 
-// MuJoCo's own handlers end the process and write files; errors become exceptions, warnings are read from mjData.
-[[noreturn]] void on_error(const char* message) { throw EngineError(fmt::format("MuJoCo: {}", message)); }
-void on_warning(const char* /*message*/) {}
+std::string one_line(std::string text) {
+  while (!text.empty() && text.back() == '\n') text.pop_back();
+  for (size_t at = text.find('\n'); at != std::string::npos; at = text.find('\n', at)) text.replace(at, 1, "; ");
+  return text;
+}
 
-void take_messages() {
-  mju_user_error = on_error;
-  mju_user_warning = on_warning;
+// MuJoCo's own handler ends the process on an error, prints, and writes a log file. Here errors become exceptions (it
+// is built with unwind tables), and warnings are read from mjData, where they are counted.
+void on_message(const mjLogMessage* message) {
+  if (message->level == mjLOG_ERROR) throw EngineError(fmt::format("MuJoCo: {}", one_line(message->subject)));
 }
 
 // ---- settings -------------------------------------------------------------------------------------------------------
@@ -406,7 +409,7 @@ std::shared_ptr<const Compiled> compile(const Model& model, const Settings& sett
   auto compiled = std::make_shared<Compiled>();
   compiled->model = model;
   compiled->mujoco.reset(mj_compile(spec.get(), nullptr));
-  if (compiled->mujoco == nullptr) throw EngineError(fmt::format("MuJoCo: {}", mjs_getError(spec.get())));
+  if (compiled->mujoco == nullptr) throw EngineError(fmt::format("MuJoCo: {}", one_line(mjs_getError(spec.get()))));
 
   const mjModel& m = *compiled->mujoco;
   compiled->body_qpos.assign(model.bodies.size(), -1);
@@ -670,7 +673,7 @@ class MujocoEngine final : public Engine {
   }
 
   std::unique_ptr<Simulation> create(const Model& model, const State& state, const Settings& settings) const override {
-    take_messages();
+    mju_setLogHandler(on_message);
     return std::make_unique<MujocoSimulation>(compiled(model, settings), state, settings.timestep);
   }
 

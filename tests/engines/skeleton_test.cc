@@ -1,0 +1,44 @@
+// What new adapters are copied from has to be right, so it passes the gate although it is no plugin.
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "conformance/conformance.h"
+
+extern "C" assay::PluginEntry assay_engine_plugin();  // the skeleton's, linked in
+
+namespace assay {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsSupersetOf;
+
+// Of the suite it passes what needs no hinge, and refuses the rest by name.
+TEST(Skeleton, PassesTheGateOrRefuses) {
+  const PluginEntry plugin = assay_engine_plugin();
+  ASSERT_EQ(plugin.version, kPluginVersion);
+  const std::unique_ptr<Engine> engine(plugin.make());
+  ResolvedContender contender;
+  contender.name = contender.base = "skeleton";
+  contender.engine = engine.get();
+
+  std::vector<std::string> passed;
+  for (const ConformanceResult& result : run_conformance(contender)) {
+    if (result.status == ConformanceStatus::kPass) passed.push_back(result.test);
+    if (result.status == ConformanceStatus::kFail) {
+      EXPECT_THAT(result.note, HasSubstr("skeleton does not take hinge"))
+          << result.test << ": " << result.figure << " " << result.unit;
+    }
+  }
+  EXPECT_THAT(passed, IsSupersetOf({"free-fall", "torque-free-top"}));
+}
+
+TEST(Skeleton, IsNotListedAsAContender) {
+  EXPECT_THAT(Registry::instance().contender_names(), testing::Not(testing::Contains("skeleton")));
+}
+
+}  // namespace
+}  // namespace assay
