@@ -1,0 +1,132 @@
+// The actuators' torques are compared with MuJoCo's in mjcf_against_mujoco_test.cc.
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <stdexcept>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "base/errors.h"
+#include "controls/control.h"
+#include "model/kinematics.h"
+
+namespace assay {
+namespace {
+
+using testing::DoubleNear;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+// Two hinges in a row.
+Model two_hinges() {
+  Model model;
+  model.bodies.push_back({.name = "upper", .hinge = 0, .X_PB = {}, .mass = 1});
+  model.bodies.push_back({.name = "lower", .parent = 0, .hinge = 1, .X_PB = {}, .mass = 1});
+  model.hinges.push_back({.name = "shoulder", .body = 0});
+  model.hinges.push_back({.name = "elbow", .body = 1});
+  return model;
+}
+
+std::vector<double> torques(const Control& control, const State& state) {
+  std::vector<double> result(2, std::numeric_limits<double>::quiet_NaN());  // every entry has to be written
+  control.torques(state, result);
+  return result;
+}
+
+TEST(Controls, Passive) {
+  const auto control = passive_control();
+  EXPECT_THAT(torques(*control, reference_state(two_hinges())), ElementsAre(0, 0));
+  EXPECT_TRUE(control->is_zero());
+  EXPECT_EQ(control->input(), ControlInput::kNothing);
+}
+
+TEST(Controls, SineFollowsTime) {
+  const Model model = two_hinges();
+  const auto control = sine_control(model, {{2, 0.5, 0}, {3, 1, std::numbers::pi / 2}});
+  State state = reference_state(model);
+  EXPECT_THAT(torques(*control, state), ElementsAre(0, 3));
+  state.time = 0.5;  // a quarter and a half of a period
+  EXPECT_THAT(torques(*control, state), ElementsAre(DoubleNear(2, 1e-15), DoubleNear(-3, 1e-15)));
+  EXPECT_EQ(control->input(), ControlInput::kTime);
+  EXPECT_FALSE(control->is_zero());
+  EXPECT_THROW(sine_control(model, {{1, 1, 0}}), std::invalid_argument);
+  EXPECT_TRUE(sine_control(model, {{0, 1, 0}, {0, 1, 0}})->is_zero());
+}
+
+TEST(Controls, MotorsAndServosAdd) {
+  Model model = two_hinges();
+  model.actuators.push_back({.name = "motor", .hinge = 1, .gear = 3});
+  model.actuators.push_back(
+      {.name = "servo", .type = ActuatorType::kPosition, .hinge = 1, .gear = 2, .kp = 5, .kv = 0.5});
+  model.control0 = {0.25, 1};
+  State state = reference_state(model);
+  state.angle = {9, 0.1};
+  state.rate = {9, 0.2};
+  const double servo = 2 * (5 * (1 - 2 * 0.1) - 0.5 * 2 * 0.2);
+  EXPECT_THAT(torques(*actuator_control(model), state), ElementsAre(0, DoubleNear(0.75 + servo, 1e-15)));
+  EXPECT_THAT(torques(*actuator_control(model, {0, 0.2}), state),
+              ElementsAre(0, DoubleNear(-2 * 0.5 * 2 * 0.2, 1e-15)));
+  EXPECT_EQ(actuator_control(model)->input(), ControlInput::kState);
+  EXPECT_FALSE(actuator_control(model, {0, 0})->is_zero());
+  EXPECT_THROW(actuator_control(model, {1}), std::invalid_argument);
+}
+
+TEST(Controls, MotorsAloneNeedNoState) {
+  Model model = two_hinges();
+  EXPECT_TRUE(actuator_control(model)->is_zero());
+  model.actuators.push_back({.name = "motor", .hinge = 0, .gear = 3});
+  model.control0 = {0};
+  EXPECT_EQ(actuator_control(model)->input(), ControlInput::kNothing);
+  EXPECT_TRUE(actuator_control(model)->is_zero());
+  EXPECT_FALSE(actuator_control(model, {1})->is_zero());
+}
+
+TEST(Controls, Clamps) {
+  const Actuator motor{.name = "motor",
+                       .gear = -2,
+                       .control_limited = true,
+                       .force_limited = true,
+                       .control_lower = -1,
+                       .control_upper = 3,
+                       .force_lower = -0.5,
+                       .force_upper = 2};
+  EXPECT_EQ(actuator_torque(motor, 1, 0, 0), -2);
+  EXPECT_EQ(actuator_torque(motor, 9, 0, 0), -4);
+  EXPECT_EQ(actuator_torque(motor, -9, 0, 0), 1);
+  const Actuator servo{
+      .name = "servo", .type = ActuatorType::kPosition, .kp = 10, .control_limited = true, .control_upper = 1};
+  EXPECT_EQ(actuator_torque(servo, 5, 0.5, 7), 5);
+}
+
+TEST(Controls, MadeByName) {
+  const Model model = two_hinges();
+  State state = reference_state(model);
+  state.time = 0.125;
+  const auto sine =
+      make_control(model, {.kind = "sine", .amplitude = 4, .frequency = 2, .phase_step = std::numbers::pi});
+  EXPECT_THAT(torques(*sine, state), ElementsAre(DoubleNear(4, 1e-14), DoubleNear(-4, 1e-14)));
+  EXPECT_EQ(sine->description(), "sine, 4 Nm, 2 Hz");
+  EXPECT_TRUE(make_control(model, {.kind = "passive"})->is_zero());
+  EXPECT_TRUE(make_control(model, {.kind = "actuators"})->is_zero());
+  for (const std::string& kind : control_kinds()) EXPECT_NE(make_control(model, {.kind = kind}), nullptr);
+}
+
+std::string refusal(const ControlSpec& spec) {
+  try {
+    make_control(two_hinges(), spec);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Controls, UnknownNamesAndValuesAreRefused) {
+  EXPECT_THAT(refusal({.kind = "sinus"}), HasSubstr("'sinus' (did you mean 'sine'?)"));
+  EXPECT_EQ(refusal({.kind = "quadratic"}), "there is no control 'quadratic'; use one of passive, sine, actuators");
+  EXPECT_THAT(refusal({.kind = "sine", .frequency = std::nan("")}), HasSubstr("frequency is nan"));
+  EXPECT_THAT(refusal({.kind = "sine", .amplitude = HUGE_VAL}), HasSubstr("amplitude is inf"));
+}
+
+}  // namespace
+}  // namespace assay

@@ -1,0 +1,124 @@
+#include "model/model.h"
+
+#include <functional>
+
+#include <gtest/gtest.h>
+
+#include "model/kinematics.h"
+
+namespace assay {
+namespace {
+
+// One of everything.
+Model sample() {
+  Model model;
+  model.name = "sample";
+  model.bodies.push_back({.name = "base", .X_PB = {}, .mass = 2});
+  model.bodies.push_back({.name = "arm", .parent = 0, .hinge = 0, .X_PB = {}, .mass = 1});
+  model.hinges.push_back({.name = "elbow", .body = 1});
+  model.shapes.push_back({.name = "ball", .body = 0, .X_BS = {}, .radius = 0.1});
+  model.shapes.push_back({.name = "floor", .type = ShapeType::kPlane, .X_BS = {}});
+  model.contacts.push_back({0, 1, 0.5});
+  model.actuators.push_back({.name = "motor", .hinge = 0});
+  model.initial = reference_state(model);
+  model.control0 = {0};
+  model.hash = model_hash(model);
+  return model;
+}
+
+TEST(Model, Sums) {
+  Model model = sample();
+  EXPECT_EQ(model.dof(), 7);
+  EXPECT_EQ(model.total_mass(), 3);
+  EXPECT_FALSE(model.has_springs());
+  model.hinges[0].damping = 1;
+  EXPECT_TRUE(model.has_springs());
+  EXPECT_FALSE(model.has_armature());
+  model.hinges[0].armature = 1;
+  EXPECT_TRUE(model.has_armature());
+  EXPECT_FALSE(model.has_limits());
+  model.hinges[0].limited = true;
+  EXPECT_TRUE(model.has_limits());
+  EXPECT_TRUE(model.bodies[0].is_free());
+  EXPECT_FALSE(model.bodies[1].is_free());
+}
+
+TEST(Model, EveryPieceOfPhysicsIsInTheHash) {
+  const std::vector<std::function<void(Model&)>> changes = {
+      [](Model& m) { m.gravity.z() = -9.80665; },
+      [](Model& m) { m.bodies.pop_back(); },
+      [](Model& m) { m.bodies[1].name = "leg"; },
+      [](Model& m) { m.bodies[1].parent = kWorld; },
+      [](Model& m) { m.bodies[1].X_PB.p.x() = 1; },
+      [](Model& m) { m.bodies[1].X_PB.q = Quat(0, 1, 0, 0); },
+      [](Model& m) { m.bodies[1].mass = 1 + 1e-15; },
+      [](Model& m) { m.bodies[1].p_BBcm.y() = 1; },
+      [](Model& m) { m.bodies[1].I_BBcm_B(0, 1) = 1e-3; },
+      [](Model& m) { m.hinges[0].p_BJ.x() = 1; },
+      [](Model& m) { m.hinges[0].axis_B = Vec3::UnitX(); },
+      [](Model& m) { m.hinges[0].reference = 1; },
+      [](Model& m) { m.hinges[0].limited = true; },
+      [](Model& m) { m.hinges[0].lower = -1; },
+      [](Model& m) { m.hinges[0].upper = 1; },
+      [](Model& m) { m.hinges[0].stiffness = 1; },
+      [](Model& m) { m.hinges[0].spring_reference = 1; },
+      [](Model& m) { m.hinges[0].damping = 1; },
+      [](Model& m) { m.hinges[0].armature = 1; },
+      [](Model& m) { m.shapes[0].type = ShapeType::kCapsule; },
+      [](Model& m) { m.shapes[0].body = 1; },
+      [](Model& m) { m.shapes[0].X_BS.p.x() = 1; },
+      [](Model& m) { m.shapes[0].radius = 1; },
+      [](Model& m) { m.shapes[0].half_length = 1; },
+      [](Model& m) { m.shapes[0].friction = 2; },
+      [](Model& m) { m.shapes[0].collides = false; },
+      [](Model& m) { m.contacts[0].friction = 0.6; },
+      [](Model& m) { m.contacts.clear(); },
+      [](Model& m) { m.actuators[0].type = ActuatorType::kPosition; },
+      [](Model& m) { m.actuators[0].gear = 2; },
+      [](Model& m) { m.actuators[0].control_lower = -1; },
+      [](Model& m) { m.actuators[0].control_upper = 1; },
+      [](Model& m) { m.actuators[0].force_lower = -1; },
+      [](Model& m) { m.actuators[0].kp = 2; },
+      [](Model& m) { m.actuators[0].kv = 2; },
+      [](Model& m) { m.actuators[0].control_limited = true; },
+      [](Model& m) { m.actuators[0].force_limited = true; },
+      [](Model& m) { m.actuators[0].force_upper = 2; },
+      [](Model& m) { m.initial.angle[0] = 1; },
+      [](Model& m) { m.initial.rate[0] = 1; },
+      [](Model& m) { m.initial.bodies[0].v_WBcm.x() = 1; },
+      [](Model& m) { m.control0[0] = 1; },
+  };
+  const Model original = sample();
+  for (size_t i = 0; i < changes.size(); ++i) {
+    Model changed = original;
+    changes[i](changed);
+    EXPECT_NE(model_hash(changed), original.hash) << "change number " << i;
+  }
+}
+
+TEST(Model, WhatIsNotPhysicsIsNotInTheHash) {
+  Model model = sample();
+  model.name = "other";
+  model.source = "/elsewhere";
+  model.notes = {"a note"};
+  model.shapes[0].rgba = {1, 0, 0, 1};
+  model.gravity.x() = -0.0;
+  EXPECT_EQ(model_hash(model), sample().hash);
+}
+
+TEST(Model, CopiesDifferInOneRespect) {
+  const Model model = sample();
+  const Model bare = without_contacts(model);
+  EXPECT_TRUE(bare.contacts.empty());
+  EXPECT_EQ(bare.gravity, model.gravity);
+  EXPECT_NE(bare.hash, model.hash);
+  const Model floating = without_gravity(model);
+  EXPECT_EQ(floating.gravity, Vec3::Zero());
+  EXPECT_EQ(floating.contacts.size(), 1U);
+  EXPECT_NE(floating.hash, model.hash);
+  EXPECT_NE(floating.hash, bare.hash);
+  EXPECT_EQ(without_gravity(floating).hash, floating.hash);
+}
+
+}  // namespace
+}  // namespace assay

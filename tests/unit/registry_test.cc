@@ -1,0 +1,160 @@
+#include "engines/registry.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <unistd.h>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace assay {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+std::string refusal(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+std::string parse_refusal(const Setting& setting, const std::string& text) {
+  return refusal([&] { parse_setting(setting, text); });
+}
+
+TEST(ParseSetting, Switches) {
+  const Setting setting{"warmstart", true, "", ""};
+  for (const char* text : {"on", "true", "1"}) EXPECT_EQ(parse_setting(setting, text), SettingValue(true));
+  for (const char* text : {"off", "false", "0"}) EXPECT_EQ(parse_setting(setting, text), SettingValue(false));
+  EXPECT_EQ(parse_refusal(setting, "yes"), "setting 'warmstart' is 'yes': give on or off");
+  EXPECT_NE(parse_refusal(setting, ""), "");
+}
+
+TEST(ParseSetting, WholeNumbersInRange) {
+  const Setting setting{"iterations", 50LL, "", "", {}, 1.0, 1000.0};
+  EXPECT_EQ(parse_setting(setting, "7"), SettingValue(7LL));
+  EXPECT_EQ(parse_setting(setting, "1"), SettingValue(1LL));
+  EXPECT_EQ(parse_setting(setting, "1000"), SettingValue(1000LL));
+  EXPECT_EQ(parse_refusal(setting, "7.5"), "setting 'iterations' is '7.5': give a whole number");
+  EXPECT_EQ(parse_refusal(setting, "0"), "setting 'iterations' is 0: give a value of at least 1 and at most 1000");
+  EXPECT_NE(parse_refusal(setting, "1001"), "");
+  EXPECT_NE(parse_refusal(setting, "many"), "");
+}
+
+TEST(ParseSetting, NumbersInRange) {
+  const Setting setting{"erp", 0.2, "", "", {}, 0.0, {}};
+  EXPECT_EQ(parse_setting(setting, "0.8"), SettingValue(0.8));
+  EXPECT_EQ(parse_setting(setting, "1"), SettingValue(1.0));  // stays the setting's type
+  EXPECT_EQ(parse_refusal(setting, "-0.1"), "setting 'erp' is -0.1: give a value of at least 0");
+  for (const char* text : {"nan", "inf", "0,8", ""}) EXPECT_NE(parse_refusal(setting, text), "") << text;
+}
+
+TEST(ParseSetting, Choices) {
+  const Setting setting{"solver", std::string("newton"), "", "", {"newton", "cg", "pgs"}};
+  EXPECT_EQ(parse_setting(setting, "cg"), SettingValue(std::string("cg")));
+  EXPECT_EQ(parse_refusal(setting, "newtown"), "setting 'solver' is 'newtown' (did you mean 'newton'?)");
+  EXPECT_EQ(parse_refusal(setting, "dantzig"), "setting 'solver' is 'dantzig' (known: newton, cg, pgs)");
+}
+
+TEST(SettingText, ReadsBack) {
+  EXPECT_EQ(setting_text(true), "on");
+  EXPECT_EQ(setting_text(false), "off");
+  EXPECT_EQ(setting_text(50LL), "50");
+  EXPECT_EQ(setting_text(0.2), "0.2");
+  EXPECT_EQ(setting_text(std::string("cg")), "cg");
+  const Setting setting{"x", 0.1, "", ""};
+  EXPECT_EQ(parse_setting(setting, setting_text(1.0 / 3)), SettingValue(1.0 / 3));
+}
+
+// Puts a file that is no plugin into the search path before anything is loaded.
+class BrokenPlugin : public testing::Environment {
+ public:
+  void SetUp() override {
+    std::filesystem::create_directories(folder_);
+    std::ofstream(folder_ / "assay-engine-broken.so") << "not a library";
+    ::setenv("ASSAY_ENGINE_PATH", ("/nowhere::" + folder_.string()).c_str(), 1);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+ private:
+  std::filesystem::path folder_ =
+      std::filesystem::path(testing::TempDir()) / fmt::format("assay_plugins_{}", ::getpid());
+};
+const testing::Environment* const kBrokenPlugin = testing::AddGlobalTestEnvironment(new BrokenPlugin);
+
+TEST(Registry, ABadPluginIsListedAndHarmsNobody) {
+  const Registry& registry = Registry::instance();
+  const auto broken = std::ranges::find(registry.absent(), "broken", &AbsentEngine::name);
+  ASSERT_NE(broken, registry.absent().end());
+  EXPECT_THAT(broken->reason, AllOf(HasSubstr("assay-engine-broken.so"), HasSubstr("cannot be loaded")));
+  EXPECT_FALSE(registry.engines().empty());
+}
+
+TEST(Registry, ResolvesContendersWithCompleteSettings) {
+  const Registry& registry = Registry::instance();
+  EXPECT_THAT(registry.contender_names(), testing::Contains("null"));
+  for (const std::string& name : registry.contender_names()) {
+    SCOPED_TRACE(name);
+    const ResolvedContender contender = registry.resolve(name);
+    EXPECT_EQ(contender.name, name);
+    EXPECT_EQ(contender.base, name);
+    ASSERT_NE(contender.engine, nullptr);
+    EXPECT_FALSE(contender.summary.empty());
+    for (const Setting& setting : contender.engine->settings()) {
+      ASSERT_TRUE(contender.settings.values.contains(setting.name));
+      const SettingValue& value = contender.settings.values.at(setting.name);
+      EXPECT_EQ(value.index(), setting.default_value.index()) << setting.name;
+      // the ready-made value is one that a user could give, and its text reads back
+      EXPECT_EQ(parse_setting(setting, setting_text(value)), value) << setting.name;
+      EXPECT_FALSE(setting.meaning.empty()) << setting.name;
+    }
+  }
+}
+
+TEST(Registry, NamesAreUnique) {
+  std::vector<std::string> names = Registry::instance().contender_names();
+  const size_t count = names.size();
+  std::ranges::sort(names);
+  names.erase(std::unique(names.begin(), names.end()), names.end());
+  EXPECT_EQ(names.size(), count);
+}
+
+TEST(Registry, OverridesAreParsedAndShown) {
+  const Registry& registry = Registry::instance();
+  int tried = 0;
+  for (const std::string& name : registry.contender_names()) {
+    const ResolvedContender plain = registry.resolve(name);
+    for (const Setting& setting : plain.engine->settings()) {
+      const bool* flag = std::get_if<bool>(&plain.settings.values.at(setting.name));
+      if (flag == nullptr) continue;
+      const ResolvedContender changed = registry.resolve(name, {{setting.name, *flag ? "off" : "on"}});
+      EXPECT_NE(settings_text(*plain.engine, changed.settings), settings_text(*plain.engine, plain.settings));
+      EXPECT_EQ(changed.settings.get<bool>(setting.name), !*flag);
+      ++tried;
+    }
+  }
+  if (registry.engines().size() > 1) {
+    EXPECT_GT(tried, 0);
+  }
+}
+
+TEST(Registry, UnknownNamesAreRefusedWithTheNearest) {
+  const Registry& registry = Registry::instance();
+  EXPECT_THAT(refusal([&] { registry.resolve("nul"); }), HasSubstr("unknown contender 'nul' (did you mean 'null'?)"));
+  EXPECT_THAT(refusal([&] { registry.resolve("null", {{"iterations", "3"}}); }),
+              HasSubstr("'null' has no setting 'iterations'"));
+  EXPECT_THAT(refusal([&] { registry.resolve("broken-fast"); }),
+              AllOf(HasSubstr("contender 'broken-fast' needs the engine 'broken'"), HasSubstr("cannot be loaded")));
+}
+
+}  // namespace
+}  // namespace assay
