@@ -71,7 +71,7 @@ struct Destroy {
  private:
   template <typename T>
   void free_or_keep(T* object, void (*destroy)(T*)) const {
-    static std::vector<T*> kept;
+    static auto& kept = *new std::vector<T*>;  // outlives static destructors
     if (*failed) {
       kept.push_back(object);
     } else {
