@@ -1,0 +1,151 @@
+// Values that follow from several cells.
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+#include <tuple>
+
+#include <fmt/format.h>
+
+#include "base/text.h"
+#include "measures/accuracy.h"
+#include "measures/statistics.h"
+#include "runs/run.h"
+
+namespace assay {
+namespace {
+
+// Errors below this many restart floors say more of the restart than of the timestep.
+constexpr double kNearFloor = 3;
+
+// Timings whose middle half is wider than this say less than they seem to.
+constexpr double kWideSpread = 0.15;
+
+using Curve = std::vector<const Cell*>;  // of one system, contender and measure, ascending in timestep
+
+std::optional<double> value_of(const Cell& cell, std::string_view name) {
+  const auto found = std::ranges::find(cell.values, name, &Value::name);
+  return found == cell.values.end() ? std::nullopt : found->value;
+}
+
+std::map<std::pair<std::string, std::string>, Curve> curves(const std::vector<Cell>& cells,
+                                                            const std::string& measure) {
+  std::map<std::pair<std::string, std::string>, Curve> found;
+  for (const Cell& cell : cells) {
+    if (cell.measure == measure && cell.outcome == Outcome::kOk) found[{cell.system, cell.contender}].push_back(&cell);
+  }
+  for (auto& [name, curve] : found) std::ranges::sort(curve, {}, [](const Cell* cell) { return cell->timestep_ms; });
+  return found;
+}
+
+void derive_truth(const std::vector<Cell>& cells, std::vector<Store::Derived>& derived,
+                  std::vector<std::string>& warnings) {
+  for (const auto& [name, curve] : curves(cells, "truth")) {
+    std::vector<ErrorAt> errors;
+    for (size_t i = 0; i < curve.size(); ++i) {
+      const auto error = value_of(*curve[i], "truth_error");
+      if (!error) continue;
+      errors.push_back({curve[i]->timestep_ms, *error, value_of(*curve[i], "truth_rounding").value_or(0)});
+      const auto finer = i > 0 ? value_of(*curve[i - 1], "truth_error") : std::nullopt;
+      if (!finer) continue;
+      if (const auto order = observed_order(curve[i - 1]->timestep_ms, *finer, curve[i]->timestep_ms, *error)) {
+        derived.push_back({curve[i]->id, {"truth_order", "1", order, {}, {}}});
+      }
+    }
+    if (const auto floor = error_floor(errors)) {
+      derived.push_back({curve.front()->id, {"truth_floor", "m", floor, {}, {}}});
+      warnings.push_back(
+          fmt::format("{} on {}: an error of {:.2g} m that does not depend on the timestep: a set-up error or "
+                      "a property of the engine, not integration",
+                      name.second, name.first, *floor));
+    }
+  }
+}
+
+void derive_consistency(const std::vector<Cell>& cells, std::vector<Store::Derived>& derived) {
+  for (const auto& [name, curve] : curves(cells, "consistency")) {
+    const auto floor = value_of(*curve.front(), "restart_floor");
+    if (!floor) continue;
+    for (const Cell* cell : curve) {
+      const auto error = value_of(*cell, "consistency");
+      if (cell == curve.front() || !error || *error > kNearFloor * *floor) continue;
+      derived.push_back({cell->id, {"consistency_floor", "m", floor, {}, {}}});
+    }
+  }
+}
+
+void warn_of_noise(const Store& store, const std::vector<Cell>& cells, std::vector<std::string>& warnings) {
+  int noisy = 0, timed = 0;
+  double widest = 0;
+  std::string where;
+  for (const Cell& cell : cells) {
+    if (cell.measure != "raw_speed") continue;
+    for (const SampleSeries& series : store.samples(cell.id)) {
+      if (series.name != "step_time_us") continue;
+      const double spread = relative_spread(series.values);
+      ++timed;
+      if (spread > kWideSpread) ++noisy;
+      if (spread > widest) {
+        widest = spread;
+        where = fmt::format("{} on {} at {} ms", cell.contender, cell.system, timestep_label(cell.timestep_ms));
+      }
+    }
+  }
+  if (noisy == 0) return;
+  warnings.push_back(
+      fmt::format("noisy timing: in {} of {} cells the middle half of the samples spreads over more than {:.0f} "
+                  "% of the median (most: {:.0f} %, {}); measure on a quieter machine",
+                  noisy, timed, 100 * kWideSpread, 100 * widest, where));
+}
+
+// Contenders that are the same engine with the same settings: their ratio shows what the timing is worth.
+void derive_aa(const Store& store, const std::vector<Cell>& cells, std::uint64_t seed,
+               std::vector<Store::Derived>& derived) {
+  std::map<std::tuple<std::string, std::string, std::string>, std::vector<std::string>> alike;
+  for (const ContenderRow& row : store.contenders()) {
+    if (!row.version.empty()) alike[{row.engine, row.settings, row.build_json}].push_back(row.name);
+  }
+  std::map<std::tuple<std::string, std::string, double>, const Cell*> timed;
+  for (const Cell& cell : cells) {
+    if (cell.measure == "raw_speed" && cell.outcome == Outcome::kOk) {
+      timed[{cell.system, cell.contender, cell.timestep_ms}] = &cell;
+    }
+  }
+  const auto step_times = [&](const Cell& cell) {
+    for (const SampleSeries& series : store.samples(cell.id)) {
+      if (series.name == "step_time_us") return series.values;
+    }
+    return std::vector<double>();
+  };
+  for (const auto& [key, names] : alike) {
+    for (size_t i = 1; i < names.size(); ++i) {
+      for (const auto& [at, cell] : timed) {
+        if (std::get<1>(at) != names[i]) continue;
+        const auto first = timed.find({std::get<0>(at), names.front(), std::get<2>(at)});
+        if (first == timed.end()) continue;
+        const std::vector<double> a = step_times(*first->second), b = step_times(*cell);
+        std::vector<double> ratios(std::min(a.size(), b.size()));
+        for (size_t round = 0; round < ratios.size(); ++round) ratios[round] = b[round] / a[round];
+        if (ratios.empty()) continue;
+        const Interval ratio = bootstrap_median(ratios, seed);
+        derived.push_back({cell->id, {"aa_ratio", "1", ratio.value, ratio.low, ratio.high}});
+      }
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> derive_values(Store& store) {
+  const std::vector<Cell> cells = store.cells();
+  std::vector<Store::Derived> derived;
+  std::vector<std::string> warnings;
+  derive_truth(cells, derived, warnings);
+  derive_consistency(cells, derived);
+  derive_aa(store, cells, 1, derived);
+  warn_of_noise(store, cells, warnings);
+  store.set_derived({"truth_order", "truth_floor", "consistency_floor", "aa_ratio"}, derived);
+  return warnings;
+}
+
+}  // namespace assay

@@ -1,0 +1,577 @@
+#include "runs/jobs.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <sched.h>
+#include <sys/resource.h>
+
+#include <fmt/format.h>
+
+#include "base/errors.h"
+#include "base/text.h"
+#include "conformance/conformance.h"
+#include "measures/accuracy.h"
+#include "measures/mechanics.h"
+#include "measures/plausible.h"
+#include "measures/statistics.h"
+#include "model/mjcf.h"
+#include "reference/smooth.h"
+#include "runs/stepper.h"
+#include "store/store.h"
+#include "store/trajectory.h"
+
+namespace assay {
+namespace {
+
+using nlohmann::json;
+using Report = std::function<void(const json&)>;
+using Next = std::function<json()>;
+
+double cpu_seconds() {
+  rusage usage{};
+  ::getrusage(RUSAGE_SELF, &usage);
+  const auto seconds = [](const timeval& time) {
+    return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+  };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
+// ---- subjects -------------------------------------------------------------------------------------------------------
+
+ResolvedContender contender_of(const json& contender) {
+  ResolvedContender resolved = Registry::instance().resolve(
+      contender.at("base"), contender.at("overrides").get<std::map<std::string, std::string>>());
+  resolved.name = contender.at("name");
+  return resolved;
+}
+
+Model model_of(const json& job) {
+  Model model = load_model(job.at("model_path"));
+  if (!job.at("contacts")) model = without_contacts(std::move(model));
+  if (!job.at("gravity")) model = without_gravity(std::move(model));
+  if (model.hash != job.at("model_hash")) {
+    throw InputError(fmt::format("'{}' has changed since the campaign was read: start it again",
+                                 job.at("model_path").get<std::string>()));
+  }
+  return model;
+}
+
+Subject subject_of(const json& job) {
+  Subject subject;
+  subject.model = model_of(job);
+  const json& control = job.at("control");
+  subject.control = make_control(subject.model, {.kind = control.at("kind"),
+                                                 .amplitude = control.at("amplitude"),
+                                                 .frequency = control.at("frequency"),
+                                                 .phase_step = control.at("phase_step")});
+  subject.contender = contender_of(job.at("contender"));
+  subject.capabilities = subject.contender.engine->capabilities(subject.contender.settings);
+  subject.free_running = subject.control->is_zero() &&
+                         !(subject.model.has_springs() && subject.capabilities.springs == SpringKind::kExplicit);
+  return subject;
+}
+
+// What can be said without a run.
+void check_supported(const Subject& subject, double timestep_s) {
+  if (!subject.control->is_zero() && !subject.capabilities.torques) {
+    throw UnsupportedError("the engine takes no joint torques");
+  }
+  Settings settings = subject.contender.settings;
+  settings.timestep = timestep_s;
+  for (const Finding& finding : subject.contender.engine->check(subject.model, settings)) {
+    if (finding.fidelity == Fidelity::kRefused) {
+      throw UnsupportedError(fmt::format("{}: {}", finding.element, finding.how));
+    }
+  }
+}
+
+// ---- outcomes -------------------------------------------------------------------------------------------------------
+
+struct Verdict {
+  Outcome outcome = Outcome::kOk;
+  std::string reason;
+};
+
+json value_json(const std::string& name, const std::string& unit, std::optional<double> value,
+                std::optional<double> low = {}, std::optional<double> high = {}) {
+  const auto number = [](std::optional<double> x) { return x && std::isfinite(*x) ? json(*x) : json(nullptr); };
+  return {{"name", name}, {"unit", unit}, {"value", number(value)}, {"low", number(low)}, {"high", number(high)}};
+}
+
+json cell_json(const std::string& measure, const Verdict& verdict, json values = json::array(),
+               json samples = json::object()) {
+  return {{"measure", measure},
+          {"outcome", std::string(outcome_text(verdict.outcome))},
+          {"reason", verdict.reason},
+          {"values", std::move(values)},
+          {"samples", std::move(samples)}};
+}
+
+json answer_json(json cells, double engine_s) {
+  return {{"cells", std::move(cells)}, {"engine_s", engine_s}, {"cpu_s", cpu_seconds()}};
+}
+
+// A run that is sampled at a fixed distance.
+struct Run {
+  Trajectory trajectory;  // up to where it went
+  Verdict verdict;        // ok, unstable (of its last state), diverged
+  double engine_s = 0;
+};
+
+// Takes `samples` times `steps` steps from `start`. EngineError from create() is the caller's.
+Run run_sampled(const Subject& subject, const State& start, double timestep_ms, long long samples, long long steps) {
+  const double timestep_s = 1e-3 * timestep_ms;
+  const double duration_s = timestep_s * static_cast<double>(samples * steps);
+  const Plausibility plausibility(subject.model, start, duration_s);
+  Run run;
+  Stepper stepper(subject, start, timestep_s);
+  run.trajectory.states.reserve(static_cast<size_t>(samples) + 1);
+  run.trajectory.states.push_back(stepper.read());
+  std::string impossible;
+  for (long long sample = 1; sample <= samples; ++sample) {
+    const double time = start.time + timestep_s * static_cast<double>(sample * steps);
+    std::string why;
+    try {
+      stepper.advance(steps);
+    } catch (const EngineError& error) {
+      why = error.what();
+    }
+    const State& state = stepper.read();
+    if (const std::string divergence = plausibility.divergence(state); !divergence.empty()) why = divergence;
+    if (!why.empty()) {
+      run.verdict = {Outcome::kDiverged, fmt::format("by {:.4g} s: {}", time, why)};
+      break;
+    }
+    if (impossible.empty()) {
+      impossible = plausibility.impossibility(state);
+      if (!impossible.empty()) impossible = fmt::format("at {:.4g} s: {}", time, impossible);
+    }
+    run.trajectory.states.push_back(state);
+  }
+  if (run.verdict.outcome == Outcome::kOk && !impossible.empty()) run.verdict = {Outcome::kUnstable, impossible};
+  run.engine_s = stepper.engine_s();
+  return run;
+}
+
+// The verdict on a run that is read from its file: it was stored because it came to its end.
+Verdict judge(const Model& model, const Trajectory& trajectory) {
+  const Plausibility plausibility(model, trajectory.states.front(),
+                                  trajectory.states.back().time - trajectory.states.front().time);
+  for (const State& state : trajectory.states) {
+    if (const std::string why = plausibility.impossibility(state); !why.empty()) {
+      return {Outcome::kUnstable, fmt::format("at {:.4g} s: {}", state.time, why)};
+    }
+  }
+  return {};
+}
+
+// Same file, same bytes: who comes second need not wait for the first.
+void save(const std::string& dir, const std::string& address, const Trajectory& trajectory) {
+  if (!has_trajectory(dir, address)) write_trajectory(dir, address, trajectory);
+}
+
+Trajectory load(const std::string& dir, const std::string& address) {
+  auto trajectory = read_trajectory(dir, address);
+  if (!trajectory || trajectory->states.empty()) {
+    // The parent saw it a moment ago. Gone or damaged: the next start computes it again.
+    std::error_code error;
+    std::filesystem::remove(trajectory_path(dir, address), error);
+    throw SystemError(fmt::format("the trajectory '{}' is damaged and was removed: start the same command again",
+                                  trajectory_path(dir, address)));
+  }
+  return *std::move(trajectory);
+}
+
+// ---- runs from the initial state --------------------------------------------------------------------------------------
+
+json truth_cell(const Subject& subject, const Run& run, const Trajectory& truth, double steps) {
+  if (run.verdict.outcome == Outcome::kDiverged) return cell_json("truth", run.verdict);
+  const double error = position_error(run.trajectory.states.back(), truth.states.back());
+  double extent = 0;
+  for (const State& state : truth.states) {
+    for (const BodyState& body : state.bodies) extent = std::max(extent, body.p_WBcm.cwiseAbs().maxCoeff());
+  }
+  const double rounding = rounding_error(subject.capabilities.precision == Precision::kSingle, extent, steps);
+  return cell_json("truth", run.verdict,
+                   {value_json("truth_error", "m", error), value_json("truth_rounding", "m", rounding)});
+}
+
+json drift_cell(const Subject& subject, const Run& run) {
+  if (run.verdict.outcome == Outcome::kDiverged) return cell_json("drift", run.verdict);
+  json values = json::array();
+  for (const Drift::Quantity& quantity :
+       drift(subject.model, conserved_quantities(subject.model), run.trajectory.states).quantities) {
+    values.push_back(value_json(quantity.name + "_drift", quantity.unit, quantity.absolute));
+    if (quantity.relative) values.push_back(value_json(quantity.name + "_drift_relative", "1", quantity.relative));
+  }
+  return cell_json("drift", run.verdict, std::move(values));
+}
+
+// {"timestep_ms", "measures", "save": address or "", "use": address or "", "truth": address or "", "trajectories"}
+json do_run(const json& job) {
+  const Subject subject = subject_of(job);
+  const std::vector<std::string> measures = job.at("measures");
+  const double timestep_ms = job.at("timestep_ms"), sample_ms = job.at("sample_ms"), duration_s = job.at("duration_s");
+  const std::string dir = job.at("trajectories"), saved = job.at("save"), used = job.at("use");
+  const long long per_sample = std::llround(sample_ms / timestep_ms);
+  const long long samples = std::llround(1000 * duration_s / sample_ms);
+  json cells = json::array();
+  Run run;
+  try {
+    check_supported(subject, 1e-3 * timestep_ms);
+    if (!used.empty()) {
+      run.trajectory = load(dir, used);
+      run.verdict = judge(subject.model, run.trajectory);
+    } else {
+      run = run_sampled(subject, subject.model.initial, timestep_ms, samples, per_sample);
+    }
+  } catch (const UnsupportedError& error) {
+    run.verdict = {Outcome::kUnsupported, error.what()};
+  } catch (const EngineError& error) {
+    run.verdict = {Outcome::kCrashed, fmt::format("the engine failed to start: {}", error.what())};
+  }
+  const bool ended = run.verdict.outcome == Outcome::kOk || run.verdict.outcome == Outcome::kUnstable;
+  if (ended && !saved.empty()) save(dir, saved, run.trajectory);
+  for (const std::string& measure : measures) {
+    if (measure == "reference" || !(ended || run.verdict.outcome == Outcome::kDiverged)) {
+      cells.push_back(cell_json(measure, run.verdict));
+    } else if (measure == "truth") {
+      cells.push_back(truth_cell(subject, run, load(dir, job.at("truth")), static_cast<double>(samples * per_sample)));
+    } else {
+      cells.push_back(drift_cell(subject, run));
+    }
+  }
+  return answer_json(std::move(cells), run.engine_s);
+}
+
+// The truth itself: no engine takes part.
+json do_truth(const json& job) {
+  const Model model = model_of(job);
+  const std::string dir = job.at("trajectories"), address = job.at("save");
+  Trajectory truth;
+  truth.states = {model.initial,
+                  smooth_solution(model, model.initial, model.initial.time + job.at("duration_s").get<double>())};
+  save(dir, address, truth);
+  return answer_json(json::array(), 0);
+}
+
+// ---- consistency ----------------------------------------------------------------------------------------------------
+
+// {"timestep_ms", "reference", "pieces", "piece_ms", "reference_ms", "seed", "trajectories"}
+json do_pieces(const json& job) {
+  const Subject subject = subject_of(job);
+  const double timestep_ms = job.at("timestep_ms"), sample_ms = job.at("sample_ms"), piece_ms = job.at("piece_ms");
+  const Trajectory reference = load(job.at("trajectories"), job.at("reference"));
+  const auto total = static_cast<long long>(reference.states.size()) - 1;
+  const long long length = std::llround(piece_ms / sample_ms);
+  const long long per_sample = std::llround(sample_ms / timestep_ms);
+  Verdict verdict;
+  std::vector<double> errors;
+  double engine_s = 0;
+  int piece = 0;
+  try {
+    check_supported(subject, 1e-3 * timestep_ms);
+    for (const long long start : piece_starts(total, length, job.at("pieces"))) {
+      ++piece;
+      const Run run =
+          run_sampled(subject, reference.states[static_cast<size_t>(start)], timestep_ms, length, per_sample);
+      engine_s += run.engine_s;
+      if (run.verdict.outcome != Outcome::kOk && verdict.outcome != Outcome::kDiverged) {
+        verdict = {run.verdict.outcome, fmt::format("piece {}, {}", piece, run.verdict.reason)};
+      }
+      if (run.verdict.outcome == Outcome::kDiverged) break;
+      errors.push_back(
+          position_error(run.trajectory.states.back(), reference.states[static_cast<size_t>(start + length)]));
+    }
+  } catch (const UnsupportedError& error) {
+    verdict = {Outcome::kUnsupported, error.what()};
+  } catch (const EngineError& error) {
+    verdict = {Outcome::kCrashed, fmt::format("piece {}: the engine failed to start: {}", piece, error.what())};
+  }
+  json values = json::array();
+  json samples = json::object();
+  if (verdict.outcome == Outcome::kOk || verdict.outcome == Outcome::kUnstable) {
+    const Interval error = bootstrap_mean(errors, job.at("seed").get<std::uint64_t>());
+    values.push_back(value_json("consistency", "m", error.value, error.low, error.high));
+    if (std::abs(timestep_ms - job.at("reference_ms").get<double>()) <= 1e-9 * timestep_ms) {
+      values.push_back(value_json("restart_floor", "m", error.value, error.low, error.high));
+    }
+    samples["piece_error_m"] = errors;
+  }
+  return answer_json({cell_json("consistency", verdict, std::move(values), std::move(samples))}, engine_s);
+}
+
+// ---- the gate, and a look at the speed --------------------------------------------------------------------------------
+
+json do_gate(const json& job, const Report& report) {
+  ConformanceOptions options;
+  options.tests = job.at("tests").get<std::vector<std::string>>();
+  options.on_result = [&](const ConformanceResult& result) {
+    report({{"test", result.test},
+            {"status", std::string(status_text(result.status))},
+            {"figure", result.figure},
+            {"tolerance", result.tolerance},
+            {"unit", result.unit},
+            {"note", result.note}});
+  };
+  run_conformance(contender_of(job.at("contender")), options);
+  return answer_json(json::array(), 0);
+}
+
+// {"timestep_ms"} -> {"step_us"}: for the estimate of the time that the campaign takes.
+json do_probe(const json& job) {
+  const Subject subject = subject_of(job);
+  constexpr double kLongEnough = 5e-3;
+  try {
+    const double timestep_s = 1e-3 * job.at("timestep_ms").get<double>();
+    check_supported(subject, timestep_s);
+    Stepper stepper(subject, subject.model.initial, timestep_s);
+    long long steps = 1, taken = 0;
+    while (stepper.engine_s() < kLongEnough && taken < (1LL << 20)) {
+      stepper.advance(steps);
+      taken += steps;
+      steps *= 2;
+    }
+    return {{"step_us", 1e6 * stepper.engine_s() / static_cast<double>(taken)}};
+  } catch (const EngineError&) {
+    return {{"step_us", 0}};  // its cells will say why
+  }
+}
+
+// ---- timing ---------------------------------------------------------------------------------------------------------
+
+// The last core that we may use: the first ones get the machine's interrupts. -1 when that is not known.
+int pin_to_core() {
+  cpu_set_t allowed;
+  CPU_ZERO(&allowed);
+  if (::sched_getaffinity(0, sizeof allowed, &allowed) != 0) return -1;
+  for (int core = CPU_SETSIZE - 1; core >= 0; --core) {
+    if (!CPU_ISSET(core, &allowed)) continue;
+    cpu_set_t one;
+    CPU_ZERO(&one);
+    CPU_SET(core, &one);
+    return ::sched_setaffinity(0, sizeof one, &one) == 0 ? core : -1;
+  }
+  return -1;
+}
+
+// Seconds that reading the clock takes: the median of many pairs.
+double clock_cost() {
+  std::vector<double> pairs(1001);
+  for (double& pair : pairs) {
+    const Clock::time_point first = Clock::now();
+    pair = seconds_since(first);
+  }
+  return median(pairs);
+}
+
+// One contender on one system, at one timestep after the other.
+class TimingSession {
+ public:
+  explicit TimingSession(const json& job)
+      : subject_(subject_of(job)),
+        batch_s_(1e-3 * job.at("batch_ms").get<double>()),
+        warmup_(job.at("warmup")),
+        duration_s_(job.at("duration_s")) {
+    const std::string reference = job.at("reference");
+    if (reference.empty()) {  // the null engine has no run of its own
+      starts_ = {subject_.model.initial};
+    } else {
+      const Trajectory trajectory = load(job.at("trajectories"), reference);
+      const int count = job.at("states");
+      const size_t samples = trajectory.states.size() - 1;
+      for (int k = 0; k < count; ++k) {
+        starts_.push_back(trajectory.states[samples * static_cast<size_t>(k) / static_cast<size_t>(count)]);
+      }
+    }
+    core_ = pin_to_core();
+    clock_s_ = clock_cost();
+  }
+
+  int core() const { return core_; }
+  double clock_s() const { return clock_s_; }
+
+  // Finds how many steps make a batch and how many batches a sample; `steps` fixes the former (0: free).
+  json prepare(double timestep_ms, long long steps) {
+    timestep_ms_ = timestep_ms;
+    steps_ = 1;
+    batches_ = static_cast<int>(starts_.size());
+    const double timestep_s = 1e-3 * timestep_ms;
+    const double before = engine_s_;
+    Verdict verdict;
+    try {
+      check_supported(subject_, timestep_s);
+      const double step_s = step_time(timestep_s);
+      verdict = choose_steps(timestep_s, step_s, steps);
+      // Enough batches for the sample's time; an engine that does nothing must not go on for ever.
+      constexpr double kMostBatches = 2000;
+      const double round_s = static_cast<double>(starts_.size()) * static_cast<double>(steps_) * step_s;
+      const double rounds = std::clamp(std::ceil(batch_s_ / round_s), 1.0, kMostBatches);
+      batches_ = static_cast<int>(rounds) * static_cast<int>(starts_.size());
+    } catch (const UnsupportedError& error) {
+      verdict = {Outcome::kUnsupported, error.what()};
+    } catch (const EngineError& error) {
+      verdict = {Outcome::kCrashed, fmt::format("the engine failed to start: {}", error.what())};
+    }
+    json answer = cell_answer(verdict, engine_s_ - before);
+    answer["steps"] = steps_;
+    return answer;
+  }
+
+  // One sample: every saved state in turn until the time is spent.
+  json sample() {
+    const double before = engine_s_, cpu_before = cpu_seconds();
+    double timed_s = 0;
+    long long clock_reads = 0;
+    Verdict verdict;
+    for (int i = 0; i < batches_; ++i) {
+      const Batch done = batch(starts_[static_cast<size_t>(i) % starts_.size()]);
+      if (verdict.outcome == Outcome::kOk) verdict = done.verdict;
+      if (done.verdict.outcome == Outcome::kDiverged) break;
+      timed_s += done.timed_s;
+      clock_reads += done.clock_reads;
+    }
+    json answer = cell_answer(verdict, engine_s_ - before);
+    answer["timed_s"] = timed_s;
+    answer["steps"] = batches_ * steps_;
+    answer["clock_share"] = timed_s > 0 ? static_cast<double>(clock_reads) * clock_s_ / timed_s : 0;
+    answer["cpu_s"] = cpu_seconds() - cpu_before;
+    return answer;
+  }
+
+ private:
+  struct Batch {
+    double timed_s = 0;
+    long long clock_reads = 0;
+    Verdict verdict;
+  };
+
+  // A batch covers its share of the run, so that a sample covers the run. Without contacts a step's cost does not
+  // depend on where in the run it is, and a batch may go on for longer, as long as the motion stays a possible one.
+  Verdict choose_steps(double timestep_s, double step_s, long long given) {
+    const auto states = static_cast<double>(starts_.size());
+    const double share = duration_s_ / states;
+    std::vector<double> lengths = {share};
+    if (subject_.model.contacts.empty()) lengths = {10 * duration_s_, duration_s_, share};
+    Verdict verdict;
+    for (const double length : lengths) {
+      const double most = std::clamp(std::floor(length / timestep_s - warmup_), 1.0, 1e9);
+      steps_ = given > 0 ? given : static_cast<long long>(std::clamp(std::ceil(batch_s_ / states / step_s), 1.0, most));
+      verdict = {};
+      for (const State& start : starts_) {
+        if (verdict.outcome == Outcome::kOk) verdict = batch(start).verdict;
+      }
+      if (verdict.outcome == Outcome::kOk) break;
+    }
+    return verdict;
+  }
+
+  // Input, warming up and looking at the state lie outside the clock.
+  Batch batch(const State& start) {
+    const double length = 1e-3 * timestep_ms_ * static_cast<double>(steps_ + warmup_);
+    const Plausibility plausibility(subject_.model, start, length);
+    Stepper stepper(subject_, start, 1e-3 * timestep_ms_);
+    Batch result;
+    try {
+      stepper.advance(warmup_);
+      const double warm_s = stepper.engine_s();
+      const long long reads = stepper.clock_reads();
+      stepper.advance(steps_);
+      result.timed_s = stepper.engine_s() - warm_s;
+      result.clock_reads = stepper.clock_reads() - reads;
+      const State& state = stepper.read();
+      if (std::string why = plausibility.divergence(state); !why.empty()) {
+        result.verdict = {Outcome::kDiverged, fmt::format("by {:.4g} s: {}", state.time, why)};
+      } else if (why = plausibility.impossibility(state); !why.empty()) {
+        result.verdict = {Outcome::kUnstable, fmt::format("by {:.4g} s: {}", state.time, why)};
+      }
+    } catch (const EngineError& error) {
+      result.verdict = {Outcome::kDiverged, fmt::format("within {:.4g} s: {}", start.time + length, error.what())};
+    }
+    engine_s_ += stepper.engine_s();
+    return result;
+  }
+
+  // A first estimate, from short batches.
+  double step_time(double timestep_s) {
+    constexpr double kLongEnough = 1e-3;
+    double best = 0;
+    for (long long steps = 1;; steps *= 4) {
+      Stepper stepper(subject_, starts_.front(), timestep_s);
+      stepper.advance(1);
+      const double first = stepper.engine_s();
+      try {
+        stepper.advance(steps);
+      } catch (const EngineError&) {
+        engine_s_ += stepper.engine_s();
+        return best > 0 ? best : first;  // batches will say why
+      }
+      engine_s_ += stepper.engine_s();
+      const double spent = stepper.engine_s() - first;
+      best = std::max(spent / static_cast<double>(steps), 1e-12);
+      const bool at_end = timestep_s * static_cast<double>(steps) > duration_s_;
+      if (spent > kLongEnough || at_end || steps > (1LL << 24)) return best;
+    }
+  }
+
+  static json cell_answer(const Verdict& verdict, double engine_s) {
+    return {
+        {"outcome", std::string(outcome_text(verdict.outcome))}, {"reason", verdict.reason}, {"engine_s", engine_s}};
+  }
+
+  Subject subject_;
+  double batch_s_;
+  int warmup_;
+  double duration_s_;
+  std::vector<State> starts_;
+  int core_ = -1;
+  double clock_s_ = 0;
+  double engine_s_ = 0;
+  double timestep_ms_ = 1;
+  long long steps_ = 1;
+  int batches_ = 1;
+};
+
+// {"reference", "states", "warmup", "batch_ms", "trajectories"}, then commands {"prepare": timestep_ms}, {"sample":
+// true}, each with an answer.
+json do_timing(const json& job, const Report& report, const Next& next) {
+  TimingSession session(job);
+  report({{"ready", true}, {"core", session.core()}, {"clock_s", session.clock_s()}});
+  for (json command = next(); !command.is_null(); command = next()) {
+    report(command.contains("prepare") ? session.prepare(command.at("prepare"), command.at("steps"))
+                                       : session.sample());
+  }
+  return json::object();
+}
+
+}  // namespace
+
+json subject_json(const CampaignSystem& system, const CampaignContender& contender) {
+  return {{"model_path", system.model_path},
+          {"model_hash", system.model.hash},
+          {"contacts", system.contacts},
+          {"gravity", system.gravity},
+          {"control",
+           {{"kind", system.control.kind},
+            {"amplitude", system.control.amplitude},
+            {"frequency", system.control.frequency},
+            {"phase_step", system.control.phase_step}}},
+          {"contender",
+           {{"name", contender.resolved.name}, {"base", contender.resolved.base}, {"overrides", contender.overrides}}},
+          {"duration_s", system.duration_s},
+          {"sample_ms", system.sample_ms}};
+}
+
+json do_job(const json& job, const Report& report, const Next& next) {
+  const std::string kind = job.at("kind");
+  if (kind == "run") return do_run(job);
+  if (kind == "pieces") return do_pieces(job);
+  if (kind == "truth") return do_truth(job);
+  if (kind == "gate") return do_gate(job, report);
+  if (kind == "probe") return do_probe(job);
+  if (kind == "timing") return do_timing(job, report, next);
+  throw InputError(fmt::format("a worker has no job '{}'", kind));
+}
+
+}  // namespace assay

@@ -1,0 +1,13 @@
+// What results have to say of the machine and the build they come from.
+#pragma once
+
+#include <vector>
+
+#include "store/store.h"
+
+namespace assay {
+
+// "cpu", "cores", "governor", "kernel", "memory", "assay_version", "commit", "compiler", "flags", "build_type".
+std::vector<ManifestEntry> machine_facts();
+
+}  // namespace assay

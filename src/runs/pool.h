@@ -1,0 +1,80 @@
+// Jobs in worker processes, several at a time.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <queue>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "store/store.h"
+
+namespace assay {
+
+// From construction to destruction SIGINT, SIGTERM and SIGHUP do not end the process: they are told here.
+class Interrupts {
+ public:
+  Interrupts();
+  ~Interrupts();
+  Interrupts(const Interrupts&) = delete;
+  Interrupts& operator=(const Interrupts&) = delete;
+
+  int descriptor() const;  // readable after one came
+  int signal() const;      // which; 0 for none
+};
+
+// Share of the machine's time that its host took for others, between two readings of /proc/stat. 0 where it is not
+// told.
+struct CpuTimes {
+  double total = 0, steal = 0;
+  static CpuTimes now();
+};
+double steal_share(const CpuTimes& from, const CpuTimes& to);
+
+// How a job ended. `answer` is empty when the worker crashed or was stopped; then `outcome` and `reason` say it.
+struct JobEnd {
+  std::optional<nlohmann::json> answer;
+  Outcome outcome = Outcome::kOk;
+  std::string reason;
+  double wall_s = 0, steal = 0;
+  double started = 0, finished = 0;  // seconds since 1970
+};
+
+struct Job {
+  nlohmann::json message;
+  std::string title;
+  double limit_s = 600;  // between two messages
+  double cost = 0;       // the dearest is started first
+  std::function<void(const nlohmann::json&)> on_message = {};
+  std::function<void(const JobEnd&)> on_end = {};  // may add jobs
+};
+
+class Pool {
+ public:
+  Pool(std::string program, int workers, const Interrupts& interrupts);
+
+  void add(Job job);
+
+  // Until no job is left, or an interrupt: then the running ones are stopped and dropped. `on_start` is told titles.
+  // Throws SystemError and InputError that a worker reports; running workers end then.
+  void run(const std::function<void(const std::string&)>& on_start);
+
+ private:
+  struct Dearer {
+    bool operator()(const Job& a, const Job& b) const { return a.cost < b.cost; }
+  };
+
+  std::string program_;
+  size_t workers_;
+  const Interrupts& interrupts_;
+  std::priority_queue<Job, std::vector<Job>, Dearer> waiting_;
+};
+
+// Throws the InputError or SystemError that a worker met and that is not its cell's.
+void throw_worker_error(const nlohmann::json& answer);
+
+double unix_time();
+
+}  // namespace assay

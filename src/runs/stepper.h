@@ -1,0 +1,55 @@
+// One simulation under its control, with the time spent inside the engine's steps.
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "controls/control.h"
+#include "engines/registry.h"
+#include "model/model.h"
+
+namespace assay {
+
+using Clock = std::chrono::steady_clock;
+
+inline double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+// What is simulated, whatever the timestep and the state it starts from.
+struct Subject {
+  Model model;
+  std::unique_ptr<Control> control;
+  ResolvedContender contender;
+  Capabilities capabilities;  // of the contender's settings
+  // No torque is ever applied, neither by the control nor by the adapter for a joint's spring: steps may be taken many
+  // at a time.
+  bool free_running = true;
+};
+
+class Stepper {
+ public:
+  // Throws UnsupportedError and EngineError as Engine::create does.
+  Stepper(const Subject& subject, const State& start, double timestep_s);
+
+  // Takes `steps` steps. The clock runs over the engine's own calls alone. Throws EngineError.
+  void advance(long long steps);
+
+  // The state now; the vectors of the same object are reused.
+  const State& read();
+
+  double engine_s() const { return engine_s_; }  // since construction
+  long long clock_reads() const { return clock_reads_; }
+
+ private:
+  const Subject& subject_;
+  std::unique_ptr<Simulation> simulation_;
+  State state_;
+  std::vector<double> torques_;
+  double engine_s_ = 0;
+  long long clock_reads_ = 0;
+};
+
+}  // namespace assay

@@ -1,0 +1,195 @@
+#include "runs/timing.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <random>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "base/errors.h"
+#include "base/text.h"
+#include "measures/statistics.h"
+#include "runs/process.h"
+
+namespace assay {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using nlohmann::json;
+
+// The same order on every machine.
+template <typename T>
+void shuffle(std::vector<T>& items, std::mt19937_64& random) {
+  for (size_t i = items.size(); i > 1; --i) std::swap(items[i - 1], items[(random() >> 32) * i >> 32]);
+}
+
+Value inverse(const std::string& name, const std::string& unit, double scale, const Interval& interval) {
+  return {name, unit, scale / interval.value, scale / interval.high, scale / interval.low};
+}
+
+}  // namespace
+
+struct TimingPass::Session {
+  explicit Session(const std::string& program) : worker(program) {}
+  WorkerProcess worker;
+};
+
+// What is gathered of one cell.
+struct TimingPass::Tally {
+  Cell cell;
+  CpuTimes stolen_from;
+  double stolen = 0, total = 0;  // ticks
+  bool over = false;             // no more samples: it failed
+  long long steps = 0;           // of a batch
+  double clock_share = 0;
+  std::vector<double> step_us, steal;
+
+  void fail(Outcome outcome, std::string reason) {
+    cell.outcome = outcome;
+    cell.reason = std::move(reason);
+    over = true;
+  }
+};
+
+// The contender's worker, started when it is not there. Null when it cannot be had: then the tally says why.
+TimingPass::Session* TimingPass::session(const TimedContender& contender, Tally& tally) {
+  std::shared_ptr<Session>& held = sessions_[contender.name];
+  if (held) return held.get();
+  held = std::make_shared<Session>(program_);
+  json job = contender.subject;
+  job["kind"] = "timing";
+  job["reference"] = contender.reference;
+  job["states"] = campaign_.timing.states;
+  job["warmup"] = campaign_.timing.warmup;
+  job["batch_ms"] = campaign_.timing.batch_ms;
+  job["trajectories"] = trajectories_;
+  held->worker.send(job);
+  const auto ready = held->worker.wait_message(campaign_.time_limit_s, interrupts_.descriptor());
+  if (ready) throw_worker_error(*ready);
+  if (ready && ready->contains("ready")) {
+    facts_.core = ready->at("core");
+    facts_.clock_s = std::max(facts_.clock_s, ready->at("clock_s").get<double>());
+    return held.get();
+  }
+  if (interrupts_.signal() == 0) {
+    const bool gone = held->worker.gone();
+    const std::string how = held->worker.end();
+    tally.fail(gone || ready ? Outcome::kCrashed : Outcome::kTimeout, ready ? ready->value("failed", how) : how);
+  }
+  held.reset();
+  return nullptr;
+}
+
+// Sends a command and waits for its answer; all of that is the cell's wall time. Null when there is none.
+json TimingPass::command(const TimedContender& contender, const json& message, Tally& tally) {
+  const Clock::time_point start = Clock::now();
+  const CpuTimes before = CpuTimes::now();
+  json answer;
+  if (Session* held = session(contender, tally)) {
+    held->worker.send(message);
+    const auto got = held->worker.wait_message(campaign_.time_limit_s, interrupts_.descriptor());
+    if (got) throw_worker_error(*got);
+    if (got && got->contains("outcome")) {
+      answer = *got;
+    } else if (interrupts_.signal() == 0) {
+      const bool gone = held->worker.gone();
+      const std::string how = held->worker.end();
+      if (got) {
+        tally.fail(Outcome::kCrashed, fmt::format("exception: {}", got->value("failed", how)));
+      } else if (gone) {
+        tally.fail(Outcome::kCrashed, how);
+      } else {
+        tally.fail(Outcome::kTimeout, fmt::format("no sample after {}", duration_label(campaign_.time_limit_s)));
+      }
+      sessions_.erase(contender.name);
+    }
+  }
+  const CpuTimes after = CpuTimes::now();
+  tally.stolen += after.steal - before.steal;
+  tally.total += after.total - before.total;
+  tally.cell.wall_s += std::chrono::duration<double>(Clock::now() - start).count();
+  if (answer.is_null()) return answer;
+  tally.cell.engine_s += answer.at("engine_s").get<double>();
+  tally.cell.cpu_s += answer.value("cpu_s", 0.0);
+  const Outcome outcome = parse_outcome(answer.at("outcome").get<std::string>()).value_or(Outcome::kCrashed);
+  if (outcome == Outcome::kUnstable) {  // a figure all the same
+    tally.cell.outcome = outcome;
+    tally.cell.reason = answer.at("reason");
+  } else if (outcome != Outcome::kOk) {
+    tally.fail(outcome, answer.at("reason"));
+  }
+  return answer;
+}
+
+void TimingPass::measure(const CampaignSystem& system, const std::vector<TimedContender>& contenders,
+                         double timestep_ms, const std::map<std::string, std::string>& keys, const std::string& harness,
+                         const Started& started, const Put& put) {
+  std::vector<Tally> tallies(contenders.size());
+  long long shortest = 0;
+  for (size_t i = 0; i < contenders.size(); ++i) {
+    Tally& tally = tallies[i];
+    tally.cell.key = keys.at(contenders[i].name);
+    tally.cell.system = system.name;
+    tally.cell.contender = contenders[i].name;
+    tally.cell.timestep_ms = timestep_ms;
+    tally.cell.measure = "raw_speed";
+    tally.cell.started = unix_time();
+  }
+  // The harness comes last: its batches are as short as the shortest of the others.
+  std::vector<size_t> order(contenders.size());
+  for (size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::ranges::stable_partition(order, [&](size_t i) { return contenders[i].name != harness; });
+  for (const size_t i : order) {
+    const bool is_harness = contenders[i].name == harness;
+    started(fmt::format("raw_speed {} at {} ms, setting up {}", system.name, timestep_label(timestep_ms),
+                        contenders[i].name));
+    const json prepare = {{"prepare", timestep_ms}, {"steps", is_harness ? std::max(1LL, shortest) : 0}};
+    const json answer = command(contenders[i], prepare, tallies[i]);
+    if (interrupts_.signal() != 0) return;
+    if (answer.is_null() || tallies[i].over) continue;
+    tallies[i].steps = answer.at("steps");
+    shortest = shortest == 0 ? tallies[i].steps : std::min(shortest, tallies[i].steps);
+  }
+  std::mt19937_64 random(static_cast<std::uint64_t>(campaign_.seed) * 1000003 +
+                         static_cast<std::uint64_t>(std::llround(timestep_ms * 1e6)));
+  for (int round = 0; round < campaign_.timing.rounds; ++round) {
+    started(fmt::format("raw_speed {} at {} ms, round {} of {}", system.name, timestep_label(timestep_ms), round + 1,
+                        campaign_.timing.rounds));
+    shuffle(order, random);
+    for (const size_t i : order) {
+      Tally& tally = tallies[i];
+      if (tally.over) continue;
+      const double stolen = tally.stolen, total = tally.total;
+      const json answer = command(contenders[i], {{"sample", true}}, tally);
+      if (interrupts_.signal() != 0) return;
+      if (answer.is_null() || tally.over) continue;
+      tally.step_us.push_back(1e6 * answer.at("timed_s").get<double>() / answer.at("steps").get<double>());
+      tally.steal.push_back(tally.total > total ? (tally.stolen - stolen) / (tally.total - total) : 0);
+      tally.clock_share = std::max(tally.clock_share, answer.at("clock_share").get<double>());
+    }
+  }
+  for (Tally& tally : tallies) {
+    Cell& cell = tally.cell;
+    cell.finished = unix_time();
+    cell.steal = tally.total > 0 ? tally.stolen / tally.total : 0;
+    std::vector<SampleSeries> samples;
+    if (!tally.step_us.empty()) samples = {{"step_time_us", tally.step_us}, {"steal", tally.steal}};
+    if (!tally.over && !tally.step_us.empty()) {
+      const Interval step = bootstrap_median(tally.step_us, static_cast<std::uint64_t>(campaign_.seed));
+      cell.values = {{"step_time", "us", step.value, step.low, step.high},
+                     {"batch_steps", "1", static_cast<double>(tally.steps), {}, {}},
+                     {"clock_share", "1", tally.clock_share, {}, {}},
+                     {"engine_share", "1", cell.engine_s / cell.wall_s, {}, {}}};
+      if (step.low > 0) {
+        cell.values.push_back(inverse("raw_speed", "kHz", 1e3, step));
+        cell.values.push_back(inverse("realtime_factor", "1", 1e3 * timestep_ms, step));
+      }
+    }
+    put(cell, samples);
+  }
+}
+
+}  // namespace assay
