@@ -25,6 +25,7 @@ class DirectOde final : public Direct {
     dWorldSetQuickStepW(world_, settings.get<double>("over_relaxation"));
     dWorldSetContactSurfaceLayer(world_, settings.get<double>("contact_surface_layer"));
     dWorldSetAutoDisableFlag(world_, 0);
+    dWorldSetStepIslandsProcessingMaxThreadCount(world_, 1);
     max_contacts_ = static_cast<int>(settings.get<long long>("max_contacts"));
 
     make_bodies(model);
