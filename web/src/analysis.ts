@@ -48,13 +48,16 @@ export function points(view: SystemView, name: string): FrontPoint[] {
   return list;
 }
 
-// Contenders with a point that no other point beats in speed and in accuracy, the most accurate first.
+// Errors that differ by less than this share count as equal.
+const kSameError = 0.01;
+
+// Contenders with a point that no other point beats in speed without being less accurate, the most accurate first.
 export function paretoFront(list: FrontPoint[]): FrontMember[] {
   const bySpeed = [...list].sort((a, b) => b.speed - a.speed || a.error - b.error || a.contender.localeCompare(b.contender));
   const front: FrontPoint[] = [];
   let least = Infinity;
   for (const point of bySpeed) {
-    if (point.error < least) {
+    if (point.error < least * (1 - kSameError)) {
       least = point.error;
       front.push(point);
     }
@@ -74,7 +77,7 @@ export function paretoFront(list: FrontPoint[]): FrontMember[] {
 function isEqualTo(point: FrontPoint, list: FrontPoint[], other: string): boolean {
   const twin = list.find((candidate) => candidate.contender === other && candidate.timestep === point.timestep);
   if (!twin) return false;
-  const sameError = Math.abs(twin.error - point.error) <= 0.01 * Math.max(twin.error, point.error);
+  const sameError = Math.abs(twin.error - point.error) <= kSameError * Math.max(twin.error, point.error);
   return sameError && twin.speedHigh >= point.speedLow && twin.speedLow <= point.speedHigh;
 }
 

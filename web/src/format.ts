@@ -42,6 +42,16 @@ export function powerOfTen(value: number, digits = 3): string {
   return `${plain(rounded / 10 ** exponent, digits)}${kThin}×${kThin}10${superscript(exponent)}`;
 }
 
+// A figure in as little room as it needs: with an SI prefix where its unit takes one, else without unit.
+export function brief(value: number | null, unit: string): string {
+  if (value === null || !Number.isFinite(value)) return "";
+  if (kPrefixable[unit]) return quantity(value, unit, 2);
+  const size = Math.abs(value);
+  if (size === 0 || (size >= 1e-3 && size < 1e4)) return plain(value, 2);
+  const exponent = Math.floor(Math.log10(Math.abs(Number(value.toPrecision(2)))) + 1e-9);
+  return `${plain(value / 10 ** exponent, 2)}×10${superscript(exponent)}`;
+}
+
 export function unitText(unit: string): string {
   if (unit === "1" || unit === "") return "";
   if (unit === "us") return "µs";

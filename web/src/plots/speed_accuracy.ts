@@ -30,18 +30,21 @@ interface Series {
 const kFailBand = 26; // room above the plot for points without a value
 const kZeroBand = 22; // room below it for errors of exactly zero
 
-function collect(view: SystemView, name: string): { series: Series[]; unplaced: string[] } {
+function collect(view: SystemView, name: string): { series: Series[]; unplaced: string[]; failed: string[] } {
   const series: Series[] = [];
   const unplaced: string[] = [];
+  const failed: string[] = [];
   for (const contender of view.contenders) {
     const points: Point[] = [];
     const noSpeed: number[] = [];
+    const outcomes = new Set<string>();
     for (const step of view.errorTimesteps(name)) {
       const entry = view.entry(contender, step, name);
       if (!entry || entry.cell.outcome === "unsupported") continue;
       const speed = view.realtimeFactor(contender, step);
       if (!speed || speed.value <= 0) {
-        noSpeed.push(step);
+        if (entry.value) noSpeed.push(step);
+        else outcomes.add(entry.cell.outcome);
         continue;
       }
       const error = entry.value?.value ?? null;
@@ -53,8 +56,9 @@ function collect(view: SystemView, name: string): { series: Series[]; unplaced: 
     const floor = name === "consistency" ? view.single(contender, "restart_floor") : null;
     if (points.length > 0) series.push({ contender, points, floor });
     if (noSpeed.length > 0) unplaced.push(`${contender} (${timestepRange(noSpeed)})`);
+    if (outcomes.size > 0) failed.push(`${contender} (${[...outcomes].join(", ")})`);
   }
-  return { series, unplaced };
+  return { series, unplaced, failed };
 }
 
 function isNearFloor(point: Point, name: string): boolean {
@@ -152,7 +156,7 @@ export class SpeedAccuracy {
   private draw(width: number): void {
     const info = valueInfo(this.name);
     const unit = this.view.unit(this.name);
-    const { series, unplaced } = collect(this.view, this.name);
+    const { series, unplaced, failed } = collect(this.view, this.name);
     this.series = series;
     this.meaning.textContent = `${info.label}: ${info.meaning}.`;
     clear(this.canvas);
@@ -160,6 +164,7 @@ export class SpeedAccuracy {
     const valued = everything.filter((point) => point.error !== null && point.error > 0);
     const notes: string[] = [];
     if (unplaced.length > 0 && everything.length > 0) notes.push(`Not placed, for want of a timing: ${unplaced.join(", ")}.`);
+    if (failed.length > 0 && everything.length > 0) notes.push(`Neither speed nor error: ${failed.join(", ")}.`);
     if (everything.length === 0) {
       this.canvas.append(el("p", { class: "quiet empty" }, `Nothing to place: no contender has both a ${info.label.toLowerCase()} and a timing here.`));
       this.note.textContent = notes.join(" ");
@@ -239,6 +244,9 @@ export class SpeedAccuracy {
     }
     drawing.append(orderGuide(x, y, everything, frame));
 
+    const clip = uniqueId("frame");
+    const inside = { x: frame.left, y: frame.top, width: frame.right - frame.left, height: frame.bottom - frame.top };
+    drawing.append(svg("clipPath", { id: clip }, svg("rect", inside)));
     const path = line<Point>((point) => point.x, (point) => point.y); // prettier-ignore
     const [lowest = 0, highest = 0] = y.domain();
     for (const one of series) {
@@ -264,7 +272,7 @@ export class SpeedAccuracy {
           continue;
         }
         const bars = this.intervalPath(point, x, y);
-        if (bars) group.append(svg("path", { class: "interval", d: bars }));
+        if (bars) group.append(svg("path", { class: "interval", d: bars, "clip-path": `url(#${clip})` }));
         const sound = point.cell.outcome === "ok";
         const pale = isNearFloor(point, this.name);
         group.append(

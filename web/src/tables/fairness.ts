@@ -12,23 +12,13 @@ function text(contender: Contender, key: string): string {
   return String(value);
 }
 
-function joined(...parts: string[]): string {
-  return parts.filter(Boolean).join("; ");
-}
-
 function withOrder(contender: Contender): string {
   const order = text(contender, "order");
   return text(contender, "integrator") + (order ? `, order ${order}` : "");
 }
 
-function contact(contender: Contender): string {
-  if (contender.capabilities["contact"] === false) return "none";
-  return joined(text(contender, "contact_model"), text(contender, "contact_solver"));
-}
-
-function friction(contender: Contender): string {
-  if (contender.capabilities["contact"] === false) return "none";
-  return joined(text(contender, "friction_cone"), text(contender, "friction_combine"));
+function contact(key: string): (contender: Contender) => string {
+  return (contender) => (contender.capabilities["contact"] === false ? "no contact" : text(contender, key));
 }
 
 function springs(contender: Contender): string {
@@ -47,8 +37,10 @@ const kColumns: { title: string; hint: string; text: (contender: Contender) => s
   { title: "Coordinates", hint: "joint: hinges hold exactly; maximal: six coordinates a body", text: (c) => text(c, "coordinates") },
   { title: "Integrator", hint: "and its order on smooth systems", text: withOrder, wide: true },
   { title: "Joints", hint: "how hinges are held", text: (c) => text(c, "joint_solver"), wide: true },
-  { title: "Contact", hint: "model and solver", text: contact, wide: true },
-  { title: "Friction", hint: "cone, and how the pair's coefficient is reached", text: friction, wide: true },
+  { title: "Contact", hint: "how contacts act", text: contact("contact_model"), wide: true },
+  { title: "Contact solver", hint: "", text: contact("contact_solver"), wide: true },
+  { title: "Friction cone", hint: "", text: contact("friction_cone"), wide: true },
+  { title: "Friction", hint: "how the pair's coefficient is reached", text: contact("friction_combine"), wide: true },
   { title: "Springs, dampers", hint: "of joints", text: springs, wide: true },
   { title: "Limits", hint: "joint limits", text: (c) => text(c, "joint_limits") },
   { title: "Armature", hint: "exact joint armature", text: (c) => text(c, "armature") },

@@ -1,7 +1,7 @@
 // The conformance gate: test x contender, with the figure that decided.
 import type { GateResult, GateStatus, Report } from "../data";
 import { el } from "../dom";
-import { quantity } from "../format";
+import { brief, quantity } from "../format";
 import { facts } from "../tooltip";
 import { scrollFrame } from "./sortable";
 
@@ -42,7 +42,7 @@ export function gate(report: Report): HTMLElement {
       }
       const { sign, word } = statusOf(result);
       const silent = result.status === "not-applicable";
-      const figure = silent ? "" : quantity(result.figure, result.unit, 2);
+      const figure = silent ? "" : brief(result.figure, result.unit);
       const button = el(
         "button",
         {
@@ -53,7 +53,7 @@ export function gate(report: Report): HTMLElement {
           title: result.note || null,
         },
         el("span", { class: "sign" }, sign),
-        figure && figure !== "–" ? el("span", { class: "gate-figure" }, figure) : null,
+        figure ? el("span", { class: "gate-figure" }, figure) : null,
       );
       button.addEventListener("click", () => {
         const next = row.nextElementSibling;
