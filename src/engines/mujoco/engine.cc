@@ -103,7 +103,8 @@ std::vector<Setting> declared_settings() {
       {.name = "impratio",
        .default_value = 1.0,
        .unit = "",
-       .meaning = "ratio of frictional to normal impedance of contacts; larger slips less (elliptic cone only)",
+       .meaning = "ratio of frictional to normal impedance of contacts; larger creeps less; with the pyramid it "
+                  "stiffens contacts too",
        .minimum = 1e-6},
       {.name = "warmstart",
        .default_value = true,
@@ -644,6 +645,9 @@ class MujocoEngine final : public Engine {
     c.friction_combine = "larger of two, as the model's pairs; explicit pairs where they differ";
     c.contact = true;
     c.joint_limits = true;
+    c.other = fmt::format("joint limits are soft: time constant {} s, damping ratio {}",
+                          shortest(settings.get<double>("limit_timeconst")),
+                          shortest(settings.get<double>("limit_dampratio")));
     c.armature = true;
     c.gyroscopic = true;
     return c;
