@@ -31,7 +31,7 @@ class Random {
   }
 
  private:
-  std::mt19937_64 engine_{20150526};
+  std::mt19937_64 engine_{20150526};  // NOLINT(bugprone-random-generator-seed): the same states for every contender
 };
 
 State random_state(const Model& model, Random& random) {

@@ -160,7 +160,8 @@ Verdict pendulum_period(const Subject& subject) {
     std::vector<double> passages;
     for (size_t i = 1; i < states.size(); ++i) {
       const double a = states[i - 1].angle[0], b = states[i].angle[0];
-      if (!(a > 0 && b <= 0)) continue;
+      const bool downwards = a > 0 && b <= 0;
+      if (!downwards) continue;
       const double slope_a = states[i - 1].rate[0] * timestep, slope_b = states[i].rate[0] * timestep;
       const auto cubic = [&](double s) {
         return (1 + 2 * s) * (1 - s) * (1 - s) * a + s * (1 - s) * (1 - s) * slope_a + s * s * (3 - 2 * s) * b -
@@ -184,7 +185,7 @@ Verdict constant_torque(const Subject& subject) {
   // The final 7.5 rad/s turn the wheel by less than 2 degrees a step at 4 ms. At 13.5 rad/s a Cartesian engine that
   // corrects a fifth of its joint error a step, as Bullet and ODE do, has no first order yet there, in float and double
   // alike.
-  constexpr double kDuration = 1, kAngle = 0.4, kRate = 1.5, kAcceleration = 6;
+  constexpr double kDuration = 1, kAngle = 2.4, kRate = 1.5, kAcceleration = 6;
   const State start = with_joints(wheel.model, {kAngle}, {kRate});
   const double torque = kAcceleration * wheel.axial_inertia;
   const double end = uniform_acceleration({kAngle, kRate}, kAcceleration, kDuration).position;

@@ -35,10 +35,13 @@ std::vector<double> extrapolated(const std::vector<double>& coarse, const std::v
 }  // namespace
 
 void Checks::add(double figure, double tolerance, const std::string& what) {
-  const double ratio = std::isfinite(figure)
-                           ? (figure <= tolerance ? (tolerance > 0 ? figure / tolerance : 0)
-                                                  : (tolerance > 0 ? figure / tolerance : figure * 1e300))
-                           : std::numeric_limits<double>::infinity();
+  // how many tolerances the figure is; beyond a tolerance of 0 by as much as it is, and always more than what passes
+  double ratio = std::numeric_limits<double>::infinity();
+  if (figure <= tolerance) {
+    ratio = tolerance > 0 ? figure / tolerance : 0;
+  } else if (std::isfinite(figure)) {
+    ratio = tolerance > 0 ? figure / tolerance : 1 + figure;
+  }
   if (ratio <= ratio_) return;
   ratio_ = ratio;
   worst_.figure = figure;

@@ -1,7 +1,10 @@
 // One test for every contender x conformance test; a declared deviation passes, a missing capability is a skip that
-// names it. Names have underscores for hyphens, which GoogleTest's filters keep for themselves.
+// names it.
 #include <algorithm>
+#include <cctype>
+#include <ostream>
 #include <string>
+#include <vector>
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -11,49 +14,44 @@
 namespace assay {
 namespace {
 
-class ContenderTest : public testing::Test {
- public:
-  ContenderTest(std::string contender, std::string test) : contender_(std::move(contender)), test_(std::move(test)) {}
-
-  void TestBody() override {
-    const ResolvedContender contender = Registry::instance().resolve(contender_);
-    const auto results = run_conformance(contender, {.tests = {test_}});
-    ASSERT_EQ(results.size(), 1U);
-    const ConformanceResult& result = results.front();
-    const std::string text = fmt::format("{}: {:.4g} (tolerance {:.4g}) {} -- {}", status_text(result.status),
-                                         result.figure, result.tolerance, result.unit, result.note);
-    if (result.status == ConformanceStatus::kNotApplicable) GTEST_SKIP() << text;
-    EXPECT_NE(result.status, ConformanceStatus::kFail) << text;
-    RecordProperty("verdict", text);
-  }
-
- private:
-  std::string contender_, test_;
+struct Pair {
+  std::string contender, test;
 };
 
-std::string identifier(std::string name) {
-  std::ranges::replace_if(name, [](unsigned char c) { return std::isalnum(c) == 0; }, '_');
-  return name;
-}
+std::ostream& operator<<(std::ostream& out, const Pair& pair) { return out << pair.contender << " " << pair.test; }
 
-}  // namespace
-}  // namespace assay
-
-int main(int argc, char** argv) {
-  using namespace assay;
-  testing::InitGoogleTest(&argc, argv);
+std::vector<Pair> all_pairs() {
   const Registry& registry = Registry::instance();
+  std::vector<Pair> pairs;
   for (const Engine* engine : registry.engines()) {
     // the null engine is the harness's zero and simulates nothing; faults_test.cc shows that the gate refuses it
     if (engine->name() == "null") continue;
     for (const Contender& contender : engine->contenders()) {
-      for (const ConformanceTest& test : conformance_tests()) {
-        testing::RegisterTest(identifier(contender.name).c_str(), identifier(test.name).c_str(), nullptr, nullptr,
-                              __FILE__, __LINE__, [contender = contender.name, test = test.name]() -> testing::Test* {
-                                return new ContenderTest(contender, test);
-                              });
-      }
+      for (const ConformanceTest& test : conformance_tests()) pairs.push_back({contender.name, test.name});
     }
   }
-  return RUN_ALL_TESTS();
+  return pairs;
 }
+
+class Contenders : public testing::TestWithParam<Pair> {};
+
+TEST_P(Contenders, Conform) {
+  const ResolvedContender contender = Registry::instance().resolve(GetParam().contender);
+  const auto results = run_conformance(contender, {.tests = {GetParam().test}});
+  ASSERT_EQ(results.size(), 1U);
+  const ConformanceResult& result = results.front();
+  const std::string text = fmt::format("{}: {:.4g} (tolerance {:.4g}) {} -- {}", status_text(result.status),
+                                       result.figure, result.tolerance, result.unit, result.note);
+  if (result.status == ConformanceStatus::kNotApplicable) GTEST_SKIP() << text;
+  EXPECT_NE(result.status, ConformanceStatus::kFail) << text;
+  RecordProperty("verdict", text);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Contenders, testing::ValuesIn(all_pairs()), [](const auto& parameter) {
+  std::string name = parameter.param.contender + "__" + parameter.param.test;
+  std::ranges::replace_if(name, [](unsigned char c) { return std::isalnum(c) == 0; }, '_');
+  return name;
+});
+
+}  // namespace
+}  // namespace assay

@@ -24,7 +24,7 @@ struct Case {
   std::vector<std::string> caught_by;
 };
 
-void PrintTo(const Case& c, std::ostream* out) { *out << c.fault.name; }
+std::ostream& operator<<(std::ostream& out, const Case& c) { return out << c.fault.name; }
 
 void every_free_body(const Model& model, State& state, const std::function<void(const Body&, BodyState&)>& edit) {
   for (size_t i = 0; i < model.bodies.size(); ++i) edit(model.bodies[i], state.bodies[i]);
@@ -158,8 +158,9 @@ std::vector<Case> contact_faults() {
         .model =
             [](Model& m) {
               m.contacts.clear();
-              for (int a = 0; a < static_cast<int>(m.shapes.size()); ++a) {
-                for (int b = a + 1; b < static_cast<int>(m.shapes.size()); ++b) m.contacts.push_back({a, b, 1});
+              const int count = static_cast<int>(m.shapes.size());
+              for (int a = 0; a < count; ++a) {
+                for (int b = a + 1; b < count; ++b) m.contacts.push_back({a, b, 1});
               }
             }},
        {"excluded-pairs"}},

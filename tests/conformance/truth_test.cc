@@ -26,7 +26,7 @@ struct TruthCase {
   double duration = 1;
 };
 
-void PrintTo(const TruthCase& c, std::ostream* out) { *out << c.name; }
+std::ostream& operator<<(std::ostream& out, const TruthCase& c) { return out << c.name; }
 
 State moving_trees(const Model& model) {
   State start = conformance::with_joints(model, {0.9, -1.4, 0.5, -0.2}, {1.5, -2, 1, 2.5});
