@@ -48,9 +48,8 @@ State random_state(const Model& model, Random& random) {
   return state;
 }
 
-// Conversions between a state and an engine's own coordinates are up to a hundred roundings of numbers of size up
-// to 10.
-double conversion_tolerance(const Subject& subject) { return subject.rounding(25, 10); }
+// Conversions between a state and an engine's own coordinates are some forty roundings of numbers of size up to 10.
+double conversion_tolerance(const Subject& subject) { return subject.rounding(10, 10); }
 
 // Falling, sliding and touching capsules where there is contact, else bodies on hinges.
 Model eventful_model(const Subject& subject) {
