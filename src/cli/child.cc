@@ -16,7 +16,10 @@
 namespace assay::cli {
 namespace {
 
-SystemError failure(const char* what) { return SystemError(fmt::format("{} failed: {}", what, std::strerror(errno))); }
+SystemError failure(const char* what) {
+  const std::string text = fmt::format("{} failed: {}", what, std::strerror(errno));
+  return SystemError{text};
+}
 
 void write_all(int fd, const std::string& text) {
   for (size_t done = 0; done < text.size();) {

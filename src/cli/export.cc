@@ -17,18 +17,19 @@ struct Options {
   std::string dir, format, out = "-";
 };
 
-// One value of a cell, or a cell without values.
+// One value of a cell, or a cell that failed before it had one.
 struct Row {
   const Cell* cell;
   const Value* value;  // null: the cell has none
 };
 
 // Numbers that are not there, and those that are none, are absent in both formats.
-std::optional<double> finite(const std::optional<double>& number) {
-  return number && std::isfinite(*number) ? number : std::nullopt;
+std::string csv_number(const std::optional<double>& number) {
+  return number && std::isfinite(*number) ? shortest(*number) : "";
 }
-std::string csv_number(const std::optional<double>& number) { return finite(number) ? shortest(*number) : ""; }
-Json json_number(const std::optional<double>& number) { return finite(number) ? Json(*number) : Json(nullptr); }
+Json json_number(const std::optional<double>& number) {
+  return number && std::isfinite(*number) ? Json(*number) : Json(nullptr);
+}
 
 std::string as_csv(const std::vector<Row>& rows) {
   std::string text = "system,contender,timestep_ms,measure,value,unit,outcome,low,high\n";
@@ -69,7 +70,8 @@ int export_values(const Options& options) {
   std::vector<Row> rows;
   for (const Cell& cell : cells) {
     for (const Value& value : cell.values) rows.push_back({&cell, &value});
-    if (cell.values.empty()) rows.push_back({&cell, nullptr});
+    // a reference run has no value of its own and nothing to tell, unless it failed
+    if (cell.values.empty() && cell.outcome != Outcome::kOk) rows.push_back({&cell, nullptr});
   }
   OutputFile file(options.out);
   file.write(options.format == "csv" ? as_csv(rows) : as_json(rows));

@@ -20,9 +20,9 @@ constexpr const char* kDescription =
     "is.";
 
 // The subcommand that was called, or the program itself.
-const CLI::App& called(const CLI::App& app) {
+const CLI::App* called(const CLI::App& app) {
   const auto commands = app.get_subcommands();
-  return commands.empty() ? app : *commands.front();
+  return commands.empty() ? &app : commands.front();
 }
 
 std::string full_name(const CLI::App& app, const CLI::App& command) {
@@ -51,7 +51,7 @@ std::string unexpected_argument(const CLI::App& app, const CLI::App& command) {
 
 // A wrong command line in one sentence that ends in where to look.
 std::string complaint(const CLI::App& app, const CLI::ParseError& error) {
-  const CLI::App& command = called(app);
+  const CLI::App& command = *called(app);
   std::string text = unexpected_argument(app, command);
   if (text.empty() && dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr) {
     text = error.what();

@@ -62,23 +62,22 @@ Job prepare(const Options& options) {
   Job job;
   job.timestep_ms = parse_positive("--timestep", options.timestep, "milliseconds");
   job.duration_s = parse_positive("--duration", options.duration, "seconds");
-  const double sample_ms =
-      options.sample ? parse_positive("--sample", *options.sample, "milliseconds") : job.timestep_ms;
+  const std::string sample = options.sample.value_or(options.timestep);
+  const double sample_ms = parse_positive("--sample", sample, "milliseconds");
   if (const double steps = job.duration_s * 1000 / job.timestep_ms; steps > kMostSteps) {
     throw InputError(fmt::format("--duration is {} s, which takes {:.3g} timesteps of {} ms: use at most {:.3g} s",
                                  options.duration, steps, options.timestep, kMostSteps * job.timestep_ms / 1000));
   }
   const auto per_sample = whole_number_of(sample_ms, job.timestep_ms);
   if (!per_sample) {
-    throw InputError(fmt::format("--sample is {} ms, which is no whole number of timesteps of {} ms: use {}",
-                                 *options.sample, options.timestep, neighbours(sample_ms, job.timestep_ms)));
+    throw InputError(fmt::format("--sample is {} ms, which is no whole number of timesteps of {} ms: use {}", sample,
+                                 options.timestep, neighbours(sample_ms, job.timestep_ms)));
   }
   job.steps_per_sample = *per_sample;
   const auto samples = whole_number_of(job.duration_s * 1000, sample_ms);
   if (!samples) {
     throw InputError(fmt::format("--duration is {} s, which is no whole number of {} of {} ms: use {}",
-                                 options.duration, options.sample ? "samples" : "timesteps",
-                                 options.sample.value_or(options.timestep),
+                                 options.duration, options.sample ? "samples" : "timesteps", sample,
                                  neighbours(job.duration_s, sample_ms / 1000)));
   }
   job.steps = *samples * job.steps_per_sample;

@@ -34,7 +34,7 @@ BALL = """<mujoco model="ball">
 class AssayTest(unittest.TestCase):
     """Each test has an empty folder of its own as current directory of the program."""
 
-    maxDiff = None
+    maxDiff = 4000
 
     def setUp(self):
         if not PROGRAM:

@@ -1,0 +1,432 @@
+"""run, paper, report, export: real campaigns, made small."""
+
+import contextlib
+import csv
+import hashlib
+import io
+import json
+import math
+import os
+import pathlib
+import random
+import re
+import shutil
+import signal
+import sqlite3
+import subprocess
+import time
+
+from harness import PROGRAM, AssayTest, data_folder, main
+
+TINY = """
+name = "{name}"
+contenders = {contenders}
+timesteps_ms = ["1/4", 1, 4]
+reference_ms = "1/4"
+measures = ["raw_speed", "consistency", "truth", "drift"]
+[timing]
+rounds = 3
+batch_ms = 1
+[[system]]
+name = "planar-chain"
+duration_s = 0.16
+pieces = 2
+piece_ms = 32
+"""
+CONTENDERS = ["mujoco-euler", "ode-step"]
+EXPORT_HEADER = ["system", "contender", "timestep_ms", "measure", "value", "unit", "outcome", "low", "high"]
+# what depends on the machine's mood; everything else has to come out the same
+TIMED = {"raw_speed", "step_time", "realtime_factor", "batch_steps", "clock_share", "engine_share"}
+
+
+def tiny(name="tiny", contenders=None):
+    return TINY.format(name=name, contenders=json.dumps(contenders or CONTENDERS))
+
+
+class CampaignTest(AssayTest):
+    def setUp(self):
+        super().setUp()
+        self.write("tiny.toml", tiny())
+
+    def run_tiny(self, out="results", *more):
+        return self.assay("run", "tiny.toml", "--out", out, *more)
+
+    def rows(self, out="results"):
+        return list(csv.DictReader(io.StringIO(self.assay("export", out, "--format", "csv"))))
+
+    def table(self, out="results"):
+        """Every row that has to be the same in every run; of timings only that they are there."""
+        table = []
+        for row in self.rows(out):
+            if row["measure"] in TIMED:
+                row = {**row, "value": "timed", "low": "", "high": ""}
+            table.append(tuple(row.values()))
+        return sorted(table)
+
+    def content(self, out):
+        """What every file of a directory holds."""
+        folder = self.dir / out
+        return {str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest()
+                for path in folder.rglob("*") if path.is_file() and not path.name.endswith(("-shm", "-wal", ".lock"))}
+
+
+class Run(CampaignTest):
+    def test_every_cell_has_a_value(self):
+        text = self.run_tiny()
+        self.assertRegex(text, r"^26 cells in .*: 26 ok \(26 now, 0 before\)\n")
+        found = {(row["contender"], float(row["timestep_ms"]), row["measure"]) for row in self.rows()}
+        for contender in CONTENDERS:
+            for timestep in [0.25, 1, 4]:
+                for measure in ["raw_speed", "realtime_factor", "consistency", "truth_error", "energy_drift",
+                                "angular_momentum_drift"]:
+                    self.assertIn((contender, timestep, measure), found)
+
+    def test_same_command_again_measures_nothing(self):
+        self.run_tiny()
+        before = self.assay("export", "results", "--format", "csv")
+        self.assertRegex(self.run_tiny(), r"26 ok \(0 now, 26 before\)")
+        self.assertEqual(self.assay("export", "results", "--format", "csv"), before)
+
+    def test_two_runs_and_any_number_of_jobs_give_the_same_table(self):
+        self.run_tiny("a", "--jobs", "1")
+        self.run_tiny("b", "--jobs", "3")
+        self.assertEqual(self.table("a"), self.table("b"))
+
+    def test_error_falls_with_the_timestep(self):
+        self.run_tiny()
+        for contender in CONTENDERS:
+            errors = {float(row["timestep_ms"]): float(row["value"]) for row in self.rows()
+                      if row["contender"] == contender and row["measure"] == "truth_error"}
+            self.assertTrue(0 < errors[0.25] < errors[1] < errors[4])
+            # first order at least: a quarter of the timestep, a quarter of the error
+            self.assertGreater(errors[1] / errors[0.25], 3.5)
+
+    def test_shards_are_parts_of_the_whole(self):
+        self.run_tiny("whole")
+        parts = []
+        for i in [1, 2]:
+            self.run_tiny(f"part{i}", "--shard", f"{i}/2")
+            with sqlite3.connect(self.dir / f"part{i}/assay.sqlite") as db:
+                parts.append({row[0] for row in db.execute("SELECT key FROM cells")})
+        with sqlite3.connect(self.dir / "whole/assay.sqlite") as db:
+            whole = {row[0] for row in db.execute("SELECT key FROM cells")}
+        self.assertEqual(parts[0] | parts[1], whole)
+        self.assertFalse(parts[0] & parts[1])
+
+    def test_failing_engines_are_results(self):
+        self.use_faulty_engine()
+        failing = ["faulty-abort", "faulty-exit", "faulty-throw", "faulty-nan"]
+        self.write("tiny.toml", tiny(contenders=[*failing, "mujoco-euler"]))
+        text = self.run_tiny()
+        for contender in failing:
+            self.assertRegex(text, rf"(?m)^not scored: {contender}\b")
+        rows = self.rows()
+        for contender in failing:
+            outcomes = {row["outcome"] for row in rows if row["contender"] == contender}
+            self.assertTrue(outcomes and "ok" not in outcomes, outcomes)
+        self.write("tiny.toml", tiny(contenders=["mujoco-euler"]))
+        self.run_tiny("alone")
+        sound = [row for row in self.table() if row[1] == "mujoco-euler"]
+        self.assertEqual(sound, [row for row in self.table("alone") if row[1] == "mujoco-euler"])
+
+    def test_plain_lines_without_a_terminal(self):
+        done = self.run_assay("run", "tiny.toml", "--out", "results")
+        self.assertEqual(done.returncode, 0)
+        self.assertNotIn("\x1b", done.stderr + done.stdout)
+        self.assertNotIn("\r", done.stderr + done.stdout)
+
+    def test_relative_model_and_named_campaign(self):
+        folder = data_folder(self.dir / "lab", [("mine", tiny("mine"))])
+        self.env["ASSAY_DATA"] = str(folder)
+        self.assertIn("26 ok", self.assay("run", "mine", "--out", "results"))
+
+
+class Interrupted(CampaignTest):
+    """However a run ends, finished cells stay and the same command goes on to the same table."""
+
+    def stored(self):
+        """Every cell with its values, while somebody may be writing."""
+        path = self.dir / "results/assay.sqlite"
+        if not path.exists():
+            return {}
+        with sqlite3.connect(path) as db:
+            if not db.execute("SELECT count(*) FROM sqlite_master WHERE name = 'cells'").fetchone()[0]:
+                return {}
+            cells = {row[0]: row[1:] for row in db.execute("SELECT key, id, outcome, started, finished FROM cells")}
+            # derived values change while cells arrive: the raw ones may not
+            return {key: (*cell[1:], tuple(db.execute(
+                "SELECT name, idx, value FROM samples WHERE cell_id = ? ORDER BY name, idx", cell[:1])))
+                for key, cell in cells.items()}
+
+    def test_kill_at_any_moment(self):
+        self.run_tiny("clean")
+        seed = random.randrange(1 << 32)
+        chance = random.Random(seed)
+        kept, kills = {}, 0
+        for _ in range(40):
+            process = self.start_assay("run", "tiny.toml", "--out", "results", start_new_session=True)
+            try:
+                process.communicate(timeout=chance.uniform(0.02, 1.5))
+            except subprocess.TimeoutExpired:
+                # the parent alone, as the kernel does when memory runs out
+                os.kill(process.pid, signal.SIGKILL)
+                process.communicate()
+                kills += 1
+            else:
+                self.assertEqual(process.returncode, 0, f"seed {seed}")
+            now = self.stored()
+            for key, cell in kept.items():
+                self.assertEqual(now.get(key), cell, f"seed {seed}: a finished cell was lost or measured again")
+            kept = now
+            if process.returncode == 0:
+                break
+        self.assertGreater(kills, 0, f"seed {seed}: no run was killed")
+        self.run_tiny()
+        self.assertEqual(self.table(), self.table("clean"), f"seed {seed}")
+
+    def test_no_worker_outlives_a_killed_run(self):
+        process = self.start_assay("run", "tiny.toml", "--out", "results", start_new_session=True)
+        time.sleep(0.7)
+        process.kill()
+        process.communicate()
+        for _ in range(1000):
+            try:
+                os.killpg(process.pid, 0)
+            except ProcessLookupError:
+                return
+            time.sleep(0.01)
+        self.fail("a worker is still there after 10 s")
+
+    def test_ctrl_c(self):
+        self.run_tiny("clean")
+        for number, pause in [(signal.SIGINT, 0.5), (signal.SIGTERM, 1.5)]:
+            process = self.start_assay("run", "tiny.toml", "--out", "results", start_new_session=True)
+            time.sleep(pause)
+            os.killpg(process.pid, number)
+            out, err = process.communicate(timeout=60)
+            if process.returncode == 0:
+                continue  # it was done before
+            self.assertEqual((process.returncode, out), (1, ""), err)
+            last = err.splitlines()[-1]
+            self.assertRegex(last, r"^assay: stopped by (Interrupt|Terminated): \d+ of 26 cells are stored in 'results', "
+                                   r"and 'assay run tiny.toml --out results' goes on from there$")
+            self.assertEqual(len(self.stored()), int(re.search(r"(\d+) of 26", last)[1]))
+        self.run_tiny()
+        self.assertEqual(self.table(), self.table("clean"))
+
+    def test_one_writer_at_a_time(self):
+        first = self.start_assay("run", "tiny.toml", "--out", "results")
+        while not (self.dir / "results/assay.sqlite").exists():
+            self.assertIsNone(first.poll())
+            time.sleep(0.01)
+        second = self.run_assay("run", "tiny.toml", "--out", "results")
+        if first.poll() is None:
+            self.assertEqual(second.returncode, 2, second.stderr)
+            self.check_sentence(second.stderr, ["results"])
+        first.communicate()
+        self.assertEqual(first.returncode, 0)
+
+
+class FullDisk(CampaignTest):
+    def make_disk(self, size):
+        self.disk = self.dir / "disk"
+        self.disk.mkdir()
+        mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}", "assay-test", str(self.disk)],
+                                 capture_output=True)
+        if mounted.returncode != 0:
+            self.skipTest("a small file system cannot be mounted here: needs root")
+        self.addCleanup(subprocess.run, ["umount", "-l", str(self.disk)], check=True)
+
+    def test_full_disk_keeps_what_is_there(self):
+        self.make_disk("96k")
+        done = self.run_assay("run", "tiny.toml", "--out", "disk/results")
+        self.assertEqual((done.returncode, done.stdout), (1, ""), done.stderr)
+        sentence = done.stderr.splitlines()[-1]
+        self.assertRegex(sentence, "^assay: ")
+        self.assertRegex(sentence, "(?i)disk|space|full")
+        subprocess.run(["mount", "-o", "remount,size=64m", str(self.disk)], check=True)
+        self.assay("run", "tiny.toml", "--out", "disk/results")
+        self.run_tiny("clean")
+        self.assertEqual(self.table("disk/results"), self.table("clean"))
+
+    def test_report_and_export_are_whole_or_not_at_all(self):
+        self.make_disk("1m")
+        self.run_tiny()
+        shutil.copytree(self.dir / "results", self.disk / "results")
+        with open(self.disk / "filler", "wb", buffering=0) as filler:
+            try:
+                while True:
+                    filler.write(b"x" * 4096)
+            except OSError:
+                pass
+        self.refused("report", "disk/results", status=1, naming=["report.html"])
+        self.assertFalse((self.disk / "results/report.html").exists())
+        (self.disk / "values.csv").touch()
+        self.refused("export", "results", "--format", "csv", "--out", "disk/values.csv", status=1, naming=["values.csv"])
+        self.assertEqual((self.disk / "values.csv").stat().st_size, 0)
+
+
+class Paper(CampaignTest):
+    def test_quick_runs_and_reports(self):
+        self.env["ASSAY_DATA"] = str(data_folder(self.dir / "lab", [("quick", tiny("quick"))]))
+        text = self.assay("paper", "--quick", "--out", "results", "--jobs", "2")
+        self.assertIn("26 ok", text)
+        self.assertTrue(text.endswith("report: results/report.html\n"), text)
+        page = (self.dir / "results/report.html").read_text()
+        for part in ["planar-chain", *CONTENDERS]:
+            self.assertIn(part, page)
+        # nothing is fetched when the page is opened
+        self.assertFalse(re.findall(r"""(?:src|href)\s*=\s*["']?(?:https?:)?//""", page))
+        self.assay("report", "results")
+        self.assertEqual((self.dir / "results/report.html").read_text(), page)
+
+    def test_real_campaigns_can_be_planned(self):
+        # loaded and refused for the directory alone: the files that come with assay are sound
+        (self.dir / "file").write_text("")
+        for arguments in [["paper", "--quick"], ["paper"]]:
+            self.refused(*arguments, "--out", "file/results", status=1, naming=["file/results"])
+
+
+class Export(CampaignTest):
+    def test_csv_and_json_say_the_same(self):
+        self.run_tiny()
+        text = self.assay("export", "results", "--format", "csv")
+        self.assertEqual(text.splitlines()[0].split(","), EXPORT_HEADER)
+        rows = self.rows()
+        values = self.assay_json("export", "results", "--format", "json")
+        self.assertEqual(len(rows), len(values))
+        for row, value in zip(rows, values):
+            self.assertEqual(list(value), EXPORT_HEADER)
+            for key in EXPORT_HEADER:
+                if value[key] is None:
+                    self.assertEqual(row[key], "")
+                elif isinstance(value[key], str):
+                    self.assertEqual(row[key], value[key])
+                else:
+                    self.assertEqual(float(row[key]), value[key])
+                    self.assertTrue(math.isfinite(value[key]))
+
+    def test_values_without_cell_and_cells_without_value(self):
+        self.use_faulty_engine()
+        self.write("tiny.toml", tiny(contenders=["faulty-throw"]))
+        self.run_tiny()
+        rows = self.rows()
+        self.assertTrue(rows)
+        for row in rows:
+            self.assertNotEqual(row["outcome"], "ok")
+            self.assertEqual((row["value"], row["low"], row["high"]), ("", "", ""))
+            self.assertTrue(row["measure"])
+        self.assertNotRegex(self.assay("export", "results", "--format", "json"), r"NaN|Infinity")
+
+    def test_numbers_are_the_stored_ones(self):
+        self.run_tiny()
+        with sqlite3.connect(self.dir / "results/assay.sqlite") as db:
+            stored = sorted(row[0] for row in db.execute('SELECT value FROM "values" WHERE value IS NOT NULL'))
+        self.assertEqual(sorted(float(row["value"]) for row in self.rows() if row["value"]), stored)
+
+    def test_to_a_file(self):
+        self.run_tiny()
+        self.assertEqual(self.assay("export", "results", "--format", "csv", "--out", "values.csv"), "")
+        self.assertEqual((self.dir / "values.csv").read_text(), self.assay("export", "results", "--format", "csv"))
+
+    def test_unknown_format(self):
+        self.refused("export", "results", "--format", "xml", naming=["'xml'", "csv or json"])
+
+
+class BadCampaigns(AssayTest):
+    def refused_run(self, text, naming):
+        self.write("c.toml", text)
+        self.refused("run", "c.toml", "--out", "results", naming=naming)
+        self.assertFalse((self.dir / "results").exists())
+
+    def test_file(self):
+        self.refused("run", "nowhere.toml", "--out", "results", naming=["'nowhere.toml'", "does not exist"])
+        self.refused("run", "quik", "--out", "results", naming=["'quik'", "did you mean 'quick'?"])
+        self.refused("run", ".", "--out", "results", naming=["'.'", "directory"])
+        self.refused_run("name = [", ["c.toml"])
+        self.refused_run("", ["c.toml"])
+
+    def test_names(self):
+        self.refused_run(tiny(contenders=["mujoco-eular"]), ["mujoco-eular", "mujoco-euler"])
+        self.refused_run(tiny().replace('name = "planar-chain"', 'name = "planar-chian"'), ["planar-chian", "planar-chain"])
+        self.refused_run(tiny().replace('"truth"', '"thruth"'), ["thruth", "truth"])
+        self.refused_run(tiny().replace("pieces =", "peices ="), ["peices", "pieces"])
+
+    def test_timesteps(self):
+        self.refused_run(tiny().replace('["1/4", 1, 4]', '["1/4", -1, 4]'), ["-1"])
+        self.refused_run(tiny().replace('["1/4", 1, 4]', '["1/4", 0, 4]'), ["0"])
+        self.refused_run(tiny().replace('["1/4", 1, 4]', '["1/4", 1, 3]'), ["3"])
+        self.refused_run(tiny().replace('["1/4", 1, 4]', '["1/4", "fast", 4]'), ["fast"])
+
+    def test_options(self):
+        self.write("c.toml", tiny())
+        for jobs in ["0", "-1", "many", "1.5"]:
+            self.refused("run", "c.toml", "--out", "results", "--jobs", jobs, naming=["--jobs", f"'{jobs}'"])
+        for shard in ["3/2", "0/2", "half", "1/0"]:
+            self.refused("run", "c.toml", "--out", "results", "--shard", shard, naming=[shard])
+        self.refused("run", "c.toml", "--out", "", naming=["empty"])
+        self.assertFalse((self.dir / "results").exists())
+
+
+class BadDirectories(CampaignTest):
+    def unchanged(self, out, *arguments, naming):
+        before = self.content(out)
+        self.refused(*arguments, naming=naming)
+        self.assertEqual(self.content(out), before)
+
+    def test_results_of_another_campaign(self):
+        self.run_tiny()
+        self.write("other.toml", tiny("other"))
+        self.unchanged("results", "run", "other.toml", "--out", "results", naming=["results", "tiny"])
+        # the same name with another content is another campaign too
+        self.write("tiny.toml", tiny().replace("pieces = 2", "pieces = 3"))
+        self.unchanged("results", "run", "tiny.toml", "--out", "results", naming=["results"])
+
+    def test_results_of_another_version(self):
+        self.run_tiny()
+        with contextlib.closing(sqlite3.connect(self.dir / "results/assay.sqlite")) as db:
+            db.execute("PRAGMA user_version = 999")
+        for arguments in [["run", "tiny.toml", "--out", "results"], ["report", "results"],
+                          ["export", "results", "--format", "csv"]]:
+            self.unchanged("results", *arguments, naming=["results", "999"])
+
+    def test_something_else(self):
+        self.write("results/assay.sqlite", "my diary")
+        for arguments in [["run", "tiny.toml", "--out", "results"], ["report", "results"],
+                          ["export", "results", "--format", "csv"]]:
+            self.unchanged("results", *arguments, naming=["results"])
+
+    def test_no_results(self):
+        (self.dir / "empty").mkdir()
+        for folder in ["empty", "nowhere", "tiny.toml"]:
+            for command in [["report", folder], ["export", folder, "--format", "json"]]:
+                self.refused(*command, naming=[folder])
+        self.assertEqual(list((self.dir / "empty").iterdir()), [])
+        self.assertFalse((self.dir / "nowhere").exists())
+
+    def test_place_that_cannot_be(self):
+        for out in ["tiny.toml", "tiny.toml/results", "/proc/results"]:
+            done = self.run_assay("run", "tiny.toml", "--out", out)
+            self.assertIn(done.returncode, (1, 2))
+            self.check_sentence(done.stderr, [out])
+        self.assertEqual([path.name for path in self.dir.iterdir()], ["tiny.toml"])
+
+    def test_directory_without_permission(self):
+        (self.dir / "locked").mkdir()
+        (self.dir / "locked").chmod(0o555)
+        self.dir.chmod(0o755)
+        user = {} if os.geteuid() != 0 else {"user": 65534, "group": 65534, "extra_groups": []}
+        done = self.run_assay("run", "tiny.toml", "--out", "locked/results", **user)
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.check_sentence(done.stderr, ["locked/results"])
+
+
+class Workers(AssayTest):
+    def test_worker_by_hand_ends_at_once(self):
+        done = subprocess.run([PROGRAM, "worker"], capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=60)
+        self.assertNotEqual(done.returncode, 0)
+        self.assertNotIn("terminate called", done.stderr)
+
+
+if __name__ == "__main__":
+    main()
