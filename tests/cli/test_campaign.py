@@ -259,7 +259,7 @@ class FullDisk(CampaignTest):
                     filler.write(b"x" * 4096)
             except OSError:
                 pass
-        self.refused("report", "disk/results", status=1, naming=["report.html"])
+        self.refused("report", "disk/results", status=1, naming=["disk/results", "No space left"])
         self.assertFalse((self.disk / "results/report.html").exists())
         (self.disk / "values.csv").touch()
         self.refused("export", "results", "--format", "csv", "--out", "disk/values.csv", status=1, naming=["values.csv"])
