@@ -220,7 +220,8 @@ void describe(Store& store) {
                       {"flags", "-O3 -DNDEBUG -ffp-contract=off"},
                       {"governor", "performance"},
                       {"kernel", "6.1.0"},
-                      {"version", "0.1.0"}});
+                      {"assay_version", "0.1.0"},
+                      {"engine_share_timing", "0.957"}});
   const std::vector<std::string> tests = {"readback",        "state-round-trip", "determinism",    "free-fall",
                                           "torque-free-top", "pendulum-period",  "planar-chain",   "spatial-chain",
                                           "spring-damper",   "joint-limit",      "resting-height", "sliding-capsule"};

@@ -12,24 +12,16 @@ import { gate } from "./tables/gate";
 import { harnessCost, manifestTable, stealSummary } from "./tables/manifest";
 import { tooltip } from "./tooltip";
 
-function first(report: Report, ...keys: string[]): string | null {
-  for (const key of keys) {
-    const value = report.manifest(key);
-    if (value) return value;
-  }
-  return null;
-}
-
 function header(report: Report): HTMLElement {
   const facts = el("dl", { class: "plate" });
   const add = (name: string, value: string | null) => {
     if (value) facts.append(el("div", {}, el("dt", {}, name), el("dd", {}, value)));
   };
-  add("Campaign", first(report, "campaign_title", "title", "campaign"));
-  add("CPU", first(report, "cpu", "cpu_model"));
-  add("Governor", first(report, "governor", "cpu_governor"));
-  add("Measured", first(report, "finished", "started", "date"));
-  add("assay", [first(report, "version", "assay_version"), first(report, "commit", "assay_commit")?.slice(0, 12)].filter(Boolean).join(", "));
+  add("Campaign", report.manifest("campaign_title") || report.manifest("campaign"));
+  add("CPU", report.manifest("cpu"));
+  add("Governor", report.manifest("governor"));
+  add("Measured", report.manifest("finished") ?? report.manifest("started"));
+  add("assay", [report.manifest("assay_version"), report.manifest("commit")?.slice(0, 12)].filter(Boolean).join(", "));
   const harness = harnessCost(report);
   add("Harness", harness ? `${harness.short} a step at most` : null);
   const steal = stealSummary(report);

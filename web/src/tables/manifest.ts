@@ -1,7 +1,7 @@
 // Everything that was recorded of the machine and the run.
 import type { Report } from "../data";
 import { el } from "../dom";
-import { percent, plain, quantity, timestep } from "../format";
+import { percent, quantity, timestep } from "../format";
 
 // The cost of the harness itself: the same timing of an engine that does nothing.
 export function harnessCost(report: Report): { text: string; short: string } | null {
@@ -27,19 +27,92 @@ export function stealSummary(report: Report): string | null {
     .sort((a, b) => a - b);
   if (shares.length === 0) return null;
   const median = shares[Math.floor(shares.length / 2)]!;
-  return `median ${percent(median)}, largest ${percent(shares[shares.length - 1]!)} of the machine's time, over ${plain(shares.length, 6)} timing cells`;
+  return `median ${percent(median)}, largest ${percent(shares[shares.length - 1]!)} of the machine's time, over ${shares.length} timing cells`;
+}
+
+// What the runs record, in the order and the words in which it is shown. What is not listed here is shown under its key.
+const kGroups: [string, [string, string, ((value: string) => string)?][]][] = [
+  [
+    "Machine",
+    [
+      ["cpu", "CPU"],
+      ["cores", "Cores"],
+      ["governor", "Governor"],
+      ["virtual_machine", "Virtual machine"],
+      ["memory", "Memory"],
+      ["kernel", "Kernel"],
+    ],
+  ],
+  [
+    "Program",
+    [
+      ["assay_version", "assay"],
+      ["commit", "Commit"],
+      ["compiler", "Compiler"],
+      ["flags", "Flags"],
+      ["build_type", "Build type"],
+    ],
+  ],
+  [
+    "Campaign",
+    [
+      ["campaign_title", "Title"],
+      ["campaign", "Name"],
+      ["campaign_hash", "Content address"],
+      ["command", "Command"],
+      ["seed", "Seed"],
+      ["started", "Started"],
+      ["finished", "Finished"],
+      ["wall_s", "Wall time", asSeconds],
+      ["cpu_s", "CPU time", asSeconds],
+    ],
+  ],
+  [
+    "Quality of the timing",
+    [
+      ["timing", "Scheme"],
+      ["timing_core", "Core"],
+      ["clock_cost_ns", "Reading the clock", (value) => quantity(Number(value), "ns")],
+      ["harness", "Harness overhead"],
+      ["steal", "Stolen by the host"],
+      ["engine_share_timing", "Timing cells' time inside engine steps", asShare],
+      ["engine_share_accuracy", "Accuracy cells' time inside engine steps", asShare],
+    ],
+  ],
+];
+
+function asSeconds(value: string): string {
+  const seconds = Number(value);
+  if (!Number.isFinite(seconds)) return value;
+  if (seconds < 120) return quantity(seconds, "s");
+  const minutes = Math.floor(seconds / 60);
+  return minutes < 120 ? `${minutes} min ${Math.round(seconds % 60)} s` : `${Math.floor(minutes / 60)} h ${minutes % 60} min`;
+}
+
+function asShare(value: string): string {
+  return Number.isFinite(Number(value)) ? percent(Number(value)) : value;
 }
 
 export function manifestTable(report: Report): HTMLElement {
-  const rows: [string, string][] = report.json.manifest.map((entry) => [entry.key, entry.value]);
+  const recorded = new Map(report.json.manifest.map((entry) => [entry.key, entry.value]));
   const harness = harnessCost(report);
-  if (harness) rows.push(["harness overhead", harness.text]);
+  if (harness) recorded.set("harness", harness.text);
   const steal = stealSummary(report);
-  if (steal) rows.push(["time stolen while timing", steal]);
-  if (rows.length === 0) return el("p", { class: "quiet" }, "Nothing was recorded of the machine.");
-  const body = el("tbody");
-  for (const [key, value] of rows) {
-    body.append(el("tr", {}, el("th", { scope: "row" }, key.replace(/_/g, " ")), el("td", {}, value || "–")));
+  if (steal) recorded.set("steal", steal);
+  if (recorded.size === 0) return el("p", { class: "quiet" }, "Nothing was recorded of the machine.");
+
+  const listed = new Set(kGroups.flatMap(([, entries]) => entries.map(([key]) => key)));
+  const others = [...recorded.keys()].filter((key) => !listed.has(key));
+  const groups: typeof kGroups = [...kGroups, ["Other", others.map((key) => [key, key.replace(/_/g, " ")])]];
+  const table = el("table", { class: "manifest", "aria-label": "Machine, program and campaign" });
+  for (const [title, entries] of groups) {
+    const body = el("tbody", {}, el("tr", {}, el("th", { scope: "rowgroup", colspan: "2", class: "group" }, title)));
+    for (const [key, label, write] of entries) {
+      const value = recorded.get(key);
+      if (value === undefined) continue;
+      body.append(el("tr", {}, el("th", { scope: "row" }, label), el("td", {}, (write ? write(value) : value) || "–")));
+    }
+    if (body.rows.length > 1) table.append(body);
   }
-  return el("table", { class: "manifest" }, el("caption", {}, "Recorded when the campaign ran"), body);
+  return table;
 }
