@@ -243,7 +243,9 @@ CampaignContender resolve(const Section& section, const toml::node* node, const 
     contender.resolved.base = base;
     return contender;
   }
-  contender.resolved = at_node(section, node, [&] { return registry.resolve(base, overrides); });
+  // The base is known, so what can still be wrong is a setting.
+  const toml::node* set = section.find("set");
+  contender.resolved = at_node(section, set != nullptr ? set : node, [&] { return registry.resolve(base, overrides); });
   contender.resolved.name = name;
   contender.resolved.base = base;
   contender.plugin_hash = file_hash(registry.plugin_path(contender.resolved.engine->name()));

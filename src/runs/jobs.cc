@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ctime>
 #include <filesystem>
+#include <limits>
 #include <sched.h>
 #include <sys/resource.h>
 
@@ -27,6 +29,12 @@ namespace {
 using nlohmann::json;
 using Report = std::function<void(const json&)>;
 using Next = std::function<json()>;
+
+double thread_cpu_seconds() {
+  timespec time{};
+  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
 
 double cpu_seconds() {
   rusage usage{};
@@ -116,7 +124,7 @@ json answer_json(json cells, double engine_s) {
 struct Run {
   Trajectory trajectory;  // up to where it went
   Verdict verdict;        // ok, unstable (of its last state), diverged
-  double engine_s = 0;
+  double engine_s = 0;    // of the processor's time, for runs share the machine with others
 };
 
 // Takes `samples` times `steps` steps from `start`. EngineError from create() is the caller's.
@@ -132,11 +140,15 @@ Run run_sampled(const Subject& subject, const State& start, double timestep_ms, 
   for (long long sample = 1; sample <= samples; ++sample) {
     const double time = start.time + timestep_s * static_cast<double>(sample * steps);
     std::string why;
+    const double cpu_before = thread_cpu_seconds(), engine_before = stepper.engine_s();
     try {
       stepper.advance(steps);
     } catch (const EngineError& error) {
       why = error.what();
     }
+    // With torques at each step only the wall clock is cheap enough to tell the engine's part.
+    const double cpu_s = thread_cpu_seconds() - cpu_before;
+    run.engine_s += subject.free_running ? cpu_s : std::min(cpu_s, stepper.engine_s() - engine_before);
     const State& state = stepper.read();
     if (const std::string divergence = plausibility.divergence(state); !divergence.empty()) why = divergence;
     if (!why.empty()) {
@@ -150,7 +162,6 @@ Run run_sampled(const Subject& subject, const State& start, double timestep_ms, 
     run.trajectory.states.push_back(state);
   }
   if (run.verdict.outcome == Outcome::kOk && !impossible.empty()) run.verdict = {Outcome::kUnstable, impossible};
-  run.engine_s = stepper.engine_s();
   return run;
 }
 
@@ -422,6 +433,7 @@ class TimingSession {
   // One sample: every saved state in turn until the time is spent.
   json sample() {
     const double before = engine_s_, cpu_before = cpu_seconds();
+    const Clock::time_point start = Clock::now();
     double timed_s = 0;
     long long clock_reads = 0;
     Verdict verdict;
@@ -437,6 +449,7 @@ class TimingSession {
     answer["steps"] = batches_ * steps_;
     answer["clock_share"] = timed_s > 0 ? static_cast<double>(clock_reads) * clock_s_ / timed_s : 0;
     answer["cpu_s"] = cpu_seconds() - cpu_before;
+    answer["wall_s"] = seconds_since(start);
     return answer;
   }
 
@@ -493,26 +506,34 @@ class TimingSession {
     return result;
   }
 
-  // A first estimate, from short batches.
+  // Seconds of one step: the least of several short batches, for a moment in which the machine did something else must
+  // not shorten every sample.
   double step_time(double timestep_s) {
-    constexpr double kLongEnough = 1e-3;
-    double best = 0;
-    for (long long steps = 1;; steps *= 4) {
+    constexpr double kLongEnough = 5e-4;
+    constexpr int kTimes = 5;
+    long long steps = 1;
+    double least = std::numeric_limits<double>::infinity();
+    for (int times = 0; times < kTimes;) {
       Stepper stepper(subject_, starts_.front(), timestep_s);
-      stepper.advance(1);
-      const double first = stepper.engine_s();
       try {
+        stepper.advance(1);
+        const double first = stepper.engine_s();
+        least = std::min(least, first);
         stepper.advance(steps);
-      } catch (const EngineError&) {
+        const double spent = stepper.engine_s() - first;
+        least = std::min(least, spent / static_cast<double>(steps));
         engine_s_ += stepper.engine_s();
-        return best > 0 ? best : first;  // batches will say why
+        const bool at_end = timestep_s * static_cast<double>(steps) > duration_s_ || steps >= (1LL << 24);
+        if (spent > kLongEnough || at_end) {
+          ++times;
+        } else {
+          steps *= 4;
+        }
+      } catch (const EngineError&) {
+        break;  // batches will say why
       }
-      engine_s_ += stepper.engine_s();
-      const double spent = stepper.engine_s() - first;
-      best = std::max(spent / static_cast<double>(steps), 1e-12);
-      const bool at_end = timestep_s * static_cast<double>(steps) > duration_s_;
-      if (spent > kLongEnough || at_end || steps > (1LL << 24)) return best;
     }
+    return std::clamp(least, 1e-12, 1e3);
   }
 
   static json cell_answer(const Verdict& verdict, double engine_s) {

@@ -102,7 +102,7 @@ class Bar final : public Progress {
     const auto filled = static_cast<size_t>(counter_.share() * kBarWidth);
     std::string text = fmt::format("[{}{}] {}/{}", std::string(filled, '='), std::string(kBarWidth - filled, ' '),
                                    counter_.done(), counter_.all());
-    if (counter_.done_now() > 0) text += fmt::format("  {}", counter_.rate());
+    if (counter_.done_now() > 0 && counter_.elapsed_s() > 1) text += fmt::format("  {}", counter_.rate());
     text += fmt::format("  {} left  {}{}{}", duration_label(std::max(0.0, remaining_s_)), phase_,
                         phase_.empty() || current_.empty() ? "" : ": ", current_);
     fmt::print(stream_, "\r{}\x1b[K", text.substr(0, width - 1));

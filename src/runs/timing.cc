@@ -45,7 +45,7 @@ struct TimingPass::Tally {
   bool over = false;             // no more samples: it failed
   long long steps = 0;           // of a batch
   double clock_share = 0;
-  std::vector<double> step_us, steal;
+  std::vector<double> step_us, steal, cpu_share;
 
   void fail(Outcome outcome, std::string reason) {
     cell.outcome = outcome;
@@ -168,6 +168,7 @@ void TimingPass::measure(const CampaignSystem& system, const std::vector<TimedCo
       if (answer.is_null() || tally.over) continue;
       tally.step_us.push_back(1e6 * answer.at("timed_s").get<double>() / answer.at("steps").get<double>());
       tally.steal.push_back(tally.total > total ? (tally.stolen - stolen) / (tally.total - total) : 0);
+      tally.cpu_share.push_back(answer.at("cpu_s").get<double>() / answer.at("wall_s").get<double>());
       tally.clock_share = std::max(tally.clock_share, answer.at("clock_share").get<double>());
     }
   }
@@ -176,7 +177,8 @@ void TimingPass::measure(const CampaignSystem& system, const std::vector<TimedCo
     cell.finished = unix_time();
     cell.steal = tally.total > 0 ? tally.stolen / tally.total : 0;
     std::vector<SampleSeries> samples;
-    if (!tally.step_us.empty()) samples = {{"step_time_us", tally.step_us}, {"steal", tally.steal}};
+    if (!tally.step_us.empty())
+      samples = {{"step_time_us", tally.step_us}, {"steal", tally.steal}, {"cpu_share", tally.cpu_share}};
     if (!tally.over && !tally.step_us.empty()) {
       const Interval step = bootstrap_median(tally.step_us, static_cast<std::uint64_t>(campaign_.seed));
       cell.values = {{"step_time", "us", step.value, step.low, step.high},

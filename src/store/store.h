@@ -55,7 +55,7 @@ struct Cell {
   std::string reason;   // "" for ok
   double wall_s = 0;    // of the worker, or its part of a worker that served several cells
   double cpu_s = 0;     // of the same
-  double engine_s = 0;  // inside the engine's steps
+  double engine_s = 0;  // inside the engine's steps: processor time of runs, wall time of timings
   double steal = 0;     // share of the machine's time that the host took meanwhile, 0 to 1
   double started = 0;   // seconds since 1970
   double finished = 0;

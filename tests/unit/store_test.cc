@@ -1,10 +1,12 @@
 // The results directory: what is written is read back, what must not be touched is left alone.
 #include "store/store.h"
 
+#include <array>
 #include <cmath>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <limits>
 #include <sstream>
 #include <sys/resource.h>
@@ -208,17 +210,15 @@ TEST_F(StoreTest, OneWriterAtATime) {
   EXPECT_EQ(Store::open(dir()).manifest("campaign"), "quick") << "reading goes on";
 }
 
-// Runs `work` in a process that may write no file longer than `bytes`; what it threw comes back.
-std::string in_limited_process(rlim_t bytes, const std::function<void()>& work) {
+// Runs `work` in a process of its own, after `prepare` has restricted that; what it threw comes back.
+std::string in_restricted_process(const std::function<void()>& prepare, const std::function<void()>& work) {
   std::array<int, 2> ends{};
   if (::pipe(ends.data()) != 0) return "no pipe";
   const pid_t child = ::fork();
   if (child == 0) {
-    ::signal(SIGXFSZ, SIG_IGN);
-    const rlimit limit = {bytes, bytes};
-    ::setrlimit(RLIMIT_FSIZE, &limit);
     std::string text = "(nothing was thrown)";
     try {
+      prepare();
       work();
     } catch (const SystemError& error) {
       text = error.what();
@@ -235,6 +235,17 @@ std::string in_limited_process(rlim_t bytes, const std::function<void()>& work) 
   ::close(ends[0]);
   ::waitpid(child, nullptr, 0);
   return text;
+}
+
+// As on a full disk: no file may become longer than `bytes`.
+std::string in_limited_process(rlim_t bytes, const std::function<void()>& work) {
+  return in_restricted_process(
+      [&] {
+        ::signal(SIGXFSZ, SIG_IGN);
+        const rlimit limit = {bytes, bytes};
+        ::setrlimit(RLIMIT_FSIZE, &limit);
+      },
+      work);
 }
 
 TEST_F(StoreTest, WhenNothingMoreCanBeWrittenTheFinishedCellsStay) {
@@ -255,10 +266,16 @@ TEST_F(StoreTest, WhenNothingMoreCanBeWrittenTheFinishedCellsStay) {
 }
 
 TEST_F(StoreTest, AnUnwritableDirectoryIsSaid) {
-  if (::geteuid() == 0) GTEST_SKIP() << "root may write everywhere";
   fs::create_directories(dir_);
-  fs::permissions(dir_, fs::perms::owner_read | fs::perms::owner_exec);
-  EXPECT_THAT(message_of<SystemError>([&] { Store::create(dir(), kIdentity); }), HasSubstr("cannot write"));
+  fs::permissions(dir_,
+                  fs::perms::owner_read | fs::perms::owner_exec | fs::perms::others_read | fs::perms::others_exec);
+  constexpr uid_t kNobody = 65534;  // root may write everywhere
+  const std::string message = in_restricted_process(
+      [] {
+        if (::geteuid() == 0 && ::seteuid(kNobody) != 0) throw SystemError("cannot become nobody");
+      },
+      [&] { Store::create(dir(), kIdentity); });
+  EXPECT_THAT(message, AllOf(HasSubstr("cannot write"), HasSubstr("Permission denied")));
 }
 
 TEST_F(StoreTest, AKilledWriterLosesNoFinishedCell) {

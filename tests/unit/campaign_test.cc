@@ -1,0 +1,176 @@
+// Campaign files: what they say, and the sentence that each mistake in one gets.
+#include "runs/campaign.h"
+
+#include <algorithm>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "base/errors.h"
+#include "base/paths.h"
+
+namespace assay {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+constexpr const char* kGood = R"(
+name = "good"
+contenders = ["null", "A"]
+timesteps_ms = [4, "1/4", 1]
+measures = ["consistency", "raw_speed"]
+reference_ms = "1/16"
+
+[[contender]]
+name = "A"
+base = "mujoco-euler"
+set = {jacobian = "dense"}
+
+[[system]]
+name = "planar-chain"
+duration_s = 2
+measures = ["truth", "drift"]
+
+[[system]]
+name = "pile"
+model = "capsules-27"
+duration_s = 0.5
+sample_ms = 4
+piece_ms = 100
+pieces = 3
+gravity = false
+timing_ms = ["1/2"]
+)";
+
+// `text` with `from` replaced, which has to be there.
+std::string with(std::string text, const std::string& from, const std::string& to) {
+  const size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+std::string error_of(const std::string& text) {
+  try {
+    parse_campaign(text, "dir/file.toml");
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "(accepted)";
+}
+
+std::string error_of(const std::string& from, const std::string& to) { return error_of(with(kGood, from, to)); }
+
+TEST(Campaign, SaysWhatItSays) {
+  const Campaign campaign = parse_campaign(kGood, "file.toml");
+  EXPECT_EQ(campaign.name, "good");
+  EXPECT_EQ(campaign.title, "good");
+  ASSERT_EQ(campaign.contenders.size(), 2U);
+  EXPECT_EQ(campaign.contenders[0].resolved.name, "null");
+  EXPECT_EQ(campaign.contenders[1].resolved.name, "A");
+  EXPECT_EQ(campaign.contenders[1].resolved.base, "mujoco-euler");
+  EXPECT_EQ(setting_text(campaign.contenders[1].resolved.settings.values.at("jacobian")), "dense");
+  ASSERT_EQ(campaign.systems.size(), 2U);
+  const CampaignSystem& chain = campaign.systems[0];
+  EXPECT_THAT(chain.measures, ElementsAre(Measure::kTruth, Measure::kDrift));
+  EXPECT_THAT(chain.timesteps_ms, ElementsAre(0.25, 1, 4)) << "sorted";
+  EXPECT_EQ(chain.sample_ms, 4) << "the largest timestep";
+  EXPECT_EQ(chain.model.bodies.size(), 5U);
+  const CampaignSystem& pile = campaign.systems[1];
+  EXPECT_EQ(pile.name, "pile");
+  EXPECT_EQ(pile.model.bodies.size(), 27U);
+  EXPECT_TRUE(pile.model.gravity.isZero());
+  EXPECT_THAT(pile.timesteps_ms, ElementsAre(1.0 / 16, 0.25, 1, 4)) << "with the reference's, for the restart floor";
+  EXPECT_THAT(pile.timing_ms, ElementsAre(0.5));
+  EXPECT_EQ(pile.pieces, 3);
+}
+
+TEST(Campaign, HashChangesWithWhatDecidesAResultAndWithNothingElse) {
+  const std::string hash = parse_campaign(kGood, "a.toml").hash();
+  EXPECT_EQ(parse_campaign(std::string("# a comment\ntitle = \"T\"\n") + kGood, "elsewhere/b.toml").hash(), hash);
+  for (const auto& [from, to] : std::vector<std::pair<std::string, std::string>>{
+           {"duration_s = 2", "duration_s = 4"},
+           {"\"dense\"", "\"sparse\""},
+           {"[4, \"1/4\", 1]", "[4, \"1/4\", 1, 2]"},
+           {"gravity = false", "gravity = true"},
+           {"pieces = 3", "pieces = 4"},
+           {"[\"null\", \"A\"]", "[\"A\"]"},
+           {"reference_ms = \"1/16\"", "reference_ms = \"1/32\""},
+           {"reference_ms = \"1/16\"", "reference_ms = \"1/16\"\nseed = 2"}}) {
+    EXPECT_NE(parse_campaign(with(kGood, from, to), "a.toml").hash(), hash) << to;
+  }
+}
+
+TEST(Campaign, MistakesNameFileLineValueAndTheNearestName) {
+  EXPECT_THAT(error_of("\"raw_speed\"", "\"raw_sped\""),
+              AllOf(StartsWith("dir/file.toml:5: "), HasSubstr("'raw_sped'"), HasSubstr("'raw_speed'")));
+  EXPECT_THAT(error_of("\"null\"", "\"mujoco-euer\""),
+              AllOf(StartsWith("dir/file.toml:3: "), HasSubstr("'mujoco-euer'"), HasSubstr("'mujoco-euler'")));
+  EXPECT_THAT(error_of("base = \"mujoco-euler\"", "base = \"mujoko-euler\""),
+              AllOf(StartsWith("dir/file.toml:10: "), HasSubstr("'mujoco-euler'")));
+  EXPECT_THAT(error_of("{jacobian", "{jacobien"),
+              AllOf(StartsWith("dir/file.toml:11: "), HasSubstr("'jacobien'"), HasSubstr("'jacobian'")));
+  EXPECT_THAT(error_of("\"dense\"", "\"thick\""), AllOf(StartsWith("dir/file.toml:11: "), HasSubstr("'thick'")));
+  EXPECT_THAT(error_of("name = \"planar-chain\"", "name = \"planar-chian\""),
+              AllOf(StartsWith("dir/file.toml:14: "), HasSubstr("'planar-chain'")));
+  EXPECT_THAT(error_of("sample_ms", "sampel_ms"),
+              AllOf(StartsWith("dir/file.toml:22: "), HasSubstr("'sampel_ms'"), HasSubstr("'sample_ms'")));
+  EXPECT_THAT(error_of("name = \"good\"", "nam = \"good\""),
+              AllOf(StartsWith("dir/file.toml:2: "), HasSubstr("'name'")));
+  EXPECT_THAT(error_of("name = \"pile\"", "name = \"planar-chain\""), HasSubstr("two systems"));
+  EXPECT_THAT(error_of("[\"null\", \"A\"]", "[\"null\", \"null\"]"), HasSubstr("twice"));
+  EXPECT_THAT(error_of("contenders = [\"null\", \"A\"]", "contenders = []"), HasSubstr("at least one"));
+  EXPECT_THAT(error_of("name = \"good\"", "name = good"), AllOf(StartsWith("dir/file.toml:2: "), HasSubstr("TOML")));
+  EXPECT_THAT(error_of("duration_s = 2\n", "\n"), AllOf(StartsWith("dir/file.toml:13: "), HasSubstr("duration_s")));
+  EXPECT_THAT(error_of("gravity = false", "gravity = \"off\""), HasSubstr("true or false"));
+  EXPECT_THAT(error_of("pieces = 3", "pieces = 0"), HasSubstr("from 1 to"));
+  EXPECT_THAT(error_of("pieces = 3", "control = \"sign\""), HasSubstr("'sine'"));
+  EXPECT_THAT(error_of(""), HasSubstr("'name'"));
+}
+
+TEST(Campaign, TimestepsMakeSense) {
+  for (const char* wrong : {"0", "-1", "\"1/0\"", "\"fast\"", "nan", "inf", "true", "[1]"}) {
+    EXPECT_THAT(error_of("[4, \"1/4\", 1]", std::string("[4, ") + wrong + "]"),
+                AllOf(StartsWith("dir/file.toml:4: "), HasSubstr("positive number")))
+        << wrong;
+  }
+  EXPECT_THAT(error_of("[4, \"1/4\", 1]", "[4, 3]"),
+              AllOf(HasSubstr("samples of 4 ms"), HasSubstr("timesteps of 3 ms")));
+  EXPECT_THAT(error_of("duration_s = 2\n", "duration_s = 2.001\n"), HasSubstr("whole number of samples"));
+  EXPECT_THAT(error_of("piece_ms = 100", "piece_ms = 101"), HasSubstr("piece_ms = 101"));
+  EXPECT_THAT(error_of("piece_ms = 100", "piece_ms = 600"), HasSubstr("within the duration"));
+  EXPECT_THAT(error_of("reference_ms = \"1/16\"", "reference_ms = 1"), HasSubstr("has to be the finest"));
+  EXPECT_THAT(error_of("[4, \"1/4\", 1]", "[1, \"4/4\"]"), HasSubstr("twice"));
+}
+
+TEST(Campaign, MeasuresThatASystemCannotHaveAreRefused) {
+  const std::string pile = "name = \"pile\"\nmeasures = ";
+  EXPECT_THAT(error_of("name = \"pile\"", pile + "[\"truth\"]"),
+              AllOf(StartsWith("dir/file.toml:20: "), HasSubstr("'pile'"), HasSubstr("'truth'")));
+  EXPECT_THAT(error_of("name = \"pile\"", pile + "[\"drift\"]"),
+              AllOf(HasSubstr("conserves neither"), HasSubstr("'drift'")));
+  EXPECT_THAT(error_of("duration_s = 2\n", "duration_s = 2\ncontrol = \"sine\"\n"), HasSubstr("not passive"));
+}
+
+TEST(Campaign, FilesThatAreNotThere) { EXPECT_THROW(load_campaign("/nowhere/at-all.toml"), InputError); }
+
+// Those that come with assay load, and their contenders are there or of an engine that is known to be absent.
+TEST(Campaign, OursAreSound) {
+  const std::vector<std::string> names = campaign_names();
+  EXPECT_THAT(names, ::testing::IsSupersetOf({"aa", "paper", "quick"}));
+  for (const std::string& name : names) {
+    const Campaign campaign = load_campaign(find_campaign(name));
+    EXPECT_EQ(campaign.name, name);
+    EXPECT_FALSE(campaign.systems.empty());
+    for (const CampaignContender& contender : campaign.contenders) {
+      EXPECT_TRUE(contender.absent.empty() || contender.resolved.engine == nullptr) << contender.absent;
+    }
+  }
+  const Campaign aa = load_campaign(find_campaign("aa"));
+  EXPECT_EQ(aa.contenders.at(0).content(), aa.contenders.at(1).content());
+}
+
+}  // namespace
+}  // namespace assay

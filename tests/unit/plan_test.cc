@@ -1,0 +1,141 @@
+// Plans: which cells, under which keys, in which shard.
+#include "runs/plan.h"
+
+#include <algorithm>
+#include <set>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "base/errors.h"
+#include "base/paths.h"
+
+namespace assay {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr const char* kText = R"(
+name = "plan"
+contenders = ["mujoco-euler", "A", "B"]
+timesteps_ms = ["1/4", 1, 4]
+reference_ms = "1/4"
+
+[[contender]]
+name = "A"
+base = "mujoco-rk4"
+[[contender]]
+name = "B"
+base = "mujoco-rk4"
+
+[[system]]
+name = "planar-chain"
+duration_s = 2
+measures = ["raw_speed", "consistency", "truth", "drift"]
+timing_ms = [1]
+
+[[system]]
+name = "capsules-27"
+duration_s = 1
+measures = ["consistency"]
+)";
+
+Campaign campaign(const std::string& text = kText) { return parse_campaign(text, "plan.toml"); }
+
+std::set<std::string> keys(const Plan& plan) {
+  std::set<std::string> found;
+  for (const PlannedCell& cell : plan.cells) found.insert(cell.key);
+  return found;
+}
+
+TEST(Plan, IsTheCrossProductAndAlwaysTheSame) {
+  const Plan plan = make_plan(campaign());
+  // chain: reference, 3 x consistency, truth, drift, 1 timing; capsules: reference, 3 x consistency; 3 contenders
+  EXPECT_EQ(plan.cells.size(), 3U * (1 + 3 * 3 + 1 + 1 + 3));
+  EXPECT_EQ(keys(plan).size(), plan.cells.size()) << "every cell has a key of its own";
+  const Plan again = make_plan(campaign());
+  ASSERT_EQ(again.cells.size(), plan.cells.size());
+  for (size_t i = 0; i < plan.cells.size(); ++i) EXPECT_EQ(plan.cells[i].key, again.cells[i].key);
+}
+
+TEST(Plan, KeysFollowTheContent) {
+  const std::set<std::string> before = keys(make_plan(campaign()));
+  std::string text = kText;
+  text.replace(text.find("duration_s = 2"), 14, "duration_s = 4");
+  const std::set<std::string> after = keys(make_plan(campaign(text)));
+  std::vector<std::string> common;
+  std::ranges::set_intersection(before, after, std::back_inserter(common));
+  EXPECT_EQ(common.size(), 3U * 4) << "only the capsules' cells are still the same";
+}
+
+TEST(Plan, EqualContendersShareARunButNoCell) {
+  const Plan plan = make_plan(campaign());
+  std::map<std::string, std::set<std::string>> runs;  // of the chain, by contender
+  const Campaign named = campaign();
+  for (const PlannedCell& cell : plan.cells) {
+    if (cell.measure == "reference" && cell.system == 0) {
+      runs[named.contenders[static_cast<size_t>(cell.contender)].resolved.name].insert(cell.trajectory);
+    }
+  }
+  EXPECT_EQ(runs.at("A"), runs.at("B"));
+  EXPECT_NE(runs.at("A"), runs.at("mujoco-euler"));
+}
+
+TEST(Plan, ADriftAtTheReferencesTimestepReadsTheReference) {
+  for (const PlannedCell& cell : make_plan(campaign()).cells) {
+    if (cell.measure != "drift") continue;
+    EXPECT_EQ(cell.trajectory.empty(), cell.timestep_ms != 0.25);
+    EXPECT_EQ(cell.steps == 0, cell.timestep_ms == 0.25);
+  }
+}
+
+TEST(Plan, ShardsDivideTheWork) {
+  const Campaign divided = campaign();
+  const Plan plan = make_plan(divided, 3);
+  EXPECT_EQ(keys(plan), keys(make_plan(divided))) << "the same cells";
+  std::map<int, int> cells;
+  std::map<int, std::set<int>> timing;                    // shards by system
+  std::map<std::pair<int, int>, std::set<int>> accuracy;  // shards by system and contender
+  for (const PlannedCell& cell : plan.cells) {
+    ++cells[cell.shard];
+    if (cell.measure == "raw_speed") {
+      timing[cell.system].insert(cell.shard);
+    } else {
+      accuracy[{cell.system, cell.contender}].insert(cell.shard);
+    }
+  }
+  EXPECT_EQ(cells.size(), 3U) << "every shard has work";
+  EXPECT_EQ(cells.begin()->first, 1);
+  for (const auto& [system, shards] : timing) EXPECT_EQ(shards.size(), 1U) << "speeds are compared on one machine";
+  for (const auto& [pair, shards] : accuracy) EXPECT_EQ(shards.size(), 1U);
+}
+
+TEST(Plan, ShardsAsText) {
+  EXPECT_EQ(parse_shard("2/8").index, 2);
+  EXPECT_EQ(parse_shard("2/8").count, 8);
+  for (const char* wrong : {"", "1", "0/2", "3/2", "1/0", "a/b", "1/2/3", "-1/2", "1 / 2"}) {
+    EXPECT_THROW(parse_shard(wrong), InputError) << wrong;
+  }
+}
+
+TEST(Plan, EstimateGrowsWithStepsAndShrinksWithWorkers) {
+  const Campaign estimated = campaign();
+  const Plan plan = make_plan(estimated);
+  std::vector<PlannedCell> accuracy;
+  std::ranges::copy_if(plan.cells, std::back_inserter(accuracy),
+                       [](const PlannedCell& cell) { return cell.measure != "raw_speed"; });
+  std::map<std::pair<int, int>, double> slow, fast;
+  for (int s = 0; s < 2; ++s) {
+    for (int c = 0; c < 3; ++c) {
+      slow[{s, c}] = 10000;
+      fast[{s, c}] = 5000;
+    }
+  }
+  const double one = estimate_seconds(estimated, accuracy, slow, 1);
+  EXPECT_NEAR(estimate_seconds(estimated, accuracy, slow, 2) / one, 0.5, 0.01);
+  EXPECT_LT(estimate_seconds(estimated, accuracy, fast, 1), one);
+  EXPECT_GT(estimate_seconds(estimated, plan.cells, slow, 2), estimate_seconds(estimated, accuracy, slow, 2));
+}
+
+}  // namespace
+}  // namespace assay

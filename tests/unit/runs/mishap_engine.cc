@@ -1,0 +1,95 @@
+// Bodies that move on with their initial velocities, until the step at which the engine fails as its settings say.
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <limits>
+#include <memory>
+#include <thread>
+
+#include "engines/engine.h"
+
+namespace assay {
+namespace {
+
+class MishapSimulation final : public Simulation {
+ public:
+  MishapSimulation(const State& state, const Settings& settings) : state_(state), settings_(settings) {}
+
+  void set_torques(std::span<const double> /*torques*/) override {}
+
+  void advance(int count) override {
+    for (int i = 0; i < count; ++i) step();
+  }
+
+  void read_state(State& out) const override { out = state_; }
+  EngineView view() const override { return {}; }
+
+ private:
+  void step() {
+    ++steps_;
+    state_.time += settings_.timestep;
+    for (BodyState& body : state_.bodies) body.p_WBcm += settings_.timestep * body.v_WBcm;
+    const bool chosen = settings_.timestep >= 1e-3 * settings_.get<double>("from_ms") * 0.999;
+    if (steps_ != settings_.get<long long>("at_step") || !chosen) return;
+    const auto& fault = settings_.get<std::string>("fault");
+    std::printf("about to %s\n", fault.c_str());
+    std::fflush(stdout);
+    if (fault == "crash") {
+      volatile int* nowhere = nullptr;
+      *nowhere = 1;  // NOLINT(clang-analyzer-core.NullDereference): that is the fault
+    } else if (fault == "abort") {
+      std::abort();
+    } else if (fault == "exit") {
+      std::exit(3);
+    } else if (fault == "hang") {
+      while (true) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    } else if (fault == "nan") {
+      state_.bodies[0].p_WBcm.x() = std::numeric_limits<double>::quiet_NaN();
+    } else if (fault == "far") {
+      state_.bodies[0].p_WBcm.x() = 1e9;
+    } else if (fault == "fast") {
+      state_.bodies[0].v_WBcm *= 100;
+    } else if (fault == "throw") {
+      throw EngineError("the solver gave up");
+    } else if (fault == "throw-foreign") {
+      throw std::logic_error("not an engine's error");
+    } else if (fault == "chatter") {
+      for (int i = 0; i < 1000000; ++i) std::printf("line %d of very many lines that nobody reads\n", i);
+    }
+  }
+
+  State state_;
+  Settings settings_;
+  long long steps_ = 0;
+};
+
+class MishapEngine final : public Engine {
+ public:
+  std::string name() const override { return "mishap"; }
+  BuildFacts build() const override { return {"1.0", "part of assay's tests", "", ""}; }
+  std::vector<Setting> settings() const override {
+    return {{"fault",
+             std::string("none"),
+             "",
+             "what happens",
+             {"none", "crash", "abort", "exit", "hang", "nan", "far", "fast", "throw", "throw-foreign", "chatter",
+              "refuse"}},
+            {"at_step", 10LL, "", "when it happens, in steps of an instance"},
+            {"from_ms", 0.0, "ms", "the smallest timestep at which it happens"}};
+  }
+  std::vector<Contender> contenders() const override { return {{"mishap", "fails as it is told to", {}}}; }
+  Capabilities capabilities(const Settings& /*settings*/) const override { return {}; }
+  std::vector<Finding> check(const Model& /*model*/, const Settings& settings) const override {
+    if (settings.get<std::string>("fault") != "refuse") return {};
+    return {{Fidelity::kRefused, "everything", "it is told to refuse"}};
+  }
+  std::unique_ptr<Simulation> create(const Model& /*model*/, const State& state,
+                                     const Settings& settings) const override {
+    return std::make_unique<MishapSimulation>(state, settings);
+  }
+};
+
+}  // namespace
+}  // namespace assay
+
+ASSAY_ENGINE_PLUGIN(assay::MishapEngine)

@@ -1,0 +1,618 @@
+// Campaigns as a whole, with real engines and with one that fails as it is told to: outcomes, resuming, faults.
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <cstdlib>
+#include <fcntl.h>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <random>
+#include <sstream>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <thread>
+#include <unistd.h>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "base/errors.h"
+#include "base/paths.h"
+#include "runs/run.h"
+#include "store/trajectory.h"
+
+namespace assay {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+using ::testing::StartsWith;
+
+// The program beside the tests', as a user's campaign starts it.
+std::string program() { return (fs::path(program_path()).parent_path() / "assay").string(); }
+
+// Workers find the engine of mishaps, and so does this process, whose registry is made at its first use.
+const bool kMishapIsFound = [] {
+  const std::string folder = (fs::path(program_path()).parent_path().parent_path() / "tests/mishap").string();
+  // A sanitizer must not turn a worker's crash into an exit.
+  return ::setenv("ASSAY_ENGINE_PATH", folder.c_str(), 1) == 0 && ::setenv("ASAN_OPTIONS", "handle_segv=0", 0) == 0;
+}();
+
+class RunsTest : public ::testing::Test {
+ protected:
+  RunsTest() {
+    dir_ = fs::temp_directory_path() / ("assay-runs-" + std::to_string(::getpid()) + "-" +
+                                        ::testing::UnitTest::GetInstance()->current_test_info()->name());
+    fs::remove_all(dir_);
+    EXPECT_TRUE(kMishapIsFound);
+  }
+  ~RunsTest() override {
+    std::error_code error;
+    fs::remove_all(dir_, error);
+  }
+  RunsTest(const RunsTest&) = delete;
+  RunsTest& operator=(const RunsTest&) = delete;
+
+  std::string dir(const std::string& name = "out") const { return (dir_ / name).string(); }
+
+  RunOptions options(const std::string& out) const {
+    RunOptions options;
+    options.out = out;
+    options.jobs = 2;
+    options.program = program();
+    return options;
+  }
+
+  // The gate is tested on its own; here its verdict is there already.
+  static void pass_gate(const Campaign& campaign, const std::string& out) {
+    Store store = Store::create(out, {campaign.name, campaign.hash()});
+    for (const CampaignContender& contender : campaign.contenders) {
+      store.set_conformance(contender.resolved.name, {{"", "free-fall", "pass", 0, 1, "", ""}});
+    }
+  }
+
+  RunSummary run_scored(const Campaign& campaign, const std::string& out) const {
+    pass_gate(campaign, out);
+    return run_campaign(campaign, options(out));
+  }
+
+  fs::path dir_;
+};
+
+Campaign faulty_campaign(const std::string& fault, const std::string& more = "",
+                         const std::string& measures = "\"drift\"") {
+  return parse_campaign(
+      "name = \"faults\"\ntime_limit_s = 2\ntimesteps_ms = [1, 4]\nreference_ms = 1\nmeasures = [" + measures +
+          "]\n[timing]\nrounds = 3\nbatch_ms = 1\n"
+          "[[contender]]\nname = \"sound\"\nbase = \"mishap\"\n"
+          "[[contender]]\nname = \"broken\"\nbase = \"mishap\"\nset = {fault = \"" +
+          fault + "\"" + more + "}\n[[system]]\nname = \"planar-chain\"\nduration_s = 0.128\npiece_ms = 64\n",
+      "faults.toml");
+}
+
+Cell find(const Store& store, const std::string& contender, const std::string& measure, double timestep_ms) {
+  for (Cell& cell : store.cells()) {
+    if (cell.contender == contender && cell.measure == measure && cell.timestep_ms == timestep_ms) return cell;
+  }
+  ADD_FAILURE() << "no cell " << contender << " " << measure << " " << timestep_ms;
+  return {};
+}
+
+std::optional<double> value(const Cell& cell, const std::string& name) {
+  for (const Value& each : cell.values) {
+    if (each.name == name) return each.value;
+  }
+  return std::nullopt;
+}
+
+// What must not depend on how often the campaign was stopped: all but times, speeds and the run of the identifiers.
+std::string table(const std::string& dir) {
+  const Store store = Store::open(dir);
+  std::ostringstream out;
+  out.precision(17);
+  for (const Cell& cell : store.cells()) {
+    out << cell.key << ' ' << cell.system << ' ' << cell.contender << ' ' << cell.measure << ' ' << cell.timestep_ms
+        << ' ' << outcome_text(cell.outcome) << ' ' << cell.reason;
+    for (const Value& each : cell.values) {
+      out << ' ' << each.name;
+      if (cell.measure != "raw_speed") out << '=' << each.value.value_or(-1) << '/' << each.low.value_or(-1);
+    }
+    if (cell.measure != "raw_speed") {
+      for (const SampleSeries& series : store.samples(cell.id)) {
+        for (const double sample : series.values) out << ' ' << sample;
+      }
+    }
+    out << '\n';
+  }
+  return out.str();
+}
+
+// ---- faults -----------------------------------------------------------------------------------------------------------
+
+struct Fault {
+  std::string name;
+  Outcome outcome;
+  std::string reason;
+};
+
+class FaultTest : public RunsTest, public ::testing::WithParamInterface<Fault> {};
+
+// A fault takes its own cell and no other; the campaign goes on to its end.
+TEST_P(FaultTest, IsAnOutcomeWithAReason) {
+  const Campaign campaign = faulty_campaign(GetParam().name);
+  const RunSummary summary = run_scored(campaign, dir());
+  EXPECT_EQ(summary.cells, 4);
+  EXPECT_EQ(summary.done_now, 4);
+  EXPECT_FALSE(summary.interrupted);
+  const Store store = Store::open(dir());
+  for (const double timestep : {1.0, 4.0}) {
+    EXPECT_EQ(find(store, "sound", "drift", timestep).outcome, Outcome::kOk);
+    const Cell broken = find(store, "broken", "drift", timestep);
+    EXPECT_EQ(outcome_text(broken.outcome), outcome_text(GetParam().outcome)) << broken.reason;
+    EXPECT_THAT(broken.reason, HasSubstr(GetParam().reason));
+    EXPECT_EQ(value(broken, "energy_drift").has_value(),
+              GetParam().outcome == Outcome::kUnstable || GetParam().outcome == Outcome::kOk);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Faults, FaultTest,
+                         ::testing::Values(Fault{"crash", Outcome::kCrashed, "signal 11"},
+                                           Fault{"abort", Outcome::kCrashed, "signal 6"},
+                                           Fault{"exit", Outcome::kCrashed, "exit status 3"},
+                                           Fault{"hang", Outcome::kTimeout, "not done after 2 s"},
+                                           Fault{"nan", Outcome::kDiverged, "non-finite"},
+                                           Fault{"far", Outcome::kDiverged, "1e+09 m away"},
+                                           Fault{"fast", Outcome::kUnstable, "kinetic energy"},
+                                           Fault{"throw", Outcome::kDiverged, "the solver gave up"},
+                                           Fault{"throw-foreign", Outcome::kCrashed, "not an engine's error"},
+                                           Fault{"chatter", Outcome::kOk, ""},
+                                           Fault{"refuse", Outcome::kUnsupported, "it is told to refuse"}),
+                         [](const auto& test) {
+                           std::string name = test.param.name;
+                           std::ranges::replace(name, '-', '_');
+                           return name;
+                         });
+
+TEST_F(RunsTest, ACrashSaysWhatWasPrintedLast) {
+  run_scored(faulty_campaign("abort"), dir());
+  EXPECT_THAT(find(Store::open(dir()), "broken", "drift", 1).reason, HasSubstr("about to abort"));
+}
+
+TEST_F(RunsTest, OnlyTheTimestepsThatFailAreLost) {
+  run_scored(faulty_campaign("nan", ", from_ms = 2.0", "\"consistency\", \"truth\", \"drift\""), dir());
+  const Store store = Store::open(dir());
+  for (const char* measure : {"consistency", "truth", "drift"}) {
+    EXPECT_EQ(find(store, "broken", measure, 1).outcome, Outcome::kOk) << measure;
+    EXPECT_EQ(find(store, "broken", measure, 4).outcome, Outcome::kDiverged) << measure;
+  }
+}
+
+TEST_F(RunsTest, WhatNeedsAFailedReferenceFailsWithIt) {
+  const Campaign campaign = faulty_campaign("crash", "", "\"consistency\", \"raw_speed\"");
+  run_scored(campaign, dir());
+  const std::string first = table(dir());
+  const Store store = Store::open(dir());
+  EXPECT_EQ(find(store, "broken", "reference", 1).outcome, Outcome::kCrashed);
+  for (const char* measure : {"consistency", "raw_speed"}) {
+    const Cell cell = find(store, "broken", measure, 4);
+    EXPECT_EQ(cell.outcome, Outcome::kCrashed) << measure;
+    EXPECT_THAT(cell.reason, AllOf(StartsWith("its reference run: "), HasSubstr("signal 11")));
+    EXPECT_EQ(find(store, "sound", measure, 4).outcome, Outcome::kOk);
+  }
+}
+
+// In a timing session a worker that dies is replaced for the next timestep.
+TEST_F(RunsTest, FaultsWhileTiming) {
+  for (const auto& [fault, outcome] : {std::pair{"crash", Outcome::kCrashed}, std::pair{"hang", Outcome::kTimeout},
+                                       std::pair{"nan", Outcome::kDiverged}}) {
+    const std::string out = dir(fault);
+    // The reference at 1 ms is sound; what is timed at 1 ms too.
+    run_scored(faulty_campaign(fault, ", from_ms = 2.0, at_step = 3", "\"raw_speed\""), out);
+    const Store store = Store::open(out);
+    EXPECT_EQ(find(store, "broken", "raw_speed", 1).outcome, Outcome::kOk) << fault;
+    const Cell broken = find(store, "broken", "raw_speed", 4);
+    EXPECT_EQ(outcome_text(broken.outcome), outcome_text(outcome)) << fault << ": " << broken.reason;
+    EXPECT_THAT(broken.values, IsEmpty());
+    EXPECT_EQ(find(store, "sound", "raw_speed", 4).outcome, Outcome::kOk) << fault;
+  }
+}
+
+// ---- the gate -----------------------------------------------------------------------------------------------------------
+
+TEST_F(RunsTest, WhoDoesNotPassTheGateIsNotScored) {
+  const Campaign campaign = parse_campaign(
+      "name = \"gate\"\ncontenders = [\"null\", \"mujoco-euler\"]\ntimesteps_ms = [1, 4]\nmeasures = [\"drift\"]\n"
+      "[[system]]\nname = \"planar-chain\"\nduration_s = 0.128\n",
+      "gate.toml");
+  const RunSummary summary = run_campaign(campaign, options(dir()));
+  EXPECT_THAT(summary.failed_gate, SizeIs(1));
+  EXPECT_THAT(summary.failed_gate, Contains(AllOf(StartsWith("null ("), HasSubstr("free-fall"))));
+  const Store store = Store::open(dir());
+  const Cell unscored = find(store, "null", "drift", 4);
+  EXPECT_EQ(unscored.outcome, Outcome::kUnsupported);
+  EXPECT_THAT(unscored.reason, AllOf(HasSubstr("did not pass the gate"), HasSubstr("free-fall")));
+  EXPECT_EQ(find(store, "mujoco-euler", "drift", 4).outcome, Outcome::kOk);
+  int tests = 0;
+  for (const ConformanceRow& row : store.conformance()) {
+    if (row.contender != "mujoco-euler") continue;
+    ++tests;
+    EXPECT_NE(row.status, "fail") << row.test << ": " << row.note;
+  }
+  EXPECT_GT(tests, 10);
+}
+
+TEST_F(RunsTest, AContenderThatCrashesInTheGateFailsThoseTestsAndNoOthersFail) {
+  const Campaign campaign = parse_campaign(
+      "name = \"gate\"\ntimesteps_ms = [1]\nmeasures = [\"drift\"]\n[[contender]]\nname = \"broken\"\nbase = "
+      "\"mishap\"\n"
+      "set = {fault = \"crash\"}\n[[system]]\nname = \"planar-chain\"\nduration_s = 0.128\n",
+      "gate.toml");
+  run_campaign(campaign, options(dir()));
+  const Store store = Store::open(dir());
+  int crashed = 0;
+  const std::vector<ConformanceRow> rows = store.conformance();
+  for (const ConformanceRow& row : rows) {
+    if (row.note.find("signal 11") == std::string::npos) continue;
+    EXPECT_EQ(row.status, "fail");
+    ++crashed;
+  }
+  EXPECT_GT(crashed, 3);
+  EXPECT_GT(rows.size(), static_cast<size_t>(crashed)) << "tests without as many steps ended";
+  EXPECT_EQ(find(store, "broken", "drift", 1).outcome, Outcome::kUnsupported);
+}
+
+// ---- values ---------------------------------------------------------------------------------------------------------------
+
+Campaign real_campaign(const std::string& measures = "\"raw_speed\", \"consistency\", \"truth\", \"drift\"") {
+  return parse_campaign("name = \"real\"\ntimesteps_ms = [\"1/4\", 1, 4]\nreference_ms = \"1/8\"\nmeasures = [" +
+                            measures +
+                            "]\n[timing]\nrounds = 3\nbatch_ms = 2\n"
+                            "[[contender]]\nname = \"first\"\nbase = \"mujoco-euler\"\n"
+                            "[[contender]]\nname = \"second\"\nbase = \"mujoco-euler\"\n"
+                            "[[contender]]\nname = \"cartesian\"\nbase = \"ode-step\"\n"
+                            "[[contender]]\nname = \"fourth-order\"\nbase = \"mujoco-rk4\"\n"
+                            "[[system]]\nname = \"planar-chain\"\nduration_s = 0.256\npieces = 3\npiece_ms = 64\n",
+                        "real.toml");
+}
+
+TEST_F(RunsTest, ValuesAreWhatTheyClaim) {
+  const RunSummary summary = run_scored(real_campaign(), dir());
+  const Store store = Store::open(dir());
+  for (const auto& [outcome, count] : summary.outcomes) EXPECT_EQ(outcome, "ok") << count;
+
+  // One contender under two names has the same values to the bit.
+  for (const double timestep : {0.125, 0.25, 1.0, 4.0}) {
+    EXPECT_EQ(value(find(store, "first", "consistency", timestep), "consistency"),
+              value(find(store, "second", "consistency", timestep), "consistency"));
+    EXPECT_EQ(value(find(store, "first", "truth", timestep), "truth_error"),
+              value(find(store, "second", "truth", timestep), "truth_error"));
+  }
+  // The restart floor lies under the errors, and errors grow with the timestep.
+  const double floor = value(find(store, "first", "consistency", 0.125), "restart_floor").value_or(-1);
+  EXPECT_GE(floor, 0);
+  EXPECT_LT(floor, 1e-9);
+  for (const char* contender : {"first", "cartesian"}) {
+    EXPECT_LT(*value(find(store, contender, "consistency", 1), "consistency"),
+              *value(find(store, contender, "consistency", 4), "consistency"));
+  }
+  // Orders of convergence: between this timestep and the next smaller one.
+  EXPECT_NEAR(*value(find(store, "first", "truth", 4), "truth_order"), 1, 0.1);
+  EXPECT_NEAR(*value(find(store, "fourth-order", "truth", 4), "truth_order"), 4, 0.3);
+  EXPECT_FALSE(value(find(store, "first", "truth", 0.125), "truth_order")) << "the smallest has no smaller one";
+  EXPECT_LT(*value(find(store, "fourth-order", "drift", 4), "energy_drift_relative"), 1e-6);
+
+  // Speed in three units, with its interval and its samples.
+  const Cell timed = find(store, "cartesian", "raw_speed", 1);
+  const double step_us = *value(timed, "step_time");
+  EXPECT_GT(step_us, 0);
+  EXPECT_NEAR(*value(timed, "raw_speed") * step_us, 1000, 1e-6);
+  EXPECT_NEAR(*value(timed, "realtime_factor") * step_us, 1000, 1e-6) << "1 ms";
+  for (const Value& each : timed.values) {
+    if (!each.low) continue;
+    EXPECT_LE(*each.low, *each.value) << each.name;
+    EXPECT_GE(*each.high, *each.value) << each.name;
+  }
+  EXPECT_THAT(store.samples(timed.id), SizeIs(3));
+  for (const SampleSeries& series : store.samples(timed.id)) EXPECT_THAT(series.values, SizeIs(3)) << series.name;
+  EXPECT_LT(*value(timed, "clock_share"), 0.005);
+  EXPECT_GT(timed.engine_s, 0);
+  EXPECT_GE(timed.wall_s, timed.engine_s);
+
+  // The same under two names, and only that.
+  EXPECT_THAT(summary.aa, SizeIs(4)) << "one pair at four timesteps";
+  for (const AaPair& pair : summary.aa) {
+    EXPECT_EQ(pair.a, "first");
+    EXPECT_EQ(pair.b, "second");
+    EXPECT_LE(pair.low, pair.ratio);
+    EXPECT_GE(pair.high, pair.ratio);
+  }
+  // The engine that does nothing was measured with the others.
+  const double harness_us = *value(find(store, "null", "raw_speed", 1), "step_time");
+  EXPECT_GT(harness_us, 0);
+  EXPECT_LT(harness_us, 0.1 * step_us);
+}
+
+TEST_F(RunsTest, DerivedValuesFlagAnErrorThatDoesNotDependOnTheTimestep) {
+  Store store = Store::create(dir(), {"c", "h"});
+  double timestep = 1.0 / 64;
+  for (const double error : {0.29, 0.29, 0.291, 0.3}) {
+    for (const char* contender : {"floored", "sound"}) {
+      Cell cell;
+      cell.key = contender + std::to_string(timestep);
+      cell.system = "chain";
+      cell.contender = contender;
+      cell.timestep_ms = timestep;
+      cell.measure = "truth";
+      const double e = contender == std::string("sound") ? 1e-3 * timestep : error;
+      cell.values = {{"truth_error", "m", e, {}, {}}, {"truth_rounding", "m", 1e-12, {}, {}}};
+      store.put_cell(cell);
+    }
+    timestep *= 2;
+  }
+  const std::vector<std::string> warnings = derive_values(store);
+  EXPECT_THAT(warnings, SizeIs(1));
+  EXPECT_THAT(warnings, Contains(AllOf(HasSubstr("floored"), HasSubstr("0.29 m"))));
+  EXPECT_EQ(value(find(store, "floored", "truth", 1.0 / 64), "truth_floor"), 0.29);
+  EXPECT_FALSE(value(find(store, "sound", "truth", 1.0 / 64), "truth_floor"));
+  EXPECT_NEAR(*value(find(store, "sound", "truth", 1.0 / 8), "truth_order"), 1, 1e-9);
+  EXPECT_EQ(derive_values(store), warnings) << "once more changes nothing";
+}
+
+TEST_F(RunsTest, DerivedValuesMarkErrorsNearTheRestartFloor) {
+  Store store = Store::create(dir(), {"c", "h"});
+  for (const auto& [timestep, error] : {std::pair{0.1, 1e-5}, std::pair{0.2, 2e-5}, std::pair{0.4, 1e-3}}) {
+    Cell cell;
+    cell.key = std::to_string(timestep);
+    cell.system = "chain";
+    cell.contender = "c";
+    cell.timestep_ms = timestep;
+    cell.measure = "consistency";
+    cell.values = {{"consistency", "m", error, {}, {}}};
+    if (timestep == 0.1) cell.values.push_back({"restart_floor", "m", error, {}, {}});
+    store.put_cell(cell);
+  }
+  derive_values(store);
+  EXPECT_FALSE(value(find(store, "c", "consistency", 0.1), "consistency_floor"));
+  EXPECT_EQ(value(find(store, "c", "consistency", 0.2), "consistency_floor"), 1e-5);
+  EXPECT_FALSE(value(find(store, "c", "consistency", 0.4), "consistency_floor"));
+}
+
+TEST_F(RunsTest, ShardsTogetherAreTheWhole) {
+  const Campaign campaign = real_campaign("\"consistency\", \"truth\"");
+  run_scored(campaign, dir("whole"));
+  pass_gate(campaign, dir("parts"));
+  int cells = 0;
+  for (int index = 1; index <= 3; ++index) {
+    RunOptions part = options(dir("parts"));
+    part.shard = {index, 3};
+    cells += run_campaign(campaign, part).done_now;
+  }
+  EXPECT_EQ(static_cast<size_t>(cells), Store::open(dir("whole")).cells().size());
+  EXPECT_EQ(table(dir("parts")), table(dir("whole")));
+}
+
+// ---- stopping and going on ------------------------------------------------------------------------------------------------
+
+TEST_F(RunsTest, ASecondRunHasNothingToDo) {
+  const Campaign campaign = real_campaign("\"drift\"");
+  run_scored(campaign, dir());
+  const RunSummary again = run_campaign(campaign, options(dir()));
+  EXPECT_EQ(again.done_now, 0);
+  EXPECT_EQ(again.done_before, again.cells);
+}
+
+TEST_F(RunsTest, ALostTrajectoryIsComputedAgain) {
+  const Campaign campaign = real_campaign("\"consistency\"");
+  run_scored(campaign, dir());
+  const std::string whole = table(dir());
+  fs::remove_all(dir() + "/trajectories");
+  {
+    // as if the last cells had not been reached yet
+    Store store = Store::open(dir());
+    std::vector<Cell> cells = store.cells();
+    const std::string kept = dir("kept");
+    Store copy = Store::create(kept, {campaign.name, campaign.hash()});
+    copy.set_systems(store.systems());
+    copy.set_contenders(store.contenders());
+    for (const Cell& cell : cells) {
+      if (cell.measure == "reference") copy.put_cell(cell, store.samples(cell.id));
+    }
+  }
+  pass_gate(campaign, dir("kept"));
+  run_campaign(campaign, options(dir("kept")));
+  EXPECT_EQ(table(dir("kept")), whole);
+}
+
+// Runs the campaign in a process of its own and returns its id. It ends with status 0 when the campaign was done, with
+// 10 when it was interrupted.
+pid_t start_run(const Campaign& campaign, const RunOptions& options, const std::string& mark) {
+  const pid_t child = ::fork();
+  if (child != 0) return child;
+  ::setenv("ASSAY_TEST_MARK", mark.c_str(), 1);
+  try {
+    const RunSummary summary = run_campaign(campaign, options);
+    ::_exit(summary.interrupted ? 10 : 0);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    ::_exit(1);
+  }
+}
+
+// Processes that were started by one with this mark in its environment.
+int marked_processes(const std::string& mark) {
+  int count = 0;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator("/proc", error)) {
+    std::ifstream file(entry.path() / "environ", std::ios::binary);
+    std::stringstream environment;
+    environment << file.rdbuf();
+    // as its parent had it: what a process sets itself is not seen here
+    if (environment.str().find("ASSAY_TEST_MARK=" + mark) != std::string::npos) ++count;
+  }
+  return count;
+}
+
+// Workers get SIGKILL when their parent dies, and are gone as soon as the kernel comes to it.
+bool all_gone(const std::string& mark) {
+  for (int i = 0; i < 500; ++i) {
+    if (marked_processes(mark) == 0) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  return false;
+}
+
+TEST_F(RunsTest, KilledAtRandomMomentsItEndsWithTheSameTable) {
+  const Campaign campaign = real_campaign();
+  run_scored(campaign, dir("whole"));
+  const std::string out = dir("killed"), mark = out;
+  pass_gate(campaign, out);
+  std::random_device seed;
+  const unsigned used_seed = seed();
+  std::mt19937 random(used_seed);
+  int kills = 0, status = -1;
+  size_t cells = 0;
+  for (int attempt = 0; attempt < 200 && status != 0; ++attempt) {
+    const pid_t run = start_run(campaign, options(out), mark);
+    // The later, the more time: it has to come to its end.
+    const double wait_s = std::uniform_real_distribution<double>(0.02, 0.3 + 0.1 * attempt)(random);
+    std::this_thread::sleep_for(std::chrono::duration<double>(wait_s));
+    ::kill(run, SIGKILL);
+    ::waitpid(run, &status, 0);
+    if (WIFSIGNALED(status)) ++kills;
+    ASSERT_TRUE(all_gone(mark)) << "workers outlive their parent";
+    const size_t now = Store::open(out).cells().size();
+    ASSERT_GE(now, cells) << "a finished cell was lost; seed " << used_seed;
+    cells = now;
+  }
+  EXPECT_EQ(status, 0);
+  EXPECT_GT(kills, 0);
+  EXPECT_EQ(table(out), table(dir("whole"))) << "seed " << used_seed;
+}
+
+TEST_F(RunsTest, AnInterruptStopsPolitely) {
+  const Campaign campaign = real_campaign();
+  for (const int signal : {SIGINT, SIGTERM}) {
+    const std::string out = dir("signal" + std::to_string(signal));
+    pass_gate(campaign, out);
+    const pid_t run = start_run(campaign, options(out), out);
+    for (int i = 0; i < 1000 && Store::open(out).cells().empty(); ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    ::kill(run, signal);
+    int status = 0;
+    ::waitpid(run, &status, 0);
+    ASSERT_TRUE(WIFEXITED(status)) << "it stored what it had and ended by itself";
+    EXPECT_EQ(WEXITSTATUS(status), 10);
+    EXPECT_TRUE(all_gone(out));
+    const size_t cells = Store::open(out).cells().size();
+    EXPECT_GT(cells, 0U);
+    EXPECT_LT(cells, make_plan(campaign).cells.size());
+    const RunSummary rest = run_campaign(campaign, options(out));
+    EXPECT_FALSE(rest.interrupted) << "the signal is forgotten";
+    EXPECT_EQ(rest.done_before + rest.done_now, rest.cells);
+  }
+}
+
+TEST_F(RunsTest, AFullDiskIsAnErrorThatLosesNothing) {
+  const Campaign campaign = real_campaign("\"consistency\", \"drift\"");
+  run_scored(campaign, dir("whole"));
+  pass_gate(campaign, dir());
+  std::array<int, 2> ends{};
+  ASSERT_EQ(::pipe(ends.data()), 0);
+  const pid_t child = ::fork();
+  if (child == 0) {
+    ::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit = {110'000, 110'000};  // bytes of one file
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+    std::string text = "(nothing was thrown)";
+    try {
+      run_campaign(campaign, options(dir()));
+    } catch (const SystemError& error) {
+      text = error.what();
+    }
+    [[maybe_unused]] const ssize_t written = ::write(ends[1], text.data(), text.size());
+    ::_exit(0);
+  }
+  ::waitpid(child, nullptr, 0);
+  std::string text(1000, '\0');
+  text.resize(static_cast<size_t>(std::max<ssize_t>(0, ::read(ends[0], text.data(), text.size()))));
+  ::close(ends[0]);
+  ::close(ends[1]);
+  EXPECT_THAT(text, HasSubstr(dir())) << "the message names the file";
+  EXPECT_THAT(text, ::testing::Not(HasSubstr("nothing was thrown")));
+  // With room again the same call goes on.
+  run_campaign(campaign, options(dir()));
+  EXPECT_EQ(table(dir()), table(dir("whole")));
+}
+
+TEST_F(RunsTest, AProgramThatCannotBeStartedIsSaid) {
+  const Campaign campaign = faulty_campaign("none");
+  pass_gate(campaign, dir());
+  RunOptions wrong = options(dir());
+  wrong.program = dir("nothing");
+  run_campaign(campaign, wrong);
+  const Cell cell = find(Store::open(dir()), "sound", "drift", 1);
+  EXPECT_EQ(cell.outcome, Outcome::kCrashed);
+}
+
+// ---- progress -----------------------------------------------------------------------------------------------------------
+
+std::string drawn(FILE* stream, const std::function<std::string()>& read) {
+  const auto progress = make_progress(stream);
+  progress->begin(2, 3, 75);
+  progress->phase("accuracy");
+  progress->started("drift planar-chain ode-step 1 ms");
+  Cell cell;
+  cell.measure = "drift";
+  progress->finished(cell, 40);
+  progress->message("a sentence");
+  progress->finished(cell, 0);
+  progress->end();
+  std::fflush(stream);
+  return read();
+}
+
+TEST(Progress, PlainLinesWhereThereIsNoTerminal) {
+  FILE* file = std::tmpfile();
+  const std::string text = drawn(file, [&] {
+    std::rewind(file);
+    std::string content(10000, '\0');
+    content.resize(std::fread(content.data(), 1, content.size(), file));
+    return content;
+  });
+  std::fclose(file);
+  EXPECT_THAT(text, AllOf(HasSubstr("2 cells to measure, 3 are there already; about 1 min 15 s\n"),
+                          HasSubstr("accuracy\n"), HasSubstr("a sentence\n")));
+  EXPECT_EQ(text.find('\r'), std::string::npos);
+  EXPECT_EQ(text.find('\x1b'), std::string::npos);
+}
+
+TEST(Progress, ABarOnATerminal) {
+  const int terminal = ::posix_openpt(O_RDWR | O_NOCTTY);
+  ASSERT_GE(terminal, 0);
+  ASSERT_EQ(::grantpt(terminal), 0);
+  ASSERT_EQ(::unlockpt(terminal), 0);
+  FILE* stream = std::fopen(::ptsname(terminal), "w");
+  ASSERT_NE(stream, nullptr);
+  const std::string text = drawn(stream, [&] {
+    ::fcntl(terminal, F_SETFL, O_NONBLOCK);
+    std::string content(10000, '\0');
+    content.resize(static_cast<size_t>(std::max<ssize_t>(0, ::read(terminal, content.data(), content.size()))));
+    return content;
+  });
+  std::fclose(stream);
+  ::close(terminal);
+  EXPECT_THAT(text, AllOf(HasSubstr("3/5"), HasSubstr("5/5"), HasSubstr("[========"), HasSubstr("40 s left"),
+                          HasSubstr("a sentence"), HasSubstr("drift planar-chain ode-step")));
+}
+
+}  // namespace
+}  // namespace assay
