@@ -316,6 +316,31 @@ TEST(Suite, EveryTestCatchesSomething) {
   for (const ConformanceTest& test : conformance_tests()) EXPECT_THAT(catching, testing::Contains(test.name));
 }
 
+// The same mistakes without a wrapper: engines' own settings that are known to be wrong for a comparison.
+TEST(Suite, SeesSettingsThatAreKnownToBeWrong) {
+  struct Wrong {
+    std::string contender, setting, value;
+    std::vector<std::string> caught_by;
+  };
+  const std::vector<Wrong> wrongs = {
+      {"ode-step", "gyroscopic", "off", {"torque-free-top", "spatial-chain", "oblique-trees", "torque-reaction"}},
+      {"bullet-si-f64", "gyroscopic", "off", {"torque-free-top", "spatial-chain", "oblique-trees", "torque-reaction"}},
+      {"bullet-si-f64", "linear_slop", "0.01", {"resting-height", "bodies-collide"}},
+  };
+  const auto names = Registry::instance().contender_names();
+  int seen = 0;
+  for (const Wrong& wrong : wrongs) {
+    if (std::ranges::find(names, wrong.contender) == names.end()) continue;
+    const auto contender = Registry::instance().resolve(wrong.contender, {{wrong.setting, wrong.value}});
+    for (const ConformanceResult& result : run_conformance(contender, {.tests = wrong.caught_by})) {
+      EXPECT_EQ(result.status, ConformanceStatus::kFail)
+          << wrong.contender << " " << wrong.setting << "=" << wrong.value << " passed " << result.test;
+    }
+    ++seen;
+  }
+  if (seen == 0) GTEST_SKIP() << "none of the engines is built";
+}
+
 TEST(Suite, RefusesAnEngineThatDoesNothing) {
   const auto names = Registry::instance().contender_names();
   if (std::ranges::find(names, "null") == names.end()) GTEST_SKIP() << "the null engine is not built";
