@@ -268,6 +268,7 @@ describe("full results", () => {
     assert.equal((await page.$$('#planar-chain .series [data-timestep="0.015625"]')).length, 0);
     await chooseMeasure(page, chain, "angular_momentum_drift");
     const ticks = await page.$$eval("#planar-chain .tick-y", (nodes) => nodes.map((node) => node.textContent));
+    assert.match(await page.$eval("#planar-chain svg.accuracy .axis", (node) => node.textContent), /angular momentum drift \(kg m²\/s\)/);
     assert.ok(ticks.length > 3 && ticks.every((tick) => /^10[⁻⁰¹²³⁴-⁹]+$|^1$/.test(tick)), ticks.join());
     await chooseMeasure(page, chain, "truth_error");
     assert.match(await note(), /Flagged: the error of bullet-si-f32 stops shrinking/);

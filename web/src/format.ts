@@ -58,6 +58,11 @@ export function unitText(unit: string): string {
   return unit.replace(/\^(-?\d+)/g, (_, exponent: string) => superscript(Number(exponent)));
 }
 
+// The unit stands in every figure already.
+export function hasPrefixes(unit: string): boolean {
+  return unit in kPrefixable;
+}
+
 // "4.34 mm", "1030 kHz", "2.1 × 10⁻⁶ kg m²/s"; "–" for what is missing.
 export function quantity(value: number | null | undefined, unit: string, digits = 3): string {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";

@@ -2,7 +2,7 @@
 import { scaleLog, type ScaleLogarithmic } from "d3-scale";
 
 import { svg } from "../dom";
-import { quantity, superscript } from "../format";
+import { hasPrefixes, quantity, superscript } from "../format";
 
 export type LogScale = ScaleLogarithmic<number, number>;
 
@@ -28,7 +28,7 @@ export function decades(scale: LogScale, spacing: number): { all: number[]; labe
 
 // "1 mm", "10 µm" where the unit takes prefixes, else "10⁻³".
 export function decadeLabel(exponent: number, unit: string): string {
-  if (unit === "m" || unit === "J" || unit === "rad" || unit === "s") return quantity(10 ** exponent, unit, 1);
+  if (hasPrefixes(unit)) return quantity(10 ** exponent, unit, 1);
   return `10${superscript(exponent)}`;
 }
 

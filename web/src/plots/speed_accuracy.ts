@@ -3,7 +3,7 @@ import { line } from "d3-shape";
 
 import { valueInfo, type Cell, type RealtimeFactor, type SystemView } from "../data";
 import { clear, el, onWidth, svg, uniqueId } from "../dom";
-import { interval, named, quantity, realtime, sentenceList, timestep, timestepRange } from "../format";
+import { hasPrefixes, interval, named, quantity, realtime, sentenceList, timestep, timestepRange, unitText } from "../format";
 import type { Palette } from "../palette";
 import { markContenders, state } from "../state";
 import { facts, tooltip } from "../tooltip";
@@ -227,7 +227,7 @@ export class SpeedAccuracy {
       axis.append(svg("text", { class: "tick tick-y", x: frame.left - 8, y: at + 4, "text-anchor": "end" }, decadeLabel(e, unit)));
     }
     const narrow = width < 520;
-    const titles = narrow ? ["faster →", "↓ better"] : ["realtime factor, faster →", `↓ smaller ${info.label.toLowerCase()}`];
+    const titles = narrow ? ["faster →", "↓ better"] : ["realtime factor, faster →", `↓ smaller ${info.label.toLowerCase()}${hasPrefixes(unit) || !unitText(unit) ? "" : ` (${unitText(unit)})`}`];
     axis.append(
       svg("text", { class: "axis-title", x: frame.right, y: height - 8, "text-anchor": "end" }, titles[0]!),
       svg("text", { class: "axis-title", x: frame.left, y: height - 8, "text-anchor": "start" }, titles[1]!),
