@@ -9,6 +9,7 @@
 #include <memory>
 #include <mutex>
 #include <set>
+#include <span>
 #include <utility>
 
 #include <fmt/format.h>
@@ -81,11 +82,24 @@ std::string one_line(std::string_view message) {
 
 // ---- helpers --------------------------------------------------------------------------------------------------------
 
-Vec3 vec3(const mjtNum* v) { return {v[0], v[1], v[2]}; }
-Quat quat(const mjtNum* q) { return Quat(q[0], q[1], q[2], q[3]).normalized(); }
+// MuJoCo's arrays hold rows of `width` values.
+template <typename T, typename Index>
+T* row(T* array, std::ptrdiff_t width, Index index) {
+  return array + width * static_cast<std::ptrdiff_t>(index);
+}
+
+Vec3 vec3(const mjtNum* array, int index = 0) {
+  const mjtNum* v = row(array, 3, index);
+  return {v[0], v[1], v[2]};
+}
+
+Quat quat(const mjtNum* array, int index = 0) {
+  const mjtNum* q = row(array, 4, index);
+  return Quat(q[0], q[1], q[2], q[3]).normalized();
+}
 
 bool all_zero(const mjtNum* values, int count) {
-  return std::all_of(values, values + count, [](mjtNum value) { return value == 0; });
+  return std::ranges::all_of(std::span(values, count), [](mjtNum value) { return value == 0; });
 }
 
 const char* geom_type_name(int type) {
@@ -192,6 +206,9 @@ class Translation {
   Translation(const mjSpec* spec, const mjModel* compiled, std::string file, bool drop_unsupported)
       : m_(compiled), file_(std::move(file)), drop_unsupported_(drop_unsupported) {
     read_lines(spec);
+    for (int i = 0; i < m_->nbody; ++i) body_names_.insert(name(mjOBJ_BODY, i));
+    for (int i = 0; i < m_->njnt; ++i) hinge_names_.insert(name(mjOBJ_JOINT, i));
+    for (int i = 0; i < m_->ngeom; ++i) shape_names_.insert(name(mjOBJ_GEOM, i));
   }
 
   Model translate() {
@@ -332,7 +349,7 @@ class Translation {
     std::vector<std::string> fused;
     for (int b = 1; b < m_->nbody; ++b) {
       const int parent = m_->body_parentid[b];
-      const Pose X_MpB = X_MB_[parent] * Pose{vec3(m_->body_pos + 3 * b), quat(m_->body_quat + 4 * b)};
+      const Pose X_MpB = X_MB_[parent] * Pose{vec3(m_->body_pos, b), quat(m_->body_quat, b)};
       if (m_->body_jntnum[b] == 0) {
         body_of_[b] = body_of_[parent];
         X_MB_[b] = X_MpB;
@@ -344,10 +361,9 @@ class Translation {
         parts.emplace_back();
       }
       if (const int host = body_of_[b]; host != kWorld && m_->body_mass[b] > 0) {
-        const Pose X_MI = X_MB_[b] * Pose{vec3(m_->body_ipos + 3 * b), quat(m_->body_iquat + 4 * b)};
+        const Pose X_MI = X_MB_[b] * Pose{vec3(m_->body_ipos, b), quat(m_->body_iquat, b)};
         const Mat3 R = X_MI.q.toRotationMatrix();
-        parts[host].push_back(
-            {m_->body_mass[b], X_MI.p, R * vec3(m_->body_inertia + 3 * b).asDiagonal() * R.transpose()});
+        parts[host].push_back({m_->body_mass[b], X_MI.p, R * vec3(m_->body_inertia, b).asDiagonal() * R.transpose()});
       }
     }
     if (model_.bodies.empty()) {
@@ -414,14 +430,14 @@ class Translation {
                fmt::format("has dry friction {} (frictionloss; in URDF: friction), which is not supported; set it to 0",
                            shortest(m_->dof_frictionloss[d])));
       }
-      if (dampers && !all_zero(m_->dof_dampingpoly + mjNPOLY * d, mjNPOLY)) {
+      if (dampers && !all_zero(row(m_->dof_dampingpoly, mjNPOLY, d), mjNPOLY)) {
         refuse(mjOBJ_JOINT, j, "has nonlinear damping, which is not supported; give damping one number");
       }
       if (dofs == 6 && ((dampers && m_->dof_damping[d] != 0) || m_->dof_armature[d] != 0)) {
         refuse(mjOBJ_JOINT, j, "is a free joint with damping or armature, which is not supported; write <freejoint/>");
       }
     }
-    if (springs && !all_zero(m_->jnt_stiffnesspoly + mjNPOLY * j, mjNPOLY)) {
+    if (springs && !all_zero(row(m_->jnt_stiffnesspoly, mjNPOLY, j), mjNPOLY)) {
       refuse(mjOBJ_JOINT, j, "has a nonlinear spring, which is not supported; give stiffness one number");
     }
     if (springs && m_->jnt_springyield[j] != 0) {
@@ -433,7 +449,7 @@ class Translation {
     if (limited(j) && m_->jnt_margin[j] != 0) {
       refuse(mjOBJ_JOINT, j, "has a limit margin, which is not supported; remove it and narrow the range instead");
     }
-    if (limited(j) && has_own_softness(m_->jnt_solref + mjNREF * j, m_->jnt_solimp + mjNIMP * j)) {
+    if (limited(j) && has_own_softness(row(m_->jnt_solref, mjNREF, j), row(m_->jnt_solimp, mjNIMP, j))) {
       softened_.push_back(label(mjOBJ_JOINT, j));
     }
   }
@@ -443,7 +459,7 @@ class Translation {
   static bool has_own_softness(const mjtNum* solref, const mjtNum* solimp) {
     constexpr std::array<mjtNum, mjNREF> kRef = {0.02, 1};
     constexpr std::array<mjtNum, mjNIMP> kImp = {0.9, 0.95, 0.001, 0.5, 2};
-    return !std::equal(kRef.begin(), kRef.end(), solref) || !std::equal(kImp.begin(), kImp.end(), solimp);
+    return !std::ranges::equal(kRef, std::span(solref, mjNREF)) || !std::ranges::equal(kImp, std::span(solimp, mjNIMP));
   }
 
   Hinge hinge(int j, int body, const std::string& body_name) {
@@ -451,13 +467,13 @@ class Translation {
     Hinge h;
     h.name = unique_name(name(mjOBJ_JOINT, j), body_name, hinge_names_);
     h.body = body;
-    h.p_BJ = vec3(m_->jnt_pos + 3 * j);
-    h.axis_B = vec3(m_->jnt_axis + 3 * j).normalized();
+    h.p_BJ = vec3(m_->jnt_pos, j);
+    h.axis_B = vec3(m_->jnt_axis, j).normalized();
     h.reference = m_->qpos0[q];
     h.limited = limited(j);
     if (h.limited) {
-      h.lower = m_->jnt_range[2 * j];
-      h.upper = m_->jnt_range[2 * j + 1];
+      h.lower = *row(m_->jnt_range, 2, j);
+      h.upper = row(m_->jnt_range, 2, j)[1];
     }
     if (!disabled(mjDSBL_SPRING)) h.stiffness = m_->jnt_stiffness[j];
     if (h.stiffness != 0) h.spring_reference = m_->qpos_spring[q];
@@ -466,11 +482,12 @@ class Translation {
     return h;
   }
 
-  // The file's name where there is one, else `fallback`, told apart by an appended number.
+  // The file's own name where there is one (MuJoCo keeps them unique), else `fallback`, told apart from every name that
+  // the file gives by an appended number.
   static std::string unique_name(const std::string& own, const std::string& fallback, std::set<std::string>& taken) {
-    const std::string base = own.empty() ? fallback : own;
-    std::string result = base;
-    for (int i = 2; !taken.insert(result).second; ++i) result = fmt::format("{}_{}", base, i);
+    if (!own.empty()) return own;
+    std::string result = fallback;
+    for (int i = 2; !taken.insert(result).second; ++i) result = fmt::format("{}_{}", fallback, i);
     return result;
   }
 
@@ -517,13 +534,13 @@ class Translation {
   }
 
   void add_shape(int g, int body) {
-    const mjtNum* size = m_->geom_size + 3 * g;
+    const mjtNum* size = row(m_->geom_size, 3, g);
     Shape shape;
     const std::string owner = body == kWorld ? "world" : model_.bodies[body].name;
     shape.name = unique_name(name(mjOBJ_GEOM, g), fmt::format("{}_shape", owner), shape_names_);
     shape.body = body;
-    shape.X_BS = X_MB_[m_->geom_bodyid[g]] * Pose{vec3(m_->geom_pos + 3 * g), quat(m_->geom_quat + 4 * g)};
-    shape.friction = m_->geom_friction[3 * g];
+    shape.X_BS = X_MB_[m_->geom_bodyid[g]] * Pose{vec3(m_->geom_pos, g), quat(m_->geom_quat, g)};
+    shape.friction = *row(m_->geom_friction, 3, g);
     shape.collides = false;  // until a pair is found
     switch (m_->geom_type[g]) {
       case mjGEOM_PLANE:
@@ -539,10 +556,10 @@ class Translation {
         shape.half_length = size[1];
     }
     // the material's colour counts where the geom keeps the default grey
-    const float* rgba = m_->geom_rgba + 4 * g;
+    const float* rgba = row(m_->geom_rgba, 4, g);
     const std::array<float, 4> grey = {0.5f, 0.5f, 0.5f, 1.0f};
-    if (m_->geom_matid[g] >= 0 && std::equal(grey.begin(), grey.end(), rgba))
-      rgba = m_->mat_rgba + 4 * m_->geom_matid[g];
+    if (m_->geom_matid[g] >= 0 && std::ranges::equal(grey, std::span(rgba, 4)))
+      rgba = row(m_->mat_rgba, 4, m_->geom_matid[g]);
     std::copy_n(rgba, 4, shape.rgba.begin());
     shape_of_[g] = static_cast<int>(model_.shapes.size());
     model_.shapes.push_back(std::move(shape));
@@ -571,9 +588,8 @@ class Translation {
         add_filtered_pair(g1, g2);
       }
     }
-    std::sort(model_.contacts.begin(), model_.contacts.end(), [](const ContactPair& a, const ContactPair& b) {
-      return std::pair(a.shape_a, a.shape_b) < std::pair(b.shape_a, b.shape_b);
-    });
+    std::ranges::sort(model_.contacts, {},
+                      [](const ContactPair& pair) { return std::pair(pair.shape_a, pair.shape_b); });
     if (!softened_.empty()) {
       note(
           fmt::format("softness of limits and contacts (solref, solimp, solmix, gap) is a contender's matter and not "
@@ -594,18 +610,18 @@ class Translation {
       if (model_.bodies[a].parent == b || model_.bodies[b].parent == a) return false;
     }
     const int signature = (std::min(b1, b2) << 16) + std::max(b1, b2);
-    return std::find(m_->exclude_signature, m_->exclude_signature + m_->nexclude, signature) ==
-           m_->exclude_signature + m_->nexclude;
+    const std::span excluded(m_->exclude_signature, m_->nexclude);
+    return std::ranges::find(excluded, signature) == excluded.end();
   }
 
   void add_filtered_pair(int g1, int g2) {
     const int p1 = m_->geom_priority[g1], p2 = m_->geom_priority[g2];
     int condim = std::max(m_->geom_condim[g1], m_->geom_condim[g2]);
-    double friction = std::max(m_->geom_friction[3 * g1], m_->geom_friction[3 * g2]);
+    double friction = std::max(*row(m_->geom_friction, 3, g1), *row(m_->geom_friction, 3, g2));
     if (p1 != p2) {
       const int winner = p1 > p2 ? g1 : g2;
       condim = m_->geom_condim[winner];
-      friction = m_->geom_friction[3 * winner];
+      friction = *row(m_->geom_friction, 3, winner);
     }
     for (const int g : {g1, g2}) {
       if (condim > 3 && m_->geom_condim[g] == condim) refuse_condim(mjOBJ_GEOM, g, condim);
@@ -615,7 +631,7 @@ class Translation {
   }
 
   void add_explicit_pair(int p, int g1, int g2) {
-    const mjtNum* friction = m_->pair_friction + 5 * p;
+    const mjtNum* friction = row(m_->pair_friction, 5, p);
     const int condim = m_->pair_dim[p];
     if (condim > 3) refuse_condim(mjOBJ_PAIR, p, condim);
     if (condim == 3 && friction[0] != friction[1]) {
@@ -627,10 +643,10 @@ class Translation {
     }
     if (m_->pair_adhesion[p] != 0) refuse(mjOBJ_PAIR, p, "has adhesion, which is not supported; remove it");
     for (const int g : {g1, g2}) {
-      if (!all_zero(m_->geom_surfacevel + 6 * g, 6)) refuse_surface_velocity(g);
+      if (!all_zero(row(m_->geom_surfacevel, 6, g), 6)) refuse_surface_velocity(g);
     }
-    if (has_own_softness(m_->pair_solref + mjNREF * p, m_->pair_solimp + mjNIMP * p) || m_->pair_gap[p] != 0 ||
-        !all_zero(m_->pair_solreffriction + mjNREF * p, mjNREF)) {
+    if (has_own_softness(row(m_->pair_solref, mjNREF, p), row(m_->pair_solimp, mjNIMP, p)) || m_->pair_gap[p] != 0 ||
+        !all_zero(row(m_->pair_solreffriction, mjNREF, p), mjNREF)) {
       soften(label(mjOBJ_PAIR, p));
     }
     add_contact(g1, g2, condim == 1 ? 0 : friction[0]);
@@ -653,15 +669,15 @@ class Translation {
       refuse(mjOBJ_GEOM, g, "has a contact margin, which inflates it; remove margin and enlarge the shape instead");
     }
     if (m_->geom_adhesion[g] != 0) refuse(mjOBJ_GEOM, g, "has adhesion, which is not supported; remove it");
-    if (!all_zero(m_->geom_surfacevel + 6 * g, 6)) refuse_surface_velocity(g);
-    if (has_own_softness(m_->geom_solref + mjNREF * g, m_->geom_solimp + mjNIMP * g) || m_->geom_solmix[g] != 1 ||
+    if (!all_zero(row(m_->geom_surfacevel, 6, g), 6)) refuse_surface_velocity(g);
+    if (has_own_softness(row(m_->geom_solref, mjNREF, g), row(m_->geom_solimp, mjNIMP, g)) || m_->geom_solmix[g] != 1 ||
         m_->geom_gap[g] != 0) {
       soften(label(mjOBJ_GEOM, g));
     }
   }
 
   void soften(const std::string& element) {
-    if (std::find(softened_.begin(), softened_.end(), element) == softened_.end()) softened_.push_back(element);
+    if (std::ranges::find(softened_, element) == softened_.end()) softened_.push_back(element);
   }
 
   void add_contact(int g1, int g2, double friction) {
@@ -680,7 +696,7 @@ class Translation {
         continue;
       }
       Actuator actuator = supported_actuator(i);
-      ++per_joint[m_->actuator_trnid[2 * i]];
+      ++per_joint[*row(m_->actuator_trnid, 2, i)];
       actuator_of_.push_back(i);
       model_.actuators.push_back(std::move(actuator));
     }
@@ -696,19 +712,19 @@ class Translation {
 
   Actuator supported_actuator(int i) const {
     const int transmission = m_->actuator_trntype[i];
-    const int joint = m_->actuator_trnid[2 * i];
+    const int joint = *row(m_->actuator_trnid, 2, i);
     const bool on_hinge = (transmission == mjTRN_JOINT || transmission == mjTRN_JOINTINPARENT) && joint >= 0 &&
                           m_->jnt_type[joint] == mjJNT_HINGE;
     if (!on_hinge) refuse(mjOBJ_ACTUATOR, i, "does not act on a hinge joint; only actuators on hinges are supported");
-    if (m_->actuator_delay[i] != 0 || m_->actuator_history[2 * i] != 0) {
+    if (m_->actuator_delay[i] != 0 || *row(m_->actuator_history, 2, i) != 0) {
       refuse(mjOBJ_ACTUATOR, i, "has a delay, which is not supported; remove it");
     }
     if (m_->actuator_armature[i] != 0 || m_->actuator_damping[i] != 0 ||
-        !all_zero(m_->actuator_dampingpoly + mjNPOLY * i, mjNPOLY)) {
+        !all_zero(row(m_->actuator_dampingpoly, mjNPOLY, i), mjNPOLY)) {
       refuse(mjOBJ_ACTUATOR, i, "has armature or damping of its own; give them to the joint instead");
     }
-    const mjtNum* gain = m_->actuator_gainprm + mjNGAIN * i;
-    const mjtNum* bias = m_->actuator_biasprm + mjNBIAS * i;
+    const mjtNum* gain = row(m_->actuator_gainprm, mjNGAIN, i);
+    const mjtNum* bias = row(m_->actuator_biasprm, mjNBIAS, i);
     const bool plain = m_->actuator_dyntype[i] == mjDYN_NONE && m_->actuator_gaintype[i] == mjGAIN_FIXED &&
                        m_->actuator_ctrlnum[i] == 1;
     const bool motor = plain && m_->actuator_biastype[i] == mjBIAS_NONE && gain[0] != 0;
@@ -724,17 +740,17 @@ class Translation {
     if (actuator.name.empty()) actuator.name = fmt::format("actuator{}", i + 1);
     actuator.type = motor ? ActuatorType::kMotor : ActuatorType::kPosition;
     actuator.hinge = model_.bodies[body_of_[m_->jnt_bodyid[joint]]].hinge;
-    actuator.gear = m_->actuator_gear[6 * m_->actuator_outadr[i]];
+    actuator.gear = *row(m_->actuator_gear, 6, m_->actuator_outadr[i]);
     const int control = m_->actuator_ctrladr[i];
     actuator.control_limited = m_->actuator_ctrllimited[control] && !disabled(mjDSBL_CLAMPCTRL);
     if (actuator.control_limited) {
-      actuator.control_lower = m_->actuator_ctrlrange[2 * control];
-      actuator.control_upper = m_->actuator_ctrlrange[2 * control + 1];
+      actuator.control_lower = *row(m_->actuator_ctrlrange, 2, control);
+      actuator.control_upper = row(m_->actuator_ctrlrange, 2, control)[1];
     }
     actuator.force_limited = m_->actuator_forcelimited[i];
     if (actuator.force_limited) {
-      actuator.force_lower = m_->actuator_forcerange[2 * i];
-      actuator.force_upper = m_->actuator_forcerange[2 * i + 1];
+      actuator.force_lower = *row(m_->actuator_forcerange, 2, i);
+      actuator.force_upper = row(m_->actuator_forcerange, 2, i)[1];
     }
     if (position) {
       actuator.kp = gain[0];
@@ -759,11 +775,10 @@ class Translation {
           "a forcerange");
     }
     const int hinge = model_.bodies[body_of_[m_->jnt_bodyid[joint]]].hinge;
-    const auto found = std::find_if(model_.actuators.begin(), model_.actuators.end(),
-                                    [hinge](const Actuator& a) { return a.hinge == hinge; });
+    const auto found = std::ranges::find(model_.actuators, hinge, &Actuator::hinge);
     if (found->gear == 0) return;
-    double lower = m_->jnt_actfrcrange[2 * joint] / found->gear;
-    double upper = m_->jnt_actfrcrange[2 * joint + 1] / found->gear;
+    double lower = *row(m_->jnt_actfrcrange, 2, joint) / found->gear;
+    double upper = row(m_->jnt_actfrcrange, 2, joint)[1] / found->gear;
     if (lower > upper) std::swap(lower, upper);
     // two clamps in a row are one clamp to the first range clamped by the second
     if (found->force_limited) {
@@ -782,7 +797,7 @@ class Translation {
       if (key.name.empty()) key.name = fmt::format("key{}", k + 1);
       key.state = keyframe_state(k);
       key.control.reserve(actuator_of_.size());
-      for (const int i : actuator_of_) key.control.push_back(m_->key_ctrl[k * m_->nu + m_->actuator_ctrladr[i]]);
+      for (const int i : actuator_of_) key.control.push_back(row(m_->key_ctrl, m_->nu, k)[m_->actuator_ctrladr[i]]);
       model_.keyframes.push_back(std::move(key));
     }
     if (model_.keyframes.empty()) {
@@ -796,8 +811,8 @@ class Translation {
   }
 
   State keyframe_state(int k) const {
-    const mjtNum* qpos = m_->key_qpos + k * m_->nq;
-    const mjtNum* qvel = m_->key_qvel + k * m_->nv;
+    const mjtNum* qpos = row(m_->key_qpos, m_->nq, k);
+    const mjtNum* qvel = row(m_->key_qvel, m_->nv, k);
     State state;
     state.time = m_->key_time[k];
     state.bodies.resize(model_.bodies.size());
@@ -832,7 +847,7 @@ class Translation {
     };
     const auto pose_finite = [](const Pose& X) { return X.p.allFinite() && X.q.coeffs().allFinite(); };
     const auto finite = [](std::initializer_list<double> values) {
-      return std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
+      return std::ranges::all_of(values, [](double value) { return std::isfinite(value); });
     };
     demand(model_.gravity.allFinite(), "gravity");
     for (const Body& b : model_.bodies) {
@@ -856,10 +871,10 @@ class Translation {
         return s.p_WBcm.allFinite() && s.q_WB.coeffs().allFinite() && s.v_WBcm.allFinite() && s.w_WB.allFinite();
       };
       const auto number_finite = [](double value) { return std::isfinite(value); };
-      demand(std::all_of(key.state.bodies.begin(), key.state.bodies.end(), body_finite) &&
-                 std::all_of(key.state.angle.begin(), key.state.angle.end(), number_finite) &&
-                 std::all_of(key.state.rate.begin(), key.state.rate.end(), number_finite) &&
-                 std::all_of(key.control.begin(), key.control.end(), number_finite) && std::isfinite(key.state.time),
+      demand(std::ranges::all_of(key.state.bodies, body_finite) &&
+                 std::ranges::all_of(key.state.angle, number_finite) &&
+                 std::ranges::all_of(key.state.rate, number_finite) &&
+                 std::ranges::all_of(key.control, number_finite) && std::isfinite(key.state.time),
              fmt::format("keyframe '{}'", key.name));
     }
   }
@@ -875,7 +890,7 @@ class Translation {
   std::vector<int> joint_of_;                 // Model body -> MuJoCo joint
   std::vector<int> shape_of_;                 // MuJoCo geom -> index into Model::shapes, -1 when left out
   std::vector<int> actuator_of_;              // Model actuator -> MuJoCo actuator
-  std::set<std::string> body_names_, hinge_names_, shape_names_;
+  std::set<std::string> body_names_, hinge_names_, shape_names_;  // taken
   std::vector<std::string> softened_;  // elements whose own solref and the like are not taken over
 };
 

@@ -202,7 +202,7 @@ TEST(Kinematics, CapsuleInertiaIsTheIntegralOverDisks) {
 }
 
 TEST(Kinematics, PrincipalInertia) {
-  std::mt19937 random(7);
+  std::mt19937 random(7);  // NOLINT(bugprone-random-generator-seed): the same every time
   std::uniform_real_distribution<double> uniform(-1, 1);
   for (int i = 0; i < 100; ++i) {
     const Quat q = Quat(uniform(random), uniform(random), uniform(random), uniform(random)).normalized();

@@ -43,7 +43,7 @@ class Mujoco {
   Mujoco(const Mujoco&) = delete;
   Mujoco& operator=(const Mujoco&) = delete;
 
-  void randomize(std::mt19937& random) {
+  void randomize(std::mt19937& random) const {
     std::uniform_real_distribution<double> uniform(-1, 1);
     for (int i = 0; i < m->nq; ++i) d->qpos[i] = 2 * uniform(random);
     mj_normalizeQuat(m, d->qpos);
@@ -57,8 +57,14 @@ class Mujoco {
   mjData* d = nullptr;
 };
 
-Vec3 vec3(const mjtNum* v) { return {v[0], v[1], v[2]}; }
-Quat quat(const mjtNum* q) { return {q[0], q[1], q[2], q[3]}; }
+Vec3 vec3(const mjtNum* array, std::ptrdiff_t row = 0) {
+  const mjtNum* v = array + 3 * row;
+  return {v[0], v[1], v[2]};
+}
+Quat quat(const mjtNum* array, std::ptrdiff_t row = 0) {
+  const mjtNum* q = array + 4 * row;
+  return {q[0], q[1], q[2], q[3]};
+}
 
 // MuJoCo's coordinates as the uniform state; free bodies from MuJoCo's own centre of mass and velocity.
 State state_of(const Mujoco& mujoco, const Model& model) {
@@ -126,9 +132,9 @@ void compare_motion(const Mujoco& mujoco, const Model& model) {
     SCOPED_TRACE(body.name);
     const int b = mj_name2id(m, mjOBJ_BODY, body.name.c_str());
     const Pose X_WB = body_pose(body, state.bodies[i]);
-    EXPECT_LT((X_WB.p - vec3(d->xpos + 3 * b)).norm(), 1e-12);
-    EXPECT_LT(X_WB.q.angularDistance(quat(d->xquat + 4 * b)), 1e-7);  // sqrt of rounding
-    std::array<mjtNum, 6> velocity = {};  // angular, linear at the frame's origin, world axes
+    EXPECT_LT((X_WB.p - vec3(d->xpos, b)).norm(), 1e-12);
+    EXPECT_LT(X_WB.q.angularDistance(quat(d->xquat, b)), 1e-7);  // sqrt of rounding
+    std::array<mjtNum, 6> velocity = {};                         // angular, linear at the frame's origin, world axes
     mj_objectVelocity(m, d, mjOBJ_XBODY, b, velocity.data(), 0);
     EXPECT_LT((state.bodies[i].w_WB - vec3(velocity.data())).norm(), 1e-11);
     const Vec3 v_WBo = state.bodies[i].v_WBcm - state.bodies[i].w_WB.cross(state.bodies[i].p_WBcm - X_WB.p);
@@ -142,14 +148,14 @@ void compare_motion(const Mujoco& mujoco, const Model& model) {
   double moving_mass = 0;
   for (int b = 1; b < m->nbody; ++b) {
     if (is_static(m, b)) {
-      theirs.potential += m->body_mass[b] * vec3(m->opt.gravity).dot(vec3(d->xipos + 3 * b));
+      theirs.potential += m->body_mass[b] * vec3(m->opt.gravity).dot(vec3(d->xipos, b));
       continue;
     }
     moving_mass += m->body_mass[b];
     if (!is_static(m, m->body_parentid[b])) continue;
-    const Vec3 p = m->body_subtreemass[b] * vec3(d->subtree_linvel + 3 * b);
+    const Vec3 p = m->body_subtreemass[b] * vec3(d->subtree_linvel, b);
     theirs.p += p;
-    theirs.L += vec3(d->subtree_angmom + 3 * b) + vec3(d->subtree_com + 3 * b).cross(p);
+    theirs.L += vec3(d->subtree_angmom, b) + vec3(d->subtree_com, b).cross(p);
   }
   const Mechanics ours = mechanics(model, state);
   EXPECT_NEAR(model.total_mass(), moving_mass, 1e-12 * moving_mass);
@@ -167,6 +173,7 @@ void compare_motion(const Mujoco& mujoco, const Model& model) {
   if (!model.actuators.empty()) {
     std::vector<double> torques(model.hinges.size());
     std::vector<double> control;
+    control.reserve(model.actuators.size());
     for (const Actuator& a : model.actuators) {
       control.push_back(d->ctrl[m->actuator_ctrladr[mj_name2id(m, mjOBJ_ACTUATOR, a.name.c_str())]]);
     }
@@ -312,7 +319,7 @@ class AgainstMujoco : public testing::TestWithParam<unsigned> {};
 TEST_P(AgainstMujoco, RandomTreeMovesAndTouchesAlike) {
   const std::string xml = RandomTree(GetParam()).xml();
   SCOPED_TRACE(xml);
-  Mujoco mujoco(xml);
+  const Mujoco mujoco(xml);
   if (mujoco.m->nv == 0) GTEST_SKIP() << "nothing moves in this tree";
   const Model model = load_model_text(xml, "tree");
   EXPECT_EQ(model.dof(), mujoco.m->nv);
@@ -334,8 +341,8 @@ TEST(AgainstMujoco, FilesOfModelsMoveAlike) {
     ++files;
     const Model model = load_model(entry.path());
     std::ifstream stream(entry.path());
-    Mujoco mujoco(std::string(std::istreambuf_iterator<char>(stream), {}));
-    std::mt19937 random(1);
+    const Mujoco mujoco(std::string(std::istreambuf_iterator<char>(stream), {}));
+    std::mt19937 random(1);  // NOLINT(bugprone-random-generator-seed): the same every time
     mujoco.randomize(random);
     compare_motion(mujoco, model);
     // every keyframe is MuJoCo's

@@ -61,7 +61,7 @@ const std::vector<Case> kCases = {
      {"body 'arm' (line 2) has 2 joints", "put a body of its own"}},
     {"Box",
      "<worldbody><body><freejoint/>\n<geom name='crate' type='box' size='1 1 1'/></body></worldbody>",
-     {"geom 'crate' (line 3) is of type box", "contype=\"0\" conaffinity=\"0\"", "--drop-unsupported"}},
+     {"geom 'crate' (line 3) is of type box", R"(contype="0" conaffinity="0")", "--drop-unsupported"}},
     {"UnnamedCylinder",
      "<worldbody><body name='b'><freejoint/><geom size='1'/><geom type='cylinder' size='1 1'/></body></worldbody>",
      {"geom 2 of body 'b' (line 2) is of type cylinder"}},
@@ -187,6 +187,10 @@ const std::vector<Case> kCases = {
      "mesh='m'/></body>"
      "</worldbody>",
      {"cannot compile", "nowhere.stl"}},
+    {"Plugin",
+     "<extension><plugin plugin='mujoco.pid'/></extension><worldbody><body><freejoint/><geom "
+     "size='1'/></body></worldbody>",
+     {"cannot", "mujoco.pid", "line 2"}},
     {"HugeArena",
      "<size memory='900000T'/><worldbody><body><freejoint/><geom size='1'/></body></worldbody>",
      {"cannot", "memory"}},

@@ -16,7 +16,6 @@ namespace {
 
 using testing::AllOf;
 using testing::HasSubstr;
-using testing::IsEmpty;
 
 std::string refusal(const std::function<void()>& action) {
   try {
@@ -122,10 +121,8 @@ TEST(Registry, ResolvesContendersWithCompleteSettings) {
 
 TEST(Registry, NamesAreUnique) {
   std::vector<std::string> names = Registry::instance().contender_names();
-  const size_t count = names.size();
   std::ranges::sort(names);
-  names.erase(std::unique(names.begin(), names.end()), names.end());
-  EXPECT_EQ(names.size(), count);
+  EXPECT_EQ(std::ranges::adjacent_find(names), names.end());
 }
 
 TEST(Registry, OverridesAreParsedAndShown) {

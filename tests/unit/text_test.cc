@@ -73,7 +73,8 @@ TEST(Text, TimestepLabelsReadBack) {
   EXPECT_EQ(timestep_label(0.5), "1/2");
   EXPECT_EQ(timestep_label(32), "32");
   EXPECT_EQ(timestep_label(0.3), "0.3");
-  for (double step = 1.0 / 64; step <= 32; step *= 2) {
+  for (int exponent = -6; exponent <= 5; ++exponent) {
+    const double step = std::ldexp(1.0, exponent);
     EXPECT_THAT(parse_fraction(timestep_label(step)), Optional(Eq(step)));
   }
 }
