@@ -1,5 +1,5 @@
 // Makes a results directory whose figures are known, for the tests of the page, and its report:
-//   browser_fixture full|empty|failed DIR
+//   browser_fixture full|empty|started|failed DIR
 // The figures have the shape of real ones (orders of convergence, floors, a contender that fails), so that the page's
 // layout meets what it is made for. They are no measurements and never leave the tests.
 #include <cmath>
@@ -258,6 +258,8 @@ int make(const std::string& kind, const std::string& dir) {
         fail(store, cell("planar-chain", contender, 1, "raw_speed"), Outcome::kCrashed, "the worker ended by signal 6");
         fail(store, cell("planar-chain", contender, 1, "truth"), Outcome::kTimeout, "no end after 600 s");
       }
+    } else if (kind == "started") {
+      store.put_cell(cell("planar-chain", made().front(), 1 / 64.0, "reference"));
     } else if (kind != "empty") {
       fmt::print(stderr, "unknown kind '{}'\n", kind);
       return 2;
@@ -271,7 +273,7 @@ int make(const std::string& kind, const std::string& dir) {
 
 int main(int argc, char** argv) {
   if (argc != 3) {
-    fmt::print(stderr, "usage: browser_fixture full|empty|failed DIR\n");
+    fmt::print(stderr, "usage: browser_fixture full|empty|started|failed DIR\n");
     return 2;
   }
   try {

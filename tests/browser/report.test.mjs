@@ -11,7 +11,7 @@ import { pathToFileURL } from "node:url";
 import { launch } from "../../web/browser.mjs";
 
 const work = mkdtempSync(join(tmpdir(), "assay-browser-"));
-const kinds = ["full", "empty", "failed"];
+const kinds = ["full", "empty", "started", "failed"];
 let browser;
 
 // Opens the report of one kind; `trouble` collects whatever the page must not do.
@@ -96,10 +96,14 @@ for (const kind of kinds) {
   }
 }
 
-test("empty and failed results say so", async () => {
+test("empty, unfinished and failed results say so", async () => {
   const empty = await open("empty");
   assert.match(await empty.page.$eval("main", (node) => node.innerText), /Nothing has been measured yet/);
   await empty.page.close();
+  const started = await open("started");
+  assert.match(await started.page.$eval("#planar-chain", (node) => node.innerText), /there are reference runs alone/);
+  assert.match(await started.page.$eval("#capsules-27", (node) => node.innerText), /No cell of this system has been run yet/);
+  await started.page.close();
   const failed = await open("failed");
   const text = await failed.page.$eval("main", (node) => node.innerText);
   assert.match(text, /none of them has a sound result/);

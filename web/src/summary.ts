@@ -28,7 +28,8 @@ export function systemSummary(view: SystemView, palette: Palette): HTMLElement {
   const label = name ? valueInfo(name).label.toLowerCase() : "";
   const front = name ? paretoFront(points(view, name)) : [];
   if (!name || front.length === 0) {
-    box.append(el("p", { class: "quiet" }, "No contender has both a speed and an error here; the failures below say why."));
+    const failed = view.cells.some((cell) => cell.outcome !== "ok");
+    box.append(el("p", { class: "quiet" }, `No contender has both a speed and an error here${failed ? "; the failures below say why" : ""}.`));
     return box;
   }
   const all = points(view, name);

@@ -46,6 +46,11 @@ export function systemSection(view: SystemView, system: System, palette: Palette
     );
   }
   const measures = view.plotNames();
+  if (measures.length === 0 && view.valueNames().length === 0 && view.timesteps("raw_speed").length === 0) {
+    const text = good > 0 ? "Nothing has been measured here yet: there are reference runs alone." : "There is no figure to show.";
+    section.append(el("p", { class: "quiet" }, text));
+    return section;
+  }
   const chosen = mainMeasure(view) ?? measures[0] ?? kPlotNames[0]!;
   const matrix = new Matrix(view, palette, chosen);
   const row = el("div", { class: "plots" }, bars(view, palette), legend(view, palette));
