@@ -1,8 +1,10 @@
 // Takes a picture of a report, as the README shows it.
 //
-//   node screenshot.mjs RESULTS_DIR|REPORT.html OUT.png [--width 1400] [--height N] [--dark] [--from SELECTOR] [--scale N]
+//   node screenshot.mjs RESULTS_DIR|REPORT.html OUT.png [--width 1400] [--height N] [--dark] [--from SELECTOR]
+//                       [--to SELECTOR] [--scale N]
 //
-// --height crops the picture; without it the whole page is taken. --from starts at an element, "#planar-chain" for one.
+// The picture ends with the first system's plots, after --height pixels, or where the element of --to ends ("main" for
+// all). --from starts at an element, "#planar-chain" for one.
 import { existsSync, statSync } from "node:fs";
 import { join, resolve } from "node:path";
 import { pathToFileURL } from "node:url";
@@ -17,12 +19,13 @@ const { values, positionals } = parseArgs({
     height: { type: "string" },
     dark: { type: "boolean", default: false },
     from: { type: "string" },
+    to: { type: "string" },
     scale: { type: "string", default: "1" },
   },
 });
 const [source, out] = positionals;
 if (!source || !out) {
-  console.error("usage: node screenshot.mjs RESULTS_DIR|REPORT.html OUT.png [--width N] [--height N] [--dark] [--from SELECTOR]");
+  console.error("usage: node screenshot.mjs RESULTS_DIR|REPORT.html OUT.png [--width N] [--height N] [--dark] [--from SELECTOR] [--to SELECTOR] [--scale N]");
   process.exit(2);
 }
 const file = existsSync(source) && statSync(source).isDirectory() ? join(source, "report.html") : source;
@@ -42,7 +45,13 @@ try {
   await page.addStyleTag({ content: "nav { position: static !important; }" });
   const top = values.from ? await page.$eval(values.from, (node) => node.getBoundingClientRect().top + window.scrollY) : 0;
   const whole = await page.evaluate(() => document.documentElement.scrollHeight);
-  const height = Math.min(values.height ? Number(values.height) : Infinity, whole - top);
+  let bottom = values.height ? top + Number(values.height) : whole;
+  if (!values.height) {
+    const last = await page.$(values.to ?? ".system .plots");
+    if (values.to && !last) throw new Error(`the page has no '${values.to}'`);
+    if (last) bottom = 16 + (await last.evaluate((node) => node.getBoundingClientRect().bottom + window.scrollY));
+  }
+  const height = Math.min(bottom, whole) - top;
   await page.screenshot({ path: out, clip: { x: 0, y: top, width: Number(values.width), height }, captureBeyondViewport: true });
 } finally {
   await browser.close();

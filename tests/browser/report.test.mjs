@@ -476,6 +476,17 @@ test("the page prints on paper's width", async () => {
   await page.close();
 });
 
+test("the screenshot shows the top of the page as far as the first plots", () => {
+  const script = new URL("../../web/screenshot.mjs", import.meta.url).pathname;
+  const out = join(work, "shot.png");
+  execFileSync(process.execPath, [script, join(work, "full"), out, "--width", "1200"]);
+  const png = readFileSync(out);
+  assert.equal(png.toString("latin1", 1, 4), "PNG");
+  assert.equal(png.readUInt32BE(16), 1200);
+  assert.ok(png.readUInt32BE(20) > 900 && png.readUInt32BE(20) < 2000, `${png.readUInt32BE(20)} px high`);
+  assert.throws(() => execFileSync(process.execPath, [script, join(work, "nowhere"), out], { stdio: "pipe" }), /no report at/);
+});
+
 test("the same database gives the same bytes", () => {
   const first = readFileSync(join(work, "full", "report.html"));
   execFileSync(process.env.ASSAY_FIXTURE, ["full", join(work, "again")]);

@@ -246,12 +246,19 @@ export class Report {
 export class SystemView {
   readonly cells: Cell[];
   readonly contenders: string[];
+  private readonly at = new Map<string, Cell[]>(); // by contender and timestep
 
   constructor(
     readonly report: Report,
     readonly system: string,
   ) {
     this.cells = report.json.cells.filter((cell) => cell.system === system && !report.isHarness(cell.contender));
+    for (const cell of this.cells) {
+      const key = `${cell.contender} ${cell.timestep_ms}`;
+      const list = this.at.get(key);
+      if (list) list.push(cell);
+      else this.at.set(key, [cell]);
+    }
     const present = new Set(this.cells.map((cell) => cell.contender));
     this.contenders = report.contenders.map((contender) => contender.name).filter((name) => present.has(name));
   }
@@ -278,8 +285,7 @@ export class SystemView {
   entry(contender: string, timestep: number, name: string): Entry | null {
     let failed: Cell | null = null;
     const measure = measureOf(name);
-    for (const cell of this.cells) {
-      if (cell.contender !== contender || cell.timestep_ms !== timestep) continue;
+    for (const cell of this.at.get(`${contender} ${timestep}`) ?? []) {
       const value = cell.values.find((candidate) => candidate.name === name);
       if (value && value.value !== null) return { value, cell };
       if (cell.outcome !== "ok" && cell.measure === measure) failed = cell;
