@@ -14,8 +14,8 @@ double potential_energy(const Model& model, const State& state);  // J: gravity 
 Vec3 linear_momentum(const Model& model, const State& state);     // kg m/s
 Vec3 angular_momentum(const Model& model, const State& state, const Vec3& p_Wo);  // about o, kg m^2/s
 
-// Which quantities the motion of a model without inputs conserves. Contact, joint damping and limits take energy; contact
-// between moving bodies leaves momenta alone, contact with the world does not.
+// Which quantities the motion of a model without inputs conserves. Contact, joint damping and limits take energy;
+// contact between moving bodies leaves momenta alone, contact with the world does not.
 struct Conserved {
   bool energy = false;
   bool linear_momentum = false;

@@ -40,7 +40,8 @@ std::vector<double> stretched(const Model& model) {
 
 }  // namespace
 
-Plausibility::Plausibility(const Model& model, const State& start, double duration_s) : model_(model) {
+Plausibility::Plausibility(const Model& model, const State& start, double duration_s)
+    : model_(model), available_energy_(kinetic_energy(model, start)) {
   const double g = model.gravity.norm();
   const double fall = 0.5 * g * duration_s * duration_s;
   const std::vector<double> far = stretched(model);
@@ -58,7 +59,6 @@ Plausibility::Plausibility(const Model& model, const State& start, double durati
   }
 
   double extent = 0, fastest = 0;
-  available_energy_ = kinetic_energy(model, start);
   for (size_t i = 0; i < model.bodies.size(); ++i) {
     const Body& body = model.bodies[i];
     const BodyState& state = start.bodies[i];
@@ -108,12 +108,13 @@ std::string Plausibility::impossibility(const State& state) const {
   for (const ContactPair& pair : model_.contacts) {
     const Shape& a = model_.shapes[static_cast<size_t>(pair.shape_a)];
     const Shape& b = model_.shapes[static_cast<size_t>(pair.shape_b)];
-    const Shape* plane = a.type == ShapeType::kPlane ? &a : b.type == ShapeType::kPlane ? &b : nullptr;
-    const Shape& other = plane == &a ? b : a;
-    if (plane == nullptr || other.body == kWorld) continue;
+    if (a.type != ShapeType::kPlane && b.type != ShapeType::kPlane) continue;
+    const Shape& plane = a.type == ShapeType::kPlane ? a : b;
+    const Shape& other = &plane == &a ? b : a;
+    if (other.body == kWorld) continue;
     const auto body = static_cast<size_t>(other.body);
-    const Vec3 normal = plane->X_BS.q * Vec3::UnitZ();
-    const double height = normal.dot(state.bodies[body].p_WBcm - plane->X_BS.p);
+    const Vec3 normal = plane.X_BS.q * Vec3::UnitZ();
+    const double height = normal.dot(state.bodies[body].p_WBcm - plane.X_BS.p);
     if (height < 0) {
       return fmt::format("the centre of body '{}' is {:.3g} m below the ground", model_.bodies[body].name, -height);
     }

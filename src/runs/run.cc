@@ -198,6 +198,7 @@ class Runner {
   void put_failed(const PlannedCell& planned, Outcome outcome, const std::string& reason);
   void put_answer(const std::vector<const PlannedCell*>& cells, const JobEnd& end);
   double cost(const PlannedCell& cell) const;
+  void count(const PlannedCell& cell);
   double remaining_s() const;
   bool interrupted() const { return interrupts_.signal() != 0; }
 
@@ -218,8 +219,12 @@ class Runner {
   TimingFacts timing_facts_;
   int done_now_ = 0;
   Clock::time_point start_ = Clock::now();
-  double estimate_s_ = 0, estimate_done_s_ = 0;
-  Clock::time_point measuring_since_;
+  // Estimated seconds of one worker, of a pass and of what is done of it.
+  struct Share {
+    double all_s = 0, done_s = 0;
+    Clock::time_point since;
+  };
+  Share accuracy_, timing_;
 };
 
 Cell Runner::cell_of(const PlannedCell& planned, Outcome outcome, const std::string& reason) const {
@@ -243,7 +248,7 @@ void Runner::put(const Cell& cell, const std::vector<SampleSeries>& samples) {
 void Runner::put_failed(const PlannedCell& planned, Outcome outcome, const std::string& reason) {
   Cell cell = cell_of(planned, outcome, reason);
   cell.started = cell.finished = unix_time();
-  estimate_done_s_ += cost(planned);
+  if (!failed_gate_.contains(cell.contender)) count(planned);
   put(cell);
 }
 
@@ -276,7 +281,7 @@ void Runner::put_answer(const std::vector<const PlannedCell*>& cells, const JobE
         }
       }
     }
-    estimate_done_s_ += cost(*planned);
+    count(*planned);
     put(cell, samples);
   }
 }
@@ -284,12 +289,22 @@ void Runner::put_answer(const std::vector<const PlannedCell*>& cells, const JobE
 // Seconds of one worker.
 double Runner::cost(const PlannedCell& cell) const { return estimate_seconds(campaign_, {cell}, step_us_, 1); }
 
-// The estimate, corrected by how it fared so far.
+// What is left of both passes, each corrected by how it fared so far.
 double Runner::remaining_s() const {
-  const double left = std::max(0.0, estimate_s_ - estimate_done_s_ / std::max(1, jobs_));
-  const double elapsed = std::chrono::duration<double>(Clock::now() - measuring_since_).count();
-  const double done = estimate_s_ - left;
-  return done > 0.05 * estimate_s_ && done > 0 ? left * elapsed / done : left;
+  const auto now = Clock::now();
+  const auto left = [&](const Share& share, double workers) {
+    const double expected_s = share.done_s / workers;
+    const double elapsed_s = std::chrono::duration<double>(now - share.since).count();
+    constexpr double kEnough = 0.05;  // of the pass, to learn from
+    const bool learned = share.done_s > kEnough * share.all_s && expected_s > 0;
+    return (share.all_s - share.done_s) / workers * (learned ? elapsed_s / expected_s : 1);
+  };
+  return left(accuracy_, jobs_) + left(timing_, 1);
+}
+
+void Runner::count(const PlannedCell& cell) {
+  Share& share = cell.measure == "raw_speed" ? timing_ : accuracy_;
+  share.done_s += cost(cell);
 }
 
 // ---- preparation ------------------------------------------------------------------------------------------------------
@@ -637,6 +652,7 @@ void Runner::time_system(TimingPass& pass, int system_index) {
   for (const double timestep : timesteps) {
     std::vector<TimedContender> contenders;
     std::map<std::string, std::string> keys;
+    std::map<std::string, const PlannedCell*> planned;
     for (const PlannedCell* cell : todo_) {
       if (cell->measure != "raw_speed" || cell->system != system_index || cell->timestep_ms != timestep) continue;
       const std::string& name = contender(*cell).resolved.name;
@@ -648,6 +664,7 @@ void Runner::time_system(TimingPass& pass, int system_index) {
       }
       contenders.push_back({name, subject_json(timed, contender(*cell)), cell->trajectory, cell->key});
       keys[name] = cell->key;
+      planned[name] = cell;
     }
     if (contenders.empty()) continue;
     if (has_harness) {
@@ -667,7 +684,7 @@ void Runner::time_system(TimingPass& pass, int system_index) {
             store_.put_cell(cell, samples);  // no cell of the campaign
             return;
           }
-          estimate_done_s_ += jobs_ * cell.wall_s;
+          count(*planned.at(cell.contender));
           put(cell, samples);
         });
     if (interrupted()) return;
@@ -677,6 +694,7 @@ void Runner::time_system(TimingPass& pass, int system_index) {
 void Runner::timing() {
   if (std::ranges::none_of(todo_, [](const PlannedCell* cell) { return cell->measure == "raw_speed"; })) return;
   progress_.phase("timing, alone on one core");
+  timing_.since = Clock::now();
   TimingPass pass(campaign_, program_, store_.trajectories_dir(), interrupts_);
   for (size_t s = 0; s < campaign_.systems.size() && !interrupted(); ++s) {
     time_system(pass, static_cast<int>(s));
@@ -761,11 +779,13 @@ RunSummary Runner::run() {
     std::vector<PlannedCell> ahead;
     ahead.reserve(todo_.size());
     for (const PlannedCell* cell : todo_) {
-      if (!failed_gate_.contains(contender(*cell).resolved.name)) ahead.push_back(*cell);
+      if (failed_gate_.contains(contender(*cell).resolved.name)) continue;
+      ahead.push_back(*cell);
+      (cell->measure == "raw_speed" ? timing_ : accuracy_).all_s += cost(*cell);
     }
-    estimate_s_ = estimate_seconds(campaign_, ahead, step_us_, jobs_);
-    measuring_since_ = Clock::now();
-    progress_.begin(static_cast<int>(todo_.size()), static_cast<int>(mine_.size() - todo_.size()), estimate_s_);
+    accuracy_.since = Clock::now();
+    progress_.begin(static_cast<int>(todo_.size()), static_cast<int>(mine_.size() - todo_.size()),
+                    estimate_seconds(campaign_, ahead, step_us_, jobs_));
     accuracy();
     if (!interrupted()) timing();
   }
