@@ -22,12 +22,16 @@ struct Options {
   bool json = false;
 };
 
-// A name may be a contender's, or an engine's for all of its contenders; none means everybody.
+// A name may be a contender's, or an engine's for all of its contenders. None means everybody but those who do not even
+// claim to move anything, as the null engine does.
 std::vector<ResolvedContender> chosen(const std::vector<std::string>& names) {
   const Registry& registry = Registry::instance();
   std::vector<ResolvedContender> contenders;
   if (names.empty()) {
-    for (const std::string& name : registry.contender_names()) contenders.push_back(registry.resolve(name));
+    for (const std::string& name : registry.contender_names()) {
+      ResolvedContender contender = registry.resolve(name);
+      if (contender.engine->capabilities(contender.settings).order > 0) contenders.push_back(std::move(contender));
+    }
   }
   for (const std::string& name : names) {
     const auto engine = std::ranges::find(registry.engines(), name, &Engine::name);
@@ -94,18 +98,17 @@ Json examine(const ResolvedContender& contender, const Options& options) {
       },
       take);
   if (interrupted()) throw SystemError("interrupted: the tests above were run");
-  if (end.signal != 0 || end.status != kDone) {
-    // the first that is missing is the one it ended in
-    const auto& tests = conformance_tests();
-    const auto missing = std::ranges::find_if(tests, [&](const ConformanceTest& test) {
-      const bool wanted = options.tests.empty() || std::ranges::find(options.tests, test.name) != options.tests.end();
-      return wanted &&
-             std::ranges::none_of(results, [&](const Json& result) { return result.at("test") == test.name; });
-    });
+  // an engine may end its process in an orderly way too: what counts is whether all results came
+  const auto& tests = conformance_tests();
+  const auto missing = std::ranges::find_if(tests, [&](const ConformanceTest& test) {
+    const bool wanted = options.tests.empty() || std::ranges::find(options.tests, test.name) != options.tests.end();
+    return wanted && std::ranges::none_of(results, [&](const Json& result) { return result.at("test") == test.name; });
+  });
+  if (missing != tests.end() || end.signal != 0 || end.status != kDone) {
     ConformanceResult result;
-    result.test = missing != tests.end() ? missing->name : "end";
+    result.test = missing != tests.end() ? missing->name : "end of the suite";
     result.status = ConformanceStatus::kFail;
-    result.note = end.signal == 0 ? "the process ended early" : fmt::format("crashed with {}", end.signal_text());
+    result.note = end.signal != 0 ? fmt::format("crashed with {}", end.signal_text()) : "the process ended early";
     take(result_json(result).dump());
   }
   return results;
@@ -160,7 +163,9 @@ void add_conformance(CLI::App& app, Action& action) {
        {"assay conformance ode --test free-fall --test pendulum", "two tests on all contenders of an engine"},
        {"assay conformance --list", "the tests, what each means and what it needs"}});
   const auto options = std::make_shared<Options>();
-  command->add_option("CONTENDER", options->contenders, "Contenders, or engines for all of theirs (default: everybody)")
+  command
+      ->add_option("CONTENDER", options->contenders,
+                   "Contenders, or engines for all of theirs (default: all that move)")
       ->type_name("");
   command->add_option("--test", options->tests, "Only this test; may be repeated")
       ->type_name("TEST")

@@ -1,0 +1,75 @@
+"""conformance: the gate by hand."""
+
+import os
+import signal
+import time
+
+from harness import AssayTest, main
+
+STATUSES = {"pass", "fail", "deviation", "not-applicable"}
+
+
+class Conformance(AssayTest):
+    def names(self):
+        return [test["test"] for test in self.assay_json("conformance", "--list", "--json")["tests"]]
+
+    def failing(self, *arguments):
+        """Results by test of one contender that does not conform."""
+        done = self.run_assay("conformance", *arguments)
+        self.assertEqual(done.returncode, 1)
+        self.check_sentence(done.stderr, ["does not conform", arguments[0]])
+        return done.stdout
+
+    def test_list_says_what_each_test_means(self):
+        tests = self.assay_json("conformance", "--list", "--json")["tests"]
+        self.assertIn("free-fall", [test["test"] for test in tests])
+        self.assertTrue(all(test["meaning"] for test in tests))
+        lines = self.assay("conformance", "--list").splitlines()[1:]
+        self.assertEqual([line.split()[0] for line in lines], [test["test"] for test in tests])
+
+    def test_sound_contender_passes_every_test(self):
+        report = self.assay_json("conformance", "mujoco-rk4", "--json")["contenders"]
+        self.assertEqual([(row["contender"], row["conforms"]) for row in report], [("mujoco-rk4", True)])
+        results = report[0]["results"]
+        self.assertEqual([result["test"] for result in results], self.names())
+        for result in results:
+            self.assertIn(result["status"], STATUSES - {"fail"})
+            if result["status"] == "pass":
+                self.assertLessEqual(result["figure"], result["tolerance"])
+
+    def test_text_shows_figure_and_tolerance(self):
+        text = self.assay("conformance", "mujoco-euler", "--test", "free-fall")
+        self.assertRegex(text, r"(?m)^mujoco-euler\n  pass +free-fall +\S+ of \S+ allowed m\b")
+        self.assertIn("conforms: 1 pass, 0 fail", text)
+
+    def test_engine_stands_for_all_its_contenders(self):
+        report = self.assay_json("conformance", "mujoco", "--test", "free-fall", "--test", "readback", "--json")
+        names = [row["contender"] for row in report["contenders"]]
+        self.assertEqual(names, [name for name in self.contenders() if name.startswith("mujoco-")])
+        for row in report["contenders"]:
+            self.assertEqual(sorted(result["test"] for result in row["results"]), ["free-fall", "readback"])
+
+    def test_everybody_but_who_does_nothing(self):
+        report = self.assay_json("conformance", "--test", "free-fall", "--json")["contenders"]
+        self.assertEqual([row["contender"] for row in report], [name for name in self.contenders() if name != "null"])
+
+    def test_engine_that_does_nothing_does_not_fall(self):
+        self.assertRegex(self.failing("null", "--test", "free-fall"), r"(?m)^  fail +free-fall .*\n  does not conform: 0 pass, 1 fail")
+
+    def test_crash_is_a_failed_test(self):
+        self.use_faulty_engine()
+        self.assertRegex(self.failing("faulty-abort"), r"(?m)^  fail +\S+ .*SIGABRT")
+        self.assertRegex(self.failing("faulty-exit"), r"(?m)^  fail +\S+ .*ended early")
+
+    def test_interruption(self):
+        self.use_faulty_engine()
+        process = self.start_assay("conformance", "faulty-hang", start_new_session=True)
+        time.sleep(1)
+        os.killpg(process.pid, signal.SIGINT)
+        _, err = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 1)
+        self.check_sentence(err, ["interrupted"])
+
+
+if __name__ == "__main__":
+    main()
