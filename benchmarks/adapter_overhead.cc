@@ -2,10 +2,13 @@
 // same model from the same state. Both end in the same bits, or the comparison is void and the program says so with
 // status 1.
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdio>
 #include <ctime>
 #include <fstream>
 #include <functional>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -14,6 +17,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/build_info.h"
+#include "base/errors.h"
 #include "base/paths.h"
 #include "direct.h"
 #include "engines/registry.h"
@@ -27,6 +31,9 @@ constexpr double kTarget = 1.01;
 constexpr double kTimestep = 1e-3;          // s
 constexpr double kBatchTime = 0.02;         // s, what a timed batch should take
 constexpr int kFewest = 100, kMost = 5000;  // steps of a batch; the chain gains energy and must not blow up
+
+constexpr int kWarmUp = 20;                  // steps
+constexpr unsigned kLargestShift = 1 << 18;  // bytes
 
 // Time of this thread alone, so that other processes on the machine count less.
 double cpu_seconds() {
@@ -106,7 +113,7 @@ class Comparison {
       direct.push_back(d / 2 / row.steps * 1e6);
       for (size_t i = 0; i < adapter_end_.size(); ++i) {
         const double difference = (adapter_end_[i] - direct_end_[i]).norm();
-        row.difference = difference <= row.difference ? row.difference : difference;  // keeps NaN
+        row.difference = std::max(row.difference, std::isfinite(difference) ? difference : 1e30);
       }
     }
     row.ratio = bootstrap_median(ratios, 1);
@@ -122,10 +129,11 @@ class Comparison {
     return std::clamp(static_cast<int>(kBatchTime / step), kFewest, kMost);
   }
 
-  // Each on a fresh instance, the first step untimed.
+  // Each on a fresh instance at a random place of memory, its first steps (memory is touched) untimed.
   double time_adapter(Loop loop, int steps, std::vector<Vec3>& end) const {
+    const std::vector<char> shift(random_() % kLargestShift);
     const auto simulation = engine_->create(scene_.model, start_, settings_);
-    simulation->advance(1);
+    simulation->advance(kWarmUp);
     double seconds = 0;
     switch (loop) {
       case Loop::kBatch:
@@ -150,8 +158,9 @@ class Comparison {
   }
 
   double time_direct(Loop loop, int steps, std::vector<Vec3>& end) const {
+    const std::vector<char> shift(random_() % kLargestShift);
     const auto direct = make_direct_(scene_, start_, settings_);
-    direct->run(1);
+    direct->run(kWarmUp);
     const double seconds = timed([&] {
       if (loop == Loop::kTorque) {
         direct->run_with_torques(torques_, steps);
@@ -169,6 +178,7 @@ class Comparison {
   MakeDirect make_direct_;
   std::vector<double> torques_;
   State start_;
+  mutable std::mt19937 random_{std::random_device{}()};
   mutable std::vector<Vec3> adapter_end_, direct_end_;
 };
 
@@ -196,29 +206,106 @@ Scene load_scene(const std::string& name) {
   return {path, load_model(path)};
 }
 
-void print_row(const Row& row) {
-  fmt::print("{:<14} {:<13} {:<32} {:>6} {:>9.3f} {:>9.3f}   {:.4f} [{:.4f}, {:.4f}]  {}\n", row.contender, row.system,
-             loop_text(row.loop), row.steps, row.adapter_us, row.direct_us, row.ratio.value, row.ratio.low,
-             row.ratio.high, row.difference == 0 ? "same bits" : fmt::format("differs by {:.1e} m", row.difference));
-  std::fflush(stdout);
-}
+using Json = nlohmann::json;
 
-nlohmann::json row_json(const Row& row) {
+Json row_json(const Row& row) {
   return {{"contender", row.contender},   {"system", row.system},
           {"loop", loop_text(row.loop)},  {"steps", row.steps},
           {"adapter_us", row.adapter_us}, {"direct_us", row.direct_us},
           {"ratio", row.ratio.value},     {"low", row.ratio.low},
-          {"high", row.ratio.high},       {"same_bits", row.difference == 0}};
+          {"high", row.ratio.high},       {"difference_m", row.difference}};
+}
+
+// All rows, measured in this process.
+Json measure(const std::string& only, int rounds) {
+  const Scene chain = load_scene("planar-chain");
+  const Scene capsules = load_scene("capsules-27");
+  const Registry& registry = Registry::instance();
+  const std::vector<std::string> present = registry.contender_names();
+  Json rows = Json::array();
+  for (const Subject& subject : subjects()) {
+    if (!only.empty() && only != subject.contender) continue;
+    if (std::ranges::find(present, subject.contender) == present.end()) continue;
+    const ResolvedContender contender = registry.resolve(subject.contender);
+    const auto compare = [&](const Scene& scene, const char* name, double warm_up, const std::vector<Loop>& loops) {
+      const Comparison comparison(scene, contender, subject.make_direct, warm_up);
+      for (const Loop loop : loops) {
+        Row row = comparison.run(loop, rounds);
+        row.contender = subject.contender;
+        row.system = name;
+        rows.push_back(row_json(row));
+      }
+    };
+    compare(chain, "planar-chain", 0, {Loop::kBatch, Loop::kStep, Loop::kTorque});
+    compare(capsules, "capsules-27", 0.5, {Loop::kBatch, Loop::kStep});
+  }
+  return rows;
+}
+
+// The same in a process of its own: where memory and code happen to lie moves a ratio by a percent for a whole process.
+Json measure_in_child(const std::string& only, int rounds) {
+  std::string command = fmt::format("'{}' --processes 1 --json --rounds {}", program_path(), rounds);
+  if (!only.empty()) command += " --contender " + only;
+  FILE* pipe = popen(command.c_str(), "r");  // NOLINT(bugprone-command-processor): our own program and checked words
+  if (pipe == nullptr) throw SystemError("cannot start a process");
+  std::string text;
+  std::array<char, 4096> buffer{};
+  for (size_t got = 0; (got = std::fread(buffer.data(), 1, buffer.size(), pipe)) > 0;) text.append(buffer.data(), got);
+  pclose(pipe);
+  return Json::parse(text).at("rows");
+}
+
+// Row by row the median over processes; the interval is that of the processes' medians.
+Json over_processes(const std::string& only, int rounds, int processes) {
+  std::vector<Json> runs;
+  runs.reserve(processes);
+  for (int i = 0; i < processes; ++i) {
+    runs.push_back(measure_in_child(only, rounds));
+    fmt::print(stderr, "process {} of {} done\n", i + 1, processes);
+  }
+  Json rows = runs.front();
+  for (size_t i = 0; i < rows.size(); ++i) {
+    const auto collect = [&](const char* key) {
+      std::vector<double> values;
+      values.reserve(runs.size());
+      for (const Json& run : runs) values.push_back(run.at(i).at(key).get<double>());
+      return values;
+    };
+    const Interval ratio = bootstrap_median(collect("ratio"), 1);
+    rows[i]["ratio"] = ratio.value;
+    rows[i]["low"] = ratio.low;
+    rows[i]["high"] = ratio.high;
+    for (const char* key : {"adapter_us", "direct_us"}) rows[i][key] = median(collect(key));
+    rows[i]["difference_m"] = std::ranges::max(collect("difference_m"));
+  }
+  return rows;
+}
+
+void print_table(const Json& rows) {
+  fmt::print("{:<14} {:<13} {:<32} {:>10} {:>9}  ratio\n", "contender", "system", "loop", "adapter us", "direct us");
+  for (const Json& row : rows) {
+    const auto text = [&](const char* key) { return row.at(key).get<std::string>(); };
+    const auto number = [&](const char* key) { return row.at(key).get<double>(); };
+    const double difference = number("difference_m");
+    fmt::print("{:<14} {:<13} {:<32} {:>10.3f} {:>9.3f}  {:.4f} [{:.4f}, {:.4f}]  {}\n", text("contender"),
+               text("system"), text("loop"), number("adapter_us"), number("direct_us"), number("ratio"), number("low"),
+               number("high"), difference == 0 ? "same bits" : fmt::format("differs by {:.1e} m", difference));
+  }
+  fmt::print("target: at most {} in the median; on {}\n", kTarget, cpu_name());
 }
 
 int main_or_throw(int argc, char** argv) {
   CLI::App app(
       "Cost of an adapter's step against a loop over the engine's own API: CPU time of the thread, median of "
       "paired ratios with its 95 % bootstrap interval.");
-  int rounds = 60;
+  int rounds = 10;
+  int processes = 9;
   bool json = false;
   std::string only;
-  app.add_option("--rounds", rounds, "rounds a row, each of two batches either way")->check(CLI::Range(1, 100000));
+  app.add_option("--rounds", rounds, "rounds a row and process, each of two batches either way")
+      ->check(CLI::Range(1, 100000));
+  app.add_option("--processes", processes, "processes that repeat it all, one after the other")
+      ->check(CLI::Range(1, 1000));
   std::vector<std::string> names;
   for (const Subject& subject : subjects()) names.emplace_back(subject.contender);
   app.add_option("--contender", only, "this contender alone")->check(CLI::IsMember(names));
@@ -229,53 +316,23 @@ int main_or_throw(int argc, char** argv) {
     return app.exit(error) == 0 ? 0 : 2;
   }
 
-  if (!json) {
-    fmt::print("{:<14} {:<13} {:<32} {:>6} {:>9} {:>9}   {}\n", "contender", "system", "loop", "steps", "adapter us",
-               "direct us", "ratio");
-  }
-  const Scene chain = load_scene("planar-chain");
-  const Scene capsules = load_scene("capsules-27");
-  const Registry& registry = Registry::instance();
-  const std::vector<std::string> present = registry.contender_names();
-  nlohmann::json rows = nlohmann::json::array();
-  bool same = true;
-  for (const Subject& subject : subjects()) {
-    if (!only.empty() && only != subject.contender) continue;
-    if (std::ranges::find(present, subject.contender) == present.end()) continue;
-    const ResolvedContender contender = registry.resolve(subject.contender);
-    const auto measure = [&](const Scene& scene, const char* name, double warm_up, const std::vector<Loop>& loops) {
-      const Comparison comparison(scene, contender, subject.make_direct, warm_up);
-      for (const Loop loop : loops) {
-        Row row = comparison.run(loop, rounds);
-        row.contender = subject.contender;
-        row.system = name;
-        same = same && row.difference == 0;
-        if (json) {
-          rows.push_back(row_json(row));
-        } else {
-          print_row(row);
-        }
-      }
-    };
-    measure(chain, "planar-chain", 0, {Loop::kBatch, Loop::kStep, Loop::kTorque});
-    measure(capsules, "capsules-27", 0.5, {Loop::kBatch, Loop::kStep});
-  }
+  const Json rows = processes == 1 ? measure(only, rounds) : over_processes(only, rounds, processes);
   if (json) {
-    const nlohmann::json result = {{"version", kVersion},
-                                   {"commit", kGitCommit},
-                                   {"cpu", cpu_name()},
-                                   {"compiler", ASSAY_BUILD_COMPILER},
-                                   {"flags", ASSAY_BUILD_FLAGS},
-                                   {"timestep_ms", kTimestep * 1e3},
-                                   {"rounds", rounds},
-                                   {"target", kTarget},
-                                   {"rows", rows}};
+    const Json result = {{"version", kVersion},        {"commit", kGitCommit},
+                         {"cpu", cpu_name()},          {"compiler", ASSAY_BUILD_COMPILER},
+                         {"flags", ASSAY_BUILD_FLAGS}, {"timestep_ms", kTimestep * 1e3},
+                         {"rounds", rounds},           {"processes", processes},
+                         {"target", kTarget},          {"rows", rows}};
     fmt::print("{}\n", result.dump(2));
   } else {
-    fmt::print("target: at most {} in the median; on {}\n", kTarget, cpu_name());
+    print_table(rows);
   }
-  if (!same) fmt::print(stderr, "an adapter and its hand-written loop ended in different states\n");
-  return same ? 0 : 1;
+  const auto same = [](const Json& row) { return row.at("difference_m") == 0.0; };
+  if (!std::ranges::all_of(rows, same)) {
+    fmt::print(stderr, "an adapter and its hand-written loop ended in different states\n");
+    return 1;
+  }
+  return 0;
 }
 
 }  // namespace

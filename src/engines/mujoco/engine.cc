@@ -450,7 +450,9 @@ class MujocoSimulation final : public Simulation {
   }
 
   void set_torques(std::span<const double> torques) override {
-    for (size_t j = 0; j < torques.size(); ++j) data_->qfrc_applied[compiled_->hinge_dof[j]] = torques[j];
+    const std::vector<int>& dof = compiled_->hinge_dof;
+    mjtNum* applied = data_->qfrc_applied;
+    for (size_t j = 0; j < torques.size(); ++j) applied[dof[j]] = torques[j];
     torques_set_ = torques_fresh_ = true;
   }
 
@@ -555,18 +557,24 @@ class MujocoSimulation final : public Simulation {
   }
 
   // MuJoCo goes on after any of these; each means that its result is not one of the model any more.
+  static constexpr std::array kFailures = {std::pair{mjWARN_BADQACC, "an acceleration is not a number or above 1e10"},
+                                           std::pair{mjWARN_BADQVEL, "a velocity is not a number or above 1e10"},
+                                           std::pair{mjWARN_BADQPOS, "a position is not a number or above 1e10"},
+                                           std::pair{mjWARN_INERTIA, "the inertia matrix is singular"},
+                                           std::pair{mjWARN_CONTACTFULL, "too many contacts for its memory"},
+                                           std::pair{mjWARN_CNSTRFULL, "too many constraints for its memory"}};
+
   void check_warnings() const {
-    static constexpr std::array kFailures = {std::pair{mjWARN_BADQACC, "an acceleration is not a number or above 1e10"},
-                                             std::pair{mjWARN_BADQVEL, "a velocity is not a number or above 1e10"},
-                                             std::pair{mjWARN_BADQPOS, "a position is not a number or above 1e10"},
-                                             std::pair{mjWARN_INERTIA, "the inertia matrix is singular"},
-                                             std::pair{mjWARN_CONTACTFULL, "too many contacts for its memory"},
-                                             std::pair{mjWARN_CNSTRFULL, "too many constraints for its memory"}};
-    for (const auto& [warning, text] : kFailures) {
-      if (data_->warning[warning].number > 0) {
-        throw EngineError(fmt::format("MuJoCo: {} (noticed at {} s)", text, shortest(time())));
-      }
-    }
+    int count = 0;
+    for (const auto& failure : kFailures) count |= data_->warning[failure.first].number;
+    if (count != 0) throw_failure();  // apart, for this is inside what the clock measures
+  }
+
+  [[noreturn, gnu::cold, gnu::noinline]] void throw_failure() const {
+    const auto failure = std::ranges::find_if(
+        kFailures, [&](mjtWarning warning) { return data_->warning[warning].number > 0; },
+        &std::pair<mjtWarning, const char*>::first);
+    throw EngineError(fmt::format("MuJoCo: {} (noticed at {} s)", failure->second, shortest(time())));
   }
 
   std::shared_ptr<const Compiled> compiled_;
