@@ -14,7 +14,7 @@ namespace {
 // Settings of contenders beside the declared defaults.
 using Set = std::map<std::string, SettingValue>;
 
-// Shown by findings/rk4_free_base.cc. Bounds: 1.5 times what the tests measure.
+// Shown by findings/bullet/rk4_free_base.cc. Bounds: 1.5 times what the tests measure.
 std::vector<Deviation> rk4_deviations() {
   const std::string reason =
       "Bullet's Runge-Kutta evaluates its stages with a free base's orientation of the step's start: first order where "
