@@ -213,6 +213,20 @@ describe("full results", () => {
     assert.ok(await page.$eval(".tooltip", (node) => node.hidden));
   });
 
+  test("where a timestep was not timed, the speed lies between its neighbours", async () => {
+    const tipAt = async (step) => {
+      const at = await marker(page, "capsules-27", "mujoco-rk4", step);
+      await page.mouse.move(at.x, at.y);
+      const tip = await page.$eval(".tooltip", (node) => (node.hidden ? "" : node.innerText));
+      await page.mouse.move(2, 2);
+      return tip;
+    };
+    // 4.3 kHz at 1 ms and 0.81 of it at 4 ms: 0.9 of it halfway.
+    assert.match(await tipAt(2), /7\.74× \(timed at 1 and 4 ms\)/);
+    assert.match(await tipAt(1 / 32), /0\.134× \(timed at 1\/4 ms\)/);
+    assert.doesNotMatch(await tipAt(1), /timed at/);
+  });
+
   test("the keyboard walks over the points", async () => {
     await page.$eval("#planar-chain svg.accuracy", (node) => node.focus());
     await page.keyboard.press("ArrowRight");

@@ -51,15 +51,20 @@ export function points(view: SystemView, name: string): FrontPoint[] {
 // Errors that differ by less than this share count as equal.
 const kSameError = 0.01;
 
-// Contenders with a point that no other point beats in speed without being less accurate, the most accurate first.
-export function paretoFront(list: FrontPoint[]): FrontMember[] {
-  const bySpeed = [...list].sort((a, b) => b.speed - a.speed || a.error - b.error || a.contender.localeCompare(b.contender));
+// The independent solution is good to this, and rounding decides below it: smaller errors count as equal.
+export const kResolution = 1e-12; // m
+
+// Contenders with a point that no other point beats in speed without being less accurate, the most accurate first. Of
+// contenders that no figure tells apart, the one that the list names first stands for all.
+export function paretoFront(list: FrontPoint[], resolution = 0): FrontMember[] {
+  const error = (point: FrontPoint) => Math.max(point.error, resolution);
+  const bySpeed = [...list].sort((a, b) => b.speed - a.speed || error(a) - error(b) || a.contender.localeCompare(b.contender));
   const front: FrontPoint[] = [];
   let least = Infinity;
   for (const point of bySpeed) {
-    if (point.error < least * (1 - kSameError)) {
-      least = point.error;
-      front.push(point);
+    if (error(point) < least * (1 - kSameError)) {
+      least = error(point);
+      front.push(list.find((other) => isEqual(point, other, resolution)) ?? point);
     }
   }
   const members = new Map<string, FrontPoint[]>();
@@ -68,17 +73,18 @@ export function paretoFront(list: FrontPoint[]): FrontMember[] {
     contender,
     points: [...own].sort((a, b) => a.timestep - b.timestep),
     equals: [...new Set(list.map((point) => point.contender))].filter(
-      (other) => other !== contender && own.every((point) => isEqualTo(point, list, other)),
+      (other) =>
+        other !== contender &&
+        own.every((point) => list.some((twin) => twin.contender === other && isEqual(point, twin, resolution))),
     ),
   }));
 }
 
-// The other contender's point of the same timestep has the same error (1 %) and an overlapping interval of the speed.
-function isEqualTo(point: FrontPoint, list: FrontPoint[], other: string): boolean {
-  const twin = list.find((candidate) => candidate.contender === other && candidate.timestep === point.timestep);
-  if (!twin) return false;
-  const sameError = Math.abs(twin.error - point.error) <= kSameError * Math.max(twin.error, point.error);
-  return sameError && twin.speedHigh >= point.speedLow && twin.speedLow <= point.speedHigh;
+// Same timestep, same error, overlapping intervals of the speed.
+function isEqual(a: FrontPoint, b: FrontPoint, resolution: number): boolean {
+  const larger = Math.max(a.error, b.error, resolution);
+  const smaller = Math.max(Math.min(a.error, b.error), resolution);
+  return a.timestep === b.timestep && larger - smaller <= kSameError * larger && b.speedHigh >= a.speedLow && b.speedLow <= a.speedHigh;
 }
 
 export interface Failure {

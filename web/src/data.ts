@@ -314,29 +314,37 @@ export class SystemView {
     return [...found].sort((a, b) => a - b);
   }
 
-  // Realtime factor at a timestep; where it was not timed there, from the step time at the nearest timestep that was.
+  // Realtime factor at a timestep. Where it was not timed there, the step time is interpolated between the neighbours
+  // that were (logarithmically in both), or is the nearest one's.
   realtimeFactor(contender: string, timestep: number): RealtimeFactor | null {
-    const here = this.entry(contender, timestep, "realtime_factor");
-    if (here?.value) {
-      return { value: here.value.value!, low: here.value.low, high: here.value.high, timedAt: timestep };
+    let below: Value | null = null;
+    let above: Value | null = null;
+    let from = 0;
+    let to = 0;
+    for (const step of this.timesteps("realtime_factor")) {
+      const value = this.entry(contender, step, "realtime_factor")?.value;
+      if (!value || value.value === null || value.value <= 0) continue;
+      if (step <= timestep) [below, from] = [value, step];
+      if (step >= timestep && !above) [above, to] = [value, step];
     }
-    let best: RealtimeFactor | null = null;
-    let distance = Infinity;
-    for (const other of this.timesteps("realtime_factor")) {
-      const entry = this.entry(contender, other, "realtime_factor");
-      const away = Math.abs(Math.log(other / timestep));
-      if (!entry?.value || away >= distance) continue;
-      const scale = timestep / other;
-      const { low, high } = entry.value;
-      distance = away;
-      best = {
-        value: entry.value.value! * scale,
-        low: low === null ? null : low * scale,
-        high: high === null ? null : high * scale,
-        timedAt: other,
-      };
-    }
-    return best;
+    const first = below ?? above;
+    const second = above ?? below;
+    if (!first || !second) return null;
+    if (!below) from = to;
+    if (!above) to = from;
+    const weight = to === from ? 0 : Math.log(timestep / from) / Math.log(to / from);
+    // The factor per timestep is the inverse of the step time.
+    const blend = (a: number | null, b: number | null) =>
+      a === null || b === null || a <= 0 || b <= 0 ? null : timestep * (a / from) ** (1 - weight) * (b / to) ** weight;
+    const value = blend(first.value, second.value);
+    if (value === null) return null;
+    return {
+      value,
+      low: blend(first.low, second.low),
+      high: blend(first.high, second.high),
+      timedAt: from === to ? [from] : [from, to],
+      estimated: from !== timestep || to !== timestep,
+    };
   }
 
   // A value that a contender has once, not for every timestep: a floor.
@@ -365,7 +373,8 @@ export interface RealtimeFactor {
   value: number;
   low: number | null;
   high: number | null;
-  timedAt: number; // ms; differs from the timestep asked for when it is an estimate
+  timedAt: number[]; // ms
+  estimated: boolean; // not timed at the timestep asked for
 }
 
 export function readReport(): Report {

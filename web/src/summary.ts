@@ -1,5 +1,5 @@
 // The page's first words: per system, who is unbeaten in speed and accuracy, computed from the figures.
-import { mainMeasure, paretoFront, points, type FrontMember } from "./analysis";
+import { kResolution, mainMeasure, paretoFront, points, type FrontMember } from "./analysis";
 import { valueInfo, type SystemView } from "./data";
 import { el } from "./dom";
 import { quantity, realtime, sentenceList, timestepRange } from "./format";
@@ -14,19 +14,20 @@ function sentence(member: FrontMember, place: string, unit: string, label: strin
   const speeds = member.points.map((point) => point.speed);
   const errors = member.points.map((point) => point.error);
   const speed = range(realtime(Math.min(...speeds)), realtime(Math.max(...speeds)));
-  const error = range(quantity(Math.min(...errors), unit), quantity(Math.max(...errors), unit));
+  const written = (value: number) => (unit === "m" && value < kResolution ? `under ${quantity(kResolution, unit, 1)}` : quantity(value, unit));
+  const error = range(written(Math.min(...errors)), written(Math.max(...errors)));
   const tie =
     member.equals.length > 0
       ? `, and so ${member.equals.length === 1 ? "does" : "do"} ${sentenceList(member.equals)} within the intervals`
       : "";
-  return `${place}: at ${timestepRange(member.points.map((point) => point.timestep))} it runs at ${speed} real time with a ${label} of ${error}${tie}.`;
+  return `${place}: at ${timestepRange(member.points.map((point) => point.timestep))} it runs at ${speed} real time with a ${label} ${error.startsWith("under") ? "" : "of "}${error}${tie}.`;
 }
 
 export function systemSummary(view: SystemView, palette: Palette): HTMLElement {
   const box = el("section", { class: "summary-system" }, el("h3", {}, el("a", { href: `#${view.system}` }, view.system)));
   const name = mainMeasure(view);
   const label = name ? valueInfo(name).label.toLowerCase() : "";
-  const front = name ? paretoFront(points(view, name)) : [];
+  const front = name ? paretoFront(points(view, name), view.unit(name) === "m" ? kResolution : 0) : [];
   if (!name || front.length === 0) {
     const failed = view.cells.some((cell) => cell.outcome !== "ok");
     box.append(el("p", { class: "quiet" }, `No contender has both a speed and an error here${failed ? "; the failures below say why" : ""}.`));

@@ -16,29 +16,42 @@ export function logScale(values: number[], range: [number, number], leastDecades
   return scaleLog().domain([10 ** low, 10 ** high]).range(range);
 }
 
-// Exponents of the decades inside the scale, thinned to at least `spacing` pixels between labels.
-export function decades(scale: LogScale, spacing: number): { all: number[]; labelled: number[] } {
+// Values to label: decades, thinned to at least `spacing` pixels between them, or 1, 2 and 5 where there is room.
+export function ticks(scale: LogScale, spacing: number): number[] {
   const [low = 1, high = 10] = scale.domain();
-  const all: number[] = [];
-  for (let e = Math.ceil(Math.log10(low) - 1e-9); e <= Math.floor(Math.log10(high) + 1e-9); e += 1) all.push(e);
   const perDecade = Math.abs(scale(10) - scale(1));
   const stride = [1, 2, 3, 6, 9, 12].find((step) => step * perDecade >= spacing) ?? 15;
-  return { all, labelled: all.filter((e) => e % stride === 0) };
+  const digits = perDecade * Math.log10(2) >= spacing ? [1, 2, 5] : [1];
+  const found: number[] = [];
+  for (const e of decades(scale)) {
+    if (e % stride !== 0) continue;
+    for (const digit of digits) found.push(Number(`${digit}e${e}`));
+  }
+  return found.filter((value) => value >= low && value <= high);
 }
 
-// "1 mm", "10 µm" where the unit takes prefixes, else "10⁻³".
-export function decadeLabel(exponent: number, unit: string): string {
-  if (hasPrefixes(unit)) return quantity(10 ** exponent, unit, 1);
-  return `10${superscript(exponent)}`;
+// Exponents from the decade below the scale to its last one.
+function decades(scale: LogScale): number[] {
+  const [low = 1, high = 10] = scale.domain();
+  const all: number[] = [];
+  for (let e = Math.floor(Math.log10(low)); e <= Math.floor(Math.log10(high) + 1e-9); e += 1) all.push(e);
+  return all;
 }
 
-export function factorLabel(exponent: number): string {
-  const value = 10 ** exponent;
-  if (exponent < -2) return `10${superscript(exponent)}×`;
-  if (exponent < 0) return `${value.toFixed(-exponent)}×`;
-  if (exponent < 4) return `${value}×`;
-  if (exponent < 6) return `${value / 1e3}k×`;
-  return `10${superscript(exponent)}×`;
+function power(value: number): string {
+  const exponent = Math.floor(Math.log10(value) + 1e-9);
+  const digit = Math.round(value / 10 ** exponent);
+  return `${digit === 1 ? "" : `${digit}·`}10${superscript(exponent)}`;
+}
+
+// "1 mm", "20 µm" where the unit takes prefixes, else "10⁻³".
+export function errorLabel(value: number, unit: string): string {
+  return hasPrefixes(unit) ? quantity(value, unit, 1) : power(value);
+}
+
+export function factorLabel(value: number): string {
+  if (value < 0.01 || value >= 1e6) return `${power(value)}×`;
+  return value >= 1e4 ? `${value / 1e3}k×` : `${value}×`;
 }
 
 // Grid lines at whole decades and, where there is room, at 2 and 5 in between.
@@ -49,7 +62,6 @@ export function grid(
   to: number,
 ): SVGGElement {
   const group = svg("g", { class: "grid" });
-  const { all } = decades(scale, 0);
   const [low = 1, high = 10] = scale.domain();
   const perDecade = Math.abs(scale(10) - scale(1));
   const add = (value: number, minor: boolean) => {
@@ -58,9 +70,7 @@ export function grid(
     const ends = along === "x" ? { x1: at, x2: at, y1: from, y2: to } : { y1: at, y2: at, x1: from, x2: to };
     group.append(svg("line", { ...ends, class: minor ? "minor" : "major" }));
   };
-  const first = all.length > 0 ? all[0]! - 1 : Math.floor(Math.log10(low));
-  const last = all.length > 0 ? all[all.length - 1]! : first;
-  for (let e = first; e <= last; e += 1) {
+  for (const e of decades(scale)) {
     add(10 ** e, false);
     if (perDecade > 90) for (const digit of [2, 5]) add(digit * 10 ** e, true);
   }

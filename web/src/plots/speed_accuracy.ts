@@ -7,7 +7,7 @@ import { hasPrefixes, interval, named, quantity, realtime, sentenceList, timeste
 import type { Palette } from "../palette";
 import { markContenders, state } from "../state";
 import { facts, tooltip } from "../tooltip";
-import { decadeLabel, decades, factorLabel, grid, logScale, type LogScale } from "./axes";
+import { errorLabel, factorLabel, grid, logScale, ticks, type LogScale } from "./axes";
 
 interface Point {
   contender: string;
@@ -218,13 +218,13 @@ export class SpeedAccuracy {
 
     const axis = svg("g", { class: "axis" });
     const ground = frame.bottom + (hasZero ? kZeroBand : 0);
-    for (const e of decades(x, 44).labelled) {
-      axis.append(svg("text", { class: "tick tick-x", x: x(10 ** e), y: ground + 18, "text-anchor": "middle" }, factorLabel(e)));
+    for (const value of ticks(x, 44)) {
+      axis.append(svg("text", { class: "tick tick-x", x: x(value), y: ground + 18, "text-anchor": "middle" }, factorLabel(value)));
     }
-    for (const e of decades(y, 20).labelled) {
-      const at = y(10 ** e);
+    for (const value of ticks(y, 20)) {
+      const at = y(value);
       if (hasZero && at > frame.bottom - 8) continue; // the band's own label stands there
-      axis.append(svg("text", { class: "tick tick-y", x: frame.left - 8, y: at + 4, "text-anchor": "end" }, decadeLabel(e, unit)));
+      axis.append(svg("text", { class: "tick tick-y", x: frame.left - 8, y: at + 4, "text-anchor": "end" }, errorLabel(value, unit)));
     }
     const narrow = width < 520;
     const titles = narrow ? ["faster →", "↓ better"] : ["realtime factor, faster →", `↓ smaller ${info.label.toLowerCase()}${hasPrefixes(unit) || !unitText(unit) ? "" : ` (${unitText(unit)})`}`];
@@ -237,9 +237,13 @@ export class SpeedAccuracy {
     const [slowest = 1, fastest = 1] = x.domain();
     if (slowest < 1 && fastest > 1) {
       const at = Math.round(x(1)) + 0.5;
+      // The label stands at the end of the line where fewer points are.
+      const crowd = (top: number) =>
+        everything.filter((point) => point.x > at - 8 && point.x < at + 22 && point.y > top - 10 && point.y < top + 70).length;
+      const top = crowd(frame.bottom - 60) <= crowd(frame.top) ? frame.bottom - 8 : frame.top + 58;
       drawing.append(
         svg("line", { class: "realtime-line", x1: at, x2: at, y1: frame.top, y2: frame.bottom }),
-        svg("text", { class: "realtime-label", transform: `translate(${at + 11},${frame.bottom - 8}) rotate(-90)` }, "real time"),
+        svg("text", { class: "realtime-label", transform: `translate(${at + 11},${top}) rotate(-90)` }, "real time"),
       );
     }
     drawing.append(orderGuide(x, y, everything, frame));
@@ -290,9 +294,9 @@ export class SpeedAccuracy {
       notes.push("Hollow markers: the run ended, but was not stable.");
     }
     if (hasFailed) notes.push("Crosses above the plot: the run failed at that timestep; the failures below say why.");
-    const estimated = everything.filter((point) => point.speed.timedAt !== point.timestep);
+    const estimated = everything.filter((point) => point.speed.estimated);
     if (estimated.length > 0) {
-      notes.push(`Where a timestep was not timed, the step time at the nearest one that was is used (${estimated.length} of ${everything.length} points).`);
+      notes.push(`Where a timestep was not timed, its step time is that between its neighbours (${estimated.length} of ${everything.length} points).`);
     }
     const drawn = series.filter((one) => one.floor !== null && one.floor > lowest && one.floor < highest);
     if (drawn.length > 0) notes.push("Faint horizontal lines: restart floors, near which an error says nothing of the timestep.");
@@ -381,8 +385,7 @@ export class SpeedAccuracy {
     const box = drawing.getBoundingClientRect();
     const unit = this.view.unit(this.name);
     const info = valueInfo(this.name);
-    const estimated = point.speed.timedAt !== point.timestep;
-    const speed = this.view.entry(point.contender, point.speed.timedAt, "raw_speed")?.value;
+    const speed = this.view.entry(point.contender, point.timestep, "raw_speed")?.value;
     tooltip.show(
       box.left + point.x,
       box.top + point.y,
@@ -392,7 +395,7 @@ export class SpeedAccuracy {
         [info.label.toLowerCase(), point.error === null ? point.cell.outcome : named(this.name, point.error, unit)],
         ["interval", interval(this.name, point.low, point.high, unit)],
         ["restart floor", this.name === "consistency" ? quantity(this.view.single(point.contender, "restart_floor"), unit) : null],
-        ["real time", realtime(point.speed.value) + (estimated ? ` (timed at ${timestep(point.speed.timedAt)} ms)` : "")],
+        ["real time", realtime(point.speed.value) + (point.speed.estimated ? ` (timed at ${point.speed.timedAt.map(timestep).join(" and ")} ms)` : "")],
         ["interval", interval("realtime_factor", point.speed.low, point.speed.high, "1")],
         ["raw speed", speed ? quantity(speed.value, speed.unit) : null],
         ["truth floor", this.name === "truth_error" && this.view.single(point.contender, "truth_floor") !== null ? quantity(this.view.single(point.contender, "truth_floor"), unit) : null],
