@@ -223,6 +223,7 @@ void describe(Store& store) {
                       {"flags", "-O3 -DNDEBUG -ffp-contract=off"},
                       {"governor", "performance"},
                       {"kernel", "6.1.0"},
+                      {"memory", "16777216 kB"},
                       {"assay_version", "0.1.0"},
                       {"engine_share_timing", "0.957"}});
   const std::vector<std::string> tests = {"readback",        "state-round-trip", "determinism",    "free-fall",

@@ -32,23 +32,23 @@ export function deviations(contender: Contender): Deviation[] {
   return Array.isArray(list) ? (list as Deviation[]) : [];
 }
 
-const kColumns: { title: string; hint: string; text: (contender: Contender) => string; wide?: boolean }[] = [
+const kColumns: { title: string; hint: string; text: (contender: Contender) => string; wide?: "wide" | "wider" }[] = [
   { title: "Precision", hint: "of the state and the arithmetic", text: (c) => text(c, "precision") },
   { title: "Coordinates", hint: "joint: hinges hold exactly; maximal: six coordinates a body", text: (c) => text(c, "coordinates") },
-  { title: "Integrator", hint: "and its order on smooth systems", text: withOrder, wide: true },
-  { title: "Joints", hint: "how hinges are held", text: (c) => text(c, "joint_solver"), wide: true },
-  { title: "Contact", hint: "how contacts act", text: contact("contact_model"), wide: true },
-  { title: "Contact solver", hint: "", text: contact("contact_solver"), wide: true },
-  { title: "Friction cone", hint: "", text: contact("friction_cone"), wide: true },
-  { title: "Friction", hint: "how the pair's coefficient is reached", text: contact("friction_combine"), wide: true },
-  { title: "Springs, dampers", hint: "of joints", text: springs, wide: true },
+  { title: "Integrator", hint: "and its order on smooth systems", text: withOrder, wide: "wide" },
+  { title: "Joints", hint: "how hinges are held", text: (c) => text(c, "joint_solver"), wide: "wide" },
+  { title: "Contact", hint: "how contacts act", text: contact("contact_model"), wide: "wide" },
+  { title: "Contact solver", hint: "", text: contact("contact_solver"), wide: "wide" },
+  { title: "Friction cone", hint: "", text: contact("friction_cone"), wide: "wide" },
+  { title: "Friction", hint: "how the pair's coefficient is reached", text: contact("friction_combine"), wide: "wide" },
+  { title: "Springs, dampers", hint: "of joints", text: springs, wide: "wide" },
   { title: "Limits", hint: "joint limits", text: (c) => text(c, "joint_limits") },
   { title: "Armature", hint: "exact joint armature", text: (c) => text(c, "armature") },
   { title: "Gyroscopic", hint: "torque w x (I w) is included", text: (c) => text(c, "gyroscopic") },
   { title: "Hidden damping", hint: "what the engine takes away without being asked", text: (c) => text(c, "hidden_damping") || "none" },
   { title: "Threads", hint: "", text: (c) => text(c, "threads") },
-  { title: "Other", hint: "velocity quantisation, clamps", text: (c) => text(c, "other") || "–", wide: true },
-  { title: "Settings", hint: "that differ from the adapter's defaults", text: (c) => c.settings || "defaults", wide: true },
+  { title: "Other", hint: "velocity quantisation, clamps", text: (c) => text(c, "other") || "–", wide: "wider" },
+  { title: "Settings", hint: "that differ from the adapter's defaults", text: (c) => c.settings || "defaults", wide: "wide" },
 ];
 
 export function fairness(report: Report, palette: Palette): HTMLElement {
@@ -71,7 +71,7 @@ export function fairness(report: Report, palette: Palette): HTMLElement {
       title: column.title,
       hint: column.hint,
       key: column.text,
-      className: column.wide ? "wide" : "",
+      className: column.wide ?? "",
       cell: (row) => {
         const value = column.text(row) || "–";
         return el("span", { class: many > rows.length / 2 && value === common ? "common" : "" }, value);

@@ -39,7 +39,7 @@ const kGroups: [string, [string, string, ((value: string) => string)?][]][] = [
       ["cores", "Cores"],
       ["governor", "Governor"],
       ["virtual_machine", "Virtual machine"],
-      ["memory", "Memory"],
+      ["memory", "Memory", asMemory],
       ["kernel", "Kernel"],
     ],
   ],
@@ -87,6 +87,11 @@ function asSeconds(value: string): string {
   if (seconds < 120) return quantity(seconds, "s");
   const minutes = Math.floor(seconds / 60);
   return minutes < 120 ? `${minutes} min ${Math.round(seconds % 60)} s` : `${Math.floor(minutes / 60)} h ${minutes % 60} min`;
+}
+
+function asMemory(value: string): string {
+  const [, kilobytes] = /^(\d+) kB$/.exec(value) ?? [];
+  return kilobytes ? `${(Number(kilobytes) / 1024 ** 2).toFixed(1)} GiB` : value;
 }
 
 function asShare(value: string): string {
