@@ -14,6 +14,8 @@
 namespace assay::cli {
 namespace {
 
+constexpr int kMostJobs = 1024;
+
 void print_summary(const RunSummary& summary, const std::string& out) {
   std::vector<std::string> outcomes;
   outcomes.reserve(summary.outcomes.size());
@@ -40,7 +42,7 @@ bool run_and_summarize(const RunRequest& request) {
   RunOptions options;
   options.out = request.out;
   options.command = request.command;
-  if (request.jobs) options.jobs = parse_count("--jobs", *request.jobs, 1);
+  if (request.jobs) options.jobs = parse_count("--jobs", *request.jobs, 1, kMostJobs);
   if (request.shard) options.shard = parse_shard(*request.shard);
   const Campaign campaign = load_campaign(find_campaign(request.campaign));
   const auto progress = make_progress(stderr);

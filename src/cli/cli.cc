@@ -44,10 +44,10 @@ double parse_positive(const std::string& option, const std::string& text, const 
   return *value;
 }
 
-int parse_count(const std::string& option, const std::string& text, int minimum) {
+int parse_count(const std::string& option, const std::string& text, int minimum, int maximum) {
   const auto value = parse_integer(text);
-  if (!value || *value < minimum || *value > 1'000'000) {
-    throw InputError(fmt::format("{} is '{}': give a whole number of at least {}", option, text, minimum));
+  if (!value || *value < minimum || *value > maximum) {
+    throw InputError(fmt::format("{} is '{}': give a whole number from {} to {}", option, text, minimum, maximum));
   }
   return static_cast<int>(*value);
 }

@@ -46,8 +46,8 @@ CLI::App* add_command(CLI::App& app, const std::string& name, const std::string&
 // A positive number with or without a fraction bar. Throws InputError that names the option, the value and its unit.
 double parse_positive(const std::string& option, const std::string& text, const std::string& unit);
 
-// A whole number of at least `minimum`.
-int parse_count(const std::string& option, const std::string& text, int minimum);
+// A whole number from `minimum` to `maximum`.
+int parse_count(const std::string& option, const std::string& text, int minimum, int maximum);
 
 // "on" or "off".
 bool parse_switch(const std::string& option, const std::string& text);

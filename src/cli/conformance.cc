@@ -16,7 +16,7 @@ namespace assay::cli {
 namespace {
 
 struct Options {
-  std::vector<std::string> contenders;
+  std::vector<std::string> contenders, engines;  // two ways to name them
   std::vector<std::string> tests;
   bool list = false;
   bool json = false;
@@ -134,7 +134,9 @@ int conformance(const Options& options) {
   check_tests(options.tests);
   Json json = {{"contenders", Json::array()}};
   std::vector<std::string> failed;
-  for (const ResolvedContender& contender : chosen(options.contenders)) {
+  std::vector<std::string> names = options.contenders;
+  names.insert(names.end(), options.engines.begin(), options.engines.end());
+  for (const ResolvedContender& contender : chosen(names)) {
     const Json results = examine(contender, options);
     std::map<std::string, int> counts;
     for (const Json& result : results) ++counts[result.at("status").get<std::string>()];
@@ -167,6 +169,9 @@ void add_conformance(CLI::App& app, Action& action) {
       ->add_option("CONTENDER", options->contenders,
                    "Contenders, or engines for all of theirs (default: all that move)")
       ->type_name("");
+  command->add_option("--engine", options->engines, "The same as an option; may be repeated")
+      ->type_name("CONTENDER")
+      ->allow_extra_args(false);
   command->add_option("--test", options->tests, "Only this test; may be repeated")
       ->type_name("TEST")
       ->allow_extra_args(false);

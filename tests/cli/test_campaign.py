@@ -360,7 +360,7 @@ class BadCampaigns(AssayTest):
 
     def test_options(self):
         self.write("c.toml", tiny())
-        for jobs in ["0", "-1", "many", "1.5"]:
+        for jobs in ["0", "-1", "many", "1.5", "99999999999"]:
             self.refused("run", "c.toml", "--out", "results", "--jobs", jobs, naming=["--jobs", f"'{jobs}'"])
         for shard in ["3/2", "0/2", "half", "1/0"]:
             self.refused("run", "c.toml", "--out", "results", "--shard", shard, naming=[shard])

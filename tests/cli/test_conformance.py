@@ -41,6 +41,7 @@ class Conformance(AssayTest):
         text = self.assay("conformance", "mujoco-euler", "--test", "free-fall")
         self.assertRegex(text, r"(?m)^mujoco-euler\n  pass +free-fall +\S+ of \S+ allowed m\b")
         self.assertIn("conforms: 1 pass, 0 fail", text)
+        self.assertEqual(self.assay("conformance", "--engine", "mujoco-euler", "--test", "free-fall"), text)
 
     def test_engine_stands_for_all_its_contenders(self):
         report = self.assay_json("conformance", "mujoco", "--test", "free-fall", "--test", "readback", "--json")
