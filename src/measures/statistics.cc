@@ -62,6 +62,34 @@ Interval bootstrap_mean(std::span<const double> samples, std::uint64_t seed, int
   return bootstrap(samples, seed, resamples, [](std::span<const double> values) { return mean(values); });
 }
 
+Interval bootstrap_median_of_rounds(const std::vector<std::vector<double>>& rounds, std::uint64_t seed, int resamples) {
+  assert(!rounds.empty() && resamples > 0);
+  std::mt19937_64 random(seed);
+  std::vector<double> pooled;
+  // Selection instead of sorting: there are thousands of samples, and thousands of times.
+  const auto middle = [&] {
+    const auto half = static_cast<std::ptrdiff_t>(pooled.size() / 2);
+    std::ranges::nth_element(pooled, pooled.begin() + half);
+    const double upper = pooled[static_cast<size_t>(half)];
+    if (pooled.size() % 2 == 1) return upper;
+    return 0.5 * (upper + *std::max_element(pooled.begin(), pooled.begin() + half));
+  };
+  for (const std::vector<double>& round : rounds) pooled.insert(pooled.end(), round.begin(), round.end());
+  const double value = middle();
+  std::vector<double> estimates(static_cast<size_t>(resamples));
+  for (double& estimate : estimates) {
+    pooled.clear();
+    for (size_t i = 0; i < rounds.size(); ++i) {
+      const std::vector<double>& round = rounds[below(random, rounds.size())];
+      assert(!round.empty());
+      pooled.insert(pooled.end(), round.begin(), round.end());
+    }
+    estimate = middle();
+  }
+  std::ranges::sort(estimates);
+  return {value, quantile_of_sorted(estimates, 0.025), quantile_of_sorted(estimates, 0.975)};
+}
+
 double relative_spread(std::span<const double> samples) {
   const std::vector<double> sorted = sorted_copy(samples);
   const double middle = quantile_of_sorted(sorted, 0.5);

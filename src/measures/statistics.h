@@ -23,6 +23,11 @@ inline constexpr int kBootstrapResamples = 2000;
 Interval bootstrap_median(std::span<const double> samples, std::uint64_t seed, int resamples = kBootstrapResamples);
 Interval bootstrap_mean(std::span<const double> samples, std::uint64_t seed, int resamples = kBootstrapResamples);
 
+// Median over all samples of all rounds; whole rounds are drawn, for samples of one round share that round's moment. No
+// round may be empty (assert).
+Interval bootstrap_median_of_rounds(const std::vector<std::vector<double>>& rounds, std::uint64_t seed,
+                                    int resamples = kBootstrapResamples);
+
 // Distance between the quartiles over the median: how far a typical sample is from its neighbours. 0 for equal samples.
 double relative_spread(std::span<const double> samples);
 

@@ -336,7 +336,7 @@ ControlSpec control_of(const Section& section, const Model& model) {
       spec.*member = control.positive(key, spec.*member);
     }
   } else {
-    spec.kind = *section.text("control");
+    spec.kind = section.required_text("control");
   }
   at_node(section, node, [&] { return make_control(model, spec); });
   return spec;

@@ -11,9 +11,9 @@
 //   seed = 1                                       # order of the contenders within a timing round, bootstrap
 //
 //   [timing]                                       # all optional
-//   rounds = 12                                    # samples of a cell
-//   batch_ms = 20                                  # least time in the engine's steps of one sample
-//   states = 4                                     # saved states that a sample starts from in turn
+//   rounds = 12                                    # in each of which every contender is measured once
+//   batch_ms = 20                                  # least time in the engine's steps of a contender's turn
+//   states = 4                                     # saved states that a turn starts from one after the other
 //   warmup = 5                                     # untimed steps after each
 //
 //   [[system]]

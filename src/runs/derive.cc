@@ -81,7 +81,7 @@ void warn_of_noise(const Store& store, const std::vector<Cell>& cells, std::vect
   for (const Cell& cell : cells) {
     if (cell.measure != "raw_speed") continue;
     for (const SampleSeries& series : store.samples(cell.id)) {
-      if (series.name != "step_time_us") continue;
+      if (series.name != "round_step_time_us") continue;
       const double spread = relative_spread(series.values);
       ++timed;
       if (spread > kWideSpread) ++noisy;
@@ -93,7 +93,7 @@ void warn_of_noise(const Store& store, const std::vector<Cell>& cells, std::vect
   }
   if (noisy == 0) return;
   warnings.push_back(
-      fmt::format("noisy timing: in {} of {} cells the middle half of the samples spreads over more than {:.0f} "
+      fmt::format("noisy timing: in {} of {} cells the middle half of the rounds spreads over more than {:.0f} "
                   "% of the median (most: {:.0f} %, {}); measure on a quieter machine",
                   noisy, timed, 100 * kWideSpread, 100 * widest, where));
 }
@@ -113,7 +113,7 @@ void derive_aa(const Store& store, const std::vector<Cell>& cells, std::uint64_t
   }
   const auto step_times = [&](const Cell& cell) {
     for (const SampleSeries& series : store.samples(cell.id)) {
-      if (series.name == "step_time_us") return series.values;
+      if (series.name == "round_step_time_us") return series.values;
     }
     return std::vector<double>();
   };

@@ -404,7 +404,8 @@ class TimingSession {
   int core() const { return core_; }
   double clock_s() const { return clock_s_; }
 
-  // Finds how many steps make a batch and how many batches a sample; `steps` fixes the former (0: free).
+  // Finds how many steps make a sample and a batch, and how many batches a round; `steps` fixes the former two (0:
+  // free).
   json prepare(double timestep_ms, long long steps) {
     timestep_ms_ = timestep_ms;
     steps_ = 1;
@@ -415,8 +416,9 @@ class TimingSession {
     try {
       check_supported(subject_, timestep_s);
       const double step_s = step_time(timestep_s);
+      slice_ = steps > 0 ? steps : static_cast<long long>(std::clamp(std::ceil(kSlice_s / step_s), 1.0, 1e9));
       verdict = choose_steps(timestep_s, step_s, steps);
-      // Enough batches for the sample's time; an engine that does nothing must not go on for ever.
+      // Enough batches for the round's time; an engine that does nothing must not go on for ever.
       constexpr double kMostBatches = 2000;
       const double round_s = static_cast<double>(starts_.size()) * static_cast<double>(steps_) * step_s;
       const double rounds = std::clamp(std::ceil(batch_s_ / round_s), 1.0, kMostBatches);
@@ -427,14 +429,15 @@ class TimingSession {
       verdict = {Outcome::kCrashed, fmt::format("the engine failed to start: {}", error.what())};
     }
     json answer = cell_answer(verdict, engine_s_ - before);
-    answer["steps"] = steps_;
+    answer["steps"] = std::min(slice_, steps_);
     return answer;
   }
 
-  // One sample: every saved state in turn until the time is spent.
+  // One round's samples: every saved state in turn until the time is spent.
   json sample() {
     const double before = engine_s_, cpu_before = cpu_seconds();
     const Clock::time_point start = Clock::now();
+    std::vector<double> step_us;
     double timed_s = 0;
     long long clock_reads = 0;
     Verdict verdict;
@@ -442,12 +445,12 @@ class TimingSession {
       const Batch done = batch(starts_[static_cast<size_t>(i) % starts_.size()]);
       if (verdict.outcome == Outcome::kOk) verdict = done.verdict;
       if (done.verdict.outcome == Outcome::kDiverged) break;
+      step_us.insert(step_us.end(), done.step_us.begin(), done.step_us.end());
       timed_s += done.timed_s;
       clock_reads += done.clock_reads;
     }
     json answer = cell_answer(verdict, engine_s_ - before);
-    answer["timed_s"] = timed_s;
-    answer["steps"] = batches_ * steps_;
+    answer["step_us"] = step_us;
     answer["clock_share"] = timed_s > 0 ? static_cast<double>(clock_reads) * clock_s_ / timed_s : 0;
     answer["cpu_s"] = cpu_seconds() - cpu_before;
     answer["wall_s"] = seconds_since(start);
@@ -455,13 +458,18 @@ class TimingSession {
   }
 
  private:
+  // Seconds of engine time that one sample of the clock covers: long against the clock's cost, short against the time
+  // for which a busy machine takes the core away, so that such moments spoil few samples.
+  static constexpr double kSlice_s = 5e-4;
+
   struct Batch {
+    std::vector<double> step_us;  // a sample for each slice
     double timed_s = 0;
     long long clock_reads = 0;
     Verdict verdict;
   };
 
-  // A batch covers its share of the run, so that a sample covers the run. Without contacts a step's cost does not
+  // A batch covers its share of the run, so that a round covers the run. Without contacts a step's cost does not
   // depend on where in the run it is, and a batch may go on for longer, as long as the motion stays a possible one.
   Verdict choose_steps(double timestep_s, double step_s, long long given) {
     const auto states = static_cast<double>(starts_.size());
@@ -491,7 +499,14 @@ class TimingSession {
       stepper.advance(warmup_);
       const double warm_s = stepper.engine_s();
       const long long reads = stepper.clock_reads();
-      stepper.advance(steps_);
+      const long long slices = std::max(1LL, (steps_ + slice_ / 2) / slice_);
+      result.step_us.reserve(static_cast<size_t>(slices));
+      for (long long slice = 0; slice < slices; ++slice) {
+        const long long steps = steps_ * (slice + 1) / slices - steps_ * slice / slices;
+        const double slice_before = stepper.engine_s();
+        stepper.advance(steps);
+        result.step_us.push_back(1e6 * (stepper.engine_s() - slice_before) / static_cast<double>(steps));
+      }
       result.timed_s = stepper.engine_s() - warm_s;
       result.clock_reads = stepper.clock_reads() - reads;
       const State& state = stepper.read();
@@ -551,8 +566,9 @@ class TimingSession {
   double clock_s_ = 0;
   double engine_s_ = 0;
   double timestep_ms_ = 1;
-  long long steps_ = 1;
-  int batches_ = 1;
+  long long steps_ = 1;  // of a batch
+  long long slice_ = 1;  // of a sample
+  int batches_ = 1;      // of a round
 };
 
 // {"reference", "states", "warmup", "batch_ms", "trajectories"}, then commands {"prepare": timestep_ms}, {"sample":

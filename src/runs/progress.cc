@@ -60,6 +60,7 @@ class Bar final : public Progress {
   }
   void phase(const std::string& what) override {
     phase_ = what;
+    current_.clear();
     draw(true);
   }
   void started(const std::string& cell) override {
@@ -100,11 +101,14 @@ class Bar final : public Progress {
     winsize size{};
     const size_t width = ::ioctl(::fileno(stream_), TIOCGWINSZ, &size) == 0 && size.ws_col > 20 ? size.ws_col : 100;
     const auto filled = static_cast<size_t>(counter_.share() * kBarWidth);
-    std::string text = fmt::format("[{}{}] {}/{}", std::string(filled, '='), std::string(kBarWidth - filled, ' '),
-                                   counter_.done(), counter_.all());
-    if (counter_.done_now() > 0 && counter_.elapsed_s() > 1) text += fmt::format("  {}", counter_.rate());
-    text += fmt::format("  {} left  {}{}{}", duration_label(std::max(0.0, remaining_s_)), phase_,
-                        phase_.empty() || current_.empty() ? "" : ": ", current_);
+    std::string text;
+    if (counter_.all() > 0) {  // before that there is no plan yet
+      text = fmt::format("[{}{}] {}/{}  ", std::string(filled, '='), std::string(kBarWidth - filled, ' '),
+                         counter_.done(), counter_.all());
+      if (counter_.done_now() > 0 && counter_.elapsed_s() > 1) text += counter_.rate() + "  ";
+      text += duration_label(std::max(0.0, remaining_s_)) + " left  ";
+    }
+    text += phase_ + (phase_.empty() || current_.empty() ? "" : ": ") + current_;
     fmt::print(stream_, "\r{}\x1b[K", text.substr(0, width - 1));
     std::fflush(stream_);
     drawn_ = true;

@@ -337,9 +337,10 @@ void Runner::describe() {
   entries.push_back({"campaign_title", campaign_.title});
   entries.push_back({"seed", std::to_string(campaign_.seed)});
   entries.push_back(
-      {"timing", fmt::format("{} rounds, samples of {} ms from {} states, {} untimed steps before each batch",
-                             campaign_.timing.rounds, shortest(campaign_.timing.batch_ms), campaign_.timing.states,
-                             campaign_.timing.warmup)});
+      {"timing",
+       fmt::format("{} rounds of {} ms a contender, from {} states of its reference run, {} untimed steps first",
+                   campaign_.timing.rounds, shortest(campaign_.timing.batch_ms), campaign_.timing.states,
+                   campaign_.timing.warmup)});
   if (!options_.command.empty()) entries.push_back({"command", options_.command});
   if (!store_.manifest("started")) entries.push_back({"started", date_text(unix_time())});
   store_.set_manifest(entries);

@@ -43,9 +43,10 @@ struct TimingPass::Tally {
   CpuTimes stolen_from;
   double stolen = 0, total = 0;  // ticks
   bool over = false;             // no more samples: it failed
-  long long steps = 0;           // of a batch
+  long long steps = 0;           // of a sample
   double clock_share = 0;
-  std::vector<double> step_us, steal, cpu_share;
+  std::vector<std::vector<double>> rounds;  // samples of each, us a step
+  std::vector<double> steal, cpu_share;     // one a round
 
   void fail(Outcome outcome, std::string reason) {
     cell.outcome = outcome;
@@ -138,7 +139,7 @@ void TimingPass::measure(const CampaignSystem& system, const std::vector<TimedCo
     tally.cell.measure = "raw_speed";
     tally.cell.started = unix_time();
   }
-  // The harness comes last: its batches are as short as the shortest of the others.
+  // The harness comes last: its samples are as short as the shortest of the others.
   std::vector<size_t> order(contenders.size());
   for (size_t i = 0; i < order.size(); ++i) order[i] = i;
   std::ranges::stable_partition(order, [&](size_t i) { return contenders[i].name != harness; });
@@ -166,7 +167,7 @@ void TimingPass::measure(const CampaignSystem& system, const std::vector<TimedCo
       const json answer = command(contenders[i], {{"sample", true}}, tally);
       if (interrupts_.signal() != 0) return;
       if (answer.is_null() || tally.over) continue;
-      tally.step_us.push_back(1e6 * answer.at("timed_s").get<double>() / answer.at("steps").get<double>());
+      tally.rounds.push_back(answer.at("step_us"));
       tally.steal.push_back(tally.total > total ? (tally.stolen - stolen) / (tally.total - total) : 0);
       tally.cpu_share.push_back(answer.at("cpu_s").get<double>() / answer.at("wall_s").get<double>());
       tally.clock_share = std::max(tally.clock_share, answer.at("clock_share").get<double>());
@@ -177,12 +178,18 @@ void TimingPass::measure(const CampaignSystem& system, const std::vector<TimedCo
     cell.finished = unix_time();
     cell.steal = tally.total > 0 ? tally.stolen / tally.total : 0;
     std::vector<SampleSeries> samples;
-    if (!tally.step_us.empty())
-      samples = {{"step_time_us", tally.step_us}, {"steal", tally.steal}, {"cpu_share", tally.cpu_share}};
-    if (!tally.over && !tally.step_us.empty()) {
-      const Interval step = bootstrap_median(tally.step_us, static_cast<std::uint64_t>(campaign_.seed));
+    if (!tally.rounds.empty()) {
+      SampleSeries all = {"step_time_us", {}}, medians = {"round_step_time_us", {}};
+      for (const std::vector<double>& round : tally.rounds) {
+        all.values.insert(all.values.end(), round.begin(), round.end());
+        medians.values.push_back(median(round));
+      }
+      samples = {all, medians, {"steal", tally.steal}, {"cpu_share", tally.cpu_share}};
+    }
+    if (!tally.over && !tally.rounds.empty()) {
+      const Interval step = bootstrap_median_of_rounds(tally.rounds, static_cast<std::uint64_t>(campaign_.seed));
       cell.values = {{"step_time", "us", step.value, step.low, step.high},
-                     {"batch_steps", "1", static_cast<double>(tally.steps), {}, {}},
+                     {"sample_steps", "1", static_cast<double>(tally.steps), {}, {}},
                      {"clock_share", "1", tally.clock_share, {}, {}},
                      {"engine_share", "1", cell.engine_s / cell.wall_s, {}, {}}};
       if (step.low > 0) {

@@ -29,7 +29,7 @@ struct TimingFacts {
 
 // Measures all of `contenders` on one system, one timestep after the other (`keys`: by timestep and contender's name);
 // `store_cell` is called for each cell after its timestep's last round. The contender `harness`, if it is among them,
-// is measured in batches as short as the shortest of the others. Returns at an interrupt.
+// is measured in samples as short as the shortest of the others. Returns at an interrupt.
 class TimingPass {
  public:
   TimingPass(const Campaign& campaign, std::string program, std::string trajectories, const Interrupts& interrupts)

@@ -19,6 +19,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <poll.h>
 
 #include "base/errors.h"
 #include "base/paths.h"
@@ -320,8 +321,14 @@ TEST_F(RunsTest, ValuesAreWhatTheyClaim) {
     EXPECT_LE(*each.low, *each.value) << each.name;
     EXPECT_GE(*each.high, *each.value) << each.name;
   }
-  EXPECT_THAT(store.samples(timed.id), SizeIs(3));
-  for (const SampleSeries& series : store.samples(timed.id)) EXPECT_THAT(series.values, SizeIs(3)) << series.name;
+  EXPECT_THAT(store.samples(timed.id), SizeIs(4));
+  for (const SampleSeries& series : store.samples(timed.id)) {
+    if (series.name == "step_time_us") {
+      EXPECT_GE(series.values.size(), 3U) << "at least one a round";
+    } else {
+      EXPECT_THAT(series.values, SizeIs(3)) << series.name << ": one a round";
+    }
+  }
   EXPECT_LT(*value(timed, "clock_share"), 0.005);
   EXPECT_GT(timed.engine_s, 0);
   EXPECT_GE(timed.wall_s, timed.engine_s);
@@ -603,9 +610,15 @@ TEST(Progress, ABarOnATerminal) {
   FILE* stream = std::fopen(::ptsname(terminal), "w");
   ASSERT_NE(stream, nullptr);
   const std::string text = drawn(stream, [&] {
-    ::fcntl(terminal, F_SETFL, O_NONBLOCK);
-    std::string content(10000, '\0');
-    content.resize(static_cast<size_t>(std::max<ssize_t>(0, ::read(terminal, content.data(), content.size()))));
+    // What was written comes in pieces, some of them a moment later.
+    std::string content;
+    std::array<char, 4096> buffer{};
+    pollfd polled = {terminal, POLLIN, 0};
+    while (::poll(&polled, 1, 500) > 0) {
+      const ssize_t got = ::read(terminal, buffer.data(), buffer.size());
+      if (got <= 0) break;
+      content.append(buffer.data(), static_cast<size_t>(got));
+    }
     return content;
   });
   std::fclose(stream);
