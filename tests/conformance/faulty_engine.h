@@ -21,14 +21,14 @@ struct Fault {
   double timestep_factor = 1;
   std::function<void(std::vector<double>&)> torques = {};
 
-  // What is read is edited. `alive` counts the instances that exist, `reads` all reads in the process.
+  // What is read is edited.
   std::function<void(const Model&, State&)> read = {};
   bool leaks_instances = false;  // positions change a little with the number of instances
   bool leaks_history = false;    // positions change a little with every read in the process
   bool stale = false;            // bodies and joints of one step ago
 
-  // After every step the motion goes on from an edited state.
-  std::function<void(const State& before, State& after, double timestep)> step = {};
+  // After every tenth step the motion goes on from an edited state; `before` is `duration` s earlier.
+  std::function<void(const State& before, State& after, double duration)> step = {};
 
   // Calls go wrong.
   bool repeats_torques = false;  // a torque acts in every following step of a batch and beyond
