@@ -39,10 +39,7 @@ using ModelPtr = std::unique_ptr<mjModel, ModelDeleter>;
 // lives, warnings are collected and errors thrown instead. One at a time: the handler belongs to the process.
 class MessageGuard {
  public:
-  MessageGuard() : lock_(mutex()) {
-    warnings().clear();
-    previous_ = mju_setLogHandler(&handle);
-  }
+  MessageGuard() : lock_(mutex()), previous_(mju_setLogHandler(&handle)) { warnings().clear(); }
   ~MessageGuard() { mju_setLogHandler(previous_); }
   MessageGuard(const MessageGuard&) = delete;
   MessageGuard& operator=(const MessageGuard&) = delete;
@@ -63,7 +60,7 @@ class MessageGuard {
   }
 
   std::lock_guard<std::mutex> lock_;
-  mjfLogHandler previous_ = nullptr;
+  mjfLogHandler previous_;
 };
 
 // MuJoCo's messages have several lines; ours have one.
