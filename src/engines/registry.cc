@@ -23,9 +23,9 @@ struct KnownEngine {
 };
 constexpr KnownEngine kKnownEngines[] = {
     {"null", "it is part of assay: build the target assay-engine-null"},
-    {"mujoco", "run setup/setup, which fetches the pip package mujoco-core, then build again"},
-    {"bullet-f64", "run setup/setup, which builds Bullet from the pip package pybullet, then build again"},
-    {"bullet-f32", "run setup/setup, which builds Bullet from the pip package pybullet, then build again"},
+    {"mujoco", "run setup/setup.sh, which fetches the pip package mujoco-core, then build again"},
+    {"bullet-f64", "run setup/setup.sh, which builds Bullet from the pip package pybullet, then build again"},
+    {"bullet-f32", "run setup/setup.sh, which builds Bullet from the pip package pybullet, then build again"},
     {"ode", "install the Debian package libode-dev, then build again"},
 };
 
