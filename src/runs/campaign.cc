@@ -464,6 +464,7 @@ CampaignSystem system_of(const Section& section, const Defaults& defaults) {
 
 nlohmann::json content_of(const CampaignSystem& system) {
   std::vector<std::string> measures;
+  measures.reserve(system.measures.size());
   for (const Measure measure : system.measures) measures.emplace_back(measure_text(measure));
   return {{"name", system.name},
           {"model", system.model.hash},
@@ -503,7 +504,7 @@ std::string Campaign::hash() const {
   for (const CampaignContender& contender : contenders) {
     content["contenders"].push_back({contender.resolved.name, contender.content()});
   }
-  content["timing"] = {timing.rounds, timing.batch_ms, timing.states, timing.warmup};
+  content["timing"] = {timing.rounds, timing.batch_ms, timing.states, timing.warmup, timing.processes};
   content["time_limit_s"] = time_limit_s;
   content["seed"] = seed;
   return content_hash(content.dump());
@@ -530,11 +531,12 @@ Campaign parse_campaign(const std::string& toml_text, const std::string& source,
     if (!node->is_table())
       root.fail(node, fmt::format("'timing' is {}: write it as a table [timing]", node_text(*node)));
     const Section timing(*node->as_table(), "[timing]", source);
-    timing.allow({"rounds", "batch_ms", "states", "warmup"});
+    timing.allow({"rounds", "batch_ms", "states", "warmup", "processes"});
     campaign.timing.rounds = timing.count("rounds", campaign.timing.rounds, 1, 100000);
     campaign.timing.batch_ms = timing.positive("batch_ms", campaign.timing.batch_ms);
     campaign.timing.states = timing.count("states", campaign.timing.states, 1, 1000);
     campaign.timing.warmup = timing.count("warmup", campaign.timing.warmup, 0, 100000);
+    campaign.timing.processes = timing.count("processes", campaign.timing.processes, 1, 100);
   }
   campaign.contenders = contenders_of(root, registry);
 

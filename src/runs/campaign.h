@@ -15,6 +15,7 @@
 //   batch_ms = 20                                  # least time in the engine's steps of a contender's turn
 //   states = 4                                     # saved states that a turn starts from one after the other
 //   warmup = 5                                     # untimed steps after each
+//   processes = 5                                  # of a contender, used in turn by the rounds
 //
 //   [[system]]
 //   name = "planar-chain"
@@ -56,6 +57,7 @@ struct TimingOptions {
   double batch_ms = 20;
   int states = 4;
   int warmup = 5;
+  int processes = 5;
 };
 
 struct CampaignSystem {

@@ -111,9 +111,9 @@ void derive_aa(const Store& store, const std::vector<Cell>& cells, std::uint64_t
       timed[{cell.system, cell.contender, cell.timestep_ms}] = &cell;
     }
   }
-  const auto step_times = [&](const Cell& cell) {
+  const auto series_of = [&](const Cell& cell, const std::string& name) {
     for (const SampleSeries& series : store.samples(cell.id)) {
-      if (series.name == "round_step_time_us") return series.values;
+      if (series.name == name) return series.values;
     }
     return std::vector<double>();
   };
@@ -123,11 +123,23 @@ void derive_aa(const Store& store, const std::vector<Cell>& cells, std::uint64_t
         if (std::get<1>(at) != names[i]) continue;
         const auto first = timed.find({std::get<0>(at), names.front(), std::get<2>(at)});
         if (first == timed.end()) continue;
-        const std::vector<double> a = step_times(*first->second), b = step_times(*cell);
-        std::vector<double> ratios(std::min(a.size(), b.size()));
-        for (size_t round = 0; round < ratios.size(); ++round) ratios[round] = b[round] / a[round];
+        const std::vector<double> a = series_of(*first->second, "round_step_time_us"),
+                                  b = series_of(*cell, "round_step_time_us"), process = series_of(*cell, "process");
+        // by process, as the intervals of the times themselves
+        std::map<double, std::vector<double>> ratios;
+        for (size_t round = 0; round < std::min({a.size(), b.size(), process.size()}); ++round) {
+          ratios[process[round]].push_back(b[round] / a[round]);
+        }
         if (ratios.empty()) continue;
-        const Interval ratio = bootstrap_median(ratios, seed);
+        std::vector<std::vector<double>> groups;
+        groups.reserve(ratios.size());
+        for (const auto& [number, rounds] : ratios) groups.push_back(rounds);
+        if (groups.size() == 1) {
+          const std::vector<double> rounds = groups.front();
+          groups.clear();
+          for (const double ratio : rounds) groups.push_back({ratio});
+        }
+        const Interval ratio = bootstrap_median_of_rounds(groups, seed);
         derived.push_back({cell->id, {"aa_ratio", "1", ratio.value, ratio.low, ratio.high}});
       }
     }

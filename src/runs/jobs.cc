@@ -55,10 +55,10 @@ ResolvedContender contender_of(const json& contender) {
 }
 
 Model model_of(const json& job) {
-  Model model = load_model(job.at("model_path"));
+  Model model = load_model(job.at("model_path").get<std::string>());
   if (!job.at("contacts")) model = without_contacts(std::move(model));
   if (!job.at("gravity")) model = without_gravity(std::move(model));
-  if (model.hash != job.at("model_hash")) {
+  if (model.hash != job.at("model_hash").get<std::string>()) {
     throw InputError(fmt::format("'{}' has changed since the campaign was read: start it again",
                                  job.at("model_path").get<std::string>()));
   }
@@ -75,8 +75,8 @@ Subject subject_of(const json& job) {
                                                  .phase_step = control.at("phase_step")});
   subject.contender = contender_of(job.at("contender"));
   subject.capabilities = subject.contender.engine->capabilities(subject.contender.settings);
-  subject.free_running = subject.control->is_zero() &&
-                         !(subject.model.has_springs() && subject.capabilities.springs == SpringKind::kExplicit);
+  const bool adapter_springs = subject.model.has_springs() && subject.capabilities.springs == SpringKind::kExplicit;
+  subject.free_running = subject.control->is_zero() && !adapter_springs;
   return subject;
 }
 
@@ -127,8 +127,10 @@ struct Run {
   double engine_s = 0;    // of the processor's time, for runs share the machine with others
 };
 
-// Takes `samples` times `steps` steps from `start`. EngineError from create() is the caller's.
-Run run_sampled(const Subject& subject, const State& start, double timestep_ms, long long samples, long long steps) {
+// Takes `samples` times `per_sample` steps from `start`. EngineError from create() is the caller's.
+Run run_sampled(const Subject& subject, const State& start, double timestep_ms, long long samples,
+                long long per_sample) {
+  const long long steps = per_sample;
   const double timestep_s = 1e-3 * timestep_ms;
   const double duration_s = timestep_s * static_cast<double>(samples * steps);
   const Plausibility plausibility(subject.model, start, duration_s);
@@ -245,7 +247,8 @@ json do_run(const json& job) {
   const bool ended = run.verdict.outcome == Outcome::kOk || run.verdict.outcome == Outcome::kUnstable;
   if (ended && !saved.empty()) save(dir, saved, run.trajectory);
   for (const std::string& measure : measures) {
-    if (measure == "reference" || !(ended || run.verdict.outcome == Outcome::kDiverged)) {
+    const bool ran = ended || run.verdict.outcome == Outcome::kDiverged;
+    if (measure == "reference" || !ran) {
       cells.push_back(cell_json(measure, run.verdict));
     } else if (measure == "truth") {
       cells.push_back(truth_cell(subject, run, load(dir, job.at("truth")), static_cast<double>(samples * per_sample)));
@@ -275,7 +278,7 @@ json do_pieces(const json& job) {
   const double timestep_ms = job.at("timestep_ms"), sample_ms = job.at("sample_ms"), piece_ms = job.at("piece_ms");
   const Trajectory reference = load(job.at("trajectories"), job.at("reference"));
   const auto total = static_cast<long long>(reference.states.size()) - 1;
-  const long long length = std::llround(piece_ms / sample_ms);
+  const long long samples = std::llround(piece_ms / sample_ms);
   const long long per_sample = std::llround(sample_ms / timestep_ms);
   Verdict verdict;
   std::vector<double> errors;
@@ -283,17 +286,17 @@ json do_pieces(const json& job) {
   int piece = 0;
   try {
     check_supported(subject, 1e-3 * timestep_ms);
-    for (const long long start : piece_starts(total, length, job.at("pieces"))) {
+    for (const long long start : piece_starts(total, samples, job.at("pieces"))) {
       ++piece;
       const Run run =
-          run_sampled(subject, reference.states[static_cast<size_t>(start)], timestep_ms, length, per_sample);
+          run_sampled(subject, reference.states[static_cast<size_t>(start)], timestep_ms, samples, per_sample);
       engine_s += run.engine_s;
       if (run.verdict.outcome != Outcome::kOk && verdict.outcome != Outcome::kDiverged) {
         verdict = {run.verdict.outcome, fmt::format("piece {}, {}", piece, run.verdict.reason)};
       }
       if (run.verdict.outcome == Outcome::kDiverged) break;
       errors.push_back(
-          position_error(run.trajectory.states.back(), reference.states[static_cast<size_t>(start + length)]));
+          position_error(run.trajectory.states.back(), reference.states[static_cast<size_t>(start + samples)]));
     }
   } catch (const UnsupportedError& error) {
     verdict = {Outcome::kUnsupported, error.what()};
@@ -301,16 +304,16 @@ json do_pieces(const json& job) {
     verdict = {Outcome::kCrashed, fmt::format("piece {}: the engine failed to start: {}", piece, error.what())};
   }
   json values = json::array();
-  json samples = json::object();
+  json series = json::object();
   if (verdict.outcome == Outcome::kOk || verdict.outcome == Outcome::kUnstable) {
     const Interval error = bootstrap_mean(errors, job.at("seed").get<std::uint64_t>());
     values.push_back(value_json("consistency", "m", error.value, error.low, error.high));
     if (std::abs(timestep_ms - job.at("reference_ms").get<double>()) <= 1e-9 * timestep_ms) {
       values.push_back(value_json("restart_floor", "m", error.value, error.low, error.high));
     }
-    samples["piece_error_m"] = errors;
+    series["piece_error_m"] = errors;
   }
-  return answer_json({cell_json("consistency", verdict, std::move(values), std::move(samples))}, engine_s);
+  return answer_json({cell_json("consistency", verdict, std::move(values), std::move(series))}, engine_s);
 }
 
 // ---- the gate, and a look at the speed --------------------------------------------------------------------------------
@@ -429,12 +432,20 @@ class TimingSession {
       verdict = {Outcome::kCrashed, fmt::format("the engine failed to start: {}", error.what())};
     }
     json answer = cell_answer(verdict, engine_s_ - before);
-    answer["steps"] = std::min(slice_, steps_);
+    answer["how"] = {{"timestep_ms", timestep_ms_},
+                     {"sample_steps", std::min(slice_, steps_)},
+                     {"batch_steps", steps_},
+                     {"batches", batches_}};
     return answer;
   }
 
-  // One round's samples: every saved state in turn until the time is spent.
-  json sample() {
+  // One round's samples: every saved state in turn until the time is spent. `how` is what prepare() answered, here or
+  // in another process.
+  json sample(const json& how) {
+    timestep_ms_ = how.at("timestep_ms");
+    slice_ = how.at("sample_steps");
+    steps_ = how.at("batch_steps");
+    batches_ = how.at("batches");
     const double before = engine_s_, cpu_before = cpu_seconds();
     const Clock::time_point start = Clock::now();
     std::vector<double> step_us;
@@ -444,7 +455,10 @@ class TimingSession {
     for (int i = 0; i < batches_; ++i) {
       const Batch done = batch(starts_[static_cast<size_t>(i) % starts_.size()]);
       if (verdict.outcome == Outcome::kOk) verdict = done.verdict;
-      if (done.verdict.outcome == Outcome::kDiverged) break;
+      if (done.verdict.outcome == Outcome::kDiverged) {
+        verdict = done.verdict;
+        break;
+      }
       step_us.insert(step_us.end(), done.step_us.begin(), done.step_us.end());
       timed_s += done.timed_s;
       clock_reads += done.clock_reads;
@@ -578,7 +592,7 @@ json do_timing(const json& job, const Report& report, const Next& next) {
   report({{"ready", true}, {"core", session.core()}, {"clock_s", session.clock_s()}});
   for (json command = next(); !command.is_null(); command = next()) {
     report(command.contains("prepare") ? session.prepare(command.at("prepare"), command.at("steps"))
-                                       : session.sample());
+                                       : session.sample(command.at("sample")));
   }
   return json::object();
 }

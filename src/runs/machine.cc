@@ -31,7 +31,7 @@ std::string proc_value(const std::string& path, const std::string& key) {
   return "";
 }
 
-std::string or_unknown(std::string text) { return text.empty() ? "unknown" : text; }
+std::string or_unknown(const std::string& text) { return text.empty() ? std::string("unknown") : text; }
 
 }  // namespace
 

@@ -128,7 +128,8 @@ Plan make_plan(const Campaign& campaign, int shards) {
         const TimingOptions& timing = campaign.timing;
         for (const double timestep : system.timing_ms) {
           add("raw_speed", timestep, reference, 0,
-              {timing.rounds, timing.batch_ms, timing.states, timing.warmup, system.reference_ms, campaign.seed});
+              {timing.rounds, timing.batch_ms, timing.states, timing.warmup, timing.processes, system.reference_ms,
+               campaign.seed});
         }
       }
     }

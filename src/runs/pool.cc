@@ -79,8 +79,8 @@ Interrupts::~Interrupts() {
   for (int& end : interrupt_pipe) ::close(std::exchange(end, -1));
 }
 
-int Interrupts::descriptor() const { return interrupt_pipe[0]; }
-int Interrupts::signal() const { return interrupt_signal; }
+int Interrupts::descriptor() { return interrupt_pipe[0]; }
+int Interrupts::signal() { return interrupt_signal; }
 
 CpuTimes CpuTimes::now() {
   std::ifstream stat("/proc/stat");

@@ -336,11 +336,12 @@ void Runner::describe() {
   }
   entries.push_back({"campaign_title", campaign_.title});
   entries.push_back({"seed", std::to_string(campaign_.seed)});
+  const TimingOptions& timing = campaign_.timing;
   entries.push_back(
-      {"timing",
-       fmt::format("{} rounds of {} ms a contender, from {} states of its reference run, {} untimed steps first",
-                   campaign_.timing.rounds, shortest(campaign_.timing.batch_ms), campaign_.timing.states,
-                   campaign_.timing.warmup)});
+      {"timing", fmt::format("{} rounds of {} ms a contender in {} processes, from {} states of its reference "
+                             "run, {} untimed steps first",
+                             timing.rounds, shortest(timing.batch_ms), std::min(timing.processes, timing.rounds),
+                             timing.states, timing.warmup)});
   if (!options_.command.empty()) entries.push_back({"command", options_.command});
   if (!store_.manifest("started")) entries.push_back({"started", date_text(unix_time())});
   store_.set_manifest(entries);
@@ -663,7 +664,7 @@ void Runner::time_system(TimingPass& pass, int system_index) {
         put_failed(*cell, failed->second.outcome, failed->second.reason);
         continue;
       }
-      contenders.push_back({name, subject_json(timed, contender(*cell)), cell->trajectory, cell->key});
+      contenders.push_back({name, subject_json(timed, contender(*cell)), cell->trajectory});
       keys[name] = cell->key;
       planned[name] = cell;
     }
@@ -674,7 +675,7 @@ void Runner::time_system(TimingPass& pass, int system_index) {
       json subject = subject_json(timed, harness);
       const std::string key =
           content_hash(json{{"harness", campaign_.name}, {"system", timed.name}, {"h", timestep}}.dump());
-      contenders.push_back({kHarness, std::move(subject), "", key});
+      contenders.push_back({kHarness, std::move(subject), ""});
       keys[kHarness] = key;
     }
     pass.measure(

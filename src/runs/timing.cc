@@ -43,10 +43,42 @@ struct TimingPass::Tally {
   CpuTimes stolen_from;
   double stolen = 0, total = 0;  // ticks
   bool over = false;             // no more samples: it failed
-  long long steps = 0;           // of a sample
+  json how;                      // what a round is: steps of a batch and of a sample, batches
   double clock_share = 0;
-  std::vector<std::vector<double>> rounds;  // samples of each, us a step
-  std::vector<double> steal, cpu_share;     // one a round
+  std::vector<std::vector<double>> rounds;          // samples of each, us a step
+  std::vector<double> processes, steal, cpu_share;  // one a round
+
+  std::vector<SampleSeries> samples() const {
+    SampleSeries all = {"step_time_us", {}}, medians = {"round_step_time_us", {}};
+    for (const std::vector<double>& round : rounds) {
+      all.values.insert(all.values.end(), round.begin(), round.end());
+      medians.values.push_back(median(round));
+    }
+    return {all, medians, {"process", processes}, {"steal", steal}, {"cpu_share", cpu_share}};
+  }
+
+  // Median over all samples; the bootstrap draws processes with all of their rounds, or rounds when there is one
+  // process.
+  std::vector<Value> values(std::uint64_t seed) const {
+    std::map<double, std::vector<double>> by_process;
+    for (size_t round = 0; round < rounds.size(); ++round) {
+      std::vector<double>& pooled = by_process[processes[round]];
+      pooled.insert(pooled.end(), rounds[round].begin(), rounds[round].end());
+    }
+    std::vector<std::vector<double>> groups;
+    groups.reserve(by_process.size());
+    for (const auto& [process, pooled] : by_process) groups.push_back(pooled);
+    const Interval step = bootstrap_median_of_rounds(groups.size() > 1 ? groups : rounds, seed);
+    std::vector<Value> found = {{"step_time", "us", step.value, step.low, step.high},
+                                {"sample_steps", "1", how.at("sample_steps").get<double>(), {}, {}},
+                                {"clock_share", "1", clock_share, {}, {}},
+                                {"engine_share", "1", cell.engine_s / cell.wall_s, {}, {}}};
+    if (step.low > 0) {
+      found.push_back(inverse("raw_speed", "kHz", 1e3, step));
+      found.push_back(inverse("realtime_factor", "1", 1e3 * cell.timestep_ms, step));
+    }
+    return found;
+  }
 
   void fail(Outcome outcome, std::string reason) {
     cell.outcome = outcome;
@@ -56,8 +88,8 @@ struct TimingPass::Tally {
 };
 
 // The contender's worker, started when it is not there. Null when it cannot be had: then the tally says why.
-TimingPass::Session* TimingPass::session(const TimedContender& contender, Tally& tally) {
-  std::shared_ptr<Session>& held = sessions_[contender.name];
+TimingPass::Session* TimingPass::session(const TimedContender& contender, int process, Tally& tally) {
+  std::shared_ptr<Session>& held = sessions_[{contender.name, process}];
   if (held) return held.get();
   held = std::make_shared<Session>(program_);
   json job = contender.subject;
@@ -84,12 +116,14 @@ TimingPass::Session* TimingPass::session(const TimedContender& contender, Tally&
   return nullptr;
 }
 
-// Sends a command and waits for its answer; all of that is the cell's wall time. Null when there is none.
-json TimingPass::command(const TimedContender& contender, const json& message, Tally& tally) {
+// Sends a command and waits for its answer; all of that is the cell's wall time, but for the start of a worker, which
+// serves all timesteps. Null when there is none.
+json TimingPass::command(const TimedContender& contender, int process, const json& message, Tally& tally) {
+  Session* held = session(contender, process, tally);
   const Clock::time_point start = Clock::now();
   const CpuTimes before = CpuTimes::now();
   json answer;
-  if (Session* held = session(contender, tally)) {
+  if (held != nullptr) {
     held->worker.send(message);
     const auto got = held->worker.wait_message(campaign_.time_limit_s, interrupts_.descriptor());
     if (got) throw_worker_error(*got);
@@ -105,7 +139,7 @@ json TimingPass::command(const TimedContender& contender, const json& message, T
       } else {
         tally.fail(Outcome::kTimeout, fmt::format("no sample after {}", duration_label(campaign_.time_limit_s)));
       }
-      sessions_.erase(contender.name);
+      sessions_.erase({contender.name, process});
     }
   }
   const CpuTimes after = CpuTimes::now();
@@ -148,11 +182,12 @@ void TimingPass::measure(const CampaignSystem& system, const std::vector<TimedCo
     started(fmt::format("raw_speed {} at {} ms, setting up {}", system.name, timestep_label(timestep_ms),
                         contenders[i].name));
     const json prepare = {{"prepare", timestep_ms}, {"steps", is_harness ? std::max(1LL, shortest) : 0}};
-    const json answer = command(contenders[i], prepare, tallies[i]);
+    const json answer = command(contenders[i], 0, prepare, tallies[i]);
     if (interrupts_.signal() != 0) return;
     if (answer.is_null() || tallies[i].over) continue;
-    tallies[i].steps = answer.at("steps");
-    shortest = shortest == 0 ? tallies[i].steps : std::min(shortest, tallies[i].steps);
+    tallies[i].how = answer.at("how");
+    const long long steps = tallies[i].how.at("sample_steps");
+    shortest = shortest == 0 ? steps : std::min(shortest, steps);
   }
   std::mt19937_64 random(static_cast<std::uint64_t>(campaign_.seed) * 1000003 +
                          static_cast<std::uint64_t>(std::llround(timestep_ms * 1e6)));
@@ -164,40 +199,29 @@ void TimingPass::measure(const CampaignSystem& system, const std::vector<TimedCo
       Tally& tally = tallies[i];
       if (tally.over) continue;
       const double stolen = tally.stolen, total = tally.total;
-      const json answer = command(contenders[i], {{"sample", true}}, tally);
+      // Where a process lies in memory changes its speed a little, for as long as it lives: so there are several.
+      const int process = round % campaign_.timing.processes;
+      const json answer = command(contenders[i], process, {{"sample", tally.how}}, tally);
       if (interrupts_.signal() != 0) return;
       if (answer.is_null() || tally.over) continue;
       tally.rounds.push_back(answer.at("step_us"));
+      tally.processes.push_back(process);
       tally.steal.push_back(tally.total > total ? (tally.stolen - stolen) / (tally.total - total) : 0);
       tally.cpu_share.push_back(answer.at("cpu_s").get<double>() / answer.at("wall_s").get<double>());
       tally.clock_share = std::max(tally.clock_share, answer.at("clock_share").get<double>());
     }
   }
+  // The harness first: as long as a cell of the campaign is missing, the whole timestep is measured again.
+  std::ranges::stable_partition(tallies, [&](const Tally& tally) { return tally.cell.contender == harness; });
   for (Tally& tally : tallies) {
-    Cell& cell = tally.cell;
-    cell.finished = unix_time();
-    cell.steal = tally.total > 0 ? tally.stolen / tally.total : 0;
+    tally.cell.finished = unix_time();
+    tally.cell.steal = tally.total > 0 ? tally.stolen / tally.total : 0;
     std::vector<SampleSeries> samples;
-    if (!tally.rounds.empty()) {
-      SampleSeries all = {"step_time_us", {}}, medians = {"round_step_time_us", {}};
-      for (const std::vector<double>& round : tally.rounds) {
-        all.values.insert(all.values.end(), round.begin(), round.end());
-        medians.values.push_back(median(round));
-      }
-      samples = {all, medians, {"steal", tally.steal}, {"cpu_share", tally.cpu_share}};
-    }
+    if (!tally.rounds.empty()) samples = tally.samples();
     if (!tally.over && !tally.rounds.empty()) {
-      const Interval step = bootstrap_median_of_rounds(tally.rounds, static_cast<std::uint64_t>(campaign_.seed));
-      cell.values = {{"step_time", "us", step.value, step.low, step.high},
-                     {"sample_steps", "1", static_cast<double>(tally.steps), {}, {}},
-                     {"clock_share", "1", tally.clock_share, {}, {}},
-                     {"engine_share", "1", cell.engine_s / cell.wall_s, {}, {}}};
-      if (step.low > 0) {
-        cell.values.push_back(inverse("raw_speed", "kHz", 1e3, step));
-        cell.values.push_back(inverse("realtime_factor", "1", 1e3 * timestep_ms, step));
-      }
+      tally.cell.values = tally.values(static_cast<std::uint64_t>(campaign_.seed));
     }
-    put(cell, samples);
+    put(tally.cell, samples);
   }
 }
 

@@ -19,7 +19,6 @@ struct TimedContender {
   std::string name;
   nlohmann::json subject;
   std::string reference;
-  std::string key;  // of its cell at the timestep in question
 };
 
 struct TimingFacts {
@@ -53,13 +52,13 @@ class TimingPass {
   struct Session;
   struct Tally;
 
-  Session* session(const TimedContender& contender, Tally& tally);
-  nlohmann::json command(const TimedContender& contender, const nlohmann::json& message, Tally& tally);
+  Session* session(const TimedContender& contender, int process, Tally& tally);
+  nlohmann::json command(const TimedContender& contender, int process, const nlohmann::json& message, Tally& tally);
 
   const Campaign& campaign_;
   std::string program_, trajectories_;
   const Interrupts& interrupts_;
-  std::map<std::string, std::shared_ptr<Session>> sessions_;
+  std::map<std::pair<std::string, int>, std::shared_ptr<Session>> sessions_;  // by contender and process
   TimingFacts facts_;
 };
 

@@ -167,8 +167,15 @@ int take_writer_lock(const std::string& dir) {
   const std::string path = dir + "/.lock";
   const int lock = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
   if (lock < 0) throw SystemError(fmt::format("cannot write to '{}': {}", dir, std::strerror(errno)));
-  if (::flock(lock, LOCK_EX | LOCK_NB) == 0) return lock;
-  const int why = errno;
+  // A worker that a killed run was just starting holds the lock for a moment longer than the run.
+  constexpr int kTries = 20;
+  constexpr useconds_t kPause_us = 50'000;
+  int why = EWOULDBLOCK;
+  for (int i = 0; i < kTries && why == EWOULDBLOCK; ++i) {
+    if (i > 0) ::usleep(kPause_us);
+    if (::flock(lock, LOCK_EX | LOCK_NB) == 0) return lock;
+    why = errno;
+  }
   ::close(lock);
   if (why == EWOULDBLOCK) {
     throw InputError(fmt::format("another assay is writing to '{}': wait for it, or give another directory", dir));
@@ -230,14 +237,16 @@ Store Store::create(const std::string& dir, const Identity& identity) {
   if (dir.empty()) throw InputError("the results directory's name is empty: give one");
   std::error_code error;
   fs::create_directories(dir, error);
-  if (error || !fs::is_directory(dir)) {
-    if (fs::exists(dir) && !fs::is_directory(dir)) {
+  std::error_code ignored;  // what cannot be looked at is no file that is in the way
+  if (error || !fs::is_directory(dir, ignored)) {
+    if (fs::exists(dir, ignored) && !fs::is_directory(dir, ignored)) {
       throw InputError(fmt::format("'{}' is a file: give a directory for the results", dir));
     }
     throw SystemError(fmt::format("cannot make the directory '{}': {}", dir, error.message()));
   }
   const std::string path = database_path(dir);
-  if (fs::is_directory(path)) throw InputError(fmt::format("'{}' is a directory: give another directory", path));
+  if (fs::is_directory(path, ignored))
+    throw InputError(fmt::format("'{}' is a directory: give another directory", path));
   const int lock = take_writer_lock(dir);
   Store store(dir, std::unique_ptr<sqlite3, Deleter>(), lock);  // owns the lock whatever happens below
   store.db_.reset(open_database(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE));

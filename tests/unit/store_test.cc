@@ -222,6 +222,8 @@ std::string in_restricted_process(const std::function<void()>& prepare, const st
       work();
     } catch (const SystemError& error) {
       text = error.what();
+    } catch (const std::exception& error) {
+      text = std::string("(wrong kind of exception) ") + error.what();
     }
     [[maybe_unused]] const ssize_t written = ::write(ends[1], text.data(), text.size());
     ::_exit(0);
@@ -267,15 +269,17 @@ TEST_F(StoreTest, WhenNothingMoreCanBeWrittenTheFinishedCellsStay) {
 
 TEST_F(StoreTest, AnUnwritableDirectoryIsSaid) {
   fs::create_directories(dir_);
-  fs::permissions(dir_,
-                  fs::perms::owner_read | fs::perms::owner_exec | fs::perms::others_read | fs::perms::others_exec);
-  constexpr uid_t kNobody = 65534;  // root may write everywhere
-  const std::string message = in_restricted_process(
-      [] {
-        if (::geteuid() == 0 && ::seteuid(kNobody) != 0) throw SystemError("cannot become nobody");
-      },
-      [&] { Store::create(dir(), kIdentity); });
-  EXPECT_THAT(message, AllOf(HasSubstr("cannot write"), HasSubstr("Permission denied")));
+  const auto message_for = [&](int permissions) {
+    fs::permissions(dir_, static_cast<fs::perms>(permissions));
+    return in_restricted_process(
+        [] {
+          constexpr uid_t kNobody = 65534;  // root may write everywhere
+          if (::geteuid() == 0 && ::seteuid(kNobody) != 0) throw SystemError("cannot become nobody");
+        },
+        [&] { Store::create(dir(), kIdentity); });
+  };
+  EXPECT_THAT(message_for(0555), AllOf(HasSubstr("cannot write"), HasSubstr("Permission denied")));
+  EXPECT_THAT(message_for(0444), HasSubstr("Permission denied")) << "nothing in it can be looked at";
 }
 
 TEST_F(StoreTest, AKilledWriterLosesNoFinishedCell) {

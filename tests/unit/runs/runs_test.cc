@@ -321,7 +321,7 @@ TEST_F(RunsTest, ValuesAreWhatTheyClaim) {
     EXPECT_LE(*each.low, *each.value) << each.name;
     EXPECT_GE(*each.high, *each.value) << each.name;
   }
-  EXPECT_THAT(store.samples(timed.id), SizeIs(4));
+  EXPECT_THAT(store.samples(timed.id), SizeIs(5));
   for (const SampleSeries& series : store.samples(timed.id)) {
     if (series.name == "step_time_us") {
       EXPECT_GE(series.values.size(), 3U) << "at least one a round";
