@@ -37,8 +37,8 @@ long long steps_of(double length_ms, double timestep_ms) { return std::llround(l
 
 // Seconds of wall time that timing a cell takes: finding the batch's length, the samples, and what goes on around them.
 double timing_seconds(const Campaign& campaign) {
-  constexpr double kSearch_s = 5e-3;
-  return kSearch_s + 1.15e-3 * campaign.timing.batch_ms * (campaign.timing.rounds + 1);
+  constexpr double kSearchSeconds = 5e-3;
+  return kSearchSeconds + 1.15e-3 * campaign.timing.batch_ms * (campaign.timing.rounds + 1);
 }
 
 // Largest first onto the least loaded: the groups are few and their loads differ much.

@@ -32,8 +32,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using nlohmann::json;
 
-constexpr double kGateTestLimit_s = 300;  // of one test of the suite
-constexpr double kTruthLimit_s = 3600;
+constexpr double kGateTestLimitSeconds = 300;  // of one test of the suite
+constexpr double kTruthLimitSeconds = 3600;
 constexpr const char* kHarness = "null";  // the contender that does nothing
 
 // ---- rows that describe ---------------------------------------------------------------------------------------------
@@ -386,7 +386,7 @@ void Runner::gate_tests(const std::string& content, const std::vector<std::strin
   job.message["kind"] = "gate";
   job.message["tests"] = tests;
   job.title = fmt::format("gate {}", found->resolved.name);
-  job.limit_s = kGateTestLimit_s;
+  job.limit_s = kGateTestLimitSeconds;
   job.cost = 1;
   const size_t before = gate_rows_[content].size();
   job.on_message = [this, content](const json& message) {
@@ -509,7 +509,7 @@ void Runner::plan_truths(std::map<std::string, Waiting>& producers) {
     waiting.job.message["trajectories"] = store_.trajectories_dir();
     waiting.job.message["save"] = address;
     waiting.job.title = fmt::format("truth {}", system(*cell).name);
-    waiting.job.limit_s = kTruthLimit_s;
+    waiting.job.limit_s = kTruthLimitSeconds;
     waiting.job.cost = 1e7;
     producers[address] = std::move(waiting);
   }

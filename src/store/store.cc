@@ -169,10 +169,10 @@ int take_writer_lock(const std::string& dir) {
   if (lock < 0) throw SystemError(fmt::format("cannot write to '{}': {}", dir, std::strerror(errno)));
   // A worker that a killed run was just starting holds the lock for a moment longer than the run.
   constexpr int kTries = 20;
-  constexpr useconds_t kPause_us = 50'000;
+  constexpr useconds_t kPauseMicroseconds = 50'000;
   int why = EWOULDBLOCK;
   for (int i = 0; i < kTries && why == EWOULDBLOCK; ++i) {
-    if (i > 0) ::usleep(kPause_us);
+    if (i > 0) ::usleep(kPauseMicroseconds);
     if (::flock(lock, LOCK_EX | LOCK_NB) == 0) return lock;
     why = errno;
   }
