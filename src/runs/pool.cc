@@ -79,8 +79,11 @@ Interrupts::~Interrupts() {
   for (int& end : interrupt_pipe) ::close(std::exchange(end, -1));
 }
 
-int Interrupts::descriptor() { return interrupt_pipe[0]; }
-int Interrupts::signal() { return interrupt_signal; }
+// They stand for the object, although a handler can reach globals alone.
+// NOLINTBEGIN(readability-convert-member-functions-to-static)
+int Interrupts::descriptor() const { return interrupt_pipe[0]; }
+int Interrupts::signal() const { return interrupt_signal; }
+// NOLINTEND(readability-convert-member-functions-to-static)
 
 CpuTimes CpuTimes::now() {
   std::ifstream stat("/proc/stat");

@@ -21,8 +21,8 @@ class Interrupts {
   Interrupts(const Interrupts&) = delete;
   Interrupts& operator=(const Interrupts&) = delete;
 
-  static int descriptor();  // readable after one came
-  static int signal();      // which; 0 for none
+  int descriptor() const;  // readable after one came
+  int signal() const;      // which; 0 for none
 };
 
 // Share of the machine's time that its host took for others, between two readings of /proc/stat. 0 where it is not

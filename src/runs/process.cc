@@ -33,7 +33,7 @@ constexpr size_t kKeptOutput = 4096;
   if (::getppid() != parent) ::_exit(kCannotExec);  // it died before prctl
   ::setpgid(0, 0);                                  // Ctrl-C is the parent's matter
   const int nothing = ::open("/dev/null", O_RDONLY);
-  ::dup2(nothing, STDIN_FILENO);
+  if (nothing >= 0) ::dup2(nothing, STDIN_FILENO);
   ::dup2(output, STDOUT_FILENO);
   ::dup2(output, STDERR_FILENO);
   if (socket == kWorkerSocket) {
@@ -83,7 +83,7 @@ WorkerProcess::WorkerProcess(const std::string& program) {
 
 WorkerProcess::~WorkerProcess() { end(); }
 
-void WorkerProcess::send(const nlohmann::json& message) {
+void WorkerProcess::send(const nlohmann::json& message) const {
   const std::string line = message.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
   std::string_view left = line;
   while (!left.empty() && socket_ >= 0) {

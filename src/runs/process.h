@@ -15,14 +15,15 @@ inline constexpr int kWorkerSocket = 3;
 // Dies with its parent (PR_SET_PDEATHSIG), whatever way that ends, and with this object.
 class WorkerProcess {
  public:
-  // Starts `program worker`. `title` is what its messages call it. Throws SystemError when that is impossible.
+  // Starts `program worker`. Throws SystemError when there can be no process; a program that is not there shows as a
+  // worker that is gone.
   explicit WorkerProcess(const std::string& program);
   ~WorkerProcess();
   WorkerProcess(const WorkerProcess&) = delete;
   WorkerProcess& operator=(const WorkerProcess&) = delete;
 
   // One line. A worker that is gone shows when its answer is awaited.
-  void send(const nlohmann::json& message);
+  void send(const nlohmann::json& message) const;
 
   // Descriptors to poll for reading; -1 when closed.
   int socket() const { return socket_; }

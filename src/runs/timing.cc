@@ -174,9 +174,13 @@ void TimingPass::measure(const CampaignSystem& system, const std::vector<TimedCo
     tally.cell.started = unix_time();
   }
   // The harness comes last: its samples are as short as the shortest of the others.
-  std::vector<size_t> order(contenders.size());
-  for (size_t i = 0; i < order.size(); ++i) order[i] = i;
-  std::ranges::stable_partition(order, [&](size_t i) { return contenders[i].name != harness; });
+  std::vector<size_t> order;
+  order.reserve(contenders.size());
+  for (const bool last : {false, true}) {
+    for (size_t i = 0; i < contenders.size(); ++i) {
+      if ((contenders[i].name == harness) == last) order.push_back(i);
+    }
+  }
   for (const size_t i : order) {
     const bool is_harness = contenders[i].name == harness;
     started(fmt::format("raw_speed {} at {} ms, setting up {}", system.name, timestep_label(timestep_ms),
@@ -212,8 +216,7 @@ void TimingPass::measure(const CampaignSystem& system, const std::vector<TimedCo
     }
   }
   // The harness first: as long as a cell of the campaign is missing, the whole timestep is measured again.
-  std::ranges::stable_partition(tallies, [&](const Tally& tally) { return tally.cell.contender == harness; });
-  for (Tally& tally : tallies) {
+  const auto put_tally = [&](Tally& tally) {
     tally.cell.finished = unix_time();
     tally.cell.steal = tally.total > 0 ? tally.stolen / tally.total : 0;
     std::vector<SampleSeries> samples;
@@ -222,6 +225,11 @@ void TimingPass::measure(const CampaignSystem& system, const std::vector<TimedCo
       tally.cell.values = tally.values(static_cast<std::uint64_t>(campaign_.seed));
     }
     put(tally.cell, samples);
+  };
+  for (const bool first : {true, false}) {
+    for (Tally& tally : tallies) {
+      if ((tally.cell.contender == harness) == first) put_tally(tally);
+    }
   }
 }
 

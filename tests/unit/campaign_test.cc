@@ -121,7 +121,7 @@ TEST(Campaign, MistakesNameFileLineValueAndTheNearestName) {
               AllOf(StartsWith("dir/file.toml:2: "), HasSubstr("'name'")));
   EXPECT_THAT(error_of("name = \"pile\"", "name = \"planar-chain\""), HasSubstr("two systems"));
   EXPECT_THAT(error_of("[\"null\", \"A\"]", "[\"null\", \"null\"]"), HasSubstr("twice"));
-  EXPECT_THAT(error_of("contenders = [\"null\", \"A\"]", "contenders = []"), HasSubstr("at least one"));
+  EXPECT_THAT(error_of(R"(contenders = ["null", "A"])", "contenders = []"), HasSubstr("at least one"));
   EXPECT_THAT(error_of("name = \"good\"", "name = good"), AllOf(StartsWith("dir/file.toml:2: "), HasSubstr("TOML")));
   EXPECT_THAT(error_of("duration_s = 2\n", "\n"), AllOf(StartsWith("dir/file.toml:13: "), HasSubstr("duration_s")));
   EXPECT_THAT(error_of("gravity = false", "gravity = \"off\""), HasSubstr("true or false"));

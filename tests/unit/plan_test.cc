@@ -13,8 +13,6 @@
 namespace assay {
 namespace {
 
-using ::testing::HasSubstr;
-
 constexpr const char* kText = R"(
 name = "plan"
 contenders = ["mujoco-euler", "A", "B"]

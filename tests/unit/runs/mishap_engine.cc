@@ -5,6 +5,7 @@
 #include <limits>
 #include <memory>
 #include <thread>
+#include <utility>
 
 #include "engines/engine.h"
 
@@ -13,7 +14,7 @@ namespace {
 
 class MishapSimulation final : public Simulation {
  public:
-  MishapSimulation(const State& state, const Settings& settings) : state_(state), settings_(settings) {}
+  MishapSimulation(State state, Settings settings) : state_(std::move(state)), settings_(std::move(settings)) {}
 
   void set_torques(std::span<const double> /*torques*/) override {}
 

@@ -48,7 +48,7 @@ const bool kMishapIsFound = [] {
 }();
 
 class RunsTest : public ::testing::Test {
- protected:
+ public:
   RunsTest() {
     dir_ = fs::temp_directory_path() / ("assay-runs-" + std::to_string(::getpid()) + "-" +
                                         ::testing::UnitTest::GetInstance()->current_test_info()->name());
@@ -62,9 +62,10 @@ class RunsTest : public ::testing::Test {
   RunsTest(const RunsTest&) = delete;
   RunsTest& operator=(const RunsTest&) = delete;
 
+ protected:
   std::string dir(const std::string& name = "out") const { return (dir_ / name).string(); }
 
-  RunOptions options(const std::string& out) const {
+  static RunOptions options(const std::string& out) {
     RunOptions options;
     options.out = out;
     options.jobs = 2;
@@ -80,7 +81,7 @@ class RunsTest : public ::testing::Test {
     }
   }
 
-  RunSummary run_scored(const Campaign& campaign, const std::string& out) const {
+  static RunSummary run_scored(const Campaign& campaign, const std::string& out) {
     pass_gate(campaign, out);
     return run_campaign(campaign, options(out));
   }
@@ -89,7 +90,7 @@ class RunsTest : public ::testing::Test {
 };
 
 Campaign faulty_campaign(const std::string& fault, const std::string& more = "",
-                         const std::string& measures = "\"drift\"") {
+                         const std::string& measures = R"("drift")") {
   return parse_campaign(
       "name = \"faults\"\ntime_limit_s = 2\ntimesteps_ms = [1, 4]\nreference_ms = 1\nmeasures = [" + measures +
           "]\n[timing]\nrounds = 3\nbatch_ms = 1\n"
@@ -100,7 +101,7 @@ Campaign faulty_campaign(const std::string& fault, const std::string& more = "",
 }
 
 Cell find(const Store& store, const std::string& contender, const std::string& measure, double timestep_ms) {
-  for (Cell& cell : store.cells()) {
+  for (const Cell& cell : store.cells()) {
     if (cell.contender == contender && cell.measure == measure && cell.timestep_ms == timestep_ms) return cell;
   }
   ADD_FAILURE() << "no cell " << contender << " " << measure << " " << timestep_ms;
@@ -112,6 +113,13 @@ std::optional<double> value(const Cell& cell, const std::string& name) {
     if (each.name == name) return each.value;
   }
   return std::nullopt;
+}
+
+// The same where it has to be there.
+double number(const Cell& cell, const std::string& name) {
+  const std::optional<double> found = value(cell, name);
+  EXPECT_TRUE(found) << cell.contender << ": no " << name << "; " << cell.reason;
+  return found.value_or(std::nan(""));
 }
 
 // What must not depend on how often the campaign was stopped: all but times, speeds and the run of the identifiers.
@@ -144,6 +152,7 @@ struct Fault {
   std::string reason;
 };
 
+// NOLINTNEXTLINE(misc-multiple-inheritance): GoogleTest's way to a parameter
 class FaultTest : public RunsTest, public ::testing::WithParamInterface<Fault> {};
 
 // A fault takes its own cell and no other; the campaign goes on to its end.
@@ -188,7 +197,7 @@ TEST_F(RunsTest, ACrashSaysWhatWasPrintedLast) {
 }
 
 TEST_F(RunsTest, OnlyTheTimestepsThatFailAreLost) {
-  run_scored(faulty_campaign("nan", ", from_ms = 2.0", "\"consistency\", \"truth\", \"drift\""), dir());
+  run_scored(faulty_campaign("nan", ", from_ms = 2.0", R"("consistency", "truth", "drift")"), dir());
   const Store store = Store::open(dir());
   for (const char* measure : {"consistency", "truth", "drift"}) {
     EXPECT_EQ(find(store, "broken", measure, 1).outcome, Outcome::kOk) << measure;
@@ -197,9 +206,8 @@ TEST_F(RunsTest, OnlyTheTimestepsThatFailAreLost) {
 }
 
 TEST_F(RunsTest, WhatNeedsAFailedReferenceFailsWithIt) {
-  const Campaign campaign = faulty_campaign("crash", "", "\"consistency\", \"raw_speed\"");
+  const Campaign campaign = faulty_campaign("crash", "", R"("consistency", "raw_speed")");
   run_scored(campaign, dir());
-  const std::string first = table(dir());
   const Store store = Store::open(dir());
   EXPECT_EQ(find(store, "broken", "reference", 1).outcome, Outcome::kCrashed);
   for (const char* measure : {"consistency", "raw_speed"}) {
@@ -216,7 +224,7 @@ TEST_F(RunsTest, FaultsWhileTiming) {
                                        std::pair{"nan", Outcome::kDiverged}}) {
     const std::string out = dir(fault);
     // The reference at 1 ms is sound; what is timed at 1 ms too.
-    run_scored(faulty_campaign(fault, ", from_ms = 2.0, at_step = 3", "\"raw_speed\""), out);
+    run_scored(faulty_campaign(fault, ", from_ms = 2.0, at_step = 3", R"("raw_speed")"), out);
     const Store store = Store::open(out);
     EXPECT_EQ(find(store, "broken", "raw_speed", 1).outcome, Outcome::kOk) << fault;
     const Cell broken = find(store, "broken", "raw_speed", 4);
@@ -272,7 +280,7 @@ TEST_F(RunsTest, AContenderThatCrashesInTheGateFailsThoseTestsAndNoOthersFail) {
 
 // ---- values ---------------------------------------------------------------------------------------------------------------
 
-Campaign real_campaign(const std::string& measures = "\"raw_speed\", \"consistency\", \"truth\", \"drift\"") {
+Campaign real_campaign(const std::string& measures = R"("raw_speed", "consistency", "truth", "drift")") {
   return parse_campaign("name = \"real\"\ntimesteps_ms = [\"1/4\", 1, 4]\nreference_ms = \"1/8\"\nmeasures = [" +
                             measures +
                             "]\n[timing]\nrounds = 3\nbatch_ms = 2\n"
@@ -301,25 +309,25 @@ TEST_F(RunsTest, ValuesAreWhatTheyClaim) {
   EXPECT_GE(floor, 0);
   EXPECT_LT(floor, 1e-9);
   for (const char* contender : {"first", "cartesian"}) {
-    EXPECT_LT(*value(find(store, contender, "consistency", 1), "consistency"),
-              *value(find(store, contender, "consistency", 4), "consistency"));
+    EXPECT_LT(number(find(store, contender, "consistency", 1), "consistency"),
+              number(find(store, contender, "consistency", 4), "consistency"));
   }
   // Orders of convergence: between this timestep and the next smaller one.
-  EXPECT_NEAR(*value(find(store, "first", "truth", 4), "truth_order"), 1, 0.1);
-  EXPECT_NEAR(*value(find(store, "fourth-order", "truth", 4), "truth_order"), 4, 0.3);
+  EXPECT_NEAR(number(find(store, "first", "truth", 4), "truth_order"), 1, 0.1);
+  EXPECT_NEAR(number(find(store, "fourth-order", "truth", 4), "truth_order"), 4, 0.3);
   EXPECT_FALSE(value(find(store, "first", "truth", 0.125), "truth_order")) << "the smallest has no smaller one";
-  EXPECT_LT(*value(find(store, "fourth-order", "drift", 4), "energy_drift_relative"), 1e-6);
+  EXPECT_LT(number(find(store, "fourth-order", "drift", 4), "energy_drift_relative"), 1e-6);
 
   // Speed in three units, with its interval and its samples.
   const Cell timed = find(store, "cartesian", "raw_speed", 1);
-  const double step_us = *value(timed, "step_time");
+  const double step_us = number(timed, "step_time");
   EXPECT_GT(step_us, 0);
-  EXPECT_NEAR(*value(timed, "raw_speed") * step_us, 1000, 1e-6);
-  EXPECT_NEAR(*value(timed, "realtime_factor") * step_us, 1000, 1e-6) << "1 ms";
+  EXPECT_NEAR(number(timed, "raw_speed") * step_us, 1000, 1e-6);
+  EXPECT_NEAR(number(timed, "realtime_factor") * step_us, 1000, 1e-6) << "1 ms";
   for (const Value& each : timed.values) {
     if (!each.low) continue;
-    EXPECT_LE(*each.low, *each.value) << each.name;
-    EXPECT_GE(*each.high, *each.value) << each.name;
+    EXPECT_LE(each.low, each.value) << each.name;
+    EXPECT_GE(each.high, each.value) << each.name;
   }
   EXPECT_THAT(store.samples(timed.id), SizeIs(5));
   for (const SampleSeries& series : store.samples(timed.id)) {
@@ -329,7 +337,7 @@ TEST_F(RunsTest, ValuesAreWhatTheyClaim) {
       EXPECT_THAT(series.values, SizeIs(3)) << series.name << ": one a round";
     }
   }
-  EXPECT_LT(*value(timed, "clock_share"), 0.005);
+  EXPECT_LT(number(timed, "clock_share"), 0.005);
   EXPECT_GT(timed.engine_s, 0);
   EXPECT_GE(timed.wall_s, timed.engine_s);
 
@@ -342,7 +350,7 @@ TEST_F(RunsTest, ValuesAreWhatTheyClaim) {
     EXPECT_GE(pair.high, pair.ratio);
   }
   // The engine that does nothing was measured with the others.
-  const double harness_us = *value(find(store, "null", "raw_speed", 1), "step_time");
+  const double harness_us = number(find(store, "null", "raw_speed", 1), "step_time");
   EXPECT_GT(harness_us, 0);
   EXPECT_LT(harness_us, 0.1 * step_us);
 }
@@ -369,7 +377,7 @@ TEST_F(RunsTest, DerivedValuesFlagAnErrorThatDoesNotDependOnTheTimestep) {
   EXPECT_THAT(warnings, Contains(AllOf(HasSubstr("floored"), HasSubstr("0.29 m"))));
   EXPECT_EQ(value(find(store, "floored", "truth", 1.0 / 64), "truth_floor"), 0.29);
   EXPECT_FALSE(value(find(store, "sound", "truth", 1.0 / 64), "truth_floor"));
-  EXPECT_NEAR(*value(find(store, "sound", "truth", 1.0 / 8), "truth_order"), 1, 1e-9);
+  EXPECT_NEAR(number(find(store, "sound", "truth", 1.0 / 8), "truth_order"), 1, 1e-9);
   EXPECT_EQ(derive_values(store), warnings) << "once more changes nothing";
 }
 
@@ -393,7 +401,7 @@ TEST_F(RunsTest, DerivedValuesMarkErrorsNearTheRestartFloor) {
 }
 
 TEST_F(RunsTest, ShardsTogetherAreTheWhole) {
-  const Campaign campaign = real_campaign("\"consistency\", \"truth\"");
+  const Campaign campaign = real_campaign(R"("consistency", "truth")");
   run_scored(campaign, dir("whole"));
   pass_gate(campaign, dir("parts"));
   int cells = 0;
@@ -409,7 +417,7 @@ TEST_F(RunsTest, ShardsTogetherAreTheWhole) {
 // ---- stopping and going on ------------------------------------------------------------------------------------------------
 
 TEST_F(RunsTest, ASecondRunHasNothingToDo) {
-  const Campaign campaign = real_campaign("\"drift\"");
+  const Campaign campaign = real_campaign(R"("drift")");
   run_scored(campaign, dir());
   const RunSummary again = run_campaign(campaign, options(dir()));
   EXPECT_EQ(again.done_now, 0);
@@ -417,7 +425,7 @@ TEST_F(RunsTest, ASecondRunHasNothingToDo) {
 }
 
 TEST_F(RunsTest, ALostTrajectoryIsComputedAgain) {
-  const Campaign campaign = real_campaign("\"consistency\"");
+  const Campaign campaign = real_campaign(R"("consistency")");
   run_scored(campaign, dir());
   const std::string whole = table(dir());
   fs::remove_all(dir() + "/trajectories");
@@ -479,7 +487,8 @@ bool all_gone(const std::string& mark) {
 TEST_F(RunsTest, KilledAtRandomMomentsItEndsWithTheSameTable) {
   const Campaign campaign = real_campaign();
   run_scored(campaign, dir("whole"));
-  const std::string out = dir("killed"), mark = out;
+  const std::string out = dir("killed");
+  const std::string& mark = out;
   pass_gate(campaign, out);
   std::random_device seed;
   const unsigned used_seed = seed();
@@ -529,7 +538,7 @@ TEST_F(RunsTest, AnInterruptStopsPolitely) {
 }
 
 TEST_F(RunsTest, AFullDiskIsAnErrorThatLosesNothing) {
-  const Campaign campaign = real_campaign("\"consistency\", \"drift\"");
+  const Campaign campaign = real_campaign(R"("consistency", "drift")");
   run_scored(campaign, dir("whole"));
   pass_gate(campaign, dir());
   std::array<int, 2> ends{};
@@ -590,7 +599,7 @@ std::string drawn(FILE* stream, const std::function<std::string()>& read) {
 TEST(Progress, PlainLinesWhereThereIsNoTerminal) {
   FILE* file = std::tmpfile();
   const std::string text = drawn(file, [&] {
-    std::rewind(file);
+    std::fseek(file, 0, SEEK_SET);
     std::string content(10000, '\0');
     content.resize(std::fread(content.data(), 1, content.size(), file));
     return content;
