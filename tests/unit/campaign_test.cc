@@ -96,7 +96,7 @@ TEST(Campaign, HashChangesWithWhatDecidesAResultAndWithNothingElse) {
            {"[4, \"1/4\", 1]", "[4, \"1/4\", 1, 2]"},
            {"gravity = false", "gravity = true"},
            {"pieces = 3", "pieces = 4"},
-           {"[\"null\", \"A\"]", "[\"A\"]"},
+           {R"(["null", "A"])", R"(["A"])"},
            {"reference_ms = \"1/16\"", "reference_ms = \"1/32\""},
            {"reference_ms = \"1/16\"", "reference_ms = \"1/16\"\nseed = 2"}}) {
     EXPECT_NE(parse_campaign(with(kGood, from, to), "a.toml").hash(), hash) << to;
