@@ -89,7 +89,7 @@ Registry::Registry() {
     std::ranges::sort(files);
     for (const std::string& file : files) load(file);
   }
-  std::ranges::stable_sort(engines_, {}, [](const Engine* engine) { return rank(engine->name()); });
+  std::ranges::sort(engines_, {}, [](const Engine* engine) { return std::pair(rank(engine->name()), engine->name()); });
   for (const KnownEngine& known : kKnownEngines) {
     const auto named = [&](const auto& thing) { return thing.name == known.name; };
     const bool refused = std::ranges::any_of(absent_, named);
