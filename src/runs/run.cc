@@ -651,6 +651,7 @@ void Runner::time_system(TimingPass& pass, int system_index) {
                            std::ranges::none_of(campaign_.contenders, [](const CampaignContender& each) {
                              return each.resolved.name == kHarness;
                            });
+  const std::vector<std::string> stored = store_.cell_keys();
   for (const double timestep : timesteps) {
     std::vector<TimedContender> contenders;
     std::map<std::string, std::string> keys;
@@ -669,17 +670,19 @@ void Runner::time_system(TimingPass& pass, int system_index) {
       planned[name] = cell;
     }
     if (contenders.empty()) continue;
-    if (has_harness) {
+    const std::string key =
+        content_hash(json{{"harness", campaign_.name}, {"system", timed.name}, {"h", timestep}}.dump());
+    // a finished cell is not measured again when a run is resumed, this one neither
+    const bool with_harness = has_harness && !std::ranges::binary_search(stored, key);
+    if (with_harness) {
       CampaignContender harness;
       harness.resolved = Registry::instance().resolve(kHarness);
       json subject = subject_json(timed, harness);
-      const std::string key =
-          content_hash(json{{"harness", campaign_.name}, {"system", timed.name}, {"h", timestep}}.dump());
       contenders.push_back({kHarness, std::move(subject), ""});
       keys[kHarness] = key;
     }
     pass.measure(
-        timed, contenders, timestep, keys, has_harness ? kHarness : "",
+        timed, contenders, timestep, keys, with_harness ? kHarness : "",
         [&](const std::string& what) { progress_.started(what); },
         [&](const Cell& cell, const std::vector<SampleSeries>& samples) {
           if (has_harness && cell.contender == kHarness) {

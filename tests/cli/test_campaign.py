@@ -16,7 +16,7 @@ import sqlite3
 import subprocess
 import time
 
-from harness import PROGRAM, AssayTest, data_folder, main
+from harness import PROGRAM, AssayTest, data_folder, main, obey_permissions
 
 TINY = """
 name = "{name}"
@@ -416,9 +416,7 @@ class BadDirectories(CampaignTest):
     def test_directory_without_permission(self):
         (self.dir / "locked").mkdir()
         (self.dir / "locked").chmod(0o555)
-        self.dir.chmod(0o755)
-        user = {} if os.geteuid() != 0 else {"user": 65534, "group": 65534, "extra_groups": []}
-        done = self.run_assay("run", "tiny.toml", "--out", "locked/results", **user)
+        done = self.run_assay("run", "tiny.toml", "--out", "locked/results", preexec_fn=obey_permissions)
         self.assertEqual(done.returncode, 1, done.stderr)
         self.check_sentence(done.stderr, ["locked/results"])
 
