@@ -11,6 +11,7 @@ import hashlib
 import json
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import time
@@ -83,7 +84,9 @@ def main():
         source = os.path.normpath(os.path.join(entry["directory"], entry["file"]))
         if not source.startswith(root + "/") or source.startswith((build + "/", root + "/.cache/", root + "/build/")):
             continue
-        files = includes.get(entry.get("output", ""))
+        # CMake names the output in the command alone
+        output = re.search(r" -o (\S+)", entry["command"])
+        files = includes.get(output.group(1)) if output else None
         key = hasher.key(entry["command"], files) if files else None
         jobs.setdefault(source, []).append(key)
     todo = []
