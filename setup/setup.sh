@@ -58,9 +58,9 @@ find_missing_packages() {
   installed="$(dpkg-query -W -f '${db:Status-Abbrev}|${Package}\n' 2>/dev/null | sed -n 's/^ii *|//p')"
   while IFS= read -r line; do
     [[ -z ${line} || ${line} == \#* ]] && continue
-    line="${line//\\|\\|/@or@}"
+    line="${line//\\|/@or@}"
     IFS='|' read -r package when also purpose <<<"${line}"
-    package="$(trim "${package}")" when="$(trim "${when}")" also="$(trim "${also//@or@/||}")"
+    package="$(trim "${package}")" when="$(trim "${when}")" also="$(trim "${also//@or@/|}")"
     [[ ${when} == test && -z ${with_tests} ]] && continue
     grep -qxF -- "${package}" <<<"${installed}" && continue
     [[ -n ${also} ]] && bash -c "${also}" >/dev/null 2>&1 && continue
@@ -142,12 +142,45 @@ fetch_wheel() {
 # fetch_sdist PINS: pip asks the package for its metadata, which takes setuptools; nothing is compiled.
 fetch_sdist() { fetch "$1" --no-binary :all: --no-build-isolation; }
 
+# fetch_once PINS COMMAND...: runs COMMAND in a scratch folder that becomes ${fetched}, once for what PINS (a file) says.
+fetch_once() {
+  local pins="$1"
+  shift
+  fetched="${cache}/downloads/$(hash_of "${pins}")"
+  [[ -d ${fetched} ]] && return
+  rm -rf "${fetched}.part"
+  mkdir -p "${fetched}.part"
+  (cd "${fetched}.part" && logged "$@")
+  mv "${fetched}.part" "${fetched}"
+}
+
+# fetch_crates FOLDER: the crates of FOLDER's Cargo.lock as ${fetched}/vendor, checked against the lock's hashes.
+# ${fetched}/config.toml makes cargo take them from there.
+fetch_crates() { fetch_once "$1/Cargo.lock" vendor_crates "$1"; }
+vendor_crates() {
+  cargo vendor --quiet --locked --versioned-dirs --manifest-path "$1/Cargo.toml" vendor >config.toml
+}
+
+# fetch_npm FOLDER: the packages of FOLDER's package-lock.json as ${fetched}/node_modules, checked against its hashes.
+fetch_npm() { fetch_once "$1/package-lock.json" install_npm "$1"; }
+install_npm() {
+  cp "$1/package.json" "$1/package-lock.json" .
+  npm ci --ignore-scripts --no-audit --no-fund
+}
+
 unzip_python() { python3 -m zipfile -e "$1" "$2"; }
 
 # ---- engines --------------------------------------------------------------------------------------------------------
 
 # write_facts FOLDER SOURCE COMPILER FLAGS: what cmake/Engines.cmake hands to the adapter's build facts.
 write_facts() { printf 'source=%s\ncompiler=%s\nflags=%s\n' "$2" "$3" "$4" >"$1/build.txt"; }
+
+# needs PROGRAM WHAT_FOR: for recipes; without the program the engine is left out, which is said, and tried again next time.
+needs() {
+  command -v "$1" >/dev/null && return
+  echo "$1, $2" >"${work}/lacking"
+  exit 3
+}
 
 # Runs setup/engines/<name>/build.sh in a subshell. It has: recipe (its folder), work (scratch), out (where the engine's
 # folders go), flags and compiler (for code built from source), and the functions above.
@@ -177,6 +210,11 @@ set_up_engine() {
   (build_engine) >>"${log}" 2>&1 </dev/null
   local status=$?
   set -e
+  if [[ ${status} -eq 3 && -s ${work}/lacking ]]; then
+    say "doing without the engine ${name}: it needs $(<"${work}/lacking")"
+    rm -rf "${work}"
+    return
+  fi
   if [[ ${status} -ne 0 ]]; then
     tail -n 25 "${log}"
     say "the engine ${name} could not be set up (everything it said: ${log})"

@@ -3,6 +3,7 @@
 
 #include "cli/cli.h"
 #include "cli/facts.h"
+#include "engines/describe.h"
 #include "engines/registry.h"
 
 namespace assay::cli {

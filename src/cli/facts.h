@@ -9,9 +9,7 @@
 
 namespace assay::cli {
 
-std::string precision_text(Precision precision);        // "single", "double"
-std::string coordinates_text(Coordinates coordinates);  // "joint", "maximal"
-std::string fidelity_text(Fidelity fidelity);           // "exact", "approximated", "refused"
+std::string fidelity_text(Fidelity fidelity);  // "exact", "approximated", "refused"
 
 // Settings with unit, range and meaning, capabilities, where the engine comes from and how it was built.
 Json contender_json(const ResolvedContender& contender);

@@ -89,8 +89,11 @@ struct Capabilities {
   SpringKind springs = SpringKind::kNone;
   std::string spring_note;
   bool gyroscopic = true;      // includes the gyroscopic torque w x (I w)
+  std::string iterations;      // "50", "at most 100, tolerance 1e-8"; "" for a direct or no solver
+  std::string sleep;           // "none (the engine has none)", "off"
+  std::string speed_limits;    // "none", "200 m/s, 100 rad/s"
   std::string hidden_damping;  // "" when there is none
-  std::string other;           // velocity quantisation, clamps, ... "" when there is nothing
+  std::string other;           // velocity quantisation, ... "" when there is nothing
   int threads = 1;
   std::vector<Deviation> deviations;
 };
@@ -200,7 +203,7 @@ class Engine {
 // ---- plugins --------------------------------------------------------------------------------------------------------
 
 // Raised with every change of this header or of model.h and state.h; a plugin of another version is refused by name.
-inline constexpr int kPluginVersion = 1;
+inline constexpr int kPluginVersion = 2;
 
 struct PluginEntry {
   int version;

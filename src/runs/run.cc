@@ -20,6 +20,7 @@
 #include "base/paths.h"
 #include "base/text.h"
 #include "conformance/conformance.h"
+#include "engines/describe.h"
 #include "runs/jobs.h"
 #include "runs/machine.h"
 #include "runs/pool.h"
@@ -38,44 +39,6 @@ constexpr const char* kHarness = "null";  // the contender that does nothing
 
 // ---- rows that describe ---------------------------------------------------------------------------------------------
 
-json capabilities_json(const Capabilities& can) {
-  json deviations = json::array();
-  for (const Deviation& deviation : can.deviations) {
-    deviations.push_back({{"test", deviation.test}, {"bound", deviation.bound}, {"reason", deviation.reason}});
-  }
-  const auto springs = [&] {
-    switch (can.springs) {
-      case SpringKind::kExplicit:
-        return "explicit";
-      case SpringKind::kNative:
-        return "native";
-      case SpringKind::kNone:
-        break;
-    }
-    return "none";
-  };
-  return {{"precision", can.precision == Precision::kSingle ? "single" : "double"},
-          {"coordinates", can.coordinates == Coordinates::kJoint ? "joint" : "maximal"},
-          {"integrator", can.integrator},
-          {"order", can.order},
-          {"joint_solver", can.joint_solver},
-          {"contact", can.contact},
-          {"contact_solver", can.contact_solver},
-          {"contact_model", can.contact_model},
-          {"friction_cone", can.friction_cone},
-          {"friction_combine", can.friction_combine},
-          {"joint_limits", can.joint_limits},
-          {"torques", can.torques},
-          {"armature", can.armature},
-          {"springs", springs()},
-          {"spring_note", can.spring_note},
-          {"gyroscopic", can.gyroscopic},
-          {"hidden_damping", can.hidden_damping},
-          {"other", can.other},
-          {"threads", can.threads},
-          {"deviations", deviations}};
-}
-
 ContenderRow row_of(const CampaignContender& contender) {
   const ResolvedContender& resolved = contender.resolved;
   if (resolved.engine == nullptr) {
@@ -87,7 +50,7 @@ ContenderRow row_of(const CampaignContender& contender) {
           build.version,
           resolved.base,
           settings_text(*resolved.engine, resolved.settings),
-          capabilities_json(resolved.engine->capabilities(resolved.settings)).dump(),
+          json(describe(resolved.engine->capabilities(resolved.settings))).dump(),
           json{{"version", build.version},
                {"source", build.source},
                {"compiler", build.compiler},

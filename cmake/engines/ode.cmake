@@ -1,0 +1,13 @@
+# ODE: the distribution's library, double precision.
+pkg_check_modules(ode QUIET IMPORTED_TARGET ode)
+if(TARGET PkgConfig::ode)
+  add_library(engine::ode INTERFACE IMPORTED GLOBAL)
+  set_target_properties(engine::ode PROPERTIES INTERFACE_LINK_LIBRARIES PkgConfig::ode)
+  set(ENGINE_ode_VERSION "${ode_VERSION}")
+  set(ENGINE_ode_SOURCE "the distribution's libode-dev ${ode_VERSION}, prebuilt")
+  set(ENGINE_ode_COMPILER "unknown (prebuilt)")
+  set(ENGINE_ode_FLAGS "as the distribution built it")
+  message(STATUS "assay: engine ode: ${ode_VERSION} of the distribution")
+else()
+  assay_engine_absent(ode "Install libode-dev.")
+endif()

@@ -1,0 +1,19 @@
+// Capabilities as data for everyone who prints or stores them: the command line, the store and, from there, the report.
+#pragma once
+
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "engines/engine.h"
+
+namespace assay {
+
+std::string precision_text(Precision precision);        // "single", "double"
+std::string coordinates_text(Coordinates coordinates);  // "joint", "maximal"
+std::string springs_text(SpringKind springs);           // "none", "explicit", "native"
+
+// Every field under its own name, in the order of the fairness ledger.
+nlohmann::ordered_json describe(const Capabilities& capabilities);
+
+}  // namespace assay
