@@ -65,6 +65,15 @@ class BulletEngine final : public Engine {
       c.contact_model += fmt::format(", split impulse beyond {:g} m", options.split_impulse_depth);
     }
     c.friction_combine = "the pair's coefficient, set on every contact point";
+    if (options.solver == Solver::kSequentialImpulse) {
+      c.iterations = std::to_string(options.iterations);
+      if (options.residual > 0) c.iterations = fmt::format("at most {}, residual {:g}", c.iterations, options.residual);
+    } else {
+      c.iterations = fmt::format("direct; {} where sequential impulse steps in", options.iterations);
+    }
+    c.sleep = "off";
+    c.speed_limits = options.multibody ? "a free base turns by 45 degrees a step at most"
+                                       : "90 degrees a step, of which 45 are turned";
     c.other = fmt::format(
         "a body turns at most 45 degrees a step; contact points are kept between steps; a joint leaves its limit with "
         "up "

@@ -658,6 +658,13 @@ class MujocoEngine final : public Engine {
                           shortest(settings.get<double>("limit_dampratio")));
     c.armature = true;
     c.gyroscopic = true;
+    c.iterations = fmt::format("at most {}, tolerance {}", settings.get<long long>("iterations"),
+                               shortest(settings.get<double>("tolerance")));
+    if (const auto extra = settings.get<long long>("noslip_iterations"); extra > 0) {
+      c.iterations += fmt::format("; without slip: at most {}", extra);
+    }
+    c.sleep = "off";
+    c.speed_limits = "none";
     return c;
   }
 

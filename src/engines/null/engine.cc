@@ -73,6 +73,8 @@ class NullEngine final : public Engine {
     c.joint_solver = "none";
     c.torques = false;
     c.gyroscopic = false;
+    c.sleep = "none (nothing ever moves)";
+    c.speed_limits = "none";
     c.other = "does not move anything";
     return c;
   }

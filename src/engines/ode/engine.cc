@@ -569,6 +569,9 @@ class OdeEngine final : public Engine {
     c.springs = SpringKind::kExplicit;
     c.spring_note = "torque from the state at the step's start, held for the step";
     c.gyroscopic = options.gyroscopic;
+    if (!options.exact) c.iterations = std::to_string(options.iterations);
+    c.sleep = "off";
+    c.speed_limits = "none";
     c.hidden_damping = "";
     if (options.gyroscopic)
       c.other = "the gyroscopic torque is implicit: it takes energy out, at first order in the step";

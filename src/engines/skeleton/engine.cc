@@ -160,6 +160,9 @@ class SkeletonEngine final : public Engine {
     c.joint_solver = "none";
     c.torques = false;
     c.gyroscopic = true;
+    c.iterations = "";               // "50"; "" for a direct solver or none
+    c.sleep = "none (it has none)";  // "off" where the engine could: it has to be off
+    c.speed_limits = "none";         // those that cannot be lifted, with their values
     return c;
   }
 
