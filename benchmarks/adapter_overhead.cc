@@ -6,8 +6,9 @@
 #include <cmath>
 #include <cstdio>
 #include <ctime>
+#include <dlfcn.h>
+#include <filesystem>
 #include <fstream>
-#include <functional>
 #include <random>
 #include <string>
 #include <vector>
@@ -72,7 +73,7 @@ const char* loop_text(Loop loop) {
   return "";
 }
 
-using MakeDirect = std::function<std::unique_ptr<Direct>(const Scene&, const State&, const Settings&)>;
+using MakeDirect = decltype(DirectEntry::make);
 
 struct Row {
   std::string contender, system;
@@ -86,7 +87,7 @@ struct Row {
 class Comparison {
  public:
   Comparison(const Scene& scene, const ResolvedContender& contender, MakeDirect make_direct, double warm_up)
-      : scene_(scene), engine_(contender.engine), settings_(contender.settings), make_direct_(std::move(make_direct)) {
+      : scene_(scene), engine_(contender.engine), settings_(contender.settings), make_direct_(make_direct) {
     settings_.timestep = kTimestep;
     torques_.assign(scene.model.hinges.size(), 1e-3);
     // a state typical of the run
@@ -183,22 +184,42 @@ class Comparison {
 };
 
 struct Subject {
-  const char* contender;
+  std::string contender;
   MakeDirect make_direct;
 };
 
-std::vector<Subject> subjects() {
-  return {
-#ifdef ASSAY_DIRECT_MUJOCO
-      {"mujoco-euler", direct_mujoco},
-#endif
-#ifdef ASSAY_DIRECT_BULLET
-      {"bullet-si-f64", direct_bullet},
-#endif
-#ifdef ASSAY_DIRECT_ODE
-      {"ode-quick", direct_ode},
-#endif
-  };
+// The hand-written loops that were built, each in a library beside the program.
+std::vector<Subject> find_subjects() {
+  namespace fs = std::filesystem;
+  std::vector<std::string> files;
+  std::error_code none;
+  const fs::path folder = fs::path(program_path()).parent_path() / "../benchmarks/direct";
+  for (const auto& entry : fs::directory_iterator(folder, none)) {
+    if (entry.path().extension() == ".so") files.push_back(entry.path());
+  }
+  std::ranges::sort(files);
+  std::vector<Subject> result;
+  for (const std::string& file : files) {
+    void* library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
+    if (library == nullptr) throw SystemError(fmt::format("cannot load a hand-written loop: {}", dlerror()));
+    const auto describe = reinterpret_cast<void (*)(DirectEntry*)>(dlsym(library, "assay_direct_loop"));
+    if (describe == nullptr) throw SystemError(fmt::format("'{}' does not end with ASSAY_DIRECT_LOOP(...)", file));
+    DirectEntry entry;
+    describe(&entry);
+    for (const std::string& contender : entry.contenders) result.push_back({contender, entry.make});
+  }
+  return result;
+}
+
+const std::vector<Subject>& subjects() {
+  static const std::vector<Subject> found = find_subjects();
+  return found;
+}
+
+// Refused models, as contact by an engine that has none, have no row.
+bool takes(const ResolvedContender& contender, const Model& model) {
+  return std::ranges::none_of(contender.engine->check(model, contender.settings),
+                              [](const Finding& finding) { return finding.fidelity == Fidelity::kRefused; });
 }
 
 Scene load_scene(const std::string& name) {
@@ -228,6 +249,7 @@ Json measure(const std::string& only, int rounds) {
     if (std::ranges::find(present, subject.contender) == present.end()) continue;
     const ResolvedContender contender = registry.resolve(subject.contender);
     const auto compare = [&](const Scene& scene, const char* name, double warm_up, const std::vector<Loop>& loops) {
+      if (!takes(contender, scene.model)) return;
       const Comparison comparison(scene, contender, subject.make_direct, warm_up);
       for (const Loop loop : loops) {
         Row row = comparison.run(loop, rounds);
@@ -282,12 +304,12 @@ Json over_processes(const std::string& only, int rounds, int processes) {
 }
 
 void print_table(const Json& rows) {
-  fmt::print("{:<14} {:<13} {:<32} {:>10} {:>9}  ratio\n", "contender", "system", "loop", "adapter us", "direct us");
+  fmt::print("{:<18} {:<13} {:<32} {:>10} {:>9}  ratio\n", "contender", "system", "loop", "adapter us", "direct us");
   for (const Json& row : rows) {
     const auto text = [&](const char* key) { return row.at(key).get<std::string>(); };
     const auto number = [&](const char* key) { return row.at(key).get<double>(); };
     const double difference = number("difference_m");
-    fmt::print("{:<14} {:<13} {:<32} {:>10.3f} {:>9.3f}  {:.4f} [{:.4f}, {:.4f}]  {}\n", text("contender"),
+    fmt::print("{:<18} {:<13} {:<32} {:>10.3f} {:>9.3f}  {:.4f} [{:.4f}, {:.4f}]  {}\n", text("contender"),
                text("system"), text("loop"), number("adapter_us"), number("direct_us"), number("ratio"), number("low"),
                number("high"), difference == 0 ? "same bits" : fmt::format("differs by {:.1e} m", difference));
   }
@@ -307,7 +329,7 @@ int main_or_throw(int argc, char** argv) {
   app.add_option("--processes", processes, "processes that repeat it all, one after the other")
       ->check(CLI::Range(1, 1000));
   std::vector<std::string> names;
-  for (const Subject& subject : subjects()) names.emplace_back(subject.contender);
+  for (const Subject& subject : subjects()) names.push_back(subject.contender);
   app.add_option("--contender", only, "this contender alone")->check(CLI::IsMember(names));
   app.add_flag("--json", json, "JSON on standard output");
   try {

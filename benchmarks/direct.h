@@ -3,6 +3,9 @@
 // Each covers what the two systems of the benchmark need (hinges without limits or springs; single capsules on a plane)
 // and takes its numbers from the same settings as the adapter, so that both do the same arithmetic and end in the same
 // state, bit by bit.
+//
+// Each is a library of its own that the benchmark loads, so that engines which would clash in one program do not meet:
+// direct_<name>.cc ends with ASSAY_DIRECT_LOOP(function, "contender", ...), and CMakeLists.txt has one line for it.
 #pragma once
 
 #include <memory>
@@ -38,8 +41,16 @@ struct Scene {
   Model model;
 };
 
-std::unique_ptr<Direct> direct_mujoco(const Scene& scene, const State& start, const Settings& settings);
-std::unique_ptr<Direct> direct_bullet(const Scene& scene, const State& start, const Settings& settings);
-std::unique_ptr<Direct> direct_ode(const Scene& scene, const State& start, const Settings& settings);
+// What a library offers: the contenders whose settings its loop follows, and how to make one.
+struct DirectEntry {
+  std::vector<std::string> contenders;
+  std::unique_ptr<Direct> (*make)(const Scene& scene, const State& start, const Settings& settings);
+};
 
 }  // namespace assay::benchmarks
+
+// Names `function` (of DirectEntry::make's type) as the loop of the contenders that follow. Use once, at global scope.
+#define ASSAY_DIRECT_LOOP(function, ...)                                                                            \
+  extern "C" __attribute__((visibility("default"))) void assay_direct_loop(assay::benchmarks::DirectEntry* entry) { \
+    *entry = {{__VA_ARGS__}, function};                                                                             \
+  }

@@ -152,10 +152,11 @@ class DirectBullet final : public Direct {
   std::vector<std::unique_ptr<btHingeConstraint>> hinges_;
 };
 
-}  // namespace
-
-std::unique_ptr<Direct> direct_bullet(const Scene& scene, const State& start, const Settings& settings) {
+std::unique_ptr<Direct> make(const Scene& scene, const State& start, const Settings& settings) {
   return std::make_unique<DirectBullet>(scene, start, settings);
 }
 
+}  // namespace
 }  // namespace assay::benchmarks
+
+ASSAY_DIRECT_LOOP(assay::benchmarks::make, "bullet-si-f64")

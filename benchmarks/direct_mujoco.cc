@@ -98,10 +98,11 @@ class DirectMujoco final : public Direct {
   mjData* d_ = nullptr;
 };
 
-}  // namespace
-
-std::unique_ptr<Direct> direct_mujoco(const Scene& scene, const State& start, const Settings& settings) {
+std::unique_ptr<Direct> make(const Scene& scene, const State& start, const Settings& settings) {
   return std::make_unique<DirectMujoco>(scene, start, settings);
 }
 
+}  // namespace
 }  // namespace assay::benchmarks
+
+ASSAY_DIRECT_LOOP(assay::benchmarks::make, "mujoco-euler")

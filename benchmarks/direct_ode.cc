@@ -155,10 +155,11 @@ class DirectOde final : public Direct {
   std::array<dContact, 8> points_{};
 };
 
-}  // namespace
-
-std::unique_ptr<Direct> direct_ode(const Scene& scene, const State& start, const Settings& settings) {
+std::unique_ptr<Direct> make(const Scene& scene, const State& start, const Settings& settings) {
   return std::make_unique<DirectOde>(scene, start, settings);
 }
 
+}  // namespace
 }  // namespace assay::benchmarks
+
+ASSAY_DIRECT_LOOP(assay::benchmarks::make, "ode-quick")
