@@ -2,6 +2,7 @@
 #include "conformance/conformance.h"
 
 #include <algorithm>
+#include <array>
 #include <csignal>
 #include <map>
 
@@ -20,6 +21,9 @@ struct Options {
   std::vector<std::string> tests;
   bool list = false;
   bool json = false;
+  bool markdown = false;
+
+  bool lines() const { return !json && !markdown; }
 };
 
 // A name may be a contender's, or an engine's for all of its contenders. None means everybody but those who do not even
@@ -77,13 +81,13 @@ Json examine(const ResolvedContender& contender, const Options& options) {
   Json results = Json::array();
   const auto take = [&](const std::string& line) {
     const Json result = Json::parse(line);
-    if (!options.json) {
+    if (options.lines()) {
       print(result_line(result));
       flush_output();
     }
     results.push_back(result);
   };
-  if (!options.json) print(contender.name + "\n");
+  if (options.lines()) print(contender.name + "\n");
   const ChildEnd end = run_in_child(
       [&](const Send& send) {
         std::signal(SIGINT, SIG_DFL);
@@ -112,6 +116,50 @@ Json examine(const ResolvedContender& contender, const Options& options) {
     take(result_json(result).dump());
   }
   return results;
+}
+
+// The table for documents: a row a contender, a column a test, and what is not a plain pass in words below it.
+std::string markdown(const Json& contenders) {
+  const std::map<std::string, std::string> marks = {
+      {"pass", "✓"}, {"fail", "✕"}, {"deviation", "≈"}, {"not-applicable", "–"}};
+  std::vector<std::string> columns;
+  for (const ConformanceTest& test : conformance_tests()) columns.push_back(test.name);
+  std::string text = fmt::format("| contender | {} |\n| --- |", join(columns, " | "));
+  for (std::size_t i = 0; i < columns.size(); ++i) text += " :-: |";
+  text += "\n";
+  // What is said of several contenders alike is said once.
+  std::vector<std::pair<std::array<std::string, 3>, std::vector<std::string>>> notes;
+  for (const Json& contender : contenders) {
+    const std::string name = contender.at("contender");
+    std::map<std::string, std::string> cells;
+    for (const Json& result : contender.at("results")) {
+      const std::string status = result.at("status");
+      cells[result.at("test")] = marks.at(status);
+      if (status == "pass") continue;
+      const std::array<std::string, 3> key = {status, result.at("test"), result.at("note")};
+      auto entry = std::ranges::find(notes, key, [](const auto& note) { return note.first; });
+      if (entry == notes.end()) entry = notes.insert(notes.end(), {key, {}});
+      entry->second.push_back(status == "not-applicable"
+                                  ? name
+                                  : fmt::format("{} ({:.2g} of {:.2g}{}{})", name, result.at("figure").get<double>(),
+                                                result.at("tolerance").get<double>(),
+                                                result.at("unit").get<std::string>().empty() ? "" : " ",
+                                                result.at("unit").get<std::string>()));
+    }
+    text += fmt::format("| {} |", name);
+    for (const std::string& test : columns) text += fmt::format(" {} |", cells.contains(test) ? cells[test] : " ");
+    text += "\n";
+  }
+  const std::vector<std::pair<std::string, std::string>> headings = {
+      {"fail", "Failures"}, {"deviation", "Declared deviations"}, {"not-applicable", "Not applicable"}};
+  for (const auto& [status, heading] : headings) {
+    std::string lines;
+    for (const auto& [key, who] : notes) {
+      if (key[0] == status) lines += fmt::format("- **{}**: {}. {}\n", key[1], join(who, ", "), key[2]);
+    }
+    if (!lines.empty()) text += fmt::format("\n## {}\n\n{}", heading, lines);
+  }
+  return text;
 }
 
 int list_tests(bool as_json) {
@@ -143,13 +191,14 @@ int conformance(const Options& options) {
     const bool passed = counts["fail"] == 0;
     if (!passed) failed.push_back(contender.name);
     json["contenders"].push_back({{"contender", contender.name}, {"conforms", passed}, {"results", results}});
-    if (!options.json) {
+    if (options.lines()) {
       print(fmt::format("  {}: {} pass, {} fail, {} declared deviations, {} not applicable\n\n",
                         passed ? "conforms" : "does not conform", counts["pass"], counts["fail"], counts["deviation"],
                         counts["not-applicable"]));
     }
   }
   if (options.json) print_json(json);
+  if (options.markdown) print(markdown(json.at("contenders")));
   if (failed.empty()) return kDone;
   message(fmt::format("{} not conform: {}", failed.size() == 1 ? "one contender does" : "some contenders do",
                       join(failed, ", ")));
@@ -176,7 +225,11 @@ void add_conformance(CLI::App& app, Action& action) {
       ->type_name("TEST")
       ->allow_extra_args(false);
   command->add_flag("--list", options->list, "List the tests instead")->disable_flag_override();
-  command->add_flag("--json", options->json, "Print everything that is known as JSON")->disable_flag_override();
+  CLI::Option* json = command->add_flag("--json", options->json, "Print everything that is known as JSON");
+  json->disable_flag_override();
+  command->add_flag("--markdown", options->markdown, "Print a table for a document")
+      ->disable_flag_override()
+      ->excludes(json);
   command->callback([&action, options] { action = [options] { return conformance(*options); }; });
 }
 

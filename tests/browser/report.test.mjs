@@ -396,6 +396,12 @@ describe("full results", () => {
     const expected = {};
     for (const result of data().conformance) expected[result.status] = (expected[result.status] ?? 0) + 1;
     assert.deepEqual(gate, expected);
+    const verdict = await page.$eval("#gate .gate-verdict", (node) => node.innerText);
+    for (const result of data().conformance) {
+      if (result.status !== "fail" && result.status !== "deviation") continue;
+      assert.ok(verdict.includes(result.contender) && verdict.includes(result.test), `the verdict lacks ${result.contender} ${result.test}`);
+    }
+    assert.ok(await page.evaluate(() => document.querySelector("#gate").compareDocumentPosition(document.querySelector("#summary")) & 4), "the gate stands before the figures");
     await page.$eval("#gate .gate-cell.fail", (node) => node.click());
     const detail = await page.$eval("#gate .detail", (node) => node.innerText);
     assert.match(detail, /rests 19 mm too low/);

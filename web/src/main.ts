@@ -72,15 +72,18 @@ function build(report: Report, page: HTMLElement): void {
   const views = systems.map((system) => report.view(system.name));
   const measured = views.some((view) => view.cells.length > 0);
   const links: [string, string][] = [
+    ["gate", "Gate"],
     ...(measured ? [["summary", "Summary"] as [string, string]] : []),
     ...systems.map((system): [string, string] => [system.name, system.name]),
     ["failures", "Failures"],
-    ["gate", "Gate"],
     ["fairness", "Fairness"],
     ["manifest", "Manifest"],
   ];
   page.append(header(report));
   page.append(el("nav", { "aria-label": "Parts of the report" }, ...links.map(([id, name]) => el("a", { href: `#${id}` }, name))));
+  page.append(
+    part("gate", "Conformance gate", "A contender is scored only when its adapter passes these tests against closed forms and independent solutions. A deviation that is the engine's own is proven, declared and bounded.", gate(report)),
+  );
   if (measured) {
     page.append(
       part("summary", "Summary", "", el("div", { class: "summary" }, ...views.map((view) => systemSummary(view, palette)))),
@@ -93,7 +96,6 @@ function build(report: Report, page: HTMLElement): void {
   systems.forEach((system, index) => page.append(systemSection(views[index]!, system, palette)));
   page.append(
     part("failures", "What failed", "A cell that fails is a result: its outcome and reason are kept. Cells that differ in the timestep alone share a row.", failureTable(report), leftOut(report)),
-    part("gate", "Conformance gate", "A contender is scored only when its adapter passes these tests against closed forms and independent solutions. A deviation that is the engine's own is proven, declared and bounded.", gate(report)),
     part("fairness", "Fairness", "", fairness(report, palette)),
     part("manifest", "Manifest", "", engines(report), manifestTable(report)),
   );

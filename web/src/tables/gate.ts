@@ -1,8 +1,9 @@
-// The conformance gate: test x contender, with the figure that decided.
+// The conformance gate: who passed, who did not and why; and contender x test, with the figure that decided.
 import type { GateResult, GateStatus, Report } from "../data";
-import { el } from "../dom";
-import { brief, quantity } from "../format";
+import { el, type Child } from "../dom";
+import { brief, quantity, sentenceList } from "../format";
 import { facts } from "../tooltip";
+import { unfold } from "./detail";
 import { scrollFrame } from "./sortable";
 
 const kMarks: Record<GateStatus, { sign: string; word: string }> = {
@@ -12,8 +13,76 @@ const kMarks: Record<GateStatus, { sign: string; word: string }> = {
   "not-applicable": { sign: "–", word: "not applicable" },
 };
 
-function statusOf(result: GateResult): { sign: string; word: string } {
-  return kMarks[result.status] ?? { sign: "?", word: String(result.status) };
+function mark(status: GateStatus): { sign: string; word: string } {
+  return kMarks[status] ?? { sign: "?", word: String(status) };
+}
+
+function detail(result: GateResult): Child[] {
+  const silent = result.status === "not-applicable";
+  const word = el("b", { class: result.status === "fail" ? "bad" : "" }, mark(result.status).word);
+  return [
+    el("p", {}, el("strong", {}, result.contender), `, ${result.test}: `, word, result.note ? `. ${result.note}` : ""),
+    facts([
+      ["Figure", silent ? null : quantity(result.figure, result.unit)],
+      ["Tolerance", silent ? null : quantity(result.tolerance, result.unit)],
+    ]),
+  ];
+}
+
+function cell(result: GateResult): HTMLElement {
+  const { sign, word } = mark(result.status);
+  const figure = result.status === "not-applicable" ? "" : brief(result.figure, result.unit);
+  const button = el(
+    "button",
+    {
+      type: "button",
+      class: `gate-cell ${result.status}`,
+      "aria-expanded": "false",
+      "aria-label": `${result.contender}, ${result.test}: ${word}`,
+      title: result.note || null,
+    },
+    el("span", { class: "sign" }, sign),
+    figure ? el("span", { class: "gate-figure" }, figure) : null,
+  );
+  button.addEventListener("click", () => unfold(button, () => detail(result)));
+  return button;
+}
+
+function contendersWith(results: GateResult[], status: GateStatus): string[] {
+  return [...new Set(results.filter((result) => result.status === status).map((result) => result.contender))];
+}
+
+// One sentence for all, then a line for each test that somebody failed or only passes within a declared bound.
+function verdict(report: Report, results: GateResult[], contenders: string[]): HTMLElement {
+  const failed = contendersWith(results, "fail");
+  const deviating = contendersWith(results, "deviation").filter((name) => !failed.includes(name));
+  const clean = contenders.length - failed.length - deviating.length;
+  const words = [`${clean} pass every test that applies to them`];
+  if (deviating.length > 0) words.push(`${deviating.length} with deviations that are proven, declared and bounded`);
+  if (failed.length > 0) words.push(`${failed.length} fail and are not scored`);
+  const list = el("ul", { class: "gate-verdict" });
+  for (const status of ["fail", "deviation"] as const) {
+    const notes = new Map<string, GateResult[]>();
+    for (const result of results) {
+      if (result.status !== status) continue;
+      const key = status === "fail" ? result.contender : `${result.test}\u0000${result.note}`;
+      notes.set(key, [...(notes.get(key) ?? []), result]);
+    }
+    for (const group of notes.values()) {
+      const who = [...new Set(group.map((result) => report.title(result.contender)))];
+      const tests = [...new Set(group.map((result) => result.test))];
+      const why = status === "fail" ? "" : group[0]!.note;
+      list.append(
+        el(
+          "li",
+          { class: status },
+          el("span", { class: `sign ${status}` }, mark(status).sign),
+          el("span", {}, el("strong", {}, sentenceList(who)), `: ${status === "fail" ? "fails " : ""}`, sentenceList(tests), why ? `. ${why}` : ""),
+        ),
+      );
+    }
+  }
+  return el("div", {}, el("p", {}, `Of ${contenders.length} contenders ${sentenceList(words)}.`), list);
 }
 
 export function gate(report: Report): HTMLElement {
@@ -27,71 +96,33 @@ export function gate(report: Report): HTMLElement {
   ];
   const byKey = new Map(results.map((result) => [`${result.contender}\u0000${result.test}`, result]));
 
-  const head = el("tr", {}, el("th", { scope: "col", class: "sticky" }, "Test"));
-  for (const name of contenders) {
-    head.append(el("th", { scope: "col", class: "turned" }, el("span", {}, report.title(name))));
-  }
+  const head = el("tr", {}, el("th", { scope: "col", class: "sticky" }, "Contender"));
+  for (const test of tests) head.append(el("th", { scope: "col", class: "turned" }, el("span", {}, test)));
   const body = el("tbody");
-  for (const test of tests) {
-    const row = el("tr", {}, el("th", { scope: "row", class: "sticky" }, test));
-    for (const name of contenders) {
+  for (const name of contenders) {
+    const row = el("tr", {}, el("th", { scope: "row", class: "sticky" }, report.title(name)));
+    for (const test of tests) {
       const result = byKey.get(`${name}\u0000${test}`);
-      if (!result) {
-        row.append(el("td", { class: "gate" }, el("span", { class: "quiet" }, " ")));
-        continue;
-      }
-      const { sign, word } = statusOf(result);
-      const silent = result.status === "not-applicable";
-      const figure = silent ? "" : brief(result.figure, result.unit);
-      const button = el(
-        "button",
-        {
-          type: "button",
-          class: `gate-cell ${result.status}`,
-          "aria-expanded": "false",
-          "aria-label": `${name}, ${test}: ${word}`,
-          title: result.note || null,
-        },
-        el("span", { class: "sign" }, sign),
-        figure ? el("span", { class: "gate-figure" }, figure) : null,
-      );
-      button.addEventListener("click", () => {
-        const next = row.nextElementSibling;
-        const open = button.getAttribute("aria-expanded") === "true";
-        for (const other of row.querySelectorAll("[aria-expanded=true]")) other.setAttribute("aria-expanded", "false");
-        if (next?.classList.contains("detail")) next.remove();
-        if (open) return;
-        button.setAttribute("aria-expanded", "true");
-        row.after(
-          el(
-            "tr",
-            { class: "detail" },
-            el(
-              "td",
-              { colspan: String(contenders.length + 1) },
-              el(
-                "div",
-                { class: "detail-box" },
-                el("p", {}, el("strong", {}, name), `, ${test}: `, el("b", { class: result.status === "fail" ? "bad" : "" }, word), result.note ? `. ${result.note}` : ""),
-                facts([
-                  ["Figure", silent ? null : quantity(result.figure, result.unit)],
-                  ["Tolerance", silent ? null : quantity(result.tolerance, result.unit)],
-                ]),
-              ),
-            ),
-          ),
-        );
-      });
-      row.append(el("td", { class: "gate" }, button));
+      row.append(el("td", { class: "gate" }, result ? cell(result) : el("span", { class: "quiet" }, " ")));
     }
     body.append(row);
   }
-  const counts = new Map<string, number>();
+  const counts = new Map<GateStatus, number>();
   for (const result of results) counts.set(result.status, (counts.get(result.status) ?? 0) + 1);
-  const caption = [...counts].map(([status, count]) => `${count} × ${kMarks[status as GateStatus]?.word ?? status}`).join(", ");
-  return scrollFrame(
-    "Conformance gate",
-    `${caption}. A click shows figure, tolerance and note.`,
-    el("table", { class: "gate-table" }, el("thead", {}, head), body),
+  const caption = [...counts].map(([status, count]) => `${count} × ${mark(status).word}`).join(", ");
+  return el(
+    "div",
+    {},
+    verdict(report, results, contenders),
+    el(
+      "details",
+      { class: "gate-all" },
+      el("summary", {}, `All ${contenders.length} contenders and ${tests.length} tests`),
+      scrollFrame(
+        "Conformance gate",
+        `${caption}. A click shows figure, tolerance and note.`,
+        el("table", { class: "gate-table" }, el("thead", {}, head), body),
+      ),
+    ),
   );
 }

@@ -5,6 +5,7 @@ import { interval, named, percent, seconds, timestep } from "../format";
 import type { Palette } from "../palette";
 import { swatch } from "../plots/legend";
 import { facts } from "../tooltip";
+import { unfold } from "./detail";
 import { scrollFrame, sortableTable, type Column } from "./sortable";
 
 export class Matrix {
@@ -96,7 +97,7 @@ export class Matrix {
       value && range ? el("span", { class: "range" }, this.spread(value.value!, value.low!, value.high!)) : null,
       sound || !value ? null : el("span", { class: "flag" }, cell.outcome),
     );
-    button.addEventListener("click", () => this.toggle(button, entry, name));
+    button.addEventListener("click", () => unfold(button, () => this.detail(entry, name)));
     return button;
   }
 
@@ -107,46 +108,26 @@ export class Matrix {
     return half < 0.0005 ? "± 0 %" : `± ${percent(half)}`;
   }
 
-  private toggle(button: HTMLElement, entry: Entry, name: string): void {
-    const row = button.closest("tr");
-    if (!row) return;
-    const open = button.getAttribute("aria-expanded") === "true";
-    for (const other of row.querySelectorAll("[aria-expanded=true]")) other.setAttribute("aria-expanded", "false");
-    const next = row.nextElementSibling;
-    if (next?.classList.contains("detail")) next.remove();
-    if (open) return;
-    button.setAttribute("aria-expanded", "true");
+  private detail(entry: Entry, name: string): Child[] {
     const { cell } = entry;
     const values = cell.values.map((value): [string, string] => {
       const range = interval(value.name, value.low, value.high, value.unit);
       return [valueInfo(value.name).label, named(value.name, value.value, value.unit) + (range ? `  (${range})` : "")];
     });
     const speed = this.view.realtimeFactor(cell.contender, cell.timestep_ms ?? 0);
-    row.after(
-      el(
-        "tr",
-        { class: "detail" },
-        el(
-          "td",
-          { colspan: String(row.cells.length) },
-          el(
-            "div",
-            { class: "detail-box" },
-            el("p", {}, el("strong", {}, cell.contender), ` at ${timestep(cell.timestep_ms ?? 0)} ms, ${cell.measure.replace(/_/g, " ")}: `, el("b", { class: cell.outcome === "ok" ? "" : "bad" }, cell.outcome), cell.reason ? `. ${cell.reason}` : ""),
-            facts([
-              ...values,
-              ...(speed && !cell.values.some((value) => value.name === "realtime_factor")
-                ? [["Realtime factor", named("realtime_factor", speed.value, "1")] as [string, string]]
-                : []),
-              ["Wall time", seconds(cell.wall_s)],
-              ["CPU time", seconds(cell.cpu_s)],
-              ["Inside the engine", seconds(cell.engine_s)],
-              ["Stolen by the host", percent(cell.steal)],
-            ]),
-            name === "restart_floor" ? el("p", { class: "quiet" }, valueInfo(name).meaning) : null,
-          ),
-        ),
-      ),
-    );
+    return [
+      el("p", {}, el("strong", {}, cell.contender), ` at ${timestep(cell.timestep_ms ?? 0)} ms, ${cell.measure.replace(/_/g, " ")}: `, el("b", { class: cell.outcome === "ok" ? "" : "bad" }, cell.outcome), cell.reason ? `. ${cell.reason}` : ""),
+      facts([
+        ...values,
+        ...(speed && !cell.values.some((value) => value.name === "realtime_factor")
+          ? [["Realtime factor", named("realtime_factor", speed.value, "1")] as [string, string]]
+          : []),
+        ["Wall time", seconds(cell.wall_s)],
+        ["CPU time", seconds(cell.cpu_s)],
+        ["Inside the engine", seconds(cell.engine_s)],
+        ["Stolen by the host", percent(cell.steal)],
+      ]),
+      name === "restart_floor" ? el("p", { class: "quiet" }, valueInfo(name).meaning) : null,
+    ];
   }
 }

@@ -1,0 +1,62 @@
+#include "runs/rows.h"
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "engines/describe.h"
+
+namespace assay {
+
+using nlohmann::json;
+
+ContenderRow contender_row(const CampaignContender& contender) {
+  const ResolvedContender& resolved = contender.resolved;
+  if (resolved.engine == nullptr) {
+    return {resolved.name, "", "", resolved.base, "", "{}", json{{"absent", contender.absent}}.dump()};
+  }
+  const BuildFacts build = resolved.engine->build();
+  return {resolved.name,
+          resolved.engine->name(),
+          build.version,
+          resolved.base,
+          settings_text(*resolved.engine, resolved.settings),
+          json(describe(resolved.engine->capabilities(resolved.settings))).dump(),
+          json{{"version", build.version},
+               {"source", build.source},
+               {"compiler", build.compiler},
+               {"flags", build.flags},
+               {"plugin", contender.plugin_hash}}
+              .dump()};
+}
+
+SystemRow system_row(const CampaignSystem& system) {
+  const Model& model = system.model;
+  std::vector<std::string> measures;
+  measures.reserve(system.measures.size());
+  for (const Measure measure : system.measures) measures.emplace_back(measure_text(measure));
+  return {system.name, json{{"model", std::filesystem::path(system.model_path).filename().string()},
+                            {"model_hash", model.hash},
+                            {"dof", model.dof()},
+                            {"bodies", model.bodies.size()},
+                            {"hinges", model.hinges.size()},
+                            {"shapes", model.shapes.size()},
+                            {"contact_pairs", model.contacts.size()},
+                            {"mass_kg", model.total_mass()},
+                            {"gravity", {model.gravity.x(), model.gravity.y(), model.gravity.z()}},
+                            {"contacts", system.contacts},
+                            {"control", make_control(model, system.control)->description()},
+                            {"duration_s", system.duration_s},
+                            {"sample_ms", system.sample_ms},
+                            {"pieces", system.pieces},
+                            {"piece_ms", system.piece_ms},
+                            {"reference_ms", system.reference_ms},
+                            {"timesteps_ms", system.timesteps_ms},
+                            {"timing_ms", system.timing_ms},
+                            {"measures", measures}}
+                           .dump()};
+}
+
+}  // namespace assay
