@@ -1,0 +1,127 @@
+#include "collision.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "base/errors.h"
+#include "convert.h"
+#include "model/kinematics.h"
+
+namespace assay::px {
+
+using namespace physx;  // NOLINT(google-build-using-namespace): every other word here is PhysX's
+
+Collision::Collision(const Model& model, const Options& options) : shapes_(model.shapes) {
+  frames_.reserve(model.bodies.size());
+  for (const Body& body : model.bodies) {
+    const PrincipalInertia principal = principal_inertia(body.I_BBcm_B);
+    frames_.push_back({{body.p_BBcm, principal.q_BI}, principal.diagonal});
+  }
+
+  row_of_shape_.assign(shapes_.size(), -1);
+  for (const ContactPair& pair : model.contacts) row_of_shape_[pair.shape_a] = row_of_shape_[pair.shape_b] = 0;
+  double sum = 0;
+  int sized = 0;
+  for (size_t s = 0; s < shapes_.size(); ++s) {
+    if (row_of_shape_[s] < 0) continue;
+    row_of_shape_[s] = static_cast<int>(rows_++);
+    if (shapes_[s].body == kWorld) continue;
+    sum += 2 * (shapes_[s].radius + (shapes_[s].type == ShapeType::kCapsule ? shapes_[s].half_length : 0));
+    ++sized;
+  }
+  if (sized > 0) size_ = sum / sized;
+  contact_offset_ = real(options.contact_offset * size_);
+  make_tables(model);
+  make_materials(model, options);
+}
+
+void Collision::make_tables(const Model& model) {
+  // A shape's material has the smallest coefficient of its pairs: the larger of two materials' is then never above the
+  // pair's own, and equal to it whenever any choice of materials would make it so.
+  material_of_row_.assign(rows_, std::numeric_limits<double>::infinity());
+  for (const ContactPair& pair : model.contacts) {
+    for (const int shape : {pair.shape_a, pair.shape_b}) {
+      double& least = material_of_row_[row_of_shape_[shape]];
+      least = std::min(least, pair.friction);
+    }
+  }
+  table_.assign(rows_ * rows_, kNever);
+  std::vector<float> friction(rows_ * rows_, 0);
+  for (const ContactPair& pair : model.contacts) {
+    const size_t a = row_of_shape_[pair.shape_a], b = row_of_shape_[pair.shape_b];
+    const bool by_materials = std::max(material_of_row_[a], material_of_row_[b]) == pair.friction;
+    table_[index(a, b)] = table_[index(b, a)] = by_materials ? kMaterials : kModified;
+    friction[index(a, b)] = friction[index(b, a)] = real(pair.friction);
+    modifies_ = modifies_ || !by_materials;
+  }
+  if (modifies_) friction_ = std::move(friction);
+}
+
+void Collision::make_materials(const Model& model, const Options& options) {
+  for (size_t row = 0; row < rows_ && !model.contacts.empty(); ++row) {
+    const float mu = real(material_of_row_[row]);
+    PxMaterial* material = sdk().createMaterial(mu, mu, 0);
+    if (material == nullptr) throw EngineError("PhysX made no material: " + take_complaint());
+    material->setFrictionCombineMode(PxCombineMode::eMAX);
+    material->setFlag(PxMaterialFlag::eIMPROVED_PATCH_FRICTION, options.friction == Friction::kImprovedPatch);
+    materials_.emplace_back(material);
+  }
+}
+
+bool Collision::attach(PxRigidActor& actor, int body) const {
+  const Pose X_IB = body == kWorld ? Pose{} : frames_[body].X_BI.inverse();
+  bool any = false;
+  for (size_t s = 0; s < shapes_.size(); ++s) {
+    const Shape& shape = shapes_[s];
+    const int row = row_of_shape_[s];
+    if (row < 0 || shape.body != body) continue;
+    const PxMaterial& material = *materials_[row];
+    // not for scene queries: their trees would be kept up to date for nobody
+    const PxShapeFlags flags = PxShapeFlag::eSIMULATION_SHAPE;
+    PxShape* made = nullptr;
+    switch (shape.type) {
+      case ShapeType::kSphere:
+        made = PxRigidActorExt::createExclusiveShape(actor, PxSphereGeometry(real(shape.radius)), material, flags);
+        break;
+      case ShapeType::kCapsule:
+        made = PxRigidActorExt::createExclusiveShape(
+            actor, PxCapsuleGeometry(real(shape.radius), real(shape.half_length)), material, flags);
+        break;
+      case ShapeType::kPlane:
+        made = PxRigidActorExt::createExclusiveShape(actor, PxPlaneGeometry(), material, flags);
+        break;
+    }
+    if (made == nullptr) throw EngineError("PhysX made no shape: " + take_complaint());
+    const Pose X_IS = X_IB * shape.X_BS;
+    made->setLocalPose(to_px(Pose{X_IS.p, X_IS.q * x_to(Vec3::UnitZ())}));
+    made->setContactOffset(contact_offset_);
+    made->setRestOffset(0);
+    made->setSimulationFilterData(PxFilterData(row, static_cast<PxU32>(rows_), 0, 0));
+    any = true;
+  }
+  return any;
+}
+
+PxFilterFlags Collision::filter(PxFilterObjectAttributes /*attributes_a*/, PxFilterData a,
+                                PxFilterObjectAttributes /*attributes_b*/, PxFilterData b, PxPairFlags& flags,
+                                const void* table, PxU32 /*size*/) {
+  const auto touch = static_cast<const std::uint8_t*>(table)[static_cast<size_t>(a.word0) * a.word1 + b.word0];
+  if (touch == kNever) return PxFilterFlag::eKILL;
+  flags = PxPairFlag::eCONTACT_DEFAULT;
+  if (touch == kModified) flags |= PxPairFlag::eMODIFY_CONTACTS;
+  return PxFilterFlag::eDEFAULT;
+}
+
+void Collision::onContactModify(PxContactModifyPair* pairs, PxU32 count) {
+  for (PxU32 i = 0; i < count; ++i) {
+    const size_t a = pairs[i].shape[0]->getSimulationFilterData().word0;
+    const size_t b = pairs[i].shape[1]->getSimulationFilterData().word0;
+    const float mu = friction_[index(a, b)];
+    for (PxU32 k = 0; k < pairs[i].contacts.size(); ++k) {
+      pairs[i].contacts.setStaticFriction(k, mu);
+      pairs[i].contacts.setDynamicFriction(k, mu);
+    }
+  }
+}
+
+}  // namespace assay::px

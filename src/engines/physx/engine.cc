@@ -1,0 +1,152 @@
+// PhysX as an engine of assay: what it is, what it can do, and which of its two formulations runs.
+#include "engines/engine.h"
+
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include "options.h"
+#include "world.h"
+
+namespace assay::px {
+namespace {
+
+// Settings of contenders beside the declared defaults.
+using Set = std::map<std::string, SettingValue>;
+
+class PhysxEngine final : public Engine {
+ public:
+  std::string name() const override { return ASSAY_ENGINE_NAME; }
+
+  BuildFacts build() const override {
+    return {fmt::format("{}.{}.{}", PX_PHYSICS_VERSION_MAJOR, PX_PHYSICS_VERSION_MINOR, PX_PHYSICS_VERSION_BUGFIX),
+            ASSAY_BUILD_SOURCE, ASSAY_BUILD_COMPILER, ASSAY_BUILD_FLAGS};
+  }
+
+  std::vector<Setting> settings() const override { return declared_settings(); }
+
+  std::vector<Contender> contenders() const override {
+    // without velocity iterations: with this solver they would apply drives again
+    const Set tgs = {{"solver", std::string("tgs")}, {"velocity_iterations", 0LL}};
+    const std::pair<const std::string, SettingValue> articulation = {"joints", std::string("articulation")};
+    Set articulation_tgs = tgs;
+    articulation_tgs.insert(articulation);
+    return {
+        {"physx-d6-pgs", "PhysX, rigid bodies and D6 joints, projected Gauss-Seidel, float", Set{}},
+        {"physx-d6-tgs", "PhysX, rigid bodies and D6 joints, temporal Gauss-Seidel, float", tgs},
+        {"physx-art-pgs", "PhysX, articulations (joint coordinates), projected Gauss-Seidel, float", Set{articulation}},
+        {"physx-art-tgs", "PhysX, articulations (joint coordinates), temporal Gauss-Seidel, float", articulation_tgs}};
+  }
+
+  Capabilities capabilities(const Settings& settings) const override {
+    const Options options = read_options(settings);
+    const bool articulation = options.joints == Joints::kArticulation;
+    Capabilities c;
+    c.precision = Precision::kSingle;
+    c.coordinates = articulation ? Coordinates::kJoint : Coordinates::kMaximal;
+    c.integrator = "semi-implicit Euler";
+    if (options.tgs) c.integrator += ", rigid bodies in a substep each iteration";
+    c.order = 1;
+    const std::string solver = fmt::format("{}, {} position and {} velocity iterations",
+                                           options.tgs ? "temporal Gauss-Seidel" : "projected Gauss-Seidel",
+                                           options.position_iterations, options.velocity_iterations);
+    c.contact_solver = solver;
+    c.joint_solver = articulation ? "none (joint coordinates)" : solver;
+    c.contact_model = "rigid, no slop";
+    switch (options.friction) {
+      case Friction::kImprovedPatch:
+        c.friction_cone = "Coulomb at up to two anchors a contact patch, which share its normal force";
+        break;
+      case Friction::kPatch:
+        c.friction_cone =
+            "Coulomb at up to two anchors a contact patch, each with all of its normal force: up to twice";
+        break;
+      case Friction::kOneDirectional:
+        c.friction_cone = "one tangent a contact point, alternating";
+        break;
+      case Friction::kTwoDirectional:
+        c.friction_cone = "pyramid, 4 sides";
+        break;
+    }
+    c.friction_combine =
+        "the pair's coefficient: as the larger of two materials', or by a callback where that is another";
+    c.contact = c.joint_limits = c.torques = true;
+    c.armature = articulation;
+    c.springs = options.native_pd ? SpringKind::kNative : SpringKind::kExplicit;
+    c.spring_note = "explicit torques from the state at the step's start";
+    if (options.native_pd) {
+      c.spring_note = articulation ? "implicit drive of the joint, linear"
+                                   : "implicit drive of the joint, torque 2 k sin(angle / 2) instead of k angle";
+    }
+    c.gyroscopic = options.gyroscopic || articulation;
+    c.iterations = fmt::format("{} position, {} velocity", options.position_iterations, options.velocity_iterations);
+    c.sleep = "off";
+    c.speed_limits = "none";
+    return c;
+  }
+
+  std::vector<Finding> check(const Model& model, const Settings& settings) const override {
+    const Options options = read_options(settings);
+    const bool articulation = options.joints == Joints::kArticulation;
+    std::vector<Finding> findings;
+    const auto refuse = [&findings](std::string element, std::string how) {
+      findings.push_back({Fidelity::kRefused, std::move(element), std::move(how)});
+    };
+    const bool directional =
+        options.friction == Friction::kOneDirectional || options.friction == Friction::kTwoDirectional;
+    if (options.tgs && directional && !model.contacts.empty()) {
+      refuse("setting friction", "temporal Gauss-Seidel knows friction by patches only: set patch or improved_patch");
+    }
+    for (const Hinge& hinge : model.hinges) {
+      const std::string joint = fmt::format("joint '{}'", hinge.name);
+      if (hinge.armature != 0 && !articulation) {
+        refuse(joint + " armature", "PhysX's joints have none, its articulations have: set joints=articulation");
+      }
+      if (hinge.has_spring()) {
+        if (!options.native_pd) {
+          findings.push_back({Fidelity::kApproximated, joint + " stiffness and damping",
+                              "explicit torque from the state at the step's start"});
+        } else if (options.joints == Joints::kRevolute) {
+          refuse(joint + " stiffness and damping", "a PxRevoluteJoint has no spring: set joints=d6 or pd=explicit");
+        } else if (!articulation) {
+          findings.push_back({Fidelity::kApproximated, joint + " stiffness",
+                              "D6 drive: torque 2 k sin(angle / 2), the angle from the spring's reference"});
+        }
+      }
+      if (hinge.limited && !articulation && hinge.upper - hinge.lower >= 2 * std::numbers::pi) {
+        refuse(joint + " range", "a joint's limits span less than a turn: narrow the range or set joints=articulation");
+      }
+    }
+    if (articulation) refuse_neighbours(model, refuse);
+    return findings;
+  }
+
+  std::unique_ptr<Simulation> create(const Model& model, const State& state, const Settings& settings) const override {
+    for (const Finding& finding : check(model, settings)) {
+      if (finding.fidelity == Fidelity::kRefused) {
+        throw UnsupportedError(fmt::format("{}: {}: {}", name(), finding.element, finding.how));
+      }
+    }
+    const Options options = read_options(settings);
+    return options.joints == Joints::kArticulation ? make_articulated(model, state, options)
+                                                   : make_maximal(model, state, options);
+  }
+
+ private:
+  // PhysX never lets a link of an articulation touch its parent.
+  template <typename Refuse>
+  static void refuse_neighbours(const Model& model, const Refuse& refuse) {
+    for (const ContactPair& pair : model.contacts) {
+      const int a = model.shapes[pair.shape_a].body, b = model.shapes[pair.shape_b].body;
+      if (a == kWorld || b == kWorld) continue;
+      if (model.bodies[a].parent != b && model.bodies[b].parent != a) continue;
+      refuse(fmt::format("contact between '{}' and '{}'", model.bodies[a].name, model.bodies[b].name),
+             "links of an articulation never touch their parent: exclude the pair or set joints=d6");
+    }
+  }
+};
+
+}  // namespace
+}  // namespace assay::px
+
+ASSAY_ENGINE_PLUGIN(assay::px::PhysxEngine)

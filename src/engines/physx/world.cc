@@ -1,0 +1,162 @@
+#include "world.h"
+
+#include <algorithm>
+
+#include "convert.h"
+#include "model/kinematics.h"
+
+namespace assay::px {
+
+using namespace physx;  // NOLINT(google-build-using-namespace): every other word here is PhysX's
+
+namespace {
+
+// Beyond what any motion reaches; its square is still a float.
+constexpr float kNoLimit = 1e16F;
+
+State with_joints(const Model& model, const State& state) {
+  State result = state;
+  if (result.angle.size() != model.hinges.size() || result.rate.size() != model.hinges.size()) {
+    joints_from_bodies(model, result);
+  }
+  return result;
+}
+
+PxFrictionType::Enum friction_type(Friction friction) {
+  if (friction == Friction::kOneDirectional) return PxFrictionType::eONE_DIRECTIONAL;
+  if (friction == Friction::kTwoDirectional) return PxFrictionType::eTWO_DIRECTIONAL;
+  return PxFrictionType::ePATCH;
+}
+
+}  // namespace
+
+PhysxSimulation::PhysxSimulation(const Model& model, const State& state, const Options& options)
+    : model_(model),
+      options_(options),
+      start_(with_joints(model, state)),
+      collision_(model, options),
+      actors_(model.bodies.size(), nullptr),
+      last_(start_) {
+  take_complaint();
+  make_scene();
+  make_world_shapes();
+}
+
+void PhysxSimulation::make_scene() {
+  PxPhysics& physics = sdk();
+  dispatcher_.reset(PxDefaultCpuDispatcherCreate(0));
+  PxSceneDesc description(physics.getTolerancesScale());
+  description.gravity = to_px(model_.gravity);
+  description.cpuDispatcher = dispatcher_.get();
+  description.solverType = options_.tgs ? PxSolverType::eTGS : PxSolverType::ePGS;
+  description.frictionType = friction_type(options_.friction);
+  description.frictionOffsetThreshold *= real(collision_.size());
+  description.frictionCorrelationDistance *= real(collision_.size());
+  description.filterShader = &Collision::filter;
+  if (!collision_.table().empty()) {
+    description.filterShaderData = collision_.table().data();
+    description.filterShaderDataSize = static_cast<PxU32>(collision_.table().size());
+  }
+  if (collision_.modifies()) description.contactModifyCallback = &collision_;
+  if (options_.friction_every_iteration) description.flags |= PxSceneFlag::eENABLE_FRICTION_EVERY_ITERATION;
+  scene_.reset(physics.createScene(description));
+  if (scene_ == nullptr) throw EngineError("PhysX made no scene: " + take_complaint());
+}
+
+void PhysxSimulation::make_world_shapes() {
+  Owned<PxRigidActor> ground(sdk().createRigidStatic(PxTransform(PxIdentity)));
+  if (!collision_.attach(*ground, kWorld)) return;
+  scene_->addActor(*ground);
+  owned_.push_back(std::move(ground));
+}
+
+void PhysxSimulation::prepare(PxRigidBody& actor, int body) const {
+  actor.setMass(real(model_.bodies[body].mass));
+  actor.setMassSpaceInertiaTensor(to_px(collision_.frame(body).inertia));
+  actor.setLinearDamping(0);
+  actor.setAngularDamping(0);
+  actor.setMaxLinearVelocity(kNoLimit);
+  actor.setMaxAngularVelocity(kNoLimit);
+  actor.setMaxDepenetrationVelocity(kNoLimit);
+  actor.setRigidBodyFlag(PxRigidBodyFlag::eENABLE_GYROSCOPIC_FORCES, options_.gyroscopic);
+  collision_.attach(actor, body);
+}
+
+PxRigidDynamic& PhysxSimulation::make_dynamic(int body) {
+  const BodyState& s = start_.bodies[body];
+  PxRigidDynamic* actor = sdk().createRigidDynamic(to_px(Pose{s.p_WBcm, s.q_WB * collision_.frame(body).X_BI.q}));
+  if (actor == nullptr) throw EngineError("PhysX made no body: " + take_complaint());
+  owned_.emplace_back(actor);
+  actors_[body] = actor;
+  prepare(*actor, body);
+  actor->setSolverIterationCounts(options_.position_iterations, options_.velocity_iterations);
+  actor->setSleepThreshold(0);
+  actor->setStabilizationThreshold(0);
+  scene_->addActor(*actor);
+  actor->setLinearVelocity(to_px(s.v_WBcm));
+  actor->setAngularVelocity(to_px(s.w_WB));
+  actor->setWakeCounter(PX_MAX_F32);
+  return *actor;
+}
+
+void PhysxSimulation::finish_set_up() {
+  if (has_complaint()) throw EngineError("PhysX: " + take_complaint());
+}
+
+void PhysxSimulation::advance(int count) {
+  const float h = real(options_.timestep);
+  for (int i = 0; i < count; ++i) {
+    if (torques_behind_) withdraw();
+    torques_behind_ = torques_ahead_;
+    torques_ahead_ = false;
+    scene_->simulate(h);
+    scene_->fetchResults(true);
+  }
+  steps_ += count;
+  if (has_complaint()) throw EngineError("PhysX: " + take_complaint());
+}
+
+void PhysxSimulation::set_torques(std::span<const double> torques) {
+  torques_.assign(model_.hinges.size(), 0.0);
+  for (size_t j = 0; j < torques.size() && j < torques_.size(); ++j) torques_[j] = torques[j];
+  if (model_.has_springs() && !options_.native_pd) {
+    read(last_);
+    for (size_t j = 0; j < torques_.size(); ++j) {
+      torques_[j] += spring_torque(model_.hinges[j], last_.angle[j], last_.rate[j]);
+    }
+  }
+  apply(torques_);
+  torques_ahead_ = true;
+  torques_behind_ = false;
+}
+
+void PhysxSimulation::read_state(State& out) const {
+  read(last_);
+  last_.time = start_.time + static_cast<double>(steps_) * options_.timestep;
+  out = last_;
+}
+
+Pose PhysxSimulation::body_frame(int body) const { return from_px(actors_[body]->getGlobalPose()); }
+
+void PhysxSimulation::read_dynamic(int body, BodyState& out) const {
+  const Pose X_WI = body_frame(body);
+  out = {X_WI.p, (X_WI.q * collision_.frame(body).X_BI.q.conjugate()).normalized(),
+         from_px(actors_[body]->getLinearVelocity()), from_px(actors_[body]->getAngularVelocity())};
+}
+
+EngineView PhysxSimulation::view() const {
+  EngineView out;
+  out.gravity = from_px(scene_->getGravity());
+  for (size_t b = 0; b < actors_.size(); ++b) {
+    const Pose X_WI = body_frame(static_cast<int>(b));
+    const Mat3 R = X_WI.q.toRotationMatrix();
+    out.bodies.push_back(
+        {.mass = actors_[b]->getMass(),
+         .p_WBcm = X_WI.p,
+         .I_BBcm_W = R * from_px(actors_[b]->getMassSpaceInertiaTensor()).asDiagonal() * R.transpose()});
+  }
+  for (size_t j = 0; j < model_.hinges.size(); ++j) out.hinges.push_back(view_hinge(static_cast<int>(j)));
+  return out;
+}
+
+}  // namespace assay::px

@@ -1,0 +1,66 @@
+// What both formulations share: scene, free bodies, shapes, clock, angles.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "collision.h"
+#include "engines/engine.h"
+#include "options.h"
+#include "sdk.h"
+
+namespace assay::px {
+
+class PhysxSimulation : public Simulation {
+ public:
+  void advance(int count) final;
+  void read_state(State& out) const final;
+  EngineView view() const final;
+  void set_torques(std::span<const double> torques) final;
+
+ protected:
+  PhysxSimulation(const Model& model, const State& state, const Options& options);
+
+  // A body of its own, in the start's state, in the scene.
+  physx::PxRigidDynamic& make_dynamic(int body);
+  // Mass, inertia, shapes and what PhysX would do to a body that is in no model. Before it gets into the scene.
+  void prepare(physx::PxRigidBody& actor, int body) const;
+  // To be called when the scene has everything: throws what PhysX complained about.
+  static void finish_set_up();
+
+  void read_dynamic(int body, BodyState& out) const;
+  Pose body_frame(int body) const;  // where PhysX has the body's frame, X_WI
+
+  const Model model_;
+  const Options options_;
+  const State start_;  // joint coordinates always filled
+  Collision collision_;
+
+  // Released in the opposite order.
+  Owned<physx::PxDefaultCpuDispatcher> dispatcher_;
+  Owned<physx::PxScene> scene_;
+  std::vector<Owned<physx::PxRigidActor>> owned_;
+  std::vector<physx::PxRigidBody*> actors_;  // by Model::bodies
+
+ private:
+  // Fills bodies, angles and rates of `out`, whose angles on entry are the last ones.
+  virtual void read(State& out) const = 0;
+  virtual EngineHinge view_hinge(int hinge) const = 0;
+  // Replaces the joint torques of the next step.
+  virtual void apply(const std::vector<double>& torques) = 0;
+  // Takes back torques that PhysX would apply again.
+  virtual void withdraw() = 0;
+
+  void make_scene();
+  void make_world_shapes();
+
+  long long steps_ = 0;
+  bool torques_ahead_ = false, torques_behind_ = false;  // to act in the next step; acted in the last
+  std::vector<double> torques_;                          // scratch
+  mutable State last_;                                   // of the last read: unwraps angles
+};
+
+std::unique_ptr<Simulation> make_maximal(const Model& model, const State& state, const Options& options);
+std::unique_ptr<Simulation> make_articulated(const Model& model, const State& state, const Options& options);
+
+}  // namespace assay::px
