@@ -19,6 +19,7 @@
 
 #include "base/errors.h"
 #include "store/trajectory.h"
+#include "temp_folder.h"
 
 namespace assay {
 namespace {
@@ -29,21 +30,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-class StoreTest : public ::testing::Test {
- public:
-  StoreTest() {
-    dir_ = fs::temp_directory_path() / ("assay-store-" + std::to_string(::getpid()) + "-" +
-                                        ::testing::UnitTest::GetInstance()->current_test_info()->name());
-    fs::remove_all(dir_);
-  }
-  ~StoreTest() override {
-    std::error_code error;
-    fs::permissions(dir_, fs::perms::owner_all, error);
-    fs::remove_all(dir_, error);
-  }
-  StoreTest(const StoreTest&) = delete;
-  StoreTest& operator=(const StoreTest&) = delete;
-
+class StoreTest : public TempFolderTest {
  protected:
   std::string dir() const { return dir_.string(); }
 
@@ -58,8 +45,6 @@ class StoreTest : public ::testing::Test {
     cell.values = {{"consistency", "m", 1e-5, 0.9e-5, 1.1e-5}, {"restart_floor", "m", {}, {}, {}}};
     return cell;
   }
-
-  fs::path dir_;
 };
 
 const Identity kIdentity = {"quick", "0123"};

@@ -25,6 +25,7 @@
 #include "base/paths.h"
 #include "runs/run.h"
 #include "store/trajectory.h"
+#include "temp_folder.h"
 
 namespace assay {
 namespace {
@@ -47,20 +48,9 @@ const bool kMishapIsFound = [] {
   return ::setenv("ASSAY_ENGINE_PATH", folder.c_str(), 1) == 0 && ::setenv("ASAN_OPTIONS", "handle_segv=0", 0) == 0;
 }();
 
-class RunsTest : public ::testing::Test {
+class RunsTest : public TempFolderTest {
  public:
-  RunsTest() {
-    dir_ = fs::temp_directory_path() / ("assay-runs-" + std::to_string(::getpid()) + "-" +
-                                        ::testing::UnitTest::GetInstance()->current_test_info()->name());
-    fs::remove_all(dir_);
-    EXPECT_TRUE(kMishapIsFound);
-  }
-  ~RunsTest() override {
-    std::error_code error;
-    fs::remove_all(dir_, error);
-  }
-  RunsTest(const RunsTest&) = delete;
-  RunsTest& operator=(const RunsTest&) = delete;
+  RunsTest() { EXPECT_TRUE(kMishapIsFound); }
 
  protected:
   std::string dir(const std::string& name = "out") const { return (dir_ / name).string(); }
@@ -85,8 +75,6 @@ class RunsTest : public ::testing::Test {
     pass_gate(campaign, out);
     return run_campaign(campaign, options(out));
   }
-
-  fs::path dir_;
 };
 
 Campaign faulty_campaign(const std::string& fault, const std::string& more = "",
