@@ -1,0 +1,408 @@
+// jolt_world.h over Jolt's API. Compiled natively in two precisions and to WebAssembly: no exceptions, no threads,
+// nothing of the machine.
+#include "jolt_world.h"
+
+#include <algorithm>
+#include <memory>
+#include <vector>
+
+#include <Jolt/Core/Factory.h>
+#include <Jolt/Core/JobSystemSingleThreaded.h>
+#include <Jolt/Core/TempAllocator.h>
+#include <Jolt/Jolt.h>
+#include <Jolt/Physics/Body/BodyCreationSettings.h>
+#include <Jolt/Physics/Collision/Shape/CapsuleShape.h>
+#include <Jolt/Physics/Collision/Shape/EmptyShape.h>
+#include <Jolt/Physics/Collision/Shape/OffsetCenterOfMassShape.h>
+#include <Jolt/Physics/Collision/Shape/PlaneShape.h>
+#include <Jolt/Physics/Collision/Shape/RotatedTranslatedShape.h>
+#include <Jolt/Physics/Collision/Shape/SphereShape.h>
+#include <Jolt/Physics/Collision/Shape/StaticCompoundShape.h>
+#include <Jolt/Physics/Collision/SimShapeFilter.h>
+#include <Jolt/Physics/Constraints/HingeConstraint.h>
+#include <Jolt/Physics/PhysicsSystem.h>
+#include <Jolt/RegisterTypes.h>
+
+namespace {
+
+constexpr JPH::BroadPhaseLayer kStaticLayer(0), kMovingLayer(1);
+constexpr JPH::uint kTempBytes = 10 << 20;  // as in Jolt's own example; a larger step takes more from the heap
+constexpr float kNoSpeedLimit = 1e18f;      // Jolt squares it in single precision
+
+void initialise_library() {
+  static const bool done = [] {
+    JPH::RegisterDefaultAllocator();
+    JPH::Factory::sInstance = new JPH::Factory();
+    JPH::RegisterTypes();
+    return true;
+  }();
+  (void)done;
+}
+
+float real(double x) { return static_cast<float>(x); }
+JPH::Vec3 vec(const double* v) { return JPH::Vec3(real(v[0]), real(v[1]), real(v[2])); }
+JPH::RVec3 point(const double* v) { return JPH::RVec3(JPH::Real(v[0]), JPH::Real(v[1]), JPH::Real(v[2])); }
+JPH::Quat quat(const double* q) { return JPH::Quat(real(q[1]), real(q[2]), real(q[3]), real(q[0])); }
+
+template <typename Vector>
+void store(const Vector& v, double* out) {
+  out[0] = v.GetX();
+  out[1] = v.GetY();
+  out[2] = v.GetZ();
+}
+
+// What may touch what, and with which friction. Each body that can touch something has an object layer of its own; 0 is
+// the layer of all others. Jolt asks by layer before it looks at shapes, by shape where a body has several.
+class Contacts final : public JPH::ObjectLayerPairFilter, public JPH::SimShapeFilter {
+ public:
+  void set_up(const jolt_shape* shapes, int shape_count, const jolt_pair* pairs, int pair_count, int body_count) {
+    rows_ = static_cast<size_t>(shape_count);
+    layer_of_row_.assign(rows_, 0);
+    std::vector<JPH::ObjectLayer> layer_of_body(body_count, 0);
+    std::vector<char> used(rows_, 0);
+    for (int i = 0; i < pair_count; ++i) used[pairs[i].shape_a] = used[pairs[i].shape_b] = 1;
+    for (size_t s = 0; s < rows_; ++s) {
+      if (!used[s]) continue;
+      if (shapes[s].body < 0) {
+        layer_of_row_[s] = static_cast<JPH::ObjectLayer>(layers_++);
+        static_layer_.resize(layers_, 0);
+        static_layer_.back() = 1;
+        continue;
+      }
+      JPH::ObjectLayer& layer = layer_of_body[shapes[s].body];
+      if (layer == 0) layer = static_cast<JPH::ObjectLayer>(layers_++);
+      static_layer_.resize(layers_, 0);
+      layer_of_row_[s] = layer;
+    }
+
+    touch_.assign(layers_ * layers_, 0);
+    shape_touch_.assign(rows_ * rows_, 0);
+    uniform_ = pair_count > 0 ? real(pairs[0].friction) : 0;
+    bool by_pair = false;
+    for (int i = 0; i < pair_count; ++i) by_pair = by_pair || real(pairs[i].friction) != uniform_;
+    if (by_pair) friction_.assign(rows_ * rows_, 0);
+    for (int i = 0; i < pair_count; ++i) {
+      const size_t a = pairs[i].shape_a, b = pairs[i].shape_b;
+      touch_[layer_of_row_[a] * layers_ + layer_of_row_[b]] = touch_[layer_of_row_[b] * layers_ + layer_of_row_[a]] = 1;
+      shape_touch_[a * rows_ + b] = shape_touch_[b * rows_ + a] = 1;
+      if (by_pair) friction_[a * rows_ + b] = friction_[b * rows_ + a] = real(pairs[i].friction);
+    }
+
+    // is the answer for two bodies that of all their shapes?
+    for (size_t a = 0; a < rows_; ++a) {
+      for (size_t b = 0; b < rows_; ++b) {
+        if (used[a] && used[b] && touch_[layer_of_row_[a] * layers_ + layer_of_row_[b]] &&
+            !shape_touch_[a * rows_ + b]) {
+          filter_shapes_ = true;
+        }
+      }
+    }
+  }
+
+  JPH::ObjectLayer layer(int row) const { return layer_of_row_[row]; }
+  bool filter_shapes() const { return filter_shapes_; }
+  bool friction_by_pair() const { return !friction_.empty(); }
+
+  bool ShouldCollide(JPH::ObjectLayer a, JPH::ObjectLayer b) const override { return touch_[a * layers_ + b] != 0; }
+
+  // Only shapes without children carry their row, plus one.
+  bool ShouldCollide(const JPH::Body& /*body_a*/, const JPH::Shape* a, const JPH::SubShapeID& /*id_a*/,
+                     const JPH::Body& /*body_b*/, const JPH::Shape* b, const JPH::SubShapeID& /*id_b*/) const override {
+    const JPH::uint64 row_a = a->GetUserData(), row_b = b->GetUserData();
+    return row_a == 0 || row_b == 0 || shape_touch_[(row_a - 1) * rows_ + row_b - 1] != 0;
+  }
+
+  bool is_static(JPH::ObjectLayer layer) const { return static_layer_[layer] != 0; }
+  size_t layers() const { return layers_; }
+
+  // Jolt's hook for the pair's coefficient; it has no context, so a body carries the address of its world's table.
+  static float friction(const JPH::Body& a, const JPH::SubShapeID& id_a, const JPH::Body& b,
+                        const JPH::SubShapeID& id_b) {
+    const auto& self = *reinterpret_cast<const Contacts*>(static_cast<uintptr_t>(a.GetUserData()));
+    if (self.friction_.empty()) return self.uniform_;
+    const size_t row_a = a.GetShape()->GetSubShapeUserData(id_a) - 1,
+                 row_b = b.GetShape()->GetSubShapeUserData(id_b) - 1;
+    return self.friction_[row_a * self.rows_ + row_b];
+  }
+
+ private:
+  size_t rows_ = 0, layers_ = 1;
+  std::vector<JPH::ObjectLayer> layer_of_row_;
+  std::vector<char> static_layer_ = {0};
+  std::vector<char> touch_;        // layers x layers
+  std::vector<char> shape_touch_;  // rows x rows
+  std::vector<float> friction_;    // rows x rows; empty: one for all
+  float uniform_ = 0;
+  bool filter_shapes_ = false;
+};
+
+class BroadPhaseLayers final : public JPH::BroadPhaseLayerInterface, public JPH::ObjectVsBroadPhaseLayerFilter {
+ public:
+  explicit BroadPhaseLayers(const Contacts& contacts) : contacts_(contacts) {}
+  JPH::uint GetNumBroadPhaseLayers() const override { return 2; }
+  JPH::BroadPhaseLayer GetBroadPhaseLayer(JPH::ObjectLayer layer) const override {
+    return contacts_.is_static(layer) ? kStaticLayer : kMovingLayer;
+  }
+  bool ShouldCollide(JPH::ObjectLayer layer, JPH::BroadPhaseLayer /*other*/) const override { return layer != 0; }
+
+ private:
+  const Contacts& contacts_;
+};
+
+JPH::RefConst<JPH::Shape> primitive(const jolt_shape& shape, int row, double plane_half_extent) {
+  JPH::Ref<JPH::Shape> made;
+  switch (shape.type) {
+    case JOLT_SPHERE:
+      made = new JPH::SphereShape(real(shape.radius));
+      break;
+    case JOLT_CAPSULE:
+      made = new JPH::CapsuleShape(real(shape.half_length), real(shape.radius));
+      break;
+    default:
+      made = new JPH::PlaneShape(JPH::Plane(JPH::Vec3::sAxisY(), 0), nullptr, real(plane_half_extent));
+      break;
+  }
+  made->SetUserData(static_cast<JPH::uint64>(row) + 1);
+  return made.GetPtr();
+}
+
+bool is_at_origin(const jolt_shape& shape) {
+  return shape.p[0] == 0 && shape.p[1] == 0 && shape.p[2] == 0 && shape.q[1] == 0 && shape.q[2] == 0 && shape.q[3] == 0;
+}
+
+// The shape of a body whose frame has its origin in the centre of mass, wherever the shapes' own centre is.
+JPH::RefConst<JPH::Shape> body_shape(const jolt_shape* shapes, const std::vector<int>& rows, double plane_half_extent) {
+  if (rows.empty()) return new JPH::EmptyShape();
+  JPH::RefConst<JPH::Shape> placed;
+  if (rows.size() == 1) {
+    const jolt_shape& shape = shapes[rows[0]];
+    placed = primitive(shape, rows[0], plane_half_extent);
+    if (!is_at_origin(shape))
+      placed = new JPH::RotatedTranslatedShape(vec(shape.p), quat(shape.q).Normalized(), placed);
+  } else {
+    JPH::StaticCompoundShapeSettings settings;
+    for (const int row : rows) {
+      settings.AddShape(vec(shapes[row].p), quat(shapes[row].q).Normalized(),
+                        primitive(shapes[row], row, plane_half_extent));
+    }
+    const JPH::Shape::ShapeResult result = settings.Create();
+    if (result.HasError()) return nullptr;
+    placed = result.Get();
+  }
+  const JPH::Vec3 centre = placed->GetCenterOfMass();
+  if (centre == JPH::Vec3::sZero()) return placed;
+  return new JPH::OffsetCenterOfMassShape(placed, -centre);
+}
+
+}  // namespace
+
+struct jolt_world {
+  explicit jolt_world(const jolt_settings& settings) : settings(settings) {}
+
+  ~jolt_world() {
+    JPH::BodyInterface& bodies_of = system.GetBodyInterfaceNoLock();
+    for (const JPH::Ref<JPH::HingeConstraint>& hinge : hinges) system.RemoveConstraint(hinge);
+    hinges.clear();
+    for (JPH::Body* body : bodies) destroy(bodies_of, body);
+    for (JPH::Body* body : statics) destroy(bodies_of, body);
+  }
+  jolt_world(const jolt_world&) = delete;
+  jolt_world& operator=(const jolt_world&) = delete;
+
+  bool create(const jolt_body* body_list, int body_count, const jolt_shape* shapes, int shape_count,
+              const jolt_pair* pairs, int pair_count, const jolt_hinge* hinge_list, int hinge_count) {
+    contacts.set_up(shapes, shape_count, pairs, pair_count, body_count);
+    const int moving_and_static = body_count + shape_count;
+    // at most the model's pairs touch; the caches are sized for twice that
+    const JPH::uint room = std::clamp(2 * pair_count, 1024, 1 << 16);
+    system.Init(moving_and_static, 1, room, room, layers, layers, contacts);
+    JPH::PhysicsSettings physics;
+    physics.mBaumgarte = real(settings.baumgarte);
+    physics.mPenetrationSlop = real(settings.penetration_slop);
+    physics.mSpeculativeContactDistance = real(settings.speculative_distance);
+    physics.mMaxPenetrationDistance = real(settings.max_correction);
+    physics.mNumVelocitySteps = settings.velocity_steps;
+    physics.mNumPositionSteps = settings.position_steps;
+    physics.mConstraintWarmStart = settings.warm_start != 0;
+    physics.mUseBodyPairContactCache = settings.pair_cache != 0;
+    physics.mUseLargeIslandSplitter = false;  // parallel batches; there is one thread
+    physics.mDeterministicSimulation = true;
+    physics.mAllowSleeping = false;
+    system.SetPhysicsSettings(physics);
+    system.SetGravity(vec(settings.gravity));
+    system.SetCombineFriction(&Contacts::friction);
+    if (contacts.filter_shapes()) system.SetSimShapeFilter(&contacts);
+
+    std::vector<std::vector<int>> rows_of_body(body_count);
+    for (int s = 0; s < shape_count; ++s) {
+      if (contacts.layer(s) != 0 && shapes[s].body >= 0) rows_of_body[shapes[s].body].push_back(s);
+    }
+    for (int b = 0; b < body_count; ++b) {
+      const JPH::RefConst<JPH::Shape> shape = body_shape(shapes, rows_of_body[b], settings.plane_half_extent);
+      if (shape == nullptr) return false;
+      add_body(body_list[b], shape, rows_of_body[b].empty() ? JPH::ObjectLayer(0) : contacts.layer(rows_of_body[b][0]),
+               rows_of_body[b].size() > 1);
+    }
+    for (int s = 0; s < shape_count; ++s) {
+      if (contacts.layer(s) != 0 && shapes[s].body < 0) add_static(shapes[s], s);
+    }
+    for (int j = 0; j < hinge_count; ++j) add_hinge(hinge_list[j]);
+    system.OptimizeBroadPhase();
+    return true;
+  }
+
+  const jolt_settings settings;
+  Contacts contacts;
+  BroadPhaseLayers layers{contacts};
+  JPH::TempAllocatorImplWithMallocFallback memory{kTempBytes};
+  JPH::JobSystemSingleThreaded jobs{JPH::cMaxPhysicsJobs};
+  JPH::PhysicsSystem system;
+  std::vector<JPH::Body*> bodies, statics;
+  std::vector<JPH::Ref<JPH::HingeConstraint>> hinges;
+
+ private:
+  static void destroy(JPH::BodyInterface& interface, const JPH::Body* body) {
+    interface.RemoveBody(body->GetID());
+    interface.DestroyBody(body->GetID());
+  }
+
+  void add_body(const jolt_body& body, const JPH::RefConst<JPH::Shape>& shape, JPH::ObjectLayer layer, bool several) {
+    JPH::BodyCreationSettings made(shape.GetPtr(), point(body.p), quat(body.q).Normalized(), JPH::EMotionType::Dynamic,
+                                   layer);
+    made.mLinearVelocity = vec(body.v);
+    made.mAngularVelocity = vec(body.w);
+    made.mUserData = reinterpret_cast<uintptr_t>(&contacts);
+    made.mLinearDamping = made.mAngularDamping = 0;
+    made.mMaxLinearVelocity = made.mMaxAngularVelocity = kNoSpeedLimit;
+    made.mApplyGyroscopicForce = settings.gyroscopic != 0;
+    made.mAllowSleeping = false;
+    // a joint manifold of several shapes has one friction
+    made.mUseManifoldReduction = !(several && contacts.friction_by_pair());
+    made.mOverrideMassProperties = JPH::EOverrideMassProperties::MassAndInertiaProvided;
+    made.mMassPropertiesOverride.mMass = real(body.mass);
+    made.mMassPropertiesOverride.mInertia = JPH::Mat44::sScale(vec(body.inertia));
+    JPH::BodyInterface& interface = system.GetBodyInterfaceNoLock();
+    JPH::Body* created = interface.CreateBody(made);
+    // Jolt would find the principal axes itself, in single precision
+    JPH::MotionProperties& motion = *created->GetMotionProperties();
+    motion.SetInverseMass(real(1 / body.mass));
+    const double inverse[3] = {1 / body.inertia[0], 1 / body.inertia[1], 1 / body.inertia[2]};
+    motion.SetInverseInertia(vec(inverse), quat(body.q_inertia).Normalized());
+    interface.AddBody(created->GetID(), JPH::EActivation::Activate);
+    bodies.push_back(created);
+  }
+
+  void add_static(const jolt_shape& shape, int row) {
+    JPH::BodyCreationSettings made(primitive(shape, row, settings.plane_half_extent).GetPtr(), point(shape.p),
+                                   quat(shape.q).Normalized(), JPH::EMotionType::Static, contacts.layer(row));
+    made.mUserData = reinterpret_cast<uintptr_t>(&contacts);
+    JPH::BodyInterface& interface = system.GetBodyInterfaceNoLock();
+    JPH::Body* created = interface.CreateBody(made);
+    interface.AddBody(created->GetID(), JPH::EActivation::DontActivate);
+    statics.push_back(created);
+  }
+
+  void add_hinge(const jolt_hinge& hinge) {
+    JPH::HingeConstraintSettings made;
+    made.mSpace = JPH::EConstraintSpace::LocalToBodyCOM;
+    made.mPoint1 = point(hinge.p_parent);
+    made.mHingeAxis1 = vec(hinge.axis_parent).Normalized();
+    made.mNormalAxis1 = vec(hinge.normal_parent).Normalized();
+    made.mPoint2 = point(hinge.p_child);
+    made.mHingeAxis2 = vec(hinge.axis_child).Normalized();
+    made.mNormalAxis2 = vec(hinge.normal_child).Normalized();
+    if (hinge.limited) {
+      made.mLimitsMin = real(hinge.lower);
+      made.mLimitsMax = real(hinge.upper);
+    }
+    const bool motor = hinge.stiffness != 0 || hinge.damping != 0;
+    if (motor) {
+      made.mMotorSettings.mSpringSettings =
+          JPH::SpringSettings(JPH::ESpringMode::StiffnessAndDamping, real(hinge.stiffness), real(hinge.damping));
+    }
+    JPH::Body& parent = hinge.parent < 0 ? JPH::Body::sFixedToWorld : *bodies[hinge.parent];
+    JPH::Ref<JPH::HingeConstraint> created =
+        static_cast<JPH::HingeConstraint*>(made.Create(parent, *bodies[hinge.child]));
+    if (motor) {
+      created->SetTargetAngle(real(hinge.target));
+      created->SetTargetAngularVelocity(0);
+      created->SetMotorState(JPH::EMotorState::PositionAndVelocity);
+    }
+    system.AddConstraint(created);
+    hinges.push_back(created);
+  }
+};
+
+jolt_world* jolt_create(const jolt_settings* settings, const jolt_body* bodies, int32_t body_count,
+                        const jolt_shape* shapes, int32_t shape_count, const jolt_pair* pairs, int32_t pair_count,
+                        const jolt_hinge* hinges, int32_t hinge_count) {
+  initialise_library();
+  auto world = std::make_unique<jolt_world>(*settings);
+  if (!world->create(bodies, body_count, shapes, shape_count, pairs, pair_count, hinges, hinge_count)) return nullptr;
+  return world.release();
+}
+
+void jolt_free(jolt_world* world) { delete world; }
+
+int32_t jolt_step(jolt_world* world, int32_t count) {
+  const float h = real(world->settings.timestep);
+  const int collision_steps = world->settings.collision_steps;
+  auto errors = JPH::EPhysicsUpdateError::None;
+  for (int32_t i = 0; i < count; ++i) errors |= world->system.Update(h, collision_steps, &world->memory, &world->jobs);
+  return static_cast<int32_t>(errors);
+}
+
+void jolt_read(jolt_world* world, jolt_body_state* out) {
+  for (const JPH::Body* body : world->bodies) {
+    store(body->GetCenterOfMassPosition(), out->p);
+    const JPH::Quat q = body->GetRotation();
+    out->q[0] = q.GetW();
+    out->q[1] = q.GetX();
+    out->q[2] = q.GetY();
+    out->q[3] = q.GetZ();
+    store(body->GetLinearVelocity(), out->v);
+    store(body->GetAngularVelocity(), out->w);
+    ++out;
+  }
+}
+
+void jolt_set_torques(jolt_world* world, const double* torques) {
+  for (JPH::Body* body : world->bodies) body->ResetTorque();
+  for (const JPH::Ref<JPH::HingeConstraint>& hinge : world->hinges) {
+    const float torque = real(*torques++);
+    if (torque == 0) continue;
+    JPH::Body* child = hinge->GetBody2();
+    JPH::Body* parent = hinge->GetBody1();
+    const JPH::Vec3 about_axis = torque * (child->GetRotation() * hinge->GetLocalSpaceHingeAxis2());
+    child->AddTorque(about_axis);
+    if (parent->IsDynamic()) parent->AddTorque(-about_axis);
+  }
+}
+
+void jolt_view(jolt_world* world, jolt_body_view* bodies, jolt_hinge_view* hinges, double* gravity) {
+  for (const JPH::Body* body : world->bodies) {
+    const JPH::MotionProperties& motion = *body->GetMotionProperties();
+    const JPH::Mat44 axes = JPH::Mat44::sRotation(body->GetRotation() * motion.GetInertiaRotation());
+    const JPH::Vec3 inverse = motion.GetInverseInertiaDiagonal();
+    bodies->mass = 1 / double{motion.GetInverseMass()};
+    for (int row = 0; row < 3; ++row) {
+      for (int column = 0; column < 3; ++column) {
+        double sum = 0;
+        for (int k = 0; k < 3; ++k) sum += double{axes(row, k)} * double{axes(column, k)} / double{inverse[k]};
+        bodies->inertia[3 * row + column] = sum;
+      }
+    }
+    ++bodies;
+  }
+  for (const JPH::Ref<JPH::HingeConstraint>& hinge : world->hinges) {
+    store(hinge->GetLocalSpacePoint2(), hinges->p_child);
+    store(hinge->GetLocalSpaceHingeAxis2(), hinges->axis_child);
+    hinges->limited = hinge->HasLimits() ? 1 : 0;
+    hinges->lower = hinge->GetLimitsMin();
+    hinges->upper = hinge->GetLimitsMax();
+    ++hinges;
+  }
+  store(world->system.GetGravity(), gravity);
+}
+
+int32_t jolt_version() { return 1000000 * JPH_VERSION_MAJOR + 1000 * JPH_VERSION_MINOR + JPH_VERSION_PATCH; }

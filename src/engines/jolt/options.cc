@@ -1,0 +1,84 @@
+#include "options.h"
+
+namespace assay::jolt {
+namespace {
+
+// Jolt feels a plane within its bounding box alone; this one is larger than any run is long, and static boxes cost
+// nothing.
+constexpr double kPlaneHalfExtent = 1e5;  // m
+
+}  // namespace
+
+std::vector<Setting> declared_settings() {
+  return {
+      {"velocity_steps",
+       50LL,
+       "",
+       "iterations of the velocity solver, joints and contacts together (Jolt's own default is 10)",
+       {},
+       2.0,  // friction uses the iteration before
+       255.0},
+      {"position_steps", 2LL, "", "iterations that correct positions", {}, 0.0, 255.0},
+      {"collision_steps",
+       1LL,
+       "",
+       "substeps: a step detects collisions and integrates so many times, with the same torques",
+       {},
+       1.0,
+       1024.0},
+      {"pd",
+       "explicit",
+       "",
+       "joint springs and dampers: explicit: torque from the state at the step's start; native: the hinge's motor, an "
+       "implicit spring",
+       {"explicit", "native"}},
+      {"baumgarte",
+       0.2,
+       "",
+       "part of a position error that one iteration of the position solver corrects",
+       {},
+       0.0,
+       1.0},
+      {"penetration_slop",
+       1e-4,
+       "m",
+       "depth to which bodies may sink into each other (Jolt's own default is 0.02)",
+       {},
+       0.0,
+       1.0},
+      {"speculative_distance",
+       0.02,
+       "m",
+       "distance at which a contact is made, which acts only if it would be closed within the step",
+       {},
+       0.0,
+       1.0},
+      {"max_correction", 0.2, "m", "most that one iteration of the position solver moves a body", {}, 1e-6, 1e6},
+      {"warm_start", true, "", "start from the impulses of the step before"},
+      {"pair_cache", true, "",
+       "keep the contact points of two bodies whose relative pose changed by less than 1 mm and 2 degrees"},
+      {"gyroscopic", true, "", "gyroscopic torque (Jolt's own default is off); off is wrong for asymmetric bodies"},
+  };
+}
+
+Options read_options(const Settings& settings) {
+  const auto integer = [&](const char* name) { return static_cast<int32_t>(settings.get<long long>(name)); };
+  const auto flag = [&](const char* name) { return static_cast<int32_t>(settings.get<bool>(name)); };
+  Options options;
+  options.world.timestep = settings.timestep;
+  options.world.velocity_steps = integer("velocity_steps");
+  options.world.position_steps = integer("position_steps");
+  options.world.collision_steps = integer("collision_steps");
+  options.world.baumgarte = settings.get<double>("baumgarte");
+  options.world.penetration_slop = settings.get<double>("penetration_slop");
+  options.world.speculative_distance = settings.get<double>("speculative_distance");
+  options.world.max_correction = settings.get<double>("max_correction");
+  options.world.plane_half_extent = kPlaneHalfExtent;
+  options.world.warm_start = flag("warm_start");
+  options.world.pair_cache = flag("pair_cache");
+  options.world.gyroscopic = flag("gyroscopic");
+  options.native_springs = settings.get<std::string>("pd") == "native";
+  return options;
+}
+
+}  // namespace assay::jolt
