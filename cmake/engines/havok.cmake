@@ -1,0 +1,14 @@
+# Havok: its WebAssembly, turned into C and built from that. ENGINE_havok_WASM is the WebAssembly itself, for Node.
+set(version 1.3.14)
+set(folder "${ASSAY_CACHE}/engines/havok-${version}")
+if(EXISTS "${folder}/lib/libhavok.a")
+  add_library(engine::havok STATIC IMPORTED GLOBAL)
+  set_target_properties(engine::havok PROPERTIES
+    IMPORTED_LOCATION "${folder}/lib/libhavok.a"
+    INTERFACE_INCLUDE_DIRECTORIES "${folder}/include/havok")
+  assay_engine_facts(havok ${version} "${folder}")
+  set(ENGINE_havok_WASM "${folder}/node/HavokPhysics.wasm")
+  message(STATUS "assay: engine havok: ${folder}")
+else()
+  assay_engine_absent(havok "${run_setup}")
+endif()

@@ -1,0 +1,178 @@
+#include "pairs.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace assay::havok_adapter {
+namespace {
+
+constexpr int kMaxGroups = 32;
+
+enum class Wish : char { kAny, kMeet, kPass };
+
+// What each two shapes shall do. Any will do for two that cannot meet anyway.
+class Wishes {
+ public:
+  explicit Wishes(const Model& model) : count_(model.shapes.size()), wishes_(count_ * count_, Wish::kPass) {
+    for (size_t a = 0; a < count_; ++a) {
+      for (size_t b = 0; b < count_; ++b) {
+        const int body_a = model.shapes[a].body, body_b = model.shapes[b].body;
+        if (body_a == body_b || (are_hinged(model, body_a, body_b) && !any_pair(model, body_a, body_b))) {
+          at(a, b) = Wish::kAny;
+        }
+      }
+    }
+    for (const ContactPair& pair : model.contacts) {
+      at(pair.shape_a, pair.shape_b) = at(pair.shape_b, pair.shape_a) = Wish::kMeet;
+    }
+  }
+
+  Wish operator()(size_t a, size_t b) const { return wishes_[a * count_ + b]; }
+
+  static bool any_pair(const Model& model, int body_a, int body_b) {
+    return std::ranges::any_of(model.contacts, [&](const ContactPair& pair) {
+      const int a = model.shapes[pair.shape_a].body, b = model.shapes[pair.shape_b].body;
+      return (a == body_a && b == body_b) || (a == body_b && b == body_a);
+    });
+  }
+
+ private:
+  Wish& at(size_t a, size_t b) { return wishes_[a * count_ + b]; }
+
+  size_t count_;
+  std::vector<Wish> wishes_;
+};
+
+bool agree(Wish a, Wish b) { return a == Wish::kAny || b == Wish::kAny || a == b; }
+
+// Groups and what each two of them do; kAny while no two of their shapes care.
+struct Groups {
+  std::vector<std::vector<size_t>> members;
+  std::vector<std::vector<Wish>> rule;
+
+  // What `shape` in `group` asks of every group, or nothing if that contradicts what is settled.
+  std::optional<std::vector<Wish>> asked(const Wishes& wishes, size_t shape, size_t group) const {
+    std::vector<Wish> row = rule[group];
+    for (size_t other = 0; other < members.size(); ++other) {
+      for (const size_t member : members[other]) {
+        const Wish wish = wishes(shape, member);
+        if (!agree(row[other], wish)) return std::nullopt;
+        if (wish != Wish::kAny) row[other] = wish;
+      }
+    }
+    return row;
+  }
+
+  void add(const Wishes& wishes, size_t shape) {
+    for (size_t group = 0; group < members.size(); ++group) {
+      if (const auto row = asked(wishes, shape, group)) {
+        join(shape, group, *row);
+        return;
+      }
+    }
+    for (auto& row : rule) row.push_back(Wish::kAny);
+    members.emplace_back();
+    rule.emplace_back(members.size(), Wish::kAny);
+    join(shape, members.size() - 1, *asked(wishes, shape, members.size() - 1));
+  }
+
+  void join(size_t shape, size_t group, const std::vector<Wish>& row) {
+    members[group].push_back(shape);
+    for (size_t other = 0; other < members.size(); ++other) rule[group][other] = rule[other][group] = row[other];
+  }
+};
+
+// The coefficients that `rule` (kMaximum or kMinimum) needs if it can do it at all: each shape's own is the smallest
+// (largest) of its pairs'.
+std::optional<Friction> by_extreme(const Model& model, havok::Combine rule) {
+  const bool maximum = rule == havok::kMaximum;
+  Friction friction{rule, std::vector<double>(model.shapes.size(), -1)};
+  for (const ContactPair& pair : model.contacts) {
+    for (const int shape : {pair.shape_a, pair.shape_b}) {
+      double& own = friction.of[shape];
+      if (own < 0 || (maximum ? pair.friction < own : pair.friction > own)) own = pair.friction;
+    }
+  }
+  const bool exact = std::ranges::all_of(model.contacts, [&](const ContactPair& pair) {
+    const double a = friction.of[pair.shape_a], b = friction.of[pair.shape_b];
+    return (maximum ? std::max(a, b) : std::min(a, b)) == pair.friction;
+  });
+  if (!exact) return std::nullopt;
+  for (double& own : friction.of) own = std::max(own, 0.0);
+  return friction;
+}
+
+// Products: a shape of each connected part is free, the others follow. Found for every tree of pairs without zeros.
+std::optional<Friction> by_product(const Model& model) {
+  Friction friction{havok::kMultiply, std::vector<double>(model.shapes.size(), 0)};
+  std::vector<bool> settled(model.shapes.size(), false);
+  for (const ContactPair& first : model.contacts) {
+    if (settled[first.shape_a]) continue;
+    friction.of[first.shape_a] = std::sqrt(first.friction);
+    settled[first.shape_a] = true;
+    for (bool again = true; again;) {
+      again = false;
+      for (const ContactPair& pair : model.contacts) {
+        if (pair.friction == 0) return std::nullopt;
+        for (const auto& [from, to] : {std::pair(pair.shape_a, pair.shape_b), std::pair(pair.shape_b, pair.shape_a)}) {
+          if (!settled[from] || settled[to]) continue;
+          friction.of[to] = pair.friction / friction.of[from];
+          settled[to] = again = true;
+        }
+      }
+    }
+  }
+  const bool exact = std::ranges::all_of(model.contacts, [&](const ContactPair& pair) {
+    const double product = friction.of[pair.shape_a] * friction.of[pair.shape_b];
+    return std::abs(product - pair.friction) <= 1e-6 * pair.friction;
+  });
+  if (!exact) return std::nullopt;
+  return friction;
+}
+
+}  // namespace
+
+bool are_hinged(const Model& model, int body_a, int body_b) {
+  const auto is_child_of = [&model](int child, int parent) {
+    return child != kWorld && parent != kWorld && model.bodies[child].hinge >= 0 &&
+           model.bodies[child].parent == parent;
+  };
+  return is_child_of(body_a, body_b) || is_child_of(body_b, body_a);
+}
+
+bool hinge_has_contact(const Model& model, int hinge) {
+  const int child = model.hinges[hinge].body;
+  return Wishes::any_pair(model, child, model.bodies[child].parent);
+}
+
+Filters find_filters(const Model& model) {
+  const Wishes wishes(model);
+  std::vector<bool> used(model.shapes.size(), false);
+  for (const ContactPair& pair : model.contacts) used[pair.shape_a] = used[pair.shape_b] = true;
+
+  Groups groups;
+  for (size_t s = 0; s < model.shapes.size(); ++s) {
+    if (used[s]) groups.add(wishes, s);
+  }
+  Filters filters{static_cast<int>(groups.members.size()), {}};
+  if (filters.groups > kMaxGroups) return filters;
+  filters.of.resize(model.shapes.size());
+  for (size_t group = 0; group < groups.members.size(); ++group) {
+    std::uint32_t collision = 0;
+    for (size_t other = 0; other < groups.members.size(); ++other) {
+      if (groups.rule[group][other] == Wish::kMeet) collision |= 1U << other;
+    }
+    for (const size_t shape : groups.members[group]) filters.of[shape] = {1U << group, collision};
+  }
+  return filters;
+}
+
+std::optional<Friction> find_friction(const Model& model) {
+  for (const havok::Combine rule : {havok::kMaximum, havok::kMinimum}) {
+    if (auto friction = by_extreme(model, rule)) return friction;
+  }
+  return by_product(model);
+}
+
+}  // namespace assay::havok_adapter

@@ -1,0 +1,33 @@
+// The model's contact pairs in Havok's terms: each shape has two 32-bit masks that say which shapes meet, and a
+// material from which a pair's friction is combined. Both are found exactly, or not at all.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "model/model.h"
+#include "types.h"
+
+namespace assay::havok_adapter {
+
+// Shapes of one group meet the same others, so a group needs one bit: 32 groups at most.
+struct Filters {
+  int groups = 0;                     // that the greedy search needs; more than 32: `of` is empty
+  std::vector<havok::FilterInfo> of;  // per shape; zero for shapes without a pair
+};
+Filters find_filters(const Model& model);
+
+// One rule of combination and one coefficient a shape that give every pair its coefficient.
+struct Friction {
+  havok::Combine rule = havok::kMaximum;
+  std::vector<double> of;  // per shape
+};
+std::optional<Friction> find_friction(const Model& model);
+
+// Parent and child of a hinge: Havok has a switch of its own for contact between them.
+bool are_hinged(const Model& model, int body_a, int body_b);
+
+// Whether any pair is between the bodies that hinge `hinge` connects.
+bool hinge_has_contact(const Model& model, int hinge);
+
+}  // namespace assay::havok_adapter
