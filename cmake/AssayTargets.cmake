@@ -31,6 +31,13 @@ if(ASSAY_LTO AND NOT ASSAY_SANITIZE)
   endif()
 endif()
 
+# A static library that is installed: its objects have to link without the compiler that made them, too.
+function(assay_installed_library target)
+  if(assay_lto_works AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    target_compile_options(${target} PRIVATE -ffat-lto-objects)
+  endif()
+endfunction()
+
 # Same objects again (another preset, another commit) are not compiled again where ccache is installed.
 find_program(CCACHE ccache)
 if(CCACHE AND NOT DEFINED CMAKE_CXX_COMPILER_LAUNCHER)

@@ -50,6 +50,7 @@ class AssayTest(unittest.TestCase):
         folder = tempfile.TemporaryDirectory(prefix="assay-cli-")
         self.addCleanup(folder.cleanup)
         self.dir = pathlib.Path(folder.name)
+        self.program = PROGRAM
         self.env = {k: v for k, v in os.environ.items() if not k.startswith("ASSAY_")}
 
     def use_faulty_engine(self):
@@ -62,7 +63,7 @@ class AssayTest(unittest.TestCase):
         return path
 
     def command(self, *arguments):
-        return [PROGRAM, *map(str, arguments)]
+        return [self.program, *map(str, arguments)]
 
     def run_assay(self, *arguments, **options):
         """The finished process, whatever its status is."""
