@@ -11,6 +11,10 @@ constexpr int kMaxGroups = 32;
 
 enum class Wish : char { kAny, kMeet, kPass };
 
+bool agree(Wish a, Wish b) { return a == Wish::kAny || b == Wish::kAny || a == b; }
+
+Wish merged(Wish a, Wish b) { return a == Wish::kAny ? b : a; }
+
 // What each two shapes shall do. Any will do for two that cannot meet anyway.
 class Wishes {
  public:
@@ -30,6 +34,13 @@ class Wishes {
 
   Wish operator()(size_t a, size_t b) const { return wishes_[a * count_ + b]; }
 
+  void merge(const std::vector<size_t>& others, size_t into, size_t from) {
+    at(into, into) = merged(merged((*this)(into, into), (*this)(from, from)), (*this)(into, from));
+    for (const size_t c : others) {
+      if (c != into && c != from) at(into, c) = at(c, into) = merged((*this)(into, c), (*this)(from, c));
+    }
+  }
+
   static bool any_pair(const Model& model, int body_a, int body_b) {
     return std::ranges::any_of(model.contacts, [&](const ContactPair& pair) {
       const int a = model.shapes[pair.shape_a].body, b = model.shapes[pair.shape_b].body;
@@ -44,44 +55,12 @@ class Wishes {
   std::vector<Wish> wishes_;
 };
 
-bool agree(Wish a, Wish b) { return a == Wish::kAny || b == Wish::kAny || a == b; }
-
-// Groups and what each two of them do; kAny while no two of their shapes care.
-struct Groups {
-  std::vector<std::vector<size_t>> members;
-  std::vector<std::vector<Wish>> rule;
-
-  // What `shape` in `group` asks of every group, or nothing if that contradicts what is settled.
-  std::optional<std::vector<Wish>> asked(const Wishes& wishes, size_t shape, size_t group) const {
-    std::vector<Wish> row = rule[group];
-    for (size_t other = 0; other < members.size(); ++other) {
-      for (const size_t member : members[other]) {
-        const Wish wish = wishes(shape, member);
-        if (!agree(row[other], wish)) return std::nullopt;
-        if (wish != Wish::kAny) row[other] = wish;
-      }
-    }
-    return row;
-  }
-
-  void add(const Wishes& wishes, size_t shape) {
-    for (size_t group = 0; group < members.size(); ++group) {
-      if (const auto row = asked(wishes, shape, group)) {
-        join(shape, group, *row);
-        return;
-      }
-    }
-    for (auto& row : rule) row.push_back(Wish::kAny);
-    members.emplace_back();
-    rule.emplace_back(members.size(), Wish::kAny);
-    join(shape, members.size() - 1, *asked(wishes, shape, members.size() - 1));
-  }
-
-  void join(size_t shape, size_t group, const std::vector<Wish>& row) {
-    members[group].push_back(shape);
-    for (size_t other = 0; other < members.size(); ++other) rule[group][other] = rule[other][group] = row[other];
-  }
-};
+// Whether b can be merged into a: they want nothing different of any shape, nor of each other and themselves.
+bool can_merge(const Wishes& wishes, const std::vector<size_t>& shapes, size_t a, size_t b) {
+  const Wish own = merged(wishes(a, a), wishes(b, b));
+  return agree(wishes(a, a), wishes(b, b)) && agree(own, wishes(a, b)) &&
+         std::ranges::all_of(shapes, [&](size_t c) { return c == a || c == b || agree(wishes(a, c), wishes(b, c)); });
+}
 
 // The coefficients that `rule` (kMaximum or kMinimum) needs if it can do it at all: each shape's own is the smallest
 // (largest) of its pairs'.
@@ -147,23 +126,43 @@ bool hinge_has_contact(const Model& model, int hinge) {
 }
 
 Filters find_filters(const Model& model) {
-  const Wishes wishes(model);
+  Wishes wishes(model);
   std::vector<bool> used(model.shapes.size(), false);
   for (const ContactPair& pair : model.contacts) used[pair.shape_a] = used[pair.shape_b] = true;
 
-  Groups groups;
+  // A merged shape wants what either of the two wanted, of all others, so that no later merge can contradict it.
+  std::vector<size_t> shapes;
   for (size_t s = 0; s < model.shapes.size(); ++s) {
-    if (used[s]) groups.add(wishes, s);
+    if (used[s]) shapes.push_back(s);
   }
-  Filters filters{static_cast<int>(groups.members.size()), {}};
+  std::vector<size_t> leaders;
+  std::vector<size_t> leader_of(model.shapes.size(), 0);
+  for (size_t i = 0; i < shapes.size(); ++i) {
+    const size_t shape = shapes[i];
+    // what is not merged away: the leaders and the shapes to come
+    std::vector<size_t> others = leaders;
+    others.insert(others.end(), shapes.begin() + static_cast<std::ptrdiff_t>(i), shapes.end());
+    const auto leader =
+        std::ranges::find_if(leaders, [&](size_t candidate) { return can_merge(wishes, others, candidate, shape); });
+    if (leader == leaders.end()) {
+      leaders.push_back(shape);
+      leader_of[shape] = leaders.size() - 1;
+    } else {
+      wishes.merge(others, *leader, shape);
+      leader_of[shape] = static_cast<size_t>(leader - leaders.begin());
+    }
+  }
+
+  Filters filters{static_cast<int>(leaders.size()), {}};
   if (filters.groups > kMaxGroups) return filters;
   filters.of.resize(model.shapes.size());
-  for (size_t group = 0; group < groups.members.size(); ++group) {
+  for (const size_t shape : shapes) {
+    const size_t group = leader_of[shape];
     std::uint32_t collision = 0;
-    for (size_t other = 0; other < groups.members.size(); ++other) {
-      if (groups.rule[group][other] == Wish::kMeet) collision |= 1U << other;
+    for (size_t other = 0; other < leaders.size(); ++other) {
+      if (wishes(leaders[group], leaders[other]) == Wish::kMeet) collision |= 1U << other;
     }
-    for (const size_t shape : groups.members[group]) filters.of[shape] = {1U << group, collision};
+    filters.of[shape] = {1U << group, collision};
   }
   return filters;
 }
