@@ -1,0 +1,99 @@
+// DART: joint coordinates (articulated bodies), contacts and limits as a linear complementarity problem.
+// README.md says what is exact, what is approximated and which defaults are overridden.
+#include "engines/engine.h"
+
+#include <fmt/format.h>
+
+#include "options.h"
+#include "world.h"
+
+namespace assay::dartsim {
+namespace {
+
+// DART solves pairs with less than this without friction.
+constexpr double kLeastFriction = 1e-3;
+
+class DartEngine final : public Engine {
+ public:
+  std::string name() const override { return ASSAY_ENGINE_NAME; }
+
+  BuildFacts build() const override {
+    return {ASSAY_BUILD_VERSION, ASSAY_BUILD_SOURCE, ASSAY_BUILD_COMPILER, ASSAY_BUILD_FLAGS};
+  }
+
+  std::vector<Setting> settings() const override { return declared_settings(); }
+
+  std::vector<Contender> contenders() const override {
+    return {{"dart", "DART, joint coordinates, Dantzig's LCP solver", {}},
+            {"dart-pgs", "DART, joint coordinates, projected Gauss-Seidel", {{"lcp", "pgs"}}}};
+  }
+
+  Capabilities capabilities(const Settings& settings) const override {
+    const Options options = read_options(settings);
+    Capabilities c;
+    c.precision = Precision::kDouble;
+    c.coordinates = Coordinates::kJoint;
+    c.integrator = "semi-implicit Euler";
+    c.order = 1;
+    c.joint_solver = "none (joint coordinates)";
+    const std::string iterations =
+        options.pgs_tolerance > 0
+            ? fmt::format("at most {}, relative change {:g}", options.pgs_iterations, options.pgs_tolerance)
+            : fmt::format("{}", options.pgs_iterations);
+    c.iterations = options.pgs ? iterations : fmt::format("direct; {} where PGS steps in", iterations);
+    c.contact = c.joint_limits = c.torques = true;
+    c.contact_solver = options.pgs ? "projected Gauss-Seidel, no warm start"
+                                   : "Dantzig's LCP method, projected Gauss-Seidel where it fails";
+    c.contact_model = fmt::format("rigid, ERP {:g}, at most {:g} m/s, CFM {:g} of the diagonal", options.contact_erp,
+                                  options.contact_max_correcting_velocity, options.contact_cfm);
+    c.friction_cone = "pyramid, 4 sides, directions fixed by the normal";
+    c.friction_combine = "the pair's coefficient: the smaller of two shapes, chosen to give it";
+    c.springs = options.native_pd ? SpringKind::kNative : SpringKind::kExplicit;
+    c.spring_note = options.native_pd ? "DART's own, implicit in position and velocity at the step's end"
+                                      : "torque from the state at the step's start, held for the step";
+    c.gyroscopic = true;
+    c.sleep = "none (it has none)";
+    c.speed_limits = "none";
+    c.other = "the distribution's build runs DART's assertions";
+    return c;
+  }
+
+  std::vector<Finding> check(const Model& model, const Settings& settings) const override {
+    const Options options = read_options(settings);
+    std::vector<Finding> findings;
+    for (const Hinge& hinge : model.hinges) {
+      const std::string joint = fmt::format("joint '{}'", hinge.name);
+      if (hinge.armature != 0) {
+        findings.push_back({Fidelity::kRefused, joint + " armature", "DART has no joint armature: set it to 0"});
+      }
+      if (hinge.has_spring()) {
+        findings.push_back({Fidelity::kApproximated, joint + " stiffness and damping",
+                            options.native_pd ? "DART's own spring and damper, implicit in the step"
+                                              : "explicit torque from the state at the step's start"});
+      }
+    }
+    for (const ContactPair& pair : model.contacts) {
+      if (pair.friction > 0 && pair.friction <= kLeastFriction) {
+        findings.push_back({Fidelity::kApproximated,
+                            fmt::format("contact of '{}' and '{}', friction {:g}", model.shapes[pair.shape_a].name,
+                                        model.shapes[pair.shape_b].name, pair.friction),
+                            fmt::format("without friction: DART drops coefficients up to {:g}", kLeastFriction)});
+      }
+    }
+    return findings;
+  }
+
+  std::unique_ptr<Simulation> create(const Model& model, const State& state, const Settings& settings) const override {
+    for (const Finding& finding : check(model, settings)) {
+      if (finding.fidelity == Fidelity::kRefused) {
+        throw UnsupportedError(fmt::format("{}: {}: {}", name(), finding.element, finding.how));
+      }
+    }
+    return std::make_unique<DartSimulation>(model, state, read_options(settings));
+  }
+};
+
+}  // namespace
+}  // namespace assay::dartsim
+
+ASSAY_ENGINE_PLUGIN(assay::dartsim::DartEngine)

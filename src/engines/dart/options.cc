@@ -1,0 +1,48 @@
+#include "options.h"
+
+#include <string>
+
+namespace assay::dartsim {
+
+std::vector<Setting> declared_settings() {
+  return {
+      {"lcp",
+       "dantzig",
+       "",
+       "solver of contacts and joint limits: dantzig: direct, projected Gauss-Seidel where it fails (DART's default); "
+       "pgs: projected Gauss-Seidel alone",
+       {"dantzig", "pgs"}},
+      {"pgs_iterations", 50LL, "", "iterations of projected Gauss-Seidel (DART's own default is 30)", {}, 1.0, 1e6},
+      {"pgs_tolerance",
+       1e-3,
+       "",
+       "projected Gauss-Seidel ends when no impulse changes by more than this part of it",
+       {},
+       0.0,
+       1.0},
+      {"contact_erp", 0.01, "", "part of a contact's depth that one step corrects", {}, 0.0, 1.0},
+      {"contact_max_correcting_velocity", 1e-3, "m/s", "cap of the speed that pushes bodies apart", {}, 0.0, 1e9},
+      {"contact_cfm", 1e-5, "", "softness of contacts, relative to the diagonal of the system", {}, 1e-9, 1.0},
+      {"limit_cfm", 1e-9, "", "softness of joint limits, relative to the diagonal of the system", {}, 1e-9, 1.0},
+      {"pd",
+       "native",
+       "",
+       "joint springs and dampers: native: DART's own, implicit in the step; explicit: torque from the state at the "
+       "step's start",
+       {"native", "explicit"}},
+  };
+}
+
+Options read_options(const Settings& s) {
+  return {.timestep = s.timestep,
+          .pgs = s.get<std::string>("lcp") == "pgs",
+          .pgs_iterations = static_cast<int>(s.get<long long>("pgs_iterations")),
+          .pgs_tolerance = s.get<double>("pgs_tolerance"),
+          .contact_erp = s.get<double>("contact_erp"),
+          .contact_max_correcting_velocity = s.get<double>("contact_max_correcting_velocity"),
+          .contact_cfm = s.get<double>("contact_cfm"),
+          .limit_cfm = s.get<double>("limit_cfm"),
+          .native_pd = s.get<std::string>("pd") == "native"};
+}
+
+}  // namespace assay::dartsim

@@ -1,0 +1,23 @@
+// The adapter's settings, read once from assay's Settings.
+#pragma once
+
+#include <vector>
+
+#include "engines/engine.h"
+
+namespace assay::dartsim {
+
+// What settings() declares, typed. The meaning of each is in its declaration in options.cc.
+struct Options {
+  double timestep = 1e-3;  // s
+  bool pgs = false;
+  int pgs_iterations = 50;
+  double pgs_tolerance = 1e-3;
+  double contact_erp = 0.01, contact_max_correcting_velocity = 1e-3, contact_cfm = 1e-5, limit_cfm = 1e-9;
+  bool native_pd = true;
+};
+
+std::vector<Setting> declared_settings();
+Options read_options(const Settings& settings);
+
+}  // namespace assay::dartsim
