@@ -36,11 +36,19 @@ class BulletEngine final : public Engine {
     const std::string dantzig = "dantzig", multibody = "multibody";
     if (!kDoublePrecision) {
       return {{"bullet-si-f32", "Bullet, rigid bodies and hinges, sequential impulse, float", Set{}},
+              {"bullet-si10-f32", "Bullet, rigid bodies and hinges, sequential impulse with 10 iterations, float",
+               Set{{"iterations", 10LL}}},
+              {"bullet-si200-f32", "Bullet, rigid bodies and hinges, sequential impulse with 200 iterations, float",
+               Set{{"iterations", 200LL}}},
               {"bullet-mlcp-f32", "Bullet, rigid bodies and hinges, Dantzig's LCP solver, float",
                Set{{"solver", dantzig}}}};
     }
     return {
         {"bullet-si-f64", "Bullet, rigid bodies and hinges, sequential impulse, double", Set{}},
+        {"bullet-si10-f64", "Bullet, rigid bodies and hinges, sequential impulse with 10 iterations, double",
+         Set{{"iterations", 10LL}}},
+        {"bullet-si200-f64", "Bullet, rigid bodies and hinges, sequential impulse with 200 iterations, double",
+         Set{{"iterations", 200LL}}},
         {"bullet-mlcp-f64", "Bullet, rigid bodies and hinges, Dantzig's LCP solver, double", Set{{"solver", dantzig}}},
         {"bullet-mb", "Bullet, joint coordinates (Featherstone), double", Set{{"model", multibody}}},
         {"bullet-mb-rk4", "Bullet, joint coordinates (Featherstone), Runge-Kutta 4, double",

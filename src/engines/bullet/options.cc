@@ -41,6 +41,11 @@ std::vector<Setting> declared_settings() {
       "tangents a contact's friction acts along, the first along the slip (Bullet's own default is 1 for rigid bodies)",
       {}, 1, 2);
   add("friction_cone", true, "", "multibody: couple both tangents in a circular cone; off: a box");
+  add("pd", std::string("explicit"), "",
+      "springs and dampers of joints: a torque from the state at the step's start; Bullet has none of its own that is "
+      "a "
+      "spring of a given stiffness",
+      {"explicit"});
   add("frame_offset", true, "", "rigid: hinge rows with levers weighted by the bodies' masses (Bullet's own default)");
   add("randomize_order", false, "", "sequential impulse: another order of constraints every sweep, from a fixed seed");
   add("solver_batch", 128LL, "", "islands are solved together until a batch has this many constraints", {}, 1, 1000000);

@@ -75,6 +75,13 @@ std::vector<Setting> declared_settings() {
        .unit = "",
        .meaning = "friction cone: a pyramid inside Coulomb's cone (MuJoCo's default) or the cone itself",
        .choices = {"pyramidal", "elliptic"}},
+      {.name = "pd",
+       .default_value = std::string("native"),
+       .unit = "",
+       .meaning =
+           "springs and dampers of joints: MuJoCo's own, with what the integrator takes implicitly, or explicit: "
+           "a torque from the state at the step's start",
+       .choices = {"native", "explicit"}},
       {.name = "iterations",
        .default_value = 100LL,
        .unit = "",
@@ -202,6 +209,8 @@ void set_options(const Settings& s, const Vec3& gravity, mjOption& option) {
   option.enableflags = 0;
 }
 
+bool has_explicit_pd(const Settings& s) { return s.get<std::string>("pd") == "explicit"; }
+
 struct Softness {
   std::array<mjtNum, mjNREF> reference;
   std::array<mjtNum, mjNIMP> impedance;
@@ -316,6 +325,7 @@ void add_pair(mjSpec* spec, const ContactPair& contact, const Softness& soft) {
 struct Compiled {
   Model model;
   ModelPtr mujoco;
+  bool explicit_springs = false;           // MuJoCo has none of the model's, they are torques
   std::vector<int> body_id;                // MuJoCo's ids in the model's order (MuJoCo sorts depth first)
   std::vector<int> hinge_joint;            // per hinge
   std::vector<int> body_qpos, body_dof;    // per body: the free joint's first address, -1 for hinged bodies
@@ -340,7 +350,7 @@ void set_inertia(mjsBody* out, const Body& body) {
   Eigen::Map<Vec3>(out->inertia) = realizable(principal.diagonal);
 }
 
-void set_hinge(mjsJoint* joint, const Hinge& hinge, const Softness& soft) {
+void set_hinge(mjsJoint* joint, const Hinge& hinge, const Softness& soft, bool explicit_springs) {
   joint->type = mjJNT_HINGE;
   Eigen::Map<Vec3>(joint->pos) = hinge.p_BJ;
   Eigen::Map<Vec3>(joint->axis) = hinge.axis_B;
@@ -351,9 +361,9 @@ void set_hinge(mjsJoint* joint, const Hinge& hinge, const Softness& soft) {
   joint->margin = 0;
   std::ranges::copy(soft.reference, joint->solref_limit);
   std::ranges::copy(soft.impedance, joint->solimp_limit);
-  joint->stiffness[0] = hinge.stiffness;
   joint->springref = hinge.spring_reference;
-  joint->damping[0] = hinge.damping;
+  joint->stiffness[0] = explicit_springs ? 0 : hinge.stiffness;
+  joint->damping[0] = explicit_springs ? 0 : hinge.damping;
   joint->armature = hinge.armature;
 }
 
@@ -366,6 +376,7 @@ std::shared_ptr<const Compiled> compile(const Model& model, const Settings& sett
 
   const ContactPlan plan = plan_contacts(model, settings.get<std::string>("contact_pairs") == "explicit");
   if (!plan.filter_parents) spec->option.disableflags |= mjDSBL_FILTERPARENT;
+  const bool explicit_springs = has_explicit_pd(settings) && model.has_springs();
   const Softness contact = softness(settings, "contact");
   const Softness limit = softness(settings, "limit");
 
@@ -386,7 +397,7 @@ std::shared_ptr<const Compiled> compile(const Model& model, const Settings& sett
       joint->type = mjJNT_FREE;
       joint->align = mjALIGNFREE_FALSE;
     } else {
-      set_hinge(joint, model.hinges[body.hinge], limit);
+      set_hinge(joint, model.hinges[body.hinge], limit, explicit_springs);
     }
     bodies.push_back(out);
     joints.push_back(joint);
@@ -409,6 +420,7 @@ std::shared_ptr<const Compiled> compile(const Model& model, const Settings& sett
 
   auto compiled = std::make_shared<Compiled>();
   compiled->model = model;
+  compiled->explicit_springs = explicit_springs;
   compiled->mujoco.reset(mj_compile(spec.get(), nullptr));
   if (compiled->mujoco == nullptr) throw EngineError(fmt::format("MuJoCo: {}", one_line(mjs_getError(spec.get()))));
 
@@ -453,6 +465,7 @@ class MujocoSimulation final : public Simulation {
     const std::vector<int>& dof = compiled_->hinge_dof;
     mjtNum* applied = data_->qfrc_applied;
     for (size_t j = 0; j < torques.size(); ++j) applied[dof[j]] = torques[j];
+    if (compiled_->explicit_springs) add_springs(torques);
     torques_set_ = torques_fresh_ = true;
   }
 
@@ -549,6 +562,16 @@ class MujocoSimulation final : public Simulation {
     data_->time = state.time;
   }
 
+  void add_springs(std::span<const double> torques) {
+    const std::vector<Hinge>& hinges = compiled_->model.hinges;
+    for (size_t j = 0; j < hinges.size(); ++j) {
+      const int dof = compiled_->hinge_dof[j];
+      const double angle = data_->qpos[compiled_->hinge_qpos[j]];
+      data_->qfrc_applied[dof] =
+          (j < torques.size() ? torques[j] : 0.0) + spring_torque(hinges[j], angle, data_->qvel[dof]);
+    }
+  }
+
   double time() const { return start_time_ + static_cast<double>(steps_) * model_->opt.timestep; }
 
   void clear_torques() {
@@ -602,16 +625,30 @@ class MujocoEngine final : public Engine {
   std::vector<Setting> settings() const override { return declared_settings(); }
 
   std::vector<Contender> contenders() const override {
-    const auto text = [](const char* value) { return SettingValue(std::string(value)); };
-    return {{"mujoco-euler", "semi-implicit Euler, Newton solver, sparse", {}},
-            {"mujoco-rk4", "Runge-Kutta 4, Newton solver, sparse", {{"integrator", text("rk4")}}},
-            {"mujoco-implicitfast",
-             "implicit in velocity without Coriolis derivatives, Newton solver, sparse",
-             {{"integrator", text("implicitfast")}}},
-            {"mujoco-implicit", "implicit in velocity, Newton solver, sparse", {{"integrator", text("implicit")}}},
-            {"mujoco-euler-dense", "semi-implicit Euler, Newton solver, dense", {{"jacobian", text("dense")}}},
-            {"mujoco-euler-pgs", "semi-implicit Euler, projected Gauss-Seidel, sparse", {{"solver", text("pgs")}}},
-            {"mujoco-euler-cg", "semi-implicit Euler, conjugate gradients, sparse", {{"solver", text("cg")}}}};
+    using Set = std::map<std::string, std::string>;
+    const auto contender = [](const char* name, const char* summary, const Set& set) {
+      return Contender{.name = name, .summary = summary, .set = {set.begin(), set.end()}};
+    };
+    return {
+        contender("mujoco-euler", "semi-implicit Euler, Newton solver, sparse", {}),
+        contender("mujoco-rk4", "Runge-Kutta 4, Newton solver, sparse", {{"integrator", "rk4"}}),
+        contender("mujoco-implicitfast", "implicit in velocity without Coriolis derivatives, Newton solver, sparse",
+                  {{"integrator", "implicitfast"}}),
+        contender("mujoco-implicit", "implicit in velocity, Newton solver, sparse", {{"integrator", "implicit"}}),
+        contender("mujoco-euler-dense", "semi-implicit Euler, Newton solver, dense", {{"jacobian", "dense"}}),
+        contender("mujoco-euler-pgs", "semi-implicit Euler, projected Gauss-Seidel, sparse", {{"solver", "pgs"}}),
+        contender("mujoco-euler-pgs-dense", "semi-implicit Euler, projected Gauss-Seidel, dense",
+                  {{"solver", "pgs"}, {"jacobian", "dense"}}),
+        contender("mujoco-euler-cg", "semi-implicit Euler, conjugate gradients, sparse", {{"solver", "cg"}}),
+        contender("mujoco-euler-cg-dense", "semi-implicit Euler, conjugate gradients, dense",
+                  {{"solver", "cg"}, {"jacobian", "dense"}}),
+        contender("mujoco-euler-elliptic", "semi-implicit Euler, Newton solver, sparse, elliptic friction cone",
+                  {{"cone", "elliptic"}}),
+        contender("mujoco-euler-explicit-pd",
+                  "semi-implicit Euler, Newton solver, sparse, explicit springs and dampers", {{"pd", "explicit"}}),
+        contender("mujoco-rk4-explicit-pd", "Runge-Kutta 4, Newton solver, sparse, explicit springs and dampers",
+                  {{"integrator", "rk4"}, {"pd", "explicit"}}),
+    };
   }
 
   Capabilities capabilities(const Settings& settings) const override {
@@ -637,6 +674,10 @@ class MujocoEngine final : public Engine {
     } else {
       c.integrator = "discrete step map";
       c.spring_note = "stiffness and damping implicit";
+    }
+    if (has_explicit_pd(settings)) {
+      c.springs = SpringKind::kExplicit;
+      c.spring_note = "torque from the state at the step's start, held for the step";
     }
     c.joint_solver = "none (joint coordinates)";
     c.contact_solver = fmt::format("{}, at most {} iterations, tolerance {}, {} Jacobian",
@@ -682,6 +723,12 @@ class MujocoEngine final : public Engine {
       }
     }
     for (const Hinge& hinge : model.hinges) {
+      if (hinge.has_spring() && has_explicit_pd(settings)) {
+        findings.push_back(
+            {.fidelity = Fidelity::kApproximated,
+             .element = fmt::format("joint '{}' stiffness and damping", hinge.name),
+             .how = "explicit torque from the state at the step's start; --set pd=native is MuJoCo's own"});
+      }
       if (hinge.limited) {
         findings.push_back({.fidelity = Fidelity::kApproximated,
                             .element = fmt::format("limit of joint '{}'", hinge.name),

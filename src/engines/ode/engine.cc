@@ -125,6 +125,14 @@ std::vector<Setting> ode_settings() {
        1.0},
       {"limit_erp", 0.2, "", "part of a joint limit's violation that one step corrects", {}, 0.0, 1.0},
       {"limit_cfm", 1e-10, "s/(kg m^2)", "softness of joint limits", {}, 0.0, 1.0},
+      {"pd",
+       "explicit",
+       "",
+       "springs and dampers of joints: explicit: a torque from the state at the step's start; native: the joint's stop "
+       "with the ERP and CFM that make it a spring and damper, which is implicit",
+       {"explicit", "native"},
+       {},
+       {}},
       {"contact_erp", 0.2, "", "part of a contact's depth that one step corrects", {}, 0.0, 1.0},
       {"contact_cfm", 1e-10, "s/kg", "softness of contacts", {}, 0.0, 1.0},
       {"contact_max_correcting_velocity",
@@ -176,6 +184,7 @@ struct Options {
         cfm(s.get<double>("cfm")),
         limit_erp(s.get<double>("limit_erp")),
         limit_cfm(s.get<double>("limit_cfm")),
+        native_springs(s.get<std::string>("pd") == "native"),
         contact_erp(s.get<double>("contact_erp")),
         contact_cfm(s.get<double>("contact_cfm")),
         max_correcting_velocity(s.get<double>("contact_max_correcting_velocity")),
@@ -191,7 +200,9 @@ struct Options {
   int iterations;
   double over_relaxation;
   std::uint32_t seed;
-  double erp, cfm, limit_erp, limit_cfm, contact_erp, contact_cfm, max_correcting_velocity, surface_layer;
+  double erp, cfm, limit_erp, limit_cfm;
+  bool native_springs;
+  double contact_erp, contact_cfm, max_correcting_velocity, surface_layer;
   bool along_slip;
   int max_contacts;
   std::string broadphase;
@@ -200,9 +211,15 @@ struct Options {
 
 // ---- simulation -----------------------------------------------------------------------------------------------------
 
+// A hinge whose spring and damper are its stops: both at the rest angle, soft by ERP and CFM.
+bool is_spring_stop(const Hinge& hinge, const Options& options) { return options.native_springs && hinge.has_spring(); }
+
 // The hinge angle at which ODE's own angle is zero. ODE wraps its angle at +-pi, so limited hinges count from the
-// middle of their range: every range below a full turn then works, wherever it lies.
-double zero_angle(const Hinge& hinge) { return hinge.limited ? (hinge.lower + hinge.upper) / 2 : hinge.reference; }
+// middle of their range: every range below a full turn then works, wherever it lies. Springs count from their rest.
+double zero_angle(const Hinge& hinge, const Options& options) {
+  if (hinge.limited) return (hinge.lower + hinge.upper) / 2;
+  return is_spring_stop(hinge, options) ? hinge.spring_reference : hinge.reference;
+}
 
 // Half of what a range leaves of the full turn: a limit passed by more than this is taken for the other one.
 double limit_margin(const Hinge& hinge) { return std::numbers::pi - (hinge.upper - hinge.lower) / 2; }
@@ -219,7 +236,7 @@ class OdeSimulation final : public Simulation {
     create_hinges();
     if (!model_.contacts.empty()) create_shapes();
     set_state(state);
-    has_springs_ = model_.has_springs();
+    has_explicit_springs_ = model_.has_springs() && !options_.native_springs;
     last_angle_ = state.angle;
     // the number of this step counted from time zero, so that a run continued in the middle draws the same seeds
     step_ = std::llround(state.time / timestep_);
@@ -227,7 +244,7 @@ class OdeSimulation final : public Simulation {
   }
 
   void set_torques(std::span<const double> torques) override {
-    if (has_springs_) read_state(scratch_);
+    if (has_explicit_springs_) read_state(scratch_);
     // ODE empties its accumulators after a step, but adds up what is applied between two; a second call replaces the
     // first
     if (torques_set_) {
@@ -236,7 +253,7 @@ class OdeSimulation final : public Simulation {
     torques_set_ = true;
     for (size_t j = 0; j < joints_.size(); ++j) {
       double torque = torques.empty() ? 0.0 : torques[j];
-      if (has_springs_) torque += spring_torque(model_.hinges[j], scratch_.angle[j], scratch_.rate[j]);
+      if (has_explicit_springs_) torque += spring_torque(model_.hinges[j], scratch_.angle[j], scratch_.rate[j]);
       if (torque != 0) dJointAddHingeTorque(joints_[j], torque);
     }
   }
@@ -308,10 +325,10 @@ class OdeSimulation final : public Simulation {
       dVector3 anchor, axis;
       dJointGetHingeAnchor(joints_[j], anchor);
       dJointGetHingeAxis(joints_[j], axis);
-      const double zero = zero_angle(model_.hinges[j]);
+      const double zero = zero_angle(model_.hinges[j], options_);
       const double lower = dJointGetHingeParam(joints_[j], dParamLoStop);
       const double upper = dJointGetHingeParam(joints_[j], dParamHiStop);
-      EngineHinge hinge{vec3(anchor), vec3(axis), lower > -dInfinity || upper < dInfinity};
+      EngineHinge hinge{vec3(anchor), vec3(axis), lower < upper && (lower > -dInfinity || upper < dInfinity)};
       if (hinge.limited) {
         hinge.lower = zero + lower;
         hinge.upper = zero + upper;
@@ -360,7 +377,7 @@ class OdeSimulation final : public Simulation {
   // Attaching stores relative frames, so all hinges are made where ODE's angles shall be zero.
   void create_hinges() {
     State zero = reference_state(model_);
-    for (size_t j = 0; j < model_.hinges.size(); ++j) zero.angle[j] = zero_angle(model_.hinges[j]);
+    for (size_t j = 0; j < model_.hinges.size(); ++j) zero.angle[j] = zero_angle(model_.hinges[j], options_);
     bodies_from_joints(model_, zero);
     set_state(zero);
 
@@ -381,9 +398,22 @@ class OdeSimulation final : public Simulation {
         dJointSetHingeParam(joint, dParamStopERP, options_.limit_erp);
         dJointSetHingeParam(joint, dParamStopCFM, options_.limit_cfm);
         dJointSetHingeParam(joint, dParamBounce, 0);
+      } else if (is_spring_stop(hinge, options_)) {
+        make_spring_stop(joint, hinge);
       }
       joints_.push_back(joint);
     }
+  }
+
+  // Both stops at the rest angle, where ODE's angle is zero. A row v + CFM f = -(ERP / h) angle then is the torque
+  // f = -k (angle + h v) - b v of the angle and rate at the step's end.
+  void make_spring_stop(dxJoint* joint, const Hinge& hinge) const {
+    const double yielding = timestep_ * hinge.stiffness + hinge.damping;
+    dJointSetHingeParam(joint, dParamLoStop, 0);
+    dJointSetHingeParam(joint, dParamHiStop, 0);
+    dJointSetHingeParam(joint, dParamStopERP, timestep_ * hinge.stiffness / yielding);
+    dJointSetHingeParam(joint, dParamStopCFM, 1 / yielding);
+    dJointSetHingeParam(joint, dParamBounce, 0);
   }
 
   // Only shapes that are in a contact pair get a geom.
@@ -525,13 +555,27 @@ class OdeSimulation final : public Simulation {
   std::vector<std::uint16_t> pair_friction_;  // shapes x shapes, into frictions_; small, so that it stays in the cache
   std::vector<char> tags_;                    // a geom's data is the address of its shape's tag
   std::array<dContact, kMaxContacts> points_{};
-  bool has_springs_ = false;
+  bool has_explicit_springs_ = false;
   bool torques_set_ = false;  // since the last step
   State scratch_;
   mutable std::vector<double> last_angle_;  // what the next read unwraps against
 };
 
 // ---- engine ---------------------------------------------------------------------------------------------------------
+
+Finding spring_finding(const Hinge& hinge, const Options& options) {
+  const std::string element = "joint '" + hinge.name + "' stiffness and damping";
+  if (!options.native_springs) {
+    return {Fidelity::kApproximated, element,
+            "explicit torque from the state at the step's start; --set pd=native is implicit"};
+  }
+  if (hinge.limited) {
+    return {Fidelity::kRefused, element,
+            "a hinge has one pair of stops, for its limits or for its spring: set pd=explicit or remove the range"};
+  }
+  return {Fidelity::kApproximated, element,
+          "a spring knows its angle within half a turn from its rest; beyond, it pulls the other way"};
+}
 
 class OdeEngine final : public Engine {
  public:
@@ -545,8 +589,18 @@ class OdeEngine final : public Engine {
   std::vector<Setting> settings() const override { return ode_settings(); }
 
   std::vector<Contender> contenders() const override {
-    return {{"ode-quick", "ODE, iterative solver (dWorldQuickStep), 50 iterations", {}},
-            {"ode-step", "ODE, exact solver (dWorldStep)", {{"solver", "exact"}}}};
+    return {
+        {"ode-quick", "ODE, iterative solver (dWorldQuickStep), 50 iterations", {}},
+        {"ode-quick20", "ODE, iterative solver (dWorldQuickStep), 20 iterations", {{"iterations", 20LL}}},
+        {"ode-quick200", "ODE, iterative solver (dWorldQuickStep), 200 iterations", {{"iterations", 200LL}}},
+        {"ode-quick-native-pd",
+         "ODE, iterative solver (dWorldQuickStep), 50 iterations, springs and dampers by ERP and CFM",
+         {{"pd", "native"}}},
+        {"ode-step", "ODE, exact solver (dWorldStep)", {{"solver", "exact"}}},
+        {"ode-step-native-pd",
+         "ODE, exact solver (dWorldStep), springs and dampers by ERP and CFM",
+         {{"solver", "exact"}, {"pd", "native"}}},
+    };
   }
 
   Capabilities capabilities(const Settings& settings) const override {
@@ -568,6 +622,10 @@ class OdeEngine final : public Engine {
     c.joint_limits = true;
     c.springs = SpringKind::kExplicit;
     c.spring_note = "torque from the state at the step's start, held for the step";
+    if (options.native_springs) {
+      c.springs = SpringKind::kNative;
+      c.spring_note = "implicit: stops at the rest angle with ERP = hK / (hK + B), CFM = 1 / (hK + B)";
+    }
     c.gyroscopic = options.gyroscopic;
     if (!options.exact) c.iterations = std::to_string(options.iterations);
     c.sleep = "off";
@@ -583,8 +641,10 @@ class OdeEngine final : public Engine {
   }
 
   std::vector<Finding> check(const Model& model, const Settings& settings) const override {
+    const Options options(settings);
     std::vector<Finding> findings;
     for (const Hinge& hinge : model.hinges) {
+      if (hinge.has_spring()) findings.push_back(spring_finding(hinge, options));
       if (hinge.armature != 0) {
         findings.push_back(
             {Fidelity::kRefused, "joint '" + hinge.name + "' armature",
@@ -607,7 +667,7 @@ class OdeEngine final : public Engine {
     if (friction) {
       findings.push_back(
           {Fidelity::kApproximated, "friction of contact pairs",
-           Options(settings).along_slip
+           options.along_slip
                ? "a four-sided pyramid whose first direction is the slip's at the step's start"
                : "a four-sided pyramid along directions fixed by the contact normal: exact along them, up to "
                  "1.41 times the coefficient between them"});
