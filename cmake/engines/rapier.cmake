@@ -1,0 +1,16 @@
+# Rapier: built from its crates, both precisions in one static library with a C interface of ours.
+set(version 0.36.1)
+set(folder "${ASSAY_CACHE}/engines/rapier-${version}")
+if(EXISTS "${folder}/lib/libassay_rapier.a")
+  find_package(Threads REQUIRED)
+  add_library(engine::rapier STATIC IMPORTED GLOBAL)
+  # What Rust's standard library needs: `cargo rustc -- --print native-static-libs`.
+  set_target_properties(engine::rapier PROPERTIES
+    IMPORTED_LOCATION "${folder}/lib/libassay_rapier.a"
+    INTERFACE_INCLUDE_DIRECTORIES "${folder}/include"
+    INTERFACE_LINK_LIBRARIES "Threads::Threads;${CMAKE_DL_LIBS};m")
+  assay_engine_facts(rapier ${version} "${folder}")
+  message(STATUS "assay: engine rapier: ${folder}")
+else()
+  assay_engine_absent(rapier "${run_setup}")
+endif()
