@@ -1,0 +1,58 @@
+// One running Simbody system, behind an interface that C++17 understands too: Simbody 3.7's headers are no C++20.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "model/model.h"
+
+namespace assay::simbody {
+
+enum class Method { kSemiExplicitEuler, kVerlet, kRungeKutta2, kRungeKutta3, kRungeKuttaMerson, kRungeKuttaFehlberg };
+
+// What settings() declares, typed. The meaning of each is in its declaration in engine.cc.
+struct Options {
+  double timestep = 1e-3;  // s
+  Method method = Method::kSemiExplicitEuler;
+  bool native_pd = true;
+  double limit_frequency = 0.2;    // rad a step
+  double limit_dissipation = 0.5;  // s/rad
+};
+
+// What the engine holds, as EngineView wants it.
+struct HeldBody {
+  double mass = 0;
+  Vec3 p_WBcm = Vec3::Zero();
+  Mat3 I_BBcm_W = Mat3::Zero();
+};
+struct HeldHinge {
+  Vec3 p_WJ = Vec3::Zero(), axis_W = Vec3::UnitZ();
+  bool limited = false;
+  double lower = 0, upper = 0;
+};
+struct Held {
+  std::vector<HeldBody> bodies;
+  std::vector<HeldHinge> hinges;
+  Vec3 gravity = Vec3::Zero();
+};
+
+class World {
+ public:
+  World(const Model& model, const State& state, const Options& options);
+  ~World();
+  World(const World&) = delete;
+  World& operator=(const World&) = delete;
+
+  // One torque per hinge, or null: none. Acts in the next step.
+  void set_torques(const double* torques);
+  void advance(int count);
+  // Angles, rates and free bodies; the hinged bodies follow from them.
+  void read_joints(State& out) const;
+  Held held() const;
+
+ private:
+  struct Parts;  // Simbody's objects
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace assay::simbody
