@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include <fmt/format.h>
+#include <fnmatch.h>
 #include <nlohmann/json.hpp>
 #include <toml++/toml.h>
 
@@ -276,6 +277,19 @@ std::map<std::string, std::string> overrides_of(const Section& section) {
   return overrides;
 }
 
+// The contenders that `pattern` (of a shell: * and ?) names, in the engines' order, without those that are taken and
+// those that do not even claim to move anything, as the harness's does.
+std::vector<std::string> matching(const std::string& pattern, const std::set<std::string>& taken,
+                                  const Registry& registry) {
+  std::vector<std::string> names;
+  for (const std::string& name : registry.contender_names()) {
+    if (taken.contains(name) || ::fnmatch(pattern.c_str(), name.c_str(), 0) != 0) continue;
+    const ResolvedContender contender = registry.resolve(name);
+    if (contender.engine->capabilities(contender.settings).order > 0) names.push_back(name);
+  }
+  return names;
+}
+
 std::vector<CampaignContender> contenders_of(const Section& root, const Registry& registry) {
   std::vector<std::pair<std::string, Section>> derived;
   for (const Section& section : root.sections("contender")) {
@@ -296,6 +310,16 @@ std::vector<CampaignContender> contenders_of(const Section& root, const Registry
     for (const toml::node& entry : root.list("contenders", *node)) {
       const auto name = entry.value_exact<std::string>();
       if (!name) root.fail(&entry, fmt::format("'contenders' has {}: give a contender's name", node_text(entry)));
+      if (name->find_first_of("*?") != std::string::npos) {
+        const std::vector<std::string> names = matching(*name, taken, registry);
+        if (names.empty()) {
+          root.fail(&entry,
+                    fmt::format("'{}' matches no further contender: see 'assay engines' for their names", *name));
+        }
+        for (const std::string& each : names) contenders.push_back(resolve(root, &entry, each, each, {}, registry));
+        taken.insert(names.begin(), names.end());
+        continue;
+      }
       if (!taken.insert(*name).second) {
         root.fail(&entry, fmt::format("contender '{}' is there twice: leave one out, or derive one under another name "
                                       "with [[contender]]",

@@ -3,7 +3,8 @@
 //
 //   name = "quick"
 //   title = "..."                                  # optional
-//   contenders = ["mujoco-euler", "A"]             # names of contenders, or of the tables below
+//   contenders = ["mujoco-euler", "A", "ode-*"]    # names of contenders or of the tables below, or patterns (* and ?)
+//                                                  # for those of the engines that are there
 //   timesteps_ms = ["1/64", "1/4", 1, 4]           # numbers, or fractions as text
 //   reference_ms = "1/64"                          # timestep of the reference runs; default 1/64
 //   measures = ["raw_speed", "consistency"]        # raw_speed, consistency, truth, drift

@@ -130,6 +130,32 @@ TEST(Campaign, MistakesNameFileLineValueAndTheNearestName) {
   EXPECT_THAT(error_of(""), HasSubstr("'name'"));
 }
 
+TEST(Campaign, PatternsNameContendersOfTheEnginesThatAreThere) {
+  const auto names_of = [](const std::string& contenders) {
+    std::vector<std::string> names;
+    for (const CampaignContender& each : parse_campaign(with(kGood, R"(["null", "A"])", contenders), "f").contenders) {
+      names.push_back(each.resolved.name);
+    }
+    return names;
+  };
+  std::vector<std::string> mujoco;
+  std::vector<std::string> all;
+  for (const std::string& name : Registry::instance().contender_names()) {
+    if (name.starts_with("mujoco-")) mujoco.push_back(name);
+    if (name != "null") all.push_back(name);
+  }
+  // who is there already is not taken again
+  std::erase(mujoco, "mujoco-rk4");
+  mujoco.insert(mujoco.begin(), "mujoco-rk4");
+  mujoco.emplace_back("A");
+  EXPECT_EQ(names_of(R"(["mujoco-rk4", "mujoco-*", "A"])"), mujoco);
+  // "*" leaves the engine out that does nothing
+  all.emplace_back("A");
+  EXPECT_EQ(names_of(R"(["*"])"), all);
+  EXPECT_THAT(error_of(with(kGood, R"(["null", "A"])", R"(["hal9000-*"])")),
+              AllOf(HasSubstr("'hal9000-*'"), HasSubstr("assay engines")));
+}
+
 TEST(Campaign, TimestepsMakeSense) {
   for (const char* wrong : {"0", "-1", "\"1/0\"", "\"fast\"", "nan", "inf", "true", "[1]"}) {
     EXPECT_THAT(error_of("[4, \"1/4\", 1]", std::string("[4, ") + wrong + "]"),
