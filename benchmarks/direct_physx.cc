@@ -34,8 +34,7 @@ class DirectPhysx final : public Direct {
   DirectPhysx(const Scene& scene, const State& start, const Settings& settings)
       : h_(f(settings.timestep)),
         position_iterations_(static_cast<PxU32>(settings.get<long long>("position_iterations"))),
-        velocity_iterations_(static_cast<PxU32>(settings.get<long long>("velocity_iterations"))),
-        dispatcher_(PxDefaultCpuDispatcherCreate(0)) {
+        velocity_iterations_(static_cast<PxU32>(settings.get<long long>("velocity_iterations"))) {
     const Model& model = scene.model;
     double size = 1;  // of a shape: all are the same
     for (const Shape& shape : model.shapes) {
@@ -44,6 +43,7 @@ class DirectPhysx final : public Direct {
     contact_offset_ = f(settings.get<double>("contact_offset") * size);
     PxSceneDesc description(physics().getTolerancesScale());
     description.gravity = px(model.gravity);
+    dispatcher_ = PxDefaultCpuDispatcherCreate(0);
     description.cpuDispatcher = dispatcher_;
     description.filterShader = PxDefaultSimulationFilterShader;
     if (settings.get<std::string>("solver") == "tgs") description.solverType = PxSolverType::eTGS;
@@ -227,7 +227,7 @@ class DirectPhysx final : public Direct {
   float h_;
   float contact_offset_ = 0;
   PxU32 position_iterations_, velocity_iterations_;
-  PxDefaultCpuDispatcher* dispatcher_;
+  PxDefaultCpuDispatcher* dispatcher_ = nullptr;
   PxScene* scene_ = nullptr;
   PxMaterial* material_ = nullptr;
   PxRigidStatic* ground_ = nullptr;
