@@ -1,6 +1,7 @@
 // PhysX as an engine of assay: what it is, what it can do, and which of its two formulations runs.
 #include "engines/engine.h"
 
+#include <array>
 #include <numbers>
 
 #include <fmt/format.h>
@@ -14,18 +15,26 @@ namespace {
 // Settings of contenders beside the declared defaults.
 using Set = std::map<std::string, SettingValue>;
 
-// Bounds: 1.5 to 2 times what the tests measure.
+// Shown by the programs of findings/physx that are named here. Bounds: 1.5 to 2 times what the tests measure.
 std::vector<Deviation> deviations(const Options& options) {
+  std::vector<Deviation> list;
+  const bool articulation = options.joints == Joints::kArticulation;
   if (options.tgs) {
-    // findings/physx/tgs_spin_gain.cc
-    return {{"fast-motion", 1e-4, "free bodies gain 6e-7 of their spin in every step, whatever the timestep"}};
+    // tgs_spin_gain.cc
+    list.push_back(
+        {"fast-motion", 1e-4, "what turns freely gains 6e-7 of its spin in every step, whatever the timestep"});
+  } else if (!articulation) {
+    // pgs_joint_slows_rotor.cc
+    list.push_back(
+        {"pendulum-period", 0.035,
+         "a joint slows a body that turns beside its centre of mass: of first order, but not yet at the 4 ms "
+         "that the test begins with"});
   }
-  if (options.joints == Joints::kArticulation) return {};
-  // findings/physx/pgs_joint_slows_rotor.cc
-  return {
-      {"pendulum-period", 0.035,
-       "a joint slows a body that turns beside its centre of mass: of first order, but not yet at the 4 ms that the "
-       "test begins with"}};
+  if (options.native_pd && !articulation) {
+    // d6_drive_half_angle.cc
+    list.push_back({"spring-damper", 0.03, "a D6 drive's torque is 2 k sin(angle / 2), not k angle"});
+  }
+  return list;
 }
 
 class PhysxEngine final : public Engine {
@@ -40,16 +49,30 @@ class PhysxEngine final : public Engine {
   std::vector<Setting> settings() const override { return declared_settings(); }
 
   std::vector<Contender> contenders() const override {
-    // without velocity iterations: with this solver they would apply drives again
-    const Set tgs = {{"solver", std::string("tgs")}, {"velocity_iterations", 0LL}};
-    const std::pair<const std::string, SettingValue> articulation = {"joints", std::string("articulation")};
-    Set articulation_tgs = tgs;
-    articulation_tgs.insert(articulation);
-    return {
-        {"physx-d6-pgs", "PhysX, rigid bodies and D6 joints, projected Gauss-Seidel, float", Set{}},
-        {"physx-d6-tgs", "PhysX, rigid bodies and D6 joints, temporal Gauss-Seidel, float", tgs},
-        {"physx-art-pgs", "PhysX, articulations (joint coordinates), projected Gauss-Seidel, float", Set{articulation}},
-        {"physx-art-tgs", "PhysX, articulations (joint coordinates), temporal Gauss-Seidel, float", articulation_tgs}};
+    struct Choice {
+      const char *name, *joints, *solver, *text;
+    };
+    std::vector<Contender> list;
+    const auto add = [&list](const Choice& choice, const std::string& suffix, const std::string& text, Set set) {
+      if (std::string(choice.joints) != "d6") set["joints"] = std::string(choice.joints);
+      if (std::string(choice.solver) == "tgs") {
+        set["solver"] = std::string("tgs");
+        // with this solver they would apply drives again
+        set["velocity_iterations"] = 0LL;
+      }
+      list.push_back({choice.name + suffix, fmt::format("PhysX, {}{}, float", choice.text, text), std::move(set)});
+    };
+    const std::array<Choice, 4> choices = {
+        {{"physx-d6-pgs", "d6", "pgs", "rigid bodies and D6 joints, projected Gauss-Seidel"},
+         {"physx-d6-tgs", "d6", "tgs", "rigid bodies and D6 joints, temporal Gauss-Seidel"},
+         {"physx-art-pgs", "articulation", "pgs", "articulations (joint coordinates), projected Gauss-Seidel"},
+         {"physx-art-tgs", "articulation", "tgs", "articulations (joint coordinates), temporal Gauss-Seidel"}}};
+    for (const Choice& choice : choices) add(choice, "", "", {});
+    for (const Choice& choice : choices) add(choice, "4", ", 4 iterations", {{"position_iterations", 4LL}});
+    for (const Choice& choice : choices) {
+      add(choice, "-native-pd", ", springs by joint drives", {{"pd", std::string("native")}});
+    }
+    return list;
   }
 
   Capabilities capabilities(const Settings& settings) const override {
@@ -97,7 +120,7 @@ class PhysxEngine final : public Engine {
     c.sleep = "off";
     c.speed_limits = "none";
     if (options.tgs) {
-      c.other = "free bodies gain 6e-7 of their spin a step";
+      c.other = "what turns freely gains 6e-7 of its spin a step";
       if (articulation) c.other += "; joint angles are summed up in float once an iteration";
     } else if (!articulation) {
       c.hidden_damping =
