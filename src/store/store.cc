@@ -242,6 +242,9 @@ Store Store::create(const std::string& dir, const Identity& identity) {
     if (fs::exists(dir, ignored) && !fs::is_directory(dir, ignored)) {
       throw InputError(fmt::format("'{}' is a file: give a directory for the results", dir));
     }
+    if (error == std::errc::not_a_directory) {
+      throw InputError(fmt::format("'{}' lies below a file: give a directory for the results", dir));
+    }
     throw SystemError(fmt::format("cannot make the directory '{}': {}", dir, error.message()));
   }
   const std::string path = database_path(dir);

@@ -185,6 +185,8 @@ TEST_F(StoreTest, RefusesDirectoriesThatAreNotThereOrNoDirectories) {
   EXPECT_THAT(message_of<InputError>([&] { Store::open(dir()); }), HasSubstr("holds no results"));
   std::ofstream(dir_ / "file") << "x";
   EXPECT_THAT(message_of<InputError>([&] { Store::create(dir() + "/file", kIdentity); }), HasSubstr("is a file"));
+  EXPECT_THAT(message_of<InputError>([&] { Store::create(dir() + "/file/below", kIdentity); }),
+              HasSubstr("lies below a file"));
   EXPECT_THAT(message_of<InputError>([&] { Store::create("", kIdentity); }), HasSubstr("empty"));
   EXPECT_THAT(message_of<SystemError>([&] { Store::create(dir() + "/file/below", kIdentity); }),
               HasSubstr("cannot make the directory"));
