@@ -13,7 +13,9 @@ struct Options {
   bool pgs = false;
   int pgs_iterations = 50;
   double pgs_tolerance = 1e-3;
-  double contact_erp = 0.01, contact_max_correcting_velocity = 1e-3, contact_cfm = 1e-5, limit_cfm = 1e-9;
+  double contact_erp = 0.2;
+  double contact_max_correcting_velocity = 0;  // m/s; 0: none
+  double contact_cfm = 1e-5, limit_cfm = 1e-9;
   bool native_pd = true;
 };
 

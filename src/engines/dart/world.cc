@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdarg>
 #include <cstdio>
+#include <limits>
 #include <mutex>
 #include <string>
 #include <utility>
@@ -59,7 +60,8 @@ void set_globals(const Options& options) {
   using dart::constraint::ContactConstraint;
   ContactConstraint::setErrorAllowance(0);
   ContactConstraint::setErrorReductionParameter(options.contact_erp);
-  ContactConstraint::setMaxErrorReductionVelocity(options.contact_max_correcting_velocity);
+  const double cap = options.contact_max_correcting_velocity;
+  ContactConstraint::setMaxErrorReductionVelocity(cap > 0 ? cap : std::numeric_limits<double>::infinity());
   ContactConstraint::setConstraintForceMixing(options.contact_cfm);
   dart::constraint::JointConstraint::setErrorAllowance(0);
   dart::constraint::JointConstraint::setConstraintForceMixing(options.limit_cfm);
