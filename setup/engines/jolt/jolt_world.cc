@@ -6,10 +6,13 @@
 #include <memory>
 #include <vector>
 
+// clang-format off: Jolt wants this one before its others
+#include <Jolt/Jolt.h>
+// clang-format on
+
 #include <Jolt/Core/Factory.h>
 #include <Jolt/Core/JobSystemSingleThreaded.h>
 #include <Jolt/Core/TempAllocator.h>
-#include <Jolt/Jolt.h>
 #include <Jolt/Physics/Body/BodyCreationSettings.h>
 #include <Jolt/Physics/Collision/Shape/CapsuleShape.h>
 #include <Jolt/Physics/Collision/Shape/EmptyShape.h>

@@ -175,6 +175,11 @@ class JoltEngine final : public Engine {
     c.gyroscopic = world.gyroscopic != 0;
     c.sleep = "off";
     c.speed_limits = "none (1e18)";
+    c.hidden_damping = "hinges: a body pinned beside its centre of mass loses up to h w^3 / 2 of its rate w a second";
+    c.deviations = {{"pendulum-period", 0.03,
+                     "hinges take energy out at first order in the timestep, for the position correction does not turn "
+                     "velocities: at 4 ms the test's pendulum is too far from its limit to extrapolate "
+                     "(findings/jolt/hinge_damps.cc)"}};
     if (kDoublePositions) c.other = "positions are double; orientations, velocities, masses and the solver are float";
     if (world.gyroscopic != 0) {
       if (!c.other.empty()) c.other += "; ";
