@@ -13,6 +13,7 @@
 #include <dart/simulation/World.hpp>
 
 #include "direct.h"
+#include "model/kinematics.h"
 
 namespace assay::benchmarks {
 namespace {
@@ -21,8 +22,9 @@ using namespace dart::dynamics;  // NOLINT(google-build-using-namespace): its Bo
 
 class DirectDart final : public Direct {
  public:
-  DirectDart(const Scene& scene, const State& start, const Settings& settings) : world_(make_world(settings)) {
-    const Model& model = scene.model;
+  DirectDart(const Scene& scene, const State& start, const Settings& settings)
+      : model_(scene.model), world_(make_world(settings)) {
+    const Model& model = model_;
     world_->setGravity(model.gravity);
     for (size_t i = 0; i < model.bodies.size(); ++i) {
       if (model.bodies[i].is_free()) {
@@ -46,10 +48,18 @@ class DirectDart final : public Direct {
     }
   }
 
+  // from the joints, as the adapter does it: DART's own poses of hinged bodies differ by a rounding
   std::vector<Vec3> positions() const override {
+    State state;
+    state.bodies.resize(bodies_.size());
+    for (size_t i = 0; i < bodies_.size(); ++i) state.bodies[i].p_WBcm = bodies_[i]->getCOM();
+    for (size_t j = 0; j < hinges_.size(); ++j) {
+      state.angle.push_back(hinges_[j]->getPosition(0) + model_.hinges[j].reference);
+      state.rate.push_back(hinges_[j]->getVelocity(0));
+    }
+    bodies_from_joints(model_, state);
     std::vector<Vec3> result;
-    result.reserve(bodies_.size());
-    for (const BodyNode* body : bodies_) result.push_back(body->getCOM());
+    for (const BodyState& body : state.bodies) result.push_back(body.p_WBcm);
     return result;
   }
 
@@ -79,6 +89,7 @@ class DirectDart final : public Direct {
 
   static BodyNode::Properties properties(const Body& body) {
     BodyNode::Properties properties;
+    properties.mName = body.name;
     properties.mInertia = Inertia(body.mass, body.p_BBcm, body.I_BBcm_B);
     return properties;
   }
@@ -110,6 +121,7 @@ class DirectDart final : public Direct {
     const Hinge& hinge = model.hinges[body.hinge];
     if (!chain_) chain_ = Skeleton::create("chain");
     RevoluteJoint::Properties revolute;
+    revolute.mName = hinge.name;
     revolute.mAxis = hinge.axis_B;
     revolute.mT_ChildBodyToJoint.translation() = hinge.p_BJ;
     revolute.mT_ParentBodyToJoint = isometry(body.X_PB.p, body.X_PB.q) * revolute.mT_ChildBodyToJoint;
@@ -131,6 +143,7 @@ class DirectDart final : public Direct {
     world_->addSkeleton(floor);
   }
 
+  Model model_;
   dart::simulation::WorldPtr world_;
   SkeletonPtr chain_;
   std::vector<BodyNode*> bodies_;
