@@ -115,7 +115,7 @@ class HavokEngine final : public Engine {
   std::vector<Finding> check(const Model& model, const Settings& settings) const override {
     const Options options(settings);
     std::vector<Finding> findings;
-    for (const Hinge& hinge : model.hinges) check_hinge(hinge, findings);
+    for (const Hinge& hinge : model.hinges) check_hinge(hinge, options, findings);
     if (model.contacts.empty()) return findings;
 
     const bool plane = std::ranges::any_of(model.contacts, [&model](const ContactPair& pair) {
@@ -148,16 +148,22 @@ class HavokEngine final : public Engine {
   }
 
  private:
-  static void check_hinge(const Hinge& hinge, std::vector<Finding>& findings) {
+  static void check_hinge(const Hinge& hinge, const Options& options, std::vector<Finding>& findings) {
     if (hinge.armature != 0) {
       findings.push_back(
           {Fidelity::kRefused, fmt::format("joint '{}' armature", hinge.name),
            "Havok has no rotor inertia in a hinge; remove the armature or use an engine with joint coordinates"});
     }
-    if (hinge.limited && hinge.upper - hinge.lower >= 2 * std::numbers::pi) {
+    if (!hinge.limited) return;
+    const double zero = zero_angle(hinge, options);
+    if (hinge.upper - zero >= std::numbers::pi || zero - hinge.lower >= std::numbers::pi) {
       findings.push_back(
           {Fidelity::kRefused, fmt::format("joint '{}' range", hinge.name),
-           "Havok knows a hinge's angle within one turn only; narrow the range below 2 pi or remove it"});
+           hinge.upper - hinge.lower >= 2 * std::numbers::pi
+               ? "Havok knows a hinge's angle within one turn only; narrow the range below 2 pi or remove it"
+               : "Havok's own spring rests at the middle of the turn in which it knows the angle, and a limit lies "
+                 "beyond; "
+                 "use pd=explicit"});
     }
   }
 };

@@ -52,7 +52,6 @@ namespace assay::havok_adapter {
   X(Constraint_SetAxisMaxLimit)            \
   X(Constraint_GetAxisMaxLimit)            \
   X(Constraint_SetAxisMotorType)           \
-  X(Constraint_SetAxisMotorPositionTarget) \
   X(Constraint_SetAxisMotorVelocityTarget) \
   X(Constraint_SetAxisMotorStiffness)      \
   X(Constraint_SetAxisMotorDamping)        \

@@ -19,13 +19,6 @@ havok::Quaternion quaternion(const Quat& q) { return {f32(q.x()), f32(q.y()), f3
 Vec3 vec3(const havok::Vector3& v) { return {v.x, v.y, v.z}; }
 Quat quat(const havok::Quaternion& q) { return Quat(q.w, q.x, q.y, q.z).normalized(); }
 
-// The hinge angle at which the constraint's own is zero. Its own is known within one turn, so a limited hinge counts
-// from the middle of its range and a sprung one from the spring's reference.
-double zero_angle(const Hinge& hinge) {
-  if (hinge.limited) return (hinge.lower + hinge.upper) / 2;
-  return hinge.has_spring() ? hinge.spring_reference : hinge.reference;
-}
-
 struct Velocities {
   havok::Vector3 linear, angular;
 };
@@ -110,8 +103,8 @@ class HavokSimulation final : public Simulation {
         float lower = 0, upper = 0;
         module_->call(Function::kConstraint_GetAxisMinLimit, {joints_[j], std::uint32_t{havok::kAngularX}, out(lower)});
         module_->call(Function::kConstraint_GetAxisMaxLimit, {joints_[j], std::uint32_t{havok::kAngularX}, out(upper)});
-        seen.lower = zero_angle(hinge) + lower;
-        seen.upper = zero_angle(hinge) + upper;
+        seen.lower = zero_angle(hinge, options_) + lower;
+        seen.upper = zero_angle(hinge, options_) + upper;
       }
       view.hinges.push_back(seen);
     }
@@ -245,7 +238,7 @@ class HavokSimulation final : public Simulation {
     for (size_t j = 0; j < model_.hinges.size(); ++j) {
       const Hinge& hinge = model_.hinges[j];
       const Body& child = model_.bodies[hinge.body];
-      const double zero = zero_angle(hinge);
+      const double zero = zero_angle(hinge, options_);
       const Vec3 p_child = hinge.p_BJ - child.p_BBcm;
       Vec3 p_parent = anchor_in_parent(model_, static_cast<int>(j));
       Id parent = world_anchor_;
@@ -274,7 +267,7 @@ class HavokSimulation final : public Simulation {
            {havok::kLinearX, havok::kLinearY, havok::kLinearZ, havok::kAngularY, havok::kAngularZ}) {
         module_->call(Function::kConstraint_SetAxisMode, {joint, std::uint32_t{axis}, std::uint32_t{havok::kLocked}});
       }
-      if (hinge.limited) set_limits(joint, (hinge.upper - hinge.lower) / 2);
+      if (hinge.limited) set_limits(joint, hinge.lower - zero, hinge.upper - zero);
       if (hinge.has_spring() && options_.native_springs) set_spring(joint, hinge);
       const bool contact = hinge_has_contact(model_, static_cast<int>(j));
       module_->call(Function::kConstraint_SetCollisionsEnabled, {joint, std::uint32_t{contact}});
@@ -282,18 +275,18 @@ class HavokSimulation final : public Simulation {
     }
   }
 
-  void set_limits(Id joint, double half_range) {
+  void set_limits(Id joint, double lower, double upper) {
     const std::uint32_t axis = havok::kAngularX;
     module_->call(Function::kConstraint_SetAxisMode, {joint, axis, std::uint32_t{havok::kLimited}});
-    module_->call(Function::kConstraint_SetAxisMinLimit, {joint, axis, f32(-half_range)});
-    module_->call(Function::kConstraint_SetAxisMaxLimit, {joint, axis, f32(half_range)});
+    module_->call(Function::kConstraint_SetAxisMinLimit, {joint, axis, f32(lower)});
+    module_->call(Function::kConstraint_SetAxisMaxLimit, {joint, axis, f32(upper)});
   }
 
   void set_spring(Id joint, const Hinge& hinge) {
     const std::uint32_t axis = havok::kAngularX;
+    // Its target stays 0, where the constraint's angle counts from: with this kind of motor another target cannot be
+    // set, and one that was set before acts doubled.
     module_->call(Function::kConstraint_SetAxisMotorType, {joint, axis, std::uint32_t{havok::kSpringForce}});
-    module_->call(Function::kConstraint_SetAxisMotorPositionTarget,
-                  {joint, axis, f32(hinge.spring_reference - zero_angle(hinge))});
     module_->call(Function::kConstraint_SetAxisMotorVelocityTarget, {joint, axis, 0.0f});
     module_->call(Function::kConstraint_SetAxisMotorStiffness, {joint, axis, f32(hinge.stiffness)});
     module_->call(Function::kConstraint_SetAxisMotorDamping, {joint, axis, f32(hinge.damping)});
@@ -351,6 +344,11 @@ class HavokSimulation final : public Simulation {
 };
 
 }  // namespace
+
+double zero_angle(const Hinge& hinge, const Options& options) {
+  if (options.native_springs && hinge.stiffness != 0) return hinge.spring_reference;
+  return hinge.limited ? (hinge.lower + hinge.upper) / 2 : hinge.reference;
+}
 
 std::unique_ptr<Simulation> make_simulation(const Model& model, const State& state, const Settings& settings) {
   return std::make_unique<HavokSimulation>(model, state, settings);
