@@ -3,9 +3,10 @@
 #include <bit>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "base/errors.h"
-#include "build_facts.h"
+#include "plugin.h"
 #include "host.h"
 #include "module.h"
 
@@ -101,6 +102,9 @@ std::unique_ptr<Module> make_module() {
 
 BuildFacts build_facts() { return {ASSAY_BUILD_VERSION, ASSAY_BUILD_SOURCE, ASSAY_BUILD_COMPILER, ASSAY_BUILD_FLAGS}; }
 
-const char* summary() { return "Havok, its WebAssembly compiled to native code"; }
+std::vector<Contender> plugin_contenders() {
+  return {{"havok", "Havok, its WebAssembly compiled to native code", {}},
+          {"havok-native-pd", "Havok, joint springs by its own motors", {{"pd", std::string("native")}}}};
+}
 
 }  // namespace assay::havok_adapter

@@ -21,7 +21,7 @@
 #include <spawn.h>
 
 #include "base/errors.h"
-#include "build_facts.h"
+#include "plugin.h"
 #include "module.h"
 
 extern char** environ;
@@ -260,6 +260,8 @@ BuildFacts build_facts() {
           "as its makers built it; compiled further by V8 as it runs"};
 }
 
-const char* summary() { return "Havok, its WebAssembly in Node: the same results, to show what the route costs"; }
+std::vector<Contender> plugin_contenders() {
+  return {{"havok-node", "Havok, its WebAssembly in Node: the same results, to show what the route costs", {}}};
+}
 
 }  // namespace assay::havok_adapter

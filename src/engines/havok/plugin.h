@@ -1,11 +1,13 @@
 // What differs between the plugins besides the module.
 #pragma once
 
+#include <vector>
+
 #include "engines/engine.h"
 
 namespace assay::havok_adapter {
 
 BuildFacts build_facts();
-const char* summary();  // one line, for the list of contenders
+std::vector<Contender> plugin_contenders();
 
 }  // namespace assay::havok_adapter
