@@ -28,6 +28,17 @@ Mat3 mat3(const SimTK::Mat33& m) {
   return result;
 }
 
+// Simbody's messages are paragraphs.
+std::string one_line(const std::string& text) {
+  std::string line = "Simbody: ";
+  for (const char c : text) {
+    const bool gap = c == '\n' || c == ' ';
+    if (!gap) line += c;
+    if (gap && line.back() != ' ') line += ' ';
+  }
+  return line;
+}
+
 std::unique_ptr<SimTK::Integrator> make_integrator(Method method, const SimTK::System& system, double timestep) {
   std::unique_ptr<SimTK::Integrator> integrator;
   switch (method) {
@@ -180,8 +191,8 @@ World::World(const Model& model, const State& state, const Options& options) try
   p.integrator->initialize(start);
   // the first call only says that the run begins
   p.integrator->stepTo(std::numeric_limits<double>::infinity());
-} catch (const SimTK::Exception::Base& error) {
-  throw EngineError(std::string("Simbody: ") + error.getMessage());
+} catch (const std::exception& error) {
+  throw EngineError(one_line(error.what()));
 }
 
 World::~World() = default;
@@ -214,10 +225,8 @@ void World::advance(int count) {
       done = 1;
     }
     for (; done < count; ++done) p.integrator->stepTo(kNoReport);
-  } catch (const SimTK::Exception::Base& error) {
-    throw EngineError(std::string("Simbody: ") + error.getMessage());
   } catch (const std::exception& error) {
-    throw EngineError(std::string("Simbody: ") + error.what());
+    throw EngineError(one_line(error.what()));
   }
   // with a fixed step, Simbody goes on from a step that failed inside, and only counts it
   const int failures = p.integrator->getNumConvergenceTestFailures();
@@ -225,7 +234,7 @@ void World::advance(int count) {
     const int steps = failures - p.failures;
     p.failures = failures;
     throw EngineError("Simbody: " + std::to_string(steps) + " of " + std::to_string(count) + " steps of the " +
-                      p.integrator->getMethodName() + " integrator did not converge");
+                      p.integrator->getMethodName() + " integrator failed or did not converge");
   }
 }
 
