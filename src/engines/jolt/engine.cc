@@ -146,7 +146,10 @@ class JoltEngine final : public Engine {
   std::vector<Contender> contenders() const override {
     if (kWebAssembly) return {{"jolt-f32-wasm", "Jolt as WebAssembly, turned into C: the same as jolt-f32", {}}};
     if (kDoublePositions) return {{"jolt-f64", "Jolt, positions in double precision, 50 velocity iterations", {}}};
-    return {{"jolt-f32", "Jolt, single precision, 50 velocity iterations", {}}};
+    return {{"jolt-f32", "Jolt, single precision, 50 velocity iterations", {}},
+            {"jolt-f32-10", "the same with Jolt's own 10 velocity iterations", {{"velocity_steps", 10LL}}},
+            {"jolt-f32-sub4", "the same with 4 collision steps a step", {{"collision_steps", 4LL}}},
+            {"jolt-f32-native-pd", "the same, joint springs and dampers by the hinge's motor", {{"pd", "native"}}}};
   }
 
   Capabilities capabilities(const Settings& settings) const override {
