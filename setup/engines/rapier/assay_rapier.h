@@ -101,6 +101,18 @@ typedef struct RapierApi {
 
 extern const RapierApi assay_rapier_f32, assay_rapier_f64;
 
+/* For benchmarks: a world in double precision as a user of Rapier writes it in Rust, and its loop. Hinges without limits and
+ * springs; capsules in their body's centre of mass, and planes. */
+typedef struct RapierDirect RapierDirect;
+typedef struct RapierDirectApi {
+  RapierDirect* (*create)(const RapierOptions*, const RapierBody*, int, const RapierHinge*, int, const RapierShape*, int);
+  void (*destroy)(RapierDirect*);
+  void (*run)(RapierDirect*, const double* torques, int count); /* torques may be null */
+  void (*positions)(const RapierDirect*, double*);
+} RapierDirectApi;
+
+extern const RapierDirectApi assay_rapier_direct;
+
 #ifdef __cplusplus
 }
 #endif

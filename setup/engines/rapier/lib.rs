@@ -130,6 +130,14 @@ pub struct Api<W> {
 // The tables hold pointers to functions and to a constant text.
 unsafe impl<W> Sync for Api<W> {}
 
+#[repr(C)]
+pub struct DirectApi<D> {
+    create: unsafe extern "C" fn(&Options, *const Body, c_int, *const Hinge, c_int, *const ShapeSetup, c_int) -> *mut D,
+    destroy: unsafe extern "C" fn(*mut D),
+    run: unsafe extern "C" fn(&mut D, *const f64, c_int),
+    positions: unsafe extern "C" fn(&D, *mut f64),
+}
+
 const VERSION: &[u8] = b"0.36.1\0";
 
 // ---- failures ------------------------------------------------------------------------------------------------------
@@ -178,6 +186,9 @@ mod single {
 mod double {
     use rapier3d_f64 as rapier;
     include!("world.rs");
+    include!("direct.rs");
     #[no_mangle]
     pub static assay_rapier_f64: super::Api<World> = API;
+    #[no_mangle]
+    pub static assay_rapier_direct: super::DirectApi<Direct> = DIRECT_API;
 }

@@ -73,69 +73,52 @@ impl PhysicsHooks for Pairs {
 
 pub struct World {
     options: Options,
-    parameters: IntegrationParameters,
-    gravity: Vector,
-    pipeline: PhysicsPipeline,
-    islands: IslandManager,
-    broad_phase: BroadPhaseBvh,
-    narrow_phase: NarrowPhase,
-    bodies: RigidBodySet,
-    colliders: ColliderSet,
-    impulse_joints: ImpulseJointSet,
-    multibody_joints: MultibodyJointSet,
-    soft_bodies: SoftBodySet,
-    ccd: CCDSolver,
+    physics: PhysicsWorld,
     pairs: Pairs,
     handles: Vec<RigidBodyHandle>, // by body
     hinges: Vec<HingeParts>,
-    torques_set: bool, // since the last step
+    hinged: Vec<RigidBodyHandle>, // bodies that a hinge's torque acts on, each once
+    torques_set: bool,            // since the last step
+}
+
+fn parameters(options: &Options) -> IntegrationParameters {
+    let softness = |frequency: f64, ratio: f64| SpringCoefficients::new(frequency as Real, ratio as Real);
+    IntegrationParameters {
+        dt: options.timestep as Real,
+        contact_softness: softness(options.contact_frequency, options.contact_damping_ratio),
+        static_contact_softness: softness(options.static_contact_frequency, options.static_contact_damping_ratio),
+        warmstart_coefficient: options.warmstart as Real,
+        normalized_max_corrective_velocity: options.max_corrective_speed as Real,
+        normalized_prediction_distance: options.prediction_distance as Real,
+        normalized_max_linear_velocity: Real::MAX, // no limit
+        num_solver_iterations: options.solver_iterations as usize,
+        num_internal_pgs_iterations: options.pgs_iterations as usize,
+        num_internal_stabilization_iterations: options.stabilization_iterations as usize,
+        max_ccd_substeps: options.ccd_substeps as usize,
+        contact_recycling: options.contact_recycling != 0,
+        friction_in_bias_pass: options.friction_in_bias_pass != 0,
+        warmstart_joints: options.warmstart_joints != 0,
+        friction_model: if options.coulomb != 0 {
+            FrictionModel::Coulomb
+        } else {
+            FrictionModel::Simplified
+        },
+        ..IntegrationParameters::default()
+    }
 }
 
 impl World {
     fn new(options: &Options) -> Self {
-        let softness = |frequency: f64, ratio: f64| SpringCoefficients::new(frequency as Real, ratio as Real);
-        let parameters = IntegrationParameters {
-            dt: options.timestep as Real,
-            contact_softness: softness(options.contact_frequency, options.contact_damping_ratio),
-            static_contact_softness: softness(
-                options.static_contact_frequency,
-                options.static_contact_damping_ratio,
-            ),
-            warmstart_coefficient: options.warmstart as Real,
-            normalized_max_corrective_velocity: options.max_corrective_speed as Real,
-            normalized_prediction_distance: options.prediction_distance as Real,
-            normalized_max_linear_velocity: Real::MAX, // no limit
-            num_solver_iterations: options.solver_iterations as usize,
-            num_internal_pgs_iterations: options.pgs_iterations as usize,
-            num_internal_stabilization_iterations: options.stabilization_iterations as usize,
-            max_ccd_substeps: options.ccd_substeps as usize,
-            contact_recycling: options.contact_recycling != 0,
-            friction_in_bias_pass: options.friction_in_bias_pass != 0,
-            warmstart_joints: options.warmstart_joints != 0,
-            friction_model: if options.coulomb != 0 {
-                FrictionModel::Coulomb
-            } else {
-                FrictionModel::Simplified
-            },
-            ..IntegrationParameters::default()
-        };
+        let mut physics = PhysicsWorld::new();
+        physics.gravity = vec3(&options.gravity);
+        physics.integration_parameters = parameters(options);
         Self {
             options: *options,
-            parameters,
-            gravity: vec3(&options.gravity),
-            pipeline: PhysicsPipeline::new(),
-            islands: IslandManager::new(),
-            broad_phase: BroadPhaseBvh::new(),
-            narrow_phase: NarrowPhase::new(),
-            bodies: RigidBodySet::new(),
-            colliders: ColliderSet::new(),
-            impulse_joints: ImpulseJointSet::new(),
-            multibody_joints: MultibodyJointSet::new(),
-            soft_bodies: SoftBodySet::new(),
-            ccd: CCDSolver::new(),
+            physics,
             pairs: Pairs::default(),
             handles: Vec::new(),
             hinges: Vec::new(),
+            hinged: Vec::new(),
             torques_set: false,
         }
     }
@@ -155,14 +138,14 @@ impl World {
             .can_sleep(false)
             .allow_fast_rotation(true)
             .gyroscopic_forces_enabled(self.options.gyroscopic != 0);
-        self.handles.push(self.bodies.insert(rigid_body));
+        self.handles.push(self.physics.insert_body(rigid_body));
     }
 
     fn add_hinge(&mut self, hinge: &Hinge) -> Result<(), String> {
         let child = self.handles[hinge.child as usize];
         let parent = usize::try_from(hinge.parent).ok().map(|parent| self.handles[parent]);
         // A fixed body for each: the trees of a shared one would be one multibody.
-        let root = parent.unwrap_or_else(|| self.bodies.insert(RigidBodyBuilder::fixed()));
+        let root = parent.unwrap_or_else(|| self.physics.bodies.insert(RigidBodyBuilder::fixed()));
 
         let mut joint = GenericJointBuilder::new(JointAxesMask::LOCKED_REVOLUTE_AXES)
             .local_frame1(pose(&hinge.p_parent, &hinge.q_parent))
@@ -176,7 +159,7 @@ impl World {
             joint.set_limits(JointAxis::AngX, [hinge.lower as Real, hinge.upper as Real]);
         }
         let joint = if self.options.multibody != 0 {
-            let handle = self.multibody_joints.insert(root, child, joint, true);
+            let handle = self.physics.multibody_joints.insert(root, child, joint, true);
             Joint::Multibody(handle.ok_or("Rapier refused a multibody joint")?)
         } else {
             if self.options.native_springs != 0 && (hinge.stiffness != 0.0 || hinge.damping != 0.0) {
@@ -189,8 +172,13 @@ impl World {
                     hinge.damping as Real,
                 );
             }
-            Joint::Impulse(self.impulse_joints.insert(root, child, joint, true))
+            Joint::Impulse(self.physics.impulse_joints.insert(root, child, joint, true))
         };
+        for body in parent.into_iter().chain([child]) {
+            if !self.hinged.contains(&body) {
+                self.hinged.push(body);
+            }
+        }
         self.hinges.push(HingeParts {
             parent,
             child,
@@ -225,14 +213,14 @@ impl World {
             .restitution(0.0)
             .collision_groups(groups)
             .active_hooks(hooks)
-            .user_data(self.colliders.len() as u128);
+            .user_data(self.physics.colliders.len() as u128);
         match usize::try_from(shape.body) {
             Ok(body) => {
                 let handle = self.handles[body];
-                self.colliders.insert_with_parent(collider, handle, &mut self.bodies);
+                self.physics.colliders.insert_with_parent(collider, handle, &mut self.physics.bodies);
             }
             Err(_) => {
-                self.colliders.insert(collider);
+                self.physics.colliders.insert(collider);
             }
         }
     }
@@ -241,7 +229,7 @@ impl World {
     fn start(&mut self) -> Result<(), String> {
         // Rapier does this in a world's first step only; until then mass and centre of mass would read as zero.
         for handle in &self.handles {
-            self.bodies[*handle].recompute_mass_properties_from_colliders(&self.colliders);
+            self.physics.bodies[*handle].recompute_mass_properties_from_colliders(&self.physics.colliders);
         }
         if self.options.multibody != 0 {
             self.start_multibodies()?;
@@ -253,13 +241,13 @@ impl World {
         // The first pass finds which roots are fixed, which changes the number of degrees of freedom.
         for hinge in &self.hinges {
             let Joint::Multibody(handle) = hinge.joint else { continue };
-            let (multibody, _) = self.multibody_joints.get_mut(handle).ok_or("a multibody joint is gone")?;
-            multibody.forward_kinematics(&self.bodies, true);
+            let (multibody, _) = self.physics.multibody_joints.get_mut(handle).ok_or("a multibody joint is gone")?;
+            multibody.forward_kinematics(&self.physics.bodies, true);
             multibody.damping_mut().fill(0.0); // Rapier gives every joint 0.1 Nms/rad
         }
         for hinge in &self.hinges {
             let Joint::Multibody(handle) = hinge.joint else { continue };
-            let (multibody, id) = self.multibody_joints.get_mut(handle).ok_or("a multibody joint is gone")?;
+            let (multibody, id) = self.physics.multibody_joints.get_mut(handle).ok_or("a multibody joint is gone")?;
             let link = multibody.link_mut(id).ok_or("a multibody joint has no link")?;
             let dof = link.assembly_id();
             let from = &hinge.made_from;
@@ -271,7 +259,7 @@ impl World {
             multibody.armature_mut()[dof] = from.armature as Real;
             multibody.generalized_velocity_mut()[dof] = from.rate as Real;
             if multibody.root().joint().ndofs() == 6 {
-                let body = &self.bodies[multibody.root().rigid_body_handle()];
+                let body = &self.physics.bodies[multibody.root().rigid_body_handle()];
                 let (v, w) = (body.linvel(), body.angvel());
                 let mut velocity = multibody.generalized_velocity_mut();
                 velocity.as_mut_slice()[..6].copy_from_slice(&[v.x, v.y, v.z, w.x, w.y, w.z]);
@@ -279,32 +267,18 @@ impl World {
         }
         for hinge in &self.hinges {
             let Joint::Multibody(handle) = hinge.joint else { continue };
-            let (multibody, _) = self.multibody_joints.get_mut(handle).ok_or("a multibody joint is gone")?;
-            multibody.forward_kinematics(&self.bodies, false);
-            multibody.update_rigid_bodies(&mut self.bodies, true);
+            let (multibody, _) = self.physics.multibody_joints.get_mut(handle).ok_or("a multibody joint is gone")?;
+            multibody.forward_kinematics(&self.physics.bodies, false);
+            multibody.update_rigid_bodies(&mut self.physics.bodies, true);
         }
         Ok(())
     }
 
     fn step(&mut self, count: c_int) -> Result<(), String> {
         for _ in 0..count {
-            self.pipeline.step(
-                self.gravity,
-                &self.parameters,
-                &mut self.islands,
-                &mut self.broad_phase,
-                &mut self.narrow_phase,
-                &mut self.bodies,
-                &mut self.colliders,
-                &mut self.impulse_joints,
-                &mut self.multibody_joints,
-                &mut self.soft_bodies,
-                &mut self.ccd,
-                &self.pairs,
-                &(),
-            );
+            self.physics.step_with_events(&self.pairs, &());
             // Rapier puts a body that is no longer finite back to its last pose and disables it, and goes on.
-            if !self.pipeline.quarantine().is_empty() {
+            if !self.physics.quarantine().is_empty() {
                 return Err("a body's pose or velocity is no longer finite, and Rapier switched it off".into());
             }
             if self.torques_set {
@@ -315,10 +289,8 @@ impl World {
     }
 
     fn reset_torques(&mut self) {
-        for hinge in &self.hinges {
-            for handle in hinge.parent.into_iter().chain([hinge.child]) {
-                self.bodies[handle].reset_torques(false);
-            }
+        for handle in &self.hinged {
+            self.physics.bodies[*handle].reset_torques(false);
         }
         self.torques_set = false;
     }
@@ -331,10 +303,10 @@ impl World {
             if *torque == 0.0 {
                 continue;
             }
-            let torque = *self.bodies[hinge.child].rotation() * hinge.axis * (*torque as Real);
-            self.bodies[hinge.child].add_torque(torque, false);
+            let torque = *self.physics.bodies[hinge.child].rotation() * hinge.axis * (*torque as Real);
+            self.physics.bodies[hinge.child].add_torque(torque, false);
             if let Some(parent) = hinge.parent {
-                self.bodies[parent].add_torque(-torque, false);
+                self.physics.bodies[parent].add_torque(-torque, false);
             }
             self.torques_set = true;
         }
@@ -342,9 +314,9 @@ impl World {
 
     /// The velocity as the engine will go on from: a multibody's root has its own in the multibody.
     fn velocity(&self, handle: RigidBodyHandle) -> (Vector, Vector) {
-        let body = &self.bodies[handle];
-        if let Some(link) = self.multibody_joints.rigid_body_link(handle) {
-            let multibody = self.multibody_joints.get_multibody(link.multibody);
+        let body = &self.physics.bodies[handle];
+        if let Some(link) = self.physics.multibody_joints.rigid_body_link(handle) {
+            let multibody = self.physics.multibody_joints.get_multibody(link.multibody);
             if let Some(multibody) = multibody.filter(|m| link.id == 0 && m.root().joint().ndofs() == 6) {
                 let v = multibody.generalized_velocity();
                 return (Vector::new(v[0], v[1], v[2]), Vector::new(v[3], v[4], v[5]));
@@ -355,7 +327,7 @@ impl World {
 
     fn read_bodies(&self, out: &mut [State]) {
         for (handle, state) in self.handles.iter().zip(out) {
-            let pose = self.bodies[*handle].position();
+            let pose = self.physics.bodies[*handle].position();
             let (v, w) = self.velocity(*handle);
             state.p_world_com = array3(pose.translation);
             state.q_world_body = array4(pose.rotation);
@@ -369,7 +341,7 @@ impl World {
             let Joint::Multibody(handle) = hinge.joint else {
                 return Err("impulse joints have no coordinates".into());
             };
-            let (multibody, id) = self.multibody_joints.get(handle).ok_or("a multibody joint is gone")?;
+            let (multibody, id) = self.physics.multibody_joints.get(handle).ok_or("a multibody joint is gone")?;
             let link = multibody.link(id).ok_or("a multibody joint has no link")?;
             angles[j] = link.joint().coords()[AXIS] as f64;
             rates[j] = multibody.generalized_velocity()[link.assembly_id()] as f64;
@@ -379,7 +351,7 @@ impl World {
 
     fn view_bodies(&self, out: &mut [HeldBody]) {
         for (handle, held) in self.handles.iter().zip(out) {
-            let body = &self.bodies[*handle];
+            let body = &self.physics.bodies[*handle];
             let local = &body.mass_properties().local_mprops;
             held.mass = local.mass() as f64;
             held.inertia = array3(local.principal_inertia());
@@ -392,14 +364,14 @@ impl World {
     fn view_hinges(&self, out: &mut [HeldHinge]) -> Result<(), String> {
         for (hinge, held) in self.hinges.iter().zip(out) {
             let data = match hinge.joint {
-                Joint::Impulse(handle) => self.impulse_joints.get(handle).map(|joint| &joint.data),
+                Joint::Impulse(handle) => self.physics.impulse_joints.get(handle).map(|joint| &joint.data),
                 Joint::Multibody(handle) => {
-                    let joint = self.multibody_joints.get(handle);
+                    let joint = self.physics.multibody_joints.get(handle);
                     joint.and_then(|(multibody, id)| multibody.link(id)).map(|link| &link.joint.data)
                 }
             };
             let data = data.ok_or("a joint is gone")?;
-            let frame = *self.bodies[hinge.child].position() * data.local_frame2;
+            let frame = *self.physics.bodies[hinge.child].position() * data.local_frame2;
             held.p_world = array3(frame.translation);
             held.axis_world = array3(frame.rotation * Vector::X);
             held.limited = 0;
@@ -479,7 +451,7 @@ unsafe extern "C" fn view_hinges(world: &World, out: *mut HeldHinge) -> c_int {
 }
 
 unsafe extern "C" fn view_gravity(world: &World, out: *mut f64) {
-    std::slice::from_raw_parts_mut(out, 3).copy_from_slice(&array3(world.gravity));
+    std::slice::from_raw_parts_mut(out, 3).copy_from_slice(&array3(world.physics.gravity));
 }
 
 const API: Api<World> = Api {

@@ -81,6 +81,11 @@ class RapierEngine final : public Engine {
         findings.push_back({Fidelity::kRefused, joint + " armature",
                             "impulse joints have no armature: set joints=multibody or armature to 0"});
       }
+      if (hinge.stiffness != 0 && options.native_springs && !options.multibody()) {
+        findings.push_back({Fidelity::kApproximated, joint + " stiffness",
+                            "the motor of an impulse joint knows the angle within half a turn of the reference; beyond "
+                            "it pulls the other way"});
+      }
       if (hinge.limited && !options.multibody() && hinge.upper - hinge.lower >= 2 * std::numbers::pi) {
         findings.push_back({Fidelity::kRefused, joint + " range",
                             "limits of impulse joints span less than a turn: narrow the range, remove it, or set "

@@ -39,8 +39,10 @@ std::vector<Setting> declared_settings() {
   add("prediction_distance", 0.02, "m", "distance from which shapes are told to the contact solver", {}, 0, 1e9);
   add("warmstart", 1.0, "1", "share of the last step's contact impulses that the solver starts from", {}, 0, 1);
   add("warmstart_joints", false, "", "start impulse joints, too, from the last step's impulses");
-  add("contact_recycling", true, "",
-      "keep a pair's contact points and normal while it has moved by less than 0.05 m and 0.2 rad");
+  add("contact_recycling", false, "",
+      "keep a pair's contact points and normal while it has moved by less than 0.05 m and 0.2 rad (Rapier's own "
+      "default "
+      "is on)");
   add("friction_in_bias_pass", false, "", "let friction act in the sweeps with position correction, too");
   add("friction_model", text("coulomb"), "",
       "coulomb: two friction rows a contact point; simplified: Rapier's own default, two and a torsional one a "

@@ -182,7 +182,12 @@ class RapierSimulation final : public Simulation {
     }
     require(api_.read_hinges(world_.get(), out.angle.data(), out.rate.data()));
     for (size_t j = 0; j < out.angle.size(); ++j) out.angle[j] += model_.hinges[j].reference;
+    // the bodies of a multibody have poses of their own after a step, but the velocities of its start
     bodies_from_joints(model_, out);
+    for (size_t b = 0; b < states_.size(); ++b) {
+      out.bodies[b].p_WBcm = vec3(states_[b].p_world_com);
+      out.bodies[b].q_WB = quat(states_[b].q_world_body);
+    }
   }
 
   Model model_;  // our own copy: the caller's need not live on
