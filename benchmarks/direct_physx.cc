@@ -10,7 +10,7 @@
 namespace assay::benchmarks {
 namespace {
 
-using namespace physx;  // NOLINT(google-build-using-namespace): as PhysX's users do
+using namespace physx;
 
 float f(double x) { return static_cast<float>(x); }
 PxVec3 px(const Vec3& v) { return {f(v.x()), f(v.y()), f(v.z())}; }
@@ -29,12 +29,19 @@ PxPhysics& physics() {
   return *instance;
 }
 
+// After PhysX itself.
+PxDefaultCpuDispatcher* make_dispatcher() {
+  physics();
+  return PxDefaultCpuDispatcherCreate(0);
+}
+
 class DirectPhysx final : public Direct {
  public:
   DirectPhysx(const Scene& scene, const State& start, const Settings& settings)
       : h_(f(settings.timestep)),
         position_iterations_(static_cast<PxU32>(settings.get<long long>("position_iterations"))),
-        velocity_iterations_(static_cast<PxU32>(settings.get<long long>("velocity_iterations"))) {
+        velocity_iterations_(static_cast<PxU32>(settings.get<long long>("velocity_iterations"))),
+        dispatcher_(make_dispatcher()) {
     const Model& model = scene.model;
     double size = 1;  // of a shape: all are the same
     for (const Shape& shape : model.shapes) {
@@ -43,7 +50,6 @@ class DirectPhysx final : public Direct {
     contact_offset_ = f(settings.get<double>("contact_offset") * size);
     PxSceneDesc description(physics().getTolerancesScale());
     description.gravity = px(model.gravity);
-    dispatcher_ = PxDefaultCpuDispatcherCreate(0);
     description.cpuDispatcher = dispatcher_;
     description.filterShader = PxDefaultSimulationFilterShader;
     if (settings.get<std::string>("solver") == "tgs") description.solverType = PxSolverType::eTGS;
@@ -227,7 +233,7 @@ class DirectPhysx final : public Direct {
   float h_;
   float contact_offset_ = 0;
   PxU32 position_iterations_, velocity_iterations_;
-  PxDefaultCpuDispatcher* dispatcher_ = nullptr;
+  PxDefaultCpuDispatcher* dispatcher_;
   PxScene* scene_ = nullptr;
   PxMaterial* material_ = nullptr;
   PxRigidStatic* ground_ = nullptr;

@@ -8,7 +8,7 @@
 
 namespace assay::px {
 
-using namespace physx;  // NOLINT(google-build-using-namespace): every other word here is PhysX's
+using namespace physx;
 
 namespace {
 

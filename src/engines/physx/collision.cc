@@ -9,7 +9,7 @@
 
 namespace assay::px {
 
-using namespace physx;  // NOLINT(google-build-using-namespace): every other word here is PhysX's
+using namespace physx;
 
 Collision::Collision(const Model& model, const Options& options) : shapes_(model.shapes) {
   frames_.reserve(model.bodies.size());
@@ -102,6 +102,7 @@ bool Collision::attach(PxRigidActor& actor, int body) const {
   return any;
 }
 
+// NOLINTBEGIN(performance-unnecessary-value-param): PhysX's own signature
 PxFilterFlags Collision::filter(PxFilterObjectAttributes /*attributes_a*/, PxFilterData a,
                                 PxFilterObjectAttributes /*attributes_b*/, PxFilterData b, PxPairFlags& flags,
                                 const void* table, PxU32 /*size*/) {
@@ -111,6 +112,7 @@ PxFilterFlags Collision::filter(PxFilterObjectAttributes /*attributes_a*/, PxFil
   if (touch == kModified) flags |= PxPairFlag::eMODIFY_CONTACTS;
   return PxFilterFlag::eDEFAULT;
 }
+// NOLINTEND(performance-unnecessary-value-param)
 
 void Collision::onContactModify(PxContactModifyPair* pairs, PxU32 count) {
   for (PxU32 i = 0; i < count; ++i) {

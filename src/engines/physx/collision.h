@@ -42,9 +42,10 @@ class Collision final : public physx::PxContactModifyCallback {
   // Gives `actor` the shapes of `body` (or of the world) that can touch something. True when there are any.
   bool attach(physx::PxRigidActor& actor, int body) const;
 
- private:
+  // Called by PhysX within a step for pairs whose friction no two materials give.
   void onContactModify(physx::PxContactModifyPair* pairs, physx::PxU32 count) override;
 
+ private:
   // What may happen between two shapes.
   enum Touch : std::uint8_t { kNever = 0, kMaterials = 1, kModified = 2 };
 

@@ -22,8 +22,7 @@ class Complaints final : public physx::PxErrorCallback {
 
 class Sdk {
  public:
-  Sdk() {
-    foundation_ = PxCreateFoundation(PX_PHYSICS_VERSION, allocator_, complaints_);
+  Sdk() : foundation_(PxCreateFoundation(PX_PHYSICS_VERSION, allocator_, complaints_)) {
     if (foundation_ == nullptr) throw EngineError("PhysX could not make its foundation: " + take_complaint());
     // lengths in metres, speeds in m/s; what depends on a model's size is set on its scene and its shapes
     physics_ = PxCreatePhysics(PX_PHYSICS_VERSION, *foundation_, physx::PxTolerancesScale());
@@ -36,7 +35,7 @@ class Sdk {
  private:
   physx::PxDefaultAllocator allocator_;
   Complaints complaints_;
-  physx::PxFoundation* foundation_ = nullptr;
+  physx::PxFoundation* foundation_;
   physx::PxPhysics* physics_ = nullptr;
 };
 
