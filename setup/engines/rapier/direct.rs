@@ -84,11 +84,7 @@ impl Direct {
             multibody.forward_kinematics(&world.bodies, false);
             multibody.update_rigid_bodies(&mut world.bodies, true);
         }
-        Self {
-            world,
-            bodies,
-            hinges: parts,
-        }
+        Self { world, bodies, hinges: parts }
     }
 
     fn run(&mut self, count: c_int) {
@@ -130,12 +126,7 @@ unsafe extern "C" fn direct_create(
             std::slice::from_raw_parts(first, count as usize)
         }
     }
-    let world = Direct::new(
-        options,
-        slice(bodies, body_count),
-        slice(hinges, hinge_count),
-        slice(shapes, shape_count),
-    );
+    let world = Direct::new(options, slice(bodies, body_count), slice(hinges, hinge_count), slice(shapes, shape_count));
     Box::into_raw(Box::new(world))
 }
 
@@ -159,9 +150,5 @@ unsafe extern "C" fn direct_positions(world: &Direct, out: *mut f64) {
     }
 }
 
-const DIRECT_API: DirectApi<Direct> = DirectApi {
-    create: direct_create,
-    destroy: direct_destroy,
-    run: direct_run,
-    positions: direct_positions,
-};
+const DIRECT_API: DirectApi<Direct> =
+    DirectApi { create: direct_create, destroy: direct_destroy, run: direct_run, positions: direct_positions };

@@ -98,11 +98,7 @@ fn parameters(options: &Options) -> IntegrationParameters {
         contact_recycling: options.contact_recycling != 0,
         friction_in_bias_pass: options.friction_in_bias_pass != 0,
         warmstart_joints: options.warmstart_joints != 0,
-        friction_model: if options.coulomb != 0 {
-            FrictionModel::Coulomb
-        } else {
-            FrictionModel::Simplified
-        },
+        friction_model: if options.coulomb != 0 { FrictionModel::Coulomb } else { FrictionModel::Simplified },
         ..IntegrationParameters::default()
     }
 }
