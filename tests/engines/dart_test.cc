@@ -57,23 +57,6 @@ TEST(Dart, CarriesCoefficientsThatItsRuleCannot) {
   EXPECT_NEAR(end.bodies[0].p_WBcm.z(), 0.2, 1e-3);
 }
 
-// DART's own default keeps the first 1000 contacts of a step.
-TEST(Dart, KeepsMoreThanAThousandContacts) {
-  Model model;
-  const int plane = add_shape(model, ShapeType::kPlane, kWorld);
-  for (int i = 0; i < 1100; ++i) {
-    const Vec3 place(0.3 * (i % 40), 0.3 * (i / 40), 0.1);
-    add_free_body(model, "ball", sphere_solid(1, 0.1), {place, Quat::Identity()});
-    add_contact(model, plane, add_shape(model, ShapeType::kSphere, i, {}, 0.1), 1);
-  }
-  model = conformance::finished(std::move(model));
-  const auto simulation = create(model, "dart");
-  simulation->advance(30);
-  const State end = state_of(*simulation);
-  const auto height = [](const BodyState& body) { return body.p_WBcm.z(); };
-  EXPECT_GT(std::ranges::min(end.bodies, {}, height).p_WBcm.z(), 0.099);
-}
-
 // Both use the distribution's libode, of which a process has one: DART starts and closes it with every detector.
 TEST(Dart, LivesBesideOde) {
   Model model;

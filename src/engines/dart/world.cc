@@ -160,7 +160,7 @@ void DartSimulation::make_contacts() {
   if (world->getNumShapeNodes() > 0) trees_.push_back(ground);
   dart::collision::CollisionOption& option = world_->getConstraintSolver()->getCollisionOption();
   option.collisionFilter = std::move(filter);
-  option.maxNumContacts = 1U << 24;  // DART's 1000 would leave out contacts without a word
+  option.maxNumContacts = 1U << 24;  // beyond DART's 1000 a pair has one contact point only
 }
 
 void DartSimulation::set_state(const State& state) {
