@@ -73,11 +73,11 @@ Vec3 angular_momentum(const Model& model, const State& state, const Vec3& p_Wo) 
   return momentum;
 }
 
-Conserved conserved_quantities(const Model& model) {
+Conserved conserved_quantities(const Model& model, bool driven) {
   Conserved conserved;
   const bool damped = std::ranges::any_of(model.hinges, [](const Hinge& hinge) { return hinge.damping != 0; });
   const bool limited = model.has_limits();
-  conserved.energy = model.contacts.empty() && !damped && !limited;
+  conserved.energy = model.contacts.empty() && !damped && !limited && !driven;
 
   const bool weightless = model.gravity.isZero(0);
   const bool on_ground = touches_world(model);
@@ -92,7 +92,7 @@ Conserved conserved_quantities(const Model& model) {
   }
   // The world acts on a tree that hangs on one hinge with no moment about the hinge's axis, unless the joint itself has
   // a spring, a damper, a limit or armature.
-  if (hinged_root >= 0 && roots == 1 && !on_ground) {
+  if (hinged_root >= 0 && roots == 1 && !on_ground && !driven) {
     const Body& root = model.bodies[static_cast<size_t>(hinged_root)];
     const Hinge& hinge = model.hinges[static_cast<size_t>(root.hinge)];
     const bool free_turning = !hinge.has_spring() && !hinge.limited && hinge.armature == 0;

@@ -14,8 +14,9 @@ double potential_energy(const Model& model, const State& state);  // J: gravity 
 Vec3 linear_momentum(const Model& model, const State& state);     // kg m/s
 Vec3 angular_momentum(const Model& model, const State& state, const Vec3& p_Wo);  // about o, kg m^2/s
 
-// Which quantities the motion of a model without inputs conserves. Contact, joint damping and limits take energy;
-// contact between moving bodies leaves momenta alone, contact with the world does not.
+// Which quantities the motion of a model conserves. Contact, joint damping and limits take energy; contact between
+// moving bodies leaves momenta alone, contact with the world does not. Torques of a control (`driven`) are internal to
+// a floating tree: they change its energy and neither of its momenta.
 struct Conserved {
   bool energy = false;
   bool linear_momentum = false;
@@ -29,7 +30,7 @@ struct Conserved {
 
   bool any() const { return energy || linear_momentum || angular_momentum || angular_momentum_axis; }
 };
-Conserved conserved_quantities(const Model& model);
+Conserved conserved_quantities(const Model& model, bool driven = false);
 
 // Largest absolute deviation from the first state's value over a run, and the same relative to the first state's
 // kinetic energy (energy) or to the momentum's scale there: sum m |v| (linear), sum m |x - o| |v| + |I w| (angular),

@@ -40,8 +40,8 @@ std::vector<double> stretched(const Model& model) {
 
 }  // namespace
 
-Plausibility::Plausibility(const Model& model, const State& start, double duration_s)
-    : model_(model), available_energy_(kinetic_energy(model, start)) {
+Plausibility::Plausibility(const Model& model, const State& start, double duration_s, double work)
+    : model_(model), available_energy_(kinetic_energy(model, start) + work) {
   const double g = model.gravity.norm();
   const double fall = 0.5 * g * duration_s * duration_s;
   const std::vector<double> far = stretched(model);

@@ -7,10 +7,10 @@
 
 namespace assay {
 
-// Bounds that follow from a model and the state it starts in, for a motion without inputs.
+// Bounds that follow from a model and the state it starts in. `work`, J, is what a control can have put in at the most.
 class Plausibility {
  public:
-  Plausibility(const Model& model, const State& start, double duration_s);
+  Plausibility(const Model& model, const State& start, double duration_s, double work = 0);
 
   // Why the run is over: a non-finite number, or a body farther from the origin than 1000 times what it could reach. ""
   // when it may go on.

@@ -1,0 +1,33 @@
+// Whether an object stays in a hand.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "model/model.h"
+
+namespace assay {
+
+// How far the object's centre of mass has moved in the hand's body frame since the run's first state, m. `object` and
+// `hand` are indices into Model::bodies.
+double slip(const State& start, const State& state, int object, int hand);
+
+struct Grasp {
+  double slip = 0;                   // m, the largest of the run
+  std::optional<double> dropped_at;  // s, the first sample's time at which the slip exceeds `limit_m`
+  bool held() const { return !dropped_at; }
+};
+Grasp grasp(const std::vector<State>& states, int object, int hand, double limit_m);
+
+// Of the timesteps at which a contender held or dropped the object, ascending: the largest at which it held, and the
+// largest up to which it held at every one. Empty when there is none.
+struct HeldAt {
+  double timestep_ms = 0;
+  bool held = false;
+};
+struct LargestHeld {
+  std::optional<double> any, without_hole;
+};
+LargestHeld largest_held(const std::vector<HeldAt>& timesteps);
+
+}  // namespace assay

@@ -1,0 +1,130 @@
+#include "measures/violation.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "model/kinematics.h"
+
+namespace assay {
+namespace {
+
+// A sphere is a capsule of no length. A plane has its point and its normal in `from` and `to`.
+struct PlacedShape {
+  Vec3 from, to;
+  double radius = 0;
+  bool is_plane = false;
+};
+
+PlacedShape place(const Shape& shape, const std::vector<Pose>& bodies) {
+  const Pose X_WS = shape.body == kWorld ? shape.X_BS : bodies[static_cast<size_t>(shape.body)] * shape.X_BS;
+  const Vec3 axis = X_WS.q * Vec3::UnitZ();
+  if (shape.type == ShapeType::kPlane) return {X_WS.p, axis, 0, true};
+  const double half = shape.type == ShapeType::kCapsule ? shape.half_length : 0;
+  return {X_WS.p - half * axis, X_WS.p + half * axis, shape.radius, false};
+}
+
+double point_segment(const Vec3& point, const Vec3& from, const Vec3& to) {
+  const Vec3 along = to - from;
+  const double length2 = along.squaredNorm();
+  const double t = length2 > 0 ? std::clamp((point - from).dot(along) / length2, 0.0, 1.0) : 0;
+  return (from + t * along - point).norm();
+}
+
+// The least distance of two segments is at an end of one of them, or where their common normal meets both.
+double segment_segment(const PlacedShape& a, const PlacedShape& b) {
+  double least = std::min({point_segment(a.from, b.from, b.to), point_segment(a.to, b.from, b.to),
+                           point_segment(b.from, a.from, a.to), point_segment(b.to, a.from, a.to)});
+  const Vec3 u = a.to - a.from, v = b.to - b.from, w = b.from - a.from;
+  const double uu = u.squaredNorm(), vv = v.squaredNorm(), uv = u.dot(v);
+  const double determinant = uu * vv - uv * uv;
+  if (determinant <= 1e-14 * uu * vv) return least;  // parallel, or a point: the ends have said it
+  const double s = (w.dot(u) * vv - w.dot(v) * uv) / determinant;
+  const double t = (w.dot(u) * uv - w.dot(v) * uu) / determinant;
+  if (0 <= s && s <= 1 && 0 <= t && t <= 1) least = std::min(least, (w + t * v - s * u).norm());
+  return least;
+}
+
+double distance(const PlacedShape& a, const PlacedShape& b) {
+  if (a.is_plane) {
+    return std::min((b.from - a.from).dot(a.to), (b.to - a.from).dot(a.to)) - b.radius;
+  }
+  if (b.is_plane) return distance(b, a);
+  return segment_segment(a, b) - a.radius - b.radius;
+}
+
+// No distance is smaller than this, which costs little.
+double distance_bound(const PlacedShape& a, const PlacedShape& b) {
+  return 0.5 * ((a.from + a.to - b.from - b.to).norm() - (a.to - a.from).norm() - (b.to - b.from).norm()) - a.radius -
+         b.radius;
+}
+
+std::vector<Pose> body_poses(const Model& model, const State& state) {
+  assert(state.bodies.size() == model.bodies.size());
+  std::vector<Pose> poses;
+  poses.reserve(model.bodies.size());
+  for (size_t i = 0; i < model.bodies.size(); ++i) poses.push_back(body_pose(model.bodies[i], state.bodies[i]));
+  return poses;
+}
+
+double deepest_penetration(const Model& model, const State& state) {
+  if (model.contacts.empty()) return 0;
+  const std::vector<Pose> bodies = body_poses(model, state);
+  std::vector<PlacedShape> shapes;
+  shapes.reserve(model.shapes.size());
+  for (const Shape& shape : model.shapes) shapes.push_back(place(shape, bodies));
+  double deepest = 0;
+  for (const ContactPair& pair : model.contacts) {
+    const PlacedShape& a = shapes[static_cast<size_t>(pair.shape_a)];
+    const PlacedShape& b = shapes[static_cast<size_t>(pair.shape_b)];
+    if (!a.is_plane && !b.is_plane && distance_bound(a, b) >= -deepest) continue;
+    deepest = std::max(deepest, -distance(a, b));
+  }
+  return deepest;
+}
+
+}  // namespace
+
+double separation(const Model& model, const State& state, const ContactPair& pair) {
+  const std::vector<Pose> bodies = body_poses(model, state);
+  return distance(place(model.shapes[static_cast<size_t>(pair.shape_a)], bodies),
+                  place(model.shapes[static_cast<size_t>(pair.shape_b)], bodies));
+}
+
+Violation violation(const Model& model, const State& state) {
+  assert(state.angle.size() == model.hinges.size());
+  Violation worst;
+  for (size_t j = 0; j < model.hinges.size(); ++j) {
+    const Hinge& hinge = model.hinges[j];
+    const HingeFrames frames = hinge_frames(model, state, static_cast<int>(j));
+    worst.dislocation = std::max(worst.dislocation, (frames.p_WJ_child - frames.p_WJ_parent).norm());
+    // exact for small angles, where an arc cosine has lost all digits
+    const double angle = std::atan2(frames.axis_W_parent.cross(frames.axis_W_child).norm(),
+                                    frames.axis_W_parent.dot(frames.axis_W_child));
+    worst.misalignment = std::max(worst.misalignment, angle);
+    if (hinge.limited)
+      worst.limit = std::max({worst.limit, hinge.lower - state.angle[j], state.angle[j] - hinge.upper});
+  }
+  worst.penetration = deepest_penetration(model, state);
+  return worst;
+}
+
+ViolationSummary violation_summary(const Model& model, const std::vector<State>& states) {
+  assert(!states.empty());
+  ViolationSummary summary;
+  for (const State& state : states) {
+    const Violation at = violation(model, state);
+    for (double Violation::* const kind :
+         {&Violation::dislocation, &Violation::misalignment, &Violation::limit, &Violation::penetration}) {
+      summary.largest.*kind = std::max(summary.largest.*kind, at.*kind);
+      summary.rms.*kind += at.*kind * at.*kind;
+    }
+  }
+  for (double Violation::* const kind :
+       {&Violation::dislocation, &Violation::misalignment, &Violation::limit, &Violation::penetration}) {
+    summary.rms.*kind = std::sqrt(summary.rms.*kind / static_cast<double>(states.size()));
+  }
+  return summary;
+}
+
+}  // namespace assay
