@@ -52,6 +52,8 @@ class DirectDart final : public Direct {
   std::vector<Vec3> positions() const override {
     State state;
     state.bodies.resize(bodies_.size());
+    state.angle.reserve(hinges_.size());
+    state.rate.reserve(hinges_.size());
     for (size_t i = 0; i < bodies_.size(); ++i) state.bodies[i].p_WBcm = bodies_[i]->getCOM();
     for (size_t j = 0; j < hinges_.size(); ++j) {
       state.angle.push_back(hinges_[j]->getPosition(0) + model_.hinges[j].reference);
@@ -59,6 +61,7 @@ class DirectDart final : public Direct {
     }
     bodies_from_joints(model_, state);
     std::vector<Vec3> result;
+    result.reserve(bodies_.size());
     for (const BodyState& body : state.bodies) result.push_back(body.p_WBcm);
     return result;
   }

@@ -55,6 +55,12 @@ void initialise_library() {
   });
 }
 
+// After an error out of DART's or ODE's inside, lists may be half-changed: such a world is kept, within reach.
+void keep(const dart::simulation::WorldPtr& world) {
+  static auto& kept = *new std::vector<dart::simulation::WorldPtr>;  // outlives static destructors
+  kept.push_back(world);
+}
+
 // DART keeps these numbers once for the whole process.
 void set_globals(const Options& options) {
   using dart::constraint::ContactConstraint;
@@ -70,9 +76,11 @@ void set_globals(const Options& options) {
 }  // namespace
 
 DartSimulation::DartSimulation(Model model, const State& state, const Options& options)
-    : options_(options), start_time_(state.time), model_(std::move(model)) {
+    : options_(options),
+      start_time_(state.time),
+      model_(std::move(model)),
+      explicit_springs_(model_.has_springs() && !options_.native_pd) {
   model_.keyframes.clear();
-  explicit_springs_ = model_.has_springs() && !options_.native_pd;
   initialise_library();
   set_globals(options_);
   make_world();
@@ -81,12 +89,6 @@ DartSimulation::DartSimulation(Model model, const State& state, const Options& o
   // with their shapes: those that come later are found by the collision detector in an order of addresses
   for (const dart::dynamics::SkeletonPtr& tree : trees_) world_->addSkeleton(tree);
   set_state(state);
-}
-
-// After an error out of DART's or ODE's inside, lists may be half-changed: such a world is kept, within reach.
-DartSimulation::~DartSimulation() {
-  static auto& kept = *new std::vector<dart::simulation::WorldPtr>;  // outlives static destructors
-  if (failed_) kept.push_back(std::move(world_));
 }
 
 void DartSimulation::make_world() {
@@ -197,10 +199,10 @@ void DartSimulation::advance(int count) {
   try {
     for (int i = 0; i < count; ++i) world_->step();
   } catch (const EngineError&) {
-    failed_ = true;
+    keep(world_);
     throw;
   } catch (const std::exception& error) {
-    failed_ = true;
+    keep(world_);
     throw EngineError(fmt::format("DART: {}", error.what()));
   }
   steps_ += count;

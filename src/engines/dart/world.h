@@ -14,9 +14,6 @@ namespace assay::dartsim {
 class DartSimulation final : public Simulation {
  public:
   DartSimulation(Model model, const State& state, const Options& options);
-  ~DartSimulation() override;
-  DartSimulation(const DartSimulation&) = delete;
-  DartSimulation& operator=(const DartSimulation&) = delete;
 
   void set_torques(std::span<const double> torques) override;
   void advance(int count) override;
@@ -26,7 +23,7 @@ class DartSimulation final : public Simulation {
  private:
   void make_world();
   void make_bodies();
-  void make_joint(int body, const dart::dynamics::SkeletonPtr& skeleton);
+  void make_joint(int index, const dart::dynamics::SkeletonPtr& skeleton);
   void make_contacts();
   void set_state(const State& state);
 
@@ -34,12 +31,11 @@ class DartSimulation final : public Simulation {
   double start_time_;
   long long steps_ = 0;
   Model model_;  // our own copy: the caller's need not live on
+  bool explicit_springs_;
   dart::simulation::WorldPtr world_;
   std::vector<dart::dynamics::SkeletonPtr> trees_;
   std::vector<dart::dynamics::BodyNode*> bodies_;  // owned by the world's skeletons
   std::vector<dart::dynamics::Joint*> hinges_;     // of each Model::hinges
-  bool explicit_springs_ = false;
-  bool failed_ = false;
 };
 
 }  // namespace assay::dartsim

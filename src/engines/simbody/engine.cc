@@ -27,7 +27,7 @@ constexpr std::array<MethodFacts, 6> kMethods = {
      {"rkf", Method::kRungeKuttaFehlberg, 4, "Runge-Kutta-Fehlberg"}}};
 
 const MethodFacts& facts_of(const Settings& settings) {
-  const std::string& name = settings.get<std::string>("integrator");
+  const auto& name = settings.get<std::string>("integrator");
   for (const MethodFacts& facts : kMethods) {
     if (name == facts.name) return facts;
   }

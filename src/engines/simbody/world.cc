@@ -74,8 +74,8 @@ std::unique_ptr<SimTK::Integrator> make_integrator(Method method, const SimTK::S
 }  // namespace
 
 struct World::Parts {
-  explicit Parts(const Model& source, const Options& settings)
-      : model(source), options(settings), matter(system), forces(system), torques(forces, matter) {
+  Parts(Model source, const Options& settings)
+      : model(std::move(source)), options(settings), matter(system), forces(system), torques(forces, matter) {
     model.keyframes.clear();
   }
 
