@@ -1,4 +1,4 @@
-# Simbody: the distribution's library; the independent solution of smooth systems.
+# Simbody: the distribution's library; an engine, and the independent solution of smooth systems.
 find_package(Simbody 3.7 QUIET)
 if(Simbody_FOUND)
   add_library(engine::simbody INTERFACE IMPORTED GLOBAL)

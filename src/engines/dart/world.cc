@@ -61,7 +61,8 @@ void keep(const dart::simulation::WorldPtr& world) {
   kept.push_back(world);
 }
 
-// DART keeps these numbers once for the whole process.
+// DART keeps these numbers once for the whole process. `owner` is the instance whose they are.
+const DartSimulation* owner = nullptr;
 void set_globals(const Options& options) {
   using dart::constraint::ContactConstraint;
   ContactConstraint::setErrorAllowance(0);
@@ -82,6 +83,7 @@ DartSimulation::DartSimulation(Model model, const State& state, const Options& o
       explicit_springs_(model_.has_springs() && !options_.native_pd) {
   model_.keyframes.clear();
   initialise_library();
+  owner = this;
   set_globals(options_);
   make_world();
   make_bodies();
@@ -195,7 +197,10 @@ void DartSimulation::set_torques(std::span<const double> torques) {
 }
 
 void DartSimulation::advance(int count) {
-  set_globals(options_);
+  if (owner != this) {
+    owner = this;
+    set_globals(options_);
+  }
   try {
     for (int i = 0; i < count; ++i) world_->step();
   } catch (const EngineError&) {
