@@ -15,10 +15,8 @@ havok::Quaternion quaternion(const Quat& q) { return {f(q.x()), f(q.y()), f(q.z(
 class DirectHavok final : public Direct {
  public:
   DirectHavok(const Scene& scene, const State& start, const Settings& settings)
-      : h_(f(settings.timestep)), timestep_(settings.timestep) {
+      : h_(f(settings.timestep)), timestep_(settings.timestep), world_(make_world()) {
     const Model& model = scene.model;
-    w2c_havok_HP_World_Create(havok_, havok_.out());
-    world_ = havok_.result<havok::Id>();
     w2c_havok_HP_World_SetGravity(havok_, world_, havok_.in(vector3(model.gravity)));
     w2c_havok_HP_World_SetIdealStepTime(havok_, world_, f(settings.get<double>("ideal_step_time")));
     w2c_havok_HP_World_SetSpeedLimit(havok_, world_, f(settings.get<double>("max_speed")),
@@ -58,6 +56,11 @@ class DirectHavok final : public Direct {
   }
 
  private:
+  havok::Id make_world() {
+    w2c_havok_HP_World_Create(havok_, havok_.out());
+    return havok_.result<havok::Id>();
+  }
+
   // Capsules along z through the centre of mass, one plane at height 0, one coefficient of friction.
   void make_shapes(const Model& model, const Settings& settings) {
     const float mu = f(model.contacts.front().friction), side = f(settings.get<double>("ground_size"));
@@ -142,7 +145,7 @@ class DirectHavok final : public Direct {
   float h_;
   double timestep_;
   mutable havok::Instance havok_;  // every question writes into its memory
-  havok::Id world_ = 0;
+  havok::Id world_;
   std::vector<havok::Id> shapes_, bodies_;
   std::vector<Vec3> axes_;  // in the bodies' frames
 };

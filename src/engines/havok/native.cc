@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "base/errors.h"
-#include "plugin.h"
 #include "host.h"
 #include "module.h"
+#include "plugin.h"
 
 namespace assay::havok_adapter {
 namespace {

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <bit>
 #include <cerrno>
+#include <csignal>
 #include <cstring>
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <filesystem>
 #include <iterator>
 #include <memory>
-#include <signal.h>
 #include <string>
 #include <string_view>
 #include <sys/socket.h>
@@ -21,10 +21,8 @@
 #include <spawn.h>
 
 #include "base/errors.h"
-#include "plugin.h"
 #include "module.h"
-
-extern char** environ;
+#include "plugin.h"
 
 namespace assay::havok_adapter {
 namespace {
@@ -86,7 +84,7 @@ class Node {
     posix_spawn_file_actions_adddup2(&actions, sockets[1], STDIN_FILENO);
     posix_spawn_file_actions_adddup2(&actions, sockets[1], STDOUT_FILENO);
     std::string program = "node";
-    char* arguments[] = {program.data(), script.data(), wasm.data(), nullptr};
+    char* const arguments[] = {program.data(), script.data(), wasm.data(), nullptr};
     const int error = posix_spawnp(&process_, program.c_str(), &actions, nullptr, arguments, environ);
     posix_spawn_file_actions_destroy(&actions);
     close(sockets[1]);
@@ -158,7 +156,7 @@ class Node {
     throw EngineError(errno == 0 ? what : what + ": " + std::strerror(errno));
   }
 
-  void end() {
+  void end() const {
     close(socket_);
     kill(process_, SIGKILL);
     while (waitpid(process_, nullptr, 0) < 0 && errno == EINTR) {
@@ -182,7 +180,7 @@ class NodeModule final : public Module {
     try {
       Message message = to_instance(Command::kDestroy);
       node_->ask(message);
-    } catch (const EngineError&) {  // Node is gone, and the instance with it
+    } catch (const EngineError&) {  // NOLINT(bugprone-empty-catch): Node is gone, and the instance with it
     }
   }
   NodeModule(const NodeModule&) = delete;

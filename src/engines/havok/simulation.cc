@@ -1,6 +1,5 @@
 #include "simulation.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -30,9 +29,9 @@ class HavokSimulation final : public Simulation {
         timestep_(settings.timestep),
         start_time_(state.time),
         model_(std::move(model)),
-        module_(make_module()) {
+        module_(make_module()),
+        explicit_springs_(model_.has_springs() && !options_.native_springs) {
     model_.keyframes.clear();
-    explicit_springs_ = model_.has_springs() && !options_.native_springs;
     set_up_world();
     if (!model_.contacts.empty()) create_shapes();
     create_bodies(state);
@@ -49,7 +48,7 @@ class HavokSimulation final : public Simulation {
       double torque = torques.empty() ? 0.0 : torques[j];
       if (explicit_springs_) torque += spring_torque(hinge, scratch_.angle[j], scratch_.rate[j]);
       if (torque == 0) continue;
-      const Vec3 impulse_W = (torque * timestep_) * axis_W(hinge);
+      const Vec3 impulse_W = (torque * timestep_) * world_axis(hinge);
       push(hinge.body, impulse_W);
       if (const int parent = model_.bodies[hinge.body].parent; parent != kWorld) push(parent, -impulse_W);
     }
@@ -137,7 +136,7 @@ class HavokSimulation final : public Simulation {
   // Only shapes that are in a contact pair are made, in their body's frame about its centre of mass.
   void create_shapes() {
     const Filters filters = find_filters(model_);
-    const Friction friction = *find_friction(model_);
+    const Friction friction = find_friction(model_).value();
     shapes_of_.resize(model_.bodies.size());
     for (size_t s = 0; s < model_.shapes.size(); ++s) {
       if (filters.of[s].membership == 0) continue;
@@ -302,14 +301,14 @@ class HavokSimulation final : public Simulation {
     return v;
   }
 
-  Vec3 axis_W(const Hinge& hinge) const {
+  Vec3 world_axis(const Hinge& hinge) const {
     havok::QTransform pose;
     module_->call(Function::kBody_GetQTransform, {bodies_[hinge.body], out(pose)});
     return quat(pose.rotation) * hinge.axis_B;
   }
 
   void push(int body, const Vec3& impulse_W) {
-    if (!any_pushed_) std::fill(pushed_.begin(), pushed_.end(), false);
+    if (!any_pushed_) pushed_.assign(bodies_.size(), false);
     any_pushed_ = true;
     if (!pushed_[body]) before_push_[body] = velocities(body);
     pushed_[body] = true;
@@ -335,7 +334,7 @@ class HavokSimulation final : public Simulation {
   std::vector<Id> bodies_, joints_;
   std::vector<std::vector<Id>> shapes_of_;  // per body
   std::vector<Anchor> anchors_;             // in the child
-  bool explicit_springs_ = false;
+  bool explicit_springs_;
   State scratch_;
   bool any_pushed_ = false;  // since the last step
   std::vector<bool> pushed_;
