@@ -1,5 +1,6 @@
 // Jolt as its user would write it: three layers, a hinge constraint each, PhysicsSystem::Update.
 #include <numbers>
+#include <utility>
 #include <vector>
 
 // clang-format off: Jolt wants this one before its others
@@ -52,6 +53,9 @@ void initialise_library() {
 
 float real(double x) { return static_cast<float>(x); }
 JPH::Vec3 vec(const Vec3& v) { return {real(v.x()), real(v.y()), real(v.z())}; }
+JPH::RVec3 position(const Vec3& p) {
+  return {static_cast<JPH::Real>(p.x()), static_cast<JPH::Real>(p.y()), static_cast<JPH::Real>(p.z())};
+}
 JPH::Quat quat(const Quat& q) { return {real(q.x()), real(q.y()), real(q.z()), real(q.w())}; }
 
 class DirectJolt final : public Direct {
@@ -128,13 +132,11 @@ class DirectJolt final : public Direct {
       const BodyState& s = start.bodies[b];
       JPH::Ref<JPH::Shape> shape = none;
       for (const Shape& capsule : model.shapes) {
-        if (model.contacts.empty() || capsule.body != static_cast<int>(b)) continue;
+        if (model.contacts.empty() || std::cmp_not_equal(capsule.body, b)) continue;
         shape = new JPH::CapsuleShape(real(capsule.half_length), real(capsule.radius));
       }
-      const Vec3& p = s.p_WBcm;
-      JPH::BodyCreationSettings made(shape, JPH::RVec3(JPH::Real(p.x()), JPH::Real(p.y()), JPH::Real(p.z())),
-                                     quat(s.q_WB * body_axes(model)).Normalized(), JPH::EMotionType::Dynamic,
-                                     model.contacts.empty() ? kUntouchable : kBody);
+      JPH::BodyCreationSettings made(shape, position(s.p_WBcm), quat(s.q_WB * body_axes(model)).Normalized(),
+                                     JPH::EMotionType::Dynamic, model.contacts.empty() ? kUntouchable : kBody);
       made.mLinearVelocity = vec(s.v_WBcm);
       made.mAngularVelocity = vec(s.w_WB);
       made.mLinearDamping = made.mAngularDamping = 0;

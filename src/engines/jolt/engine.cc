@@ -148,7 +148,6 @@ class JoltEngine final : public Engine {
     if (kDoublePositions) return {{"jolt-f64", "Jolt, positions in double precision, 50 velocity iterations", {}}};
     return {{"jolt-f32", "Jolt, single precision, 50 velocity iterations", {}},
             {"jolt-f32-10", "the same with Jolt's own 10 velocity iterations", {{"velocity_steps", 10LL}}},
-            {"jolt-f32-sub4", "the same with 4 collision steps a step", {{"collision_steps", 4LL}}},
             {"jolt-f32-native-pd", "the same, joint springs and dampers by the hinge's motor", {{"pd", "native"}}}};
   }
 

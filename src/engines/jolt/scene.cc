@@ -25,6 +25,18 @@ Quat shape_axes(const Shape& shape) {
   return shape.X_BS.q * y_to_z();
 }
 
+int32_t jolt_type(ShapeType type) {
+  switch (type) {
+    case ShapeType::kSphere:
+      return JOLT_SPHERE;
+    case ShapeType::kCapsule:
+      return JOLT_CAPSULE;
+    case ShapeType::kPlane:
+      return JOLT_PLANE;
+  }
+  return -1;
+}
+
 jolt_body body_of(const Body& body, const BodyState& state, const Pose& frame) {
   const Mat3 R_BJ = frame.q.toRotationMatrix();
   const PrincipalInertia inertia = principal_inertia(R_BJ.transpose() * body.I_BBcm_B * R_BJ);
@@ -52,9 +64,7 @@ jolt_shape shape_of(const Shape& shape, const std::vector<Pose>& frames) {
   store(X.q, out.q);
   out.radius = shape.radius;
   out.half_length = shape.half_length;
-  out.type = shape.type == ShapeType::kSphere    ? JOLT_SPHERE
-             : shape.type == ShapeType::kCapsule ? JOLT_CAPSULE
-                                                 : JOLT_PLANE;
+  out.type = jolt_type(shape.type);
   out.body = shape.body;
   return out;
 }
