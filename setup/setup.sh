@@ -155,10 +155,10 @@ fetch_once() {
 }
 
 # fetch_crates FOLDER: the crates of FOLDER's Cargo.lock as ${fetched}/vendor, checked against the lock's hashes.
-# ${fetched}/config.toml makes cargo take them from there.
+# cargo takes them from there with --config source.crates-io.replace-with and a source of that directory.
 fetch_crates() { fetch_once "$1/Cargo.lock" vendor_crates "$1"; }
 vendor_crates() {
-  cargo vendor --quiet --locked --versioned-dirs --manifest-path "$1/Cargo.toml" vendor >config.toml
+  cargo vendor --quiet --locked --versioned-dirs --manifest-path "$1/Cargo.toml" vendor
 }
 
 # fetch_npm FOLDER: the packages of FOLDER's package-lock.json as ${fetched}/node_modules, checked against its hashes.
