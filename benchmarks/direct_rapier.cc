@@ -104,6 +104,7 @@ class DirectRapier final : public Direct {
     std::vector<double> numbers(3 * bodies_);
     assay_rapier_direct.positions(world_, numbers.data());
     std::vector<Vec3> result;
+    result.reserve(bodies_);
     for (size_t b = 0; b < bodies_; ++b) result.emplace_back(&numbers[3 * b]);
     return result;
   }

@@ -18,7 +18,7 @@ using testing::HasSubstr;
 
 const std::vector<std::string> kJoints = {"impulse", "multibody"};
 
-ResolvedContender rapier(const std::string& joints, std::map<std::string, std::string> overrides = {}) {
+ResolvedContender rapier(const std::string& joints, const std::map<std::string, std::string>& overrides = {}) {
   ResolvedContender contender = Registry::instance().resolve("rapier-" + joints + "-f64", overrides);
   contender.settings.timestep = 1e-3;
   return contender;

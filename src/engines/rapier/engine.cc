@@ -61,9 +61,11 @@ class RapierEngine final : public Engine {
     c.torques = true;
     c.armature = multibody;
     c.springs = options.native_springs ? SpringKind::kNative : SpringKind::kExplicit;
-    c.spring_note = !options.native_springs ? "explicit torques from the state at the step's start"
-                    : multibody             ? "implicit in angle and rate, in the mass matrix"
-                                            : "force-based joint motor: implicit row of the solver";
+    c.spring_note = "explicit torques from the state at the step's start";
+    if (options.native_springs) {
+      c.spring_note = multibody ? "implicit in angle and rate, in the mass matrix"
+                                : "force-based joint motor: a row of the solver, implicit";
+    }
     c.gyroscopic = multibody || world.gyroscopic != 0;
     c.iterations = sweeps;
     c.sleep = "off";
