@@ -68,11 +68,13 @@ class Loop final : public SimbodyLoop {
 
   std::vector<double> angles() const override {
     std::vector<double> list;
+    list.reserve(index_.size());
     for (size_t i = 0; i < index_.size(); ++i) list.push_back(pin(i).getOneQ(integrator_->getState(), 0));
     return list;
   }
   std::vector<double> rates() const override {
     std::vector<double> list;
+    list.reserve(index_.size());
     for (size_t i = 0; i < index_.size(); ++i) list.push_back(pin(i).getOneU(integrator_->getState(), 0));
     return list;
   }

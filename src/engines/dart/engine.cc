@@ -75,7 +75,10 @@ class DartEngine final : public Engine {
       if (hinge.armature != 0) {
         findings.push_back({Fidelity::kRefused, joint + " armature", "DART has no joint armature: set it to 0"});
       }
-      if (hinge.has_spring()) {
+      if (options.native_pd && (hinge.stiffness < 0 || hinge.damping < 0)) {
+        findings.push_back({Fidelity::kRefused, joint + " stiffness and damping",
+                            "DART's own springs and dampers cannot be negative: set pd=explicit"});
+      } else if (hinge.has_spring()) {
         findings.push_back({Fidelity::kApproximated, joint + " stiffness and damping",
                             options.native_pd ? "DART's own spring and damper, implicit in the step"
                                               : "explicit torque from the state at the step's start"});
