@@ -1,14 +1,11 @@
 // Havok in Node: the published WebAssembly, run by V8. One Node a process, which holds the instances of all
 // simulations; node_host.mjs describes what goes over the socket to it.
-#include <algorithm>
 #include <bit>
 #include <cerrno>
 #include <csignal>
 #include <cstring>
 #include <dlfcn.h>
-#include <fcntl.h>
 #include <filesystem>
-#include <iterator>
 #include <memory>
 #include <string>
 #include <string_view>

@@ -1,7 +1,7 @@
 #include "simulation.h"
 
 #include <cmath>
-#include <limits>
+#include <optional>
 #include <utility>
 
 #include "model/kinematics.h"
@@ -136,15 +136,16 @@ class HavokSimulation final : public Simulation {
   // Only shapes that are in a contact pair are made, in their body's frame about its centre of mass.
   void create_shapes() {
     const Filters filters = find_filters(model_);
-    const Friction friction = find_friction(model_).value();
+    const std::optional<Friction> friction = find_friction(model_);
+    if (!friction) throw EngineError("no materials give these pairs' friction");  // check() has refused it
     shapes_of_.resize(model_.bodies.size());
     for (size_t s = 0; s < model_.shapes.size(); ++s) {
       if (filters.of[s].membership == 0) continue;
       const Shape& shape = model_.shapes[s];
       const Id id = create_shape(shape);
       module_->call(Function::kShape_SetFilterInfo, {id, in(filters.of[s])});
-      const float mu = f32(friction.of[s]);
-      const havok::Material material{mu, mu, 0, friction.rule, havok::kMaximum};
+      const float mu = f32(friction->of[s]);
+      const havok::Material material{mu, mu, 0, friction->rule, havok::kMaximum};
       module_->call(Function::kShape_SetMaterial, {id, in(material)});
       if (shape.body == kWorld) {
         create_static(shape.type == ShapeType::kPlane ? shape.X_BS : Pose{}, id);
