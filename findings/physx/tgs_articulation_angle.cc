@@ -6,7 +6,8 @@
 // nothing to iterate on. At 1/64 ms and 50 iterations an increment is 2.5e-6 rad, five times the last digit of 8: the
 // wheel loses 3 % of its way while it claims its full speed. A smaller timestep makes it worse.
 //
-// Ends with status 0 while PhysX behaves so, 1 when it does not.
+// Ends with status 0 while PhysX behaves so, 1 when it does not: then what the
+// capabilities in engine.cc say of it can go.
 #include <cmath>
 #include <cstdio>
 #include <initializer_list>

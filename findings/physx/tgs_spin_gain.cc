@@ -10,7 +10,8 @@
 // has that error some fifteen times over. A body that is put back to the identity rotation after every step gains
 // nothing.
 //
-// Ends with status 0 while PhysX behaves so, 1 when it does not: then the deviation in engine.cc can go.
+// Ends with status 0 while PhysX behaves so, 1 when it does not: then what the capabilities in engine.cc say of it can
+// go.
 #include <cmath>
 #include <cstdio>
 #include <initializer_list>
