@@ -27,12 +27,13 @@ cp "${recipe}/wasm_immintrin.h" "${work}/include/immintrin.h"
 printf '#!/bin/sh\nexec "%s" c++ -target wasm32-wasi "$@"\n' "${zig}" >"${work}/bin/c++"
 for tool in ar ranlib; do printf '#!/bin/sh\nexec "%s" %s "$@"\n' "${zig}" "${tool}" >"${work}/bin/${tool}"; done
 chmod +x "${zig}" "${wabt}/bin/wasm2c" "${work}"/bin/*
+module_flags="${flags} -fno-sanitize=undefined -msimd128 -DJPH_PLATFORM_WASM -I${work}/include"
 export ZIG_GLOBAL_CACHE_DIR="${work}/zig-cache" ZIG_LOCAL_CACHE_DIR="${work}/zig-cache"
 cmake -S "${recipe}" -B "${work}/module" -G Ninja -DCMAKE_BUILD_TYPE=None -DCMAKE_SYSTEM_NAME=Generic \
   -DCMAKE_SYSTEM_PROCESSOR=wasm32 -DCMAKE_TRY_COMPILE_TARGET_TYPE=STATIC_LIBRARY -DEMSCRIPTEN=1 \
   -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON -DCMAKE_CXX_COMPILER="${work}/bin/c++" \
   -DCMAKE_AR="${work}/bin/ar" -DCMAKE_RANLIB="${work}/bin/ranlib" -DJOLT_SOURCE="${jolt}" \
-  -DCMAKE_CXX_FLAGS="${flags} -fno-sanitize=undefined -msimd128 -DJPH_PLATFORM_WASM -I${work}/include -include ${recipe}/wasm_single_thread.h"
+  -DCMAKE_CXX_FLAGS="${module_flags} -include ${recipe}/wasm_single_thread.h"
 ninja -C "${work}/module" jolt_module
 
 mkdir -p "${work}/c"

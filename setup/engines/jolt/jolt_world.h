@@ -1,6 +1,7 @@
-/* One Jolt world behind a C interface that is the same natively and as WebAssembly: everything that crosses it is a number
-   or an array of structures of double and int32_t, which are laid out alike on x86-64 and on wasm32. No unit but SI; the
-   world frame's z is the model's; quaternions are (w, x, y, z); a body's frame has its origin in the centre of mass. */
+/* One Jolt world behind a C interface that is the same natively and as WebAssembly: everything that crosses it is a
+   number or an array of structures of double and int32_t, which are laid out alike on x86-64 and on wasm32. No unit but
+   SI; the world frame's z is the model's; quaternions are (w, x, y, z); a body's frame has its origin in the centre of
+   mass. */
 #pragma once
 
 #include <stdint.h>
@@ -12,13 +13,13 @@ extern "C" {
 enum { JOLT_SPHERE = 0, JOLT_CAPSULE = 1, JOLT_PLANE = 2 };
 
 typedef struct jolt_settings {
-  double timestep;              /* s */
-  double gravity[3];            /* m/s^2 */
-  double baumgarte;             /* part of a position error that one step corrects */
-  double penetration_slop;      /* m */
-  double speculative_distance;  /* m */
-  double max_correction;        /* m, of one position iteration */
-  double plane_half_extent;     /* m, beyond which a plane is not felt */
+  double timestep;             /* s */
+  double gravity[3];           /* m/s^2 */
+  double baumgarte;            /* part of a position error that one step corrects */
+  double penetration_slop;     /* m */
+  double speculative_distance; /* m */
+  double max_correction;       /* m, of one position iteration */
+  double plane_half_extent;    /* m, beyond which a plane is not felt */
   int32_t velocity_steps, position_steps, collision_steps;
   int32_t warm_start, pair_cache, gyroscopic;
 } jolt_settings;
@@ -80,14 +81,15 @@ jolt_world* jolt_create(const jolt_settings* settings, const jolt_body* bodies, 
                         const jolt_hinge* hinges, int32_t hinge_count);
 void jolt_free(jolt_world* world);
 
-/* `count` calls of the engine's step function. Not 0: the bits of JPH::EPhysicsUpdateError, a cache was too small; -1: the
-   engine trapped (WebAssembly). */
+/* `count` calls of the engine's step function. Not 0: the bits of JPH::EPhysicsUpdateError, a cache was too small; -1:
+   the engine trapped (WebAssembly). */
 int32_t jolt_step(jolt_world* world, int32_t count);
 
 /* One for each body, in the order of creation. */
 void jolt_read(jolt_world* world, jolt_body_state* out);
 
-/* Nm about each hinge's axis on the child, the opposite on the parent; replaces what was set before, acts for one step. */
+/* Nm about each hinge's axis on the child, the opposite on the parent; replaces what was set before, acts for one step.
+ */
 void jolt_set_torques(jolt_world* world, const double* torques);
 
 void jolt_view(jolt_world* world, jolt_body_view* bodies, jolt_hinge_view* hinges, double* gravity);
