@@ -105,7 +105,8 @@ class HavokEngine final : public Engine {
     c.sleep = "off (always active)";
     c.speed_limits = fmt::format("{:g} m/s, {:g} rad/s", options.max_speed, options.max_angular_speed);
     c.hidden_damping = "bodies below 0.1 m/s are braked at 0.03 g; hinges lose energy, at first order in h";
-    c.other = "inverse masses and inertias are kept in eight bits: wrong by up to 0.39 %, +0.14 % in the mean";
+    c.other = "inverse masses and inertias are kept in eight bits: wrong by up to 0.39 %, +0.14 % in the mean" +
+              plugin_note();
     c.deviations = deviations();
     return c;
   }

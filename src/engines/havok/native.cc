@@ -107,4 +107,6 @@ std::vector<Contender> plugin_contenders() {
           {"havok-native-pd", "Havok, joint springs by its own motors", {{"pd", std::string("native")}}}};
 }
 
+std::string plugin_note() { return ""; }
+
 }  // namespace assay::havok_adapter
