@@ -177,7 +177,7 @@ class JoltEngine final : public Engine {
     c.gyroscopic = world.gyroscopic != 0;
     c.sleep = "off";
     c.speed_limits = "none (1e18)";
-    c.hidden_damping = "hinges: a body pinned beside its centre of mass loses up to h w^3 / 2 of its rate w a second";
+    c.hidden_damping = "hinges: a body pinned beside its centre of mass slows by up to w' = -h w^3 / 2";
     c.deviations = {{"pendulum-period", 0.03,
                      "hinges take energy out at first order in the timestep, for the position correction does not turn "
                      "velocities: at 4 ms the test's pendulum is too far from its limit to extrapolate "
