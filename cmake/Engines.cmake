@@ -1,8 +1,11 @@
 # Physics engines from outside as imported targets engine::<name>. Each is optional: one that is not there has no target,
-# its adapter is not built, and a line says how to get it. ENGINE_<name>_{VERSION,SOURCE,COMPILER,FLAGS} say where it came
-# from and how it was compiled, for the build facts of its adapter.
+# its adapter is not built, and a line says how to get it, which `assay engines` repeats to its users.
+# ENGINE_<name>_{VERSION,SOURCE,COMPILER,FLAGS} say where it came from and how it was compiled, for the build facts of its
+# adapter.
 
 function(assay_engine_absent name how)
+  set_property(GLOBAL APPEND PROPERTY ASSAY_ABSENT_ENGINES ${name})
+  set_property(GLOBAL PROPERTY ASSAY_HOW_TO_GET_${name} "${how}")
   message(STATUS "assay: engine ${name}: not found, its adapter is left out. ${how}")
 endfunction()
 

@@ -110,6 +110,9 @@ int guarded(const std::function<int()>& work) {
   } catch (const std::exception& error) {
     message(error.what());
     return kFailed;
+  } catch (...) {
+    message("an exception of a type that is no std::exception, which an engine must have thrown");
+    return kFailed;
   }
 }
 

@@ -161,6 +161,17 @@ void append_sample(const Model& model, const std::vector<std::string>& names, do
   }
 }
 
+// Within a catch block: what was thrown, whatever its type.
+std::string caught_text() {
+  try {
+    throw;
+  } catch (const std::exception& error) {
+    return error.what();
+  } catch (...) {
+    return "an exception of a type that is no std::exception";
+  }
+}
+
 // Steps the engine to the end, to its failure or to an interruption. Every sample is in the file before the next
 // begins.
 int run(const Job& job, OutputFile& file) {
@@ -202,11 +213,11 @@ int run(const Job& job, OutputFile& file) {
         simulation->read_state(state);
         divergence = plausibility.divergence(state);
       }
-    } catch (const EngineError& error) {
+    } catch (...) {
       progress.clear();
       file.finish();
       throw EngineError(fmt::format("{} failed at {:.6g} s: {}; the samples before are kept in '{}'",
-                                    job.contender.name, seconds(step), error.what(), file.path()));
+                                    job.contender.name, seconds(step), caught_text(), file.path()));
     }
     if (!divergence.empty()) {
       progress.clear();

@@ -146,6 +146,9 @@ ConformanceResult judge(const Entry& entry, const Subject& subject) {
   } catch (const std::exception& error) {
     result.status = ConformanceStatus::kFail;
     result.note = error.what();
+  } catch (...) {
+    result.status = ConformanceStatus::kFail;
+    result.note = "the adapter threw an exception of a type that is no std::exception";
   }
   return result;
 }

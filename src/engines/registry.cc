@@ -1,9 +1,13 @@
 #include "engines/registry.h"
 
 #include <algorithm>
+#include <array>
+#include <cctype>
 #include <cstdlib>
 #include <dlfcn.h>
 #include <filesystem>
+#include <string_view>
+#include <tuple>
 #include <utility>
 
 #include <fmt/format.h>
@@ -17,18 +21,33 @@ namespace fs = std::filesystem;
 
 constexpr const char* kPluginPrefix = "assay-engine-";
 
-// the order of tables and reports, and what to say of an engine that was not built
+// The order of tables and reports: by family, which is the first word of a plugin's name. Others follow by name.
+constexpr std::array kFamilies = {"null",  "mujoco", "bullet",  "ode",  "physx",
+                                  "havok", "dart",   "simbody", "jolt", "rapier"};
+
+// Engines that were there when assay was configured, and those that were not.
 struct KnownEngine {
-  const char* name;
-  const char* how_to_get;
+  std::string name;
+  std::string how_to_get;  // sentences
 };
-constexpr KnownEngine kKnownEngines[] = {
-    {"null", "it is part of assay: build the target assay-engine-null"},
-    {"mujoco", "run setup/setup.sh, which fetches the pip package mujoco-core, then build again"},
-    {"bullet-f64", "run setup/setup.sh, which builds Bullet from the pip package pybullet, then build again"},
-    {"bullet-f32", "run setup/setup.sh, which builds Bullet from the pip package pybullet, then build again"},
-    {"ode", "install the Debian package libode-dev, then build again"},
-};
+const std::vector<KnownEngine>& known_engines() {
+  static const std::vector<KnownEngine> known = {
+#include "known_engines.inc"
+  };
+  return known;
+}
+
+// "Run this. Then that." as the end of a sentence.
+std::string as_clause(std::string sentences) {
+  const auto is_lower = [](char c) { return std::islower(static_cast<unsigned char>(c)) != 0; };
+  if (sentences.size() > 1 && is_lower(sentences[1])) {
+    sentences[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(sentences[0])));
+  }
+  if (sentences.ends_with('.')) sentences.pop_back();
+  return sentences;
+}
+
+std::string_view family(std::string_view name) { return name.substr(0, name.find('-')); }
 
 std::vector<std::string> search_path() {
   std::vector<std::string> folders;
@@ -46,12 +65,10 @@ std::vector<std::string> search_path() {
   return folders;
 }
 
-size_t rank(const std::string& name) {
-  size_t i = 0;
-  for (; i < std::size(kKnownEngines); ++i) {
-    if (name == kKnownEngines[i].name) break;
-  }
-  return i;
+// Doubles before floats.
+auto rank(const std::string& name) {
+  const auto* place = std::ranges::find(kFamilies, family(name));
+  return std::tuple(place - kFamilies.begin(), name.ends_with("-f32"), name);
 }
 
 std::vector<std::string> setting_names(const std::vector<Setting>& settings) {
@@ -90,14 +107,14 @@ Registry::Registry() {
     std::ranges::sort(files);
     for (const std::string& file : files) load(file);
   }
-  std::ranges::sort(engines_, {}, [](const Engine* engine) { return std::pair(rank(engine->name()), engine->name()); });
-  for (const KnownEngine& known : kKnownEngines) {
-    const auto named = [&](const auto& thing) { return thing.name == known.name; };
-    const bool refused = std::ranges::any_of(absent_, named);
+  std::ranges::sort(engines_, {}, [](const Engine* engine) { return rank(engine->name()); });
+  for (const KnownEngine& known : known_engines()) {
+    const bool refused = std::ranges::find(absent_, known.name, &AbsentEngine::name) != absent_.end();
     if (!paths_.contains(known.name) && !refused) {
-      absent_.push_back({known.name, fmt::format("not built: {}", known.how_to_get)});
+      absent_.push_back({known.name, fmt::format("not built: {}", as_clause(known.how_to_get))});
     }
   }
+  std::ranges::sort(absent_, {}, [](const AbsentEngine& absent) { return rank(absent.name); });
 }
 
 void Registry::load(const std::string& path) {
@@ -120,8 +137,21 @@ void Registry::load(const std::string& path) {
                                          path, plugin.version, kPluginVersion)});
     return;
   }
-  std::unique_ptr<const Engine> engine(plugin.make());
-  paths_[engine->name()] = path;
+  std::unique_ptr<const Engine> engine;
+  std::string reason = "makes no engine";
+  try {
+    engine.reset(plugin.make());
+    if (engine != nullptr) reason = engine->name() == name ? "" : fmt::format("calls itself '{}'", engine->name());
+  } catch (const std::exception& error) {
+    reason = fmt::format("fails when it is loaded: {}", error.what());
+  } catch (...) {
+    reason = "fails when it is loaded";
+  }
+  if (!reason.empty()) {
+    absent_.push_back({name, fmt::format("'{}' {}", path, reason)});
+    return;
+  }
+  paths_[name] = path;
   engines_.push_back(engine.get());
   owned_.push_back(std::move(engine));
 }
@@ -154,14 +184,17 @@ ResolvedContender Registry::resolve(const std::string& name,
       return resolved;
     }
   }
-  for (const AbsentEngine& absent : absent_) {
-    if (name == absent.name || name.starts_with(absent.name + "-")) {
-      throw InputError(
-          fmt::format("contender '{}' needs the engine '{}', which is absent: {}", name, absent.name, absent.reason));
-    }
+  const auto is_family = [&](const std::string& engine) { return family(engine) == family(name); };
+  const auto absent = std::ranges::find_if(absent_, is_family, &AbsentEngine::name);
+  const bool others = std::ranges::any_of(engines_, is_family, &Engine::name);
+  if (absent != absent_.end() && !others) {
+    throw InputError(
+        fmt::format("contender '{}' needs the engine '{}', which is absent: {}", name, absent->name, absent->reason));
   }
-  throw InputError(
-      fmt::format("unknown contender '{}'{}; `assay engines` lists them", name, did_you_mean(name, contender_names())));
+  const std::string note =
+      absent == absent_.end() ? "" : fmt::format("; engine '{}' is absent: {}", absent->name, absent->reason);
+  throw InputError(fmt::format("unknown contender '{}'{}; `assay engines` lists them{}", name,
+                               did_you_mean(name, contender_names()), note));
 }
 
 SettingValue parse_setting(const Setting& setting, const std::string& text) {

@@ -13,7 +13,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr double kGateTestLimitSeconds = 300;  // of one test of the suite
+constexpr double kGateTestLeastSeconds = 30, kGateTestMostSeconds = 300;  // limits of one test of the suite
 constexpr double kTruthLimitSeconds = 3600;
 
 std::string truth_address(const CampaignSystem& system) {
@@ -33,7 +33,7 @@ void Runner::gate_tests(const std::string& content, const std::vector<std::strin
   job.message["kind"] = "gate";
   job.message["tests"] = tests;
   job.title = fmt::format("gate {}", found->resolved.name);
-  job.limit_s = kGateTestLimitSeconds;
+  job.limit_s = std::clamp(campaign_.time_limit_s, kGateTestLeastSeconds, kGateTestMostSeconds);
   job.cost = 1;
   const size_t before = gate_rows_[content].size();
   job.on_message = [this, content](const json& message) {
@@ -47,9 +47,15 @@ void Runner::gate_tests(const std::string& content, const std::vector<std::strin
     std::vector<ConformanceRow>& rows = gate_rows_[content];
     const size_t ran = rows.size() - before;
     if (!end.answer && ran < tests.size()) {
-      rows.push_back({"", tests[ran], std::string(status_text(ConformanceStatus::kFail)), 0, 0, "",
-                      fmt::format("{}: {}", outcome_text(end.outcome), end.reason)});
-      if (ran + 1 < tests.size()) {
+      const std::string fail(status_text(ConformanceStatus::kFail));
+      rows.push_back({"", tests[ran], fail, 0, 0, "", fmt::format("{}: {}", outcome_text(end.outcome), end.reason)});
+      if (end.outcome == Outcome::kTimeout) {
+        // one that never returns would cost the limit in each of the other tests again
+        for (size_t i = ran + 1; i < tests.size(); ++i) {
+          rows.push_back(
+              {"", tests[i], fail, 0, 0, "", fmt::format("not tried: {} did not come to an end", tests[ran])});
+        }
+      } else if (ran + 1 < tests.size()) {
         gate_tests(content, {tests.begin() + static_cast<std::ptrdiff_t>(ran) + 1, tests.end()}, pool);
         return;
       }

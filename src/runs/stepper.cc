@@ -1,18 +1,43 @@
 #include "runs/stepper.h"
 
 #include <algorithm>
+#include <stdexcept>
+
+#include "base/errors.h"
 
 namespace assay {
+namespace {
+
+// What an engine throws is its own failure, whatever the type says: an InputError out of a step is none of the user's
+// and must not end the campaign.
+template <typename Work>
+void engines_own(const Work& work) {
+  try {
+    work();
+  } catch (const InputError& error) {
+    throw std::runtime_error(error.what());
+  } catch (const SystemError& error) {
+    throw std::runtime_error(error.what());
+  }
+}
+
+}  // namespace
 
 Stepper::Stepper(const Subject& subject, const State& start, double timestep_s)
     : subject_(subject), torques_(subject.model.hinges.size(), 0.0) {
   Settings settings = subject.contender.settings;
   settings.timestep = timestep_s;
-  simulation_ = subject.contender.engine->create(subject.model, start, settings);
-  simulation_->read_state(state_);
+  engines_own([&] {
+    simulation_ = subject.contender.engine->create(subject.model, start, settings);
+    simulation_->read_state(state_);
+  });
 }
 
 void Stepper::advance(long long steps) {
+  engines_own([&] { take(steps); });
+}
+
+void Stepper::take(long long steps) {
   constexpr long long kMostAtOnce = 1 << 30;
   while (steps > 0) {
     const long long count = subject_.free_running ? std::min(steps, kMostAtOnce) : 1;
@@ -30,7 +55,7 @@ void Stepper::advance(long long steps) {
 }
 
 const State& Stepper::read() {
-  simulation_->read_state(state_);
+  engines_own([&] { simulation_->read_state(state_); });
   return state_;
 }
 

@@ -31,7 +31,8 @@ struct Subject {
 
 class Stepper {
  public:
-  // Throws UnsupportedError and EngineError as Engine::create does.
+  // Throws UnsupportedError and EngineError as Engine::create does; whatever else an engine throws, here and below, is
+  // neither InputError nor SystemError.
   Stepper(const Subject& subject, const State& start, double timestep_s);
 
   // Takes `steps` steps. The clock runs over the engine's own calls alone. Throws EngineError.
@@ -44,6 +45,8 @@ class Stepper {
   long long clock_reads() const { return clock_reads_; }
 
  private:
+  void take(long long steps);
+
   const Subject& subject_;
   std::unique_ptr<Simulation> simulation_;
   State state_;

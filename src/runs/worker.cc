@@ -79,6 +79,8 @@ int worker_main(int /*argc*/, char** /*argv*/) {
   } catch (const std::exception& error) {
     // An adapter threw what it must not.
     answer = {{"failed", error.what()}};
+  } catch (...) {
+    answer = {{"failed", "of a type that is no std::exception"}};
   }
   Channel::send(answer);
   // The answer is given: an engine that crashes in its destructors has nothing more to spoil.

@@ -1,8 +1,12 @@
 // An engine that fails at will: each contender in another way, 0.1 s after the start of its simulation. Until then
-// bodies move uniformly. It shows that nothing an engine does takes the program or its results with it.
+// bodies move uniformly. It shows that nothing an engine does takes the program or its results with it. What breaks
+// memory is written so that neither the compiler nor luck can take the fault away.
+#include <array>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
+#include <cstring>
+#include <exception>
 #include <limits>
 #include <thread>
 #include <unistd.h>
@@ -11,6 +15,34 @@
 
 namespace assay {
 namespace {
+
+// Deeper and deeper until the stack has no more.
+int recurse(volatile int* above);
+int (*volatile deeper)(volatile int*) = recurse;
+int recurse(volatile int* above) {
+  volatile int here[1024];
+  here[0] = *above + 1;
+  return deeper(here) + here[0];
+}
+
+// Until somebody ends the process.
+volatile bool ever = false;
+
+[[gnu::noinline]] void free_twice() {
+  void* volatile block = std::malloc(100);
+  std::free(block);
+  std::free(block);
+}
+
+// Beyond the blocks' ends: the first ones fill holes, the last ones lie one after the other.
+[[gnu::noinline]] void write_beyond() {
+  constexpr size_t kSize = 2000;
+  std::array<char*, 64> blocks{};
+  for (char*& block : blocks) block = static_cast<char*>(std::malloc(kSize));
+  volatile size_t written = kSize + 64;
+  for (char* block : blocks) std::memset(block, 0xff, written);
+  for (char* block : blocks) std::free(block);
+}
 
 class FaultySimulation final : public Simulation {
  public:
@@ -40,7 +72,20 @@ class FaultySimulation final : public Simulation {
   void fail() {
     if (fault_ == "abort") std::raise(SIGABRT);
     if (fault_ == "exit") _exit(0);
+    if (fault_ == "exit-politely") std::exit(0);
     if (fault_ == "throw") throw EngineError("the solver gave up");
+    if (fault_ == "throw-number") throw 42;
+    if (fault_ == "terminate") std::terminate();
+    if (fault_ == "free-twice") free_twice();
+    if (fault_ == "write-beyond") write_beyond();
+    if (fault_ == "overflow") {
+      volatile int start = 0;
+      deeper(&start);
+    }
+    if (fault_ == "loop") {
+      while (!ever) {
+      }
+    }
     if (fault_ == "hang") std::this_thread::sleep_for(std::chrono::hours(1));
     if (fault_ == "nan") state_.bodies.front().p_WBcm.z() = std::numeric_limits<double>::quiet_NaN();
     if (fault_ == "fly") state_.bodies.front().p_WBcm.z() += 1e9;
@@ -62,7 +107,8 @@ class FaultyEngine final : public Engine {
              .default_value = std::string("slow"),
              .unit = "",
              .meaning = "how it fails",
-             .choices = {"slow", "abort", "exit", "throw", "hang", "nan", "fly", "refuse", "inexact"}}};
+             .choices = {"slow", "abort", "exit", "exit-politely", "throw", "throw-number", "terminate", "free-twice",
+                         "write-beyond", "overflow", "loop", "hang", "nan", "fly", "refuse", "inexact"}}};
   }
   std::vector<Contender> contenders() const override {
     std::vector<Contender> contenders;

@@ -14,6 +14,7 @@ import unittest
 
 PROGRAM = os.environ.get("ASSAY_PROGRAM", "")
 FAULTY_ENGINES = os.environ.get("ASSAY_FAULTY_ENGINES", "")
+REFUSED_PLUGINS = os.environ.get("ASSAY_REFUSED_PLUGINS", "")
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 COMMANDS = ["engines", "systems", "check", "simulate", "paper", "run", "report", "export", "conformance"]
 CSV_HEADER = "time,body,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz"

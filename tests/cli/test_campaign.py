@@ -16,7 +16,7 @@ import sqlite3
 import subprocess
 import time
 
-from harness import PROGRAM, AssayTest, data_folder, main, obey_permissions
+from harness import PROGRAM, REFUSED_PLUGINS, AssayTest, data_folder, main, obey_permissions
 
 TINY = """
 name = "{name}"
@@ -117,7 +117,9 @@ class Run(CampaignTest):
 
     def test_failing_engines_are_results(self):
         self.use_faulty_engine()
-        failing = ["faulty-abort", "faulty-exit", "faulty-throw", "faulty-nan"]
+        failing = [f"faulty-{fault}" for fault in
+                   ["abort", "exit", "exit-politely", "throw", "throw-number", "terminate", "free-twice",
+                    "write-beyond", "overflow", "nan"]]
         self.write("tiny.toml", tiny(contenders=[*failing, "mujoco-euler"]))
         text = self.run_tiny()
         for contender in failing:
@@ -130,6 +132,24 @@ class Run(CampaignTest):
         self.run_tiny("alone")
         sound = [row for row in self.table() if row[1] == "mujoco-euler"]
         self.assertEqual(sound, [row for row in self.table("alone") if row[1] == "mujoco-euler"])
+
+    def test_engine_that_never_returns_costs_its_time_limit(self):
+        self.use_faulty_engine()
+        self.write("tiny.toml", "time_limit_s = 2\n" + tiny(contenders=["faulty-loop", "mujoco-euler"]))
+        self.assertRegex(self.run_tiny(), r"(?m)^not scored: faulty-loop\b")
+        outcomes = {name: {row["outcome"] for row in self.rows() if row["contender"] == name}
+                    for name in ["faulty-loop", "mujoco-euler"]}
+        self.assertEqual(outcomes["mujoco-euler"], {"ok"})
+        self.assertTrue(outcomes["faulty-loop"] and "ok" not in outcomes["faulty-loop"], outcomes)
+
+    def test_refused_plugin_is_named_and_left_out(self):
+        self.env["ASSAY_ENGINE_PATH"] = REFUSED_PLUGINS
+        self.write("tiny.toml", tiny(contenders=["outdated-fast", "noentry-slow", "mujoco-euler"]))
+        done = self.run_assay("run", "tiny.toml", "--out", "results")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        for contender, reason in [("outdated-fast", "plugin version"), ("noentry-slow", "no entry point")]:
+            self.assertRegex(done.stdout + done.stderr, rf"contender '{contender}' is left out: .*{reason}")
+        self.assertEqual({row["outcome"] for row in self.rows() if row["contender"] == "mujoco-euler"}, {"ok"})
 
     def test_plain_lines_without_a_terminal(self):
         done = self.run_assay("run", "tiny.toml", "--out", "results")

@@ -1,9 +1,12 @@
 """engines, systems, check."""
 
+import os
 import pathlib
+import re
 import shutil
+import subprocess
 
-from harness import BALL, FAULTY_ENGINES, SOURCE, AssayTest, data_folder, main
+from harness import BALL, FAULTY_ENGINES, REFUSED_PLUGINS, SOURCE, AssayTest, data_folder, main
 
 
 class Engines(AssayTest):
@@ -44,6 +47,63 @@ class Engines(AssayTest):
         absent = {row["engine"]: row["reason"] for row in self.assay_json("engines", "--json")["absent"]}
         self.assertIn("assay-engine-broken.so", absent["broken"])
         self.assertRegex(self.assay("engines"), r"(?m)^  broken: .*assay-engine-broken\.so")
+
+    def test_refused_plugins_are_absent_with_their_reasons(self):
+        self.env["ASSAY_ENGINE_PATH"] = REFUSED_PLUGINS
+        listed = self.assay_json("engines", "--json")
+        absent = {row["engine"]: row["reason"] for row in listed["absent"]}
+        said = {"noentry": r"no entry point: put ASSAY_ENGINE_PLUGIN",
+                "outdated": r"was built for plugin version (\d+), this assay has (?!\1)\d+: build it again",
+                "throwing": r"fails when it is loaded: no licence found", "hollow": r"makes no engine",
+                "misnamed": r"calls itself 'somebody-else'"}
+        for plugin, reason in said.items():
+            self.assertRegex(absent[plugin], rf"assay-engine-{plugin}\.so' .*{reason}")
+            self.assertRegex(self.assay("engines"), rf"(?m)^  {plugin}: .*{reason}")
+        self.assertNotIn("intruder", {row["contender"] for row in listed["contenders"]})
+        # of the others nothing is lost
+        del self.env["ASSAY_ENGINE_PATH"]
+        self.assertEqual(listed["contenders"], self.assay_json("engines", "--json")["contenders"])
+
+    def test_refused_plugin_is_named_when_it_is_asked_for(self):
+        self.env["ASSAY_ENGINE_PATH"] = REFUSED_PLUGINS
+        self.write("ball.xml", BALL)
+        for plugin, reason in [("outdated", "plugin version"), ("noentry", "no entry point")]:
+            self.refused("simulate", "ball.xml", "--engine", f"{plugin}-fast", "--timestep", "1", "--duration", "1",
+                         "--out", "run.csv", naming=[f"'{plugin}-fast'", f"assay-engine-{plugin}.so", reason])
+
+    def test_engine_that_is_not_there_is_listed_with_how_to_get_it(self):
+        # the program alone, as if none of its plugins had been built
+        (self.dir / "alone/bin").mkdir(parents=True)
+        shutil.copy(self.command()[0], self.dir / "alone/bin/assay")
+        built = {row["engine"] for row in self.assay_json("engines", "--json")["contenders"]}
+        absent = {row["engine"]: row["reason"] for row in self.assay_json("engines", "--json")["absent"]}
+        self.assertFalse(built & set(absent))
+        self.command = lambda *arguments: [str(self.dir / "alone/bin/assay"), *map(str, arguments)]
+        missing = {row["engine"]: row["reason"] for row in self.assay_json("engines", "--json")["absent"]}
+        self.assertEqual(set(missing), built | set(absent))
+        for engine, reason in missing.items():
+            self.assertRegex(reason, r"^not built: \S.*[^.]$")
+            self.assertEqual(reason, absent.get(engine, f"not built: build the target assay-engine-{engine}"))
+
+    def test_engine_that_was_not_found_is_listed_with_how_to_get_it(self):
+        # what a program is given that is configured where set-up has fetched nothing but MuJoCo, which reads the models
+        cache = pathlib.Path(os.environ["ASSAY_TEST_CACHE"])
+        (self.dir / "cache/engines").mkdir(parents=True)
+        for folder in (cache / "engines").glob("mujoco-*"):
+            (self.dir / "cache/engines" / folder.name).symlink_to(folder)
+        done = subprocess.run(["cmake", "-S", SOURCE, "-B", self.dir / "build", f"-DASSAY_CACHE={self.dir}/cache",
+                               "-DASSAY_TESTS=OFF"], capture_output=True, text=True, env=self.env)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        known = dict(re.findall(r'^\{R"\((.*)\)", R"(?:how)?\((.*)\)(?:how)?"\},$',
+                                (self.dir / "build/src/engines/known_engines.inc").read_text(), re.M))
+        for engine in ["bullet-f64", "bullet-f32"]:
+            self.assertIn("setup/setup.sh", known[engine])
+        self.assertEqual(known["mujoco"], "build the target assay-engine-mujoco")
+        self.assertEqual(known["null"], "build the target assay-engine-null")
+        # every engine that has a folder of its own is either built or listed
+        families = {name.split("-")[0] for name in known}
+        folders = {path.parent.name for path in (SOURCE / "src/engines").glob("*/engine.cc")} - {"skeleton"}
+        self.assertLessEqual(folders, families)
 
 
 class Systems(AssayTest):

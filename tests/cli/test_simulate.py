@@ -232,13 +232,20 @@ class Unfinished(Csv):
         self.refused(*self.common("faulty-throw"), status=1, naming=["faulty-throw", "the solver gave up", "'run.csv'"])
         self.kept("run.csv", 10)
 
+    def test_exception_of_any_type(self):
+        self.refused(*self.common("faulty-throw-number"), status=1,
+                     naming=["faulty-throw-number failed at 0.09", "no std::exception", "'run.csv'"])
+
     def test_crash(self):
         self.refused(*self.common("faulty-abort"), status=1, naming=["faulty-abort", "SIGABRT", "'run.csv.partial'"])
         self.kept("run.csv.partial", 10)
         self.assertFalse((self.dir / "run.csv").exists())
 
     def test_exit(self):
-        self.refused(*self.common("faulty-exit"), status=1, naming=["faulty-exit", "'run.csv.partial'"])
+        for fault in ["exit", "exit-politely"]:
+            with self.subTest(fault):
+                self.refused(*self.common(f"faulty-{fault}"), status=1,
+                             naming=[f"faulty-{fault} ended its process", "'run.csv.partial'"])
         self.kept("run.csv.partial", 10)
 
     def test_crash_leaves_an_earlier_file_alone(self):

@@ -1,16 +1,50 @@
 // Bodies that move on with their initial velocities, until the step at which the engine fails as its settings say.
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
+#include <exception>
 #include <limits>
 #include <memory>
 #include <thread>
+#include <unistd.h>
 #include <utility>
 
 #include "engines/engine.h"
 
 namespace assay {
 namespace {
+
+// Faults of memory, written so that neither the compiler nor luck can take them away.
+
+// Deeper and deeper until the stack has no more.
+int recurse(volatile int* above);
+int (*volatile deeper)(volatile int*) = recurse;
+int recurse(volatile int* above) {
+  volatile int here[1024];
+  here[0] = *above + 1;
+  return deeper(here) + here[0];
+}
+
+// Until somebody ends the process.
+volatile bool ever = false;
+
+[[gnu::noinline]] void free_twice() {
+  void* volatile block = std::malloc(100);
+  std::free(block);
+  std::free(block);
+}
+
+// Beyond the blocks' ends: the first ones fill holes, the last ones lie one after the other.
+[[gnu::noinline]] void write_beyond() {
+  constexpr size_t kSize = 2000;
+  std::array<char*, 64> blocks{};
+  for (char*& block : blocks) block = static_cast<char*>(std::malloc(kSize));
+  volatile size_t written = kSize + 64;
+  for (char* block : blocks) std::memset(block, 0xff, written);
+  for (char* block : blocks) std::free(block);
+}
 
 class MishapSimulation final : public Simulation {
  public:
@@ -42,6 +76,22 @@ class MishapSimulation final : public Simulation {
       std::abort();
     } else if (fault == "exit") {
       std::exit(3);
+    } else if (fault == "exit-as-if-done") {
+      std::exit(0);
+    } else if (fault == "exit-at-once") {
+      _exit(0);
+    } else if (fault == "terminate") {
+      std::terminate();
+    } else if (fault == "free-twice") {
+      free_twice();
+    } else if (fault == "write-beyond") {
+      write_beyond();
+    } else if (fault == "overflow") {
+      volatile int start = 0;
+      deeper(&start);
+    } else if (fault == "loop") {
+      while (!ever) {
+      }
     } else if (fault == "hang") {
       while (true) std::this_thread::sleep_for(std::chrono::milliseconds(10));
     } else if (fault == "nan") {
@@ -54,6 +104,12 @@ class MishapSimulation final : public Simulation {
       throw EngineError("the solver gave up");
     } else if (fault == "throw-foreign") {
       throw std::logic_error("not an engine's error");
+    } else if (fault == "throw-number") {
+      throw 42;
+    } else if (fault == "throw-input") {
+      throw InputError("the user is to blame");
+    } else if (fault == "throw-system") {
+      throw SystemError("the machine is to blame");
     } else if (fault == "chatter") {
       for (int i = 0; i < 1000000; ++i) std::printf("line %d of very many lines that nobody reads\n", i);
     }
@@ -73,8 +129,11 @@ class MishapEngine final : public Engine {
              std::string("none"),
              "",
              "what happens",
-             {"none", "crash", "abort", "exit", "hang", "nan", "far", "fast", "throw", "throw-foreign", "chatter",
-              "refuse"}},
+             {"none",         "crash",         "abort",        "exit",         "exit-as-if-done",
+              "exit-at-once", "terminate",     "free-twice",   "write-beyond", "overflow",
+              "loop",         "hang",          "nan",          "far",          "fast",
+              "throw",        "throw-foreign", "throw-number", "throw-input",  "throw-system",
+              "chatter",      "refuse"}},
             {"at_step", 10LL, "", "when it happens, in steps of an instance"},
             {"from_ms", 0.0, "ms", "the smallest timestep at which it happens"}};
   }

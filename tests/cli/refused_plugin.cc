@@ -1,0 +1,36 @@
+// Plugins that assay has to refuse by name: FAULT says which one this is.
+#include <stdexcept>
+
+#include "engines/engine.h"
+
+namespace {
+
+enum Fault { kNoEntryPoint, kOtherVersion, kThrows, kMakesNothing, kOtherName };
+
+class Nameless : public assay::Engine {
+ public:
+  std::string name() const override { return "somebody-else"; }
+  assay::BuildFacts build() const override { return {}; }
+  std::vector<assay::Setting> settings() const override { return {}; }
+  std::vector<assay::Contender> contenders() const override { return {{"intruder", "must not be listed", {}}}; }
+  assay::Capabilities capabilities(const assay::Settings& /*settings*/) const override { return {}; }
+  std::vector<assay::Finding> check(const assay::Model& /*model*/, const assay::Settings& /*settings*/) const override {
+    return {};
+  }
+  std::unique_ptr<assay::Simulation> create(const assay::Model& /*model*/, const assay::State& /*state*/,
+                                            const assay::Settings& /*settings*/) const override {
+    return nullptr;
+  }
+};
+
+[[maybe_unused]] assay::Engine* make() {
+  if (FAULT == kThrows) throw std::runtime_error("no licence found");
+  if (FAULT == kMakesNothing) return nullptr;
+  return new Nameless;
+}
+
+}  // namespace
+
+extern "C" __attribute__((visibility("default"))) assay::PluginEntry ENTRY_POINT() {
+  return {FAULT == kOtherVersion ? assay::kPluginVersion - 1 : assay::kPluginVersion, make};
+}
