@@ -27,11 +27,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array<std::pair<Measure, std::string_view>, 4> kMeasures = {{
+constexpr std::array<std::pair<Measure, std::string_view>, 8> kMeasures = {{
     {Measure::kRawSpeed, "raw_speed"},
     {Measure::kConsistency, "consistency"},
     {Measure::kTruth, "truth"},
     {Measure::kDrift, "drift"},
+    {Measure::kViolation, "violation"},
+    {Measure::kGrasp, "grasp"},
+    {Measure::kAgreement, "agreement"},
+    {Measure::kScaling, "scaling"},
 }};
 
 std::vector<std::string> measure_names() {
@@ -366,6 +370,68 @@ ControlSpec control_of(const Section& section, const Model& model) {
   return spec;
 }
 
+GraspBodies grasp_of(const Section& section, const Model& model) {
+  GraspBodies grasp;
+  const toml::node* node = section.find("grasp");
+  if (node == nullptr) return grasp;
+  const toml::table* table = node->as_table();
+  if (table == nullptr) {
+    section.fail(node, fmt::format("'grasp' is {}: give {{object = \"...\", hand = \"...\"}}", node_text(*node)));
+  }
+  const Section bodies(*table, "grasp", section.source());
+  bodies.allow({"object", "hand", "drop_m"});
+  std::vector<std::string> names;
+  names.reserve(model.bodies.size());
+  for (const Body& body : model.bodies) names.push_back(body.name);
+  for (const auto& [key, index] : {std::pair{"object", &grasp.object}, std::pair{"hand", &grasp.hand}}) {
+    const std::string name = bodies.required_text(key);
+    const auto found = std::ranges::find(names, name);
+    if (found == names.end()) {
+      bodies.fail(bodies.find(key),
+                  fmt::format("model '{}' has no moving body '{}'{}", model.name, name, did_you_mean(name, names)));
+    }
+    *index = static_cast<int>(found - names.begin());
+  }
+  if (grasp.object == grasp.hand) {
+    bodies.fail(bodies.find("hand"), "object and hand are the same body: give the palm as the hand");
+  }
+  grasp.drop_m = bodies.positive("drop_m", grasp.drop_m);
+  return grasp;
+}
+
+// What a measure needs of its system.
+void check_measures(const Section& section, const CampaignSystem& system, bool passive) {
+  const toml::node* where = section.find("measures");
+  if (system.has(Measure::kTruth)) {
+    const std::string obstacle = smooth_obstacle(system.model);
+    if (!obstacle.empty() || !passive) {
+      section.fail(where, fmt::format("system '{}' cannot be measured against the truth, which needs a smooth, passive "
+                                      "motion: {}; leave 'truth' out of its measures",
+                                      system.name, obstacle.empty() ? "its control is not passive" : obstacle));
+    }
+  }
+  if (system.has(Measure::kDrift) && !conserved_quantities(system.model, !passive).any()) {
+    section.fail(where, fmt::format("system '{}' conserves neither energy nor momentum: leave 'drift' out of its "
+                                    "measures",
+                                    system.name));
+  }
+  if (system.has(Measure::kViolation) && system.model.hinges.empty() && system.model.contacts.empty()) {
+    section.fail(where, fmt::format("system '{}' has neither joints nor contacts to violate: leave 'violation' out of "
+                                    "its measures",
+                                    system.name));
+  }
+  if (system.has(Measure::kGrasp) && system.grasp.object < 0) {
+    section.fail(where, fmt::format("system '{}' does not say who is to stay in whose hand: give grasp = {{object = "
+                                    "\"...\", hand = \"...\"}}, names of bodies",
+                                    system.name));
+  }
+  if (system.has(Measure::kScaling) && system.family.empty()) {
+    section.fail(where, fmt::format("system '{}' does not say which systems it is compared with in size: give each of "
+                                    "them the same family = \"...\"",
+                                    system.name));
+  }
+}
+
 struct Defaults {
   std::optional<std::vector<double>> timesteps_ms;
   std::optional<std::vector<Measure>> measures;
@@ -393,7 +459,7 @@ void check_grid(const Section& section, const CampaignSystem& system) {
                  fmt::format("samples of {} ms are not a whole number of the reference's timestep of {} ms: change one",
                              timestep_label(system.sample_ms), timestep_label(system.reference_ms)));
   }
-  const bool pieces = std::ranges::find(system.measures, Measure::kConsistency) != system.measures.end();
+  const bool pieces = system.has(Measure::kConsistency);
   if (pieces && (!whole(system.piece_ms, system.sample_ms) || system.piece_ms > system.duration_s * 1000 * 1.000001)) {
     section.fail(
         section.find("piece_ms"),
@@ -412,7 +478,7 @@ void check_grid(const Section& section, const CampaignSystem& system) {
 
 CampaignSystem system_of(const Section& section, const Defaults& defaults) {
   section.allow({"name", "model", "duration_s", "sample_ms", "pieces", "piece_ms", "control", "contacts", "gravity",
-                 "measures", "timesteps_ms", "timing_ms", "reference_ms"});
+                 "measures", "timesteps_ms", "timing_ms", "reference_ms", "grasp", "family"});
   CampaignSystem system;
   system.name = section.required_text("name");
   const toml::node* model_node = section.find("model") != nullptr ? section.find("model") : section.find("name");
@@ -445,9 +511,6 @@ CampaignSystem system_of(const Section& section, const Defaults& defaults) {
                                       system.name, did_you_mean("", measure_names())));
   }
   system.measures = measures ? *measures : *defaults.measures;
-  const auto has = [&](Measure measure) {
-    return std::ranges::find(system.measures, measure) != system.measures.end();
-  };
   system.reference_ms = section.positive("reference_ms", defaults.reference_ms);
   system.sample_ms = section.positive("sample_ms", system.timesteps_ms.back());
   if (section.find("duration_s") == nullptr) {
@@ -458,31 +521,20 @@ CampaignSystem system_of(const Section& section, const Defaults& defaults) {
   system.pieces = section.count("pieces", system.pieces, 1, 1000);
   system.piece_ms = section.positive("piece_ms", system.piece_ms);
   check_grid(section, system);
-  if (has(Measure::kConsistency) && !whole(system.timesteps_ms.front(), system.reference_ms)) {
+  if (system.has(Measure::kConsistency) && !whole(system.timesteps_ms.front(), system.reference_ms)) {
     section.fail(section.find("reference_ms"), "the smallest timestep is not a whole number of the reference's");
   }
   // The restart floor is the error at the reference's own timestep.
-  if (has(Measure::kConsistency) && system.timesteps_ms.front() > system.reference_ms * (1 + 1e-9)) {
+  if (system.has(Measure::kConsistency) && system.timesteps_ms.front() > system.reference_ms * (1 + 1e-9)) {
     system.timesteps_ms.insert(system.timesteps_ms.begin(), system.reference_ms);
   }
   system.timing_ms = section.timesteps("timing_ms").value_or(system.timesteps_ms);
   system.control = control_of(section, system.model);
 
   const bool passive = make_control(system.model, system.control)->is_zero();
-  const toml::node* where = section.find("measures");
-  if (has(Measure::kTruth)) {
-    const std::string obstacle = smooth_obstacle(system.model);
-    if (!obstacle.empty() || !passive) {
-      section.fail(where, fmt::format("system '{}' cannot be measured against the truth, which needs a smooth, passive "
-                                      "motion: {}; leave 'truth' out of its measures",
-                                      system.name, obstacle.empty() ? "its control is not passive" : obstacle));
-    }
-  }
-  if (has(Measure::kDrift) && (!passive || !conserved_quantities(system.model).any())) {
-    section.fail(where, fmt::format("system '{}' conserves neither energy nor momentum: leave 'drift' out of its "
-                                    "measures",
-                                    system.name));
-  }
+  system.grasp = grasp_of(section, system.model);
+  system.family = section.text("family").value_or("");
+  check_measures(section, system, passive);
   return system;
 }
 
@@ -490,20 +542,25 @@ nlohmann::json content_of(const CampaignSystem& system) {
   std::vector<std::string> measures;
   measures.reserve(system.measures.size());
   for (const Measure measure : system.measures) measures.emplace_back(measure_text(measure));
-  return {{"name", system.name},
-          {"model", system.model.hash},
-          {"duration_s", system.duration_s},
-          {"sample_ms", system.sample_ms},
-          {"pieces", system.pieces},
-          {"piece_ms", system.piece_ms},
-          {"control", make_control(system.model, system.control)->description()},
-          {"measures", measures},
-          {"timesteps_ms", system.timesteps_ms},
-          {"timing_ms", system.timing_ms},
-          {"reference_ms", system.reference_ms}};
+  nlohmann::json content = {{"name", system.name},
+                            {"model", system.model.hash},
+                            {"duration_s", system.duration_s},
+                            {"sample_ms", system.sample_ms},
+                            {"pieces", system.pieces},
+                            {"piece_ms", system.piece_ms},
+                            {"control", make_control(system.model, system.control)->description()},
+                            {"measures", measures},
+                            {"timesteps_ms", system.timesteps_ms},
+                            {"timing_ms", system.timing_ms},
+                            {"reference_ms", system.reference_ms}};
+  if (system.grasp.object >= 0) content["grasp"] = {system.grasp.object, system.grasp.hand, system.grasp.drop_m};
+  if (!system.family.empty()) content["family"] = system.family;
+  return content;
 }
 
 }  // namespace
+
+bool CampaignSystem::has(Measure measure) const { return std::ranges::find(measures, measure) != measures.end(); }
 
 std::string_view measure_text(Measure measure) {
   return std::ranges::find(kMeasures, measure, &std::pair<Measure, std::string_view>::first)->second;

@@ -7,7 +7,8 @@
 //                                                  # for those of the engines that are there
 //   timesteps_ms = ["1/64", "1/4", 1, 4]           # numbers, or fractions as text
 //   reference_ms = "1/64"                          # timestep of the reference runs; default 1/64
-//   measures = ["raw_speed", "consistency"]        # raw_speed, consistency, truth, drift
+//   measures = ["raw_speed", "consistency"]        # raw_speed, consistency, truth, drift, violation, grasp, agreement,
+//                                                  # scaling
 //   time_limit_s = 600                             # of one cell; default 600
 //   seed = 1                                       # order of the contenders within a timing round, bootstrap
 //
@@ -26,6 +27,9 @@
 //   pieces = 10                                    # consistency; default 10
 //   piece_ms = 128                                 # default 128
 //   control = "passive"                            # or {kind = "sine", amplitude = 2, frequency = 1}; default: passive
+//                                                  # "actuators": the model's own, with their sines (model/mjcf.h)
+//   grasp = {object = "capsule", hand = "palm"}    # for 'grasp': bodies; drop_m = 0.1: how far the object may slip
+//   family = "capsules"                            # for 'scaling': systems that differ in size alone
 //   contacts = true                                # false leaves all contact pairs out
 //   gravity = true
 //   measures = [...]                               # default: the campaign's
@@ -50,7 +54,7 @@
 
 namespace assay {
 
-enum class Measure { kRawSpeed, kConsistency, kTruth, kDrift };
+enum class Measure { kRawSpeed, kConsistency, kTruth, kDrift, kViolation, kGrasp, kAgreement, kScaling };
 std::string_view measure_text(Measure measure);  // "raw_speed", ...
 
 struct TimingOptions {
@@ -59,6 +63,12 @@ struct TimingOptions {
   int states = 4;
   int warmup = 5;
   int processes = 5;
+};
+
+// Who is to stay in whose hand.
+struct GraspBodies {
+  int object = -1, hand = -1;  // indices into Model::bodies; -1: the system has no grasp
+  double drop_m = 0.1;         // a slip farther than this is a drop
 };
 
 struct CampaignSystem {
@@ -71,10 +81,14 @@ struct CampaignSystem {
   int pieces = 10;
   double piece_ms = 128;
   ControlSpec control;
+  GraspBodies grasp;
+  std::string family;                // of systems that differ in size alone, "" for none
   std::vector<Measure> measures;     // in the order of the enum
   std::vector<double> timesteps_ms;  // ascending, the reference's among them where consistency is measured
   std::vector<double> timing_ms;     // ascending
   double reference_ms = 1.0 / 64;
+
+  bool has(Measure measure) const;  // is it measured
 };
 
 struct CampaignContender {

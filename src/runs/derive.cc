@@ -6,9 +6,12 @@
 #include <tuple>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "base/text.h"
 #include "measures/accuracy.h"
+#include "measures/grasp.h"
+#include "measures/scaling.h"
 #include "measures/statistics.h"
 #include "runs/run.h"
 
@@ -70,6 +73,66 @@ void derive_consistency(const std::vector<Cell>& cells, std::vector<Store::Deriv
       const auto error = value_of(*cell, "consistency");
       if (cell == curve.front() || !error || *error > kNearFloor * *floor) continue;
       derived.push_back({cell->id, {"consistency_floor", "m", floor, {}, {}}});
+    }
+  }
+}
+
+// A run that failed did not hold. Where the contender could not even try there is nothing to say.
+void derive_grasp(const std::vector<Cell>& cells, std::vector<Store::Derived>& derived) {
+  std::map<std::pair<std::string, std::string>, Curve> tried;
+  for (const Cell& cell : cells) {
+    if (cell.measure == "grasp" && cell.outcome != Outcome::kUnsupported) {
+      tried[{cell.system, cell.contender}].push_back(&cell);
+    }
+  }
+  for (auto& [name, curve] : tried) {
+    std::ranges::sort(curve, {}, [](const Cell* cell) { return cell->timestep_ms; });
+    std::vector<HeldAt> timesteps;
+    for (const Cell* cell : curve) {
+      const bool held = cell->outcome == Outcome::kOk && value_of(*cell, "grasp_held").value_or(0) == 1;
+      timesteps.push_back({cell->timestep_ms, held});
+    }
+    const LargestHeld largest = largest_held(timesteps);
+    for (const Cell* cell : curve) {
+      if (largest.any && cell->timestep_ms == *largest.any) {
+        derived.push_back({cell->id, {"largest_stable_timestep", "ms", largest.any, {}, {}}});
+      }
+      if (largest.without_hole && cell->timestep_ms == *largest.without_hole) {
+        derived.push_back({cell->id, {"stable_up_to_timestep", "ms", largest.without_hole, {}, {}}});
+      }
+    }
+  }
+}
+
+// On the cell of the family's largest system.
+void derive_scaling(const Store& store, const std::vector<Cell>& cells, std::uint64_t seed,
+                    std::vector<Store::Derived>& derived) {
+  std::map<std::string, std::pair<std::string, double>> sizes;  // of a system: its family, its bodies
+  for (const SystemRow& row : store.systems()) {
+    const auto facts = nlohmann::json::parse(row.json, nullptr, false);
+    if (facts.is_object() && facts.contains("family")) sizes[row.name] = {facts["family"], facts.value("bodies", 0.0)};
+  }
+  struct Group {
+    std::vector<TimeAtSize> points;
+    const Cell* largest = nullptr;
+    double size = 0;
+  };
+  std::map<std::tuple<std::string, std::string, double>, Group> groups;
+  for (const Cell& cell : cells) {
+    const auto found = sizes.find(cell.system);
+    if (cell.measure != "scaling" || cell.outcome != Outcome::kOk || found == sizes.end()) continue;
+    const auto& [family, size] = found->second;
+    Group& group = groups[{family, cell.contender, cell.timestep_ms}];
+    for (const SampleSeries& series : store.samples(cell.id)) {
+      if (series.name == "run_time_s") group.points.push_back({size, series.values});
+    }
+    if (size <= group.size) continue;
+    group.size = size;
+    group.largest = &cell;
+  }
+  for (const auto& [name, group] : groups) {
+    if (const auto exponent = scaling_exponent(group.points, seed)) {
+      derived.push_back({group.largest->id, {"scaling_exponent", "1", exponent->value, exponent->low, exponent->high}});
     }
   }
 }
@@ -154,9 +217,13 @@ std::vector<std::string> derive_values(Store& store) {
   std::vector<std::string> warnings;
   derive_truth(cells, derived, warnings);
   derive_consistency(cells, derived);
+  derive_grasp(cells, derived);
+  derive_scaling(store, cells, 1, derived);
   derive_aa(store, cells, 1, derived);
   warn_of_noise(store, cells, warnings);
-  store.set_derived({"truth_order", "truth_floor", "consistency_floor", "aa_ratio"}, derived);
+  store.set_derived({"truth_order", "truth_floor", "consistency_floor", "aa_ratio", "largest_stable_timestep",
+                     "stable_up_to_timestep", "scaling_exponent"},
+                    derived);
   return warnings;
 }
 

@@ -1,10 +1,12 @@
 #include "runs/jobs.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <ctime>
 #include <filesystem>
 #include <limits>
+#include <numbers>
 #include <sched.h>
 #include <sys/resource.h>
 
@@ -14,9 +16,13 @@
 #include "base/text.h"
 #include "conformance/conformance.h"
 #include "measures/accuracy.h"
+#include "measures/agreement.h"
+#include "measures/damping.h"
+#include "measures/grasp.h"
 #include "measures/mechanics.h"
 #include "measures/plausible.h"
 #include "measures/statistics.h"
+#include "measures/violation.h"
 #include "model/mjcf.h"
 #include "reference/smooth.h"
 #include "runs/stepper.h"
@@ -94,6 +100,33 @@ void check_supported(const Subject& subject, double timestep_s) {
   }
 }
 
+// What a control can put into a motion at the most, J: on every hinge its largest torque at any time and limit, along
+// the joint's range (a turn where it has none) twice a second. Loose; what has blown up is beyond it within moments.
+double largest_work(const Subject& subject, double duration_s) {
+  if (subject.control->is_zero()) return 0;
+  constexpr int kTimes = 64;
+  constexpr double kSwingsPerSecond = 4;  // to one side
+  const Model& model = subject.model;
+  std::vector<double> torques(model.hinges.size()), largest(model.hinges.size(), 0), range(model.hinges.size());
+  std::array<State, 3> ends = {model.initial, model.initial, model.initial};
+  for (size_t j = 0; j < range.size(); ++j) {
+    const Hinge& hinge = model.hinges[j];
+    ends[1].angle[j] = hinge.limited ? hinge.lower : model.initial.angle[j] - std::numbers::pi;
+    ends[2].angle[j] = hinge.limited ? hinge.upper : model.initial.angle[j] + std::numbers::pi;
+    range[j] = ends[2].angle[j] - ends[1].angle[j];
+  }
+  for (State& state : ends) {
+    for (int i = 0; i < kTimes; ++i) {
+      state.time = duration_s * i / kTimes;
+      subject.control->torques(state, torques);
+      for (size_t j = 0; j < torques.size(); ++j) largest[j] = std::max(largest[j], std::abs(torques[j]));
+    }
+  }
+  double work = 0;
+  for (size_t j = 0; j < range.size(); ++j) work += largest[j] * range[j] * (1 + kSwingsPerSecond * duration_s);
+  return work;
+}
+
 // ---- outcomes -------------------------------------------------------------------------------------------------------
 
 struct Verdict {
@@ -133,7 +166,7 @@ Run run_sampled(const Subject& subject, const State& start, double timestep_ms, 
   const long long steps = per_sample;
   const double timestep_s = 1e-3 * timestep_ms;
   const double duration_s = timestep_s * static_cast<double>(samples * steps);
-  const Plausibility plausibility(subject.model, start, duration_s);
+  const Plausibility plausibility(subject.model, start, duration_s, largest_work(subject, duration_s));
   Run run;
   Stepper stepper(subject, start, timestep_s);
   run.trajectory.states.reserve(static_cast<size_t>(samples) + 1);
@@ -168,9 +201,10 @@ Run run_sampled(const Subject& subject, const State& start, double timestep_ms, 
 }
 
 // The verdict on a run that is read from its file: it was stored because it came to its end.
-Verdict judge(const Model& model, const Trajectory& trajectory) {
-  const Plausibility plausibility(model, trajectory.states.front(),
-                                  trajectory.states.back().time - trajectory.states.front().time);
+Verdict judge(const Subject& subject, const Trajectory& trajectory) {
+  const double duration_s = trajectory.states.back().time - trajectory.states.front().time;
+  const Plausibility plausibility(subject.model, trajectory.states.front(), duration_s,
+                                  largest_work(subject, duration_s));
   for (const State& state : trajectory.states) {
     if (const std::string why = plausibility.impossibility(state); !why.empty()) {
       return {Outcome::kUnstable, fmt::format("at {:.4g} s: {}", state.time, why)};
@@ -210,18 +244,65 @@ json truth_cell(const Subject& subject, const Run& run, const Trajectory& truth,
                    {value_json("truth_error", "m", error), value_json("truth_rounding", "m", rounding)});
 }
 
-json drift_cell(const Subject& subject, const Run& run) {
+// Where all the energy is kinetic, its decay has a rate.
+std::optional<Interval> hidden_damping(const Model& model, const std::vector<State>& states, std::uint64_t seed) {
+  const bool springs = std::ranges::any_of(model.hinges, [](const Hinge& hinge) { return hinge.stiffness != 0; });
+  if (!model.gravity.isZero(0) || springs) return std::nullopt;
+  std::vector<double> time, energy;
+  for (const State& state : states) {
+    time.push_back(state.time);
+    energy.push_back(kinetic_energy(model, state));
+  }
+  return damping_rate(time, energy, seed);
+}
+
+json drift_cell(const Subject& subject, const Run& run, std::uint64_t seed) {
   if (run.verdict.outcome == Outcome::kDiverged) return cell_json("drift", run.verdict);
   json values = json::array();
-  for (const Drift::Quantity& quantity :
-       drift(subject.model, conserved_quantities(subject.model), run.trajectory.states).quantities) {
+  const Conserved conserved = conserved_quantities(subject.model, !subject.control->is_zero());
+  for (const Drift::Quantity& quantity : drift(subject.model, conserved, run.trajectory.states).quantities) {
     values.push_back(value_json(quantity.name + "_drift", quantity.unit, quantity.absolute));
     if (quantity.relative) values.push_back(value_json(quantity.name + "_drift_relative", "1", quantity.relative));
+  }
+  if (conserved.energy) {
+    if (const auto rate = hidden_damping(subject.model, run.trajectory.states, seed)) {
+      values.push_back(value_json("damping_rate", "1/s", rate->value, rate->low, rate->high));
+    }
   }
   return cell_json("drift", run.verdict, std::move(values));
 }
 
-// {"timestep_ms", "measures", "save": address or "", "use": address or "", "truth": address or "", "trajectories"}
+// Only what the model has can be violated.
+json violation_cell(const Subject& subject, const Run& run) {
+  if (run.verdict.outcome == Outcome::kDiverged) return cell_json("violation", run.verdict);
+  const ViolationSummary summary = violation_summary(subject.model, run.trajectory.states);
+  json values = json::array();
+  const auto add = [&](const std::string& name, const std::string& unit, double Violation::* kind) {
+    values.push_back(value_json(name + "_max", unit, summary.largest.*kind));
+    values.push_back(value_json(name + "_rms", unit, summary.rms.*kind));
+  };
+  if (!subject.model.hinges.empty()) {
+    add("joint_dislocation", "m", &Violation::dislocation);
+    add("joint_misalignment", "rad", &Violation::misalignment);
+  }
+  if (subject.model.has_limits()) add("limit_violation", "rad", &Violation::limit);
+  if (!subject.model.contacts.empty()) add("penetration", "m", &Violation::penetration);
+  return cell_json("violation", run.verdict, std::move(values));
+}
+
+json grasp_cell(const Run& run, const json& bodies) {
+  if (run.verdict.outcome == Outcome::kDiverged) return cell_json("grasp", run.verdict);
+  const Grasp found =
+      grasp(run.trajectory.states, bodies.at("object"), bodies.at("hand"), bodies.at("drop_m").get<double>());
+  json values = {value_json("grasp_held", "1", found.held() ? 1 : 0), value_json("grasp_slip", "m", found.slip)};
+  if (found.dropped_at) {
+    values.push_back(value_json("drop_time", "s", *found.dropped_at - run.trajectory.states.front().time));
+  }
+  return cell_json("grasp", run.verdict, std::move(values));
+}
+
+// {"timestep_ms", "measures", "save": address or "", "use": address or "", "truth": address or "", "trajectories",
+// "seed", "grasp": {"object", "hand", "drop_m"}}
 json do_run(const json& job) {
   const Subject subject = subject_of(job);
   const std::vector<std::string> measures = job.at("measures");
@@ -235,7 +316,7 @@ json do_run(const json& job) {
     check_supported(subject, 1e-3 * timestep_ms);
     if (!used.empty()) {
       run.trajectory = load(dir, used);
-      run.verdict = judge(subject.model, run.trajectory);
+      run.verdict = judge(subject, run.trajectory);
     } else {
       run = run_sampled(subject, subject.model.initial, timestep_ms, samples, per_sample);
     }
@@ -252,8 +333,12 @@ json do_run(const json& job) {
       cells.push_back(cell_json(measure, run.verdict));
     } else if (measure == "truth") {
       cells.push_back(truth_cell(subject, run, load(dir, job.at("truth")), static_cast<double>(samples * per_sample)));
+    } else if (measure == "violation") {
+      cells.push_back(violation_cell(subject, run));
+    } else if (measure == "grasp") {
+      cells.push_back(grasp_cell(run, job.at("grasp")));
     } else {
-      cells.push_back(drift_cell(subject, run));
+      cells.push_back(drift_cell(subject, run, job.at("seed").get<std::uint64_t>()));
     }
   }
   return answer_json(std::move(cells), run.engine_s);
@@ -314,6 +399,85 @@ json do_pieces(const json& job) {
     series["piece_error_m"] = errors;
   }
   return answer_json({cell_json("consistency", verdict, std::move(values), std::move(series))}, engine_s);
+}
+
+// ---- agreement --------------------------------------------------------------------------------------------------------
+
+// {"own": address, "others": [{"name", "address"}], "trajectories"}
+json do_agreement(const json& job) {
+  const std::string dir = job.at("trajectories");
+  const Trajectory own = load(dir, job.at("own"));
+  std::vector<double> time;
+  for (const State& state : own.states) time.push_back(state.time);
+  const double duration_s = time.back() - time.front();
+  // enough for a plot
+  constexpr size_t kMostSamples = 64;
+  const size_t stride = (time.size() + kMostSamples - 1) / kMostSamples;
+  const auto thinned = [&](const std::vector<double>& series) {
+    std::vector<double> kept;
+    for (size_t i = 0; i < series.size(); i += stride) kept.push_back(series[i]);
+    return kept;
+  };
+  json series = json::object();
+  std::vector<double> at_end, parted;
+  for (const json& other : job.at("others")) {
+    const std::vector<double> apart = distances(own.states, load(dir, other.at("address")).states);
+    const std::string name = other.at("name");
+    at_end.push_back(apart.back());
+    parted.push_back(parting_time(time, apart).value_or(duration_s));
+    series["distance_m " + name] = thinned(apart);
+    series["parting_time_s " + name] = {parted.back()};
+  }
+  json values = json::array();
+  if (!at_end.empty()) {
+    series["time_s"] = thinned(time);
+    values.push_back(value_json("agreement", "m", median(at_end)));
+    values.push_back(value_json("parting_time", "s", median(parted)));
+  }
+  return answer_json({cell_json("agreement", {}, std::move(values), std::move(series))}, 0);
+}
+
+// ---- scaling ------------------------------------------------------------------------------------------------------------
+
+int pin_to_core();
+
+// {"timestep_ms", "seed"}: the processor's time of the whole run, several times when it is short.
+json do_scaling(const json& job) {
+  constexpr size_t kMostRuns = 5;
+  constexpr double kEnoughSeconds = 10;
+  const Subject subject = subject_of(job);
+  const double timestep_ms = job.at("timestep_ms"), sample_ms = job.at("sample_ms"), duration_s = job.at("duration_s");
+  const long long samples = std::llround(1000 * duration_s / sample_ms);
+  const long long per_sample = std::llround(sample_ms / timestep_ms);
+  pin_to_core();
+  Verdict verdict;
+  std::vector<double> seconds;
+  double engine_s = 0;
+  try {
+    check_supported(subject, 1e-3 * timestep_ms);
+    while (seconds.size() < kMostRuns && engine_s < kEnoughSeconds) {
+      const Run run = run_sampled(subject, subject.model.initial, timestep_ms, samples, per_sample);
+      engine_s += run.engine_s;
+      verdict = run.verdict;
+      if (verdict.outcome == Outcome::kDiverged) break;
+      seconds.push_back(run.engine_s);
+    }
+  } catch (const UnsupportedError& error) {
+    verdict = {Outcome::kUnsupported, error.what()};
+  } catch (const EngineError& error) {
+    verdict = {Outcome::kCrashed, fmt::format("the engine failed to start: {}", error.what())};
+  }
+  json values = json::array(), series = json::object();
+  if (verdict.outcome == Outcome::kOk || verdict.outcome == Outcome::kUnstable) {
+    const Interval time = bootstrap_median(seconds, job.at("seed").get<std::uint64_t>());
+    const auto steps = static_cast<double>(samples * per_sample);
+    values.push_back(value_json("run_time", "s", time.value, time.low, time.high));
+    if (time.low > 0) {
+      values.push_back(value_json("steps_per_second", "1/s", steps / time.value, steps / time.high, steps / time.low));
+    }
+    series["run_time_s"] = seconds;
+  }
+  return answer_json({cell_json("scaling", verdict, std::move(values), std::move(series))}, engine_s);
 }
 
 // ---- the gate, and a look at the speed --------------------------------------------------------------------------------
@@ -506,7 +670,7 @@ class TimingSession {
   // Input, warming up and looking at the state lie outside the clock.
   Batch batch(const State& start) {
     const double length = 1e-3 * timestep_ms_ * static_cast<double>(steps_ + warmup_);
-    const Plausibility plausibility(subject_.model, start, length);
+    const Plausibility plausibility(subject_.model, start, length, largest_work(subject_, length));
     Stepper stepper(subject_, start, 1e-3 * timestep_ms_);
     Batch result;
     try {
@@ -626,6 +790,8 @@ json do_job(const json& job, const Report& report, const Next& next) {
   if (kind == "run") return do_run(job);
   if (kind == "pieces") return do_pieces(job);
   if (kind == "truth") return do_truth(job);
+  if (kind == "agreement") return do_agreement(job);
+  if (kind == "scaling") return do_scaling(job);
   if (kind == "gate") return do_gate(job, report);
   if (kind == "probe") return do_probe(job);
   if (kind == "timing") return do_timing(job, report, next);

@@ -15,11 +15,7 @@ namespace assay {
 namespace {
 
 // Raised when a measure or the way a run is made changes, so that old results are not taken for new ones.
-constexpr int kResultVersion = 1;
-
-bool has(const CampaignSystem& system, Measure measure) {
-  return std::ranges::find(system.measures, measure) != system.measures.end();
-}
+constexpr int kResultVersion = 2;
 
 bool same_timestep(double a, double b) { return std::abs(a - b) <= 1e-9 * b; }
 
@@ -43,11 +39,17 @@ double timing_seconds(const Campaign& campaign) {
 
 // Largest first onto the least loaded: the groups are few and their loads differ much.
 void divide(const Campaign& campaign, Plan& plan, int shards) {
-  // system, contender or -1 for the timing of all
+  // system, contender or what compares them all; the first system of a family stands for it
   using Group = std::pair<int, int>;
+  constexpr int kTimingOfAll = -1, kAgreementOfAll = -2, kScalingOfFamily = -3;
   std::map<Group, double> load;
-  const auto group_of = [](const PlannedCell& cell) {
-    return Group{cell.system, cell.measure == "raw_speed" ? -1 : cell.contender};
+  const auto group_of = [&](const PlannedCell& cell) {
+    if (cell.measure == "raw_speed") return Group{cell.system, kTimingOfAll};
+    if (cell.measure == "agreement") return Group{cell.system, kAgreementOfAll};
+    if (cell.measure != "scaling") return Group{cell.system, cell.contender};
+    const std::string& family = campaign.systems[static_cast<size_t>(cell.system)].family;
+    const auto first = std::ranges::find(campaign.systems, family, &CampaignSystem::family);
+    return Group{static_cast<int>(first - campaign.systems.begin()), kScalingOfFamily};
   };
   for (const PlannedCell& cell : plan.cells) {
     const size_t bodies = campaign.systems[static_cast<size_t>(cell.system)].model.bodies.size();
@@ -84,14 +86,25 @@ Shard parse_shard(const std::string& text) {
 
 Plan make_plan(const Campaign& campaign, int shards) {
   Plan plan;
+  const auto reference_of = [](const CampaignSystem& system, const CampaignContender& contender) {
+    return content_hash(run_content(system, contender, system.reference_ms).dump());
+  };
   for (size_t s = 0; s < campaign.systems.size(); ++s) {
     const CampaignSystem& system = campaign.systems[s];
+    // Who is compared with whom decides what agreement gives.
+    nlohmann::json compared = nlohmann::json::array();
+    if (system.has(Measure::kAgreement)) {
+      for (const CampaignContender& contender : campaign.contenders) {
+        if (contender.absent.empty()) compared.push_back({contender.resolved.name, reference_of(system, contender)});
+      }
+    }
     for (size_t c = 0; c < campaign.contenders.size(); ++c) {
       const CampaignContender& contender = campaign.contenders[c];
       if (!contender.absent.empty()) continue;
       // Timing starts from states of the reference run, too.
-      const bool has_reference = has(system, Measure::kConsistency) || has(system, Measure::kRawSpeed);
-      const std::string reference = content_hash(run_content(system, contender, system.reference_ms).dump());
+      const bool has_reference =
+          system.has(Measure::kConsistency) || system.has(Measure::kRawSpeed) || system.has(Measure::kAgreement);
+      const std::string reference = reference_of(system, contender);
 
       const auto add = [&](const std::string& measure, double timestep_ms, const std::string& trajectory,
                            long long steps, const nlohmann::json& parameters) {
@@ -108,23 +121,30 @@ Plan make_plan(const Campaign& campaign, int shards) {
       if (has_reference) {
         add("reference", system.reference_ms, reference, steps_of(run_ms, system.reference_ms), {});
       }
-      if (has(system, Measure::kConsistency)) {
+      if (system.has(Measure::kConsistency)) {
         for (const double timestep : system.timesteps_ms) {
           add("consistency", timestep, reference, system.pieces * steps_of(system.piece_ms, timestep),
               {system.pieces, system.piece_ms, system.reference_ms, campaign.seed});
         }
       }
-      for (const Measure measure : {Measure::kTruth, Measure::kDrift}) {
-        if (!has(system, measure)) continue;
+      // These read one run a timestep: the first of them makes it.
+      bool made = false;
+      for (const Measure measure : {Measure::kTruth, Measure::kDrift, Measure::kViolation, Measure::kGrasp}) {
+        if (!system.has(measure)) continue;
+        nlohmann::json parameters;
+        if (measure == Measure::kGrasp) parameters = {system.grasp.object, system.grasp.hand, system.grasp.drop_m};
         for (const double timestep : system.timesteps_ms) {
           const bool is_reference = has_reference && same_timestep(timestep, system.reference_ms);
-          // Drift reads the run that the error against the truth was measured on.
-          const bool shares = is_reference || (measure == Measure::kDrift && has(system, Measure::kTruth));
           add(std::string(measure_text(measure)), timestep, is_reference ? reference : "",
-              shares ? 0 : steps_of(run_ms, timestep), {});
+              is_reference || made ? 0 : steps_of(run_ms, timestep), parameters);
         }
+        made = true;
       }
-      if (has(system, Measure::kRawSpeed)) {
+      if (system.has(Measure::kAgreement)) add("agreement", system.reference_ms, reference, 0, compared);
+      if (system.has(Measure::kScaling)) {
+        for (const double timestep : system.timing_ms) add("scaling", timestep, "", steps_of(run_ms, timestep), {});
+      }
+      if (system.has(Measure::kRawSpeed)) {
         const TimingOptions& timing = campaign.timing;
         for (const double timestep : system.timing_ms) {
           add("raw_speed", timestep, reference, 0,
@@ -141,6 +161,7 @@ Plan make_plan(const Campaign& campaign, int shards) {
 double estimate_seconds(const Campaign& campaign, const std::vector<PlannedCell>& cells,
                         const std::map<std::pair<int, int>, double>& step_us, int jobs) {
   constexpr double kProcess = 0.05;  // seconds to start a worker
+  constexpr double kScalingRuns = 3;
   double accuracy = 0, timing = 0, longest = 0;
   for (const PlannedCell& cell : cells) {
     if (cell.measure == "raw_speed") {
@@ -150,6 +171,10 @@ double estimate_seconds(const Campaign& campaign, const std::vector<PlannedCell>
     const auto found = step_us.find({cell.system, cell.contender});
     if (found == step_us.end()) continue;
     const double seconds = kProcess + 1e-6 * found->second * static_cast<double>(cell.steps);
+    if (is_timed(cell)) {
+      timing += kScalingRuns * seconds;  // the dear ones are not repeated so often
+      continue;
+    }
     accuracy += seconds;
     longest = std::max(longest, seconds);
   }

@@ -52,6 +52,9 @@ class Bar final : public Progress {
  public:
   explicit Bar(FILE* stream) : stream_(stream) {}
 
+  void plan(const std::vector<std::string>& lines) override {
+    for (const std::string& each : lines) line(each);
+  }
   void begin(int todo, int done_before, double estimate_s) override {
     line(opening(todo, done_before, estimate_s));
     counter_.begin(todo, done_before);
@@ -126,6 +129,9 @@ class Lines final : public Progress {
  public:
   explicit Lines(FILE* stream) : stream_(stream) {}
 
+  void plan(const std::vector<std::string>& lines) override {
+    for (const std::string& each : lines) line(each);
+  }
   void begin(int todo, int done_before, double estimate_s) override {
     line(opening(todo, done_before, estimate_s));
     counter_.begin(todo, done_before);

@@ -37,26 +37,32 @@ SystemRow system_row(const CampaignSystem& system) {
   std::vector<std::string> measures;
   measures.reserve(system.measures.size());
   for (const Measure measure : system.measures) measures.emplace_back(measure_text(measure));
-  return {system.name, json{{"model", std::filesystem::path(system.model_path).filename().string()},
-                            {"model_hash", model.hash},
-                            {"dof", model.dof()},
-                            {"bodies", model.bodies.size()},
-                            {"hinges", model.hinges.size()},
-                            {"shapes", model.shapes.size()},
-                            {"contact_pairs", model.contacts.size()},
-                            {"mass_kg", model.total_mass()},
-                            {"gravity", {model.gravity.x(), model.gravity.y(), model.gravity.z()}},
-                            {"contacts", system.contacts},
-                            {"control", make_control(model, system.control)->description()},
-                            {"duration_s", system.duration_s},
-                            {"sample_ms", system.sample_ms},
-                            {"pieces", system.pieces},
-                            {"piece_ms", system.piece_ms},
-                            {"reference_ms", system.reference_ms},
-                            {"timesteps_ms", system.timesteps_ms},
-                            {"timing_ms", system.timing_ms},
-                            {"measures", measures}}
-                           .dump()};
+  json row = {{"model", std::filesystem::path(system.model_path).filename().string()},
+              {"model_hash", model.hash},
+              {"dof", model.dof()},
+              {"bodies", model.bodies.size()},
+              {"hinges", model.hinges.size()},
+              {"shapes", model.shapes.size()},
+              {"contact_pairs", model.contacts.size()},
+              {"mass_kg", model.total_mass()},
+              {"gravity", {model.gravity.x(), model.gravity.y(), model.gravity.z()}},
+              {"contacts", system.contacts},
+              {"control", make_control(model, system.control)->description()},
+              {"duration_s", system.duration_s},
+              {"sample_ms", system.sample_ms},
+              {"pieces", system.pieces},
+              {"piece_ms", system.piece_ms},
+              {"reference_ms", system.reference_ms},
+              {"timesteps_ms", system.timesteps_ms},
+              {"timing_ms", system.timing_ms},
+              {"measures", measures}};
+  if (system.grasp.object >= 0) {
+    row["grasp"] = {{"object", model.bodies[static_cast<size_t>(system.grasp.object)].name},
+                    {"hand", model.bodies[static_cast<size_t>(system.grasp.hand)].name},
+                    {"drop_m", system.grasp.drop_m}};
+  }
+  if (!system.family.empty()) row["family"] = system.family;
+  return {system.name, row.dump()};
 }
 
 }  // namespace assay

@@ -52,6 +52,7 @@ Cell Runner::cell_of(const PlannedCell& planned, Outcome outcome, const std::str
 void Runner::put(const Cell& cell, const std::vector<SampleSeries>& samples) {
   store_.put_cell(cell, samples);
   ++done_now_;
+  engine_now_s_ += cell.engine_s;
   progress_.finished(cell, remaining_s());
 }
 
@@ -113,7 +114,7 @@ double Runner::remaining_s() const {
 }
 
 void Runner::count(const PlannedCell& cell) {
-  Share& share = cell.measure == "raw_speed" ? timing_ : accuracy_;
+  Share& share = is_timed(cell) ? timing_ : accuracy_;
   share.done_s += cost(cell);
 }
 
@@ -162,15 +163,18 @@ void Runner::choose() {
   plan_ = make_plan(campaign_, options_.shard.count);
   const std::vector<std::string> done = store_.cell_keys();
   std::set<std::pair<int, double>> timed_again;  // a cell of a round is missing: the round is repeated with all in it
+  std::set<int> compared_again;                  // likewise where all are compared with all
   for (const PlannedCell& cell : plan_.cells) {
     if (cell.shard != options_.shard.index) continue;
     mine_.push_back(&cell);
     if (cell.measure == "raw_speed" && !std::ranges::binary_search(done, cell.key)) {
       timed_again.insert({cell.system, cell.timestep_ms});
     }
+    if (cell.measure == "agreement" && !std::ranges::binary_search(done, cell.key)) compared_again.insert(cell.system);
   }
   for (const PlannedCell* cell : mine_) {
-    const bool again = cell->measure == "raw_speed" && timed_again.contains({cell->system, cell->timestep_ms});
+    const bool again = (cell->measure == "raw_speed" && timed_again.contains({cell->system, cell->timestep_ms})) ||
+                       (cell->measure == "agreement" && compared_again.contains(cell->system));
     if (again || !std::ranges::binary_search(done, cell->key)) todo_.push_back(cell);
   }
   // A reference that failed fails what depends on it, this time too.
@@ -183,6 +187,38 @@ void Runner::choose() {
     if (found == references.end() || cell.outcome == Outcome::kOk || cell.outcome == Outcome::kUnstable) continue;
     failed_trajectory_[found->second->trajectory] = {cell.outcome, cell.reason};
   }
+}
+
+// "capsules-27: reference 14, consistency 112, raw_speed 56 cells; about 3 min", a line for each system, the gate's
+// failures left out.
+std::vector<std::string> Runner::outline(const std::vector<PlannedCell>& ahead) const {
+  std::vector<std::string> lines;
+  for (size_t s = 0; s < campaign_.systems.size(); ++s) {
+    std::vector<std::pair<std::string, int>> counts;
+    std::vector<PlannedCell> cells;
+    std::set<int> contenders;
+    for (const PlannedCell& cell : ahead) {
+      if (cell.system != static_cast<int>(s)) continue;
+      if (counts.empty() || counts.back().first != cell.measure) {
+        const auto found = std::ranges::find(counts, cell.measure, &std::pair<std::string, int>::first);
+        if (found != counts.end())
+          std::rotate(found, found + 1, counts.end());
+        else
+          counts.emplace_back(cell.measure, 0);
+      }
+      ++counts.back().second;
+      cells.push_back(cell);
+      contenders.insert(cell.contender);
+    }
+    if (cells.empty()) continue;
+    std::ranges::sort(counts);
+    std::vector<std::string> parts;
+    for (const auto& [measure, count] : counts) parts.push_back(fmt::format("{} {}", measure, count));
+    lines.push_back(fmt::format("  {}: {} contenders; {}; about {}", campaign_.systems[s].name, contenders.size(),
+                                join(parts, ", "),
+                                duration_label(std::max(1.0, estimate_seconds(campaign_, cells, step_us_, jobs_)))));
+  }
+  return lines;
 }
 
 // ---- the whole ------------------------------------------------------------------------------------------------------------
@@ -208,6 +244,7 @@ void Runner::finish(RunSummary& summary, double wall_s, double cpu_s) {
   for (const Cell& cell : store_.cells()) {
     if (!keys.contains(cell.key)) continue;
     ++summary.outcomes[std::string(outcome_text(cell.outcome))];
+    if (cell.measure == "scaling") continue;  // neither waits for a clock nor shares the machine
     (cell.measure == "raw_speed" ? timing_engine : accuracy_engine) += cell.engine_s;
     (cell.measure == "raw_speed" ? timing_wall : accuracy_cpu) +=
         cell.measure == "raw_speed" ? cell.wall_s : cell.cpu_s;
@@ -230,6 +267,8 @@ void Runner::finish(RunSummary& summary, double wall_s, double cpu_s) {
   summary.engine_share_timing = timing_wall > 0 ? timing_engine / timing_wall : 0;
   summary.engine_share_accuracy = accuracy_cpu > 0 ? accuracy_engine / accuracy_cpu : 0;
 
+  if (cpu_s > 0) summary.engine_share_cpu = std::min(1.0, engine_now_s_ / cpu_s);
+
   std::vector<ManifestEntry> entries;
   const auto sum = [&](const std::string& key, double more) {
     const double before = parse_number(store_.manifest(key).value_or("")).value_or(0);
@@ -238,6 +277,7 @@ void Runner::finish(RunSummary& summary, double wall_s, double cpu_s) {
   if (done_now_ > 0) {
     sum("wall_s", wall_s);
     sum("cpu_s", cpu_s);
+    sum("engine_s", engine_now_s_);
     entries.push_back({"finished", date_text(unix_time())});
   }
   if (timing_wall > 0) entries.push_back({"engine_share_timing", fmt::format("{:.3f}", summary.engine_share_timing)});
@@ -263,13 +303,16 @@ RunSummary Runner::run() {
     for (const PlannedCell* cell : todo_) {
       if (failed_gate_.contains(contender(*cell).resolved.name)) continue;
       ahead.push_back(*cell);
-      (cell->measure == "raw_speed" ? timing_ : accuracy_).all_s += cost(*cell);
+      (is_timed(*cell) ? timing_ : accuracy_).all_s += cost(*cell);
     }
     accuracy_.since = Clock::now();
+    progress_.plan(outline(ahead));
     progress_.begin(static_cast<int>(todo_.size()), static_cast<int>(mine_.size() - todo_.size()),
                     estimate_seconds(campaign_, ahead, step_us_, jobs_));
     accuracy();
+    if (!interrupted()) scaling();
     if (!interrupted()) timing();
+    references_.prune();
   }
   progress_.end();
   RunSummary summary;

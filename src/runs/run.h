@@ -16,6 +16,8 @@ namespace assay {
 class Progress {
  public:
   virtual ~Progress() = default;
+  // What is going to be measured on which system, and how long each is estimated to take: a line each.
+  virtual void plan(const std::vector<std::string>& lines) { (void)lines; }
   // The work that lies ahead: cells to do, cells that the store already has, estimated seconds.
   virtual void begin(int todo, int done_before, double estimate_s) { (void)todo, (void)done_before, (void)estimate_s; }
   virtual void phase(const std::string& what) { (void)what; }  // "gate", "accuracy", "timing"
@@ -35,6 +37,8 @@ struct RunOptions {
   Progress* progress = nullptr;
   std::string program;  // started as `program worker`; "": this program
   std::string command;  // what to type to resume, for messages and the manifest; "" leaves it out
+  // Where runs that others may need again are kept (store/references.h); "": in `out` alone.
+  std::string references;
 };
 
 struct AaPair {
@@ -55,8 +59,9 @@ struct RunSummary {
   double wall_s = 0, cpu_s = 0;
   double engine_share_accuracy = 0;  // time inside engine steps / wall time of the cells, over this run's cells
   double engine_share_timing = 0;
-  bool interrupted = false;  // by SIGINT or SIGTERM: everything finished is stored, the same call resumes
-  int signal = 0;            // which
+  double engine_share_cpu = 0;  // time inside engine steps / processor time of all workers, of what was done now
+  bool interrupted = false;     // by SIGINT or SIGTERM: everything finished is stored, the same call resumes
+  int signal = 0;               // which
 };
 
 // Throws InputError when `out` holds something else (see Store::create), SystemError when it cannot be written or no
@@ -67,7 +72,8 @@ RunSummary run_campaign(const Campaign& campaign, const RunOptions& options);
 // Returns the exit status.
 int worker_main(int argc, char** argv);
 
-// Values that follow from several cells: order of convergence, floors that do not depend on the timestep, A/A ratios.
+// Values that follow from several cells: order of convergence, floors that do not depend on the timestep, A/A ratios,
+// the largest timestep that holds an object, exponents of scaling.
 // run_campaign calls it at its end; a union of shards has to. Returns warnings, a sentence each.
 std::vector<std::string> derive_values(Store& store);
 

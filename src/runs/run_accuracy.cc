@@ -118,6 +118,11 @@ void Runner::probe() {
 
 // ---- accuracy -------------------------------------------------------------------------------------------------------------
 
+// Made here before, or kept from another campaign.
+bool Runner::has_run(const std::string& address) const {
+  return has_trajectory(store_.trajectories_dir(), address) || references_.fetch(address, store_.trajectories_dir());
+}
+
 // Runs that others need or that are cells of their own.
 void Runner::plan_references(std::map<std::string, Waiting>& producers) {
   // Cells of equal contenders under several names share one run.
@@ -130,7 +135,7 @@ void Runner::plan_references(std::map<std::string, Waiting>& producers) {
   }
   for (const auto& [address, cell] : any) {
     if (failed_trajectory_.contains(address)) continue;
-    const bool there = has_trajectory(store_.trajectories_dir(), address);
+    const bool there = has_run(address);
     if (there && !cells.contains(address)) continue;
     Waiting waiting;
     waiting.cells = cells[address];
@@ -143,6 +148,7 @@ void Runner::plan_references(std::map<std::string, Waiting>& producers) {
     job.message["save"] = there ? "" : address;
     job.message["use"] = there ? address : "";
     job.message["truth"] = "";
+    job.message["seed"] = campaign_.seed;
     job.title = fmt::format("reference {} {}", system(*cell).name, contender(*cell).resolved.name);
     job.limit_s = campaign_.time_limit_s;
     // Others wait for these: first come the dearest of them.
@@ -155,7 +161,7 @@ void Runner::plan_truths(std::map<std::string, Waiting>& producers) {
   for (const PlannedCell* cell : todo_) {
     if (cell->measure != "truth") continue;
     const std::string address = truth_address(system(*cell));
-    if (producers.contains(address) || has_trajectory(store_.trajectories_dir(), address)) continue;
+    if (producers.contains(address) || has_run(address)) continue;
     Waiting waiting;
     waiting.job.message = subject_json(system(*cell), contender(*cell));
     waiting.job.message["kind"] = "truth";
@@ -170,10 +176,10 @@ void Runner::plan_truths(std::map<std::string, Waiting>& producers) {
 
 std::vector<Runner::Waiting> Runner::plan_measures() {
   std::vector<Waiting> jobs;
-  // Truth and drift read the same run.
+  // All but consistency read the same run.
   std::map<std::tuple<int, int, double>, size_t> runs;
   for (const PlannedCell* cell : todo_) {
-    if (cell->measure == "reference" || cell->measure == "raw_speed") continue;
+    if (cell->measure == "reference" || cell->measure == "agreement" || is_timed(*cell)) continue;
     if (failed_gate_.contains(contender(*cell).resolved.name)) continue;
     const bool is_run = cell->measure != "consistency";
     const auto at = std::tuple(cell->system, cell->contender, cell->timestep_ms);
@@ -187,6 +193,7 @@ std::vector<Runner::Waiting> Runner::plan_measures() {
       job.title = title(*cell);
       job.limit_s = campaign_.time_limit_s;
       job.cost = cost(*cell);
+      job.message["seed"] = campaign_.seed;
       if (is_run) {
         runs[at] = jobs.size() - 1;
         job.message["kind"] = "run";
@@ -200,18 +207,50 @@ std::vector<Runner::Waiting> Runner::plan_measures() {
         job.message["pieces"] = system(*cell).pieces;
         job.message["piece_ms"] = system(*cell).piece_ms;
         job.message["reference_ms"] = system(*cell).reference_ms;
-        job.message["seed"] = campaign_.seed;
       }
     }
     waiting.cells.push_back(cell);
     if (!cell->trajectory.empty()) waiting.needs.insert(cell->trajectory);
     if (is_run) job.message["measures"].push_back(cell->measure);
+    if (cell->measure == "grasp") {
+      const GraspBodies& grasp = system(*cell).grasp;
+      job.message["grasp"] = {{"object", grasp.object}, {"hand", grasp.hand}, {"drop_m", grasp.drop_m}};
+    }
     if (cell->measure == "truth") {
       job.message["truth"] = truth_address(system(*cell));
       waiting.needs.insert(truth_address(system(*cell)));
     }
   }
+  plan_agreement(jobs);
   return jobs;
+}
+
+// Each contender's reference with those of all others that have one.
+void Runner::plan_agreement(std::vector<Waiting>& jobs) {
+  std::map<int, std::vector<const PlannedCell*>> systems;
+  for (const PlannedCell* cell : todo_) {
+    if (cell->measure == "agreement" && !failed_gate_.contains(contender(*cell).resolved.name)) {
+      systems[cell->system].push_back(cell);
+    }
+  }
+  for (const auto& [index, cells] : systems) {
+    for (const PlannedCell* own : cells) {
+      Waiting& waiting = jobs.emplace_back();
+      waiting.tolerant = true;
+      waiting.cells = {own};
+      waiting.needs = {own->trajectory};
+      Job& job = waiting.job;
+      job.message = {{"kind", "agreement"}, {"own", own->trajectory}, {"trajectories", store_.trajectories_dir()}};
+      job.message["others"] = json::array();
+      job.title = title(*own);
+      job.limit_s = campaign_.time_limit_s;
+      for (const PlannedCell* other : cells) {
+        if (other == own || failed_trajectory_.contains(other->trajectory)) continue;
+        job.message["others"].push_back({{"name", contender(*other).resolved.name}, {"address", other->trajectory}});
+        waiting.needs.insert(other->trajectory);
+      }
+    }
+  }
 }
 
 void Runner::accuracy() {
@@ -234,11 +273,19 @@ void Runner::accuracy() {
   const auto release = [&](const std::string& address, const std::optional<Failure>& failure) {
     for (size_t i = 0; i < waiting.size();) {
       Waiting& one = waiting[i];
-      if (one.needs.erase(address) == 0 || (!failure && !one.needs.empty())) {
+      const bool needed = one.needs.erase(address) > 0;
+      const bool fails = failure && needed && !(one.tolerant && one.job.message.at("own") != address);
+      if (needed && failure && !fails) {
+        json& others = one.job.message.at("others");
+        for (size_t k = others.size(); k > 0; --k) {
+          if (others[k - 1].at("address") == address) others.erase(k - 1);
+        }
+      }
+      if (!needed || (!fails && !one.needs.empty())) {
         ++i;
         continue;
       }
-      if (failure) {
+      if (fails) {
         for (const PlannedCell* cell : one.cells) put_failed(*cell, failure->outcome, failure->reason);
       } else {
         start(one);
@@ -257,6 +304,7 @@ void Runner::accuracy() {
         }
       }
       if (failure.outcome == Outcome::kOk || failure.outcome == Outcome::kUnstable) {
+        references_.keep(address, store_.trajectories_dir());
         release(address, std::nullopt);
       } else {
         failure.reason = fmt::format("its reference run: {}", failure.reason);

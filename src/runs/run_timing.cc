@@ -66,10 +66,34 @@ void Runner::time_system(TimingPass& pass, int system_index) {
   }
 }
 
+// Whole runs, one after the other: nothing else is to fill the caches meanwhile.
+void Runner::scaling() {
+  Pool pool(program_, 1, interrupts_);
+  bool any = false;
+  for (const PlannedCell* cell : todo_) {
+    if (cell->measure != "scaling" || failed_gate_.contains(contender(*cell).resolved.name)) continue;
+    any = true;
+    Job job;
+    job.message = subject_json(system(*cell), contender(*cell));
+    job.message["kind"] = "scaling";
+    job.message["timestep_ms"] = cell->timestep_ms;
+    job.message["seed"] = campaign_.seed;
+    job.title = title(*cell);
+    job.limit_s = campaign_.time_limit_s;
+    job.cost = cost(*cell);
+    job.on_end = [this, cell](const JobEnd& end) { put_answer({cell}, end); };
+    pool.add(std::move(job));
+  }
+  if (!any) return;
+  progress_.phase("scaling, one run at a time");
+  timing_.since = Clock::now();
+  pool.run([&](const std::string& job) { progress_.started(job); });
+}
+
 void Runner::timing() {
   if (std::ranges::none_of(todo_, [](const PlannedCell* cell) { return cell->measure == "raw_speed"; })) return;
   progress_.phase("timing, alone on one core");
-  timing_.since = Clock::now();
+  if (timing_.done_s == 0) timing_.since = Clock::now();
   TimingPass pass(campaign_, program_, store_.trajectories_dir(), interrupts_);
   for (size_t s = 0; s < campaign_.systems.size() && !interrupted(); ++s) {
     time_system(pass, static_cast<int>(s));

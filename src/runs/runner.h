@@ -20,6 +20,7 @@
 #include "runs/run.h"
 #include "runs/stepper.h"
 #include "runs/timing.h"
+#include "store/references.h"
 
 namespace assay {
 
@@ -31,7 +32,7 @@ struct Failure {
 };
 
 // Its parts are in run.cc (what there is to do, and the whole), run_accuracy.cc (the gate and the accuracy pass) and
-// run_timing.cc (the timing pass).
+// run_timing.cc (scaling and the timing pass).
 class Runner {
  public:
   Runner(const Campaign& campaign, const RunOptions& options)
@@ -40,6 +41,7 @@ class Runner {
         progress_(options.progress != nullptr ? *options.progress : silent_),
         program_(options.program.empty() ? program_path() : options.program),
         store_(Store::create(options.out, {campaign.name, campaign.hash()})),
+        references_(options.references),
         jobs_(options.jobs > 0 ? options.jobs : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()))) {}
 
   RunSummary run();
@@ -49,6 +51,7 @@ class Runner {
   struct Waiting {
     Job job;
     std::set<std::string> needs;
+    bool tolerant = false;  // does without those that fail, but for its own
     std::vector<const PlannedCell*> cells;
   };
 
@@ -72,7 +75,11 @@ class Runner {
   void plan_references(std::map<std::string, Waiting>& producers);
   void plan_truths(std::map<std::string, Waiting>& producers);
   std::vector<Waiting> plan_measures();
+  void plan_agreement(std::vector<Waiting>& jobs);
+  bool has_run(const std::string& address) const;
+  void scaling();
   void timing();
+  std::vector<std::string> outline(const std::vector<PlannedCell>& ahead) const;
   void time_system(TimingPass& pass, int system_index);
   void finish(RunSummary& summary, double wall_s, double cpu_s);
 
@@ -92,6 +99,7 @@ class Runner {
   std::string program_;
   Interrupts interrupts_;
   Store store_;
+  References references_;
   int jobs_;
   Plan plan_;
   std::vector<const PlannedCell*> mine_, todo_;
@@ -101,6 +109,7 @@ class Runner {
   std::map<std::string, std::vector<ConformanceRow>> gate_rows_;  // by contender's content
   TimingFacts timing_facts_;
   int done_now_ = 0;
+  double engine_now_s_ = 0;  // inside engine steps, of the cells that were done now
   Clock::time_point start_ = Clock::now();
   // Estimated seconds of one worker, of a pass and of what is done of it.
   struct Share {

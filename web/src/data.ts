@@ -105,6 +105,110 @@ const kValues: Record<string, ValueInfo> = {
     plot: true,
     meaning: "largest deviation of the linear momentum from its initial value over the run",
   },
+  joint_dislocation_max: {
+    label: "Joint dislocation",
+    better: "low",
+    plot: true,
+    meaning: "largest distance of a hinge's two anchors over the run",
+  },
+  joint_dislocation_rms: {
+    label: "Joint dislocation, RMS",
+    better: "low",
+    plot: false,
+    meaning: "largest distance of a hinge's two anchors in each sample, root mean square over the run",
+  },
+  joint_misalignment_max: {
+    label: "Joint misalignment",
+    better: "low",
+    plot: true,
+    meaning: "largest angle between a hinge's two axes over the run",
+  },
+  joint_misalignment_rms: {
+    label: "Joint misalignment, RMS",
+    better: "low",
+    plot: false,
+    meaning: "largest angle between a hinge's two axes in each sample, root mean square over the run",
+  },
+  limit_violation_max: {
+    label: "Limit violation",
+    better: "low",
+    plot: true,
+    meaning: "largest angle of a joint beyond its limit over the run",
+  },
+  limit_violation_rms: {
+    label: "Limit violation, RMS",
+    better: "low",
+    plot: false,
+    meaning: "largest angle of a joint beyond its limit in each sample, root mean square over the run",
+  },
+  penetration_max: {
+    label: "Penetration",
+    better: "low",
+    plot: true,
+    meaning: "largest depth of two colliding shapes in each other over the run",
+  },
+  penetration_rms: {
+    label: "Penetration, RMS",
+    better: "low",
+    plot: false,
+    meaning: "largest depth of two colliding shapes in each other in each sample, root mean square over the run",
+  },
+  grasp_slip: {
+    label: "Grasp slip",
+    better: "low",
+    plot: true,
+    meaning: "farthest that the object has moved in the hand over the run",
+  },
+  grasp_held: {
+    label: "Grasp held",
+    better: "high",
+    plot: false,
+    meaning: "1 when the object stayed in the hand for the whole run, else 0",
+  },
+  drop_time: { label: "Drop time", better: "high", plot: false, meaning: "when the object left the hand" },
+  largest_stable_timestep: {
+    label: "Largest stable timestep",
+    better: "high",
+    plot: false,
+    meaning: "the largest timestep at which the object stays in the hand",
+  },
+  stable_up_to_timestep: {
+    label: "Stable up to",
+    better: "high",
+    plot: false,
+    meaning: "the largest timestep up to which the object stays in the hand at every smaller one measured too",
+  },
+  damping_rate: {
+    label: "Hidden damping",
+    better: "none",
+    plot: false,
+    meaning: "rate at which velocities decay although nothing damps them; negative when energy is gained",
+  },
+  agreement: {
+    label: "Distance from the others",
+    better: "none",
+    plot: false,
+    meaning: "median distance from the other contenders' runs at the smallest timestep, at the run's end",
+  },
+  parting_time: {
+    label: "Parting time",
+    better: "high",
+    plot: false,
+    meaning: "median time up to which the other contenders' runs at the smallest timestep stay within 1 mm",
+  },
+  run_time: { label: "Run time", better: "low", plot: false, meaning: "processor time of the whole run's steps" },
+  steps_per_second: {
+    label: "Steps per second",
+    better: "high",
+    plot: false,
+    meaning: "steps of the whole run over their processor time",
+  },
+  scaling_exponent: {
+    label: "Scaling exponent",
+    better: "low",
+    plot: false,
+    meaning: "power of the number of bodies with which the run time grows",
+  },
   energy_drift_relative: {
     label: "Energy drift, relative",
     better: "low",
@@ -183,7 +287,11 @@ function measureOf(name: string): string {
   if (["raw_speed", "step_time", "realtime_factor", "aa_ratio"].includes(name)) return "raw_speed";
   if (name.startsWith("truth")) return "truth";
   if (name === "restart_floor" || name === "consistency_floor") return "consistency";
-  return name.includes("_drift") ? "drift" : name;
+  if (/^(joint_|limit_|penetration)/.test(name)) return "violation";
+  if (/^(grasp_|drop_time|largest_stable|stable_up)/.test(name)) return "grasp";
+  if (["run_time", "steps_per_second", "scaling_exponent"].includes(name)) return "scaling";
+  if (name === "parting_time") return "agreement";
+  return name.includes("_drift") || name === "damping_rate" ? "drift" : name;
 }
 
 export class Report {
@@ -277,8 +385,9 @@ export class SystemView {
     return kPlotNames.filter(
       (name) =>
         present.has(name) ||
-        // Which momentum a system conserves is not known where every run failed; its energy stands for all drifts.
-        (!name.includes("momentum") && this.cells.some((cell) => cell.outcome !== "ok" && cell.measure === measureOf(name))),
+        // Which momentum a system conserves is not known where every run failed; its energy stands for all drifts, and
+        // one violation for all.
+        (!/momentum|misalignment|^limit_|^penetration/.test(name) && this.cells.some((cell) => cell.outcome !== "ok" && cell.measure === measureOf(name))),
     );
   }
 
