@@ -1,6 +1,7 @@
 #include "cli/campaign_run.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 
@@ -33,15 +34,42 @@ void print_summary(const RunSummary& summary, const std::string& out) {
   if (summary.engine_share_timing > 0) {
     print(fmt::format("inside engine steps: {:.1f} % of the timing cells' time\n", 100 * summary.engine_share_timing));
   }
+  if (summary.engine_share_cpu > 0) {
+    print(fmt::format("inside engine steps: {:.1f} % of the campaign's processor time, which was {}\n",
+                      100 * summary.engine_share_cpu, duration_label(summary.cpu_s)));
+  }
   print(fmt::format("results: {}\n", (std::filesystem::path(out) / "assay.sqlite").string()));
 }
 
+// Where an environment variable says, in a folder of it.
+std::optional<std::string> folder_in(const char* variable, const char* folder) {
+  const char* value = std::getenv(variable);
+  if (value == nullptr || *value == '\0') return std::nullopt;
+  return (std::filesystem::path(value) / folder).string();
+}
+
+std::string references_dir(const std::optional<std::string>& given) {
+  if (given) return *given == "off" ? "" : *given;
+  if (auto folder = folder_in("ASSAY_CACHE", "references")) return *folder;
+  if (auto folder = folder_in("XDG_CACHE_HOME", "assay/references")) return *folder;
+  return folder_in("HOME", ".cache/assay/references").value_or("");
+}
+
 }  // namespace
+
+void add_references(CLI::App& command, RunRequest& request) {
+  command
+      .add_option("--references", request.references,
+                  "Where runs are kept for later campaigns, at most 4 GiB, the longest unused go first; 'off': nowhere "
+                  "(default: references in ASSAY_CACHE, else in the user's cache folder)")
+      ->type_name("DIR");
+}
 
 bool run_and_summarize(const RunRequest& request) {
   RunOptions options;
   options.out = request.out;
   options.command = request.command;
+  options.references = references_dir(request.references);
   if (request.jobs) options.jobs = parse_count("--jobs", *request.jobs, 1, kMostJobs);
   if (request.shard) options.shard = parse_shard(*request.shard);
   const Campaign campaign = load_campaign(find_campaign(request.campaign));

@@ -9,12 +9,17 @@
 namespace assay::cli {
 
 struct RunRequest {
-  std::string campaign;              // file or name
-  std::string out;                   // results directory
-  std::optional<std::string> jobs;   // as given; one a core when it was not
-  std::optional<std::string> shard;  // as given; all when it was not
-  std::string command;               // what resumes it
+  std::string campaign;                   // file or name
+  std::string out;                        // results directory
+  std::optional<std::string> jobs;        // as given; one a core when it was not
+  std::optional<std::string> shard;       // as given; all when it was not
+  std::optional<std::string> references;  // as given; see add_references()
+  std::string command;                    // what resumes it
 };
+
+// Adds --references: where runs are kept for later campaigns. By default ASSAY_CACHE/references, else
+// XDG_CACHE_HOME/assay/references, else ~/.cache/assay/references; "off" keeps none.
+void add_references(CLI::App& command, RunRequest& request);
 
 // Runs the campaign and prints what came out. True when all of it is there, false when it was interrupted.
 bool run_and_summarize(const RunRequest& request);

@@ -18,6 +18,7 @@ void add_paper(CLI::App& app, Action& action) {
       ->required()
       ->type_name("DIR");
   command->add_option("--jobs", request->jobs, "Accuracy workers at a time (default: one a core)")->type_name("N");
+  add_references(*command, *request);
   command->callback([&action, request, quick] {
     action = [request, quick] {
       request->campaign = *quick ? "quick" : "paper";

@@ -21,6 +21,7 @@ void add_run(CLI::App& app, Action& action) {
       ->type_name("DIR");
   command->add_option("--jobs", request->jobs, "Accuracy workers at a time (default: one a core)")->type_name("N");
   command->add_option("--shard", request->shard, "Measure only part I of N of the campaign")->type_name("I/N");
+  add_references(*command, *request);
   command->callback([&action, request] {
     action = [request] {
       request->command = fmt::format("assay run {} --out {}", request->campaign, request->out);

@@ -16,7 +16,7 @@ PROGRAM = os.environ.get("ASSAY_PROGRAM", "")
 FAULTY_ENGINES = os.environ.get("ASSAY_FAULTY_ENGINES", "")
 REFUSED_PLUGINS = os.environ.get("ASSAY_REFUSED_PLUGINS", "")
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
-COMMANDS = ["engines", "systems", "check", "simulate", "paper", "run", "report", "export", "conformance"]
+COMMANDS = ["engines", "systems", "check", "simulate", "paper", "run", "report", "export", "recommend", "conformance"]
 CSV_HEADER = "time,body,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz"
 
 # A ball that was thrown, far above the ground.
@@ -53,6 +53,7 @@ class AssayTest(unittest.TestCase):
         self.dir = pathlib.Path(folder.name)
         self.program = PROGRAM
         self.env = {k: v for k, v in os.environ.items() if not k.startswith("ASSAY_")}
+        self.env["XDG_CACHE_HOME"] = str(self.dir / "cache")  # references of one test are not another's
 
     def use_faulty_engine(self):
         self.env["ASSAY_ENGINE_PATH"] = FAULTY_ENGINES

@@ -1,0 +1,127 @@
+"""recommend, and references that later campaigns reuse: on a real campaign, made small."""
+
+import contextlib
+import shutil
+import sqlite3
+
+from harness import AssayTest, main
+
+CAMPAIGN = """
+name = "{name}"
+contenders = ["mujoco-euler", "mujoco-rk4"]
+timesteps_ms = ["1/4", 1, 4]
+reference_ms = "1/8"
+measures = ["raw_speed", "consistency", "truth", "drift"]
+[timing]
+rounds = 3
+batch_ms = 1
+[[system]]
+name = "planar-chain"
+timing_ms = [{timing}]
+duration_s = 0.16
+pieces = 2
+piece_ms = 32
+"""
+
+
+class RecommendTest(AssayTest):
+    def measure(self, name="small", timing="1, 4", out="results", *more):
+        self.write(f"{name}.toml", CAMPAIGN.format(name=name, timing=timing))
+        return self.assay("run", f"{name}.toml", "--out", out, *more)
+
+    def values(self, name, out="results"):
+        with contextlib.closing(sqlite3.connect(self.dir / out / "assay.sqlite")) as db:
+            return {(contender, timestep): value for contender, timestep, value in db.execute(
+                """SELECT contender, timestep_ms, value FROM "values" JOIN cells ON cells.id = cell_id
+                   WHERE name = ? AND contender != 'null'""", [name])}
+
+    def test_fastest_within_an_error(self):
+        self.measure()
+        errors, speeds = self.values("consistency"), self.values("realtime_factor")
+        limit = 1.5 * errors["mujoco-rk4", 4.0]
+        told = self.assay_json("recommend", "results", "planar-chain", "--error", f"{limit * 1e3}mm", "--json")
+        self.assertAlmostEqual(told["error"], limit)
+        self.assertEqual(told["unit"], "m")
+        good = {at for at, error in errors.items() if error <= limit and at[1] > 0.125}
+        timed = {at: speed for at, speed in speeds.items() if at in good}
+        best = max(timed, key=timed.get)
+        # 1/4 ms was not timed, and cannot be as fast as 1 ms
+        self.assertEqual((told["recommended"]["contender"], told["recommended"]["timestep_ms"]), best)
+        for key, values in (("error", errors), ("realtime_factor", speeds)):
+            interval = told["recommended"][key]
+            self.assertEqual(interval["value"], values[best])
+            self.assertLessEqual(interval["low"], interval["value"])
+            self.assertGreaterEqual(interval["high"], interval["value"])
+        self.assertEqual([row["contender"] for row in told["contenders"]],
+                         sorted({at[0] for at in good}, key=lambda name: -max(
+                             speed for at, speed in timed.items() if at[0] == name)))
+        # the front: slower only where more accurate, and never the reference's own timestep
+        front = told["front"]
+        self.assertGreater(len(front), 1)
+        for faster, slower in zip(front, front[1:]):
+            self.assertGreater(faster["realtime_factor"]["value"], slower["realtime_factor"]["value"])
+            self.assertGreater(faster["error"]["value"], slower["error"]["value"])
+        self.assertNotIn(0.125, [choice["timestep_ms"] for choice in front])
+        text = self.assay("recommend", "results", "planar-chain", "--error", f"{limit}")
+        self.assertIn(f"{best[0]} at {best[1]:g} ms", text.splitlines()[0])
+
+    def test_results_without_a_name_and_other_measures(self):
+        self.measure()
+        told = self.assay_json("recommend", "planar-chain", "--error", "1m", "--measure", "truth", "--json")
+        self.assertEqual(told["measure"], "truth_error")
+        self.assertEqual(told["recommended"]["timestep_ms"], 4)
+        told = self.assay_json("recommend", "planar-chain", "--error", "50%", "--measure", "energy_drift_relative",
+                               "--json")
+        self.assertEqual(told["error"], 0.5)
+
+    def test_nobody_is_good_enough(self):
+        self.measure()
+        self.refused("recommend", "results", "planar-chain", "--error", "1e-30mm", status=1,
+                     naming=["no contender's consistency on planar-chain is within 1e-30mm", "the smallest is"])
+        told = self.run_assay("recommend", "results", "planar-chain", "--error", "1e-30", "--json")
+        self.assertEqual(told.returncode, 1)
+        self.assertIn('"recommended": null', told.stdout)
+
+    def test_refusals(self):
+        self.measure()
+        self.refused("recommend", "results", "planar-chian", "--error", "1mm", naming=["did you mean 'planar-chain'?"])
+        self.refused("recommend", "results", "planar-chain", "--error", "1mm", "--measure", "consistncy",
+                     naming=["consistncy", "did you mean 'consistency'?"])
+        self.refused("recommend", "results", "planar-chain", "--error", "1J", naming=["'1J'", "mm"])
+        self.refused("recommend", "results", "planar-chain", "--error", "-1mm", naming=["'-1mm'", "positive"])
+        self.refused("recommend", "results", "planar-chain", "--error", "mm", naming=["'mm'"])
+        self.refused("recommend", "elsewhere", "planar-chain", "--error", "1mm", naming=["elsewhere"])
+        self.refused("recommend", "results", "planar-chain", naming=["--error"])
+
+    def engine_seconds(self, out):
+        with contextlib.closing(sqlite3.connect(self.dir / out / "assay.sqlite")) as db:
+            return {row[0]: row[1] for row in
+                    db.execute("SELECT contender, engine_s FROM cells WHERE measure = 'reference'")}
+
+    def test_references_are_computed_once(self):
+        self.measure("small", "1", "one")
+        self.assertEqual(len(list((self.dir / "cache/assay/references").glob("*.bin"))), 3, "two references, one truth")
+        self.measure("other", "4", "two")
+        for contender in ("mujoco-euler", "mujoco-rk4"):
+            self.assertGreater(self.engine_seconds("one")[contender], 0)
+            self.assertEqual(self.engine_seconds("two")[contender], 0)
+        self.assertEqual(self.values("consistency", "one"), self.values("consistency", "two"))
+        # kept elsewhere, or nowhere; what a directory has does not depend on it
+        self.measure("third", "2", "three", "--references", "mine")
+        self.assertEqual(len(list((self.dir / "mine").glob("*.bin"))), 3)
+        self.measure("fourth", "2", "four", "--references", "off")
+        self.assertGreater(self.engine_seconds("four")["mujoco-rk4"], 0)
+        shutil.rmtree(self.dir / "cache")
+        shutil.rmtree(self.dir / "mine")
+        self.assertEqual(self.values("consistency", "three"), self.values("consistency", "one"))
+
+    def test_plan_and_share_are_told(self):
+        self.write("small.toml", CAMPAIGN.format(name="small", timing="1"))
+        done = self.run_assay("run", "small.toml", "--out", "results")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertRegex(done.stderr, r"planar-chain: 2 contenders; .*consistency 8.*raw_speed 2.*; about \d")
+        self.assertRegex(done.stdout, r"inside engine steps: [0-9.]+ % of the campaign's processor time")
+
+
+if __name__ == "__main__":
+    main()
