@@ -84,9 +84,25 @@ std::string assay_data_dir() {
                   installed.string(), ASSAY_SOURCE_DIR, kModel.folder));
 }
 
+std::optional<int> capsules_count(std::string_view name) {
+  constexpr std::string_view kFamily = "capsules-";
+  constexpr int kMost = 10000;
+  if (!name.starts_with(kFamily)) return std::nullopt;
+  name.remove_prefix(kFamily.size());
+  const std::optional<long long> count = parse_integer(name);
+  if (!count || *count < 1 || *count > kMost || std::to_string(*count) != name) return std::nullopt;
+  return static_cast<int>(*count);
+}
+
 std::vector<std::string> system_names() { return names_of(kModel); }
 std::vector<std::string> campaign_names() { return names_of(kCampaign); }
-std::string find_model(const std::string& model) { return find(kModel, model); }
+std::string find_model(const std::string& model) {
+  std::error_code error;
+  if (capsules_count(model) && !fs::exists(model, error)) {
+    return fs::path(assay_data_dir()) / kModel.folder / (model + kModel.ending);
+  }
+  return find(kModel, model);
+}
 std::string find_campaign(const std::string& campaign) { return find(kCampaign, campaign); }
 
 }  // namespace assay

@@ -1,7 +1,9 @@
 // Where the program and its data lie, and how a user's MODEL or CAMPAIGN becomes a file.
 #pragma once
 
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace assay {
@@ -17,8 +19,13 @@ std::string assay_data_dir();
 std::vector<std::string> system_names();
 std::vector<std::string> campaign_names();
 
+// N of "capsules-N", a system of N capsules that needs no file: with N from 1 to 10000 and no leading zero, else
+// nothing.
+std::optional<int> capsules_count(std::string_view name);
+
 // The file of a model: `model` is a system's name, or the path of a file. A word without '/' and without an ending is a
-// name first (write ./planar-chain for a file called so). Throws InputError that says what was missed, with the nearest
+// name first (write ./planar-chain for a file called so). For capsules-N without a file it is the path that such a file
+// would have, and load_model() makes its text. Throws InputError that says what was missed, with the nearest
 // name.
 std::string find_model(const std::string& model);
 

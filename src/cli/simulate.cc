@@ -179,7 +179,7 @@ int run(const Job& job, OutputFile& file) {
   const auto simulation = job.contender.engine->create(model, model.initial, job.contender.settings);
   const Plausibility plausibility(model, model.initial, job.duration_s);
   const auto control = actuator_control(model);
-  const bool feedback = control->input() == ControlInput::kState;
+  const bool feedback = control->input() != ControlInput::kNothing;
   std::vector<double> torques(model.hinges.size());
   std::vector<std::string> names;
   names.reserve(model.bodies.size());

@@ -13,6 +13,10 @@
 namespace assay {
 namespace {
 
+double value_at(const Sine& sine, double time) {
+  return sine.amplitude * std::sin(2 * std::numbers::pi * sine.frequency * time + sine.phase);
+}
+
 class PassiveControl final : public Control {
  public:
   void torques(const State& /*state*/, std::span<double> torques) const override { std::ranges::fill(torques, 0.0); }
@@ -27,8 +31,7 @@ class SineControl final : public Control {
 
   void torques(const State& state, std::span<double> torques) const override {
     for (size_t j = 0; j < sines_.size(); ++j) {
-      const Sine& sine = sines_[j];
-      torques[j] = sine.amplitude * std::sin(2 * std::numbers::pi * sine.frequency * state.time + sine.phase);
+      torques[j] = value_at(sines_[j], state.time);
     }
   }
   ControlInput input() const override { return is_zero() ? ControlInput::kNothing : ControlInput::kTime; }
@@ -58,27 +61,37 @@ class ActuatorControl final : public Control {
     std::ranges::fill(torques, 0.0);
     for (size_t i = 0; i < actuators_.size(); ++i) {
       const Actuator& actuator = actuators_[i];
-      torques[actuator.hinge] +=
-          actuator_torque(actuator, control_[i], state.angle[actuator.hinge], state.rate[actuator.hinge]);
+      torques[actuator.hinge] += actuator_torque(actuator, control_[i] + value_at(actuator.sine, state.time),
+                                                 state.angle[actuator.hinge], state.rate[actuator.hinge]);
     }
   }
   ControlInput input() const override {
     const bool feedback =
         std::ranges::any_of(actuators_, [](const Actuator& a) { return a.type == ActuatorType::kPosition; });
-    return feedback ? ControlInput::kState : ControlInput::kNothing;
+    if (feedback) return ControlInput::kState;
+    return sines() > 0 ? ControlInput::kTime : ControlInput::kNothing;
   }
   bool is_zero() const override {
     for (size_t i = 0; i < actuators_.size(); ++i) {
       const Actuator& actuator = actuators_[i];
-      if (actuator.type == ActuatorType::kPosition || actuator_torque(actuator, control_[i], 0, 0) != 0) return false;
+      if (actuator.type == ActuatorType::kPosition || actuator.sine.amplitude != 0 ||
+          actuator_torque(actuator, control_[i], 0, 0) != 0) {
+        return false;
+      }
     }
     return true;
   }
   std::string description() const override {
-    return actuators_.empty() ? "passive" : fmt::format("{} actuators, constant controls", actuators_.size());
+    if (actuators_.empty()) return "passive";
+    if (sines() == 0) return fmt::format("{} actuators, constant controls", actuators_.size());
+    return fmt::format("{} actuators, {} of them with sines", actuators_.size(), sines());
   }
 
  private:
+  std::ptrdiff_t sines() const {
+    return std::ranges::count_if(actuators_, [](const Actuator& a) { return a.sine.amplitude != 0; });
+  }
+
   std::vector<Actuator> actuators_;
   std::vector<double> control_;
 };

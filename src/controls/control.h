@@ -46,18 +46,12 @@ class Control {
 // No torque.
 std::unique_ptr<Control> passive_control();
 
-// torque = amplitude sin(2 pi frequency t + phase)
-struct Sine {
-  double amplitude = 0;  // Nm
-  double frequency = 1;  // Hz
-  double phase = 0;      // rad
-};
-
-// One sine per hinge. Throws std::invalid_argument when their number is not the model's number of hinges (a bug).
+// One sine per hinge, amplitudes in Nm. Throws std::invalid_argument when their number is not the model's number of
+// hinges (a bug).
 std::unique_ptr<Control> sine_control(const Model& model, std::vector<Sine> sines);
 
-// The model's actuators with constant controls, one per actuator: motors give a constant torque, position actuators an
-// explicit PD torque toward their set-point. An empty `control` means Model::control0.
+// The model's actuators with controls of their own, one per actuator, each plus its actuator's sine: motors give a
+// torque, position actuators an explicit PD torque toward their set-point. An empty `control` means Model::control0.
 std::unique_ptr<Control> actuator_control(const Model& model, std::vector<double> control = {});
 
 // Torque of one actuator on its hinge, Nm, for control u. Clamps as model.h says.

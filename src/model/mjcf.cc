@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <span>
 #include <utility>
@@ -16,7 +17,9 @@
 #include <mujoco/mujoco.h>
 
 #include "base/errors.h"
+#include "base/paths.h"
 #include "base/text.h"
+#include "model/capsules.h"
 #include "model/kinematics.h"
 
 namespace assay {
@@ -215,6 +218,7 @@ class Translation {
     translate_shapes();
     translate_contacts();
     translate_actuators();
+    translate_sines();
     translate_keyframes();
     require_finite();
     return std::move(model_);
@@ -242,6 +246,7 @@ class Translation {
     note(mjOBJ_TENDON, mjs_asTendon);
     note(mjOBJ_ACTUATOR, mjs_asActuator);
     note(mjOBJ_FLEX, mjs_asFlex);
+    note(mjOBJ_NUMERIC, mjs_asNumeric);
     note(mjOBJ_KEY, mjs_asKey);
   }
 
@@ -787,6 +792,32 @@ class Translation {
     found->force_upper = upper;
   }
 
+  // <numeric name="assay:sine:ACTUATOR" data="amplitude frequency phase"/>
+  void translate_sines() {
+    constexpr std::string_view kOurs = "assay:", kSine = "assay:sine:";
+    for (int n = 0; n < m_->nnumeric; ++n) {
+      const std::string own = name(mjOBJ_NUMERIC, n);
+      if (!own.starts_with(kOurs)) continue;
+      if (!own.starts_with(kSine)) {
+        refuse(mjOBJ_NUMERIC, n, "is none that assay knows; the one there is, is called assay:sine:ACTUATOR");
+      }
+      const std::string target = own.substr(kSine.size());
+      const int actuator = mj_name2id(m_, mjOBJ_ACTUATOR, target.c_str());
+      if (actuator < 0) {
+        refuse(mjOBJ_NUMERIC, n, fmt::format("names an actuator '{}' that there is not; correct its name", target));
+      }
+      const std::span<const mjtNum> data(m_->numeric_data + m_->numeric_adr[n],
+                                         static_cast<size_t>(m_->numeric_size[n]));
+      if (data.size() != 3 || !std::ranges::all_of(data, [](mjtNum value) { return std::isfinite(value); }) ||
+          data[1] < 0) {
+        refuse(mjOBJ_NUMERIC, n, "has to have three numbers: amplitude, frequency in Hz (not negative), phase in rad");
+      }
+      const auto used = std::ranges::find(actuator_of_, actuator);
+      if (used == actuator_of_.end()) continue;  // disabled, and said so
+      model_.actuators[static_cast<size_t>(used - actuator_of_.begin())].sine = {data[0], data[1], data[2]};
+    }
+  }
+
   void translate_keyframes() {
     for (int k = 0; k < m_->nkey; ++k) {
       Keyframe key;
@@ -971,6 +1002,12 @@ Model load(const std::string& file, const std::string& stem, const std::string& 
 }  // namespace
 
 Model load_model(const std::string& path, const LoadOptions& options) {
+  const std::optional<int> capsules = capsules_count(fs::path(path).stem().string());
+  if (std::error_code error; capsules && !fs::exists(path, error)) {
+    Model model = load_model_text(capsules_mjcf(*capsules), path, options);
+    model.source = path;
+    return model;
+  }
   const std::string text = read_text(path);
   Model model = load(path, fs::path(path).stem().string(), text, options,
                      [&](char* error, int size) { return mj_parseXML(path.c_str(), nullptr, error, size); });

@@ -3,9 +3,11 @@
 //
 // Carried over exactly: mass and inertia, hinge and free joints, limits, joint springs, dampers and armature, spheres,
 // capsules, planes fixed to the world, MuJoCo's collision filter written out as contact pairs with their combined
-// friction, motor and position actuators on hinges, gravity, keyframes. Bodies without a joint are fused into their
-// parent. What a contender decides (integrator, timestep, solver, contact softness, friction cone) is left to it and
-// becomes a note. Everything else is refused.
+// friction, motor and position actuators on hinges, gravity, keyframes. MJCF has no element for a control that changes
+// in time; here <custom><numeric name="assay:sine:ACTUATOR" data="amplitude frequency phase"/> (control's unit, Hz,
+// rad) adds a sine to an actuator's control. Bodies without a joint are fused into their parent. What a contender
+// decides (integrator, timestep, solver, contact softness, friction cone) is left to it and becomes a note. Everything
+// else is refused.
 #pragma once
 
 #include <string>
@@ -20,9 +22,10 @@ struct LoadOptions {
   bool drop_unsupported = false;
 };
 
-// Loads `path`, an .xml (MJCF) or .urdf file. Throws InputError for a file that is missing, unreadable, malformed or
-// outside the common subset: one sentence with element, name, line where it is known, and what to do about it.
-// Two calls at once wait for each other: MuJoCo's message handler belongs to the process.
+// Loads `path`, an .xml (MJCF) or .urdf file; capsules-N.xml that is not there is made (model/capsules.h). Throws
+// InputError for a file that is missing, unreadable, malformed or outside the common subset: one sentence with element,
+// name, line where it is known, and what to do about it. Two calls at once wait for each other: MuJoCo's message
+// handler belongs to the process.
 Model load_model(const std::string& path, const LoadOptions& options = {});
 
 // The same for the text of an MJCF or URDF document. `name` stands for the file in messages, and for the model where

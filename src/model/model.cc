@@ -113,6 +113,7 @@ std::string model_hash(const Model& model) {
     bytes.add(static_cast<int>(a.type));
     bytes.add(a.hinge);
     bytes.add(std::vector<double>{a.gear, a.kp, a.kv, a.control_lower, a.control_upper, a.force_lower, a.force_upper});
+    if (a.sine.amplitude != 0) bytes.add(std::vector<double>{a.sine.amplitude, a.sine.frequency, a.sine.phase});
     bytes.add(a.control_limited);
     bytes.add(a.force_limited);
   }

@@ -70,11 +70,18 @@ struct ContactPair {
   double friction = 1;
 };
 
+// amplitude sin(2 pi frequency t + phase)
+struct Sine {
+  double amplitude = 0;  // in the unit of what it is added to
+  double frequency = 1;  // Hz
+  double phase = 0;      // rad
+};
+
 enum class ActuatorType { kMotor, kPosition };
 
 // torque = gear * u for a motor; for a position actuator kp (u - gear angle) - kv gear rate, times gear. Clamped to
 // [force_lower, force_upper] before the gear when force_limited, u to [control_lower, control_upper] when
-// control_limited.
+// control_limited. u is the keyframe's control plus `sine` at the state's time.
 struct Actuator {
   std::string name;
   ActuatorType type = ActuatorType::kMotor;
@@ -82,6 +89,7 @@ struct Actuator {
   double gear = 1;
   double kp = 0;  // Nm/rad
   double kv = 0;  // Nms/rad
+  Sine sine;      // amplitude in the control's unit: for a motor with gear 1 Nm, for a position actuator rad
   bool control_limited = false, force_limited = false;
   double control_lower = 0, control_upper = 0;
   double force_lower = 0, force_upper = 0;
