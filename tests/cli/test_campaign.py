@@ -310,8 +310,9 @@ class Paper(CampaignTest):
     def test_real_campaigns_can_be_planned(self):
         # loaded and refused for the directory alone: the files that come with assay are sound
         (self.dir / "file").write_text("")
-        for arguments in [["paper", "--quick"], ["paper"]]:
-            self.refused(*arguments, "--out", "file/results", status=1, naming=["file/results"])
+        for arguments in [["paper", "--quick"], ["paper"],
+                          *[["run", f"{engine}-choices"] for engine in ["mujoco", "bullet", "ode"]]]:
+            self.refused(*arguments, "--out", "file/results", naming=["file/results"])
 
 
 class Export(CampaignTest):
