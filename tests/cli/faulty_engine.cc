@@ -17,9 +17,9 @@ namespace assay {
 namespace {
 
 // Deeper and deeper until the stack has no more.
-int recurse(volatile int* above);
-int (*volatile deeper)(volatile int*) = recurse;
-int recurse(volatile int* above) {
+int recurse(const volatile int* above);
+int (*volatile deeper)(const volatile int*) = recurse;
+int recurse(const volatile int* above) {
   volatile int here[1024];
   here[0] = *above + 1;
   return deeper(here) + here[0];
@@ -28,6 +28,7 @@ int recurse(volatile int* above) {
 // Until somebody ends the process.
 volatile bool ever = false;
 
+// NOLINTBEGIN(cppcoreguidelines-no-malloc): misused memory is the fault
 [[gnu::noinline]] void free_twice() {
   void* volatile block = std::malloc(100);
   std::free(block);
@@ -43,6 +44,7 @@ volatile bool ever = false;
   for (char* block : blocks) std::memset(block, 0xff, written);
   for (char* block : blocks) std::free(block);
 }
+// NOLINTEND(cppcoreguidelines-no-malloc)
 
 class FaultySimulation final : public Simulation {
  public:

@@ -19,9 +19,9 @@ namespace {
 // Faults of memory, written so that neither the compiler nor luck can take them away.
 
 // Deeper and deeper until the stack has no more.
-int recurse(volatile int* above);
-int (*volatile deeper)(volatile int*) = recurse;
-int recurse(volatile int* above) {
+int recurse(const volatile int* above);
+int (*volatile deeper)(const volatile int*) = recurse;
+int recurse(const volatile int* above) {
   volatile int here[1024];
   here[0] = *above + 1;
   return deeper(here) + here[0];
@@ -30,6 +30,7 @@ int recurse(volatile int* above) {
 // Until somebody ends the process.
 volatile bool ever = false;
 
+// NOLINTBEGIN(cppcoreguidelines-no-malloc): misused memory is the fault
 [[gnu::noinline]] void free_twice() {
   void* volatile block = std::malloc(100);
   std::free(block);
@@ -45,6 +46,7 @@ volatile bool ever = false;
   for (char* block : blocks) std::memset(block, 0xff, written);
   for (char* block : blocks) std::free(block);
 }
+// NOLINTEND(cppcoreguidelines-no-malloc)
 
 class MishapSimulation final : public Simulation {
  public:
