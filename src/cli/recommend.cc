@@ -92,7 +92,8 @@ const Value* value_of(const Cell& cell, const std::string& name) {
 }
 
 Interval interval_of(const Value& value) {
-  return {*value.value, value.low.value_or(*value.value), value.high.value_or(*value.value)};
+  const double middle = value.value.value_or(0);
+  return {middle, value.low.value_or(middle), value.high.value_or(middle)};
 }
 
 using Speeds = std::map<double, Interval>;  // realtime factor by timestep

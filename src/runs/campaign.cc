@@ -376,7 +376,7 @@ GraspBodies grasp_of(const Section& section, const Model& model) {
   if (node == nullptr) return grasp;
   const toml::table* table = node->as_table();
   if (table == nullptr) {
-    section.fail(node, fmt::format("'grasp' is {}: give {{object = \"...\", hand = \"...\"}}", node_text(*node)));
+    section.fail(node, fmt::format(R"('grasp' is {}: give {{object = "...", hand = "..."}})", node_text(*node)));
   }
   const Section bodies(*table, "grasp", section.source());
   bodies.allow({"object", "hand", "drop_m"});

@@ -249,6 +249,8 @@ std::optional<Interval> hidden_damping(const Model& model, const std::vector<Sta
   const bool springs = std::ranges::any_of(model.hinges, [](const Hinge& hinge) { return hinge.stiffness != 0; });
   if (!model.gravity.isZero(0) || springs) return std::nullopt;
   std::vector<double> time, energy;
+  time.reserve(states.size());
+  energy.reserve(states.size());
   for (const State& state : states) {
     time.push_back(state.time);
     energy.push_back(kinetic_energy(model, state));
@@ -290,11 +292,13 @@ json violation_cell(const Subject& subject, const Run& run) {
   return cell_json("violation", run.verdict, std::move(values));
 }
 
+// A run that diverges has not held, whether or not the object had left the hand before.
 json grasp_cell(const Run& run, const json& bodies) {
-  if (run.verdict.outcome == Outcome::kDiverged) return cell_json("grasp", run.verdict);
   const Grasp found =
       grasp(run.trajectory.states, bodies.at("object"), bodies.at("hand"), bodies.at("drop_m").get<double>());
-  json values = {value_json("grasp_held", "1", found.held() ? 1 : 0), value_json("grasp_slip", "m", found.slip)};
+  const bool ended = run.verdict.outcome != Outcome::kDiverged;
+  json values = {value_json("grasp_held", "1", ended && found.held() ? 1 : 0)};
+  if (ended) values.push_back(value_json("grasp_slip", "m", found.slip));
   if (found.dropped_at) {
     values.push_back(value_json("drop_time", "s", *found.dropped_at - run.trajectory.states.front().time));
   }
@@ -408,6 +412,7 @@ json do_agreement(const json& job) {
   const std::string dir = job.at("trajectories");
   const Trajectory own = load(dir, job.at("own"));
   std::vector<double> time;
+  time.reserve(own.states.size());
   for (const State& state : own.states) time.push_back(state.time);
   const double duration_s = time.back() - time.front();
   // enough for a plot
@@ -415,6 +420,7 @@ json do_agreement(const json& job) {
   const size_t stride = (time.size() + kMostSamples - 1) / kMostSamples;
   const auto thinned = [&](const std::vector<double>& series) {
     std::vector<double> kept;
+    kept.reserve(kMostSamples);
     for (size_t i = 0; i < series.size(); i += stride) kept.push_back(series[i]);
     return kept;
   };

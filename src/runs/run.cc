@@ -194,25 +194,18 @@ void Runner::choose() {
 std::vector<std::string> Runner::outline(const std::vector<PlannedCell>& ahead) const {
   std::vector<std::string> lines;
   for (size_t s = 0; s < campaign_.systems.size(); ++s) {
-    std::vector<std::pair<std::string, int>> counts;
+    std::map<std::string, int> counts;
     std::vector<PlannedCell> cells;
     std::set<int> contenders;
     for (const PlannedCell& cell : ahead) {
-      if (cell.system != static_cast<int>(s)) continue;
-      if (counts.empty() || counts.back().first != cell.measure) {
-        const auto found = std::ranges::find(counts, cell.measure, &std::pair<std::string, int>::first);
-        if (found != counts.end())
-          std::rotate(found, found + 1, counts.end());
-        else
-          counts.emplace_back(cell.measure, 0);
-      }
-      ++counts.back().second;
+      if (static_cast<size_t>(cell.system) != s) continue;
+      ++counts[cell.measure];
       cells.push_back(cell);
       contenders.insert(cell.contender);
     }
     if (cells.empty()) continue;
-    std::ranges::sort(counts);
     std::vector<std::string> parts;
+    parts.reserve(counts.size());
     for (const auto& [measure, count] : counts) parts.push_back(fmt::format("{} {}", measure, count));
     lines.push_back(fmt::format("  {}: {} contenders; {}; about {}", campaign_.systems[s].name, contenders.size(),
                                 join(parts, ", "),

@@ -86,8 +86,9 @@ std::string drifting(double ball_speed, int count = 0) {
   positions = "0 0 0 1 0 0 0 0.3 0 0 1 0 0 0";
   for (int i = 0; i < count; ++i) {
     const std::string x = std::to_string(10 + i);
-    bodies += "<body name=\"b" + x + "\" pos=\"" + x + " 0 0\"><freejoint/><geom size=\"0.1\" mass=\"1\"/></body>";
-    positions += " " + x + " 0 0 1 0 0 0";
+    bodies.append("<body name='b").append(x).append("' pos='").append(x);
+    bodies.append(" 0 0'><freejoint/><geom size='0.1' mass='1'/></body>");
+    positions.append(" ").append(x).append(" 0 0 1 0 0 0");
     velocities += " 0 0 0 0 0 0";
   }
   return "<mujoco><option gravity=\"0 0 0\"/><worldbody><body name=\"hand\"><freejoint/><geom size=\"0.1\" mass=\"1\"/>"
@@ -101,11 +102,13 @@ TEST_F(MeasuresRunTest, AGraspIsHeldOrDroppedWhenItHasToBe) {
   write("lost.xml", drifting(0));
   const std::string grasp = "grasp = {object = \"ball\", hand = \"hand\", drop_m = 0.25}\nduration_s = 0.512\n";
   const Campaign both = campaign(
-      "name = \"grasp\"\ncontenders = [\"mujoco-euler\"]\ntimesteps_ms = [1, 4, 16]\nmeasures = [\"grasp\"]\n"
+      "name = \"grasp\"\ncontenders = [\"mujoco-euler\", \"broken\"]\ntimesteps_ms = [1, 4, 16]\nmeasures = "
+      "[\"grasp\"]\n"
+      "[[contender]]\nname = \"broken\"\nbase = \"mishap\"\nset = {fault = \"nan\"}\n"
       "[[system]]\nname = \"held\"\nmodel = \"./held.xml\"\n" +
       grasp + "[[system]]\nname = \"lost\"\nmodel = \"./lost.xml\"\n" + grasp);
   const RunSummary summary = run(both, "out");
-  EXPECT_EQ(summary.done_now, 6);
+  EXPECT_EQ(summary.done_now, 12);
   for (const double timestep : {1.0, 4.0, 16.0}) {
     const Cell held = find("out", "held", "mujoco-euler", "grasp", timestep);
     EXPECT_EQ(number(held, "grasp_held"), 1);
@@ -116,6 +119,13 @@ TEST_F(MeasuresRunTest, AGraspIsHeldOrDroppedWhenItHasToBe) {
     EXPECT_EQ(number(lost, "grasp_held"), 0);
     EXPECT_NEAR(number(lost, "grasp_slip"), 0.512, 1e-9);
     EXPECT_NEAR(number(lost, "drop_time"), 0.256, 1e-9) << "samples of 16 ms, the first beyond 0.25 s";
+  }
+  // Nobody holds what he has made explode.
+  for (const double timestep : {1.0, 4.0, 16.0}) {
+    const Cell broken = find("out", "held", "broken", "grasp", timestep);
+    EXPECT_EQ(outcome_text(broken.outcome), "diverged");
+    EXPECT_EQ(number(broken, "grasp_held"), 0);
+    EXPECT_FALSE(value(broken, "largest_stable_timestep"));
   }
   EXPECT_EQ(number(find("out", "held", "mujoco-euler", "grasp", 16), "largest_stable_timestep"), 16);
   EXPECT_EQ(number(find("out", "held", "mujoco-euler", "grasp", 16), "stable_up_to_timestep"), 16);
@@ -153,8 +163,8 @@ TEST_F(MeasuresRunTest, ScalingHasAnExponentForEachFamilyAndContender) {
   for (const int bodies : {10, 40, 160}) {
     const std::string name = "balls-" + std::to_string(bodies);
     write(name + ".xml", drifting(1, bodies - 2));
-    text += "[[system]]\nname = \"" + name + "\"\nmodel = \"./" + name +
-            ".xml\"\nfamily = \"balls\"\ncontacts = false\nduration_s = 10\n";
+    text.append("[[system]]\nname = '").append(name).append("'\nmodel = './").append(name);
+    text.append(".xml'\nfamily = 'balls'\ncontacts = false\nduration_s = 10\n");
   }
   const Campaign scaled = campaign(text);
   run(scaled, "out");
