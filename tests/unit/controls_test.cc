@@ -56,9 +56,9 @@ TEST(Controls, SineFollowsTime) {
 
 TEST(Controls, MotorsAndServosAdd) {
   Model model = two_hinges();
-  model.actuators.push_back({.name = "motor", .hinge = 1, .gear = 3});
+  model.actuators.push_back({.name = "motor", .hinge = 1, .gear = 3, .sine = {}});
   model.actuators.push_back(
-      {.name = "servo", .type = ActuatorType::kPosition, .hinge = 1, .gear = 2, .kp = 5, .kv = 0.5});
+      {.name = "servo", .type = ActuatorType::kPosition, .hinge = 1, .gear = 2, .kp = 5, .kv = 0.5, .sine = {}});
   model.control0 = {0.25, 1};
   State state = reference_state(model);
   state.angle = {9, 0.1};
@@ -75,7 +75,7 @@ TEST(Controls, MotorsAndServosAdd) {
 TEST(Controls, MotorsAloneNeedNoState) {
   Model model = two_hinges();
   EXPECT_TRUE(actuator_control(model)->is_zero());
-  model.actuators.push_back({.name = "motor", .hinge = 0, .gear = 3});
+  model.actuators.push_back({.name = "motor", .hinge = 0, .gear = 3, .sine = {}});
   model.control0 = {0};
   EXPECT_EQ(actuator_control(model)->input(), ControlInput::kNothing);
   EXPECT_TRUE(actuator_control(model)->is_zero());
@@ -85,6 +85,7 @@ TEST(Controls, MotorsAloneNeedNoState) {
 TEST(Controls, Clamps) {
   const Actuator motor{.name = "motor",
                        .gear = -2,
+                       .sine = {},
                        .control_limited = true,
                        .force_limited = true,
                        .control_lower = -1,
@@ -94,8 +95,12 @@ TEST(Controls, Clamps) {
   EXPECT_EQ(actuator_torque(motor, 1, 0, 0), -2);
   EXPECT_EQ(actuator_torque(motor, 9, 0, 0), -4);
   EXPECT_EQ(actuator_torque(motor, -9, 0, 0), 1);
-  const Actuator servo{
-      .name = "servo", .type = ActuatorType::kPosition, .kp = 10, .control_limited = true, .control_upper = 1};
+  const Actuator servo{.name = "servo",
+                       .type = ActuatorType::kPosition,
+                       .kp = 10,
+                       .sine = {},
+                       .control_limited = true,
+                       .control_upper = 1};
   EXPECT_EQ(actuator_torque(servo, 5, 0.5, 7), 5);
 }
 

@@ -19,7 +19,7 @@ Model sample() {
   model.shapes.push_back({.name = "ball", .body = 0, .X_BS = {}, .radius = 0.1});
   model.shapes.push_back({.name = "floor", .type = ShapeType::kPlane, .X_BS = {}});
   model.contacts.push_back({0, 1, 0.5});
-  model.actuators.push_back({.name = "motor", .hinge = 0});
+  model.actuators.push_back({.name = "motor", .hinge = 0, .sine = {}});
   model.initial = reference_state(model);
   model.control0 = {0};
   model.hash = model_hash(model);
@@ -75,6 +75,7 @@ TEST(Model, EveryPieceOfPhysicsIsInTheHash) {
       [](Model& m) { m.contacts.clear(); },
       [](Model& m) { m.actuators[0].type = ActuatorType::kPosition; },
       [](Model& m) { m.actuators[0].gear = 2; },
+      [](Model& m) { m.actuators[0].sine.amplitude = 2; },
       [](Model& m) { m.actuators[0].control_lower = -1; },
       [](Model& m) { m.actuators[0].control_upper = 1; },
       [](Model& m) { m.actuators[0].force_lower = -1; },
