@@ -198,7 +198,7 @@ std::vector<std::string> Runner::outline(const std::vector<PlannedCell>& ahead) 
     std::vector<PlannedCell> cells;
     std::set<int> contenders;
     for (const PlannedCell& cell : ahead) {
-      if (static_cast<size_t>(cell.system) != s) continue;
+      if (std::cmp_not_equal(cell.system, s)) continue;
       ++counts[cell.measure];
       cells.push_back(cell);
       contenders.insert(cell.contender);
