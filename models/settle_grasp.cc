@@ -80,6 +80,7 @@ int main(int argc, char** argv) {
   for (size_t i = 0; i < kArm.size(); ++i) {
     d->qpos[address(m, kArm[i], m->jnt_qposadr)] = kArmAngles[i];
     m->dof_armature[address(m, kArm[i], m->jnt_dofadr)] = 1e9;
+    m->dof_damping[address(m, kArm[i], m->jnt_dofadr)] = 0;
   }
   const int palm = mj_name2id(m, mjOBJ_BODY, "palm");
   const int object_q = address(m, "object", m->jnt_qposadr), object_v = address(m, "object", m->jnt_dofadr);
