@@ -26,10 +26,14 @@ void print_summary(const RunSummary& summary, const std::string& out) {
                     summary.done_before));
   for (const std::string& contender : summary.failed_gate) print(fmt::format("not scored: {}\n", contender));
   for (const std::string& contender : summary.left_out) print(fmt::format("left out: {}\n", contender));
-  for (const AaPair& pair : summary.aa) {
-    print(fmt::format("the same under two names: {} / {} on {} at {} ms: {:.4f} ({:.4f} to {:.4f})\n", pair.b, pair.a,
-                      pair.system, timestep_label(pair.timestep_ms), pair.ratio, pair.low, pair.high));
-  }
+  const auto print_pairs = [](const std::vector<TimePair>& pairs, const char* what) {
+    for (const TimePair& pair : pairs) {
+      print(fmt::format("{}: {} / {} on {} at {} ms: {:.4f} ({:.4f} to {:.4f})\n", what, pair.b, pair.a, pair.system,
+                        timestep_label(pair.timestep_ms), pair.ratio, pair.low, pair.high));
+    }
+  };
+  print_pairs(summary.aa, "the same under two names");
+  print_pairs(summary.ratios, "step time");
   for (const std::string& warning : summary.warnings) print(fmt::format("warning: {}\n", warning));
   if (summary.engine_share_timing > 0) {
     print(fmt::format("inside engine steps: {:.1f} % of the timing cells' time\n", 100 * summary.engine_share_timing));

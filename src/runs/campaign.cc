@@ -558,6 +558,27 @@ nlohmann::json content_of(const CampaignSystem& system) {
   return content;
 }
 
+std::map<std::string, std::string> ratios_of(const Section& root, const std::vector<CampaignContender>& contenders) {
+  std::vector<std::string> known;
+  known.reserve(contenders.size());
+  for (const CampaignContender& each : contenders) known.push_back(each.resolved.name);
+  std::map<std::string, std::string> ratios;
+  for (const Section& section : root.sections("ratio")) {
+    section.allow({"of", "to"});
+    for (const char* key : {"of", "to"}) {
+      const std::string name = section.required_text(key);
+      if (std::ranges::find(known, name) != known.end()) continue;
+      section.fail(section.find(key), fmt::format("'{}' is '{}', which is no contender of the campaign{}", key, name,
+                                                  did_you_mean(name, known)));
+    }
+    const std::string of = section.required_text("of");
+    if (!ratios.emplace(of, section.required_text("to")).second) {
+      section.fail(section.find("of"), fmt::format("there are two ratios of '{}': leave one out", of));
+    }
+  }
+  return ratios;
+}
+
 }  // namespace
 
 bool CampaignSystem::has(Measure measure) const { return std::ranges::find(measures, measure) != measures.end(); }
@@ -601,7 +622,7 @@ Campaign parse_campaign(const std::string& toml_text, const std::string& source,
   }
   const Section root(table, "a campaign", source);
   root.allow({"name", "title", "contenders", "timesteps_ms", "reference_ms", "measures", "time_limit_s", "seed",
-              "timing", "system", "contender"});
+              "timing", "system", "contender", "ratio"});
   Campaign campaign;
   campaign.source = source;
   campaign.name = root.required_text("name");
@@ -620,6 +641,7 @@ Campaign parse_campaign(const std::string& toml_text, const std::string& source,
     campaign.timing.processes = timing.count("processes", campaign.timing.processes, 1, 100);
   }
   campaign.contenders = contenders_of(root, registry);
+  campaign.ratios = ratios_of(root, campaign.contenders);
 
   Defaults defaults;
   defaults.timesteps_ms = root.timesteps("timesteps_ms");

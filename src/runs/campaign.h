@@ -41,6 +41,10 @@
 //   name = "A"
 //   base = "mujoco-euler"
 //   set = {iterations = 50}                        # optional: settings that differ from the base's
+//
+//   [[ratio]]                                      # optional: a contender's step time over another's, with an interval
+//   of = "jolt-f32-wasm"
+//   to = "jolt-f32"
 #pragma once
 
 #include <map>
@@ -106,6 +110,7 @@ struct Campaign {
   std::string source;  // the file
   std::vector<CampaignSystem> systems;
   std::vector<CampaignContender> contenders;
+  std::map<std::string, std::string> ratios;  // of whose step time to whose; no matter of the hash
   TimingOptions timing;
   double time_limit_s = 600;
   long long seed = 1;

@@ -1,7 +1,9 @@
 // Values that follow from several cells.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <set>
 #include <tuple>
 
@@ -161,50 +163,61 @@ void warn_of_noise(const Store& store, const std::vector<Cell>& cells, std::vect
                   noisy, timed, 100 * kWideSpread, 100 * widest, where));
 }
 
-// Contenders that are the same engine with the same settings: their ratio shows what the timing is worth.
-void derive_aa(const Store& store, const std::vector<Cell>& cells, std::uint64_t seed,
-               std::vector<Store::Derived>& derived) {
+// Step time of `cell` over that of `first`, from rounds in which both were measured.
+std::optional<Interval> time_ratio(const Store& store, const Cell& cell, const Cell& first, std::uint64_t seed) {
+  const auto series_of = [&](const Cell& of, const std::string& name) {
+    for (const SampleSeries& series : store.samples(of.id)) {
+      if (series.name == name) return series.values;
+    }
+    return std::vector<double>();
+  };
+  const std::vector<double> a = series_of(first, "round_step_time_us"), b = series_of(cell, "round_step_time_us"),
+                            process = series_of(cell, "process");
+  // by process, as the intervals of the times themselves
+  std::map<double, std::vector<double>> ratios;
+  for (size_t round = 0; round < std::min({a.size(), b.size(), process.size()}); ++round) {
+    ratios[process[round]].push_back(b[round] / a[round]);
+  }
+  if (ratios.empty()) return std::nullopt;
+  std::vector<std::vector<double>> groups;
+  groups.reserve(ratios.size());
+  for (const auto& [number, rounds] : ratios) groups.push_back(rounds);
+  if (groups.size() == 1) {
+    const std::vector<double> rounds = groups.front();
+    groups.clear();
+    for (const double ratio : rounds) groups.push_back({ratio});
+  }
+  return bootstrap_median_of_rounds(groups, seed);
+}
+
+// Contenders that are the same engine with the same settings: their ratio shows what the timing is worth. And the pairs
+// that the campaign asks for.
+void derive_ratios(const Store& store, const std::vector<Cell>& cells, std::uint64_t seed,
+                   std::vector<Store::Derived>& derived) {
   std::map<std::tuple<std::string, std::string, std::string>, std::vector<std::string>> alike;
   for (const ContenderRow& row : store.contenders()) {
     if (!row.version.empty()) alike[{row.engine, row.settings, row.build_json}].push_back(row.name);
   }
+  std::vector<std::array<std::string, 3>> pairs;  // value's name, of, to
+  for (const auto& [key, names] : alike) {
+    for (size_t i = 1; i < names.size(); ++i) pairs.push_back({"aa_ratio", names[i], names.front()});
+  }
+  const auto asked = nlohmann::json::parse(store.manifest("ratios").value_or("{}"));
+  for (const auto& [of, to] : asked.items()) pairs.push_back({"time_ratio", of, to.get<std::string>()});
+
   std::map<std::tuple<std::string, std::string, double>, const Cell*> timed;
   for (const Cell& cell : cells) {
     if (cell.measure == "raw_speed" && cell.outcome == Outcome::kOk) {
       timed[{cell.system, cell.contender, cell.timestep_ms}] = &cell;
     }
   }
-  const auto series_of = [&](const Cell& cell, const std::string& name) {
-    for (const SampleSeries& series : store.samples(cell.id)) {
-      if (series.name == name) return series.values;
-    }
-    return std::vector<double>();
-  };
-  for (const auto& [key, names] : alike) {
-    for (size_t i = 1; i < names.size(); ++i) {
-      for (const auto& [at, cell] : timed) {
-        if (std::get<1>(at) != names[i]) continue;
-        const auto first = timed.find({std::get<0>(at), names.front(), std::get<2>(at)});
-        if (first == timed.end()) continue;
-        const std::vector<double> a = series_of(*first->second, "round_step_time_us"),
-                                  b = series_of(*cell, "round_step_time_us"), process = series_of(*cell, "process");
-        // by process, as the intervals of the times themselves
-        std::map<double, std::vector<double>> ratios;
-        for (size_t round = 0; round < std::min({a.size(), b.size(), process.size()}); ++round) {
-          ratios[process[round]].push_back(b[round] / a[round]);
-        }
-        if (ratios.empty()) continue;
-        std::vector<std::vector<double>> groups;
-        groups.reserve(ratios.size());
-        for (const auto& [number, rounds] : ratios) groups.push_back(rounds);
-        if (groups.size() == 1) {
-          const std::vector<double> rounds = groups.front();
-          groups.clear();
-          for (const double ratio : rounds) groups.push_back({ratio});
-        }
-        const Interval ratio = bootstrap_median_of_rounds(groups, seed);
-        derived.push_back({cell->id, {"aa_ratio", "1", ratio.value, ratio.low, ratio.high}});
-      }
+  for (const auto& [name, of, to] : pairs) {
+    for (const auto& [at, cell] : timed) {
+      if (std::get<1>(at) != of) continue;
+      const auto first = timed.find({std::get<0>(at), to, std::get<2>(at)});
+      if (first == timed.end()) continue;
+      const auto ratio = time_ratio(store, *cell, *first->second, seed);
+      if (ratio) derived.push_back({cell->id, {name, "1", ratio->value, ratio->low, ratio->high}});
     }
   }
 }
@@ -219,10 +232,10 @@ std::vector<std::string> derive_values(Store& store) {
   derive_consistency(cells, derived);
   derive_grasp(cells, derived);
   derive_scaling(store, cells, 1, derived);
-  derive_aa(store, cells, 1, derived);
+  derive_ratios(store, cells, 1, derived);
   warn_of_noise(store, cells, warnings);
-  store.set_derived({"truth_order", "truth_floor", "consistency_floor", "aa_ratio", "largest_stable_timestep",
-                     "stable_up_to_timestep", "scaling_exponent"},
+  store.set_derived({"truth_order", "truth_floor", "consistency_floor", "aa_ratio", "time_ratio",
+                     "largest_stable_timestep", "stable_up_to_timestep", "scaling_exponent"},
                     derived);
   return warnings;
 }

@@ -155,6 +155,7 @@ void Runner::describe() {
                              timing.states, timing.warmup)});
   if (!options_.command.empty()) entries.push_back({"command", options_.command});
   if (!store_.manifest("started")) entries.push_back({"started", date_text(unix_time())});
+  if (!campaign_.ratios.empty()) entries.push_back({"ratios", json(campaign_.ratios).dump()});
   store_.set_manifest(entries);
 }
 
@@ -242,12 +243,18 @@ void Runner::finish(RunSummary& summary, double wall_s, double cpu_s) {
     (cell.measure == "raw_speed" ? timing_wall : accuracy_cpu) +=
         cell.measure == "raw_speed" ? cell.wall_s : cell.cpu_s;
     for (const Value& value : cell.values) {
-      if (value.name != "aa_ratio" || !value.value) continue;
+      if (!value.value) continue;
+      const auto asked = campaign_.ratios.find(cell.contender);
+      if (value.name == "time_ratio" && asked != campaign_.ratios.end()) {
+        summary.ratios.push_back({cell.system, asked->second, cell.contender, cell.timestep_ms, *value.value,
+                                  value.low.value_or(0), value.high.value_or(0)});
+      }
+      if (value.name != "aa_ratio") continue;
       summary.aa.push_back({cell.system, "", cell.contender, cell.timestep_ms, *value.value, value.low.value_or(0),
                             value.high.value_or(0)});
     }
   }
-  for (AaPair& pair : summary.aa) {
+  for (TimePair& pair : summary.aa) {
     const auto content = [&](const std::string& name) {
       const auto found = std::ranges::find_if(
           campaign_.contenders, [&](const CampaignContender& each) { return each.resolved.name == name; });

@@ -41,7 +41,7 @@ struct RunOptions {
   std::string references;
 };
 
-struct AaPair {
+struct TimePair {
   std::string system, a, b;
   double timestep_ms = 0;
   double ratio = 0, low = 0, high = 0;  // of step times, b over a
@@ -55,7 +55,8 @@ struct RunSummary {
   std::vector<std::string> failed_gate;  // "ode-quick (free-fall, tumbling)"
   std::vector<std::string> left_out;     // contenders of absent engines, a sentence each
   std::vector<std::string> warnings;     // a sentence each: floors, noisy timings, ...
-  std::vector<AaPair> aa;                // contenders that are one under two names
+  std::vector<TimePair> aa;              // contenders that are one under two names
+  std::vector<TimePair> ratios;          // those the campaign asks for
   double wall_s = 0, cpu_s = 0;
   double engine_share_accuracy = 0;  // time inside engine steps / wall time of the cells, over this run's cells
   double engine_share_timing = 0;

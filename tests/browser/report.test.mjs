@@ -402,6 +402,7 @@ describe("full results", () => {
       assert.ok(verdict.includes(result.contender) && verdict.includes(result.test), `the verdict lacks ${result.contender} ${result.test}`);
     }
     assert.ok(await page.evaluate(() => document.querySelector("#gate").compareDocumentPosition(document.querySelector("#summary")) & 4), "the gate stands before the figures");
+    await page.$eval("#gate details", (node) => { node.open = true; });
     await page.$eval("#gate .gate-cell.fail", (node) => node.click());
     const detail = await page.$eval("#gate .detail", (node) => node.innerText);
     assert.match(detail, /rests 19 mm too low/);

@@ -130,6 +130,14 @@ TEST(Campaign, MistakesNameFileLineValueAndTheNearestName) {
   EXPECT_THAT(error_of(""), HasSubstr("'name'"));
 }
 
+TEST(Campaign, RatiosAreOfItsContenders) {
+  const std::string ratio = "\n[[ratio]]\nof = \"A\"\nto = \"null\"\n";
+  EXPECT_EQ(parse_campaign(kGood + ratio, "f").ratios, (std::map<std::string, std::string>{{"A", "null"}}));
+  EXPECT_THAT(error_of(with(kGood + ratio, "of = \"A\"", "of = \"B\"")),
+              AllOf(HasSubstr("'of' is 'B'"), HasSubstr("'A'")));
+  EXPECT_THAT(error_of(kGood + ratio + ratio), HasSubstr("two ratios of 'A'"));
+}
+
 TEST(Campaign, PatternsNameContendersOfTheEnginesThatAreThere) {
   const auto names_of = [](const std::string& contenders) {
     std::vector<std::string> names;

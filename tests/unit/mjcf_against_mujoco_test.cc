@@ -3,7 +3,7 @@
 // torques of springs and actuators.
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
+#include <functional>
 #include <map>
 #include <memory>
 #include <numbers>
@@ -26,15 +26,14 @@ namespace {
 class Mujoco {
  public:
   explicit Mujoco(const std::string& xml) {
-    std::array<char, 1000> error = {};
-    mjSpec* spec = mj_parseXMLString(xml.c_str(), nullptr, error.data(), error.size());
-    if (spec == nullptr) throw std::runtime_error(error.data());
-    spec->compiler.fusestatic = false;
-    m = mj_compile(spec, nullptr);
-    if (m == nullptr) throw std::runtime_error(mjs_getError(spec));
-    mj_deleteSpec(spec);
-    m->opt.enableflags |= mjENBL_ENERGY;
-    d = mj_makeData(m);
+    make([&](char* error, int size) { return mj_parseXMLString(xml.c_str(), nullptr, error, size); });
+  }
+  // A file needs its place, because what it includes lies beside it.
+  struct File {
+    std::filesystem::path path;
+  };
+  explicit Mujoco(const File& file) {
+    make([&](char* error, int size) { return mj_parseXML(file.path.c_str(), nullptr, error, size); });
   }
   ~Mujoco() {
     mj_deleteData(d);
@@ -55,6 +54,19 @@ class Mujoco {
 
   mjModel* m = nullptr;
   mjData* d = nullptr;
+
+ private:
+  void make(const std::function<mjSpec*(char*, int)>& parse) {
+    std::array<char, 1000> error = {};
+    mjSpec* spec = parse(error.data(), static_cast<int>(error.size()));
+    if (spec == nullptr) throw std::runtime_error(error.data());
+    spec->compiler.fusestatic = false;
+    m = mj_compile(spec, nullptr);
+    if (m == nullptr) throw std::runtime_error(mjs_getError(spec));
+    mj_deleteSpec(spec);
+    m->opt.enableflags |= mjENBL_ENERGY;
+    d = mj_makeData(m);
+  }
 };
 
 Vec3 vec3(const mjtNum* array, std::ptrdiff_t row = 0) {
@@ -340,8 +352,7 @@ TEST(AgainstMujoco, FilesOfModelsMoveAlike) {
     SCOPED_TRACE(entry.path());
     ++files;
     const Model model = load_model(entry.path());
-    std::ifstream stream(entry.path());
-    const Mujoco mujoco(std::string(std::istreambuf_iterator<char>(stream), {}));
+    const Mujoco mujoco(Mujoco::File{entry.path()});
     std::mt19937 random(1);  // NOLINT(bugprone-random-generator-seed): the same every time
     mujoco.randomize(random);
     compare_motion(mujoco, model);

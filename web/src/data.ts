@@ -259,6 +259,12 @@ const kValues: Record<string, ValueInfo> = {
     plot: false,
     meaning: "step time of one contender measured under two names: how far from 1 is what the timing is worth",
   },
+  time_ratio: {
+    label: "Step time ratio",
+    better: "none",
+    plot: false,
+    meaning: "step time over that of the contender which the campaign names as its measure",
+  },
   truth_order: {
     label: "Observed order",
     better: "none",
@@ -284,7 +290,7 @@ export interface Entry {
 
 // The measure whose cells hold values of this name: where a cell failed, it holds none.
 function measureOf(name: string): string {
-  if (["raw_speed", "step_time", "realtime_factor", "aa_ratio"].includes(name)) return "raw_speed";
+  if (["raw_speed", "step_time", "realtime_factor", "aa_ratio", "time_ratio"].includes(name)) return "raw_speed";
   if (name.startsWith("truth")) return "truth";
   if (name === "restart_floor" || name === "consistency_floor") return "consistency";
   if (/^(joint_|limit_|penetration)/.test(name)) return "violation";

@@ -29,8 +29,10 @@ class DartEngine final : public Engine {
   std::vector<Setting> settings() const override { return declared_settings(); }
 
   std::vector<Contender> contenders() const override {
-    return {{"dart", "DART, joint coordinates, Dantzig's LCP solver", {}},
-            {"dart-pgs", "DART, joint coordinates, projected Gauss-Seidel", {{"lcp", "pgs"}}}};
+    return {
+        {"dart", "DART, joint coordinates, Dantzig's LCP solver", {}},
+        {"dart-pgs", "DART, joint coordinates, projected Gauss-Seidel", {{"lcp", "pgs"}}},
+        {"dart-explicit-pd", "the same as dart, joint springs and dampers as explicit torques", {{"pd", "explicit"}}}};
   }
 
   Capabilities capabilities(const Settings& settings) const override {

@@ -31,6 +31,9 @@ class RapierEngine final : public Engine {
                         fmt::format("Rapier, {} joints, {}", joints, precision == "f32" ? "float" : "double"),
                         {{"joints", joints}, {"precision", precision}}});
       }
+      list.push_back({fmt::format("rapier-{}-f64-native-pd", joints),
+                      fmt::format("Rapier, {} joints, double, joint springs and dampers by its motors", joints),
+                      {{"joints", joints}, {"precision", "f64"}, {"pd", "native"}}});
     }
     return list;
   }

@@ -113,7 +113,10 @@ class SimbodyEngine final : public Engine {
   std::vector<Contender> contenders() const override {
     return {{"simbody-euler", "Simbody, joint coordinates, semi-implicit Euler", {}},
             {"simbody-verlet", "Simbody, joint coordinates, velocity Verlet", {{"integrator", "verlet"}}},
-            {"simbody-rkm", "Simbody, joint coordinates, Runge-Kutta-Merson", {{"integrator", "rkm"}}}};
+            {"simbody-rkm", "Simbody, joint coordinates, Runge-Kutta-Merson", {{"integrator", "rkm"}}},
+            {"simbody-euler-explicit-pd",
+             "the same as simbody-euler, joint springs and dampers as explicit torques",
+             {{"pd", "explicit"}}}};
   }
 
   Capabilities capabilities(const Settings& settings) const override {
