@@ -141,7 +141,7 @@ std::string markdown(const Json& contenders) {
       if (entry == notes.end()) entry = notes.insert(notes.end(), {key, {}});
       entry->second.push_back(status == "not-applicable"
                                   ? name
-                                  : fmt::format("{} ({:.2g} of {:.2g}{}{})", name, result.at("figure").get<double>(),
+                                  : fmt::format("{} ({:.3g} of {:.3g}{}{})", name, result.at("figure").get<double>(),
                                                 result.at("tolerance").get<double>(),
                                                 result.at("unit").get<std::string>().empty() ? "" : " ",
                                                 result.at("unit").get<std::string>()));
