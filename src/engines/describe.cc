@@ -20,33 +20,33 @@ std::string springs_text(SpringKind springs) {
   return "";
 }
 
-nlohmann::ordered_json describe(const Capabilities& can) {
+nlohmann::ordered_json describe(const Capabilities& capabilities) {
   auto deviations = nlohmann::ordered_json::array();
-  for (const Deviation& deviation : can.deviations) {
+  for (const Deviation& deviation : capabilities.deviations) {
     deviations.push_back({{"test", deviation.test}, {"bound", deviation.bound}, {"reason", deviation.reason}});
   }
-  return {{"precision", precision_text(can.precision)},
-          {"coordinates", coordinates_text(can.coordinates)},
-          {"integrator", can.integrator},
-          {"order", can.order},
-          {"joint_solver", can.joint_solver},
-          {"contact", can.contact},
-          {"contact_solver", can.contact_solver},
-          {"contact_model", can.contact_model},
-          {"friction_cone", can.friction_cone},
-          {"friction_combine", can.friction_combine},
-          {"joint_limits", can.joint_limits},
-          {"torques", can.torques},
-          {"armature", can.armature},
-          {"springs", springs_text(can.springs)},
-          {"spring_note", can.spring_note},
-          {"gyroscopic", can.gyroscopic},
-          {"iterations", can.iterations},
-          {"sleep", can.sleep},
-          {"speed_limits", can.speed_limits},
-          {"hidden_damping", can.hidden_damping},
-          {"other", can.other},
-          {"threads", can.threads},
+  return {{"precision", precision_text(capabilities.precision)},
+          {"coordinates", coordinates_text(capabilities.coordinates)},
+          {"integrator", capabilities.integrator},
+          {"order", capabilities.order},
+          {"joint_solver", capabilities.joint_solver},
+          {"contact", capabilities.contact},
+          {"contact_solver", capabilities.contact_solver},
+          {"contact_model", capabilities.contact_model},
+          {"friction_cone", capabilities.friction_cone},
+          {"friction_combine", capabilities.friction_combine},
+          {"joint_limits", capabilities.joint_limits},
+          {"torques", capabilities.torques},
+          {"armature", capabilities.armature},
+          {"springs", springs_text(capabilities.springs)},
+          {"spring_note", capabilities.spring_note},
+          {"gyroscopic", capabilities.gyroscopic},
+          {"iterations", capabilities.iterations},
+          {"sleep", capabilities.sleep},
+          {"speed_limits", capabilities.speed_limits},
+          {"hidden_damping", capabilities.hidden_damping},
+          {"other", capabilities.other},
+          {"threads", capabilities.threads},
           {"deviations", deviations}};
 }
 

@@ -4,6 +4,7 @@ import { el, type Child } from "../dom";
 import { brief, quantity, sentenceList } from "../format";
 import { facts } from "../tooltip";
 import { unfold } from "./detail";
+import { deviations } from "./fairness";
 import { scrollFrame } from "./sortable";
 
 const kMarks: Record<GateStatus, { sign: string; word: string }> = {
@@ -61,23 +62,28 @@ function verdict(report: Report, results: GateResult[], contenders: string[]): H
   if (deviating.length > 0) words.push(`${deviating.length} with deviations that are proven, declared and bounded`);
   if (failed.length > 0) words.push(`${failed.length} fail and are not scored`);
   const list = el("ul", { class: "gate-verdict" });
+  // What the adapter declares, without the figures of this run, which the table has.
+  const declared = (result: GateResult): string => {
+    const contender = report.contenderByName.get(result.contender);
+    const found = contender && deviations(contender).find((deviation) => deviation.test === result.test);
+    return found ? found.reason : result.note;
+  };
   for (const status of ["fail", "deviation"] as const) {
-    const notes = new Map<string, GateResult[]>();
+    const groups = new Map<string, GateResult[]>();
     for (const result of results) {
       if (result.status !== status) continue;
-      const key = status === "fail" ? result.contender : `${result.test}\u0000${result.note}`;
-      notes.set(key, [...(notes.get(key) ?? []), result]);
+      const key = status === "fail" ? result.contender : declared(result);
+      groups.set(key, [...(groups.get(key) ?? []), result]);
     }
-    for (const group of notes.values()) {
+    for (const [why, group] of groups) {
       const who = [...new Set(group.map((result) => report.title(result.contender)))];
-      const tests = [...new Set(group.map((result) => result.test))];
-      const why = status === "fail" ? "" : group[0]!.note;
+      const which = [...new Set(group.map((result) => result.test))];
       list.append(
         el(
           "li",
           { class: status },
           el("span", { class: `sign ${status}` }, mark(status).sign),
-          el("span", {}, el("strong", {}, sentenceList(who)), `: ${status === "fail" ? "fails " : ""}`, sentenceList(tests), why ? `. ${why}` : ""),
+          el("span", {}, el("strong", {}, sentenceList(who)), `: ${status === "fail" ? "fails " : ""}`, sentenceList(which), status === "fail" ? "" : `. ${why}`),
         ),
       );
     }
