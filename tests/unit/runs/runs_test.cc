@@ -141,6 +141,7 @@ struct Fault {
 };
 
 // Else ctest shows the bytes, which differ each time.
+// NOLINTNEXTLINE(readability-identifier-naming): the name is GoogleTest's
 void PrintTo(const Fault& fault, std::ostream* out) { *out << fault.name; }
 
 // NOLINTNEXTLINE(misc-multiple-inheritance): GoogleTest's way to a parameter
