@@ -120,18 +120,25 @@ make_venv() {
   echo "${stamp}" >"${folder}/.stamp"
 }
 
+# fetch_once PINS COMMAND...: runs COMMAND in a scratch folder that becomes ${fetched}, once for what PINS (a file) says.
+fetch_once() {
+  fetched="$(folder_of "$1")"
+  shift
+  [[ -d ${fetched} ]] && return
+  rm -rf "${fetched}.part"
+  mkdir -p "${fetched}.part"
+  (cd "${fetched}.part" && logged "$@")
+  mv "${fetched}.part" "${fetched}"
+}
+folder_of() { echo "${cache}/downloads/$(hash_of "$1")"; }
+
 # fetch PINS PIP_ARGUMENT...: downloads once what PINS names, and sets fetched to the folder that holds it.
 fetch() {
   local pins="$1"
   shift
-  fetched="${cache}/downloads/$(hash_of "${pins}")"
-  [[ -d ${fetched} ]] && return
-  make_venv pip "${root}/setup/pip/bootstrap.txt"
-  rm -rf "${fetched}.part"
-  mkdir -p "${fetched}.part"
-  logged "${cache}/pip/bin/python" -m pip download --disable-pip-version-check --require-hashes --no-deps "$@" \
-    -d "${fetched}.part" -r "${pins}"
-  mv "${fetched}.part" "${fetched}"
+  [[ -d $(folder_of "${pins}") ]] || make_venv pip "${root}/setup/pip/bootstrap.txt"
+  fetch_once "${pins}" "${cache}/pip/bin/python" -m pip download --disable-pip-version-check --require-hashes --no-deps \
+    "$@" -d . -r "${pins}"
 }
 
 # fetch_wheel PINS PYTHON_VERSION PLATFORM
@@ -141,18 +148,6 @@ fetch_wheel() {
 
 # fetch_sdist PINS: pip asks the package for its metadata, which takes setuptools; nothing is compiled.
 fetch_sdist() { fetch "$1" --no-binary :all: --no-build-isolation; }
-
-# fetch_once PINS COMMAND...: runs COMMAND in a scratch folder that becomes ${fetched}, once for what PINS (a file) says.
-fetch_once() {
-  local pins="$1"
-  shift
-  fetched="${cache}/downloads/$(hash_of "${pins}")"
-  [[ -d ${fetched} ]] && return
-  rm -rf "${fetched}.part"
-  mkdir -p "${fetched}.part"
-  (cd "${fetched}.part" && logged "$@")
-  mv "${fetched}.part" "${fetched}"
-}
 
 # fetch_crates FOLDER: the crates of FOLDER's Cargo.lock as ${fetched}/vendor, checked against the lock's hashes.
 # cargo takes them from there with --config source.crates-io.replace-with and a source of that directory.
