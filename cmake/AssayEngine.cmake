@@ -55,6 +55,7 @@ function(assay_add_engine)
     ${arg_DEFINITIONS})
   if(TARGET product)
     add_dependencies(product ${target})
+    assay_optimise_at_link(${target})
   else()
     # Outside the tree, whose own flags these are.
     separate_arguments(options UNIX_COMMAND "${ASSAY_ENGINE_CXX_FLAGS}")

@@ -24,15 +24,22 @@ set(assay_lto_works OFF)
 if(ASSAY_LTO AND NOT ASSAY_SANITIZE)
   include(CheckIPOSupported)
   check_ipo_supported(RESULT assay_lto_works OUTPUT lto_output LANGUAGES CXX)
-  if(assay_lto_works)
-    set(CMAKE_INTERPROCEDURAL_OPTIMIZATION ON)
-  else()
+  if(NOT assay_lto_works)
     message(STATUS "assay: no link-time optimisation: ${lto_output}")
   endif()
 endif()
 
-# A static library that is installed: its objects have to link without the compiler that made them, too.
+# Link-time optimisation is for what the clock runs through, the plugins; anything else would only link slowly.
+function(assay_optimise_at_link target)
+  if(assay_lto_works)
+    set_target_properties(${target} PROPERTIES INTERPROCEDURAL_OPTIMIZATION ON)
+  endif()
+endfunction()
+
+# A static library that is a part of plugins, and installed for those of others: its objects have to link without the
+# compiler that made them, too.
 function(assay_installed_library target)
+  assay_optimise_at_link(${target})
   if(assay_lto_works AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     target_compile_options(${target} PRIVATE -ffat-lto-objects)
   endif()

@@ -196,6 +196,15 @@ class Engine {
   virtual std::unique_ptr<Simulation> create(const Model& model, const State& state,
                                              const Settings& settings) const = 0;
 
+  // Throws UnsupportedError for the first thing of `model` that check() refuses: how create() begins.
+  void require_supported(const Model& model, const Settings& settings) const {
+    for (const Finding& finding : check(model, settings)) {
+      if (finding.fidelity == Fidelity::kRefused) {
+        throw UnsupportedError(name() + ": " + finding.element + ": " + finding.how);
+      }
+    }
+  }
+
  protected:
   Engine() = default;
 };
@@ -203,7 +212,7 @@ class Engine {
 // ---- plugins --------------------------------------------------------------------------------------------------------
 
 // Raised with every change of this header or of model.h and state.h; a plugin of another version is refused by name.
-inline constexpr int kPluginVersion = 3;
+inline constexpr int kPluginVersion = 4;
 
 struct PluginEntry {
   int version;

@@ -93,11 +93,7 @@ void check_supported(const Subject& subject, double timestep_s) {
   }
   Settings settings = subject.contender.settings;
   settings.timestep = timestep_s;
-  for (const Finding& finding : subject.contender.engine->check(subject.model, settings)) {
-    if (finding.fidelity == Fidelity::kRefused) {
-      throw UnsupportedError(fmt::format("{}: {}", finding.element, finding.how));
-    }
-  }
+  subject.contender.engine->require_supported(subject.model, settings);
 }
 
 // What a control can put into a motion at the most, J: on every hinge its largest torque at any time and limit, along

@@ -130,11 +130,7 @@ class BulletEngine final : public Engine {
   }
 
   std::unique_ptr<Simulation> create(const Model& model, const State& state, const Settings& settings) const override {
-    for (const Finding& finding : check(model, settings)) {
-      if (finding.fidelity == Fidelity::kRefused) {
-        throw UnsupportedError(fmt::format("{}: {}: {}", name(), finding.element, finding.how));
-      }
-    }
+    require_supported(model, settings);
     const Options options = read_options(settings);
     return options.multibody ? make_multibody(model, state, options) : make_rigid(model, state, options);
   }

@@ -98,11 +98,7 @@ class DartEngine final : public Engine {
   }
 
   std::unique_ptr<Simulation> create(const Model& model, const State& state, const Settings& settings) const override {
-    for (const Finding& finding : check(model, settings)) {
-      if (finding.fidelity == Fidelity::kRefused) {
-        throw UnsupportedError(fmt::format("{}: {}: {}", name(), finding.element, finding.how));
-      }
-    }
+    require_supported(model, settings);
     return std::make_unique<DartSimulation>(model, state, read_options(settings));
   }
 };

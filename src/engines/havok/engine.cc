@@ -140,9 +140,7 @@ class HavokEngine final : public Engine {
   }
 
   std::unique_ptr<Simulation> create(const Model& model, const State& state, const Settings& settings) const override {
-    for (const Finding& finding : check(model, settings)) {
-      if (finding.fidelity == Fidelity::kRefused) throw UnsupportedError(finding.element + ": " + finding.how);
-    }
+    require_supported(model, settings);
     return make_simulation(model, state, settings);
   }
 

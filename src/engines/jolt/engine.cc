@@ -206,9 +206,7 @@ class JoltEngine final : public Engine {
   }
 
   std::unique_ptr<Simulation> create(const Model& model, const State& state, const Settings& settings) const override {
-    for (const Finding& finding : check(model, settings)) {
-      if (finding.fidelity == Fidelity::kRefused) throw UnsupportedError(finding.element + ": " + finding.how);
-    }
+    require_supported(model, settings);
     return std::make_unique<JoltSimulation>(model, state, read_options(settings));
   }
 

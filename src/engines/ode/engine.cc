@@ -676,9 +676,7 @@ class OdeEngine final : public Engine {
   }
 
   std::unique_ptr<Simulation> create(const Model& model, const State& state, const Settings& settings) const override {
-    for (const Finding& finding : check(model, settings)) {
-      if (finding.fidelity == Fidelity::kRefused) throw UnsupportedError(finding.element + ": " + finding.how);
-    }
+    require_supported(model, settings);
     initialise_library();
     return std::make_unique<OdeSimulation>(model, state, settings);
   }

@@ -166,11 +166,7 @@ class PhysxEngine final : public Engine {
   }
 
   std::unique_ptr<Simulation> create(const Model& model, const State& state, const Settings& settings) const override {
-    for (const Finding& finding : check(model, settings)) {
-      if (finding.fidelity == Fidelity::kRefused) {
-        throw UnsupportedError(fmt::format("{}: {}: {}", name(), finding.element, finding.how));
-      }
-    }
+    require_supported(model, settings);
     const Options options = read_options(settings);
     return options.joints == Joints::kArticulation ? make_articulated(model, state, options)
                                                    : make_maximal(model, state, options);

@@ -185,11 +185,7 @@ class SkeletonEngine final : public Engine {
 
   // Called hundreds of times for one model: compile or build once what depends on the model alone, and keep it.
   std::unique_ptr<Simulation> create(const Model& model, const State& state, const Settings& settings) const override {
-    for (const Finding& finding : check(model, settings)) {
-      if (finding.fidelity == Fidelity::kRefused) {
-        throw UnsupportedError(fmt::format("skeleton does not take {}: {}", finding.element, finding.how));
-      }
-    }
+    require_supported(model, settings);
     return std::make_unique<SkeletonSimulation>(model, state, settings);
   }
 };
