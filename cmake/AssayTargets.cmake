@@ -61,6 +61,9 @@ find_package(Boost 1.74 REQUIRED)
 find_package(Threads REQUIRED)
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(xxhash REQUIRED IMPORTED_TARGET libxxhash)
+pkg_check_modules(libzip REQUIRED IMPORTED_TARGET libzip)
+find_package(ZLIB REQUIRED)
+find_package(PNG REQUIRED)
 
 # What the build knows of itself: version and commit, as "base/build_info.h" for whoever links assay::build_info (few files:
 # each of them is compiled again after a commit). Looked up at every build, rewritten only when it changed.

@@ -16,6 +16,7 @@ _assay() {
     --engine) candidates="$(_assay_names "${program}" engines)" ;;
     --contacts | --gravity) candidates="on off" ;;
     --format) candidates="csv json" ;;
+    --trajectories) candidates="npz csv" ;;
     --test) candidates="$("${program}" conformance --list 2>/dev/null | sed '1d;s/ .*//')" ;;
     --timestep | --duration | --sample | --jobs | --shard | --set) return ;;
     --out) ;;

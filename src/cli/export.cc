@@ -1,5 +1,6 @@
-// `assay export`: a results directory as tidy values.
+// `assay export`: a results directory as tidy values, or its kept states.
 #include <cmath>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -7,6 +8,7 @@
 #include "base/text.h"
 #include "cli/cli.h"
 #include "cli/csv.h"
+#include "cli/export_trajectories.h"
 #include "cli/output_file.h"
 #include "store/store.h"
 
@@ -14,7 +16,8 @@ namespace assay::cli {
 namespace {
 
 struct Options {
-  std::string dir, format, out = "-";
+  std::string dir;
+  std::optional<std::string> format, trajectories, out;
 };
 
 // One value of a cell, or a cell that failed before it had one.
@@ -64,7 +67,7 @@ std::string as_json(const std::vector<Row>& rows) {
 
 int export_values(const Options& options) {
   if (options.format != "csv" && options.format != "json") {
-    throw InputError(fmt::format("--format is '{}': use csv or json", options.format));
+    throw InputError(fmt::format("--format is '{}': use csv or json", *options.format));
   }
   const std::vector<Cell> cells = Store::open(options.dir).cells();
   std::vector<Row> rows;
@@ -73,24 +76,42 @@ int export_values(const Options& options) {
     // a reference run has no value of its own and nothing to tell, unless it failed
     if (cell.values.empty() && cell.outcome != Outcome::kOk) rows.push_back({&cell, nullptr});
   }
-  OutputFile file(options.out);
+  OutputFile file(options.out.value_or("-"));
   file.write(options.format == "csv" ? as_csv(rows) : as_json(rows));
   file.finish();
   return kDone;
+}
+
+int export_what_is_asked(const Options& options) {
+  if (options.format && options.trajectories) {
+    throw InputError("--format and --trajectories are two exports: give one of them");
+  }
+  if (options.format) return export_values(options);
+  if (!options.trajectories) throw InputError("give --format for the values or --trajectories for the states");
+  if (!options.out) throw InputError("--trajectories needs --out: give the folder for its files");
+  return export_trajectories(options.dir, *options.trajectories, *options.out);
 }
 
 }  // namespace
 
 void add_export(CLI::App& app, Action& action) {
   CLI::App* command =
-      add_command(app, "export", "Print the values of a results directory as CSV or JSON",
+      add_command(app, "export", "Print the values of a results directory as CSV or JSON, or write its kept states",
                   {{"assay export results --format csv > values.csv", "a row per value"},
-                   {"assay export results --format json --out values.json", "the same as an array of objects"}});
+                   {"assay export results --format json --out values.json", "the same as an array of objects"},
+                   {"assay export results --trajectories npz --out states", "a NumPy file per system and contender"}});
   const auto options = std::make_shared<Options>();
   command->add_option("DIR", options->dir, "Results directory")->required()->type_name("");
-  command->add_option("--format", options->format, "csv or json")->required()->type_name("csv|json");
-  command->add_option("--out", options->out, "File to write (default: standard output)")->type_name("FILE");
-  command->callback([&action, options] { action = [options] { return export_values(*options); }; });
+  command->add_option("--format", options->format, "The values, as csv or json")->type_name("csv|json");
+  command
+      ->add_option("--trajectories", options->trajectories,
+                   "The states of the runs that were kept, as npz or csv (docs/trajectories.md)")
+      ->type_name("npz|csv");
+  command
+      ->add_option("--out", options->out,
+                   "File to write (default: standard output); with --trajectories the folder for its files")
+      ->type_name("PATH");
+  command->callback([&action, options] { action = [options] { return export_what_is_asked(*options); }; });
 }
 
 }  // namespace assay::cli

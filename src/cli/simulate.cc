@@ -13,6 +13,7 @@
 #include "cli/cli.h"
 #include "cli/csv.h"
 #include "cli/output_file.h"
+#include "cli/state_rows.h"
 #include "controls/control.h"
 #include "engines/registry.h"
 #include "measures/plausible.h"
@@ -146,21 +147,6 @@ class ProgressLine {
   Clock::time_point start_ = Clock::now(), last_ = start_;
 };
 
-// The rows of one sample. The time is the sample's nominal one: what an engine adds up is off by its roundings.
-void append_sample(const Model& model, const std::vector<std::string>& names, double time, const State& state,
-                   fmt::memory_buffer& text) {
-  for (size_t i = 0; i < model.bodies.size(); ++i) {
-    const BodyState& body = state.bodies[i];
-    fmt::format_to(std::back_inserter(text), "{:.17g},{}", time, names[i]);
-    for (const double number :
-         {body.p_WBcm.x(), body.p_WBcm.y(), body.p_WBcm.z(), body.q_WB.w(), body.q_WB.x(), body.q_WB.y(), body.q_WB.z(),
-          body.v_WBcm.x(), body.v_WBcm.y(), body.v_WBcm.z(), body.w_WB.x(), body.w_WB.y(), body.w_WB.z()}) {
-      fmt::format_to(std::back_inserter(text), ",{:.17g}", number);
-    }
-    text.push_back('\n');
-  }
-}
-
 // Within a catch block: what was thrown, whatever its type.
 std::string caught_text() {
   try {
@@ -192,11 +178,12 @@ int run(const Job& job, OutputFile& file) {
   };
   const auto write_sample = [&](long long step) {
     text.clear();
-    append_sample(model, names, seconds(step), state, text);
+    // The sample's nominal time: what an engine adds up is off by its roundings.
+    append_state_rows(names, seconds(step), state, text);
     file.write({text.data(), text.size()});
   };
 
-  file.write("time,body,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz\n");
+  file.write(kStateHeader);
   simulation->read_state(state);
   write_sample(0);
   ProgressLine progress(job);

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "engines/describe.h"
+#include "store/scene.h"
 
 namespace assay {
 
@@ -63,6 +64,12 @@ SystemRow system_row(const CampaignSystem& system) {
   }
   if (!system.family.empty()) row["family"] = system.family;
   return {system.name, row.dump()};
+}
+
+SceneRow scene_row(const CampaignSystem& system) {
+  Scene scene = scene_of(system.model);
+  scene.control = {system.control.kind, system.control.amplitude, system.control.frequency, system.control.phase_step};
+  return {system.name, scene_text(scene)};
 }
 
 }  // namespace assay

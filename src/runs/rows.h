@@ -8,5 +8,6 @@ namespace assay {
 
 ContenderRow contender_row(const CampaignContender& contender);
 SystemRow system_row(const CampaignSystem& system);
+SceneRow scene_row(const CampaignSystem& system);
 
 }  // namespace assay

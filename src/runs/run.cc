@@ -125,6 +125,17 @@ void Runner::describe() {
   systems.reserve(campaign_.systems.size());
   for (const CampaignSystem& each : campaign_.systems) systems.push_back(system_row(each));
   store_.set_systems(systems);
+  // Whose the kept states are and how they are drawn: results need no model's file to be looked at.
+  std::vector<SceneRow> scenes;
+  scenes.reserve(campaign_.systems.size());
+  for (const CampaignSystem& each : campaign_.systems) scenes.push_back(scene_row(each));
+  store_.set_scenes(scenes);
+  std::vector<RunRow> runs;
+  for (const PlannedCell& cell : plan_.cells) {
+    if (cell.measure != "reference") continue;
+    runs.push_back({cell.trajectory, system(cell).name, contender(cell).resolved.name, cell.timestep_ms});
+  }
+  store_.set_runs(runs);
   std::vector<ContenderRow> contenders;
   bool has_harness = false;
   for (const CampaignContender& each : campaign_.contenders) {

@@ -49,6 +49,13 @@ constexpr const char* kSchema = R"sql(
     idx INTEGER NOT NULL, value REAL, PRIMARY KEY(cell_id, name, idx)) WITHOUT ROWID;
 )sql";
 
+// Added after the schema's version: made where they are missing.
+constexpr const char* kLaterSchema = R"sql(
+  CREATE TABLE IF NOT EXISTS runs(address TEXT NOT NULL, system TEXT NOT NULL, contender TEXT NOT NULL,
+    timestep_ms REAL NOT NULL, PRIMARY KEY(system, contender, timestep_ms)) WITHOUT ROWID;
+  CREATE TABLE IF NOT EXISTS scenes(system TEXT PRIMARY KEY, json TEXT NOT NULL) WITHOUT ROWID;
+)sql";
+
 std::string database_path(const std::string& dir) { return dir + "/assay.sqlite"; }
 
 // SQLite's code in terms of who is to mend it.
@@ -129,6 +136,12 @@ void execute(sqlite3* db, const char* sql) {
 std::int64_t pragma(sqlite3* db, const std::string& name) {
   Statement statement(db, "PRAGMA " + name);
   return statement.step() ? statement.integer(0) : 0;
+}
+
+bool has_table(sqlite3* db, const std::string& name) {
+  Statement query(db, "SELECT 1 FROM sqlite_schema WHERE type = 'table' AND name = ?");
+  query.bind(0, name);
+  return query.step();
 }
 
 // Everything between construction and commit() is there afterwards, or nothing is.
@@ -284,6 +297,7 @@ Store Store::create(const std::string& dir, const Identity& identity) {
     put.bind_all(std::string("campaign_hash"), identity.campaign_hash).run();
     transaction.commit();
   }
+  execute(db, kLaterSchema);
   return store;
 }
 
@@ -412,6 +426,27 @@ std::vector<SampleSeries> Store::samples(std::int64_t cell_id) const {
   return series;
 }
 
+std::vector<RunRow> Store::runs() const {
+  std::vector<RunRow> rows;
+  if (!has_table(db_.get(), "runs")) return rows;
+  Statement query(db_.get(),
+                  "SELECT r.address, r.system, r.contender, r.timestep_ms FROM runs r "
+                  "LEFT JOIN systems s ON s.name = r.system LEFT JOIN contenders n ON n.name = r.contender "
+                  "ORDER BY s.rowid, r.system, n.rowid, r.contender, r.timestep_ms");
+  while (query.step()) rows.push_back({query.text(0), query.text(1), query.text(2), query.number(3)});
+  return rows;
+}
+
+std::vector<SceneRow> Store::scenes() const {
+  std::vector<SceneRow> rows;
+  if (!has_table(db_.get(), "scenes")) return rows;
+  Statement query(db_.get(),
+                  "SELECT c.system, c.json FROM scenes c LEFT JOIN systems s ON s.name = c.system "
+                  "ORDER BY s.rowid, c.system");
+  while (query.step()) rows.push_back({query.text(0), query.text(1)});
+  return rows;
+}
+
 // ---- writing --------------------------------------------------------------------------------------------------------
 
 void Store::set_manifest(const std::vector<ManifestEntry>& entries) {
@@ -437,6 +472,24 @@ void Store::set_contenders(const std::vector<ContenderRow>& rows) {
     put.bind_all(row.name, row.engine, row.version, row.base, row.settings, row.capabilities_json, row.build_json)
         .run();
   }
+  transaction.commit();
+}
+
+void Store::set_runs(const std::vector<RunRow>& rows) {
+  Transaction transaction(db_.get());
+  execute(db_.get(), "DELETE FROM runs");
+  Statement put(db_.get(), "INSERT OR REPLACE INTO runs VALUES(?, ?, ?, ?)");
+  for (const RunRow& row : rows) {
+    put.bind_all(row.address, row.system, row.contender, std::optional(row.timestep_ms)).run();
+  }
+  transaction.commit();
+}
+
+void Store::set_scenes(const std::vector<SceneRow>& rows) {
+  Transaction transaction(db_.get());
+  execute(db_.get(), "DELETE FROM scenes");
+  Statement put(db_.get(), "INSERT INTO scenes VALUES(?, ?)");
+  for (const SceneRow& row : rows) put.bind_all(row.system, row.json).run();
   transaction.commit();
 }
 

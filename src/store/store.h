@@ -10,6 +10,9 @@
 //         started, finished)
 //   "values"(cell_id, name, unit, value, low, high)
 //   samples(cell_id, name, idx, value)
+//   runs(address, system, contender, timestep_ms): whose states the files of trajectories/ hold
+//   scenes(system, json): what a picture of the system needs (store/scene.h)
+// The last two were added later; directories from before have none of them.
 #pragma once
 
 #include <cstdint>
@@ -89,6 +92,18 @@ struct ConformanceRow {
   std::string unit, note;
 };
 
+// A run from the initial state whose states are kept, or were meant to be: a run that failed has no file.
+struct RunRow {
+  std::string address;  // of store/trajectory.h
+  std::string system, contender;
+  double timestep_ms = 0;
+};
+
+struct SceneRow {
+  std::string system;
+  std::string json;  // store/scene.h
+};
+
 // What a results directory belongs to. Two runs may share a directory when all of it is equal.
 struct Identity {
   std::string campaign;       // name
@@ -126,6 +141,8 @@ class Store {
   std::vector<Cell> cells() const;             // with values; by system and contender as listed, then measure, timestep
   std::vector<std::string> cell_keys() const;  // sorted
   std::vector<SampleSeries> samples(std::int64_t cell_id) const;
+  std::vector<RunRow> runs() const;      // by system and contender as listed, then timestep
+  std::vector<SceneRow> scenes() const;  // by system as listed
 
   // ---- writing; each call is one transaction: afterwards it is all there, or nothing of it ----------------------------
   // All throw SystemError when the database cannot be written (disk full).
@@ -133,6 +150,8 @@ class Store {
   void set_manifest(const std::vector<ManifestEntry>& entries);  // replaces entries of the same key
   void set_systems(const std::vector<SystemRow>& rows);          // replaces all
   void set_contenders(const std::vector<ContenderRow>& rows);    // replaces all
+  void set_runs(const std::vector<RunRow>& rows);                // replaces all
+  void set_scenes(const std::vector<SceneRow>& rows);            // replaces all
   // Replaces the contender's rows.
   void set_conformance(const std::string& contender, const std::vector<ConformanceRow>& rows);
   // Adds a finished cell with its values and samples; replaces one of the same key. Returns its id.

@@ -1,0 +1,14 @@
+// `assay export --trajectories`: the kept states of a results directory as files that other programs read.
+#pragma once
+
+#include <string>
+
+namespace assay::cli {
+
+// Writes `folder`/SYSTEM/CONTENDER.npz (or .csv) for every kept run of `dir` and `folder`/index.csv, whose header is
+// file,system,contender,timestep_ms,samples,bodies. docs/trajectories.md describes the files. Returns the status;
+// throws InputError for another `format` than npz or csv, a directory without results, or one whose runs are not
+// listed.
+int export_trajectories(const std::string& dir, const std::string& format, const std::string& folder);
+
+}  // namespace assay::cli

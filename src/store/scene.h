@@ -1,0 +1,56 @@
+// What a picture of a system needs besides its states: bodies, shapes, and how the run was driven, so that results can
+// be drawn where the model's file is not.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "model/model.h"
+
+namespace assay {
+
+struct SceneBody {
+  std::string name;
+  int parent = kWorld;           // index into Scene::bodies
+  Vec3 p_BBcm = Vec3::Zero();    // centre of mass in the body frame, m
+  Vec3 anchor_B = Vec3::Zero();  // of its hinge, in the body frame, m; the centre of mass for a free body
+  Pose X_WB;                     // of the body frame where the run starts
+};
+
+struct SceneShape {
+  ShapeType type = ShapeType::kSphere;
+  int body = kWorld;  // index into Scene::bodies, or kWorld
+  Pose X_BS;          // in the body frame (world frame for static shapes); model.h says how shapes lie in it
+  double radius = 0, half_length = 0;  // m
+  std::array<float, 4> rgba = {0.5f, 0.5f, 0.5f, 1.0f};
+};
+
+// Control of the run, as controls/control.h takes it.
+struct SceneControl {
+  std::string kind = "actuators";
+  double amplitude = 0, frequency = 0, phase_step = 0;  // Nm, Hz, rad
+};
+
+struct Scene {
+  std::vector<SceneBody> bodies;  // in the order of the states' bodies
+  std::vector<std::string> hinges;
+  std::vector<SceneShape> shapes;
+  SceneControl control;
+};
+
+// All but the control.
+Scene scene_of(const Model& model);
+
+// JSON: {"bodies": [{"name", "parent", "cm": [x, y, z], "anchor": [x, y, z], "start": {"p", "q"}}], "hinges": [name],
+// "shapes": [{"type": "sphere"|"capsule"|"plane", "body", "p": [x, y, z], "q": [w, x, y, z], "radius", "half_length",
+// "rgba": [r, g, b, a]}], "control": {"kind", "amplitude", "frequency", "phase_step"}}
+std::string scene_text(const Scene& scene);
+
+// Throws InputError for a text that is no such scene.
+Scene parse_scene(const std::string& text);
+
+// The body frame's pose in the world from the state's centre of mass.
+Pose scene_pose(const SceneBody& body, const BodyState& state);
+
+}  // namespace assay
