@@ -13,7 +13,7 @@ import tempfile
 import unittest
 
 PROGRAM = os.environ.get("ASSAY_PROGRAM", "")
-FAULTY_ENGINES = os.environ.get("ASSAY_FAULTY_ENGINES", "")
+MISHAP_ENGINE = os.environ.get("ASSAY_MISHAP_ENGINE", "")
 REFUSED_PLUGINS = os.environ.get("ASSAY_REFUSED_PLUGINS", "")
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 COMMANDS = ["engines", "systems", "check", "simulate", "paper", "run", "report", "export", "recommend", "conformance"]
@@ -55,8 +55,8 @@ class AssayTest(unittest.TestCase):
         self.env = {k: v for k, v in os.environ.items() if not k.startswith("ASSAY_")}
         self.env["XDG_CACHE_HOME"] = str(self.dir / "cache")  # references of one test are not another's
 
-    def use_faulty_engine(self):
-        self.env["ASSAY_ENGINE_PATH"] = FAULTY_ENGINES
+    def use_mishap_engine(self):
+        self.env["ASSAY_ENGINE_PATH"] = MISHAP_ENGINE
 
     def write(self, name, text):
         path = self.dir / name

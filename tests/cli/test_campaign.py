@@ -116,9 +116,9 @@ class Run(CampaignTest):
         self.assertFalse(parts[0] & parts[1])
 
     def test_failing_engines_are_results(self):
-        self.use_faulty_engine()
-        failing = [f"faulty-{fault}" for fault in
-                   ["abort", "exit", "exit-politely", "throw", "throw-number", "terminate", "free-twice",
+        self.use_mishap_engine()
+        failing = [f"mishap-{fault}" for fault in
+                   ["abort", "exit-at-once", "exit-as-if-done", "throw", "throw-number", "terminate", "free-twice",
                     "write-beyond", "overflow", "nan"]]
         self.write("tiny.toml", tiny(contenders=[*failing, "mujoco-euler"]))
         text = self.run_tiny()
@@ -134,13 +134,13 @@ class Run(CampaignTest):
         self.assertEqual(sound, [row for row in self.table("alone") if row[1] == "mujoco-euler"])
 
     def test_engine_that_never_returns_costs_its_time_limit(self):
-        self.use_faulty_engine()
-        self.write("tiny.toml", "time_limit_s = 2\n" + tiny(contenders=["faulty-loop", "mujoco-euler"]))
-        self.assertRegex(self.run_tiny(), r"(?m)^not scored: faulty-loop\b")
+        self.use_mishap_engine()
+        self.write("tiny.toml", "time_limit_s = 2\n" + tiny(contenders=["mishap-loop", "mujoco-euler"]))
+        self.assertRegex(self.run_tiny(), r"(?m)^not scored: mishap-loop\b")
         outcomes = {name: {row["outcome"] for row in self.rows() if row["contender"] == name}
-                    for name in ["faulty-loop", "mujoco-euler"]}
+                    for name in ["mishap-loop", "mujoco-euler"]}
         self.assertEqual(outcomes["mujoco-euler"], {"ok"})
-        self.assertTrue(outcomes["faulty-loop"] and "ok" not in outcomes["faulty-loop"], outcomes)
+        self.assertTrue(outcomes["mishap-loop"] and "ok" not in outcomes["mishap-loop"], outcomes)
 
     def test_refused_plugin_is_named_and_left_out(self):
         self.env["ASSAY_ENGINE_PATH"] = REFUSED_PLUGINS
@@ -335,8 +335,8 @@ class Export(CampaignTest):
                     self.assertTrue(math.isfinite(value[key]))
 
     def test_values_without_cell_and_cells_without_value(self):
-        self.use_faulty_engine()
-        self.write("tiny.toml", tiny(contenders=["faulty-throw"]))
+        self.use_mishap_engine()
+        self.write("tiny.toml", tiny(contenders=["mishap-throw"]))
         self.run_tiny()
         rows = self.rows()
         self.assertTrue(rows)

@@ -58,13 +58,13 @@ class Conformance(AssayTest):
         self.assertRegex(self.failing("null", "--test", "free-fall"), r"(?m)^  fail +free-fall .*\n  does not conform: 0 pass, 1 fail")
 
     def test_crash_is_a_failed_test(self):
-        self.use_faulty_engine()
-        self.assertRegex(self.failing("faulty-abort"), r"(?m)^  fail +\S+ .*SIGABRT")
-        self.assertRegex(self.failing("faulty-exit"), r"(?m)^  fail +\S+ .*ended early")
+        self.use_mishap_engine()
+        self.assertRegex(self.failing("mishap-abort"), r"(?m)^  fail +\S+ .*SIGABRT")
+        self.assertRegex(self.failing("mishap-exit-at-once"), r"(?m)^  fail +\S+ .*ended early")
 
     def test_interruption(self):
-        self.use_faulty_engine()
-        process = self.start_assay("conformance", "faulty-hang", start_new_session=True)
+        self.use_mishap_engine()
+        process = self.start_assay("conformance", "mishap-hang", start_new_session=True)
         time.sleep(1)
         os.killpg(process.pid, signal.SIGINT)
         _, err = process.communicate(timeout=60)

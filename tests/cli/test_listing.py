@@ -6,7 +6,7 @@ import re
 import shutil
 import subprocess
 
-from harness import BALL, FAULTY_ENGINES, REFUSED_PLUGINS, SOURCE, AssayTest, data_folder, main
+from harness import BALL, MISHAP_ENGINE, REFUSED_PLUGINS, SOURCE, AssayTest, data_folder, main
 
 
 class Engines(AssayTest):
@@ -38,8 +38,8 @@ class Engines(AssayTest):
                 self.assertTrue(row["build"]["source"])
 
     def test_plugin_of_somebody_else(self):
-        self.env["ASSAY_ENGINE_PATH"] = FAULTY_ENGINES
-        self.assertIn("faulty-abort", self.contenders())
+        self.env["ASSAY_ENGINE_PATH"] = MISHAP_ENGINE
+        self.assertIn("mishap-abort", self.contenders())
 
     def test_broken_plugin_is_absent_with_its_reason(self):
         self.write("plugins/assay-engine-broken.so", "this is no library")
@@ -176,12 +176,12 @@ class Check(AssayTest):
             self.assertEqual(engine["verdict"], "approximated" if engine["engine"] == "null" else "exact")
 
     def test_refused_and_approximated_say_what_and_how(self):
-        self.use_faulty_engine()
+        self.use_mishap_engine()
         self.write("ball.xml", BALL)
         text = self.assay("check", "ball.xml")
-        self.assertRegex(text, r"(?m)^faulty \(faulty-refuse\): refused\n  refused +body 'ball': give it to somebody else$")
-        self.assertRegex(text, r"(?m)^faulty \(faulty-inexact\): approximated\n  approximated +body 'ball': rounded$")
-        self.assertRegex(text, r"(?m)^faulty \(faulty-slow, .*faulty-fly\): exact$")
+        self.assertRegex(text, r"(?m)^mishap \(mishap-refuse\): refused\n  refused +body 'ball': give it to somebody else$")
+        self.assertRegex(text, r"(?m)^mishap \(mishap-inexact\): approximated\n  approximated +body 'ball': rounded$")
+        self.assertRegex(text, r"(?m)^mishap \(mishap, .*mishap-far, .*mishap-chatter\): exact$")
 
     def test_unsupported_shape_is_refused_or_left_out_by_name(self):
         self.write("box.xml", self.BOX)

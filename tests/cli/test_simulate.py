@@ -224,7 +224,7 @@ class Unfinished(Csv):
 
     def setUp(self):
         super().setUp()
-        self.use_faulty_engine()
+        self.use_mishap_engine()
         self.write("ball.xml", BALL)
 
     def common(self, engine, duration="1"):
@@ -239,45 +239,45 @@ class Unfinished(Csv):
             self.assertTrue(all(math.isfinite(value) for key, value in row.items() if key != "body"))
 
     def test_divergence(self):
-        for fault in ["nan", "fly"]:
+        for fault in ["nan", "far"]:
             with self.subTest(fault):
-                self.refused(*self.common(f"faulty-{fault}"), status=1,
-                             naming=[f"faulty-{fault} diverged at 0.1 s", "'run.csv'", "--timestep"])
+                self.refused(*self.common(f"mishap-{fault}"), status=1,
+                             naming=[f"mishap-{fault} diverged at 0.1 s", "'run.csv'", "--timestep"])
                 self.kept("run.csv", 10)
 
     def test_engine_failure(self):
-        self.refused(*self.common("faulty-throw"), status=1, naming=["faulty-throw", "the solver gave up", "'run.csv'"])
+        self.refused(*self.common("mishap-throw"), status=1, naming=["mishap-throw", "the solver gave up", "'run.csv'"])
         self.kept("run.csv", 10)
 
     def test_exception_of_any_type(self):
-        self.refused(*self.common("faulty-throw-number"), status=1,
-                     naming=["faulty-throw-number failed at 0.09", "no std::exception", "'run.csv'"])
+        self.refused(*self.common("mishap-throw-number"), status=1,
+                     naming=["mishap-throw-number failed at 0.09", "no std::exception", "'run.csv'"])
 
     def test_crash(self):
-        self.refused(*self.common("faulty-abort"), status=1, naming=["faulty-abort", "SIGABRT", "'run.csv.partial'"])
+        self.refused(*self.common("mishap-abort"), status=1, naming=["mishap-abort", "SIGABRT", "'run.csv.partial'"])
         self.kept("run.csv.partial", 10)
         self.assertFalse((self.dir / "run.csv").exists())
 
     def test_exit(self):
-        for fault in ["exit", "exit-politely"]:
+        for fault in ["exit-at-once", "exit-as-if-done"]:
             with self.subTest(fault):
-                self.refused(*self.common(f"faulty-{fault}"), status=1,
-                             naming=[f"faulty-{fault} ended its process", "'run.csv.partial'"])
+                self.refused(*self.common(f"mishap-{fault}"), status=1,
+                             naming=[f"mishap-{fault} ended its process", "'run.csv.partial'"])
         self.kept("run.csv.partial", 10)
 
     def test_crash_leaves_an_earlier_file_alone(self):
         self.write("run.csv", "an earlier run")
-        self.refused(*self.common("faulty-abort"), status=1)
+        self.refused(*self.common("mishap-abort"), status=1)
         self.assertEqual((self.dir / "run.csv").read_text(), "an earlier run")
 
     def test_refusal_of_the_engine(self):
-        self.refused(*self.common("faulty-refuse"), naming=["faulty-refuse", "body 'ball'", "give it to somebody else"])
+        self.refused(*self.common("mishap-refuse"), naming=["mishap-refuse", "body 'ball'", "give it to somebody else"])
         self.assertEqual([path.name for path in self.dir.iterdir()], ["ball.xml"])
 
     def test_approximation_is_said(self):
-        done = self.run_assay(*self.common("faulty-inexact"))
+        done = self.run_assay(*self.common("mishap-inexact"))
         self.assertEqual(done.returncode, 0)
-        self.check_sentence(done.stderr, ["faulty-inexact", "body 'ball'", "rounded"])
+        self.check_sentence(done.stderr, ["mishap-inexact", "body 'ball'", "rounded"])
 
     def wait_for_rows(self, process):
         partial = self.dir / "run.csv.partial"
@@ -294,7 +294,7 @@ class Unfinished(Csv):
             for send in [os.kill, os.killpg]:
                 with self.subTest(f"{number} by {send.__name__}"):
                     (self.dir / "run.csv.partial").unlink(missing_ok=True)
-                    process = self.start_assay(*self.common("faulty-slow", "1000"), start_new_session=True)
+                    process = self.start_assay(*self.common("mishap-slow", "1000"), start_new_session=True)
                     self.wait_for_rows(process)
                     send(process.pid, number)
                     out, err = process.communicate(timeout=60)
@@ -305,7 +305,7 @@ class Unfinished(Csv):
                     self.assertFalse((self.dir / "run.csv").exists())
 
     def test_second_interruption_ends_a_hanging_engine(self):
-        process = self.start_assay(*self.common("faulty-hang"), start_new_session=True)
+        process = self.start_assay(*self.common("mishap-hang"), start_new_session=True)
         self.wait_for_rows(process)
         time.sleep(0.3)
         os.killpg(process.pid, signal.SIGINT)
@@ -322,7 +322,7 @@ class Unfinished(Csv):
 
     def test_progress_shows_on_a_terminal_only(self):
         master, slave = pty.openpty()
-        process = subprocess.Popen(self.command(*self.common("faulty-slow", "2")), cwd=self.dir, env=self.env,
+        process = subprocess.Popen(self.command(*self.common("mishap-slow", "2")), cwd=self.dir, env=self.env,
                                    stdout=slave, stderr=slave, stdin=subprocess.DEVNULL)
         os.close(slave)
         shown = b""
@@ -336,9 +336,9 @@ class Unfinished(Csv):
             shown += part
         os.close(master)
         self.assertEqual(process.wait(timeout=60), 0)
-        self.assertRegex(shown.decode(), r"faulty-slow on ball: \d+ % \([\d.]+ of 2 s\), \d+ s left")
+        self.assertRegex(shown.decode(), r"mishap-slow on ball: \d+ % \([\d.]+ of 2 s\), \d+ s left")
         self.assertTrue(shown.endswith(b"\r\x1b[K"), shown[-80:])
-        self.simulate("ball.xml", "faulty-slow", "10", "2")  # says nothing
+        self.simulate("ball.xml", "mishap-slow", "10", "2")  # says nothing
 
 
 if __name__ == "__main__":

@@ -1,5 +1,7 @@
-// Bodies that move on with their initial velocities, until the step at which the engine fails as its settings say.
+// Bodies that move on with their initial velocities, until the step at which the engine fails as its settings say. It
+// shows that nothing an engine does takes the program or its results with it.
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -50,7 +52,8 @@ volatile bool ever = false;
 
 class MishapSimulation final : public Simulation {
  public:
-  MishapSimulation(State state, Settings settings) : state_(std::move(state)), settings_(std::move(settings)) {}
+  MishapSimulation(State state, Settings settings)
+      : state_(std::move(state)), start_(state_.time), settings_(std::move(settings)) {}
 
   void set_torques(std::span<const double> /*torques*/) override {}
 
@@ -64,11 +67,12 @@ class MishapSimulation final : public Simulation {
  private:
   void step() {
     ++steps_;
-    state_.time += settings_.timestep;
+    state_.time = start_ + static_cast<double>(steps_) * settings_.timestep;
     for (BodyState& body : state_.bodies) body.p_WBcm += settings_.timestep * body.v_WBcm;
+    const auto& fault = settings_.get<std::string>("fault");
+    if (fault == "slow") std::this_thread::sleep_for(std::chrono::milliseconds(5));
     const bool chosen = settings_.timestep >= 1e-3 * settings_.get<double>("from_ms") * 0.999;
     if (steps_ != settings_.get<long long>("at_step") || !chosen) return;
-    const auto& fault = settings_.get<std::string>("fault");
     std::printf("about to %s\n", fault.c_str());
     std::fflush(stdout);
     if (fault == "crash") {
@@ -118,6 +122,7 @@ class MishapSimulation final : public Simulation {
   }
 
   State state_;
+  double start_;
   Settings settings_;
   long long steps_ = 0;
 };
@@ -127,27 +132,38 @@ class MishapEngine final : public Engine {
   std::string name() const override { return "mishap"; }
   BuildFacts build() const override { return {"1.0", "part of assay's tests", "", ""}; }
   std::vector<Setting> settings() const override {
-    return {{"fault",
-             std::string("none"),
-             "",
-             "what happens",
-             {"none",         "crash",         "abort",        "exit",         "exit-as-if-done",
-              "exit-at-once", "terminate",     "free-twice",   "write-beyond", "overflow",
-              "loop",         "hang",          "nan",          "far",          "fast",
-              "throw",        "throw-foreign", "throw-number", "throw-input",  "throw-system",
-              "chatter",      "refuse"}},
+    return {{"fault", std::string("none"), "", "what happens", faults()},
             {"at_step", 10LL, "", "when it happens, in steps of an instance"},
             {"from_ms", 0.0, "ms", "the smallest timestep at which it happens"}};
   }
-  std::vector<Contender> contenders() const override { return {{"mishap", "fails as it is told to", {}}}; }
-  Capabilities capabilities(const Settings& /*settings*/) const override { return {}; }
-  std::vector<Finding> check(const Model& /*model*/, const Settings& settings) const override {
-    if (settings.get<std::string>("fault") != "refuse") return {};
-    return {{Fidelity::kRefused, "everything", "it is told to refuse"}};
+  std::vector<Contender> contenders() const override {
+    std::vector<Contender> contenders = {{"mishap", "fails as it is told to", {}}};
+    for (const std::string& fault : faults()) contenders.push_back({"mishap-" + fault, fault, {{"fault", fault}}});
+    return contenders;
   }
-  std::unique_ptr<Simulation> create(const Model& /*model*/, const State& state,
-                                     const Settings& settings) const override {
+  Capabilities capabilities(const Settings& /*settings*/) const override {
+    Capabilities can;
+    can.integrator = "none";
+    return can;
+  }
+  std::vector<Finding> check(const Model& model, const Settings& settings) const override {
+    const auto& fault = settings.get<std::string>("fault");
+    const std::string element = "body '" + model.bodies.front().name + "'";
+    if (fault == "refuse") return {{Fidelity::kRefused, element, "give it to somebody else"}};
+    if (fault == "inexact") return {{Fidelity::kApproximated, element, "rounded"}};
+    return {};
+  }
+  std::unique_ptr<Simulation> create(const Model& model, const State& state, const Settings& settings) const override {
+    require_supported(model, settings);
     return std::make_unique<MishapSimulation>(state, settings);
+  }
+
+ private:
+  static std::vector<std::string> faults() {
+    return {"none",         "slow",        "crash",        "abort",        "exit",     "exit-as-if-done",
+            "exit-at-once", "terminate",   "free-twice",   "write-beyond", "overflow", "loop",
+            "hang",         "nan",         "far",          "fast",         "throw",    "throw-foreign",
+            "throw-number", "throw-input", "throw-system", "chatter",      "refuse",   "inexact"};
   }
 };
 
