@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
+#include "report/details.h"
 #include "report/page.h"
 #include "store/store.h"
 
@@ -30,7 +31,7 @@ json object(const std::string& text) {
   return parsed.is_object() ? parsed : json::object();
 }
 
-json cell_json(const Cell& cell) {
+json cell_json(const Cell& cell, const std::vector<SampleSeries>& samples) {
   json values = json::array();
   for (const Value& value : cell.values) {
     values.push_back({{"name", value.name},
@@ -49,7 +50,8 @@ json cell_json(const Cell& cell) {
           {"cpu_s", number(cell.cpu_s)},
           {"engine_s", number(cell.engine_s)},
           {"steal", number(cell.steal)},
-          {"values", std::move(values)}};
+          {"values", std::move(values)},
+          {"samples", sample_data(samples)}};
 }
 
 // JSON inside a script element. `<` would end it or open a comment; the two line separators end a line in old
@@ -113,8 +115,9 @@ json report_data(const Store& store) {
                           {"build", object(row.build_json)}});
   }
 
+  const std::vector<Cell> stored = store.cells();
   json cells = json::array();
-  for (const Cell& cell : store.cells()) cells.push_back(cell_json(cell));
+  for (const Cell& cell : stored) cells.push_back(cell_json(cell, store.samples(cell.id)));
 
   json conformance = json::array();
   for (const ConformanceRow& row : store.conformance()) {
@@ -127,9 +130,10 @@ json report_data(const Store& store) {
                            {"note", row.note}});
   }
 
-  return {{"format", kReportFormat},       {"manifest", std::move(manifest)},
-          {"systems", std::move(systems)}, {"contenders", std::move(contenders)},
-          {"cells", std::move(cells)},     {"conformance", std::move(conformance)}};
+  return {{"format", kReportFormat},         {"manifest", std::move(manifest)},
+          {"systems", std::move(systems)},   {"contenders", std::move(contenders)},
+          {"cells", std::move(cells)},       {"conformance", std::move(conformance)},
+          {"pictures", picture_data(store)}, {"agreement", agreement_data(store, stored)}};
 }
 
 std::string report_html(const json& data) {

@@ -1,5 +1,5 @@
 // Makes a results directory whose figures are known, for the tests of the page, and its report:
-//   browser_fixture full|empty|started|failed DIR
+//   browser_fixture full|programme|empty|started|failed DIR
 // The figures have the shape of real ones (orders of convergence, floors, a contender that fails), so that the page's
 // layout meets what it is made for. They are no measurements and never leave the tests.
 #include <cmath>
@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "programme.h"
 #include "report/report.h"
 #include "store/store.h"
 
@@ -253,8 +254,10 @@ void describe(Store& store) {
 int make(const std::string& kind, const std::string& dir) {
   {
     Store store = Store::create(dir, {"fixture", kind});
-    if (kind != "empty") describe(store);
-    if (kind == "full") {
+    if (kind != "empty" && kind != "programme") describe(store);
+    if (kind == "programme") {
+      put_programme(store);
+    } else if (kind == "full") {
       chain(store);
       pile(store);
     } else if (kind == "failed") {
@@ -277,7 +280,7 @@ int make(const std::string& kind, const std::string& dir) {
 
 int main(int argc, char** argv) {
   if (argc != 3) {
-    fmt::print(stderr, "usage: browser_fixture full|empty|started|failed DIR\n");
+    fmt::print(stderr, "usage: browser_fixture full|programme|empty|started|failed DIR\n");
     return 2;
   }
   try {
