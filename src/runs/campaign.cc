@@ -294,58 +294,85 @@ std::vector<std::string> matching(const std::string& pattern, const std::set<std
   return names;
 }
 
-std::vector<CampaignContender> contenders_of(const Section& root, const Registry& registry) {
-  std::vector<std::pair<std::string, Section>> derived;
-  for (const Section& section : root.sections("contender")) {
-    section.allow({"name", "base", "set"});
-    const std::string name = section.required_text("name");
-    if (std::ranges::find(derived, name, &std::pair<std::string, Section>::first) != derived.end()) {
-      section.fail(section.find("name"), fmt::format("there are two contenders '{}': rename one", name));
+// Who takes part in the campaign, each once, in the order in which the file names them.
+class Roster {
+ public:
+  Roster(const Section& root, const Registry& registry) : registry_(registry) {
+    for (const Section& section : root.sections("contender")) {
+      section.allow({"name", "base", "set"});
+      const std::string name = section.required_text("name");
+      if (!derived_.emplace(name, section).second) {
+        section.fail(section.find("name"), fmt::format("there are two contenders '{}': rename one", name));
+      }
+      in_order_.push_back(name);
     }
-    derived.emplace_back(name, section);
   }
-  std::vector<CampaignContender> contenders;
-  const auto add_derived = [&](const Section& section, const std::string& name) {
-    contenders.push_back(
-        resolve(section, section.find("base"), name, section.required_text("base"), overrides_of(section), registry));
-  };
-  std::set<std::string> taken;
-  if (const toml::node* node = root.find("contenders")) {
-    for (const toml::node& entry : root.list("contenders", *node)) {
+
+  // Those that the section's list names, as indices into contenders().
+  std::vector<int> listed(const Section& section, const toml::node& node) {
+    std::vector<int> found;
+    std::set<std::string> taken;
+    for (const toml::node& entry : section.list("contenders", node)) {
       const auto name = entry.value_exact<std::string>();
-      if (!name) root.fail(&entry, fmt::format("'contenders' has {}: give a contender's name", node_text(entry)));
+      if (!name) section.fail(&entry, fmt::format("'contenders' has {}: give a contender's name", node_text(entry)));
       if (name->find_first_of("*?") != std::string::npos) {
-        const std::vector<std::string> names = matching(*name, taken, registry);
+        const std::vector<std::string> names = matching(*name, taken, registry_);
         if (names.empty()) {
-          root.fail(&entry,
-                    fmt::format("'{}' matches no further contender: see 'assay engines' for their names", *name));
+          section.fail(&entry,
+                       fmt::format("'{}' matches no further contender: see 'assay engines' for their names", *name));
         }
-        for (const std::string& each : names) contenders.push_back(resolve(root, &entry, each, each, {}, registry));
+        for (const std::string& each : names) found.push_back(index(section, &entry, each));
         taken.insert(names.begin(), names.end());
         continue;
       }
       if (!taken.insert(*name).second) {
-        root.fail(&entry, fmt::format("contender '{}' is there twice: leave one out, or derive one under another name "
-                                      "with [[contender]]",
-                                      *name));
+        section.fail(&entry, fmt::format("contender '{}' is there twice: leave one out, or derive one under another "
+                                         "name with [[contender]]",
+                                         *name));
       }
-      const auto found = std::ranges::find(derived, *name, &std::pair<std::string, Section>::first);
-      if (found != derived.end()) {
-        add_derived(found->second, *name);
-      } else {
-        contenders.push_back(resolve(root, &entry, *name, *name, {}, registry));
-      }
+      found.push_back(index(section, &entry, *name));
     }
+    return found;
   }
-  for (const auto& [name, section] : derived) {
-    if (taken.insert(name).second) add_derived(section, name);
+
+  // Tables under [[contender]] whose names are in none of `lists`.
+  std::vector<int> unlisted(const std::vector<Section>& lists) {
+    std::set<std::string> named;
+    for (const Section& section : lists) {
+      const toml::node* node = section.find("contenders");
+      if (node == nullptr || !node->is_array()) continue;
+      for (const toml::node& entry : *node->as_array()) named.insert(entry.value_or(std::string()));
+    }
+    std::vector<int> found;
+    for (const std::string& name : in_order_) {
+      if (!named.contains(name)) found.push_back(index(derived_.at(name), nullptr, name));
+    }
+    return found;
   }
-  if (contenders.empty()) {
-    root.fail(nullptr, fmt::format("the campaign has no contenders: give contenders = [\"...\"]{}",
-                                   did_you_mean("", registry.contender_names())));
+
+  std::vector<CampaignContender> contenders() && { return std::move(contenders_); }
+
+ private:
+  int index(const Section& section, const toml::node* node, const std::string& name) {
+    const auto [at, is_new] = index_.emplace(name, static_cast<int>(contenders_.size()));
+    if (!is_new) return at->second;
+    const auto found = derived_.find(name);
+    if (found == derived_.end()) {
+      contenders_.push_back(resolve(section, node, name, name, {}, registry_));
+    } else {
+      const Section& own = found->second;
+      contenders_.push_back(
+          resolve(own, own.find("base"), name, own.required_text("base"), overrides_of(own), registry_));
+    }
+    return at->second;
   }
-  return contenders;
-}
+
+  const Registry& registry_;
+  std::map<std::string, Section> derived_;  // by name
+  std::vector<std::string> in_order_;       // of the file
+  std::map<std::string, int> index_;
+  std::vector<CampaignContender> contenders_;
+};
 
 // ---- systems --------------------------------------------------------------------------------------------------------
 
@@ -436,6 +463,7 @@ struct Defaults {
   std::optional<std::vector<double>> timesteps_ms;
   std::optional<std::vector<Measure>> measures;
   double reference_ms = 1.0 / 64;
+  std::vector<int> contenders;
 };
 
 // Each of these has to be a whole number of the next, or a run could not be sampled where it is compared.
@@ -476,9 +504,9 @@ void check_grid(const Section& section, const CampaignSystem& system) {
   }
 }
 
-CampaignSystem system_of(const Section& section, const Defaults& defaults) {
+CampaignSystem system_of(const Section& section, const Defaults& defaults, Roster& roster) {
   section.allow({"name", "model", "duration_s", "sample_ms", "pieces", "piece_ms", "control", "contacts", "gravity",
-                 "measures", "timesteps_ms", "timing_ms", "reference_ms", "grasp", "family"});
+                 "measures", "timesteps_ms", "timing_ms", "reference_ms", "grasp", "family", "contenders"});
   CampaignSystem system;
   system.name = section.required_text("name");
   const toml::node* model_node = section.find("model") != nullptr ? section.find("model") : section.find("name");
@@ -534,6 +562,15 @@ CampaignSystem system_of(const Section& section, const Defaults& defaults) {
   const bool passive = make_control(system.model, system.control)->is_zero();
   system.grasp = grasp_of(section, system.model);
   system.family = section.text("family").value_or("");
+  const toml::node* contenders = section.find("contenders");
+  system.contenders = contenders != nullptr ? roster.listed(section, *contenders) : defaults.contenders;
+  std::ranges::sort(system.contenders);  // the campaign's order
+  if (system.contenders.empty()) {
+    section.fail(nullptr,
+                 fmt::format("system '{}' has no contenders: give contenders = [\"...\"], here or for the whole "
+                             "campaign",
+                             system.name));
+  }
   check_measures(section, system, passive);
   return system;
 }
@@ -601,7 +638,12 @@ std::string CampaignContender::content() const {
 std::string Campaign::hash() const {
   nlohmann::json content;
   content["systems"] = nlohmann::json::array();
-  for (const CampaignSystem& system : systems) content["systems"].push_back(content_of(system));
+  for (const CampaignSystem& system : systems) {
+    content["systems"].push_back(content_of(system));
+    if (system.contenders.size() == contenders.size()) continue;
+    nlohmann::json& names = content["systems"].back()["contenders"];
+    for (const int index : system.contenders) names.push_back(contenders[static_cast<size_t>(index)].resolved.name);
+  }
   content["contenders"] = nlohmann::json::array();
   for (const CampaignContender& contender : contenders) {
     content["contenders"].push_back({contender.resolved.name, contender.content()});
@@ -640,24 +682,28 @@ Campaign parse_campaign(const std::string& toml_text, const std::string& source,
     campaign.timing.warmup = timing.count("warmup", campaign.timing.warmup, 0, 100000);
     campaign.timing.processes = timing.count("processes", campaign.timing.processes, 1, 100);
   }
-  campaign.contenders = contenders_of(root, registry);
-  campaign.ratios = ratios_of(root, campaign.contenders);
-
+  const std::vector<Section> systems = root.sections("system");
+  if (systems.empty()) root.fail(nullptr, "the campaign has no systems: give each as a table under [[system]]");
+  Roster roster(root, registry);
   Defaults defaults;
+  if (const toml::node* node = root.find("contenders")) defaults.contenders = roster.listed(root, *node);
+  std::vector<Section> lists = systems;
+  lists.push_back(root);
+  const std::vector<int> everywhere = roster.unlisted(lists);
+  defaults.contenders.insert(defaults.contenders.end(), everywhere.begin(), everywhere.end());
   defaults.timesteps_ms = root.timesteps("timesteps_ms");
   defaults.measures = root.measures("measures");
   defaults.reference_ms = root.positive("reference_ms", defaults.reference_ms);
-  for (const Section& section : root.sections("system")) {
-    campaign.systems.push_back(system_of(section, defaults));
+  for (const Section& section : systems) {
+    campaign.systems.push_back(system_of(section, defaults, roster));
     const std::string& name = campaign.systems.back().name;
     if (std::ranges::count(campaign.systems, name, &CampaignSystem::name) > 1) {
       section.fail(section.find("name"),
                    fmt::format("there are two systems '{}': rename one and give its model", name));
     }
   }
-  if (campaign.systems.empty()) {
-    root.fail(nullptr, "the campaign has no systems: give each as a table under [[system]]");
-  }
+  campaign.contenders = std::move(roster).contenders();
+  campaign.ratios = ratios_of(root, campaign.contenders);
   return campaign;
 }
 

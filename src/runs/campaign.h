@@ -36,8 +36,11 @@
 //   timesteps_ms = [...]                           # default: the campaign's
 //   timing_ms = [...]                              # timesteps whose speed is measured; default: all
 //   reference_ms = "1/64"                          # default: the campaign's
+//   contenders = [...]                             # default: the campaign's list; may name others, which then take
+//                                                  # part in the systems alone that name them
 //
-//   [[contender]]                                  # optional: a contender derived from another
+//   [[contender]]                                  # optional: a contender derived from another; one that no list names
+//                                                  # belongs to the campaign's
 //   name = "A"
 //   base = "mujoco-euler"
 //   set = {iterations = 50}                        # optional: settings that differ from the base's
@@ -90,6 +93,7 @@ struct CampaignSystem {
   std::vector<Measure> measures;     // in the order of the enum
   std::vector<double> timesteps_ms;  // ascending, the reference's among them where consistency is measured
   std::vector<double> timing_ms;     // ascending
+  std::vector<int> contenders;       // indices into Campaign::contenders, ascending
   double reference_ms = 1.0 / 64;
 
   bool has(Measure measure) const;  // is it measured
@@ -109,7 +113,7 @@ struct Campaign {
   std::string name, title;
   std::string source;  // the file
   std::vector<CampaignSystem> systems;
-  std::vector<CampaignContender> contenders;
+  std::vector<CampaignContender> contenders;  // the campaign's list, then what its systems add
   std::map<std::string, std::string> ratios;  // of whose step time to whose; no matter of the hash
   TimingOptions timing;
   double time_limit_s = 600;

@@ -94,12 +94,13 @@ Plan make_plan(const Campaign& campaign, int shards) {
     // Who is compared with whom decides what agreement gives.
     nlohmann::json compared = nlohmann::json::array();
     if (system.has(Measure::kAgreement)) {
-      for (const CampaignContender& contender : campaign.contenders) {
+      for (const int c : system.contenders) {
+        const CampaignContender& contender = campaign.contenders[static_cast<size_t>(c)];
         if (contender.absent.empty()) compared.push_back({contender.resolved.name, reference_of(system, contender)});
       }
     }
-    for (size_t c = 0; c < campaign.contenders.size(); ++c) {
-      const CampaignContender& contender = campaign.contenders[c];
+    for (const int c : system.contenders) {
+      const CampaignContender& contender = campaign.contenders[static_cast<size_t>(c)];
       if (!contender.absent.empty()) continue;
       // Timing starts from states of the reference run, too.
       const bool has_reference =
@@ -114,8 +115,8 @@ Plan make_plan(const Campaign& campaign, int shards) {
                                         {"measure", measure},
                                         {"limit_s", campaign.time_limit_s},
                                         {"parameters", parameters}};
-        plan.cells.push_back({content_hash(content.dump()), static_cast<int>(s), static_cast<int>(c), timestep_ms,
-                              measure, trajectory, steps, 1});
+        plan.cells.push_back(
+            {content_hash(content.dump()), static_cast<int>(s), c, timestep_ms, measure, trajectory, steps, 1});
       };
       const double run_ms = system.duration_s * 1000;
       if (has_reference) {

@@ -35,10 +35,10 @@ struct Plan {
 // Cells whose figure is a time: measured alone on the machine.
 inline bool is_timed(const PlannedCell& cell) { return cell.measure == "raw_speed" || cell.measure == "scaling"; }
 
-// All contenders that are not absent; `shards` says among how many the work is divided. Cells that compare contenders'
-// speeds on a system stay in one shard (a machine's speed is not another's), those of a family of systems too, and so
-// do the accuracy cells of one contender and system, which share a reference run, and a system's cells of agreement;
-// within that the shards' loads are evened out.
+// Each system's contenders that are not absent; `shards` says among how many the work is divided. Cells that compare
+// contenders' speeds on a system stay in one shard (a machine's speed is not another's), those of a family of systems
+// too, and so do the accuracy cells of one contender and system, which share a reference run, and a system's cells of
+// agreement; within that the shards' loads are evened out.
 Plan make_plan(const Campaign& campaign, int shards = 1);
 
 // Seconds that `cells` of the plan will take with `jobs` accuracy workers. `step_us` is the measured time of one step

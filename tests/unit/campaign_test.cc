@@ -164,6 +164,49 @@ TEST(Campaign, PatternsNameContendersOfTheEnginesThatAreThere) {
               AllOf(HasSubstr("'hal9000-*'"), HasSubstr("assay engines")));
 }
 
+// Of each system, by name.
+std::vector<std::vector<std::string>> taking_part(const std::string& text) {
+  const Campaign campaign = parse_campaign(text, "f");
+  std::vector<std::vector<std::string>> names;
+  for (const CampaignSystem& system : campaign.systems) {
+    names.emplace_back();
+    for (const int index : system.contenders) {
+      names.back().push_back(campaign.contenders.at(static_cast<size_t>(index)).resolved.name);
+    }
+  }
+  return names;
+}
+
+TEST(Campaign, ASystemMayHaveContendersOfItsOwn) {
+  const auto own = [](const std::string& list) {
+    return with(kGood, "name = \"pile\"", "name = \"pile\"\ncontenders = " + list);
+  };
+  const std::vector<std::string> both = {"null", "A"};
+  EXPECT_THAT(taking_part(kGood), ElementsAre(both, both));
+  EXPECT_THAT(taking_part(own(R"(["A"])")), ElementsAre(both, ElementsAre("A")));
+  // others than the campaign's are added behind them and take part there alone
+  EXPECT_THAT(taking_part(own(R"(["mujoco-rk*", "A", "null"])")),
+              ElementsAre(both, ::testing::IsSupersetOf({"null", "A", "mujoco-rk4"})));
+  // a table that only a system names is that system's
+  const std::string third = "\n[[contender]]\nname = \"B\"\nbase = \"mujoco-rk4\"\n";
+  EXPECT_THAT(taking_part(own(R"(["B"])") + third), ElementsAre(both, ElementsAre("B")));
+  EXPECT_THAT(taking_part(own(R"(["A"])") + third), ElementsAre(ElementsAre("null", "A", "B"), ElementsAre("A")));
+
+  EXPECT_THAT(error_of(own(R"(["mujoco-euer"])")),
+              AllOf(StartsWith("dir/file.toml:20: "), HasSubstr("'mujoco-euler'")));
+  EXPECT_THAT(error_of(own(R"(["A", "A"])")), AllOf(StartsWith("dir/file.toml:20: "), HasSubstr("twice")));
+  EXPECT_THAT(error_of(own("[]")), HasSubstr("at least one"));
+  EXPECT_THAT(error_of(with(own(R"(["B"])") + third, R"(contenders = ["null", "A"])", "")),
+              ::testing::Not(HasSubstr("no contenders")))
+      << "A is in no list and so takes part in the chain";
+  EXPECT_THAT(error_of(with(own(R"(["A"])"), R"(contenders = ["null", "A"])", "")),
+              AllOf(HasSubstr("'planar-chain'"), HasSubstr("no contenders")));
+  EXPECT_NE(parse_campaign(own(R"(["A"])"), "f").hash(), parse_campaign(kGood, "f").hash());
+  EXPECT_NE(parse_campaign(own(R"(["A"])"), "f").hash(), parse_campaign(own(R"(["null"])"), "f").hash());
+  EXPECT_EQ(parse_campaign(own(R"(["A", "null"])"), "f").hash(), parse_campaign(kGood, "f").hash())
+      << "the campaign's own, spelled out";
+}
+
 TEST(Campaign, TimestepsMakeSense) {
   for (const char* wrong : {"0", "-1", "\"1/0\"", "\"fast\"", "nan", "inf", "true", "[1]"}) {
     EXPECT_THAT(error_of("[4, \"1/4\", 1]", std::string("[4, ") + wrong + "]"),

@@ -66,6 +66,19 @@ TEST(Plan, KeysFollowTheContent) {
   EXPECT_EQ(common.size(), 3U * 4) << "only the capsules' cells are still the same";
 }
 
+TEST(Plan, ASystemsContendersAloneHaveCellsOfIt) {
+  std::string text = kText;
+  const std::string pile = "name = \"capsules-27\"";
+  text.replace(text.find(pile), pile.size(), pile + "\ncontenders = [\"mujoco-implicit\", \"B\"]");
+  const Campaign restricted = campaign(text);
+  std::map<int, std::set<std::string>> names;
+  for (const PlannedCell& cell : make_plan(restricted).cells) {
+    names[cell.system].insert(restricted.contenders[static_cast<size_t>(cell.contender)].resolved.name);
+  }
+  EXPECT_EQ(names[0], (std::set<std::string>{"mujoco-euler", "A", "B"}));
+  EXPECT_EQ(names[1], (std::set<std::string>{"mujoco-implicit", "B"}));
+}
+
 TEST(Plan, EqualContendersShareARunButNoCell) {
   const Plan plan = make_plan(campaign());
   std::map<std::string, std::set<std::string>> runs;  // of the chain, by contender
