@@ -9,8 +9,10 @@
 
 #include "base/paths.h"
 #include "base/text.h"
+#include "report/figures.h"
 #include "report/report.h"
 #include "runs/run.h"
+#include "store/store.h"
 
 namespace assay::cli {
 namespace {
@@ -94,6 +96,8 @@ void write_report_of(const std::string& dir) {
   const std::string file = (std::filesystem::path(dir) / "report.html").string();
   write_report(dir, file);
   print(fmt::format("report: {}\n", file));
+  const std::string figures = (std::filesystem::path(dir) / "figures").string();
+  if (!write_figures(Store::open(dir), figures).empty()) print(fmt::format("figures: {}\n", figures));
 }
 
 }  // namespace assay::cli

@@ -1,18 +1,14 @@
 #include "report/report.h"
 
-#include <cerrno>
 #include <cmath>
-#include <cstdio>
-#include <cstring>
 #include <optional>
-#include <unistd.h>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "base/errors.h"
 #include "report/details.h"
 #include "report/page.h"
+#include "report/write_file.h"
 #include "store/store.h"
 
 namespace assay {
@@ -74,25 +70,6 @@ std::string script_safe(const std::string& text) {
     }
   }
   return out;
-}
-
-// Whole or not at all: what was there before stays until the new file is complete.
-void write_file(const std::string& path, const std::string& content) {
-  const std::string part = fmt::format("{}.part-{}", path, getpid());
-  const auto fail = [&](const char* what) {
-    const int error = errno;
-    std::remove(part.c_str());
-    throw SystemError(fmt::format("cannot {} '{}': {}", what, path, std::strerror(error)));
-  };
-  std::FILE* file = std::fopen(part.c_str(), "wb");
-  if (file == nullptr) fail("write");
-  const bool written = std::fwrite(content.data(), 1, content.size(), file) == content.size() &&
-                       std::fflush(file) == 0 && fsync(fileno(file)) == 0;
-  const int error = errno;
-  const bool closed = std::fclose(file) == 0;
-  if (!written) errno = error;
-  if (!written || !closed) fail("write");
-  if (std::rename(part.c_str(), path.c_str()) != 0) fail("write");
 }
 
 }  // namespace

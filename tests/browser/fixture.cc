@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "programme.h"
+#include "report/figures.h"
 #include "report/report.h"
 #include "store/store.h"
 
@@ -273,6 +274,7 @@ int make(const std::string& kind, const std::string& dir) {
     }
   }
   assay::write_report(dir, dir + "/report.html");
+  assay::write_figures(Store::open(dir), dir + "/figures");
   return 0;
 }
 

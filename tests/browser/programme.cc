@@ -354,6 +354,7 @@ void describe(Store& store) {
       facts["contacts"] = contacts;
       facts["family"] = contacts ? "capsules" : "capsules-free";
       rows.push_back({model_name + (contacts ? "" : "-free"), facts.dump()});
+      if (size == sizes().back()) scenes.push_back({rows.back().name, scene_text(scene_of(model))});
     }
   }
   store.set_systems(rows);
