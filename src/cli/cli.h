@@ -35,6 +35,8 @@ void add_run(CLI::App& app, Action& action);
 void add_paper(CLI::App& app, Action& action);
 void add_report(CLI::App& app, Action& action);
 void add_export(CLI::App& app, Action& action);
+void add_movie(CLI::App& app, Action& action);
+void add_snapshot(CLI::App& app, Action& action);
 void add_recommend(CLI::App& app, Action& action);
 void add_conformance(CLI::App& app, Action& action);
 

@@ -96,6 +96,8 @@ int run(int argc, char** argv) {
   add_run(app, action);
   add_report(app, action);
   add_export(app, action);
+  add_movie(app, action);
+  add_snapshot(app, action);
   add_recommend(app, action);
   add_conformance(app, action);
   app.footer("'assay COMMAND --help' shows a command's options and examples.\n");

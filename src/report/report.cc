@@ -8,6 +8,7 @@
 
 #include "report/details.h"
 #include "report/page.h"
+#include "report/replays.h"
 #include "report/write_file.h"
 #include "store/store.h"
 
@@ -110,7 +111,8 @@ json report_data(const Store& store) {
   return {{"format", kReportFormat},         {"manifest", std::move(manifest)},
           {"systems", std::move(systems)},   {"contenders", std::move(contenders)},
           {"cells", std::move(cells)},       {"conformance", std::move(conformance)},
-          {"pictures", picture_data(store)}, {"agreement", agreement_data(store, stored)}};
+          {"pictures", picture_data(store)}, {"agreement", agreement_data(store, stored)},
+          {"replays", replays_data(store)}};
 }
 
 std::string report_html(const json& data) {

@@ -302,7 +302,7 @@ json grasp_cell(const Run& run, const json& bodies) {
 }
 
 // {"timestep_ms", "measures", "save": address or "", "use": address or "", "truth": address or "", "trajectories",
-// "seed", "grasp": {"object", "hand", "drop_m"}}
+// "seed", "grasp": {"object", "hand", "drop_m"}, "partial": save what diverges too, as far as it went}
 json do_run(const json& job) {
   const Subject subject = subject_of(job);
   const std::vector<std::string> measures = job.at("measures");
@@ -326,7 +326,8 @@ json do_run(const json& job) {
     run.verdict = {Outcome::kCrashed, fmt::format("the engine failed to start: {}", error.what())};
   }
   const bool ended = run.verdict.outcome == Outcome::kOk || run.verdict.outcome == Outcome::kUnstable;
-  if (ended && !saved.empty()) save(dir, saved, run.trajectory);
+  const bool partial = job.value("partial", false) && !run.trajectory.states.empty();
+  if ((ended || partial) && !saved.empty()) save(dir, saved, run.trajectory);
   for (const std::string& measure : measures) {
     const bool ran = ended || run.verdict.outcome == Outcome::kDiverged;
     if (measure == "reference" || !ran) {

@@ -1,0 +1,203 @@
+#include "report/replays.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <zlib.h>
+
+#include "base/errors.h"
+#include "report/line_up.h"
+#include "store/scene.h"
+#include "store/store.h"
+#include "store/trajectory.h"
+
+namespace assay {
+namespace {
+
+using nlohmann::json;
+
+constexpr size_t kColumns = 7;  // of a body: position, quaternion
+
+void put_number(std::string& out, std::int64_t number) {
+  // zigzag: small numbers of both signs are small
+  auto bits = (static_cast<std::uint64_t>(number) << 1) ^ static_cast<std::uint64_t>(number >> 63);
+  for (; bits >= 0x80; bits >>= 7) out += static_cast<char>(0x80 | (bits & 0x7f));
+  out += static_cast<char>(bits);
+}
+
+std::string deflated(const std::string& bytes) {
+  uLongf size = compressBound(bytes.size());
+  std::string out(size, '\0');
+  // NOLINTNEXTLINE(*-reinterpret-cast): zlib's bytes are unsigned
+  const int code = compress2(reinterpret_cast<Bytef*>(out.data()), &size, reinterpret_cast<const Bytef*>(bytes.data()),
+                             bytes.size(), Z_BEST_COMPRESSION);
+  if (code != Z_OK) throw SystemError(fmt::format("cannot pack {} bytes of a replay: {}", bytes.size(), zError(code)));
+  out.resize(size);
+  return out;
+}
+
+std::string base64(const std::string& bytes) {
+  constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string out;
+  out.reserve((bytes.size() + 2) / 3 * 4);
+  for (size_t i = 0; i < bytes.size(); i += 3) {
+    const auto byte = [&](size_t at) {
+      return at < bytes.size() ? static_cast<std::uint32_t>(static_cast<unsigned char>(bytes[at])) : 0U;
+    };
+    const std::uint32_t three = byte(i) << 16 | byte(i + 1) << 8 | byte(i + 2);
+    out += kDigits[three >> 18];
+    out += kDigits[three >> 12 & 63];
+    out += i + 1 < bytes.size() ? kDigits[three >> 6 & 63] : '=';
+    out += i + 2 < bytes.size() ? kDigits[three & 63] : '=';
+  }
+  return out;
+}
+
+struct Packed {
+  std::string data;
+  size_t frames = 0;
+  double position_error_m = 0, rotation_error_rad = 0;
+};
+
+Packed pack(const std::vector<State>& states, size_t stride, const ReplayOptions& options) {
+  Packed packed;
+  packed.frames = (states.size() - 1) / stride + 1;
+  const size_t bodies = states.front().bodies.size();
+  std::string numbers;
+  std::array<std::vector<std::int64_t>, kColumns> columns;
+  for (size_t body = 0; body < bodies; ++body) {
+    for (auto& column : columns) column.clear();
+    Eigen::Vector4d before = Eigen::Vector4d::Zero();
+    for (size_t frame = 0; frame < packed.frames; ++frame) {
+      const BodyState& state = states[frame * stride].bodies[body];
+      Eigen::Vector4d q(state.q_WB.w(), state.q_WB.x(), state.q_WB.y(), state.q_WB.z());
+      if (q.dot(before) < 0) q = -q;
+      before = q;
+      Vec3 p;
+      Eigen::Vector4d r;
+      for (size_t i = 0; i < kColumns; ++i) {
+        const bool place = i < 3;
+        const double value = place ? state.p_WBcm[static_cast<Eigen::Index>(i)] : q[static_cast<Eigen::Index>(i) - 3];
+        const double step = place ? options.position_step_m : options.rotation_step;
+        const std::int64_t whole = std::llround(value / step);
+        columns.at(i).push_back(whole);
+        const double back = static_cast<double>(whole) * step;
+        if (place) {
+          p[static_cast<Eigen::Index>(i)] = back;
+        } else {
+          r[static_cast<Eigen::Index>(i) - 3] = back;
+        }
+      }
+      packed.position_error_m = std::max(packed.position_error_m, (p - state.p_WBcm).norm());
+      // by the chord, which small angles do not round away
+      const double chord = (r.normalized() - q.normalized()).norm();
+      packed.rotation_error_rad = std::max(packed.rotation_error_rad, 4 * std::asin(std::min(1.0, chord / 2)));
+    }
+    for (const auto& column : columns) {
+      std::int64_t last = 0, change = 0;
+      for (const std::int64_t number : column) {
+        put_number(numbers, number - last - change);
+        change = number - last;
+        last = number;
+      }
+    }
+  }
+  packed.data = base64(deflated(numbers));
+  return packed;
+}
+
+// Mean distance of the bodies from the same frame of `reference`, with three digits, as long as both go on.
+json distances(const std::vector<State>& states, const std::vector<State>& reference, size_t stride) {
+  json out = json::array();
+  for (size_t i = 0; i < std::min(states.size(), reference.size()); i += stride) {
+    double sum = 0;
+    for (size_t body = 0; body < states[i].bodies.size(); ++body) {
+      sum += (states[i].bodies[body].p_WBcm - reference[i].bodies[body].p_WBcm).norm();
+    }
+    const double mean = sum / static_cast<double>(states[i].bodies.size());
+    out.push_back(std::stod(fmt::format("{:.3g}", mean)));
+  }
+  return out;
+}
+
+struct Kept {
+  RunRow row;
+  std::vector<State> states;
+};
+
+// Runs of the system that the page is to have, in the line-up's order; of a contender the first, its reference.
+std::vector<Kept> kept_runs(const Store& store, const std::string& system, size_t bodies, size_t most) {
+  std::vector<RunRow> rows;
+  std::vector<std::string> names;
+  for (const RunRow& row : store.runs()) {
+    if (row.system != system || std::ranges::find(names, row.contender) != names.end()) continue;
+    if (!has_trajectory(store.trajectories_dir(), row.address)) continue;
+    names.push_back(row.contender);
+    rows.push_back(row);
+  }
+  std::vector<Kept> kept;
+  for (const std::string& name : line_up(names, most)) {
+    const RunRow& row = *std::ranges::find(rows, name, &RunRow::contender);
+    auto trajectory = read_trajectory(store.trajectories_dir(), row.address);
+    // A single state is no run, and a damaged file is computed again by the campaign's next start.
+    if (!trajectory || trajectory->states.size() < 2 || trajectory->states.front().bodies.size() != bodies) continue;
+    kept.push_back({row, std::move(trajectory->states)});
+  }
+  return kept;
+}
+
+}  // namespace
+
+json replays_data(const Store& store, const ReplayOptions& options) {
+  json replays = json::array();
+  size_t bytes = 0;
+  for (const SceneRow& scene : store.scenes()) {
+    const json drawn = json::parse(scene.json, nullptr, /*allow_exceptions=*/false);
+    if (!drawn.is_object() || !drawn.contains("bodies")) continue;
+    const size_t bodies = drawn.at("bodies").size();
+    const std::vector<Kept> kept = kept_runs(store, scene.system, bodies, options.most_contenders);
+    if (kept.empty()) continue;
+    const std::vector<State>& first = kept.front().states;
+    const double sample_ms = 1000 * (first[1].time - first[0].time);
+    const auto stride = static_cast<size_t>(std::max(1.0, std::ceil(options.least_frame_ms / sample_ms - 1e-9)));
+    json runs = json::array(), left_out = json::array();
+    double position_error_m = 0, rotation_error_rad = 0;
+    size_t frames = 0;
+    for (const Kept& run : kept) {
+      const Packed packed = pack(run.states, stride, options);
+      if (bytes + packed.data.size() > options.most_bytes) {
+        left_out.push_back(run.row.contender);
+        continue;
+      }
+      bytes += packed.data.size();
+      frames = std::max(frames, packed.frames);
+      position_error_m = std::max(position_error_m, packed.position_error_m);
+      rotation_error_rad = std::max(rotation_error_rad, packed.rotation_error_rad);
+      runs.push_back({{"contender", run.row.contender},
+                      {"timestep_ms", run.row.timestep_ms},
+                      {"frames", packed.frames},
+                      {"distance_m", distances(run.states, first, stride)},
+                      {"data", packed.data}});
+    }
+    replays.push_back({{"system", scene.system},
+                       {"scene", drawn},
+                       {"frame_ms", sample_ms * static_cast<double>(stride)},
+                       {"frames", frames},
+                       {"bodies", bodies},
+                       {"position_step_m", options.position_step_m},
+                       {"rotation_step", options.rotation_step},
+                       {"position_error_m", position_error_m},
+                       {"rotation_error_rad", rotation_error_rad},
+                       {"runs", std::move(runs)},
+                       {"left_out", std::move(left_out)}});
+  }
+  return replays;
+}
+
+}  // namespace assay

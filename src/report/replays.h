@@ -1,0 +1,32 @@
+// Kept runs, packed for the report's page, which plays them.
+#pragma once
+
+#include <cstddef>
+
+#include <nlohmann/json_fwd.hpp>
+
+namespace assay {
+
+class Store;
+
+struct ReplayOptions {
+  size_t most_contenders = 12;         // of a system; the line-up's first (report/line_up.h)
+  double least_frame_ms = 15;          // no more frames a second than a screen shows
+  size_t most_bytes = 6'000'000;       // of all packed states together; contenders beyond are left out
+  double position_step_m = 1e-5;       // of the quantised positions
+  double rotation_step = 1.0 / 16384;  // of the quantised quaternions' components
+};
+
+// An array with an object for each system that has a kept run:
+//   {"system", "scene": see store/scene.h, "frame_ms", "frames", "bodies", "position_step_m", "rotation_step",
+//    "position_error_m", "rotation_error_rad",          what the packing changed at the most
+//    "runs": [{"contender", "timestep_ms", "frames", "distance_m", "data"}], "left_out": contenders without room}
+// "distance_m" is, frame by frame, the mean distance of the bodies from the first run's, unpacked.
+// All runs of a system share the clock: frame f is at f * frame_ms. `data` is base64 of a zlib stream of whole numbers:
+// body by body, and of each the columns x, y, z (of the centre of mass, in steps) and qw, qx, qy, qz (of the body
+// frame, in steps, not normalised, of the sign that is nearer to the frame before); each column frame by frame as
+// second differences (of a column that starts with two zeros), zigzag coded in bytes of 7 bits, the least first, 0x80
+// set in all but a number's last. Depends on the results alone: equal ones give equal bytes.
+nlohmann::json replays_data(const Store& store, const ReplayOptions& options = {});
+
+}  // namespace assay

@@ -1,0 +1,31 @@
+// Runs of stored results made once more, at any timestep, by the worker that made them: for pictures and movies.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "store/store.h"
+#include "store/trajectory.h"
+
+namespace assay {
+
+struct Rerun {
+  std::string contender;
+  std::optional<Trajectory> trajectory;  // up to where it went; empty when there was no first step
+  std::string failure;                   // "diverged by 1.2 s: ...", "" when it came to its end
+};
+
+// Runs `contenders` of `store` on `system` from its initial state over its whole duration, in worker processes, and
+// keeps a state each `sample_ms`, a whole number of timesteps of which the duration holds a whole number. `progress` is
+// told how many are done. Throws InputError when the model, the control or a contender is not what was measured,
+// SystemError when no worker can be started. An interrupt returns what is there.
+std::vector<Rerun> run_again(const Store& store, const std::string& system, const std::vector<std::string>& contenders,
+                             double timestep_ms, double sample_ms, const std::function<void(size_t)>& progress = {});
+
+// The sampling that `system` of `store` has, halved until it is at most `most_ms` or no whole number of timesteps any
+// more. Throws InputError when the timestep does not fit into its samples.
+double finer_sample_ms(const Store& store, const std::string& system, double timestep_ms, double most_ms);
+
+}  // namespace assay
