@@ -29,6 +29,8 @@ std::vector<std::string> names_of(const Kind& kind) {
   std::vector<std::string> names;
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(fs::path(assay_data_dir()) / kind.folder, error)) {
+    // A campaign's claims lie beside it (src/claims) and are none.
+    if (entry.path().stem().string().ends_with("_claims")) continue;
     if (entry.path().extension() == kind.ending && entry.is_regular_file(error)) names.push_back(entry.path().stem());
   }
   std::ranges::sort(names);

@@ -24,6 +24,9 @@ void add_references(CLI::App& command, RunRequest& request);
 // Runs the campaign and prints what came out. True when all of it is there, false when it was interrupted.
 bool run_and_summarize(const RunRequest& request);
 
+// Prints a line for each of the paper's claims: number, verdict, title, figures.
+void print_claims(const std::string& dir);
+
 // Writes `dir`/report.html and prints where it is.
 void write_report_of(const std::string& dir);
 

@@ -99,6 +99,7 @@ int run(int argc, char** argv) {
   add_movie(app, action);
   add_snapshot(app, action);
   add_recommend(app, action);
+  add_claims(app, action);
   add_conformance(app, action);
   app.footer("'assay COMMAND --help' shows a command's options and examples.\n");
 

@@ -1,4 +1,4 @@
-// `assay paper`: the paper's campaign, then the report.
+// `assay paper`: the paper's campaign, the report, and the verdicts on the paper's claims.
 #include <fmt/format.h>
 
 #include "cli/campaign_run.h"
@@ -8,7 +8,7 @@ namespace assay::cli {
 
 void add_paper(CLI::App& app, Action& action) {
   CLI::App* command = add_command(
-      app, "paper", "Measure the paper's campaign and write the report",
+      app, "paper", "Measure the paper's campaign, write the report, judge its claims",
       {{"assay paper --quick --out results", "minutes: fewer timesteps, shorter runs; then open results/report.html"},
        {"assay paper --out results", "the whole campaign; Ctrl-C or kill: the same command goes on"}});
   const auto request = std::make_shared<RunRequest>();
@@ -25,6 +25,7 @@ void add_paper(CLI::App& app, Action& action) {
       request->command = fmt::format("assay paper {}--out {}", *quick ? "--quick " : "", request->out);
       if (!run_and_summarize(*request)) return kFailed;
       write_report_of(request->out);
+      print_claims(request->out);
       return kDone;
     };
   });

@@ -1,7 +1,6 @@
 // `assay recommend`: for an error that is good enough, who is the fastest, at which timestep.
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <filesystem>
 #include <map>
 #include <set>
@@ -96,29 +95,6 @@ Interval interval_of(const Value& value) {
   return {middle, value.low.value_or(middle), value.high.value_or(middle)};
 }
 
-using Speeds = std::map<double, Interval>;  // realtime factor by timestep
-
-// Between timesteps whose speed was measured the step's time is interpolated, logarithmically in both; beyond them it
-// is the nearest one's.
-std::optional<Interval> speed_at(const Speeds& speeds, double timestep_ms) {
-  if (speeds.empty()) return std::nullopt;
-  auto above = speeds.lower_bound(timestep_ms * (1 - 1e-9));
-  auto below = above;
-  if (above == speeds.end()) {
-    above = below = std::prev(speeds.end());
-  } else if (above->first > timestep_ms * (1 + 1e-9) && above != speeds.begin()) {
-    below = std::prev(above);
-  }
-  const double span = std::log(above->first / below->first);
-  const double weight = span > 0 ? std::log(timestep_ms / below->first) / span : 0;
-  // per timestep the factor is the inverse of the step's time
-  const auto blend = [&](double Interval::* bound) {
-    return timestep_ms * std::pow(below->second.*bound / below->first, 1 - weight) *
-           std::pow(above->second.*bound / above->first, weight);
-  };
-  return Interval{blend(&Interval::value), blend(&Interval::low), blend(&Interval::high)};
-}
-
 struct Choice {
   std::string contender;
   double timestep_ms = 0;
@@ -134,7 +110,7 @@ struct Measured {
 Measured measured(const Store& store, const std::string& dir, const std::string& system, const std::string& name) {
   const std::vector<Cell> cells = store.cells();
   std::set<std::string> systems, names;
-  std::map<std::string, Speeds> speeds;
+  std::map<std::string, SpeedCurve> speeds;
   for (const Cell& cell : cells) {
     systems.insert(cell.system);
     if (cell.system != system) continue;

@@ -40,4 +40,23 @@ std::optional<size_t> fastest_within(const std::vector<SpeedAndError>& points, d
   return std::nullopt;
 }
 
+std::optional<Interval> speed_at(const SpeedCurve& speeds, double timestep_ms) {
+  if (speeds.empty()) return std::nullopt;
+  auto above = speeds.lower_bound(timestep_ms * (1 - 1e-9));
+  auto below = above;
+  if (above == speeds.end()) {
+    above = below = std::prev(speeds.end());
+  } else if (above->first > timestep_ms * (1 + 1e-9) && above != speeds.begin()) {
+    below = std::prev(above);
+  }
+  const double span = std::log(above->first / below->first);
+  const double weight = span > 0 ? std::log(timestep_ms / below->first) / span : 0;
+  // per timestep the factor is the inverse of the step's time
+  const auto blend = [&](double Interval::* bound) {
+    return timestep_ms * std::pow(below->second.*bound / below->first, 1 - weight) *
+           std::pow(above->second.*bound / above->first, weight);
+  };
+  return Interval{blend(&Interval::value), blend(&Interval::low), blend(&Interval::high)};
+}
+
 }  // namespace assay

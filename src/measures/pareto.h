@@ -2,8 +2,11 @@
 #pragma once
 
 #include <cstddef>
+#include <map>
 #include <optional>
 #include <vector>
+
+#include "measures/statistics.h"
 
 namespace assay {
 
@@ -18,5 +21,12 @@ std::vector<size_t> pareto_front(const std::vector<SpeedAndError>& points);
 
 // The fastest point whose error is at most `limit`; of equally fast ones the more accurate. Empty when there is none.
 std::optional<size_t> fastest_within(const std::vector<SpeedAndError>& points, double limit);
+
+// Realtime factors by timestep (ms), where they were measured.
+using SpeedCurve = std::map<double, Interval>;
+
+// The realtime factor at a timestep: between those that were measured the step's time is interpolated, logarithmically
+// in both; beyond them it is the nearest one's. Empty when none was measured.
+std::optional<Interval> speed_at(const SpeedCurve& speeds, double timestep_ms);
 
 }  // namespace assay

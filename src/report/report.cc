@@ -1,11 +1,13 @@
 #include "report/report.h"
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "claims/claims.h"
 #include "report/details.h"
 #include "report/page.h"
 #include "report/replays.h"
@@ -49,6 +51,15 @@ json cell_json(const Cell& cell, const std::vector<SampleSeries>& samples) {
           {"steal", number(cell.steal)},
           {"values", std::move(values)},
           {"samples", sample_data(samples)}};
+}
+
+// What the results say about the paper's claims; nothing where they are about none of them.
+json claims_data(const Store& store) {
+  const std::optional<std::string> file = paper_claims_file();
+  if (!file) return json::array();
+  const std::vector<Judgement> judgements = judge(load_claims(*file), store);
+  const auto silent = [](const Judgement& each) { return each.summary.empty(); };
+  return std::ranges::all_of(judgements, silent) ? json::array() : claims_json(judgements);
 }
 
 // JSON inside a script element. `<` would end it or open a comment; the two line separators end a line in old
@@ -112,7 +123,7 @@ json report_data(const Store& store) {
           {"systems", std::move(systems)},   {"contenders", std::move(contenders)},
           {"cells", std::move(cells)},       {"conformance", std::move(conformance)},
           {"pictures", picture_data(store)}, {"agreement", agreement_data(store, stored)},
-          {"replays", replays_data(store)}};
+          {"replays", replays_data(store)},  {"claims", claims_data(store)}};
 }
 
 std::string report_html(const json& data) {

@@ -1,0 +1,120 @@
+#include "claims/text.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "base/text.h"
+
+namespace assay {
+namespace {
+
+using nlohmann::json;
+
+json number(std::optional<double> value) { return value && std::isfinite(*value) ? json(*value) : json(nullptr); }
+
+// In a cell of a table.
+std::string escaped(std::string text) {
+  for (size_t at = text.find('|'); at != std::string::npos; at = text.find('|', at + 2)) text.insert(at, "\\");
+  return text;
+}
+
+std::string sentence(const std::string& text) { return text.empty() || text.back() == '.' ? text : text + "."; }
+
+}  // namespace
+
+std::string figure_text(double value) {
+  const double size = std::abs(value);
+  if (size >= 100 && size < 1e5) return fmt::format("{:.0f}", value);
+  return fmt::format("{:.3g}", value);
+}
+
+std::string interval_text(const Interval& interval) {
+  if (!(interval.low < interval.high)) return figure_text(interval.value);
+  return fmt::format("{} [{}, {}]", figure_text(interval.value), figure_text(interval.low), figure_text(interval.high));
+}
+
+std::string quantity_text(const std::string& value, bool capital) {
+  std::string text = value == "consistency"  ? "consistency error"
+                     : value == "grasp_held" ? "object held (1: yes)"
+                                             : value;
+  std::ranges::replace(text, '_', ' ');
+  if (capital && !text.empty()) text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
+  return text;
+}
+
+std::string bound_text(const ClaimBound& bound) {
+  switch (bound.kind) {
+    case ClaimBound::Kind::kAbove:
+      return fmt::format("above {} needed", figure_text(bound.x));
+    case ClaimBound::Kind::kBelow:
+      return fmt::format("below {} needed", figure_text(bound.x));
+    case ClaimBound::Kind::kBetween:
+      return fmt::format("between {} and {} needed", figure_text(bound.x), figure_text(bound.y));
+    case ClaimBound::Kind::kNotAbove:
+      return fmt::format("not above {} needed", figure_text(bound.x));
+  }
+  return "";
+}
+
+std::string verdict_text(Verdict verdict) {
+  constexpr std::array kTexts = {"holds", "changed", "not-measurable"};
+  return kTexts.at(static_cast<size_t>(verdict));
+}
+
+json claims_json(const std::vector<Judgement>& judgements) {
+  json list = json::array();
+  for (const Judgement& each : judgements) {
+    json figures = json::array();
+    for (const ClaimFigure& figure : each.figures) {
+      figures.push_back({{"label", figure.label},
+                         {"contender", figure.contender},
+                         {"system", figure.system},
+                         {"timestep_ms", number(figure.timestep_ms)},
+                         {"measure", figure.measure},
+                         {"value", number(figure.value)},
+                         {"unit", figure.unit},
+                         {"low", number(figure.low)},
+                         {"high", number(figure.high)}});
+    }
+    list.push_back({{"number", each.claim.number},
+                    {"title", each.claim.title},
+                    {"statement", each.claim.statement},
+                    {"paper", each.claim.paper},
+                    {"verdict", verdict_text(each.verdict)},
+                    {"summary", each.summary},
+                    {"reason", each.reason},
+                    {"today", each.today},
+                    {"key", each.key},
+                    {"figures", std::move(figures)}});
+  }
+  return list;
+}
+
+std::string claims_markdown(const std::vector<Judgement>& judgements) {
+  std::string text = "| | claim | verdict | figures |\n| --- | --- | --- | --- |\n";
+  for (const Judgement& each : judgements) {
+    text += fmt::format("| {} | {} | {} | {} |\n", each.claim.number, escaped(each.claim.title),
+                        each.verdict == Verdict::kHolds     ? "holds"
+                        : each.verdict == Verdict::kChanged ? "**changed**"
+                                                            : "not measurable",
+                        escaped(each.key));
+  }
+  for (const Judgement& each : judgements) {
+    text += fmt::format("\n### {}. {}\n\n{}\n\n", each.claim.number, each.claim.title, sentence(each.claim.statement));
+    text += fmt::format("- The paper: {}\n", sentence(each.claim.paper));
+    text += fmt::format("- Verdict: {}\n", each.verdict == Verdict::kHolds ? "**holds**."
+                                           : each.verdict == Verdict::kChanged
+                                               ? "**changed**."
+                                               : fmt::format("**not measurable**: {}", sentence(each.reason)));
+    if (!each.summary.empty()) text += fmt::format("- Measured: {}\n", each.summary);
+    if (!each.today.empty()) text += fmt::format("- {}\n", each.today);
+  }
+  return text;
+}
+
+}  // namespace assay

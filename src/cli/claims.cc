@@ -1,0 +1,90 @@
+// `assay claims`: what the results say about the paper's findings.
+#include "claims/claims.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "base/errors.h"
+#include "base/text.h"
+#include "cli/campaign_run.h"
+#include "cli/cli.h"
+#include "store/store.h"
+
+namespace assay::cli {
+namespace {
+
+struct Options {
+  std::string dir;
+  std::optional<std::string> file;
+  bool json = false, markdown = false;
+};
+
+std::vector<Judgement> judgements(const std::string& dir, const std::optional<std::string>& file) {
+  const std::optional<std::string> path = file ? file : paper_claims_file();
+  if (!path) throw InputError("assay's data folder has no campaigns/paper_claims.toml: name a file with --claims");
+  const ClaimsFile claims = load_claims(*path);
+  return judge(claims, Store::open(dir));
+}
+
+std::string mark(Verdict verdict) {
+  return verdict == Verdict::kNotMeasurable ? "not measurable" : verdict_text(verdict);
+}
+
+std::string counts(const std::vector<Judgement>& all) {
+  std::vector<std::string> parts;
+  for (const Verdict verdict : {Verdict::kHolds, Verdict::kChanged, Verdict::kNotMeasurable}) {
+    const auto count = std::ranges::count_if(all, [&](const Judgement& each) { return each.verdict == verdict; });
+    parts.push_back(fmt::format("{} {}", count, mark(verdict)));
+  }
+  return join(parts, ", ");
+}
+
+int claims(const Options& options) {
+  if (options.json && options.markdown) throw InputError("--json and --markdown were both given: choose one");
+  const std::vector<Judgement> all = judgements(options.dir, options.file);
+  if (options.json) {
+    print_json(claims_json(all));
+    return kDone;
+  }
+  if (options.markdown) {
+    print(claims_markdown(all));
+    return kDone;
+  }
+  for (const Judgement& each : all) {
+    print(fmt::format("{}. {}: {}\n", each.claim.number, each.claim.title, mark(each.verdict)));
+    print(fmt::format("   paper:    {}\n", each.claim.paper));
+    if (!each.summary.empty()) print(fmt::format("   measured: {}\n", each.summary));
+    if (!each.reason.empty()) print(fmt::format("   why not:  {}\n", each.reason));
+    if (!each.today.empty()) print(fmt::format("   today:    {}\n", each.today));
+  }
+  print(fmt::format("\n{}\n", counts(all)));
+  return kDone;
+}
+
+}  // namespace
+
+void print_claims(const std::string& dir) {
+  if (!paper_claims_file()) return;
+  const std::vector<Judgement> all = judgements(dir, std::nullopt);
+  std::vector<std::vector<std::string>> rows;
+  rows.reserve(all.size());
+  for (const Judgement& each : all) {
+    rows.push_back({std::to_string(each.claim.number), mark(each.verdict), each.claim.title, each.key});
+  }
+  print(fmt::format("\nThe paper's claims ({}):\n{}", counts(all),
+                    table({"", "verdict", "claim", "figures"}, rows, {0})));
+}
+
+void add_claims(CLI::App& app, Action& action) {
+  CLI::App* command = add_command(app, "claims", "Judge the paper's findings by measured results",
+                                  {{"assay claims results", "a verdict on each, with the figures"},
+                                   {"assay claims results --markdown > findings.md", "the same as a document"}});
+  const auto options = std::make_shared<Options>();
+  command->add_option("DIR", options->dir, "Results directory")->required()->type_name("");
+  command->add_option("--claims", options->file, "Another claims file (default: the paper's)")->type_name("FILE");
+  command->add_flag("--json", options->json, "Print JSON")->disable_flag_override();
+  command->add_flag("--markdown", options->markdown, "Print Markdown")->disable_flag_override();
+  command->callback([&action, options] { action = [options] { return claims(*options); }; });
+}
+
+}  // namespace assay::cli

@@ -1,0 +1,557 @@
+#include "claims/claims.h"
+
+#include <cmath>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "base/errors.h"
+#include "base/paths.h"
+#include "report/report.h"
+#include "runs/campaign.h"
+#include "store/store.h"
+#include "temp_folder.h"
+
+namespace assay {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+constexpr const char* kEngines = R"(
+[engines]
+"A" = ["a"]
+"B" = ["b1", "b2"]
+"C" = ["c"]
+[[claim]]
+number = 7
+title = "A first"
+statement = "A comes first"
+paper = "a table"
+[[claim.test]]
+)";
+
+ClaimsFile file_of(const std::string& test) { return parse_claims(kEngines + test, "claims.toml"); }
+
+std::string error_of(const std::string& test) {
+  try {
+    file_of(test);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+class ClaimsTest : public TempFolderTest {
+ protected:
+  void SetUp() override {
+    store_.emplace(Store::create(dir_.string(), {"made up", "1"}));
+    store_->set_systems({{"s", "{}"}, {"t", "{}"}, {"n-10", R"({"family": "n"})"}, {"n-20", R"({"family": "n"})"}});
+    std::vector<ContenderRow> rows;
+    for (const std::string name : {"a", "b1", "b2", "c", "z", "null"})
+      rows.push_back({name, name, "1", name, "", "", ""});
+    rows.push_back({"absent", "", "", "absent", "", "", ""});
+    store_->set_contenders(rows);
+  }
+
+  void put(const std::string& contender, double timestep_ms, const std::string& measure, std::vector<Value> values,
+           Outcome outcome = Outcome::kOk, const std::string& system = "s") {
+    Cell cell;
+    cell.key = system + contender + measure + std::to_string(timestep_ms);
+    cell.system = system;
+    cell.contender = contender;
+    cell.timestep_ms = timestep_ms;
+    cell.measure = measure;
+    cell.outcome = outcome;
+    if (outcome != Outcome::kOk) cell.reason = "at 1 s: too fast";
+    cell.values = std::move(values);
+    store_->put_cell(cell);
+  }
+
+  // A step time of 2 % either way.
+  void time(const std::string& contender, double us, Outcome outcome = Outcome::kOk, const std::string& system = "s") {
+    put(contender, 1, "raw_speed", {{"step_time", "us", us, 0.98 * us, 1.02 * us}}, outcome, system);
+  }
+
+  // Errors scale * h^order with 10 % either way, at 1, 2, 4 and 8 ms; a step takes `us`, or was not timed.
+  void curve(const std::string& contender, double us, double scale, double order, const std::string& system = "s") {
+    for (const double h : {1.0, 2.0, 4.0, 8.0}) {
+      const double error = scale * std::pow(h, order);
+      put(contender, h, "consistency", {{"consistency", "m", error, 0.9 * error, 1.1 * error}}, Outcome::kOk, system);
+      const double factor = 1e3 * h / us;
+      if (us > 0)
+        put(contender, h, "raw_speed", {{"realtime_factor", "1", factor, factor, factor}}, Outcome::kOk, system);
+    }
+  }
+
+  Judgement judged(const std::string& test) { return judge(file_of(test), *store_).at(0); }
+  Verdict verdict(const std::string& test) { return judged(test).verdict; }
+
+  const ClaimFigure& figure(const Judgement& judgement, const std::string& label) {
+    const auto found = std::ranges::find(judgement.figures, label, &ClaimFigure::label);
+    EXPECT_NE(found, judgement.figures.end()) << label;
+    return *found;
+  }
+
+  std::optional<Store> store_;
+};
+
+const std::string kFastest =
+    "kind = 'at-timestep'\nvalue = 'step_time'\ntimestep_ms = 1\nsystems = ['s']\nwho = ['A']\nagainst = ['B', 'C']\n"
+    "above = 1\n";
+
+TEST_F(ClaimsTest, FasterThanAllHolds) {
+  time("a", 2);
+  time("b1", 9);
+  time("b2", 5);
+  time("c", 8);
+  const Judgement found = judged(kFastest);
+  EXPECT_EQ(found.verdict, Verdict::kHolds);
+  // the nearest is the better one of B
+  EXPECT_THAT(found.summary, HasSubstr("s 2.5 [2.4, 2.6] (B over A)"));
+  EXPECT_THAT(found.key, HasSubstr("s 2.5x"));
+  EXPECT_EQ(found.reason, "");
+  EXPECT_EQ(figure(found, "A").value, 2);
+  EXPECT_EQ(figure(found, "A").unit, "us");
+  const ClaimFigure& ratio = figure(found, "B / A");
+  EXPECT_EQ(ratio.contender, "b2");
+  EXPECT_EQ(ratio.timestep_ms, 1);
+  EXPECT_DOUBLE_EQ(ratio.value, 2.5);
+  EXPECT_DOUBLE_EQ(*ratio.low, 2.5 * 0.98 / 1.02);
+  EXPECT_DOUBLE_EQ(*ratio.high, 2.5 * 1.02 / 0.98);
+  EXPECT_DOUBLE_EQ(figure(found, "C / A").value, 4);
+  EXPECT_EQ(figure(found, "C").contender, "c");
+}
+
+TEST_F(ClaimsTest, TurnedAroundIsChanged) {
+  time("a", 5);
+  time("b1", 9);
+  time("b2", 2);
+  time("c", 8);
+  const Judgement found = judged(kFastest);
+  EXPECT_EQ(found.verdict, Verdict::kChanged);
+  EXPECT_THAT(found.summary, HasSubstr("s 0.4 [0.384, 0.416] (B over A)"));
+}
+
+TEST_F(ClaimsTest, AnIntervalAcrossTheBoundDoesNotHold) {
+  time("a", 5);
+  time("b1", 5.1);
+  time("b2", 9);
+  time("c", 8);
+  EXPECT_EQ(verdict(kFastest), Verdict::kChanged);
+}
+
+TEST_F(ClaimsTest, AMissingRivalMakesItNotMeasurable) {
+  time("a", 2);
+  time("b1", 5);
+  Judgement found = judged(kFastest);
+  EXPECT_EQ(found.verdict, Verdict::kNotMeasurable);
+  EXPECT_EQ(found.reason, "'step_time' of c on s was not measured at 1 ms");
+  EXPECT_THAT(found.summary, HasSubstr("B over A"));
+  time("c", 8, Outcome::kUnsupported);
+  found = judged(kFastest);
+  EXPECT_EQ(found.verdict, Verdict::kNotMeasurable);
+  EXPECT_EQ(found.reason, "c on s at 1 ms: unsupported (at 1 s: too fast)");
+}
+
+// What is known to be otherwise is otherwise, whoever is missing.
+TEST_F(ClaimsTest, AMissingRivalDoesNotHideAChange) {
+  time("a", 2);
+  time("b1", 1);
+  EXPECT_EQ(verdict(kFastest), Verdict::kChanged);
+}
+
+TEST_F(ClaimsTest, NothingMeasuredHasAReasonAndNoSummary) {
+  const Judgement found = judged(kFastest);
+  EXPECT_EQ(found.verdict, Verdict::kNotMeasurable);
+  EXPECT_EQ(found.summary, "");
+  EXPECT_THAT(found.reason, HasSubstr("'step_time' of a on s was not measured"));
+  std::string elsewhere = kFastest;
+  elsewhere.replace(elsewhere.find("['s']"), 5, "['moon']");
+  EXPECT_THAT(judged(elsewhere).reason, HasSubstr("no system 'moon'"));
+}
+
+TEST_F(ClaimsTest, AnAbsentEngineIsNamed) {
+  time("a", 2);
+  std::string text = kEngines + kFastest;
+  text.replace(text.find("[\"c\"]"), 5, "[\"absent\"]");
+  const Judgement found = judge(parse_claims(text, "x"), *store_).at(0);
+  EXPECT_EQ(found.verdict, Verdict::kNotMeasurable);
+  EXPECT_THAT(found.reason, HasSubstr("the engine of 'absent' is absent"));
+}
+
+TEST_F(ClaimsTest, WhoGoesUnstableDoesNotCompete) {
+  time("a", 2);
+  time("b1", 1, Outcome::kUnstable);
+  time("b2", 1, Outcome::kDiverged);
+  time("c", 8);
+  const Judgement found = judged(kFastest);
+  EXPECT_EQ(found.verdict, Verdict::kHolds);
+  EXPECT_THAT(found.summary, HasSubstr("without B, unstable there"));
+}
+
+TEST_F(ClaimsTest, WhoIsUnstableItselfIsNotFirst) {
+  time("a", 2, Outcome::kUnstable);
+  time("b1", 3);
+  time("c", 8);
+  const Judgement found = judged(kFastest);
+  EXPECT_EQ(found.verdict, Verdict::kChanged);
+  EXPECT_THAT(found.summary, HasSubstr("A unstable"));
+}
+
+TEST_F(ClaimsTest, AllSystemsHaveToHold) {
+  std::string both = kFastest;
+  both.replace(both.find("['s']"), 5, "['s', 't']");
+  for (const std::string system : {"s", "t"}) {
+    time("a", 2, Outcome::kOk, system);
+    time("b1", 4, Outcome::kOk, system);
+    time("c", system == "s" ? 8 : 1, Outcome::kOk, system);
+  }
+  EXPECT_EQ(verdict(kFastest), Verdict::kHolds);
+  EXPECT_EQ(verdict(both), Verdict::kChanged);
+}
+
+TEST_F(ClaimsTest, OneOfSeveralIsEnoughUnlessEachIsAsked) {
+  time("a", 2);
+  time("b1", 20);
+  time("c", 8);
+  const std::string one =
+      "kind = 'at-timestep'\nvalue = 'step_time'\ntimestep_ms = 1\nsystems = ['s']\nwho = ['A', 'B']\nagainst = ['C']\n"
+      "above = 1\n";
+  EXPECT_EQ(verdict(one), Verdict::kHolds);
+  EXPECT_EQ(verdict(one + "each = true\n"), Verdict::kChanged);
+  EXPECT_EQ(verdict(one + "each = true\nis = 'more'\n"), Verdict::kChanged);
+}
+
+TEST_F(ClaimsTest, TheSlowest) {
+  const std::string slowest =
+      "kind = 'at-timestep'\nvalue = 'step_time'\ntimestep_ms = 1\nsystems = ['s']\nwho = ['A']\nis = 'more'\n"
+      "against = ['B', 'C']\nabove = 1\n";
+  time("a", 10);
+  time("b1", 50);  // of B the better one counts
+  time("b2", 5);
+  time("c", 4);
+  const Judgement found = judged(slowest);
+  EXPECT_EQ(found.verdict, Verdict::kHolds);
+  EXPECT_DOUBLE_EQ(figure(found, "A / B").value, 2);
+  time("b2", 20);
+  EXPECT_EQ(verdict(slowest), Verdict::kChanged);
+}
+
+TEST_F(ClaimsTest, AboutSoManyTimes) {
+  const std::string about =
+      "kind = 'at-timestep'\nvalue = 'step_time'\ntimestep_ms = 1\nsystems = ['s']\nwho = ['A']\nis = 'more'\n"
+      "against = ['C']\nbetween = [2, 4.5]\n";
+  time("a", 9);
+  time("c", 3);
+  EXPECT_EQ(verdict(about), Verdict::kHolds);
+  time("c", 2.02);  // 4.46, whose interval goes beyond
+  EXPECT_EQ(verdict(about), Verdict::kChanged);
+  time("c", 1);
+  EXPECT_EQ(verdict(about), Verdict::kChanged);
+}
+
+TEST_F(ClaimsTest, AllContendersAreToldApartFromTheLineUp) {
+  time("a", 2);
+  time("b1", 5);
+  time("c", 8);
+  EXPECT_THAT(judged(kFastest).today, HasSubstr("s none of 2 have less than a, the nearest b1 (2.5 [2.4, 2.6] times)"));
+  time("z", 1);
+  time("null", 0.01);  // the harness is no contender
+  const Judgement found = judged(kFastest);
+  EXPECT_EQ(found.verdict, Verdict::kHolds) << "the verdict is the line-up's";
+  EXPECT_THAT(found.today, HasSubstr("s 1 of 3 have less than a, the least z (0.5 [0.48, 0.52] times)"));
+  EXPECT_EQ(judged(kFastest + "today = false\n").today, "");
+}
+
+const std::string kConsistent =
+    "kind = 'at-equal-speed'\nvalue = 'consistency'\nsystems = ['s']\nwho = ['A']\nagainst = ['C']\nabove = 10\n";
+
+// Straight lines in logarithms: at a realtime factor R, A has h = R / 500 and C has h = R / 250.
+TEST_F(ClaimsTest, EqualSpeedIsNotEqualTimestep) {
+  curve("a", 2, 1e-3, 1);
+  curve("c", 4, 8e-3, 1);
+  const Judgement found = judged(kConsistent);
+  // at equal timestep it is 8; at equal speed C has twice the timestep. At C's first point A waits at its smallest.
+  EXPECT_EQ(found.verdict, Verdict::kHolds);
+  const ClaimFigure& ratio = figure(found, "C / A");
+  EXPECT_NEAR(ratio.value, std::pow(8.0 * 16 * 16 * 16, 0.25), 1e-9);
+  EXPECT_NEAR(*ratio.low, ratio.value * 0.9 / 1.1, 1e-9);
+  EXPECT_NEAR(*ratio.high, ratio.value * 1.1 / 0.9, 1e-9);
+  EXPECT_EQ(ratio.timestep_ms, std::nullopt);
+  EXPECT_THAT(found.summary, HasSubstr("at equal speed"));
+  EXPECT_THAT(found.summary, HasSubstr("8 to 16 along the curve"));
+  curve("c", 4, 5e-3, 1);
+  EXPECT_EQ(verdict(kConsistent), Verdict::kChanged);
+}
+
+TEST_F(ClaimsTest, EqualSpeedTurnedAround) {
+  curve("a", 4, 8e-2, 1);
+  curve("c", 2, 1e-3, 1);
+  EXPECT_EQ(verdict(kConsistent), Verdict::kChanged);
+  const std::string worst =
+      "kind = 'at-equal-speed'\nvalue = 'consistency'\nsystems = ['s']\nwho = ['A']\nis = 'more'\nagainst = ['C']\n"
+      "above = 10\n";
+  EXPECT_EQ(verdict(worst), Verdict::kHolds);
+}
+
+TEST_F(ClaimsTest, EqualSpeedInterpolatesAlongPowers) {
+  curve("a", 2, 1e-6, 4);
+  curve("c", 3, 1e-3, 2);  // its speeds lie between those of A
+  const Judgement found = judged(kConsistent);
+  EXPECT_EQ(found.verdict, Verdict::kHolds);
+  double product = 1;
+  for (const double h : {1.0, 2.0, 4.0, 8.0}) {
+    const double mine = std::max(1.0, h * 2 / 3);  // A's timestep at C's speed
+    product *= 1e-3 * h * h / (1e-6 * std::pow(mine, 4));
+  }
+  EXPECT_NEAR(figure(found, "C / A").value, std::pow(product, 0.25), 1e-6 * product);
+}
+
+TEST_F(ClaimsTest, WithoutCommonSpeedsThereIsNoComparison) {
+  curve("a", 1000, 1e-3, 1);
+  curve("c", 2, 1e-3, 1);
+  const Judgement found = judged(kConsistent);
+  EXPECT_EQ(found.verdict, Verdict::kNotMeasurable);
+  EXPECT_THAT(found.reason, HasSubstr("no common speed"));
+}
+
+TEST_F(ClaimsTest, UntimedSystemsAreComparedAtEqualTimestep) {
+  curve("a", 0, 1e-3, 1);
+  curve("c", 0, 20e-3, 1);
+  const Judgement found = judged(kConsistent);
+  EXPECT_EQ(found.verdict, Verdict::kHolds);
+  EXPECT_NEAR(figure(found, "C / A").value, 20, 1e-9);
+  EXPECT_THAT(found.summary, HasSubstr("at equal timestep"));
+}
+
+TEST_F(ClaimsTest, APartialCurveIsComparedWhereItIs) {
+  curve("a", 2, 1e-3, 1);
+  curve("c", 2, 20e-3, 1);
+  for (const double h : {4.0, 8.0}) put("c", h, "consistency", {}, Outcome::kDiverged);
+  EXPECT_NEAR(figure(judged(kConsistent), "C / A").value, 20, 1e-9);
+  for (const double h : {1.0, 2.0}) put("c", h, "consistency", {}, Outcome::kDiverged);
+  const Judgement found = judged(kConsistent);
+  EXPECT_EQ(found.verdict, Verdict::kNotMeasurable) << "no rival is left";
+  EXPECT_THAT(found.reason, HasSubstr("diverged"));
+}
+
+// A run compared with itself says nothing of the timestep.
+TEST_F(ClaimsTest, TheReferencesOwnTimestepIsLeftOut) {
+  curve("a", 2, 1e-3, 1);
+  curve("c", 2, 20e-3, 1);
+  put("c", 0.5, "consistency", {{"consistency", "m", 1e-9, 1e-9, 1e-9}, {"restart_floor", "m", 1e-9, 1e-9, 1e-9}});
+  EXPECT_NEAR(figure(judged(kConsistent), "C / A").value, 20, 1e-9);
+}
+
+TEST_F(ClaimsTest, NoGainHoldsUnlessOneIsShown) {
+  const std::string no_gain =
+      "kind = 'at-equal-speed'\nvalue = 'consistency'\nsystems = ['s']\nwho = ['A']\nagainst = ['C']\nnot_above = 2\n";
+  curve("a", 2, 1e-3, 1);
+  curve("c", 2, 2.2e-3, 1);  // 2.2 [1.8, 2.7]
+  EXPECT_EQ(verdict(no_gain), Verdict::kHolds);
+  curve("c", 2, 3e-3, 1);
+  EXPECT_EQ(verdict(no_gain), Verdict::kChanged);
+}
+
+TEST_F(ClaimsTest, Slope) {
+  const std::string falls = "kind = 'slope'\nvalue = 'consistency'\nsystems = ['s']\nwho = ['A', 'C']\nbelow = 0\n";
+  curve("a", 2, 1e-3, -1);
+  curve("c", 2, 1e-3, -0.5);
+  const Judgement found = judged(falls);
+  EXPECT_EQ(found.verdict, Verdict::kHolds);
+  EXPECT_NEAR(figure(found, "C").value, -0.5, 1e-9);
+  EXPECT_EQ(figure(found, "C").measure, "consistency_slope");
+  EXPECT_THAT(found.today, HasSubstr("2 of 2"));
+  curve("c", 2, 1e-3, 0.5);
+  EXPECT_EQ(verdict(falls), Verdict::kChanged);
+  for (const double h : {2.0, 4.0, 8.0}) put("c", h, "consistency", {}, Outcome::kTimeout);
+  EXPECT_EQ(verdict(falls), Verdict::kNotMeasurable);
+}
+
+TEST_F(ClaimsTest, ValueOfAFamily) {
+  const std::string linear =
+      "kind = 'value'\nvalue = 'scaling_exponent'\nfamily = 'n'\nwho = ['A']\nbetween = [0.75, 1.25]\n";
+  EXPECT_EQ(verdict(linear), Verdict::kNotMeasurable);
+  put("a", 10, "scaling", {{"run_time", "s", 1, 1, 1}}, Outcome::kOk, "n-10");
+  put("a", 10, "scaling", {{"scaling_exponent", "1", 1.1, 1.0, 1.2}}, Outcome::kOk, "n-20");
+  EXPECT_EQ(verdict(linear), Verdict::kHolds);
+  put("a", 10, "scaling", {{"scaling_exponent", "1", 1.1, 0.9, 1.3}}, Outcome::kOk, "n-20");
+  EXPECT_EQ(verdict(linear), Verdict::kChanged);
+}
+
+TEST_F(ClaimsTest, ValueAtTheSmallestTimestep) {
+  const std::string held = "kind = 'value'\nvalue = 'grasp_held'\nsystems = ['s']\nwho = ['A', 'C']\nabove = 0.5\n";
+  const auto grasp = [&](const std::string& contender, double h, double value, Outcome outcome = Outcome::kOk) {
+    put(contender, h, "grasp", {{"grasp_held", "1", value, {}, {}}}, outcome);
+  };
+  grasp("a", 1, 1);
+  grasp("a", 2, 0);
+  EXPECT_EQ(verdict(held), Verdict::kNotMeasurable);
+  grasp("c", 1, 1);
+  EXPECT_EQ(verdict(held), Verdict::kHolds);
+  grasp("c", 0.5, 0);
+  EXPECT_EQ(verdict(held), Verdict::kChanged);
+  grasp("c", 0.5, 1, Outcome::kUnstable);
+  EXPECT_EQ(verdict(held), Verdict::kChanged);
+}
+
+TEST_F(ClaimsTest, UnstableAtLargerTimesteps) {
+  const std::string unstable = "kind = 'unstable'\nmeasure = 'grasp'\nsystems = ['s']\nwho = ['B']\n";
+  const auto run = [&](const std::string& contender, double h, Outcome outcome) {
+    put(contender, h, "grasp", {}, outcome);
+  };
+  EXPECT_EQ(verdict(unstable), Verdict::kNotMeasurable);
+  run("b1", 1, Outcome::kOk);
+  run("b1", 2, Outcome::kOk);
+  run("b1", 4, Outcome::kDiverged);
+  run("b1", 8, Outcome::kOk);
+  Judgement found = judged(unstable);
+  EXPECT_EQ(found.verdict, Verdict::kHolds);
+  EXPECT_THAT(found.summary, HasSubstr("B stable up to 2 ms and not at 4 ms"));
+  EXPECT_EQ(figure(found, "B").value, 2);
+  for (const double h : {1.0, 2.0, 4.0, 8.0}) run("b2", h, Outcome::kOk);
+  EXPECT_EQ(verdict(unstable), Verdict::kChanged) << "the better one counts";
+  run("b2", 8, Outcome::kUnstable);
+  EXPECT_EQ(verdict(unstable), Verdict::kHolds);
+}
+
+TEST_F(ClaimsTest, LargestStep) {
+  const std::string steps =
+      "kind = 'largest-step'\nvalue = 'grasp_held'\nsystems = ['s']\nexpected = {A = 4, C = '1/4'}\n";
+  const auto grasp = [&](const std::string& contender, double h, double value, Outcome outcome = Outcome::kOk) {
+    put(contender, h, "grasp", {{"grasp_held", "1", value, {}, {}}}, outcome);
+  };
+  for (const double h : {0.25, 0.5, 1.0, 2.0, 4.0}) grasp("a", h, h != 1);
+  EXPECT_EQ(verdict(steps), Verdict::kNotMeasurable);
+  for (const double h : {0.25, 0.5, 1.0}) grasp("c", h, h < 0.75);
+  Judgement found = judged(steps);
+  EXPECT_EQ(found.verdict, Verdict::kHolds);  // 4 and 1/2: each within a factor of 2
+  EXPECT_THAT(found.summary, AllOf(HasSubstr("A 4 (paper 4; not at 1)"), HasSubstr("C 1/2 (paper 1/4)")));
+  EXPECT_EQ(figure(found, "C").value, 0.5);
+  EXPECT_EQ(figure(found, "C").timestep_ms, 0.5);
+  EXPECT_THAT(found.today, HasSubstr("4 ms: a; 1/2 ms: c"));
+  grasp("c", 1, 1);
+  EXPECT_EQ(verdict(steps), Verdict::kChanged);
+  grasp("c", 1, 1, Outcome::kUnstable);  // a run that ends unstable has not held
+  EXPECT_EQ(verdict(steps), Verdict::kHolds);
+  for (const double h : {0.25, 0.5, 1.0}) grasp("c", h, 0);
+  found = judged(steps);
+  EXPECT_EQ(found.verdict, Verdict::kChanged);
+  EXPECT_THAT(found.summary, HasSubstr("C none"));
+}
+
+TEST_F(ClaimsTest, JsonHasTheLayout) {
+  time("a", 2);
+  time("b1", 5);
+  time("c", 8);
+  const nlohmann::json json = claims_json(judge(file_of(kFastest), *store_));
+  ASSERT_EQ(json.size(), 1);
+  EXPECT_EQ(json[0]["number"], 7);
+  EXPECT_EQ(json[0]["title"], "A first");
+  EXPECT_EQ(json[0]["statement"], "A comes first");
+  EXPECT_EQ(json[0]["paper"], "a table");
+  EXPECT_EQ(json[0]["verdict"], "holds");
+  EXPECT_EQ(json[0]["reason"], "");
+  for (const std::string key : {"summary", "today", "key"}) EXPECT_TRUE(json[0][key].is_string()) << key;
+  const nlohmann::json first = {{"label", "A"},     {"contender", "a"},       {"system", "s"},
+                                {"timestep_ms", 1}, {"measure", "step_time"}, {"value", 2.0},
+                                {"unit", "us"},     {"low", 0.98 * 2},        {"high", 1.02 * 2}};
+  EXPECT_EQ(json[0]["figures"][0], first);
+  const std::string markdown = claims_markdown(judge(file_of(kFastest), *store_));
+  EXPECT_THAT(markdown, AllOf(HasSubstr("| 7 | A first | holds |"), HasSubstr("### 7. A first")));
+}
+
+// Results that say nothing about the paper have no such section in their report.
+TEST_F(ClaimsTest, ReportOfOtherResultsHasNone) {
+  time("a", 2);
+  EXPECT_EQ(report_data(*store_)["claims"], nlohmann::json::array());
+  store_->set_systems({{"planar-chain", "{}"}});
+  std::vector<ContenderRow> rows;
+  for (const std::string name : {"bullet-mb", "mujoco-euler"}) rows.push_back({name, name, "1", name, "", "", ""});
+  store_->set_contenders(rows);
+  time("mujoco-euler", 2, Outcome::kOk, "planar-chain");
+  time("bullet-mb", 6, Outcome::kOk, "planar-chain");
+  const nlohmann::json claims = report_data(*store_)["claims"];
+  ASSERT_EQ(claims.size(), 13);
+  EXPECT_EQ(claims[2]["verdict"], "not-measurable");
+  EXPECT_THAT(claims[2]["summary"].get<std::string>(), HasSubstr("BulletMB over MuJoCo Euler"));
+}
+
+TEST(ClaimsFile, RefusesWhatItCannotUse) {
+  EXPECT_THAT(error_of("kind = 'at-timestp'\n"),
+              AllOf(HasSubstr("claims.toml:"), HasSubstr("did you mean 'at-timestep'")));
+  EXPECT_THAT(error_of("kind = 'unstable'\nmeasure = 'grasp'\nsystems = ['s']\nwho = ['D']\n"), HasSubstr("no 'D'"));
+  EXPECT_THAT(error_of("kind = 'unstable'\nmeasure = 'grasp'\nsystems = []\nwho = ['A']\n"), HasSubstr("'systems'"));
+  EXPECT_THAT(error_of("kind = 'unstable'\nmeasure = 'grasp'\nsystems = ['s']\nwho = ['A']\nabove = 1\n"),
+              HasSubstr("no key 'above'"));
+  EXPECT_THAT(error_of("kind = 'value'\nvalue = 'x'\nsystems = ['s']\nwho = ['A']\n"), HasSubstr("'between'"));
+  EXPECT_THAT(error_of("kind = 'value'\nvalue = 'x'\nsystems = ['s']\nwho = ['A']\nabove = 1\nbelow = 2\n"),
+              HasSubstr("one of 'above'"));
+  EXPECT_THAT(error_of("kind = 'value'\nvalue = 'x'\nsystems = ['s']\nwho = ['A']\nbetween = [2, 1]\n"),
+              HasSubstr("from 2 to 1"));
+  EXPECT_THAT(error_of("kind = 'value'\nvalue = 'x'\nsystems = ['s']\nfamily = 'f'\nwho = ['A']\nabove = 1\n"),
+              HasSubstr("either"));
+  EXPECT_THAT(error_of("kind = 'at-timestep'\nvalue = 'x'\nsystems = ['s']\nwho = ['A']\nagainst = ['C']\nabove = 1\n"),
+              HasSubstr("'timestep_ms'"));
+  EXPECT_THAT(error_of("kind = 'largest-step'\nvalue = 'x'\nsystems = ['s']\nexpected = {A = 'soon'}\n"),
+              HasSubstr("no number"));
+  EXPECT_THAT(error_of("kind = \n"), HasSubstr("claims.toml:"));
+  EXPECT_THROW(load_claims("/nowhere/claims.toml"), InputError);
+  EXPECT_THROW(parse_claims("[engines]\nA = ['a']\n", "x"), InputError);
+}
+
+// Every contender of the paper's line-up exists, and the paper's campaign measures what the claims ask for.
+TEST(ClaimsFile, OursFitsTheCampaign) {
+  const std::optional<std::string> path = paper_claims_file();
+  ASSERT_TRUE(path);
+  const ClaimsFile file = load_claims(*path);
+  EXPECT_EQ(file.claims.size(), 13);
+  EXPECT_THAT(campaign_names(), Not(::testing::Contains("paper_claims")));
+  const Campaign campaign = load_campaign(find_campaign("paper"));
+  for (const auto& [engine, contenders] : file.engines) {
+    for (const std::string& name : contenders) {
+      EXPECT_TRUE(std::ranges::any_of(campaign.contenders,
+                                      [&](const CampaignContender& each) { return each.resolved.name == name; }))
+          << engine << ": " << name;
+    }
+  }
+  const auto measured = [&](const CampaignSystem& system, const std::string& engine) {
+    const auto found =
+        std::ranges::find(file.engines, engine, &std::pair<std::string, std::vector<std::string>>::first);
+    return std::ranges::any_of(system.contenders, [&](int i) {
+      const std::string& name = campaign.contenders[static_cast<size_t>(i)].resolved.name;
+      return std::ranges::find(found->second, name) != found->second.end();
+    });
+  };
+  for (const Claim& claim : file.claims) {
+    for (const ClaimTest& test : claim.tests) {
+      std::vector<std::string> engines = test.who;
+      engines.insert(engines.end(), test.against.begin(), test.against.end());
+      for (const auto& [engine, timestep] : test.expected) engines.push_back(engine);
+      size_t systems = 0;
+      for (const CampaignSystem& system : campaign.systems) {
+        const bool asked =
+            test.family.empty() ? std::ranges::count(test.systems, system.name) > 0 : system.family == test.family;
+        if (!asked) continue;
+        ++systems;
+        for (const std::string& engine : engines) {
+          EXPECT_TRUE(measured(system, engine)) << claim.number << ": " << engine << " on " << system.name;
+        }
+        if (test.timestep_ms && test.value == "step_time") {
+          EXPECT_THAT(system.timing_ms, ::testing::Contains(*test.timestep_ms)) << claim.number << ": " << system.name;
+        }
+      }
+      if (test.family.empty()) {
+        EXPECT_EQ(systems, test.systems.size()) << claim.number;
+      } else {
+        EXPECT_GE(systems, 3) << claim.number;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace assay
