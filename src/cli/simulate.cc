@@ -18,6 +18,7 @@
 #include "engines/registry.h"
 #include "measures/plausible.h"
 #include "model/mjcf.h"
+#include "runs/work.h"
 
 namespace assay::cli {
 namespace {
@@ -163,8 +164,8 @@ std::string caught_text() {
 int run(const Job& job, OutputFile& file) {
   const Model& model = job.model;
   const auto simulation = job.contender.engine->create(model, model.initial, job.contender.settings);
-  const Plausibility plausibility(model, model.initial, job.duration_s);
   const auto control = actuator_control(model);
+  const Plausibility plausibility(model, model.initial, job.duration_s, largest_work(model, *control, job.duration_s));
   const bool feedback = control->input() != ControlInput::kNothing;
   std::vector<double> torques(model.hinges.size());
   std::vector<std::string> names;
@@ -188,7 +189,7 @@ int run(const Job& job, OutputFile& file) {
   write_sample(0);
   ProgressLine progress(job);
   control->torques(state, torques);
-  std::string divergence;
+  std::string divergence, impossible;
   for (long long step = 0; step < job.steps;) {
     try {
       const long long sample_end = step + job.steps_per_sample;
@@ -220,10 +221,15 @@ int run(const Job& job, OutputFile& file) {
       return kFailed;
     }
     write_sample(step);
+    if (impossible.empty()) {
+      impossible = plausibility.impossibility(state);
+      if (!impossible.empty()) impossible = fmt::format("at {:.6g} s: {}", seconds(step), impossible);
+    }
     progress.at(step);
   }
   progress.clear();
   file.finish();
+  if (!impossible.empty()) message(fmt::format("note: the run is no possible motion of the model: {}", impossible));
   return kDone;
 }
 

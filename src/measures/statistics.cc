@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <random>
 
@@ -85,6 +86,34 @@ Interval bootstrap_median_of_rounds(const std::vector<std::vector<double>>& roun
       pooled.insert(pooled.end(), round.begin(), round.end());
     }
     estimate = middle();
+  }
+  std::ranges::sort(estimates);
+  return {value, quantile_of_sorted(estimates, 0.025), quantile_of_sorted(estimates, 0.975)};
+}
+
+Interval bootstrap_rms_of_series(std::span<const double> series, std::uint64_t seed, int resamples) {
+  assert(!series.empty() && resamples > 0);
+  constexpr size_t kFewest = 8;
+  const size_t count = series.size();
+  const auto block = static_cast<size_t>(std::ceil(std::sqrt(static_cast<double>(count))));
+  std::vector<double> squares(count);
+  for (size_t i = 0; i < count; ++i) squares[i] = series[i] * series[i];
+  const double value = std::sqrt(mean(squares));
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  if (count < kFewest) return {value, kNone, kNone};
+  // sums of blocks, each of which is drawn many times
+  std::vector<double> until = {0};
+  until.reserve(count + block + 1);
+  for (size_t i = 0; i < count + block; ++i) until.push_back(until.back() + squares[i % count]);
+  std::mt19937_64 random(seed);
+  std::vector<double> estimates(static_cast<size_t>(resamples));
+  for (double& estimate : estimates) {
+    double sum = 0;
+    for (size_t i = 0; i < count; i += block) {
+      const size_t from = below(random, count);
+      sum += until[from + std::min(block, count - i)] - until[from];
+    }
+    estimate = std::sqrt(std::max(0.0, sum) / static_cast<double>(count));
   }
   std::ranges::sort(estimates);
   return {value, quantile_of_sorted(estimates, 0.025), quantile_of_sorted(estimates, 0.975)};

@@ -28,6 +28,12 @@ Interval bootstrap_mean(std::span<const double> samples, std::uint64_t seed, int
 Interval bootstrap_median_of_rounds(const std::vector<std::vector<double>>& rounds, std::uint64_t seed,
                                     int resamples = kBootstrapResamples);
 
+// Root mean square of a series in time with a 95 % interval: a circular block bootstrap, in blocks of sqrt(n) samples,
+// for neighbours are alike. It says how far another stretch of the same length of the same motion would differ, and
+// nothing of other motions. Fewer than 8 samples give none: both ends are NaN.
+Interval bootstrap_rms_of_series(std::span<const double> series, std::uint64_t seed,
+                                 int resamples = kBootstrapResamples);
+
 // Distance between the quartiles over the median: how far a typical sample is from its neighbours. 0 for equal samples.
 double relative_spread(std::span<const double> samples);
 

@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "measures/statistics.h"
 #include "model/kinematics.h"
 
 namespace assay {
@@ -109,20 +110,21 @@ Violation violation(const Model& model, const State& state) {
   return worst;
 }
 
-ViolationSummary violation_summary(const Model& model, const std::vector<State>& states) {
+ViolationSummary violation_summary(const Model& model, const std::vector<State>& states, std::uint64_t seed) {
   assert(!states.empty());
+  std::vector<Violation> worst;
+  worst.reserve(states.size());
+  for (const State& state : states) worst.push_back(violation(model, state));
   ViolationSummary summary;
-  for (const State& state : states) {
-    const Violation at = violation(model, state);
-    for (double Violation::* const kind :
-         {&Violation::dislocation, &Violation::misalignment, &Violation::limit, &Violation::penetration}) {
-      summary.largest.*kind = std::max(summary.largest.*kind, at.*kind);
-      summary.rms.*kind += at.*kind * at.*kind;
-    }
-  }
+  std::vector<double> series(worst.size());
   for (double Violation::* const kind :
        {&Violation::dislocation, &Violation::misalignment, &Violation::limit, &Violation::penetration}) {
-    summary.rms.*kind = std::sqrt(summary.rms.*kind / static_cast<double>(states.size()));
+    std::ranges::transform(worst, series.begin(), [&](const Violation& at) { return at.*kind; });
+    summary.largest.*kind = std::ranges::max(series);
+    const Interval rms = bootstrap_rms_of_series(series, seed);
+    summary.rms.*kind = rms.value;
+    summary.rms_low.*kind = rms.low;
+    summary.rms_high.*kind = rms.high;
   }
   return summary;
 }

@@ -2,6 +2,7 @@
 // state, the same for every engine. Formulas: docs/methodology.md, "Violation".
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "model/model.h"
@@ -21,10 +22,11 @@ Violation violation(const Model& model, const State& state);
 // moved along the line of their axes' nearest points (or the plane's normal) until they touch.
 double separation(const Model& model, const State& state, const ContactPair& pair);
 
-// Over the samples of a run: the largest, and the root of the mean square, of each state's worst.
+// Over the samples of a run: the largest, and the root of the mean square with its 95 % interval
+// (bootstrap_rms_of_series), of each state's worst.
 struct ViolationSummary {
-  Violation largest, rms;
+  Violation largest, rms, rms_low, rms_high;
 };
-ViolationSummary violation_summary(const Model& model, const std::vector<State>& states);
+ViolationSummary violation_summary(const Model& model, const std::vector<State>& states, std::uint64_t seed = 1);
 
 }  // namespace assay

@@ -67,6 +67,8 @@ bool whole(double a, double b) {
   return std::abs(ratio - std::round(ratio)) <= 1e-9 * std::max(1.0, ratio) && ratio > 0.5;
 }
 
+bool same_timestep(double a, double b) { return std::abs(a - b) <= 1e-9 * b; }
+
 std::string joined_ms(const std::vector<double>& timesteps) {
   std::vector<std::string> labels;
   labels.reserve(timesteps.size());
@@ -506,7 +508,8 @@ void check_grid(const Section& section, const CampaignSystem& system) {
 
 CampaignSystem system_of(const Section& section, const Defaults& defaults, Roster& roster) {
   section.allow({"name", "model", "duration_s", "sample_ms", "pieces", "piece_ms", "control", "contacts", "gravity",
-                 "measures", "timesteps_ms", "timing_ms", "reference_ms", "grasp", "family", "contenders"});
+                 "measures", "timesteps_ms", "timing_ms", "reference_ms", "grasp", "family", "contenders",
+                 "violation_ms"});
   CampaignSystem system;
   system.name = section.required_text("name");
   const toml::node* model_node = section.find("model") != nullptr ? section.find("model") : section.find("name");
@@ -557,6 +560,13 @@ CampaignSystem system_of(const Section& section, const Defaults& defaults, Roste
     system.timesteps_ms.insert(system.timesteps_ms.begin(), system.reference_ms);
   }
   system.timing_ms = section.timesteps("timing_ms").value_or(system.timesteps_ms);
+  system.violation_ms = section.timesteps("violation_ms").value_or(system.timesteps_ms);
+  for (const double timestep : system.violation_ms) {
+    if (std::ranges::any_of(system.timesteps_ms, [&](double each) { return same_timestep(each, timestep); })) continue;
+    section.fail(section.find("violation_ms"), fmt::format("'violation_ms' has {} ms, which is none of the system's "
+                                                           "timesteps: {} ms",
+                                                           timestep_label(timestep), joined_ms(system.timesteps_ms)));
+  }
   system.control = control_of(section, system.model);
 
   const bool passive = make_control(system.model, system.control)->is_zero();
@@ -592,6 +602,7 @@ nlohmann::json content_of(const CampaignSystem& system) {
                             {"reference_ms", system.reference_ms}};
   if (system.grasp.object >= 0) content["grasp"] = {system.grasp.object, system.grasp.hand, system.grasp.drop_m};
   if (!system.family.empty()) content["family"] = system.family;
+  if (system.violation_ms.size() < system.timesteps_ms.size()) content["violation_ms"] = system.violation_ms;
   return content;
 }
 

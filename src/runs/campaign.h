@@ -35,6 +35,7 @@
 //   measures = [...]                               # default: the campaign's
 //   timesteps_ms = [...]                           # default: the campaign's
 //   timing_ms = [...]                              # timesteps whose speed is measured; default: all
+//   violation_ms = [...]                           # timesteps whose violation is measured; default: all
 //   reference_ms = "1/64"                          # default: the campaign's
 //   contenders = [...]                             # default: the campaign's list; may name others, which then take
 //                                                  # part in the systems alone that name them
@@ -93,6 +94,7 @@ struct CampaignSystem {
   std::vector<Measure> measures;     // in the order of the enum
   std::vector<double> timesteps_ms;  // ascending, the reference's among them where consistency is measured
   std::vector<double> timing_ms;     // ascending
+  std::vector<double> violation_ms;  // ascending; some of timesteps_ms
   std::vector<int> contenders;       // indices into Campaign::contenders, ascending
   double reference_ms = 1.0 / 64;
 

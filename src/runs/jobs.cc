@@ -6,7 +6,6 @@
 #include <ctime>
 #include <filesystem>
 #include <limits>
-#include <numbers>
 #include <sched.h>
 #include <sys/resource.h>
 
@@ -25,7 +24,9 @@
 #include "measures/violation.h"
 #include "model/mjcf.h"
 #include "reference/smooth.h"
+#include "runs/plan.h"
 #include "runs/stepper.h"
+#include "runs/work.h"
 #include "store/store.h"
 #include "store/trajectory.h"
 
@@ -96,33 +97,6 @@ void check_supported(const Subject& subject, double timestep_s) {
   subject.contender.engine->require_supported(subject.model, settings);
 }
 
-// What a control can put into a motion at the most, J: on every hinge its largest torque at any time and limit, along
-// the joint's range (a turn where it has none) twice a second. Loose; what has blown up is beyond it within moments.
-double largest_work(const Subject& subject, double duration_s) {
-  if (subject.control->is_zero()) return 0;
-  constexpr int kTimes = 64;
-  constexpr double kSwingsPerSecond = 4;  // to one side
-  const Model& model = subject.model;
-  std::vector<double> torques(model.hinges.size()), largest(model.hinges.size(), 0), range(model.hinges.size());
-  std::array<State, 3> ends = {model.initial, model.initial, model.initial};
-  for (size_t j = 0; j < range.size(); ++j) {
-    const Hinge& hinge = model.hinges[j];
-    ends[1].angle[j] = hinge.limited ? hinge.lower : model.initial.angle[j] - std::numbers::pi;
-    ends[2].angle[j] = hinge.limited ? hinge.upper : model.initial.angle[j] + std::numbers::pi;
-    range[j] = ends[2].angle[j] - ends[1].angle[j];
-  }
-  for (State& state : ends) {
-    for (int i = 0; i < kTimes; ++i) {
-      state.time = duration_s * i / kTimes;
-      subject.control->torques(state, torques);
-      for (size_t j = 0; j < torques.size(); ++j) largest[j] = std::max(largest[j], std::abs(torques[j]));
-    }
-  }
-  double work = 0;
-  for (size_t j = 0; j < range.size(); ++j) work += largest[j] * range[j] * (1 + kSwingsPerSecond * duration_s);
-  return work;
-}
-
 // ---- outcomes -------------------------------------------------------------------------------------------------------
 
 struct Verdict {
@@ -162,7 +136,8 @@ Run run_sampled(const Subject& subject, const State& start, double timestep_ms, 
   const long long steps = per_sample;
   const double timestep_s = 1e-3 * timestep_ms;
   const double duration_s = timestep_s * static_cast<double>(samples * steps);
-  const Plausibility plausibility(subject.model, start, duration_s, largest_work(subject, duration_s));
+  const Plausibility plausibility(subject.model, start, duration_s,
+                                  largest_work(subject.model, *subject.control, duration_s));
   Run run;
   Stepper stepper(subject, start, timestep_s);
   run.trajectory.states.reserve(static_cast<size_t>(samples) + 1);
@@ -200,7 +175,7 @@ Run run_sampled(const Subject& subject, const State& start, double timestep_ms, 
 Verdict judge(const Subject& subject, const Trajectory& trajectory) {
   const double duration_s = trajectory.states.back().time - trajectory.states.front().time;
   const Plausibility plausibility(subject.model, trajectory.states.front(), duration_s,
-                                  largest_work(subject, duration_s));
+                                  largest_work(subject.model, *subject.control, duration_s));
   for (const State& state : trajectory.states) {
     if (const std::string why = plausibility.impossibility(state); !why.empty()) {
       return {Outcome::kUnstable, fmt::format("at {:.4g} s: {}", state.time, why)};
@@ -271,13 +246,13 @@ json drift_cell(const Subject& subject, const Run& run, std::uint64_t seed) {
 }
 
 // Only what the model has can be violated.
-json violation_cell(const Subject& subject, const Run& run) {
+json violation_cell(const Subject& subject, const Run& run, std::uint64_t seed) {
   if (run.verdict.outcome == Outcome::kDiverged) return cell_json("violation", run.verdict);
-  const ViolationSummary summary = violation_summary(subject.model, run.trajectory.states);
+  const ViolationSummary summary = violation_summary(subject.model, run.trajectory.states, seed);
   json values = json::array();
   const auto add = [&](const std::string& name, const std::string& unit, double Violation::* kind) {
     values.push_back(value_json(name + "_max", unit, summary.largest.*kind));
-    values.push_back(value_json(name + "_rms", unit, summary.rms.*kind));
+    values.push_back(value_json(name + "_rms", unit, summary.rms.*kind, summary.rms_low.*kind, summary.rms_high.*kind));
   };
   if (!subject.model.hinges.empty()) {
     add("joint_dislocation", "m", &Violation::dislocation);
@@ -335,7 +310,7 @@ json do_run(const json& job) {
     } else if (measure == "truth") {
       cells.push_back(truth_cell(subject, run, load(dir, job.at("truth")), static_cast<double>(samples * per_sample)));
     } else if (measure == "violation") {
-      cells.push_back(violation_cell(subject, run));
+      cells.push_back(violation_cell(subject, run, job.at("seed").get<std::uint64_t>()));
     } else if (measure == "grasp") {
       cells.push_back(grasp_cell(run, job.at("grasp")));
     } else {
@@ -446,8 +421,6 @@ int pin_to_core();
 
 // {"timestep_ms", "seed"}: the processor's time of the whole run, several times when it is short.
 json do_scaling(const json& job) {
-  constexpr size_t kMostRuns = 5;
-  constexpr double kEnoughSeconds = 10;
   const Subject subject = subject_of(job);
   const double timestep_ms = job.at("timestep_ms"), sample_ms = job.at("sample_ms"), duration_s = job.at("duration_s");
   const long long samples = std::llround(1000 * duration_s / sample_ms);
@@ -458,7 +431,7 @@ json do_scaling(const json& job) {
   double engine_s = 0;
   try {
     check_supported(subject, 1e-3 * timestep_ms);
-    while (seconds.size() < kMostRuns && engine_s < kEnoughSeconds) {
+    while (seconds.size() < kScalingMostRuns && engine_s < kScalingEnoughSeconds) {
       const Run run = run_sampled(subject, subject.model.initial, timestep_ms, samples, per_sample);
       engine_s += run.engine_s;
       verdict = run.verdict;
@@ -500,22 +473,48 @@ json do_gate(const json& job, const Report& report) {
   return answer_json(json::array(), 0);
 }
 
-// {"timestep_ms"} -> {"step_us"}: for the estimate of the time that the campaign takes.
-json do_probe(const json& job) {
-  const Subject subject = subject_of(job);
+// Seconds of processor time of a step, over a few milliseconds of them.
+double step_seconds(Stepper& stepper) {
   constexpr double kLongEnough = 5e-3;
+  long long steps = 1, taken = 0;
+  const double before = thread_cpu_seconds();
+  while (thread_cpu_seconds() - before < kLongEnough && taken < (1LL << 20)) {
+    stepper.advance(steps);
+    taken += steps;
+    steps *= 2;
+  }
+  return (thread_cpu_seconds() - before) / static_cast<double>(taken);
+}
+
+// {"timestep_ms", "whole_run"} -> {"step_us"}: for the estimate of the time that the campaign takes. The mean of steps
+// at the start and of steps where a coarse run has come to within a moment, for a pile costs more than a fall; or of
+// all steps of a whole run.
+json do_probe(const json& job) {
+  constexpr double kCoarseMs = 1, kWholeRunSeconds = 3, kMomentSeconds = 0.15;
+  const Subject subject = subject_of(job);
+  const double timestep_ms = job.at("timestep_ms"), duration_s = job.at("duration_s");
   try {
-    const double timestep_s = 1e-3 * job.at("timestep_ms").get<double>();
-    check_supported(subject, timestep_s);
-    Stepper stepper(subject, subject.model.initial, timestep_s);
-    long long steps = 1, taken = 0;
-    const double before = thread_cpu_seconds();
-    while (thread_cpu_seconds() - before < kLongEnough && taken < (1LL << 20)) {
-      stepper.advance(steps);
-      taken += steps;
-      steps *= 2;
+    check_supported(subject, 1e-3 * timestep_ms);
+    Stepper first(subject, subject.model.initial, 1e-3 * timestep_ms);
+    const bool whole = job.at("whole_run");
+    const double at_start = whole ? 0 : step_seconds(first);
+    const double coarse_ms = whole ? timestep_ms : std::max(kCoarseMs, timestep_ms);
+    Stepper coarse(subject, subject.model.initial, 1e-3 * coarse_ms);
+    const auto steps = static_cast<long long>(1e3 * duration_s / coarse_ms);
+    const double before = thread_cpu_seconds(), most = whole ? kWholeRunSeconds : kMomentSeconds;
+    long long taken = 0;
+    while (taken < steps && thread_cpu_seconds() - before < most) {
+      coarse.advance(1);
+      ++taken;
     }
-    return {{"step_us", 1e6 * (thread_cpu_seconds() - before) / static_cast<double>(taken)}};
+    const double each_s = (thread_cpu_seconds() - before) / static_cast<double>(std::max(1LL, taken));
+    if (whole) return {{"step_us", 1e6 * each_s}};
+    const State state = coarse.read();
+    if (!Plausibility(subject.model, subject.model.initial, duration_s).divergence(state).empty()) {
+      return {{"step_us", 1e6 * at_start}};
+    }
+    Stepper later(subject, state, 1e-3 * timestep_ms);
+    return {{"step_us", 0.5e6 * (at_start + step_seconds(later))}};
   } catch (const EngineError&) {
     return {{"step_us", 0}};  // its cells will say why
   }
@@ -673,7 +672,8 @@ class TimingSession {
   // Input, warming up and looking at the state lie outside the clock.
   Batch batch(const State& start) {
     const double length = 1e-3 * timestep_ms_ * static_cast<double>(steps_ + warmup_);
-    const Plausibility plausibility(subject_.model, start, length, largest_work(subject_, length));
+    const Plausibility plausibility(subject_.model, start, length,
+                                    largest_work(subject_.model, *subject_.control, length));
     Stepper stepper(subject_, start, 1e-3 * timestep_ms_);
     Batch result;
     try {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <tuple>
 
 #include <fmt/format.h>
@@ -31,10 +32,14 @@ nlohmann::json run_content(const CampaignSystem& system, const CampaignContender
 
 long long steps_of(double length_ms, double timestep_ms) { return std::llround(length_ms / timestep_ms); }
 
-// Seconds of wall time that timing a cell takes: finding the batch's length, the samples, and what goes on around them.
-double timing_seconds(const Campaign& campaign) {
-  constexpr double kSearchSeconds = 5e-3;
-  return kSearchSeconds + 1.15e-3 * campaign.timing.batch_ms * (campaign.timing.rounds + 1);
+// Seconds of wall time that timing a cell takes: finding the batch's length, the samples, and what goes on around them,
+// which is an instance and its untimed steps for each saved state.
+double timing_seconds(const Campaign& campaign, double step_s) {
+  constexpr double kInstanceSeconds = 5e-4, kSearchSeconds = 5e-3;
+  const TimingOptions& timing = campaign.timing;
+  const double start_s = kInstanceSeconds + step_s * timing.warmup;
+  const double batch_s = std::max(1.1e-3 * timing.batch_ms, step_s * timing.states);
+  return kSearchSeconds + (timing.rounds + 1) * (batch_s + timing.states * start_s);
 }
 
 // Largest first onto the least loaded: the groups are few and their loads differ much.
@@ -55,7 +60,7 @@ void divide(const Campaign& campaign, Plan& plan, int shards) {
     const size_t bodies = campaign.systems[static_cast<size_t>(cell.system)].model.bodies.size();
     // without a clock: a step costs about 3 us a body
     const double seconds = cell.measure == "raw_speed"
-                               ? timing_seconds(campaign)
+                               ? timing_seconds(campaign, 0)
                                : 3e-6 * static_cast<double>(cell.steps) * static_cast<double>(bodies);
     load[group_of(cell)] += seconds;
   }
@@ -129,17 +134,16 @@ Plan make_plan(const Campaign& campaign, int shards) {
         }
       }
       // These read one run a timestep: the first of them makes it.
-      bool made = false;
+      std::set<double> made;
       for (const Measure measure : {Measure::kTruth, Measure::kDrift, Measure::kViolation, Measure::kGrasp}) {
         if (!system.has(measure)) continue;
         nlohmann::json parameters;
         if (measure == Measure::kGrasp) parameters = {system.grasp.object, system.grasp.hand, system.grasp.drop_m};
-        for (const double timestep : system.timesteps_ms) {
+        for (const double timestep : measure == Measure::kViolation ? system.violation_ms : system.timesteps_ms) {
           const bool is_reference = has_reference && same_timestep(timestep, system.reference_ms);
           add(std::string(measure_text(measure)), timestep, is_reference ? reference : "",
-              is_reference || made ? 0 : steps_of(run_ms, timestep), parameters);
+              made.insert(timestep).second && !is_reference ? steps_of(run_ms, timestep) : 0, parameters);
         }
-        made = true;
       }
       if (system.has(Measure::kAgreement)) add("agreement", system.reference_ms, reference, 0, compared);
       if (system.has(Measure::kScaling)) {
@@ -162,18 +166,20 @@ Plan make_plan(const Campaign& campaign, int shards) {
 double estimate_seconds(const Campaign& campaign, const std::vector<PlannedCell>& cells,
                         const std::map<std::pair<int, int>, double>& step_us, int jobs) {
   constexpr double kProcess = 0.05;  // seconds to start a worker
-  constexpr double kScalingRuns = 3;
+  std::set<std::pair<int, int>> sessions;
   double accuracy = 0, timing = 0, longest = 0;
   for (const PlannedCell& cell : cells) {
+    const auto found = step_us.find({cell.system, cell.contender});
     if (cell.measure == "raw_speed") {
-      timing += timing_seconds(campaign);
+      timing += timing_seconds(campaign, found == step_us.end() ? 0 : 1e-6 * found->second);
+      // processes serve all timesteps of a system
+      if (sessions.insert({cell.system, cell.contender}).second) timing += kProcess * campaign.timing.processes;
       continue;
     }
-    const auto found = step_us.find({cell.system, cell.contender});
     if (found == step_us.end()) continue;
     const double seconds = kProcess + 1e-6 * found->second * static_cast<double>(cell.steps);
     if (is_timed(cell)) {
-      timing += kScalingRuns * seconds;  // the dear ones are not repeated so often
+      timing += seconds * std::clamp(std::ceil(kScalingEnoughSeconds / seconds), 1.0, 1.0 * kScalingMostRuns);
       continue;
     }
     accuracy += seconds;

@@ -32,6 +32,10 @@ struct Plan {
   std::vector<PlannedCell> cells;
 };
 
+// A run whose time is the figure is repeated up to this often, until this much time was spent in engine steps.
+inline constexpr int kScalingMostRuns = 5;
+inline constexpr double kScalingEnoughSeconds = 2;
+
 // Cells whose figure is a time: measured alone on the machine.
 inline bool is_timed(const PlannedCell& cell) { return cell.measure == "raw_speed" || cell.measure == "scaling"; }
 

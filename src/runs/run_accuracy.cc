@@ -1,4 +1,6 @@
 // The gate, then every cell that is not a timing: on all cores.
+#include <cmath>
+
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
@@ -93,7 +95,8 @@ void Runner::gate() {
   }
 }
 
-// How long a step takes, roughly: for the time that is left.
+// How long a step takes, roughly: for the time that is left. Sizes of a family that are not probed follow the growth
+// between the two largest that are.
 void Runner::probe() {
   std::set<std::pair<int, int>> wanted;
   for (const PlannedCell* cell : todo_) {
@@ -101,12 +104,25 @@ void Runner::probe() {
       wanted.insert({cell->system, cell->contender});
     }
   }
+  // Of a family of sizes the smallest tell how the others' times grow.
+  constexpr size_t kProbedSizes = 3;
+  std::map<std::pair<std::string, int>, std::vector<int>> families;  // systems by family and contender
+  for (const auto& [s, c] : wanted) {
+    const std::string& family = campaign_.systems[static_cast<size_t>(s)].family;
+    if (!family.empty()) families[{family, c}].push_back(s);
+  }
+  const auto size = [&](int s) { return campaign_.systems[static_cast<size_t>(s)].model.bodies.size(); };
+  for (auto& [name, systems] : families) {
+    std::ranges::stable_sort(systems, {}, size);
+    for (size_t i = kProbedSizes; i < systems.size(); ++i) wanted.erase({systems[i], name.second});
+  }
   Pool pool(program_, jobs_, interrupts_);
   for (const auto& [s, c] : wanted) {
     Job job;
     job.message = subject_json(campaign_.systems[static_cast<size_t>(s)], campaign_.contenders[static_cast<size_t>(c)]);
     job.message["kind"] = "probe";
     job.message["timestep_ms"] = campaign_.systems[static_cast<size_t>(s)].timesteps_ms.front();
+    job.message["whole_run"] = !campaign_.systems[static_cast<size_t>(s)].family.empty();
     job.limit_s = 10;
     job.on_end = [this, at = std::pair(s, c)](const JobEnd& end) {
       if (end.answer) step_us_[at] = end.answer->at("step_us");
@@ -114,6 +130,18 @@ void Runner::probe() {
     pool.add(std::move(job));
   }
   pool.run({});
+  for (const auto& [name, systems] : families) {
+    for (size_t i = kProbedSizes; i < systems.size(); ++i) {
+      const auto known = [&](size_t k) { return step_us_[{systems[k], name.second}]; };
+      const double small = known(kProbedSizes - 2), large = known(kProbedSizes - 1);
+      const auto ratio = [&](size_t a, size_t b) {
+        return std::log(static_cast<double>(size(systems[a])) / static_cast<double>(size(systems[b])));
+      };
+      if (!(small > 0 && large > 0)) continue;
+      const double exponent = std::max(1.0, std::log(large / small) / ratio(kProbedSizes - 1, kProbedSizes - 2));
+      step_us_[{systems[i], name.second}] = large * std::exp(exponent * ratio(i, kProbedSizes - 1));
+    }
+  }
 }
 
 // ---- accuracy -------------------------------------------------------------------------------------------------------------

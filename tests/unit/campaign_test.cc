@@ -220,6 +220,8 @@ TEST(Campaign, TimestepsMakeSense) {
   EXPECT_THAT(error_of("piece_ms = 100", "piece_ms = 600"), HasSubstr("within the duration"));
   EXPECT_THAT(error_of("reference_ms = \"1/16\"", "reference_ms = 1"), HasSubstr("has to be the finest"));
   EXPECT_THAT(error_of("[4, \"1/4\", 1]", "[1, \"4/4\"]"), HasSubstr("twice"));
+  EXPECT_THAT(error_of("pieces = 3", "violation_ms = [2]"),
+              AllOf(StartsWith("dir/file.toml:24: "), HasSubstr("2 ms"), HasSubstr("1/16, 1/4, 1, 4 ms")));
 }
 
 TEST(Campaign, MeasuresThatASystemCannotHaveAreRefused) {

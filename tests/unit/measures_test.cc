@@ -23,6 +23,39 @@ using ::testing::IsEmpty;
 
 // ---- statistics -----------------------------------------------------------------------------------------------------
 
+// A series of noise alone: its blocks are as good as its samples, and the interval covers what the noise's root mean
+// square is. Of a series that changes slowly fewer samples count, so the interval is wider.
+TEST(Statistics, IntervalOfARootMeanSquareKnowsThatNeighboursAreAlike) {
+  std::mt19937_64 random(7);
+  const auto uniform = [&] { return static_cast<double>(random() >> 11) / 9007199254740992.0; };
+  const double truth = std::sqrt(1.0 / 3);
+  int covered = 0;
+  double width_noise = 0, width_slow = 0;
+  constexpr int kTrials = 100;
+  constexpr size_t kCount = 400, kHold = 10;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    std::vector<double> noise(kCount), slow(kCount);
+    for (double& each : noise) each = uniform();
+    for (size_t i = 0; i < kCount; ++i) slow[i] = noise[i - i % kHold];
+    const auto seed = static_cast<std::uint64_t>(trial);
+    const Interval of_noise = bootstrap_rms_of_series(noise, seed, 400);
+    const Interval of_slow = bootstrap_rms_of_series(slow, seed, 400);
+    if (of_noise.low <= truth && truth <= of_noise.high) ++covered;
+    width_noise += of_noise.high - of_noise.low;
+    width_slow += of_slow.high - of_slow.low;
+  }
+  EXPECT_GE(covered, 85) << "of 100 intervals of 95 %";
+  EXPECT_LE(covered, 100);
+  EXPECT_GT(width_slow / width_noise, 2) << "a tenth of the independent samples: about the root of ten";
+  EXPECT_LT(width_slow / width_noise, 4);
+  const std::vector<double> same(100, -2.0);
+  const Interval of_same = bootstrap_rms_of_series(same, 1);
+  EXPECT_DOUBLE_EQ(of_same.value, 2);
+  EXPECT_NEAR(of_same.low, 2, 1e-12);
+  EXPECT_NEAR(of_same.high, 2, 1e-12);
+  EXPECT_TRUE(std::isnan(bootstrap_rms_of_series(std::vector<double>(7, 1.0), 1).low)) << "too few";
+}
+
 TEST(Statistics, MedianAndQuantilesOfSmallSamples) {
   EXPECT_EQ(median(std::vector{3.0}), 3);
   EXPECT_EQ(median(std::vector{3.0, 1.0, 2.0}), 2);

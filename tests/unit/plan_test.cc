@@ -79,6 +79,37 @@ TEST(Plan, ASystemsContendersAloneHaveCellsOfIt) {
   EXPECT_EQ(names[1], (std::set<std::string>{"mujoco-implicit", "B"}));
 }
 
+TEST(Plan, ViolationMayBeMeasuredOfFewerRuns) {
+  std::string text = kText;
+  const std::string measures = "measures = [\"consistency\"]";
+  text.replace(text.find(measures), measures.size(),
+               "measures = [\"consistency\", \"violation\"]\nviolation_ms = [\"1/4\", 4]");
+  std::map<double, long long> steps;
+  for (const PlannedCell& cell : make_plan(campaign(text)).cells) {
+    if (cell.measure == "violation") steps[cell.timestep_ms] = cell.steps;
+  }
+  EXPECT_EQ(steps, (std::map<double, long long>{{0.25, 0}, {4, 250}})) << "the finest is the reference";
+}
+
+TEST(Plan, ATimedRunIsRepeatedWhileItIsShort) {
+  const auto seconds = [](double step_us) {
+    const Campaign family = campaign(R"(
+name = "family"
+contenders = ["mujoco-euler"]
+[[system]]
+name = "capsules-27"
+family = "capsules"
+measures = ["scaling"]
+timesteps_ms = [10]
+duration_s = 10
+)");
+    return estimate_seconds(family, make_plan(family).cells, {{{0, 0}, step_us}}, 1);
+  };
+  EXPECT_NEAR(seconds(1e5), 100, 1) << "one run of 1000 steps";
+  EXPECT_NEAR(seconds(1.9e3), 2 * 1.9, 0.3) << "until two seconds are spent";
+  EXPECT_NEAR(seconds(1e2), 5 * 0.1, 0.3);
+}
+
 TEST(Plan, EqualContendersShareARunButNoCell) {
   const Plan plan = make_plan(campaign());
   std::map<std::string, std::set<std::string>> runs;  // of the chain, by contender

@@ -157,6 +157,16 @@ TEST(Violation, LargestAndRootMeanSquareOverARun) {
   const ViolationSummary summary = violation_summary(model, states);
   expect_violation(summary.largest, 0.4, 0, 0, 0.1);
   expect_violation(summary.rms, 0.25, 0, 0, 0.05);
+  EXPECT_TRUE(std::isnan(summary.rms_low.dislocation)) << "four samples tell no interval";
+  // one deep moment in a long run: the root mean square is uncertain, and where nothing is violated it is not
+  states.assign(100, model.initial);
+  states[50].bodies[kBall].p_WBcm.z() = 1.0;
+  const ViolationSummary longer = violation_summary(model, states);
+  expect_violation(longer.rms, 0, 0, 0, 0.01);
+  EXPECT_EQ(longer.rms_low.penetration, 0) << "most resamples miss the moment";
+  EXPECT_GT(longer.rms_high.penetration, 0.012);
+  EXPECT_LT(longer.rms_high.penetration, 0.03);
+  EXPECT_EQ(longer.rms_high.dislocation, 0);
 }
 
 }  // namespace
