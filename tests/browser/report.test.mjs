@@ -1,8 +1,9 @@
 // The page of a report in headless Chromium: what it draws, says and does. The fixture makes results of known figures.
 //   ASSAY_FIXTURE  the program browser_fixture
+//   ASSAY          the program assay, for the tests that compare the page with it
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { existsSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, describe, test } from "node:test";
@@ -11,7 +12,7 @@ import { pathToFileURL } from "node:url";
 import { launch } from "../../web/browser.mjs";
 
 const work = mkdtempSync(join(tmpdir(), "assay-browser-"));
-const kinds = ["full", "empty", "started", "failed"];
+const kinds = ["full", "programme", "empty", "started", "failed"];
 let browser;
 
 // Opens the report of one kind; `trouble` collects whatever the page must not do.
@@ -26,7 +27,11 @@ async function open(kind, { width = 1400, dark = false } = {}) {
     if (!request.url().startsWith("data:") && !request.isNavigationRequest()) trouble.push(`request: ${request.url()}`);
   });
   await page.setViewport({ width, height: 900 });
-  await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: dark ? "dark" : "light" }]);
+  // A scroll that goes on would carry the marker away from the pointer.
+  await page.emulateMediaFeatures([
+    { name: "prefers-color-scheme", value: dark ? "dark" : "light" },
+    { name: "prefers-reduced-motion", value: "reduce" },
+  ]);
   await page.goto(pathToFileURL(join(work, kind, "report.html")).href, { waitUntil: "load" });
   await page.waitForSelector("main > *");
   return { page, trouble };
@@ -497,19 +502,359 @@ test("the page prints on paper's width", async () => {
   await page.close();
 });
 
-test("the screenshot shows the top of the page as far as the first plots", () => {
+test("the screenshot shows the top of the page as far as the first plots", async () => {
   const script = new URL("../../web/screenshot.mjs", import.meta.url).pathname;
   const out = join(work, "shot.png");
   execFileSync(process.execPath, [script, join(work, "full"), out, "--width", "1200"]);
   const png = readFileSync(out);
   assert.equal(png.toString("latin1", 1, 4), "PNG");
   assert.equal(png.readUInt32BE(16), 1200);
-  assert.ok(png.readUInt32BE(20) > 900 && png.readUInt32BE(20) < 2000, `${png.readUInt32BE(20)} px high`);
+  const { page } = await open("full", { width: 1200 });
+  const bottom = await page.$eval(".system .plots", (node) => node.getBoundingClientRect().bottom + window.scrollY);
+  await page.close();
+  assert.ok(Math.abs(png.readUInt32BE(20) - bottom) < 40, `${png.readUInt32BE(20)} px high, the plots end at ${bottom}`);
   assert.throws(() => execFileSync(process.execPath, [script, join(work, "nowhere"), out], { stdio: "pipe" }), /no report at/);
+});
+
+// ---- the paper's whole programme ----------------------------------------------------------------------------------------
+
+describe("the programme", () => {
+  const data = dataOf.bind(null, "programme");
+  let page;
+  let trouble;
+
+  before(async () => {
+    ({ page, trouble } = await open("programme"));
+  });
+  after(async () => {
+    assert.deepEqual(trouble, []);
+    await page.close();
+  });
+
+  const press = (selector) => page.$eval(selector, (node) => node.click());
+  const shownIn = (system) => page.$$eval(`#${system} .series:not(.off)`, (nodes) => nodes.map((node) => node.dataset.contender));
+
+  test("many contenders: the paper's are shown at first, engines can be switched on together", async () => {
+    const papers = ["mujoco-euler", "mujoco-rk4", "bullet-si-f64", "bullet-mb", "ode-quick", "physx-d6-pgs", "havok"];
+    assert.deepEqual((await shownIn("humanoid")).sort(), [...papers].sort());
+    const bars = await page.$$eval("#humanoid .bars .bar", (nodes) => nodes.map((node) => node.dataset.contender));
+    assert.deepEqual([...bars].sort(), [...papers].sort());
+    const heads = await page.$$eval("#humanoid .legend-engine", (nodes) => nodes.map((node) => node.textContent));
+    assert.deepEqual(heads, ["mujoco", "bullet", "ode", "physx", "havok", "jolt", "rapier", "dart", "simbody"]);
+    await press("#humanoid .legend-group:nth-of-type(7) .legend-engine");
+    assert.ok((await shownIn("humanoid")).includes("jolt-f64"));
+    assert.ok((await shownIn("grasp")).includes("jolt-f32"), "other systems follow");
+    assert.equal((await page.$$("#humanoid .bars .bar")).length, papers.length + 2);
+    await press("#humanoid .legend-group:nth-of-type(7) .legend-engine");
+    assert.equal((await shownIn("humanoid")).length, papers.length);
+  });
+
+  test("each system has its picture, with as many shapes as its model", async () => {
+    for (const picture of data().pictures) {
+      const shapes = await page.$$eval(`#${picture.system} .picture .outline`, (nodes) => nodes.length).catch(() => null);
+      if (data().systems.find((system) => system.name === picture.system).facts.family) continue;
+      assert.equal(shapes, picture.start.length, picture.system);
+      const facts = data().systems.find((system) => system.name === picture.system).facts;
+      assert.equal(shapes, facts.shapes - (picture.ground === null ? 0 : 1), `${picture.system}: all shapes but the ground`);
+    }
+  });
+
+  test("every measure of a system can be plotted", async () => {
+    const choices = (system) => page.$$eval(`#${system} .segments input`, (nodes) => nodes.map((node) => node.value));
+    assert.deepEqual(await choices("planar-chain"), ["truth_error", "consistency", "energy_drift", "angular_momentum_drift", "joint_dislocation_max"]);
+    assert.deepEqual(await choices("astronaut"), ["consistency", "angular_momentum_drift", "linear_momentum_drift", "joint_dislocation_max", "penetration_max"]);
+    assert.deepEqual(await choices("grasp"), ["consistency", "joint_dislocation_max", "limit_violation_max", "penetration_max", "grasp_slip"]);
+    for (const name of await choices("grasp")) {
+      await chooseMeasure(page, "grasp", name);
+      assert.ok((await page.$$("#grasp .series .mark")).length > 50, name);
+    }
+    await chooseMeasure(page, "grasp", "consistency");
+  });
+
+  test("the front is the one that the shown figures give", async () => {
+    const drawn = await page.$eval("#humanoid .front-line", (node) => node.getAttribute("d"));
+    const corners = [...drawn.matchAll(/(?:M([\d.]+),([\d.]+))|(?:H([\d.]+)V([\d.]+))/g)].map((match) => `${match[1] ?? match[3]} ${match[2] ?? match[4]}`);
+    const points = await page.$$eval("#humanoid .series:not(.off) .mark:not(.hollow):not(.pale)", (nodes) =>
+      nodes.map((node) => {
+        const [, x, y] = /translate\(([-\d.]+),([-\d.]+)\)/.exec(node.getAttribute("transform"));
+        return { text: `${x} ${y}`, contender: node.parentNode.dataset.contender, step: Number(node.dataset.timestep) };
+      }),
+    );
+    const placed = points.map((point) => ({
+      ...point,
+      speed: valueOf(data(), "humanoid", point.contender, point.step, "realtime_factor"),
+      error: valueOf(data(), "humanoid", point.contender, point.step, "consistency"),
+    }));
+    const unbeaten = placed.filter((a) => !placed.some((b) => b.error <= a.error && b.speed >= a.speed && (b.error < a.error || b.speed > a.speed)));
+    assert.ok(unbeaten.length > 5);
+    assert.deepEqual([...corners].sort(), unbeaten.map((point) => point.text).sort());
+  });
+
+  test("a partial curve ends at the mark of its outcome", async () => {
+    const ends = await page.$$eval('#grasp .series[data-contender="ode-quick"] .failed', (nodes) => nodes.map((node) => [Number(node.dataset.timestep), node.dataset.outcome]));
+    assert.deepEqual(ends, [2, 4, 8, 16, 32].map((step) => [step, "diverged"]));
+    const line = await page.$eval('#grasp .series[data-contender="ode-quick"] .to-failure', (node) => [node.getAttribute("x2"), node.getAttribute("y2")].join());
+    const mark = await page.$eval('#grasp .series[data-contender="ode-quick"] .failed', (node) => /translate\((.*)\)/.exec(node.getAttribute("transform"))[1]);
+    assert.equal(line, mark);
+  });
+
+  test("a click or Enter on a point opens its details: values, reason, settings, samples, command, place for the replay", async () => {
+    const at = await marker(page, "humanoid", "mujoco-rk4", 2);
+    await page.mouse.click(at.x, at.y);
+    const panel = "#humanoid .details-panel";
+    assert.match(await page.$eval(`${panel} h3`, (node) => node.textContent), /mujoco-rk4 at 2 ms/);
+    const cells = data().cells.filter((cell) => cell.system === "humanoid" && cell.contender === "mujoco-rk4" && cell.timestep_ms === 2);
+    const names = cells.flatMap((cell) => cell.values.map((value) => value.name));
+    assert.deepEqual(await page.$$eval(`${panel} [data-value]`, (nodes) => nodes.map((node) => node.dataset.value)), names);
+    assert.match(await page.$eval(panel, (node) => node.innerText), /Runge-Kutta 4/);
+    const slot = await page.$eval(`${panel} [data-replay]`, (node) => ({ ...node.dataset }));
+    assert.deepEqual([slot.system, slot.contender, slot.timestep], ["humanoid", "mujoco-rk4", "2"]);
+
+    const bins = await page.$$eval(`${panel} [data-samples="step_time_us"] .bin`, (nodes) => nodes.map((node) => Number(node.dataset.count)));
+    const stored = cells.flatMap((cell) => cell.samples ?? []).find((samples) => samples.name === "step_time_us");
+    assert.deepEqual(bins, stored.bins);
+    assert.equal(bins.reduce((sum, count) => sum + count, 0) + stored.above, stored.count);
+    assert.equal(stored.count, 400);
+    assert.ok(stored.above > 0 && stored.above < 8, "the spikes are told as a number");
+    assert.match(await page.$eval(`${panel} [data-samples="piece_error_m"]`, (node) => node.getAttribute("aria-label")), /10 samples/);
+
+    assert.equal(
+      await page.$eval(`${panel} .command`, (node) => node.textContent),
+      "assay simulate humanoid --engine mujoco-rk4 --timestep 2 --duration 5.024 --sample 32 --out humanoid_mujoco-rk4_2ms.csv",
+    );
+    assert.equal((await page.$$("#humanoid .overlay .chosen")).length, 1);
+    await page.mouse.move(2, 2);
+
+    await page.$eval("#grasp svg.accuracy", (node) => node.focus());
+    for (const key of ["ArrowRight", "ArrowRight", "Enter"]) await page.keyboard.press(key);
+    assert.match(await page.$eval("#grasp .details-panel h3", (node) => node.textContent), /mujoco-euler at 1\/16 ms/);
+    assert.ok(await page.$eval(panel, (node) => node.hidden), "one panel at a time");
+    await press("#grasp .details-panel .close");
+    assert.ok(await page.$eval("#grasp .details-panel", (node) => node.hidden));
+  });
+
+  test("a drop, a divergence and a leak can each be run again", async () => {
+    const command = (system) => page.$eval(`#${system} .details-panel .command`, (node) => node.textContent);
+    await press('#grasp .grip-cell[data-contender-of="physx-d6-pgs"][data-timestep="4"]');
+    assert.match(await page.$eval("#grasp .details-panel", (node) => node.innerText), /Drop time/);
+    assert.match(await command("grasp"), /^assay simulate grasp --engine physx-d6-pgs --timestep 4 --duration 5\.024 --sample 32 --out /);
+    await page.$$eval("#failures tbody tr", (rows) => [...rows].find((row) => /ode-quick\s+grasp\s+grasp/.test(row.innerText)).querySelector("button.link").click());
+    assert.match(await page.$eval("#grasp .details-panel .outcomes", (node) => node.innerText), /grasp: diverged, by 1\.3 s/);
+    assert.match(await command("grasp"), /--engine ode-quick --timestep 2 /);
+    await press("#astronaut-energy .damping-panel tbody tr:nth-child(19) td:last-child button");
+    assert.match(await command("astronaut-energy"), /--engine havok --timestep 32 .*--gravity off --out/);
+    await press("#astronaut-energy .details-panel .close");
+  });
+
+  test("the commands are ones that the program takes", { skip: !process.env.ASSAY || !existsSync(process.env.ASSAY) }, async () => {
+    await press('#grasp .grip-cell[data-contender-of="mujoco-euler"][data-timestep="16"]');
+    const text = await page.$eval("#grasp .details-panel .command", (node) => node.textContent);
+    const [program, ...words] = text.split(" ");
+    assert.equal(program, "assay");
+    // Short enough for a test; whether the command is understood does not depend on it.
+    words[words.indexOf("--duration") + 1] = "0.032";
+    words[words.indexOf("--out") + 1] = join(work, "run.csv");
+    execFileSync(process.env.ASSAY, words, { stdio: "pipe" });
+    assert.match(readFileSync(join(work, "run.csv"), "utf8"), /^time,body,x,y,z/);
+    await press("#grasp .details-panel .close");
+  });
+
+  test("the grasp table shows every cell, holes too, and the largest timesteps", async () => {
+    const grips = await page.$$eval("#grasp .grip-cell", (nodes) => nodes.map((node) => [node.dataset.contenderOf, Number(node.dataset.timestep), node.dataset.grip]));
+    const cells = data().cells.filter((cell) => cell.measure === "grasp");
+    assert.equal(grips.length, cells.length);
+    for (const [contender, step, grip] of grips) {
+      const cell = cells.find((one) => one.contender === contender && one.timestep_ms === step);
+      const held = cell.values.find((value) => value.name === "grasp_held")?.value;
+      assert.equal(grip, cell.outcome !== "ok" ? "failed" : held === 1 ? "held" : "dropped", `${contender} at ${step} ms`);
+    }
+    const row = await page.$$eval("#grasp .grasp-panel tbody tr", (rows) => [...rows].find((one) => one.innerText.includes("physx-d6-pgs")).innerText.split(/\s+/).filter(Boolean));
+    assert.deepEqual(row, ["physx-d6-pgs", "2", "1/4"], "the hole at 1/2 ms");
+  });
+
+  test("agreement is a matrix with a time slider", async () => {
+    const [agreement] = data().agreement.filter((one) => one.system === "planar-chain");
+    const names = agreement.contenders;
+    const index = (i, j) => i * names.length - (i * (i + 1)) / 2 + (j - i - 1);
+    const shown = (i, j) => page.$eval(`#planar-chain .agreement [data-pair="${i} ${j}"]`, (node) => ({ distance: Number(node.dataset.distance), fill: getComputedStyle(node).fill }));
+    const slide = (step) =>
+      page.$eval("#planar-chain .agreement-panel input", (node, value) => {
+        node.value = value;
+        node.dispatchEvent(new Event("input"));
+      }, step); // prettier-ignore
+    assert.equal((await page.$$("#planar-chain .agreement [data-pair]")).length, names.length ** 2);
+    const near = [0, 1];
+    const far = [0, names.indexOf("ode-quick")];
+    for (const step of [0, 9, agreement.time_s.length - 1]) {
+      await slide(step);
+      for (const [i, j] of [near, far]) {
+        assert.equal((await shown(i, j)).distance, agreement.distance_m[index(i, j)][step]);
+        assert.equal((await shown(j, i)).distance, agreement.distance_m[index(i, j)][step], "the matrix is symmetric");
+      }
+    }
+    await slide(16);
+    assert.notEqual((await shown(...near)).fill, (await shown(...far)).fill);
+    assert.match(await page.$eval("#planar-chain .agreement-panel output", (node) => node.textContent), /^4\.93 s|^5\.\d+ s/);
+    await page.$eval("#planar-chain svg.agreement", (node) => node.focus());
+    await page.keyboard.press("ArrowRight");
+    assert.match(await page.$eval(".tooltip", (node) => node.innerText), /mujoco-euler and mujoco-rk4[^]*farther than 1 mm/);
+    await page.keyboard.press("Escape");
+  });
+
+  test("hidden damping is listed with what it says", async () => {
+    const at = await page.$$eval("#astronaut-energy .damping-panel tbody tr", (rows) => [...rows].map((row) => [row.cells[0].innerText.trim(), row.cells[7].innerText.trim()]));
+    assert.equal(at.length, 26);
+    assert.equal(at.find(([name]) => name === "havok")[1], "0.18");
+    assert.equal(at.find(([name]) => name === "ode-quick")[1], "0.020");
+  });
+
+  test("scaling: times lie where size and time put them; powers stand beside", async () => {
+    const points = await page.$$eval(`#scaling .series .mark`, (nodes) =>
+      nodes.map((node) => {
+        const [, x, y] = /translate\(([-\d.]+),([-\d.]+)\)/.exec(node.getAttribute("transform"));
+        return { contender: node.parentNode.dataset.contender, free: node.parentNode.classList.contains("free"), size: Number(node.dataset.size), seconds: Number(node.dataset.seconds), x: Number(x), y: Number(y) };
+      }),
+    );
+    // Of the paper's contenders bullet-mb takes no part.
+    assert.equal(points.length, 6 * 20);
+    for (const point of points) {
+      assert.equal(point.seconds, valueOf(data(), `capsules-${point.size}${point.free ? "-free" : ""}`, point.contender, 10, "run_time"));
+    }
+    const [a, b] = [points[0], points.find((point) => point.size === 250 && point.contender === "havok")];
+    for (const point of points) {
+      const along = (key, first, second, value) => first[key] + ((Math.log(value(point)) - Math.log(value(first))) / (Math.log(value(second)) - Math.log(value(first)))) * (second[key] - first[key]);
+      assert.ok(Math.abs(point.x - along("x", a, b, (p) => p.size)) < 0.5);
+      assert.ok(Math.abs(point.y - along("y", a, b, (p) => p.seconds)) < 0.5);
+    }
+    await press('#scaling button[data-contender="mujoco-euler-dense"]');
+    const failed = await page.$$eval("#scaling .failed", (nodes) => nodes.map((node) => `${node.parentNode.dataset.contender} ${node.dataset.size}`));
+    assert.deepEqual(failed, ["mujoco-euler-dense 250"]);
+    const dense = valueOf(data(), "capsules-225", "mujoco-euler-dense", 10, "scaling_exponent");
+    const row = await page.$$eval("#scaling tbody tr", (rows) => [...rows].find((one) => one.innerText.includes("mujoco-euler-dense")).cells[1].innerText);
+    assert.ok(row.startsWith(dense.toFixed(2)), row);
+    await press('#scaling button[data-contender="mujoco-euler-dense"]');
+  });
+
+  test("claims stand at the top with their verdicts and figures", async () => {
+    const claims = data().claims;
+    assert.equal(claims.length, 13);
+    const shown = await page.$$eval("#claims .claim", (nodes) => nodes.map((node) => [Number(node.dataset.claim), node.querySelector(".verdict").classList[1], node.querySelectorAll(".claim-figures tbody tr").length]));
+    assert.deepEqual(shown, claims.map((claim) => [claim.number, claim.verdict, claim.figures.length]));
+    assert.equal(new Set(shown.map(([, verdict]) => verdict)).size, 3, "the made-up results have all three verdicts");
+    const texts = await page.$$eval("#claims .claim", (nodes) => nodes.map((node) => node.textContent));
+    claims.forEach((claim, index) => {
+      for (const part of [claim.title, claim.statement, claim.summary, claim.paper, claim.today]) assert.ok(texts[index].includes(part), part);
+    });
+  });
+
+  test("the picker's answer is that of assay recommend", { skip: !process.env.ASSAY || !existsSync(process.env.ASSAY) }, async () => {
+    const questions = [
+      ["planar-chain", "consistency", 1, "mm"],
+      ["planar-chain", "truth_error", 10, "nm"],
+      ["humanoid", "consistency", 100, "µm"],
+      ["humanoid", "penetration_max", 3, "mm"],
+      ["astronaut", "linear_momentum_drift", 1e-5, ""],
+      ["grasp", "consistency", 5, "mm"],
+      ["grasp", "limit_violation_max", 20, "mrad"],
+      ["capsules-27", "consistency", 1, "nm"],
+    ];
+    for (const [system, measure, limit, unit] of questions) {
+      await page.select("#pick-system", system);
+      await page.select("#pick-measure", measure);
+      await page.$eval("#pick-unit", (node, name) => {
+        const option = [...node.options].find((one) => one.textContent === name) ?? node.options[0];
+        node.value = option.value;
+      }, unit); // prettier-ignore
+      await page.$eval("#pick-error", (node, value) => {
+        node.value = value;
+        node.dispatchEvent(new Event("input"));
+      }, limit); // prettier-ignore
+      let said;
+      try {
+        said = JSON.parse(execFileSync(process.env.ASSAY, ["recommend", join(work, "programme"), system, "--error", `${limit}${unit.replace("µ", "u")}`, "--measure", measure, "--json"], { stdio: ["ignore", "pipe", "ignore"] }));
+      } catch (error) {
+        said = JSON.parse(error.stdout);
+      }
+      const best = await page.$$eval(".pick-best", ([node]) => (node ? { contender: node.dataset.contenderOf, timestep_ms: Number(node.dataset.timestep) } : null));
+      const question = `${system} ${measure} ${limit}${unit}`;
+      if (said.recommended === null) {
+        assert.equal(best, null, question);
+        continue;
+      }
+      assert.deepEqual(best, { contender: said.recommended.contender, timestep_ms: said.recommended.timestep_ms }, question);
+      const alike = await page.$$eval(".pick-alike", ([node]) => (node ? [...node.textContent.matchAll(/([\w-]+) at /g)].map((match) => match[1]) : []));
+      assert.deepEqual(alike, said.not_told_apart.map((one) => one.contender), question);
+      const rows = await page.$$eval(".picker tbody tr", (nodes) => nodes.map((node) => node.cells[0].innerText.trim() || node.cells[0].textContent.trim()));
+      assert.deepEqual(rows, said.contenders.map((one) => one.contender), question);
+    }
+  });
+
+  test("values can be filtered, sorted and taken away", async () => {
+    const total = data().cells.reduce((sum, cell) => sum + Math.max(cell.values.length, cell.outcome === "ok" ? 0 : 1), 0);
+    const count = () => page.$eval("#values .sub", (node) => node.textContent);
+    assert.match(await count(), new RegExp(`^${total} of ${total} values, the first 100 shown`));
+    assert.equal((await page.$$("#values tbody tr")).length, 100);
+    await page.select('#values [data-filter="system"]', "grasp");
+    await page.select('#values [data-filter="value"]', "drop_time");
+    const drops = data().cells.flatMap((cell) => cell.values.filter((value) => value.name === "drop_time"));
+    assert.match(await count(), new RegExp(`^${drops.length} of `));
+    const figures = () => page.$$eval("#values tbody tr", (rows) => rows.map((row) => row.cells[4].textContent));
+    await page.$$eval("#values thead .sort", (nodes) => nodes[4].click());
+    const ascending = await figures();
+    assert.equal(Number.parseFloat(ascending[0]), Number((Math.min(...drops.map((value) => value.value)) * 1e3).toPrecision(3)), "in ms");
+    await page.$$eval("#values thead .sort", (nodes) => nodes[4].click());
+    assert.notEqual((await figures())[0], ascending[0]);
+
+    const taken = await page.evaluate(async () => {
+      const kept = [];
+      const make = URL.createObjectURL;
+      URL.createObjectURL = (blob) => {
+        kept.push(blob);
+        return make.call(URL, blob);
+      };
+      for (const format of ["csv", "json"]) document.querySelector(`#values [data-format="${format}"]`).click();
+      URL.createObjectURL = make;
+      return Promise.all(kept.map((blob) => blob.text()));
+    });
+    const [csv, json] = taken;
+    const lines = csv.trim().split("\n");
+    assert.equal(lines[0], "system,contender,timestep_ms,measure,outcome,value,figure,low,high,unit,reason");
+    assert.equal(lines.length - 1, drops.length);
+    const sum = (list) => list.reduce((total, value) => total + value, 0);
+    const expected = sum(drops.map((value) => value.value));
+    assert.ok(Math.abs(sum(lines.slice(1).map((line) => Number(line.split(",")[6]))) - expected) < 1e-9 * expected);
+    assert.deepEqual(JSON.parse(json).map((row) => row.figure).sort(), drops.map((value) => value.value).sort());
+    await page.type("#values input", "havok 16");
+    assert.match(await count(), /^0 of /);
+  });
+
+  test("the figures of the paper stand beside the report and show what was measured", async () => {
+    for (const [name, parts] of [["figure3", 4], ["figure4", 5], ["figure5", 2], ["grasp-table", 1]]) {
+      const svg = readFileSync(join(work, "programme", "figures", `${name}.svg`), "utf8");
+      const pdf = readFileSync(join(work, "programme", "figures", `${name}.pdf`));
+      assert.equal(pdf.toString("latin1", 0, 5), "%PDF-");
+      const figure = await browser.newPage();
+      await figure.goto(pathToFileURL(join(work, "programme", "figures", `${name}.svg`)).href);
+      const { width, height, blue } = await figure.evaluate(() => ({
+        width: document.documentElement.width.baseVal.value,
+        height: document.documentElement.height.baseVal.value,
+        // mujoco-euler's colour, as on the page
+        blue: [...document.querySelectorAll("path")].filter((node) => /rgb\(7\.84\d*%, ?38\.8\d*%, ?76\.8\d*%\)/.test(node.getAttribute("style") ?? node.getAttribute("fill") ?? node.getAttribute("stroke") ?? "")).length,
+      }));
+      await figure.close();
+      assert.ok(Math.abs(width - (516 * 96) / 72) < 1 && height > 100, `${name}: ${width} x ${height}`);
+      assert.ok(blue >= parts, `${name}: ${blue} marks and lines of mujoco-euler`);
+      assert.ok(svg.length < 1.5e6 && pdf.length < 1e6);
+    }
+  });
 });
 
 test("the same database gives the same bytes", () => {
   const first = readFileSync(join(work, "full", "report.html"));
   execFileSync(process.env.ASSAY_FIXTURE, ["full", join(work, "again")]);
   assert.ok(first.equals(readFileSync(join(work, "again", "report.html"))));
+  for (const figure of ["figure3.svg", "figure3.pdf", "figure4.svg"]) {
+    const path = (kind) => join(work, kind, "figures", figure);
+    assert.ok(readFileSync(path("full")).equals(readFileSync(path("again"))), figure);
+  }
 });

@@ -22,6 +22,70 @@ export interface Cell {
   engine_s: number | null;
   steal: number | null;
   values: Value[];
+  samples?: Samples[];
+}
+
+// Samples of a cell: all of them where they are few, else a histogram. The name ends with the unit.
+export interface Samples {
+  name: string;
+  count: number;
+  values?: number[];
+  from?: number;
+  to?: number;
+  bins?: number[]; // counts, of equal width from `from` to `to`
+  above?: number;
+}
+
+export type Point3 = [number, number, number];
+
+// A capsule between two points of the world frame, or a sphere where they are equal; m.
+export interface PictureShape {
+  a: Point3;
+  b: Point3;
+  r: number;
+  c: string;
+}
+
+export interface Picture {
+  system: string;
+  start: PictureShape[];
+  end: { contender: string; time_s: number; shapes: PictureShape[] } | null;
+  ground: number | null;
+}
+
+// Who computes the same motion, and until when. The lists have an entry per pair (0, 1), (0, 2), ..., (1, 2), ...
+export interface Agreement {
+  system: string;
+  timestep_ms: number;
+  contenders: string[];
+  time_s: number[];
+  distance_m: ((number | null)[] | null)[];
+  parting_s: (number | null)[];
+}
+
+export interface ClaimFigure {
+  label: string;
+  contender: string;
+  system: string;
+  timestep_ms: number | null;
+  measure: string;
+  value: number | null;
+  unit: string;
+  low: number | null;
+  high: number | null;
+}
+
+export interface Claim {
+  number: number;
+  title: string;
+  statement: string;
+  paper: string;
+  verdict: "holds" | "changed" | "not-measurable";
+  summary: string;
+  reason: string;
+  today: string;
+  key?: string;
+  figures: ClaimFigure[];
 }
 
 export interface Deviation {
@@ -64,6 +128,9 @@ export interface ReportJson {
   contenders: Contender[];
   cells: Cell[];
   conformance: GateResult[];
+  pictures?: Picture[];
+  agreement?: Agreement[];
+  claims?: Claim[];
 }
 
 // What is known of a value's name; other names are shown as they are.
@@ -352,8 +419,28 @@ export class Report {
     return this.json.contenders.filter((contender) => !this.isHarness(contender.name));
   }
 
+  private readonly views = new Map<string, SystemView>();
+
   view(system: string): SystemView {
-    return new SystemView(this, system);
+    let view = this.views.get(system);
+    if (!view) this.views.set(system, (view = new SystemView(this, system)));
+    return view;
+  }
+
+  facts(system: string): Record<string, unknown> {
+    return this.json.systems.find((candidate) => candidate.name === system)?.facts ?? {};
+  }
+
+  // Systems with a section of their own: those that are not merely a size of a family.
+  get mainSystems(): System[] {
+    const alone = new Set(this.json.cells.filter((cell) => cell.measure !== "scaling").map((cell) => cell.system));
+    return this.json.systems.filter((system) => !system.facts["family"] || alone.has(system.name));
+  }
+
+  // Systems that differ in size, of which the time of a whole run was measured.
+  get sizes(): System[] {
+    const timed = new Set(this.json.cells.filter((cell) => cell.measure === "scaling").map((cell) => cell.system));
+    return this.json.systems.filter((system) => system.facts["family"] && timed.has(system.name));
   }
 }
 
@@ -377,6 +464,11 @@ export class SystemView {
     this.contenders = report.contenders.map((contender) => contender.name).filter((name) => present.has(name));
   }
 
+  // All cells of a contender at a timestep.
+  cellsAt(contender: string, timestep: number): Cell[] {
+    return this.at.get(`${contender} ${timestep}`) ?? [];
+  }
+
   // Names of all values of the system's cells, known ones first and in the order of the list above.
   valueNames(): string[] {
     const present = new Set<string>();
@@ -388,12 +480,14 @@ export class SystemView {
   // Names that can be the error axis: something measured, or something tried that failed everywhere.
   plotNames(): string[] {
     const present = new Set(this.valueNames());
+    const measured = new Set([...present].map(measureOf));
     return kPlotNames.filter(
       (name) =>
         present.has(name) ||
-        // Which momentum a system conserves is not known where every run failed; its energy stands for all drifts, and
-        // one violation for all.
-        (!/momentum|misalignment|^limit_|^penetration/.test(name) && this.cells.some((cell) => cell.outcome !== "ok" && cell.measure === measureOf(name))),
+        // What a measure would have told is not known where every run failed: its first value stands for all.
+        (!measured.has(measureOf(name)) &&
+          !/momentum|misalignment|^limit_|^penetration/.test(name) &&
+          this.cells.some((cell) => cell.outcome !== "ok" && cell.measure === measureOf(name))),
     );
   }
 
@@ -416,8 +510,16 @@ export class SystemView {
     return "";
   }
 
+  private readonly steps = new Map<string, number[]>();
+
   // Timesteps that have an entry of this value, ascending.
   timesteps(name: string): number[] {
+    let found = this.steps.get(name);
+    if (!found) this.steps.set(name, (found = this.findTimesteps(name)));
+    return found;
+  }
+
+  private findTimesteps(name: string): number[] {
     const measure = measureOf(name);
     const found = new Set<number>();
     for (const cell of this.cells) {

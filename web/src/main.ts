@@ -3,13 +3,18 @@ import { readReport, type Report } from "./data";
 import { drawWaiting, el, type Child } from "./dom";
 import { sentenceList } from "./format";
 import { outcomeCounts } from "./analysis";
-import { Palette } from "./palette";
+import { claimsList } from "./claims";
+import { Palette, shownAtFirst } from "./palette";
+import { picker } from "./picker";
+import { scalingPanel } from "./plots/scaling";
+import { state } from "./state";
 import { systemSummary } from "./summary";
 import { systemSection } from "./system";
 import { engines, fairness } from "./tables/fairness";
 import { failureTable } from "./tables/failures";
 import { gate } from "./tables/gate";
 import { harnessCost, manifestTable, stealSummary } from "./tables/manifest";
+import { valuesTable } from "./tables/values";
 import { tooltip } from "./tooltip";
 
 function header(report: Report): HTMLElement {
@@ -68,19 +73,34 @@ function part(id: string, title: string, text: string, ...content: Child[]): HTM
 
 function build(report: Report, page: HTMLElement): void {
   const palette = new Palette(report);
-  const systems = report.json.systems;
+  const everyone = report.contenders.map((contender) => contender.name);
+  state.show(shownAtFirst(everyone), everyone);
+  const systems = report.mainSystems;
   const views = systems.map((system) => report.view(system.name));
-  const measured = views.some((view) => view.cells.length > 0);
+  const measured = report.json.cells.some((cell) => !report.isHarness(cell.contender));
+  const claims = report.json.claims ?? [];
+  const choice = measured ? picker(report, palette) : null;
+  const sizes = report.sizes.length > 0;
   const links: [string, string][] = [
+    ...(claims.length > 0 ? [["claims", "Claims"] as [string, string]] : []),
+    ...(choice ? [["pick", "Which engine?"] as [string, string]] : []),
     ["gate", "Gate"],
     ...(measured ? [["summary", "Summary"] as [string, string]] : []),
     ...systems.map((system): [string, string] => [system.name, system.name]),
+    ...(sizes ? [["scaling", "Scaling"] as [string, string]] : []),
+    ...(measured ? [["values", "Values"] as [string, string]] : []),
     ["failures", "Failures"],
     ["fairness", "Fairness"],
     ["manifest", "Manifest"],
   ];
   page.append(header(report));
   page.append(el("nav", { "aria-label": "Parts of the report" }, ...links.map(([id, name]) => el("a", { href: `#${id}` }, name))));
+  if (claims.length > 0) {
+    page.append(
+      part("claims", "What the paper found, tested again", "Each finding of Erez, Tassa and Todorov (ICRA 2015), judged by today's versions of the paper's engines; then what all of today's engines say.", claimsList(claims)),
+    );
+  }
+  if (choice) page.append(part("pick", "Which engine?", "The fastest contender whose error is small enough, at the timestep at which it is.", choice));
   page.append(
     part("gate", "Conformance gate", "A contender is scored only when its adapter passes these tests against closed forms and independent solutions. A deviation that is the engine's own is proven, declared and bounded.", gate(report)),
   );
@@ -94,6 +114,8 @@ function build(report: Report, page: HTMLElement): void {
     );
   }
   systems.forEach((system, index) => page.append(systemSection(views[index]!, system, palette)));
+  if (sizes) page.append(part("scaling", "Scaling", "Processor time of a whole run of systems that differ in size alone.", scalingPanel(report, palette)));
+  if (measured) page.append(part("values", "All values", "", valuesTable(report)));
   page.append(
     part("failures", "What failed", "A cell that fails is a result: its outcome and reason are kept. Cells that differ in the timestep alone share a row.", failureTable(report), leftOut(report)),
     part("fairness", "Fairness", "", fairness(report, palette)),

@@ -13,25 +13,46 @@ export interface Look {
   turn: number; // degrees
 }
 
-// Fixed places in the palette, so that an engine has the same hue in every report.
-const kSlots: Record<string, number> = {
-  mujoco: 0, bullet: 1, "bullet/joint": 2, ode: 3, simbody: 4, dart: 5, physx: 6, "physx/joint": 7, havok: 8, jolt: 9,
-  rapier: 10, "rapier/joint": 11,
+// Fixed places in the palette and the mark of the first contender there, so that an engine looks the same in every
+// report and in the figures (src/report/look.cc).
+const kSlots: Record<string, [hue: number, mark: number]> = {
+  mujoco: [0, 0], bullet: [1, 2], "bullet/joint": [2, 4], ode: [3, 3], simbody: [4, 1], dart: [5, 2], physx: [6, 5],
+  "physx/joint": [7, 7], havok: [8, 6], jolt: [9, 7], rapier: [10, 3], "rapier/joint": [11, 4],
 }; // prettier-ignore
 const kSlotCount = 12;
 
-const kVariants: { marker: SymbolType; turn: number; dash: string; mix: string }[] = [
-  { marker: symbolCircle, turn: 0, dash: "", mix: "" },
-  { marker: symbolSquare, turn: 0, dash: "7 3", mix: "var(--ink) 28%" },
-  { marker: symbolTriangle, turn: 0, dash: "2 3", mix: "var(--paper) 22%" },
-  { marker: symbolDiamond, turn: 0, dash: "9 3 2 3", mix: "var(--ink) 45%" },
-  { marker: symbolTriangle, turn: 180, dash: "12 4", mix: "var(--paper) 30%" },
-  { marker: symbolCross, turn: 45, dash: "4 2", mix: "var(--ink) 14%" },
-  { marker: symbolStar, turn: 0, dash: "1 3", mix: "var(--paper) 12%" },
-  { marker: symbolWye, turn: 0, dash: "9 2 1 2 1 2", mix: "var(--ink) 36%" },
+const kMarks: { marker: SymbolType; turn: number }[] = [
+  { marker: symbolCircle, turn: 0 },
+  { marker: symbolSquare, turn: 0 },
+  { marker: symbolTriangle, turn: 0 },
+  { marker: symbolDiamond, turn: 0 },
+  { marker: symbolTriangle, turn: 180 },
+  { marker: symbolCross, turn: 45 },
+  { marker: symbolStar, turn: 0 },
+  { marker: symbolWye, turn: 0 },
 ];
 
-function engineOf(contender: Contender): string {
+const kVariants: { dash: string; mix: string }[] = [
+  { dash: "", mix: "" },
+  { dash: "7 3", mix: "var(--ink) 28%" },
+  { dash: "2 3", mix: "var(--paper) 22%" },
+  { dash: "9 3 2 3", mix: "var(--ink) 45%" },
+  { dash: "12 4", mix: "var(--paper) 30%" },
+  { dash: "4 2", mix: "var(--ink) 14%" },
+  { dash: "1 3", mix: "var(--paper) 12%" },
+  { dash: "9 2 1 2 1 2", mix: "var(--ink) 36%" },
+];
+
+// Whom a report of many contenders shows at first: today's versions of the paper's.
+const kPapers = ["mujoco-euler", "mujoco-rk4", "bullet-si-f64", "bullet-mb", "ode-quick", "physx-d6-pgs", "havok"];
+const kMany = 16;
+
+export function shownAtFirst(contenders: string[]): string[] {
+  const chosen = kPapers.filter((name) => contenders.includes(name));
+  return contenders.length <= kMany || chosen.length < 3 ? contenders : chosen;
+}
+
+export function engineOf(contender: Contender): string {
   return contender.engine.replace(/-(f32|f64)$/, "");
 }
 
@@ -55,10 +76,11 @@ export class Palette {
       const family = mixed.has(engine) && isJoint(contender) ? `${engine}/joint` : engine;
       families.set(family, [...(families.get(family) ?? []), contender]);
     }
-    const taken = new Set([...families.keys()].map((family) => kSlots[family]));
+    const taken = new Set([...families.keys()].map((family) => kSlots[family]?.[0]));
     let next = 0;
     for (const [family, members] of families) {
-      let slot = kSlots[family];
+      let slot = kSlots[family]?.[0];
+      const first = kSlots[family]?.[1] ?? 0;
       if (slot === undefined) {
         while (taken.has(next) && next < kSlotCount) next += 1;
         slot = next % kSlotCount;
@@ -67,13 +89,14 @@ export class Palette {
       }
       members.forEach((contender, index) => {
         const variant = kVariants[index % kVariants.length]!;
+        const mark = kMarks[(first + index) % kMarks.length]!;
         const hue = `var(--hue-${slot})`;
         this.looks.set(contender.name, {
           family,
           color: variant.mix ? `color-mix(in oklab, ${hue}, ${variant.mix})` : hue,
           dash: variant.dash,
-          path: (size) => symbol(variant.marker, size)() ?? "",
-          turn: variant.turn,
+          path: (size) => symbol(mark.marker, size)() ?? "",
+          turn: mark.turn,
         });
       });
     }

@@ -2,10 +2,38 @@
 
 type Listener = () => void;
 
+// One cell's place: what the details panel shows.
+export interface Choice {
+  system: string;
+  contender: string;
+  timestep: number; // ms
+}
+
 class State {
   private readonly hidden = new Set<string>();
   private highlighted: string | null = null;
   private readonly listeners: Listener[] = [];
+  private readonly choiceListeners: Listener[] = [];
+  private chosen: Choice | null = null;
+
+  get choice(): Choice | null {
+    return this.chosen;
+  }
+
+  // Chooses a cell for the details panel, or none.
+  choose(choice: Choice | null): void {
+    this.chosen = choice;
+    for (const listener of this.choiceListeners) listener();
+  }
+
+  isChosen(system: string, contender: string, timestep: number): boolean {
+    const chosen = this.chosen;
+    return chosen !== null && chosen.system === system && chosen.contender === contender && chosen.timestep === timestep;
+  }
+
+  onChoice(listener: Listener): void {
+    this.choiceListeners.push(listener);
+  }
 
   subscribe(listener: Listener): void {
     this.listeners.push(listener);
@@ -30,10 +58,24 @@ class State {
     this.changed();
   }
 
+  // Shows or hides some and leaves the others as they are.
+  setShown(contenders: string[], shown: boolean): void {
+    for (const name of contenders) {
+      if (shown) this.hidden.delete(name);
+      else this.hidden.add(name);
+    }
+    this.changed();
+  }
+
   show(contenders: string[], all: string[]): void {
     this.hidden.clear();
     for (const name of all) if (!contenders.includes(name)) this.hidden.add(name);
     this.changed();
+  }
+
+  // Changes with what is hidden, not with what is highlighted.
+  get shownKey(): string {
+    return [...this.hidden].sort().join(" ");
   }
 
   private changed(): void {

@@ -1,11 +1,16 @@
 // One system of the campaign: facts, speed, accuracy, figures.
 import { mainMeasure, outcomeCounts } from "./analysis";
 import { kPlotNames, type System, type SystemView } from "./data";
+import { Details } from "./details";
 import { el } from "./dom";
 import type { Palette } from "./palette";
+import { agreementPanel } from "./plots/agreement";
 import { bars } from "./plots/bars";
 import { legend } from "./plots/legend";
+import { picture } from "./plots/picture";
 import { SpeedAccuracy } from "./plots/speed_accuracy";
+import { dampingTable } from "./tables/damping";
+import { graspTable } from "./tables/grasp";
 import { Matrix } from "./tables/matrix";
 
 const kFacts: [string, (value: unknown) => string][] = [
@@ -33,7 +38,12 @@ function systemFacts(system: System): HTMLElement {
 }
 
 export function systemSection(view: SystemView, system: System, palette: Palette): HTMLElement {
-  const section = el("section", { class: "system", id: view.system }, el("h2", {}, view.system), systemFacts(system));
+  const drawn = view.report.json.pictures?.find((candidate) => candidate.system === view.system);
+  const head = el("div", { class: "system-head" }, el("div", {}, el("h2", {}, view.system), systemFacts(system)));
+  const many = view.contenders.length > 16;
+  const image = drawn ? (many ? picture(drawn, 320, 250) : picture(drawn, 150, 110)) : null;
+  if (image && !many) head.append(image);
+  const section = el("section", { class: "system", id: view.system }, head);
   if (view.cells.length === 0) {
     section.append(el("p", { class: "quiet" }, "No cell of this system has been run yet."));
     return section;
@@ -53,11 +63,15 @@ export function systemSection(view: SystemView, system: System, palette: Palette
   }
   const chosen = mainMeasure(view) ?? measures[0] ?? kPlotNames[0]!;
   const matrix = new Matrix(view, palette, chosen);
-  const row = el("div", { class: "plots" }, bars(view, palette), legend(view, palette));
+  const details = new Details(view, palette);
+  const row = el("div", { class: `plots${many ? " many" : ""}` }, bars(view, palette), legend(view, palette));
+  if (image && many) row.append(el("div", { class: "picture-panel" }, image));
   if (measures.length > 0) {
     const plot = new SpeedAccuracy(view, palette, chosen, measures, (name) => matrix.select(name));
     row.append(plot.element);
   }
-  section.append(row, matrix.element);
+  const agreement = view.report.json.agreement?.find((candidate) => candidate.system === view.system);
+  const parts = [graspTable(view, palette), agreement && agreement.contenders.length > 1 ? agreementPanel(agreement) : null, dampingTable(view, palette)];
+  section.append(row, details.element, ...parts.filter((part): part is HTMLElement => Boolean(part)), matrix.element);
   return section;
 }

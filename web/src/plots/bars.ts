@@ -46,8 +46,13 @@ export function bars(view: SystemView, palette: Palette): HTMLElement {
   const draw = (width: number) => {
     const list: Bar[] = [];
     const absent: string[] = [];
+    let off = 0;
     for (const contender of view.contenders) {
       const entry = view.entry(contender, step, "raw_speed");
+      if (state.isHidden(contender)) {
+        if (entry?.value) off += 1;
+        continue;
+      }
       if (entry?.value) {
         list.push({ contender, value: entry.value.value!, low: entry.value.low, high: entry.value.high, unit: entry.value.unit });
       } else if (entry) {
@@ -58,8 +63,12 @@ export function bars(view: SystemView, palette: Palette): HTMLElement {
     }
     list.sort((a, b) => b.value - a.value || a.contender.localeCompare(b.contender));
     clear(canvas);
-    missing.textContent = absent.length > 0 ? `Without a figure at ${timestep(step)} ms: ${absent.join(", ")}.` : "";
-    missing.hidden = absent.length === 0;
+    const notes = [
+      absent.length > 0 ? `Without a figure at ${timestep(step)} ms: ${absent.join(", ")}.` : "",
+      off > 0 ? `${off} more ${off === 1 ? "is" : "are"} switched off in the legend.` : "",
+    ];
+    missing.textContent = notes.filter(Boolean).join(" ");
+    missing.hidden = missing.textContent === "";
     if (list.length === 0) {
       canvas.append(el("p", { class: "quiet" }, "No contender has a speed here."));
       return;
@@ -117,6 +126,7 @@ export function bars(view: SystemView, palette: Palette): HTMLElement {
           ]),
         );
       });
+      group.addEventListener("click", () => state.choose({ system: view.system, contender: bar.contender, timestep: step }));
       group.addEventListener("pointerleave", () => {
         state.setHighlight(null);
         tooltip.hide();
@@ -127,7 +137,12 @@ export function bars(view: SystemView, palette: Palette): HTMLElement {
     markContenders(drawing);
   };
   const redraw = onWidth(canvas, draw);
-  state.subscribe(() => markContenders(canvas));
+  let shown = state.shownKey;
+  state.subscribe(() => {
+    if (shown !== state.shownKey) redraw();
+    else markContenders(canvas);
+    shown = state.shownKey;
+  });
   choice.addEventListener("change", () => {
     step = Number(choice.value);
     redraw();

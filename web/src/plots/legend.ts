@@ -1,7 +1,7 @@
 // Every contender with its line; a click hides or shows it in all plots of the page.
 import type { SystemView } from "../data";
 import { el, svg } from "../dom";
-import type { Palette } from "../palette";
+import { engineOf, shownAtFirst, type Palette } from "../palette";
 import { markContenders, state } from "../state";
 
 export function swatch(palette: Palette, contender: string): SVGSVGElement {
@@ -15,7 +15,16 @@ export function swatch(palette: Palette, contender: string): SVGSVGElement {
 }
 
 export function legend(view: SystemView, palette: Palette): HTMLElement {
-  const items = view.contenders.map((contender) => {
+  const everyone = view.report.contenders.map((contender) => contender.name);
+  const engines = new Map<string, string[]>();
+  for (const name of view.contenders) {
+    const contender = view.report.contenderByName.get(name);
+    const engine = contender ? engineOf(contender) : name;
+    engines.set(engine, [...(engines.get(engine) ?? []), name]);
+  }
+  const items: HTMLElement[] = [];
+  const heads: [HTMLElement, string[]][] = [];
+  const item = (contender: string) => {
     const button = el(
       "button",
       { type: "button", class: "legend-item", "data-contender": contender, "aria-pressed": "true" },
@@ -29,28 +38,38 @@ export function legend(view: SystemView, palette: Palette): HTMLElement {
     button.addEventListener("pointerleave", leave);
     button.addEventListener("focus", () => button.matches(":focus-visible") && enter());
     button.addEventListener("blur", leave);
+    items.push(button);
     return button;
+  };
+  const groups = [...engines].map(([engine, names]) => {
+    const head = el("button", { type: "button", class: "legend-engine", title: `All of ${engine}, or none` }, engine);
+    head.addEventListener("click", () => state.setShown(names, names.some((name) => state.isHidden(name))));
+    heads.push([head, names]);
+    return el("div", { class: "legend-group", role: "group", "aria-label": engine }, head, ...names.map(item));
   });
-  const families = new Map<string, string[]>();
+  const families = new Map<string, string>();
   for (const name of view.contenders) {
     const family = palette.look(name).family;
-    families.set(family, [...(families.get(family) ?? []), name]);
+    if (!families.has(family)) families.set(family, name);
   }
-  const everyone = view.report.contenders.map((contender) => contender.name);
-  const all = el("button", { type: "button", class: "legend-all", click: () => state.show(everyone, everyone) }, "Show all");
-  const none = el("button", { type: "button", class: "legend-all", click: () => state.show([], everyone) }, "Hide all");
-  const first = el(
-    "button",
-    {
-      type: "button",
-      class: "legend-all",
-      click: () => state.show([...families.values()].map((names) => names[0]!), everyone),
-    },
-    "One per family",
+  const action = (title: string, shown: string[]) =>
+    el("button", { type: "button", class: "legend-all", click: () => state.show(shown, everyone) }, title);
+  const first = shownAtFirst(everyone);
+  const actions = el(
+    "div",
+    { class: "legend-actions" },
+    first.length < everyone.length ? action("The paper's", first) : null,
+    action("Show all", everyone),
+    action("Hide all", []),
+    action("One per family", [...families.values()]),
   );
-  const box = el("div", { class: "legend", role: "group", "aria-label": "Contenders shown" }, ...items, el("div", { class: "legend-actions" }, all, none, first));
+  const box = el("div", { class: "legend", role: "group", "aria-label": "Contenders shown" }, actions, ...groups);
   const update = () => {
-    for (const item of items) item.setAttribute("aria-pressed", String(!state.isHidden(item.dataset.contender ?? "")));
+    for (const button of items) button.setAttribute("aria-pressed", String(!state.isHidden(button.dataset.contender ?? "")));
+    for (const [head, names] of heads) {
+      const hidden = names.filter((name) => state.isHidden(name)).length;
+      head.setAttribute("aria-pressed", hidden === 0 ? "true" : hidden === names.length ? "false" : "mixed");
+    }
     markContenders(box);
   };
   state.subscribe(update);

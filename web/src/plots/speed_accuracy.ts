@@ -1,7 +1,7 @@
 // Error against realtime factor, one line a contender, a marker per timestep.
 import { line } from "d3-shape";
 
-import { valueInfo, type Cell, type RealtimeFactor, type SystemView } from "../data";
+import { valueInfo, type Cell, type Outcome, type RealtimeFactor, type SystemView } from "../data";
 import { clear, el, onWidth, svg, uniqueId } from "../dom";
 import { hasPrefixes, interval, named, quantity, realtime, sentenceList, timestep, timestepRange, unitText } from "../format";
 import type { Palette } from "../palette";
@@ -26,6 +26,17 @@ interface Series {
   points: Point[];
   floor: number | null;
 }
+
+// What ended a curve.
+const kOutcomeMarks: Partial<Record<Outcome, string>> = {
+  diverged: "M-4,-4L4,4M-4,4L4,-4",
+  unstable: "M-5,0H5M0,-5V5",
+  timeout: "M-4,-5H4L-4,5H4Z",
+  crashed: "M-4,-4H4V4H-4ZM-4,-4L4,4M-4,4L4,-4",
+};
+const kOutcomeWords: Partial<Record<Outcome, string>> = {
+  diverged: "a cross is diverged", unstable: "a plus unstable", timeout: "an hourglass out of time", crashed: "a crossed box crashed",
+}; // prettier-ignore
 
 const kFailBand = 26; // room above the plot for points without a value
 const kZeroBand = 22; // room below it for errors of exactly zero
@@ -120,6 +131,7 @@ export class SpeedAccuracy {
   private series: Series[] = [];
   private cursor: Point | null = null;
   private overlay: SVGGElement | null = null;
+  private front: SVGPathElement | null = null;
 
   constructor(
     private readonly view: SystemView,
@@ -151,6 +163,7 @@ export class SpeedAccuracy {
     );
     this.redraw = onWidth(this.canvas, (width) => this.draw(width));
     state.subscribe(() => this.mark());
+    state.onChoice(() => this.mark());
   }
 
   private draw(width: number): void {
@@ -197,7 +210,7 @@ export class SpeedAccuracy {
 
     const drawing = svg("svg", {
       class: "accuracy", width, height, viewBox: `0 0 ${width} ${height}`, tabindex: 0, role: "application",
-      "aria-label": `${info.label} against realtime factor; arrow keys move between timesteps and contenders`,
+      "aria-label": `${info.label} against realtime factor; arrow keys move between timesteps and contenders, Enter opens the details`,
     }); // prettier-ignore
     drawing.append(grid(x, "x", frame.top, frame.bottom), grid(y, "y", frame.left, frame.right));
     drawing.append(
@@ -248,6 +261,8 @@ export class SpeedAccuracy {
     }
     drawing.append(orderGuide(x, y, everything, frame));
 
+    this.front = svg("path", { class: "front-line" });
+    drawing.append(this.front);
     const clip = uniqueId("frame");
     const inside = { x: frame.left, y: frame.top, width: frame.right - frame.left, height: frame.bottom - frame.top };
     drawing.append(svg("clipPath", { id: clip }, svg("rect", inside)));
@@ -267,12 +282,17 @@ export class SpeedAccuracy {
         if (point.error === null) runs.push((run = []));
         else run.push(point);
       }
+      const broken = one.points.findIndex((point) => point.error === null);
+      if (broken > 0 && one.points[broken - 1]!.error !== null) {
+        const [last, end] = [one.points[broken - 1]!, one.points[broken]!];
+        group.append(svg("line", { class: "to-failure", x1: last.x, y1: last.y, x2: end.x, y2: end.y }));
+      }
       for (const piece of runs) {
         if (piece.length > 1) group.append(svg("path", { class: "line", d: path(piece) ?? "", "stroke-dasharray": look.dash }));
       }
       for (const point of one.points) {
         if (point.error === null) {
-          group.append(svg("path", { class: "failed", d: "M-4,-4L4,4M-4,4L4,-4", transform: `translate(${point.x},${point.y})`, "data-timestep": point.timestep }));
+          group.append(svg("path", { class: "failed", d: kOutcomeMarks[point.cell.outcome] ?? kOutcomeMarks.diverged!, "data-outcome": point.cell.outcome, transform: `translate(${point.x},${point.y})`, "data-timestep": point.timestep }));
           continue;
         }
         const bars = this.intervalPath(point, x, y);
@@ -293,7 +313,11 @@ export class SpeedAccuracy {
     if (everything.some((point) => point.error !== null && point.cell.outcome !== "ok")) {
       notes.push("Hollow markers: the run ended, but was not stable.");
     }
-    if (hasFailed) notes.push("Crosses above the plot: the run failed at that timestep; the failures below say why.");
+    if (hasFailed) {
+      const words = [...new Set(everything.filter((point) => point.error === null).map((point) => kOutcomeWords[point.cell.outcome]))];
+      notes.push(`Marks above the plot, where a dotted line ends: the run failed at that timestep (${words.filter(Boolean).join(", ")}); the failures below say why.`);
+    }
+    notes.push("The broad grey line is the front of what is shown: no point beats it in both speed and error.");
     const estimated = everything.filter((point) => point.speed.estimated);
     if (estimated.length > 0) {
       notes.push(`Where a timestep was not timed, its step time is that between its neighbours (${estimated.length} of ${everything.length} points).`);
@@ -331,6 +355,21 @@ export class SpeedAccuracy {
     return parts.join("");
   }
 
+  // Sound points that no other beats, as a staircase from the most accurate to the fastest.
+  private frontPath(): string {
+    const sound = this.visible().filter((point) => point.error !== null && point.cell.outcome === "ok" && !isNearFloor(point, this.name));
+    sound.sort((a, b) => b.speed.value - a.speed.value || a.error! - b.error!);
+    const front: Point[] = [];
+    for (const point of sound) {
+      if (front.length === 0 || point.error! < front[front.length - 1]!.error!) front.push(point);
+    }
+    return front.map((point, index) => (index === 0 ? `M${point.x},${point.y}` : `H${point.x}V${point.y}`)).join("");
+  }
+
+  private choose(point: Point): void {
+    state.choose({ system: this.view.system, contender: point.contender, timestep: point.timestep });
+  }
+
   private visible(): Point[] {
     return this.series.filter((one) => !state.isHidden(one.contender)).flatMap((one) => one.points);
   }
@@ -360,9 +399,19 @@ export class SpeedAccuracy {
     });
     drawing.addEventListener("pointerleave", release);
     drawing.addEventListener("blur", release);
+    drawing.addEventListener("click", () => {
+      if (this.cursor) this.choose(this.cursor);
+    });
     drawing.addEventListener("keydown", (event) => {
       const shown = this.series.filter((one) => !state.isHidden(one.contender));
-      if (event.key === "Escape") return release();
+      if (event.key === "Escape") {
+        if (!this.cursor) state.choose(null);
+        return release();
+      }
+      if ((event.key === "Enter" || event.key === " ") && this.cursor) {
+        event.preventDefault();
+        return this.choose(this.cursor);
+      }
       if (!["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown"].includes(event.key) || shown.length === 0) return;
       event.preventDefault();
       let row = shown.findIndex((one) => one.contender === this.cursor?.contender);
@@ -402,6 +451,7 @@ export class SpeedAccuracy {
         ["outcome", point.cell.outcome === "ok" || point.error === null ? null : point.cell.outcome],
         ["reason", point.cell.reason],
       ]),
+      el("p", { class: "hint" }, "click or Enter: all of it"),
     );
   }
 
@@ -410,6 +460,12 @@ export class SpeedAccuracy {
     markContenders(this.canvas);
     if (!this.overlay) return;
     clear(this.overlay);
+    this.front?.setAttribute("d", this.frontPath());
+    for (const point of this.visible()) {
+      if (state.isChosen(this.view.system, point.contender, point.timestep)) {
+        this.overlay.append(svg("circle", { class: "chosen", cx: point.x, cy: point.y, r: 11 }));
+      }
+    }
     const lit = this.series.find((one) => one.contender === state.highlight && !state.isHidden(one.contender));
     let lastLabel = -Infinity;
     for (const point of lit?.points ?? []) {

@@ -3,7 +3,20 @@ import { failures, type Failure } from "../analysis";
 import type { Report } from "../data";
 import { el } from "../dom";
 import { timestep, timestepRange } from "../format";
+import { state } from "../state";
 import { scrollFrame, sortableTable, type Column } from "./sortable";
+
+// Opens the details of the failed cell with the smallest timestep, where the command stands that runs it again.
+function again(report: Report, failure: Failure): HTMLElement | string {
+  const panel = () => document.getElementById(failure.system)?.querySelector(".details-panel");
+  if (report.isHarness(failure.contender) || !report.mainSystems.some((system) => system.name === failure.system)) return "";
+  const button = el("button", { type: "button", class: "link", "aria-label": `Details of ${failure.contender} on ${failure.system}` }, "Details");
+  button.addEventListener("click", () => {
+    state.choose({ system: failure.system, contender: failure.contender, timestep: Math.min(...failure.timesteps) });
+    panel()?.scrollIntoView({ block: "nearest" });
+  });
+  return button;
+}
 
 export function failureTable(report: Report): HTMLElement {
   const rows = failures(report);
@@ -24,6 +37,7 @@ export function failureTable(report: Report): HTMLElement {
     { title: "Timesteps", key: (f) => Math.min(...f.timesteps), cell: timesteps },
     { title: "Outcome", key: (f) => f.outcome, cell: (f) => el("b", { class: "bad" }, f.outcome) },
     { title: "Reason", key: (f) => f.reason, cell: (f) => f.reason || "no reason was stored", className: "wider" },
+    { title: "", cell: (f) => again(report, f) },
   ];
   return scrollFrame("Failures", "", sortableTable(columns, rows));
 }

@@ -4,6 +4,7 @@ import { clear, el, type Child } from "../dom";
 import { interval, named, percent, seconds, timestep } from "../format";
 import type { Palette } from "../palette";
 import { swatch } from "../plots/legend";
+import { state } from "../state";
 import { facts } from "../tooltip";
 import { unfold } from "./detail";
 import { scrollFrame, sortableTable, type Column } from "./sortable";
@@ -108,6 +109,16 @@ export class Matrix {
     return half < 0.0005 ? "± 0 %" : `± ${percent(half)}`;
   }
 
+  private open(contender: string, step: number | null): Child {
+    if (step === null) return null;
+    const button = el("button", { type: "button", class: "link" }, "All of this cell, and the command that runs it again");
+    button.addEventListener("click", () => {
+      state.choose({ system: this.view.system, contender, timestep: step });
+      document.getElementById(this.view.system)?.querySelector(".details-panel")?.scrollIntoView({ block: "nearest" });
+    });
+    return button;
+  }
+
   private detail(entry: Entry, name: string): Child[] {
     const { cell } = entry;
     const values = cell.values.map((value): [string, string] => {
@@ -127,6 +138,7 @@ export class Matrix {
         ["Inside the engine", seconds(cell.engine_s)],
         ["Stolen by the host", percent(cell.steal)],
       ]),
+      this.open(cell.contender, cell.timestep_ms),
       name === "restart_floor" ? el("p", { class: "quiet" }, valueInfo(name).meaning) : null,
     ];
   }

@@ -1,0 +1,72 @@
+// What the paper found, and what today's engines say about it.
+import type { Claim, ClaimFigure } from "./data";
+import { valueInfo } from "./data";
+import { el } from "./dom";
+import { interval, quantity, timestep } from "./format";
+
+const kVerdicts: Record<Claim["verdict"], [sign: string, word: string]> = {
+  holds: ["✓", "holds"],
+  changed: ["≠", "changed"],
+  "not-measurable": ["?", "not measurable"],
+};
+
+function sentence(text: string): string {
+  return /[.!?]$/.test(text) ? text : `${text}.`;
+}
+
+function figures(list: ClaimFigure[]): HTMLElement {
+  const body = el("tbody");
+  for (const figure of list) {
+    const unit = figure.unit;
+    body.append(
+      el(
+        "tr",
+        {},
+        el("th", { scope: "row" }, figure.label || figure.contender),
+        el("td", {}, figure.system),
+        el("td", { class: "figure" }, figure.timestep_ms === null ? "" : `${timestep(figure.timestep_ms)} ms`),
+        el("td", {}, valueInfo(figure.measure).label),
+        el("td", { class: "figure number" }, quantity(figure.value, unit)),
+        el("td", { class: "figure" }, interval(figure.measure, figure.low, figure.high, unit)),
+      ),
+    );
+  }
+  const head = ["Figure", "System", "Timestep", "Of", "Value", "95 % interval"].map((title, index) =>
+    el("th", { scope: "col", class: [2, 4, 5].includes(index) ? "figure" : null }, title),
+  );
+  return el("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Figures of the claim" }, el("table", { class: "claim-figures" }, el("thead", {}, el("tr", {}, ...head)), body));
+}
+
+function claim(one: Claim): HTMLElement {
+  const [sign, word] = kVerdicts[one.verdict] ?? ["?", one.verdict];
+  return el(
+    "li",
+    { class: `claim ${one.verdict}`, "data-claim": one.number },
+    el("span", { class: "claim-number" }, String(one.number)),
+    el(
+      "div",
+      { class: "claim-body" },
+      el("h3", {}, one.title, " ", el("span", { class: `verdict ${one.verdict}` }, el("span", { "aria-hidden": "true" }, `${sign} `), word)),
+      el("p", {}, sentence(one.statement)),
+      one.key ? el("p", { class: "claim-key" }, sentence(one.key)) : null,
+      one.verdict === "not-measurable" && one.reason ? el("p", { class: "quiet" }, `Not measurable: ${sentence(one.reason)}`) : null,
+      el(
+        "details",
+        {},
+        el("summary", {}, one.figures.length > 0 ? `What the paper measured, and ${one.figures.length} of today's figures` : "What the paper measured"),
+        one.paper ? el("p", {}, el("b", {}, "The paper: "), sentence(one.paper)) : null,
+        one.summary ? el("p", { class: "claim-summary" }, el("b", {}, "Today: "), one.summary) : null,
+        one.today ? el("p", { class: "claim-today" }, el("b", {}, "Everyone: "), one.today) : null,
+        one.figures.length > 0 ? figures(one.figures) : null,
+      ),
+    ),
+  );
+}
+
+export function claimsList(claims: Claim[]): HTMLElement {
+  const count = (verdict: Claim["verdict"]) => claims.filter((one) => one.verdict === verdict).length;
+  const words = (Object.keys(kVerdicts) as Claim["verdict"][])
+    .filter((verdict) => count(verdict) > 0)
+    .map((verdict) => `${count(verdict)} ${verdict === "holds" && count(verdict) !== 1 ? "hold" : kVerdicts[verdict][1]}`);
+  return el("div", {}, el("p", { class: "claim-counts" }, `Of ${claims.length}: ${words.join(", ")}.`), el("ol", { class: "claims" }, ...claims.map(claim)));
+}
