@@ -65,9 +65,9 @@ std::string as_json(const std::vector<Row>& rows) {
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-int export_values(const Options& options) {
-  if (options.format != "csv" && options.format != "json") {
-    throw InputError(fmt::format("--format is '{}': use csv or json", *options.format));
+int export_values(const Options& options, const std::string& format) {
+  if (format != "csv" && format != "json") {
+    throw InputError(fmt::format("--format is '{}': use csv or json", format));
   }
   const std::vector<Cell> cells = Store::open(options.dir).cells();
   std::vector<Row> rows;
@@ -77,7 +77,7 @@ int export_values(const Options& options) {
     if (cell.values.empty() && cell.outcome != Outcome::kOk) rows.push_back({&cell, nullptr});
   }
   OutputFile file(options.out.value_or("-"));
-  file.write(options.format == "csv" ? as_csv(rows) : as_json(rows));
+  file.write(format == "csv" ? as_csv(rows) : as_json(rows));
   file.finish();
   return kDone;
 }
@@ -86,7 +86,7 @@ int export_what_is_asked(const Options& options) {
   if (options.format && options.trajectories) {
     throw InputError("--format and --trajectories are two exports: give one of them");
   }
-  if (options.format) return export_values(options);
+  if (options.format) return export_values(options, *options.format);
   if (!options.trajectories) throw InputError("give --format for the values or --trajectories for the states");
   if (!options.out) throw InputError("--trajectories needs --out: give the folder for its files");
   return export_trajectories(options.dir, *options.trajectories, *options.out);

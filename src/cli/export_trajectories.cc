@@ -120,7 +120,7 @@ int export_trajectories(const std::string& dir, const std::string& format, const
     const auto trajectory = read_trajectory(store.trajectories_dir(), run.address);
     const auto scene = scenes.find(run.system);
     if (!trajectory || scene == scenes.end() || !fits(*trajectory, scene->second)) continue;
-    make_folder(folder + "/" + file_name(run.system));
+    make_folder(fmt::format("{}/{}", folder, file_name(run.system)));
     std::string file = fmt::format("{}/{}", file_name(run.system), file_name(run.contender));
     // The reference is the first; runs of other timesteps say theirs.
     if (!taken.insert(file).second) file += fmt::format("-{}ms", shortest(run.timestep_ms));

@@ -24,7 +24,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr size_t kMostPanels = 12;
-constexpr double kFrameMs = 1000.0 / 60;  // no more frames a second than this, as screens show them
+constexpr double kFrameMs = 1000.0 / 30;  // frames are about this far apart where states are
 
 struct Options {
   std::string dir, system, out, size = "1920x1080";
@@ -97,9 +97,9 @@ class Told {
   Clock::time_point last_ = Clock::now();
 };
 
-std::vector<Part> new_parts(const Store& store, const Options& options, const std::vector<std::string>& contenders,
-                            Told& told) {
-  const double timestep_ms = parse_positive("--timestep", *options.timestep, "milliseconds");
+std::vector<Part> new_parts(const Store& store, const Options& options, const std::string& timestep,
+                            const std::vector<std::string>& contenders, Told& told) {
+  const double timestep_ms = parse_positive("--timestep", timestep, "milliseconds");
   const double sample_ms = finer_sample_ms(store, options.system, timestep_ms, kFrameMs);
   std::vector<Part> parts;
   for (Rerun& rerun : run_again(store, options.system, contenders, timestep_ms, sample_ms, [&](size_t done) {
@@ -158,7 +158,8 @@ std::string wrapped(const std::string& text) {
 
 int lettering(int panel_width) {
   constexpr int kSmall = 400, kLarge = 900;
-  return panel_width < kSmall ? 50 : panel_width < kLarge ? 100 : 150;
+  if (panel_width < kSmall) return 50;
+  return panel_width < kLarge ? 100 : 150;
 }
 
 int movie(const Options& options) {
@@ -169,8 +170,8 @@ int movie(const Options& options) {
   const std::vector<Cell> cells = store.cells();
   Told told;
   watch_for_interruption();
-  const std::vector<Part> parts =
-      options.timestep ? new_parts(store, options, contenders, told) : stored_parts(store, cells, options, contenders);
+  const std::vector<Part> parts = options.timestep ? new_parts(store, options, *options.timestep, contenders, told)
+                                                   : stored_parts(store, cells, options, contenders);
   if (interrupted()) return kFailed;
 
   std::vector<const std::vector<State>*> runs;

@@ -99,7 +99,7 @@ void Npz::write(const std::string& path) const {
     check(zip_file_set_dostime(archive.get(), static_cast<zip_uint64_t>(index), 0, kFirstDay, 0) == 0);
   }
   check(zip_close(archive.get()) == 0);
-  static_cast<void>(archive.release());  // closed
+  archive.release();  // NOLINT(bugprone-unused-return-value): zip_close() has freed it
 }
 
 }  // namespace assay::cli

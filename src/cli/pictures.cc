@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -42,23 +43,24 @@ Scene scene_named(const Store& store, const std::string& system) {
 
 std::string figures_text(const std::vector<Cell>& cells, const std::string& system, const std::string& contender,
                          double timestep_ms) {
-  const auto value = [&](const std::string& name) -> const Value* {
+  const auto value = [&](const std::string& name) -> std::optional<double> {
     for (const Cell& cell : cells) {
       if (cell.system != system || cell.contender != contender) continue;
       if (std::abs(cell.timestep_ms - timestep_ms) > 1e-9 * timestep_ms) continue;
       const auto found = std::ranges::find(cell.values, name, &Value::name);
-      if (found != cell.values.end() && found->value) return &*found;
+      if (found != cell.values.end() && found->value) return found->value;
     }
-    return nullptr;
+    return std::nullopt;
   };
   std::string text = timestep_label(timestep_ms) + " ms";
-  if (const Value* factor = value("realtime_factor")) text += fmt::format(", {:.3g} x realtime", *factor->value);
-  constexpr std::array kErrors = {std::pair{"consistency", "consistency"}, std::pair{"truth_error", "truth error"},
-                                  std::pair{"energy_drift", "energy drift"}};
-  for (const auto& [name, label] : kErrors) {
-    const Value* error = value(name);
-    if (error == nullptr) continue;
-    text += fmt::format("\n{} {:.2g} {}", label, *error->value, error->unit);
+  if (const auto factor = value("realtime_factor")) text += fmt::format(", {:.3g} x realtime", *factor);
+  constexpr std::array kErrors = {std::array{"consistency", "consistency", "m"},
+                                  std::array{"truth_error", "truth error", "m"},
+                                  std::array{"energy_drift", "energy drift", "J"}};
+  for (const auto& [name, label, unit] : kErrors) {
+    const auto error = value(name);
+    if (!error) continue;
+    text += fmt::format("\n{} {:.2g} {}", label, *error, unit);
     break;
   }
   return text;

@@ -60,6 +60,8 @@ class OsMesa final : public GlContext {
     choose("osmesa");
     return made;
   }
+  OsMesa(const OsMesa&) = delete;
+  OsMesa& operator=(const OsMesa&) = delete;
   ~OsMesa() override {
     if (context_ != nullptr) destroy_(context_);
   }
@@ -132,6 +134,8 @@ class Egl final : public GlContext {
     why = "EGL has no device that draws OpenGL";
     return nullptr;
   }
+  Egl(const Egl&) = delete;
+  Egl& operator=(const Egl&) = delete;
   ~Egl() override {
     if (context_ == nullptr) return;
     make_current_(display_, nullptr, nullptr, nullptr);

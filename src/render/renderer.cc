@@ -29,15 +29,14 @@ std::string numbers_text(const Vec3& v) { return fmt::format("{:.9g} {:.9g} {:.9
 
 std::string geom_xml(const SceneShape& shape) {
   const Quat& q = shape.X_BS.q;
-  const std::string pose =
-      fmt::format("pos=\"{}\" quat=\"{:.9g} {:.9g} {:.9g} {:.9g}\" contype=\"0\" conaffinity=\"0\"",
-                  numbers_text(shape.X_BS.p), q.w(), q.x(), q.y(), q.z());
+  const std::string pose = fmt::format("pos='{}' quat='{:.9g} {:.9g} {:.9g} {:.9g}' contype='0' conaffinity='0'",
+                                       numbers_text(shape.X_BS.p), q.w(), q.x(), q.y(), q.z());
   if (shape.type == ShapeType::kPlane) {
-    return fmt::format("<geom type=\"plane\" size=\"0 0 1\" material=\"floor\" {}/>", pose);
+    return fmt::format("<geom type='plane' size='0 0 1' material='floor' {}/>", pose);
   }
   const bool sphere = shape.type == ShapeType::kSphere;
   return fmt::format(
-      "<geom type=\"{}\" size=\"{}\" rgba=\"{:.4g} {:.4g} {:.4g} {:.4g}\" {}/>", sphere ? "sphere" : "capsule",
+      "<geom type='{}' size='{}' rgba='{:.4g} {:.4g} {:.4g} {:.4g}' {}/>", sphere ? "sphere" : "capsule",
       sphere ? fmt::format("{:.9g}", shape.radius) : fmt::format("{:.9g} {:.9g}", shape.radius, shape.half_length),
       shape.rgba[0], shape.rgba[1], shape.rgba[2], shape.rgba[3], pose);
 }
@@ -46,23 +45,23 @@ std::string geom_xml(const SceneShape& shape) {
 std::string scene_xml(const Scene& scene, const View& view, int width, int height) {
   const std::string grey = numbers_text(Vec3::Constant(kBackground / 255.0));
   std::string xml = fmt::format(
-      "<mujoco><statistic center=\"{}\" extent=\"{:.9g}\"/>"
-      "<visual><global offwidth=\"{}\" offheight=\"{}\" fovy=\"{}\"/><map znear=\"0.05\" zfar=\"100\" "
-      "shadowclip=\"1.5\"/>"
-      "<quality shadowsize=\"2048\" offsamples=\"4\"/>"
-      "<headlight ambient=\"0.35 0.35 0.35\" diffuse=\"0.35 0.35 0.35\" specular=\"0.1 0.1 0.1\"/></visual>"
-      "<asset><texture type=\"skybox\" builtin=\"flat\" rgb1=\"{}\" rgb2=\"{}\" width=\"32\" height=\"192\"/>"
-      "<texture name=\"floor\" type=\"2d\" builtin=\"checker\" rgb1=\".84 .86 .88\" rgb2=\".74 .77 .8\" width=\"128\" "
-      "height=\"128\"/><material name=\"floor\" texture=\"floor\" texuniform=\"true\" texrepeat=\"1 1\"/></asset>"
-      "<worldbody><light directional=\"true\" pos=\"{}\" dir=\"0.1 0.15 -1\" diffuse=\".55 .55 .55\" "
-      "specular=\".2 .2 .2\" castshadow=\"true\"/>",
+      "<mujoco><statistic center='{}' extent='{:.9g}'/>"
+      "<visual><global offwidth='{}' offheight='{}' fovy='{}'/><map znear='0.05' zfar='100' "
+      "shadowclip='1.5'/>"
+      "<quality shadowsize='2048' offsamples='4'/>"
+      "<headlight ambient='0.35 0.35 0.35' diffuse='0.35 0.35 0.35' specular='0.1 0.1 0.1'/></visual>"
+      "<asset><texture type='skybox' builtin='flat' rgb1='{}' rgb2='{}' width='32' height='192'/>"
+      "<texture name='floor' type='2d' builtin='checker' rgb1='.84 .86 .88' rgb2='.74 .77 .8' width='128' "
+      "height='128'/><material name='floor' texture='floor' texuniform='true' texrepeat='1 1'/></asset>"
+      "<worldbody><light directional='true' pos='{}' dir='0.2 0.3 -1' diffuse='.55 .55 .55' "
+      "specular='.2 .2 .2' castshadow='true'/>",
       numbers_text(view.centre), view.radius, width, height, kFieldOfView, grey, grey,
-      numbers_text(view.centre + Vec3(-0.3, -0.45, 3) * view.radius));
+      numbers_text(view.centre + Vec3(-0.6, -0.9, 3) * view.radius));
   for (const SceneShape& shape : scene.shapes) {
     if (shape.body == kWorld) xml += geom_xml(shape);
   }
   for (size_t i = 0; i < scene.bodies.size(); ++i) {
-    xml += "<body mocap=\"true\">";
+    xml += "<body mocap='true'>";
     for (const SceneShape& shape : scene.shapes) {
       if (std::cmp_equal(shape.body, i)) xml += geom_xml(shape);
     }
@@ -202,6 +201,10 @@ struct Renderer::Impl {
       camera.azimuth = view.azimuth;
       camera.elevation = view.elevation;
       mjv_updateScene(model.get(), data.get(), &option, nullptr, &camera, mjCAT_ALL, &drawing);
+      // A floor would cast specks of shadow on itself.
+      for (int i = 0; i < drawing.ngeom; ++i) {
+        if (drawing.geoms[i].type == mjGEOM_PLANE) drawing.geoms[i].castshadow = 0;
+      }
       drawing.flags[mjRND_REFLECTION] = drawing.flags[mjRND_HAZE] = drawing.flags[mjRND_FOG] = 0;
       mjr_render(room, &drawing, context.get());
     } else {
@@ -251,8 +254,9 @@ Picture Renderer::draw(const std::vector<Panel>& panels, int columns, const std:
   std::vector<std::uint8_t> upside_down(stride * static_cast<size_t>(picture.height));
   mjr_readPixels(upside_down.data(), nullptr, all, impl_->context.get());
   picture.rgb.resize(upside_down.size());
-  for (size_t row = 0; row < static_cast<size_t>(picture.height); ++row) {
-    const size_t from = (static_cast<size_t>(picture.height) - 1 - row) * stride;
+  const auto height = static_cast<size_t>(picture.height);
+  for (size_t row = 0; row < height; ++row) {
+    const size_t from = (height - 1 - row) * stride;
     std::memcpy(picture.rgb.data() + row * stride, upside_down.data() + from, stride);
   }
   return picture;

@@ -50,6 +50,7 @@ const Row& row_named(const std::vector<Row>& rows, const std::string& name, std:
   const auto found = std::ranges::find(rows, name, key);
   if (found != rows.end()) return *found;
   std::vector<std::string> names;
+  names.reserve(rows.size());
   for (const Row& row : rows) names.push_back(row.*key);
   throw InputError(fmt::format("the results have no {} '{}'{}", what, name, did_you_mean(name, names)));
 }

@@ -1,6 +1,7 @@
 #include "store/scene.h"
 
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -36,7 +37,7 @@ ShapeType shape_type(const std::string& name) {
 // An index of a body, or kWorld.
 int body_index(const json& index, size_t bodies) {
   const int body = index.get<int>();
-  if (body < kWorld || body >= static_cast<int>(bodies)) {
+  if (body < kWorld || std::cmp_greater_equal(body, bodies)) {
     throw InputError(fmt::format("the results have a shape of body {}, of which there are {}", body, bodies));
   }
   return body;
