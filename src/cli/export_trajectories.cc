@@ -124,8 +124,8 @@ int export_trajectories(const std::string& dir, const std::string& format, const
     std::string file = fmt::format("{}/{}", file_name(run.system), file_name(run.contender));
     // The reference is the first; runs of other timesteps say theirs.
     if (!taken.insert(file).second) file += fmt::format("-{}ms", shortest(run.timestep_ms));
-    file += "." + format;
-    const std::string path = folder + "/" + file;
+    file += fmt::format(".{}", format);
+    const std::string path = fmt::format("{}/{}", folder, file);
     if (format == "npz") {
       write_npz(path, run, *trajectory, scene->second);
     } else {
