@@ -44,6 +44,24 @@ Truth judged(const ClaimBound& bound, const Interval& value) {
   return yes ? Truth::kYes : Truth::kNo;
 }
 
+// Of tests that have one.
+double timestep_of(const ClaimTest& test) { return test.timestep_ms.value_or(0); }
+
+// The first that no other is better than; there has to be one.
+template <typename T, typename Better>
+T best_of(std::vector<T> all, const Better& better) {
+  size_t best = 0;
+  for (size_t i = 1; i < all.size(); ++i) {
+    if (better(all[i], all[best])) best = i;
+  }
+  return std::move(all[best]);
+}
+
+Verdict verdict_of(Truth truth) {
+  if (truth == Truth::kYes) return Verdict::kHolds;
+  return truth == Truth::kNo ? Verdict::kChanged : Verdict::kNotMeasurable;
+}
+
 class Judge {
  public:
   Judge(const ClaimsFile& file, const Results& results) : file_(file), results_(results) {}
@@ -82,7 +100,7 @@ class Judge {
   Ratio compare(const ClaimTest& test, const std::string& system, const std::string& mine,
                 const std::string& theirs) const {
     const std::string &first = test.more ? theirs : mine, &second = test.more ? mine : theirs;
-    return test.kind == Kind::kAtTimestep ? results_.at_timestep(system, first, second, test.value, *test.timestep_ms)
+    return test.kind == Kind::kAtTimestep ? results_.at_timestep(system, first, second, test.value, timestep_of(test))
                                           : results_.at_equal_speed(system, first, second, test.value);
   }
 
@@ -105,23 +123,24 @@ class Judge {
       if (!a_there) return !a_missing && b_missing;
       return larger ? a.ratio.value.value > b.ratio.value.value : a.ratio.value.value < b.ratio.value.value;
     };
-    std::optional<Pair> best;
+    std::vector<Pair> nearest;
     for (const std::string& mine : stand_ins(who)) {
-      std::optional<Pair> nearest;
+      std::vector<Pair> pairs;
       for (const std::string& theirs : stand_ins(rival)) {
-        Pair pair{who, rival, mine, theirs, compare(test, system, mine, theirs), Truth::kUnknown};
-        if (!nearest || better(pair, *nearest, test.more)) nearest = std::move(pair);
+        pairs.push_back({who, rival, mine, theirs, compare(test, system, mine, theirs), Truth::kUnknown});
       }
-      if (!best || better(*nearest, *best, !test.more)) best = std::move(nearest);
+      nearest.push_back(
+          best_of(std::move(pairs), [&](const Pair& a, const Pair& b) { return better(a, b, test.more); }));
     }
-    if (best->ratio.state == Ratio::State::kThere) {
-      best->truth = judged(test.bound, best->ratio.value);
-    } else if (mine_failed(test, best->ratio)) {
-      best->truth = test.more ? Truth::kUnknown : Truth::kNo;
-    } else if (theirs_failed(test, best->ratio)) {
-      best->truth = Truth::kYes;  // no rival
+    Pair best = best_of(std::move(nearest), [&](const Pair& a, const Pair& b) { return better(a, b, !test.more); });
+    if (best.ratio.state == Ratio::State::kThere) {
+      best.truth = judged(test.bound, best.ratio.value);
+    } else if (mine_failed(test, best.ratio)) {
+      best.truth = test.more ? Truth::kUnknown : Truth::kNo;
+    } else if (theirs_failed(test, best.ratio)) {
+      best.truth = Truth::kYes;  // no rival
     }
-    return *best;
+    return best;
   }
 
   // An engine against all rivals.
@@ -186,7 +205,7 @@ class Judge {
       }
     }
     const std::string how = test.kind == Kind::kAtTimestep
-                                ? fmt::format("at {} ms", timestep_label(*test.timestep_ms))
+                                ? fmt::format("at {} ms", timestep_label(timestep_of(test)))
                                 : fmt::format("at equal {}", by_speed ? "speed" : "timestep");
     if (!sentence.empty()) {
       tested.summary.push_back(fmt::format("{} {}, ratio to the nearest rival: {}; {}.", quantity_text(test.value), how,
@@ -264,12 +283,11 @@ class Judge {
     const auto ahead = std::ranges::count_if(others, [](const Other& other) { return other.ratio.high < 1; });
     const Other& nearest = *std::ranges::min_element(others, {}, [](const Other& other) { return other.ratio.value; });
     const char* what = test.more ? "more" : "less";
+    std::string which = "the nearest";
+    if (ahead > 0) which = test.more ? "the most" : "the least";
     return fmt::format("{} {} of {} have {} than {}, {} {} ({} times)", system,
-                       ahead == 0 ? "none" : std::to_string(ahead), others.size(), what, mine,
-                       ahead == 0  ? "the nearest"
-                       : test.more ? "the most"
-                                   : "the least",
-                       nearest.name, interval_text(test.more ? inverse(nearest.ratio) : nearest.ratio));
+                       ahead == 0 ? "none" : std::to_string(ahead), others.size(), what, mine, which, nearest.name,
+                       interval_text(test.more ? inverse(nearest.ratio) : nearest.ratio));
   }
 
   static Interval inverse(const Interval& of) { return {1 / of.value, 1 / of.high, 1 / of.low}; }
@@ -302,7 +320,7 @@ class Judge {
       found.value = *fitted;
       found.has_interval = true;
       found.unit = "1";
-    } else if (points.size() > 0) {
+    } else if (!points.empty()) {
       found.why = fmt::format("'{}' of {} on {} was measured at {} timesteps: a slope needs 3", value, contender,
                               system, points.size());
     }
@@ -340,12 +358,11 @@ class Judge {
     for (const std::string& system : test.family.empty() ? test.systems : std::vector{test.family}) {
       std::vector<std::string> parts;
       for (const std::string& who : test.who) {
-        std::optional<std::pair<std::string, Figure>> best;
-        for (const std::string& contender : stand_ins(who)) {
-          Figure figure = own_figure(test, system, contender);
-          if (!best || better(test.bound, figure, best->second)) best = {contender, std::move(figure)};
-        }
-        const auto& [contender, figure] = *best;
+        using Own = std::pair<std::string, Figure>;
+        std::vector<Own> own;
+        for (const std::string& each : stand_ins(who)) own.emplace_back(each, own_figure(test, system, each));
+        const auto [contender, figure] =
+            best_of(std::move(own), [&](const Own& a, const Own& b) { return better(test.bound, a.second, b.second); });
         Truth truth = Truth::kUnknown;
         if (figure.found == Found::kThere) {
           truth = judged(test.bound, figure.value);
@@ -367,10 +384,14 @@ class Judge {
       if (!parts.empty()) tested.keys.push_back(join(parts, ", "));
       if (test.today) add_today(test, system, today);
     }
-    const std::string how = test.kind == Kind::kSlope ? " over the timestep, slope in logarithms"
-                            : test.timestep_ms        ? fmt::format(" at {} ms", timestep_label(*test.timestep_ms))
-                            : test.family.empty()     ? " at the smallest timestep"
-                                                      : "";
+    std::string how;
+    if (test.kind == Kind::kSlope) {
+      how = " over the timestep, slope in logarithms";
+    } else if (test.timestep_ms) {
+      how = fmt::format(" at {} ms", timestep_label(*test.timestep_ms));
+    } else if (test.family.empty()) {
+      how = " at the smallest timestep";
+    }
     if (!sentence.empty()) {
       tested.summary.push_back(fmt::format("{}{}, {} ({}).", what, how, join(sentence, "; "), bound_text(test.bound)));
     }
@@ -405,14 +426,15 @@ class Judge {
   // ---- what fails at large timesteps ----------------------------------------------------------------------------------
 
   struct Range {
-    Found found = Found::kMissing;  // kFailed: ends well at some timestep and not at a larger one
+    Found found = Found::kMissing;  // kFailed: does not end well at some timestep
     std::string why;
-    double good_ms = 0;  // the largest below the first failure
+    double good_ms = 0;  // the largest below the first failure; 0: none
     double bad_ms = 0;   // the smallest above it that fails
   };
 
   Range range(const std::string& system, const std::string& contender, const std::string& measure) const {
     Range range;
+    bool failed_from_the_start = false;
     range.why = results_.why_missing(system, contender, measure);
     for (const Figure& figure : results_.outcomes(system, contender, measure)) {
       if (figure.found == Found::kMissing) {
@@ -428,9 +450,10 @@ class Judge {
         range.found = Found::kFailed;
         range.bad_ms = figure.timestep_ms;
       } else {
-        range.why = figure.why;
+        failed_from_the_start = true;
       }
     }
+    if (range.found == Found::kMissing && failed_from_the_start) range.found = Found::kFailed;
     return range;
   }
 
@@ -441,18 +464,21 @@ class Judge {
     for (const std::string& system : test.systems) {
       std::vector<std::string> parts;
       for (const std::string& who : test.who) {
-        std::optional<std::pair<std::string, Range>> best;  // the one that goes on for longest
-        for (const std::string& contender : stand_ins(who)) {
-          Range found = range(system, contender, test.value);
-          const auto rank = [](const Range& of) {
-            return std::pair(of.found == Found::kMissing ? 0 : of.found == Found::kFailed ? 1 : 2, of.good_ms);
-          };
-          if (!best || rank(found) > rank(best->second)) best = {contender, std::move(found)};
-        }
-        const auto& [contender, found] = *best;
+        using Own = std::pair<std::string, Range>;
+        std::vector<Own> own;
+        for (const std::string& each : stand_ins(who)) own.emplace_back(each, range(system, each, test.value));
+        // the one that goes on for longest
+        const auto [contender, found] = best_of(std::move(own), [](const Own& a, const Own& b) {
+          return std::pair(a.second.found, a.second.good_ms) > std::pair(b.second.found, b.second.good_ms);
+        });
         if (found.found == Found::kMissing) {
           tested.truth = std::min(tested.truth, Truth::kUnknown);
           tested.reasons.push_back(found.why);
+          continue;
+        }
+        if (found.good_ms == 0) {
+          tested.truth = Truth::kNo;
+          parts.push_back(fmt::format("{} unstable at every timestep", who));
           continue;
         }
         const bool fails = found.found == Found::kFailed;
@@ -474,7 +500,8 @@ class Judge {
         if (found.found == Found::kMissing) continue;
         ++ran;
         if (found.found == Found::kFailed) {
-          failing.push_back(fmt::format("{} above {} ms", contender, timestep_label(found.good_ms)));
+          failing.push_back(found.good_ms > 0 ? fmt::format("{} above {} ms", contender, timestep_label(found.good_ms))
+                                              : fmt::format("{} always", contender));
         }
       }
       if (test.today && ran > 0) {
@@ -524,13 +551,12 @@ class Judge {
     for (const std::string& system : test.systems) {
       std::vector<std::string> parts, keys;
       for (const auto& [who, expected] : test.expected) {
-        std::optional<std::pair<std::string, Step>> best;
-        for (const std::string& contender : stand_ins(who)) {
-          Step found = step(system, contender, test.value);
-          const auto rank = [](const Step& of) { return std::pair(of.there, of.largest_ms); };
-          if (!best || rank(found) > rank(best->second)) best = {contender, std::move(found)};
-        }
-        const auto& [contender, found] = *best;
+        using Own = std::pair<std::string, Step>;
+        std::vector<Own> own;
+        for (const std::string& each : stand_ins(who)) own.emplace_back(each, step(system, each, test.value));
+        const auto [contender, found] = best_of(std::move(own), [](const Own& a, const Own& b) {
+          return std::pair(a.second.there, a.second.largest_ms) > std::pair(b.second.there, b.second.largest_ms);
+        });
         if (!found.there) {
           tested.truth = std::min(tested.truth, Truth::kUnknown);
           tested.reasons.push_back(found.why);
@@ -564,6 +590,7 @@ class Judge {
       if (found.there) by_step[found.largest_ms].push_back(contender);
     }
     std::vector<std::string> parts;
+    parts.reserve(by_step.size());
     for (const auto& [ms, names] : by_step) {
       parts.push_back(
           fmt::format("{}: {}", ms > 0 ? fmt::format("{} ms", timestep_label(ms)) : "at none", join(names, ", ")));
@@ -613,9 +640,7 @@ std::vector<Judgement> judge(const ClaimsFile& file, const Store& store) {
       judgement.figures.insert(judgement.figures.end(), std::make_move_iterator(tested.figures.begin()),
                                std::make_move_iterator(tested.figures.end()));
     }
-    judgement.verdict = truth == Truth::kYes  ? Verdict::kHolds
-                        : truth == Truth::kNo ? Verdict::kChanged
-                                              : Verdict::kNotMeasurable;
+    judgement.verdict = verdict_of(truth);
     judgement.summary = join(summary, " ");
     judgement.today = join(today, " ");
     judgement.key = join(keys, "; ");

@@ -235,7 +235,8 @@ Ratio Results::at_equal_speed(const std::string& system, const std::string& firs
   for (const Point& point : over.points) {
     const auto error = error_at(point.speed.value, &Interval::value);
     if (!error) continue;
-    double least = *error_at(point.speed.value, &Interval::low), most = *error_at(point.speed.value, &Interval::high);
+    double least = error_at(point.speed.value, &Interval::low).value_or(*error),
+           most = error_at(point.speed.value, &Interval::high).value_or(*error);
     for (const double speed : {point.speed.low / fastest, point.speed.high / slowest}) {
       least = std::min(least, error_at(speed, &Interval::low).value_or(least));
       most = std::max(most, error_at(speed, &Interval::high).value_or(most));

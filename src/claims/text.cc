@@ -23,6 +23,15 @@ std::string escaped(std::string text) {
   return text;
 }
 
+std::string plain(Verdict verdict) {
+  return verdict == Verdict::kNotMeasurable ? "not measurable" : verdict_text(verdict);
+}
+
+// What differs from the paper is what a reader looks for.
+std::string marked(Verdict verdict) {
+  return verdict == Verdict::kChanged ? fmt::format("**{}**", plain(verdict)) : plain(verdict);
+}
+
 std::string sentence(const std::string& text) { return text.empty() || text.back() == '.' ? text : text + "."; }
 
 }  // namespace
@@ -39,9 +48,9 @@ std::string interval_text(const Interval& interval) {
 }
 
 std::string quantity_text(const std::string& value, bool capital) {
-  std::string text = value == "consistency"  ? "consistency error"
-                     : value == "grasp_held" ? "object held (1: yes)"
-                                             : value;
+  std::string text = value;
+  if (value == "consistency") text = "consistency error";
+  if (value == "grasp_held") text = "object held (1: yes)";
   std::ranges::replace(text, '_', ' ');
   if (capital && !text.empty()) text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
   return text;
@@ -98,19 +107,14 @@ json claims_json(const std::vector<Judgement>& judgements) {
 std::string claims_markdown(const std::vector<Judgement>& judgements) {
   std::string text = "| | claim | verdict | figures |\n| --- | --- | --- | --- |\n";
   for (const Judgement& each : judgements) {
-    text += fmt::format("| {} | {} | {} | {} |\n", each.claim.number, escaped(each.claim.title),
-                        each.verdict == Verdict::kHolds     ? "holds"
-                        : each.verdict == Verdict::kChanged ? "**changed**"
-                                                            : "not measurable",
+    text += fmt::format("| {} | {} | {} | {} |\n", each.claim.number, escaped(each.claim.title), marked(each.verdict),
                         escaped(each.key));
   }
   for (const Judgement& each : judgements) {
     text += fmt::format("\n### {}. {}\n\n{}\n\n", each.claim.number, each.claim.title, sentence(each.claim.statement));
     text += fmt::format("- The paper: {}\n", sentence(each.claim.paper));
-    text += fmt::format("- Verdict: {}\n", each.verdict == Verdict::kHolds ? "**holds**."
-                                           : each.verdict == Verdict::kChanged
-                                               ? "**changed**."
-                                               : fmt::format("**not measurable**: {}", sentence(each.reason)));
+    text += fmt::format("- Verdict: **{}**", plain(each.verdict));
+    text += each.reason.empty() ? ".\n" : fmt::format(": {}\n", sentence(each.reason));
     if (!each.summary.empty()) text += fmt::format("- Measured: {}\n", each.summary);
     if (!each.today.empty()) text += fmt::format("- {}\n", each.today);
   }
