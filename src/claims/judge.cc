@@ -19,9 +19,16 @@ using Kind = ClaimTest::Kind;
 // In this order `and` is the least and `or` the largest of several.
 enum class Truth { kNo, kUnknown, kYes };
 
+// "before: part; part after", so that tests that ask the same of several systems make one sentence.
+struct Sentence {
+  std::string before, after;
+  std::vector<std::string> parts;
+};
+
 struct Tested {
   Truth truth = Truth::kUnknown;
-  std::vector<std::string> summary, keys, reasons, today;
+  std::vector<Sentence> summary, today;
+  std::vector<std::string> keys, reasons;
   std::vector<ClaimFigure> figures;
 };
 
@@ -137,7 +144,8 @@ class Judge {
       best.truth = judged(test.bound, best.ratio.value);
     } else if (mine_failed(test, best.ratio)) {
       best.truth = test.more ? Truth::kUnknown : Truth::kNo;
-    } else if (theirs_failed(test, best.ratio)) {
+      if (test.bound.kind == ClaimBound::Kind::kNotAbove) best.truth = Truth::kYes;  // nothing is gained
+    } else if (theirs_failed(test, best.ratio) && test.bound.kind != ClaimBound::Kind::kNotAbove) {
       best.truth = Truth::kYes;  // no rival
     }
     return best;
@@ -168,7 +176,8 @@ class Judge {
       field.truth = std::min(field.truth, field.pairs.back().truth);
     }
     // with no rival left there is nothing that was compared
-    if (field.nearest() == nullptr) field.truth = std::min(field.truth, Truth::kUnknown);
+    const bool absence = test.bound.kind == ClaimBound::Kind::kNotAbove;
+    if (field.nearest() == nullptr && !absence) field.truth = std::min(field.truth, Truth::kUnknown);
     return field;
   }
 
@@ -194,7 +203,9 @@ class Judge {
         add_figures(test, system, each, tested);
       const Pair* nearest = decisive.nearest();
       if (nearest == nullptr) {
-        if (decisive.truth == Truth::kNo) sentence.push_back(fmt::format("{} {} unstable", system, decisive.who));
+        const bool failed =
+            std::ranges::any_of(decisive.pairs, [&](const Pair& pair) { return mine_failed(test, pair.ratio); });
+        if (failed) sentence.push_back(fmt::format("{} {} unstable", system, decisive.who));
         continue;
       }
       by_speed = by_speed || nearest->ratio.by_speed;
@@ -208,12 +219,12 @@ class Judge {
                                 ? fmt::format("at {} ms", timestep_label(timestep_of(test)))
                                 : fmt::format("at equal {}", by_speed ? "speed" : "timestep");
     if (!sentence.empty()) {
-      tested.summary.push_back(fmt::format("{} {}, ratio to the nearest rival: {}; {}.", quantity_text(test.value), how,
-                                           join(sentence, "; "), bound_text(test.bound)));
+      tested.summary.push_back({fmt::format("{} {}, ratio to the nearest rival: ", quantity_text(test.value), how),
+                                fmt::format(" ({}).", bound_text(test.bound)), sentence});
     }
     if (!today.empty()) {
       tested.today.push_back(
-          fmt::format("All contenders, {} {}: {}.", quantity_text(test.value, false), how, join(today, "; ")));
+          {fmt::format("All contenders, {} {}: ", quantity_text(test.value, false), how), ".", today});
     }
     return tested;
   }
@@ -222,7 +233,7 @@ class Judge {
                                const Pair& nearest) {
     const std::string over = test.more ? nearest.who : nearest.rival, under = test.more ? nearest.rival : nearest.who;
     std::string text = fmt::format("{} {} ({} over {}", system, interval_text(nearest.ratio.value), over, under);
-    if (nearest.ratio.most > nearest.ratio.least) {
+    if (nearest.ratio.most > 1.01 * nearest.ratio.least) {
       text +=
           fmt::format(", {} to {} along the curve", figure_text(nearest.ratio.least), figure_text(nearest.ratio.most));
     }
@@ -393,11 +404,12 @@ class Judge {
       how = " at the smallest timestep";
     }
     if (!sentence.empty()) {
-      tested.summary.push_back(fmt::format("{}{}, {} ({}).", what, how, join(sentence, "; "), bound_text(test.bound)));
+      tested.summary.push_back(
+          {fmt::format("{}{}, ", what, how), fmt::format(" ({}).", bound_text(test.bound)), sentence});
     }
     if (!today.empty()) {
       tested.today.push_back(
-          fmt::format("All contenders, {}{}: {}.", quantity_text(test.value, false), how, join(today, "; ")));
+          {fmt::format("All contenders, {}{}: ", quantity_text(test.value, false), how), ".", today});
     }
     return tested;
   }
@@ -509,8 +521,8 @@ class Judge {
                                     failing.empty() ? "" : ": ", join(failing, ", ")));
       }
     }
-    if (!sentence.empty()) tested.summary.push_back(fmt::format("{}.", join(sentence, "; ")));
-    if (!today.empty()) tested.today.push_back(fmt::format("All contenders: {}.", join(today, "; ")));
+    if (!sentence.empty()) tested.summary.push_back({"On the ", ".", sentence});
+    if (!today.empty()) tested.today.push_back({"All contenders: ", ".", today});
     return tested;
   }
 
@@ -573,9 +585,9 @@ class Judge {
         keys.push_back(fmt::format("{} {}", who, step_text(found.largest_ms)));
       }
       if (!parts.empty()) {
-        tested.summary.push_back(
-            fmt::format("Largest timestep in ms that holds on {}: {} (within a factor of {} needed).", system,
-                        join(parts, ", "), test.within));
+        tested.summary.push_back({fmt::format("Largest timestep in ms that holds on {}: ", system),
+                                  fmt::format(" (within a factor of {} needed).", test.within),
+                                  {join(parts, ", ")}});
         tested.keys.push_back(join(keys, ", "));
       }
       if (test.today) add_steps_today(test, system, tested);
@@ -595,12 +607,27 @@ class Judge {
       parts.push_back(
           fmt::format("{}: {}", ms > 0 ? fmt::format("{} ms", timestep_label(ms)) : "at none", join(names, ", ")));
     }
-    if (!parts.empty()) tested.today.push_back(fmt::format("All contenders on {}: {}.", system, join(parts, "; ")));
+    if (!parts.empty()) tested.today.push_back({fmt::format("All contenders on {}: ", system), ".", parts});
   }
 
   const ClaimsFile& file_;
   const Results& results_;
 };
+
+std::string text_of(const std::vector<Sentence>& sentences) {
+  std::vector<Sentence> merged;
+  for (const Sentence& each : sentences) {
+    if (!merged.empty() && merged.back().before == each.before && merged.back().after == each.after) {
+      merged.back().parts.insert(merged.back().parts.end(), each.parts.begin(), each.parts.end());
+    } else {
+      merged.push_back(each);
+    }
+  }
+  std::vector<std::string> texts;
+  texts.reserve(merged.size());
+  for (const Sentence& each : merged) texts.push_back(each.before + join(each.parts, "; ") + each.after);
+  return join(texts, " ");
+}
 
 // Each once, and not more than a reader takes in.
 std::string reasons_text(const std::vector<std::string>& reasons) {
@@ -626,10 +653,9 @@ std::vector<Judgement> judge(const ClaimsFile& file, const Store& store) {
     Judgement judgement;
     judgement.claim = claim;
     Truth truth = Truth::kYes;
-    std::vector<std::string> summary, today, keys, reasons;
-    const auto append = [](std::vector<std::string>& to, const std::vector<std::string>& from) {
-      to.insert(to.end(), from.begin(), from.end());
-    };
+    std::vector<Sentence> summary, today;
+    std::vector<std::string> keys, reasons;
+    const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
     for (const ClaimTest& test : claim.tests) {
       Tested tested = judge.test(test);
       truth = std::min(truth, tested.truth);
@@ -641,8 +667,8 @@ std::vector<Judgement> judge(const ClaimsFile& file, const Store& store) {
                                std::make_move_iterator(tested.figures.end()));
     }
     judgement.verdict = verdict_of(truth);
-    judgement.summary = join(summary, " ");
-    judgement.today = join(today, " ");
+    judgement.summary = text_of(summary);
+    judgement.today = text_of(today);
     judgement.key = join(keys, "; ");
     if (judgement.verdict == Verdict::kNotMeasurable) judgement.reason = reasons_text(reasons);
     judgements.push_back(std::move(judgement));

@@ -353,6 +353,29 @@ TEST_F(ClaimsTest, NoGainHoldsUnlessOneIsShown) {
   EXPECT_EQ(verdict(no_gain), Verdict::kHolds);
   curve("c", 2, 3e-3, 1);
   EXPECT_EQ(verdict(no_gain), Verdict::kChanged);
+  // who goes unstable gains nothing; against whom goes unstable there is no telling
+  for (const double h : {1.0, 2.0, 4.0, 8.0}) put("a", h, "consistency", {}, Outcome::kUnstable);
+  const Judgement found = judged(no_gain);
+  EXPECT_EQ(found.verdict, Verdict::kHolds);
+  EXPECT_THAT(found.summary, HasSubstr("s A unstable"));
+  curve("a", 2, 1e-3, 1);
+  for (const double h : {1.0, 2.0, 4.0, 8.0}) put("c", h, "consistency", {}, Outcome::kUnstable);
+  EXPECT_EQ(verdict(no_gain), Verdict::kNotMeasurable);
+}
+
+TEST_F(ClaimsTest, TestsThatAskTheSameShareASentence) {
+  for (const std::string system : {"s", "t"}) {
+    time("a", 2, Outcome::kOk, system);
+    time("b1", 4, Outcome::kOk, system);
+    time("c", 8, Outcome::kOk, system);
+  }
+  std::string other = kFastest;
+  other.replace(other.find("['s']"), 5, "['t']");
+  const Judgement found = judged(kFastest + "[[claim.test]]\n" + other);
+  EXPECT_EQ(found.verdict, Verdict::kHolds);
+  EXPECT_EQ(found.summary,
+            "Step time at 1 ms, ratio to the nearest rival: s 2 [1.92, 2.08] (B over A); t 2 [1.92, 2.08] (B over A) "
+            "(above 1 needed).");
 }
 
 TEST_F(ClaimsTest, Slope) {
