@@ -535,7 +535,7 @@ describe("the programme", () => {
   const shownIn = (system) => page.$$eval(`#${system} .series:not(.off)`, (nodes) => nodes.map((node) => node.dataset.contender));
 
   test("many contenders: the paper's are shown at first, engines can be switched on together", async () => {
-    const papers = ["mujoco-euler", "mujoco-rk4", "bullet-si-f64", "bullet-mb", "ode-quick", "physx-d6-pgs", "havok"];
+    const papers = ["mujoco-euler", "mujoco-euler-dense", "mujoco-rk4", "bullet-si-f64", "bullet-mb", "ode-quick", "physx-d6-pgs", "havok"];
     assert.deepEqual((await shownIn("humanoid")).sort(), [...papers].sort());
     const bars = await page.$$eval("#humanoid .bars .bar", (nodes) => nodes.map((node) => node.dataset.contender));
     assert.deepEqual([...bars].sort(), [...papers].sort());
@@ -698,6 +698,12 @@ describe("the programme", () => {
     await page.$eval("#planar-chain svg.agreement", (node) => node.focus());
     await page.keyboard.press("ArrowRight");
     assert.match(await page.$eval(".tooltip", (node) => node.innerText), /mujoco-euler and mujoco-rk4[^]*farther than 1 mm/);
+    await page.keyboard.press("Enter");
+    const lines = await page.$$eval("#planar-chain .distances .series", (nodes) => nodes.map((node) => node.dataset.contender));
+    assert.ok(lines.includes("ode-quick") && !lines.includes("mujoco-euler") && !lines.includes("dart"), "all that are shown but the one itself");
+    const clock = await page.$eval("#planar-chain .distances .clock", (node) => Number(node.getAttribute("x1")));
+    await slide(17);
+    assert.ok((await page.$eval("#planar-chain .distances .clock", (node) => Number(node.getAttribute("x1")))) > clock, "the clock follows the slider");
     await page.keyboard.press("Escape");
   });
 
@@ -716,7 +722,7 @@ describe("the programme", () => {
       }),
     );
     // Of the paper's contenders bullet-mb takes no part.
-    assert.equal(points.length, 6 * 20);
+    assert.equal(points.length, 7 * 20 - 1, "every cell but the one that ran out of time");
     for (const point of points) {
       assert.equal(point.seconds, valueOf(data(), `capsules-${point.size}${point.free ? "-free" : ""}`, point.contender, 10, "run_time"));
     }
@@ -726,12 +732,13 @@ describe("the programme", () => {
       assert.ok(Math.abs(point.x - along("x", a, b, (p) => p.size)) < 0.5);
       assert.ok(Math.abs(point.y - along("y", a, b, (p) => p.seconds)) < 0.5);
     }
-    await press('#scaling button[data-contender="mujoco-euler-dense"]');
     const failed = await page.$$eval("#scaling .failed", (nodes) => nodes.map((node) => `${node.parentNode.dataset.contender} ${node.dataset.size}`));
     assert.deepEqual(failed, ["mujoco-euler-dense 250"]);
     const dense = valueOf(data(), "capsules-225", "mujoco-euler-dense", 10, "scaling_exponent");
     const row = await page.$$eval("#scaling tbody tr", (rows) => [...rows].find((one) => one.innerText.includes("mujoco-euler-dense")).cells[1].innerText);
     assert.ok(row.startsWith(dense.toFixed(2)), row);
+    await press('#scaling button[data-contender="mujoco-euler-dense"]');
+    assert.equal((await page.$$("#scaling .failed")).length, 0, "its lines are hidden, its failure too");
     await press('#scaling button[data-contender="mujoco-euler-dense"]');
   });
 

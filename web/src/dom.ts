@@ -35,28 +35,34 @@ export function clear(node: Element): void {
   node.replaceChildren();
 }
 
-const waiting: (() => void)[] = [];
+interface Waiting {
+  node: HTMLElement;
+  update: (width: number) => void;
+}
+const waiting: Waiting[] = [];
 
 // Draws whenever the element's width changes, so that text keeps its size; the first time with drawWaiting().
 export function onWidth(node: HTMLElement, draw: (width: number) => void): () => void {
   let last = 0;
-  const update = () => {
-    const width = Math.floor(node.clientWidth);
+  const update = (width: number) => {
     if (width > 0 && width !== last) {
       last = width;
       draw(width);
     }
   };
-  new ResizeObserver(update).observe(node);
-  waiting.push(update);
+  new ResizeObserver(() => update(Math.floor(node.clientWidth))).observe(node);
+  waiting.push({ node, update });
   return () => {
     if (last > 0) draw(last);
   };
 }
 
-// What was made for elements that were not yet part of the page.
+// What was made for elements that were not yet part of the page. All widths are read before anything is drawn: a width
+// after a change would have the whole page laid out anew.
 export function drawWaiting(): void {
-  for (const draw of waiting.splice(0)) draw();
+  const now = waiting.splice(0);
+  const widths = now.map(({ node }) => Math.floor(node.clientWidth));
+  now.forEach(({ update }, index) => update(widths[index] ?? 0));
 }
 
 let ids = 0;

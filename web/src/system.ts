@@ -71,7 +71,7 @@ export function systemSection(view: SystemView, system: System, palette: Palette
     row.append(plot.element);
   }
   const agreement = view.report.json.agreement?.find((candidate) => candidate.system === view.system);
-  const parts = [graspTable(view, palette), agreement && agreement.contenders.length > 1 ? agreementPanel(agreement) : null, dampingTable(view, palette)];
+  const parts = [graspTable(view, palette), agreement && agreement.contenders.length > 1 ? agreementPanel(agreement, palette) : null, dampingTable(view, palette)];
   section.append(row, details.element, ...parts.filter((part): part is HTMLElement => Boolean(part)), matrix.element);
   return section;
 }

@@ -1,8 +1,15 @@
-// Who computes the same motion: distances between all pairs of contenders as a heat map, with a slider for the time.
+// Who computes the same motion: distances between all pairs of contenders as a heat map with a slider for the time, and
+// one contender's distances from all others over the time.
+import { scaleLinear } from "d3-scale";
+import { line } from "d3-shape";
+
 import type { Agreement } from "../data";
 import { clear, el, onWidth, svg, uniqueId } from "../dom";
 import { plain, quantity, timestep } from "../format";
+import type { Palette } from "../palette";
+import { markContenders, state } from "../state";
 import { facts, tooltip } from "../tooltip";
+import { errorLabel, grid, logScale, ticks } from "./axes";
 
 // Dark is near, light is far; also told apart without colour, and the same in both themes.
 const kStops = ["#00204d", "#213d6b", "#545b6c", "#7b7b78", "#a59c74", "#d3c164", "#ffea46"];
@@ -29,7 +36,93 @@ export function pairIndex(count: number, i: number, j: number): number {
   return a * count - (a * (a + 1)) / 2 + (b - a - 1);
 }
 
-export function agreementPanel(of: Agreement): HTMLElement {
+// One contender's distance from each other over the time.
+function distancePlot(of: Agreement, palette: Palette): { element: HTMLElement; setTime: (index: number) => void; setOrigin: (index: number) => void } {
+  const count = of.contenders.length;
+  let origin = 0;
+  let at = of.time_s.length - 1;
+  const choice = el("select", { "aria-label": "Contender that the others are compared with" }, ...of.contenders.map((name, index) => el("option", { value: index }, name)));
+  const canvas = el("div", { class: "canvas" });
+  let clock: SVGLineElement | null = null;
+  let x: (time: number) => number = () => 0;
+  const moveClock = () => {
+    const place = x(of.time_s[at] ?? 0);
+    clock?.setAttribute("x1", String(place));
+    clock?.setAttribute("x2", String(place));
+  };
+  const draw = (width: number) => {
+    clear(canvas);
+    const series = of.contenders
+      .map((name, j) => ({ name, values: j === origin ? [] : (of.distance_m[pairIndex(count, origin, j)] ?? []) }))
+      .filter(({ name, values }) => values.length > 0 && !state.isHidden(name));
+    const positive = series.flatMap(({ values }) => values).filter((value): value is number => value !== null && value > 0);
+    if (positive.length === 0) {
+      canvas.append(el("p", { class: "quiet empty" }, "No other contender that is shown was compared with it."));
+      return;
+    }
+    const height = Math.round(Math.min(460, Math.max(300, width * 0.75)));
+    const frame = { left: 60, right: width - 12, top: 10, bottom: height - 46 };
+    const y = logScale([...positive.map((value) => Math.max(value, 1e-12)), kParted], [frame.bottom, frame.top], 1);
+    const [begin = 0, end = 1] = [of.time_s[0], of.time_s[of.time_s.length - 1]];
+    const time = scaleLinear().domain([begin, end]).range([frame.left, frame.right]);
+    x = time;
+    const drawing = svg("svg", {
+      class: "distances", width, height, viewBox: `0 0 ${width} ${height}`, role: "img",
+      "aria-label": `Distance of ${series.map(({ name }) => name).join(", ")} from ${of.contenders[origin]} over the time`,
+    }); // prettier-ignore
+    drawing.append(grid(y, "y", frame.left, frame.right));
+    drawing.append(svg("rect", { class: "frame", x: frame.left + 0.5, y: frame.top + 0.5, width: frame.right - frame.left, height: frame.bottom - frame.top }));
+    for (const value of time.ticks(Math.max(2, Math.floor(width / 90)))) {
+      drawing.append(svg("text", { class: "tick", x: time(value), y: frame.bottom + 18, "text-anchor": "middle" }, `${value} s`));
+    }
+    for (const value of ticks(y, 20)) {
+      drawing.append(svg("text", { class: "tick", x: frame.left - 8, y: y(value) + 4, "text-anchor": "end" }, errorLabel(value, "m")));
+    }
+    const parted = Math.round(y(kParted)) + 0.5;
+    drawing.append(svg("line", { class: "realtime-line", x1: frame.left, x2: frame.right, y1: parted, y2: parted }));
+    const [least = 0] = y.domain();
+    for (const { name, values } of series) {
+      const look = palette.look(name);
+      const points = values
+        .map((value, index): [number, number] => [time(of.time_s[index] ?? 0), y(Math.max(value ?? 0, least))])
+        .filter((_, index) => (values[index] ?? 0) > 0);
+      const group = svg("g", { class: "series", "data-contender": name, style: `--line:${look.color}` });
+      group.append(svg("path", { class: "line", d: line()(points) ?? "", "stroke-dasharray": look.dash }));
+      const last = points[points.length - 1];
+      if (last) group.append(svg("path", { class: "mark", d: look.path(40), transform: `translate(${last[0]},${last[1]}) rotate(${look.turn})` }));
+      drawing.append(group);
+    }
+    clock = svg("line", { class: "clock", y1: frame.top, y2: frame.bottom });
+    drawing.append(clock, svg("text", { class: "axis-title", x: frame.left, y: height - 8 }, "dotted: parted, 1 mm"));
+    moveClock();
+    canvas.append(drawing);
+    markContenders(canvas);
+  };
+  const redraw = onWidth(canvas, draw);
+  let key = state.shownKey;
+  state.subscribe(() => {
+    if (key !== state.shownKey) redraw();
+    else markContenders(canvas);
+    key = state.shownKey;
+  });
+  const setOrigin = (index: number) => {
+    origin = index;
+    choice.value = String(index);
+    redraw();
+  };
+  choice.addEventListener("change", () => setOrigin(Number(choice.value)));
+  return {
+    element: el("div", { class: "distance-plot" }, el("p", { class: "sub" }, "Distance from ", choice, " over the time"), canvas),
+    setTime: (index: number) => {
+      at = index;
+      moveClock();
+    },
+    setOrigin,
+  };
+}
+
+export function agreementPanel(of: Agreement, palette: Palette): HTMLElement {
+  const plot = distancePlot(of, palette);
   const count = of.contenders.length;
   let at = of.time_s.length - 1;
   let cursor: [number, number] | null = null;
@@ -92,10 +185,10 @@ export function agreementPanel(of: Agreement): HTMLElement {
     cells = [];
     of.contenders.forEach((name, i) => {
       const middle = head + i * size + size / 2;
-      const font = size < 12 ? "font-size:9px" : "";
+      const font = size < 14 ? "font-size:9px" : "";
       drawing.append(svg("text", { class: "name", x: names - 5, y: middle + 4, "text-anchor": "end", style: font }, name));
       const across = names + i * size + size / 2 + 3;
-      drawing.append(svg("text", { class: "name", transform: `translate(${across},${head - 6}) rotate(-50)`, style: font }, name));
+      drawing.append(svg("text", { class: "name", transform: `translate(${across},${head - 6}) rotate(${size < 14 ? -90 : -50})`, style: font }, name));
       of.contenders.forEach((_, j) => {
         const node = svg("rect", { x: names + j * size, y: head + i * size, width: size - 1, height: size - 1, "data-pair": `${i} ${j}` });
         cells.push({ node, i, j });
@@ -111,11 +204,16 @@ export function agreementPanel(of: Agreement): HTMLElement {
       if (i >= 0 && j >= 0 && i < count && j < count) point(i, j, drawing);
       else hide();
     });
+    drawing.addEventListener("click", () => cursor && plot.setOrigin(cursor[0]));
     drawing.addEventListener("pointerleave", hide);
     drawing.addEventListener("blur", hide);
     drawing.addEventListener("keydown", (event) => {
       const moves: Record<string, [number, number]> = { ArrowUp: [-1, 0], ArrowDown: [1, 0], ArrowLeft: [0, -1], ArrowRight: [0, 1] };
       if (event.key === "Escape") return hide();
+      if ((event.key === "Enter" || event.key === " ") && cursor) {
+        event.preventDefault();
+        return plot.setOrigin(cursor[0]);
+      }
       const move = moves[event.key];
       if (!move) return;
       event.preventDefault();
@@ -129,6 +227,7 @@ export function agreementPanel(of: Agreement): HTMLElement {
   slider.addEventListener("input", () => {
     at = Number(slider.value);
     paint();
+    plot.setTime(at);
   });
 
   const scale = el("div", { class: "heat-scale" }, el("span", {}, `≤ ${quantity(kNearest, "m", 1)}`), el("span", { class: "ramp", style: `background:linear-gradient(90deg, ${kStops.join(", ")})` }), el("span", {}, `≥ ${quantity(kFarthest, "m", 1)}`));
@@ -143,6 +242,6 @@ export function agreementPanel(of: Agreement): HTMLElement {
       el("div", { class: "time-row" }, el("label", { for: id }, "Time"), slider, shown),
       scale,
     ),
-    canvas,
+    el("div", { class: "agreement-parts" }, canvas, plot.element),
   );
 }

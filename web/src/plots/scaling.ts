@@ -137,18 +137,18 @@ export function scalingPanel(report: Report, palette: Palette): HTMLElement {
 
   const curveOf = (contender: string, contacts: boolean) => curves.find((curve) => curve.contender === contender && curve.contacts === contacts);
   const last = (contender: string, contacts: boolean) => [...(curveOf(contender, contacts)?.points ?? [])].reverse().find((point) => point.time);
-  const exponents = (contacts: boolean, title: string): Column<string> => ({
+  const growth = (contacts: boolean, title: string): Column<string> => ({
     title,
     key: (contender) => curveOf(contender, contacts)?.exponent?.value ?? null,
-    cell: (contender) => exponentText(curveOf(contender, contacts)?.exponent ?? null),
-    className: "figure",
-  });
-  const largest = (contacts: boolean, title: string): Column<string> => ({
-    title,
-    key: (contender) => last(contender, contacts)?.time?.value ?? null,
     cell: (contender) => {
       const point = last(contender, contacts);
-      return point ? `${quantity(point.time!.value, "s")} at ${point.size}` : "–";
+      if (!point) return el("span", { class: "quiet" }, "–");
+      return el(
+        "span",
+        { class: "growth" },
+        el("span", { class: "number" }, exponentText(curveOf(contender, contacts)?.exponent ?? null)),
+        el("span", { class: "range" }, `${quantity(point.time!.value, "s")} at ${point.size}`),
+      );
     },
     className: "figure",
   });
@@ -165,12 +165,10 @@ export function scalingPanel(report: Report, palette: Palette): HTMLElement {
       className: "sticky",
       head: true,
     },
-    exponents(true, "Power, contacts"),
-    exponents(false, "Power, no contacts"),
-    largest(true, "Largest, contacts"),
-    largest(false, "Largest, no contacts"),
+    growth(true, "With contacts"),
+    growth(false, "Without"),
   ];
-  const text = "The power of the number of bodies with which the time grows, fitted to all sizes, with its 95 % interval; the time at the largest size. A click on a name shows or hides its lines.";
+  const text = "The power of the number of bodies with which the time grows, fitted to all sizes, with its 95 % interval, and the time at the largest size. A click on a name shows or hides its lines.";
   return el(
     "div",
     { class: "scaling-parts" },

@@ -1,0 +1,384 @@
+// Runs drawn by WebGL: each in a view of its own, or all in one, as ghosts over the reference.
+import {
+  AmbientLight, BufferAttribute, BufferGeometry, CapsuleGeometry, Color, DirectionalLight, Group, InstancedMesh, Line,
+  LineBasicMaterial, LineSegments, type Material, Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial, PerspectiveCamera,
+  PlaneGeometry, Quaternion, Scene, SphereGeometry, Vector3, WebGLRenderer,
+} from "three"; // prettier-ignore
+import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+
+import { kColumns, stateAt, type Motion, type Replay, type ReplayShape } from "./decode";
+
+export type Mode = "side" | "overlay";
+
+export interface Colors {
+  rule: string;
+  faint: string;
+  contenders: string[]; // of the runs
+}
+
+const kFieldOfView = 40; // degrees
+const kGhost = 0.42; // opacity
+const kTrailSeconds = 1.5;
+
+// Columns of a grid of `count` views that leaves each the most room; src/render/renderer.cc has the same.
+export function gridColumns(count: number, width: number, height: number): number {
+  let best = 1;
+  let largest = 0;
+  for (let columns = 1; columns <= count; columns += 1) {
+    const w = width / columns;
+    const h = height / Math.ceil(count / columns);
+    const room = Math.min(w, h) + 1e-3 * Math.max(w, h);
+    if (room > largest) [best, largest] = [columns, room];
+  }
+  return best;
+}
+
+// Any colour of CSS as three numbers that WebGL takes.
+export function resolveColor(css: string, host: HTMLElement): string {
+  const probe = document.createElement("span");
+  probe.style.color = css;
+  host.append(probe);
+  const computed = getComputedStyle(probe).color;
+  probe.remove();
+  const context = document.createElement("canvas").getContext("2d", { willReadFrequently: true });
+  if (!context) return "rgb(128,128,128)";
+  context.fillStyle = computed;
+  context.fillRect(0, 0, 1, 1);
+  const [r, g, b] = context.getImageData(0, 0, 1, 1).data;
+  return `rgb(${r},${g},${b})`;
+}
+
+interface Part {
+  body: number;
+  local: Matrix4; // shape in a frame with the body's orientation at its centre of mass
+  mesh: InstancedMesh;
+  ghost: InstancedMesh;
+  index: number;
+}
+
+// One run's bodies.
+class Figure {
+  readonly solid = new Group();
+  readonly ghosts = new Group();
+  readonly trail: Line;
+  readonly ghostMaterial = new MeshLambertMaterial({ transparent: true, opacity: kGhost });
+  readonly trailMaterial = new LineBasicMaterial({ transparent: true, opacity: 0.7 });
+  private readonly parts: Part[] = [];
+  private readonly state: Float64Array;
+  private readonly pose = new Matrix4();
+  private readonly placed = new Matrix4();
+
+  constructor(
+    readonly motion: Motion,
+    private readonly replay: Replay,
+    solidMaterial: Material,
+    geometries: Map<string, BufferGeometry>,
+  ) {
+    this.state = new Float64Array(replay.bodies * kColumns);
+    const groups = new Map<string, ReplayShape[]>();
+    for (const shape of replay.scene.shapes) {
+      if (shape.body < 0 || shape.type === "plane") continue;
+      const key = `${shape.type} ${shape.radius} ${shape.half_length}`;
+      groups.set(key, [...(groups.get(key) ?? []), shape]);
+    }
+    for (const [key, shapes] of groups) {
+      const geometry = geometries.get(key);
+      if (!geometry) continue;
+      const mesh = new InstancedMesh(geometry, solidMaterial, shapes.length);
+      const ghost = new InstancedMesh(geometry, this.ghostMaterial, shapes.length);
+      ghost.instanceMatrix = mesh.instanceMatrix;
+      // Where it stands changes with each frame; what is out of sight is little.
+      mesh.frustumCulled = ghost.frustumCulled = false;
+      shapes.forEach((shape, index) => {
+        const [x, y, z] = shape.p;
+        const cm = replay.scene.bodies[shape.body]?.cm ?? [0, 0, 0];
+        const [qw, qx, qy, qz] = shape.q;
+        const local = new Matrix4().compose(new Vector3(x - cm[0], y - cm[1], z - cm[2]), new Quaternion(qx, qy, qz, qw), new Vector3(1, 1, 1));
+        mesh.setColorAt(index, new Color(...(shape.rgba.slice(0, 3) as [number, number, number])).convertSRGBToLinear());
+        this.parts.push({ body: shape.body, local, mesh, ghost, index });
+      });
+      this.solid.add(mesh);
+      this.ghosts.add(ghost);
+    }
+    this.trail = new Line(new BufferGeometry(), this.trailMaterial);
+    this.trail.frustumCulled = false;
+  }
+
+  setTrail(body: number | null): void {
+    this.trail.visible = body !== null;
+    if (body === null) return;
+    const { frames } = this.motion.run;
+    const points = new Float32Array(frames * 3);
+    for (let frame = 0; frame < frames; frame += 1) {
+      const at = (frame * this.replay.bodies + body) * kColumns;
+      points.set(this.motion.states.subarray(at, at + 3), 3 * frame);
+    }
+    this.trail.geometry.dispose();
+    this.trail.geometry = new BufferGeometry().setAttribute("position", new BufferAttribute(points, 3));
+  }
+
+  place(frame: number): void {
+    stateAt(this.motion, this.replay.bodies, frame, this.state);
+    const position = new Vector3();
+    const rotation = new Quaternion();
+    const unit = new Vector3(1, 1, 1);
+    for (const part of this.parts) {
+      const at = part.body * kColumns;
+      position.set(this.state[at]!, this.state[at + 1]!, this.state[at + 2]!);
+      rotation.set(this.state[at + 4]!, this.state[at + 5]!, this.state[at + 6]!, this.state[at + 3]!);
+      this.pose.compose(position, rotation, unit);
+      part.mesh.setMatrixAt(part.index, this.placed.multiplyMatrices(this.pose, part.local));
+    }
+    for (const part of this.parts) part.mesh.instanceMatrix.needsUpdate = true;
+    const end = Math.floor(Math.min(frame, this.motion.run.frames - 1)) + 1;
+    const start = Math.max(0, end - Math.round((1000 * kTrailSeconds) / this.replay.frame_ms));
+    this.trail.geometry.setDrawRange(start, end - start);
+  }
+
+  // Where each shape is drawn, x, y, z.
+  places(): [number, number, number][] {
+    const matrix = new Matrix4();
+    return this.parts.map((part) => {
+      part.mesh.getMatrixAt(part.index, matrix);
+      const at = new Vector3().setFromMatrixPosition(matrix);
+      return [at.x, at.y, at.z];
+    });
+  }
+}
+
+function median(values: number[]): number {
+  return [...values].sort((a, b) => a - b)[Math.floor(values.length / 2)] ?? 0;
+}
+
+export class Stage {
+  private readonly scene = new Scene();
+  private readonly camera = new PerspectiveCamera(kFieldOfView, 1, 0.01, 1000);
+  private readonly figures: Figure[];
+  private readonly ground = new Group();
+  private readonly controls: OrbitControls;
+  private shown: number[] = [];
+  private reference = 0;
+  private mode: Mode = "side";
+  private home = { centre: new Vector3(), position: new Vector3() };
+  private radius = 1;
+  private slow = 0; // ms that a picture takes, smoothed
+
+  // `context` is one of `canvas`. `changed` is called when the reader has turned the view.
+  constructor(
+    private readonly canvas: HTMLCanvasElement,
+    context: WebGL2RenderingContext,
+    private readonly replay: Replay,
+    motions: Motion[],
+    changed: () => void,
+  ) {
+    this.renderer = new WebGLRenderer({ canvas, context, alpha: true, antialias: true });
+    this.renderer.setClearColor(0x000000, 0);
+    const light = new DirectionalLight(0xffffff, 2.2);
+    light.position.set(-1, -1.6, 3);
+    this.scene.add(new AmbientLight(0xffffff, 1.5), light);
+    const geometries = new Map<string, BufferGeometry>();
+    for (const shape of replay.scene.shapes) {
+      const key = `${shape.type} ${shape.radius} ${shape.half_length}`;
+      if (geometries.has(key) || shape.type === "plane") continue;
+      // Three's capsules lie along y, those of the model along z.
+      geometries.set(
+        key,
+        shape.type === "sphere" ? new SphereGeometry(shape.radius, 16, 10) : new CapsuleGeometry(shape.radius, 2 * shape.half_length, 5, 14).rotateX(Math.PI / 2),
+      );
+    }
+    const solid = new MeshLambertMaterial();
+    this.figures = motions.map((motion) => new Figure(motion, replay, solid, geometries));
+    for (const figure of this.figures) this.scene.add(figure.solid, figure.ghosts, figure.trail);
+    this.look(motions);
+    this.makeGround();
+    this.scene.add(this.ground);
+    this.camera.up.set(0, 0, 1);
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.enablePan = true;
+    // The wheel scrolls the page unless a key says that the view is meant.
+    this.controls.enableZoom = false;
+    canvas.addEventListener("wheel", (event) => {
+      if (!event.ctrlKey && !event.shiftKey) return;
+      event.preventDefault();
+      this.zoom(event.deltaY > 0 || event.deltaX > 0 ? 1.1 : 1 / 1.1);
+      changed();
+    }, { passive: false }); // prettier-ignore
+    this.resetView();
+    this.controls.addEventListener("change", changed);
+  }
+
+  private readonly renderer: WebGLRenderer;
+
+  zoom(factor: number): void {
+    const offset = this.camera.position.clone().sub(this.controls.target);
+    this.camera.position.copy(this.controls.target).add(offset.multiplyScalar(factor));
+    this.controls.update();
+  }
+
+  resetView(): void {
+    this.controls.target.copy(this.home.centre);
+    this.camera.position.copy(this.home.position);
+    this.controls.update();
+  }
+
+  // The view that shows all of most runs; a flat motion is seen from its thin side (src/render/renderer.cc).
+  private look(motions: Motion[]): void {
+    const reach = this.replay.scene.bodies.map(() => 0);
+    for (const shape of this.replay.scene.shapes) {
+      if (shape.body < 0) continue;
+      const cm = this.replay.scene.bodies[shape.body]?.cm ?? [0, 0, 0];
+      const far = Math.hypot(shape.p[0] - cm[0], shape.p[1] - cm[1], shape.p[2] - cm[2]) + shape.radius + shape.half_length;
+      reach[shape.body] = Math.max(reach[shape.body] ?? 0, far);
+    }
+    const lows: number[][] = [[], [], []];
+    const highs: number[][] = [[], [], []];
+    for (const { states } of motions) {
+      const low = [Infinity, Infinity, Infinity];
+      const high = [-Infinity, -Infinity, -Infinity];
+      for (let i = 0; i < states.length; i += kColumns) {
+        const margin = reach[(i / kColumns) % this.replay.bodies] ?? 0;
+        for (let axis = 0; axis < 3; axis += 1) {
+          low[axis] = Math.min(low[axis]!, states[i + axis]! - margin);
+          high[axis] = Math.max(high[axis]!, states[i + axis]! + margin);
+        }
+      }
+      for (let axis = 0; axis < 3; axis += 1) {
+        lows[axis]!.push(low[axis]!);
+        highs[axis]!.push(high[axis]!);
+      }
+    }
+    const low = lows.map(median);
+    const high = highs.map(median);
+    const [x, y, z] = low.map((value, axis) => Math.max(1e-3, high[axis]! - value)) as [number, number, number];
+    this.radius = Math.hypot(x, y, z) / 2;
+    const largest = Math.max(x, y, z);
+    const flat = 0.4 * largest;
+    let azimuth = 135;
+    let elevation = -20;
+    if (z < flat && z <= Math.min(x, y)) [azimuth, elevation] = [90, -65];
+    else if (y < flat && y < x) azimuth = 110;
+    else if (x < flat) azimuth = 200;
+    const [a, e] = [(azimuth * Math.PI) / 180, (elevation * Math.PI) / 180];
+    const distance = (0.92 * this.radius) / Math.sin((kFieldOfView / 2) * (Math.PI / 180));
+    this.home.centre.set((low[0]! + high[0]!) / 2, (low[1]! + high[1]!) / 2, (low[2]! + high[2]!) / 2);
+    this.home.position.set(-Math.cos(a) * Math.cos(e), -Math.sin(a) * Math.cos(e), -Math.sin(e)).multiplyScalar(distance).add(this.home.centre);
+    this.camera.near = distance / 100;
+    this.camera.far = distance * 60;
+  }
+
+  // A square of floor with lines; where there is no plane, nothing.
+  private makeGround(): void {
+    const plane = this.replay.scene.shapes.find((shape) => shape.type === "plane");
+    if (!plane) return;
+    const size = 10 ** Math.floor(Math.log10(this.radius / 2));
+    const count = Math.ceil((4 * this.radius) / size);
+    const points: number[] = [];
+    for (let i = -count; i <= count; i += 1) points.push(i, -count, 0, i, count, 0, -count, i, 0, count, i, 0);
+    const lines = new LineSegments(
+      new BufferGeometry().setAttribute("position", new BufferAttribute(new Float32Array(points.map((value) => value * size)), 3)),
+      new LineBasicMaterial(),
+    );
+    const floor = new Mesh(new PlaneGeometry(2 * count * size, 2 * count * size), new MeshBasicMaterial());
+    floor.position.z = -0.002 * this.radius;
+    floor.material.polygonOffset = true;
+    floor.material.polygonOffsetFactor = floor.material.polygonOffsetUnits = 1;
+    this.ground.add(floor, lines);
+    const [w, x, y, z] = plane.q;
+    this.ground.quaternion.set(x, y, z, w);
+    const at = Math.round(this.home.centre.x / size) * size;
+    const across = Math.round(this.home.centre.y / size) * size;
+    this.ground.position.set(plane.p[0] + at, plane.p[1] + across, plane.p[2]);
+  }
+
+  setColors(colors: Colors): void {
+    for (const child of this.ground.children) {
+      const material = (child as Mesh).material as MeshBasicMaterial;
+      material.color.set(child instanceof LineSegments ? colors.rule : colors.faint);
+    }
+    this.figures.forEach((figure, index) => {
+      const color = colors.contenders[index] ?? "gray";
+      figure.ghostMaterial.color.set(color);
+      figure.trailMaterial.color.set(color);
+    });
+  }
+
+  setMode(mode: Mode): void {
+    this.mode = mode;
+  }
+
+  setShown(shown: number[], reference: number): void {
+    this.shown = shown;
+    this.reference = reference;
+  }
+
+  setTrail(body: number | null): void {
+    for (const figure of this.figures) figure.setTrail(body);
+  }
+
+  // In CSS pixels.
+  resize(width: number, height: number): void {
+    const ratio = Math.min(window.devicePixelRatio || 1, this.slow > 60 ? 0.75 : 2);
+    this.renderer.setPixelRatio(ratio);
+    this.renderer.setSize(width, height, false);
+  }
+
+  // Places and draws all shown runs at a frame that need not be whole. Returns the columns of the views.
+  draw(frame: number): number {
+    const began = performance.now();
+    const size = { width: this.canvas.clientWidth, height: this.canvas.clientHeight };
+    const renderer = this.renderer;
+    for (const index of new Set([...this.shown, this.reference])) this.figures[index]?.place(frame);
+    const show = (solid: number, ghosts: number[]) => {
+      this.figures.forEach((figure, index) => {
+        figure.solid.visible = index === solid;
+        figure.ghosts.visible = ghosts.includes(index);
+        figure.trail.visible = figure.trail.geometry.hasAttribute("position") && this.trails && (index === solid || ghosts.includes(index));
+      });
+    };
+    renderer.setScissorTest(false);
+    renderer.setViewport(0, 0, size.width, size.height);
+    renderer.clear();
+    let columns = 1;
+    if (this.mode === "overlay") {
+      show(this.reference, this.shown.filter((index) => index !== this.reference));
+      this.render(size.width, size.height);
+    } else {
+      const count = this.shown.length;
+      columns = gridColumns(count, size.width, size.height);
+      const rows = Math.ceil(count / columns);
+      renderer.setScissorTest(true);
+      this.shown.forEach((index, i) => {
+        const [column, row] = [i % columns, Math.floor(i / columns)];
+        const [left, right] = [Math.floor((size.width * column) / columns), Math.floor((size.width * (column + 1)) / columns)];
+        const [top, bottom] = [Math.floor((size.height * row) / rows), Math.floor((size.height * (row + 1)) / rows)];
+        renderer.setViewport(left, size.height - bottom, right - left, bottom - top);
+        renderer.setScissor(left, size.height - bottom, right - left, bottom - top);
+        show(index, []);
+        this.render(right - left, bottom - top);
+      });
+    }
+    const took = performance.now() - began;
+    this.slow = this.slow === 0 ? took : 0.9 * this.slow + 0.1 * took;
+    return columns;
+  }
+
+  trails = true;
+
+  private render(width: number, height: number): void {
+    this.camera.aspect = width / Math.max(1, height);
+    // The sphere around the motion fits into the narrower of both angles.
+    const half = Math.tan((kFieldOfView / 2) * (Math.PI / 180));
+    this.camera.fov = 2 * Math.atan(half / Math.min(1, this.camera.aspect)) * (180 / Math.PI);
+    this.camera.updateProjectionMatrix();
+    this.renderer.render(this.scene, this.camera);
+  }
+
+  // Where the shapes of a run were drawn last, for tests.
+  places(index: number): [number, number, number][] {
+    return this.figures[index]?.places() ?? [];
+  }
+
+  get milliseconds(): number {
+    return this.slow;
+  }
+}
