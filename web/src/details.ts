@@ -133,5 +133,14 @@ export class Details {
     const slot = el("div", { "data-replay": "", "data-system": choice.system, "data-contender": contender, "data-timestep": step });
     this.element.append(slot);
     for (const hook of replayHooks) hook(slot, choice);
+    this.reveal();
+  }
+
+  // Brings the panel's upper part into view, and no more, so that the plot stays where it was if it can.
+  private reveal(): void {
+    const box = this.element.getBoundingClientRect();
+    const wanted = Math.min(box.height, 0.55 * window.innerHeight);
+    if (box.top + wanted > window.innerHeight) window.scrollBy({ top: box.top + wanted - window.innerHeight });
+    else if (box.top < 0) window.scrollBy({ top: box.top - 60 });
   }
 }

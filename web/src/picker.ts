@@ -58,7 +58,6 @@ export function picker(report: Report, palette: Palette): HTMLElement | null {
   const open = (one: Candidate) => {
     state.setShown([one.contender], true);
     state.choose({ system: system.value, contender: one.contender, timestep: one.timestep });
-    document.getElementById(system.value)?.querySelector(".details-panel")?.scrollIntoView({ block: "nearest" });
   };
   const draw = () => {
     clear(answer);

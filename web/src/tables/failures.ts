@@ -8,12 +8,10 @@ import { scrollFrame, sortableTable, type Column } from "./sortable";
 
 // Opens the details of the failed cell with the smallest timestep, where the command stands that runs it again.
 function again(report: Report, failure: Failure): HTMLElement | string {
-  const panel = () => document.getElementById(failure.system)?.querySelector(".details-panel");
   if (report.isHarness(failure.contender) || !report.mainSystems.some((system) => system.name === failure.system)) return "";
   const button = el("button", { type: "button", class: "link", "aria-label": `Details of ${failure.contender} on ${failure.system}` }, "Details");
   button.addEventListener("click", () => {
     state.choose({ system: failure.system, contender: failure.contender, timestep: Math.min(...failure.timesteps) });
-    panel()?.scrollIntoView({ block: "nearest" });
   });
   return button;
 }

@@ -114,7 +114,6 @@ export class Matrix {
     const button = el("button", { type: "button", class: "link" }, "All of this cell, and the command that runs it again");
     button.addEventListener("click", () => {
       state.choose({ system: this.view.system, contender, timestep: step });
-      document.getElementById(this.view.system)?.querySelector(".details-panel")?.scrollIntoView({ block: "nearest" });
     });
     return button;
   }

@@ -31,18 +31,21 @@ export function valueRows(report: Report): Row[] {
   return rows;
 }
 
-const kFields: [keyof Row, string][] = [
-  ["system", "system"], ["contender", "contender"], ["timestep_ms", "timestep_ms"], ["measure", "measure"], ["outcome", "outcome"],
-  ["value", "value"], ["figure", "figure"], ["low", "low"], ["high", "high"], ["unit", "unit"], ["reason", "reason"],
-]; // prettier-ignore
+// The layout of `assay export`: a value's name stands for its measure.
+const kFields = ["system", "contender", "timestep_ms", "measure", "value", "unit", "outcome", "low", "high"] as const;
+
+function exported(row: Row): Record<(typeof kFields)[number], string | number | null> {
+  const { system, contender, timestep_ms, unit, outcome, low, high } = row;
+  return { system, contender, timestep_ms, measure: row.value || row.measure, value: row.figure, unit: unit || null, outcome, low, high };
+}
 
 export function asCsv(rows: Row[]): string {
   const field = (value: string | number | null) => {
     const text = value === null ? "" : String(value);
     return /[",\n\r]/.test(text) ? `"${text.replace(/"/g, '""')}"` : text;
   };
-  const lines = rows.map((row) => kFields.map(([key]) => field(row[key])).join(","));
-  return [kFields.map(([, name]) => name).join(","), ...lines, ""].join("\n");
+  const lines = rows.map(exported).map((row) => kFields.map((key) => field(row[key])).join(","));
+  return [kFields.join(","), ...lines, ""].join("\n");
 }
 
 function save(name: string, type: string, text: string): void {
@@ -138,7 +141,7 @@ export function valuesTable(report: Report): HTMLElement {
   const csv = el("button", { type: "button", class: "download", "data-format": "csv" }, "Download CSV");
   csv.addEventListener("click", () => save(`${name}.csv`, "text/csv", asCsv(found)));
   const json = el("button", { type: "button", class: "download", "data-format": "json" }, "Download JSON");
-  json.addEventListener("click", () => save(`${name}.json`, "application/json", JSON.stringify(found, null, 1)));
+  json.addEventListener("click", () => save(`${name}.json`, "application/json", JSON.stringify(found.map(exported), null, 1)));
   draw();
   const table = el("table", { class: "values", "aria-label": "All values" }, el("thead", {}, el("tr", {}, ...cells)), body);
   const box = el("div", { class: "values-panel" });
