@@ -22,8 +22,20 @@ async function bundle(entry) {
     charset: "utf8",
     legalComments: "none",
     logLevel: "warning",
+    metafile: true,
   });
-  return result.outputFiles[0].text.trim();
+  return result.outputFiles[0].text.trim() + notices(Object.keys(result.metafile.inputs));
+}
+
+// The licences of the libraries among `inputs`, which have to go with every copy; packages under one text share it.
+function notices(inputs) {
+  const packages = new Set(inputs.flatMap((path) => /node_modules\/((?:@[^/]+\/)?[^/]+)\//.exec(path)?.[1] ?? []));
+  const texts = new Map();
+  for (const name of [...packages].sort()) {
+    const text = readFileSync(join(web, "node_modules", name, "LICENSE"), "utf8").trim();
+    texts.set(text, [...(texts.get(text) ?? []), name]);
+  }
+  return [...texts].map(([text, names]) => `\n/*! ${names.join(", ")}\n${text}\n*/`).join("");
 }
 
 // A text that ends its own element early would break the page; none of ours may hold one.

@@ -1,4 +1,5 @@
 // The report's JSON as the C++ side writes it (src/report), and the page's index over it.
+import type { Replay } from "./replay/decode";
 
 export type Outcome = "ok" | "unstable" | "diverged" | "timeout" | "crashed" | "unsupported";
 
@@ -131,6 +132,7 @@ export interface ReportJson {
   pictures?: Picture[];
   agreement?: Agreement[];
   claims?: Claim[];
+  replays?: Replay[];
 }
 
 // What is known of a value's name; other names are shown as they are.

@@ -9,6 +9,7 @@ import { bars } from "./plots/bars";
 import { legend } from "./plots/legend";
 import { picture } from "./plots/picture";
 import { SpeedAccuracy } from "./plots/speed_accuracy";
+import { replayPanel } from "./replay/panel";
 import { dampingTable } from "./tables/damping";
 import { graspTable } from "./tables/grasp";
 import { Matrix } from "./tables/matrix";
@@ -63,7 +64,7 @@ export function systemSection(view: SystemView, system: System, palette: Palette
   }
   const chosen = mainMeasure(view) ?? measures[0] ?? kPlotNames[0]!;
   const matrix = new Matrix(view, palette, chosen);
-  const details = new Details(view, palette);
+  const details = new Details(view.report, [view.system], palette);
   const row = el("div", { class: `plots${many ? " many" : ""}` }, bars(view, palette), legend(view, palette));
   if (image && many) row.append(el("div", { class: "picture-panel" }, image));
   if (measures.length > 0) {
@@ -71,7 +72,7 @@ export function systemSection(view: SystemView, system: System, palette: Palette
     row.append(plot.element);
   }
   const agreement = view.report.json.agreement?.find((candidate) => candidate.system === view.system);
-  const parts = [graspTable(view, palette), agreement && agreement.contenders.length > 1 ? agreementPanel(agreement, palette) : null, dampingTable(view, palette)];
+  const parts = [replayPanel(view, palette), graspTable(view, palette), agreement && agreement.contenders.length > 1 ? agreementPanel(agreement, palette) : null, dampingTable(view, palette)];
   section.append(row, details.element, ...parts.filter((part): part is HTMLElement => Boolean(part)), matrix.element);
   return section;
 }

@@ -128,3 +128,20 @@ export function distances(replay: Replay, motion: Motion, reference: Motion): (n
   }
   return found;
 }
+
+// The body that goes the longest way.
+export function farthest(motion: Motion, bodies: number): number {
+  let best = 0;
+  let longest = -1;
+  for (let body = 0; body < bodies; body += 1) {
+    let way = 0;
+    for (let frame = 1; frame < motion.run.frames; frame += 1) {
+      const at = (frame * bodies + body) * kColumns;
+      const before = at - bodies * kColumns;
+      const s = motion.states;
+      way += Math.hypot(s[at]! - s[before]!, s[at + 1]! - s[before + 1]!, s[at + 2]! - s[before + 2]!);
+    }
+    if (way > longest) [best, longest] = [body, way];
+  }
+  return best;
+}

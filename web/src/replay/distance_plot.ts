@@ -2,7 +2,7 @@
 import { extent } from "d3-array";
 
 import { clear, el, onWidth, svg } from "../dom";
-import { plain, quantity } from "../format";
+import { quantity } from "../format";
 import { errorLabel, grid, logScale, ticks } from "../plots/axes";
 import type { Clock } from "./clock";
 
@@ -14,6 +14,7 @@ export interface Series {
 }
 
 const kHeight = 150;
+const kLeastShare = 1e-7; // of the largest distance: less is drawn at the bottom
 const kMargin = { left: 62, right: 10, top: 8, bottom: 22 };
 
 export class DistancePlot {
@@ -60,7 +61,7 @@ export class DistancePlot {
       drawing.append(svg("text", { x: kMargin.left, y: kHeight / 2 }, text));
     } else {
       const [low, high] = extent(positive) as [number, number];
-      const y = logScale([Math.max(low, high * 1e-9), high], [bottom, kMargin.top]);
+      const y = logScale([Math.max(low, high * kLeastShare), high], [bottom, kMargin.top]);
       const least = y.domain()[0] ?? low;
       drawing.append(grid(y, "y", kMargin.left, right));
       for (const value of ticks(y, 26)) {
@@ -84,7 +85,7 @@ export class DistancePlot {
     }
     for (let i = 0; i <= 4; i += 1) {
       const time = (this.clock.length * i) / 4;
-      drawing.append(svg("text", { class: "tick", x: this.x(time), y: kHeight - 6, "text-anchor": i === 0 ? "start" : i === 4 ? "end" : "middle" }, `${plain(time)} s`));
+      drawing.append(svg("text", { class: "tick", x: this.x(time), y: kHeight - 6, "text-anchor": i === 0 ? "start" : i === 4 ? "end" : "middle" }, `${Number(time.toPrecision(3))} s`));
     }
     this.cursor = svg("line", { class: "replay-cursor", y1: kMargin.top, y2: bottom });
     drawing.append(this.cursor);

@@ -194,7 +194,8 @@ export class Stage {
     this.scene.add(this.ground);
     this.camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, canvas);
-    this.controls.enablePan = true;
+    // A finger that moves up or down scrolls the page.
+    canvas.style.touchAction = "pan-y";
     // The wheel scrolls the page unless a key says that the view is meant.
     this.controls.enableZoom = false;
     canvas.addEventListener("wheel", (event) => {
@@ -259,7 +260,7 @@ export class Stage {
     else if (y < flat && y < x) azimuth = 110;
     else if (x < flat) azimuth = 200;
     const [a, e] = [(azimuth * Math.PI) / 180, (elevation * Math.PI) / 180];
-    const distance = (0.92 * this.radius) / Math.sin((kFieldOfView / 2) * (Math.PI / 180));
+    const distance = (0.8 * this.radius) / Math.sin((kFieldOfView / 2) * (Math.PI / 180));
     this.home.centre.set((low[0]! + high[0]!) / 2, (low[1]! + high[1]!) / 2, (low[2]! + high[2]!) / 2);
     this.home.position.set(-Math.cos(a) * Math.cos(e), -Math.sin(a) * Math.cos(e), -Math.sin(e)).multiplyScalar(distance).add(this.home.centre);
     this.camera.near = distance / 100;
@@ -270,7 +271,8 @@ export class Stage {
   private makeGround(): void {
     const plane = this.replay.scene.shapes.find((shape) => shape.type === "plane");
     if (!plane) return;
-    const size = 10 ** Math.floor(Math.log10(this.radius / 2));
+    const decade = 10 ** Math.floor(Math.log10(this.radius / 2));
+    const size = ([5, 2].find((times) => times * decade <= this.radius / 2) ?? 1) * decade;
     const count = Math.ceil((4 * this.radius) / size);
     const points: number[] = [];
     for (let i = -count; i <= count; i += 1) points.push(i, -count, 0, i, count, 0, -count, i, 0, count, i, 0);

@@ -1,0 +1,255 @@
+// The replay of a real campaign's report in headless Chromium: what is drawn is what was stored, on one clock.
+//   ASSAY  the program assay
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+import { pathToFileURL } from "node:url";
+
+import { launch } from "../../web/browser.mjs";
+
+const kCampaign = `
+name = "replay"
+contenders = ["mujoco-euler", "mujoco-rk4", "mujoco-implicit"]
+timesteps_ms = [1, 4]
+reference_ms = 1
+measures = ["consistency"]
+[[system]]
+name = "planar-chain"
+duration_s = 1.024
+sample_ms = 32
+pieces = 2
+piece_ms = 32
+[[system]]
+name = "capsules-27"
+duration_s = 0.256
+sample_ms = 32
+pieces = 2
+piece_ms = 32
+`;
+const kPanel = '.replay-panel[data-system="planar-chain"]';
+
+const work = mkdtempSync(join(tmpdir(), "assay-replay-"));
+let browser;
+let replays;
+
+function assay(...words) {
+  const env = { ...process.env, XDG_CACHE_HOME: join(work, "cache") };
+  execFileSync(process.env.ASSAY, words, { cwd: work, env, stdio: ["ignore", "ignore", "pipe"] });
+}
+
+// states[sample][body] = [x, y, z, qw, qx, qy, qz], as exported: the page's numbers went another way.
+function stored(system, contender) {
+  const [header, ...rows] = readFileSync(join(work, "states", system, `${contender}.csv`), "utf8").trim().split("\n");
+  assert.equal(header.split(",").slice(2, 9).join(), "x,y,z,qw,qx,qy,qz");
+  const samples = new Map();
+  for (const row of rows) {
+    const fields = row.split(",");
+    samples.set(fields[0], [...(samples.get(fields[0]) ?? []), fields.slice(2, 9).map(Number)]);
+  }
+  return [...samples.values()];
+}
+
+// q = [w, x, y, z]
+function turned([w, x, y, z], [a, b, c]) {
+  const t = [2 * (y * c - z * b), 2 * (z * a - x * c), 2 * (x * b - y * a)];
+  return [a + w * t[0] + y * t[2] - z * t[1], b + w * t[1] + z * t[0] - x * t[2], c + w * t[2] + x * t[1] - y * t[0]];
+}
+
+async function open({ without = "" } = {}) {
+  const page = await browser.newPage();
+  const trouble = [];
+  page.on("console", (message) => {
+    if (["error", "warning", "warn"].includes(message.type())) trouble.push(`console: ${message.text()}`);
+  });
+  page.on("pageerror", (error) => trouble.push(`exception: ${error.message}`));
+  page.on("request", (request) => {
+    if (!request.url().startsWith("data:") && !request.isNavigationRequest()) trouble.push(`request: ${request.url()}`);
+  });
+  await page.setViewport({ width: 1000, height: 900 });
+  await page.emulateMediaFeatures([{ name: "prefers-reduced-motion", value: "reduce" }]);
+  if (without) {
+    await page.evaluateOnNewDocument((kind) => {
+      const get = HTMLCanvasElement.prototype.getContext;
+      HTMLCanvasElement.prototype.getContext = function (asked, ...rest) {
+        return asked === kind ? null : get.call(this, asked, ...rest);
+      };
+    }, without);
+  }
+  await page.goto(pathToFileURL(join(work, "results", "report.html")).href, { waitUntil: "load" });
+  await page.$eval(kPanel, (node) => node.scrollIntoView({ block: "center", behavior: "instant" }));
+  await page.waitForSelector(`${kPanel}[data-ready]`);
+  return { page, trouble };
+}
+
+const frames = (page, count = 2) =>
+  page.evaluate(async (times) => {
+    for (let i = 0; i < times; i += 1) await new Promise((done) => requestAnimationFrame(done));
+  }, count);
+
+const stateOf = (page) => page.$eval(kPanel, (node) => node.replay.state());
+
+async function seek(page, frame) {
+  await page.$eval(`${kPanel} .replay-controls input`, (node, value) => {
+    node.value = String(value);
+    node.dispatchEvent(new Event("input"));
+  }, frame); // prettier-ignore
+  await frames(page);
+}
+
+before(async () => {
+  assert.ok(process.env.ASSAY, "ASSAY must name the program");
+  writeFileSync(join(work, "replay.toml"), kCampaign);
+  assay("run", "replay.toml", "--out", "results");
+  assay("report", "results");
+  assay("export", "results", "--trajectories", "csv", "--out", "states");
+  const html = readFileSync(join(work, "results", "report.html"), "utf8");
+  replays = JSON.parse(/<script type="application\/json" id="assay-data">(.*?)<\/script>/s.exec(html)[1]).replays;
+  browser = await launch();
+});
+
+after(async () => {
+  await browser?.close();
+  rmSync(work, { recursive: true, force: true });
+});
+
+test("every system with kept runs has a replay; bodies are drawn where the stored states say", async () => {
+  assert.deepEqual(replays.map((replay) => replay.system), ["planar-chain", "capsules-27"]);
+  const replay = replays[0];
+  const { page, trouble } = await open();
+  assert.equal((await page.$$(".replay-panel")).length, 2);
+  for (const frame of [0, 1, 17, 32]) {
+    await seek(page, frame);
+    assert.ok(Math.abs((await stateOf(page)).time - 0.032 * frame) < 1e-9);
+    for (const [index, run] of replay.runs.entries()) {
+      const state = stored("planar-chain", run.contender)[frame];
+      const drawn = await page.$eval(kPanel, (node, at) => node.replay.places(at), index);
+      // In the order of the shapes' sizes: each body has its one capsule.
+      const expected = replay.scene.shapes.filter((shape) => shape.body >= 0).map((shape) => {
+        const [x, y, z, ...q] = state[shape.body];
+        const cm = replay.scene.bodies[shape.body].cm;
+        const offset = turned(q, shape.p.map((value, axis) => value - cm[axis]));
+        return [x + offset[0], y + offset[1], z + offset[2]];
+      });
+      assert.equal(drawn.length, expected.length);
+      for (const place of expected) {
+        const nearest = Math.min(...drawn.map((other) => Math.hypot(...other.map((value, axis) => value - place[axis]))));
+        assert.ok(nearest < 2 * replay.position_error_m + 1e-5, `${run.contender}, frame ${frame}: ${nearest} m off`);
+      }
+    }
+  }
+  assert.deepEqual(trouble, []);
+  await page.close();
+});
+
+test("pictures differ where times do, and are the same at the same time", async () => {
+  const { page, trouble } = await open();
+  const shot = async (frame) => {
+    await seek(page, frame);
+    return (await page.$(`${kPanel} canvas`)).screenshot();
+  };
+  const first = await shot(0);
+  const later = await shot(20);
+  assert.ok(!first.equals(later), "the chain has moved");
+  assert.ok(first.equals(await shot(0)));
+  await page.$eval(`${kPanel} input[value="overlay"]`, (node) => node.click());
+  assert.ok(!first.equals(await shot(0)), "ghosts over the reference are another picture");
+  assert.match(await page.$eval(`${kPanel} .replay-labels`, (node) => node.innerText), /mujoco-euler \(solid\)/);
+  assert.deepEqual(trouble, []);
+  await page.close();
+});
+
+test("keys: space, arrows, home, end, speed", async () => {
+  const { page, trouble } = await open();
+  await page.focus(kPanel);
+  const time = async () => (await stateOf(page)).time;
+  await page.keyboard.press("ArrowRight");
+  assert.ok(Math.abs((await time()) - 0.032) < 1e-9);
+  await page.keyboard.down("Shift");
+  await page.keyboard.press("ArrowRight");
+  await page.keyboard.up("Shift");
+  assert.ok(Math.abs((await time()) - 0.352) < 1e-9);
+  await page.keyboard.press("ArrowLeft");
+  assert.ok(Math.abs((await time()) - 0.32) < 1e-9);
+  await page.keyboard.press("End");
+  assert.ok(Math.abs((await time()) - 1.024) < 1e-9);
+  await page.keyboard.press("ArrowRight");
+  assert.ok(Math.abs((await time()) - 1.024) < 1e-9, "there is nothing behind the end");
+  await page.keyboard.press("Home");
+  assert.equal(await time(), 0);
+  const speed = () => page.$eval(`${kPanel} .replay-controls select`, (node) => node.value);
+  await page.keyboard.press("ArrowDown");
+  assert.equal(await speed(), "0.5");
+  await page.keyboard.press("ArrowUp");
+  assert.equal(await speed(), "1");
+  await page.keyboard.press("Space");
+  await page.waitForFunction((panel) => document.querySelector(panel).replay.state().time > 0.1, {}, kPanel);
+  assert.equal((await stateOf(page)).playing, true);
+  await page.keyboard.press("Space");
+  const stopped = await stateOf(page);
+  assert.equal(stopped.playing, false);
+  await frames(page, 5);
+  assert.equal(await time(), stopped.time, "it stands still");
+  // In a list of choices the arrows choose.
+  await page.focus(`${kPanel} select[id$="-trail"]`);
+  await page.keyboard.press("ArrowRight");
+  assert.equal(await time(), stopped.time);
+  // It ends at the end, and starts over from there.
+  await page.focus(kPanel);
+  await page.keyboard.press("End");
+  await page.keyboard.press("Space");
+  await page.waitForFunction((panel) => {
+    const { time: at, playing } = document.querySelector(panel).replay.state();
+    return at === 1.024 && !playing;
+  }, {}, kPanel); // prettier-ignore
+  assert.deepEqual(trouble, []);
+  await page.close();
+});
+
+test("distances from the reference are the stored ones and tied to the clock", async () => {
+  const { page, trouble } = await open();
+  const [reference, other] = ["mujoco-euler", "mujoco-rk4"].map((name) => stored("planar-chain", name));
+  const run = replays[0].runs.find((candidate) => candidate.contender === "mujoco-rk4");
+  run.distance_m.forEach((distance, frame) => {
+    const each = other[frame].map((body, i) => Math.hypot(...[0, 1, 2].map((axis) => body[axis] - reference[frame][i][axis])));
+    const mean = each.reduce((sum, value) => sum + value, 0) / each.length;
+    assert.ok(Math.abs(distance - mean) <= 6e-3 * mean, `frame ${frame}: ${distance} and ${mean}`);
+  });
+  const lines = () => page.$$eval(`${kPanel} .replay-distance [data-contender]`, (nodes) => nodes.map((node) => node.dataset.contender));
+  assert.deepEqual(await lines(), ["mujoco-rk4", "mujoco-implicit"]);
+  await page.select(`${kPanel} select[id$="-reference"]`, "1");
+  assert.deepEqual(await lines(), ["mujoco-euler", "mujoco-implicit"]);
+  await page.$eval(`${kPanel} .replay-chip[data-contender="mujoco-implicit"] input`, (node) => node.click());
+  assert.deepEqual(await lines(), ["mujoco-euler"]);
+  assert.equal((await page.$$(`${kPanel} .replay-labels > div`)).length, 2);
+  const cursor = () => page.$eval(`${kPanel} .replay-cursor`, (node) => Number(node.getAttribute("x1")));
+  await seek(page, 0);
+  const start = await cursor();
+  await seek(page, 32);
+  const end = await cursor();
+  await seek(page, 16);
+  assert.ok(Math.abs((await cursor()) - (start + end) / 2) < 0.2);
+  const box = await page.$eval(`${kPanel} .replay-distance svg`, (node) => {
+    const { left, top, height } = node.getBoundingClientRect();
+    return { left, y: top + height / 2 };
+  });
+  await page.mouse.click(box.left + start + (end - start) / 4, box.y);
+  assert.ok(Math.abs((await stateOf(page)).time - 0.256) < 0.01, "a click in the plot is a time");
+  assert.deepEqual(trouble, []);
+  await page.close();
+});
+
+test("without WebGL the page says so in a line, and the distances stay", async () => {
+  const { page, trouble } = await open({ without: "webgl2" });
+  const text = await page.$eval(`${kPanel} .replay-view`, (node) => node.innerText);
+  assert.match(text, /no WebGL/);
+  assert.equal(text.trim().split("\n").length, 1);
+  assert.equal((await stateOf(page)).drawn, false);
+  assert.equal((await page.$$(`${kPanel} .replay-distance [data-contender]`)).length, 2);
+  await seek(page, 16);
+  assert.ok(Math.abs((await stateOf(page)).time - 0.512) < 1e-9);
+  assert.deepEqual(trouble, []);
+  await page.close();
+});
