@@ -851,6 +851,27 @@ describe("the programme", () => {
     assert.deepEqual(JSON.parse(json).map(text).sort(), JSON.parse(exported).map(text).sort());
   });
 
+  test("a contender has the same colour in the figures as on the page", async () => {
+    const svg = readFileSync(join(work, "programme", "figures", "figure3.svg"), "utf8");
+    const drawn = [...svg.matchAll(/rgb\(([\d.]+)%, ?([\d.]+)%, ?([\d.]+)%\)/g)].map((match) => match.slice(1).map((part) => Number(part) * 2.55));
+    const { page: light } = await open("programme");
+    const looks = await light.evaluate(() => {
+      const paint = document.createElement("canvas").getContext("2d", { willReadFrequently: true });
+      return [...document.querySelectorAll("#humanoid .series:not(.off)")].map((node) => {
+        paint.fillStyle = getComputedStyle(node.querySelector(".line")).stroke;
+        paint.fillRect(0, 0, 1, 1);
+        return [node.dataset.contender, [...paint.getImageData(0, 0, 1, 1).data].slice(0, 3)];
+      });
+    });
+    await light.close();
+    assert.ok(looks.length >= 7);
+    for (const [contender, color] of looks) {
+      if (contender === "mujoco-euler-dense") continue; // not in this figure
+      const away = Math.min(...drawn.map((other) => Math.hypot(...other.map((value, index) => value - color[index]))));
+      assert.ok(away < 3, `${contender}: ${color} is ${away.toFixed(1)} from the nearest colour of the figure`);
+    }
+  });
+
   test("the figures of the paper stand beside the report and show what was measured", async () => {
     for (const [name, parts] of [["figure3", 4], ["figure4", 5], ["figure5", 2], ["grasp-table", 1]]) {
       const svg = readFileSync(join(work, "programme", "figures", `${name}.svg`), "utf8");

@@ -93,18 +93,23 @@ export interface Failure {
   measure: string;
   timesteps: number[];
   outcome: Outcome;
-  reason: string;
+  reason: string; // of the smallest timestep
+  alike: boolean; // the other timesteps' reasons differ in their numbers
 }
 
-// Cells that have no sound result; those that differ in the timestep alone are one entry.
+// Cells that have no sound result; those that differ in the timestep and in the numbers of their reasons alone are one
+// entry.
 export function failures(report: Report): Failure[] {
   const list = new Map<string, Failure>();
   for (const cell of report.json.cells) {
     if (cell.outcome === "ok") continue;
-    const key = [cell.system, cell.contender, cell.measure, cell.outcome, cell.reason].join("\u0000");
+    const key = [cell.system, cell.contender, cell.measure, cell.outcome, cell.reason.replace(/[\d.]+(e[+-]?\d+)?/g, "#")].join("\u0000");
     const known = list.get(key);
-    if (known) known.timesteps.push(cell.timestep_ms ?? 0);
-    else {
+    if (known) {
+      known.alike ||= cell.reason !== known.reason;
+      if ((cell.timestep_ms ?? 0) < Math.min(...known.timesteps)) known.reason = cell.reason;
+      known.timesteps.push(cell.timestep_ms ?? 0);
+    } else {
       list.set(key, {
         system: cell.system,
         contender: cell.contender,
@@ -112,6 +117,7 @@ export function failures(report: Report): Failure[] {
         timesteps: [cell.timestep_ms ?? 0],
         outcome: cell.outcome,
         reason: cell.reason,
+        alike: false,
       });
     }
   }

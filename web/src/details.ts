@@ -1,5 +1,5 @@
 // What is known of one chosen cell of a system: settings, figures, samples, the command that runs it again, its replay.
-import { type Cell, type SystemView, valueInfo } from "./data";
+import { type Cell, type Report, valueInfo } from "./data";
 import { simulateCommand } from "./command";
 import { clear, el, type Child } from "./dom";
 import { interval, named, percent, realtime, seconds, timestep } from "./format";
@@ -43,8 +43,8 @@ function values(cells: Cell[]): HTMLElement {
   return el("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Figures of the cell" }, el("table", { class: "detail-values" }, el("thead", {}, head), body));
 }
 
-function commandBox(view: SystemView, choice: Choice, cells: Cell[]): Child[] {
-  const command = simulateCommand(view.report, choice.system, choice.contender, choice.timestep);
+function commandBox(report: Report, choice: Choice, cells: Cell[]): Child[] {
+  const command = simulateCommand(report, choice.system, choice.contender, choice.timestep);
   if (!command) return [el("p", { class: "quiet" }, "assay simulate cannot run this cell: it has no way to give this control.")];
   const code = el("code", { class: "command" }, command.text);
   const copy = el("button", { type: "button", class: "copy" }, "Copy");
@@ -73,8 +73,10 @@ function commandBox(view: SystemView, choice: Choice, cells: Cell[]): Child[] {
 export class Details {
   readonly element = el("section", { class: "panel details-panel", "aria-live": "polite", hidden: true });
 
+  // For choices of any of `systems`.
   constructor(
-    private readonly view: SystemView,
+    private readonly report: Report,
+    private readonly systems: string[],
     private readonly palette: Palette,
   ) {
     state.onChoice(() => this.draw());
@@ -82,21 +84,22 @@ export class Details {
 
   private draw(): void {
     const choice = state.choice;
-    const mine = choice !== null && choice.system === this.view.system;
+    const mine = choice !== null && this.systems.includes(choice.system);
     this.element.hidden = !mine;
     clear(this.element);
     if (!mine) return;
     const { contender, timestep: step } = choice;
-    const cells = this.view.cellsAt(contender, step);
-    const known = this.view.report.contenderByName.get(contender);
-    const speed = this.view.realtimeFactor(contender, step);
+    const view = this.report.view(choice.system);
+    const cells = view.cellsAt(contender, step);
+    const known = this.report.contenderByName.get(contender);
+    const speed = view.realtimeFactor(contender, step);
     const close = el("button", { type: "button", class: "close", "aria-label": "Close the details" }, "Close");
     close.addEventListener("click", () => state.choose(null));
     this.element.setAttribute("aria-label", `${contender} at ${timestep(step)} ms`);
     const samples = cells.flatMap((cell) => cell.samples ?? []);
     const first = cells[0];
     this.element.append(
-      el("div", { class: "table-head" }, el("h3", {}, swatch(this.palette, contender), ` ${contender} at ${timestep(step)} ms`), close),
+      el("div", { class: "table-head" }, el("h3", {}, swatch(this.palette, contender), ` ${contender} at ${timestep(step)} ms${this.systems.length > 1 ? `, ${choice.system}` : ""}`), close),
       el(
         "div",
         { class: "details-grid" },
@@ -128,7 +131,7 @@ export class Details {
           ...samples.map(histogram),
         ),
       ),
-      ...commandBox(this.view, choice, cells).filter((child): child is Node => child instanceof Node),
+      ...commandBox(this.report, choice, cells).filter((child): child is Node => child instanceof Node),
     );
     const slot = el("div", { "data-replay": "", "data-system": choice.system, "data-contender": contender, "data-timestep": step });
     this.element.append(slot);

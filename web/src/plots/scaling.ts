@@ -2,6 +2,7 @@
 import { line } from "d3-shape";
 
 import type { Cell, Report, Value } from "../data";
+import { Details } from "../details";
 import { clear, el, onWidth, svg } from "../dom";
 import { interval, plain, quantity } from "../format";
 import type { Palette } from "../palette";
@@ -116,6 +117,7 @@ export function scalingPanel(report: Report, palette: Palette): HTMLElement {
             ]),
           );
         });
+        node.addEventListener("click", () => state.choose({ system: point.cell.system, contender: curve.contender, timestep: point.cell.timestep_ms ?? 0 }));
         node.addEventListener("pointerleave", () => {
           state.setHighlight(null);
           tooltip.hide();
@@ -169,10 +171,12 @@ export function scalingPanel(report: Report, palette: Palette): HTMLElement {
     growth(false, "Without"),
   ];
   const text = "The power of the number of bodies with which the time grows, fitted to all sizes, with its 95 % interval, and the time at the largest size. A click on a name shows or hides its lines.";
-  return el(
+  const details = new Details(report, report.sizes.map((system) => system.name), palette);
+  const parts = el(
     "div",
     { class: "scaling-parts" },
     el("figure", { class: "panel scaling-panel" }, el("figcaption", {}, el("h3", {}, "Time of a run")), canvas, note),
     el("div", { class: "panel matrix-panel" }, el("h3", {}, "How the time grows"), scrollFrame("Scaling exponents", text, sortableTable(columns, contenders))),
   );
+  return el("div", {}, parts, details.element);
 }

@@ -6,9 +6,12 @@ import { timestep, timestepRange } from "../format";
 import { state } from "../state";
 import { scrollFrame, sortableTable, type Column } from "./sortable";
 
+// More rows than this scroll in a frame of their own.
+const kMany = 40;
+
 // Opens the details of the failed cell with the smallest timestep, where the command stands that runs it again.
 function again(report: Report, failure: Failure): HTMLElement | string {
-  if (report.isHarness(failure.contender) || !report.mainSystems.some((system) => system.name === failure.system)) return "";
+  if (report.isHarness(failure.contender)) return "";
   const button = el("button", { type: "button", class: "link", "aria-label": `Details of ${failure.contender} on ${failure.system}` }, "Details");
   button.addEventListener("click", () => {
     state.choose({ system: failure.system, contender: failure.contender, timestep: Math.min(...failure.timesteps) });
@@ -34,8 +37,10 @@ export function failureTable(report: Report): HTMLElement {
     { title: "Measure", key: (f) => f.measure, cell: (f) => f.measure.replace(/_/g, " ") },
     { title: "Timesteps", key: (f) => Math.min(...f.timesteps), cell: timesteps },
     { title: "Outcome", key: (f) => f.outcome, cell: (f) => el("b", { class: "bad" }, f.outcome) },
-    { title: "Reason", key: (f) => f.reason, cell: (f) => f.reason || "no reason was stored", className: "wider" },
+    { title: "Reason", key: (f) => f.reason, cell: (f) => (f.reason || "no reason was stored") + (f.alike ? "; the others alike" : ""), className: "wider" },
     { title: "", cell: (f) => again(report, f) },
   ];
-  return scrollFrame("Failures", "", sortableTable(columns, rows));
+  const frame = scrollFrame("Failures", "", sortableTable(columns, rows));
+  if (rows.length > kMany) frame.querySelector(".scroll")?.classList.add("tall");
+  return frame;
 }
