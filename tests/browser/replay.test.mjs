@@ -123,10 +123,9 @@ test("every system with kept runs has a replay; bodies are drawn where the store
   for (const frame of [0, 1, 17, 32]) {
     await seek(page, frame);
     assert.ok(Math.abs((await stateOf(page)).time - 0.032 * frame) < 1e-9);
-    for (const [index, run] of replay.runs.entries()) {
+    for (const run of replay.runs) {
       const state = stored("planar-chain", run.contender)[frame];
-      const drawn = await page.$eval(kPanel, (node, at) => node.replay.places(at), index);
-      // In the order of the shapes' sizes: each body has its one capsule.
+      const drawn = await page.$eval(kPanel, (node, name) => node.replay.places(name), run.contender);
       const expected = replay.scene.shapes.filter((shape) => shape.body >= 0).map((shape) => {
         const [x, y, z, ...q] = state[shape.body];
         const cm = replay.scene.bodies[shape.body].cm;

@@ -90,6 +90,33 @@ export async function unpack(replay: Replay, run: ReplayRun): Promise<Motion> {
   return { run, states };
 }
 
+// Runs unpacked when they are asked for, once.
+export class Motions {
+  private readonly asked = new Map<number, Promise<Motion>>();
+  private readonly there = new Map<number, Motion>();
+
+  constructor(private readonly replay: Replay) {}
+
+  get(index: number): Motion | undefined {
+    return this.there.get(index);
+  }
+
+  async load(indices: number[]): Promise<void> {
+    await Promise.all(
+      indices.map((index) => {
+        const run = this.replay.runs[index];
+        if (!run) return undefined;
+        let motion = this.asked.get(index);
+        if (!motion) {
+          motion = unpack(this.replay, run);
+          this.asked.set(index, motion);
+        }
+        return motion.then((done) => this.there.set(index, done));
+      }),
+    );
+  }
+}
+
 // The state at a frame that need not be whole: between two stored ones it is interpolated. `out` is overwritten.
 export function stateAt(motion: Motion, bodies: number, frame: number, out: Float64Array): Float64Array {
   const last = motion.run.frames - 1;

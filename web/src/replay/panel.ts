@@ -6,7 +6,7 @@ import { quantity, timestep } from "../format";
 import type { Palette } from "../palette";
 import { swatch } from "../plots/legend";
 import { Clock } from "./clock";
-import { canUnpack, distances, farthest, unpack, type Motion, type Replay } from "./decode";
+import { canUnpack, distances, farthest, Motions, type Motion, type Replay } from "./decode";
 import { DistancePlot } from "./distance_plot";
 import { gridColumns, resolveColor, Stage, type Mode } from "./stage";
 
@@ -17,36 +17,44 @@ function speedText(speed: number): string {
   return speed < 1 ? `1/${Math.round(1 / speed)}×` : `${speed}×`;
 }
 
+// The reference of "each its own": a run of its own contender at the smallest timestep.
+const kOwn = -1;
+
 class ReplayPanel {
   readonly element: HTMLElement;
+  readonly contenders: string[];
+  private readonly steps: number[]; // ms, ascending; the first is the references'
   private readonly clock: Clock;
   private readonly plot: DistancePlot;
+  private readonly motions: Motions;
   private readonly view = el("div", { class: "replay-view" });
   private readonly canvas = el("canvas", { class: "replay-canvas" });
   private readonly labels = el("div", { class: "replay-labels", "aria-hidden": "true" });
-  private readonly note = el("p", { class: "quiet note" });
   private readonly slider: HTMLInputElement;
   private readonly clockText = el("output", { class: "replay-time" });
   private readonly playButton = el("button", { type: "button", class: "replay-play", "data-action": "play" }, "Play");
   private readonly speed: HTMLSelectElement;
   private readonly boxes: HTMLInputElement[] = [];
   private readonly reference: HTMLSelectElement;
+  private readonly step: HTMLSelectElement;
+  private readonly trail: HTMLSelectElement;
   private readonly modes: HTMLInputElement[] = [];
-  private motions: Motion[] | null = null;
   private stage: Stage | null = null;
   private waiting = false;
   private started = false;
-  private shown: number[];
+  private ready = false;
 
   constructor(
     private readonly replay: Replay,
     private readonly palette: Palette,
   ) {
     const frame = replay.frame_ms / 1000;
+    const id = uniqueId("replay");
+    this.contenders = [...new Set(replay.runs.map((run) => run.contender))];
+    this.steps = [...new Set(replay.runs.map((run) => run.timestep_ms))].sort((a, b) => a - b);
     this.clock = new Clock((replay.frames - 1) * frame, frame);
     this.plot = new DistancePlot(this.clock);
-    this.shown = replay.runs.map((_, index) => index).slice(0, kShownAtFirst);
-    const id = uniqueId("replay");
+    this.motions = new Motions(replay);
     this.slider = el("input", { type: "range", min: 0, max: replay.frames - 1, step: 1, value: 0, "aria-label": "Time" });
     this.slider.addEventListener("input", () => {
       this.clock.pause();
@@ -55,16 +63,23 @@ class ReplayPanel {
     this.playButton.addEventListener("click", () => this.clock.toggle());
     this.speed = el("select", { "aria-label": "Speed" }, ...kSpeeds.map((speed) => el("option", { value: speed, selected: speed === 1 }, speedText(speed))));
     this.speed.addEventListener("change", () => (this.clock.speed = Number(this.speed.value)));
-    this.reference = el("select", { id: `${id}-reference` }, ...replay.runs.map((run, index) => el("option", { value: index }, run.contender)));
-    this.reference.addEventListener("change", () => this.changed());
-    const trail = el(
+    this.step = el("select", { id: `${id}-step` }, ...this.steps.map((step) => el("option", { value: step }, `${timestep(step)} ms`)));
+    this.step.addEventListener("change", () => void this.changed());
+    const first = `${timestep(this.steps[0] ?? 0)} ms`;
+    this.reference = el(
+      "select",
+      { id: `${id}-reference` },
+      ...this.contenders.map((name, index) => el("option", { value: index }, name)),
+      this.steps.length > 1 ? el("option", { value: kOwn }, `each its own at ${first}`) : null,
+    );
+    this.reference.addEventListener("change", () => void this.changed());
+    this.trail = el(
       "select",
       { id: `${id}-trail` },
       el("option", { value: -1 }, "none"),
       ...replay.scene.bodies.map((body, index) => el("option", { value: index }, body.name || `body ${index + 1}`)),
     );
-    trail.addEventListener("change", () => this.setTrail(Number(trail.value)));
-    this.trail = trail;
+    this.trail.addEventListener("change", () => this.setTrail());
     const home = el("button", { type: "button", class: "more", click: () => this.home() }, "Reset the view");
 
     this.element = el(
@@ -74,24 +89,24 @@ class ReplayPanel {
         "figcaption",
         {},
         el("h3", {}, "Replay"),
-        el("p", { class: "sub" }, this.caption()),
+        el("p", { class: "sub" }, `The contenders' runs from the same start${this.steps.length > 1 ? "" : `, at ${first}`}. Drag turns the view, Shift and wheel bring it nearer.`),
       ),
       el(
         "div",
         { class: "replay-bar" },
         el("div", { class: "segments", role: "radiogroup", "aria-label": "Views" }, ...this.mode(id, "side", "Side by side"), ...this.mode(id, "overlay", "Ghosts over the reference")),
-        el("label", { for: `${id}-reference` }, "Reference ", this.reference),
-        el("label", { for: `${id}-trail` }, "Trail of ", trail),
+        this.steps.length > 1 ? el("label", { for: `${id}-step` }, "Timestep ", this.step) : null,
+        el("label", { for: `${id}-reference` }, "Reference ", this.reference, this.steps.length > 1 ? ` at ${first}` : ""),
+        el("label", { for: `${id}-trail` }, "Trail of ", this.trail),
         home,
       ),
-      el("div", { class: "replay-runs", role: "group", "aria-label": "Contenders in the replay" }, ...replay.runs.map((run, index) => this.chip(run.contender, index))),
+      el("div", { class: "replay-runs", role: "group", "aria-label": "Contenders in the replay" }, ...this.contenders.map((name, index) => this.chip(name, index))),
       this.view,
       el("div", { class: "replay-bar replay-controls" }, this.playButton, this.slider, this.clockText, this.speed),
       this.plot.element,
-      this.note,
+      el("p", { class: "quiet note" }, this.notes()),
     );
     this.view.append(this.canvas, this.labels);
-    this.note.textContent = this.notes();
     this.element.addEventListener("keydown", (event) => this.key(event));
     this.clock.subscribe(() => this.tick());
     this.tick();
@@ -100,16 +115,9 @@ class ReplayPanel {
     Object.assign(this.element, {
       replay: {
         state: () => ({ time: this.clock.time, playing: this.clock.playing, drawn: this.stage !== null, ms: this.stage?.milliseconds ?? null }),
-        places: (index: number) => this.stage?.places(index) ?? null,
+        places: (contender: string) => this.stage?.places(this.run(contender)) ?? null,
       },
     });
-  }
-
-  private readonly trail: HTMLSelectElement;
-
-  private caption(): string {
-    const steps = [...new Set(this.replay.runs.map((run) => run.timestep_ms))].map((step) => `${timestep(step)} ms`);
-    return `Each contender's own run at ${steps.join(", ")}, from the same start. Drag turns the view, Shift and wheel bring it nearer.`;
   }
 
   private notes(): string {
@@ -120,38 +128,47 @@ class ReplayPanel {
 
   private mode(id: string, value: Mode, text: string): HTMLElement[] {
     const input = el("input", { type: "radio", name: `${id}-mode`, id: `${id}-${value}`, value, checked: value === "side" });
-    input.addEventListener("change", () => this.changed());
+    input.addEventListener("change", () => void this.changed());
     this.modes.push(input);
     return [input, el("label", { for: input.id }, text)];
   }
 
   private chip(contender: string, index: number): HTMLElement {
-    const box = el("input", { type: "checkbox", value: index, checked: this.shown.includes(index) });
-    box.addEventListener("change", () => {
-      this.shown = this.boxes.flatMap((one, place) => (one.checked ? [place] : []));
-      this.changed();
-    });
+    const box = el("input", { type: "checkbox", value: index, checked: index < kShownAtFirst });
+    box.addEventListener("change", () => void this.changed());
     this.boxes.push(box);
     return el("label", { class: "replay-chip", "data-contender": contender }, box, swatch(this.palette, contender), contender);
   }
 
-  get contenders(): string[] {
-    return this.replay.runs.map((run) => run.contender);
+  // Place of a contender's run at a timestep, the chosen one where none is given; -1 where there is none.
+  run(contender: string, step = Number(this.step.value)): number {
+    return this.replay.runs.findIndex((run) => run.contender === contender && run.timestep_ms === step);
   }
 
-  // Shows these, the first of them as the reference where there are two.
-  only(indices: number[]): void {
-    this.shown = [...indices].sort((a, b) => a - b);
-    this.boxes.forEach((box, index) => (box.checked = this.shown.includes(index)));
-    this.changed();
+  // Shows these contenders at this timestep.
+  only(contenders: string[], step: number): void {
+    this.boxes.forEach((box, index) => (box.checked = contenders.includes(this.contenders[index] ?? "")));
+    this.step.value = String(step);
+    void this.changed();
+  }
+
+  private get chosen(): string[] {
+    return this.contenders.filter((_, index) => this.boxes[index]?.checked);
   }
 
   private get overlay(): boolean {
     return this.modes.some((input) => input.checked && input.value === "overlay");
   }
 
-  private get base(): number {
-    return Number(this.reference.value);
+  // The run that a contender's is compared with.
+  private base(contender: string): number {
+    const index = Number(this.reference.value);
+    return this.run(index === kOwn ? contender : (this.contenders[index] ?? ""), this.steps[0]);
+  }
+
+  // What is drawn solid among the ghosts.
+  private get solid(): number {
+    return this.base(this.chosen[0] ?? "");
   }
 
   private home(): void {
@@ -181,20 +198,23 @@ class ReplayPanel {
       this.without("This browser cannot unpack the replays: it has no DecompressionStream.");
       return;
     }
-    this.motions = await Promise.all(this.replay.runs.map((run) => unpack(this.replay, run)));
+    const references = this.contenders.map((name) => this.run(name, this.steps[0])).filter((index) => index >= 0);
+    await this.motions.load(references);
     // Asked for here, for the library complains on the console where there is none.
     const context = this.canvas.getContext("webgl2", { alpha: true, antialias: true });
     if (context) {
-      this.stage = new Stage(this.canvas, context, this.replay, this.motions, () => this.request());
-      const first = this.motions[0];
+      const motions = references.map((index) => this.motions.get(index)).filter((motion): motion is Motion => motion !== undefined);
+      this.stage = new Stage(this.canvas, context, this.replay, motions, () => this.request());
+      const first = motions[0];
       if (first) this.trail.value = String(farthest(first, this.replay.bodies));
-      this.setTrail(Number(this.trail.value));
+      this.setTrail();
     } else {
       this.without("This browser has no WebGL, so the bodies cannot be drawn; their distances are below.");
     }
     this.recolor();
     this.resized();
-    this.changed();
+    this.ready = true;
+    await this.changed();
     this.element.dataset.ready = "true";
   }
 
@@ -202,10 +222,9 @@ class ReplayPanel {
     this.view.replaceChildren(el("p", { class: "quiet replay-missing" }, text));
   }
 
-  private setTrail(body: number): void {
-    if (!this.stage) return;
-    this.stage.trails = body >= 0;
-    this.stage.setTrail(body >= 0 ? body : null);
+  private setTrail(): void {
+    const body = Number(this.trail.value);
+    this.stage?.setTrail(body >= 0 ? body : null);
     this.request();
   }
 
@@ -213,7 +232,7 @@ class ReplayPanel {
     this.stage?.setColors({
       rule: resolveColor("var(--rule)", this.element),
       faint: resolveColor("var(--faint)", this.element),
-      contenders: this.contenders.map((name) => resolveColor(this.palette.look(name).color, this.element)),
+      runs: this.replay.runs.map((run) => resolveColor(this.palette.look(run.contender).color, this.element)),
     });
     this.request();
   }
@@ -226,9 +245,21 @@ class ReplayPanel {
     this.request();
   }
 
-  private changed(): void {
+  // Of what is chosen; runs that were not unpacked yet are first.
+  private async changed(): Promise<void> {
+    if (!this.ready) return;
+    const runs = this.chosen.map((name) => this.run(name));
+    const wanted = [...new Set([...runs, ...this.chosen.map((name) => this.base(name)), this.solid])].filter((index) => index >= 0);
+    await this.motions.load(wanted);
+    for (const index of wanted) {
+      const motion = this.motions.get(index);
+      if (motion) this.stage?.add(index, motion);
+    }
     this.stage?.setMode(this.overlay ? "overlay" : "side");
-    this.stage?.setShown(this.shown, this.base);
+    this.stage?.setShown(
+      this.chosen.map((name) => this.run(name)),
+      this.overlay ? this.solid : -1,
+    );
     this.relabel();
     this.replot();
     this.request();
@@ -238,32 +269,34 @@ class ReplayPanel {
   private relabel(): void {
     clear(this.labels);
     if (!this.stage) return;
-    const label = (index: number, suffix = "") => {
-      const name = this.contenders[index] ?? "";
-      return el("span", {}, swatch(this.palette, name), ` ${name}${suffix}`);
+    const label = (name: string, suffix = "") => el("span", {}, swatch(this.palette, name), ` ${name}${suffix}`);
+    const ended = (name: string) => {
+      const run = this.replay.runs[this.run(name)];
+      if (!run) return ": no run";
+      return run.frames < this.replay.frames ? `: ends at ${Number((((run.frames - 1) * this.replay.frame_ms) / 1000).toPrecision(3))} s` : "";
     };
     if (this.overlay) {
+      const solid = this.replay.runs[this.solid];
+      const ghosts = this.chosen.filter((name) => this.run(name) !== this.solid);
       this.labels.style.gridTemplateColumns = "1fr";
-      const ghosts = this.shown.filter((index) => index !== this.base);
-      this.labels.append(el("div", { class: "replay-names" }, label(this.base, " (solid)"), ...ghosts.map((index) => label(index))));
+      this.labels.append(el("div", { class: "replay-names" }, solid ? label(solid.contender, " (solid)") : null, ...ghosts.map((name) => label(name, ended(name)))));
       return;
     }
-    const columns = gridColumns(this.shown.length, this.view.clientWidth, this.view.clientHeight);
+    const columns = gridColumns(this.chosen.length, this.view.clientWidth, this.view.clientHeight);
     this.labels.style.gridTemplateColumns = `repeat(${columns}, 1fr)`;
-    this.labels.append(...this.shown.map((index) => el("div", {}, label(index))));
+    this.labels.append(...this.chosen.map((name) => el("div", {}, label(name, ended(name)))));
   }
 
   private replot(): void {
-    const motions = this.motions;
-    const base = motions?.[this.base];
-    if (!motions || !base) return;
-    const series = this.shown.flatMap((index) => {
-      const motion = motions[index];
-      if (!motion || index === this.base) return [];
-      const look = this.palette.look(motion.run.contender);
-      return [{ contender: motion.run.contender, color: look.color, dash: look.dash, values: distances(this.replay, motion, base) }];
+    let exact = true;
+    const series = this.chosen.flatMap((name) => {
+      const [motion, base] = [this.motions.get(this.run(name)), this.motions.get(this.base(name))];
+      if (!motion || !base || motion === base) return [];
+      exact &&= base.run === this.replay.runs[0];
+      const look = this.palette.look(name);
+      return [{ contender: name, color: look.color, dash: look.dash, values: distances(this.replay, motion, base) }];
     });
-    this.plot.show(series, this.base === 0 ? 0 : 2 * this.replay.position_error_m);
+    this.plot.show(series, exact ? 0 : 2 * this.replay.position_error_m);
   }
 
   private tick(): void {
@@ -324,13 +357,14 @@ export function replayPanel(view: SystemView, palette: Palette): HTMLElement | n
   const panel = new ReplayPanel(replay, palette);
   replayHooks.push((slot, choice) => {
     if (choice.system !== view.system) return;
-    const index = panel.contenders.indexOf(choice.contender);
-    const run = replay.runs[index];
-    if (run) {
+    const [first] = panel.contenders;
+    const own = replay.runs.filter((run) => run.contender === choice.contender);
+    const run = own.find((candidate) => candidate.timestep_ms === choice.timestep) ?? own[0];
+    if (run && first) {
       const other = run.timestep_ms !== choice.timestep ? ` at ${timestep(run.timestep_ms)} ms` : "";
       const button = el("button", { type: "button", class: "more", "data-action": "replay" }, `Show its run${other}`);
       button.addEventListener("click", () => {
-        panel.only(index === 0 ? [0] : [0, index]);
+        panel.only([first, run.contender], run.timestep_ms);
         panel.element.scrollIntoView({ block: "center" });
         panel.element.focus({ preventScroll: true });
       });

@@ -13,7 +13,7 @@ export type Mode = "side" | "overlay";
 export interface Colors {
   rule: string;
   faint: string;
-  contenders: string[]; // of the runs
+  runs: string[]; // each run's contender's
 }
 
 const kFieldOfView = 40; // degrees
@@ -105,7 +105,6 @@ class Figure {
   }
 
   setTrail(body: number | null): void {
-    this.trail.visible = body !== null;
     if (body === null) return;
     const { frames } = this.motion.run;
     const points = new Float32Array(frames * 3);
@@ -153,17 +152,21 @@ function median(values: number[]): number {
 export class Stage {
   private readonly scene = new Scene();
   private readonly camera = new PerspectiveCamera(kFieldOfView, 1, 0.01, 1000);
-  private readonly figures: Figure[];
+  private readonly figures = new Map<number, Figure>(); // by the run's place, made when it is first shown
+  private readonly geometries = new Map<string, BufferGeometry>();
+  private readonly solid = new MeshLambertMaterial();
+  private colors: Colors | null = null;
+  private trailBody: number | null = null;
   private readonly ground = new Group();
   private readonly controls: OrbitControls;
   private shown: number[] = [];
-  private reference = 0;
+  private reference = -1; // -1: none is drawn solid
   private mode: Mode = "side";
   private home = { centre: new Vector3(), position: new Vector3() };
   private radius = 1;
   private slow = 0; // ms that a picture takes, smoothed
 
-  // `context` is one of `canvas`. `changed` is called when the reader has turned the view.
+  // `context` is one of `canvas`; the view is chosen for `motions`. `changed` is called when the reader has turned the view.
   constructor(
     private readonly canvas: HTMLCanvasElement,
     context: WebGL2RenderingContext,
@@ -176,19 +179,15 @@ export class Stage {
     const light = new DirectionalLight(0xffffff, 2.2);
     light.position.set(-1, -1.6, 3);
     this.scene.add(new AmbientLight(0xffffff, 1.5), light);
-    const geometries = new Map<string, BufferGeometry>();
     for (const shape of replay.scene.shapes) {
       const key = `${shape.type} ${shape.radius} ${shape.half_length}`;
-      if (geometries.has(key) || shape.type === "plane") continue;
+      if (this.geometries.has(key) || shape.type === "plane") continue;
       // Three's capsules lie along y, those of the model along z.
-      geometries.set(
+      this.geometries.set(
         key,
         shape.type === "sphere" ? new SphereGeometry(shape.radius, 16, 10) : new CapsuleGeometry(shape.radius, 2 * shape.half_length, 5, 14).rotateX(Math.PI / 2),
       );
     }
-    const solid = new MeshLambertMaterial();
-    this.figures = motions.map((motion) => new Figure(motion, replay, solid, geometries));
-    for (const figure of this.figures) this.scene.add(figure.solid, figure.ghosts, figure.trail);
     this.look(motions);
     this.makeGround();
     this.scene.add(this.ground);
@@ -292,13 +291,24 @@ export class Stage {
     this.ground.position.set(plane.p[0] + at, plane.p[1] + across, plane.p[2]);
   }
 
+  // Before a run is shown; again does nothing.
+  add(index: number, motion: Motion): void {
+    if (this.figures.has(index)) return;
+    const figure = new Figure(motion, this.replay, this.solid, this.geometries);
+    this.figures.set(index, figure);
+    this.scene.add(figure.solid, figure.ghosts, figure.trail);
+    figure.setTrail(this.trailBody);
+    if (this.colors) this.setColors(this.colors);
+  }
+
   setColors(colors: Colors): void {
+    this.colors = colors;
     for (const child of this.ground.children) {
       const material = (child as Mesh).material as MeshBasicMaterial;
       material.color.set(child instanceof LineSegments ? colors.rule : colors.faint);
     }
     this.figures.forEach((figure, index) => {
-      const color = colors.contenders[index] ?? "gray";
+      const color = colors.runs[index] ?? "gray";
       figure.ghostMaterial.color.set(color);
       figure.trailMaterial.color.set(color);
     });
@@ -314,7 +324,8 @@ export class Stage {
   }
 
   setTrail(body: number | null): void {
-    for (const figure of this.figures) figure.setTrail(body);
+    this.trailBody = body;
+    for (const figure of this.figures.values()) figure.setTrail(body);
   }
 
   // In CSS pixels.
@@ -329,12 +340,12 @@ export class Stage {
     const began = performance.now();
     const size = { width: this.canvas.clientWidth, height: this.canvas.clientHeight };
     const renderer = this.renderer;
-    for (const index of new Set([...this.shown, this.reference])) this.figures[index]?.place(frame);
+    for (const index of new Set([...this.shown, this.reference])) this.figures.get(index)?.place(frame);
     const show = (solid: number, ghosts: number[]) => {
       this.figures.forEach((figure, index) => {
         figure.solid.visible = index === solid;
         figure.ghosts.visible = ghosts.includes(index);
-        figure.trail.visible = figure.trail.geometry.hasAttribute("position") && this.trails && (index === solid || ghosts.includes(index));
+        figure.trail.visible = this.trailBody !== null && (index === solid || ghosts.includes(index));
       });
     };
     renderer.setScissorTest(false);
@@ -364,8 +375,6 @@ export class Stage {
     return columns;
   }
 
-  trails = true;
-
   private render(width: number, height: number): void {
     this.camera.aspect = width / Math.max(1, height);
     // The sphere around the motion fits into the narrower of both angles.
@@ -377,7 +386,7 @@ export class Stage {
 
   // Where the shapes of a run were drawn last, for tests.
   places(index: number): [number, number, number][] {
-    return this.figures[index]?.places() ?? [];
+    return this.figures.get(index)?.places() ?? [];
   }
 
   get milliseconds(): number {
