@@ -70,7 +70,7 @@ class ReplayPanel {
       "select",
       { id: `${id}-reference` },
       ...this.contenders.map((name, index) => el("option", { value: index }, name)),
-      this.steps.length > 1 ? el("option", { value: kOwn }, `each its own at ${first}`) : null,
+      this.steps.length > 1 ? el("option", { value: kOwn }, "each its own") : null,
     );
     this.reference.addEventListener("change", () => void this.changed());
     this.trail = el(
