@@ -27,7 +27,7 @@ _assay() {
         candidates="$("${program}" "${command}" --help 2>/dev/null | sed -n '/^Options:/,/^$/s/^  .*\(--[a-z-]*\).*/\1/p')"
       else
         case "${command}" in
-          check | simulate) candidates="$(_assay_names "${program}" systems)" ;;
+          check | simulate | snapshot) candidates="$(_assay_names "${program}" systems)" ;;
           conformance) candidates="$(_assay_names "${program}" engines)" ;;
         esac
       fi
