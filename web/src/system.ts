@@ -41,7 +41,7 @@ function systemFacts(system: System): HTMLElement {
 export function systemSection(view: SystemView, system: System, palette: Palette): HTMLElement {
   const drawn = view.report.json.pictures?.find((candidate) => candidate.system === view.system);
   const head = el("div", { class: "system-head" }, el("div", {}, el("h2", {}, view.system), systemFacts(system)));
-  const many = view.contenders.length > 16;
+  const many = view.report.contenders.length > 16;
   const image = drawn ? (many ? picture(drawn, 320, 250) : picture(drawn, 150, 110)) : null;
   if (image && !many) head.append(image);
   const section = el("section", { class: "system", id: view.system }, head);
