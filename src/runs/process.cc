@@ -26,8 +26,8 @@ constexpr size_t kKeptOutput = 4096;
   throw SystemError(fmt::format("cannot start a worker ({}): {}", what, std::strerror(errno)));
 }
 
-// Between fork and exec: nothing but system calls.
-[[noreturn]] void become_worker(const char* program, int socket, int output, pid_t parent) {
+// Between fork and exec: nothing but system calls. What keeps exec from starting the program is written to `failure`.
+[[noreturn]] void become_worker(const char* program, int socket, int output, int failure, pid_t parent) {
   constexpr int kCannotExec = 127;
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (::getppid() != parent) ::_exit(kCannotExec);  // it died before prctl
@@ -48,10 +48,22 @@ constexpr size_t kKeptOutput = 4096;
   ::sigprocmask(SIG_SETMASK, &none, nullptr);
   ::signal(SIGPIPE, SIG_DFL);
   ::execv(program, arguments.data());
+  const int error = errno;
+  (void)!::write(failure, &error, sizeof error);
   ::_exit(kCannotExec);
 }
 
-void close_all(const std::array<int, 4>& descriptors) {
+// 0 once the worker's program runs (its end of the pipe closes then), else exec's error.
+int exec_error(int failure) {
+  int error = 0;
+  ssize_t got = 0;
+  do {
+    got = ::read(failure, &error, sizeof error);
+  } while (got < 0 && errno == EINTR);
+  return got == sizeof error ? error : 0;
+}
+
+void close_all(const std::array<int, 6>& descriptors) {
   for (const int descriptor : descriptors) {
     if (descriptor >= 0) ::close(descriptor);
   }
@@ -60,23 +72,33 @@ void close_all(const std::array<int, 4>& descriptors) {
 }  // namespace
 
 WorkerProcess::WorkerProcess(const std::string& program) {
-  std::array<int, 2> sockets = {-1, -1}, pipes = {-1, -1};
-  if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, sockets.data()) != 0) fail("socket");
-  if (::pipe2(pipes.data(), O_CLOEXEC | O_NONBLOCK) != 0) {
-    close_all({sockets[0], sockets[1], -1, -1});
-    fail("pipe");
-  }
+  std::array<int, 2> sockets = {-1, -1}, pipes = {-1, -1}, failures = {-1, -1};
+  const auto give_up = [&](const char* what) {
+    const int error = errno;
+    close_all({sockets[0], sockets[1], pipes[0], pipes[1], failures[0], failures[1]});
+    errno = error;
+    fail(what);
+  };
+  if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, sockets.data()) != 0) give_up("socket");
+  if (::pipe2(pipes.data(), O_CLOEXEC | O_NONBLOCK) != 0) give_up("pipe");
+  if (::pipe2(failures.data(), O_CLOEXEC) != 0) give_up("pipe");
   // The worker blocks when it prints; only the reading end does not.
   ::fcntl(pipes[1], F_SETFL, 0);
   const pid_t parent = ::getpid();
   pid_ = ::fork();
-  if (pid_ < 0) {
-    close_all({sockets[0], sockets[1], pipes[0], pipes[1]});
-    fail("fork");
-  }
-  if (pid_ == 0) become_worker(program.c_str(), sockets[1], pipes[1], parent);
+  if (pid_ < 0) give_up("fork");
+  if (pid_ == 0) become_worker(program.c_str(), sockets[1], pipes[1], failures[1], parent);
   ::close(sockets[1]);
   ::close(pipes[1]);
+  ::close(failures[1]);
+  sockets[1] = pipes[1] = failures[1] = -1;
+  // The machine's fault, or that of who took the program away; no engine's.
+  if (const int error = exec_error(failures[0])) {
+    ::waitpid(pid_, nullptr, 0);
+    errno = error;
+    give_up(program.c_str());
+  }
+  ::close(failures[0]);
   socket_ = sockets[0];
   output_ = pipes[0];
 }

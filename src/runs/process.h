@@ -15,8 +15,7 @@ inline constexpr int kWorkerSocket = 3;
 // Dies with its parent (PR_SET_PDEATHSIG), whatever way that ends, and with this object.
 class WorkerProcess {
  public:
-  // Starts `program worker`. Throws SystemError when there can be no process; a program that is not there shows as a
-  // worker that is gone.
+  // Starts `program worker`. Throws SystemError when there can be no process, or no such program.
   explicit WorkerProcess(const std::string& program);
   ~WorkerProcess();
   WorkerProcess(const WorkerProcess&) = delete;

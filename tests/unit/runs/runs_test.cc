@@ -585,9 +585,15 @@ TEST_F(RunsTest, AProgramThatCannotBeStartedIsSaid) {
   pass_gate(campaign, dir());
   RunOptions wrong = options(dir());
   wrong.program = dir("nothing");
-  run_campaign(campaign, wrong);
-  const Cell cell = find(Store::open(dir()), "sound", "drift", 1);
-  EXPECT_EQ(cell.outcome, Outcome::kCrashed);
+  try {
+    run_campaign(campaign, wrong);
+    FAIL() << "nobody could have measured";
+  } catch (const SystemError& error) {
+    EXPECT_THAT(error.what(), HasSubstr(dir("nothing")));
+    EXPECT_THAT(error.what(), HasSubstr("No such file"));
+  }
+  // The machine's fault is no engine's result.
+  EXPECT_TRUE(Store::open(dir()).cells().empty());
 }
 
 // ---- progress -----------------------------------------------------------------------------------------------------------
