@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <numbers>
+#include <string_view>
 
 #include <cairo-pdf.h>
 #include <cairo-svg.h>
@@ -240,6 +241,11 @@ std::string Canvas::finish() {
   const cairo_status_t status = drawn != CAIRO_STATUS_SUCCESS ? drawn : written;
   if (status != CAIRO_STATUS_SUCCESS) {
     throw SystemError(fmt::format("cannot draw a figure: {}", cairo_status_to_string(status)));
+  }
+  // cairo numbers its surfaces from the process's start; equal drawings are to be equal bytes.
+  constexpr std::string_view kNumbered = "<g id=\"surface";
+  if (const size_t at = bytes_.find(kNumbered); at != std::string::npos) {
+    bytes_.replace(at, bytes_.find('>', at) - at, "<g id=\"figure\"");
   }
   return bytes_;
 }

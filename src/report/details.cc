@@ -37,7 +37,9 @@ json rounded(const std::vector<double>& values, int digits) {
 
 constexpr size_t kFew = 32;
 constexpr size_t kBins = 32;
-constexpr double kMostInBins = 0.99;  // a few interrupted steps would squeeze all others into one bin
+// A few interrupted steps would squeeze all others into one bin: bins end with the last one within so many widths
+// of the middle half above it.
+constexpr double kWidths = 6;
 
 json one_series(const SampleSeries& series) {
   std::vector<double> values;
@@ -48,8 +50,8 @@ json one_series(const SampleSeries& series) {
     return entry;
   }
   std::ranges::sort(values);
-  const double from = values.front();
-  const double to = values[static_cast<size_t>(kMostInBins * static_cast<double>(values.size() - 1))];
+  const double from = values.front(), lower = values[values.size() / 4], upper = values[values.size() * 3 / 4];
+  const double to = *std::prev(std::ranges::upper_bound(values, upper + kWidths * (upper - lower)));
   std::vector<size_t> bins(kBins, 0);
   size_t above = 0;
   for (const double value : values) {
@@ -179,8 +181,20 @@ json sample_data(const std::vector<SampleSeries>& samples) {
 
 json picture_data(const Store& store) {
   const std::vector<RunRow> runs = store.runs();
+  // Of a family of sizes the largest stands for all.
+  std::map<std::string, std::pair<double, std::string>> largest;
+  std::map<std::string, std::string> family_of;
+  for (const SystemRow& row : store.systems()) {
+    const auto facts = json::parse(row.json, nullptr, false);
+    const std::string family = facts.is_object() ? facts.value("family", "") : "";
+    if (family.empty()) continue;
+    family_of[row.name] = family;
+    largest[family] = std::max(largest[family], {facts.value("bodies", 0.0), row.name});
+  }
   json pictures = json::array();
   for (const SceneRow& row : store.scenes()) {
+    const auto family = family_of.find(row.system);
+    if (family != family_of.end() && largest[family->second].second != row.system) continue;
     const Scene scene = parse_scene(row.json);
     std::vector<Pose> poses;
     poses.reserve(scene.bodies.size());

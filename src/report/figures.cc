@@ -16,6 +16,7 @@
 
 #include "base/errors.h"
 #include "base/text.h"
+#include "measures/pareto.h"
 #include "report/canvas.h"
 #include "report/look.h"
 #include "report/write_file.h"
@@ -109,21 +110,19 @@ class Results {
     return Figure{middle, found->low.value_or(middle), found->high.value_or(middle)};
   }
 
-  // Realtime factor. Between timesteps that were timed the step's time is interpolated, logarithmically in both; beyond
-  // them it is the nearest one's.
   std::optional<double> speed(const std::string& system, const std::string& contender, double timestep_ms) const {
-    std::map<double, double> step_time;
+    SpeedCurve speeds;
     for (const auto& [step, cell] : cells(system, contender, "raw_speed")) {
       const auto factor = value(cell, "realtime_factor");
-      if (factor && factor->value > 0) step_time[step] = step / factor->value;
+      if (factor && factor->value > 0) speeds[step] = {factor->value, factor->low, factor->high};
     }
-    if (step_time.empty()) return std::nullopt;
-    const auto above = step_time.lower_bound(timestep_ms * (1 - 1e-9));
-    if (above == step_time.end()) return timestep_ms / std::prev(above)->second;
-    if (above == step_time.begin() || above->first <= timestep_ms * (1 + 1e-9)) return timestep_ms / above->second;
-    const auto below = std::prev(above);
-    const double weight = std::log(timestep_ms / below->first) / std::log(above->first / below->first);
-    return timestep_ms / (std::pow(below->second, 1 - weight) * std::pow(above->second, weight));
+    const auto speed = speed_at(speeds, timestep_ms);
+    return speed ? std::optional(speed->value) : std::nullopt;
+  }
+
+  bool timed(const std::string& system) const {
+    return std::ranges::any_of(contenders_,
+                               [&](const std::string& contender) { return speed(system, contender, 1).has_value(); });
   }
 
   const Scene* scene(const std::string& system) const {
@@ -225,17 +224,20 @@ void empty_plot(Canvas& canvas, const Box& box, const std::string& why) {
 
 struct Curve {
   std::string contender;
-  std::vector<Canvas::Point> points;  // speed, error
-  std::optional<double> fails_at;     // speed of the first timestep above them that gave nothing
+  std::vector<Canvas::Point> points;  // realtime factor, error
+  std::optional<double> fails_at;     // realtime factor of the first timestep above them that gave nothing
 };
+
+// On a system that was not timed the timesteps stand for the realtime factors.
 
 std::vector<Curve> curves_of(const Results& results, const std::string& system, const std::string& measure,
                              const std::string& name) {
+  const bool timed = results.timed(system);
   std::vector<Curve> curves;
   for (const std::string& contender : results.contenders()) {
     Curve curve{contender, {}, {}};
     for (const auto& [step, cell] : results.cells(system, contender, measure)) {
-      const auto speed = results.speed(system, contender, step);
+      const auto speed = timed ? results.speed(system, contender, step) : std::optional(step);
       // At the reference's own timestep the error says nothing of integration.
       if (!speed || Results::value(cell, "restart_floor") || cell.outcome == Outcome::kUnsupported) continue;
       const auto error = Results::value(cell, name);
@@ -277,12 +279,7 @@ void speed_accuracy(Canvas& canvas, const Results& results, const Box& box, cons
     if (const auto fails_at = curve.fails_at) speeds.push_back(*fails_at);
   }
   if (errors.empty()) {
-    const bool untimed = std::ranges::any_of(results.contenders(), [&](const std::string& contender) {
-      const auto& cells = results.cells(system, contender, measure);
-      return std::ranges::any_of(cells,
-                                 [&](const auto& cell) { return Results::value(cell.second, name).has_value(); });
-    });
-    empty_plot(canvas, box, untimed ? "not timed on this system" : "not measured");
+    empty_plot(canvas, box, "not measured");
     return;
   }
   const LogAxis x(speeds, box.left, box.right), y(errors, box.bottom, box.top);
@@ -308,7 +305,8 @@ void speed_accuracy(Canvas& canvas, const Results& results, const Box& box, cons
   for (const Curve& curve : curves) draw_curve(canvas, box, x, y, curve, results.look(curve.contender));
   canvas.unclip();
   canvas.outline_rectangle(box.left, box.top, box.width(), box.height(), kSoft, 0.5);
-  canvas.text("realtime factor", {box.right, box.bottom + 17}, kSmall, Align::kRight, kSoft);
+  canvas.text(results.timed(system) ? "realtime factor" : "timestep (ms), for it was not timed",
+              {box.right, box.bottom + 17}, kSmall, Align::kRight, kSoft);
   canvas.text(title, {box.left - 27, (box.top + box.bottom) / 2}, kSmall, Align::kMiddle, kSoft, false, 90);
 }
 

@@ -41,10 +41,16 @@ const kOutcomeWords: Partial<Record<Outcome, string>> = {
 const kFailBand = 26; // room above the plot for points without a value
 const kZeroBand = 22; // room below it for errors of exactly zero
 
+// On a system that was not timed at all the timestep stands for the realtime factor.
+function isTimed(view: SystemView): boolean {
+  return view.timesteps("realtime_factor").some((step) => view.contenders.some((contender) => view.entry(contender, step, "realtime_factor")?.value));
+}
+
 function collect(view: SystemView, name: string): { series: Series[]; unplaced: string[]; failed: string[] } {
   const series: Series[] = [];
   const unplaced: string[] = [];
   const failed: string[] = [];
+  const timed = isTimed(view);
   for (const contender of view.contenders) {
     const points: Point[] = [];
     const noSpeed: number[] = [];
@@ -52,7 +58,7 @@ function collect(view: SystemView, name: string): { series: Series[]; unplaced: 
     for (const step of view.errorTimesteps(name)) {
       const entry = view.entry(contender, step, name);
       if (!entry || entry.cell.outcome === "unsupported") continue;
-      const speed = view.realtimeFactor(contender, step);
+      const speed = timed ? view.realtimeFactor(contender, step) : { value: step, low: null, high: null, timedAt: [], estimated: false };
       if (!speed || speed.value <= 0) {
         if (entry.value) noSpeed.push(step);
         else outcomes.add(entry.cell.outcome);
@@ -185,6 +191,7 @@ export class SpeedAccuracy {
       return;
     }
 
+    const timed = isTimed(this.view);
     const hasZero = everything.some((point) => point.error === 0);
     const hasFailed = everything.some((point) => point.error === null);
     const height = Math.round(Math.min(560, Math.max(400, width * 0.68)));
@@ -210,7 +217,7 @@ export class SpeedAccuracy {
 
     const drawing = svg("svg", {
       class: "accuracy", width, height, viewBox: `0 0 ${width} ${height}`, tabindex: 0, role: "application",
-      "aria-label": `${info.label} against realtime factor; arrow keys move between timesteps and contenders, Enter opens the details`,
+      "aria-label": `${info.label} against ${timed ? "realtime factor" : "timestep"}; arrow keys move between timesteps and contenders, Enter opens the details`,
     }); // prettier-ignore
     drawing.append(grid(x, "x", frame.top, frame.bottom), grid(y, "y", frame.left, frame.right));
     drawing.append(
@@ -232,7 +239,7 @@ export class SpeedAccuracy {
     const axis = svg("g", { class: "axis" });
     const ground = frame.bottom + (hasZero ? kZeroBand : 0);
     for (const value of ticks(x, 44)) {
-      axis.append(svg("text", { class: "tick tick-x", x: x(value), y: ground + 18, "text-anchor": "middle" }, factorLabel(value)));
+      axis.append(svg("text", { class: "tick tick-x", x: x(value), y: ground + 18, "text-anchor": "middle" }, timed ? factorLabel(value) : `${Number(value.toPrecision(2))} ms`));
     }
     for (const value of ticks(y, 20)) {
       const at = y(value);
@@ -240,7 +247,7 @@ export class SpeedAccuracy {
       axis.append(svg("text", { class: "tick tick-y", x: frame.left - 8, y: at + 4, "text-anchor": "end" }, errorLabel(value, unit)));
     }
     const narrow = width < 520;
-    const titles = narrow ? ["faster →", "↓ better"] : ["realtime factor, faster →", `↓ smaller ${info.label.toLowerCase()}${hasPrefixes(unit) || !unitText(unit) ? "" : ` (${unitText(unit)})`}`];
+    const titles = narrow ? [timed ? "faster →" : "timestep →", "↓ better"] : [timed ? "realtime factor, faster →" : "timestep, for it was not timed →", `↓ smaller ${info.label.toLowerCase()}${hasPrefixes(unit) || !unitText(unit) ? "" : ` (${unitText(unit)})`}`];
     axis.append(
       svg("text", { class: "axis-title", x: frame.right, y: height - 8, "text-anchor": "end" }, titles[0]!),
       svg("text", { class: "axis-title", x: frame.left, y: height - 8, "text-anchor": "start" }, titles[1]!),
@@ -248,7 +255,7 @@ export class SpeedAccuracy {
     drawing.append(axis);
 
     const [slowest = 1, fastest = 1] = x.domain();
-    if (slowest < 1 && fastest > 1) {
+    if (timed && slowest < 1 && fastest > 1) {
       const at = Math.round(x(1)) + 0.5;
       // The label stands at the end of the line where fewer points are.
       const crowd = (top: number) =>
@@ -444,7 +451,7 @@ export class SpeedAccuracy {
         [info.label.toLowerCase(), point.error === null ? point.cell.outcome : named(this.name, point.error, unit)],
         ["interval", interval(this.name, point.low, point.high, unit)],
         ["restart floor", this.name === "consistency" ? quantity(this.view.single(point.contender, "restart_floor"), unit) : null],
-        ["real time", realtime(point.speed.value) + (point.speed.estimated ? ` (timed at ${point.speed.timedAt.map(timestep).join(" and ")} ms)` : "")],
+        ["real time", point.speed.timedAt.length === 0 ? null : realtime(point.speed.value) + (point.speed.estimated ? ` (timed at ${point.speed.timedAt.map(timestep).join(" and ")} ms)` : "")],
         ["interval", interval("realtime_factor", point.speed.low, point.speed.high, "1")],
         ["raw speed", speed ? quantity(speed.value, speed.unit) : null],
         ["truth floor", this.name === "truth_error" && this.view.single(point.contender, "truth_floor") !== null ? quantity(this.view.single(point.contender, "truth_floor"), unit) : null],
