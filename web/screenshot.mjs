@@ -40,7 +40,7 @@ try {
   await page.setViewport({ width: Number(values.width), height: 1000, deviceScaleFactor: Number(values.scale) });
   await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: values.dark ? "dark" : "light" }]);
   await page.goto(pathToFileURL(resolve(file)).href, { waitUntil: "load" });
-  await page.waitForSelector("main > *");
+  await page.waitForSelector("body[data-ready]");
   // A sticky bar would be repeated or cover what is below it.
   await page.addStyleTag({ content: "nav { position: static !important; }" });
   const top = values.from ? await page.$eval(values.from, (node) => node.getBoundingClientRect().top + window.scrollY) : 0;

@@ -33,7 +33,7 @@ async function open(kind, { width = 1400, dark = false } = {}) {
     { name: "prefers-reduced-motion", value: "reduce" },
   ]);
   await page.goto(pathToFileURL(join(work, kind, "report.html")).href, { waitUntil: "load" });
-  await page.waitForSelector("main > *");
+  await page.waitForSelector("body[data-ready]");
   return { page, trouble };
 }
 

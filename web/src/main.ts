@@ -113,16 +113,29 @@ function build(report: Report, page: HTMLElement): void {
       el("p", { class: "alert" }, "Nothing has been measured yet. Start the campaign, or the same command again if it was stopped; then make the report anew."),
     );
   }
-  systems.forEach((system, index) => page.append(systemSection(views[index]!, system, palette)));
-  if (sizes) page.append(part("scaling", "Scaling", "Processor time of a whole run of systems that differ in size alone.", scalingPanel(report, palette)));
-  if (measured) page.append(part("values", "All values", "", valuesTable(report)));
-  page.append(
-    part("failures", "What failed", "A cell that fails is a result: its outcome and reason are kept. Cells that differ in the timestep alone share a row.", failureTable(report), leftOut(report)),
-    part("fairness", "Fairness", "", fairness(report, palette)),
-    part("manifest", "Manifest", "", engines(report), manifestTable(report)),
-  );
+  // The rest comes piece by piece, each in a task of its own, so that the first plots are there at once.
+  const pieces = [
+    ...systems.map((system, index) => () => systemSection(views[index]!, system, palette)),
+    ...(sizes ? [() => part("scaling", "Scaling", "Processor time of a whole run of systems that differ in size alone.", scalingPanel(report, palette))] : []),
+    ...(measured ? [() => part("values", "All values", "", valuesTable(report))] : []),
+    () => part("failures", "What failed", "A cell that fails is a result: its outcome and reason are kept. Cells that differ in the timestep alone share a row.", failureTable(report), leftOut(report)),
+    () => part("fairness", "Fairness", "", fairness(report, palette)),
+    () => part("manifest", "Manifest", "", engines(report), manifestTable(report)),
+  ];
   tooltip.attach();
-  drawWaiting();
+  const next = () => {
+    const piece = pieces.shift();
+    if (!piece) {
+      // What an address names may have come only now.
+      if (location.hash.length > 1) document.getElementById(decodeURIComponent(location.hash.slice(1)))?.scrollIntoView();
+      document.body.dataset.ready = "";
+      return;
+    }
+    page.append(piece());
+    drawWaiting();
+    setTimeout(next, 0);
+  };
+  next();
 }
 
 const page = document.getElementById("page");
