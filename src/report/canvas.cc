@@ -10,6 +10,7 @@
 #include <cairo-svg.h>
 #include <cairo.h>
 #include <fmt/format.h>
+#include <fontconfig/fontconfig.h>
 
 #include "base/errors.h"
 
@@ -248,6 +249,11 @@ std::string Canvas::finish() {
     bytes_.replace(at, bytes_.find('>', at) - at, "<g id=\"figure\"");
   }
   return bytes_;
+}
+
+void forget_fonts() {
+  cairo_debug_reset_static_data();
+  FcFini();
 }
 
 }  // namespace assay

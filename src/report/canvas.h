@@ -75,4 +75,7 @@ class Canvas {
   std::unique_ptr<_cairo, void (*)(_cairo*)> context_;
 };
 
+// Gives back what drawing keeps for the next time: fonts. No canvas may be there.
+void forget_fonts();
+
 }  // namespace assay

@@ -758,6 +758,14 @@ std::optional<Drawing> grasp_table(const Results& results) {
 }  // namespace
 
 std::vector<std::string> write_figures(const Store& store, const std::string& folder) {
+  // after the last canvas
+  struct Fonts {
+    Fonts() = default;
+    Fonts(const Fonts&) = delete;
+    Fonts& operator=(const Fonts&) = delete;
+    ~Fonts() { forget_fonts(); }
+  };
+  const Fonts fonts;
   const Results results(store);
   const std::array figures = {std::pair{"figure3", figure3(results)}, std::pair{"figure4", figure4(results)},
                               std::pair{"figure5", figure5(results)}, std::pair{"grasp-table", grasp_table(results)}};
