@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <unistd.h>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -162,6 +163,29 @@ int lettering(int panel_width) {
   return panel_width < kLarge ? 100 : 150;
 }
 
+// A file that is removed again unless it was finished.
+class Partial {
+ public:
+  explicit Partial(std::string path) : path_(std::move(path)) {}
+  ~Partial() {
+    std::error_code ignored;
+    if (!kept_) std::filesystem::remove(path_, ignored);
+  }
+  Partial(const Partial&) = delete;
+  Partial& operator=(const Partial&) = delete;
+  void rename_to(const std::string& name) {
+    std::error_code error;
+    std::filesystem::rename(path_, name, error);
+    if (error) throw SystemError(fmt::format("'{}' cannot be written: {}", name, error.message()));
+    kept_ = true;
+  }
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+  bool kept_ = false;
+};
+
 int movie(const Options& options) {
   const auto [width, height] = parse_size(options.size);
   const Store store = Store::open(options.dir);
@@ -196,17 +220,17 @@ int movie(const Options& options) {
 
   const int columns = grid_columns(static_cast<int>(parts.size()), width, height);
   Renderer renderer(scene, view_of(scene, runs), width, height, lettering(width / columns));
-  const std::string partial = options.out + ".partial";
+  Partial partial(options.out + ".partial");
   std::error_code ignored;
   if (std::filesystem::is_directory(options.out, ignored)) {
     throw InputError(fmt::format("--out '{}' is a directory: give a file in it", options.out));
   }
   {
-    Encoder encoder(partial, width, height, frame_ms);
+    Encoder encoder(partial.path(), width, height, frame_ms);
     const Clock::time_point start = Clock::now();
     for (size_t frame = 0; frame < frames; ++frame) {
       if (interrupted()) {
-        std::filesystem::remove(partial, ignored);
+        told.clear();
         message(fmt::format("interrupted at frame {} of {}", frame, frames));
         return kFailed;
       }
@@ -228,9 +252,7 @@ int movie(const Options& options) {
     encoder.finish();
   }
   told.clear();
-  std::error_code error;
-  std::filesystem::rename(partial, options.out, error);
-  if (error) throw SystemError(fmt::format("'{}' cannot be written: {}", options.out, error.message()));
+  partial.rename_to(options.out);
   message(fmt::format("'{}': {} of '{}', {} frames of {:.4g} ms", options.out,
                       counted(parts.size(), "contender", "contenders"), options.system, frames, frame_ms));
   return kDone;

@@ -1,18 +1,84 @@
 // `assay report`: a results directory as one page.
+#include <algorithm>
+#include <memory>
+#include <optional>
+
+#include <fmt/format.h>
+
+#include "base/errors.h"
+#include "base/text.h"
 #include "cli/campaign_run.h"
 #include "cli/cli.h"
+#include "report/line_up.h"
+#include "report/replays.h"
+#include "runs/rerun.h"
+#include "store/store.h"
+#include "store/trajectory.h"
 
 namespace assay::cli {
+namespace {
+
+struct Options {
+  std::string dir;
+  std::vector<std::string> replays;  // timesteps as given
+};
+
+// Opened for writing as what it is already.
+Store open_to_write(const std::string& dir) {
+  const Store store = Store::open(dir);
+  return Store::create(dir, {store.manifest("campaign").value_or(""), store.manifest("campaign_hash").value_or("")});
+}
+
+// Of each system the contenders that the page replays, run again at each timestep that fits its samples.
+void keep_replays(const Options& options) {
+  std::vector<double> timesteps;
+  timesteps.reserve(options.replays.size());
+  for (const std::string& text : options.replays) {
+    timesteps.push_back(parse_positive("--replays", text, "milliseconds"));
+  }
+  Store store = open_to_write(options.dir);
+  for (const SceneRow& scene : store.scenes()) {
+    std::vector<std::string> kept;
+    for (const RunRow& run : store.runs()) {
+      if (run.system == scene.system && has_trajectory(store.trajectories_dir(), run.address) &&
+          std::ranges::find(kept, run.contender) == kept.end()) {
+        kept.push_back(run.contender);
+      }
+    }
+    if (kept.empty()) continue;
+    for (const double timestep : timesteps) {
+      if (!fits_samples(store, scene.system, timestep)) {
+        message(fmt::format("{} has no replay at {} ms, which does not divide the time between its states",
+                            scene.system, timestep_label(timestep)));
+        continue;
+      }
+      const size_t added = keep_runs(store, scene.system, line_up(kept, ReplayOptions{}.most_contenders), timestep);
+      if (added > 0) {
+        message(fmt::format("{}: {} at {} ms", scene.system, counted(added, "run", "runs"), timestep_label(timestep)));
+      }
+    }
+  }
+}
+
+}  // namespace
 
 void add_report(CLI::App& app, Action& action) {
   CLI::App* command = add_command(
       app, "report", "Write DIR/report.html, one file that works offline, and the paper's figures in DIR/figures",
-      {{"assay report results", "also while the campaign is running: what is there is shown"}});
-  const auto dir = std::make_shared<std::string>();
-  command->add_option("DIR", *dir, "Results directory")->required()->type_name("");
-  command->callback([&action, dir] {
-    action = [dir] {
-      write_report_of(*dir);
+      {{"assay report results", "also while the campaign is running: what is there is shown"},
+       {"assay report results --replays 1,4,16", "with replays at these timesteps, too"}});
+  const auto options = std::make_shared<Options>();
+  command->add_option("DIR", options->dir, "Results directory")->required()->type_name("");
+  command
+      ->add_option("--replays", options->replays,
+                   "Timesteps in ms: contenders of the replays run again at these, and their states are kept in DIR")
+      ->delimiter(',')
+      ->type_name("MS,...")
+      ->allow_extra_args(false);
+  command->callback([&action, options] {
+    action = [options] {
+      if (!options->replays.empty()) keep_replays(*options);
+      write_report_of(options->dir);
       return kDone;
     };
   });

@@ -131,19 +131,24 @@ struct Kept {
   std::vector<State> states;
 };
 
-// Runs of the system that the page is to have, in the line-up's order; of a contender the first, its reference.
+// Runs of the system that the page is to have: first the references in the line-up's order, then those of each other
+// timestep.
 std::vector<Kept> kept_runs(const Store& store, const std::string& system, size_t bodies, size_t most) {
   std::vector<RunRow> rows;
   std::vector<std::string> names;
   for (const RunRow& row : store.runs()) {
-    if (row.system != system || std::ranges::find(names, row.contender) != names.end()) continue;
-    if (!has_trajectory(store.trajectories_dir(), row.address)) continue;
-    names.push_back(row.contender);
+    if (row.system != system || !has_trajectory(store.trajectories_dir(), row.address)) continue;
+    if (std::ranges::find(names, row.contender) == names.end()) names.push_back(row.contender);
     rows.push_back(row);
   }
+  names = line_up(names, most);
+  const auto place = [&](const RunRow& row) { return std::ranges::find(names, row.contender) - names.begin(); };
+  std::erase_if(rows, [&](const RunRow& row) { return place(row) == std::ssize(names); });
+  std::ranges::sort(rows, [&](const RunRow& a, const RunRow& b) {
+    return std::pair(a.timestep_ms, place(a)) < std::pair(b.timestep_ms, place(b));
+  });
   std::vector<Kept> kept;
-  for (const std::string& name : line_up(names, most)) {
-    const RunRow& row = *std::ranges::find(rows, name, &RunRow::contender);
+  for (const RunRow& row : rows) {
     auto trajectory = read_trajectory(store.trajectories_dir(), row.address);
     // A single state is no run, and a damaged file is computed again by the campaign's next start.
     if (!trajectory || trajectory->states.size() < 2 || trajectory->states.front().bodies.size() != bodies) continue;
@@ -172,7 +177,9 @@ json replays_data(const Store& store, const ReplayOptions& options) {
     for (const Kept& run : kept) {
       const Packed packed = pack(run.states, stride, options);
       if (bytes + packed.data.size() > options.most_bytes) {
-        left_out.push_back(run.row.contender);
+        if (std::ranges::find(left_out, json(run.row.contender)) == left_out.end()) {
+          left_out.push_back(run.row.contender);
+        }
         continue;
       }
       bytes += packed.data.size();

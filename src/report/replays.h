@@ -22,7 +22,8 @@ struct ReplayOptions {
 //    "position_error_m", "rotation_error_rad",          what the packing changed at the most
 //    "runs": [{"contender", "timestep_ms", "frames", "distance_m", "data"}], "left_out": contenders without room}
 // "distance_m" is, frame by frame, the mean distance of the bodies from the first run's, unpacked.
-// All runs of a system share the clock: frame f is at f * frame_ms. `data` is base64 of a zlib stream of whole numbers:
+// Runs are ordered by timestep, then by the line-up; one that ended early has fewer frames. All runs of a system share
+// the clock: frame f is at f * frame_ms. `data` is base64 of a zlib stream of whole numbers:
 // body by body, and of each the columns x, y, z (of the centre of mass, in steps) and qw, qx, qy, qz (of the body
 // frame, in steps, not normalised, of the sign that is nearer to the frame before); each column frame by frame as
 // second differences (of a column that starts with two zeros), zigzag coded in bytes of 7 bits, the least first, 0x80

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
+#include "base/hash.h"
 #include "base/paths.h"
 #include "base/text.h"
 #include "engines/registry.h"
@@ -56,6 +57,11 @@ const Row& row_named(const std::vector<Row>& rows, const std::string& name, std:
 }
 
 bool is_whole(double ratio) { return std::abs(ratio - std::round(ratio)) <= 1e-9 * ratio && std::round(ratio) >= 1; }
+
+double sample_ms_of(const Store& store, const std::string& system) {
+  const std::vector<SystemRow> rows = store.systems();
+  return json::parse(row_named(rows, system, &SystemRow::name, "system").json).at("sample_ms");
+}
 
 // The system as the campaign had it.
 CampaignSystem system_of(const Store& store, const std::string& name) {
@@ -114,9 +120,47 @@ CampaignContender contender_of(const std::vector<ContenderRow>& rows, const std:
 
 }  // namespace
 
+bool fits_samples(const Store& store, const std::string& system, double timestep_ms) {
+  return is_whole(sample_ms_of(store, system) / timestep_ms);
+}
+
+size_t keep_runs(Store& store, const std::string& system, const std::vector<std::string>& contenders,
+                 double timestep_ms, const std::function<void(size_t)>& progress) {
+  std::vector<RunRow> rows = store.runs();
+  const auto same = [&](const RunRow& row, const std::string& contender) {
+    return row.system == system && row.contender == contender &&
+           std::abs(row.timestep_ms - timestep_ms) <= 1e-9 * timestep_ms;
+  };
+  std::vector<std::string> missing;
+  for (const std::string& contender : contenders) {
+    const auto found = std::ranges::find_if(rows, [&](const RunRow& row) { return same(row, contender); });
+    if (found != rows.end() && has_trajectory(store.trajectories_dir(), found->address)) continue;
+    if (found != rows.end()) rows.erase(found);
+    missing.push_back(contender);
+  }
+  if (missing.empty()) return 0;
+  const double sample_ms = sample_ms_of(store, system);
+  const std::string facts = row_named(store.systems(), system, &SystemRow::name, "system").json;
+  const std::vector<ContenderRow> described = store.contenders();
+  size_t added = 0;
+  for (const Rerun& rerun : run_again(store, system, missing, timestep_ms, sample_ms, progress)) {
+    if (!rerun.trajectory || rerun.trajectory->states.size() < 2) continue;
+    const ContenderRow& contender = row_named(described, rerun.contender, &ContenderRow::name, "contender");
+    const json content = {{"kept", 1},
+                          {"system", facts},
+                          {"contender", {contender.base, contender.settings, contender.build_json}},
+                          {"timestep_ms", timestep_ms}};
+    const std::string address = content_hash(content.dump());
+    write_trajectory(store.trajectories_dir(), address, *rerun.trajectory);
+    rows.push_back({address, system, rerun.contender, timestep_ms});
+    ++added;
+  }
+  store.set_runs(rows);
+  return added;
+}
+
 double finer_sample_ms(const Store& store, const std::string& system, double timestep_ms, double most_ms) {
-  const std::vector<SystemRow> rows = store.systems();
-  double sample_ms = json::parse(row_named(rows, system, &SystemRow::name, "system").json).at("sample_ms");
+  double sample_ms = sample_ms_of(store, system);
   if (!is_whole(sample_ms / timestep_ms)) {
     throw InputError(
         fmt::format("--timestep is {} ms, of which the {} ms between two states of '{}' are no whole "

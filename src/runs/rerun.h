@@ -24,6 +24,16 @@ struct Rerun {
 std::vector<Rerun> run_again(const Store& store, const std::string& system, const std::vector<std::string>& contenders,
                              double timestep_ms, double sample_ms, const std::function<void(size_t)>& progress = {});
 
+// Runs `contenders` of `store` on `system` again at `timestep_ms`, sampled as the stored runs are, and keeps their
+// states with those of the store, as far as each went: for the report's replays. What is kept already stays. Returns
+// how many were added; those that took no step are not kept. Throws as run_again() does, and SystemError when the
+// results cannot be written.
+size_t keep_runs(Store& store, const std::string& system, const std::vector<std::string>& contenders,
+                 double timestep_ms, const std::function<void(size_t)>& progress = {});
+
+// Whether the time between two stored states of `system` is a whole number of timesteps.
+bool fits_samples(const Store& store, const std::string& system, double timestep_ms);
+
 // The sampling that `system` of `store` has, halved until it is at most `most_ms` or no whole number of timesteps any
 // more. Throws InputError when the timestep does not fit into its samples.
 double finer_sample_ms(const Store& store, const std::string& system, double timestep_ms, double most_ms);

@@ -135,6 +135,13 @@ void Runner::describe() {
     if (cell.measure != "reference") continue;
     runs.push_back({cell.trajectory, system(cell).name, contender(cell).resolved.name, cell.timestep_ms});
   }
+  // What was kept for the report's replays meanwhile stays.
+  for (RunRow& row : store_.runs()) {
+    const auto same = [&](const RunRow& other) {
+      return other.system == row.system && other.contender == row.contender && other.timestep_ms == row.timestep_ms;
+    };
+    if (std::ranges::none_of(runs, same)) runs.push_back(std::move(row));
+  }
   store_.set_runs(runs);
   std::vector<ContenderRow> contenders;
   bool has_harness = false;

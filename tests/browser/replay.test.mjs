@@ -99,11 +99,29 @@ async function seek(page, frame) {
   await frames(page);
 }
 
+// Whether each capsule of the chain is drawn where `file`'s states have it.
+async function drawnAsStored(page, contender, file, frame) {
+  const replay = replays[0];
+  const state = stored("planar-chain", file)[frame];
+  const drawn = await page.$eval(kPanel, (node, name) => node.replay.places(name), contender);
+  const expected = replay.scene.shapes.filter((shape) => shape.body >= 0).map((shape) => {
+    const [x, y, z, ...q] = state[shape.body];
+    const cm = replay.scene.bodies[shape.body].cm;
+    const offset = turned(q, shape.p.map((value, axis) => value - cm[axis]));
+    return [x + offset[0], y + offset[1], z + offset[2]];
+  });
+  assert.equal(drawn.length, expected.length);
+  for (const place of expected) {
+    const nearest = Math.min(...drawn.map((other) => Math.hypot(...other.map((value, axis) => value - place[axis]))));
+    assert.ok(nearest < 2 * replay.position_error_m + 1e-5, `${contender}, frame ${frame}: ${nearest} m off`);
+  }
+}
+
 before(async () => {
   assert.ok(process.env.ASSAY, "ASSAY must name the program");
   writeFileSync(join(work, "replay.toml"), kCampaign);
   assay("run", "replay.toml", "--out", "results");
-  assay("report", "results");
+  assay("report", "results", "--replays", "4");
   assay("export", "results", "--trajectories", "csv", "--out", "states");
   const html = readFileSync(join(work, "results", "report.html"), "utf8");
   replays = JSON.parse(/<script type="application\/json" id="assay-data">(.*?)<\/script>/s.exec(html)[1]).replays;
@@ -123,22 +141,25 @@ test("every system with kept runs has a replay; bodies are drawn where the store
   for (const frame of [0, 1, 17, 32]) {
     await seek(page, frame);
     assert.ok(Math.abs((await stateOf(page)).time - 0.032 * frame) < 1e-9);
-    for (const run of replay.runs) {
-      const state = stored("planar-chain", run.contender)[frame];
-      const drawn = await page.$eval(kPanel, (node, name) => node.replay.places(name), run.contender);
-      const expected = replay.scene.shapes.filter((shape) => shape.body >= 0).map((shape) => {
-        const [x, y, z, ...q] = state[shape.body];
-        const cm = replay.scene.bodies[shape.body].cm;
-        const offset = turned(q, shape.p.map((value, axis) => value - cm[axis]));
-        return [x + offset[0], y + offset[1], z + offset[2]];
-      });
-      assert.equal(drawn.length, expected.length);
-      for (const place of expected) {
-        const nearest = Math.min(...drawn.map((other) => Math.hypot(...other.map((value, axis) => value - place[axis]))));
-        assert.ok(nearest < 2 * replay.position_error_m + 1e-5, `${run.contender}, frame ${frame}: ${nearest} m off`);
-      }
+    for (const run of replay.runs.filter((candidate) => candidate.timestep_ms === 1)) {
+      await drawnAsStored(page, run.contender, run.contender, frame);
     }
   }
+  assert.deepEqual(trouble, []);
+  await page.close();
+});
+
+test("runs of another timestep, each against its own reference", async () => {
+  const { page, trouble } = await open();
+  await page.select(`${kPanel} select[id$="-step"]`, "4");
+  await page.waitForFunction((panel) => document.querySelector(panel).replay.places("mujoco-euler")?.length > 0, {}, kPanel);
+  await seek(page, 32);
+  for (const name of ["mujoco-euler", "mujoco-rk4"]) await drawnAsStored(page, name, `${name}-4ms`, 32);
+  const lines = () => page.$$eval(`${kPanel} .replay-distance [data-contender]`, (nodes) => nodes.map((node) => node.dataset.contender));
+  assert.deepEqual(await lines(), ["mujoco-euler", "mujoco-rk4", "mujoco-implicit"], "the reference is at 1 ms");
+  await page.select(`${kPanel} select[id$="-reference"]`, "-1");
+  await frames(page);
+  assert.ok((await lines()).includes("mujoco-euler"));
   assert.deepEqual(trouble, []);
   await page.close();
 });

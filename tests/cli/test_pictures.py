@@ -3,10 +3,14 @@
 import csv
 import ctypes
 import io
+import json
 import os
+import re
 import shutil
+import signal
 import struct
 import subprocess
+import time
 import unittest
 import zipfile
 
@@ -146,6 +150,39 @@ class Trajectories(WithResults):
         self.refused("export", "results", "--trajectories", "npz", "--out", "file/states", status=1, naming=["file/states"])
 
 
+class Replays(WithResults):
+    def replay(self):
+        html = (self.dir / "results/report.html").read_text()
+        [replay] = json.loads(re.search(r'id="assay-data">(.*?)</script>', html, re.S)[1])["replays"]
+        return replay
+
+    def test_runs_of_other_timesteps(self):
+        self.assay("report", "results")
+        self.assertEqual([(run["contender"], run["timestep_ms"]) for run in self.replay()["runs"]],
+                         [("mujoco-euler", 1), ("mujoco-rk4", 1)])
+        done = self.run_assay("report", "results", "--replays", "4,5")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("planar-chain: 2 runs at 4 ms", done.stderr)
+        self.assertIn("planar-chain has no replay at 5 ms", done.stderr)
+        replay = self.replay()
+        self.assertEqual([(run["contender"], run["timestep_ms"]) for run in replay["runs"]],
+                         [(name, step) for step in (1, 4) for name in ("mujoco-euler", "mujoco-rk4")])
+        # Euler at 4 ms is not Euler at 1 ms, and RK4 nearly is RK4
+        away = {(run["contender"], run["timestep_ms"]): run["distance_m"][-1] for run in replay["runs"]}
+        self.assertGreater(away["mujoco-euler", 4], 1e-4)
+        self.assertLess(abs(away["mujoco-rk4", 4] - away["mujoco-rk4", 1]), 0.1 * away["mujoco-euler", 4])
+        # what is kept is not run again, and a campaign that goes on leaves it there
+        again = self.run_assay("report", "results", "--replays", "4")
+        self.assertNotIn("runs at", again.stderr)
+        self.assay("run", "small.toml", "--out", "results")
+        self.assay("report", "results")
+        self.assertEqual(self.replay(), replay)
+        self.assay("export", "results", "--trajectories", "npz", "--out", "states")
+        self.assertEqual(sorted(path.name for path in (self.dir / "states").rglob("*.npz")),
+                         ["mujoco-euler-4ms.npz", "mujoco-euler.npz", "mujoco-rk4-4ms.npz", "mujoco-rk4.npz"])
+        self.refused("report", "results", "--replays", "x", naming=["--replays", "'x'"])
+
+
 class Pictures(WithResults):
     WIDTH, HEIGHT = 320, 240
 
@@ -216,6 +253,21 @@ class Pictures(WithResults):
                                                2 * self.WIDTH))
         self.assertLess(still, 0.5, "but for the encoder's losses")
         self.assertGreater(moving, 4 * still + 1)
+
+    def test_an_interrupted_movie_leaves_nothing(self):
+        started = self.start_assay("movie", "results", "planar-chain", "--size", "1920x1080", "--out", "movie.mp4")
+        deadline = time.monotonic() + 60
+        while not list(self.dir.glob("movie.mp4*")) and time.monotonic() < deadline:
+            time.sleep(0.01)
+        started.send_signal(signal.SIGINT)
+        _, text = started.communicate(timeout=120)
+        self.assertEqual(started.returncode, 1, text)
+        self.assertIn("interrupted at frame", text)
+        self.assertEqual(list(self.dir.glob("movie.mp4*")), [])
+
+    def test_a_movie_that_cannot_be_written(self):
+        self.refused("movie", "results", "planar-chain", "--out", "nowhere/movie.mp4", status=1,
+                     naming=["nowhere/movie.mp4"])
 
     def test_what_is_missing_is_said(self):
         bin_folder = self.dir / "bin"

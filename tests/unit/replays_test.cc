@@ -156,6 +156,23 @@ TEST_F(ReplaysTest, FramesAreNoMoreThanAScreenShows) {
   EXPECT_NEAR(decode(replay, replay.at("runs")[0])[100][0][1], 160, 1e-5);
 }
 
+TEST_F(ReplaysTest, RunsOfOtherTimestepsFollowTheReferences) {
+  Store store = make({"mujoco-euler", "mujoco-rk4"});
+  std::vector<RunRow> rows = store.runs();
+  rows.push_back({"short", "pair", "mujoco-euler", 4});
+  store.set_runs(rows);
+  write_trajectory(store.trajectories_dir(), "short", tumble(11, 0.032, 0.5));
+  const json replay = replays_data(store)[0];
+  ASSERT_EQ(replay.at("runs").size(), 3);
+  const json& last = replay.at("runs")[2];
+  EXPECT_EQ(last.at("contender"), "mujoco-euler");
+  EXPECT_EQ(last.at("timestep_ms"), 4);
+  EXPECT_EQ(last.at("frames"), 11) << "it ended early";
+  EXPECT_EQ(last.at("distance_m").size(), 11);
+  EXPECT_EQ(replay.at("frames"), 101);
+  EXPECT_NEAR(decode(replay, last)[10][0][1], 32.5, 1e-5);
+}
+
 TEST_F(ReplaysTest, WhatHasNoRoomIsNamed) {
   const Store store = make({"x", "y", "z"});
   const json whole = replays_data(store)[0];
