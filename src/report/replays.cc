@@ -12,6 +12,7 @@
 #include <zlib.h>
 
 #include "base/errors.h"
+#include "base/text.h"
 #include "report/line_up.h"
 #include "store/scene.h"
 #include "store/store.h"
@@ -161,48 +162,60 @@ std::vector<Kept> kept_runs(const Store& store, const std::string& system, size_
 
 json replays_data(const Store& store, const ReplayOptions& options) {
   json replays = json::array();
-  size_t bytes = 0;
+  std::vector<std::vector<Kept>> kept;  // of each replay
   for (const SceneRow& scene : store.scenes()) {
-    const json drawn = json::parse(scene.json, nullptr, /*allow_exceptions=*/false);
+    json drawn = json::parse(scene.json, nullptr, /*allow_exceptions=*/false);
     if (!drawn.is_object() || !drawn.contains("bodies")) continue;
     const size_t bodies = drawn.at("bodies").size();
-    const std::vector<Kept> kept = kept_runs(store, scene.system, bodies, options.most_contenders);
-    if (kept.empty()) continue;
-    const std::vector<State>& first = kept.front().states;
-    const double sample_ms = 1000 * (first[1].time - first[0].time);
-    const auto stride = static_cast<size_t>(std::max(1.0, std::ceil(options.least_frame_ms / sample_ms - 1e-9)));
-    json runs = json::array(), left_out = json::array();
-    double position_error_m = 0, rotation_error_rad = 0;
-    size_t frames = 0;
-    for (const Kept& run : kept) {
-      const Packed packed = pack(run.states, stride, options);
-      if (bytes + packed.data.size() > options.most_bytes) {
-        if (std::ranges::find(left_out, json(run.row.contender)) == left_out.end()) {
-          left_out.push_back(run.row.contender);
-        }
-        continue;
-      }
-      bytes += packed.data.size();
-      frames = std::max(frames, packed.frames);
-      position_error_m = std::max(position_error_m, packed.position_error_m);
-      rotation_error_rad = std::max(rotation_error_rad, packed.rotation_error_rad);
-      runs.push_back({{"contender", run.row.contender},
-                      {"timestep_ms", run.row.timestep_ms},
-                      {"frames", packed.frames},
-                      {"distance_m", distances(run.states, first, stride)},
-                      {"data", packed.data}});
-    }
+    std::vector<Kept> runs = kept_runs(store, scene.system, bodies, options.most_contenders);
+    if (runs.empty()) continue;
     replays.push_back({{"system", scene.system},
-                       {"scene", drawn},
-                       {"frame_ms", sample_ms * static_cast<double>(stride)},
-                       {"frames", frames},
+                       {"scene", std::move(drawn)},
+                       {"frame_ms", 0},
+                       {"frames", 0},
                        {"bodies", bodies},
                        {"position_step_m", options.position_step_m},
                        {"rotation_step", options.rotation_step},
-                       {"position_error_m", position_error_m},
-                       {"rotation_error_rad", rotation_error_rad},
-                       {"runs", std::move(runs)},
-                       {"left_out", std::move(left_out)}});
+                       {"position_error_m", 0.0},
+                       {"rotation_error_rad", 0.0},
+                       {"runs", json::array()},
+                       {"left_out", json::array()}});
+    kept.push_back(std::move(runs));
+  }
+  size_t bytes = 0;
+  std::vector<const std::vector<State>*> base(kept.size(), nullptr);  // the first run on the page
+  // The references of all systems come before any other run.
+  for (const bool references : {true, false}) {
+    for (size_t i = 0; i < kept.size(); ++i) {
+      json& replay = replays[i];
+      const std::vector<State>& first = kept[i].front().states;
+      const double reference_ms = kept[i].front().row.timestep_ms;
+      const double sample_ms = 1000 * (first[1].time - first[0].time);
+      const auto stride = static_cast<size_t>(std::max(1.0, std::ceil(options.least_frame_ms / sample_ms - 1e-9)));
+      replay["frame_ms"] = sample_ms * static_cast<double>(stride);
+      for (const auto& [row, states] : kept[i]) {
+        if ((row.timestep_ms == reference_ms) != references) continue;
+        const Packed packed = pack(states, stride, options);
+        if (bytes + packed.data.size() > options.most_bytes) {
+          replay["left_out"].push_back(
+              references ? row.contender : fmt::format("{} at {} ms", row.contender, timestep_label(row.timestep_ms)));
+          continue;
+        }
+        bytes += packed.data.size();
+        if (base[i] == nullptr) base[i] = &states;
+        const auto raise = [&](const char* key, auto value) {
+          replay[key] = std::max(replay.at(key).get<decltype(value)>(), value);
+        };
+        raise("frames", packed.frames);
+        raise("position_error_m", packed.position_error_m);
+        raise("rotation_error_rad", packed.rotation_error_rad);
+        replay["runs"].push_back({{"contender", row.contender},
+                                  {"timestep_ms", row.timestep_ms},
+                                  {"frames", packed.frames},
+                                  {"distance_m", distances(states, *base[i], stride)},
+                                  {"data", packed.data}});
+      }
+    }
   }
   return replays;
 }

@@ -171,6 +171,11 @@ TEST_F(ReplaysTest, RunsOfOtherTimestepsFollowTheReferences) {
   EXPECT_EQ(last.at("distance_m").size(), 11);
   EXPECT_EQ(replay.at("frames"), 101);
   EXPECT_NEAR(decode(replay, last)[10][0][1], 32.5, 1e-5);
+  const size_t references = replay.at("runs")[0].at("data").get<std::string>().size() +
+                            replay.at("runs")[1].at("data").get<std::string>().size();
+  const json part = replays_data(store, {.most_bytes = references})[0];
+  EXPECT_EQ(part.at("runs").size(), 2);
+  EXPECT_EQ(part.at("left_out"), json({"mujoco-euler at 4 ms"}));
 }
 
 TEST_F(ReplaysTest, WhatHasNoRoomIsNamed) {
