@@ -590,6 +590,18 @@ describe("the programme", () => {
     assert.deepEqual([...corners].sort(), unbeaten.map((point) => point.text).sort());
   });
 
+  test("a system that was not timed is drawn over the timestep, without a front", async () => {
+    const drawing = "#astronaut-energy svg.accuracy";
+    assert.match(await page.$eval(`${drawing} .axis`, (node) => node.textContent), /timestep, for it was not timed/);
+    assert.equal(await page.$eval(`${drawing} .front-line`, (node) => node.getAttribute("d")), "");
+    const places = await page.$$eval('#astronaut-energy .accuracy .series[data-contender="havok"] .mark', (nodes) =>
+      nodes.map((node) => [Number(node.dataset.timestep), Number(/translate\(([-\d.]+),/.exec(node.getAttribute("transform"))[1])]),
+    );
+    assert.equal(places.length, 12);
+    const octave = (places[11][1] - places[0][1]) / 11;
+    places.forEach(([step, x], index) => assert.ok(Math.abs(x - places[0][1] - index * octave) < 0.5, `${step} ms`));
+  });
+
   test("a partial curve ends at the mark of its outcome", async () => {
     const ends = await page.$$eval('#grasp .series[data-contender="ode-quick"] .failed', (nodes) => nodes.map((node) => [Number(node.dataset.timestep), node.dataset.outcome]));
     assert.deepEqual(ends, [2, 4, 8, 16, 32].map((step) => [step, "diverged"]));

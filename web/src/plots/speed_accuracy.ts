@@ -324,7 +324,7 @@ export class SpeedAccuracy {
       const words = [...new Set(everything.filter((point) => point.error === null).map((point) => kOutcomeWords[point.cell.outcome]))];
       notes.push(`Marks above the plot, where a dotted line ends: the run failed at that timestep (${words.filter(Boolean).join(", ")}); the failures below say why.`);
     }
-    notes.push("The broad grey line is the front of what is shown: no point beats it in both speed and error.");
+    if (timed) notes.push("The broad grey line is the front of what is shown: no point beats it in both speed and error.");
     const estimated = everything.filter((point) => point.speed.estimated);
     if (estimated.length > 0) {
       notes.push(`Where a timestep was not timed, its step time is that between its neighbours (${estimated.length} of ${everything.length} points).`);
@@ -364,6 +364,7 @@ export class SpeedAccuracy {
 
   // Sound points that no other beats, as a staircase from the most accurate to the fastest.
   private frontPath(): string {
+    if (!isTimed(this.view)) return "";
     const sound = this.visible().filter((point) => point.error !== null && point.cell.outcome === "ok" && !isNearFloor(point, this.name));
     sound.sort((a, b) => b.speed.value - a.speed.value || a.error! - b.error!);
     const front: Point[] = [];
