@@ -187,7 +187,7 @@ INSTANTIATE_TEST_SUITE_P(
         Fault{"throw-number", Outcome::kCrashed, "no std::exception"},
         Fault{"throw-input", Outcome::kCrashed, "the user is to blame"},
         Fault{"throw-system", Outcome::kCrashed, "the machine is to blame"}, Fault{"chatter", Outcome::kOk, ""},
-        Fault{"refuse", Outcome::kUnsupported, "it is told to refuse"}),
+        Fault{"refuse", Outcome::kUnsupported, "give it to somebody else"}),
     [](const auto& test) {
       std::string name = test.param.name;
       std::ranges::replace(name, '-', '_');
