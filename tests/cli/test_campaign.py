@@ -298,7 +298,8 @@ class Paper(CampaignTest):
         self.env["ASSAY_DATA"] = str(data_folder(self.dir / "lab", [("quick", tiny("quick"))]))
         text = self.assay("paper", "--quick", "--out", "results", "--jobs", "2")
         self.assertIn("26 ok", text)
-        self.assertTrue(text.endswith("report: results/report.html\n"), text)
+        self.assertTrue(text.endswith("report: results/report.html\nfigures: results/figures\n"), text)
+        self.assertTrue((self.dir / "results/figures/figure3.svg").read_text().startswith("<?xml"))
         page = (self.dir / "results/report.html").read_text()
         for part in ["planar-chain", *CONTENDERS]:
             self.assertIn(part, page)

@@ -73,8 +73,10 @@ class MishapSimulation final : public Simulation {
     if (fault == "slow") std::this_thread::sleep_for(std::chrono::milliseconds(5));
     const bool chosen = settings_.timestep >= 1e-3 * settings_.get<double>("from_ms") * 0.999;
     if (steps_ != settings_.get<long long>("at_step") || !chosen) return;
-    std::printf("about to %s\n", fault.c_str());
-    std::fflush(stdout);
+    if (settings_.get<bool>("loud")) {
+      std::printf("about to %s\n", fault.c_str());
+      std::fflush(stdout);
+    }
     if (fault == "crash") {
       volatile int* nowhere = nullptr;
       *nowhere = 1;  // NOLINT(clang-analyzer-core.NullDereference): that is the fault
@@ -134,7 +136,8 @@ class MishapEngine final : public Engine {
   std::vector<Setting> settings() const override {
     return {{"fault", std::string("none"), "", "what happens", faults()},
             {"at_step", 10LL, "", "when it happens, in steps of an instance"},
-            {"from_ms", 0.0, "ms", "the smallest timestep at which it happens"}};
+            {"from_ms", 0.0, "ms", "the smallest timestep at which it happens"},
+            {"loud", false, "", "say so on standard output before"}};
   }
   std::vector<Contender> contenders() const override {
     std::vector<Contender> contenders = {{"mishap", "fails as it is told to", {}}};

@@ -195,7 +195,7 @@ INSTANTIATE_TEST_SUITE_P(
     });
 
 TEST_F(RunsTest, ACrashSaysWhatWasPrintedLast) {
-  run_scored(faulty_campaign("abort"), dir());
+  run_scored(faulty_campaign("abort", ", loud = true"), dir());
   EXPECT_THAT(find(Store::open(dir()), "broken", "drift", 1).reason, HasSubstr("about to abort"));
 }
 
