@@ -9,8 +9,8 @@ namespace assay {
 
 class Store;
 
-// Everything the page shows, as plain JSON (web/src/data.ts names the fields). Depends on the results directory alone: equal
-// ones give equal bytes. Numbers are finite; what is missing is null.
+// Everything the page shows, as plain JSON (web/src/data.ts names the fields). Depends on the results directory alone:
+// equal ones give equal bytes. Numbers are finite; what is missing is null.
 nlohmann::json report_data(const Store& store);
 
 // The page with `data` inside it. `data` may hold any text: it is escaped for a script element.

@@ -137,7 +137,7 @@ void Runner::probe() {
       const auto ratio = [&](size_t a, size_t b) {
         return std::log(static_cast<double>(size(systems[a])) / static_cast<double>(size(systems[b])));
       };
-      if (!(small > 0 && large > 0)) continue;
+      if (small <= 0 || large <= 0) continue;
       const double exponent = std::max(1.0, std::log(large / small) / ratio(kProbedSizes - 1, kProbedSizes - 2));
       step_us_[{systems[i], name.second}] = large * std::exp(exponent * ratio(i, kProbedSizes - 1));
     }
