@@ -209,6 +209,12 @@ int movie(const Options& options) {
     runs.push_back(&part.states);
     if (longest == nullptr || part.states.size() > longest->size()) longest = &part.states;
   }
+  if (longest != nullptr && longest->size() < 2 && !options.timestep) {
+    throw InputError(
+        fmt::format("'{}' keeps of '{}' the last states alone: give --timestep to run it again, or use "
+                    "'assay snapshot'",
+                    options.dir, options.system));
+  }
   if (longest == nullptr || longest->size() < 2) {
     throw InputError(fmt::format("none of the contenders has a run of '{}' to show: {} {}", options.system,
                                  parts.front().contender, parts.front().failure));

@@ -40,7 +40,7 @@ void keep_replays(const Options& options) {
   for (const SceneRow& scene : store.scenes()) {
     std::vector<std::string> kept;
     for (const RunRow& run : store.runs()) {
-      if (run.system == scene.system && has_trajectory(store.trajectories_dir(), run.address) &&
+      if (run.system == scene.system && count_states(store.trajectories_dir(), run.address) > 1 &&
           std::ranges::find(kept, run.contender) == kept.end()) {
         kept.push_back(run.contender);
       }

@@ -56,6 +56,9 @@ Shot of_results(const Options& options) {
     throw InputError(fmt::format("'{}' keeps no run of '{}' on '{}'{}", store.dir(), *options.contender, system,
                                  did_you_mean(*options.contender, kept)));
   }
+  if (shot.states.size() == 1) {
+    message(fmt::format("note: of this run the state at {} s alone is kept", shortest(shot.states.back().time)));
+  }
   if (options.time) {
     const double last = shot.states.back().time;
     const auto time = parse_number(*options.time);
@@ -94,7 +97,9 @@ void add_snapshot(CLI::App& app, Action& action) {
       ->type_name("MODEL|DIR SYSTEM");
   command->add_option("--contender", options->contender, "Whose run (default: the first that was kept)")
       ->type_name("CONTENDER");
-  command->add_option("--time", options->time, "Seconds since the start; the nearest kept state is drawn (default: 0)")
+  command
+      ->add_option("--time", options->time,
+                   "Seconds since the start; the nearest kept state is drawn (default: the first)")
       ->type_name("S");
   command->add_option("--size", options->size, "Pixels (default: 1280x960)")->type_name("WIDTHxHEIGHT");
   command->add_option("--out", options->out, "PNG file to write; '-' is standard output")

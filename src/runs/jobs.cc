@@ -419,7 +419,8 @@ json do_agreement(const json& job) {
 
 int pin_to_core();
 
-// {"timestep_ms", "seed"}: the processor's time of the whole run, several times when it is short.
+// {"timestep_ms", "seed", "trajectories", "save": address of the last state, or ""}: the processor's time of the whole
+// run, several times when it is short.
 json do_scaling(const json& job) {
   const Subject subject = subject_of(job);
   const double timestep_ms = job.at("timestep_ms"), sample_ms = job.at("sample_ms"), duration_s = job.at("duration_s");
@@ -428,15 +429,17 @@ json do_scaling(const json& job) {
   pin_to_core();
   Verdict verdict;
   std::vector<double> seconds;
+  Trajectory end;
   double engine_s = 0;
   try {
     check_supported(subject, 1e-3 * timestep_ms);
     while (seconds.size() < kScalingMostRuns && engine_s < kScalingEnoughSeconds) {
-      const Run run = run_sampled(subject, subject.model.initial, timestep_ms, samples, per_sample);
+      Run run = run_sampled(subject, subject.model.initial, timestep_ms, samples, per_sample);
       engine_s += run.engine_s;
       verdict = run.verdict;
       if (verdict.outcome == Outcome::kDiverged) break;
       seconds.push_back(run.engine_s);
+      end.states = {std::move(run.trajectory.states.back())};
     }
   } catch (const UnsupportedError& error) {
     verdict = {Outcome::kUnsupported, error.what()};
@@ -452,6 +455,7 @@ json do_scaling(const json& job) {
       values.push_back(value_json("steps_per_second", "1/s", steps / time.value, steps / time.high, steps / time.low));
     }
     series["run_time_s"] = seconds;
+    if (const std::string address = job.at("save"); !address.empty()) save(job.at("trajectories"), address, end);
   }
   return answer_json({cell_json("scaling", verdict, std::move(values), std::move(series))}, engine_s);
 }

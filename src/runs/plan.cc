@@ -147,7 +147,12 @@ Plan make_plan(const Campaign& campaign, int shards) {
       }
       if (system.has(Measure::kAgreement)) add("agreement", system.reference_ms, reference, 0, compared);
       if (system.has(Measure::kScaling)) {
-        for (const double timestep : system.timing_ms) add("scaling", timestep, "", steps_of(run_ms, timestep), {});
+        for (const double timestep : system.timing_ms) {
+          add("scaling", timestep, "", steps_of(run_ms, timestep), {});
+          if (has_reference && same_timestep(timestep, system.reference_ms)) continue;  // all its states are kept
+          const nlohmann::json content = {{"final_state", 1}, {"run", run_content(system, contender, timestep)}};
+          plan.cells.back().final_state = content_hash(content.dump());
+        }
       }
       if (system.has(Measure::kRawSpeed)) {
         const TimingOptions& timing = campaign.timing;

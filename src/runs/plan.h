@@ -25,6 +25,7 @@ struct PlannedCell {
       trajectory;       // content address of the run from the initial state that the cell makes or reads, "" for none
   long long steps = 0;  // engine steps that it takes, timing aside
   int shard = 1;        // whose work it is
+  std::string final_state = {};  // content address of the last state that the cell keeps of its run, "" for none
 };
 
 struct Plan {

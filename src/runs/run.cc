@@ -132,8 +132,9 @@ void Runner::describe() {
   store_.set_scenes(scenes);
   std::vector<RunRow> runs;
   for (const PlannedCell& cell : plan_.cells) {
-    if (cell.measure != "reference") continue;
-    runs.push_back({cell.trajectory, system(cell).name, contender(cell).resolved.name, cell.timestep_ms});
+    const std::string& address = cell.measure == "reference" ? cell.trajectory : cell.final_state;
+    if (address.empty()) continue;
+    runs.push_back({address, system(cell).name, contender(cell).resolved.name, cell.timestep_ms});
   }
   // What was kept for the report's replays meanwhile stays.
   for (RunRow& row : store_.runs()) {

@@ -78,6 +78,8 @@ void Runner::scaling() {
     job.message["kind"] = "scaling";
     job.message["timestep_ms"] = cell->timestep_ms;
     job.message["seed"] = campaign_.seed;
+    job.message["trajectories"] = store_.trajectories_dir();
+    job.message["save"] = cell->final_state;
     job.title = title(*cell);
     job.limit_s = campaign_.time_limit_s;
     job.cost = cost(*cell);

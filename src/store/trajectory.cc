@@ -6,6 +6,7 @@
 #include <cstring>
 #include <fcntl.h>
 #include <filesystem>
+#include <fstream>
 #include <string_view>
 #include <sys/stat.h>
 #include <type_traits>
@@ -181,6 +182,13 @@ std::optional<Trajectory> read_trajectory(const std::string& dir, const std::str
 
 bool has_trajectory(const std::string& dir, const std::string& address) {
   return ::access(trajectory_path(dir, address).c_str(), R_OK) == 0;
+}
+
+size_t count_states(const std::string& dir, const std::string& address) {
+  std::ifstream file(trajectory_path(dir, address), std::ios::binary);
+  std::string header(kMagic.size() + sizeof(std::uint64_t), '\0');
+  if (!file.read(header.data(), static_cast<std::streamsize>(header.size())) || !header.starts_with(kMagic)) return 0;
+  return Reader(std::string_view(header).substr(kMagic.size())).take<std::uint64_t>();
 }
 
 }  // namespace assay

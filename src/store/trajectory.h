@@ -26,4 +26,7 @@ std::optional<Trajectory> read_trajectory(const std::string& dir, const std::str
 
 bool has_trajectory(const std::string& dir, const std::string& address);
 
+// How many states the file says that it holds; 0 when there is none. Its content is not looked at.
+size_t count_states(const std::string& dir, const std::string& address);
+
 }  // namespace assay

@@ -305,6 +305,7 @@ TEST_F(StoreTest, TrajectoriesAreReadBackToTheBit) {
   const Trajectory written = some_trajectory();
   write_trajectory(dir(), "abc", written);
   ASSERT_TRUE(has_trajectory(dir(), "abc"));
+  EXPECT_EQ(count_states(dir(), "abc"), 3U);
   const auto read = read_trajectory(dir(), "abc");
   ASSERT_TRUE(read);
   const std::vector<State> states = read.value_or(Trajectory{}).states;
@@ -327,6 +328,7 @@ TEST_F(StoreTest, TrajectoriesAreReadBackToTheBit) {
 TEST_F(StoreTest, DamagedTrajectoriesAreNoTrajectories) {
   EXPECT_FALSE(read_trajectory(dir(), "abc"));
   EXPECT_FALSE(has_trajectory(dir(), "abc"));
+  EXPECT_EQ(count_states(dir(), "abc"), 0U);
   write_trajectory(dir(), "abc", some_trajectory());
   const std::string path = trajectory_path(dir(), "abc");
   {

@@ -11,6 +11,7 @@
 #include "base/paths.h"
 #include "runs/plan.h"
 #include "runs/run.h"
+#include "store/trajectory.h"
 #include "temp_folder.h"
 
 namespace assay {
@@ -178,6 +179,27 @@ TEST_F(MeasuresRunTest, ScalingHasAnExponentForEachFamilyAndContender) {
     EXPECT_GT(exponent, 0.3);
     EXPECT_LT(exponent, 3);
     EXPECT_FALSE(value(find("out", "balls-40", contender, "scaling", 10), "scaling_exponent")) << "told once";
+  }
+  // Of each run its last state is kept: without forces every ball has gone straight on for 10 s.
+  const Store store = Store::open(path("out"));
+  ASSERT_EQ(store.runs().size(), 6U);
+  for (const RunRow& row : store.runs()) {
+    EXPECT_EQ(row.timestep_ms, 10);
+    EXPECT_EQ(count_states(store.trajectories_dir(), row.address), 1U);
+    const auto kept = read_trajectory(store.trajectories_dir(), row.address);
+    ASSERT_TRUE(kept) << row.system << " " << row.contender;
+    const auto system = std::ranges::find(scaled.systems, row.system, &CampaignSystem::name);
+    const State& start = system->model.initial;
+    const State& end = kept->states.at(0);
+    EXPECT_NEAR(end.time, 10, 1e-9);
+    ASSERT_EQ(end.bodies.size(), start.bodies.size());
+    double farthest = 0;
+    for (size_t i = 0; i < end.bodies.size(); ++i) {
+      const Vec3 straight = start.bodies[i].p_WBcm + 10 * start.bodies[i].v_WBcm;
+      EXPECT_LT((end.bodies[i].p_WBcm - straight).norm(), 1e-6) << row.system << " " << row.contender << " " << i;
+      farthest = std::max(farthest, (end.bodies[i].p_WBcm - start.bodies[i].p_WBcm).norm());
+    }
+    EXPECT_GT(farthest, 0.1) << "something has moved";
   }
   // A family is measured on one machine.
   std::set<int> shards;
