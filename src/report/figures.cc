@@ -130,12 +130,17 @@ class Results {
     return found == scenes_.end() ? nullptr : &found->second;
   }
 
+  struct End {
+    std::string contender;
+    State state;
+  };
+
   // The last state of the first run of the system that is kept.
-  std::optional<State> last_state(const std::string& system) const {
+  std::optional<End> end_of(const std::string& system) const {
     for (const RunRow& run : store_->runs()) {
       if (run.system != system) continue;
       const auto trajectory = read_trajectory(store_->trajectories_dir(), run.address);
-      if (trajectory && !trajectory->states.empty()) return trajectory->states.back();
+      if (trajectory && !trajectory->states.empty()) return End{run.contender, trajectory->states.back()};
     }
     return std::nullopt;
   }
@@ -347,9 +352,10 @@ double legend_rows(Canvas& canvas, const Results& results, const std::vector<std
 
 // ---- pictures -----------------------------------------------------------------------------------------------------------
 
-// Parallel projection, the far shapes first; the camera looks down by 15 degrees.
-void picture(Canvas& canvas, const Box& box, const Scene& scene, const std::vector<Pose>& poses,
-             double azimuth_degrees) {
+// Parallel projection, the far shapes first; the camera looks down by 15 degrees. Of all shapes the `share` that is
+// nearest to their middle fills the box. Returns how many lie outside it.
+size_t picture(Canvas& canvas, const Box& box, const Scene& scene, const std::vector<Pose>& poses,
+               double azimuth_degrees, double share = 1) {
   constexpr double kDegree = 0.017453292519943295;
   const double azimuth = azimuth_degrees * kDegree, elevation = -15 * kDegree;
   const double ca = std::cos(azimuth), sa = std::sin(azimuth), ce = std::cos(elevation), se = std::sin(elevation);
@@ -361,36 +367,58 @@ void picture(Canvas& canvas, const Box& box, const Scene& scene, const std::vect
     Color color;
   };
   std::vector<Stroke> strokes;
-  double x1 = std::numeric_limits<double>::infinity(), x2 = -x1, y1 = x1, y2 = -x1;
   for (const SceneShape& shape : scene.shapes) {
     if (shape.type == ShapeType::kPlane) continue;
     const Pose pose = (shape.body == kWorld ? Pose() : poses[static_cast<size_t>(shape.body)]) * shape.X_BS;
     const double half = shape.type == ShapeType::kCapsule ? shape.half_length : 0;
     const Vec3 a = pose * Vec3(0, 0, -half), b = pose * Vec3(0, 0, half);
-    const Stroke& stroke = strokes.emplace_back(Stroke{back.dot(a + b),
-                                                       {right.dot(a), -up.dot(a)},
-                                                       {right.dot(b), -up.dot(b)},
-                                                       shape.radius,
-                                                       {shape.rgba[0], shape.rgba[1], shape.rgba[2]}});
+    strokes.push_back({back.dot(a + b),
+                       {right.dot(a), -up.dot(a)},
+                       {right.dot(b), -up.dot(b)},
+                       shape.radius,
+                       {shape.rgba[0], shape.rgba[1], shape.rgba[2]}});
+  }
+  if (strokes.empty()) return 0;
+  const auto middle_of = [&](double Canvas::Point::* axis) {
+    std::vector<double> sums;
+    sums.reserve(strokes.size());
+    for (const Stroke& stroke : strokes) sums.push_back(stroke.a.*axis + stroke.b.*axis);
+    std::ranges::nth_element(sums, sums.begin() + std::ssize(sums) / 2);
+    return sums[sums.size() / 2] / 2;
+  };
+  const Canvas::Point middle{middle_of(&Canvas::Point::x), middle_of(&Canvas::Point::y)};
+  std::ranges::stable_sort(strokes, {}, [&](const Stroke& stroke) {
+    return std::hypot((stroke.a.x + stroke.b.x) / 2 - middle.x, (stroke.a.y + stroke.b.y) / 2 - middle.y);
+  });
+  const auto shown = static_cast<size_t>(std::ceil(share * static_cast<double>(strokes.size())));
+  double x1 = std::numeric_limits<double>::infinity(), x2 = -x1, y1 = x1, y2 = -x1;
+  for (size_t i = 0; i < shown; ++i) {
+    const Stroke& stroke = strokes[i];
     for (const Canvas::Point& end : {stroke.a, stroke.b}) {
-      x1 = std::min(x1, end.x - shape.radius);
-      x2 = std::max(x2, end.x + shape.radius);
-      y1 = std::min(y1, end.y - shape.radius);
-      y2 = std::max(y2, end.y + shape.radius);
+      x1 = std::min(x1, end.x - stroke.radius);
+      x2 = std::max(x2, end.x + stroke.radius);
+      y1 = std::min(y1, end.y - stroke.radius);
+      y2 = std::max(y2, end.y + stroke.radius);
     }
   }
-  if (strokes.empty()) return;
   std::ranges::stable_sort(strokes, {}, &Stroke::depth);
   const double scale = std::min(box.width() / (x2 - x1), box.height() / (y2 - y1));
   const auto place = [&](const Canvas::Point& p) {
     return Canvas::Point{(box.left + box.right) / 2 + scale * (p.x - (x1 + x2) / 2),
                          (box.top + box.bottom) / 2 + scale * (p.y - (y1 + y2) / 2)};
   };
+  size_t outside = 0;
+  canvas.clip(box.left - 1, box.top - 1, box.width() + 2, box.height() + 2);
   for (const Stroke& stroke : strokes) {
     const double thickness = 2 * scale * stroke.radius;
-    canvas.stroke(place(stroke.a), place(stroke.b), mix(stroke.color, kInk, 0.55), thickness);
-    canvas.stroke(place(stroke.a), place(stroke.b), stroke.color, std::max(0.7 * thickness, thickness - 1));
+    const Canvas::Point a = place(stroke.a), b = place(stroke.b);
+    const double x = (a.x + b.x) / 2, y = (a.y + b.y) / 2;
+    if (x < box.left || x > box.right || y < box.top || y > box.bottom) ++outside;
+    canvas.stroke(a, b, mix(stroke.color, kInk, 0.55), thickness);
+    canvas.stroke(a, b, stroke.color, std::max(0.7 * thickness, thickness - 1));
   }
+  canvas.unclip();
+  return outside;
 }
 
 std::vector<Pose> start_of(const Scene& scene) {
@@ -645,6 +673,31 @@ void scaling_plot(Canvas& canvas, const Results& results, const Box& box, const 
               90);
 }
 
+// Where a run of `system` starts, and where it ends if that is kept.
+void configurations(Canvas& canvas, const Results& results, const std::string& system, double height) {
+  const Scene& scene = *results.scene(system);
+  const auto end = results.end_of(system);
+  const bool both = end && end->state.bodies.size() == scene.bodies.size();
+  const auto title = [&](double left, const std::string& text, const std::string& more) {
+    canvas.text(text, {left, 14}, kTitle, Align::kLeft, kInk, true);
+    canvas.text(more, {left + 4 + canvas.text_width(text, kTitle, true), 14}, kSmall, Align::kLeft, kSoft);
+  };
+  title(30, fmt::format("{}: at the start", system), "");
+  picture(canvas, {30, 22, both ? 240.0 : canvas.width() - 30, height - 4}, scene, start_of(scene), 70);
+  if (!both) return;
+  std::vector<Pose> poses;
+  poses.reserve(scene.bodies.size());
+  for (size_t i = 0; i < scene.bodies.size(); ++i) {
+    poses.push_back(scene_pose(scene.bodies[i], end->state.bodies[i]));
+  }
+  // Nothing brakes rolling: some are far away when the rest has come to lie.
+  constexpr double kShare = 0.9;
+  const size_t outside = picture(canvas, {276, 22, 506, height - 4}, scene, poses, 70, kShare);
+  std::string more = fmt::format("after {:g} s of {}", end->state.time, end->contender);
+  if (outside > 0) more += fmt::format("; {} lie outside", outside);
+  title(276, "at the end", more);
+}
+
 std::optional<Drawing> figure5(const Results& results) {
   const bool any = std::ranges::any_of(kSolvers, [&](const auto& solver) {
     return !scaling_of(results, solver.first, true).seconds.empty() ||
@@ -660,23 +713,7 @@ std::optional<Drawing> figure5(const Results& results) {
   }
   const double pictures = largest.empty() ? 0 : 170;
   return Drawing{pictures + 210, [&results, largest, pictures](Canvas& canvas) {
-                   if (!largest.empty()) {
-                     const Scene& scene = *results.scene(largest);
-                     const auto last = results.last_state(largest);
-                     const bool both = last && last->bodies.size() == scene.bodies.size();
-                     const Box left{30, 22, both ? 240.0 : canvas.width() - 30, pictures - 4};
-                     canvas.text(fmt::format("{}: at the start", largest), {36, 14}, kTitle, Align::kLeft, kInk, true);
-                     picture(canvas, left, scene, start_of(scene), 70);
-                     if (both) {
-                       std::vector<Pose> poses;
-                       poses.reserve(scene.bodies.size());
-                       for (size_t i = 0; i < scene.bodies.size(); ++i) {
-                         poses.push_back(scene_pose(scene.bodies[i], last->bodies[i]));
-                       }
-                       canvas.text("at the end", {296, 14}, kTitle, Align::kLeft, kInk, true);
-                       picture(canvas, {290, 22, 500, pictures - 4}, scene, poses, 70);
-                     }
-                   }
+                   if (!largest.empty()) configurations(canvas, results, largest, pictures);
                    double left = 46;
                    for (const auto& [contender, title] : kSolvers) {
                      scaling_plot(canvas, results, {left, pictures + 22, left + 200, canvas.height() - 26}, contender,

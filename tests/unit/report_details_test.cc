@@ -13,6 +13,7 @@
 #include "report/figures.h"
 #include "report/look.h"
 #include "store/scene.h"
+#include "store/trajectory.h"
 
 namespace assay {
 namespace {
@@ -166,6 +167,48 @@ TEST_F(DetailsTest, EqualResultsGiveEqualFigures) {
     EXPECT_GT(read(first[i]).size(), 1000U);
     EXPECT_EQ(read(first[i]), read(second[i])) << first[i];
   }
+}
+
+// A heap of red balls of which two roll away.
+TEST_F(DetailsTest, FigureFiveShowsWhereTheLargestSystemEndedIfThatIsKept) {
+  Store store = make();
+  constexpr size_t kBalls = 40;
+  Scene scene;
+  Trajectory end;
+  end.states.resize(1);
+  for (size_t i = 0; i < kBalls; ++i) {
+    const double x = 0.3 * static_cast<double>(i % 7), y = 0.3 * static_cast<double>(i / 7);
+    SceneBody& body = scene.bodies.emplace_back();
+    body.name = "ball" + std::to_string(i);
+    body.X_WB.p = Vec3(x, y, 1);
+    SceneShape& shape = scene.shapes.emplace_back();
+    shape.body = static_cast<int>(i);
+    shape.radius = 0.1;
+    shape.rgba = {1, 0, 0, 1};
+    BodyState& state = end.states[0].bodies.emplace_back();
+    state.p_WBcm = i < 2 ? Vec3(100 * (i + 1.0), 0, 0.1) : Vec3(x, y, 0.1);
+  }
+  store.set_systems({{"balls-40", R"({"bodies": 40, "family": "balls", "contacts": true})"}});
+  store.set_scenes({{"balls-40", scene_text(scene)}});
+  store.set_contenders({{"mujoco-euler", "mujoco", "", "mujoco-euler", "", "{}", "{}"}});
+  Cell time = cell("mujoco-euler", "scaling", 10);
+  time.system = "balls-40";
+  time.values = {{"run_time", "s", 1, 0.9, 1.1}};
+  store.put_cell(time);
+  const auto red_shapes = [&](const std::string& folder) {
+    const auto files = write_figures(store, dir_ + folder);
+    EXPECT_THAT(files, SizeIs(2));
+    const std::string svg = read(files.at(0)), red = "stroke:rgb(100%,0%,0%)";
+    size_t count = 0;
+    for (size_t at = svg.find(red); at != std::string::npos; at = svg.find(red, at + 1)) ++count;
+    return count;
+  };
+  EXPECT_EQ(red_shapes("/start"), kBalls);
+  write_trajectory(store.trajectories_dir(), "end", end);
+  store.set_runs({{"end", "balls-40", "mujoco-euler", 10}});
+  const size_t both = red_shapes("/both");
+  EXPECT_GE(both, 2 * kBalls - 2);
+  EXPECT_LE(both, 2 * kBalls);
 }
 
 TEST(Look, ColoursAreMixedAsCssDoes) {
