@@ -18,15 +18,8 @@ constexpr const char* kHarness = "null";
 // In logarithms errors below this are this: they say more of rounding than of an engine.
 constexpr double kRounding = 1e-16;
 
-const Value* value_of(const Cell& cell, const std::string& name) {
-  const auto found = std::ranges::find(cell.values, name, &Value::name);
-  return found == cell.values.end() || !found->value ? nullptr : &*found;
-}
-
-Interval interval_of(const Value& value) {
-  const double middle = value.value.value_or(0);
-  return {middle, value.low.value_or(middle), value.high.value_or(middle)};
-}
+// One for all, so that all contenders' pieces are drawn alike.
+constexpr std::uint64_t kSeed = 1;
 
 bool same_timestep(double a, double b) { return std::abs(a - b) <= 1e-9 * std::max(a, b); }
 
@@ -35,6 +28,7 @@ bool failed(Outcome outcome) { return outcome == Outcome::kUnstable || outcome =
 Figure figure_of(const Cell& cell, const Value* value) {
   Figure figure;
   figure.timestep_ms = cell.timestep_ms;
+  figure.cell = cell.id;
   if (cell.outcome == Outcome::kOk && value != nullptr) {
     figure.found = Found::kThere;
     figure.value = interval_of(*value);
@@ -57,15 +51,38 @@ Interval ratio_of(const Interval& over, const Interval& under) {
           positive(over.high) / positive(under.low)};
 }
 
-double interpolated(double x, double x0, double x1, double y0, double y1) {
-  const double span = std::log(x1 / x0);
-  const double weight = span > 0 ? std::log(x / x0) / span : 0;
-  return std::pow(std::max(y0, kRounding), 1 - weight) * std::pow(std::max(y1, kRounding), weight);
+// Says in the ratio which of the two is not there.
+template <typename Side>
+bool both_there(const Side& first, const Side& second, Ratio& ratio) {
+  for (const Side* each : {&first, &second}) {
+    if (each->found != Found::kMissing) continue;
+    ratio.why = each->why;
+    return false;
+  }
+  const bool first_failed = first.found == Found::kFailed;
+  if (!first_failed && second.found != Found::kFailed) return true;
+  ratio.state = first_failed ? Ratio::State::kFirstFailed : Ratio::State::kSecondFailed;
+  ratio.why = first_failed ? first.why : second.why;
+  return false;
 }
+
+double log_of(double value) { return std::log(std::max(value, kRounding)); }
+
+// Between which of a curve's points a speed lies: on the way from `before` to `after` by `weight`.
+struct Place {
+  size_t before = 0, after = 0;
+  double weight = 0;
+  double of(double at_before, double at_after) const { return (1 - weight) * at_before + weight * at_after; }
+};
 
 }  // namespace
 
-Results::Results(const Store& store) {
+Interval interval_of(const Value& value) {
+  const double middle = value.value.value_or(0);
+  return {middle, value.low.value_or(middle), value.high.value_or(middle)};
+}
+
+Results::Results(const Store& store) : store_(&store) {
   for (const SystemRow& row : store.systems()) {
     systems_.insert(row.name);
     const auto facts = nlohmann::json::parse(row.json, nullptr, false);
@@ -80,7 +97,7 @@ Results::Results(const Store& store) {
   }
   for (Cell& cell : store.cells()) {
     for (const Value& value : cell.values) measures_[value.name].insert(cell.measure);
-    if (cell.outcome == Outcome::kOk && cell.contender != kHarness && value_of(cell, "realtime_factor") != nullptr) {
+    if (cell.outcome == Outcome::kOk && cell.contender != kHarness && find_value(cell, "realtime_factor") != nullptr) {
       timed_.insert(cell.system);
     }
     cells_[{cell.system, cell.contender}].push_back(std::move(cell));
@@ -114,8 +131,8 @@ std::vector<Figure> Results::figures(const std::string& system, const std::strin
   if (measures == measures_.end() || cells == cells_.end()) return found;
   for (const Cell& cell : cells->second) {
     if (!measures->second.contains(cell.measure)) continue;
-    if (no_references && value_of(cell, "restart_floor") != nullptr) continue;
-    found.push_back(figure_of(cell, value_of(cell, value)));
+    if (no_references && find_value(cell, "restart_floor") != nullptr) continue;
+    found.push_back(figure_of(cell, find_value(cell, value)));
   }
   return found;
 }
@@ -150,26 +167,27 @@ Ratio Results::at_timestep(const std::string& system, const std::string& first, 
   Ratio ratio;
   const Figure under = figure(system, first, value, timestep_ms), over = figure(system, second, value, timestep_ms);
   ratio.figures = {under, over};
-  for (const Figure& figure : ratio.figures) {
-    if (figure.found == Found::kMissing) {
-      ratio.why = figure.why;
-      return ratio;
-    }
-  }
-  if (under.found == Found::kFailed || over.found == Found::kFailed) {
-    const bool is_first = under.found == Found::kFailed;
-    ratio.state = is_first ? Ratio::State::kFirstFailed : Ratio::State::kSecondFailed;
-    ratio.why = is_first ? under.why : over.why;
-    return ratio;
-  }
+  if (!both_there(under, over, ratio)) return ratio;
   ratio.state = Ratio::State::kThere;
   ratio.value = ratio_of(over.value, under.value);
   ratio.least = ratio.most = ratio.value.value;
   return ratio;
 }
 
-Results::Curve Results::curve(const std::string& system, const std::string& contender, const std::string& value) const {
-  Curve curve;
+// Errors of the pieces of the motion whose mean the figure is.
+std::vector<double> Results::pieces_of(const Figure& figure, const std::string& value) const {
+  if (value != "consistency" || figure.cell == 0) return {};
+  for (SampleSeries& series : store_->samples(figure.cell)) {
+    if (series.name == "piece_error_m") return std::move(series.values);
+  }
+  return {};
+}
+
+const Results::Curve& Results::curve(const std::string& system, const std::string& contender,
+                                     const std::string& value) const {
+  const auto [place, is_new] = curves_.try_emplace({system, contender, value});
+  Curve& curve = place->second;
+  if (!is_new) return curve;
   curve.by_speed = timed_.contains(system);
   SpeedCurve speeds;
   for (const Figure& figure : figures(system, contender, "realtime_factor")) {
@@ -188,7 +206,13 @@ Results::Curve Results::curve(const std::string& system, const std::string& cont
       continue;
     }
     curve.found = Found::kThere;
-    curve.points.push_back({*speed, figure.value});
+    const std::vector<double> pieces = pieces_of(figure, value);
+    if (curve.points.empty()) curve.pieces = pieces.size();
+    if (pieces.size() != curve.pieces) curve.pieces = 0;
+    Point& point = curve.points.emplace_back(Point{*speed, figure.value, {}});
+    if (pieces.empty()) continue;
+    point.resampled = resampled_means(pieces, kSeed);
+    for (double& mean : point.resampled) mean = log_of(mean);
   }
   if (curve.why.empty()) curve.why = why_missing(system, contender, value);
   std::ranges::stable_sort(curve.points, {}, [](const Point& point) { return point.speed.value; });
@@ -198,31 +222,23 @@ Results::Curve Results::curve(const std::string& system, const std::string& cont
 Ratio Results::at_equal_speed(const std::string& system, const std::string& first, const std::string& second,
                               const std::string& value) const {
   Ratio ratio;
-  const Curve under = curve(system, first, value), over = curve(system, second, value);
+  const Curve &under = curve(system, first, value), &over = curve(system, second, value);
   ratio.by_speed = under.by_speed;
-  for (const Curve* each : {&under, &over}) {
-    if (each->found == Found::kMissing) {
-      ratio.why = each->why;
-      return ratio;
-    }
-  }
-  if (under.found == Found::kFailed || over.found == Found::kFailed) {
-    const bool is_first = under.found == Found::kFailed;
-    ratio.state = is_first ? Ratio::State::kFirstFailed : Ratio::State::kSecondFailed;
-    ratio.why = is_first ? under.why : over.why;
-    return ratio;
-  }
-  // One end of the first's error at a speed.
-  const auto error_at = [&](double speed, double Interval::* end) -> std::optional<double> {
+  if (!both_there(under, over, ratio)) return ratio;
+  const auto place_at = [&](double speed) -> std::optional<Place> {
     const std::vector<Point>& points = under.points;
-    if (speed <= points.front().speed.value) return points.front().error.*end;
+    if (speed <= points.front().speed.value) return Place{};
     for (size_t i = 1; i < points.size(); ++i) {
-      const Point &a = points[i - 1], &b = points[i];
-      if (speed <= b.speed.value * (1 + 1e-9)) {
-        return interpolated(speed, a.speed.value, b.speed.value, a.error.*end, b.error.*end);
-      }
+      const double slower = points[i - 1].speed.value, faster = points[i].speed.value;
+      if (speed > faster * (1 + 1e-9)) continue;
+      const double span = std::log(faster / slower);
+      return Place{i - 1, i, span > 0 ? std::log(speed / slower) / span : 0};
     }
     return std::nullopt;
+  };
+  // The logarithm of one end of the first's error.
+  const auto error_at = [&](const Place& place, double Interval::* end) {
+    return place.of(log_of(under.points[place.before].error.*end), log_of(under.points[place.after].error.*end));
   };
   // How far the first's own speeds may be off.
   double fastest = 1, slowest = 1;
@@ -230,23 +246,37 @@ Ratio Results::at_equal_speed(const std::string& system, const std::string& firs
     fastest = std::max(fastest, point.speed.high / point.speed.value);
     slowest = std::min(slowest, point.speed.low / point.speed.value);
   }
-  double value_sum = 0, low_sum = 0, high_sum = 0;
+  const bool paired = under.pieces > 0 && under.pieces == over.pieces;
+  std::vector<double> resampled(paired ? static_cast<size_t>(kBootstrapResamples) : 0);
+  // Sums of logarithms: of the ratio, of its ends, and how much of these is the speeds' own.
+  double sum = 0, low = 0, high = 0, by_speed_low = 0, by_speed_high = 0;
   int count = 0;
   for (const Point& point : over.points) {
-    const auto error = error_at(point.speed.value, &Interval::value);
-    if (!error) continue;
-    double least = error_at(point.speed.value, &Interval::low).value_or(*error),
-           most = error_at(point.speed.value, &Interval::high).value_or(*error);
+    const auto place = place_at(point.speed.value);
+    if (!place) continue;
+    const double error = error_at(*place, &Interval::value);
+    double least = std::min(error, error_at(*place, &Interval::low)),
+           most = std::max(error, error_at(*place, &Interval::high)), least_by_speed = error, most_by_speed = error;
     for (const double speed : {point.speed.low / fastest, point.speed.high / slowest}) {
-      least = std::min(least, error_at(speed, &Interval::low).value_or(least));
-      most = std::max(most, error_at(speed, &Interval::high).value_or(most));
+      const auto moved = place_at(speed);
+      if (!moved) continue;
+      least = std::min(least, error_at(*moved, &Interval::low));
+      most = std::max(most, error_at(*moved, &Interval::high));
+      least_by_speed = std::min(least_by_speed, error_at(*moved, &Interval::value));
+      most_by_speed = std::max(most_by_speed, error_at(*moved, &Interval::value));
     }
-    const Interval here = ratio_of(point.error, {*error, least, most});
-    value_sum += std::log(here.value);
-    low_sum += std::log(here.low);
-    high_sum += std::log(here.high);
-    ratio.least = count == 0 ? here.value : std::min(ratio.least, here.value);
-    ratio.most = count == 0 ? here.value : std::max(ratio.most, here.value);
+    const double here = log_of(point.error.value) - error;
+    sum += here;
+    low += log_of(point.error.low) - most;
+    high += log_of(point.error.high) - least;
+    by_speed_low += error - most_by_speed;
+    by_speed_high += error - least_by_speed;
+    for (size_t i = 0; i < resampled.size(); ++i) {
+      resampled[i] += point.resampled[i] -
+                      place->of(under.points[place->before].resampled[i], under.points[place->after].resampled[i]);
+    }
+    ratio.least = count == 0 ? std::exp(here) : std::min(ratio.least, std::exp(here));
+    ratio.most = count == 0 ? std::exp(here) : std::max(ratio.most, std::exp(here));
     ++count;
   }
   if (count == 0) {
@@ -254,8 +284,12 @@ Ratio Results::at_equal_speed(const std::string& system, const std::string& firs
                             ratio.by_speed ? "speed" : "timestep");
     return ratio;
   }
+  if (paired) {
+    low = quantile(resampled, 0.025) + by_speed_low;
+    high = quantile(resampled, 0.975) + by_speed_high;
+  }
   ratio.state = Ratio::State::kThere;
-  ratio.value = {std::exp(value_sum / count), std::exp(low_sum / count), std::exp(high_sum / count)};
+  ratio.value = {std::exp(sum / count), std::exp(low / count), std::exp(high / count)};
   return ratio;
 }
 

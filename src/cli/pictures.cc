@@ -47,8 +47,7 @@ std::string figures_text(const std::vector<Cell>& cells, const std::string& syst
     for (const Cell& cell : cells) {
       if (cell.system != system || cell.contender != contender) continue;
       if (std::abs(cell.timestep_ms - timestep_ms) > 1e-9 * timestep_ms) continue;
-      const auto found = std::ranges::find(cell.values, name, &Value::name);
-      if (found != cell.values.end() && found->value) return found->value;
+      if (const Value* found = find_value(cell, name)) return found->value;
     }
     return std::nullopt;
   };

@@ -9,6 +9,7 @@
 
 #include "base/errors.h"
 #include "base/text.h"
+#include "claims/results.h"
 #include "cli/cli.h"
 #include "measures/pareto.h"
 #include "measures/statistics.h"
@@ -85,16 +86,6 @@ std::string value_name(const std::string& measure) {
   return measure;
 }
 
-const Value* value_of(const Cell& cell, const std::string& name) {
-  const auto found = std::ranges::find(cell.values, name, &Value::name);
-  return found == cell.values.end() || !found->value ? nullptr : &*found;
-}
-
-Interval interval_of(const Value& value) {
-  const double middle = value.value.value_or(0);
-  return {middle, value.low.value_or(middle), value.high.value_or(middle)};
-}
-
 struct Choice {
   std::string contender;
   double timestep_ms = 0;
@@ -117,7 +108,7 @@ Measured measured(const Store& store, const std::string& dir, const std::string&
     if (cell.measure != "raw_speed" && cell.measure != "scaling") {
       for (const Value& value : cell.values) names.insert(value.name);
     }
-    const Value* factor = value_of(cell, "realtime_factor");
+    const Value* factor = find_value(cell, "realtime_factor");
     if (factor != nullptr && cell.outcome == Outcome::kOk) {
       speeds[cell.contender][cell.timestep_ms] = interval_of(*factor);
     }
@@ -133,9 +124,9 @@ Measured measured(const Store& store, const std::string& dir, const std::string&
   Measured found;
   for (const Cell& cell : cells) {
     if (cell.system != system || cell.outcome != Outcome::kOk || cell.contender == kHarness) continue;
-    const Value* error = value_of(cell, name);
+    const Value* error = find_value(cell, name);
     // At the reference's own timestep the error says nothing of integration.
-    if (error == nullptr || value_of(cell, "restart_floor") != nullptr) continue;
+    if (error == nullptr || find_value(cell, "restart_floor") != nullptr) continue;
     found.unit = error->unit;
     if (const auto speed = speed_at(speeds[cell.contender], cell.timestep_ms)) {
       found.choices.push_back({cell.contender, cell.timestep_ms, *speed, interval_of(*error)});

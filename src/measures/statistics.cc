@@ -28,7 +28,7 @@ std::vector<double> sorted_copy(std::span<const double> samples) {
 size_t below(std::mt19937_64& random, size_t count) { return (random() >> 32) * count >> 32; }
 
 template <typename Statistic>
-Interval bootstrap(std::span<const double> samples, std::uint64_t seed, int resamples, Statistic statistic) {
+std::vector<double> resampled(std::span<const double> samples, std::uint64_t seed, int resamples, Statistic statistic) {
   assert(!samples.empty() && resamples > 0);
   std::mt19937_64 random(seed);
   std::vector<double> resample(samples.size());
@@ -37,6 +37,12 @@ Interval bootstrap(std::span<const double> samples, std::uint64_t seed, int resa
     for (double& value : resample) value = samples[below(random, samples.size())];
     estimate = statistic(resample);
   }
+  return estimates;
+}
+
+template <typename Statistic>
+Interval bootstrap(std::span<const double> samples, std::uint64_t seed, int resamples, Statistic statistic) {
+  std::vector<double> estimates = resampled(samples, seed, resamples, statistic);
   std::ranges::sort(estimates);
   return {statistic(samples), quantile_of_sorted(estimates, 0.025), quantile_of_sorted(estimates, 0.975)};
 }
@@ -61,6 +67,10 @@ Interval bootstrap_median(std::span<const double> samples, std::uint64_t seed, i
 
 Interval bootstrap_mean(std::span<const double> samples, std::uint64_t seed, int resamples) {
   return bootstrap(samples, seed, resamples, [](std::span<const double> values) { return mean(values); });
+}
+
+std::vector<double> resampled_means(std::span<const double> samples, std::uint64_t seed, int resamples) {
+  return resampled(samples, seed, resamples, [](std::span<const double> values) { return mean(values); });
 }
 
 Interval bootstrap_median_of_rounds(const std::vector<std::vector<double>>& rounds, std::uint64_t seed, int resamples) {

@@ -23,6 +23,11 @@ inline constexpr int kBootstrapResamples = 2000;
 Interval bootstrap_median(std::span<const double> samples, std::uint64_t seed, int resamples = kBootstrapResamples);
 Interval bootstrap_mean(std::span<const double> samples, std::uint64_t seed, int resamples = kBootstrapResamples);
 
+// Means of the resamples alone, in the order in which they were drawn. Series of equal length and the same seed are
+// drawn alike: with samples that belong together one by one, the n-th means are of the same resample of pairs.
+std::vector<double> resampled_means(std::span<const double> samples, std::uint64_t seed,
+                                    int resamples = kBootstrapResamples);
+
 // Median over all samples of all rounds; whole rounds are drawn, for samples of one round share that round's moment. No
 // round may be empty (assert).
 Interval bootstrap_median_of_rounds(const std::vector<std::vector<double>>& rounds, std::uint64_t seed,

@@ -104,8 +104,8 @@ class Results {
   }
 
   static std::optional<Figure> value(const Cell& cell, const std::string& name) {
-    const auto found = std::ranges::find(cell.values, name, &Value::name);
-    if (found == cell.values.end() || !found->value) return std::nullopt;
+    const Value* found = find_value(cell, name);
+    if (found == nullptr) return std::nullopt;
     const double middle = found->value.value_or(0);
     return Figure{middle, found->low.value_or(middle), found->high.value_or(middle)};
   }

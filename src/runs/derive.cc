@@ -29,8 +29,8 @@ constexpr double kWideSpread = 0.15;
 using Curve = std::vector<const Cell*>;  // of one system, contender and measure, ascending in timestep
 
 std::optional<double> value_of(const Cell& cell, std::string_view name) {
-  const auto found = std::ranges::find(cell.values, name, &Value::name);
-  return found == cell.values.end() ? std::nullopt : found->value;
+  const Value* found = find_value(cell, name);
+  return found == nullptr ? std::nullopt : found->value;
 }
 
 std::map<std::pair<std::string, std::string>, Curve> curves(const std::vector<Cell>& cells,

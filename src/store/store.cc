@@ -226,6 +226,11 @@ std::optional<Outcome> parse_outcome(std::string_view text) {
   return found->first;
 }
 
+const Value* find_value(const Cell& cell, std::string_view name) {
+  const auto found = std::ranges::find(cell.values, name, &Value::name);
+  return found == cell.values.end() || !found->value ? nullptr : &*found;
+}
+
 void Store::Deleter::operator()(sqlite3* db) const { sqlite3_close_v2(db); }
 
 Store::Store(std::string dir, std::unique_ptr<sqlite3, Deleter> db, int lock)

@@ -19,6 +19,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 struct sqlite3;
@@ -65,6 +66,9 @@ struct Cell {
   std::vector<Value> values;
 };
 
+// The cell's value of this name; null when there is none or it has no number.
+const Value* find_value(const Cell& cell, std::string_view name);
+
 struct ManifestEntry {
   std::string key, value;
 };
@@ -92,7 +96,8 @@ struct ConformanceRow {
   std::string unit, note;
 };
 
-// A run from the initial state whose states are kept, or were meant to be: a run that failed has no file.
+// A run from the initial state of which states are kept, or were meant to be: all samples, or the last state alone where
+// the run was made for its time (scaling). A run that failed has no file.
 struct RunRow {
   std::string address;  // of store/trajectory.h
   std::string system, contender;

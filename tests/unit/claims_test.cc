@@ -8,6 +8,7 @@
 
 #include "base/errors.h"
 #include "base/paths.h"
+#include "measures/statistics.h"
 #include "report/report.h"
 #include "runs/campaign.h"
 #include "store/store.h"
@@ -55,18 +56,28 @@ class ClaimsTest : public TempFolderTest {
     store_.set_contenders(rows);
   }
 
-  void put(const std::string& contender, double timestep_ms, const std::string& measure, std::vector<Value> values,
-           Outcome outcome = Outcome::kOk, const std::string& system = "s") {
+  static Cell made(const std::string& contender, double timestep_ms, const std::string& measure,
+                   const std::string& system) {
     Cell cell;
     cell.key = system + contender + measure + std::to_string(timestep_ms);
     cell.system = system;
     cell.contender = contender;
     cell.timestep_ms = timestep_ms;
     cell.measure = measure;
+    return cell;
+  }
+
+  void put(const std::string& contender, double timestep_ms, const std::string& measure, std::vector<Value> values,
+           Outcome outcome = Outcome::kOk, const std::string& system = "s") {
+    Cell cell = made(contender, timestep_ms, measure, system);
     cell.outcome = outcome;
     if (outcome != Outcome::kOk) cell.reason = "at 1 s: too fast";
     cell.values = std::move(values);
     store_.put_cell(cell);
+  }
+
+  void grasp(const std::string& contender, double h, double value, Outcome outcome = Outcome::kOk) {
+    put(contender, h, "grasp", {{"grasp_held", "1", value, {}, {}}}, outcome);
   }
 
   // A step time of 2 % either way.
@@ -110,7 +121,7 @@ TEST_F(ClaimsTest, FasterThanAllHolds) {
   EXPECT_EQ(found.verdict, Verdict::kHolds);
   // the nearest is the better one of B
   EXPECT_THAT(found.summary, HasSubstr("s 2.5 [2.4, 2.6] (B over A)"));
-  EXPECT_THAT(found.key, HasSubstr("s 2.5x"));
+  EXPECT_THAT(found.key, HasSubstr("s 2.5 times (B over A)"));
   EXPECT_EQ(found.reason, "");
   EXPECT_EQ(figure(found, "A").value, 2);
   EXPECT_EQ(figure(found, "A").unit, "us");
@@ -286,6 +297,60 @@ TEST_F(ClaimsTest, EqualSpeedIsNotEqualTimestep) {
   EXPECT_EQ(verdict(kConsistent), Verdict::kChanged);
 }
 
+// Where both fail on the same pieces of the motion, drawing the pieces alike shows how far apart they are for certain.
+TEST_F(ClaimsTest, PiecesAreDrawnAlikeForBoth) {
+  const auto pieces = [&](const std::string& contender, const std::vector<double>& factors, double scale) {
+    for (const double h : {1.0, 2.0, 4.0, 8.0}) {
+      Cell cell = made(contender, h, "consistency", "s");
+      std::vector<double> errors;
+      errors.reserve(factors.size());
+      for (const double factor : factors) errors.push_back(scale * h * factor);
+      const Interval mean = bootstrap_mean(errors, 1);
+      cell.values = {{"consistency", "m", mean.value, mean.low, mean.high}};
+      store_.put_cell(cell, {{"piece_error_m", errors}});
+      const double factor = 500 * h;
+      put(contender, h, "raw_speed", {{"realtime_factor", "1", factor, factor, factor}});
+    }
+  };
+  pieces("a", {1, 1, 2, 1, 1, 90, 1, 3, 1, 1, 1, 40}, 1e-3);
+  pieces("c", {1, 1, 2, 1, 1, 90, 1, 3, 1, 1, 1, 40}, 20e-3);
+  Judgement found = judged(kConsistent);
+  EXPECT_EQ(found.verdict, Verdict::kHolds);
+  const ClaimFigure ratio = figure(found, "C / A");
+  EXPECT_NEAR(ratio.value, 20, 1e-9);
+  EXPECT_NEAR(ratio.low.value_or(0), 20, 1e-9);
+  EXPECT_NEAR(ratio.high.value_or(0), 20, 1e-9);
+  // the same errors on other pieces: as far apart in the mean, and nothing is certain
+  pieces("c", {90, 40, 1, 1, 3, 1, 1, 1, 1, 2, 1, 1}, 20e-3);
+  found = judged(kConsistent);
+  EXPECT_EQ(found.verdict, Verdict::kChanged);
+  EXPECT_NEAR(figure(found, "C / A").value, 20, 1e-9);
+  EXPECT_LT(figure(found, "C / A").low.value_or(20), 10);
+  EXPECT_GT(figure(found, "C / A").high.value_or(20), 40);
+  // another number of pieces cannot be drawn alike: worst cases
+  pieces("c", {1, 1, 2, 1, 1, 90, 1, 3, 1, 1, 1, 40, 1}, 20e-3);
+  EXPECT_LT(figure(judged(kConsistent), "C / A").low.value_or(20), 10);
+}
+
+// A speed that is not known well widens what the pieces alone would say.
+TEST_F(ClaimsTest, PairedPiecesDoNotHideTheSpeedsInterval) {
+  const auto pieces = [&](const std::string& contender, double scale, double wide) {
+    for (const double h : {1.0, 2.0, 4.0, 8.0}) {
+      Cell cell = made(contender, h, "consistency", "s");
+      cell.values = {{"consistency", "m", scale * h, scale * h, scale * h}};
+      store_.put_cell(cell, {{"piece_error_m", {scale * h, scale * h, scale * h}}});
+      const double factor = 500 * h;
+      put(contender, h, "raw_speed", {{"realtime_factor", "1", factor, factor / wide, factor * wide}});
+    }
+  };
+  pieces("a", 1e-3, 1);
+  pieces("c", 20e-3, 1.1);
+  const Judgement found = judged(kConsistent);
+  // the first's error is as the speed: 10 % either way, but the first point cannot be slower and the last not faster
+  EXPECT_NEAR(figure(found, "C / A").low.value_or(0), 20 * std::pow(1.1, -0.75), 1e-9);
+  EXPECT_NEAR(figure(found, "C / A").high.value_or(0), 20 * std::pow(1.1, 0.75), 1e-9);
+}
+
 TEST_F(ClaimsTest, EqualSpeedTurnedAround) {
   curve("a", 4, 8e-2, 1);
   curve("c", 2, 1e-3, 1);
@@ -406,9 +471,6 @@ TEST_F(ClaimsTest, ValueOfAFamily) {
 
 TEST_F(ClaimsTest, ValueAtTheSmallestTimestep) {
   const std::string held = "kind = 'value'\nvalue = 'grasp_held'\nsystems = ['s']\nwho = ['A', 'C']\nabove = 0.5\n";
-  const auto grasp = [&](const std::string& contender, double h, double value, Outcome outcome = Outcome::kOk) {
-    put(contender, h, "grasp", {{"grasp_held", "1", value, {}, {}}}, outcome);
-  };
   grasp("a", 1, 1);
   grasp("a", 2, 0);
   EXPECT_EQ(verdict(held), Verdict::kNotMeasurable);
@@ -449,9 +511,6 @@ TEST_F(ClaimsTest, UnstableAtLargerTimesteps) {
 TEST_F(ClaimsTest, LargestStep) {
   const std::string steps =
       "kind = 'largest-step'\nvalue = 'grasp_held'\nsystems = ['s']\nexpected = {A = 4, C = '1/4'}\n";
-  const auto grasp = [&](const std::string& contender, double h, double value, Outcome outcome = Outcome::kOk) {
-    put(contender, h, "grasp", {{"grasp_held", "1", value, {}, {}}}, outcome);
-  };
   for (const double h : {0.25, 0.5, 1.0, 2.0, 4.0}) grasp("a", h, h != 1);
   EXPECT_EQ(verdict(steps), Verdict::kNotMeasurable);
   for (const double h : {0.25, 0.5, 1.0}) grasp("c", h, h < 0.75);

@@ -1,0 +1,109 @@
+// The largest timestep that holds.
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "base/text.h"
+#include "claims/judge.h"
+#include "claims/text.h"
+
+namespace assay {
+namespace {
+
+class LargestStep {
+ public:
+  explicit LargestStep(const Evidence& evidence) : evidence_(evidence), results_(evidence.results) {}
+
+  Tested test(const ClaimTest& test) const {
+    Tested tested;
+    tested.truth = Truth::kYes;
+    for (const std::string& system : test.systems) {
+      std::vector<std::string> parts, keys;
+      for (const auto& [who, expected] : test.expected) {
+        using Own = std::pair<std::string, Step>;
+        std::vector<Own> own;
+        for (const std::string& each : evidence_.stand_ins(who)) own.emplace_back(each, step(system, each, test.value));
+        const auto [contender, found] = best_of(std::move(own), [](const Own& a, const Own& b) {
+          return std::pair(a.second.there, a.second.largest_ms) > std::pair(b.second.there, b.second.largest_ms);
+        });
+        if (!found.there) {
+          tested.truth = std::min(tested.truth, Truth::kUnknown);
+          tested.reasons.push_back(found.why);
+          continue;
+        }
+        const double factor = found.largest_ms / expected, within = test.within * (1 + 1e-9);
+        tested.truth = std::min(tested.truth, factor <= within && factor * within >= 1 ? Truth::kYes : Truth::kNo);
+        ClaimFigure figure{who, contender, system, {}, "largest_stable_timestep", found.largest_ms, "ms", {}, {}};
+        if (found.largest_ms > 0) figure.timestep_ms = found.largest_ms;
+        tested.figures.push_back(std::move(figure));
+        parts.push_back(
+            fmt::format("{} {} (paper {}{})", who, step_text(found.largest_ms), timestep_label(expected),
+                        found.hole_ms > 0 ? fmt::format("; not at {}", timestep_label(found.hole_ms)) : ""));
+        keys.push_back(fmt::format("{} {}{}", who, step_text(found.largest_ms), found.largest_ms > 0 ? " ms" : ""));
+      }
+      if (!parts.empty()) {
+        tested.summary.push_back({fmt::format("Largest timestep in ms that holds on {}: ", system),
+                                  fmt::format(" (within a factor of {} needed).", test.within),
+                                  {join(parts, ", ")}});
+        tested.keys.push_back(join(keys, ", "));
+      }
+      if (test.today) add_steps_today(test, system, tested);
+    }
+    return tested;
+  }
+
+ private:
+  struct Step {
+    bool there = false;
+    std::string why;
+    double largest_ms = 0;  // 0: none
+    double hole_ms = 0;     // the smallest below it that does not hold; 0: none
+  };
+
+  Step step(const std::string& system, const std::string& contender, const std::string& value) const {
+    Step step;
+    step.why = results_.why_missing(system, contender, value);
+    double lost_ms = 0;
+    for (const Figure& figure : results_.figures(system, contender, value)) {
+      if (figure.found == Found::kMissing) {
+        step.why = figure.why;
+        continue;
+      }
+      step.there = true;
+      if (figure.found == Found::kThere && figure.value.value == 1) {
+        step.largest_ms = figure.timestep_ms;
+        step.hole_ms = lost_ms;
+      } else if (lost_ms == 0) {
+        lost_ms = figure.timestep_ms;
+      }
+    }
+    return step;
+  }
+
+  static std::string step_text(double ms) { return ms > 0 ? timestep_label(ms) : "none"; }
+
+  void add_steps_today(const ClaimTest& test, const std::string& system, Tested& tested) const {
+    std::map<double, std::vector<std::string>, std::greater<>> by_step;
+    for (const std::string& contender : results_.contenders()) {
+      const Step found = step(system, contender, test.value);
+      if (found.there) by_step[found.largest_ms].push_back(contender);
+    }
+    std::vector<std::string> parts;
+    parts.reserve(by_step.size());
+    for (const auto& [ms, names] : by_step) {
+      parts.push_back(
+          fmt::format("{}: {}", ms > 0 ? fmt::format("{} ms", timestep_label(ms)) : "at none", join(names, ", ")));
+    }
+    if (!parts.empty()) tested.today.push_back({fmt::format("All contenders on {}: ", system), ".", parts});
+  }
+
+  const Evidence& evidence_;
+  const Results& results_;
+};
+
+}  // namespace
+
+Tested test_largest_step(const Evidence& evidence, const ClaimTest& test) { return LargestStep(evidence).test(test); }
+
+}  // namespace assay
