@@ -32,7 +32,8 @@ def table(header, rows):
 
 def command(facts, contender, timestep):
     model = facts["model"].removesuffix(".xml")
-    return (f"`assay simulate {model} --engine {contender} --timestep {milliseconds(timestep)}"
+    control = f" --control {facts['control_option']}" if "control_option" in facts else ""
+    return (f"`assay simulate {model} --engine {contender} --timestep {milliseconds(timestep)}{control}"
             f" --duration {facts['duration_s']:g} --sample {facts['sample_ms']:g} --out run.csv`")
 
 

@@ -15,6 +15,7 @@ _assay() {
   case "${before}" in
     --engine) candidates="$(_assay_names "${program}" engines)" ;;
     --contacts | --gravity) candidates="on off" ;;
+    --control) candidates="passive actuators sine" ;;
     --format) candidates="csv json" ;;
     --trajectories) candidates="npz csv" ;;
     --test) candidates="$("${program}" conformance --list 2>/dev/null | sed '1d;s/ .*//')" ;;

@@ -1,6 +1,7 @@
 // `assay simulate`: one run of one contender as a table of states.
 #include <chrono>
 #include <cmath>
+#include <memory>
 #include <optional>
 #include <unistd.h>
 
@@ -28,7 +29,7 @@ using Clock = std::chrono::steady_clock;
 struct Options {
   std::string model, engine, timestep, duration, out;
   std::optional<std::string> sample;
-  std::string contacts = "on", gravity = "on";
+  std::string contacts = "on", gravity = "on", control = "actuators";
   std::vector<std::string> set;
   bool drop_unsupported = false;
 };
@@ -36,6 +37,7 @@ struct Options {
 // Everything that is known before the first step.
 struct Job {
   Model model;
+  std::unique_ptr<Control> control;
   ResolvedContender contender;
   double timestep_ms = 0;
   double duration_s = 0;
@@ -86,11 +88,13 @@ Job prepare(const Options& options) {
 
   const bool contacts = parse_switch("--contacts", options.contacts);
   const bool gravity = parse_switch("--gravity", options.gravity);
+  const ControlSpec control = parse_control(options.control);
   job.contender = Registry::instance().resolve(options.engine, parse_settings(options.set));
   job.contender.settings.timestep = job.timestep_ms / 1000;
   job.model = load_model(find_model(options.model), {.drop_unsupported = options.drop_unsupported});
   if (!contacts) job.model = without_contacts(std::move(job.model));
   if (!gravity) job.model = without_gravity(std::move(job.model));
+  job.control = make_control(job.model, control);
   return job;
 }
 
@@ -164,9 +168,9 @@ std::string caught_text() {
 int run(const Job& job, OutputFile& file) {
   const Model& model = job.model;
   const auto simulation = job.contender.engine->create(model, model.initial, job.contender.settings);
-  const auto control = actuator_control(model);
-  const Plausibility plausibility(model, model.initial, job.duration_s, largest_work(model, *control, job.duration_s));
-  const bool feedback = control->input() != ControlInput::kNothing;
+  const Control& control = *job.control;
+  const Plausibility plausibility(model, model.initial, job.duration_s, largest_work(model, control, job.duration_s));
+  const bool feedback = control.input() != ControlInput::kNothing;
   std::vector<double> torques(model.hinges.size());
   std::vector<std::string> names;
   names.reserve(model.bodies.size());
@@ -188,13 +192,13 @@ int run(const Job& job, OutputFile& file) {
   simulation->read_state(state);
   write_sample(0);
   ProgressLine progress(job);
-  control->torques(state, torques);
+  control.torques(state, torques);
   std::string divergence, impossible;
   for (long long step = 0; step < job.steps;) {
     try {
       const long long sample_end = step + job.steps_per_sample;
       while (step < sample_end && divergence.empty() && !interrupted()) {
-        if (feedback) control->torques(state, torques);
+        if (feedback) control.torques(state, torques);
         simulation->step(torques);
         ++step;
         if (!feedback && step < sample_end) continue;
@@ -281,6 +285,11 @@ void add_simulate(CLI::App& app, Action& action) {
       ->type_name("MS");
   command->add_option("--contacts", options->contacts, "off: no two shapes touch (default: on)")->type_name("on|off");
   command->add_option("--gravity", options->gravity, "off: no gravity (default: on)")->type_name("on|off");
+  command
+      ->add_option("--control", options->control,
+                   "passive, actuators (the model's own, the default) or a sine of torque at every hinge: "
+                   "sine,amplitude=NM,frequency=HZ,phase_step=RAD")
+      ->type_name("CONTROL");
   command->add_option("--set", options->set, "Setting of the engine that differs from the contender's; may be repeated")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);

@@ -124,6 +124,38 @@ std::unique_ptr<Control> actuator_control(const Model& model, std::vector<double
 
 std::vector<std::string> control_kinds() { return {"passive", "sine", "actuators"}; }
 
+std::string control_text(const ControlSpec& spec) {
+  if (spec.kind != "sine") return spec.kind;
+  return fmt::format("sine,amplitude={},frequency={},phase_step={}", shortest(spec.amplitude), shortest(spec.frequency),
+                     shortest(spec.phase_step));
+}
+
+ControlSpec parse_control(const std::string& text) {
+  ControlSpec spec;
+  size_t at = std::min(text.find(','), text.size());
+  spec.kind = text.substr(0, at);
+  while (at < text.size()) {
+    const size_t next = std::min(text.find(',', at + 1), text.size());
+    const std::string part = text.substr(at + 1, next - at - 1);
+    at = next;
+    const size_t sign = std::min(part.find('='), part.size());
+    const std::string key = part.substr(0, sign);
+    const std::vector<std::pair<std::string, double ControlSpec::*>> parts = {{"amplitude", &ControlSpec::amplitude},
+                                                                              {"frequency", &ControlSpec::frequency},
+                                                                              {"phase_step", &ControlSpec::phase_step}};
+    const auto found = std::ranges::find(parts, key, &std::pair<std::string, double ControlSpec::*>::first);
+    const auto number = sign < part.size() ? parse_number(part.substr(sign + 1)) : std::nullopt;
+    if (spec.kind != "sine" || found == parts.end() || !number) {
+      throw InputError(
+          fmt::format("the control '{}' has '{}': a sine alone has parts, which are amplitude (Nm), "
+                      "frequency (Hz) and phase_step (rad), as in sine,amplitude=2,frequency=1",
+                      text, part));
+    }
+    spec.*(found->second) = *number;
+  }
+  return spec;
+}
+
 std::unique_ptr<Control> make_control(const Model& model, const ControlSpec& spec) {
   if (spec.kind == "passive") return passive_control();
   if (spec.kind == "actuators") return actuator_control(model);

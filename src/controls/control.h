@@ -66,6 +66,12 @@ struct ControlSpec {
 };
 std::vector<std::string> control_kinds();  // "passive", "sine", "actuators"
 
+// A control in one word: its kind, for a sine with what it has: "passive",
+// "sine,amplitude=2,frequency=1,phase_step=0.5". parse_control() is its inverse; a sine's parts may be left out. It
+// throws InputError for a part that is none; kinds are make_control()'s matter.
+std::string control_text(const ControlSpec& spec);
+ControlSpec parse_control(const std::string& text);
+
 // Throws InputError for an unknown kind (with the nearest name) or values that are not finite.
 std::unique_ptr<Control> make_control(const Model& model, const ControlSpec& spec);
 

@@ -98,6 +98,10 @@ class Numbers(AssayTest):
         for text in ["-1", "0", "-1/64"]:
             self.simulate(["--timestep", f"is {text}", "positive", "milliseconds"], timestep=text)
         # an option's value may begin with a dash without an equals sign too
+        for control, naming in [("sinus", "did you mean 'sine'?"), ("sine,amplitude", "'amplitude'"),
+                                ("passive,amplitude=2", "'amplitude=2'"), ("sine,frequency=fast", "'frequency=fast'")]:
+            self.refused("simulate", "planar-chain", "--engine", "null", "--timestep", "1", "--duration", "1", "--out",
+                         "x.csv", "--control", control, naming=[naming])
         self.refused("simulate", "planar-chain", "--engine", "null", "--timestep", "-1", "--duration", "1", "--out", "x.csv",
                      naming=["--timestep", "-1", "positive"])
 

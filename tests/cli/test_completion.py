@@ -22,7 +22,7 @@ class Completion(AssayTest):
 
     def test_options_are_those_of_the_help(self):
         self.assertEqual(sorted(self.offers("simulate", "--")), sorted(
-            ["--help", "--engine", "--timestep", "--duration", "--sample", "--contacts", "--gravity", "--set",
+            ["--help", "--engine", "--timestep", "--duration", "--sample", "--contacts", "--control", "--gravity", "--set",
              "--drop-unsupported", "--out"]))
         self.assertEqual(self.offers("run", "x.toml", "--sh"), ["--shard"])
 

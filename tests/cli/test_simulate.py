@@ -1,9 +1,12 @@
 """simulate: the CSV contract, physics that has a closed form, and runs that do not come to their end."""
 
+import contextlib
+import json
 import math
 import os
 import pty
 import signal
+import sqlite3
 import subprocess
 import time
 
@@ -200,6 +203,49 @@ class Physics(Csv):
                 last = self.simulate("servo.xml", engine, "1", "5", "--sample", "5000")[0][-1]
                 self.assertAlmostEqual(last["x"], 0.5 * math.cos(0.6), delta=delta)
                 self.assertAlmostEqual(last["y"], 0.5 * math.sin(0.6), delta=delta)
+
+    def test_a_control_can_be_left_out(self):
+        self.write("spinner.xml", SPINNER)
+        last = self.simulate("spinner.xml", "mujoco-euler", "1", "1", "--sample", "1000", "--control", "passive")[0][-1]
+        self.assertEqual(last["wz"], 0)
+
+    def test_a_sine_turns_as_it_has_to(self):
+        self.write("spinner.xml", SPINNER)
+        # from rest, 3 Nm sin(2 pi t / 2 s): at its half the rate is the integral over a half wave
+        last = self.simulate("spinner.xml", "mujoco-euler", "0.25", "1", "--sample", "1000", "--control",
+                             "sine,amplitude=3,frequency=0.5")[0][-1]
+        rate = 3 / INERTIA * 2 / math.pi
+        self.assertAlmostEqual(last["wz"], rate, delta=1e-3 * rate)
+
+    # What the report and the findings print as the command that shows a cell.
+    def test_a_campaigns_control_can_be_repeated(self):
+        self.write("spinner.xml", SPINNER)
+        systems = [("planar-chain", "planar-chain", '{kind = "sine", amplitude = 0.3, frequency = 1.5, phase_step = 0.7}'),
+                   ("driven", "./spinner.xml", '"actuators"'), ("left", "./spinner.xml", '"passive"')]
+        self.write("controls.toml", 'name = "controls"\ncontenders = ["mujoco-euler", "ode-step"]\ntimesteps_ms = [2]\n'
+                   'reference_ms = 2\nmeasures = ["consistency"]\n' + "".join(
+                       f'[[system]]\nname = "{name}"\nmodel = "{model}"\nduration_s = 0.256\nsample_ms = 32\npieces = 2\n'
+                       f"piece_ms = 32\ncontrol = {control}\n" for name, model, control in systems))
+        self.assay("run", "controls.toml", "--out", "results")
+        self.assay("export", "results", "--trajectories", "csv", "--out", "states")
+        with contextlib.closing(sqlite3.connect(self.dir / "results/assay.sqlite")) as db:
+            facts = {name: json.loads(text) for name, text in db.execute("SELECT name, json FROM systems")}
+        self.assertEqual([facts[name].get("control_option") for name, _, _ in systems],
+                         ["sine,amplitude=0.3,frequency=1.5,phase_step=0.7", None, "passive"])
+        for name, model, _ in systems:
+            for contender in ("mujoco-euler", "ode-step"):
+                option = facts[name].get("control_option")
+                rows, _ = self.simulate(model, contender, "2", "0.256", "--sample", "32",
+                                        *(["--control", option] if option else []))
+                stored = read_csv((self.dir / f"states/{name}/{contender}.csv").read_text())
+                self.assertEqual(len(rows), len(stored))
+                for row, kept in zip(rows, stored):
+                    for key in row:
+                        if key != "body":
+                            self.assertAlmostEqual(row[key], kept[key], places=9, msg=f"{name} {contender} {key}")
+                if option:
+                    unasked, _ = self.simulate(model, contender, "2", "0.256", "--sample", "32")
+                    self.assertNotAlmostEqual(unasked[-1]["x"], rows[-1]["x"], places=3)
 
     def test_setting_makes_one_contender_another(self):
         rk4 = self.simulate("planar-chain", "mujoco-rk4", "1", "0.2")[1]

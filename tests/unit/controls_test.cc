@@ -117,6 +117,24 @@ TEST(Controls, MadeByName) {
   for (const std::string& kind : control_kinds()) EXPECT_NE(make_control(model, {.kind = kind}), nullptr);
 }
 
+TEST(Controls, ATextIsReadBack) {
+  EXPECT_EQ(control_text({.kind = "passive", .amplitude = 7}), "passive");
+  EXPECT_EQ(control_text({.kind = "sine", .amplitude = 2, .frequency = 0.1, .phase_step = -1e-3}),
+            "sine,amplitude=2,frequency=0.1,phase_step=-0.001");
+  const ControlSpec third{.kind = "sine", .amplitude = 1 / 3.0, .frequency = 2 / 3.0};
+  const ControlSpec read = parse_control(control_text(third));
+  EXPECT_EQ(read.kind, "sine");
+  EXPECT_EQ(read.amplitude, third.amplitude);
+  EXPECT_EQ(read.frequency, third.frequency);
+  EXPECT_EQ(read.phase_step, third.phase_step);
+  EXPECT_EQ(parse_control("sine,frequency=3").amplitude, ControlSpec{}.amplitude) << "the rest as in a campaign";
+  EXPECT_EQ(parse_control("actuators").kind, "actuators");
+  for (const char* wrong : {"sine,amplitude", "sine,amplitude=", "sine,amplitude=x", "sine,", "sine,ampltude=1",
+                            "passive,amplitude=1", "sine,amplitude=1,,frequency=2"}) {
+    EXPECT_THROW(parse_control(wrong), InputError) << wrong;
+  }
+}
+
 std::string refusal(const ControlSpec& spec) {
   try {
     make_control(two_hinges(), spec);

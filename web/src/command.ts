@@ -9,7 +9,7 @@ export interface Command {
 
 // A shell word.
 function word(text: string): string {
-  return /^[\w./=:+-]+$/.test(text) ? text : `'${text.replace(/'/g, "'\\''")}'`;
+  return /^[\w./=:+,-]+$/.test(text) ? text : `'${text.replace(/'/g, "'\\''")}'`;
 }
 
 // Null where `assay simulate` cannot give the run its control.
@@ -18,8 +18,10 @@ export function simulateCommand(report: Report, system: string, contender: strin
   const model = facts["model"];
   const duration = facts["duration_s"];
   if (typeof model !== "string" || typeof duration !== "number") return null;
+  // Results from before it was stored do not have it.
+  const option = facts["control_option"];
   const control = String(facts["control"] ?? "passive");
-  if (control !== "passive" && !/^\d+ actuators/.test(control)) return null;
+  if (typeof option !== "string" && control !== "passive" && !/^\d+ actuators/.test(control)) return null;
   const known = report.contenderByName.get(contender);
   const parts = ["assay simulate", word(model.replace(/\.xml$/, "")), "--engine", word(known?.base || contender)];
   if (known && known.base !== known.name) {
@@ -31,6 +33,7 @@ export function simulateCommand(report: Report, system: string, contender: strin
   if (facts["contacts"] === false) parts.push("--contacts off");
   const gravity = facts["gravity"];
   if (Array.isArray(gravity) && gravity.every((part) => part === 0)) parts.push("--gravity off");
+  if (typeof option === "string") parts.push("--control", word(option));
   parts.push("--out", word(`${system}_${contender}_${written(timestep).replace("/", "-")}ms.csv`));
   return { text: parts.join(" "), note: "" };
 }
