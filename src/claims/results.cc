@@ -12,9 +12,6 @@
 namespace assay {
 namespace {
 
-// What measures the harness, and is no contender.
-constexpr const char* kHarness = "null";
-
 // In logarithms errors below this are this: they say more of rounding than of an engine.
 constexpr double kRounding = 1e-16;
 

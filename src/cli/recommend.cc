@@ -18,8 +18,6 @@
 namespace assay::cli {
 namespace {
 
-constexpr const char* kHarness = "null";
-
 struct Options {
   std::vector<std::string> where;  // SYSTEM, or DIR SYSTEM
   std::string error, measure = "consistency";

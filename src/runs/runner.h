@@ -21,10 +21,9 @@
 #include "runs/stepper.h"
 #include "runs/timing.h"
 #include "store/references.h"
+#include "store/store.h"
 
 namespace assay {
-
-constexpr const char* kHarness = "null";  // the contender that does nothing
 
 struct Failure {
   Outcome outcome = Outcome::kOk;

@@ -28,6 +28,9 @@ namespace assay {
 
 inline constexpr int kSchemaVersion = 1;
 
+// The contender that does nothing: its figures are the harness's own, and it takes part in no comparison.
+inline constexpr const char* kHarness = "null";
+
 // "ok", "unstable", "diverged", "timeout", "crashed", "unsupported" as stored.
 enum class Outcome { kOk, kUnstable, kDiverged, kTimeout, kCrashed, kUnsupported };
 std::string_view outcome_text(Outcome outcome);
@@ -96,8 +99,8 @@ struct ConformanceRow {
   std::string unit, note;
 };
 
-// A run from the initial state of which states are kept, or were meant to be: all samples, or the last state alone where
-// the run was made for its time (scaling). A run that failed has no file.
+// A run from the initial state of which states are kept, or were meant to be: all samples, or the last state alone
+// where the run was made for its time (scaling). A run that failed has no file.
 struct RunRow {
   std::string address;  // of store/trajectory.h
   std::string system, contender;
