@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "cli/cli.h"
 
@@ -20,6 +21,15 @@ struct RunRequest {
 // Adds --references: where runs are kept for later campaigns. By default ASSAY_CACHE/references, else
 // XDG_CACHE_HOME/assay/references, else ~/.cache/assay/references; "off" keeps none.
 void add_references(CLI::App& command, RunRequest& request);
+
+// Adds --replays: timesteps at which keep_replays() runs contenders again. They are read by parse_replays(), which
+// throws InputError.
+void add_replays(CLI::App& command, std::vector<std::string>& replays);
+std::vector<double> parse_replays(const std::vector<std::string>& replays);
+
+// Of each system in `dir` runs the contenders that the report replays at each of `timesteps` (ms) that fits its
+// samples, and keeps their states. What is kept already is not run again.
+void keep_replays(const std::string& dir, const std::vector<double>& timesteps);
 
 // Runs the campaign and prints what came out. True when all of it is there, false when it was interrupted.
 bool run_and_summarize(const RunRequest& request);

@@ -1,6 +1,11 @@
 // `assay paper`: the paper's campaign, the report, and the verdicts on the paper's claims.
+#include <memory>
+#include <string>
+#include <vector>
+
 #include <fmt/format.h>
 
+#include "base/text.h"
 #include "cli/campaign_run.h"
 #include "cli/cli.h"
 
@@ -10,20 +15,26 @@ void add_paper(CLI::App& app, Action& action) {
   CLI::App* command = add_command(
       app, "paper", "Measure the paper's campaign, write the report, judge its claims",
       {{"assay paper --quick --out results", "minutes: fewer timesteps, shorter runs; then open results/report.html"},
-       {"assay paper --out results", "the whole campaign; Ctrl-C or kill: the same command goes on"}});
+       {"assay paper --out results", "the whole campaign; Ctrl-C or kill: the same command goes on"},
+       {"assay paper --out results --replays 1,4,16", "with replays at these timesteps in the report, too"}});
   const auto request = std::make_shared<RunRequest>();
   const auto quick = std::make_shared<bool>(false);
+  const auto replays = std::make_shared<std::vector<std::string>>();
   command->add_flag("--quick", *quick, "The short campaign, a few minutes on two cores")->disable_flag_override();
   command->add_option("--out", request->out, "Results directory, made when it is not there")
       ->required()
       ->type_name("DIR");
   command->add_option("--jobs", request->jobs, "Accuracy workers at a time (default: one a core)")->type_name("N");
   add_references(*command, *request);
-  command->callback([&action, request, quick] {
-    action = [request, quick] {
+  add_replays(*command, *replays);
+  command->callback([&action, request, quick, replays] {
+    action = [request, quick, replays] {
+      const std::vector<double> timesteps = parse_replays(*replays);
       request->campaign = *quick ? "quick" : "paper";
       request->command = fmt::format("assay paper {}--out {}", *quick ? "--quick " : "", request->out);
+      if (!replays->empty()) request->command += " --replays " + join(*replays, ",");
       if (!run_and_summarize(*request)) return kFailed;
+      keep_replays(request->out, timesteps);
       write_report_of(request->out);
       print_claims(request->out);
       return kDone;

@@ -29,14 +29,27 @@ Store open_to_write(const std::string& dir) {
   return Store::create(dir, {store.manifest("campaign").value_or(""), store.manifest("campaign_hash").value_or("")});
 }
 
-// Of each system the contenders that the page replays, run again at each timestep that fits its samples.
-void keep_replays(const Options& options) {
+}  // namespace
+
+void add_replays(CLI::App& command, std::vector<std::string>& replays) {
+  command
+      .add_option("--replays", replays,
+                  "Timesteps in ms: contenders of the replays run again at these, and their states are kept in DIR")
+      ->delimiter(',')
+      ->type_name("MS,...")
+      ->allow_extra_args(false);
+}
+
+std::vector<double> parse_replays(const std::vector<std::string>& replays) {
   std::vector<double> timesteps;
-  timesteps.reserve(options.replays.size());
-  for (const std::string& text : options.replays) {
-    timesteps.push_back(parse_positive("--replays", text, "milliseconds"));
-  }
-  Store store = open_to_write(options.dir);
+  timesteps.reserve(replays.size());
+  for (const std::string& text : replays) timesteps.push_back(parse_positive("--replays", text, "milliseconds"));
+  return timesteps;
+}
+
+void keep_replays(const std::string& dir, const std::vector<double>& timesteps) {
+  if (timesteps.empty()) return;
+  Store store = open_to_write(dir);
   for (const SceneRow& scene : store.scenes()) {
     std::vector<std::string> kept;
     for (const RunRow& run : store.runs()) {
@@ -60,8 +73,6 @@ void keep_replays(const Options& options) {
   }
 }
 
-}  // namespace
-
 void add_report(CLI::App& app, Action& action) {
   CLI::App* command = add_command(
       app, "report", "Write DIR/report.html, one file that works offline, and the paper's figures in DIR/figures",
@@ -69,15 +80,10 @@ void add_report(CLI::App& app, Action& action) {
        {"assay report results --replays 1,4,16", "with replays at these timesteps, too"}});
   const auto options = std::make_shared<Options>();
   command->add_option("DIR", options->dir, "Results directory")->required()->type_name("");
-  command
-      ->add_option("--replays", options->replays,
-                   "Timesteps in ms: contenders of the replays run again at these, and their states are kept in DIR")
-      ->delimiter(',')
-      ->type_name("MS,...")
-      ->allow_extra_args(false);
+  add_replays(*command, options->replays);
   command->callback([&action, options] {
     action = [options] {
-      if (!options->replays.empty()) keep_replays(*options);
+      keep_replays(options->dir, parse_replays(options->replays));
       write_report_of(options->dir);
       return kDone;
     };

@@ -308,6 +308,17 @@ class Paper(CampaignTest):
         self.assay("report", "results")
         self.assertEqual((self.dir / "results/report.html").read_text(), page)
 
+    def test_replays_are_made_for_its_report(self):
+        self.env["ASSAY_DATA"] = str(data_folder(self.dir / "lab", [("quick", tiny("quick"))]))
+        self.refused("paper", "--quick", "--out", "results", "--replays", "4,x", naming=["--replays", "'x'"])
+        self.assertFalse((self.dir / "results").exists(), "told before anything is measured")
+        done = self.run_assay("paper", "--quick", "--out", "results", "--replays", "4")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertRegex(done.stderr, r"planar-chain: \d+ runs at 4 ms")
+        page = (self.dir / "results/report.html").read_text()
+        self.assertNotIn("runs at", self.run_assay("report", "results", "--replays", "4").stderr, "they are kept")
+        self.assertEqual((self.dir / "results/report.html").read_text(), page)
+
     def test_real_campaigns_can_be_planned(self):
         # loaded and refused for the directory alone: the files that come with assay are sound
         (self.dir / "file").write_text("")
