@@ -1,15 +1,15 @@
-// Bundles src/ into one HTML page that needs nothing else, with a mark where the data goes.
+// Bundles src/ into one HTML page that needs nothing else, with marks where the data and the replays go.
 //
 //   node build.mjs PAGE.html [PAGE.cc]
 //
-// PAGE.cc holds the same bytes for the C++ side: assay::report_page_before() and report_page_after() the data.
+// PAGE.cc holds the same bytes for the C++ side (src/report/page.h).
 import { readFileSync, writeFileSync, mkdirSync } from "node:fs";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { build } from "esbuild";
 
 const web = dirname(fileURLToPath(import.meta.url));
-const dataMark = "/*DATA*/";
+const marks = ["/*DATA*/", "/*REPLAYS*/"];
 
 async function bundle(entry) {
   const result = await build({
@@ -66,28 +66,28 @@ function cppText(text) {
 }
 
 function cppFile(page) {
-  const at = page.indexOf(dataMark);
-  const before = cppText(page.slice(0, at));
-  const after = cppText(page.slice(at + dataMark.length));
+  const [data, replays] = marks.map((mark) => page.indexOf(mark));
+  const parts = {
+    before: page.slice(0, data),
+    between: page.slice(data + marks[0].length, replays),
+    after: page.slice(replays + marks[1].length),
+  };
+  const functions = Object.entries(parts).map(([name, part]) => {
+    const { code, length } = cppText(part);
+    return `std::string_view report_page_${name}() {
+  static constexpr std::string_view kText(
+${code},
+      ${length});
+  return kText;
+}
+`;
+  });
   return `// Made by web/build.mjs.
 #include "report/page.h"
 
 namespace assay {
 
-std::string_view report_page_before() {
-  static constexpr std::string_view kText(
-${before.code},
-      ${before.length});
-  return kText;
-}
-
-std::string_view report_page_after() {
-  static constexpr std::string_view kText(
-${after.code},
-      ${after.length});
-  return kText;
-}
-
+${functions.join("\n")}
 }  // namespace assay
 `;
 }
@@ -105,6 +105,6 @@ if (!htmlFile) {
 let page = readFileSync(join(web, "src", "template.html"), "utf8");
 page = insert(page, "/*STYLE*/", await bundle("style.css"), "</style");
 page = insert(page, "/*SCRIPT*/", await bundle("main.ts"), "</script");
-if (page.split(dataMark).length !== 2) throw new Error(`the page needs exactly one ${dataMark}`);
+for (const mark of marks) if (page.split(mark).length !== 2) throw new Error(`the page needs exactly one ${mark}`);
 write(htmlFile, page);
 if (ccFile) write(ccFile, cppFile(page));

@@ -1,4 +1,5 @@
-// The page that web/ is bundled into, in two halves: the data goes between them.
+// The page that web/ is bundled into, in three parts: the data goes between the first two, the replays between the last
+// two. The page's script stands in the middle, so that it begins before a browser has read the replays.
 #pragma once
 
 #include <string_view>
@@ -6,6 +7,7 @@
 namespace assay {
 
 std::string_view report_page_before();
+std::string_view report_page_between();
 std::string_view report_page_after();
 
 }  // namespace assay

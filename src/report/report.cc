@@ -128,8 +128,16 @@ json report_data(const Store& store) {
 
 std::string report_html(const json& data) {
   // A reason may hold whatever an engine printed: bytes that are not UTF-8 become U+FFFD.
-  const std::string text = script_safe(data.dump(-1, ' ', false, json::error_handler_t::replace));
-  return fmt::format("{}{}{}", report_page_before(), text, report_page_after());
+  const auto text = [](const json& part) {
+    return script_safe(part.dump(-1, ' ', false, json::error_handler_t::replace));
+  };
+  json rest = json::object();
+  for (const auto& [key, value] : data.items()) {
+    if (key != "replays") rest[key] = value;
+  }
+  const std::string replays = text(data.value("replays", json::array()));
+  return fmt::format("{}{}{}{}{}", report_page_before(), text(rest), report_page_between(), replays,
+                     report_page_after());
 }
 
 void write_report(const std::string& results_dir, const std::string& out_file) {

@@ -13,7 +13,8 @@ class Store;
 // equal ones give equal bytes. Numbers are finite; what is missing is null.
 nlohmann::json report_data(const Store& store);
 
-// The page with `data` inside it. `data` may hold any text: it is escaped for a script element.
+// The page with `data` inside it, its "replays" in an element of their own behind the page's script. `data` may hold
+// any text: it is escaped for a script element.
 std::string report_html(const nlohmann::json& data);
 
 // Reads `results_dir`/assay.sqlite and writes the page to `out_file`, whole or not at all. Throws InputError when

@@ -153,7 +153,7 @@ class Trajectories(WithResults):
 class Replays(WithResults):
     def replay(self):
         html = (self.dir / "results/report.html").read_text()
-        [replay] = json.loads(re.search(r'id="assay-data">(.*?)</script>', html, re.S)[1])["replays"]
+        [replay] = json.loads(re.search(r'id="assay-replays">(.*?)</script>', html, re.S)[1])
         return replay
 
     def test_runs_of_other_timesteps(self):

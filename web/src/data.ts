@@ -132,7 +132,6 @@ export interface ReportJson {
   pictures?: Picture[];
   agreement?: Agreement[];
   claims?: Claim[];
-  replays?: Replay[];
 }
 
 // What is known of a value's name; other names are shown as they are.
@@ -306,7 +305,7 @@ const kValues: Record<string, ValueInfo> = {
   },
   restart_floor: {
     label: "Restart floor",
-    better: "low",
+    better: "none",
     plot: false,
     meaning: "the consistency error at the reference's own timestep: hidden state and rounding, not integration",
   },
@@ -599,4 +598,12 @@ export interface RealtimeFactor {
 export function readReport(): Report {
   const text = document.getElementById("assay-data")?.textContent ?? "";
   return new Report(JSON.parse(text) as ReportJson);
+}
+
+let replays: Replay[] | null = null;
+
+// They stand behind the page's script: only when the document has been read whole are they there.
+export function replayOf(system: string): Replay | undefined {
+  replays ??= JSON.parse(document.getElementById("assay-replays")?.textContent || "[]") as Replay[];
+  return replays.find((candidate) => candidate.system === system);
 }

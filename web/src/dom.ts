@@ -35,6 +35,16 @@ export function clear(node: Element): void {
   node.replaceChildren();
 }
 
+let ruler: CanvasRenderingContext2D | null = null;
+
+// Width of a text in the page's font, px.
+export function textWidth(text: string, size: number): number {
+  ruler ??= document.createElement("canvas").getContext("2d");
+  if (!ruler) return 0.6 * size * text.length;
+  ruler.font = `${size}px ${getComputedStyle(document.body).fontFamily}`;
+  return ruler.measureText(text).width;
+}
+
 interface Waiting {
   node: HTMLElement;
   update: (width: number) => void;

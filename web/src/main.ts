@@ -5,11 +5,12 @@ import { sentenceList } from "./format";
 import { outcomeCounts } from "./analysis";
 import { claimsList } from "./claims";
 import { Palette, shownAtFirst } from "./palette";
-import { picker } from "./picker";
+import { canPick, picker } from "./picker";
+import { Pieces } from "./pieces";
 import { scalingPanel } from "./plots/scaling";
 import { state } from "./state";
 import { systemSummary } from "./summary";
-import { systemSection } from "./system";
+import { fillSystem } from "./system";
 import { engines, fairness } from "./tables/fairness";
 import { failureTable } from "./tables/failures";
 import { gate } from "./tables/gate";
@@ -67,75 +68,80 @@ function leftOut(report: Report): HTMLElement | null {
   );
 }
 
-function part(id: string, title: string, text: string, ...content: Child[]): HTMLElement {
-  return el("section", { id, class: "part" }, el("h2", {}, title), text ? el("p", { class: "sub" }, text) : null, ...content);
+// A part of the page that is filled later; until then it holds its place.
+function part(id: string, title: string, text: string): HTMLElement {
+  return el("section", { id, class: "part", "aria-busy": "true" }, el("h2", {}, title), text ? el("p", { class: "sub" }, text) : null);
 }
 
 function build(report: Report, page: HTMLElement): void {
   const palette = new Palette(report);
   const everyone = report.contenders.map((contender) => contender.name);
   state.show(shownAtFirst(everyone), everyone);
-  const systems = report.mainSystems;
-  const views = systems.map((system) => report.view(system.name));
   const measured = report.json.cells.some((cell) => !report.isHarness(cell.contender));
   const claims = report.json.claims ?? [];
-  const choice = measured ? picker(report, palette) : null;
-  const sizes = report.sizes.length > 0;
-  const links: [string, string][] = [
-    ...(claims.length > 0 ? [["claims", "Claims"] as [string, string]] : []),
-    ...(choice ? [["pick", "Which engine?"] as [string, string]] : []),
-    ["gate", "Gate"],
-    ...(measured ? [["summary", "Summary"] as [string, string]] : []),
-    ...systems.map((system): [string, string] => [system.name, system.name]),
-    ...(sizes ? [["scaling", "Scaling"] as [string, string]] : []),
-    ...(measured ? [["values", "Values"] as [string, string]] : []),
-    ["failures", "Failures"],
-    ["fairness", "Fairness"],
-    ["manifest", "Manifest"],
-  ];
-  page.append(header(report));
-  page.append(el("nav", { "aria-label": "Parts of the report" }, ...links.map(([id, name]) => el("a", { href: `#${id}` }, name))));
+  const pieces = new Pieces();
+  const links: [string, string][] = [];
+  const nav = el("nav", { "aria-label": "Parts of the report" });
+  page.append(header(report), nav);
+
+  const add = (section: HTMLElement, name: string, fill: () => Child[]) => {
+    links.push([section.id, name]);
+    page.append(section);
+    pieces.add(section, () => {
+      for (const child of fill()) if (child) section.append(child);
+      section.removeAttribute("aria-busy");
+    });
+  };
   if (claims.length > 0) {
-    page.append(
-      part("claims", "What the paper found, tested again", "Each finding of Erez, Tassa and Todorov (ICRA 2015), judged by today's versions of the paper's engines; then what all of today's engines say.", claimsList(claims)),
-    );
+    const text = "Each finding of Erez, Tassa and Todorov (ICRA 2015), judged by today's versions of the paper's engines; then what all of today's engines say.";
+    add(part("claims", "What the paper found, tested again", text), "Claims", () => [claimsList(claims)]);
   }
-  if (choice) page.append(part("pick", "Which engine?", "The fastest contender whose error is small enough, at the timestep at which it is.", choice));
-  page.append(
-    part("gate", "Conformance gate", "A contender is scored only when its adapter passes these tests against closed forms and independent solutions. A deviation that is the engine's own is proven, declared and bounded.", gate(report)),
-  );
+  if (measured && canPick(report)) {
+    const text = "The fastest contender whose error is small enough, at the timestep at which it is.";
+    add(part("pick", "Which engine?", text), "Which engine?", () => [picker(report, palette)]);
+  }
+  const gated = "A contender is scored only when its adapter passes these tests against closed forms and independent solutions. A deviation that is the engine's own is proven, declared and bounded.";
+  add(part("gate", "Conformance gate", gated), "Gate", () => [gate(report)]);
+  const views = report.mainSystems.map((system) => ({ system, view: report.view(system.name) }));
   if (measured) {
-    page.append(
-      part("summary", "Summary", "", el("div", { class: "summary" }, ...views.map((view) => systemSummary(view, palette)))),
-    );
+    add(part("summary", "Summary", ""), "Summary", () => [el("div", { class: "summary" }, ...views.map(({ view }) => systemSummary(view, palette)))]);
   } else {
     page.append(
       el("p", { class: "alert" }, "Nothing has been measured yet. Start the campaign, or the same command again if it was stopped; then make the report anew."),
     );
   }
-  // The rest comes piece by piece, each in a task of its own, so that the first plots are there at once.
-  const pieces = [
-    ...systems.map((system, index) => () => systemSection(views[index]!, system, palette)),
-    ...(sizes ? [() => part("scaling", "Scaling", "Processor time of a whole run of systems that differ in size alone.", scalingPanel(report, palette))] : []),
-    ...(measured ? [() => part("values", "All values", "", valuesTable(report))] : []),
-    () => part("failures", "What failed", "A cell that fails is a result: its outcome and reason are kept. Cells that differ in the timestep alone share a row.", failureTable(report), leftOut(report)),
-    () => part("fairness", "Fairness", "", fairness(report, palette)),
-    () => part("manifest", "Manifest", "", engines(report), manifestTable(report)),
-  ];
+  for (const [index, { system, view }] of views.entries()) {
+    const section = el("section", { class: "system", id: view.system, "aria-busy": "true" }, el("h2", {}, view.system));
+    links.push([view.system, view.system]);
+    page.append(section);
+    const fill = () => {
+      pieces.add(section, ...fillSystem(section, view, system, palette), () => section.removeAttribute("aria-busy"));
+    };
+    // The first plots are drawn before anything else of the page.
+    if (index === 0) fill();
+    else pieces.add(section, fill);
+  }
+  if (report.sizes.length > 0) {
+    add(part("scaling", "Scaling", "Processor time of a whole run of systems that differ in size alone."), "Scaling", () => [scalingPanel(report, palette)]);
+  }
+  if (measured) add(part("values", "All values", ""), "Values", () => [valuesTable(report)]);
+  const failed = "A cell that fails is a result: its outcome and reason are kept. Cells that differ in the timestep alone share a row.";
+  add(part("failures", "What failed", failed), "Failures", () => [failureTable(report, palette), leftOut(report)]);
+  add(part("fairness", "Fairness", ""), "Fairness", () => [fairness(report, palette)]);
+  add(part("manifest", "Manifest", ""), "Manifest", () => [engines(report), manifestTable(report)]);
+  nav.append(...links.map(([id, name]) => el("a", { href: `#${id}` }, name)));
   tooltip.attach();
-  const next = () => {
-    const piece = pieces.shift();
-    if (!piece) {
-      // What an address names may have come only now.
+  drawWaiting();
+  performance.mark("assay:first-plots");
+
+  const rest = () =>
+    pieces.start(() => {
+      // What an address names may have moved since.
       if (location.hash.length > 1) document.getElementById(decodeURIComponent(location.hash.slice(1)))?.scrollIntoView();
       document.body.dataset.ready = "";
-      return;
-    }
-    page.append(piece());
-    drawWaiting();
-    setTimeout(next, 0);
-  };
-  next();
+    });
+  if (document.readyState === "loading") document.addEventListener("DOMContentLoaded", rest, { once: true });
+  else rest();
 }
 
 const page = document.getElementById("page");

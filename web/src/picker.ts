@@ -24,12 +24,19 @@ function within(bounds: { value: number; low: number; high: number }, write: (va
   return bounds.low === bounds.high ? write(bounds.value) : `${write(bounds.value)} (${write(bounds.low)} to ${write(bounds.high)})`;
 }
 
-export function picker(report: Report, palette: Palette): HTMLElement | null {
+function canChoose(report: Report, system: string, name: string): boolean {
+  return valueInfo(name).plot && candidates(report, system, name).list.length > 0;
+}
+
+// Whether there is anything to choose from.
+export function canPick(report: Report): boolean {
+  return report.mainSystems.some(({ name: system }) => recommendable(report, system).some((name) => canChoose(report, system, name)));
+}
+
+export function picker(report: Report, palette: Palette): HTMLElement {
   const systems = report.mainSystems
-    .map((system) => system.name)
-    .map((system) => ({ system, names: recommendable(report, system).filter((name) => valueInfo(name).plot && candidates(report, system, name).list.length > 0) }))
+    .map(({ name: system }) => ({ system, names: recommendable(report, system).filter((name) => canChoose(report, system, name)) }))
     .filter(({ names }) => names.length > 0);
-  if (systems.length === 0) return null;
   const system = el("select", { "aria-label": "System", id: "pick-system" }, ...systems.map((one) => el("option", { value: one.system }, one.system)));
   const measure = el("select", { "aria-label": "Measure", id: "pick-measure" });
   const error = el("input", { type: "number", min: 0, step: "any", value: 1, "aria-label": "Largest error that will do", id: "pick-error" });

@@ -1,7 +1,7 @@
 // The page's first words: per system, who is unbeaten in speed and accuracy, computed from the figures.
 import { kResolution, mainMeasure, paretoFront, points, type FrontMember } from "./analysis";
 import { valueInfo, type SystemView } from "./data";
-import { el } from "./dom";
+import { el, type Child } from "./dom";
 import { quantity, realtime, sentenceList, timestepRange } from "./format";
 import type { Palette } from "./palette";
 import { swatch } from "./plots/legend";
@@ -23,14 +23,23 @@ function sentence(member: FrontMember, place: string, unit: string, label: strin
   return `${place}: at ${timestepRange(member.points.map((point) => point.timestep))} it runs at ${speed} real time with a ${label} ${error.startsWith("under") ? "" : "of "}${error}${tie}.`;
 }
 
+function whyNoFront(view: SystemView): Child[] {
+  const cells = view.cells.filter((cell) => cell.outcome !== "unsupported");
+  if (cells.length === 0) return ["No cell of this system has been run."];
+  if (!cells.some((cell) => cell.measure === "raw_speed")) {
+    return ["This system was not timed: its errors are plotted over the timestep, and nobody is the fastest."];
+  }
+  const failed = cells.some((cell) => cell.outcome !== "ok");
+  return ["No contender has both a speed and an error here", ...(failed ? ["; ", el("a", { href: "#failures" }, "what failed, and why")] : []), "."];
+}
+
 export function systemSummary(view: SystemView, palette: Palette): HTMLElement {
   const box = el("section", { class: "summary-system" }, el("h3", {}, el("a", { href: `#${view.system}` }, view.system)));
   const name = mainMeasure(view);
   const label = name ? valueInfo(name).label.toLowerCase() : "";
   const front = name ? paretoFront(points(view, name), view.unit(name) === "m" ? kResolution : 0) : [];
   if (!name || front.length === 0) {
-    const failed = view.cells.some((cell) => cell.outcome !== "ok");
-    box.append(el("p", { class: "quiet" }, `No contender has both a speed and an error here${failed ? "; the failures below say why" : ""}.`));
+    box.append(el("p", { class: "quiet" }, ...whyNoFront(view)));
     return box;
   }
   const all = points(view, name);

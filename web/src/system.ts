@@ -38,16 +38,17 @@ function systemFacts(system: System): HTMLElement {
   return list;
 }
 
-export function systemSection(view: SystemView, system: System, palette: Palette): HTMLElement {
+// Fills `section` with its head and plots; what comes below them is drawn by the functions returned, in their order.
+export function fillSystem(section: HTMLElement, view: SystemView, system: System, palette: Palette): (() => void)[] {
   const drawn = view.report.json.pictures?.find((candidate) => candidate.system === view.system);
   const head = el("div", { class: "system-head" }, el("div", {}, el("h2", {}, view.system), systemFacts(system)));
   const many = view.report.contenders.length > 16;
   const image = drawn ? (many ? picture(drawn, 320, 250) : picture(drawn, 150, 110)) : null;
   if (image && !many) head.append(image);
-  const section = el("section", { class: "system", id: view.system }, head);
+  section.replaceChildren(head);
   if (view.cells.length === 0) {
     section.append(el("p", { class: "quiet" }, "No cell of this system has been run yet."));
-    return section;
+    return [];
   }
   const counts = outcomeCounts(view.cells);
   const good = counts.get("ok") ?? 0;
@@ -60,19 +61,30 @@ export function systemSection(view: SystemView, system: System, palette: Palette
   if (measures.length === 0 && view.valueNames().length === 0 && view.timesteps("raw_speed").length === 0) {
     const text = good > 0 ? "Nothing has been measured here yet: there are reference runs alone." : "There is no figure to show.";
     section.append(el("p", { class: "quiet" }, text));
-    return section;
+    return [];
   }
-  const chosen = mainMeasure(view) ?? measures[0] ?? kPlotNames[0]!;
-  const matrix = new Matrix(view, palette, chosen);
-  const details = new Details(view.report, [view.system], palette);
+  let chosen = mainMeasure(view) ?? measures[0] ?? kPlotNames[0]!;
+  let matrix: Matrix | null = null;
   const row = el("div", { class: `plots${many ? " many" : ""}` }, bars(view, palette), legend(view, palette));
   if (image && many) row.append(el("div", { class: "picture-panel" }, image));
   if (measures.length > 0) {
-    const plot = new SpeedAccuracy(view, palette, chosen, measures, (name) => matrix.select(name));
+    const plot = new SpeedAccuracy(view, palette, chosen, measures, (name) => {
+      chosen = name;
+      matrix?.select(name);
+    });
     row.append(plot.element);
   }
+  section.append(row, new Details(view.report, [view.system], palette).element);
   const agreement = view.report.json.agreement?.find((candidate) => candidate.system === view.system);
-  const parts = [replayPanel(view, palette), graspTable(view, palette), agreement && agreement.contenders.length > 1 ? agreementPanel(agreement, palette) : null, dampingTable(view, palette)];
-  section.append(row, details.element, ...parts.filter((part): part is HTMLElement => Boolean(part)), matrix.element);
-  return section;
+  const append = (make: () => HTMLElement | null) => () => {
+    const made = make();
+    if (made) section.append(made);
+  };
+  return [
+    append(() => replayPanel(view, palette)),
+    append(() => graspTable(view, palette)),
+    append(() => (agreement && agreement.contenders.length > 1 ? agreementPanel(agreement, palette) : null)),
+    append(() => dampingTable(view, palette)),
+    append(() => (matrix = new Matrix(view, palette, chosen)).element),
+  ];
 }

@@ -4,12 +4,13 @@ import { scaleLinear } from "d3-scale";
 import { line } from "d3-shape";
 
 import type { Agreement } from "../data";
-import { clear, el, onWidth, svg, uniqueId } from "../dom";
+import { clear, el, onWidth, svg, textWidth, uniqueId } from "../dom";
 import { plain, quantity, timestep } from "../format";
 import type { Palette } from "../palette";
-import { markContenders, state } from "../state";
+import { state } from "../state";
 import { facts, tooltip } from "../tooltip";
 import { errorLabel, grid, logScale, ticks } from "./axes";
+import { drawContenders } from "./canvas";
 
 // Dark is near, light is far; also told apart without colour, and the same in both themes.
 const kStops = ["#00204d", "#213d6b", "#545b6c", "#7b7b78", "#a59c74", "#d3c164", "#ffea46"];
@@ -36,22 +37,35 @@ export function pairIndex(count: number, i: number, j: number): number {
   return a * count - (a * (a + 1)) / 2 + (b - a - 1);
 }
 
+// The first time at which most pairs have parted: before it all are alike, long after it chance decides. The end where
+// most stay together.
+export function tellingTime(of: Agreement): { index: number; parted: boolean } {
+  const last = of.time_s.length - 1;
+  const times = of.parting_s.filter((time): time is number => time !== null).sort((a, b) => a - b);
+  const middle = times[Math.floor(times.length / 2)];
+  const index = middle === undefined ? -1 : of.time_s.findIndex((time) => time >= middle);
+  return index < 0 ? { index: last, parted: false } : { index: Math.max(1, index), parted: true };
+}
+
 // One contender's distance from each other over the time.
-function distancePlot(of: Agreement, palette: Palette): { element: HTMLElement; setTime: (index: number) => void; setOrigin: (index: number) => void } {
+function distancePlot(of: Agreement, palette: Palette, start: number): { element: HTMLElement; setTime: (index: number) => void; setOrigin: (index: number) => void } {
   const count = of.contenders.length;
   let origin = 0;
-  let at = of.time_s.length - 1;
+  let at = start;
   const choice = el("select", { "aria-label": "Contender that the others are compared with" }, ...of.contenders.map((name, index) => el("option", { value: index }, name)));
   const canvas = el("div", { class: "canvas" });
   let clock: SVGLineElement | null = null;
+  let clockText: SVGTextElement | null = null;
   let x: (time: number) => number = () => 0;
   const moveClock = () => {
     const place = x(of.time_s[at] ?? 0);
     clock?.setAttribute("x1", String(place));
     clock?.setAttribute("x2", String(place));
+    clockText?.setAttribute("x", String(place));
+    if (clockText) clockText.textContent = `${plain(of.time_s[at] ?? 0)} s`;
   };
   const draw = (width: number) => {
-    clear(canvas);
+    clock = clockText = null;
     const series = of.contenders
       .map((name, j) => ({ name, values: j === origin ? [] : (of.distance_m[pairIndex(count, origin, j)] ?? []) }))
       .filter(({ name, values }) => values.length > 0 && !state.isHidden(name));
@@ -61,7 +75,7 @@ function distancePlot(of: Agreement, palette: Palette): { element: HTMLElement; 
       return;
     }
     const height = Math.round(Math.min(460, Math.max(300, width * 0.75)));
-    const frame = { left: 60, right: width - 12, top: 10, bottom: height - 46 };
+    const frame = { left: 60, right: width - 22, top: 20, bottom: height - 46 };
     const y = logScale([...positive.map((value) => Math.max(value, 1e-12)), kParted], [frame.bottom, frame.top], 1);
     const [begin = 0, end = 1] = [of.time_s[0], of.time_s[of.time_s.length - 1]];
     const time = scaleLinear().domain([begin, end]).range([frame.left, frame.right]);
@@ -93,18 +107,12 @@ function distancePlot(of: Agreement, palette: Palette): { element: HTMLElement; 
       drawing.append(group);
     }
     clock = svg("line", { class: "clock", y1: frame.top, y2: frame.bottom });
-    drawing.append(clock, svg("text", { class: "axis-title", x: frame.left, y: height - 8 }, "dotted: parted, 1 mm"));
+    clockText = svg("text", { class: "tick", y: frame.top - 6, "text-anchor": "middle" });
+    drawing.append(clock, clockText, svg("text", { class: "axis-title", x: frame.left, y: height - 8 }, "dotted: parted, 1 mm"));
     moveClock();
     canvas.append(drawing);
-    markContenders(canvas);
   };
-  const redraw = onWidth(canvas, draw);
-  let key = state.shownKey;
-  state.subscribe(() => {
-    if (key !== state.shownKey) redraw();
-    else markContenders(canvas);
-    key = state.shownKey;
-  });
+  const redraw = drawContenders(canvas, draw);
   const setOrigin = (index: number) => {
     origin = index;
     choice.value = String(index);
@@ -122,9 +130,11 @@ function distancePlot(of: Agreement, palette: Palette): { element: HTMLElement; 
 }
 
 export function agreementPanel(of: Agreement, palette: Palette): HTMLElement {
-  const plot = distancePlot(of, palette);
+  const telling = tellingTime(of);
+  let at = telling.index;
+  const plot = distancePlot(of, palette, at);
   const count = of.contenders.length;
-  let at = of.time_s.length - 1;
+  const end = of.time_s[of.time_s.length - 1] ?? 0;
   let cursor: [number, number] | null = null;
   const id = uniqueId("time");
   const slider = el("input", { type: "range", id, min: 0, max: of.time_s.length - 1, step: 1, value: at });
@@ -141,7 +151,7 @@ export function agreementPanel(of: Agreement, palette: Palette): HTMLElement {
       node.style.fill = value === null ? "var(--faint)" : heat(value);
       node.dataset.distance = value === null ? "" : String(value);
     }
-    shown.textContent = `${plain(of.time_s[at] ?? 0)} s`;
+    shown.textContent = `${plain(of.time_s[at] ?? 0)} of ${plain(end)} s`;
     slider.setAttribute("aria-valuetext", shown.textContent);
   };
   const hide = () => {
@@ -158,7 +168,7 @@ export function agreementPanel(of: Agreement, palette: Palette): HTMLElement {
     const box = drawing.getBoundingClientRect();
     const value = distance(i, j);
     const parting = i === j ? null : (of.parting_s[pairIndex(count, i, j)] ?? null);
-    const duration = (of.time_s[of.time_s.length - 1] ?? 0) - (of.time_s[0] ?? 0);
+    const duration = end - (of.time_s[0] ?? 0);
     tooltip.show(
       box.left + x + place.size,
       box.top + y + place.size,
@@ -173,22 +183,31 @@ export function agreementPanel(of: Agreement, palette: Palette): HTMLElement {
 
   const draw = (width: number) => {
     clear(canvas);
-    const names = Math.min(150, 8 + 6.4 * Math.max(...of.contenders.map((name) => name.length)));
-    const size = Math.max(9, Math.min(24, Math.floor((width - names - 4) / count)));
+    const small = (width - 150) / count < 14;
+    const font = small ? 9 : 11;
+    const turn = small ? 90 : 50; // degrees
+    const [across, up] = [Math.cos((turn * Math.PI) / 180), Math.sin((turn * Math.PI) / 180)];
+    const lengths = of.contenders.map((name) => textWidth(name, font));
+    const names = Math.ceil(Math.max(...lengths)) + 8;
+    // How far the names above the last columns lean out on the right.
+    const lean = (size: number) => Math.max(...lengths.map((length, i) => across * length + 8 - (count - 1 - i) * size), 4);
+    let size = 24;
+    while (size > 9 && names + size * count + lean(size) > width) size -= 1;
     const side = size * count;
-    const head = names * 0.82;
+    const head = Math.ceil(up * (names + 8)) + 4;
+    const whole = Math.ceil(names + side + lean(size));
     place = { left: names, top: head, size };
     const drawing = svg("svg", {
-      class: "agreement", width: names + side + 60, height: head + side + 4, viewBox: `0 0 ${names + side + 60} ${head + side + 4}`,
+      class: "agreement", width: whole, height: head + side + 4, viewBox: `0 0 ${whole} ${head + side + 4}`,
       tabindex: 0, role: "application", "aria-label": "Distance of each pair of contenders; arrow keys move between pairs",
     }); // prettier-ignore
     cells = [];
     of.contenders.forEach((name, i) => {
       const middle = head + i * size + size / 2;
-      const font = size < 14 ? "font-size:9px" : "";
-      drawing.append(svg("text", { class: "name", x: names - 5, y: middle + 4, "text-anchor": "end", style: font }, name));
-      const across = names + i * size + size / 2 + 3;
-      drawing.append(svg("text", { class: "name", transform: `translate(${across},${head - 6}) rotate(${size < 14 ? -90 : -50})`, style: font }, name));
+      const style = `font-size:${font}px`;
+      drawing.append(svg("text", { class: "name", x: names - 5, y: middle + 0.36 * font, "text-anchor": "end", style }, name));
+      const foot = names + i * size + size / 2 + 3;
+      drawing.append(svg("text", { class: "name", transform: `translate(${foot},${head - 6}) rotate(${-turn})`, style }, name));
       of.contenders.forEach((_, j) => {
         const node = svg("rect", { x: names + j * size, y: head + i * size, width: size - 1, height: size - 1, "data-pair": `${i} ${j}` });
         cells.push({ node, i, j });
@@ -230,6 +249,9 @@ export function agreementPanel(of: Agreement, palette: Palette): HTMLElement {
     plot.setTime(at);
   });
 
+  const begin = telling.parted
+    ? `It begins at ${plain(of.time_s[at] ?? 0)} s, when half of the pairs are farther apart than ${quantity(kParted, "m", 1)}.`
+    : `It begins at the end: most pairs are never farther apart than ${quantity(kParted, "m", 1)}.`;
   const scale = el("div", { class: "heat-scale" }, el("span", {}, `≤ ${quantity(kNearest, "m", 1)}`), el("span", { class: "ramp", style: `background:linear-gradient(90deg, ${kStops.join(", ")})` }), el("span", {}, `≥ ${quantity(kFarthest, "m", 1)}`));
   return el(
     "figure",
@@ -238,7 +260,7 @@ export function agreementPanel(of: Agreement, palette: Palette): HTMLElement {
       "figcaption",
       {},
       el("h3", {}, "Agreement"),
-      el("p", { class: "sub" }, `Mean distance of the bodies between two contenders' own runs at ${timestep(of.timestep_ms)} ms. Dark: the same motion.`),
+      el("p", { class: "sub" }, `Mean distance of the bodies between two contenders' own runs at ${timestep(of.timestep_ms)} ms. Dark: the same motion. ${begin}`),
       el("div", { class: "time-row" }, el("label", { for: id }, "Time"), slider, shown),
       scale,
     ),

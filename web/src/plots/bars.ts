@@ -2,11 +2,12 @@
 import { scaleLinear } from "d3-scale";
 
 import type { SystemView } from "../data";
-import { clear, el, onWidth, svg } from "../dom";
+import { el, svg } from "../dom";
 import { interval, quantity, realtime, timestep } from "../format";
 import type { Palette } from "../palette";
-import { markContenders, state } from "../state";
+import { state } from "../state";
 import { facts, tooltip } from "../tooltip";
+import { drawContenders } from "./canvas";
 
 interface Bar {
   contender: string;
@@ -62,7 +63,6 @@ export function bars(view: SystemView, palette: Palette): HTMLElement {
       }
     }
     list.sort((a, b) => b.value - a.value || a.contender.localeCompare(b.contender));
-    clear(canvas);
     const notes = [
       absent.length > 0 ? `Without a figure at ${timestep(step)} ms: ${absent.join(", ")}.` : "",
       off > 0 ? `${off} more ${off === 1 ? "is" : "are"} switched off in the legend.` : "",
@@ -134,15 +134,8 @@ export function bars(view: SystemView, palette: Palette): HTMLElement {
       drawing.append(group);
     });
     canvas.append(drawing);
-    markContenders(drawing);
   };
-  const redraw = onWidth(canvas, draw);
-  let shown = state.shownKey;
-  state.subscribe(() => {
-    if (shown !== state.shownKey) redraw();
-    else markContenders(canvas);
-    shown = state.shownKey;
-  });
+  const redraw = drawContenders(canvas, draw);
   choice.addEventListener("change", () => {
     step = Number(choice.value);
     redraw();

@@ -3,13 +3,14 @@ import { line } from "d3-shape";
 
 import type { Cell, Report, Value } from "../data";
 import { Details } from "../details";
-import { clear, el, onWidth, svg } from "../dom";
+import { el, svg } from "../dom";
 import { interval, plain, quantity } from "../format";
 import type { Palette } from "../palette";
-import { markContenders, state } from "../state";
+import { state } from "../state";
 import { scrollFrame, sortableTable, type Column } from "../tables/sortable";
 import { facts, tooltip } from "../tooltip";
 import { grid, logScale, ticks } from "./axes";
+import { drawContenders } from "./canvas";
 import { swatch } from "./legend";
 
 interface Point {
@@ -56,7 +57,6 @@ export function scalingPanel(report: Report, palette: Palette): HTMLElement {
   const canvas = el("div", { class: "canvas" });
   const note = el("p", { class: "quiet note" });
   const draw = (width: number) => {
-    clear(canvas);
     const shown = curves.filter((curve) => !state.isHidden(curve.contender));
     const timed = shown.flatMap((curve) => curve.points).filter((point) => (point.time?.value ?? 0) > 0);
     const off = new Set(curves.filter((curve) => state.isHidden(curve.contender)).map((curve) => curve.contender)).size;
@@ -127,15 +127,8 @@ export function scalingPanel(report: Report, palette: Palette): HTMLElement {
       drawing.append(group);
     }
     canvas.append(drawing);
-    markContenders(canvas);
   };
-  const redraw = onWidth(canvas, draw);
-  let key = state.shownKey;
-  state.subscribe(() => {
-    if (key !== state.shownKey) redraw();
-    else markContenders(canvas);
-    key = state.shownKey;
-  });
+  drawContenders(canvas, draw);
 
   const curveOf = (contender: string, contacts: boolean) => curves.find((curve) => curve.contender === contender && curve.contacts === contacts);
   const last = (contender: string, contacts: boolean) => [...(curveOf(contender, contacts)?.points ?? [])].reverse().find((point) => point.time);

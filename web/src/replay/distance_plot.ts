@@ -21,7 +21,8 @@ export class DistancePlot {
   readonly element = el("div", { class: "canvas replay-distance" });
   private series: Series[] = [];
   private floor = 0; // m: less is the packing's rounding
-  private cursor: SVGLineElement | null = null;
+  // An element of its own, which moves without the lines' being drawn anew.
+  private readonly cursor = el("div", { class: "replay-cursor", style: `top:${kMargin.top}px;height:${kHeight - kMargin.top - kMargin.bottom}px` });
   private width = 0;
   private readonly redraw: () => void;
 
@@ -41,15 +42,12 @@ export class DistancePlot {
   }
 
   private move(): void {
-    const at = this.x(this.clock.time).toFixed(1);
-    this.cursor?.setAttribute("x1", at);
-    this.cursor?.setAttribute("x2", at);
+    this.cursor.style.transform = `translateX(${this.x(this.clock.time).toFixed(1)}px)`;
   }
 
   private draw(width: number): void {
     this.width = width;
     clear(this.element);
-    this.cursor = null;
     const [bottom, right] = [kHeight - kMargin.bottom, width - kMargin.right];
     const drawing = svg("svg", {
       class: "accuracy", width, height: kHeight, viewBox: `0 0 ${width} ${kHeight}`, role: "img",
@@ -87,8 +85,6 @@ export class DistancePlot {
       const time = (this.clock.length * i) / 4;
       drawing.append(svg("text", { class: "tick", x: this.x(time), y: kHeight - 6, "text-anchor": i === 0 ? "start" : i === 4 ? "end" : "middle" }, `${Number(time.toPrecision(3))} s`));
     }
-    this.cursor = svg("line", { class: "replay-cursor", y1: kMargin.top, y2: bottom });
-    drawing.append(this.cursor);
     const seek = (event: PointerEvent) => {
       const box = drawing.getBoundingClientRect();
       const share = (event.clientX - box.left - kMargin.left) / (width - kMargin.left - kMargin.right);
@@ -102,7 +98,7 @@ export class DistancePlot {
     drawing.addEventListener("pointermove", (event) => {
       if (event.buttons & 1) seek(event);
     });
-    this.element.append(drawing);
+    this.element.append(drawing, this.cursor);
     this.move();
   }
 }

@@ -1,16 +1,18 @@
 // The replay of a system: its kept runs on one clock, their distances below.
-import type { SystemView } from "../data";
+import { replayOf, type SystemView } from "../data";
 import { replayHooks } from "../details";
 import { clear, el, uniqueId } from "../dom";
 import { quantity, timestep } from "../format";
 import type { Palette } from "../palette";
 import { swatch } from "../plots/legend";
+import { picture } from "../plots/picture";
 import { Clock } from "./clock";
 import { canUnpack, distances, farthest, Motions, type Motion, type Replay } from "./decode";
 import { DistancePlot } from "./distance_plot";
-import { gridColumns, resolveColor, Stage, type Mode } from "./stage";
+import { gridColumns, openContext, resolveColor, Stage, type Mode } from "./stage";
 
 const kShownAtFirst = 6;
+const kBusy = 25; // ms after which the page is let go on
 const kSpeeds = [1 / 16, 1 / 8, 1 / 4, 1 / 2, 1, 2, 4];
 
 function speedText(speed: number): string {
@@ -28,6 +30,7 @@ class ReplayPanel {
   private readonly plot: DistancePlot;
   private readonly motions: Motions;
   private readonly view = el("div", { class: "replay-view" });
+  private readonly still = el("div", { class: "replay-still", role: "status" });
   private readonly canvas = el("canvas", { class: "replay-canvas" });
   private readonly labels = el("div", { class: "replay-labels", "aria-hidden": "true" });
   private readonly slider: HTMLInputElement;
@@ -44,9 +47,11 @@ class ReplayPanel {
   private started = false;
   private ready = false;
 
+  // `still` is shown until the runs are drawn.
   constructor(
     private readonly replay: Replay,
     private readonly palette: Palette,
+    still: SVGSVGElement | null,
   ) {
     const frame = replay.frame_ms / 1000;
     const id = uniqueId("replay");
@@ -106,7 +111,8 @@ class ReplayPanel {
       this.plot.element,
       el("p", { class: "quiet note" }, this.notes()),
     );
-    this.view.append(this.canvas, this.labels);
+    this.still.append(...(still ? [still] : []), el("p", { class: "quiet" }, "Drawing the runs…"));
+    this.view.append(this.canvas, this.labels, this.still);
     this.element.addEventListener("keydown", (event) => this.key(event));
     this.clock.subscribe(() => this.tick());
     this.tick();
@@ -116,6 +122,10 @@ class ReplayPanel {
       replay: {
         state: () => ({ time: this.clock.time, playing: this.clock.playing, drawn: this.stage !== null, ms: this.stage?.milliseconds ?? null }),
         places: (contender: string) => this.stage?.places(this.run(contender)) ?? null,
+        pixels: () => {
+          this.stage?.draw(this.clock.time / this.clock.frame);
+          return this.canvas.toDataURL();
+        },
       },
     });
   }
@@ -200,11 +210,13 @@ class ReplayPanel {
     }
     const references = this.contenders.map((name) => this.run(name, this.steps[0])).filter((index) => index >= 0);
     await this.motions.load(references);
+    await pause();
     // Asked for here, for the library complains on the console where there is none.
-    const context = this.canvas.getContext("webgl2", { alpha: true, antialias: true });
-    if (context) {
+    const opened = openContext(this.canvas);
+    if (opened) {
+      await pause();
       const motions = references.map((index) => this.motions.get(index)).filter((motion): motion is Motion => motion !== undefined);
-      this.stage = new Stage(this.canvas, context, this.replay, motions, () => this.request());
+      this.stage = new Stage(this.canvas, opened.context, opened.coarse, this.replay, motions, () => this.request());
       const first = motions[0];
       if (first) this.trail.value = String(farthest(first, this.replay.bodies));
       this.setTrail();
@@ -215,6 +227,8 @@ class ReplayPanel {
     this.resized();
     this.ready = true;
     await this.changed();
+    await this.drawn();
+    this.still.remove();
     this.element.dataset.ready = "true";
   }
 
@@ -230,6 +244,7 @@ class ReplayPanel {
 
   private recolor(): void {
     this.stage?.setColors({
+      panel: resolveColor("var(--panel)", this.element),
       rule: resolveColor("var(--rule)", this.element),
       faint: resolveColor("var(--faint)", this.element),
       runs: this.replay.runs.map((run) => resolveColor(this.palette.look(run.contender).color, this.element)),
@@ -240,7 +255,7 @@ class ReplayPanel {
   private resized(): void {
     const { clientWidth, clientHeight } = this.view;
     if (clientWidth === 0) return;
-    this.stage?.resize(clientWidth, clientHeight);
+    this.stage?.resize(clientWidth, clientHeight, this.clock.playing);
     this.relabel();
     this.request();
   }
@@ -251,9 +266,13 @@ class ReplayPanel {
     const runs = this.chosen.map((name) => this.run(name));
     const wanted = [...new Set([...runs, ...this.chosen.map((name) => this.base(name)), this.solid])].filter((index) => index >= 0);
     await this.motions.load(wanted);
+    let began = performance.now();
     for (const index of wanted) {
       const motion = this.motions.get(index);
       if (motion) this.stage?.add(index, motion);
+      if (performance.now() - began < kBusy) continue;
+      await pause();
+      began = performance.now();
     }
     this.stage?.setMode(this.overlay ? "overlay" : "side");
     this.stage?.setShown(
@@ -305,8 +324,18 @@ class ReplayPanel {
     this.slider.setAttribute("aria-valuetext", `${time.toFixed(2)} s`);
     this.clockText.textContent = `${time.toFixed(2)} of ${length.toFixed(2)} s`;
     this.playButton.textContent = playing ? "Pause" : "Play";
-    this.playButton.setAttribute("aria-pressed", String(playing));
+    if (this.playButton.getAttribute("aria-pressed") !== String(playing)) {
+      this.playButton.setAttribute("aria-pressed", String(playing));
+      this.stage?.resize(this.view.clientWidth, this.view.clientHeight, playing);
+    }
     this.request();
+  }
+
+  // When what was asked for last is on the screen.
+  private async drawn(): Promise<void> {
+    if (!this.stage) return;
+    this.request();
+    while (this.waiting) await pause();
   }
 
   // One picture for all that has changed since the last.
@@ -350,11 +379,20 @@ class ReplayPanel {
   }
 }
 
+// Lets the page answer and draw in between; one in the background has no pictures to wait for.
+function pause(): Promise<void> {
+  return new Promise((done) => {
+    requestAnimationFrame(() => setTimeout(done, 0));
+    setTimeout(done, 100);
+  });
+}
+
 // Null for a system without kept runs.
 export function replayPanel(view: SystemView, palette: Palette): HTMLElement | null {
-  const replay = view.report.json.replays?.find((candidate) => candidate.system === view.system);
+  const replay = replayOf(view.system);
   if (!replay || replay.runs.length === 0 || replay.frames < 2) return null;
-  const panel = new ReplayPanel(replay, palette);
+  const drawn = view.report.json.pictures?.find((candidate) => candidate.system === view.system);
+  const panel = new ReplayPanel(replay, palette, drawn ? picture(drawn, 420, 300) : null);
   replayHooks.push((slot, choice) => {
     if (choice.system !== view.system) return;
     const [first] = panel.contenders;

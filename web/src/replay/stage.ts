@@ -1,6 +1,6 @@
 // Runs drawn by WebGL: each in a view of its own, or all in one, as ghosts over the reference.
 import {
-  AmbientLight, BufferAttribute, BufferGeometry, CapsuleGeometry, Color, DirectionalLight, Group, InstancedMesh, Line,
+  AmbientLight, BufferAttribute, BufferGeometry, Color, CylinderGeometry, DirectionalLight, Group, InstancedMesh, Line,
   LineBasicMaterial, LineSegments, type Material, Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial, PerspectiveCamera,
   PlaneGeometry, Quaternion, Scene, SphereGeometry, Vector3, WebGLRenderer,
 } from "three"; // prettier-ignore
@@ -11,6 +11,7 @@ import { kColumns, stateAt, type Motion, type Replay, type ReplayShape } from ".
 export type Mode = "side" | "overlay";
 
 export interface Colors {
+  panel: string;
   rule: string;
   faint: string;
   runs: string[]; // each run's contender's
@@ -48,13 +49,32 @@ export function resolveColor(css: string, host: HTMLElement): string {
   return `rgb(${r},${g},${b})`;
 }
 
+// The pieces that all shapes are made of, of radius 1: a capsule is a tube of half length 1 and two caps, a sphere two
+// caps. So a run is drawn in two calls, however many sizes its shapes have.
+interface Geometries {
+  cap: BufferGeometry; // the half at z > 0
+  tube: BufferGeometry;
+}
+
+function makeGeometries(coarse: boolean): Geometries {
+  const [around, along] = coarse ? [10, 3] : [18, 6];
+  return {
+    // Three's poles and axes lie along y, those of the model along z.
+    cap: new SphereGeometry(1, around, along, 0, 2 * Math.PI, 0, Math.PI / 2).rotateX(Math.PI / 2),
+    tube: new CylinderGeometry(1, 1, 2, around, 1, true).rotateX(Math.PI / 2),
+  };
+}
+
+// A shape's pieces, in a frame with the body's orientation at its centre of mass.
 interface Part {
   body: number;
-  local: Matrix4; // shape in a frame with the body's orientation at its centre of mass
-  mesh: InstancedMesh;
-  ghost: InstancedMesh;
-  index: number;
+  caps: [Matrix4, Matrix4];
+  cap: number; // place of the first among the caps
+  tube: Matrix4 | null;
+  at: number; // its place among the tubes
 }
+
+const kTurned = new Quaternion(1, 0, 0, 0); // half a turn about x
 
 // One run's bodies.
 class Figure {
@@ -64,6 +84,8 @@ class Figure {
   readonly ghostMaterial = new MeshLambertMaterial({ transparent: true, opacity: kGhost });
   readonly trailMaterial = new LineBasicMaterial({ transparent: true, opacity: 0.7 });
   private readonly parts: Part[] = [];
+  private readonly caps: InstancedMesh;
+  private readonly tubes: InstancedMesh;
   private readonly state: Float64Array;
   private readonly pose = new Matrix4();
   private readonly placed = new Matrix4();
@@ -72,36 +94,50 @@ class Figure {
     readonly motion: Motion,
     private readonly replay: Replay,
     solidMaterial: Material,
-    geometries: Map<string, BufferGeometry>,
+    geometries: Geometries,
   ) {
     this.state = new Float64Array(replay.bodies * kColumns);
-    const groups = new Map<string, ReplayShape[]>();
-    for (const shape of replay.scene.shapes) {
-      if (shape.body < 0 || shape.type === "plane") continue;
-      const key = `${shape.type} ${shape.radius} ${shape.half_length}`;
-      groups.set(key, [...(groups.get(key) ?? []), shape]);
-    }
-    for (const [key, shapes] of groups) {
-      const geometry = geometries.get(key);
-      if (!geometry) continue;
-      const mesh = new InstancedMesh(geometry, solidMaterial, shapes.length);
-      const ghost = new InstancedMesh(geometry, this.ghostMaterial, shapes.length);
-      ghost.instanceMatrix = mesh.instanceMatrix;
+    const shapes = replay.scene.shapes.filter((shape) => shape.body >= 0 && shape.type !== "plane");
+    const long = shapes.filter((shape) => shape.type === "capsule");
+    const mesh = (geometry: BufferGeometry, count: number) => {
+      const solid = new InstancedMesh(geometry, solidMaterial, count);
+      const ghost = new InstancedMesh(geometry, this.ghostMaterial, count);
+      ghost.instanceMatrix = solid.instanceMatrix;
       // Where it stands changes with each frame; what is out of sight is little.
-      mesh.frustumCulled = ghost.frustumCulled = false;
-      shapes.forEach((shape, index) => {
-        const [x, y, z] = shape.p;
-        const cm = replay.scene.bodies[shape.body]?.cm ?? [0, 0, 0];
-        const [qw, qx, qy, qz] = shape.q;
-        const local = new Matrix4().compose(new Vector3(x - cm[0], y - cm[1], z - cm[2]), new Quaternion(qx, qy, qz, qw), new Vector3(1, 1, 1));
-        mesh.setColorAt(index, new Color(...(shape.rgba.slice(0, 3) as [number, number, number])).convertSRGBToLinear());
-        this.parts.push({ body: shape.body, local, mesh, ghost, index });
-      });
-      this.solid.add(mesh);
-      this.ghosts.add(ghost);
-    }
+      solid.frustumCulled = ghost.frustumCulled = false;
+      if (count > 0) this.solid.add(solid);
+      if (count > 0) this.ghosts.add(ghost);
+      return solid;
+    };
+    this.caps = mesh(geometries.cap, 2 * shapes.length);
+    this.tubes = mesh(geometries.tube, long.length);
+    shapes.forEach((shape, index) => {
+      const part = this.part(shape, 2 * index, long.indexOf(shape));
+      const color = new Color(...(shape.rgba.slice(0, 3) as [number, number, number])).convertSRGBToLinear();
+      this.caps.setColorAt(part.cap, color);
+      this.caps.setColorAt(part.cap + 1, color);
+      if (part.tube) this.tubes.setColorAt(part.at, color);
+      this.parts.push(part);
+    });
     this.trail = new Line(new BufferGeometry(), this.trailMaterial);
     this.trail.frustumCulled = false;
+  }
+
+  private part(shape: ReplayShape, cap: number, at: number): Part {
+    const cm = this.replay.scene.bodies[shape.body]?.cm ?? [0, 0, 0];
+    const [w, x, y, z] = shape.q;
+    const rotation = new Quaternion(x, y, z, w);
+    const centre = new Vector3(shape.p[0] - cm[0], shape.p[1] - cm[1], shape.p[2] - cm[2]);
+    const half = at >= 0 ? shape.half_length : 0;
+    const size = new Vector3(shape.radius, shape.radius, shape.radius);
+    const end = (sign: number) => new Vector3(0, 0, sign * half).applyQuaternion(rotation).add(centre);
+    return {
+      body: shape.body,
+      caps: [new Matrix4().compose(end(1), rotation, size), new Matrix4().compose(end(-1), rotation.clone().multiply(kTurned), size)],
+      cap,
+      tube: at >= 0 ? new Matrix4().compose(centre, rotation, new Vector3(shape.radius, shape.radius, half)) : null,
+      at,
+    };
   }
 
   setTrail(body: number | null): void {
@@ -126,23 +162,47 @@ class Figure {
       position.set(this.state[at]!, this.state[at + 1]!, this.state[at + 2]!);
       rotation.set(this.state[at + 4]!, this.state[at + 5]!, this.state[at + 6]!, this.state[at + 3]!);
       this.pose.compose(position, rotation, unit);
-      part.mesh.setMatrixAt(part.index, this.placed.multiplyMatrices(this.pose, part.local));
+      part.caps.forEach((local, index) => this.caps.setMatrixAt(part.cap + index, this.placed.multiplyMatrices(this.pose, local)));
+      if (part.tube) this.tubes.setMatrixAt(part.at, this.placed.multiplyMatrices(this.pose, part.tube));
     }
-    for (const part of this.parts) part.mesh.instanceMatrix.needsUpdate = true;
+    this.caps.instanceMatrix.needsUpdate = this.tubes.instanceMatrix.needsUpdate = true;
     const end = Math.floor(Math.min(frame, this.motion.run.frames - 1)) + 1;
     const start = Math.max(0, end - Math.round((1000 * kTrailSeconds) / this.replay.frame_ms));
     this.trail.geometry.setDrawRange(start, end - start);
   }
 
-  // Where each shape is drawn, x, y, z.
+  // Where each shape is drawn, x, y, z: in the middle of its ends.
   places(): [number, number, number][] {
-    const matrix = new Matrix4();
+    const end = (index: number) => {
+      this.caps.getMatrixAt(index, this.placed);
+      return new Vector3().setFromMatrixPosition(this.placed);
+    };
     return this.parts.map((part) => {
-      part.mesh.getMatrixAt(part.index, matrix);
-      const at = new Vector3().setFromMatrixPosition(matrix);
-      return [at.x, at.y, at.z];
+      const middle = end(part.cap).add(end(part.cap + 1)).divideScalar(2);
+      return [middle.x, middle.y, middle.z];
     });
   }
+}
+
+let software: boolean | null = null;
+
+// Whether the processor draws, for want of a graphics card.
+function drawsInSoftware(): boolean {
+  if (software === null) {
+    const probe = document.createElement("canvas").getContext("webgl2");
+    const info = probe?.getExtension("WEBGL_debug_renderer_info");
+    const name = probe && info ? String(probe.getParameter(info.UNMASKED_RENDERER_WEBGL)) : "";
+    software = /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
+    probe?.getExtension("WEBGL_lose_context")?.loseContext();
+  }
+  return software;
+}
+
+// A context of `canvas`. Without a graphics card edges are not smoothed and shapes are coarse.
+export function openContext(canvas: HTMLCanvasElement): { context: WebGL2RenderingContext; coarse: boolean } | null {
+  const coarse = drawsInSoftware();
+  const context = canvas.getContext("webgl2", { alpha: false, antialias: !coarse });
+  return context && { context, coarse };
 }
 
 function median(values: number[]): number {
@@ -153,7 +213,7 @@ export class Stage {
   private readonly scene = new Scene();
   private readonly camera = new PerspectiveCamera(kFieldOfView, 1, 0.01, 1000);
   private readonly figures = new Map<number, Figure>(); // by the run's place, made when it is first shown
-  private readonly geometries = new Map<string, BufferGeometry>();
+  private readonly geometries: Geometries;
   private readonly solid = new MeshLambertMaterial();
   private colors: Colors | null = null;
   private trailBody: number | null = null;
@@ -166,28 +226,21 @@ export class Stage {
   private radius = 1;
   private slow = 0; // ms that a picture takes, smoothed
 
-  // `context` is one of `canvas`; the view is chosen for `motions`. `changed` is called when the reader has turned the view.
+  // `context` and `coarse` are of `canvas`; the view is chosen for `motions`. `changed` is called when the reader has
+  // turned the view.
   constructor(
     private readonly canvas: HTMLCanvasElement,
     context: WebGL2RenderingContext,
+    private readonly coarse: boolean,
     private readonly replay: Replay,
     motions: Motion[],
     changed: () => void,
   ) {
-    this.renderer = new WebGLRenderer({ canvas, context, alpha: true, antialias: true });
-    this.renderer.setClearColor(0x000000, 0);
+    this.renderer = new WebGLRenderer({ canvas, context, antialias: !coarse });
     const light = new DirectionalLight(0xffffff, 2.2);
     light.position.set(-1, -1.6, 3);
     this.scene.add(new AmbientLight(0xffffff, 1.5), light);
-    for (const shape of replay.scene.shapes) {
-      const key = `${shape.type} ${shape.radius} ${shape.half_length}`;
-      if (this.geometries.has(key) || shape.type === "plane") continue;
-      // Three's capsules lie along y, those of the model along z.
-      this.geometries.set(
-        key,
-        shape.type === "sphere" ? new SphereGeometry(shape.radius, 16, 10) : new CapsuleGeometry(shape.radius, 2 * shape.half_length, 5, 14).rotateX(Math.PI / 2),
-      );
-    }
+    this.geometries = makeGeometries(coarse);
     this.look(motions);
     this.makeGround();
     this.scene.add(this.ground);
@@ -303,6 +356,7 @@ export class Stage {
 
   setColors(colors: Colors): void {
     this.colors = colors;
+    this.renderer.setClearColor(colors.panel, 1);
     for (const child of this.ground.children) {
       const material = (child as Mesh).material as MeshBasicMaterial;
       material.color.set(child instanceof LineSegments ? colors.rule : colors.faint);
@@ -328,9 +382,10 @@ export class Stage {
     for (const figure of this.figures.values()) figure.setTrail(body);
   }
 
-  // In CSS pixels.
-  resize(width: number, height: number): void {
-    const ratio = Math.min(window.devicePixelRatio || 1, this.slow > 60 ? 0.75 : 2);
+  // In CSS pixels. Where edges are not smoothed, what stands still has twice the pixels.
+  resize(width: number, height: number, moves: boolean): void {
+    const own = window.devicePixelRatio || 1;
+    const ratio = this.coarse && !moves ? 2 : Math.min(own, this.slow > 60 ? 0.75 : 2);
     this.renderer.setPixelRatio(ratio);
     this.renderer.setSize(width, height, false);
   }
@@ -384,9 +439,10 @@ export class Stage {
     this.renderer.render(this.scene, this.camera);
   }
 
-  // Where the shapes of a run were drawn last, for tests.
+  // Where the shapes of a run that is shown were drawn last, for tests.
   places(index: number): [number, number, number][] {
-    return this.figures.get(index)?.places() ?? [];
+    const shown = this.shown.includes(index) || index === this.reference;
+    return (shown && this.figures.get(index)?.places()) || [];
   }
 
   get milliseconds(): number {

@@ -1,7 +1,7 @@
 // Contender x timestep of one value. A click on a figure opens everything that is known of it below the row.
 import { valueInfo, type Entry, type SystemView } from "../data";
 import { clear, el, type Child } from "../dom";
-import { interval, named, percent, seconds, timestep } from "../format";
+import { interval, named, percent, seconds, timestep, timestepRange } from "../format";
 import type { Palette } from "../palette";
 import { swatch } from "../plots/legend";
 import { state } from "../state";
@@ -52,7 +52,8 @@ export class Matrix {
       return;
     }
     const best = new Map<number, string>();
-    for (const step of steps) {
+    const telling = this.view.errorTimesteps(name);
+    for (const step of telling) {
       const figures = rows
         .map((contender) => this.view.entry(contender, step, name))
         .filter((entry): entry is Entry => entry !== null && entry.value !== null && entry.cell.outcome === "ok")
@@ -70,12 +71,19 @@ export class Matrix {
       },
       ...steps.map((step) => ({
         title: `${timestep(step)} ms`,
+        ...(telling.includes(step) ? {} : { hint: "the reference's own timestep: restart floors" }),
         key: (contender: string) => this.view.entry(contender, step, name)?.value?.value ?? null,
         cell: (contender: string) => this.figure(name, contender, step, best.get(step) ?? ""),
-        className: "figure",
+        className: telling.includes(step) ? "figure" : "figure floor",
       })),
     ];
-    const text = `${info.label}: ${info.meaning}. The best of a column is bold; a click on a figure shows all that is known of it.`;
+    const floors = steps.filter((step) => !telling.includes(step));
+    const text = [
+      `${info.label}: ${info.meaning}.`,
+      info.better === "none" ? "" : "The best of a column is bold.",
+      floors.length > 0 ? `At ${timestepRange(floors)} stand the restart floors, of which none is the best.` : "",
+      "A click on a figure shows all that is known of it.",
+    ].filter(Boolean).join(" "); // prettier-ignore
     this.frame.append(scrollFrame(`${info.label} by contender and timestep`, text, sortableTable(columns, rows)));
   }
 

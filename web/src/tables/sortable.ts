@@ -16,11 +16,8 @@ function compare(a: number | string | null, b: number | string | null): number {
   return typeof a === "number" && typeof b === "number" ? a - b : String(a).localeCompare(String(b));
 }
 
-export function sortableTable<Row>(
-  columns: Column<Row>[],
-  rows: Row[],
-  rowAttributes: (row: Row) => Record<string, string> = () => ({}),
-): HTMLTableElement {
+// Shows the first `limit` rows of the order.
+export function sortableTable<Row>(columns: Column<Row>[], rows: Row[], limit = Infinity): HTMLTableElement {
   const body = el("tbody");
   const heads = columns.map((column) => {
     const head = el("th", { scope: "col", class: column.className ?? null, title: column.hint ?? null });
@@ -42,8 +39,8 @@ export function sortableTable<Row>(
       });
     }
     body.replaceChildren(
-      ...order.map(({ row }) => {
-        const line = el("tr", rowAttributes(row));
+      ...order.slice(0, limit).map(({ row }) => {
+        const line = el("tr");
         for (const column of columns) {
           const content = column.cell(row);
           if (content instanceof HTMLTableCellElement) {
