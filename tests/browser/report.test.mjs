@@ -3,44 +3,37 @@
 //   ASSAY          the program assay, for the tests that compare the page with it
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { existsSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, describe, test } from "node:test";
 import { pathToFileURL } from "node:url";
 
 import { launch } from "../../web/browser.mjs";
+import { dataIn, openReport } from "./page.mjs";
 
 const work = mkdtempSync(join(tmpdir(), "assay-browser-"));
 const kinds = ["full", "programme", "empty", "started", "failed"];
 let browser;
 
-// Opens the report of one kind; `trouble` collects whatever the page must not do.
-async function open(kind, { width = 1400, dark = false } = {}) {
-  const page = await browser.newPage();
-  const trouble = [];
-  page.on("console", (message) => {
-    if (["error", "warning", "warn"].includes(message.type())) trouble.push(`console: ${message.text()}`);
-  });
-  page.on("pageerror", (error) => trouble.push(`exception: ${error.message}`));
-  page.on("request", (request) => {
-    if (!request.url().startsWith("data:") && !request.isNavigationRequest()) trouble.push(`request: ${request.url()}`);
-  });
-  await page.setViewport({ width, height: 900 });
-  // A scroll that goes on would carry the marker away from the pointer.
-  await page.emulateMediaFeatures([
-    { name: "prefers-color-scheme", value: dark ? "dark" : "light" },
-    { name: "prefers-reduced-motion", value: "reduce" },
-  ]);
-  await page.goto(pathToFileURL(join(work, kind, "report.html")).href, { waitUntil: "load" });
-  await page.waitForSelector("body[data-ready]");
-  return { page, trouble };
+const reportOf = (kind) => join(work, kind, "report.html");
+const open = (kind, options) => openReport(browser, reportOf(kind), options);
+const read = new Map();
+function dataOf(kind) {
+  if (!read.has(kind)) read.set(kind, dataIn(reportOf(kind)));
+  return read.get(kind);
 }
 
-function dataOf(kind) {
-  const html = readFileSync(join(work, kind, "report.html"), "utf8");
-  const [, json] = /<script type="application\/json" id="assay-data">(.*?)<\/script>/s.exec(html);
-  return JSON.parse(json);
+// A report whose data were changed; returns its file.
+function withData(kind, name, change) {
+  const html = readFileSync(reportOf(kind), "utf8");
+  const data = dataIn(reportOf(kind));
+  change(data);
+  const open = '<script type="application/json" id="assay-data">';
+  const at = html.indexOf(open) + open.length;
+  const file = join(work, `${name}.html`);
+  writeFileSync(file, html.slice(0, at) + JSON.stringify(data).replace(/</g, "\\u003c") + html.slice(html.indexOf("</script>", at)));
+  return file;
 }
 
 function valueOf(data, system, contender, step, name) {
@@ -93,13 +86,57 @@ for (const kind of kinds) {
       assert.ok(seen.text.length > 200, "the page is nearly empty");
       // "null" is also the name of an engine, which is always said to do nothing.
       assert.doesNotMatch(seen.text, /\b(NaN|undefined|Infinity)\b|\bnull\b(?! \(does nothing\))/);
-      assert.doesNotMatch(seen.markup, /NaN|undefined|="null"|Infinity|\[object/);
+      const holes = /.{0,80}(NaN|undefined|="null"(?!>null \(does nothing\))|Infinity|\[object).{0,80}/.exec(seen.markup);
+      assert.equal(holes?.[0], undefined);
       assert.ok(seen.wide <= 0, `the page is ${seen.wide} px wider than the window`);
       assert.equal(seen.title, "assay report", "text from the data was run as a script");
       await page.close();
     });
   }
 }
+
+test("the first plots are there before the rest of the page is drawn", async () => {
+  const page = await browser.newPage();
+  await page.setViewport({ width: 1400, height: 900 });
+  await page.evaluateOnNewDocument(() => {
+    const watch = new MutationObserver(() => {
+      if (!document.querySelector("svg.accuracy .series")) return;
+      watch.disconnect();
+      const plots = [...document.querySelectorAll(".system")].map((node) => node.querySelectorAll("svg.accuracy").length);
+      window.atFirst = { plots, ready: "ready" in document.body.dataset };
+    });
+    watch.observe(document, { childList: true, subtree: true });
+  });
+  await page.goto(pathToFileURL(reportOf("programme")).href, { waitUntil: "load" });
+  await page.waitForSelector("body[data-ready]");
+  const { plots, ready } = await page.evaluate(() => window.atFirst);
+  assert.equal(plots[0], 1);
+  assert.ok(plots.slice(1).every((count) => count === 0), `plots of the systems: ${plots.join()}`);
+  assert.equal(ready, false);
+  assert.equal((await page.$$('[aria-busy="true"]')).length, 0, "all is drawn when the page says so");
+  assert.equal(await page.evaluate(() => performance.getEntriesByName("assay:first-plots").length), 1);
+  await page.close();
+});
+
+test("who prints before all is drawn gets all of it", async () => {
+  const page = await browser.newPage();
+  await page.evaluateOnNewDocument(() => {
+    const busy = () => document.querySelectorAll('[aria-busy="true"]').length;
+    document.addEventListener("DOMContentLoaded", () =>
+      setTimeout(() => {
+        window.busy = [busy()];
+        window.dispatchEvent(new Event("beforeprint"));
+        window.busy.push(busy());
+      }),
+    );
+  });
+  await page.goto(pathToFileURL(reportOf("programme")).href, { waitUntil: "load" });
+  await page.waitForSelector("body[data-ready]");
+  const [before, then] = await page.evaluate(() => window.busy);
+  assert.ok(before > 5, `${before} parts were still to be drawn`);
+  assert.equal(then, 0);
+  await page.close();
+});
 
 test("empty, unfinished and failed results say so", async () => {
   const empty = await open("empty");
@@ -271,12 +308,48 @@ describe("full results", () => {
   });
 
   test("failures are listed with their reasons", async () => {
-    const rows = await page.$$eval("#failures tbody tr", (nodes) => nodes.map((node) => node.innerText.replace(/\s+/g, " ")));
+    const rows = await page.$$eval("#failures .failure-list tbody tr", (nodes) => nodes.map((node) => node.innerText.replace(/\s+/g, " ")));
     assert.equal(rows.length, 9);
     assert.ok(rows.some((row) => /ode-step planar-chain truth 32 ms diverged a state that is not finite/.test(row)));
     assert.ok(rows.some((row) => /bullet-mb-rk4 capsules-27 raw speed all, 1\/64 to 32 ms unsupported not scored/.test(row)));
     assert.match(await page.$eval("#failures", (node) => node.innerText), /physx-d6-pgs: the engine physx is not built here/);
     assert.ok(rows.some((row) => row.includes("</script><script>document.title='broken'</script>")));
+  });
+
+  test("what failed is counted by outcome, contender and system; numbers, choices and words narrow it down", async () => {
+    const bad = data().cells.filter((cell) => cell.outcome !== "ok" && cell.contender !== "null");
+    const text = await page.$eval("#failures .failure-sum", (node) => node.textContent);
+    assert.ok(text.startsWith(`${bad.length} of ${data().cells.filter((cell) => cell.contender !== "null").length} cells`), text);
+    for (const outcome of new Set(bad.map((cell) => cell.outcome))) {
+      assert.ok(text.includes(`${bad.filter((cell) => cell.outcome === outcome).length} ${outcome}`), text);
+    }
+    const table = await page.$$eval("#failures .failure-counts tr", (rows) => [...rows].map((row) => [...row.cells].map((cell) => cell.innerText.trim())));
+    const [head, ...rows] = table;
+    const systems = head.slice(2).map((name) => name.trim());
+    for (const [name, all, ...each] of rows) {
+      const own = bad.filter((cell) => name === "All" || cell.contender === name);
+      assert.equal(Number(all), own.length, name);
+      each.forEach((count, index) => {
+        const expected = own.filter((cell) => cell.system === systems[index]).length;
+        assert.equal(count === "·" ? 0 : Number(count), expected, `${name} on ${systems[index]}`);
+      });
+    }
+    const listed = () => page.$$eval("#failures .failure-list tbody tr", (nodes) => nodes.map((node) => [node.cells[0].innerText, node.cells[1].innerText]));
+    const words = () => page.$eval('#failures [aria-live="polite"]', (node) => node.textContent);
+    // By keyboard: the number of bullet-mb-rk4 on capsules-27.
+    await page.$$eval("#failures .failure-counts button", (nodes) => nodes.find((node) => /of bullet-mb-rk4 on capsules-27:/.test(node.getAttribute("aria-label"))).focus());
+    await page.keyboard.press("Enter");
+    const chosen = await listed();
+    assert.ok(chosen.length > 0 && chosen.every(([contender, system]) => contender === "bullet-mb-rk4" && system === "capsules-27"));
+    const count = bad.filter((cell) => cell.contender === "bullet-mb-rk4" && cell.system === "capsules-27").length;
+    assert.match(await words(), new RegExp(`^${count} cells in ${chosen.length} rows?$`));
+    assert.ok(await page.evaluate(() => document.activeElement.matches("#failures .failure-list .scroll")), "the list can be scrolled next");
+    await page.$eval("#failures .filters .more", (node) => node.click());
+    assert.equal((await listed()).length, 9);
+    await page.type("#failures .filters input", "not finite");
+    assert.deepEqual(await listed(), [["ode-step", "planar-chain"]]);
+    await page.$eval("#failures .filters .more", (node) => node.click());
+    assert.equal((await listed()).length, 9);
   });
 
   test("measures can be chosen; errors of exactly zero are shown as such", async () => {
@@ -598,6 +671,9 @@ describe("the programme", () => {
       nodes.map((node) => [Number(node.dataset.timestep), Number(/translate\(([-\d.]+),/.exec(node.getAttribute("transform"))[1])]),
     );
     assert.equal(places.length, 12);
+    const said = await page.$$eval("#summary .summary-system", (nodes) => nodes.find((node) => node.querySelector("h3").textContent === "astronaut-energy").textContent);
+    assert.match(said, /was not timed/);
+    assert.doesNotMatch(said, /failed|failures/);
     const octave = (places[11][1] - places[0][1]) / 11;
     places.forEach(([step, x], index) => assert.ok(Math.abs(x - places[0][1] - index * octave) < 0.5, `${step} ms`));
   });
@@ -650,7 +726,7 @@ describe("the programme", () => {
     await press('#grasp .grip-cell[data-contender-of="physx-d6-pgs"][data-timestep="4"]');
     assert.match(await page.$eval("#grasp .details-panel", (node) => node.innerText), /Drop time/);
     assert.match(await command("grasp"), /^assay simulate grasp --engine physx-d6-pgs --timestep 4 --duration 5\.024 --sample 32 --out /);
-    await page.$$eval("#failures tbody tr", (rows) => [...rows].find((row) => /ode-quick\s+grasp\s+grasp/.test(row.innerText)).querySelector("button.link").click());
+    await page.$$eval("#failures .failure-list tbody tr", (rows) => [...rows].find((row) => /ode-quick\s+grasp\s+grasp/.test(row.innerText)).querySelector("button.link").click());
     assert.match(await page.$eval("#grasp .details-panel .outcomes", (node) => node.innerText), /grasp: diverged, by 1\.3 s/);
     assert.match(await command("grasp"), /--engine ode-quick --timestep 2 /);
     await press("#astronaut-energy .damping-panel tbody tr:nth-child(19) td:last-child button");
@@ -706,7 +782,7 @@ describe("the programme", () => {
     }
     await slide(16);
     assert.notEqual((await shown(...near)).fill, (await shown(...far)).fill);
-    assert.match(await page.$eval("#planar-chain .agreement-panel output", (node) => node.textContent), /^4\.93 s|^5\.\d+ s/);
+    assert.match(await page.$eval("#planar-chain .agreement-panel output", (node) => node.textContent), /^4\.93 of 10\.0 s$/);
     await page.$eval("#planar-chain svg.agreement", (node) => node.focus());
     await page.keyboard.press("ArrowRight");
     assert.match(await page.$eval(".tooltip", (node) => node.innerText), /mujoco-euler and mujoco-rk4[^]*farther than 1 mm/);
@@ -717,6 +793,77 @@ describe("the programme", () => {
     await slide(17);
     assert.ok((await page.$eval("#planar-chain .distances .clock", (node) => Number(node.getAttribute("x1")))) > clock, "the clock follows the slider");
     await page.keyboard.press("Escape");
+  });
+
+  test("agreement begins where half of the pairs have parted, says so, and no name is cut", async () => {
+    for (const width of [1400, 1280]) {
+      const { page: fresh } = await open("programme", { width });
+      for (const agreement of data().agreement) {
+        const parted = agreement.parting_s.filter((time) => time !== null).sort((a, b) => a - b);
+        const middle = parted[Math.floor(parted.length / 2)];
+        const found = agreement.time_s.findIndex((time) => time >= middle);
+        const place = found < 0 ? agreement.time_s.length - 1 : Math.max(1, found);
+        const panel = `#${agreement.system} .agreement-panel`;
+        assert.equal(await fresh.$eval(`${panel} input`, (node) => Number(node.value)), place, agreement.system);
+        const said = await fresh.$eval(`${panel} output`, (node) => node.textContent);
+        assert.ok(Math.abs(Number.parseFloat(said) - agreement.time_s[place]) <= 0.01 * agreement.time_s[place], said);
+        assert.ok((await fresh.$eval(`${panel} figcaption`, (node) => node.textContent)).includes("It begins at"));
+        const cut = await fresh.$eval(panel, (node) => {
+          const box = node.querySelector(".canvas").getBoundingClientRect();
+          return [...node.querySelectorAll(".agreement .name")].filter((name) => {
+            const { left, right, top } = name.getBoundingClientRect();
+            return left < box.left - 1 || right > box.right + 1 || top < box.top - 1;
+          }).map((name) => name.textContent); // prettier-ignore
+        });
+        assert.deepEqual(cut, [], `${agreement.system}, ${width} px`);
+      }
+      await fresh.close();
+    }
+  });
+
+  test("hidden damping: what rounding could make is about 0, only what gains more than that is bold", async () => {
+    const single = data().contenders.find((one) => one.capabilities.precision === "single").name;
+    const double = data().contenders.find((one) => one.capabilities.precision === "double").name;
+    // contender, timestep, rate, interval, what is to be seen
+    const rates = [
+      [double, 1, 2e-13, [1.9e-13, 2.1e-13], "rounding"], [double, 1 / 64, -1.3e-11, [-1.4e-11, -1.2e-11], "rounding"],
+      [double, 2, -1e-3, [-2e-3, -1e-4], "gains"], [double, 4, -1e-3, [-2e-3, 1e-4], "none"], [double, 8, 3e-13, [2e-13, 4e-13], "loses"],
+      [single, 1, -1.1e-4, [-1.2e-4, -1e-4], "rounding"], [single, 8, -1.1e-4, [-1.2e-4, -1e-4], "gains"],
+    ]; // prettier-ignore
+    const file = withData("programme", "damping", (changed) => {
+      for (const [contender, step, rate, [low, high]] of rates) {
+        for (const cell of changed.cells) {
+          if (cell.system !== "astronaut-energy" || cell.contender !== contender || cell.timestep_ms !== step) continue;
+          for (const value of cell.values) if (value.name === "damping_rate") Object.assign(value, { value: rate, low, high });
+        }
+      }
+    });
+    const { page: fresh } = await openReport(browser, file, { width: 1280 });
+    const panel = "#astronaut-energy .damping-panel";
+    const [head, ...rows] = await fresh.$$eval(`${panel} tr`, (nodes) =>
+      nodes.map((row) => [...row.cells].map((cell) => ({ text: cell.innerText.trim(), kind: cell.querySelector("button")?.classList[2], weight: getComputedStyle(cell.querySelector(".number") ?? cell).fontWeight }))),
+    );
+    for (const [contender, step, , , kind] of rates) {
+      const written = step < 1 ? `1/${1 / step}` : String(step);
+      const shown = rows.find(([name]) => name.text === contender)[head.findIndex(({ text }) => text.split(/\s/)[0] === written)];
+      assert.equal(shown.kind, kind, `${contender} at ${step} ms`);
+      assert.equal(shown.text === "≈ 0", kind === "rounding", shown.text);
+      assert.equal(Number(shown.weight) > 600, kind === "gains", `${contender} at ${step} ms: ${shown.weight}`);
+    }
+    const over = await fresh.$eval(`${panel} .scroll`, (node) => node.scrollWidth - node.clientWidth);
+    assert.ok(over <= 0, `${over} px are cut at 1280 px`);
+    await fresh.close();
+  });
+
+  test("at the reference's own timestep stand restart floors, of which none is the best", async () => {
+    await page.select("#humanoid .matrix-panel select", "consistency");
+    const columns = await page.$$eval("#humanoid .matrix-panel table tr", (rows) =>
+      [...rows[0].cells].slice(1).map((head, index) => [head.innerText.trim(), [...rows].slice(1).filter((row) => row.cells[index + 1]?.querySelector(".best")).length]),
+    );
+    assert.equal(columns[0][0].replace(/\s.*/, ""), "1/64");
+    assert.equal(columns[0][1], 0, "a restart floor is bold");
+    for (const [step, bold] of columns.slice(1)) assert.ok(bold > 0, `nothing is bold at ${step}`);
+    assert.match(await page.$eval("#humanoid .matrix-panel .table-text", (node) => node.textContent), /At 1\/64 ms stand the restart floors/);
   });
 
   test("hidden damping is listed with what it says", async () => {

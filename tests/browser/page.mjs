@@ -1,0 +1,41 @@
+// Opens a report in the browser for a test, and reads what is in it.
+import { readFileSync } from "node:fs";
+import { pathToFileURL } from "node:url";
+
+// `trouble` collects whatever a report must never do. `without` is a kind of canvas that the browser shall not have.
+export async function openReport(browser, file, { width = 1400, height = 900, dark = false, without = "" } = {}) {
+  const page = await browser.newPage();
+  const trouble = [];
+  page.on("console", (message) => {
+    if (["error", "warning", "warn"].includes(message.type())) trouble.push(`console: ${message.text()}`);
+  });
+  page.on("pageerror", (error) => trouble.push(`exception: ${error.message}`));
+  page.on("request", (request) => {
+    if (!request.url().startsWith("data:") && !request.isNavigationRequest()) trouble.push(`request: ${request.url()}`);
+  });
+  await page.setViewport({ width, height });
+  // A scroll that goes on would carry what is looked at away from the pointer.
+  await page.emulateMediaFeatures([
+    { name: "prefers-color-scheme", value: dark ? "dark" : "light" },
+    { name: "prefers-reduced-motion", value: "reduce" },
+  ]);
+  if (without) {
+    await page.evaluateOnNewDocument((kind) => {
+      const get = HTMLCanvasElement.prototype.getContext;
+      HTMLCanvasElement.prototype.getContext = function (asked, ...rest) {
+        return asked === kind ? null : get.call(this, asked, ...rest);
+      };
+    }, without);
+  }
+  await page.goto(pathToFileURL(file).href, { waitUntil: "load" });
+  await page.waitForSelector("body[data-ready]");
+  return { page, trouble };
+}
+
+function jsonIn(file, id) {
+  const [, json] = new RegExp(`<script type="application/json" id="${id}">(.*?)</script>`, "s").exec(readFileSync(file, "utf8"));
+  return JSON.parse(json);
+}
+
+export const dataIn = (file) => jsonIn(file, "assay-data");
+export const replaysIn = (file) => jsonIn(file, "assay-replays");
