@@ -2,13 +2,20 @@
 import type { Claim, ClaimFigure } from "./data";
 import { valueInfo } from "./data";
 import { el } from "./dom";
-import { interval, quantity, timestep } from "./format";
+import { interval, quantity, superscript, timestep } from "./format";
 
 const kVerdicts: Record<Claim["verdict"], [sign: string, word: string]> = {
   holds: ["✓", "holds"],
   changed: ["≠", "changed"],
   "not-measurable": ["?", "not measurable"],
 };
+
+// "1.67e+06x" as a reader writes it.
+function readable(text: string): string {
+  return text
+    .replace(/(\d(?:\.\d+)?)e([+-]?\d+)/g, (_, digits: string, exponent: string) => `${digits}×10${superscript(Number(exponent))}`)
+    .replace(/([\d⁰¹²³⁴-⁹])x(?![\w])/g, "$1×");
+}
 
 function sentence(text: string): string {
   return /[.!?]$/.test(text) ? text : `${text}.`;
@@ -48,7 +55,7 @@ function claim(one: Claim): HTMLElement {
       { class: "claim-body" },
       el("h3", {}, one.title, " ", el("span", { class: `verdict ${one.verdict}` }, el("span", { "aria-hidden": "true" }, `${sign} `), word)),
       el("p", {}, sentence(one.statement)),
-      one.key ? el("p", { class: "claim-key" }, sentence(one.key)) : null,
+      one.key ? el("p", { class: "claim-key" }, sentence(readable(one.key))) : null,
       one.verdict === "not-measurable" && one.reason ? el("p", { class: "quiet" }, `Not measurable: ${sentence(one.reason)}`) : null,
       el(
         "details",

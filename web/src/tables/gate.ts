@@ -83,7 +83,7 @@ function verdict(report: Report, results: GateResult[], contenders: string[]): H
           "li",
           { class: status },
           el("span", { class: `sign ${status}` }, mark(status).sign),
-          el("span", {}, el("strong", {}, sentenceList(who)), `: ${status === "fail" ? "fails " : ""}`, sentenceList(which), status === "fail" ? "" : `. ${why}`),
+          el("span", {}, el("strong", {}, sentenceList(who)), `: ${status === "fail" ? "fails " : ""}`, sentenceList(which), status === "fail" ? "" : `. ${why.charAt(0).toUpperCase()}${why.slice(1)}`),
         ),
       );
     }
