@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <set>
 #include <tuple>
 
@@ -166,6 +167,17 @@ Plan make_plan(const Campaign& campaign, int shards) {
   }
   divide(campaign, plan, shards);
   return plan;
+}
+
+double step_us_at(const std::map<double, double>& known, double size) {
+  if (known.empty()) return 0;
+  if (known.size() == 1) return known.begin()->second * size / known.begin()->first;
+  auto above = known.lower_bound(size);
+  if (above == known.begin()) ++above;
+  if (above == known.end()) --above;
+  const auto below = std::prev(above);
+  const double exponent = std::log(above->second / below->second) / std::log(above->first / below->first);
+  return below->second * std::pow(size / below->first, exponent);
 }
 
 double estimate_seconds(const Campaign& campaign, const std::vector<PlannedCell>& cells,

@@ -46,6 +46,11 @@ inline bool is_timed(const PlannedCell& cell) { return cell.measure == "raw_spee
 // agreement; within that the shards' loads are evened out.
 Plan make_plan(const Campaign& campaign, int shards = 1);
 
+// The time of a step on a system of `size` bodies, from the positive times on others of its family, by number of
+// bodies: logarithmically between its neighbours; beyond them it goes on as between the last two, with one alone in
+// proportion. 0 when none is known.
+double step_us_at(const std::map<double, double>& known, double size);
+
 // Seconds that `cells` of the plan will take with `jobs` accuracy workers. `step_us` is the measured time of one step
 // for each (system, contender).
 double estimate_seconds(const Campaign& campaign, const std::vector<PlannedCell>& cells,

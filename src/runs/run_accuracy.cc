@@ -1,6 +1,4 @@
 // The gate, then every cell that is not a timing: on all cores.
-#include <cmath>
-
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
@@ -95,8 +93,8 @@ void Runner::gate() {
   }
 }
 
-// How long a step takes, roughly: for the time that is left. Sizes of a family that are not probed follow the growth
-// between the two largest that are.
+// How long a step takes, roughly: for the time that is left. Of a family of sizes three are probed, the others lie
+// between them.
 void Runner::probe() {
   std::set<std::pair<int, int>> wanted;
   for (const PlannedCell* cell : todo_) {
@@ -104,8 +102,6 @@ void Runner::probe() {
       wanted.insert({cell->system, cell->contender});
     }
   }
-  // Of a family of sizes the smallest tell how the others' times grow.
-  constexpr size_t kProbedSizes = 3;
   std::map<std::pair<std::string, int>, std::vector<int>> families;  // systems by family and contender
   for (const auto& [s, c] : wanted) {
     const std::string& family = campaign_.systems[static_cast<size_t>(s)].family;
@@ -114,7 +110,9 @@ void Runner::probe() {
   const auto size = [&](int s) { return campaign_.systems[static_cast<size_t>(s)].model.bodies.size(); };
   for (auto& [name, systems] : families) {
     std::ranges::stable_sort(systems, {}, size);
-    for (size_t i = kProbedSizes; i < systems.size(); ++i) wanted.erase({systems[i], name.second});
+    for (size_t i = 1; i + 1 < systems.size(); ++i) {
+      if (i != systems.size() / 2) wanted.erase({systems[i], name.second});
+    }
   }
   Pool pool(program_, jobs_, interrupts_);
   for (const auto& [s, c] : wanted) {
@@ -131,15 +129,15 @@ void Runner::probe() {
   }
   pool.run({});
   for (const auto& [name, systems] : families) {
-    for (size_t i = kProbedSizes; i < systems.size(); ++i) {
-      const auto known = [&](size_t k) { return step_us_[{systems[k], name.second}]; };
-      const double small = known(kProbedSizes - 2), large = known(kProbedSizes - 1);
-      const auto ratio = [&](size_t a, size_t b) {
-        return std::log(static_cast<double>(size(systems[a])) / static_cast<double>(size(systems[b])));
-      };
-      if (small <= 0 || large <= 0) continue;
-      const double exponent = std::max(1.0, std::log(large / small) / ratio(kProbedSizes - 1, kProbedSizes - 2));
-      step_us_[{systems[i], name.second}] = large * std::exp(exponent * ratio(i, kProbedSizes - 1));
+    std::map<double, double> known;
+    for (const int s : systems) {
+      const auto found = step_us_.find({s, name.second});
+      if (found != step_us_.end() && found->second > 0) known[static_cast<double>(size(s))] = found->second;
+    }
+    for (const int s : systems) {
+      // also where the probe took too long; one whose engine fails has said 0
+      const std::pair<int, int> at(s, name.second);
+      if (!step_us_.contains(at)) step_us_[at] = step_us_at(known, static_cast<double>(size(s)));
     }
   }
 }

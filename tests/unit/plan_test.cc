@@ -2,6 +2,7 @@
 #include "runs/plan.h"
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 #include <gmock/gmock.h>
@@ -177,6 +178,18 @@ TEST(Plan, EstimateGrowsWithStepsAndShrinksWithWorkers) {
   EXPECT_NEAR(estimate_seconds(estimated, accuracy, slow, 2) / one, 0.5, 0.01);
   EXPECT_LT(estimate_seconds(estimated, accuracy, fast, 1), one);
   EXPECT_GT(estimate_seconds(estimated, plan.cells, slow, 2), estimate_seconds(estimated, accuracy, slow, 2));
+}
+
+TEST(StepTimes, FollowTheFamilysGrowth) {
+  EXPECT_EQ(step_us_at({}, 10), 0);
+  EXPECT_DOUBLE_EQ(step_us_at({{20, 5}}, 80), 20) << "in proportion";
+  const std::map<double, double> cubic = {{10, 1}, {40, 64}, {100, 6400}};
+  EXPECT_DOUBLE_EQ(step_us_at(cubic, 10), 1);
+  EXPECT_DOUBLE_EQ(step_us_at(cubic, 100), 6400);
+  EXPECT_NEAR(step_us_at(cubic, 20), 8, 1e-12) << "between 10 and 40 it grows with the third power";
+  EXPECT_NEAR(step_us_at(cubic, 5), 0.125, 1e-12) << "and below";
+  const double steep = std::log(100) / std::log(2.5);
+  EXPECT_NEAR(step_us_at(cubic, 200), 6400 * std::pow(2, steep), 1e-6) << "beyond the largest as between the last two";
 }
 
 }  // namespace
