@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "cells.h"
 #include "programme.h"
 #include "report/figures.h"
 #include "report/report.h"
@@ -18,8 +19,11 @@
 
 namespace {
 
+using assay::cell;
 using assay::Cell;
+using assay::fail;
 using assay::Outcome;
+using assay::put_speed;
 using assay::Store;
 using nlohmann::json;
 
@@ -58,36 +62,10 @@ const std::vector<double>& steps() {
   return kSteps;
 }
 
-// A cell without values.
-Cell cell(const std::string& system, const Made& contender, double timestep_ms, const std::string& measure) {
-  Cell made;
-  made.key = fmt::format("{}/{}/{}/{}", system, contender.name, timestep_ms, measure);
-  made.system = system;
-  made.contender = contender.name;
-  made.timestep_ms = timestep_ms;
-  made.measure = measure;
-  made.wall_s = 0.8;
-  made.cpu_s = 0.79;
-  made.engine_s = 0.75;
-  made.steal = 0.004;
-  return made;
-}
-
-void fail(Store& store, Cell cell, Outcome outcome, const std::string& reason) {
-  cell.outcome = outcome;
-  cell.reason = reason;
-  cell.values.clear();
-  store.put_cell(cell);
-}
-
 void put_speed(Store& store, const std::string& system, const Made& contender, double step, double kilohertz) {
-  Cell timing = cell(system, contender, step, "raw_speed");
   const double wide = contender.single ? 0.06 : 0.012;
-  const double factor = step * kilohertz;
-  timing.values = {{"raw_speed", "kHz", kilohertz, kilohertz * (1 - wide), kilohertz * (1 + wide)},
-                   {"step_time", "us", 1e3 / kilohertz, 1e3 / kilohertz / (1 + wide), 1e3 / kilohertz / (1 - wide)},
-                   {"realtime_factor", "1", factor, factor * (1 - wide), factor * (1 + wide)}};
-  store.put_cell(timing, {{"step_time_us", {1e3 / kilohertz, 1.01e3 / kilohertz}}});
+  put_speed(store, cell(system, contender.name, step, "raw_speed"), kilohertz, wide,
+            {1e3 / kilohertz, 1.01e3 / kilohertz});
 }
 
 void put_consistency(Store& store, Cell cell, double error, double floor) {
@@ -108,7 +86,7 @@ void chain(Store& store) {
       const double ideal = contender.chain_error * std::pow(step, contender.order);
       const double error = std::hypot(ideal, contender.floor);
 
-      Cell truth = cell("planar-chain", contender, step, "truth");
+      Cell truth = cell("planar-chain", contender.name, step, "truth");
       truth.values = {{"truth_error", "m", error, {}, {}}};
       if (contender.single && step == steps().front()) truth.values.push_back({"truth_floor", "m", error, {}, {}});
       if (contender.name == "ode-step" && step == 32) {
@@ -124,11 +102,11 @@ void chain(Store& store) {
       // Restarting a contender without hidden state gives the same bits: its floor is exactly zero.
       const double rounding = contender.single ? 2e-5 : 4e-12;
       const double floor = contender.joint ? 0 : rounding;
-      Cell consistency = cell("planar-chain", contender, step, "consistency");
+      Cell consistency = cell("planar-chain", contender.name, step, "consistency");
       const double off = step == steps().front() ? floor : std::hypot(0.3 * ideal, floor);
       put_consistency(store, consistency, off, floor);
 
-      Cell drift = cell("planar-chain", contender, step, "drift");
+      Cell drift = cell("planar-chain", contender.name, step, "drift");
       const double energy = 0.9 * error;
       drift.values = {{"energy_drift", "J", energy, {}, {}},
                       {"energy_drift_relative", "1", energy / 3.2, {}, {}},
@@ -144,8 +122,8 @@ void pile(Store& store) {
     for (const double step : steps()) {
       if (contender.pile_kilohertz == 0) {
         const std::string reason = "not scored: failed the tests resting-height, sliding-capsule of the gate";
-        fail(store, cell("capsules-27", contender, step, "raw_speed"), Outcome::kUnsupported, reason);
-        fail(store, cell("capsules-27", contender, step, "consistency"), Outcome::kUnsupported, reason);
+        fail(store, cell("capsules-27", contender.name, step, "raw_speed"), Outcome::kUnsupported, reason);
+        fail(store, cell("capsules-27", contender.name, step, "consistency"), Outcome::kUnsupported, reason);
         continue;
       }
       // Slower from 4 ms on, and not timed everywhere.
@@ -153,7 +131,7 @@ void pile(Store& store) {
         put_speed(store, "capsules-27", contender, step, contender.pile_kilohertz * (step < 4 ? 1 : 0.81));
       }
       if (contender.name == "null") continue;
-      Cell consistency = cell("capsules-27", contender, step, "consistency");
+      Cell consistency = cell("capsules-27", contender.name, step, "consistency");
       const double hidden = contender.single ? 4e-5 : 2e-7;  // warm starts, contact caches
       const double floor = contender.joint ? 6e-16 : hidden;
       const double error = std::hypot(contender.pile_error * std::pow(step, 0.7), floor);
@@ -263,11 +241,12 @@ int make(const std::string& kind, const std::string& dir) {
       pile(store);
     } else if (kind == "failed") {
       for (const Made& contender : made()) {
-        fail(store, cell("planar-chain", contender, 1, "raw_speed"), Outcome::kCrashed, "the worker ended by signal 6");
-        fail(store, cell("planar-chain", contender, 1, "truth"), Outcome::kTimeout, "no end after 600 s");
+        fail(store, cell("planar-chain", contender.name, 1, "raw_speed"), Outcome::kCrashed,
+             "the worker ended by signal 6");
+        fail(store, cell("planar-chain", contender.name, 1, "truth"), Outcome::kTimeout, "no end after 600 s");
       }
     } else if (kind == "started") {
-      store.put_cell(cell("planar-chain", made().front(), 1 / 64.0, "reference"));
+      store.put_cell(cell("planar-chain", made().front().name, 1 / 64.0, "reference"));
     } else if (kind != "empty") {
       fmt::print(stderr, "unknown kind '{}'\n", kind);
       return 2;

@@ -10,7 +10,9 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "cells.h"
 #include "model/mjcf.h"
+#include "runs/rows.h"
 #include "store/scene.h"
 
 namespace assay {
@@ -95,31 +97,10 @@ double chance(const std::string& text) {
   return generator() / 4294967296.0;
 }
 
-Cell cell(const std::string& system, const Made& contender, double timestep_ms, const std::string& measure) {
-  Cell made;
-  made.key = fmt::format("{}/{}/{}/{}", system, contender.name, timestep_ms, measure);
-  made.system = system;
-  made.contender = contender.name;
-  made.timestep_ms = timestep_ms;
-  made.measure = measure;
-  made.wall_s = 1.2;
-  made.cpu_s = 1.19;
-  made.engine_s = 1.1;
-  made.steal = 0.002;
-  return made;
-}
-
-void fail(Store& store, Cell cell, Outcome outcome, const std::string& reason) {
-  cell.outcome = outcome;
-  cell.reason = reason;
-  cell.values.clear();
-  store.put_cell(cell);
-}
-
 void put_speed(Store& store, const System& system, const Made& contender, double step) {
   const double kilohertz = contender.kilohertz / system.slower * (1 + 0.2 * chance(contender.name + system.name)) *
                            (contender.joint ? 1 : 1.6);
-  const double wide = 0.01 + 0.03 * chance(contender.name), us = 1e3 / kilohertz, factor = step * kilohertz;
+  const double wide = 0.01 + 0.03 * chance(contender.name), us = 1e3 / kilohertz;
   std::vector<double> samples;
   // Always the same numbers are wanted. NOLINTNEXTLINE(bugprone-random-generator-seed)
   std::mt19937 generator(7);
@@ -127,11 +108,7 @@ void put_speed(Store& store, const System& system, const Made& contender, double
     const double u = generator() / 4294967296.0, spike = i % 97 == 0 ? 2.5 : 1;
     samples.push_back(us * (1 + wide * (4 * u * u * u - 1)) * spike);
   }
-  Cell timing = cell(system.name, contender, step, "raw_speed");
-  timing.values = {{"raw_speed", "kHz", kilohertz, kilohertz * (1 - wide), kilohertz * (1 + wide)},
-                   {"step_time", "us", us, us / (1 + wide), us / (1 - wide)},
-                   {"realtime_factor", "1", factor, factor * (1 - wide), factor * (1 + wide)}};
-  store.put_cell(timing, {{"step_time_us", samples}});
+  put_speed(store, cell(system.name, contender.name, step, "raw_speed"), kilohertz, wide, samples);
 }
 
 double error_of(const System& system, const Made& contender, double step) {
@@ -147,8 +124,15 @@ bool fails(const System& system, const Made& contender, double step) {
   return system.contact && contender.engine == "ode" && step >= 16;
 }
 
+// Whether it does; then that is stored.
+bool diverges(Store& store, const System& system, const Made& contender, const Cell& cell) {
+  if (!fails(system, contender, cell.timestep_ms)) return false;
+  fail(store, cell, Outcome::kDiverged, "by 2.1 s: a state that is not finite");
+  return true;
+}
+
 void put_consistency(Store& store, const System& system, const Made& contender, double step) {
-  Cell made = cell(system.name, contender, step, "consistency");
+  Cell made = cell(system.name, contender.name, step, "consistency");
   if (fails(system, contender, step)) {
     fail(store, made, Outcome::kDiverged, "piece 3, by 0.096 s: a body is 1.2e6 m away");
     return;
@@ -170,17 +154,14 @@ void put_consistency(Store& store, const System& system, const Made& contender, 
 }
 
 void put_truth(Store& store, const System& system, const Made& contender, double step) {
-  Cell made = cell(system.name, contender, step, "truth");
+  Cell made = cell(system.name, contender.name, step, "truth");
   made.values = {{"truth_error", "m", error_of(system, contender, step), {}, {}}};
   store.put_cell(made);
 }
 
 void put_drift(Store& store, const System& system, const Made& contender, double step) {
-  Cell made = cell(system.name, contender, step, "drift");
-  if (fails(system, contender, step)) {
-    fail(store, made, Outcome::kDiverged, "by 2.1 s: a state that is not finite");
-    return;
-  }
+  Cell made = cell(system.name, contender.name, step, "drift");
+  if (diverges(store, system, contender, made)) return;
   const double error = error_of(system, contender, step);
   if (system.name == "astronaut") {
     // what has maximal coordinates keeps it to rounding, the better the fewer its steps
@@ -200,11 +181,8 @@ void put_drift(Store& store, const System& system, const Made& contender, double
 }
 
 void put_violation(Store& store, const System& system, const Made& contender, double step) {
-  Cell made = cell(system.name, contender, step, "violation");
-  if (fails(system, contender, step)) {
-    fail(store, made, Outcome::kDiverged, "by 2.1 s: a state that is not finite");
-    return;
-  }
+  Cell made = cell(system.name, contender.name, step, "violation");
+  if (diverges(store, system, contender, made)) return;
   const double error = error_of(system, contender, step);
   if (system.name != "capsules-27") {
     const double apart = contender.joint ? 0 : 0.2 * error;
@@ -231,7 +209,7 @@ void put_grasp(Store& store, const System& system, const Made& contender) {
     if (whole) without_hole = step;
   }
   for (const double step : steps()) {
-    Cell made = cell(system.name, contender, step, "grasp");
+    Cell made = cell(system.name, contender.name, step, "grasp");
     if (fails(system, contender, step)) {
       made.outcome = Outcome::kDiverged;
       made.reason = "by 1.3 s: a state that is not finite";
@@ -277,7 +255,7 @@ void put_agreement(Store& store, const System& system) {
     }
     std::ranges::sort(ends);
     std::ranges::sort(partings);
-    Cell made = cell(system.name, own, kReference, "agreement");
+    Cell made = cell(system.name, own.name, kReference, "agreement");
     made.values = {{"agreement", "m", ends[ends.size() / 2], {}, {}},
                    {"parting_time", "s", partings[partings.size() / 2], {}, {}}};
     store.put_cell(made, series);
@@ -300,7 +278,7 @@ void put_scaling(Store& store, bool contacts) {
     for (const int size : sizes()) {
       const double seconds = (contacts ? 0.4 : 0.1) * 100 / contender.kilohertz * std::pow(size / 25.0, exponent) *
                              (1 + 0.05 * chance(fmt::format("{}{}", contender.name, size)));
-      Cell made = cell(fmt::format("capsules-{}{}", size, ending), contender, 10, "scaling");
+      Cell made = cell(fmt::format("capsules-{}{}", size, ending), contender.name, 10, "scaling");
       if (dense && size == 250 && contacts) {
         fail(store, made, Outcome::kTimeout, "no end after 1800 s");
         continue;
@@ -316,19 +294,14 @@ void put_scaling(Store& store, bool contacts) {
 }
 
 json facts_of(const Model& model, const std::string& model_name, double duration_s) {
-  return {{"model", model_name + ".xml"},
-          {"dof", model.dof()},
-          {"bodies", model.bodies.size()},
-          {"hinges", model.hinges.size()},
-          {"shapes", model.shapes.size()},
-          {"contact_pairs", model.contacts.size()},
-          {"mass_kg", model.total_mass()},
-          {"gravity", {model.gravity.x(), model.gravity.y(), model.gravity.z()}},
-          {"contacts", true},
-          {"control", model.actuators.empty() ? "passive" : fmt::format("{} actuators", model.actuators.size())},
-          {"duration_s", duration_s},
-          {"sample_ms", 32},
-          {"reference_ms", kReference}};
+  json facts = model_facts(model);
+  facts.update({{"model", model_name + ".xml"},
+                {"contacts", true},
+                {"control", model.actuators.empty() ? "passive" : fmt::format("{} actuators", model.actuators.size())},
+                {"duration_s", duration_s},
+                {"sample_ms", 32},
+                {"reference_ms", kReference}});
+  return facts;
 }
 
 void describe(Store& store) {
