@@ -177,7 +177,8 @@ TEST_F(DetailsTest, FigureFiveShowsWhereTheLargestSystemEndedIfThatIsKept) {
   Trajectory end;
   end.states.resize(1);
   for (size_t i = 0; i < kBalls; ++i) {
-    const double x = 0.3 * static_cast<double>(i % 7), y = 0.3 * static_cast<double>(i / 7);
+    const size_t row = i / 7, column = i % 7;
+    const double x = 0.3 * static_cast<double>(column), y = 0.3 * static_cast<double>(row);
     SceneBody& body = scene.bodies.emplace_back();
     body.name = "ball" + std::to_string(i);
     body.X_WB.p = Vec3(x, y, 1);
