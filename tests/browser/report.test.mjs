@@ -575,6 +575,20 @@ test("the page prints on paper's width", async () => {
   await page.close();
 });
 
+test("no table is cut on paper", async () => {
+  const { page } = await open("programme", { width: 688 }); // A4 without its margins, in CSS pixels
+  await page.emulateMediaType("print");
+  const cut = await page.evaluate(() => {
+    const room = document.documentElement.clientWidth;
+    const tables = [...document.querySelectorAll(".system table, #scaling table, #values table, #failures table")];
+    const wide = tables.filter((table) => table.getBoundingClientRect().right > room + 1);
+    return { count: tables.length, wide: wide.map((table) => table.getAttribute("aria-label")) };
+  });
+  assert.ok(cut.count > 10, `${cut.count} tables`);
+  assert.deepEqual(cut.wide, []);
+  await page.close();
+});
+
 test("the screenshot shows the top of the page as far as the first plots", async () => {
   const script = new URL("../../web/screenshot.mjs", import.meta.url).pathname;
   const out = join(work, "shot.png");
