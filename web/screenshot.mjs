@@ -1,10 +1,10 @@
 // Takes a picture of a report, as the README shows it.
 //
 //   node screenshot.mjs RESULTS_DIR|REPORT.html OUT.png [--width 1400] [--height N] [--dark] [--from SELECTOR]
-//                       [--to SELECTOR] [--scale N]
+//                       [--to SELECTOR] [--scale N] [--replay SECONDS]
 //
 // The picture ends with the first system's plots, after --height pixels, or where the element of --to ends ("main" for
-// all). --from starts at an element, "#planar-chain" for one.
+// all). --from starts at an element, "#planar-chain" for one. Replays in the picture stand at --replay, else at 0 s.
 import { existsSync, statSync } from "node:fs";
 import { join, resolve } from "node:path";
 import { pathToFileURL } from "node:url";
@@ -21,11 +21,12 @@ const { values, positionals } = parseArgs({
     from: { type: "string" },
     to: { type: "string" },
     scale: { type: "string", default: "1" },
+    replay: { type: "string", default: "0" },
   },
 });
 const [source, out] = positionals;
 if (!source || !out) {
-  console.error("usage: node screenshot.mjs RESULTS_DIR|REPORT.html OUT.png [--width N] [--height N] [--dark] [--from SELECTOR] [--to SELECTOR] [--scale N]");
+  console.error("usage: node screenshot.mjs RESULTS_DIR|REPORT.html OUT.png [--width N] [--height N] [--dark] [--from SELECTOR] [--to SELECTOR] [--scale N] [--replay SECONDS]");
   process.exit(2);
 }
 const file = existsSync(source) && statSync(source).isDirectory() ? join(source, "report.html") : source;
@@ -50,6 +51,19 @@ try {
     const last = await page.$(values.to ?? ".system .plots");
     if (values.to && !last) throw new Error(`the page has no '${values.to}'`);
     if (last) bottom = 16 + (await last.evaluate((node) => node.getBoundingClientRect().bottom + window.scrollY));
+  }
+  for (const panel of await page.$$(".replay-panel")) {
+    const seen = await panel.evaluate((node, from, to) => {
+      const box = node.getBoundingClientRect();
+      return box.top + window.scrollY < to && box.bottom + window.scrollY > from;
+    }, top, bottom); // prettier-ignore
+    if (!seen) continue;
+    await panel.evaluate((node) => node.scrollIntoView({ block: "center", behavior: "instant" }));
+    await page.waitForFunction((node) => "ready" in node.dataset, {}, panel);
+    await panel.evaluate(async (node, time) => {
+      node.replay.seek(time);
+      for (let i = 0; i < 2; i += 1) await new Promise((done) => requestAnimationFrame(done));
+    }, Number(values.replay)); // prettier-ignore
   }
   const height = Math.min(bottom, whole) - top;
   await page.screenshot({ path: out, clip: { x: 0, y: top, width: Number(values.width), height }, captureBeyondViewport: true });

@@ -38,6 +38,7 @@ const kOutcomeWords: Partial<Record<Outcome, string>> = {
   diverged: "a cross is diverged", unstable: "a plus unstable", timeout: "an hourglass out of time", crashed: "a crossed box crashed",
 }; // prettier-ignore
 
+const kNarrow = 440; // px that a plot has without its axes
 const kFailBand = 26; // room above the plot for points without a value
 const kZeroBand = 22; // room below it for errors of exactly zero
 
@@ -82,7 +83,8 @@ function isNearFloor(point: Point, name: string): boolean {
   return name === "consistency" && point.cell.values.some((value) => value.name === "consistency_floor");
 }
 
-// Lines of slope 1, 2 and 4 from one corner: how an error of that order falls with the timestep.
+// Lines of slope 1, 2 and 4 from the emptiest corner: how an error of that order falls with the timestep. In a narrow
+// plot without an empty corner there are none.
 function orderGuide(x: LogScale, y: LogScale, points: Point[], frame: Frame): SVGGElement {
   const group = svg("g", { class: "order-guide" });
   const slope = Math.abs(y(10) - y(1)) / Math.abs(x(10) - x(1)); // pixels up per pixel right, at order 1
@@ -96,7 +98,9 @@ function orderGuide(x: LogScale, y: LogScale, points: Point[], frame: Frame): SV
   ];
   const crowd = ([cx, cy]: [number, number]) =>
     points.filter((p) => p.x > cx - 14 && p.x < cx + width + 60 && p.y < cy + 22 && p.y > cy - height - 18).length;
-  const [ox, oy] = corners.reduce((best, corner) => (crowd(corner) < crowd(best) ? corner : best));
+  const emptiest = corners.reduce((best, corner) => (crowd(corner) < crowd(best) ? corner : best));
+  if (frame.right - frame.left < kNarrow && crowd(emptiest) > 0) return group;
+  const [ox, oy] = emptiest;
   const ends: { order: number; x: number; y: number }[] = [];
   for (const order of [1, 2, 4]) {
     const rise = order * slope;
@@ -246,7 +250,7 @@ export class SpeedAccuracy {
       if (hasZero && at > frame.bottom - 8) continue; // the band's own label stands there
       axis.append(svg("text", { class: "tick tick-y", x: frame.left - 8, y: at + 4, "text-anchor": "end" }, errorLabel(value, unit)));
     }
-    const narrow = width < 520;
+    const narrow = frame.right - frame.left < kNarrow;
     const titles = narrow ? [timed ? "faster →" : "timestep →", "↓ better"] : [timed ? "realtime factor, faster →" : "timestep, for it was not timed →", `↓ smaller ${info.label.toLowerCase()}${hasPrefixes(unit) || !unitText(unit) ? "" : ` (${unitText(unit)})`}`];
     axis.append(
       svg("text", { class: "axis-title", x: frame.right, y: height - 8, "text-anchor": "end" }, titles[0]!),
@@ -322,7 +326,7 @@ export class SpeedAccuracy {
     }
     if (hasFailed) {
       const words = [...new Set(everything.filter((point) => point.error === null).map((point) => kOutcomeWords[point.cell.outcome]))];
-      notes.push(`Marks above the plot, where a dotted line ends: the run failed at that timestep (${words.filter(Boolean).join(", ")}); the failures below say why.`);
+      notes.push(`Marks above the plot, where a dotted line ends: the run failed at that timestep (${words.filter(Boolean).join(", ")}); “What failed” says why.`);
     }
     if (timed) notes.push("The broad grey line is the front of what is shown: no point beats it in both speed and error.");
     const estimated = everything.filter((point) => point.speed.estimated);

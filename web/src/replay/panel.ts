@@ -117,11 +117,12 @@ class ReplayPanel {
     this.clock.subscribe(() => this.tick());
     this.tick();
     this.watch();
-    // For the tests: what is drawn, and when.
+    // For tests and screenshots: what is drawn, and when.
     Object.assign(this.element, {
       replay: {
         state: () => ({ time: this.clock.time, playing: this.clock.playing, drawn: this.stage !== null, ms: this.stage?.milliseconds ?? null }),
         places: (contender: string) => this.stage?.places(this.run(contender)) ?? null,
+        seek: (time: number) => this.clock.seek(time),
         pixels: () => {
           this.stage?.draw(this.clock.time / this.clock.frame);
           return this.canvas.toDataURL();
