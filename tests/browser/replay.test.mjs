@@ -172,6 +172,12 @@ test("pictures differ where times do, and are the same at the same time", async 
   assert.ok(first.length > 2000, "something is drawn");
   assert.notEqual(first, later, "the chain has moved");
   assert.ok(first === (await shot(0)), "the same time is the same picture");
+  const trail = `${kPanel} select[id$="-trail"]`;
+  const followed = await page.$eval(trail, (node) => node.value);
+  await page.select(trail, "-1");
+  assert.notEqual(later, await shot(20), "the trail has gone");
+  await page.select(trail, followed);
+  assert.ok(later === (await shot(20)), "the trail is back");
   await page.$eval(`${kPanel} input[value="overlay"]`, (node) => node.click());
   assert.notEqual(first, await shot(0), "ghosts over the reference are another picture");
   assert.match(await page.$eval(`${kPanel} .replay-labels`, (node) => node.innerText), /mujoco-euler \(solid\)/);

@@ -1,6 +1,6 @@
 // Runs drawn by WebGL: each in a view of its own, or all in one, as ghosts over the reference.
 import {
-  AmbientLight, BufferAttribute, BufferGeometry, Color, CylinderGeometry, DirectionalLight, Group, InstancedMesh, Line,
+  AmbientLight, BufferAttribute, BufferGeometry, Color, CylinderGeometry, DirectionalLight, Group, InstancedMesh,
   LineBasicMaterial, LineSegments, type Material, Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial, PerspectiveCamera,
   PlaneGeometry, Quaternion, Scene, SphereGeometry, Vector3, WebGLRenderer,
 } from "three"; // prettier-ignore
@@ -20,6 +20,7 @@ export interface Colors {
 const kFieldOfView = 40; // degrees
 const kGhost = 0.42; // opacity
 const kTrailSeconds = 1.5;
+const kTrailThickness = 0.006; // radius over that of all that moves
 
 // Columns of a grid of `count` views that leaves each the most room; src/render/renderer.cc has the same.
 export function gridColumns(count: number, width: number, height: number): number {
@@ -57,7 +58,8 @@ interface Geometries {
 }
 
 function makeGeometries(coarse: boolean): Geometries {
-  const [around, along] = coarse ? [10, 3] : [18, 6];
+  // A multiple of four around, so that the edges of caps and tubes meet.
+  const [around, along] = coarse ? [12, 3] : [20, 6];
   return {
     // Three's poles and axes lie along y, those of the model along z.
     cap: new SphereGeometry(1, around, along, 0, 2 * Math.PI, 0, Math.PI / 2).rotateX(Math.PI / 2),
@@ -80,12 +82,14 @@ const kTurned = new Quaternion(1, 0, 0, 0); // half a turn about x
 class Figure {
   readonly solid = new Group();
   readonly ghosts = new Group();
-  readonly trail: Line;
+  readonly trail: InstancedMesh; // of tubes: lines are a pixel wide on every screen
   readonly ghostMaterial = new MeshLambertMaterial({ transparent: true, opacity: kGhost });
-  readonly trailMaterial = new LineBasicMaterial({ transparent: true, opacity: 0.7 });
+  readonly trailMaterial = new MeshBasicMaterial({ transparent: true, opacity: 0.7 });
   private readonly parts: Part[] = [];
   private readonly caps: InstancedMesh;
   private readonly tubes: InstancedMesh;
+  private readonly trailLength: number; // pieces, a frame each
+  private pieces = new Float32Array(0); // all of the trail's, as matrices
   private readonly state: Float64Array;
   private readonly pose = new Matrix4();
   private readonly placed = new Matrix4();
@@ -119,7 +123,8 @@ class Figure {
       if (part.tube) this.tubes.setColorAt(part.at, color);
       this.parts.push(part);
     });
-    this.trail = new Line(new BufferGeometry(), this.trailMaterial);
+    this.trailLength = Math.max(1, Math.round((1000 * kTrailSeconds) / replay.frame_ms));
+    this.trail = new InstancedMesh(geometries.tube, this.trailMaterial, this.trailLength);
     this.trail.frustumCulled = false;
   }
 
@@ -140,16 +145,21 @@ class Figure {
     };
   }
 
-  setTrail(body: number | null): void {
+  // The way of a body; `thickness` in m.
+  setTrail(body: number | null, thickness: number): void {
     if (body === null) return;
-    const { frames } = this.motion.run;
-    const points = new Float32Array(frames * 3);
-    for (let frame = 0; frame < frames; frame += 1) {
-      const at = (frame * this.replay.bodies + body) * kColumns;
-      points.set(this.motion.states.subarray(at, at + 3), 3 * frame);
+    const { states, run } = this.motion;
+    this.pieces = new Float32Array(16 * Math.max(0, run.frames - 1));
+    const at = (frame: number) => new Vector3().fromArray(states, (frame * this.replay.bodies + body) * kColumns);
+    const along = new Vector3(0, 0, 1);
+    for (let frame = 0; frame + 1 < run.frames; frame += 1) {
+      const [from, to] = [at(frame), at(frame + 1)];
+      const way = to.clone().sub(from);
+      const length = way.length();
+      const turn = new Quaternion().setFromUnitVectors(along, length > 0 ? way.divideScalar(length) : along);
+      const middle = from.add(to).divideScalar(2);
+      new Matrix4().compose(middle, turn, new Vector3(thickness, thickness, length / 2)).toArray(this.pieces, 16 * frame);
     }
-    this.trail.geometry.dispose();
-    this.trail.geometry = new BufferGeometry().setAttribute("position", new BufferAttribute(points, 3));
   }
 
   place(frame: number): void {
@@ -166,9 +176,11 @@ class Figure {
       if (part.tube) this.tubes.setMatrixAt(part.at, this.placed.multiplyMatrices(this.pose, part.tube));
     }
     this.caps.instanceMatrix.needsUpdate = this.tubes.instanceMatrix.needsUpdate = true;
-    const end = Math.floor(Math.min(frame, this.motion.run.frames - 1)) + 1;
-    const start = Math.max(0, end - Math.round((1000 * kTrailSeconds) / this.replay.frame_ms));
-    this.trail.geometry.setDrawRange(start, end - start);
+    const end = Math.floor(Math.min(frame, this.motion.run.frames - 1));
+    const start = Math.max(0, end - this.trailLength);
+    this.trail.count = end - start;
+    this.trail.instanceMatrix.array.set(this.pieces.subarray(16 * start, 16 * end));
+    this.trail.instanceMatrix.needsUpdate = true;
   }
 
   // Where each shape is drawn, x, y, z: in the middle of its ends.
@@ -350,7 +362,7 @@ export class Stage {
     const figure = new Figure(motion, this.replay, this.solid, this.geometries);
     this.figures.set(index, figure);
     this.scene.add(figure.solid, figure.ghosts, figure.trail);
-    figure.setTrail(this.trailBody);
+    figure.setTrail(this.trailBody, kTrailThickness * this.radius);
     if (this.colors) this.setColors(this.colors);
   }
 
@@ -379,7 +391,7 @@ export class Stage {
 
   setTrail(body: number | null): void {
     this.trailBody = body;
-    for (const figure of this.figures.values()) figure.setTrail(body);
+    for (const figure of this.figures.values()) figure.setTrail(body, kTrailThickness * this.radius);
   }
 
   // In CSS pixels. Where edges are not smoothed, what stands still has twice the pixels.
