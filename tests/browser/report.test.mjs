@@ -483,7 +483,7 @@ describe("full results", () => {
     await page.$eval("#gate details", (node) => { node.open = true; });
     await page.$eval("#gate .gate-cell.fail", (node) => node.click());
     const detail = await page.$eval("#gate .detail", (node) => node.innerText);
-    assert.match(detail, /rests 19 mm too low/);
+    assert.match(detail, /rests 19 mm too low/i);
     assert.match(detail, /19.3 mm/);
     assert.match(detail, /1.00 mm/);
     assert.equal((await page.$$("#fairness tbody tr")).length, 14);

@@ -18,11 +18,16 @@ function mark(status: GateStatus): { sign: string; word: string } {
   return kMarks[status] ?? { sign: "?", word: String(status) };
 }
 
+function capital(text: string): string {
+  return text.charAt(0).toUpperCase() + text.slice(1);
+}
+
 function detail(result: GateResult): Child[] {
   const silent = result.status === "not-applicable";
+  const note = result.note.replace(/^declared: /, "");
   const word = el("b", { class: result.status === "fail" ? "bad" : "" }, mark(result.status).word);
   return [
-    el("p", {}, el("strong", {}, result.contender), `, ${result.test}: `, word, result.note ? `. ${result.note}` : ""),
+    el("p", {}, el("strong", {}, result.contender), `, ${result.test}: `, word, note ? `. ${capital(note)}` : ""),
     facts([
       ["Figure", silent ? null : quantity(result.figure, result.unit)],
       ["Tolerance", silent ? null : quantity(result.tolerance, result.unit)],
@@ -83,7 +88,7 @@ function verdict(report: Report, results: GateResult[], contenders: string[]): H
           "li",
           { class: status },
           el("span", { class: `sign ${status}` }, mark(status).sign),
-          el("span", {}, el("strong", {}, sentenceList(who)), `: ${status === "fail" ? "fails " : ""}`, sentenceList(which), status === "fail" ? "" : `. ${why.charAt(0).toUpperCase()}${why.slice(1)}`),
+          el("span", {}, el("strong", {}, sentenceList(who)), `: ${status === "fail" ? "fails " : ""}`, sentenceList(which), status === "fail" ? "" : `. ${capital(why)}`),
         ),
       );
     }
