@@ -118,6 +118,32 @@ test("the first plots are there before the rest of the page is drawn", async () 
   await page.close();
 });
 
+test("an address that names a part shows it, whatever is drawn above it later; who has scrolled stays", async () => {
+  const page = await browser.newPage();
+  await page.setViewport({ width: 1400, height: 900 });
+  await page.emulateMediaFeatures([{ name: "prefers-reduced-motion", value: "reduce" }]);
+  const address = `${pathToFileURL(reportOf("programme")).href}#grasp`;
+  const top = () => page.$eval("#grasp", (node) => node.getBoundingClientRect().top);
+  await page.goto(address, { waitUntil: "load" });
+  await page.waitForSelector("body[data-ready]");
+  assert.ok((await top()) >= -1 && (await top()) < 120, `grasp is at ${await top()} px`);
+  await page.evaluateOnNewDocument(() => {
+    document.addEventListener("DOMContentLoaded", () => {
+      window.dispatchEvent(new WheelEvent("wheel", { deltaY: -100 }));
+      const jump = Element.prototype.scrollIntoView;
+      Element.prototype.scrollIntoView = function (...words) {
+        window.jumped = true;
+        return jump.apply(this, words);
+      };
+    });
+  });
+  await page.goto("about:blank");
+  await page.goto(address, { waitUntil: "load" });
+  await page.waitForSelector("body[data-ready]");
+  assert.equal(await page.evaluate(() => window.jumped), undefined);
+  await page.close();
+});
+
 test("who prints before all is drawn gets all of it", async () => {
   const page = await browser.newPage();
   await page.evaluateOnNewDocument(() => {

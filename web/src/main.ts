@@ -134,10 +134,13 @@ function build(report: Report, page: HTMLElement): void {
   drawWaiting();
   performance.mark("assay:first-plots");
 
+  let moved = false; // by the reader
+  const move = () => (moved = true);
+  for (const type of ["wheel", "touchstart", "pointerdown", "keydown"]) window.addEventListener(type, move, { once: true, passive: true });
   const rest = () =>
     pieces.start(() => {
-      // What an address names may have moved since.
-      if (location.hash.length > 1) document.getElementById(decodeURIComponent(location.hash.slice(1)))?.scrollIntoView();
+      // What an address names may have been pushed away by what was drawn above it.
+      if (!moved && location.hash.length > 1) document.getElementById(decodeURIComponent(location.hash.slice(1)))?.scrollIntoView();
       document.body.dataset.ready = "";
     });
   if (document.readyState === "loading") document.addEventListener("DOMContentLoaded", rest, { once: true });
