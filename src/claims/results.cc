@@ -15,9 +15,6 @@ namespace {
 // In logarithms errors below this are this: they say more of rounding than of an engine.
 constexpr double kRounding = 1e-16;
 
-// One for all, so that all contenders' pieces are drawn alike.
-constexpr std::uint64_t kSeed = 1;
-
 bool same_timestep(double a, double b) { return std::abs(a - b) <= 1e-9 * std::max(a, b); }
 
 bool failed(Outcome outcome) { return outcome == Outcome::kUnstable || outcome == Outcome::kDiverged; }
@@ -208,7 +205,7 @@ const Results::Curve& Results::curve(const std::string& system, const std::strin
     if (pieces.size() != curve.pieces) curve.pieces = 0;
     Point& point = curve.points.emplace_back(Point{*speed, figure.value, {}});
     if (pieces.empty()) continue;
-    point.resampled = resampled_means(pieces, kSeed);
+    point.resampled = resampled_means(pieces, kBootstrapSeed);
     for (double& mean : point.resampled) mean = log_of(mean);
   }
   if (curve.why.empty()) curve.why = why_missing(system, contender, value);

@@ -14,6 +14,9 @@
 
 namespace assay {
 
+// One for all, so that all contenders' pieces are drawn alike.
+inline constexpr std::uint64_t kBootstrapSeed = 1;
+
 // Without a stored interval: one of no width.
 Interval interval_of(const Value& value);
 

@@ -75,7 +75,6 @@ class Values {
  private:
   Figure slope(const std::string& system, const std::string& contender, const std::string& value) const {
     constexpr double kLeast = 1e-16;  // rounding
-    constexpr std::uint64_t kSeed = 1;
     std::vector<TimeAtSize> points;
     Figure found;
     found.why = results_.why_missing(system, contender, value);
@@ -87,7 +86,7 @@ class Values {
       }
     }
     // The slope of a line through logarithms, whatever they are of.
-    if (const auto fitted = scaling_exponent(points, kSeed)) {
+    if (const auto fitted = scaling_exponent(points, kBootstrapSeed)) {
       found.found = Found::kThere;
       found.value = *fitted;
       found.has_interval = true;

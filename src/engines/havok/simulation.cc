@@ -66,7 +66,8 @@ class HavokSimulation final : public Simulation {
     for (size_t i = 0; i < bodies_.size(); ++i) {
       havok::QTransform pose;
       module_->call(Function::kBody_GetQTransform, {bodies_[i], havok_adapter::out(pose)});
-      const Velocities v = any_pushed_ && pushed_[i] ? before_push_[i] : velocities(i);
+      Velocities v = velocities(i);
+      if (any_pushed_ && pushed_[i]) v.angular = before_push_[i];
       out.bodies[i] = {vec3(pose.translation), quat(pose.rotation), vec3(v.linear), vec3(v.angular)};
     }
     out.angle = last_angle_;
@@ -311,8 +312,10 @@ class HavokSimulation final : public Simulation {
   void push(int body, const Vec3& impulse_W) {
     if (!any_pushed_) pushed_.assign(bodies_.size(), false);
     any_pushed_ = true;
-    if (!pushed_[body]) before_push_[body] = velocities(body);
-    pushed_[body] = true;
+    if (!pushed_[body]) {
+      module_->call(Function::kBody_GetAngularVelocity, {bodies_[body], out(before_push_[body])});
+      pushed_[body] = true;
+    }
     module_->call(Function::kBody_ApplyAngularImpulse, {bodies_[body], in(vector3(impulse_W))});
   }
 
@@ -320,8 +323,7 @@ class HavokSimulation final : public Simulation {
     if (!any_pushed_) return;
     for (size_t i = 0; i < bodies_.size(); ++i) {
       if (!pushed_[i]) continue;
-      module_->call(Function::kBody_SetLinearVelocity, {bodies_[i], in(before_push_[i].linear)});
-      module_->call(Function::kBody_SetAngularVelocity, {bodies_[i], in(before_push_[i].angular)});
+      module_->call(Function::kBody_SetAngularVelocity, {bodies_[i], in(before_push_[i])});
     }
     any_pushed_ = false;
   }
@@ -339,8 +341,8 @@ class HavokSimulation final : public Simulation {
   State scratch_;
   bool any_pushed_ = false;  // since the last step
   std::vector<bool> pushed_;
-  std::vector<Velocities> before_push_;
-  mutable std::vector<double> last_angle_;  // what the next read unwraps against
+  std::vector<havok::Vector3> before_push_;  // angular velocities: a push changes no other
+  mutable std::vector<double> last_angle_;   // what the next read unwraps against
 };
 
 }  // namespace
