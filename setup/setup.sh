@@ -125,10 +125,16 @@ fetch_once() {
   fetched="$(folder_of "$1")"
   shift
   [[ -d ${fetched} ]] && return
-  rm -rf "${fetched}.part"
-  mkdir -p "${fetched}.part"
-  (cd "${fetched}.part" && logged "$@")
-  mv "${fetched}.part" "${fetched}"
+  mkdir -p "${cache}/downloads"
+  # Two engines may want it at once.
+  (
+    flock 9
+    [[ -d ${fetched} ]] && exit
+    rm -rf "${fetched}.part"
+    mkdir -p "${fetched}.part"
+    (cd "${fetched}.part" && logged "$@")
+    mv "${fetched}.part" "${fetched}"
+  ) 9>"${fetched}.lock"
 }
 folder_of() { echo "${cache}/downloads/$(hash_of "$1")"; }
 
@@ -136,7 +142,9 @@ folder_of() { echo "${cache}/downloads/$(hash_of "$1")"; }
 fetch() {
   local pins="$1"
   shift
-  [[ -d $(folder_of "${pins}") ]] || make_venv pip "${root}/setup/pip/bootstrap.txt"
+  if [[ ! -d $(folder_of "${pins}") ]]; then
+    (flock 9 && make_venv pip "${root}/setup/pip/bootstrap.txt") 9>"${cache}/pip.lock"
+  fi
   fetch_once "${pins}" "${cache}/pip/bin/python" -m pip download --disable-pip-version-check --require-hashes --no-deps \
     "$@" -d . -r "${pins}"
 }
@@ -192,6 +200,8 @@ set_up_engine() {
   fi
 
   say "setting up the engine ${name}"
+  local log="${cache}/setup-${name}.log"
+  : >"${log}"
   local work="${cache}/work-${name}" out="${cache}/work-${name}/out" fetched
   rm -rf "${work}" "${stamp_file}"
   mkdir -p "${out}" "${cache}/engines"
@@ -231,14 +241,32 @@ set_up_engines() {
   local flags compiler recipe name
   flags="$(grep -v '^#' "${root}/setup/engines/flags.txt")"
   compiler="$(${CXX:-c++} --version | head -n 1)"
+  # Two at a time: much of a recipe is one process that downloads, unpacks, generates or links. Each is a process group of
+  # its own, so that an interrupt ends all of it.
+  local running=0 failed=""
+  set -m
+  trap 'for job in $(jobs -p); do kill -TERM -- "-${job}"; done 2>/dev/null; exit 130' INT TERM
   for recipe in "${root}"/setup/engines/*/build.sh; do
     name="$(basename "$(dirname "${recipe}")")"
     if [[ " ${ASSAY_SKIP_ENGINES:-} " == *" ${name} "* ]]; then
       say "doing without the engine ${name} (ASSAY_SKIP_ENGINES)"
-    else
-      set_up_engine "${name}"
+      continue
     fi
+    if ((running == 2)); then
+      wait -n || failed=1
+      running=1
+    fi
+    [[ -n ${failed} ]] && break
+    set_up_engine "${name}" &
+    running=$((running + 1))
   done
+  while ((running > 0)); do
+    wait -n || failed=1
+    running=$((running - 1))
+  done
+  trap - INT TERM
+  set +m
+  [[ -z ${failed} ]] || exit 1
 }
 
 # ---- the page's libraries -------------------------------------------------------------------------------------------
