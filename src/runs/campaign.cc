@@ -1,16 +1,13 @@
 #include "runs/campaign.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <optional>
-#include <set>
 #include <sstream>
 
 #include <fmt/format.h>
-#include <fnmatch.h>
 #include <nlohmann/json.hpp>
 #include <toml++/toml.h>
 
@@ -21,45 +18,13 @@
 #include "measures/mechanics.h"
 #include "model/mjcf.h"
 #include "reference/smooth.h"
+#include "runs/roster.h"
+#include "runs/section.h"
 
 namespace assay {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::array<std::pair<Measure, std::string_view>, 8> kMeasures = {{
-    {Measure::kRawSpeed, "raw_speed"},
-    {Measure::kConsistency, "consistency"},
-    {Measure::kTruth, "truth"},
-    {Measure::kDrift, "drift"},
-    {Measure::kViolation, "violation"},
-    {Measure::kGrasp, "grasp"},
-    {Measure::kAgreement, "agreement"},
-    {Measure::kScaling, "scaling"},
-}};
-
-std::vector<std::string> measure_names() {
-  std::vector<std::string> names;
-  names.reserve(kMeasures.size());
-  for (const auto& [measure, text] : kMeasures) names.emplace_back(text);
-  return names;
-}
-
-std::string node_text(const toml::node& node) {
-  std::ostringstream out;
-  node.visit([&](const auto& value) {
-    if constexpr (toml::is_table<decltype(value)>) {
-      out << "a table";
-    } else if constexpr (toml::is_array<decltype(value)>) {
-      out << "a list";
-    } else if constexpr (toml::is_string<decltype(value)>) {
-      out << "'" << *value << "'";
-    } else {
-      out << value;
-    }
-  });
-  return out.str();
-}
 
 // `a` is a whole number of `b`, up to the rounding of decimal fractions.
 bool whole(double a, double b) {
@@ -75,308 +40,6 @@ std::string joined_ms(const std::vector<double>& timesteps) {
   for (const double timestep : timesteps) labels.push_back(timestep_label(timestep));
   return join(labels, ", ");
 }
-
-// One table of the file, with messages that say where in it something is wrong.
-class Section {
- public:
-  Section(const toml::table& table, std::string what, const std::string& source)
-      : table_(table), what_(std::move(what)), source_(source) {}
-
-  [[noreturn]] void fail(const toml::node* node, const std::string& sentence) const {
-    const toml::node& at = node != nullptr ? *node : static_cast<const toml::node&>(table_);
-    throw InputError(fmt::format("{}:{}: {}", source_, at.source().begin.line, sentence));
-  }
-
-  // Throws for a key that is none of `known`: nothing in the file is ignored.
-  void allow(const std::vector<std::string>& known) const {
-    for (const auto& [key, node] : table_) {
-      const std::string name(key.str());
-      if (std::ranges::find(known, name) == known.end()) {
-        throw InputError(fmt::format("{}:{}: {} has no key '{}'{}", source_, key.source().begin.line, what_, name,
-                                     did_you_mean(name, known)));
-      }
-    }
-  }
-
-  const toml::node* find(std::string_view key) const { return table_.get(key); }
-
-  std::optional<std::string> text(std::string_view key) const {
-    const toml::node* node = find(key);
-    if (node == nullptr) return std::nullopt;
-    const auto value = node->value_exact<std::string>();
-    if (!value || value->empty()) fail(node, fmt::format("'{}' is {}: give a text", key, node_text(*node)));
-    return value;
-  }
-
-  std::string required_text(std::string_view key) const {
-    const auto value = text(key);
-    if (!value) fail(nullptr, fmt::format("{} has no '{}': give one", what_, key));
-    return *value;
-  }
-
-  bool flag(std::string_view key, bool otherwise) const {
-    const toml::node* node = find(key);
-    if (node == nullptr) return otherwise;
-    const auto value = node->value_exact<bool>();
-    if (!value) fail(node, fmt::format("'{}' is {}: give true or false", key, node_text(*node)));
-    return *value;
-  }
-
-  double positive(std::string_view key, double otherwise) const {
-    const toml::node* node = find(key);
-    return node == nullptr ? otherwise : positive(key, *node);
-  }
-
-  double positive(std::string_view key, const toml::node& node) const {
-    std::optional<double> value;
-    if (const auto text = node.value_exact<std::string>()) {
-      value = parse_fraction(*text);
-    } else if (!node.is_boolean()) {
-      value = node.value<double>();
-    }
-    if (!value || !std::isfinite(*value) || *value <= 0) {
-      fail(&node, fmt::format("'{}' has {}: give a positive number, or a fraction as text like \"1/64\"", key,
-                              node_text(node)));
-    }
-    return *value;
-  }
-
-  int count(std::string_view key, int otherwise, int least, int most) const {
-    const toml::node* node = find(key);
-    if (node == nullptr) return otherwise;
-    const auto value = node->value_exact<std::int64_t>();
-    if (!value || *value < least || *value > most) {
-      fail(node, fmt::format("'{}' is {}: give a whole number from {} to {}", key, node_text(*node), least, most));
-    }
-    return static_cast<int>(*value);
-  }
-
-  const toml::array& list(std::string_view key, const toml::node& node) const {
-    const toml::array* array = node.as_array();
-    if (array == nullptr || array->empty()) {
-      fail(&node, fmt::format("'{}' is {}: give a list in brackets with at least one entry", key,
-                              array != nullptr ? "empty" : node_text(node)));
-    }
-    return *array;
-  }
-
-  // Ascending, without repetitions.
-  std::optional<std::vector<double>> timesteps(std::string_view key) const {
-    const toml::node* node = find(key);
-    if (node == nullptr) return std::nullopt;
-    std::set<double> sorted;
-    for (const toml::node& entry : list(key, *node)) {
-      if (!sorted.insert(positive(key, entry)).second) {
-        fail(&entry, fmt::format("'{}' has {} twice: leave one out", key, node_text(entry)));
-      }
-    }
-    return std::vector<double>(sorted.begin(), sorted.end());
-  }
-
-  std::optional<std::vector<Measure>> measures(std::string_view key) const {
-    const toml::node* node = find(key);
-    if (node == nullptr) return std::nullopt;
-    std::set<Measure> sorted;
-    for (const toml::node& entry : list(key, *node)) {
-      const std::string name = entry.value_or(std::string());
-      const auto* found = std::ranges::find(kMeasures, name, &std::pair<Measure, std::string_view>::second);
-      if (found == kMeasures.end()) {
-        fail(&entry, fmt::format("there is no measure {}{}", node_text(entry), did_you_mean(name, measure_names())));
-      }
-      sorted.insert(found->first);
-    }
-    return std::vector<Measure>(sorted.begin(), sorted.end());
-  }
-
-  // Every [[key]] in the file.
-  std::vector<Section> sections(std::string_view key) const {
-    std::vector<Section> found;
-    const toml::node* node = find(key);
-    if (node == nullptr) return found;
-    const toml::array* array = node->as_array();
-    if (array == nullptr || !array->is_homogeneous(toml::node_type::table)) {
-      fail(node, fmt::format("'{}' is {}: write each as a table under [[{}]]", key, node_text(*node), key));
-    }
-    found.reserve(array->size());
-    for (const toml::node& entry : *array) found.emplace_back(*entry.as_table(), fmt::format("[[{}]]", key), source_);
-    return found;
-  }
-
-  const toml::table& table() const { return table_; }
-  const std::string& source() const { return source_; }
-
- private:
-  const toml::table& table_;
-  std::string what_;
-  const std::string& source_;
-};
-
-// Adds where in the file it was to a message that something else made.
-template <typename Work>
-auto at_node(const Section& section, const toml::node* node, Work work) {
-  try {
-    return work();
-  } catch (const InputError& error) {
-    section.fail(node, error.what());
-  }
-}
-
-// ---- contenders -----------------------------------------------------------------------------------------------------
-
-// The family of an engine's contenders is the first word of its name: bullet-f64's are bullet-si-f64, bullet-mb, ...
-std::string absent_reason(const std::string& contender, const Registry& registry) {
-  const auto family = [](const std::string& name) { return name.substr(0, name.find('-')); };
-  for (const AbsentEngine& absent : registry.absent()) {
-    if (family(absent.name) == family(contender)) {
-      return fmt::format("contender '{}' is left out: engine '{}' is absent: {}", contender, absent.name,
-                         absent.reason);
-    }
-  }
-  return "";
-}
-
-CampaignContender resolve(const Section& section, const toml::node* node, const std::string& name,
-                          const std::string& base, const std::map<std::string, std::string>& overrides,
-                          const Registry& registry) {
-  CampaignContender contender;
-  contender.overrides = overrides;
-  const std::vector<std::string> known = registry.contender_names();
-  if (std::ranges::find(known, base) == known.end()) {
-    contender.absent = absent_reason(base, registry);
-    if (contender.absent.empty()) {
-      section.fail(node, fmt::format("there is no contender '{}'{}", base, did_you_mean(base, known)));
-    }
-    contender.resolved.name = name;
-    contender.resolved.base = base;
-    return contender;
-  }
-  // The base is known, so what can still be wrong is a setting.
-  const toml::node* set = section.find("set");
-  contender.resolved = at_node(section, set != nullptr ? set : node, [&] { return registry.resolve(base, overrides); });
-  contender.resolved.name = name;
-  contender.resolved.base = base;
-  contender.plugin_hash = file_hash(registry.plugin_path(contender.resolved.engine->name()));
-  return contender;
-}
-
-std::map<std::string, std::string> overrides_of(const Section& section) {
-  std::map<std::string, std::string> overrides;
-  const toml::node* node = section.find("set");
-  if (node == nullptr) return overrides;
-  const toml::table* table = node->as_table();
-  if (table == nullptr) section.fail(node, fmt::format("'set' is {}: give {{key = value, ...}}", node_text(*node)));
-  for (const auto& [key, value] : *table) {
-    std::string text;
-    if (const auto* boolean = value.as_boolean()) {
-      text = boolean->get() ? "on" : "off";
-    } else if (const auto* integer = value.as_integer()) {
-      text = std::to_string(integer->get());
-    } else if (const auto* number = value.as_floating_point()) {
-      text = shortest(number->get());
-    } else if (const auto* string = value.as_string()) {
-      text = string->get();
-    } else {
-      section.fail(&value, fmt::format("setting '{}' is {}: give one value", std::string_view(key), node_text(value)));
-    }
-    overrides[std::string(key.str())] = text;
-  }
-  return overrides;
-}
-
-// The contenders that `pattern` (of a shell: * and ?) names, in the engines' order, without those that are taken and
-// those that do not even claim to move anything, as the harness's does.
-std::vector<std::string> matching(const std::string& pattern, const std::set<std::string>& taken,
-                                  const Registry& registry) {
-  std::vector<std::string> names;
-  for (const std::string& name : registry.contender_names()) {
-    if (taken.contains(name) || ::fnmatch(pattern.c_str(), name.c_str(), 0) != 0) continue;
-    const ResolvedContender contender = registry.resolve(name);
-    if (contender.engine->capabilities(contender.settings).order > 0) names.push_back(name);
-  }
-  return names;
-}
-
-// Who takes part in the campaign, each once, in the order in which the file names them.
-class Roster {
- public:
-  Roster(const Section& root, const Registry& registry) : registry_(registry) {
-    for (const Section& section : root.sections("contender")) {
-      section.allow({"name", "base", "set"});
-      const std::string name = section.required_text("name");
-      if (!derived_.emplace(name, section).second) {
-        section.fail(section.find("name"), fmt::format("there are two contenders '{}': rename one", name));
-      }
-      in_order_.push_back(name);
-    }
-  }
-
-  // Those that the section's list names, as indices into contenders().
-  std::vector<int> listed(const Section& section, const toml::node& node) {
-    std::vector<int> found;
-    std::set<std::string> taken;
-    for (const toml::node& entry : section.list("contenders", node)) {
-      const auto name = entry.value_exact<std::string>();
-      if (!name) section.fail(&entry, fmt::format("'contenders' has {}: give a contender's name", node_text(entry)));
-      if (name->find_first_of("*?") != std::string::npos) {
-        const std::vector<std::string> names = matching(*name, taken, registry_);
-        if (names.empty()) {
-          section.fail(&entry,
-                       fmt::format("'{}' matches no further contender: see 'assay engines' for their names", *name));
-        }
-        for (const std::string& each : names) found.push_back(index(section, &entry, each));
-        taken.insert(names.begin(), names.end());
-        continue;
-      }
-      if (!taken.insert(*name).second) {
-        section.fail(&entry, fmt::format("contender '{}' is there twice: leave one out, or derive one under another "
-                                         "name with [[contender]]",
-                                         *name));
-      }
-      found.push_back(index(section, &entry, *name));
-    }
-    return found;
-  }
-
-  // Tables under [[contender]] whose names are in none of `lists`.
-  std::vector<int> unlisted(const std::vector<Section>& lists) {
-    std::set<std::string> named;
-    for (const Section& section : lists) {
-      const toml::node* node = section.find("contenders");
-      if (node == nullptr || !node->is_array()) continue;
-      for (const toml::node& entry : *node->as_array()) named.insert(entry.value_or(std::string()));
-    }
-    std::vector<int> found;
-    for (const std::string& name : in_order_) {
-      if (!named.contains(name)) found.push_back(index(derived_.at(name), nullptr, name));
-    }
-    return found;
-  }
-
-  std::vector<CampaignContender> contenders() && { return std::move(contenders_); }
-
- private:
-  int index(const Section& section, const toml::node* node, const std::string& name) {
-    const auto [at, is_new] = index_.emplace(name, static_cast<int>(contenders_.size()));
-    if (!is_new) return at->second;
-    const auto found = derived_.find(name);
-    if (found == derived_.end()) {
-      contenders_.push_back(resolve(section, node, name, name, {}, registry_));
-    } else {
-      const Section& own = found->second;
-      contenders_.push_back(
-          resolve(own, own.find("base"), name, own.required_text("base"), overrides_of(own), registry_));
-    }
-    return at->second;
-  }
-
-  const Registry& registry_;
-  std::map<std::string, Section> derived_;  // by name
-  std::vector<std::string> in_order_;       // of the file
-  std::map<std::string, int> index_;
-  std::vector<CampaignContender> contenders_;
-};
-
-// ---- systems --------------------------------------------------------------------------------------------------------
 
 ControlSpec control_of(const Section& section, const Model& model) {
   ControlSpec spec;
@@ -630,10 +293,6 @@ std::map<std::string, std::string> ratios_of(const Section& root, const std::vec
 }  // namespace
 
 bool CampaignSystem::has(Measure measure) const { return std::ranges::find(measures, measure) != measures.end(); }
-
-std::string_view measure_text(Measure measure) {
-  return std::ranges::find(kMeasures, measure, &std::pair<Measure, std::string_view>::first)->second;
-}
 
 std::string CampaignContender::content() const {
   if (resolved.engine == nullptr) return "absent";
