@@ -13,7 +13,7 @@ namespace {
 
 class LargestStep {
  public:
-  explicit LargestStep(const Evidence& evidence) : evidence_(evidence), results_(evidence.results) {}
+  explicit LargestStep(const Evidence& evidence) : evidence_(evidence) {}
 
   Tested test(const ClaimTest& test) const {
     Tested tested;
@@ -63,9 +63,9 @@ class LargestStep {
 
   Step step(const std::string& system, const std::string& contender, const std::string& value) const {
     Step step;
-    step.why = results_.why_missing(system, contender, value);
+    step.why = evidence_.results.why_missing(system, contender, value);
     double lost_ms = 0;
-    for (const Figure& figure : results_.figures(system, contender, value)) {
+    for (const Figure& figure : evidence_.results.figures(system, contender, value)) {
       if (figure.found == Found::kMissing) {
         step.why = figure.why;
         continue;
@@ -85,7 +85,7 @@ class LargestStep {
 
   void add_steps_today(const ClaimTest& test, const std::string& system, Tested& tested) const {
     std::map<double, std::vector<std::string>, std::greater<>> by_step;
-    for (const std::string& contender : results_.contenders()) {
+    for (const std::string& contender : evidence_.results.contenders()) {
       const Step found = step(system, contender, test.value);
       if (found.there) by_step[found.largest_ms].push_back(contender);
     }
@@ -99,7 +99,6 @@ class LargestStep {
   }
 
   const Evidence& evidence_;
-  const Results& results_;
 };
 
 }  // namespace

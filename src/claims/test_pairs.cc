@@ -13,7 +13,7 @@ namespace {
 
 class Pairs {
  public:
-  explicit Pairs(const Evidence& evidence) : evidence_(evidence), results_(evidence.results) {}
+  explicit Pairs(const Evidence& evidence) : evidence_(evidence) {}
 
   Tested test(const ClaimTest& test) const {
     Tested tested;
@@ -80,8 +80,8 @@ class Pairs {
                 const std::string& theirs) const {
     const std::string &first = test.more ? theirs : mine, &second = test.more ? mine : theirs;
     return test.kind == ClaimTest::Kind::kAtTimestep
-               ? results_.at_timestep(system, first, second, test.value, timestep_of(test))
-               : results_.at_equal_speed(system, first, second, test.value);
+               ? evidence_.results.at_timestep(system, first, second, test.value, timestep_of(test))
+               : evidence_.results.at_equal_speed(system, first, second, test.value);
   }
 
   // Mine did not run well, or theirs.
@@ -222,7 +222,7 @@ class Pairs {
       Interval ratio;
     };
     std::vector<Other> others;
-    for (const std::string& other : results_.contenders()) {
+    for (const std::string& other : evidence_.results.contenders()) {
       if (other == mine) continue;
       const Ratio ratio = compare(test, system, mine, other);
       if (ratio.state == Ratio::State::kThere) others.push_back({other, ratio.value});
@@ -241,7 +241,6 @@ class Pairs {
   static Interval inverse(const Interval& of) { return {1 / of.value, 1 / of.high, 1 / of.low}; }
 
   const Evidence& evidence_;
-  const Results& results_;
 };
 
 }  // namespace

@@ -13,7 +13,7 @@ namespace {
 
 class Unstable {
  public:
-  explicit Unstable(const Evidence& evidence) : evidence_(evidence), results_(evidence.results) {}
+  explicit Unstable(const Evidence& evidence) : evidence_(evidence) {}
 
   Tested test(const ClaimTest& test) const {
     Tested tested;
@@ -54,7 +54,7 @@ class Unstable {
       if (!parts.empty()) sentence.push_back(fmt::format("{}: {}", system, join(parts, ", ")));
       std::vector<std::string> failing;
       int ran = 0;
-      for (const std::string& contender : results_.contenders()) {
+      for (const std::string& contender : evidence_.results.contenders()) {
         const Range found = range(system, contender, test.value);
         if (found.found == Found::kMissing) continue;
         ++ran;
@@ -84,8 +84,8 @@ class Unstable {
   Range range(const std::string& system, const std::string& contender, const std::string& measure) const {
     Range range;
     bool failed_from_the_start = false;
-    range.why = results_.why_missing(system, contender, measure);
-    for (const Figure& figure : results_.outcomes(system, contender, measure)) {
+    range.why = evidence_.results.why_missing(system, contender, measure);
+    for (const Figure& figure : evidence_.results.outcomes(system, contender, measure)) {
       if (figure.found == Found::kMissing) {
         range.why = figure.why;
         continue;
@@ -107,7 +107,6 @@ class Unstable {
   }
 
   const Evidence& evidence_;
-  const Results& results_;
 };
 
 }  // namespace

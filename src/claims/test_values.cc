@@ -14,7 +14,7 @@ namespace {
 
 class Values {
  public:
-  explicit Values(const Evidence& evidence) : evidence_(evidence), results_(evidence.results) {}
+  explicit Values(const Evidence& evidence) : evidence_(evidence) {}
 
   Tested test(const ClaimTest& test) const {
     Tested tested;
@@ -77,8 +77,8 @@ class Values {
     constexpr double kLeast = 1e-16;  // rounding
     std::vector<TimeAtSize> points;
     Figure found;
-    found.why = results_.why_missing(system, contender, value);
-    for (const Figure& figure : results_.figures(system, contender, value)) {
+    found.why = evidence_.results.why_missing(system, contender, value);
+    for (const Figure& figure : evidence_.results.figures(system, contender, value)) {
       if (figure.found == Found::kThere) {
         points.push_back({figure.timestep_ms, {std::max(figure.value.value, kLeast)}});
       } else {
@@ -101,13 +101,13 @@ class Values {
   // Of one contender in a test of values.
   Figure own_figure(const ClaimTest& test, const std::string& system, const std::string& contender) const {
     if (test.kind == ClaimTest::Kind::kSlope) return slope(system, contender, test.value);
-    if (test.family.empty()) return results_.figure(system, contender, test.value, test.timestep_ms);
+    if (test.family.empty()) return evidence_.results.figure(system, contender, test.value, test.timestep_ms);
     Figure missing;
-    const std::vector<std::string> systems = results_.family(test.family);
+    const std::vector<std::string> systems = evidence_.results.family(test.family);
     missing.why = systems.empty() ? fmt::format("the results have no systems of family '{}'", test.family)
-                                  : results_.why_missing(systems.back(), contender, test.value);
+                                  : evidence_.results.why_missing(systems.back(), contender, test.value);
     for (const std::string& each : systems) {
-      for (const Figure& figure : results_.figures(each, contender, test.value)) {
+      for (const Figure& figure : evidence_.results.figures(each, contender, test.value)) {
         if (figure.found == Found::kThere) return figure;
         missing.why = figure.why;
       }
@@ -125,7 +125,7 @@ class Values {
   void add_today(const ClaimTest& test, const std::string& system, std::vector<std::string>& today) const {
     std::vector<std::pair<double, std::string>> found;
     int failed = 0, yes = 0;
-    for (const std::string& contender : results_.contenders()) {
+    for (const std::string& contender : evidence_.results.contenders()) {
       const Figure figure = own_figure(test, system, contender);
       if (figure.found == Found::kFailed) ++failed;
       if (figure.found != Found::kThere) continue;
@@ -143,7 +143,6 @@ class Values {
   }
 
   const Evidence& evidence_;
-  const Results& results_;
 };
 
 }  // namespace
