@@ -1,4 +1,4 @@
-// Damping that nobody asked for: the rate at which velocities decay, fitted to the energy.
+// Damping that no model asks for: the rate at which velocities decay, fitted to the energy.
 import type { SystemView, Value } from "../data";
 import { el } from "../dom";
 import { brief, interval, quantity, timestep } from "../format";
@@ -54,5 +54,5 @@ export function dampingTable(view: SystemView, palette: Palette): HTMLElement | 
   ];
   const text =
     "Rate in 1/s at which velocities decay although nothing damps them, at timesteps in ms. ≈ 0: so small that rounding alone could make it. Grey: the interval covers zero. Bold: the motion gains energy (a negative rate).";
-  return el("div", { class: "panel matrix-panel damping-panel" }, el("h3", {}, "Hidden damping"), scrollFrame("Hidden damping by contender and timestep", text, sortableTable(columns, rows)));
+  return el("div", { class: "panel matrix-panel damping-panel" }, el("h3", {}, "Hidden damping in figures"), scrollFrame("Hidden damping by contender and timestep", text, sortableTable(columns, rows)));
 }
