@@ -51,9 +51,10 @@ export function ask(question: Question): void {
 }
 
 function speedText(speed: Speed): string {
-  const range = speed.low === speed.high ? "" : ` (${realtime(speed.low)} to ${realtime(speed.high)})`;
-  const between = speed.between && !speed.timed ? `, not timed here: between ${timestep(speed.between[0])} and ${timestep(speed.between[1])} ms` : "";
-  return `${realtime(speed.value)}${range}${between}`;
+  const range = speed.low === speed.high ? "" : `${realtime(speed.low)} to ${realtime(speed.high)}`;
+  const between = speed.between && !speed.timed ? `not timed at this timestep, interpolated between ${timestep(speed.between[0])} and ${timestep(speed.between[1])} ms` : "";
+  const notes = [range, between].filter(Boolean).join("; ");
+  return `${realtime(speed.value)} real time${notes ? ` (${notes})` : ""}`;
 }
 
 function worstText(name: string, worst: Worst | undefined, step: number): string {
@@ -151,7 +152,7 @@ export function picker(report: Report, palette: Palette): HTMLElement {
     } else {
       const details = el("button", { type: "button", class: "link", click: () => open(best) }, "Details");
       found.append(
-        el("p", { class: "pick-best", "data-contender-of": best.point.contender, "data-timestep": best.point.timestep_ms }, swatch(palette, best.point.contender), " ", el("strong", {}, `${best.point.contender} at ${timestep(best.point.timestep_ms)} ms`), ` runs at ${speedText(best.speed)} real time. `, details),
+        el("p", { class: "pick-best", "data-contender-of": best.point.contender, "data-timestep": best.point.timestep_ms }, swatch(palette, best.point.contender), " ", el("strong", {}, `${best.point.contender} at ${timestep(best.point.timestep_ms)} ms`), ` runs at ${speedText(best.speed)}. `, details),
         el("ul", { class: "pick-facts" }, ...question.limits.map(([name]) => el("li", {}, `${valueInfo(name).label}: ${worstText(name, best.candidate.worst[name], best.point.timestep_ms)}, the largest at this or any smaller timestep`)), best.candidate.margin ? el("li", {}, `Margin: ${best.candidate.margin}`) : null),
       );
       if (alike.length > 0) {

@@ -43,7 +43,7 @@ function systemFacts(system: System): HTMLElement {
 // Fills `section` with its head and plots; what comes below them is drawn by the functions returned, in their order.
 export function fillSystem(section: HTMLElement, view: SystemView, system: System, palette: Palette): (() => void)[] {
   const drawn = view.report.json.pictures?.find((candidate) => candidate.system === view.system);
-  const head = el("div", { class: "system-head" }, el("div", {}, el("h2", {}, view.system), systemFacts(system)), drawn ? picture(drawn, 150, 104) : "");
+  const head = el("div", { class: "system-head" }, el("div", {}, el("h2", {}, view.system), systemFacts(system)), drawn ? picture(drawn, 110, 74) : "");
   section.replaceChildren(head);
   if (view.cells.length === 0) {
     section.append(el("p", { class: "quiet" }, "No cell of this system has been run yet."));

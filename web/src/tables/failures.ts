@@ -48,7 +48,7 @@ function list(report: Report, rows: Failure[], limit: number): HTMLTableElement 
     { title: "Timesteps", key: (f) => Math.min(...f.timesteps), cell: timesteps },
     { title: "Outcome", key: (f) => f.outcome, cell: (f) => el("b", { class: "bad" }, f.outcome) },
     { title: "Reason", key: (f) => f.reason, cell: (f) => (f.reason || "no reason was stored") + (f.alike ? "; the others alike" : ""), className: "wider" },
-    { title: "", cell: (f) => again(report, f) },
+    { title: "Details", cell: (f) => again(report, f) },
   ];
   return sortableTable(columns, rows, limit);
 }

@@ -19,7 +19,7 @@ interface Row {
   reason: string;
 }
 
-const kAtOnce = 100;
+const kAtOnce = 30;
 
 export function valueRows(report: Report): Row[] {
   const rows: Row[] = [];
