@@ -1,4 +1,4 @@
-// What the jobs of a worker have in common. Inside of src/runs; jobs.h is what others see.
+// What the jobs of a worker have in common.
 #pragma once
 
 #include <functional>
