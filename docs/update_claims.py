@@ -1,0 +1,136 @@
+"""Writes the generated blocks of a page: update_claims.py ASSAY RESULTS PAGE.
+
+RESULTS is a results directory, or the database of one packed as assay.sqlite.xz. The blocks are `assay claims --markdown`
+and the tables of failed runs, each with the command that shows it.
+"""
+
+import contextlib
+import fractions
+import json
+import lzma
+import pathlib
+import sqlite3
+import subprocess
+import sys
+import tempfile
+
+# Measures whose run starts at the system's initial state, as `assay simulate` does.
+WHOLE_RUNS = ("grasp", "drift", "violation", "truth")
+# Largest relative energy drift at the smallest timestep that is not listed as a leak.
+LEAK = 1e-3
+
+
+def milliseconds(timestep):
+    """0.25 as "1/4", as the program writes it."""
+    return str(fractions.Fraction(timestep))
+
+
+def table(header, rows):
+    lines = [header, ["---"] * len(header), *rows]
+    return "".join("| " + " | ".join(line) + " |\n" for line in lines)
+
+
+def command(facts, contender, timestep):
+    model = facts["model"].removesuffix(".xml")
+    control = f" --control {facts['control_option']}" if "control_option" in facts else ""
+    return (f"`assay simulate {model} --engine {contender} --timestep {milliseconds(timestep)}{control}"
+            f" --duration {facts['duration_s']:g} --sample {facts['sample_ms']:g} --out run.csv`")
+
+
+def grasp_failures(db, facts):
+    """For each contender the smallest timestep at which it does not hold the object."""
+    rows = []
+    for contender, in db.execute("SELECT name FROM contenders ORDER BY rowid"):
+        runs = db.execute(
+            "SELECT timestep_ms, outcome, reason,"
+            ' (SELECT value FROM "values" WHERE cell_id = id AND name = \'grasp_held\'),'
+            ' (SELECT value FROM "values" WHERE cell_id = id AND name = \'drop_time\')'
+            " FROM cells WHERE system = 'grasp' AND measure = 'grasp' AND contender = ?"
+            " ORDER BY timestep_ms", (contender,))
+        held = "none"
+        for timestep, outcome, reason, holds, dropped in runs:
+            if outcome == "ok" and holds == 1:
+                held = milliseconds(timestep)
+                continue
+            what = f"dropped by {dropped:g} s" if outcome == "ok" else f"{outcome} {reason}"
+            rows.append([contender, held, f"{milliseconds(timestep)}: {what}", command(facts, contender, timestep)])
+            break
+    return table(["contender", "holds up to (ms)", "then, at (ms)", "shown by"], rows)
+
+
+def other_failures(db, facts):
+    """For each contender and system the smallest timestep whose run from the initial state did not end well."""
+    rows, seen = [], set()
+    for system, contender, timestep, outcome, reason in db.execute(
+            "SELECT cells.system, contender, timestep_ms, outcome, reason FROM cells"
+            " JOIN systems ON systems.name = cells.system JOIN contenders ON contenders.name = contender"
+            f" WHERE measure IN ({','.join('?' * len(WHOLE_RUNS))}) AND cells.system != 'grasp'"
+            " AND outcome IN ('unstable', 'diverged', 'crashed')"
+            " ORDER BY systems.rowid, contenders.rowid, timestep_ms, measure", WHOLE_RUNS):
+        if (system, contender) not in seen:
+            seen.add((system, contender))
+            rows.append([system, contender, milliseconds(timestep), f"{outcome} {reason}",
+                         command(facts[system], contender, timestep)])
+    return table(["system", "contender", "from (ms)", "outcome", "shown by"], rows)
+
+
+def leaks(db, facts):
+    """Contenders whose energy drifts at the smallest timestep, where the integration error is negligible."""
+    rows = []
+    for system, contender, timestep, drift, rate in db.execute(
+            "SELECT cells.system, contender, timestep_ms, d.value, r.value FROM cells"
+            " JOIN systems ON systems.name = cells.system JOIN contenders ON contenders.name = contender"
+            ' JOIN "values" d ON d.cell_id = cells.id AND d.name = \'energy_drift_relative\''
+            ' JOIN "values" r ON r.cell_id = cells.id AND r.name = \'damping_rate\''
+            " WHERE timestep_ms = (SELECT min(timestep_ms) FROM cells) AND d.value > ?"
+            " ORDER BY systems.rowid, contenders.rowid", (LEAK,)):
+        rows.append([system, contender, f"{100 * drift:.2g} % {'lost' if rate > 0 else 'gained'}", f"{rate:.2g}",
+                     command(facts[system], contender, timestep)])
+    return table(["system", "contender", "largest drift of the energy", "hidden damping (1/s)", "shown by"], rows)
+
+
+def failures(results):
+    with contextlib.closing(sqlite3.connect(results / "assay.sqlite")) as db:
+        facts = {name: json.loads(text) for name, text in db.execute("SELECT name, json FROM systems")}
+        return ("\n### The object is dropped\n\n" + grasp_failures(db, facts["grasp"]) +
+                "\n### Other runs that fail\n\n" + other_failures(db, facts) +
+                "\n### Energy that leaks at the smallest timestep\n\n" + leaks(db, facts) + "\n")
+
+
+def claims(program, results):
+    return subprocess.run([program, "claims", results, "--markdown"], check=True, capture_output=True, text=True).stdout
+
+
+@contextlib.contextmanager
+def unpacked(results):
+    """The results directory for either form of RESULTS."""
+    if results.suffix != ".xz":
+        yield results
+        return
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = pathlib.Path(scratch)
+        (folder / "assay.sqlite").write_bytes(lzma.decompress(results.read_bytes()))
+        yield folder
+
+
+def blocks(program, results):
+    """The text of each generated block."""
+    with unpacked(results) as folder:
+        return {"claims": claims(program, folder), "failures": failures(folder)}
+
+
+def updated(text, new):
+    """The page's text with its generated blocks replaced."""
+    for name, block in new.items():
+        begin_mark, end_mark = f"<!-- {name}: begin -->\n", f"<!-- {name}: end -->"
+        begin = text.index(begin_mark) + len(begin_mark)
+        text = text[:begin] + block + text[text.index(end_mark, begin):]
+    return text
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 4:
+        sys.exit("usage: update_claims.py ASSAY RESULTS PAGE")
+    page = pathlib.Path(sys.argv[3])
+    text = updated(page.read_text(encoding="utf-8"), blocks(sys.argv[1], pathlib.Path(sys.argv[2])))
+    page.write_text(text, encoding="utf-8")

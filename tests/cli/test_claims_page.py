@@ -1,0 +1,55 @@
+"""Committed results and docs/claims.md: the page agrees with the results, and no file names a path of the machine."""
+
+import lzma
+import re
+import sys
+
+from harness import SOURCE, AssayTest, main
+
+sys.path.insert(0, str(SOURCE / "docs"))
+import update_claims  # noqa: E402
+
+RESULTS = SOURCE / "results/amd-epyc-2-cores"
+PAGE = SOURCE / "docs/claims.md"
+VERDICTS = {"holds": "holds", "changed": "**changed**", "not-measurable": "**not measurable**"}
+ABSOLUTE = re.compile(rb"(?<![\w.~-])/(?:tmp|work|root|home|mnt|opt|srv|Users)/[\w.-]+|\b[A-Z]:\\\\?Users\b")
+
+
+class ClaimsPageTest(AssayTest):
+    def database(self):
+        return lzma.decompress((RESULTS / "assay.sqlite.xz").read_bytes())
+
+    def unpack(self):
+        folder = self.dir / "results"
+        folder.mkdir()
+        (folder / "assay.sqlite").write_bytes(self.database())
+        return folder
+
+    def test_the_page_says_what_the_results_say(self):
+        folder = self.unpack()
+        text = PAGE.read_text(encoding="utf-8")
+        blocks = {"claims": self.assay("claims", folder, "--markdown"), "failures": update_claims.failures(folder)}
+        self.assertEqual(update_claims.updated(text, blocks), text, "write it with docs/update_claims.py")
+        verdicts = self.assay_json("claims", folder, "--json")
+        self.assertEqual([claim["number"] for claim in verdicts], list(range(1, 14)))
+        for claim in verdicts:
+            self.assertIn(f"| {claim['number']} | {claim['title']} | {VERDICTS[claim['verdict']]} |", text)
+            explained = re.search(rf"^### {claim['number']}: ", text, re.MULTILINE) is not None
+            self.assertEqual(explained, claim["verdict"] == "changed", f"claim {claim['number']}")
+
+    def test_the_values_are_those_of_the_database(self):
+        exported = self.assay("export", self.unpack(), "--format", "csv")
+        self.assertEqual(exported.splitlines(), (RESULTS / "values.csv").read_text(encoding="utf-8").splitlines())
+
+    def test_no_file_tells_where_it_was_made(self):
+        files = [path for path in RESULTS.rglob("*") if path.is_file()]
+        self.assertLess(sum(path.stat().st_size for path in files), 20e6)
+        self.assertIn(RESULTS / "report.html", files)
+        for path in files:
+            data = self.database() if path.suffix == ".xz" else path.read_bytes()
+            found = ABSOLUTE.search(data)
+            self.assertIsNone(found, f"{path}: {found and found.group()}")
+
+
+if __name__ == "__main__":
+    main()
