@@ -5,7 +5,7 @@ import { timestep } from "./format";
 import type { Palette } from "./palette";
 import { swatch } from "./plots/legend";
 import { picture } from "./plots/picture";
-import { ask } from "./picker";
+import { ask, firstQuestion } from "./picker";
 import { roving } from "./roving";
 import { state } from "./state";
 
@@ -27,9 +27,8 @@ function answer(view: SystemView, palette: Palette, one: Answer): HTMLElement {
 function card(view: SystemView, palette: Palette): HTMLElement {
   const { system, json } = view;
   const drawn = view.report.json.pictures?.find((candidate) => candidate.system === system);
-  const limits = json.card.answers.find((one) => one.limits)?.limits;
   const change = el("button", { type: "button", class: "link" }, "Set other limits");
-  change.addEventListener("click", () => ask({ system, limits: Object.entries(limits ?? {}), realtime: null }));
+  change.addEventListener("click", () => ask(firstQuestion(view)));
   const more = el("button", { type: "button", class: "card-more", "aria-expanded": "false" }, "More");
   const rest = el(
     "div",

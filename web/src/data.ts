@@ -206,7 +206,7 @@ export interface Answer {
   contender: string | null;
   timestep_ms: number | null;
   limits?: Record<string, number>;
-  realtime?: number;
+  realtime?: number | null;
 }
 
 // What follows from the cells of one system, as the program computed it.

@@ -42,6 +42,12 @@ export function canPick(report: Report): boolean {
   return report.answered.some((view) => view.json.candidates.length > 0);
 }
 
+// The one that the system's card answers first.
+export function firstQuestion(view: SystemView): Question {
+  const limits = view.json.card.answers.map((one) => Object.entries(one.limits ?? {})).find((each) => each.length > 0);
+  return { system: view.system, limits: limits ?? [], realtime: limits ? null : 1 };
+}
+
 let asked: (question: Question) => void = () => undefined;
 
 // Puts a question to the picker and shows it.
@@ -74,11 +80,7 @@ function inUnits(report: Report, name: string, largest: number): { number: numbe
 export function picker(report: Report, palette: Palette): HTMLElement {
   const views = report.answered.filter((view) => view.json.candidates.length > 0);
   const viewOf = (system: string) => views.find((view) => view.system === system) ?? views[0]!;
-  const begin = (view: SystemView): Question => {
-    const limits = view.json.card.answers.find((one) => one.limits)?.limits;
-    return { system: view.system, limits: limits ? Object.entries(limits) : [], realtime: null };
-  };
-  let question = state.question && views.some((view) => view.system === state.question?.system) ? state.question : begin(views[0]!);
+  let question = state.question && views.some((view) => view.system === state.question?.system) ? state.question : firstQuestion(views[0]!);
 
   const system = el("select", { id: "pick-system" }, ...views.map((view) => el("option", { value: view.system }, view.system)));
   const limits = el("div", { class: "pick-limits" });
@@ -127,7 +129,7 @@ export function picker(report: Report, palette: Palette): HTMLElement {
     const name = limitable(view).find((each) => !question.limits.some(([used]) => used === each));
     if (name) change({ ...question, limits: [...question.limits, [name, middle(view, name)]] }, true);
   });
-  system.addEventListener("change", () => change(begin(viewOf(system.value)), true));
+  system.addEventListener("change", () => change(firstQuestion(viewOf(system.value)), true));
   rate.addEventListener("input", () => change({ ...question, realtime: Number(rate.value) > 0 ? Number(rate.value) : null }, false));
   const open = (one: Pick) => {
     state.setShown([one.point.contender], true);
