@@ -36,7 +36,7 @@ export class Address {
     state.kept = () => this.write();
     window.addEventListener("hashchange", () => {
       const { section, words } = read();
-      // A link of the page names a section alone: what was chosen stays.
+      // A link of the page names only a section: what was chosen stays.
       if (words.size === 0) {
         this.section = section;
         this.write();

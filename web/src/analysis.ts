@@ -11,8 +11,7 @@ export interface Failure {
   alike: boolean; // the other timesteps' reasons differ in their numbers
 }
 
-// Cells that have no sound result; those that differ in the timestep and in the numbers of their reasons alone are one
-// entry.
+// Cells without a sound result. Cells that differ only in the timestep and in the numbers of their reasons are one entry.
 export function failures(report: Report): Failure[] {
   const list = new Map<string, Failure>();
   for (const cell of report.json.cells) {

@@ -15,7 +15,8 @@ function answer(view: SystemView, palette: Palette, one: Answer): HTMLElement {
   const question = el("dt", {}, one.question);
   if (contender === null || step === null) return el("div", { class: "answer", "data-answer": one.id }, question, el("dd", { class: "none" }, one.text));
   const name = `${contender} at ${timestep(step)} ms`;
-  const figures = one.text.startsWith(name) ? one.text.slice(name.length).replace(/^[:,] /, "") : one.text;
+  // A number and its unit stay together.
+  const figures = (one.text.startsWith(name) ? one.text.slice(name.length).replace(/^[:,;] /, "") : one.text).replace(/(\d) (?=[µnpm]?m\b|m?rad\b)/g, "$1\u00a0");
   const button = el("button", { type: "button", class: "answer-link", "data-contender-of": contender, "data-timestep": step }, swatch(palette, contender), el("b", {}, name));
   button.addEventListener("click", () => {
     state.setShown([contender], true);

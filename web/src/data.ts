@@ -54,7 +54,7 @@ export interface Picture {
   ground: number | null;
 }
 
-// Who computes the same motion, and until when. The lists have an entry per pair (0, 1), (0, 2), ..., (1, 2), ...
+// Which contenders compute the same motion, and until when. The lists have an entry per pair (0, 1), (0, 2), ..., (1, 2), ...
 export interface Agreement {
   system: string;
   timestep_ms: number;
@@ -148,7 +148,7 @@ export interface ValueInfo {
   label: string; // in headings and on axes
   short: string; // in running text
   better: "low" | "high" | "none";
-  measure: string; // whose cells hold it
+  measure: string; // its cells hold the value
   plot: boolean; // can be the error axis of the plot
   limit: boolean; // can be limited in the picker
   meaning: string;
@@ -418,7 +418,7 @@ export class SystemView {
     return null;
   }
 
-  // Timesteps at which a value says something of integration: at the reference's own stand restart floors alone.
+  // Timesteps at which a value is an error of integration; at the reference's own timestep it is a restart floor.
   errorTimesteps(name: string): number[] {
     const steps = this.timesteps(name);
     if (name !== "consistency") return steps;

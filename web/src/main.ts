@@ -7,7 +7,6 @@ import { claimsList } from "./claims";
 import { readReport, type Report } from "./data";
 import { Drawer } from "./details";
 import { drawWaiting, el, type Child } from "./dom";
-import { sentenceList } from "./format";
 import { sectionBar } from "./nav";
 import { Palette } from "./palette";
 import { canPick, picker } from "./picker";
@@ -46,11 +45,9 @@ function lead(report: Report): string {
   const contenders = new Set(cells.map((cell) => cell.contender));
   const engineNames = new Set(report.contenders.filter((c) => contenders.has(c.name) && c.engine).map((c) => c.engine.replace(/-(f32|f64)$/, "")));
   if (cells.length === 0) return "These results are empty: no cell of the campaign has been measured yet.";
-  const body = `${contenders.size} contenders of ${engineNames.size} engines on ${report.json.systems.length} ${report.json.systems.length === 1 ? "system" : "systems"}: ${cells.length} cells`;
-  if (good === 0) return `${body}, and none of them has a sound result.`;
-  if (good === cells.length) return `${body}, all with a sound result.`;
-  const failed = [...counts].filter(([outcome]) => outcome !== "ok").map(([outcome, count]) => `${count} ${outcome}`);
-  return `${body}, ${good} with a sound result; ${sentenceList(failed)}.`;
+  const systems = report.json.systems.length;
+  const body = `${contenders.size} contenders of ${engineNames.size} engines on ${systems} ${systems === 1 ? "system" : "systems"}`;
+  return good === 0 ? `${body}: none of the ${cells.length} cells has a sound result.` : `${body}; ${good} of ${cells.length} cells have a sound result.`;
 }
 
 // Contenders of the campaign whose engine is not there.
@@ -99,7 +96,7 @@ function build(report: Report, masthead: HTMLElement, nav: HTMLElement, page: HT
   }
   if (canPick(report)) {
     const text = "The fastest contender within all of your limits. Each error is the largest at that or any smaller timestep, and a speed is never extrapolated.";
-    add(part("pick", "Within your limits", text), "Your limits", () => [picker(report, palette)], true);
+    add(part("pick", "Within your limits", text), "Your limits", () => [picker(report, palette)]);
   }
   if (claims.length > 0) {
     const text = "Each claim of Erez, Tassa and Todorov (ICRA 2015), judged by today's versions of the paper's engines. A claim is settled when the whole 95 % interval lies on one side of its threshold.";

@@ -3,7 +3,7 @@
 import { valueInfo, type Candidate, type Report, type Speed, type SystemView, type ViewPoint, type Worst } from "./data";
 import { clear, el } from "./dom";
 import { onRestored } from "./address";
-import { quantity, realtime, timestep, timestepRange } from "./format";
+import { quantity, realtime, timestep, timestepRange, unitText } from "./format";
 import type { Palette } from "./palette";
 import { swatch } from "./plots/legend";
 import { state, type Question } from "./state";
@@ -71,7 +71,8 @@ function worstText(name: string, worst: Worst | undefined, step: number): string
 // A limit as the reader types it: the largest unit in which it is at least 1.
 function inUnits(report: Report, name: string, largest: number): { number: number; scale: number; units: { text: string; scale: number }[] } {
   const base = valueInfo(name).unit;
-  const units = report.json.units?.[base] ?? [{ text: base === "1" ? "" : base, scale: 1 }];
+  const all = report.json.units?.[base] ?? [{ text: base === "1" ? "" : base, scale: 1 }];
+  const units = all.filter((unit, index) => all.findIndex((other) => other.scale === unit.scale) === index); // "um" is "µm"
   const fitting = [...units].sort((a, b) => b.scale - a.scale).find((unit) => unit.scale <= largest * (1 + 1e-9) && unit.text !== "cm");
   const scale = fitting?.scale ?? Math.min(...units.map((unit) => unit.scale));
   return { number: Number((largest / scale).toPrecision(12)), scale, units };
@@ -113,7 +114,7 @@ export function picker(report: Report, palette: Palette): HTMLElement {
       const label = valueInfo(name).label;
       const measure = el("select", { class: "pick-measure", "aria-label": `Limited value ${index + 1}` }, ...names.map((each) => el("option", { value: each, selected: each === name }, valueInfo(each).label)));
       const error = el("input", { type: "number", min: 0, step: "any", class: "pick-error", "aria-label": `Largest ${label.toLowerCase()}`, value: number, inputmode: "decimal" });
-      const unit = el("select", { class: "pick-unit", "aria-label": `Unit of the largest ${label.toLowerCase()}` }, ...units.map((each) => el("option", { value: each.scale, selected: each.scale === scale }, each.text || "(number)")));
+      const unit = el("select", { class: "pick-unit", "aria-label": `Unit of the largest ${label.toLowerCase()}` }, ...units.map((each) => el("option", { value: each.scale, selected: each.scale === scale }, unitText(each.text) || "(number)")));
       const remove = el("button", { type: "button", class: "pick-remove", "aria-label": `Remove the limit of ${label.toLowerCase()}` }, "×");
       measure.addEventListener("change", () => setLimit(index, measure.value, middle(view, measure.value), true));
       const typed = () => setLimit(index, name, Number(error.value) * Number(unit.value), false);

@@ -1,6 +1,6 @@
 // One tab stop for many controls: the arrow keys move between them. In a table up and down stay in the column.
 
-// Returns what has to be called when the controls were made anew.
+// Returns a function to call after the controls were made again.
 export function roving(root: HTMLElement, selector = "button"): () => void {
   const all = () => [...root.querySelectorAll<HTMLElement>(selector)];
   let current: HTMLElement | null = null;

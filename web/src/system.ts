@@ -1,6 +1,6 @@
 // One system of the campaign: facts, speed, accuracy, figures.
 import { outcomeCounts } from "./analysis";
-import type { System, SystemView } from "./data";
+import { valueInfo, type System, type SystemView } from "./data";
 import { el } from "./dom";
 import type { Palette } from "./palette";
 import { agreementPanel } from "./plots/agreement";
@@ -56,7 +56,7 @@ export function fillSystem(section: HTMLElement, view: SystemView, system: Syste
       el("p", { class: "alert" }, `None of the ${view.cells.length} cells of this system has a sound result. `, el("a", { href: "#failures" }, "What failed, and why")),
     );
   }
-  const measures = view.json.errors;
+  const measures = view.json.errors.filter((name) => valueInfo(name).plot);
   if (measures.length === 0 && view.json.values.length === 0 && view.timesteps("raw_speed").length === 0) {
     const text = good > 0 ? "Nothing has been measured here yet: there are only reference runs." : "There is no figure to show.";
     section.append(el("p", { class: "quiet" }, text));

@@ -10,7 +10,7 @@ import { state } from "../state";
 import { roundingRate } from "../tables/damping";
 import { facts, tooltip } from "../tooltip";
 import { grid, logScale, ticks } from "./axes";
-import { drawContenders } from "./canvas";
+import { drawContenders, hitArea } from "./canvas";
 import { endLabels } from "./labels";
 
 interface Point {
@@ -67,16 +67,17 @@ export function dampingPlot(view: SystemView, palette: Palette): HTMLElement | n
       group.append(svg("path", { class: "line", d: path(points) ?? "", "stroke-dasharray": look.dash }));
       for (const point of points) {
         const mark = svg("path", { class: `mark${point.rate < 0 ? " hollow" : ""}`, d: look.path(44), transform: `translate(${point.x},${point.y}) rotate(${look.turn})`, "data-timestep": point.step });
-        mark.addEventListener("pointerenter", (event) => {
+        const hit = hitArea(point.x, point.y);
+        hit.addEventListener("pointerenter", (event) => {
           state.setHighlight(contender);
           tooltip.show(event.clientX, event.clientY, el("strong", {}, contender), facts([["timestep", `${timestep(point.step)} ms`], ["rate", quantity(point.rate, "1/s", 2)], ["interval", interval("damping_rate", point.low, point.high, "1/s")], ["energy", point.rate < 0 ? "gained" : "lost"]]));
         });
-        mark.addEventListener("pointerleave", () => {
+        hit.addEventListener("pointerleave", () => {
           state.setHighlight(null);
           tooltip.hide();
         });
-        mark.addEventListener("click", () => state.choose({ system: view.system, contender, timestep: point.step }));
-        group.append(mark);
+        hit.addEventListener("click", () => state.choose({ system: view.system, contender, timestep: point.step }));
+        group.append(mark, hit);
       }
       drawing.append(group);
     }
@@ -92,7 +93,7 @@ export function dampingPlot(view: SystemView, palette: Palette): HTMLElement | n
   return el(
     "figure",
     { class: "panel" },
-    el("figcaption", {}, downloads(() => `${view.system}-hidden-damping`, canvas, rows), el("h3", {}, "Hidden damping"), el("p", { class: "sub" }, "The rate at which velocities decay although nothing damps them. Hollow marks: the motion gains energy. Rates that rounding alone could make are left out.")),
+    el("figcaption", {}, downloads(() => `${view.system}-hidden-damping`, canvas, rows), el("h3", {}, "Hidden damping"), el("p", { class: "sub" }, "The rate at which velocities decay although nothing damps them. Hollow marks: the motion gains energy. Rates that rounding can cause are left out.")),
     canvas,
   );
 }

@@ -10,7 +10,7 @@ import { state } from "../state";
 import { scrollFrame, sortableTable, type Column } from "../tables/sortable";
 import { facts, tooltip } from "../tooltip";
 import { grid, logScale, ticks } from "./axes";
-import { drawContenders } from "./canvas";
+import { drawContenders, hitArea } from "./canvas";
 import { endLabels } from "./labels";
 import { swatch } from "./legend";
 
@@ -67,7 +67,7 @@ export function scalingPanel(report: Report, palette: Palette): HTMLElement {
       return;
     }
     const height = Math.round(Math.min(520, Math.max(360, width * 0.62)));
-    const frame = { left: 62, right: width - (width > 560 ? 132 : 14), top: 22, bottom: height - 48 };
+    const frame = { left: 62, right: width - (width > 560 ? 104 : 14), top: 22, bottom: height - 48 };
     const x = logScale(shown.flatMap((curve) => curve.points.map((point) => point.size)), [frame.left, frame.right], 0.5);
     const y = logScale(timed.map((point) => point.time!.value!), [frame.bottom, frame.top], 1);
     const drawing = svg("svg", {
@@ -102,7 +102,8 @@ export function scalingPanel(report: Report, palette: Palette): HTMLElement {
           (point.time?.value ?? 0) > 0
             ? svg("path", { class: `mark${curve.contacts ? "" : " hollow"}`, d: look.path(curve.contacts ? 42 : 52), transform: `${at} rotate(${look.turn})`, "data-size": point.size, "data-seconds": point.time!.value! })
             : svg("path", { class: "failed", d: "M-4,-4L4,4M-4,4L4,-4", transform: at, "data-size": point.size });
-        node.addEventListener("pointerenter", (event) => {
+        const hit = hitArea(point.x, point.y);
+        hit.addEventListener("pointerenter", (event) => {
           state.setHighlight(curve.contender);
           tooltip.show(
             (event as PointerEvent).clientX,
@@ -118,12 +119,12 @@ export function scalingPanel(report: Report, palette: Palette): HTMLElement {
             ]),
           );
         });
-        node.addEventListener("click", () => state.choose({ system: point.cell.system, contender: curve.contender, timestep: point.cell.timestep_ms ?? 0 }));
-        node.addEventListener("pointerleave", () => {
+        hit.addEventListener("click", () => state.choose({ system: point.cell.system, contender: curve.contender, timestep: point.cell.timestep_ms ?? 0 }));
+        hit.addEventListener("pointerleave", () => {
           state.setHighlight(null);
           tooltip.hide();
         });
-        group.append(node);
+        group.append(node, hit);
       }
       drawing.append(group);
     }

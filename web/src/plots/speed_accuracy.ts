@@ -3,7 +3,7 @@ import { line } from "d3-shape";
 
 import { onRestored } from "../address";
 import { valueInfo, type Cell, type Outcome, type Speed, type SystemView } from "../data";
-import { clear, el, onWidth, svg, uniqueId } from "../dom";
+import { clear, el, onWidth, svg, textWidth, uniqueId } from "../dom";
 import { downloads, type CsvRow } from "../download";
 import { hasPrefixes, interval, named, quantity, realtime, sentenceList, timestep, timestepRange, unitText } from "../format";
 import type { Palette } from "../palette";
@@ -274,6 +274,7 @@ export class SpeedAccuracy {
     );
     drawing.append(axis);
 
+    this.taken = [];
     const [slowest = 1, fastest = 1] = x.domain();
     if (timed && slowest < 1 && fastest > 1) {
       const at = Math.round(x(1)) + 0.5;
@@ -281,6 +282,7 @@ export class SpeedAccuracy {
       const crowd = (top: number) =>
         everything.filter((point) => point.x > at - 8 && point.x < at + 22 && point.y > top - 10 && point.y < top + 70).length;
       const top = crowd(frame.bottom - 60) <= crowd(frame.top) ? frame.bottom - 8 : frame.top + 58;
+      this.taken.push({ left: at, right: at + 15, top: top - 52, bottom: top });
       drawing.append(
         svg("line", { class: "realtime-line", x1: at, x2: at, y1: frame.top, y2: frame.bottom }),
         svg("text", { class: "realtime-label", transform: `translate(${at + 11},${top}) rotate(-90)` }, "real time"),
@@ -288,6 +290,12 @@ export class SpeedAccuracy {
     }
     const guide = orderGuide(x, y, everything, frame);
     drawing.append(guide);
+    for (const text of guide.querySelectorAll("text")) {
+      const width = textWidth(text.textContent ?? "", 11);
+      const left = Number(text.getAttribute("x")) - (text.hasAttribute("text-anchor") ? width / 2 : 0);
+      const line = Number(text.getAttribute("y"));
+      this.taken.push({ left, right: left + width, top: line - 10, bottom: line + 3 });
+    }
 
     this.front = svg("path", { class: "front-line" });
     drawing.append(this.front);
@@ -340,11 +348,6 @@ export class SpeedAccuracy {
     this.frame = frame;
     this.listen(drawing);
     this.canvas.append(drawing);
-    this.taken = [...drawing.querySelectorAll<SVGGraphicsElement>(".order-guide text, .realtime-label")].map((node) => {
-      const box = node.getBoundingClientRect();
-      const from = drawing.getBoundingClientRect();
-      return { left: box.left - from.left, right: box.right - from.left, top: box.top - from.top, bottom: box.bottom - from.top };
-    });
     this.labelled = "";
 
     if (everything.some((point) => point.error !== null && !point.sound)) {
