@@ -101,32 +101,33 @@ class BulletEngine final : public Engine {
     return c;
   }
 
-  std::vector<Finding> check(const Model& model, const Settings& settings) const override {
+  std::vector<Limitation> check(const Model& model, const Settings& settings) const override {
     const Options options = read_options(settings);
-    std::vector<Finding> findings;
+    std::vector<Limitation> limitations;
     if (options.rk4 && !options.multibody) {
-      findings.push_back({Fidelity::kRefused, "setting rk4", "rigid bodies have no Runge-Kutta: set model=multibody"});
+      limitations.push_back(
+          {Fidelity::kRefused, "setting rk4", "rigid bodies have no Runge-Kutta: set model=multibody"});
     }
     if (options.multibody && options.friction_directions == 1 && !model.contacts.empty()) {
-      findings.push_back(
+      limitations.push_back(
           {Fidelity::kRefused, "setting friction_directions",
            "one tangent of a multibody's contact is fixed and leaves the other without friction: set 2"});
     }
     for (const Hinge& hinge : model.hinges) {
       const std::string joint = fmt::format("joint '{}'", hinge.name);
       if (hinge.armature != 0) {
-        findings.push_back({Fidelity::kRefused, joint + " armature", "Bullet has no joint armature: set it to 0"});
+        limitations.push_back({Fidelity::kRefused, joint + " armature", "Bullet has no joint armature: set it to 0"});
       }
       if (hinge.has_spring()) {
-        findings.push_back({Fidelity::kApproximated, joint + " stiffness and damping",
-                            "explicit torque from the state at the step's start"});
+        limitations.push_back({Fidelity::kApproximated, joint + " stiffness and damping",
+                               "explicit torque from the state at the step's start"});
       }
       if (hinge.limited && !options.multibody && hinge.upper - hinge.lower >= 2 * std::numbers::pi) {
-        findings.push_back({Fidelity::kRefused, joint + " range",
-                            "Bullet's hinge limits span less than a turn: narrow the range or remove it"});
+        limitations.push_back({Fidelity::kRefused, joint + " range",
+                               "Bullet's hinge limits span less than a turn: narrow the range or remove it"});
       }
     }
-    return findings;
+    return limitations;
   }
 
   std::unique_ptr<Simulation> create(const Model& model, const State& state, const Settings& settings) const override {

@@ -69,32 +69,32 @@ class DartEngine final : public Engine {
     return c;
   }
 
-  std::vector<Finding> check(const Model& model, const Settings& settings) const override {
+  std::vector<Limitation> check(const Model& model, const Settings& settings) const override {
     const Options options = read_options(settings);
-    std::vector<Finding> findings;
+    std::vector<Limitation> limitations;
     for (const Hinge& hinge : model.hinges) {
       const std::string joint = fmt::format("joint '{}'", hinge.name);
       if (hinge.armature != 0) {
-        findings.push_back({Fidelity::kRefused, joint + " armature", "DART has no joint armature: set it to 0"});
+        limitations.push_back({Fidelity::kRefused, joint + " armature", "DART has no joint armature: set it to 0"});
       }
       if (options.native_pd && (hinge.stiffness < 0 || hinge.damping < 0)) {
-        findings.push_back({Fidelity::kRefused, joint + " stiffness and damping",
-                            "DART's own springs and dampers cannot be negative: set pd=explicit"});
+        limitations.push_back({Fidelity::kRefused, joint + " stiffness and damping",
+                               "DART's own springs and dampers cannot be negative: set pd=explicit"});
       } else if (hinge.has_spring()) {
-        findings.push_back({Fidelity::kApproximated, joint + " stiffness and damping",
-                            options.native_pd ? "DART's own spring and damper, implicit in the step"
-                                              : "explicit torque from the state at the step's start"});
+        limitations.push_back({Fidelity::kApproximated, joint + " stiffness and damping",
+                               options.native_pd ? "DART's own spring and damper, implicit in the step"
+                                                 : "explicit torque from the state at the step's start"});
       }
     }
     for (const ContactPair& pair : model.contacts) {
       if (pair.friction > 0 && pair.friction <= kLeastFriction) {
-        findings.push_back({Fidelity::kApproximated,
-                            fmt::format("contact of '{}' and '{}', friction {:g}", model.shapes[pair.shape_a].name,
-                                        model.shapes[pair.shape_b].name, pair.friction),
-                            fmt::format("without friction: DART drops coefficients up to {:g}", kLeastFriction)});
+        limitations.push_back({Fidelity::kApproximated,
+                               fmt::format("contact of '{}' and '{}', friction {:g}", model.shapes[pair.shape_a].name,
+                                           model.shapes[pair.shape_b].name, pair.friction),
+                               fmt::format("without friction: DART drops coefficients up to {:g}", kLeastFriction)});
       }
     }
-    return findings;
+    return limitations;
   }
 
   std::unique_ptr<Simulation> create(const Model& model, const State& state, const Settings& settings) const override {

@@ -111,32 +111,33 @@ class HavokEngine final : public Engine {
     return c;
   }
 
-  std::vector<Finding> check(const Model& model, const Settings& settings) const override {
+  std::vector<Limitation> check(const Model& model, const Settings& settings) const override {
     const Options options(settings);
-    std::vector<Finding> findings;
-    for (const Hinge& hinge : model.hinges) check_hinge(hinge, options, findings);
-    if (model.contacts.empty()) return findings;
+    std::vector<Limitation> limitations;
+    for (const Hinge& hinge : model.hinges) check_hinge(hinge, options, limitations);
+    if (model.contacts.empty()) return limitations;
 
     const bool plane = std::ranges::any_of(model.contacts, [&model](const ContactPair& pair) {
       return model.shapes[pair.shape_a].type == ShapeType::kPlane ||
              model.shapes[pair.shape_b].type == ShapeType::kPlane;
     });
     if (plane) {
-      findings.push_back({Fidelity::kApproximated, "planes",
-                          fmt::format("a box whose upper side is {0:g} m x {0:g} m", options.ground_size)});
+      limitations.push_back({Fidelity::kApproximated, "planes",
+                             fmt::format("a box whose upper side is {0:g} m x {0:g} m", options.ground_size)});
     }
     if (const Filters filters = find_filters(model); filters.of.empty()) {
-      findings.push_back({Fidelity::kRefused, "contact pairs",
-                          fmt::format("Havok's filters have 32 groups of shapes and these pairs need {}; let fewer "
-                                      "shapes differ in what they may touch",
-                                      filters.groups)});
+      limitations.push_back({Fidelity::kRefused, "contact pairs",
+                             fmt::format("Havok's filters have 32 groups of shapes and these pairs need {}; let fewer "
+                                         "shapes differ in what they may touch",
+                                         filters.groups)});
     }
     if (!find_friction(model)) {
-      findings.push_back({Fidelity::kRefused, "friction of contact pairs",
-                          "Havok combines the coefficients of two shapes (by maximum, minimum or product) and no such "
-                          "coefficients give these pairs; make them the maxima of the shapes' own"});
+      limitations.push_back(
+          {Fidelity::kRefused, "friction of contact pairs",
+           "Havok combines the coefficients of two shapes (by maximum, minimum or product) and no such "
+           "coefficients give these pairs; make them the maxima of the shapes' own"});
     }
-    return findings;
+    return limitations;
   }
 
   std::unique_ptr<Simulation> create(const Model& model, const State& state, const Settings& settings) const override {
@@ -145,16 +146,16 @@ class HavokEngine final : public Engine {
   }
 
  private:
-  static void check_hinge(const Hinge& hinge, const Options& options, std::vector<Finding>& findings) {
+  static void check_hinge(const Hinge& hinge, const Options& options, std::vector<Limitation>& limitations) {
     if (hinge.armature != 0) {
-      findings.push_back(
+      limitations.push_back(
           {Fidelity::kRefused, fmt::format("joint '{}' armature", hinge.name),
            "Havok has no rotor inertia in a hinge; remove the armature or use an engine with joint coordinates"});
     }
     if (!hinge.limited) return;
     const double zero = zero_angle(hinge, options);
     if (hinge.upper - zero >= std::numbers::pi || zero - hinge.lower >= std::numbers::pi) {
-      findings.push_back(
+      limitations.push_back(
           {Fidelity::kRefused, fmt::format("joint '{}' range", hinge.name),
            hinge.upper - hinge.lower >= 2 * std::numbers::pi
                ? "Havok knows a hinge's angle within one turn only; narrow the range below 2 pi or remove it"

@@ -191,18 +191,18 @@ class JoltEngine final : public Engine {
     return c;
   }
 
-  std::vector<Finding> check(const Model& model, const Settings& settings) const override {
+  std::vector<Limitation> check(const Model& model, const Settings& settings) const override {
     const Options options = read_options(settings);
-    std::vector<Finding> findings;
+    std::vector<Limitation> limitations;
     for (const Hinge& hinge : model.hinges) {
-      check_hinge(hinge, options.native_springs, findings);
+      check_hinge(hinge, options.native_springs, limitations);
     }
     if (model.bodies.size() + model.shapes.size() > kMostBodies) {
-      findings.push_back({Fidelity::kRefused,
-                          fmt::format("{} bodies and shapes", model.bodies.size() + model.shapes.size()),
-                          fmt::format("this adapter gives Jolt at most {}", kMostBodies)});
+      limitations.push_back({Fidelity::kRefused,
+                             fmt::format("{} bodies and shapes", model.bodies.size() + model.shapes.size()),
+                             fmt::format("this adapter gives Jolt at most {}", kMostBodies)});
     }
-    return findings;
+    return limitations;
   }
 
   std::unique_ptr<Simulation> create(const Model& model, const State& state, const Settings& settings) const override {
@@ -211,17 +211,17 @@ class JoltEngine final : public Engine {
   }
 
  private:
-  static void check_hinge(const Hinge& hinge, bool native_springs, std::vector<Finding>& findings) {
+  static void check_hinge(const Hinge& hinge, bool native_springs, std::vector<Limitation>& limitations) {
     if (hinge.armature != 0) {
-      findings.push_back(
+      limitations.push_back(
           {Fidelity::kRefused, "joint '" + hinge.name + "' armature",
            "Jolt has no rotor inertia in a hinge; remove the armature or use an engine with joint coordinates"});
     }
     if (hinge.limited && limit_margin(hinge) <= 0) {
-      findings.push_back({Fidelity::kRefused, "joint '" + hinge.name + "' range",
-                          "Jolt knows an angle within one turn only; narrow the range below 2 pi or remove it"});
+      limitations.push_back({Fidelity::kRefused, "joint '" + hinge.name + "' range",
+                             "Jolt knows an angle within one turn only; narrow the range below 2 pi or remove it"});
     } else if (hinge.limited && limit_margin(hinge) < kNarrowMargin) {
-      findings.push_back(
+      limitations.push_back(
           {Fidelity::kApproximated, "joint '" + hinge.name + "' range",
            fmt::format(
                "Jolt knows an angle within one turn only; a limit that is passed by more than {:g} rad is taken for "
@@ -230,14 +230,15 @@ class JoltEngine final : public Engine {
     }
     if (!native_springs || hinge.stiffness == 0) return;
     if (!hinge.limited) {
-      findings.push_back({Fidelity::kApproximated, "joint '" + hinge.name + "' spring",
-                          "Jolt's motor turns the shorter way: beyond half a turn from its rest the spring's torque is "
-                          "another; use pd=explicit"});
+      limitations.push_back(
+          {Fidelity::kApproximated, "joint '" + hinge.name + "' spring",
+           "Jolt's motor turns the shorter way: beyond half a turn from its rest the spring's torque is "
+           "another; use pd=explicit"});
       return;
     }
     const double below = hinge.spring_reference - hinge.lower, above = hinge.upper - hinge.spring_reference;
     if (std::min(below, above) < 0 || std::max(below, above) > std::numbers::pi) {
-      findings.push_back(
+      limitations.push_back(
           {Fidelity::kRefused, "joint '" + hinge.name + "' spring",
            "Jolt's motor needs its rest within the joint's limits and neither of them further than half a "
            "turn from it; use pd=explicit"});

@@ -709,33 +709,34 @@ class MujocoEngine final : public Engine {
     return c;
   }
 
-  std::vector<Finding> check(const Model& model, const Settings& settings) const override {
-    std::vector<Finding> findings;
+  std::vector<Limitation> check(const Model& model, const Settings& settings) const override {
+    std::vector<Limitation> limitations;
     if (!model.contacts.empty()) {
-      findings.push_back({.fidelity = Fidelity::kApproximated,
-                          .element = "contacts",
-                          .how = "soft constraints: bodies sink in a little and friction creeps"});
+      limitations.push_back({.fidelity = Fidelity::kApproximated,
+                             .element = "contacts",
+                             .how = "soft constraints: bodies sink in a little and friction creeps"});
       if (settings.get<std::string>("cone") == "pyramidal") {
-        findings.push_back({.fidelity = Fidelity::kApproximated,
-                            .element = "friction",
-                            .how = "a four-sided pyramid inside Coulomb's cone: up to 29 % less friction between its "
+        limitations.push_back({.fidelity = Fidelity::kApproximated,
+                               .element = "friction",
+                               .how =
+                                   "a four-sided pyramid inside Coulomb's cone: up to 29 % less friction between its "
                                    "axes; --set cone=elliptic is exact"});
       }
     }
     for (const Hinge& hinge : model.hinges) {
       if (hinge.has_spring() && has_explicit_pd(settings)) {
-        findings.push_back(
+        limitations.push_back(
             {.fidelity = Fidelity::kApproximated,
              .element = fmt::format("joint '{}' stiffness and damping", hinge.name),
              .how = "explicit torque from the state at the step's start; --set pd=native is MuJoCo's own"});
       }
       if (hinge.limited) {
-        findings.push_back({.fidelity = Fidelity::kApproximated,
-                            .element = fmt::format("limit of joint '{}'", hinge.name),
-                            .how = "soft constraint: the limit gives way a little under load"});
+        limitations.push_back({.fidelity = Fidelity::kApproximated,
+                               .element = fmt::format("limit of joint '{}'", hinge.name),
+                               .how = "soft constraint: the limit gives way a little under load"});
       }
     }
-    return findings;
+    return limitations;
   }
 
   std::unique_ptr<Simulation> create(const Model& model, const State& state, const Settings& settings) const override {

@@ -80,7 +80,7 @@ class NullEngine final : public Engine {
   }
 
   // It takes every model, for it has to stand beside every contender.
-  std::vector<Finding> check(const Model& /*model*/, const Settings& /*settings*/) const override {
+  std::vector<Limitation> check(const Model& /*model*/, const Settings& /*settings*/) const override {
     return {{.fidelity = Fidelity::kApproximated, .element = "motion", .how = "nothing moves; measures the harness"}};
   }
 

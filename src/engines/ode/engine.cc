@@ -563,7 +563,7 @@ class OdeSimulation final : public Simulation {
 
 // ---- engine ---------------------------------------------------------------------------------------------------------
 
-Finding spring_finding(const Hinge& hinge, const Options& options) {
+Limitation spring_limitation(const Hinge& hinge, const Options& options) {
   const std::string element = "joint '" + hinge.name + "' stiffness and damping";
   if (!options.native_springs) {
     return {Fidelity::kApproximated, element,
@@ -640,39 +640,39 @@ class OdeEngine final : public Engine {
     return c;
   }
 
-  std::vector<Finding> check(const Model& model, const Settings& settings) const override {
+  std::vector<Limitation> check(const Model& model, const Settings& settings) const override {
     const Options options(settings);
-    std::vector<Finding> findings;
+    std::vector<Limitation> limitations;
     for (const Hinge& hinge : model.hinges) {
-      if (hinge.has_spring()) findings.push_back(spring_finding(hinge, options));
+      if (hinge.has_spring()) limitations.push_back(spring_limitation(hinge, options));
       if (hinge.armature != 0) {
-        findings.push_back(
+        limitations.push_back(
             {Fidelity::kRefused, "joint '" + hinge.name + "' armature",
              "ODE has no rotor inertia in a hinge; remove the armature or use an engine with joint coordinates"});
       }
       if (!hinge.limited) continue;
       const double margin = limit_margin(hinge);
       if (margin <= 0) {
-        findings.push_back(
+        limitations.push_back(
             {Fidelity::kRefused, "joint '" + hinge.name + "' range",
              "ODE's stops know the angle within one turn only; narrow the range below 2 pi or remove it"});
       } else if (margin < kNarrowMargin) {
-        findings.push_back({Fidelity::kApproximated, "joint '" + hinge.name + "' range",
-                            "ODE's stops know the angle within one turn only; a limit that is passed by more than " +
-                                number_text(margin) + " rad is taken for the other one"});
+        limitations.push_back({Fidelity::kApproximated, "joint '" + hinge.name + "' range",
+                               "ODE's stops know the angle within one turn only; a limit that is passed by more than " +
+                                   number_text(margin) + " rad is taken for the other one"});
       }
     }
     const bool friction =
         std::ranges::any_of(model.contacts, [](const ContactPair& pair) { return pair.friction > 0; });
     if (friction) {
-      findings.push_back(
+      limitations.push_back(
           {Fidelity::kApproximated, "friction of contact pairs",
            options.along_slip
                ? "a four-sided pyramid whose first direction is the slip's at the step's start"
                : "a four-sided pyramid along directions fixed by the contact normal: exact along them, up to "
                  "1.41 times the coefficient between them"});
     }
-    return findings;
+    return limitations;
   }
 
   std::unique_ptr<Simulation> create(const Model& model, const State& state, const Settings& settings) const override {

@@ -129,12 +129,12 @@ class PhysxEngine final : public Engine {
     return c;
   }
 
-  std::vector<Finding> check(const Model& model, const Settings& settings) const override {
+  std::vector<Limitation> check(const Model& model, const Settings& settings) const override {
     const Options options = read_options(settings);
     const bool articulation = options.joints == Joints::kArticulation;
-    std::vector<Finding> findings;
-    const auto refuse = [&findings](std::string element, std::string how) {
-      findings.push_back({Fidelity::kRefused, std::move(element), std::move(how)});
+    std::vector<Limitation> limitations;
+    const auto refuse = [&limitations](std::string element, std::string how) {
+      limitations.push_back({Fidelity::kRefused, std::move(element), std::move(how)});
     };
     const bool directional =
         options.friction == Friction::kOneDirectional || options.friction == Friction::kTwoDirectional;
@@ -148,13 +148,13 @@ class PhysxEngine final : public Engine {
       }
       if (hinge.has_spring()) {
         if (!options.native_pd) {
-          findings.push_back({Fidelity::kApproximated, joint + " stiffness and damping",
-                              "explicit torque from the state at the step's start"});
+          limitations.push_back({Fidelity::kApproximated, joint + " stiffness and damping",
+                                 "explicit torque from the state at the step's start"});
         } else if (options.joints == Joints::kRevolute) {
           refuse(joint + " stiffness and damping", "a PxRevoluteJoint has no spring: set joints=d6 or pd=explicit");
         } else if (!articulation) {
-          findings.push_back({Fidelity::kApproximated, joint + " stiffness",
-                              "D6 drive: torque 2 k sin(angle / 2), the angle from the spring's reference"});
+          limitations.push_back({Fidelity::kApproximated, joint + " stiffness",
+                                 "D6 drive: torque 2 k sin(angle / 2), the angle from the spring's reference"});
         }
       }
       if (hinge.limited && !articulation && hinge.upper - hinge.lower >= 2 * std::numbers::pi) {
@@ -162,7 +162,7 @@ class PhysxEngine final : public Engine {
       }
     }
     if (articulation) refuse_neighbours(model, refuse);
-    return findings;
+    return limitations;
   }
 
   std::unique_ptr<Simulation> create(const Model& model, const State& state, const Settings& settings) const override {

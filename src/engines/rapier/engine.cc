@@ -85,27 +85,28 @@ class RapierEngine final : public Engine {
     return c;
   }
 
-  std::vector<Finding> check(const Model& model, const Settings& settings) const override {
+  std::vector<Limitation> check(const Model& model, const Settings& settings) const override {
     const Options options = read_options(settings);
-    std::vector<Finding> findings;
+    std::vector<Limitation> limitations;
     for (const Hinge& hinge : model.hinges) {
       const std::string joint = fmt::format("joint '{}'", hinge.name);
       if (hinge.armature != 0 && !options.multibody()) {
-        findings.push_back({Fidelity::kRefused, joint + " armature",
-                            "impulse joints have no armature: set joints=multibody or armature to 0"});
+        limitations.push_back({Fidelity::kRefused, joint + " armature",
+                               "impulse joints have no armature: set joints=multibody or armature to 0"});
       }
       if (hinge.stiffness != 0 && options.native_springs && !options.multibody()) {
-        findings.push_back({Fidelity::kApproximated, joint + " stiffness",
-                            "the motor of an impulse joint knows the angle within half a turn of the reference; beyond "
-                            "it pulls the other way"});
+        limitations.push_back(
+            {Fidelity::kApproximated, joint + " stiffness",
+             "the motor of an impulse joint knows the angle within half a turn of the reference; beyond "
+             "it pulls the other way"});
       }
       if (hinge.limited && !options.multibody() && hinge.upper - hinge.lower >= 2 * std::numbers::pi) {
-        findings.push_back({Fidelity::kRefused, joint + " range",
-                            "limits of impulse joints span less than a turn: narrow the range, remove it, or set "
-                            "joints=multibody"});
+        limitations.push_back({Fidelity::kRefused, joint + " range",
+                               "limits of impulse joints span less than a turn: narrow the range, remove it, or set "
+                               "joints=multibody"});
       }
     }
-    return findings;
+    return limitations;
   }
 
   std::unique_ptr<Simulation> create(const Model& model, const State& state, const Settings& settings) const override {

@@ -144,35 +144,36 @@ class SimbodyEngine final : public Engine {
     return c;
   }
 
-  std::vector<Finding> check(const Model& model, const Settings& settings) const override {
+  std::vector<Limitation> check(const Model& model, const Settings& settings) const override {
     const Options options = read_options(settings);
-    std::vector<Finding> findings;
+    std::vector<Limitation> limitations;
     for (const Hinge& hinge : model.hinges) {
       const std::string joint = fmt::format("joint '{}'", hinge.name);
       if (hinge.armature != 0) {
-        findings.push_back({Fidelity::kRefused, joint + " armature", "Simbody has no joint armature: set it to 0"});
+        limitations.push_back({Fidelity::kRefused, joint + " armature", "Simbody has no joint armature: set it to 0"});
       }
       if (hinge.has_spring() && !options.native_pd) {
-        findings.push_back({Fidelity::kApproximated, joint + " stiffness and damping",
-                            "explicit torque from the state at the step's start"});
+        limitations.push_back({Fidelity::kApproximated, joint + " stiffness and damping",
+                               "explicit torque from the state at the step's start"});
       }
       if (hinge.limited && options.method == Method::kVerlet) {
-        findings.push_back(
+        limitations.push_back(
             {Fidelity::kRefused, joint + " range",
              "Verlet's iteration does not converge in the spring that stands for a limit: choose another "
              "integrator"});
       } else if (hinge.limited) {
-        findings.push_back({Fidelity::kApproximated, joint + " range",
-                            fmt::format("a spring beyond the limit that swings {:g} rad a step, with dissipation {:g} "
-                                        "s/rad",
-                                        options.limit_frequency, options.limit_dissipation)});
+        limitations.push_back(
+            {Fidelity::kApproximated, joint + " range",
+             fmt::format("a spring beyond the limit that swings {:g} rad a step, with dissipation {:g} "
+                         "s/rad",
+                         options.limit_frequency, options.limit_dissipation)});
       }
     }
     if (!model.contacts.empty()) {
-      findings.push_back({Fidelity::kRefused, "contacts",
-                          "Simbody has no contact geometry for capsules: use --contacts off or another engine"});
+      limitations.push_back({Fidelity::kRefused, "contacts",
+                             "Simbody has no contact geometry for capsules: use --contacts off or another engine"});
     }
-    return findings;
+    return limitations;
   }
 
   std::unique_ptr<Simulation> create(const Model& model, const State& state, const Settings& settings) const override {

@@ -167,20 +167,20 @@ class SkeletonEngine final : public Engine {
   }
 
   // Everything that is not carried over exactly. What cannot be carried over is refused with what the user can do.
-  std::vector<Finding> check(const Model& model, const Settings& /*settings*/) const override {
-    std::vector<Finding> findings;
-    findings.reserve(model.hinges.size() + 1);
+  std::vector<Limitation> check(const Model& model, const Settings& /*settings*/) const override {
+    std::vector<Limitation> limitations;
+    limitations.reserve(model.hinges.size() + 1);
     for (const Hinge& hinge : model.hinges) {
-      findings.push_back({.fidelity = Fidelity::kRefused,
-                          .element = fmt::format("hinge '{}'", hinge.name),
-                          .how = "it has no joints: choose another engine"});
+      limitations.push_back({.fidelity = Fidelity::kRefused,
+                             .element = fmt::format("hinge '{}'", hinge.name),
+                             .how = "it has no joints: choose another engine"});
     }
     if (!model.contacts.empty()) {
-      findings.push_back({.fidelity = Fidelity::kRefused,
-                          .element = "contacts",
-                          .how = "it has no collision: use --contacts off or another engine"});
+      limitations.push_back({.fidelity = Fidelity::kRefused,
+                             .element = "contacts",
+                             .how = "it has no collision: use --contacts off or another engine"});
     }
-    return findings;
+    return limitations;
   }
 
   // Called hundreds of times for one model: compile or build once what depends on the model alone, and keep it.
