@@ -78,7 +78,7 @@ void print_claims(const std::string& dir) {
 void add_claims(CLI::App& app, Action& action) {
   CLI::App* command = add_command(app, "claims", "Judge the paper's findings by measured results",
                                   {{"assay claims results", "a verdict on each, with the figures"},
-                                   {"assay claims results --markdown > findings.md", "the same as a document"}});
+                                   {"assay claims results --markdown > claims.md", "the same as a document"}});
   const auto options = std::make_shared<Options>();
   command->add_option("DIR", options->dir, "Results directory")->required()->type_name("");
   command->add_option("--claims", options->file, "Another claims file (default: the paper's)")->type_name("FILE");

@@ -1,4 +1,4 @@
-"""claims: verdicts on the paper's findings, on a real campaign, made small."""
+"""claims: verdicts on the paper's claims, on a real campaign, made small."""
 
 import contextlib
 import re

@@ -1,4 +1,4 @@
-"""Puts what follows from results alone between the marks of a page: update_findings.py ASSAY RESULTS PAGE.
+"""Puts what follows from results alone between the marks of a page: update_claims.py ASSAY RESULTS PAGE.
 
 RESULTS is a results directory, or the database of one packed as assay.sqlite.xz. Written are `assay claims --markdown`
 and the tables of runs that failed, each with the command that shows it.
@@ -130,7 +130,7 @@ def updated(text, new):
 
 if __name__ == "__main__":
     if len(sys.argv) != 4:
-        sys.exit("usage: update_findings.py ASSAY RESULTS PAGE")
+        sys.exit("usage: update_claims.py ASSAY RESULTS PAGE")
     page = pathlib.Path(sys.argv[3])
     text = updated(page.read_text(encoding="utf-8"), blocks(sys.argv[1], pathlib.Path(sys.argv[2])))
     page.write_text(text, encoding="utf-8")

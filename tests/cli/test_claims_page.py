@@ -1,4 +1,4 @@
-"""Committed results and docs/findings.md: the page says what the results say, and they tell nothing of the machine's files."""
+"""Committed results and docs/claims.md: the page agrees with the results, and no file names a path of the machine."""
 
 import lzma
 import re
@@ -7,15 +7,15 @@ import sys
 from harness import SOURCE, AssayTest, main
 
 sys.path.insert(0, str(SOURCE / "docs"))
-import update_findings  # noqa: E402
+import update_claims  # noqa: E402
 
 RESULTS = SOURCE / "results/amd-epyc-2-cores"
-PAGE = SOURCE / "docs/findings.md"
+PAGE = SOURCE / "docs/claims.md"
 VERDICTS = {"holds": "holds", "changed": "**changed**", "not-measurable": "**not measurable**"}
 ABSOLUTE = re.compile(rb"(?<![\w.~-])/(?:tmp|work|root|home|mnt|opt|srv|Users)/[\w.-]+|\b[A-Z]:\\\\?Users\b")
 
 
-class FindingsTest(AssayTest):
+class ClaimsPageTest(AssayTest):
     def database(self):
         return lzma.decompress((RESULTS / "assay.sqlite.xz").read_bytes())
 
@@ -28,8 +28,8 @@ class FindingsTest(AssayTest):
     def test_the_page_says_what_the_results_say(self):
         folder = self.unpack()
         text = PAGE.read_text(encoding="utf-8")
-        blocks = {"claims": self.assay("claims", folder, "--markdown"), "failures": update_findings.failures(folder)}
-        self.assertEqual(update_findings.updated(text, blocks), text, "docs/update_findings.py makes it anew")
+        blocks = {"claims": self.assay("claims", folder, "--markdown"), "failures": update_claims.failures(folder)}
+        self.assertEqual(update_claims.updated(text, blocks), text, "write it with docs/update_claims.py")
         verdicts = self.assay_json("claims", folder, "--json")
         self.assertEqual([claim["number"] for claim in verdicts], list(range(1, 14)))
         for claim in verdicts:
