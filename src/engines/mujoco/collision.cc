@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "convert.h"
+#include "engines/adapter.h"
 
 namespace assay::mujoco {
 namespace {
@@ -32,15 +33,14 @@ void add_pair(mjSpec* spec, const ContactPair& contact, const Softness& soft) {
 // that MuJoCo's rule gives. It scales with the number of bodies, the list with that of pairs.
 ContactPlan plan_contacts(const Model& model, bool explicit_pairs) {
   ContactPlan plan;
-  plan.active.assign(model.shapes.size(), false);
-  for (const ContactPair& pair : model.contacts) plan.active[pair.shape_a] = plan.active[pair.shape_b] = true;
+  plan.shapes = contact_shapes(model);
   if (explicit_pairs || model.contacts.empty()) return plan;
 
   const int bodies = static_cast<int>(model.bodies.size());
   const auto slot = [](int body) { return static_cast<size_t>(body) + 1; };  // the world first
   std::vector<int> shapes(slot(bodies), 0);
   for (size_t i = 0; i < model.shapes.size(); ++i) {
-    if (plan.active[i]) ++shapes[slot(model.shapes[i].body)];
+    if (plan.shapes.contains(i)) ++shapes[slot(model.shapes[i].body)];
   }
   std::map<std::pair<int, int>, int> wanted;  // pairs of shapes for each two bodies
   for (const ContactPair& pair : model.contacts) {

@@ -7,14 +7,14 @@
 
 #include <mujoco/mujoco.h>
 
-#include "model/model.h"
+#include "engines/adapter.h"
 #include "options.h"
 
 namespace assay::mujoco {
 
 // How MuJoCo finds exactly the model's contact pairs.
 struct ContactPlan {
-  std::vector<bool> active;                // per shape: in at least one pair; others do not exist for MuJoCo
+  ContactShapes shapes;                    // others do not exist for MuJoCo
   bool broad_phase = false;                // by MuJoCo's filter; else from an explicit list
   bool filter_parents = true;              // MuJoCo's own exclusion of parent and child is on
   std::vector<std::pair<int, int>> apart;  // pairs of bodies that the filter is told to leave out

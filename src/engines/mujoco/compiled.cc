@@ -86,7 +86,7 @@ std::shared_ptr<const Compiled> compile(const Model& model, const Settings& sett
   }
   for (size_t i = 0; i < model.shapes.size(); ++i) {
     const Shape& shape = model.shapes[i];
-    if (plan.active[i]) {
+    if (plan.shapes.contains(i)) {
       add_shape(shape.body == kWorld ? world : bodies[shape.body], shape, i, plan.broad_phase, contact);
     }
   }

@@ -1,6 +1,4 @@
 // MuJoCo: joint coordinates, soft convex contact. README.md says what is exact and which defaults are overridden.
-#include "engines/engine.h"
-
 #include <mutex>
 #include <utility>
 
@@ -8,6 +6,7 @@
 
 #include "base/text.h"
 #include "compiled.h"
+#include "engines/adapter.h"
 #include "library.h"
 #include "options.h"
 #include "world.h"
@@ -15,15 +14,12 @@
 namespace assay::mujoco {
 namespace {
 
-class MujocoEngine final : public Engine {
+class MujocoEngine final : public Adapter {
  public:
-  std::string name() const override { return ASSAY_ENGINE_NAME; }
-
   BuildFacts build() const override {
-    return {.version = mj_versionString(),
-            .source = ASSAY_BUILD_SOURCE,
-            .compiler = ASSAY_BUILD_COMPILER,
-            .flags = ASSAY_BUILD_FLAGS};
+    BuildFacts facts = Adapter::build();
+    facts.version = mj_versionString();
+    return facts;
   }
 
   std::vector<Setting> settings() const override { return declared_settings(); }
@@ -61,7 +57,6 @@ class MujocoEngine final : public Engine {
     c.precision = Precision::kDouble;
     c.coordinates = Coordinates::kJoint;
     c.order = 1;
-    c.springs = SpringKind::kNative;
     c.spring_note = "stiffness explicit, damping implicit in velocity";
     if (integrator == "euler") {
       c.integrator = "semi-implicit Euler";
@@ -78,10 +73,7 @@ class MujocoEngine final : public Engine {
       c.integrator = "discrete step map";
       c.spring_note = "stiffness and damping implicit";
     }
-    if (has_explicit_pd(settings)) {
-      c.springs = SpringKind::kExplicit;
-      c.spring_note = "torque from the state at the step's start, held for the step";
-    }
+    describe_springs(c, !has_explicit_pd(settings), c.spring_note);
     c.joint_solver = "none (joint coordinates)";
     c.contact_solver = fmt::format("{}, at most {} iterations, tolerance {}, {} Jacobian", solver_text(settings),
                                    settings.get<long long>("iterations"), shortest(settings.get<double>("tolerance")),
@@ -128,10 +120,7 @@ class MujocoEngine final : public Engine {
     }
     for (const Hinge& hinge : model.hinges) {
       if (hinge.has_spring() && has_explicit_pd(settings)) {
-        limitations.push_back(
-            {.fidelity = Fidelity::kApproximated,
-             .element = fmt::format("joint '{}' stiffness and damping", hinge.name),
-             .how = "explicit torque from the state at the step's start; --set pd=native is MuJoCo's own"});
+        limitations.push_back(explicit_spring(hinge, "; --set pd=native is MuJoCo's own"));
       }
       if (hinge.limited) {
         limitations.push_back({.fidelity = Fidelity::kApproximated,

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "engines/adapter.h"
+
 namespace assay::mujoco {
 namespace {
 
@@ -147,13 +149,13 @@ void set_options(const Settings& s, const Vec3& gravity, mjOption& option) {
   Eigen::Map<Vec3>(option.gravity) = gravity;
   option.integrator = choice(kIntegrators, s.get<std::string>("integrator"));
   option.solver = choice(kSolvers, s.get<std::string>("solver"));
-  option.jacobian = s.get<std::string>("jacobian") == "dense" ? mjJAC_DENSE : mjJAC_SPARSE;
-  option.cone = s.get<std::string>("cone") == "elliptic" ? mjCONE_ELLIPTIC : mjCONE_PYRAMIDAL;
-  option.iterations = static_cast<int>(s.get<long long>("iterations"));
+  option.jacobian = is(s, "jacobian", "dense") ? mjJAC_DENSE : mjJAC_SPARSE;
+  option.cone = is(s, "cone", "elliptic") ? mjCONE_ELLIPTIC : mjCONE_PYRAMIDAL;
+  option.iterations = integer(s, "iterations");
   option.tolerance = s.get<double>("tolerance");
-  option.ls_iterations = static_cast<int>(s.get<long long>("ls_iterations"));
+  option.ls_iterations = integer(s, "ls_iterations");
   option.ls_tolerance = s.get<double>("ls_tolerance");
-  option.noslip_iterations = static_cast<int>(s.get<long long>("noslip_iterations"));
+  option.noslip_iterations = integer(s, "noslip_iterations");
   option.impratio = s.get<double>("impratio");
 
   // without the automatic reset a blow-up stays visible instead of starting again from the reference state
@@ -165,7 +167,7 @@ void set_options(const Settings& s, const Vec3& gravity, mjOption& option) {
   option.enableflags = 0;
 }
 
-bool has_explicit_pd(const Settings& s) { return s.get<std::string>("pd") == "explicit"; }
+bool has_explicit_pd(const Settings& s) { return is(s, "pd", "explicit"); }
 
 const char* solver_text(const Settings& s) { return kSolverNames.at(choice(kSolvers, s.get<std::string>("solver"))); }
 

@@ -8,14 +8,13 @@
 
 #include "base/text.h"
 #include "convert.h"
-#include "model/kinematics.h"
 
 namespace assay::mujoco {
 namespace {
 
 using Matrix3Rows = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
-// MuJoCo goes on after any of these; each means that its result is not one of the model any more.
+// MuJoCo goes on after any of these; each means that the result is no longer a valid state of the model.
 constexpr std::array kFailures = {std::pair{mjWARN_BADQACC, "an acceleration is not a number or above 1e10"},
                                   std::pair{mjWARN_BADQVEL, "a velocity is not a number or above 1e10"},
                                   std::pair{mjWARN_BADQPOS, "a position is not a number or above 1e10"},
@@ -26,7 +25,9 @@ constexpr std::array kFailures = {std::pair{mjWARN_BADQACC, "an acceleration is 
 }  // namespace
 
 MujocoSimulation::MujocoSimulation(std::shared_ptr<const Compiled> compiled, const State& state, double timestep)
-    : compiled_(std::move(compiled)), model_(mj_copyModel(nullptr, compiled_->mujoco.get())), start_time_(state.time) {
+    : compiled_(std::move(compiled)),
+      model_(mj_copyModel(nullptr, compiled_->mujoco.get())),
+      clock_{state.time, timestep} {
   model_->opt.timestep = timestep;
   data_.reset(mj_makeData(model_.get()));
   if (data_ == nullptr) throw EngineError("MuJoCo: no memory for the simulation's data");
@@ -50,13 +51,13 @@ void MujocoSimulation::advance(int count) {
     if (torques_set_) clear_torques();
     for (int i = 1; i < count; ++i) mj_step(model_.get(), data_.get());
   }
-  steps_ += count;
+  clock_.steps += count;
   check_warnings();
 }
 
 void MujocoSimulation::read_state(State& out) const {
   const Model& model = compiled_->model;
-  out.time = time();
+  out.time = clock_.time();
   out.bodies.resize(model.bodies.size());
   out.angle.resize(model.hinges.size());
   out.rate.resize(model.hinges.size());
@@ -110,10 +111,7 @@ EngineView MujocoSimulation::view() const {
 
 void MujocoSimulation::set_state(const State& state) {
   const Model& model = compiled_->model;
-  State given = state;
-  if (given.angle.size() != model.hinges.size() || given.rate.size() != model.hinges.size()) {
-    joints_from_bodies(model, given);
-  }
+  const State given = with_joint_coordinates(model, state);
   for (size_t j = 0; j < model.hinges.size(); ++j) {
     data_->qpos[compiled_->hinge_qpos[j]] = given.angle[j];
     data_->qvel[compiled_->hinge_dof[j]] = given.rate[j];
@@ -158,7 +156,7 @@ void MujocoSimulation::throw_failure() const {
   const auto failure = std::ranges::find_if(
       kFailures, [&](mjtWarning warning) { return data_->warning[warning].number > 0; },
       &std::pair<mjtWarning, const char*>::first);
-  throw EngineError(fmt::format("MuJoCo: {} (noticed at {} s)", failure->second, shortest(time())));
+  throw EngineError(fmt::format("MuJoCo: {} (noticed at {} s)", failure->second, shortest(clock_.time())));
 }
 
 }  // namespace assay::mujoco

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "compiled.h"
-#include "engines/engine.h"
+#include "engines/adapter.h"
 #include "library.h"
 
 namespace assay::mujoco {
@@ -21,7 +21,6 @@ class MujocoSimulation final : public Simulation {
  private:
   void set_state(const State& state);
   void add_springs(std::span<const double> torques);
-  double time() const { return start_time_ + static_cast<double>(steps_) * model_->opt.timestep; }
   void clear_torques();
   void check_warnings() const;
   [[noreturn, gnu::cold, gnu::noinline]] void throw_failure() const;
@@ -29,8 +28,7 @@ class MujocoSimulation final : public Simulation {
   std::shared_ptr<const Compiled> compiled_;
   ModelPtr model_;
   DataPtr data_;
-  double start_time_;
-  long long steps_ = 0;
+  Clock clock_;
   bool torques_set_ = false;    // qfrc_applied is not zero
   bool torques_fresh_ = false;  // ... and no step has used it yet
 };

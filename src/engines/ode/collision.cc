@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "base/errors.h"
 #include "convert.h"
+#include "engines/adapter.h"
 
 namespace assay::ode {
 namespace {
@@ -39,15 +39,14 @@ void Collision::create_shapes(const Model& model, const std::vector<dxBody*>& bo
   const size_t count = model.shapes.size();
   tags_.resize(count);
   pair_friction_.assign(count * count, kNoContact);
-  std::vector<bool> used(count, false);
   for (const ContactPair& pair : model.contacts) {
     const std::uint16_t friction = friction_index(pair.friction);
     pair_friction_[(pair.shape_a * count) + pair.shape_b] = friction;
     pair_friction_[(pair.shape_b * count) + pair.shape_a] = friction;
-    used[pair.shape_a] = used[pair.shape_b] = true;
   }
+  const ContactShapes touching = contact_shapes(model);
   for (size_t s = 0; s < count; ++s) {
-    if (used[s]) create_shape(model, s, bodies);
+    if (touching.contains(s)) create_shape(model, s, bodies);
   }
 
   for (dContact& contact : points_) {

@@ -1,15 +1,13 @@
 // Open Dynamics Engine: bodies in maximal coordinates, joints and contacts as constraints, semi-implicit Euler.
 // README.md says what is exact, what is approximated and which defaults are overridden.
-#include "engines/engine.h"
-
 #include <algorithm>
 #include <memory>
-#include <numbers>
 #include <string>
 #include <vector>
 
 #include <fmt/format.h>
 
+#include "engines/adapter.h"
 #include "library.h"
 #include "options.h"
 #include "world.h"
@@ -17,15 +15,10 @@
 namespace assay::ode {
 namespace {
 
-// Half of what a range leaves of the full turn: a limit passed by more than this is taken for the other one.
-double limit_margin(const Hinge& hinge) { return std::numbers::pi - (hinge.upper - hinge.lower) / 2; }
-constexpr double kNarrowMargin = 0.1;  // rad
-
 Limitation spring_limitation(const Hinge& hinge, const Options& options) {
-  const std::string element = "joint '" + hinge.name + "' stiffness and damping";
+  const std::string element = joint_element(hinge, "stiffness and damping");
   if (!options.native_springs) {
-    return {Fidelity::kApproximated, element,
-            "explicit torque from the state at the step's start; --set pd=native is implicit"};
+    return explicit_spring(hinge, "; --set pd=native is implicit");
   }
   if (hinge.limited) {
     return {Fidelity::kRefused, element,
@@ -35,13 +28,12 @@ Limitation spring_limitation(const Hinge& hinge, const Options& options) {
           "a spring knows its angle within half a turn from its rest; beyond, it pulls the other way"};
 }
 
-class OdeEngine final : public Engine {
+class OdeEngine final : public Adapter {
  public:
-  std::string name() const override { return ASSAY_ENGINE_NAME; }
-
   BuildFacts build() const override {
-    return {ASSAY_BUILD_VERSION, ASSAY_BUILD_SOURCE, ASSAY_BUILD_COMPILER,
-            std::string(ASSAY_BUILD_FLAGS) + "; configuration " + dGetConfiguration()};
+    BuildFacts facts = Adapter::build();
+    facts.flags += std::string("; configuration ") + dGetConfiguration();
+    return facts;
   }
 
   std::vector<Setting> settings() const override { return declared_settings(); }
@@ -78,12 +70,8 @@ class OdeEngine final : public Engine {
                                          : "pyramid, 4 sides, directions fixed by the normal";
     c.friction_combine = "the pair's own coefficient, set for each contact point";
     c.joint_limits = true;
-    c.springs = SpringKind::kExplicit;
-    c.spring_note = "torque from the state at the step's start, held for the step";
-    if (options.native_springs) {
-      c.springs = SpringKind::kNative;
-      c.spring_note = "implicit: stops at the rest angle with ERP = hK / (hK + B), CFM = 1 / (hK + B)";
-    }
+    describe_springs(c, options.native_springs,
+                     "implicit: stops at the rest angle with ERP = hK / (hK + B), CFM = 1 / (hK + B)");
     c.gyroscopic = options.gyroscopic;
     if (!options.exact) c.iterations = std::to_string(options.iterations);
     c.sleep = "off";
@@ -103,24 +91,8 @@ class OdeEngine final : public Engine {
     std::vector<Limitation> limitations;
     for (const Hinge& hinge : model.hinges) {
       if (hinge.has_spring()) limitations.push_back(spring_limitation(hinge, options));
-      if (hinge.armature != 0) {
-        limitations.push_back(
-            {Fidelity::kRefused, "joint '" + hinge.name + "' armature",
-             "ODE has no rotor inertia in a hinge; remove the armature or use an engine with joint coordinates"});
-      }
-      if (!hinge.limited) continue;
-      const double margin = limit_margin(hinge);
-      if (margin <= 0) {
-        limitations.push_back(
-            {Fidelity::kRefused, "joint '" + hinge.name + "' range",
-             "ODE's stops know the angle within one turn only; narrow the range below 2 pi or remove it"});
-      } else if (margin < kNarrowMargin) {
-        limitations.push_back(
-            {Fidelity::kApproximated, "joint '" + hinge.name + "' range",
-             fmt::format("ODE's stops know the angle within one turn only; a limit that is passed by more than "
-                         "{:g} rad is taken for the other one",
-                         margin)});
-      }
+      if (hinge.armature != 0) limitations.push_back(armature_refused(hinge, "ODE"));
+      if (const auto range = range_within_a_turn(hinge, "ODE")) limitations.push_back(*range);
     }
     const bool friction =
         std::ranges::any_of(model.contacts, [](const ContactPair& pair) { return pair.friction > 0; });

@@ -1,5 +1,7 @@
 #include "options.h"
 
+#include "engines/adapter.h"
+
 namespace assay::ode {
 
 std::vector<Setting> declared_settings() {
@@ -17,8 +19,7 @@ std::vector<Setting> declared_settings() {
        0LL,
        "",
        "the quick solver shuffles its rows at random; step n of a run is seeded with this and n, so a run can be "
-       "repeated "
-       "and continued from any state",
+       "repeated and continued from any state",
        {},
        0.0,
        4294967295.0},
@@ -82,21 +83,21 @@ std::vector<Setting> declared_settings() {
 
 Options read_options(const Settings& s) {
   return {.timestep = s.timestep,
-          .exact = s.get<std::string>("solver") == "exact",
-          .iterations = static_cast<int>(s.get<long long>("iterations")),
+          .exact = is(s, "solver", "exact"),
+          .iterations = integer(s, "iterations"),
           .over_relaxation = s.get<double>("over_relaxation"),
           .seed = static_cast<std::uint32_t>(s.get<long long>("reorder_seed")),
           .erp = s.get<double>("erp"),
           .cfm = s.get<double>("cfm"),
           .limit_erp = s.get<double>("limit_erp"),
           .limit_cfm = s.get<double>("limit_cfm"),
-          .native_springs = s.get<std::string>("pd") == "native",
+          .native_springs = is(s, "pd", "native"),
           .contact_erp = s.get<double>("contact_erp"),
           .contact_cfm = s.get<double>("contact_cfm"),
           .max_correcting_velocity = s.get<double>("contact_max_correcting_velocity"),
           .surface_layer = s.get<double>("contact_surface_layer"),
-          .along_slip = s.get<std::string>("friction_direction") == "slip",
-          .max_contacts = static_cast<int>(s.get<long long>("max_contacts")),
+          .along_slip = is(s, "friction_direction", "slip"),
+          .max_contacts = integer(s, "max_contacts"),
           .broadphase = s.get<std::string>("broadphase"),
           .ignore_lcp_failures = s.get<bool>("ignore_lcp_failures"),
           .finite_rotation = s.get<bool>("finite_rotation"),

@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 
 #include "convert.h"
-#include "model/kinematics.h"
 
 namespace assay::ode {
 namespace {
@@ -17,15 +16,14 @@ bool is_spring_stop(const Hinge& hinge, const Options& options) { return options
 // The hinge angle at which ODE's own angle is zero. ODE wraps its angle at +-pi, so limited hinges count from the
 // middle of their range: every range below a full turn then works, wherever it lies. Springs count from their rest.
 double zero_angle(const Hinge& hinge, const Options& options) {
-  if (hinge.limited) return (hinge.lower + hinge.upper) / 2;
-  return is_spring_stop(hinge, options) ? hinge.spring_reference : hinge.reference;
+  return middle_of_range(hinge, is_spring_stop(hinge, options) ? hinge.spring_reference : hinge.reference);
 }
 
 }  // namespace
 
 OdeSimulation::OdeSimulation(Model model, const State& state, const Options& options)
     : options_(options),
-      start_time_(state.time),
+      clock_{state.time, options.timestep},
       model_(std::move(model)),
       world_(dWorldCreate(), {&failed_}),
       collision_(world_.get(), &failed_) {
@@ -38,8 +36,7 @@ OdeSimulation::OdeSimulation(Model model, const State& state, const Options& opt
   has_explicit_springs_ = model_.has_springs() && !options_.native_springs;
   last_angle_ = state.angle;
   // the number of this step counted from time zero, so that a run continued in the middle draws the same seeds
-  step_ = std::llround(state.time / options_.timestep);
-  first_step_ = step_;
+  first_step_ = std::llround(state.time / options_.timestep);
 }
 
 void OdeSimulation::set_up_world() {
@@ -153,12 +150,12 @@ void OdeSimulation::advance(int count) {
       if (options_.exact) {
         done = dWorldStep(world_.get(), options_.timestep);
       } else {
-        dRandSetSeed(options_.seed + 0x9e3779b9U * static_cast<std::uint32_t>(step_));
+        dRandSetSeed(options_.seed + 0x9e3779b9U * static_cast<std::uint32_t>(first_step_ + clock_.steps));
         done = dWorldQuickStep(world_.get(), options_.timestep);
       }
       if (done == 0) throw EngineError("ODE could not allocate the memory of a step");
       collision_.clear();
-      ++step_;
+      ++clock_.steps;
     }
   } catch (...) {
     failed_ = true;
@@ -169,12 +166,12 @@ void OdeSimulation::advance(int count) {
   if (lcp_failures > 0 && !options_.ignore_lcp_failures) {
     throw EngineError(fmt::format(
         "ODE's exact solver gave up on the constraints of {} of {} steps before t = {:g} s (LCP internal error)",
-        lcp_failures, count, time()));
+        lcp_failures, count, clock_.time()));
   }
 }
 
 void OdeSimulation::read_state(State& out) const {
-  out.time = time();
+  out.time = clock_.time();
   out.bodies.resize(bodies_.size());
   for (size_t i = 0; i < bodies_.size(); ++i) {
     BodyState& body = out.bodies[i];

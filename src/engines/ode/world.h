@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "collision.h"
-#include "engines/engine.h"
+#include "engines/adapter.h"
 #include "library.h"
 #include "options.h"
 
@@ -25,12 +25,11 @@ class OdeSimulation final : public Simulation {
   void create_hinges();
   void make_spring_stop(dxJoint* joint, const Hinge& hinge) const;
   void set_state(const State& state);
-  double time() const { return start_time_ + static_cast<double>(step_ - first_step_) * options_.timestep; }
   dxBody* ode_body(int body) const { return body == kWorld ? nullptr : bodies_[body]; }
 
   Options options_;
-  double start_time_;
-  long long step_ = 0, first_step_ = 0;
+  Clock clock_;
+  long long first_step_ = 0;
   Model model_;  // our own copy: the caller's need not live on
   bool failed_ = false;
   World world_;
