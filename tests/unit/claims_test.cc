@@ -8,9 +8,9 @@
 
 #include "base/errors.h"
 #include "base/paths.h"
+#include "campaign/campaign.h"
 #include "measures/statistics.h"
 #include "report/report.h"
-#include "runs/campaign.h"
 #include "store/store.h"
 #include "temp_folder.h"
 
