@@ -15,7 +15,7 @@
 #include "cli/cli.h"
 #include "cli/pictures.h"
 #include "render/encoder.h"
-#include "report/line_up.h"
+#include "results/line_up.h"
 #include "runs/rerun.h"
 #include "store/trajectory.h"
 
