@@ -179,11 +179,11 @@ struct LeftOut {
 std::vector<LeftOut> left_out(const SystemAnswers& answers, const Question& question) {
   std::vector<LeftOut> groups;
   const auto add = [&](const Point& point, const std::string& why, bool fails) {
-    const auto same = std::ranges::find_if(groups, [&](const LeftOut& group) {
+    auto same = std::ranges::find_if(groups, [&](const LeftOut& group) {
       return group.contender == point.contender && (fails ? group.fails : group.why == why);
     });
-    if (same == groups.end()) groups.push_back({point.contender, why, {}, fails});
-    (same == groups.end() ? groups.back() : *same).timesteps_ms.push_back(point.timestep_ms);
+    if (same == groups.end()) same = groups.insert(groups.end(), {point.contender, why, {}, fails});
+    same->timesteps_ms.push_back(point.timestep_ms);
   };
   for (const Excluded& each : answers.excluded) {
     const Point& point = answers.points[each.point];

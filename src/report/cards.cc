@@ -126,10 +126,17 @@ std::string caveat(const Results& results, const SystemAnswers& answers, const j
   constexpr double kDeep = 1e-3;  // m: more than a contact's softness should show
   if (best != nullptr) {
     const Point& point = answers.at(*best);
-    const auto depth = best->worst.find("penetration_max");
-    if (depth != best->worst.end() && depth->second.value.value > kDeep) {
-      sentences.push_back(fmt::format("The fastest lets shapes penetrate each other by up to {}.",
-                                      quantity_text(depth->second.value.value, "m", 2)));
+    // It may have been measured at some of the timesteps only.
+    double depth = 0;
+    for (const Candidate& candidate : answers.candidates) {
+      const Point& other = answers.at(candidate);
+      const auto own = candidate.worst.find("penetration_max");
+      if (other.contender != point.contender || other.timestep_ms > point.timestep_ms) continue;
+      if (own != candidate.worst.end()) depth = std::max(depth, own->second.value.value);
+    }
+    if (depth > kDeep) {
+      sentences.push_back(
+          fmt::format("The fastest lets shapes penetrate each other by up to {}.", quantity_text(depth, "m", 2)));
     }
     const double limit = fastest["limits"].value(answers.main, HUGE_VAL);
     if (best->worst.at(answers.main).value.high > limit) {

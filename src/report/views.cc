@@ -115,7 +115,10 @@ json units_data(const Results& results) {
   }
   json all = json::object();
   for (const std::string& unit : units) {
-    for (const InputUnit& each : input_units(unit)) all[unit].push_back({{"text", each.text}, {"scale", each.scale}});
+    std::set<double> scales;  // of two spellings of a unit the first
+    for (const InputUnit& each : input_units(unit)) {
+      if (scales.insert(each.scale).second) all[unit].push_back({{"text", each.text}, {"scale", each.scale}});
+    }
   }
   return all;
 }

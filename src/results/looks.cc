@@ -14,11 +14,11 @@ namespace {
 struct Hue {
   const char *light, *dark;
 };
-// Chosen so that any two differ by 0.05 in Oklab as people without green cones see them; the test computes it.
-constexpr std::array kHues = {Hue{"#1463c4", "#5aa2f5"}, Hue{"#d4590c", "#f58a45"}, Hue{"#b08400", "#dcb53a"},
-                              Hue{"#1f8a4c", "#4fc07d"}, Hue{"#8240b8", "#b889ec"}, Hue{"#c0307e", "#ec74b4"},
-                              Hue{"#5f8a00", "#9cc443"}, Hue{"#008578", "#38bdae"}, Hue{"#b4232e", "#f0727a"},
-                              Hue{"#79543a", "#c39873"}, Hue{"#56616e", "#a3afbc"}, Hue{"#0a8fb0", "#4fc5e4"}};
+// Chosen so that any two differ by 0.06 in Oklab as people without green cones see them; the test computes it.
+constexpr std::array kHues = {Hue{"#1463c4", "#5aa2f5"}, Hue{"#d4590c", "#f58a45"}, Hue{"#a98b59", "#e3b835"},
+                              Hue{"#039963", "#52d58d"}, Hue{"#7233a0", "#9b72da"}, Hue{"#c03481", "#d963a4"},
+                              Hue{"#608300", "#79ac26"}, Hue{"#126e56", "#4addd6"}, Hue{"#b13347", "#db5859"},
+                              Hue{"#774d28", "#c3997d"}, Hue{"#566981", "#94adb8"}, Hue{"#0f90b1", "#49c1e7"}};
 
 // What is under a line, and text on it, by theme.
 struct Theme {
