@@ -1,4 +1,4 @@
-// Rapier as its user would write it, which is in Rust: setup/engines/rapier/direct.rs builds the world and loops over
+// Rapier as its user would write it, which is in Rust: src/engines/rapier/recipe/direct.rs builds the world and loops over
 // PhysicsWorld::step. What is here only fills in the numbers of the two systems.
 #include <algorithm>
 #include <array>

@@ -23,8 +23,8 @@ endfunction()
 
 set(run_setup "Run setup/setup.sh (or ./assay), which puts it under ${ASSAY_CACHE}/engines.")
 
-# One file an engine.
-file(GLOB recipes CONFIGURE_DEPENDS "${CMAKE_CURRENT_LIST_DIR}/engines/*.cmake")
-foreach(recipe IN LISTS recipes)
-  include("${recipe}")
+# The file find.cmake of each engine's folder.
+file(GLOB finders CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/src/engines/*/find.cmake")
+foreach(finder IN LISTS finders)
+  include("${finder}")
 endforeach()

@@ -1,7 +1,7 @@
 // Draws a model's first keyframe as an SVG picture: shapes in parallel projection, the far ones first.
 //
 // Usage: draw_model models/grasp.xml AZIMUTH ELEVATION > picture.svg, the camera's direction in degrees: azimuth 0
-// looks along x, elevation counts upward. Needs MuJoCo alone.
+// looks along x, elevation counts upward. Needs only MuJoCo.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -17,9 +17,9 @@
 
 namespace {
 
-// A capsule or sphere as the camera sees it: a line with round ends, in metres.
+// A capsule or sphere in the picture plane: a line with round ends, in metres.
 struct Stroke {
-  double depth = 0;                 // of the middle, larger is nearer
+  double depth = 0;                 // of the centre; larger is nearer
   std::array<double, 4> line = {};  // x1, y1, x2, y2; y down
   double width = 0;                 // diameter
   std::array<int, 3> colour = {};   // 0 to 255
@@ -82,7 +82,7 @@ int main(int argc, char** argv) {
   constexpr double kDegree = std::numbers::pi / 180;
   const std::vector<Stroke> all = strokes(model.get(), data.get(), std::strtod(argv[2], nullptr) * kDegree,
                                           std::strtod(argv[3], nullptr) * kDegree);
-  std::array<double, 4> box = {1e9, 1e9, -1e9, -1e9};  // least x, y; most x, y
+  std::array<double, 4> box = {1e9, 1e9, -1e9, -1e9};  // smallest x, y; largest x, y
   for (const Stroke& s : all) {
     for (const int end : {0, 2}) {
       for (const int k : {0, 1}) {

@@ -1,11 +1,11 @@
 // Writes the keyframe of grasp.xml: the hand closes around the capsule and comes to rest, with the arm held still.
 //
-// Usage: settle_grasp models/grasp.xml > keyframe, to be put into the file's <keyframe>. Needs MuJoCo alone.
+// Usage: settle_grasp models/grasp.xml > keyframe, for the file's <keyframe>. Needs only MuJoCo.
 //
 // The joints start at the arm's set-points with the hand open, the capsule in front of the palm. Without gravity and
-// with the capsule's motion damped, the springs close the hand; then gravity acts and the damping goes. Contacts are
-// much stiffer than MuJoCo's usual ones, so that engines with hard contacts start without penetration too. What the arm
-// would do is kept from it by an armature of 1e9 kg m^2.
+// with the capsule's motion damped, the springs close the hand; then gravity acts without the damping. Contacts are
+// much stiffer than MuJoCo's usual ones, so that engines with hard contacts start without penetration too. An armature
+// of 1e9 kg m^2 holds the arm still.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -73,7 +73,7 @@ int main(int argc, char** argv) {
   const std::unique_ptr<mjData, void (*)(mjData*)> data(mj_makeData(m), mj_deleteData);
   mjData* d = data.get();
 
-  // the start
+  // the initial state
   mj_resetData(m, d);
   for (const char* joint : kBent) d->qpos[address(m, joint, m->jnt_qposadr)] = kOpen;
   d->qpos[address(m, "THJ4", m->jnt_qposadr)] = kThumb;
@@ -90,7 +90,7 @@ int main(int argc, char** argv) {
   mju_rotVecQuat(d->qpos + object_q, kObjectInPalm.data(), row(d->xquat, 4, palm));
   mju_addTo3(d->qpos + object_q, row(d->xpos, 3, palm));
 
-  // The capsule stands still, yields, is left alone.
+  // The capsule is fixed, then damped, then free.
   const std::array<double, 3> gravity = {m->opt.gravity[0], m->opt.gravity[1], m->opt.gravity[2]};
   const auto run = [&](double duration, double damping, double rotational_damping) {  // Ns/m, Nms/rad
     for (int i = 0; i < 6; ++i) m->dof_damping[object_v + i] = i < 3 ? damping : rotational_damping;
@@ -102,7 +102,7 @@ int main(int argc, char** argv) {
   std::copy_n(gravity.begin(), 3, m->opt.gravity);
   run(kSettling, 0, 0);
 
-  // what is left, and the answer
+  // the remaining motion, and the keyframe
   mj_forward(m, d);
   double depth = 0, speed = 0;
   for (int c = 0; c < d->ncon; ++c) depth = std::min(depth, d->contact[c].dist);

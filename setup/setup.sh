@@ -6,7 +6,7 @@
 #
 #   ASSAY_CACHE         where downloads, engines and tools live; default: .cache in the repository
 #   ASSAY_SKIP_APT      non-empty: do not look at system packages
-#   ASSAY_SKIP_ENGINES  engines of setup/engines to do without, space-separated
+#   ASSAY_SKIP_ENGINES  engines (src/engines/*/recipe) to do without, space-separated
 #
 # Every piece is made under a temporary name and renamed when it is whole, and a stamp holds the hash of what it was made
 # from; so an interrupted run leaves nothing that passes for done.
@@ -185,12 +185,12 @@ needs() {
   exit 3
 }
 
-# Runs setup/engines/<name>/build.sh in a subshell. It has: recipe (its folder), work (scratch), out (where the engine's
+# Runs src/engines/<name>/recipe/build.sh in a subshell. It has: recipe (its folder), work (scratch), out (where the engine's
 # folders go), flags and compiler (for code built from source), and the functions above.
 set_up_engine() {
-  local name="$1" recipe="${root}/setup/engines/$1" stamp folder
+  local name="$1" recipe="${root}/src/engines/$1/recipe" stamp folder
   local stamp_file="${cache}/engines/.stamp-${name}"
-  stamp="$(hash_of "${recipe}"/* "${root}/setup/engines/flags.txt") ${compiler}"
+  stamp="$(hash_of "${recipe}"/* "${root}/setup/engine_flags.txt") ${compiler}"
   if [[ -f ${stamp_file} && $(head -n 1 "${stamp_file}") == "${stamp}" ]]; then
     local whole=1
     while IFS= read -r folder; do
@@ -239,15 +239,15 @@ set_up_engine() {
 
 set_up_engines() {
   local flags compiler recipe name
-  flags="$(grep -v '^#' "${root}/setup/engines/flags.txt")"
+  flags="$(grep -v '^#' "${root}/setup/engine_flags.txt")"
   compiler="$(${CXX:-c++} --version | head -n 1)"
   # Two at a time: much of a recipe is one process that downloads, unpacks, generates or links. Each is a process group of
   # its own, so that an interrupt ends all of it.
   local running=0 failed=""
   set -m
   trap 'for job in $(jobs -p); do kill -TERM -- "-${job}"; done 2>/dev/null; exit 130' INT TERM
-  for recipe in "${root}"/setup/engines/*/build.sh; do
-    name="$(basename "$(dirname "${recipe}")")"
+  for recipe in "${root}"/src/engines/*/recipe/build.sh; do
+    name="${recipe%/recipe/build.sh}" name="${name##*/}"
     if [[ " ${ASSAY_SKIP_ENGINES:-} " == *" ${name} "* ]]; then
       say "doing without the engine ${name} (ASSAY_SKIP_ENGINES)"
       continue

@@ -1,4 +1,4 @@
-// The two kinds of failure a caller can meet. A third kind, a bug of ours, is an assert.
+// The failures that a caller can meet. A bug of assay itself is an assertion, not an exception.
 #pragma once
 
 #include <stdexcept>
@@ -13,14 +13,14 @@ class InputError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// The environment failed us: a full disk, an unwritable directory, a process that cannot be started. Status 1.
+// The environment failed: a full disk, an unwritable directory, a process that cannot be started. The program ends
+// with status 1.
 class SystemError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-// An engine failed while it was created or stepped. Never ends a campaign: it becomes a stored outcome with this
-// reason.
+// An engine failed while it was created or stepped. It never ends a campaign: the outcome is stored with this reason.
 class EngineError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

@@ -15,10 +15,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// What one kind of file is called and where those that come with assay lie.
+// The name of one kind of file and the folder of those that assay brings.
 struct Kind {
   const char* noun;
-  const char* known;  // what its names are names of
+  const char* known;  // what its names stand for
   const char* folder;
   const char* ending;
 };
@@ -29,7 +29,7 @@ std::vector<std::string> names_of(const Kind& kind) {
   std::vector<std::string> names;
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(fs::path(assay_data_dir()) / kind.folder, error)) {
-    // A campaign's claims lie beside it (src/claims) and are none.
+    // paper_claims.toml (src/claims) lies in the same folder and is no campaign.
     if (entry.path().stem().string().ends_with("_claims")) continue;
     if (entry.path().extension() == kind.ending && entry.is_regular_file(error)) names.push_back(entry.path().stem());
   }
@@ -52,7 +52,8 @@ std::string find(const Kind& kind, const std::string& given) {
   }
   if (fs::exists(status)) return given;
   if (is_name) {
-    throw InputError(fmt::format("no {} and no file is called '{}'{}", kind.known, given, did_you_mean(given, names)));
+    throw InputError(
+        fmt::format("there is no {} and no file named '{}'{}", kind.known, given, did_you_mean(given, names)));
   }
   if (error && error != std::errc::no_such_file_or_directory) {
     throw InputError(fmt::format("{} '{}' cannot be opened: {}", kind.noun, given, error.message()));

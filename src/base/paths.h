@@ -8,7 +8,7 @@
 
 namespace assay {
 
-// Absolute path of the running program, symbolic links resolved. Throws SystemError without /proc.
+// Absolute path of the running program, symbolic links resolved. Throws SystemError when /proc is missing.
 std::string program_path();
 
 // The folder that holds `models` and `campaigns`: the environment's ASSAY_DATA, else `../share/assay` beside the
@@ -19,14 +19,12 @@ std::string assay_data_dir();
 std::vector<std::string> system_names();
 std::vector<std::string> campaign_names();
 
-// N of "capsules-N", a system of N capsules that needs no file: with N from 1 to 10000 and no leading zero, else
-// nothing.
+// N of "capsules-N", a system of N capsules that needs no file. Empty unless N is 1 to 10000 without a leading zero.
 std::optional<int> capsules_count(std::string_view name);
 
 // The file of a model: `model` is a system's name, or the path of a file. A word without '/' and without an ending is a
-// name first (write ./planar-chain for a file called so). For capsules-N without a file it is the path that such a file
-// would have, and load_model() makes its text. Throws InputError that says what was missed, with the nearest
-// name.
+// name first (write ./planar-chain for a file of that name). For capsules-N without a file the result is the path that
+// such a file would have, and load_model() makes its text. Throws InputError with what is missing and the nearest name.
 std::string find_model(const std::string& model);
 
 // The same for a campaign: `campaign` is a TOML file's path or the name of one that comes with assay.

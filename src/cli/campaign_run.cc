@@ -9,9 +9,9 @@
 
 #include "base/paths.h"
 #include "base/text.h"
+#include "coordinator/run.h"
 #include "report/figures.h"
 #include "report/report.h"
-#include "runs/run.h"
 #include "store/store.h"
 
 namespace assay::cli {

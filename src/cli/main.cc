@@ -9,7 +9,7 @@
 #include "base/errors.h"
 #include "base/text.h"
 #include "cli/cli.h"
-#include "runs/run.h"
+#include "worker/worker.h"
 
 namespace assay::cli {
 namespace {

@@ -14,9 +14,9 @@
 #include "base/text.h"
 #include "cli/cli.h"
 #include "cli/pictures.h"
+#include "coordinator/rerun.h"
 #include "render/encoder.h"
 #include "results/line_up.h"
-#include "runs/rerun.h"
 #include "store/trajectory.h"
 
 namespace assay::cli {

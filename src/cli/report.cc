@@ -9,9 +9,9 @@
 #include "base/text.h"
 #include "cli/campaign_run.h"
 #include "cli/cli.h"
+#include "coordinator/rerun.h"
 #include "report/replays.h"
 #include "results/line_up.h"
-#include "runs/rerun.h"
 #include "store/store.h"
 #include "store/trajectory.h"
 

@@ -16,10 +16,10 @@
 #include "cli/output_file.h"
 #include "cli/state_rows.h"
 #include "controls/control.h"
+#include "controls/work.h"
 #include "engines/registry.h"
 #include "measures/plausible.h"
 #include "model/mjcf.h"
-#include "runs/work.h"
 
 namespace assay::cli {
 namespace {

@@ -15,7 +15,7 @@ namespace {
 using conformance::Subject;
 using conformance::Verdict;
 
-// What a test asks of a contender before it is run.
+// The capability that a test requires of a contender.
 enum class Need { kNothing, kTorques, kSprings, kArmature, kJointLimits, kContact };
 
 struct Entry {
@@ -25,7 +25,7 @@ struct Entry {
   Verdict (*run)(const Subject&);
 };
 
-// The most basic first: who fails early need not wonder about the rest.
+// The most basic tests first: a later failure may follow from an earlier one.
 constexpr Entry kEntries[] = {
     {"readback", "the engine itself reports the model's mass, inertia, frames, limits and gravity", Need::kNothing,
      conformance::readback},
@@ -110,7 +110,7 @@ bool has(const Capabilities& can, Need need) {
   return false;
 }
 
-// The verdict of one test; an engine's failure is one.
+// Runs one test. An engine's failure is a verdict too.
 ConformanceResult judge(const Entry& entry, const Subject& subject) {
   ConformanceResult result;
   result.test = entry.name;
@@ -148,7 +148,7 @@ ConformanceResult judge(const Entry& entry, const Subject& subject) {
     result.note = error.what();
   } catch (...) {
     result.status = ConformanceStatus::kFail;
-    result.note = "the adapter threw an exception of a type that is no std::exception";
+    result.note = "the adapter threw something that is not a std::exception";
   }
   return result;
 }

@@ -34,7 +34,7 @@ int add_sphere(Model& model, const std::string& name, const Vec3& position, doub
 }  // namespace
 
 Verdict joint_limit(const Subject& subject) {
-  // one bar falls onto its upper limit, one onto its lower, each with an angle that counts from a reference of its own
+  // one bar falls onto its upper limit, one onto its lower, each with a reference angle of its own
   Model model;
   model.name = "conformance-limits";
   Solid bar = capsule_solid(1, 0.05, 0.15, Vec3::UnitX());
@@ -140,8 +140,7 @@ Verdict resting_height(const Subject& subject) {
 }
 
 Verdict bodies_collide(const Subject& subject) {
-  // weightless: a ball hits a capsule broadside, a capsule another one crosswise, a ball another ball; each at its
-  // centre
+  // without gravity, all central: a ball hits a capsule broadside, a capsule hits a crossed capsule, a ball hits a ball
   constexpr double kSpeed = 1;
   Model model;
   model.name = "conformance-collisions";
@@ -162,14 +161,15 @@ Verdict bodies_collide(const Subject& subject) {
   for (int i = 0; i < 3; ++i) {
     const BodyState &first = end.bodies[i], &second = end.bodies[i + 3];
     const std::string pair = fmt::format("{} and {}", model.bodies[i].name, model.bodies[i + 3].name);
-    // the first push comes when the surfaces meet, to one step's travel
+    // the first push occurs when the surfaces meet, within one step's travel
     const auto pushed = std::ranges::find_if(
         states, [&](const State& state) { return state.bodies[i + 3].v_WBcm.norm() > 1e-3 * kSpeed; });
     const BodyState &at_first = (pushed == states.end() ? end : *pushed).bodies[i],
                     &at_second = (pushed == states.end() ? end : *pushed).bodies[i + 3];
     checks.add(std::abs((at_second.p_WBcm - at_first.p_WBcm).norm() - 2 * kRadius), kSpeed * kTimestep + 0.01 * kRadius,
                pair + ": distance at the first push against two radii");
-    // equal masses without restitution go on together; bouncing or not, they keep the momentum and do not overlap
+    // equal masses without restitution move on together; with or without a bounce they conserve momentum and do not
+    // overlap
     checks.add(2 * kRadius - (second.p_WBcm.x() - first.p_WBcm.x()), 0.02 * kRadius, pair + ": overlap at the end");
     checks.add(std::abs(first.v_WBcm.x() + second.v_WBcm.x() - kSpeed), subject.rounding(400, kSpeed),
                pair + ": momentum lost, in kg m/s");
@@ -180,7 +180,7 @@ Verdict bodies_collide(const Subject& subject) {
 }
 
 Verdict friction_per_pair(const Subject& subject) {
-  // The pair's coefficient is none of product, mean, larger or smaller of the shapes' own.
+  // The pair's coefficient differs from the product, mean, maximum and minimum of the shapes' own.
   struct Track {
     double shape, pair;
   };
@@ -201,7 +201,7 @@ Verdict friction_per_pair(const Subject& subject) {
   const State &from = states.at(static_cast<size_t>(std::llround(kFrom / kTimestep))), &to = states.back();
   Checks checks("");
   for (size_t i = 0; i < tracks.size(); ++i) {
-    // by impulses, so that a body that hops a little while it slides is judged by the force that it does press with
+    // by impulses, so that a body that hops while it slides is judged by its actual normal force
     const Vec3 gained = to.bodies[i].v_WBcm - from.bodies[i].v_WBcm;
     const double coefficient = -gained.x() / ((kTo - kFrom) * kGravity + gained.z());
     checks.add(
@@ -212,8 +212,8 @@ Verdict friction_per_pair(const Subject& subject) {
 }
 
 Verdict excluded_pairs(const Subject& subject) {
-  // Two balls and a link that overlap, and a plane below: of all pairs only one, that of the last ball and the plane,
-  // is the model's. All else falls freely, through everything.
+  // Two balls and a link that overlap, and a plane below. The model has one contact pair: the last ball and the plane.
+  // Everything else falls freely through everything.
   Model model;
   model.name = "conformance-excluded";
   const int plane = add_shape(model, ShapeType::kPlane, kWorld);
@@ -231,7 +231,7 @@ Verdict excluded_pairs(const Subject& subject) {
     checks.add((end.bodies[i].p_WBcm - expected).norm(), kGravity * kDuration * kTimestep,
                fmt::format("'{}' against free fall", model.bodies[i].name));
   }
-  // the plane is there all the same
+  // the plane still acts on the last ball
   checks.add(std::abs(end.bodies[3].p_WBcm.z() - kRadius), 0.05, "'ball 3' against its place on the plane");
   return checks.worst();
 }

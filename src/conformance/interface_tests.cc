@@ -48,10 +48,10 @@ State random_state(const Model& model, Random& random) {
   return state;
 }
 
-// Conversions between a state and an engine's own coordinates are some forty roundings of numbers of size up to 10.
+// Converting a state to an engine's coordinates and back takes about forty roundings of numbers up to 10.
 double conversion_tolerance(const Subject& subject) { return subject.rounding(10, 10); }
 
-// Falling, sliding and touching capsules where there is contact, else bodies on hinges.
+// Falling, sliding and touching capsules for engines with contact, else bodies on hinges.
 Model eventful_model(const Subject& subject) {
   if (!subject.capabilities().contact) return oblique_trees();
   Model model;
@@ -67,7 +67,7 @@ Model eventful_model(const Subject& subject) {
   return finished(std::move(model));
 }
 
-// One instance that is stepped piece by piece.
+// One instance, stepped in pieces.
 class Instance {
  public:
   Instance(const Subject& subject, const Model& model, const State& start, double timestep)
@@ -148,9 +148,9 @@ Verdict state_round_trip(const Subject& subject) {
     subject.create(model, state, 1e-3)->read_state(read);
     if (read.bodies.size() != state.bodies.size() || read.angle.size() != state.angle.size() ||
         read.rate.size() != state.rate.size()) {
-      throw EngineError("the state that is read back has another size");
+      throw EngineError("the state that was read back has another size");
     }
-    // a time is bookkeeping, so double whatever the engine is
+    // the adapter keeps the time, in double precision for every engine
     checks.add(std::abs(read.time - state.time), 1e-12, "time, s");
     for (size_t b = 0; b < state.bodies.size(); ++b) {
       const BodyState &is = read.bodies[b], &was = state.bodies[b];
@@ -201,7 +201,7 @@ Verdict independence(const Subject& subject) {
   Instance b(subject, other, other_start, 1e-3);
   for (int i = 0; i < kPieces; ++i) {
     a.advance(kSteps);
-    // a third one that comes and goes between two steps of the others
+    // a third instance is created and destroyed between two steps of the others
     if (i % 5 == 2) Instance(subject, eventful, eventful.initial, 5e-3).advance(3);
     b.advance(kSteps);
   }
@@ -227,7 +227,7 @@ Verdict batches(const Subject& subject) {
   if (!(std::abs(end.time - time) < 1e-9)) {
     checks.add(1, 0, fmt::format("the time is {} s instead of {} s", shortest(end.time), shortest(time)));
   }
-  // the sum of many timesteps may round otherwise than their product
+  // the sum of many timesteps may round differently from their product
   State one_by_one = single.state();
   one_by_one.time = end.time;
   checks.add(differing_bits(end, one_by_one), 0,
@@ -251,8 +251,8 @@ Verdict restart(const Subject& subject) {
 
   double speed = 0;
   for (const BodyState& body : middle.bodies) speed = std::max(speed, body.v_WBcm.norm());
-  // What joint coordinates hide from their user is nothing: rounding, grown a hundredfold by the chain. A
-  // maximal-coordinate engine starts without its warm start: a hundredth of one step's travel.
+  // Engines in joint coordinates have no hidden state: only rounding is allowed, amplified a hundredfold by the chain.
+  // An engine in maximal coordinates loses its warm start: a hundredth of one step's travel is allowed.
   double tolerance = subject.rounding(after, 1.5) * 25;
   if (subject.capabilities().coordinates == Coordinates::kMaximal) tolerance += 0.01 * timestep * speed;
   Checks checks("m");
@@ -297,7 +297,7 @@ Verdict torque_for_one_step(const Subject& subject) {
   simulation->set_torques({&torque, 1});
   expected += kKick;
   simulation->advance(5);
-  check("rate after set_torques and five steps: the torque acts in the first alone");
+  check("rate after set_torques and five steps: the torque acts in the first step only");
   const double back = -torque;
   simulation->set_torques({&torque, 1});
   simulation->set_torques({&back, 1});

@@ -43,15 +43,14 @@ void fall(const Subject& subject, const Vec3& gravity, Checks& checks) {
         fmt::format("gravity ({}, {}, {}){}: ", gravity[0], gravity[1], gravity[2], spin > 0 ? ", spinning" : "");
     const Verdict verdict = converges(subject, measure, position, {.duration = kDuration, .unit = "m"});
     checks.add(verdict.figure, verdict.tolerance, run + verdict.note);
-    // without spin every integrator gets the velocity right to rounding, whatever its order; `end` has the finest
-    // timestep
+    // without spin every integrator gets the velocity right to rounding, for any order; `end` has the finest timestep
     if (spin > 0) continue;
     const double steps = 4 * kDuration / subject.coarse_timestep();
     const Vec3 truth(velocity[0], velocity[1], velocity[2]);
     checks.add((end.bodies[0].v_WBcm - truth).norm() * kDuration, subject.rounding(steps, truth.norm()) * kDuration,
                run + "velocity at the end times 0.5 s");
     checks.add(end.bodies[0].w_WB.norm() * kDuration, subject.rounding(steps, 1) * kDuration,
-               run + "angular velocity that nothing gave it, times 0.5 s");
+               run + "angular velocity gained without a torque, times 0.5 s");
   }
 }
 
@@ -87,8 +86,8 @@ Verdict gravity_direction(const Subject& subject) {
 }
 
 Verdict fast_motion(const Subject& subject) {
-  // A body that flies at 300 m/s and spins at 100 rad/s, and a balanced wheel on a hinge at 120 rad/s, with no force at
-  // all: whatever they lose is a clamp or a damping. Faster than any default limit of the engines that have one.
+  // A body that flies at 300 m/s and spins at 100 rad/s, and a balanced wheel on a hinge at 120 rad/s, without any
+  // force: a loss shows a clamp or damping. These speeds exceed the default limits of all engines that have one.
   Model model;
   model.name = "conformance-fast";
   model.gravity.setZero();
@@ -135,7 +134,7 @@ Verdict torque_free_top(const Subject& subject) {
   const Quat q_WB_end = q_WI_end * q_BI.conjugate();
   const Vec3 w_W_end = q_WI_end * top.angular_velocity(kDuration);
 
-  // the rotation's matrix has no sign to choose; its entries differ by at most the angle
+  // unlike the quaternion, the matrix has no sign ambiguity; its entries differ by at most the angle
   const auto numbers = [](const Quat& q, const Vec3& w) {
     const Mat3 R = q.toRotationMatrix();
     std::vector<double> list(R.data(), R.data() + 9);
@@ -156,7 +155,7 @@ Verdict pendulum_period(const Subject& subject) {
   const State start = with_joints(swing.model, {kAmplitude}, {0});
   const double duration = std::ceil(1.3 * truth.period() * 100) / 100;
 
-  // The time between two passages downwards, each where the cubic through angles and rates of two neighbours is 0.
+  // The time between two downward passages, each at the root of the cubic through angles and rates of two neighbours.
   const auto measure = [&](double timestep) {
     const std::vector<State> states = subject.record(swing.model, start, timestep, duration);
     std::vector<double> passages;
@@ -185,8 +184,8 @@ Verdict pendulum_period(const Subject& subject) {
 Verdict constant_torque(const Subject& subject) {
   const Flywheel wheel = flywheel();
   // The final 7.5 rad/s turn the wheel by less than 2 degrees a step at 4 ms. At 13.5 rad/s a Cartesian engine that
-  // corrects a fifth of its joint error a step, as Bullet and ODE do, has no first order yet there, in float and double
-  // alike.
+  // corrects a fifth of its joint error per step, as Bullet and ODE do, is not yet of first order there, in float and
+  // double alike.
   constexpr double kDuration = 1, kAngle = 2.4, kRate = 1.5, kAcceleration = 6;
   const State start = with_joints(wheel.model, {kAngle}, {kRate});
   const double torque = kAcceleration * wheel.axial_inertia;

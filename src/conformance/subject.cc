@@ -35,7 +35,7 @@ std::vector<double> extrapolated(const std::vector<double>& coarse, const std::v
 }  // namespace
 
 void Checks::add(double figure, double tolerance, const std::string& what) {
-  // how many tolerances the figure is; beyond a tolerance of 0 by as much as it is, and always more than what passes
+  // the figure in tolerances; for a tolerance of 0 always more than any check that passes
   double ratio = std::numeric_limits<double>::infinity();
   if (figure <= tolerance) {
     ratio = tolerance > 0 ? figure / tolerance : 0;
@@ -115,7 +115,7 @@ Verdict converges(const Subject& subject, const Measurement& measure, const std:
     figure = std::min(figure, distance(extrapolated(middle, fine, q), truth));
   }
   const double estimate = distance(extrapolated(coarse, middle, order), extrapolated(middle, fine, order));
-  // an error that changes its sign between two timesteps is small at one of them by accident, not at all three
+  // an error that changes its sign between two timesteps is small at one of them by accident, but not at all three
   const double leading = std::max({error_fine, error_middle / std::exp2(order), error_coarse / std::exp2(2 * order)});
 
   double scale = options.scale;
@@ -127,10 +127,10 @@ Verdict converges(const Subject& subject, const Measurement& measure, const std:
   verdict.figure = figure;
   verdict.tolerance = std::min(leading / 4, 2 * estimate) + floor;
   verdict.unit = options.unit;
-  verdict.note =
-      fmt::format("limit h -> 0 against the truth; error {:.3g} at {} ms, {:.3g} at {} ms, observed order {:.2f}",
-                  error_middle, shortest(h * 500), error_fine, shortest(h * 250),
-                  std::log2(std::max(error_middle, 1e-300) / std::max(error_fine, 1e-300)));
+  verdict.note = fmt::format(
+      "limit h -> 0 against the reference solution; error {:.3g} at {} ms, {:.3g} at {} ms, observed order {:.2f}",
+      error_middle, shortest(h * 500), error_fine, shortest(h * 250),
+      std::log2(std::max(error_middle, 1e-300) / std::max(error_fine, 1e-300)));
   return verdict;
 }
 

@@ -1,4 +1,4 @@
-// What the tests share: a contender that can be run, the rule of convergence, and a verdict.
+// Shared by the tests: a contender that can be run, the rule of convergence, and the verdict.
 #pragma once
 
 #include <functional>
@@ -13,7 +13,7 @@
 
 namespace assay::conformance {
 
-// What a test found; it passes when figure <= tolerance.
+// The result of a test; it passes when figure <= tolerance.
 struct Verdict {
   double figure = 0;
   double tolerance = 0;
@@ -21,8 +21,8 @@ struct Verdict {
   std::string note;
 };
 
-// Keeps the check that is nearest to its tolerance or furthest beyond it. One unit for all checks of a test, so that a
-// declared deviation's bound has a meaning.
+// Keeps the check with the largest figure relative to its tolerance. All checks of a test share one unit, so that the
+// bound of a declared deviation has a meaning.
 class Checks {
  public:
   explicit Checks(std::string unit) { worst_.unit = std::move(unit); }
@@ -43,8 +43,8 @@ class Subject {
   // Distance from 1 to the next number of the declared precision.
   double epsilon() const;
 
-  // What `steps` steps may lose by rounding: each has a handful of operations that matter, and each of those may lose a
-  // unit in the last place of the largest quantity.
+  // The rounding error allowed for `steps` steps: a few relevant operations per step, each with an error of one unit in
+  // the last place of the largest quantity.
   double rounding(double steps, double scale) const { return 4 * epsilon() * steps * scale; }
 
   // The largest of the three timesteps of a convergence test, s: small enough for the method's leading error to rule,
@@ -65,25 +65,25 @@ class Subject {
   const ResolvedContender& contender_;
 };
 
-// What a run with a given timestep yields: the quantities that are compared, all of one unit.
+// Result of a run with a given timestep: the compared quantities, all of one unit.
 using Measurement = std::function<std::vector<double>(double timestep)>;
 
 struct ConvergenceOptions {
-  double duration = 1;  // s, for the rounding's share
+  double duration = 1;  // s, for the allowed rounding error
   std::string unit;
-  int order = 0;     // 0: the declared one
-  double scale = 0;  // of the quantities; 0: the largest of the truth
-  double floor = 0;  // added to the tolerance, for what does not shrink with the timestep and is no mistake
+  int order = 0;     // 0: the declared order
+  double scale = 0;  // of the quantities; 0: the largest of the reference solution
+  double floor = 0;  // added to the tolerance: legitimate errors that do not shrink with the timestep
 };
 
 // Does the contender converge to `truth` at its declared order p, or a higher one? Three runs with h, h/2 and h/4 give
-// two Richardson extrapolations to h = 0. The figure is the distance of the finer one from the truth. It has to be
+// two Richardson extrapolations to h = 0. The figure is the distance of the finer one from `truth`. It has to be
 // below
-// - a quarter of the error at h/4 (or of what h or h/2 let expect there): the extrapolation removes the leading term
-// only if the order is right;
-// - twice the distance between the two extrapolations, which estimates what the finer one still lacks;
-// whichever is smaller, plus rounding. A set-up error of the adapter does not depend on h and stays in the figure
-// whole.
+// - a quarter of the error at h/4 (or of its estimate from h or h/2): the extrapolation removes the leading term only
+// if the order is right;
+// - twice the distance between the two extrapolations, which estimates the remaining error of the finer one;
+// whichever is smaller, plus rounding. A set-up error of the adapter does not depend on h and stays fully in the
+// figure.
 Verdict converges(const Subject& subject, const Measurement& measure, const std::vector<double>& truth,
                   const ConvergenceOptions& options);
 

@@ -1,5 +1,5 @@
-// The tests of the suite; conformance.cc has their names, meanings and needs. Each runs the contender on a model of its
-// own.
+// The tests of the suite. Each runs the contender on a model of its own. conformance.cc has their names, meanings and
+// required capabilities.
 #pragma once
 
 #include "conformance/subject.h"

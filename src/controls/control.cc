@@ -147,7 +147,7 @@ ControlSpec parse_control(const std::string& text) {
     const auto number = sign < part.size() ? parse_number(part.substr(sign + 1)) : std::nullopt;
     if (spec.kind != "sine" || found == parts.end() || !number) {
       throw InputError(
-          fmt::format("the control '{}' has '{}': a sine alone has parts, which are amplitude (Nm), "
+          fmt::format("the control '{}' has '{}': only a sine has parameters, which are amplitude (Nm), "
                       "frequency (Hz) and phase_step (rad), as in sine,amplitude=2,frequency=1",
                       text, part));
     }

@@ -1,5 +1,5 @@
-// Joint torques as a function of time and state: what drives a model, the same for every engine. A joint's own spring
-// and damper are not here: they belong to the model, and its engine or adapter applies them.
+// Joint torques as a function of time and state. Every engine gets the same torques. Springs and dampers of joints are
+// part of the model, not of a control: the engine or its adapter applies them.
 #pragma once
 
 #include <memory>
@@ -13,14 +13,14 @@
 
 namespace assay {
 
-// What a control reads of the state. A runner need not read more from the engine before each step.
+// The part of the state that a control reads. A runner need not read more from the engine before each step.
 enum class ControlInput {
   kNothing,  // constant torques
-  kTime,     // State::time alone
+  kTime,     // only State::time
   kState,    // time, angles and rates
 };
 
-// Immutable and free of memory: equal states give equal torques, so a run can be continued from any state.
+// Immutable and without memory: equal states give equal torques, so a run can be continued from any state.
 class Control {
  public:
   virtual ~Control() = default;
@@ -66,9 +66,9 @@ struct ControlSpec {
 };
 std::vector<std::string> control_kinds();  // "passive", "sine", "actuators"
 
-// A control in one word: its kind, for a sine with what it has: "passive",
-// "sine,amplitude=2,frequency=1,phase_step=0.5". parse_control() is its inverse; a sine's parts may be left out. It
-// throws InputError for a part that is none; kinds are make_control()'s matter.
+// A control as one word: its kind, and a sine's parameters: "passive", "sine,amplitude=2,frequency=1,phase_step=0.5".
+// parse_control() is the inverse; a sine's parameters may be left out. It throws InputError for an unknown parameter;
+// make_control() checks the kind.
 std::string control_text(const ControlSpec& spec);
 ControlSpec parse_control(const std::string& text);
 

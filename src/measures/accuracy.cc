@@ -33,7 +33,7 @@ std::optional<double> error_floor(const std::vector<ErrorAt>& curve) {
   std::ranges::copy_if(curve, std::back_inserter(points),
                        [](const ErrorAt& at) { return std::isfinite(at.error) && at.error > 0; });
   if (points.size() < 3 || points.front().error <= kAboveRounding * points.front().rounding) return std::nullopt;
-  // How far up from the smallest timestep the error stays the same, whichever way it wobbles.
+  // The range of timesteps, from the smallest, over which the error stays the same in either direction.
   double low = points.front().error, high = low;
   size_t flat = 0;
   for (size_t i = 1; i < points.size(); ++i) {

@@ -9,7 +9,7 @@
 
 namespace assay {
 
-// Mean over bodies of the distance between their centres of mass, m. Both states are of one model (assert).
+// Mean over bodies of the distance between their centres of mass, m. Both states belong to one model (assert).
 double position_error(const State& a, const State& b);
 
 // log(E(h2)/E(h1)) / log(h2/h1). Empty when an error is not positive and finite.
@@ -25,9 +25,10 @@ struct ErrorAt {
   double rounding = 0;  // rounding_error() of that run, m
 };
 
-// The error that is left when the timestep no longer matters: set when the errors at the smallest timesteps lie within
-// a factor of 1.3 of each other over a factor of at least 4 in the timestep, and are more than 10 times what rounding
-// explains. `curve` is ascending in timestep; points without a positive, finite error are left out. Needs three points.
+// The part of the error that does not depend on the timestep. It is set when the errors at the smallest timesteps lie
+// within a factor of 1.3 of each other over a factor of at least 4 in the timestep, and are more than 10 times what
+// rounding explains. `curve` ascends in the timestep; points without a positive, finite error are ignored. Needs three
+// points.
 std::optional<double> error_floor(const std::vector<ErrorAt>& curve);
 
 // Start times of `pieces` pieces of `length` steps of the sample grid, spread evenly over `total` steps of it.

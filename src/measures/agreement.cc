@@ -26,7 +26,7 @@ std::optional<double> parting_time(const std::vector<double>& time_s, const std:
     if (distance_m[i] <= parted_m) continue;
     if (i == 0) return 0;
     const double before = distance_m[i - 1], after = distance_m[i];
-    // Runs that are equal to the bit have no logarithm: they part somewhere in the last interval, at its end at most.
+    // Runs that are bit-equal until now have no logarithm: the separation is put at the end of this interval.
     const double share = before > 0 ? std::log(parted_m / before) / std::log(after / before) : 1;
     return time_s[i - 1] + share * (time_s[i] - time_s[i - 1]) - time_s[0];
   }

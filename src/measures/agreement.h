@@ -1,4 +1,4 @@
-// Whether two runs of one system are the same motion, and when they part.
+// How far two runs of one system are apart, and when they separate.
 #pragma once
 
 #include <optional>
@@ -8,15 +8,15 @@
 
 namespace assay {
 
-// Mean distance of the bodies' centres of mass at each sample that both have, m. Both start at the same time and are
-// sampled alike (assert).
+// Mean distance of the bodies' centres of mass at each sample that both have, m. Both start at the same time and have
+// the same sampling interval (assert).
 std::vector<double> distances(const std::vector<State>& a, const std::vector<State>& b);
 
-// Two runs have parted from the first sample on at which they are farther apart than this.
+// Two runs have separated at the first sample at which their distance exceeds this.
 inline constexpr double kPartedMetres = 1e-3;
 
-// Time from the start, s, up to which they have not parted: linear in the logarithm between the samples around it.
-// Empty when they never do.
+// The separation time: seconds from the start until the distance exceeds the limit, interpolated linearly in the
+// distance's logarithm between two samples. Empty when the runs never separate.
 std::optional<double> parting_time(const std::vector<double>& time_s, const std::vector<double>& distance_m,
                                    double parted_m = kPartedMetres);
 

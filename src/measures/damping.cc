@@ -46,7 +46,7 @@ std::optional<Interval> damping_rate(std::span<const double> time_s, std::span<c
   const size_t count = energy.size();
   const auto usable = [](double e) { return std::isfinite(e) && e > 0; };
   if (count < kFewest || !std::ranges::all_of(energy, usable)) return std::nullopt;
-  // Relative to the first: a decay of one in 1e12 is not lost in the logarithm's own size.
+  // Relative to the first energy, so that a decay of 1e-12 is not lost in the rounding of a large logarithm.
   std::vector<double> logarithm(count);
   for (size_t i = 0; i < count; ++i) logarithm[i] = std::log1p((energy[i] - energy[0]) / energy[0]);
   const Regression regression(time_s);

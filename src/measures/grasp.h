@@ -19,8 +19,8 @@ struct Grasp {
 };
 Grasp grasp(const std::vector<State>& states, int object, int hand, double limit_m);
 
-// Of the timesteps at which a contender held or dropped the object, ascending: the largest at which it held, and the
-// largest up to which it held at every one. Empty when there is none.
+// From the timesteps at which a contender held or dropped the object, ascending: the largest at which it held, and the
+// largest up to which it held at every smaller one too. Empty when there is none.
 struct HeldAt {
   double timestep_ms = 0;
   bool held = false;

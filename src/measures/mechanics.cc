@@ -35,7 +35,7 @@ double kinetic_energy(const Model& model, const State& state) {
     energy += 0.5 * model.bodies[i].mass * body.v_WBcm.squaredNorm();
     energy += 0.5 * body.w_WB.dot(inertia_in_world(model.bodies[i], body) * body.w_WB);
   }
-  // A joint's armature is inertia that belongs to no body.
+  // Armature is inertia of a joint and belongs to no body.
   for (size_t j = 0; j < model.hinges.size(); ++j) {
     if (model.hinges[j].armature != 0) energy += 0.5 * model.hinges[j].armature * state.rate[j] * state.rate[j];
   }
@@ -90,8 +90,8 @@ Conserved conserved_quantities(const Model& model, bool driven) {
   if (weightless && !on_ground && hinged_root < 0) {
     conserved.linear_momentum = conserved.angular_momentum = true;
   }
-  // The world acts on a tree that hangs on one hinge with no moment about the hinge's axis, unless the joint itself has
-  // a spring, a damper, a limit or armature.
+  // The world exerts no moment about the axis of a tree's only hinge, unless that hinge has a spring, a damper, a limit
+  // or armature.
   if (hinged_root >= 0 && roots == 1 && !on_ground && !driven) {
     const Body& root = model.bodies[static_cast<size_t>(hinged_root)];
     const Hinge& hinge = model.hinges[static_cast<size_t>(root.hinge)];

@@ -14,9 +14,9 @@ double potential_energy(const Model& model, const State& state);  // J: gravity 
 Vec3 linear_momentum(const Model& model, const State& state);     // kg m/s
 Vec3 angular_momentum(const Model& model, const State& state, const Vec3& p_Wo);  // about o, kg m^2/s
 
-// Which quantities the motion of a model conserves. Contact, joint damping and limits take energy; contact between
-// moving bodies leaves momenta alone, contact with the world does not. Torques of a control (`driven`) are internal to
-// a floating tree: they change its energy and neither of its momenta.
+// Which quantities the motion of a model conserves. Contact, joint damping and limits dissipate energy. Contact between
+// moving bodies conserves momenta, contact with the world does not. Torques of a control (`driven`) are internal to a
+// floating tree: they change its energy but neither of its momenta.
 struct Conserved {
   bool energy = false;
   bool linear_momentum = false;
@@ -34,7 +34,7 @@ Conserved conserved_quantities(const Model& model, bool driven = false);
 
 // Largest absolute deviation from the first state's value over a run, and the same relative to the first state's
 // kinetic energy (energy) or to the momentum's scale there: sum m |v| (linear), sum m |x - o| |v| + |I w| (angular),
-// which is not zero when momenta of moving bodies cancel. Only what is conserved is there.
+// which is not zero when momenta of moving bodies cancel. Only conserved quantities are listed.
 struct Drift {
   struct Quantity {
     std::string name;  // "energy", "linear_momentum", "angular_momentum"

@@ -18,7 +18,7 @@ bool is_finite(const BodyState& body) {
   return body.p_WBcm.allFinite() && body.q_WB.coeffs().allFinite() && body.v_WBcm.allFinite() && body.w_WB.allFinite();
 }
 
-// Farthest that a body of a hinged tree can be from the root's anchor: the lengths of its chain stretched out.
+// Largest distance of a body of a hinged tree from the root's anchor: the length of its stretched chain.
 std::vector<double> stretched(const Model& model) {
   std::vector<double> far(model.bodies.size(), 0), at_frame(model.bodies.size(), 0);
   for (size_t i = 0; i < model.bodies.size(); ++i) {
@@ -46,8 +46,8 @@ Plausibility::Plausibility(const Model& model, const State& start, double durati
   const double fall = 0.5 * g * duration_s * duration_s;
   const std::vector<double> far = stretched(model);
 
-  // The lowest that a body's centre may come: the ground that any shape collides with, the end of its chain, a free
-  // fall.
+  // Lowest possible height of a body's centre: the ground that a shape collides with, the end of its chain, or the end
+  // of a free fall.
   double ground = -std::numeric_limits<double>::infinity();
   const Vec3 up = g > 0 ? Vec3(-model.gravity / g) : Vec3::UnitZ();
   for (const ContactPair& pair : model.contacts) {
@@ -98,7 +98,7 @@ std::string Plausibility::divergence(const State& state) const {
 std::string Plausibility::impossibility(const State& state) const {
   const double energy = kinetic_energy(model_, state);
   if (energy > kEnergyFactor * available_energy_) {
-    return fmt::format("kinetic energy {:.3g} J where {:.3g} J are to be had", energy, available_energy_);
+    return fmt::format("kinetic energy {:.3g} J where at most {:.3g} J are available", energy, available_energy_);
   }
   for (size_t j = 0; j < model_.hinges.size(); ++j) {
     const HingeFrames frames = hinge_frames(model_, state, static_cast<int>(j));

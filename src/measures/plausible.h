@@ -1,4 +1,5 @@
-// Whether a state can be one of the model's motion at all: tells `unstable` and `diverged` from a mere error.
+// Whether a state can belong to the model's motion: separates the outcomes `unstable` and `diverged` from a large
+// error.
 #pragma once
 
 #include <string>
@@ -7,24 +8,24 @@
 
 namespace assay {
 
-// Bounds that follow from a model and the state it starts in. `work`, J, is what a control can have put in at the most.
+// Bounds that follow from a model and its initial state. `work`, J, is the most energy that a control can have added.
 class Plausibility {
  public:
   Plausibility(const Model& model, const State& start, double duration_s, double work = 0);
 
-  // Why the run is over: a non-finite number, or a body farther from the origin than 1000 times what it could reach. ""
-  // when it may go on.
+  // Why the run has diverged: a non-finite number, or a body farther from the origin than 1000 times its reach. "" when
+  // the run may continue.
   std::string divergence(const State& state) const;
 
-  // Why no motion of the model reaches this state, although it is finite: more than kEnergyFactor times the kinetic
-  // energy that is there to be had, a hinge torn apart by more than its body's size, a body's centre below the ground
-  // it collides with. "" for a possible state.
+  // Why no motion of the model reaches this finite state: more than kEnergyFactor times the available kinetic energy, a
+  // hinge torn apart by more than its body's size, or a body's centre below the ground that it collides with. "" for a
+  // possible state.
   std::string impossibility(const State& state) const;
 
   double reach() const { return reach_; }                        // m
   double available_energy() const { return available_energy_; }  // J
 
-  // Twice the possible speed: far from any drift of a method that still works.
+  // Corresponds to twice the possible speed, far beyond the drift of a working method.
   static constexpr double kEnergyFactor = 4;
 
  private:

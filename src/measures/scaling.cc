@@ -50,7 +50,7 @@ std::optional<Interval> scaling_exponent(const std::vector<TimeAtSize>& points, 
       const TimeAtSize& at = points[below(points.size())];
       point = {std::log(at.size), std::log(at.seconds[below(at.seconds.size())])};
     }
-    // One size drawn each time has no slope: it is drawn again.
+    // A resample of one size only has no slope: draw again.
     if (const auto found = slope(resample)) slopes.push_back(*found);
   }
   return Interval{*value, quantile(slopes, 0.025), quantile(slopes, 0.975)};

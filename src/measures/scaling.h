@@ -15,8 +15,8 @@ struct TimeAtSize {
 };
 
 // The exponent p of time ~ size^p: the slope of the least-squares line through the logarithms of the median times. The
-// interval (95 %) is a bootstrap that draws sizes, and one of the runs of each. Empty with fewer than 3 sizes or a time
-// that is not positive and finite.
+// interval (95 %) is a bootstrap that draws sizes and, for each size, one of its runs. Empty with fewer than 3 sizes or
+// a time that is not positive and finite.
 std::optional<Interval> scaling_exponent(const std::vector<TimeAtSize>& points, std::uint64_t seed);
 
 }  // namespace assay

@@ -24,7 +24,8 @@ std::vector<double> sorted_copy(std::span<const double> samples) {
   return sorted;
 }
 
-// A number below `count`. The standard's distributions differ between libraries; this is the same everywhere.
+// A random number below `count`. Distributions of the standard library differ between implementations; this one is the
+// same everywhere.
 size_t below(std::mt19937_64& random, size_t count) { return (random() >> 32) * count >> 32; }
 
 template <typename Statistic>
@@ -77,7 +78,7 @@ Interval bootstrap_median_of_rounds(const std::vector<std::vector<double>>& roun
   assert(!rounds.empty() && resamples > 0);
   std::mt19937_64 random(seed);
   std::vector<double> pooled;
-  // Selection instead of sorting: there are thousands of samples, and thousands of times.
+  // Selection instead of sorting: this is called thousands of times on thousands of samples.
   const auto middle = [&] {
     const auto half = static_cast<std::ptrdiff_t>(pooled.size() / 2);
     std::ranges::nth_element(pooled, pooled.begin() + half);

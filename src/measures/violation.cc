@@ -10,7 +10,7 @@
 namespace assay {
 namespace {
 
-// A sphere is a capsule of no length. A plane has its point and its normal in `from` and `to`.
+// A sphere is a capsule of length zero. A plane has its point in `from` and its normal in `to`.
 struct PlacedShape {
   Vec3 from, to;
   double radius = 0;
@@ -32,14 +32,14 @@ double point_segment(const Vec3& point, const Vec3& from, const Vec3& to) {
   return (from + t * along - point).norm();
 }
 
-// The least distance of two segments is at an end of one of them, or where their common normal meets both.
+// The smallest distance of two segments lies at an end of one of them, or where their common normal meets both.
 double segment_segment(const PlacedShape& a, const PlacedShape& b) {
   double least = std::min({point_segment(a.from, b.from, b.to), point_segment(a.to, b.from, b.to),
                            point_segment(b.from, a.from, a.to), point_segment(b.to, a.from, a.to)});
   const Vec3 u = a.to - a.from, v = b.to - b.from, w = b.from - a.from;
   const double uu = u.squaredNorm(), vv = v.squaredNorm(), uv = u.dot(v);
   const double determinant = uu * vv - uv * uv;
-  if (determinant <= 1e-14 * uu * vv) return least;  // parallel, or a point: the ends have said it
+  if (determinant <= 1e-14 * uu * vv) return least;  // parallel, or a point: the ends decide
   const double s = (w.dot(u) * vv - w.dot(v) * uv) / determinant;
   const double t = (w.dot(u) * uv - w.dot(v) * uu) / determinant;
   if (0 <= s && s <= 1 && 0 <= t && t <= 1) least = std::min(least, (w + t * v - s * u).norm());
@@ -54,7 +54,7 @@ double distance(const PlacedShape& a, const PlacedShape& b) {
   return segment_segment(a, b) - a.radius - b.radius;
 }
 
-// No distance is smaller than this, which costs little.
+// A cheap lower bound of the distance.
 double distance_bound(const PlacedShape& a, const PlacedShape& b) {
   return 0.5 * ((a.from + a.to - b.from - b.to).norm() - (a.to - a.from).norm() - (b.to - b.from).norm()) - a.radius -
          b.radius;
@@ -99,7 +99,7 @@ Violation violation(const Model& model, const State& state) {
     const Hinge& hinge = model.hinges[j];
     const HingeFrames frames = hinge_frames(model, state, static_cast<int>(j));
     worst.dislocation = std::max(worst.dislocation, (frames.p_WJ_child - frames.p_WJ_parent).norm());
-    // exact for small angles, where an arc cosine has lost all digits
+    // exact for small angles, where the arc cosine loses all digits
     const double angle = std::atan2(frames.axis_W_parent.cross(frames.axis_W_child).norm(),
                                     frames.axis_W_parent.dot(frames.axis_W_child));
     worst.misalignment = std::max(worst.misalignment, angle);

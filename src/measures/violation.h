@@ -1,5 +1,5 @@
-// How far a state is from what the model's joints, limits and surfaces allow: geometry in closed form from the uniform
-// state, the same for every engine. Formulas: docs/methodology.md, "Violation".
+// How far a state violates the model's joints, limits and surfaces: closed-form geometry of the uniform state, the same
+// for every engine. Formulas: docs/methodology.md, "Violation".
 #pragma once
 
 #include <cstdint>
@@ -9,21 +9,21 @@
 
 namespace assay {
 
-// The worst of each kind in one state; 0 where the model has none of it.
+// The largest violation of each kind in one state; 0 where the model has no such constraint.
 struct Violation {
-  double dislocation = 0;   // m, between the two anchors of a hinge
+  double dislocation = 0;   // m, joint position error: between the two anchors of a hinge
   double misalignment = 0;  // rad, between the two axes of a hinge
   double limit = 0;         // rad, of an angle beyond its limit
   double penetration = 0;   // m, depth of two shapes of a contact pair in each other
 };
 Violation violation(const Model& model, const State& state);
 
-// Signed distance of the surfaces of a pair, m; negative inside each other: then it is how far the shapes have to be
-// moved along the line of their axes' nearest points (or the plane's normal) until they touch.
+// Signed distance of the surfaces of a pair, m. Negative for shapes that overlap: the distance by which they have to
+// move along the line between their axes' nearest points (or the plane's normal) until they only touch.
 double separation(const Model& model, const State& state, const ContactPair& pair);
 
-// Over the samples of a run: the largest, and the root of the mean square with its 95 % interval
-// (bootstrap_rms_of_series), of each state's worst.
+// Over the samples of a run: the largest violation, and the root mean square of each state's largest with its 95 %
+// interval (bootstrap_rms_of_series).
 struct ViolationSummary {
   Violation largest, rms, rms_low, rms_high;
 };

@@ -12,12 +12,12 @@ namespace assay {
 namespace {
 
 constexpr double kRadius = 0.05, kHalfLength = 0.1;  // m; half of the cylinder
-constexpr double kSpacing = 0.31;  // m: just more than the longest extent, so that no two touch however they are turned
+constexpr double kSpacing = 0.31;  // m: just above the capsule's length, so that no two touch in any orientation
 constexpr double kLowest = 0.3;    // m: height of the lowest layer
 constexpr std::uint32_t kSeed = 27;
 
-// Matsumoto and Nishimura's MT19937 with the initialization by array of 2002, doubles of 53 bits. The standard
-// library's generator is the same but has no such initialization, and its distributions differ from library to library.
+// Matsumoto and Nishimura's MT19937 with the initialization by array of 2002 and 53-bit doubles. The standard library's
+// generator lacks this initialization, and its distributions differ between implementations.
 class MersenneTwister {
  public:
   explicit MersenneTwister(std::uint32_t seed) {
@@ -98,9 +98,9 @@ std::string capsules_mjcf(int count) {
                           inner * std::sin(a), inner * std::cos(a), outer * std::sin(b));
   }
   return fmt::format(R"(<!--
-  {0} capsules: {1} DOF. Free capsules fall from a grid onto a plane, each turned at random (uniformly, fixed seed), and
-  pile up: many contacts between bodies that nothing else connects, what engines of games are made for. No two touch at the
-  start. The keyframe holds the random orientations; the bodies' own poses are the upright grid. A capsule has radius
+  {0} capsules: {1} DOF. Free capsules in random orientations (uniform, fixed seed) fall from a grid onto a plane and pile up:
+  many contacts between unconnected bodies, the task for which game engines are made. No two touch at the start. The
+  keyframe holds the random orientations; the bodies' own poses are the upright grid. A capsule has radius
   {2} m, cylinder {3} m, 1 kg and the exact inertia of that capsule; friction 0.7 everywhere.
 
   System of Erez, Tassa and Todorov (ICRA 2015), section IV.A; the paper gives no dimensions. Written by src/model/capsules.cc.

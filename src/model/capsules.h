@@ -1,5 +1,5 @@
-// The family of systems capsules-N: N free capsules, turned at random, fall from a grid onto a plane. Any N can be
-// named without a file of its own (capsules_count of base/paths.h).
+// The family of systems capsules-N: N free capsules in random orientations fall from a grid onto a plane. No N needs a
+// file of its own (capsules_count of base/paths.h).
 #pragma once
 
 #include <string>

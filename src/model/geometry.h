@@ -10,7 +10,7 @@
 
 namespace assay {
 
-// None of these types needs over-aligned memory, so they cross plugin boundaries whatever flags a plugin is built with.
+// No type needs over-aligned memory, so they cross plugin boundaries for any compiler flags of a plugin.
 using Vec3 = Eigen::Vector3d;
 using Mat3 = Eigen::Matrix3d;
 using Quat = Eigen::Quaternion<double, Eigen::DontAlign>;  // constructed (w, x, y, z); unit length

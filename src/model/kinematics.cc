@@ -8,7 +8,7 @@
 namespace assay {
 namespace {
 
-// The body's pose, velocity at its origin and angular velocity, as the recursion down the tree needs them.
+// A body's pose, velocity at its origin and angular velocity, for the recursion down the tree.
 struct FrameMotion {
   Pose X_WB;
   Vec3 v_WBo = Vec3::Zero();
@@ -58,7 +58,7 @@ void bodies_from_joints(const Model& model, State& state) {
     const Hinge& hinge = model.hinges[body.hinge];
     const FrameMotion parent = frame_motion(model, state, body.parent);
 
-    // orientation first, then the position that keeps the anchor where the parent carries it
+    // orientation first, then the position that keeps the anchor fixed in the parent
     const double angle = state.angle[body.hinge] - hinge.reference;
     const Vec3 p_PJ = anchor_in_parent(model, body.hinge);
     BodyState& s = state.bodies[i];
@@ -125,9 +125,9 @@ double spring_torque(const Hinge& hinge, double angle, double rate) {
 }
 
 Vec3 capsule_inertia(double mass, double radius, double half_length) {
-  // cylinder of length 2h plus two half balls, each with its centroid 3r/8 beyond the cylinder's end
+  // cylinder of length 2h plus two half balls, whose centroids lie 3r/8 beyond the cylinder's ends
   const double r = radius, h = half_length;
-  const double cylinder_volume = 2 * h * r * r, ball_volume = 4.0 / 3 * r * r * r;  // both over pi
+  const double cylinder_volume = 2 * h * r * r, ball_volume = 4.0 / 3 * r * r * r;  // both divided by pi
   const double cylinder = mass * cylinder_volume / (cylinder_volume + ball_volume);
   const double ball = mass - cylinder;
   const double axial = cylinder * r * r / 2 + ball * 2 * r * r / 5;

@@ -1,5 +1,5 @@
-// Geometry that follows from a model and a state, the same for every engine: joint coordinates to bodies and back,
-// anchors and axes in the world, joint dislocation.
+// Geometry of a model in a state, the same for every engine: joint coordinates to bodies and back, anchors and axes in
+// the world, joint position error.
 #pragma once
 
 #include <vector>
@@ -11,8 +11,8 @@ namespace assay {
 // The body frame's pose in the world, from the centre of mass that the state carries.
 Pose body_pose(const Body& body, const BodyState& state);
 
-// Fills the hinged bodies of `state` from its `angle` and `rate`; free bodies are read from `state.bodies`. The result
-// satisfies every joint exactly (to rounding).
+// Fills the hinged bodies of `state` from its `angle` and `rate`; free bodies are read from `state.bodies`. Joints are
+// satisfied to rounding.
 void bodies_from_joints(const Model& model, State& state);
 
 // Fills `angle` and `rate` from the bodies: the angle is the twist of the relative rotation about the hinge axis, the
@@ -24,7 +24,7 @@ void joints_from_bodies(const Model& model, State& state);
 // The reference configuration at rest.
 State reference_state(const Model& model);
 
-// One hinge in the world as its two bodies see it. For joint-coordinate engines the two sides agree to rounding.
+// One hinge in the world, computed from each of its two bodies. Engines in joint coordinates agree on both to rounding.
 struct HingeFrames {
   Vec3 p_WJ_parent, p_WJ_child;      // anchor carried by the parent, by the child, m
   Vec3 axis_W_parent, axis_W_child;  // unit
@@ -41,7 +41,7 @@ double spring_torque(const Hinge& hinge, double angle, double rate);
 // Exact inertia of a homogeneous capsule about its centre, axis z: (Ixx = Iyy, Izz) in kg m^2.
 Vec3 capsule_inertia(double mass, double radius, double half_length);
 
-// Principal inertia: I_B = R diag R^T with R a right-handed rotation. Axes that already are principal stay in place.
+// Principal inertia: I_B = R diag R^T with R a right-handed rotation. R is the identity for principal axes.
 struct PrincipalInertia {
   Quat q_BI = Quat::Identity();
   Vec3 diagonal = Vec3::Ones();

@@ -38,8 +38,8 @@ using ModelPtr = std::unique_ptr<mjModel, ModelDeleter>;
 
 // ---- MuJoCo's messages ----------------------------------------------------------------------------------------------
 
-// MuJoCo's own handler prints to the console, writes a log file and ends the process on an error. While one of these
-// lives, warnings are collected and errors thrown instead. One at a time: the handler belongs to the process.
+// MuJoCo's own handler prints to the console, writes a log file and ends the process on an error. While a guard lives,
+// warnings are collected and errors thrown instead. Only one may exist: the handler belongs to the process.
 class MessageGuard {
  public:
   MessageGuard() : lock_(mutex()), previous_(mju_setLogHandler(&handle)) { warnings().clear(); }
@@ -142,7 +142,7 @@ const char* equality_type_name(int type) {
   }
 }
 
-// What the file sets that a contender decides: names of options whose value differs from MuJoCo's default.
+// Options that the file sets but the contender decides: names of those that differ from MuJoCo's default.
 std::vector<std::string> changed_options(const mjOption& option, const mjOption& standard) {
   std::vector<std::string> names;
   const auto compare = [&](const char* name, auto value, auto normal) {
@@ -200,7 +200,7 @@ MassPart joined(const std::vector<MassPart>& parts) {
 
 // ---- translation ----------------------------------------------------------------------------------------------------
 
-// One translation of a compiled mjModel. Its steps run in the order of translate(); each reads what the former wrote.
+// One translation of a compiled mjModel. Its steps run in the order of translate(); each reads the former's results.
 class Translation {
  public:
   Translation(const mjSpec* spec, const mjModel* compiled, std::string file, bool drop_unsupported)
@@ -225,13 +225,12 @@ class Translation {
   }
 
  private:
-  // ---- where and what, for messages
+  // ---- places and labels for messages
 
   void read_lines(const mjSpec* spec) {
     const auto note = [&](mjtObj type, auto as) {
       for (mjsElement* e = mjs_firstElement(spec, type); e != nullptr; e = mjs_nextElement(spec, e)) {
-        // the parser leaves "line 12" here, line 0 in included files; the string is of MuJoCo's own library: use its
-        // accessor
+        // the parser writes "line 12" here, line 0 in included files; MuJoCo owns the string, so use its accessor
         int line = 0;
         const std::string info = mjs_getString(as(e)->info);
         if (info.starts_with("line ")) line = static_cast<int>(parse_integer(info.substr(5)).value_or(0));
@@ -264,7 +263,7 @@ class Translation {
     return text == nullptr ? "" : text;
   }
 
-  // "joint 'knee'", "a geom of body 'foot'", "tendon 2": as the user can find it.
+  // "joint 'knee'", "a geom of body 'foot'", "tendon 2": enough for the user to find the element.
   std::string label(mjtObj type, int id) const {
     const char* kind = mju_type2Str(type);
     if (const std::string own = name(type, id); !own.empty()) return fmt::format("{} '{}'", kind, own);
@@ -311,8 +310,7 @@ class Translation {
     if (m_->nplugin > 0) refuse("MuJoCo plugins are not supported; remove the plugin elements");
     for (int i = 1; i < m_->nbody; ++i) {
       if (m_->body_mocapid[i] >= 0) {
-        refuse(mjOBJ_BODY, i,
-               "is a mocap body, which nothing moves here; remove mocap=\"true\" to fix it to the world");
+        refuse(mjOBJ_BODY, i, "is a mocap body, which is not supported; remove mocap=\"true\" to fix it to the world");
       }
       if (m_->body_gravcomp[i] != 0) {
         refuse(mjOBJ_BODY, i, "has gravity compensation, which is not supported; remove gravcomp");
@@ -337,7 +335,7 @@ class Translation {
     const SpecPtr standard(mj_makeSpec());
     const std::vector<std::string> changed = changed_options(m_->opt, standard->option);
     if (!changed.empty()) {
-      note(fmt::format("the file's MuJoCo options are a contender's matter and not taken over: {}",
+      note(fmt::format("the file's MuJoCo options are ignored, because the contender decides them: {}",
                        join(changed, ", ")));
     }
   }
@@ -421,7 +419,7 @@ class Translation {
     model_.bodies.push_back(std::move(body));
   }
 
-  // What a joint can carry in MuJoCo and not here.
+  // Properties of MuJoCo's joints that the Model does not have.
   void refuse_joint_extras(int j) {
     const int dof = m_->jnt_dofadr[j];
     const int dofs = m_->jnt_type[j] == mjJNT_FREE ? 6 : 1;
@@ -484,8 +482,7 @@ class Translation {
     return h;
   }
 
-  // The file's own name where there is one (MuJoCo keeps them unique), else `fallback`, told apart from every name that
-  // the file gives by an appended number.
+  // The file's own name if it has one (MuJoCo keeps names unique), else `fallback`, made unique by an appended number.
   static std::string unique_name(const std::string& own, const std::string& fallback, std::set<std::string>& taken) {
     if (!own.empty()) return own;
     std::string result = fallback;
@@ -501,7 +498,7 @@ class Translation {
     for (int g = 0; g < m_->ngeom; ++g) {
       const int type = m_->geom_type[g];
       const int body = body_of_[m_->geom_bodyid[g]];
-      // a plane is in the world: MuJoCo itself refuses others
+      // MuJoCo itself refuses planes on moving bodies
       if (type == mjGEOM_SPHERE || type == mjGEOM_CAPSULE || (type == mjGEOM_PLANE && body == kWorld)) {
         add_shape(g, body);
         continue;
@@ -525,7 +522,7 @@ class Translation {
 
   bool contacts_disabled() const { return disabled(mjDSBL_CONTACT) || disabled(mjDSBL_CONSTRAINT); }
 
-  // By its own bits or by a <pair>; whether there is a partner is translate_contacts' matter.
+  // True by its own bits or by a <pair>; translate_contacts() finds the partners.
   bool may_collide(int g) const {
     if (contacts_disabled()) return false;
     if (m_->geom_contype[g] != 0 || m_->geom_conaffinity[g] != 0) return true;
@@ -557,7 +554,7 @@ class Translation {
         shape.radius = size[0];
         shape.half_length = size[1];
     }
-    // the material's colour counts where the geom keeps the default grey
+    // a geom of the default grey takes its material's colour
     const float* rgba = row(m_->geom_rgba, 4, g);
     const std::array<float, 4> grey = {0.5f, 0.5f, 0.5f, 1.0f};
     if (m_->geom_matid[g] >= 0 && std::ranges::equal(grey, std::span(rgba, 4)))
@@ -567,20 +564,20 @@ class Translation {
     model_.shapes.push_back(std::move(shape));
   }
 
-  // MuJoCo's collision filter, written out.
+  // Applies MuJoCo's collision filter.
   void translate_contacts() {
     if (contacts_disabled()) {
       note("contacts are off: the file disables them");
       return;
     }
-    std::set<std::pair<int, int>> seen;  // explicit pairs replace the filter's verdict, whatever it is
+    std::set<std::pair<int, int>> seen;  // explicit pairs override the filter
     for (int p = 0; p < m_->npair; ++p) {
       const int g1 = m_->pair_geom1[p], g2 = m_->pair_geom2[p];
-      if (shape_of_[g1] < 0 || shape_of_[g2] < 0) continue;  // dropped, and said so
+      if (shape_of_[g1] < 0 || shape_of_[g2] < 0) continue;  // dropped with a note
       if (!seen.insert(std::minmax(shape_of_[g1], shape_of_[g2])).second) {
         refuse(mjOBJ_PAIR, p, "names two geoms that another pair names too; remove one of the two");
       }
-      if (body_of_[m_->geom_bodyid[g1]] == body_of_[m_->geom_bodyid[g2]]) continue;  // rigidly joined: nothing acts
+      if (body_of_[m_->geom_bodyid[g1]] == body_of_[m_->geom_bodyid[g2]]) continue;  // rigidly joined: no force acts
       add_explicit_pair(p, g1, g2);
     }
     for (int g1 = 0; g1 < m_->ngeom; ++g1) {
@@ -594,8 +591,8 @@ class Translation {
                       [](const ContactPair& pair) { return std::pair(pair.shape_a, pair.shape_b); });
     if (!softened_.empty()) {
       note(
-          fmt::format("softness of limits and contacts (solref, solimp, solmix, gap) is a contender's matter and not "
-                      "taken over: {}",
+          fmt::format("softness of limits and contacts (solref, solimp, solmix, gap) is ignored, because the "
+                      "contender decides it: {}",
                       join(softened_, ", ")));
     }
   }
@@ -782,7 +779,7 @@ class Translation {
     double lower = *row(m_->jnt_actfrcrange, 2, joint) / found->gear;
     double upper = row(m_->jnt_actfrcrange, 2, joint)[1] / found->gear;
     if (lower > upper) std::swap(lower, upper);
-    // two clamps in a row are one clamp to the first range clamped by the second
+    // two clamps in a row equal one clamp to the first range clamped by the second
     if (found->force_limited) {
       lower = std::clamp(found->force_lower, lower, upper);
       upper = std::max(lower, std::min(found->force_upper, upper));
@@ -799,12 +796,13 @@ class Translation {
       const std::string own = name(mjOBJ_NUMERIC, n);
       if (!own.starts_with(kOurs)) continue;
       if (!own.starts_with(kSine)) {
-        refuse(mjOBJ_NUMERIC, n, "is none that assay knows; the one there is, is called assay:sine:ACTUATOR");
+        refuse(mjOBJ_NUMERIC, n,
+               "is not known to assay; the only known name is assay:sine:ACTUATOR, correct or remove it");
       }
       const std::string target = own.substr(kSine.size());
       const int actuator = mj_name2id(m_, mjOBJ_ACTUATOR, target.c_str());
       if (actuator < 0) {
-        refuse(mjOBJ_NUMERIC, n, fmt::format("names an actuator '{}' that there is not; correct its name", target));
+        refuse(mjOBJ_NUMERIC, n, fmt::format("names the unknown actuator '{}'; correct its name", target));
       }
       const std::span<const mjtNum> data(m_->numeric_data + m_->numeric_adr[n],
                                          static_cast<size_t>(m_->numeric_size[n]));
@@ -813,7 +811,7 @@ class Translation {
         refuse(mjOBJ_NUMERIC, n, "has to have three numbers: amplitude, frequency in Hz (not negative), phase in rad");
       }
       const auto used = std::ranges::find(actuator_of_, actuator);
-      if (used == actuator_of_.end()) continue;  // disabled, and said so
+      if (used == actuator_of_.end()) continue;  // disabled with a note
       model_.actuators[static_cast<size_t>(used - actuator_of_.begin())].sine = {data[0], data[1], data[2]};
     }
   }
@@ -867,7 +865,7 @@ class Translation {
     return state;
   }
 
-  // ---- the last gate
+  // ---- final check
 
   void require_finite() const {
     const auto demand = [&](bool finite, const std::string& what) {
@@ -919,12 +917,12 @@ class Translation {
   std::vector<int> shape_of_;                 // MuJoCo geom -> index into Model::shapes, -1 when left out
   std::vector<int> actuator_of_;              // Model actuator -> MuJoCo actuator
   std::set<std::string> body_names_, hinge_names_, shape_names_;  // taken
-  std::vector<std::string> softened_;  // elements whose own solref and the like are not taken over
+  std::vector<std::string> softened_;                             // elements whose own softness is ignored
 };
 
 // ---- files ----------------------------------------------------------------------------------------------------------
 
-// The file's bytes; InputError says in terms of the file system why there are none.
+// The file's bytes. Throws InputError when the file cannot be read.
 std::string read_text(const std::string& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
@@ -950,7 +948,7 @@ void require_content(const std::string& text, const std::string& file) {
   }
 }
 
-// URDF elements that MuJoCo's parser passes over.
+// URDF elements that MuJoCo's parser ignores.
 void note_urdf(const std::string& text, Model& model) {
   if (text.find("<robot") == std::string::npos) return;
   for (const auto& [needle, what] :

@@ -1,8 +1,8 @@
-// The neutral robot model: what one MJCF or URDF file says, in terms that every engine can be set up from.
+// The neutral robot model: the content of one MJCF or URDF file in terms from which every engine can be set up.
 //
 // It covers the common subset of the paper (section II): hinge joints between parent and child, free joints for
 // floating bodies, spheres, capsules and a fixed plane, Coulomb friction, gravity, joint springs, dampers and torques.
-// Whatever a file holds beyond that is refused by the loader (mjcf.h), so a Model never stands for less than its file.
+// The loader (mjcf.h) refuses everything else, so a Model never simplifies its file silently.
 //
 // A Model is built once and then only passed as `const Model&`; anything derived (no contacts, no gravity) is a copy.
 #pragma once
@@ -72,7 +72,7 @@ struct ContactPair {
 
 // amplitude sin(2 pi frequency t + phase)
 struct Sine {
-  double amplitude = 0;  // in the unit of what it is added to
+  double amplitude = 0;  // in the unit of the quantity it is added to
   double frequency = 1;  // Hz
   double phase = 0;      // rad
 };
@@ -112,12 +112,11 @@ struct Model {
   std::vector<ContactPair> contacts;
   std::vector<Actuator> actuators;
   std::vector<Keyframe> keyframes;
-  State initial;                 // the first keyframe where there is one, else the reference state at rest; time 0
-  std::vector<double> control0;  // the first keyframe's controls, else zero; one per actuator
-  std::vector<std::string>
-      notes;  // what the file says that is a contender's matter or was fused or left out, a sentence each
+  State initial;                   // the first keyframe where there is one, else the reference state at rest; time 0
+  std::vector<double> control0;    // the first keyframe's controls, else zero; one per actuator
+  std::vector<std::string> notes;  // parts of the file that were ignored, fused or left out, a sentence each
 
-  int dof() const;  // MuJoCo's nv: 1 a hinge, 6 a free joint
+  int dof() const;  // as MuJoCo's nv: 1 for a hinge, 6 for a free joint
   double total_mass() const;
   bool has_springs() const;
   bool has_armature() const;
@@ -129,8 +128,8 @@ struct Model {
 Model without_contacts(Model model);
 Model without_gravity(Model model);
 
-// The content address that the loader stores in Model::hash: of the physics and of the initial state, not of names of
-// files.
+// The content address that the loader stores in Model::hash. It covers the physics and the initial state, not file
+// names.
 std::string model_hash(const Model& model);
 
 }  // namespace assay

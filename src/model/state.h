@@ -17,7 +17,7 @@ struct BodyState {
 };
 
 // `bodies` is in the order of Model::bodies; `angle` and `rate` in the order of Model::hinges. Angles are unwrapped
-// (they go on past pi) and count from the MJCF zero, so the reference configuration has angle = Hinge::reference.
+// (they continue past pi) and measured from the MJCF zero: the reference configuration has angle = Hinge::reference.
 struct State {
   double time = 0;  // s
   std::vector<BodyState> bodies;

@@ -29,7 +29,7 @@ TorqueFreeTop::TorqueFreeTop(const Vec3& moments, const Vec3& w_B) : moments_(mo
   const double momentum2 = w_B.cwiseProduct(moments).squaredNorm();
   momentum_ = std::sqrt(momentum2);
 
-  // the third role belongs to the axis about which the momentum circulates, so that dn never changes its sign
+  // the third role goes to the axis about which the momentum circulates, so that dn never changes its sign
   if (momentum2 < energy2 * moments[axis_[1]]) std::swap(axis_[0], axis_[2]);
   const double i1 = moments[axis_[0]], i2 = moments[axis_[1]], i3 = moments[axis_[2]];
   assert(i1 != i2 && i2 != i3);

@@ -1,5 +1,5 @@
-// Motions that are known in closed form: what an engine is compared with where a textbook has the answer. Plain
-// functions of numbers in SI units, angles in radians; nothing here knows a model or an engine.
+// Motions with a closed-form solution, with which engines are compared. Plain functions of numbers in SI units, angles
+// in radians, independent of models and engines.
 #pragma once
 
 #include "model/geometry.h"
@@ -17,12 +17,11 @@ class TorqueFreeTop {
   // In principal axes, rad/s.
   Vec3 angular_velocity(double time) const;
 
-  // q_W0 such that coordinates in principal axes at `time` become coordinates in principal axes at time 0. The one
-  // angle that has no elementary form, the precession about the angular momentum, is a quadrature of the closed form
-  // (1e-14).
+  // The rotation from principal axes at `time` to principal axes at time 0. The precession about the angular momentum
+  // has no elementary form and is a quadrature of the closed form (error 1e-14).
   Quat orientation(double time) const;
 
-  // Time after which the angular velocity repeats in body axes, s.
+  // Period of the angular velocity in body axes, s.
   double period() const;
 
  private:
@@ -30,7 +29,7 @@ class TorqueFreeTop {
   Mat3 euler_rotation(double time, double precession) const;
 
   Vec3 moments_;
-  int axis_[3] = {0, 1, 2};  // where the roles of L&L's axes 1, 2, 3 are among the caller's
+  int axis_[3] = {0, 1, 2};  // the caller's axes that take the roles of L&L's axes 1, 2, 3
   double amplitude_[3];
   double rate_ = 0, modulus_ = 0, phase_ = 0;
   double momentum_ = 0;
@@ -55,7 +54,7 @@ struct Motion {
   double position = 0, velocity = 0;
 };
 
-// x'' = -(k/m) x - (b/m) x' from (x0, v0): under-, critically or overdamped. Linear or angular alike.
+// x'' = -(k/m) x - (b/m) x' from (x0, v0): under-, critically or overdamped. Holds for linear and angular motion.
 // Source: Landau and Lifshitz, section 25.
 Motion damped_oscillator(double mass, double stiffness, double damping, Motion start, double time);
 
@@ -69,7 +68,7 @@ double sliding_time(double speed, double friction, double gravity);      // s, v
 
 // A homogeneous sphere that starts to slide without turning: speed and time when it begins to roll.
 // Source: Kleppner and Kolenkow, An Introduction to Mechanics, chapter 6 (bowling ball).
-double rolling_speed(double speed);                                  // m/s, 5/7 v whatever the friction
+double rolling_speed(double speed);                                  // m/s, 5/7 v for any friction
 double rolling_time(double speed, double friction, double gravity);  // s, 2 v / (7 mu g)
 
 }  // namespace assay

@@ -29,13 +29,13 @@ RVec3 wide(const Vec3& v) { return v.cast<Real>(); }
 RQuat wide(const Quat& q) { return RQuat(q.cast<Real>()).normalized(); }
 Vec3 narrow(const RVec3& v) { return v.cast<double>(); }
 
-// Bodies that hang together; trees do not act on each other.
+// Bodies connected by joints. Trees do not act on each other.
 struct Tree {
   std::vector<int> bodies;  // parents first
   int speeds = 0;           // generalized speeds of the tree
 };
 
-// Constants of one body in extended precision, and where its coordinates are.
+// Constants of one body in extended precision, and the positions of its coordinates in the state.
 struct Part {
   int parent = kWorld;  // index into the system's parts
   int tree = 0;
@@ -49,7 +49,7 @@ struct Part {
   RMat3 inertia_B;
 };
 
-// What is known of a body while the equations are set up.
+// Quantities of one body while the equations are set up.
 struct Moving {
   RQuat q;
   RVec3 p_cm, p_J, w, axis;
@@ -297,7 +297,7 @@ std::vector<State> smooth_solution(const Model& model, const State& start, const
                                    const SmoothOptions& options) {
   namespace odeint = boost::numeric::odeint;
   if (const std::string obstacle = smooth_obstacle(model); !obstacle.empty()) {
-    throw InputError(fmt::format("model '{}' has no smooth solution: {}; switch contacts off.", model.name, obstacle));
+    throw InputError(fmt::format("model '{}' has no smooth solution: {}; switch contacts off", model.name, obstacle));
   }
   SmoothSystem system(model, options);
   const auto derivative = [&](const Flat& y, Flat& dydt, Real t) { system.derivative(y, dydt, t); };
@@ -308,7 +308,7 @@ std::vector<State> smooth_solution(const Model& model, const State& start, const
   Real time = start.time, step = 1e-3L;
   const auto check_limits = [&] {
     if (const int hinge = system.violated_limit(y); hinge >= 0) {
-      throw InputError(fmt::format("model '{}' has no smooth solution beyond {} s: hinge '{}' reaches its limit there.",
+      throw InputError(fmt::format("model '{}' has no smooth solution beyond {} s: hinge '{}' reaches its limit there",
                                    model.name, shortest(static_cast<double>(time)), model.hinges[hinge].name));
     }
   };
@@ -317,7 +317,7 @@ std::vector<State> smooth_solution(const Model& model, const State& start, const
   std::vector<State> states;
   for (const double target : times) {
     if (target < static_cast<double>(time)) {
-      throw InputError(fmt::format("time {} of a smooth solution comes after {}: times must ascend from the start's.",
+      throw InputError(fmt::format("time {} of a smooth solution comes after {}: times must ascend from the start's",
                                    shortest(target), shortest(static_cast<double>(time))));
     }
     int rejected = 0;
@@ -327,14 +327,14 @@ std::vector<State> smooth_solution(const Model& model, const State& start, const
       const Real before = step;
       if (stepper.try_step(derivative, y, time, next) == odeint::success) {
         rejected = 0;
-        if (last) time = target;                      // no rounding left over
-        step = last ? std::max(before, next) : next;  // a step cut short by a target says nothing of the next one
+        if (last) time = target;                      // without leftover rounding
+        step = last ? std::max(before, next) : next;  // a step shortened to reach a target is no estimate for the next
         check_limits();
       } else {
         step = next;
         if (++rejected > 100 || step < 1e-14L) {
           throw InputError(
-              fmt::format("model '{}': the smooth solution stops at {} s, where no step keeps an error of {}.",
+              fmt::format("model '{}': the smooth solution stops at {} s, where no step keeps an error of {}",
                           model.name, shortest(static_cast<double>(time)), shortest(options.tolerance)));
         }
       }

@@ -1,6 +1,6 @@
-// The truth for smooth systems: an error-controlled, high-order solution of the equations of motion that shares no code
-// with any engine. It has its own forward dynamics (projected Newton-Euler equations in joint coordinates) and works in
-// extended precision, so that what is left is the rounding of the doubles it is given and returns.
+// The reference solution of smooth systems: an error-controlled, high-order solution of the equations of motion that
+// shares no code with any engine. It has its own forward dynamics (projected Newton-Euler equations in joint
+// coordinates) in extended precision, so its error is the rounding of the doubles that it takes and returns.
 #pragma once
 
 #include <functional>
@@ -13,24 +13,23 @@
 namespace assay {
 
 struct SmoothOptions {
-  // Local error per step, absolute and relative to each coordinate. Below about 1e-17 extended precision has no more to
-  // give.
+  // Local error per step, absolute and relative to each coordinate. Extended precision cannot reach much below 1e-17.
   double tolerance = 1e-15;
 
-  // Joint torques (Nm) as a function of time, joint angles and rates; none when empty. Has to be smooth itself: an
-  // input that is held during a timestep is another system.
+  // Joint torques (Nm) as a function of time, joint angles and rates; none when empty. The function has to be
+  // smooth: an input that is held during a timestep makes another system.
   std::function<void(double time, std::span<const double> angle, std::span<const double> rate,
                      std::span<double> torque)>
       torques;
 };
 
-// Why the model has no smooth solution, as a sentence that starts with what stands in the way; empty when it has one.
-// Limited hinges are no obstacle as such: smooth_solution() refuses when one reaches its limit.
+// Why the model has no smooth solution, as a sentence; empty when it has one. Limited hinges are allowed:
+// smooth_solution() throws when one reaches its limit.
 std::string smooth_obstacle(const Model& model);
 
-// States at `times` (s, ascending, none before start.time) of the motion that starts in `start`. Hinges, free joints,
-// gravity, joint springs, dampers and armature; throws InputError for a model with contact pairs, for a hinge that
-// reaches its limit, and when the error control cannot go on.
+// States at `times` (s, ascending, none before start.time) of the motion that starts in `start`. Covers hinges, free
+// joints, gravity, joint springs, dampers and armature; throws InputError for a model with contact pairs, for a hinge
+// that reaches its limit, and when the error control fails.
 std::vector<State> smooth_solution(const Model& model, const State& start, const std::vector<double>& times,
                                    const SmoothOptions& options = {});
 

@@ -24,7 +24,7 @@ extern char** environ;  // NOLINT(*-redundant-declaration): POSIX has the progra
 namespace assay {
 namespace {
 
-// A write to a process that is gone is an error here and not the end of the program.
+// Writing to a process that has ended returns an error instead of ending the program by SIGPIPE.
 class NoSigpipe {
  public:
   NoSigpipe() {
@@ -46,7 +46,7 @@ Encoder::Encoder(const std::string& path, int width, int height, double frame_ms
   // As a fraction, so that times are exact.
   const std::string rate = fmt::format("1000000/{}", std::llround(1000 * frame_ms));
   const std::string size = fmt::format("{}x{}", width, height);
-  // A relative name that begins with '-' would be an option.
+  // ffmpeg would take a relative name that begins with '-' for an option.
   const std::string file = "file:" + path;
   std::vector<std::string> words = {
       "ffmpeg",        "-nostdin", "-y",          "-v",         "error",      "-f",   "rawvideo",
@@ -70,7 +70,7 @@ Encoder::Encoder(const std::string& path, int width, int height, double frame_ms
   posix_spawn_file_actions_adddup2(&actions, in[0], STDIN_FILENO);
   posix_spawn_file_actions_adddup2(&actions, err[1], STDERR_FILENO);
   posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-  // In a group of its own, so that Ctrl-C is ours alone and ffmpeg does not close a file that is thrown away.
+  // In a process group of its own, so that Ctrl-C reaches assay only and ffmpeg does not finish a file that is removed.
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);

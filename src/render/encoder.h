@@ -1,4 +1,4 @@
-// H.264 movies by ffmpeg, a process of its own that is fed raw frames.
+// H.264 movies by ffmpeg, which runs as a process and reads raw frames.
 #pragma once
 
 #include <string>
@@ -11,13 +11,13 @@ namespace assay {
 class Encoder {
  public:
   // Starts ffmpeg (of the PATH), which writes `path` in the MP4 container. `frame_ms` is the time from one frame to the
-  // next. Throws SystemError when there is no ffmpeg, saying what to install.
+  // next. Throws SystemError, naming what to install, when there is no ffmpeg.
   Encoder(const std::string& path, int width, int height, double frame_ms);
   ~Encoder();  // ends ffmpeg when finish() was not called
   Encoder(const Encoder&) = delete;
   Encoder& operator=(const Encoder&) = delete;
 
-  // Of the size given above; both even. Throws SystemError with ffmpeg's own words when it has failed.
+  // A frame of the size given above; width and height are even. Throws SystemError with ffmpeg's message on failure.
   void write(const Picture& picture);
 
   // Waits until the file is complete. Throws SystemError.

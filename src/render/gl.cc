@@ -27,10 +27,10 @@ class Library {
   void* handle_;
 };
 
-// MuJoCo asks this variable whose functions it is to load.
+// MuJoCo reads from this variable which library's functions it has to load.
 void choose(const char* library) { ::setenv("MUJOCO_GL", library, 1); }
 
-// Names and numbers below are those of GL/osmesa.h and EGL/egl.h, whose headers are not needed for so little.
+// Names and numbers below are those of GL/osmesa.h and EGL/egl.h; so few do not justify depending on the headers.
 
 class OsMesa final : public GlContext {
  public:
@@ -51,7 +51,7 @@ class OsMesa final : public GlContext {
     }
     std::unique_ptr<OsMesa> made(new OsMesa(destroy));
     made->context_ = create(kRgba, kDepthBits, kStencilBits, 0, nullptr);
-    // The picture is drawn into a buffer of MuJoCo's; this one only has to be there.
+    // MuJoCo draws into a buffer of its own; this one only has to exist.
     if (made->context_ == nullptr ||
         make_current(made->context_, made->window_.data(), kUnsignedByte, kWindowSide, kWindowSide) == 0) {
       why = "OSMesa makes no context";
@@ -96,7 +96,7 @@ class Egl final : public GlContext {
     }
     constexpr unsigned kOpenGl = 0x30A2, kPlatformDevice = 0x313F, kPlatformSurfaceless = 0x31DD;
     std::unique_ptr<Egl> made(new Egl());
-    // Devices first, then Mesa without a surface, then whatever the default is.
+    // Devices first, then Mesa without a surface, then the default display.
     using QueryDevices = unsigned(int, void**, int*);
     using GetPlatformDisplay = void*(unsigned, void*, const int*);
     auto* query_devices = reinterpret_cast<QueryDevices*>(get_address("eglQueryDevicesEXT"));  // NOLINT(*-cast)

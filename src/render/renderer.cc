@@ -41,7 +41,7 @@ std::string geom_xml(const SceneShape& shape) {
       shape.rgba[0], shape.rgba[1], shape.rgba[2], shape.rgba[3], pose);
 }
 
-// The scene as a model of MuJoCo's whose bodies stand where they are put.
+// The scene as a MuJoCo model whose bodies are mocap bodies, posed from outside.
 std::string scene_xml(const Scene& scene, const View& view, int width, int height) {
   const std::string grey = numbers_text(Vec3::Constant(kBackground / 255.0));
   std::string xml = fmt::format(
@@ -87,7 +87,7 @@ double median(std::vector<double> values) {
 }  // namespace
 
 View view_of(const Scene& scene, const std::vector<const std::vector<State>*>& runs) {
-  // Of each body what its shapes reach from its centre of mass.
+  // For each body the reach of its shapes from its centre of mass.
   std::vector<double> reach(scene.bodies.size(), 0);
   for (const SceneShape& shape : scene.shapes) {
     if (shape.body == kWorld) continue;
@@ -117,7 +117,7 @@ View view_of(const Scene& scene, const std::vector<const std::vector<State>*>& r
   view.centre = (low + high) / 2;
   const Vec3 extent = high - low;
   view.radius = extent.norm() / 2;
-  // A flat motion is seen from its thin side.
+  // A planar motion is viewed along the plane's normal.
   constexpr double kFlat = 0.4, kSlant = 20, kFromAbove = -65;
   const double largest = extent.maxCoeff();
   if (extent.z() < kFlat * largest && extent.z() <= std::min(extent.x(), extent.y())) {
@@ -201,7 +201,7 @@ struct Renderer::Impl {
       camera.azimuth = view.azimuth;
       camera.elevation = view.elevation;
       mjv_updateScene(model.get(), data.get(), &option, nullptr, &camera, mjCAT_ALL, &drawing);
-      // A floor would cast specks of shadow on itself.
+      // A floor would cast shadow artefacts on itself.
       for (int i = 0; i < drawing.ngeom; ++i) {
         if (drawing.geoms[i].type == mjGEOM_PLANE) drawing.geoms[i].castshadow = 0;
       }

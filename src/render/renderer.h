@@ -1,5 +1,5 @@
-// States drawn by MuJoCo's renderer: the shapes of the model where the uniform state puts them, by the same code for
-// every engine. No physics takes part.
+// Draws states with MuJoCo's renderer: the model's shapes at the poses of the uniform state, by the same code for every
+// engine. No physics is computed.
 #pragma once
 
 #include <memory>
@@ -12,25 +12,25 @@
 
 namespace assay {
 
-// From where a scene is seen.
+// The camera of a scene.
 struct View {
-  Vec3 centre = Vec3::Zero();  // looked at, m
+  Vec3 centre = Vec3::Zero();  // point that the camera looks at, m
   double radius = 1;           // m: a sphere around the centre that fits into the picture
-  double azimuth = 135;        // deg: direction of sight about z, from x
-  double elevation = -20;      // deg: of the sight; negative looks down
+  double azimuth = 135;        // deg: viewing direction about z, from x
+  double elevation = -20;      // deg: of the viewing direction; negative looks down
 };
 
-// A view of everything in the runs: of each bound of each run's box the median, so that one run that flies apart does
-// not make all others small. `runs` are states of the scene's model, at least one state in all.
+// A view of all runs: each bound is the median over the runs' bounding boxes, so that one run that flies apart does not
+// make the others small. `runs` are states of the scene's model, at least one state in all.
 View view_of(const Scene& scene, const std::vector<const std::vector<State>*>& runs);
 
 // One panel: a state, or none, and lines of text over it.
 struct Panel {
   const State* state = nullptr;
-  std::string text;  // lines parted by '\n'
+  std::string text;  // lines separated by '\n'
 };
 
-// The colour of pixels where there is nothing.
+// The background colour.
 inline constexpr std::uint8_t kBackground = 240;
 
 class Renderer {
@@ -51,7 +51,7 @@ class Renderer {
   std::unique_ptr<Impl> impl_;
 };
 
-// Columns of a grid of `panels` on a picture of that shape that leaves each of them the most room.
+// Number of columns that gives each of `panels` panels the most room on a picture of this shape.
 int grid_columns(int panels, int width, int height);
 
 }  // namespace assay

@@ -86,7 +86,6 @@ Results::Results(const Store& store) : store_(&store), cells_(store.cells()), ro
     drawn.push_back({name, name.substr(0, name.find('-')), "", name, "", "", ""});
   }
   looks_ = looks_of(drawn);
-  for (const SceneRow& row : store.scenes()) scenes_.emplace(row.system, parse_scene(row.json));
 }
 
 const Look& Results::look(const std::string& contender) const {
@@ -96,8 +95,11 @@ const Look& Results::look(const std::string& contender) const {
 }
 
 const Scene* Results::scene(const std::string& system) const {
-  const auto found = scenes_.find(system);
-  return found == scenes_.end() ? nullptr : &found->second;
+  if (const auto known = scenes_.find(system); known != scenes_.end()) return &known->second;
+  for (const SceneRow& row : store_->scenes()) {
+    if (row.system == system) return &scenes_.emplace(system, parse_scene(row.json)).first->second;
+  }
+  return nullptr;
 }
 
 std::optional<Results::End> Results::end_of(const std::string& system) const {

@@ -103,7 +103,7 @@ class Results {
   std::vector<Cell> cells_;
   std::vector<std::string> systems_, contenders_, papers_;
   std::map<std::string, Look> looks_;
-  std::map<std::string, Scene> scenes_;
+  mutable std::map<std::string, Scene> scenes_;  // read when asked for
   std::vector<ContenderRow> rows_;
   std::map<std::string, nlohmann::json> facts_;
   std::set<std::string> absent_;                                                     // contenders whose engine is

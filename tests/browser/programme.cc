@@ -11,8 +11,8 @@
 #include <nlohmann/json.hpp>
 
 #include "cells.h"
+#include "coordinator/rows.h"
 #include "model/mjcf.h"
-#include "runs/rows.h"
 #include "store/scene.h"
 
 namespace assay {

@@ -1,5 +1,5 @@
 // Campaign files: what they say, and the sentence that each mistake in one gets.
-#include "runs/campaign.h"
+#include "campaign/campaign.h"
 
 #include <algorithm>
 

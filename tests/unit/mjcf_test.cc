@@ -333,10 +333,11 @@ TEST(Mjcf, ContenderMattersBecomeNotes) {
       "<option timestep='0.004' integrator='RK4' cone='elliptic'><flag warmstart='disable'/></option>"
       "<worldbody><geom name='floor' type='plane' size='1 1 1' solref='0.01 1'/>" +
       kBall + "</worldbody><sensor><accelerometer site='s'/></sensor>" + "<worldbody><site name='s'/></worldbody>");
-  EXPECT_THAT(model.notes, Contains("the file's MuJoCo options are a contender's matter and not taken over: timestep, "
-                                    "integrator, cone, flag Warmstart"));
   EXPECT_THAT(model.notes,
-              Contains(HasSubstr("(solref, solimp, solmix, gap) is a contender's matter and not taken over: "
+              Contains("the file's MuJoCo options are ignored, because the contender decides them: timestep, "
+                       "integrator, cone, flag Warmstart"));
+  EXPECT_THAT(model.notes,
+              Contains(HasSubstr("(solref, solimp, solmix, gap) is ignored, because the contender decides it: "
                                  "geom 'floor'")));
   EXPECT_THAT(model.notes, Contains(HasSubstr("1 sensors are left out")));
   EXPECT_THAT(load("<worldbody>" + kBall + "</worldbody>").notes, IsEmpty());

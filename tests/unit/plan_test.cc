@@ -1,5 +1,5 @@
 // Plans: which cells, under which keys, in which shard.
-#include "runs/plan.h"
+#include "campaign/plan.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 // Jolt: rigid bodies in maximal coordinates, hinges and contacts as constraints, semi-implicit Euler. README.md says
 // what is exact, what is approximated and which defaults are overridden. Jolt itself is behind jolt_world.h
-// (setup/engines/jolt).
+// (recipe/).
 #include "engines/engine.h"
 
 #include <algorithm>

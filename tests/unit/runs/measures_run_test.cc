@@ -9,8 +9,8 @@
 
 #include "base/errors.h"
 #include "base/paths.h"
-#include "runs/plan.h"
-#include "runs/run.h"
+#include "campaign/plan.h"
+#include "coordinator/run.h"
 #include "store/trajectory.h"
 #include "temp_folder.h"
 

@@ -23,7 +23,7 @@
 
 #include "base/errors.h"
 #include "base/paths.h"
-#include "runs/run.h"
+#include "coordinator/run.h"
 #include "store/trajectory.h"
 #include "temp_folder.h"
 

@@ -1,0 +1,387 @@
+#include "campaign/campaign.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <sstream>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <toml++/toml.h>
+
+#include "base/errors.h"
+#include "base/hash.h"
+#include "base/paths.h"
+#include "base/text.h"
+#include "campaign/roster.h"
+#include "campaign/section.h"
+#include "measures/mechanics.h"
+#include "model/mjcf.h"
+#include "reference/smooth.h"
+
+namespace assay {
+namespace {
+
+namespace fs = std::filesystem;
+
+// `a` is a whole number of `b`, up to the rounding of decimal fractions.
+bool whole(double a, double b) {
+  const double ratio = a / b;
+  return std::abs(ratio - std::round(ratio)) <= 1e-9 * std::max(1.0, ratio) && ratio > 0.5;
+}
+
+std::string joined_ms(const std::vector<double>& timesteps) {
+  std::vector<std::string> labels;
+  labels.reserve(timesteps.size());
+  for (const double timestep : timesteps) labels.push_back(timestep_label(timestep));
+  return join(labels, ", ");
+}
+
+ControlSpec control_of(const Section& section, const Model& model) {
+  ControlSpec spec;
+  spec.kind = "passive";
+  const toml::node* node = section.find("control");
+  if (node == nullptr) return spec;
+  if (const toml::table* table = node->as_table()) {
+    const Section control(*table, "control", section.source());
+    control.allow({"kind", "amplitude", "frequency", "phase_step"});
+    spec.kind = control.required_text("kind");
+    for (const auto& [key, member] :
+         {std::pair{"amplitude", &ControlSpec::amplitude}, std::pair{"frequency", &ControlSpec::frequency},
+          std::pair{"phase_step", &ControlSpec::phase_step}}) {
+      spec.*member = control.positive(key, spec.*member);
+    }
+  } else {
+    spec.kind = section.required_text("control");
+  }
+  at_node(section, node, [&] { return make_control(model, spec); });
+  return spec;
+}
+
+GraspBodies grasp_of(const Section& section, const Model& model) {
+  GraspBodies grasp;
+  const toml::node* node = section.find("grasp");
+  if (node == nullptr) return grasp;
+  const toml::table* table = node->as_table();
+  if (table == nullptr) {
+    section.fail(node, fmt::format(R"('grasp' is {}: give {{object = "...", hand = "..."}})", node_text(*node)));
+  }
+  const Section bodies(*table, "grasp", section.source());
+  bodies.allow({"object", "hand", "drop_m"});
+  std::vector<std::string> names;
+  names.reserve(model.bodies.size());
+  for (const Body& body : model.bodies) names.push_back(body.name);
+  for (const auto& [key, index] : {std::pair{"object", &grasp.object}, std::pair{"hand", &grasp.hand}}) {
+    const std::string name = bodies.required_text(key);
+    const auto found = std::ranges::find(names, name);
+    if (found == names.end()) {
+      bodies.fail(bodies.find(key),
+                  fmt::format("model '{}' has no moving body '{}'{}", model.name, name, did_you_mean(name, names)));
+    }
+    *index = static_cast<int>(found - names.begin());
+  }
+  if (grasp.object == grasp.hand) {
+    bodies.fail(bodies.find("hand"), "object and hand are the same body: give the palm as the hand");
+  }
+  grasp.drop_m = bodies.positive("drop_m", grasp.drop_m);
+  return grasp;
+}
+
+// What a measure needs of its system.
+void check_measures(const Section& section, const CampaignSystem& system, bool passive) {
+  const toml::node* where = section.find("measures");
+  if (system.has(Measure::kTruth)) {
+    const std::string obstacle = smooth_obstacle(system.model);
+    if (!obstacle.empty() || !passive) {
+      section.fail(where, fmt::format("system '{}' cannot be measured against the truth, which needs a smooth, passive "
+                                      "motion: {}; leave 'truth' out of its measures",
+                                      system.name, obstacle.empty() ? "its control is not passive" : obstacle));
+    }
+  }
+  if (system.has(Measure::kDrift) && !conserved_quantities(system.model, !passive).any()) {
+    section.fail(where, fmt::format("system '{}' conserves neither energy nor momentum: leave 'drift' out of its "
+                                    "measures",
+                                    system.name));
+  }
+  if (system.has(Measure::kViolation) && system.model.hinges.empty() && system.model.contacts.empty()) {
+    section.fail(where, fmt::format("system '{}' has neither joints nor contacts to violate: leave 'violation' out of "
+                                    "its measures",
+                                    system.name));
+  }
+  if (system.has(Measure::kGrasp) && system.grasp.object < 0) {
+    section.fail(where, fmt::format("system '{}' does not say who is to stay in whose hand: give grasp = {{object = "
+                                    "\"...\", hand = \"...\"}}, names of bodies",
+                                    system.name));
+  }
+  if (system.has(Measure::kScaling) && system.family.empty()) {
+    section.fail(where, fmt::format("system '{}' does not say which systems it is compared with in size: give each of "
+                                    "them the same family = \"...\"",
+                                    system.name));
+  }
+}
+
+struct Defaults {
+  std::optional<std::vector<double>> timesteps_ms;
+  std::optional<std::vector<Measure>> measures;
+  double reference_ms = 1.0 / 64;
+  std::vector<int> contenders;
+};
+
+// Each of these has to be a whole number of the next, or a run could not be sampled where it is compared.
+void check_grid(const Section& section, const CampaignSystem& system) {
+  if (!whole(system.duration_s * 1000, system.sample_ms)) {
+    section.fail(
+        section.find("duration_s"),
+        fmt::format("duration_s = {} is not a whole number of samples of {} ms: give a multiple of {} s",
+                    shortest(system.duration_s), timestep_label(system.sample_ms), shortest(system.sample_ms / 1000)));
+  }
+  for (const double timestep : system.timesteps_ms) {
+    if (!whole(system.sample_ms, timestep)) {
+      section.fail(section.find("sample_ms"), fmt::format("samples of {} ms are not a whole number of timesteps of {} "
+                                                          "ms: change one (timesteps are {} ms)",
+                                                          timestep_label(system.sample_ms), timestep_label(timestep),
+                                                          joined_ms(system.timesteps_ms)));
+    }
+  }
+  if (!whole(system.sample_ms, system.reference_ms)) {
+    section.fail(section.find("reference_ms"),
+                 fmt::format("samples of {} ms are not a whole number of the reference's timestep of {} ms: change one",
+                             timestep_label(system.sample_ms), timestep_label(system.reference_ms)));
+  }
+  const bool pieces = system.has(Measure::kConsistency);
+  if (pieces && (!whole(system.piece_ms, system.sample_ms) || system.piece_ms > system.duration_s * 1000 * 1.000001)) {
+    section.fail(
+        section.find("piece_ms"),
+        fmt::format("piece_ms = {} is not a whole number of samples of {} ms within the duration of {} s: give "
+                    "a multiple of {}",
+                    shortest(system.piece_ms), timestep_label(system.sample_ms), shortest(system.duration_s),
+                    timestep_label(system.sample_ms)));
+  }
+  if (system.timesteps_ms.front() < system.reference_ms * (1 - 1e-9)) {
+    section.fail(section.find("reference_ms"),
+                 fmt::format("the timestep {} ms is smaller than the reference's, {} ms: the reference has to be the "
+                             "finest",
+                             timestep_label(system.timesteps_ms.front()), timestep_label(system.reference_ms)));
+  }
+}
+
+CampaignSystem system_of(const Section& section, const Defaults& defaults, Roster& roster) {
+  section.allow({"name", "model", "duration_s", "sample_ms", "pieces", "piece_ms", "control", "contacts", "gravity",
+                 "measures", "timesteps_ms", "timing_ms", "reference_ms", "grasp", "family", "contenders",
+                 "violation_ms"});
+  CampaignSystem system;
+  system.name = section.required_text("name");
+  const toml::node* model_node = section.find("model") != nullptr ? section.find("model") : section.find("name");
+  std::string model = section.text("model").value_or(system.name);
+  // A path counts from the campaign's folder, so that a campaign can be moved with its models.
+  if (const fs::path beside = fs::path(section.source()).parent_path() / model;
+      model.find('/') != std::string::npos && fs::path(model).is_relative() && fs::exists(beside)) {
+    model = beside.string();
+  }
+  at_node(section, model_node, [&] {
+    system.model_path = fs::absolute(find_model(model)).string();
+    system.model = load_model(system.model_path);
+  });
+  system.contacts = section.flag("contacts", true);
+  system.gravity = section.flag("gravity", true);
+  if (!system.contacts) system.model = without_contacts(std::move(system.model));
+  if (!system.gravity) system.model = without_gravity(std::move(system.model));
+
+  const auto timesteps = section.timesteps("timesteps_ms");
+  if (!timesteps && !defaults.timesteps_ms) {
+    section.fail(nullptr, fmt::format("system '{}' has no timesteps: give timesteps_ms = [1, ...], here or for the "
+                                      "whole campaign",
+                                      system.name));
+  }
+  system.timesteps_ms = timesteps ? *timesteps : *defaults.timesteps_ms;
+  const auto measures = section.measures("measures");
+  if (!measures && !defaults.measures) {
+    section.fail(nullptr, fmt::format("system '{}' has no measures: give measures = [...]{}, here or for the whole "
+                                      "campaign",
+                                      system.name, did_you_mean("", measure_names())));
+  }
+  system.measures = measures ? *measures : *defaults.measures;
+  system.reference_ms = section.positive("reference_ms", defaults.reference_ms);
+  system.sample_ms = section.positive("sample_ms", system.timesteps_ms.back());
+  if (section.find("duration_s") == nullptr) {
+    section.fail(nullptr,
+                 fmt::format("system '{}' has no 'duration_s': give the run's length in seconds", system.name));
+  }
+  system.duration_s = section.positive("duration_s", 0);
+  system.pieces = section.count("pieces", system.pieces, 1, 1000);
+  system.piece_ms = section.positive("piece_ms", system.piece_ms);
+  check_grid(section, system);
+  if (system.has(Measure::kConsistency) && !whole(system.timesteps_ms.front(), system.reference_ms)) {
+    section.fail(section.find("reference_ms"), "the smallest timestep is not a whole number of the reference's");
+  }
+  // The restart floor is the error at the reference's own timestep.
+  if (system.has(Measure::kConsistency) && system.timesteps_ms.front() > system.reference_ms * (1 + 1e-9)) {
+    system.timesteps_ms.insert(system.timesteps_ms.begin(), system.reference_ms);
+  }
+  system.timing_ms = section.timesteps("timing_ms").value_or(system.timesteps_ms);
+  system.violation_ms = section.timesteps("violation_ms").value_or(system.timesteps_ms);
+  for (const double timestep : system.violation_ms) {
+    if (std::ranges::any_of(system.timesteps_ms, [&](double each) { return same_timestep(each, timestep); })) continue;
+    section.fail(section.find("violation_ms"), fmt::format("'violation_ms' has {} ms, which is none of the system's "
+                                                           "timesteps: {} ms",
+                                                           timestep_label(timestep), joined_ms(system.timesteps_ms)));
+  }
+  system.control = control_of(section, system.model);
+
+  const bool passive = make_control(system.model, system.control)->is_zero();
+  system.grasp = grasp_of(section, system.model);
+  system.family = section.text("family").value_or("");
+  const toml::node* contenders = section.find("contenders");
+  system.contenders = contenders != nullptr ? roster.listed(section, *contenders) : defaults.contenders;
+  std::ranges::sort(system.contenders);  // the campaign's order
+  if (system.contenders.empty()) {
+    section.fail(nullptr,
+                 fmt::format("system '{}' has no contenders: give contenders = [\"...\"], here or for the whole "
+                             "campaign",
+                             system.name));
+  }
+  check_measures(section, system, passive);
+  return system;
+}
+
+nlohmann::json content_of(const CampaignSystem& system) {
+  std::vector<std::string> measures;
+  measures.reserve(system.measures.size());
+  for (const Measure measure : system.measures) measures.emplace_back(measure_text(measure));
+  nlohmann::json content = {{"name", system.name},
+                            {"model", system.model.hash},
+                            {"duration_s", system.duration_s},
+                            {"sample_ms", system.sample_ms},
+                            {"pieces", system.pieces},
+                            {"piece_ms", system.piece_ms},
+                            {"control", make_control(system.model, system.control)->description()},
+                            {"measures", measures},
+                            {"timesteps_ms", system.timesteps_ms},
+                            {"timing_ms", system.timing_ms},
+                            {"reference_ms", system.reference_ms}};
+  if (system.grasp.object >= 0) content["grasp"] = {system.grasp.object, system.grasp.hand, system.grasp.drop_m};
+  if (!system.family.empty()) content["family"] = system.family;
+  if (system.violation_ms.size() < system.timesteps_ms.size()) content["violation_ms"] = system.violation_ms;
+  return content;
+}
+
+std::map<std::string, std::string> ratios_of(const Section& root, const std::vector<CampaignContender>& contenders) {
+  std::vector<std::string> known;
+  known.reserve(contenders.size());
+  for (const CampaignContender& each : contenders) known.push_back(each.resolved.name);
+  std::map<std::string, std::string> ratios;
+  for (const Section& section : root.sections("ratio")) {
+    section.allow({"of", "to"});
+    for (const char* key : {"of", "to"}) {
+      const std::string name = section.required_text(key);
+      if (std::ranges::find(known, name) != known.end()) continue;
+      section.fail(section.find(key), fmt::format("'{}' is '{}', which is no contender of the campaign{}", key, name,
+                                                  did_you_mean(name, known)));
+    }
+    const std::string of = section.required_text("of");
+    if (!ratios.emplace(of, section.required_text("to")).second) {
+      section.fail(section.find("of"), fmt::format("there are two ratios of '{}': leave one out", of));
+    }
+  }
+  return ratios;
+}
+
+}  // namespace
+
+bool CampaignSystem::has(Measure measure) const { return std::ranges::find(measures, measure) != measures.end(); }
+
+std::string CampaignContender::content() const {
+  if (resolved.engine == nullptr) return "absent";
+  nlohmann::json settings = nlohmann::json::object();
+  for (const auto& [key, value] : resolved.settings.values) settings[key] = setting_text(value);
+  return nlohmann::json{{"engine", resolved.engine->name()},
+                        {"version", resolved.engine->build().version},
+                        {"plugin", plugin_hash},
+                        {"settings", settings}}
+      .dump();
+}
+
+std::string Campaign::hash() const {
+  nlohmann::json content;
+  content["systems"] = nlohmann::json::array();
+  for (const CampaignSystem& system : systems) {
+    content["systems"].push_back(content_of(system));
+    if (system.contenders.size() == contenders.size()) continue;
+    nlohmann::json& names = content["systems"].back()["contenders"];
+    for (const int index : system.contenders) names.push_back(contenders[static_cast<size_t>(index)].resolved.name);
+  }
+  content["contenders"] = nlohmann::json::array();
+  for (const CampaignContender& contender : contenders) {
+    content["contenders"].push_back({contender.resolved.name, contender.content()});
+  }
+  content["timing"] = {timing.rounds, timing.batch_ms, timing.states, timing.warmup, timing.processes};
+  content["time_limit_s"] = time_limit_s;
+  content["seed"] = seed;
+  return content_hash(content.dump());
+}
+
+Campaign parse_campaign(const std::string& toml_text, const std::string& source, const Registry& registry) {
+  toml::table table;
+  try {
+    table = toml::parse(toml_text, source);
+  } catch (const toml::parse_error& error) {
+    throw InputError(
+        fmt::format("{}:{}: this is not TOML: {}", source, error.source().begin.line, error.description()));
+  }
+  const Section root(table, "a campaign", source);
+  root.allow({"name", "title", "contenders", "timesteps_ms", "reference_ms", "measures", "time_limit_s", "seed",
+              "timing", "system", "contender", "ratio"});
+  Campaign campaign;
+  campaign.source = source;
+  campaign.name = root.required_text("name");
+  campaign.title = root.text("title").value_or(campaign.name);
+  campaign.time_limit_s = root.positive("time_limit_s", campaign.time_limit_s);
+  campaign.seed = root.count("seed", 1, 0, 1'000'000'000);
+  if (const toml::node* node = root.find("timing")) {
+    if (!node->is_table())
+      root.fail(node, fmt::format("'timing' is {}: write it as a table [timing]", node_text(*node)));
+    const Section timing(*node->as_table(), "[timing]", source);
+    timing.allow({"rounds", "batch_ms", "states", "warmup", "processes"});
+    campaign.timing.rounds = timing.count("rounds", campaign.timing.rounds, 1, 100000);
+    campaign.timing.batch_ms = timing.positive("batch_ms", campaign.timing.batch_ms);
+    campaign.timing.states = timing.count("states", campaign.timing.states, 1, 1000);
+    campaign.timing.warmup = timing.count("warmup", campaign.timing.warmup, 0, 100000);
+    campaign.timing.processes = timing.count("processes", campaign.timing.processes, 1, 100);
+  }
+  const std::vector<Section> systems = root.sections("system");
+  if (systems.empty()) root.fail(nullptr, "the campaign has no systems: give each as a table under [[system]]");
+  Roster roster(root, registry);
+  Defaults defaults;
+  if (const toml::node* node = root.find("contenders")) defaults.contenders = roster.listed(root, *node);
+  std::vector<Section> lists = systems;
+  lists.push_back(root);
+  const std::vector<int> everywhere = roster.unlisted(lists);
+  defaults.contenders.insert(defaults.contenders.end(), everywhere.begin(), everywhere.end());
+  defaults.timesteps_ms = root.timesteps("timesteps_ms");
+  defaults.measures = root.measures("measures");
+  defaults.reference_ms = root.positive("reference_ms", defaults.reference_ms);
+  for (const Section& section : systems) {
+    campaign.systems.push_back(system_of(section, defaults, roster));
+    const std::string& name = campaign.systems.back().name;
+    if (std::ranges::count(campaign.systems, name, &CampaignSystem::name) > 1) {
+      section.fail(section.find("name"),
+                   fmt::format("there are two systems '{}': rename one and give its model", name));
+    }
+  }
+  campaign.contenders = std::move(roster).contenders();
+  campaign.ratios = ratios_of(root, campaign.contenders);
+  return campaign;
+}
+
+Campaign load_campaign(const std::string& path, const Registry& registry) {
+  std::ifstream file(path);
+  std::ostringstream text;
+  if (!(file && text << file.rdbuf())) {
+    throw InputError(fmt::format("campaign '{}' cannot be read: check the path", path));
+  }
+  return parse_campaign(text.str(), path, registry);
+}
+
+}  // namespace assay

@@ -1,0 +1,206 @@
+#include "campaign/plan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <set>
+#include <tuple>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "base/errors.h"
+#include "base/hash.h"
+#include "base/text.h"
+
+namespace assay {
+namespace {
+
+// Raised when a measure or the way a run is made changes, so that old results are not taken for new ones.
+constexpr int kResultVersion = 2;
+
+nlohmann::json run_content(const CampaignSystem& system, const CampaignContender& contender, double timestep_ms) {
+  return {{"version", kResultVersion},
+          {"model", system.model.hash},
+          {"control", make_control(system.model, system.control)->description()},
+          {"duration_s", system.duration_s},
+          {"sample_ms", system.sample_ms},
+          {"contender", contender.content()},
+          {"timestep_ms", timestep_ms}};
+}
+
+long long steps_of(double length_ms, double timestep_ms) { return std::llround(length_ms / timestep_ms); }
+
+// Seconds of wall time that timing a cell takes: finding the batch's length, the samples, and what goes on around them,
+// which is an instance and its untimed steps for each saved state.
+double timing_seconds(const Campaign& campaign, double step_s) {
+  constexpr double kInstanceSeconds = 5e-4, kSearchSeconds = 5e-3;
+  const TimingOptions& timing = campaign.timing;
+  const double start_s = kInstanceSeconds + step_s * timing.warmup;
+  const double batch_s = std::max(1.1e-3 * timing.batch_ms, step_s * timing.states);
+  return kSearchSeconds + (timing.rounds + 1) * (batch_s + timing.states * start_s);
+}
+
+// Largest first onto the least loaded: the groups are few and their loads differ much.
+void divide(const Campaign& campaign, Plan& plan, int shards) {
+  // system, contender or what compares them all; the first system of a family stands for it
+  using Group = std::pair<int, int>;
+  constexpr int kTimingOfAll = -1, kAgreementOfAll = -2, kScalingOfFamily = -3;
+  std::map<Group, double> load;
+  const auto group_of = [&](const PlannedCell& cell) {
+    if (cell.measure == "raw_speed") return Group{cell.system, kTimingOfAll};
+    if (cell.measure == "agreement") return Group{cell.system, kAgreementOfAll};
+    if (cell.measure != "scaling") return Group{cell.system, cell.contender};
+    const std::string& family = campaign.systems[static_cast<size_t>(cell.system)].family;
+    const auto first = std::ranges::find(campaign.systems, family, &CampaignSystem::family);
+    return Group{static_cast<int>(first - campaign.systems.begin()), kScalingOfFamily};
+  };
+  for (const PlannedCell& cell : plan.cells) {
+    const size_t bodies = campaign.systems[static_cast<size_t>(cell.system)].model.bodies.size();
+    // without a clock: a step costs about 3 us a body
+    const double seconds = cell.measure == "raw_speed"
+                               ? timing_seconds(campaign, 0)
+                               : 3e-6 * static_cast<double>(cell.steps) * static_cast<double>(bodies);
+    load[group_of(cell)] += seconds;
+  }
+  std::vector<std::pair<Group, double>> sorted(load.begin(), load.end());
+  std::ranges::stable_sort(sorted, [](const auto& a, const auto& b) { return a.second > b.second; });
+  std::vector<double> loads(static_cast<size_t>(shards), 0);
+  std::map<Group, int> shard_of;
+  for (const auto& [group, seconds] : sorted) {
+    const auto least = std::ranges::min_element(loads);
+    *least += seconds;
+    shard_of[group] = static_cast<int>(least - loads.begin()) + 1;
+  }
+  for (PlannedCell& cell : plan.cells) cell.shard = shard_of.at(group_of(cell));
+}
+
+}  // namespace
+
+Shard parse_shard(const std::string& text) {
+  const size_t slash = text.find('/');
+  if (slash != std::string::npos) {
+    const auto index = parse_integer(text.substr(0, slash)), count = parse_integer(text.substr(slash + 1));
+    if (index && count && 1 <= *index && *index <= *count && *count <= 10000) {
+      return {static_cast<int>(*index), static_cast<int>(*count)};
+    }
+  }
+  throw InputError(fmt::format("'{}' is no shard: give I/N, such as 1/4 for the first of four", text));
+}
+
+Plan make_plan(const Campaign& campaign, int shards) {
+  Plan plan;
+  const auto reference_of = [](const CampaignSystem& system, const CampaignContender& contender) {
+    return content_hash(run_content(system, contender, system.reference_ms).dump());
+  };
+  for (size_t s = 0; s < campaign.systems.size(); ++s) {
+    const CampaignSystem& system = campaign.systems[s];
+    // Who is compared with whom decides what agreement gives.
+    nlohmann::json compared = nlohmann::json::array();
+    if (system.has(Measure::kAgreement)) {
+      for (const int c : system.contenders) {
+        const CampaignContender& contender = campaign.contenders[static_cast<size_t>(c)];
+        if (contender.absent.empty()) compared.push_back({contender.resolved.name, reference_of(system, contender)});
+      }
+    }
+    for (const int c : system.contenders) {
+      const CampaignContender& contender = campaign.contenders[static_cast<size_t>(c)];
+      if (!contender.absent.empty()) continue;
+      // Timing starts from states of the reference run, too.
+      const bool has_reference =
+          system.has(Measure::kConsistency) || system.has(Measure::kRawSpeed) || system.has(Measure::kAgreement);
+      const std::string reference = reference_of(system, contender);
+
+      const auto add = [&](const std::string& measure, double timestep_ms, const std::string& trajectory,
+                           long long steps, const nlohmann::json& parameters) {
+        const nlohmann::json content = {{"run", run_content(system, contender, timestep_ms)},
+                                        {"system", system.name},
+                                        {"name", contender.resolved.name},
+                                        {"measure", measure},
+                                        {"limit_s", campaign.time_limit_s},
+                                        {"parameters", parameters}};
+        plan.cells.push_back(
+            {content_hash(content.dump()), static_cast<int>(s), c, timestep_ms, measure, trajectory, steps, 1});
+      };
+      const double run_ms = system.duration_s * 1000;
+      if (has_reference) {
+        add("reference", system.reference_ms, reference, steps_of(run_ms, system.reference_ms), {});
+      }
+      if (system.has(Measure::kConsistency)) {
+        for (const double timestep : system.timesteps_ms) {
+          add("consistency", timestep, reference, system.pieces * steps_of(system.piece_ms, timestep),
+              {system.pieces, system.piece_ms, system.reference_ms, campaign.seed});
+        }
+      }
+      // These read one run a timestep: the first of them makes it.
+      std::set<double> made;
+      for (const Measure measure : {Measure::kTruth, Measure::kDrift, Measure::kViolation, Measure::kGrasp}) {
+        if (!system.has(measure)) continue;
+        nlohmann::json parameters;
+        if (measure == Measure::kGrasp) parameters = {system.grasp.object, system.grasp.hand, system.grasp.drop_m};
+        for (const double timestep : measure == Measure::kViolation ? system.violation_ms : system.timesteps_ms) {
+          const bool is_reference = has_reference && same_timestep(timestep, system.reference_ms);
+          add(std::string(measure_text(measure)), timestep, is_reference ? reference : "",
+              made.insert(timestep).second && !is_reference ? steps_of(run_ms, timestep) : 0, parameters);
+        }
+      }
+      if (system.has(Measure::kAgreement)) add("agreement", system.reference_ms, reference, 0, compared);
+      if (system.has(Measure::kScaling)) {
+        for (const double timestep : system.timing_ms) {
+          add("scaling", timestep, "", steps_of(run_ms, timestep), {});
+          if (has_reference && same_timestep(timestep, system.reference_ms)) continue;  // all its states are kept
+          const nlohmann::json content = {{"final_state", 1}, {"run", run_content(system, contender, timestep)}};
+          plan.cells.back().final_state = content_hash(content.dump());
+        }
+      }
+      if (system.has(Measure::kRawSpeed)) {
+        const TimingOptions& timing = campaign.timing;
+        for (const double timestep : system.timing_ms) {
+          add("raw_speed", timestep, reference, 0,
+              {timing.rounds, timing.batch_ms, timing.states, timing.warmup, timing.processes, system.reference_ms,
+               campaign.seed});
+        }
+      }
+    }
+  }
+  divide(campaign, plan, shards);
+  return plan;
+}
+
+double step_us_at(const std::map<double, double>& known, double size) {
+  if (known.empty()) return 0;
+  if (known.size() == 1) return known.begin()->second * size / known.begin()->first;
+  auto above = known.lower_bound(size);
+  if (above == known.begin()) ++above;
+  if (above == known.end()) --above;
+  const auto below = std::prev(above);
+  const double exponent = std::log(above->second / below->second) / std::log(above->first / below->first);
+  return below->second * std::pow(size / below->first, exponent);
+}
+
+double estimate_seconds(const Campaign& campaign, const std::vector<PlannedCell>& cells,
+                        const std::map<std::pair<int, int>, double>& step_us, int jobs) {
+  constexpr double kProcess = 0.05;  // seconds to start a worker
+  std::set<std::pair<int, int>> sessions;
+  double accuracy = 0, timing = 0, longest = 0;
+  for (const PlannedCell& cell : cells) {
+    const auto found = step_us.find({cell.system, cell.contender});
+    if (cell.measure == "raw_speed") {
+      timing += timing_seconds(campaign, found == step_us.end() ? 0 : 1e-6 * found->second);
+      // processes serve all timesteps of a system
+      if (sessions.insert({cell.system, cell.contender}).second) timing += kProcess * campaign.timing.processes;
+      continue;
+    }
+    if (found == step_us.end()) continue;
+    const double seconds = kProcess + 1e-6 * found->second * static_cast<double>(cell.steps);
+    if (is_timed(cell)) {
+      timing += seconds * std::clamp(std::ceil(kScalingEnoughSeconds / seconds), 1.0, 1.0 * kScalingMostRuns);
+      continue;
+    }
+    accuracy += seconds;
+    longest = std::max(longest, seconds);
+  }
+  return std::max(longest, accuracy / std::max(1, jobs)) + timing;
+}
+
+}  // namespace assay

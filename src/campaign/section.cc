@@ -1,0 +1,171 @@
+#include "campaign/section.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+#include <sstream>
+
+#include <fmt/format.h>
+
+#include "base/text.h"
+
+namespace assay {
+namespace {
+
+constexpr std::array<std::pair<Measure, std::string_view>, 8> kMeasures = {{
+    {Measure::kRawSpeed, "raw_speed"},
+    {Measure::kConsistency, "consistency"},
+    {Measure::kTruth, "truth"},
+    {Measure::kDrift, "drift"},
+    {Measure::kViolation, "violation"},
+    {Measure::kGrasp, "grasp"},
+    {Measure::kAgreement, "agreement"},
+    {Measure::kScaling, "scaling"},
+}};
+
+}  // namespace
+
+std::string_view measure_text(Measure measure) {
+  return std::ranges::find(kMeasures, measure, &std::pair<Measure, std::string_view>::first)->second;
+}
+
+std::vector<std::string> measure_names() {
+  std::vector<std::string> names;
+  names.reserve(kMeasures.size());
+  for (const auto& [measure, text] : kMeasures) names.emplace_back(text);
+  return names;
+}
+
+std::string node_text(const toml::node& node) {
+  std::ostringstream out;
+  node.visit([&](const auto& value) {
+    if constexpr (toml::is_table<decltype(value)>) {
+      out << "a table";
+    } else if constexpr (toml::is_array<decltype(value)>) {
+      out << "a list";
+    } else if constexpr (toml::is_string<decltype(value)>) {
+      out << "'" << *value << "'";
+    } else {
+      out << value;
+    }
+  });
+  return out.str();
+}
+
+void Section::fail(const toml::node* node, const std::string& sentence) const {
+  const toml::node& at = node != nullptr ? *node : static_cast<const toml::node&>(table_);
+  throw InputError(fmt::format("{}:{}: {}", source_, at.source().begin.line, sentence));
+}
+
+void Section::allow(const std::vector<std::string>& known) const {
+  for (const auto& [key, node] : table_) {
+    const std::string name(key.str());
+    if (std::ranges::find(known, name) == known.end()) {
+      throw InputError(fmt::format("{}:{}: {} has no key '{}'{}", source_, key.source().begin.line, what_, name,
+                                   did_you_mean(name, known)));
+    }
+  }
+}
+
+std::optional<std::string> Section::text(std::string_view key) const {
+  const toml::node* node = find(key);
+  if (node == nullptr) return std::nullopt;
+  const auto value = node->value_exact<std::string>();
+  if (!value || value->empty()) fail(node, fmt::format("'{}' is {}: give a text", key, node_text(*node)));
+  return value;
+}
+
+std::string Section::required_text(std::string_view key) const {
+  const auto value = text(key);
+  if (!value) fail(nullptr, fmt::format("{} has no '{}': give one", what_, key));
+  return *value;
+}
+
+bool Section::flag(std::string_view key, bool otherwise) const {
+  const toml::node* node = find(key);
+  if (node == nullptr) return otherwise;
+  const auto value = node->value_exact<bool>();
+  if (!value) fail(node, fmt::format("'{}' is {}: give true or false", key, node_text(*node)));
+  return *value;
+}
+
+double Section::positive(std::string_view key, double otherwise) const {
+  const toml::node* node = find(key);
+  return node == nullptr ? otherwise : positive(key, *node);
+}
+
+double Section::positive(std::string_view key, const toml::node& node) const {
+  std::optional<double> value;
+  if (const auto text = node.value_exact<std::string>()) {
+    value = parse_fraction(*text);
+  } else if (!node.is_boolean()) {
+    value = node.value<double>();
+  }
+  if (!value || !std::isfinite(*value) || *value <= 0) {
+    fail(&node,
+         fmt::format("'{}' has {}: give a positive number, or a fraction as text like \"1/64\"", key, node_text(node)));
+  }
+  return *value;
+}
+
+int Section::count(std::string_view key, int otherwise, int least, int most) const {
+  const toml::node* node = find(key);
+  if (node == nullptr) return otherwise;
+  const auto value = node->value_exact<std::int64_t>();
+  if (!value || *value < least || *value > most) {
+    fail(node, fmt::format("'{}' is {}: give a whole number from {} to {}", key, node_text(*node), least, most));
+  }
+  return static_cast<int>(*value);
+}
+
+const toml::array& Section::list(std::string_view key, const toml::node& node) const {
+  const toml::array* array = node.as_array();
+  if (array == nullptr || array->empty()) {
+    fail(&node, fmt::format("'{}' is {}: give a list in brackets with at least one entry", key,
+                            array != nullptr ? "empty" : node_text(node)));
+  }
+  return *array;
+}
+
+std::optional<std::vector<double>> Section::timesteps(std::string_view key) const {
+  const toml::node* node = find(key);
+  if (node == nullptr) return std::nullopt;
+  std::set<double> sorted;
+  for (const toml::node& entry : list(key, *node)) {
+    if (!sorted.insert(positive(key, entry)).second) {
+      fail(&entry, fmt::format("'{}' has {} twice: leave one out", key, node_text(entry)));
+    }
+  }
+  return std::vector<double>(sorted.begin(), sorted.end());
+}
+
+std::optional<std::vector<Measure>> Section::measures(std::string_view key) const {
+  const toml::node* node = find(key);
+  if (node == nullptr) return std::nullopt;
+  std::set<Measure> sorted;
+  for (const toml::node& entry : list(key, *node)) {
+    const std::string name = entry.value_or(std::string());
+    const auto* found = std::ranges::find(kMeasures, name, &std::pair<Measure, std::string_view>::second);
+    if (found == kMeasures.end()) {
+      fail(&entry, fmt::format("there is no measure {}{}", node_text(entry), did_you_mean(name, measure_names())));
+    }
+    sorted.insert(found->first);
+  }
+  return std::vector<Measure>(sorted.begin(), sorted.end());
+}
+
+std::vector<Section> Section::sections(std::string_view key) const {
+  std::vector<Section> found;
+  const toml::node* node = find(key);
+  if (node == nullptr) return found;
+  const toml::array* array = node->as_array();
+  if (array == nullptr || !array->is_homogeneous(toml::node_type::table)) {
+    fail(node, fmt::format("'{}' is {}: write each as a table under [[{}]]", key, node_text(*node), key));
+  }
+  found.reserve(array->size());
+  for (const toml::node& entry : *array) found.emplace_back(*entry.as_table(), fmt::format("[[{}]]", key), source_);
+  return found;
+}
+
+}  // namespace assay

@@ -1,0 +1,71 @@
+// Tables of a campaign's file.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <toml++/toml.h>
+
+#include "base/errors.h"
+#include "campaign/campaign.h"
+
+namespace assay {
+
+// Every measure's name in campaigns.
+std::vector<std::string> measure_names();
+
+// A value as messages show it.
+std::string node_text(const toml::node& node);
+
+// One table of the file, with messages that say where in it something is wrong. Refers to the table and to the file's
+// name, which have to outlive it. Everything throws InputError with file and line.
+class Section {
+ public:
+  // `what` names the table in messages: "[[system]]".
+  Section(const toml::table& table, std::string what, const std::string& source)
+      : table_(table), what_(std::move(what)), source_(source) {}
+
+  // At the node, or at the table where there is none.
+  [[noreturn]] void fail(const toml::node* node, const std::string& sentence) const;
+
+  // Throws for a key that is none of `known`: nothing in the file is ignored.
+  void allow(const std::vector<std::string>& known) const;
+
+  const toml::node* find(std::string_view key) const { return table_.get(key); }
+
+  std::optional<std::string> text(std::string_view key) const;
+  std::string required_text(std::string_view key) const;
+  bool flag(std::string_view key, bool otherwise) const;
+  double positive(std::string_view key, double otherwise) const;
+  double positive(std::string_view key, const toml::node& node) const;
+  int count(std::string_view key, int otherwise, int least, int most) const;
+  const toml::array& list(std::string_view key, const toml::node& node) const;
+  // Ascending, without repetitions.
+  std::optional<std::vector<double>> timesteps(std::string_view key) const;
+  std::optional<std::vector<Measure>> measures(std::string_view key) const;
+
+  // Every [[key]] in the file.
+  std::vector<Section> sections(std::string_view key) const;
+
+  const std::string& source() const { return source_; }
+
+ private:
+  const toml::table& table_;
+  std::string what_;
+  const std::string& source_;
+};
+
+// Adds where in the file it was to a message that something else made.
+template <typename Work>
+auto at_node(const Section& section, const toml::node* node, Work work) {
+  try {
+    return work();
+  } catch (const InputError& error) {
+    section.fail(node, error.what());
+  }
+}
+
+}  // namespace assay

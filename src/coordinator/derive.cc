@@ -1,0 +1,243 @@
+// Values that follow from several cells.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <set>
+#include <tuple>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "base/text.h"
+#include "coordinator/run.h"
+#include "measures/accuracy.h"
+#include "measures/grasp.h"
+#include "measures/scaling.h"
+#include "measures/statistics.h"
+
+namespace assay {
+namespace {
+
+// Errors below this many restart floors say more of the restart than of the timestep.
+constexpr double kNearFloor = 3;
+
+// Timings whose middle half is wider than this say less than they seem to.
+constexpr double kWideSpread = 0.15;
+
+using Curve = std::vector<const Cell*>;  // of one system, contender and measure, ascending in timestep
+
+std::optional<double> value_of(const Cell& cell, std::string_view name) {
+  const Value* found = find_value(cell, name);
+  return found == nullptr ? std::nullopt : found->value;
+}
+
+std::map<std::pair<std::string, std::string>, Curve> curves(const std::vector<Cell>& cells,
+                                                            const std::string& measure) {
+  std::map<std::pair<std::string, std::string>, Curve> found;
+  for (const Cell& cell : cells) {
+    if (cell.measure == measure && cell.outcome == Outcome::kOk) found[{cell.system, cell.contender}].push_back(&cell);
+  }
+  for (auto& [name, curve] : found) std::ranges::sort(curve, {}, [](const Cell* cell) { return cell->timestep_ms; });
+  return found;
+}
+
+void derive_truth(const std::vector<Cell>& cells, std::vector<Store::Derived>& derived,
+                  std::vector<std::string>& warnings) {
+  for (const auto& [name, curve] : curves(cells, "truth")) {
+    std::vector<ErrorAt> errors;
+    for (size_t i = 0; i < curve.size(); ++i) {
+      const auto error = value_of(*curve[i], "truth_error");
+      if (!error) continue;
+      errors.push_back({curve[i]->timestep_ms, *error, value_of(*curve[i], "truth_rounding").value_or(0)});
+      const auto finer = i > 0 ? value_of(*curve[i - 1], "truth_error") : std::nullopt;
+      if (!finer) continue;
+      if (const auto order = observed_order(curve[i - 1]->timestep_ms, *finer, curve[i]->timestep_ms, *error)) {
+        derived.push_back({curve[i]->id, {"truth_order", "1", order, {}, {}}});
+      }
+    }
+    if (const auto floor = error_floor(errors)) {
+      derived.push_back({curve.front()->id, {"truth_floor", "m", floor, {}, {}}});
+      warnings.push_back(
+          fmt::format("{} on {}: an error of {:.2g} m that does not depend on the timestep: a set-up error or "
+                      "a property of the engine, not integration",
+                      name.second, name.first, *floor));
+    }
+  }
+}
+
+void derive_consistency(const std::vector<Cell>& cells, std::vector<Store::Derived>& derived) {
+  for (const auto& [name, curve] : curves(cells, "consistency")) {
+    const auto floor = value_of(*curve.front(), "restart_floor");
+    if (!floor) continue;
+    for (const Cell* cell : curve) {
+      const auto error = value_of(*cell, "consistency");
+      if (cell == curve.front() || !error || *error > kNearFloor * *floor) continue;
+      derived.push_back({cell->id, {"consistency_floor", "m", floor, {}, {}}});
+    }
+  }
+}
+
+// A run that failed did not hold. Where the contender could not even try there is nothing to say.
+void derive_grasp(const std::vector<Cell>& cells, std::vector<Store::Derived>& derived) {
+  std::map<std::pair<std::string, std::string>, Curve> tried;
+  for (const Cell& cell : cells) {
+    if (cell.measure == "grasp" && cell.outcome != Outcome::kUnsupported) {
+      tried[{cell.system, cell.contender}].push_back(&cell);
+    }
+  }
+  for (auto& [name, curve] : tried) {
+    std::ranges::sort(curve, {}, [](const Cell* cell) { return cell->timestep_ms; });
+    std::vector<HeldAt> timesteps;
+    for (const Cell* cell : curve) {
+      const bool held = cell->outcome == Outcome::kOk && value_of(*cell, "grasp_held").value_or(0) == 1;
+      timesteps.push_back({cell->timestep_ms, held});
+    }
+    const LargestHeld largest = largest_held(timesteps);
+    for (const Cell* cell : curve) {
+      if (largest.any && cell->timestep_ms == *largest.any) {
+        derived.push_back({cell->id, {"largest_stable_timestep", "ms", largest.any, {}, {}}});
+      }
+      if (largest.without_hole && cell->timestep_ms == *largest.without_hole) {
+        derived.push_back({cell->id, {"stable_up_to_timestep", "ms", largest.without_hole, {}, {}}});
+      }
+    }
+  }
+}
+
+// On the cell of the family's largest system.
+void derive_scaling(const Store& store, const std::vector<Cell>& cells, std::uint64_t seed,
+                    std::vector<Store::Derived>& derived) {
+  std::map<std::string, std::pair<std::string, double>> sizes;  // of a system: its family, its bodies
+  for (const SystemRow& row : store.systems()) {
+    const auto facts = nlohmann::json::parse(row.json, nullptr, false);
+    if (facts.is_object() && facts.contains("family")) sizes[row.name] = {facts["family"], facts.value("bodies", 0.0)};
+  }
+  struct Group {
+    std::vector<TimeAtSize> points;
+    const Cell* largest = nullptr;
+    double size = 0;
+  };
+  std::map<std::tuple<std::string, std::string, double>, Group> groups;
+  for (const Cell& cell : cells) {
+    const auto found = sizes.find(cell.system);
+    if (cell.measure != "scaling" || cell.outcome != Outcome::kOk || found == sizes.end()) continue;
+    const auto& [family, size] = found->second;
+    Group& group = groups[{family, cell.contender, cell.timestep_ms}];
+    for (const SampleSeries& series : store.samples(cell.id)) {
+      if (series.name == "run_time_s") group.points.push_back({size, series.values});
+    }
+    if (size <= group.size) continue;
+    group.size = size;
+    group.largest = &cell;
+  }
+  for (const auto& [name, group] : groups) {
+    if (const auto exponent = scaling_exponent(group.points, seed)) {
+      derived.push_back({group.largest->id, {"scaling_exponent", "1", exponent->value, exponent->low, exponent->high}});
+    }
+  }
+}
+
+void warn_of_noise(const Store& store, const std::vector<Cell>& cells, std::vector<std::string>& warnings) {
+  int noisy = 0, timed = 0;
+  double widest = 0;
+  std::string where;
+  for (const Cell& cell : cells) {
+    if (cell.measure != "raw_speed") continue;
+    for (const SampleSeries& series : store.samples(cell.id)) {
+      if (series.name != "round_step_time_us") continue;
+      const double spread = relative_spread(series.values);
+      ++timed;
+      if (spread > kWideSpread) ++noisy;
+      if (spread > widest) {
+        widest = spread;
+        where = fmt::format("{} on {} at {} ms", cell.contender, cell.system, timestep_label(cell.timestep_ms));
+      }
+    }
+  }
+  if (noisy == 0) return;
+  warnings.push_back(
+      fmt::format("noisy timing: in {} of {} cells the middle half of the rounds spreads over more than {:.0f} "
+                  "% of the median (most: {:.0f} %, {}); measure on a quieter machine",
+                  noisy, timed, 100 * kWideSpread, 100 * widest, where));
+}
+
+// Step time of `cell` over that of `first`, from rounds in which both were measured.
+std::optional<Interval> time_ratio(const Store& store, const Cell& cell, const Cell& first, std::uint64_t seed) {
+  const auto series_of = [&](const Cell& of, const std::string& name) {
+    for (const SampleSeries& series : store.samples(of.id)) {
+      if (series.name == name) return series.values;
+    }
+    return std::vector<double>();
+  };
+  const std::vector<double> a = series_of(first, "round_step_time_us"), b = series_of(cell, "round_step_time_us"),
+                            process = series_of(cell, "process");
+  // by process, as the intervals of the times themselves
+  std::map<double, std::vector<double>> ratios;
+  for (size_t round = 0; round < std::min({a.size(), b.size(), process.size()}); ++round) {
+    ratios[process[round]].push_back(b[round] / a[round]);
+  }
+  if (ratios.empty()) return std::nullopt;
+  std::vector<std::vector<double>> groups;
+  groups.reserve(ratios.size());
+  for (const auto& [number, rounds] : ratios) groups.push_back(rounds);
+  if (groups.size() == 1) {
+    const std::vector<double> rounds = groups.front();
+    groups.clear();
+    for (const double ratio : rounds) groups.push_back({ratio});
+  }
+  return bootstrap_median_of_rounds(groups, seed);
+}
+
+// Contenders that are the same engine with the same settings: their ratio shows what the timing is worth. And the pairs
+// that the campaign asks for.
+void derive_ratios(const Store& store, const std::vector<Cell>& cells, std::uint64_t seed,
+                   std::vector<Store::Derived>& derived) {
+  std::map<std::tuple<std::string, std::string, std::string>, std::vector<std::string>> alike;
+  for (const ContenderRow& row : store.contenders()) {
+    if (!row.version.empty()) alike[{row.engine, row.settings, row.build_json}].push_back(row.name);
+  }
+  std::vector<std::array<std::string, 3>> pairs;  // value's name, of, to
+  for (const auto& [key, names] : alike) {
+    for (size_t i = 1; i < names.size(); ++i) pairs.push_back({"aa_ratio", names[i], names.front()});
+  }
+  const auto asked = nlohmann::json::parse(store.manifest("ratios").value_or("{}"));
+  for (const auto& [of, to] : asked.items()) pairs.push_back({"time_ratio", of, to.get<std::string>()});
+
+  std::map<std::tuple<std::string, std::string, double>, const Cell*> timed;
+  for (const Cell& cell : cells) {
+    if (cell.measure == "raw_speed" && cell.outcome == Outcome::kOk) {
+      timed[{cell.system, cell.contender, cell.timestep_ms}] = &cell;
+    }
+  }
+  for (const auto& [name, of, to] : pairs) {
+    for (const auto& [at, cell] : timed) {
+      if (std::get<1>(at) != of) continue;
+      const auto first = timed.find({std::get<0>(at), to, std::get<2>(at)});
+      if (first == timed.end()) continue;
+      const auto ratio = time_ratio(store, *cell, *first->second, seed);
+      if (ratio) derived.push_back({cell->id, {name, "1", ratio->value, ratio->low, ratio->high}});
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> derive_values(Store& store) {
+  const std::vector<Cell> cells = store.cells();
+  std::vector<Store::Derived> derived;
+  std::vector<std::string> warnings;
+  derive_truth(cells, derived, warnings);
+  derive_consistency(cells, derived);
+  derive_grasp(cells, derived);
+  derive_scaling(store, cells, 1, derived);
+  derive_ratios(store, cells, 1, derived);
+  warn_of_noise(store, cells, warnings);
+  store.set_derived({"truth_order", "truth_floor", "consistency_floor", "aa_ratio", "time_ratio",
+                     "largest_stable_timestep", "stable_up_to_timestep", "scaling_exponent"},
+                    derived);
+  return warnings;
+}
+
+}  // namespace assay

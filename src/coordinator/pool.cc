@@ -1,0 +1,207 @@
+#include "coordinator/pool.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstring>
+#include <fcntl.h>
+#include <fstream>
+#include <memory>
+#include <unistd.h>
+#include <utility>
+
+#include <fmt/format.h>
+#include <poll.h>
+
+#include "base/errors.h"
+#include "base/text.h"
+#include "coordinator/process.h"
+
+namespace assay {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr std::array<int, 3> kSignals = {SIGINT, SIGTERM, SIGHUP};
+
+// A handler has nothing but globals.
+std::atomic<int> interrupt_signal = 0;
+std::array<int, 2> interrupt_pipe = {-1, -1};
+std::array<struct sigaction, kSignals.size()> previous_actions;
+
+void on_signal(int number) {
+  const int saved = errno;
+  interrupt_signal = number;
+  const char byte = 0;
+  [[maybe_unused]] const ssize_t ignored = ::write(interrupt_pipe[1], &byte, 1);
+  errno = saved;
+}
+
+struct Running {
+  Job job;
+  std::unique_ptr<WorkerProcess> worker;
+  Clock::time_point start, deadline;
+  CpuTimes times;
+  double started = 0;
+};
+
+Clock::duration seconds(double s) {
+  return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(s));
+}
+
+bool is_answer(const nlohmann::json& message) {
+  return message.contains("cells") || message.contains("error") || message.contains("failed") ||
+         message.contains("step_us") || message.contains("garbled");
+}
+
+}  // namespace
+
+Interrupts::Interrupts() {
+  interrupt_signal = 0;
+  if (::pipe2(interrupt_pipe.data(), O_CLOEXEC | O_NONBLOCK) != 0) {
+    throw SystemError(fmt::format("cannot make a pipe: {}", std::strerror(errno)));
+  }
+  struct sigaction action{};
+  action.sa_handler = on_signal;
+  ::sigemptyset(&action.sa_mask);
+  for (size_t i = 0; i < kSignals.size(); ++i) {
+    ::sigaction(kSignals[i], nullptr, &previous_actions[i]);
+    // nohup's SIGHUP stays ignored
+    if (previous_actions[i].sa_handler != SIG_IGN) ::sigaction(kSignals[i], &action, nullptr);
+  }
+}
+
+Interrupts::~Interrupts() {
+  for (size_t i = 0; i < kSignals.size(); ++i) ::sigaction(kSignals[i], &previous_actions[i], nullptr);
+  for (int& end : interrupt_pipe) ::close(std::exchange(end, -1));
+}
+
+// They stand for the object, although a handler can reach globals alone.
+// NOLINTBEGIN(readability-convert-member-functions-to-static)
+int Interrupts::descriptor() const { return interrupt_pipe[0]; }
+int Interrupts::signal() const { return interrupt_signal; }
+// NOLINTEND(readability-convert-member-functions-to-static)
+
+CpuTimes CpuTimes::now() {
+  std::ifstream stat("/proc/stat");
+  std::string cpu;
+  CpuTimes times;
+  stat >> cpu;
+  // user nice system idle iowait irq softirq steal; the guests' after it are part of user and nice
+  constexpr int kFields = 8;
+  for (int field = 0; field < kFields; ++field) {
+    double ticks = 0;
+    if (!(stat >> ticks)) break;
+    times.total += ticks;
+    if (field == kFields - 1) times.steal = ticks;
+  }
+  return times;
+}
+
+double steal_share(const CpuTimes& from, const CpuTimes& to) {
+  const double total = to.total - from.total;
+  return total > 0 ? std::clamp((to.steal - from.steal) / total, 0.0, 1.0) : 0;
+}
+
+void throw_worker_error(const nlohmann::json& answer) {
+  if (!answer.contains("error")) return;
+  const std::string text = answer.at("error");
+  if (answer.at("kind") == "input") throw InputError(text);
+  throw SystemError(text);
+}
+
+double unix_time() {
+  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
+Pool::Pool(std::string program, int workers, const Interrupts& interrupts)
+    : program_(std::move(program)), workers_(static_cast<size_t>(std::max(1, workers))), interrupts_(interrupts) {}
+
+void Pool::add(Job job) { waiting_.push(std::move(job)); }
+
+void Pool::run(const std::function<void(const std::string&)>& on_start) {
+  std::vector<Running> running;
+  const auto finish = [](Running& done, JobEnd end) {
+    end.wall_s = std::chrono::duration<double>(Clock::now() - done.start).count();
+    end.steal = steal_share(done.times, CpuTimes::now());
+    end.started = done.started;
+    end.finished = unix_time();
+    done.worker.reset();
+    if (done.job.on_end) done.job.on_end(end);
+  };
+  // True when the job has come to its end.
+  const auto serve = [&](Running& job) {
+    while (const auto message = job.worker->take_message()) {
+      throw_worker_error(*message);
+      if (!is_answer(*message)) {
+        job.deadline = Clock::now() + seconds(job.job.limit_s);
+        if (job.job.on_message) job.job.on_message(*message);
+        continue;
+      }
+      JobEnd end;
+      if (message->contains("failed") || message->contains("garbled")) {
+        end.outcome = Outcome::kCrashed;
+        end.reason = message->contains("failed")
+                         ? fmt::format("exception: {}", message->at("failed").get<std::string>())
+                         : "the worker's answer is garbled";
+      } else {
+        end.answer = *message;
+      }
+      finish(job, end);
+      return true;
+    }
+    if (job.worker->gone()) {
+      finish(job, {.answer = {}, .outcome = Outcome::kCrashed, .reason = job.worker->end()});
+      return true;
+    }
+    if (Clock::now() >= job.deadline) {
+      job.worker->end();
+      finish(job, {.answer = {},
+                   .outcome = Outcome::kTimeout,
+                   .reason = fmt::format("not done after {}", duration_label(job.job.limit_s))});
+      return true;
+    }
+    return false;
+  };
+
+  while (interrupts_.signal() == 0 && (!waiting_.empty() || !running.empty())) {
+    while (running.size() < workers_ && !waiting_.empty()) {
+      Running next;
+      next.job = waiting_.top();
+      waiting_.pop();
+      if (on_start) on_start(next.job.title);
+      next.started = unix_time();
+      next.times = CpuTimes::now();
+      next.start = Clock::now();
+      next.deadline = next.start + seconds(next.job.limit_s);
+      next.worker = std::make_unique<WorkerProcess>(program_);
+      next.worker->send(next.job.message);
+      running.push_back(std::move(next));
+    }
+    std::vector<pollfd> polled = {{interrupts_.descriptor(), POLLIN, 0}};
+    Clock::time_point wake = Clock::time_point::max();
+    for (const Running& job : running) {
+      polled.push_back({job.worker->socket(), POLLIN, 0});
+      polled.push_back({job.worker->output(), POLLIN, 0});
+      wake = std::min(wake, job.deadline);
+    }
+    const double wait_s = std::clamp(std::chrono::duration<double>(wake - Clock::now()).count(), 0.0, 3600.0);
+    if (::poll(polled.data(), polled.size(), static_cast<int>(wait_s * 1000) + 1) < 0 && errno != EINTR) {
+      throw SystemError(fmt::format("cannot wait for workers: {}", std::strerror(errno)));
+    }
+    for (Running& job : running) job.worker->read_available();
+    for (size_t i = 0; i < running.size();) {
+      if (serve(running[i])) {
+        running.erase(running.begin() + static_cast<std::ptrdiff_t>(i));
+      } else {
+        ++i;
+      }
+    }
+  }
+  if (interrupts_.signal() != 0) waiting_ = {};
+}
+
+}  // namespace assay

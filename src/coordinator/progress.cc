@@ -1,0 +1,170 @@
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <fmt/format.h>
+
+#include "base/text.h"
+#include "coordinator/run.h"
+
+namespace assay {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+class Counter {
+ public:
+  void begin(int todo, int done_before) {
+    todo_ = todo;
+    done_before_ = done_before;
+    start_ = Clock::now();
+  }
+  void count() { ++done_; }
+  int done() const { return done_before_ + done_; }
+  int all() const { return done_before_ + todo_; }
+  int done_now() const { return done_; }
+  double elapsed_s() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+  double share() const { return all() == 0 ? 1 : static_cast<double>(done()) / all(); }
+  // "3.2 cells/s", "14 cells/min"
+  std::string rate() const {
+    const double per_second = elapsed_s() > 0 ? done_ / elapsed_s() : 0;
+    return per_second >= 1 ? fmt::format("{:.1f} cells/s", per_second)
+                           : fmt::format("{:.0f} cells/min", 60 * per_second);
+  }
+
+ private:
+  int todo_ = 0, done_before_ = 0, done_ = 0;
+  Clock::time_point start_ = Clock::now();
+};
+
+std::string opening(int todo, int done_before, double estimate_s) {
+  std::string text = fmt::format("{} cells to measure", todo);
+  if (done_before > 0) text += fmt::format(", {} are there already", done_before);
+  if (todo > 0) text += fmt::format("; about {}", duration_label(std::max(1.0, estimate_s)));
+  return text;
+}
+
+class Bar final : public Progress {
+ public:
+  explicit Bar(FILE* stream) : stream_(stream) {}
+
+  void plan(const std::vector<std::string>& lines) override {
+    for (const std::string& each : lines) line(each);
+  }
+  void begin(int todo, int done_before, double estimate_s) override {
+    line(opening(todo, done_before, estimate_s));
+    counter_.begin(todo, done_before);
+    remaining_s_ = estimate_s;
+    draw(true);
+  }
+  void phase(const std::string& what) override {
+    phase_ = what;
+    current_.clear();
+    draw(true);
+  }
+  void started(const std::string& cell) override {
+    current_ = cell;
+    draw(false);
+  }
+  void finished(const Cell& /*cell*/, double remaining_s) override {
+    counter_.count();
+    remaining_s_ = remaining_s;
+    draw(counter_.done() == counter_.all());
+  }
+  void message(const std::string& text) override {
+    line(text);
+    draw(true);
+  }
+  void end() override { clear(); }
+
+ private:
+  static constexpr size_t kBarWidth = 24;
+
+  void line(const std::string& text) {
+    clear();
+    fmt::print(stream_, "{}\n", text);
+    std::fflush(stream_);
+  }
+
+  void clear() {
+    if (drawn_) std::fputs("\r\x1b[K", stream_);
+    drawn_ = false;
+    std::fflush(stream_);
+  }
+
+  // At most ten times a second: a terminal must not slow the run.
+  void draw(bool now) {
+    constexpr double kInterval = 0.1;
+    if (!now && std::chrono::duration<double>(Clock::now() - last_).count() < kInterval) return;
+    last_ = Clock::now();
+    winsize size{};
+    const size_t width = ::ioctl(::fileno(stream_), TIOCGWINSZ, &size) == 0 && size.ws_col > 20 ? size.ws_col : 100;
+    const auto filled = static_cast<size_t>(counter_.share() * kBarWidth);
+    std::string text;
+    if (counter_.all() > 0) {  // before that there is no plan yet
+      text = fmt::format("[{}{}] {}/{}  ", std::string(filled, '='), std::string(kBarWidth - filled, ' '),
+                         counter_.done(), counter_.all());
+      if (counter_.done_now() > 0 && counter_.elapsed_s() > 1) text += counter_.rate() + "  ";
+      text += duration_label(std::max(0.0, remaining_s_)) + " left  ";
+    }
+    text += phase_ + (phase_.empty() || current_.empty() ? "" : ": ") + current_;
+    fmt::print(stream_, "\r{}\x1b[K", text.substr(0, width - 1));
+    std::fflush(stream_);
+    drawn_ = true;
+  }
+
+  FILE* stream_;
+  Counter counter_;
+  std::string phase_, current_;
+  double remaining_s_ = 0;
+  Clock::time_point last_;
+  bool drawn_ = false;
+};
+
+class Lines final : public Progress {
+ public:
+  explicit Lines(FILE* stream) : stream_(stream) {}
+
+  void plan(const std::vector<std::string>& lines) override {
+    for (const std::string& each : lines) line(each);
+  }
+  void begin(int todo, int done_before, double estimate_s) override {
+    line(opening(todo, done_before, estimate_s));
+    counter_.begin(todo, done_before);
+    last_ = Clock::now();
+  }
+  void phase(const std::string& what) override { line(what); }
+  void finished(const Cell& cell, double remaining_s) override {
+    counter_.count();
+    constexpr double kInterval = 10;
+    if (std::chrono::duration<double>(Clock::now() - last_).count() < kInterval) return;
+    last_ = Clock::now();
+    line(fmt::format("{}/{} cells, {}, {} left; last: {} {} {} at {} ms", counter_.done(), counter_.all(),
+                     counter_.rate(), duration_label(std::max(0.0, remaining_s)), cell.measure, cell.system,
+                     cell.contender, timestep_label(cell.timestep_ms)));
+  }
+  void message(const std::string& text) override { line(text); }
+
+ private:
+  void line(const std::string& text) {
+    fmt::print(stream_, "{}\n", text);
+    std::fflush(stream_);
+  }
+
+  FILE* stream_;
+  Counter counter_;
+  Clock::time_point last_;
+};
+
+}  // namespace
+
+std::unique_ptr<Progress> make_progress(FILE* stream) {
+  if (::isatty(::fileno(stream)) == 1) return std::make_unique<Bar>(stream);
+  return std::make_unique<Lines>(stream);
+}
+
+}  // namespace assay

@@ -1,0 +1,220 @@
+#include "coordinator/rerun.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <sstream>
+#include <stdlib.h>  // NOLINT(*-deprecated-headers): mkdtemp
+#include <thread>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "base/errors.h"
+#include "base/hash.h"
+#include "base/paths.h"
+#include "base/text.h"
+#include "campaign/campaign.h"
+#include "coordinator/pool.h"
+#include "coordinator/subject.h"
+#include "engines/registry.h"
+#include "model/mjcf.h"
+#include "store/scene.h"
+
+namespace assay {
+namespace {
+
+using nlohmann::json;
+namespace fs = std::filesystem;
+
+class TemporaryFolder {
+ public:
+  TemporaryFolder() {
+    std::string name = (fs::temp_directory_path() / "assay-XXXXXX").string();
+    if (::mkdtemp(name.data()) == nullptr) throw SystemError(fmt::format("cannot make the folder '{}'", name));
+    path_ = name;
+  }
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+template <typename Row>
+const Row& row_named(const std::vector<Row>& rows, const std::string& name, std::string Row::* key, const char* what) {
+  const auto found = std::ranges::find(rows, name, key);
+  if (found != rows.end()) return *found;
+  std::vector<std::string> names;
+  names.reserve(rows.size());
+  for (const Row& row : rows) names.push_back(row.*key);
+  throw InputError(fmt::format("the results have no {} '{}'{}", what, name, did_you_mean(name, names)));
+}
+
+bool is_whole(double ratio) { return std::abs(ratio - std::round(ratio)) <= 1e-9 * ratio && std::round(ratio) >= 1; }
+
+double sample_ms_of(const Store& store, const std::string& system) {
+  const std::vector<SystemRow> rows = store.systems();
+  return json::parse(row_named(rows, system, &SystemRow::name, "system").json).at("sample_ms");
+}
+
+// The system as the campaign had it.
+CampaignSystem system_of(const Store& store, const std::string& name) {
+  const std::vector<SystemRow> rows = store.systems();
+  const json facts = json::parse(row_named(rows, name, &SystemRow::name, "system").json);
+  const std::vector<SceneRow> scenes = store.scenes();
+  const Scene scene = parse_scene(row_named(scenes, name, &SceneRow::system, "scene of the system").json);
+  CampaignSystem system;
+  system.name = name;
+  system.duration_s = facts.at("duration_s");
+  system.sample_ms = facts.at("sample_ms");
+  system.control = {.kind = scene.control.kind,
+                    .amplitude = scene.control.amplitude,
+                    .frequency = scene.control.frequency,
+                    .phase_step = scene.control.phase_step};
+  // A system that comes with assay is found by its name; another one's file where the program was started.
+  const std::string file = facts.at("model");
+  const std::string stem = fs::path(file).stem().string();
+  const std::vector<std::string> known = system_names();
+  const bool ours = std::ranges::find(known, stem) != known.end() || capsules_count(stem);
+  system.model_path = find_model(ours ? stem : "./" + file);
+  system.model = load_model(system.model_path);
+  system.contacts = facts.at("contacts");
+  if (!system.contacts) system.model = without_contacts(std::move(system.model));
+  const json& g = facts.at("gravity");
+  const bool weightless = Vec3(g.at(0).get<double>(), g.at(1).get<double>(), g.at(2).get<double>()).isZero(0);
+  system.gravity = !weightless || system.model.gravity.isZero(0);
+  if (!system.gravity) system.model = without_gravity(std::move(system.model));
+  if (system.model.hash != facts.at("model_hash").get<std::string>()) {
+    throw InputError(
+        fmt::format("'{}' is not the model that '{}' was measured with: leave --timestep out, for the "
+                    "stored runs",
+                    system.model_path, name));
+  }
+  return system;
+}
+
+// The contender with the settings that were stored, on the engine that is there now.
+CampaignContender contender_of(const std::vector<ContenderRow>& rows, const std::string& name) {
+  const ContenderRow& row = row_named(rows, name, &ContenderRow::name, "contender");
+  CampaignContender contender;
+  std::istringstream words(row.settings);
+  for (std::string word; words >> word;) {
+    const size_t at = word.find('=');
+    if (at != std::string::npos) contender.overrides[word.substr(0, at)] = word.substr(at + 1);
+  }
+  contender.resolved = Registry::instance().resolve(row.base, contender.overrides);
+  contender.resolved.name = name;
+  if (const std::string now = settings_text(*contender.resolved.engine, contender.resolved.settings);
+      now != row.settings) {
+    throw InputError(fmt::format("'{}' was measured with the settings '{}' and has '{}' here: leave it out", name,
+                                 row.settings, now));
+  }
+  return contender;
+}
+
+}  // namespace
+
+bool fits_samples(const Store& store, const std::string& system, double timestep_ms) {
+  return is_whole(sample_ms_of(store, system) / timestep_ms);
+}
+
+size_t keep_runs(Store& store, const std::string& system, const std::vector<std::string>& contenders,
+                 double timestep_ms, const std::function<void(size_t)>& progress) {
+  std::vector<RunRow> rows = store.runs();
+  const auto same = [&](const RunRow& row, const std::string& contender) {
+    return row.system == system && row.contender == contender && same_timestep(row.timestep_ms, timestep_ms);
+  };
+  std::vector<std::string> missing;
+  for (const std::string& contender : contenders) {
+    const auto found = std::ranges::find_if(rows, [&](const RunRow& row) { return same(row, contender); });
+    if (found != rows.end() && has_trajectory(store.trajectories_dir(), found->address)) continue;
+    if (found != rows.end()) rows.erase(found);
+    missing.push_back(contender);
+  }
+  if (missing.empty()) return 0;
+  const double sample_ms = sample_ms_of(store, system);
+  const std::string facts = row_named(store.systems(), system, &SystemRow::name, "system").json;
+  const std::vector<ContenderRow> described = store.contenders();
+  size_t added = 0;
+  for (const Rerun& rerun : run_again(store, system, missing, timestep_ms, sample_ms, progress)) {
+    if (!rerun.trajectory || rerun.trajectory->states.size() < 2) continue;
+    const ContenderRow& contender = row_named(described, rerun.contender, &ContenderRow::name, "contender");
+    const json content = {{"kept", 1},
+                          {"system", facts},
+                          {"contender", {contender.base, contender.settings, contender.build_json}},
+                          {"timestep_ms", timestep_ms}};
+    const std::string address = content_hash(content.dump());
+    write_trajectory(store.trajectories_dir(), address, *rerun.trajectory);
+    rows.push_back({address, system, rerun.contender, timestep_ms});
+    ++added;
+  }
+  store.set_runs(rows);
+  return added;
+}
+
+double finer_sample_ms(const Store& store, const std::string& system, double timestep_ms, double most_ms) {
+  double sample_ms = sample_ms_of(store, system);
+  if (!is_whole(sample_ms / timestep_ms)) {
+    throw InputError(
+        fmt::format("--timestep is {} ms, of which the {} ms between two states of '{}' are no whole "
+                    "number: use a timestep that divides them",
+                    timestep_label(timestep_ms), timestep_label(sample_ms), system));
+  }
+  while (sample_ms > most_ms && is_whole(sample_ms / 2 / timestep_ms)) sample_ms /= 2;
+  return sample_ms;
+}
+
+std::vector<Rerun> run_again(const Store& store, const std::string& system, const std::vector<std::string>& contenders,
+                             double timestep_ms, double sample_ms, const std::function<void(size_t)>& progress) {
+  CampaignSystem described = system_of(store, system);
+  described.sample_ms = sample_ms;
+  const std::vector<ContenderRow> rows = store.contenders();
+  const TemporaryFolder folder;
+  std::vector<Rerun> reruns(contenders.size());
+  const Interrupts interrupts;
+  Pool pool(program_path(), static_cast<int>(std::max(1U, std::thread::hardware_concurrency())), interrupts);
+  size_t done = 0;
+  for (size_t i = 0; i < contenders.size(); ++i) {
+    reruns[i].contender = contenders[i];
+    reruns[i].failure = "was not run";
+    Job job;
+    job.message = subject_json(described, contender_of(rows, contenders[i]));
+    const std::string address = fmt::format("{}", i);
+    job.message.update({{"kind", "run"},
+                        {"timestep_ms", timestep_ms},
+                        {"measures", {"reference"}},
+                        {"trajectories", folder.path()},
+                        {"save", address},
+                        {"partial", true},
+                        {"use", ""},
+                        {"truth", ""},
+                        {"seed", 1}});
+    job.title = contenders[i];
+    job.cost = 1;
+    job.on_end = [&, i, address](const JobEnd& end) {
+      Rerun& rerun = reruns[i];
+      Outcome outcome = end.outcome;
+      std::string reason = end.reason;
+      if (end.answer) {
+        const json& cell = end.answer->at("cells").at(0);
+        outcome = parse_outcome(cell.at("outcome").get<std::string>()).value_or(Outcome::kCrashed);
+        reason = cell.at("reason");
+      }
+      const bool ended = outcome == Outcome::kOk || outcome == Outcome::kUnstable;
+      rerun.failure = ended ? "" : fmt::format("{} {}", outcome_text(outcome), reason);
+      rerun.trajectory = read_trajectory(folder.path(), address);
+      if (progress) progress(++done);
+    };
+    pool.add(std::move(job));
+  }
+  pool.run({});
+  return reruns;
+}
+
+}  // namespace assay

@@ -1,0 +1,79 @@
+#include "coordinator/rows.h"
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "engines/describe.h"
+#include "store/scene.h"
+
+namespace assay {
+
+using nlohmann::json;
+
+json model_facts(const Model& model) {
+  return {{"model_hash", model.hash},      {"dof", model.dof()},
+          {"bodies", model.bodies.size()}, {"hinges", model.hinges.size()},
+          {"shapes", model.shapes.size()}, {"contact_pairs", model.contacts.size()},
+          {"mass_kg", model.total_mass()}, {"gravity", {model.gravity.x(), model.gravity.y(), model.gravity.z()}}};
+}
+
+ContenderRow contender_row(const CampaignContender& contender) {
+  const ResolvedContender& resolved = contender.resolved;
+  if (resolved.engine == nullptr) {
+    return {resolved.name, "", "", resolved.base, "", "{}", json{{"absent", contender.absent}}.dump()};
+  }
+  const BuildFacts build = resolved.engine->build();
+  return {resolved.name,
+          resolved.engine->name(),
+          build.version,
+          resolved.base,
+          settings_text(*resolved.engine, resolved.settings),
+          json(describe(resolved.engine->capabilities(resolved.settings))).dump(),
+          json{{"version", build.version},
+               {"source", build.source},
+               {"compiler", build.compiler},
+               {"flags", build.flags},
+               {"plugin", contender.plugin_hash}}
+              .dump()};
+}
+
+SystemRow system_row(const CampaignSystem& system) {
+  const Model& model = system.model;
+  std::vector<std::string> measures;
+  measures.reserve(system.measures.size());
+  for (const Measure measure : system.measures) measures.emplace_back(measure_text(measure));
+  json row = model_facts(model);
+  row.update({{"model", std::filesystem::path(system.model_path).filename().string()},
+              {"contacts", system.contacts},
+              {"control", make_control(model, system.control)->description()},
+              {"duration_s", system.duration_s},
+              {"sample_ms", system.sample_ms},
+              {"pieces", system.pieces},
+              {"piece_ms", system.piece_ms},
+              {"reference_ms", system.reference_ms},
+              {"timesteps_ms", system.timesteps_ms},
+              {"timing_ms", system.timing_ms},
+              {"measures", measures}});
+  if (system.grasp.object >= 0) {
+    row["grasp"] = {{"object", model.bodies[static_cast<size_t>(system.grasp.object)].name},
+                    {"hand", model.bodies[static_cast<size_t>(system.grasp.hand)].name},
+                    {"drop_m", system.grasp.drop_m}};
+  }
+  if (!system.family.empty()) row["family"] = system.family;
+  // What `assay simulate` has to be told to drive the model so; its own choice are the actuators.
+  const bool unasked =
+      system.control.kind == "actuators" || (model.actuators.empty() && make_control(model, system.control)->is_zero());
+  if (!unasked) row["control_option"] = control_text(system.control);
+  return {system.name, row.dump()};
+}
+
+SceneRow scene_row(const CampaignSystem& system) {
+  Scene scene = scene_of(system.model);
+  scene.control = {system.control.kind, system.control.amplitude, system.control.frequency, system.control.phase_step};
+  return {system.name, scene_text(scene)};
+}
+
+}  // namespace assay

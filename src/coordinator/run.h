@@ -1,0 +1,77 @@
+// Runs a campaign: a worker process for each cell, results into the store as soon as they exist.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "campaign/campaign.h"
+#include "campaign/plan.h"
+#include "store/store.h"
+
+namespace assay {
+
+// What a run tells while it goes on. All calls come from the running thread.
+class Progress {
+ public:
+  virtual ~Progress() = default;
+  // What is going to be measured on which system, and how long each is estimated to take: a line each.
+  virtual void plan(const std::vector<std::string>& lines) { (void)lines; }
+  // The work that lies ahead: cells to do, cells that the store already has, estimated seconds.
+  virtual void begin(int todo, int done_before, double estimate_s) { (void)todo, (void)done_before, (void)estimate_s; }
+  virtual void phase(const std::string& what) { (void)what; }  // "gate", "accuracy", "timing"
+  virtual void started(const std::string& cell) { (void)cell; }
+  virtual void finished(const Cell& cell, double remaining_s) { (void)cell, (void)remaining_s; }
+  virtual void message(const std::string& line) { (void)line; }  // a sentence worth keeping
+  virtual void end() {}
+};
+
+// A bar with rate, time left and current cell when `stream` is a terminal, else a plain line now and then.
+std::unique_ptr<Progress> make_progress(FILE* stream);
+
+struct RunOptions {
+  std::string out;  // the results directory
+  int jobs = 0;     // accuracy workers at a time; 0: one a core
+  Shard shard;      // which part of the cells
+  Progress* progress = nullptr;
+  std::string program;  // started as `program worker`; "": this program
+  std::string command;  // what to type to resume, for messages and the manifest; "" leaves it out
+  // Where runs that others may need again are kept (store/references.h); "": in `out` alone.
+  std::string references;
+};
+
+struct TimePair {
+  std::string system, a, b;
+  double timestep_ms = 0;
+  double ratio = 0, low = 0, high = 0;  // of step times, b over a
+};
+
+struct RunSummary {
+  int cells = 0;        // of this shard
+  int done_before = 0;  // already there
+  int done_now = 0;
+  std::map<std::string, int> outcomes;   // of all the shard's stored cells
+  std::vector<std::string> failed_gate;  // "ode-quick (free-fall, tumbling)"
+  std::vector<std::string> left_out;     // contenders of absent engines, a sentence each
+  std::vector<std::string> warnings;     // a sentence each: floors, noisy timings, ...
+  std::vector<TimePair> aa;              // contenders that are one under two names
+  std::vector<TimePair> ratios;          // those the campaign asks for
+  double wall_s = 0, cpu_s = 0;
+  double engine_share_accuracy = 0;  // time inside engine steps / wall time of the cells, over this run's cells
+  double engine_share_timing = 0;
+  double engine_share_cpu = 0;  // time inside engine steps / processor time of all workers, of what was done now
+  bool interrupted = false;     // by SIGINT or SIGTERM: everything finished is stored, the same call resumes
+  int signal = 0;               // which
+};
+
+// Throws InputError when `out` holds something else (see Store::create), SystemError when it cannot be written or no
+// worker can be started. A cell that fails is a stored outcome and no error.
+RunSummary run_campaign(const Campaign& campaign, const RunOptions& options);
+
+// Values that follow from several cells: order of convergence, floors that do not depend on the timestep, A/A ratios,
+// the largest timestep that holds an object, exponents of scaling.
+// run_campaign calls it at its end; a union of shards has to. Returns warnings, a sentence each.
+std::vector<std::string> derive_values(Store& store);
+
+}  // namespace assay

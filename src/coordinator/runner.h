@@ -1,0 +1,122 @@
+// One run of a campaign: what of the plan is still to do is done and stored. Inside of run_campaign().
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <map>
+#include <set>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "base/paths.h"
+#include "base/text.h"
+#include "coordinator/pool.h"
+#include "coordinator/run.h"
+#include "coordinator/subject.h"
+#include "coordinator/timing.h"
+#include "engines/registry.h"
+#include "store/references.h"
+#include "store/store.h"
+
+namespace assay {
+
+using Clock = std::chrono::steady_clock;
+
+struct Failure {
+  Outcome outcome = Outcome::kOk;
+  std::string reason;
+};
+
+// Its parts are in run.cc (what there is to do, and the whole), run_accuracy.cc (the gate and the accuracy pass) and
+// run_timing.cc (scaling and the timing pass).
+class Runner {
+ public:
+  Runner(const Campaign& campaign, const RunOptions& options)
+      : campaign_(campaign),
+        options_(options),
+        progress_(options.progress != nullptr ? *options.progress : silent_),
+        program_(options.program.empty() ? program_path() : options.program),
+        store_(Store::create(options.out, {campaign.name, campaign.hash()})),
+        references_(options.references),
+        jobs_(options.jobs > 0 ? options.jobs : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()))) {}
+
+  RunSummary run();
+
+ private:
+  // An accuracy job that waits for trajectories.
+  struct Waiting {
+    Job job;
+    std::set<std::string> needs;
+    bool tolerant = false;  // does without those that fail, but for its own
+    std::vector<const PlannedCell*> cells;
+  };
+
+  const CampaignSystem& system(const PlannedCell& cell) const {
+    return campaign_.systems[static_cast<size_t>(cell.system)];
+  }
+  const CampaignContender& contender(const PlannedCell& cell) const {
+    return campaign_.contenders[static_cast<size_t>(cell.contender)];
+  }
+  std::string title(const PlannedCell& cell) const {
+    return fmt::format("{} {} {} {} ms", cell.measure, system(cell).name, contender(cell).resolved.name,
+                       timestep_label(cell.timestep_ms));
+  }
+
+  void describe();
+  void choose();
+  void gate();
+  void gate_tests(const std::string& content, const std::vector<std::string>& tests, Pool& pool);
+  void probe();
+  void accuracy();
+  void plan_references(std::map<std::string, Waiting>& producers);
+  void plan_truths(std::map<std::string, Waiting>& producers);
+  std::vector<Waiting> plan_measures();
+  void plan_agreement(std::vector<Waiting>& jobs);
+  bool has_run(const std::string& address) const;
+  void scaling();
+  void timing();
+  std::vector<std::string> outline(const std::vector<PlannedCell>& ahead) const;
+  void time_system(TimingPass& pass, int system_index);
+  void finish(RunSummary& summary, double wall_s, double cpu_s);
+
+  Cell cell_of(const PlannedCell& planned, Outcome outcome, const std::string& reason) const;
+  void put(const Cell& cell, const std::vector<SampleSeries>& samples = {});
+  void put_failed(const PlannedCell& planned, Outcome outcome, const std::string& reason);
+  void put_answer(const std::vector<const PlannedCell*>& cells, const JobEnd& end);
+  double cost(const PlannedCell& cell) const;
+  void count(const PlannedCell& cell);
+  double remaining_s() const;
+  bool interrupted() const { return interrupts_.signal() != 0; }
+
+  const Campaign& campaign_;
+  const RunOptions& options_;
+  Progress silent_;
+  Progress& progress_;
+  std::string program_;
+  Interrupts interrupts_;
+  Store store_;
+  References references_;
+  int jobs_;
+  Plan plan_;
+  std::vector<const PlannedCell*> mine_, todo_;
+  std::map<std::string, Failure> failed_gate_;        // by contender
+  std::map<std::string, Failure> failed_trajectory_;  // by address
+  std::map<std::pair<int, int>, double> step_us_;
+  std::map<std::string, std::vector<ConformanceRow>> gate_rows_;  // by contender's content
+  TimingFacts timing_facts_;
+  int done_now_ = 0;
+  double engine_now_s_ = 0;  // inside engine steps, of the cells that were done now
+  Clock::time_point start_ = Clock::now();
+  // Estimated seconds of one worker, of a pass and of what is done of it.
+  struct Share {
+    double all_s = 0, done_s = 0;
+    Clock::time_point since;
+  };
+  Share accuracy_, timing_;
+};
+
+}  // namespace assay

@@ -1,0 +1,236 @@
+#include "coordinator/timing.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <random>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "base/errors.h"
+#include "base/text.h"
+#include "coordinator/process.h"
+#include "measures/statistics.h"
+
+namespace assay {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using nlohmann::json;
+
+// The same order on every machine.
+template <typename T>
+void shuffle(std::vector<T>& items, std::mt19937_64& random) {
+  for (size_t i = items.size(); i > 1; --i) std::swap(items[i - 1], items[(random() >> 32) * i >> 32]);
+}
+
+Value inverse(const std::string& name, const std::string& unit, double scale, const Interval& interval) {
+  return {name, unit, scale / interval.value, scale / interval.high, scale / interval.low};
+}
+
+}  // namespace
+
+struct TimingPass::Session {
+  explicit Session(const std::string& program) : worker(program) {}
+  WorkerProcess worker;
+};
+
+// What is gathered of one cell.
+struct TimingPass::Tally {
+  Cell cell;
+  CpuTimes stolen_from;
+  double stolen = 0, total = 0;  // ticks
+  bool over = false;             // no more samples: it failed
+  json how;                      // what a round is: steps of a batch and of a sample, batches
+  double clock_share = 0;
+  std::vector<std::vector<double>> rounds;          // samples of each, us a step
+  std::vector<double> processes, steal, cpu_share;  // one a round
+
+  std::vector<SampleSeries> samples() const {
+    SampleSeries all = {"step_time_us", {}}, medians = {"round_step_time_us", {}};
+    for (const std::vector<double>& round : rounds) {
+      all.values.insert(all.values.end(), round.begin(), round.end());
+      medians.values.push_back(median(round));
+    }
+    return {all, medians, {"process", processes}, {"steal", steal}, {"cpu_share", cpu_share}};
+  }
+
+  // Median over all samples; the bootstrap draws processes with all of their rounds, or rounds when there is one
+  // process.
+  std::vector<Value> values(std::uint64_t seed) const {
+    std::map<double, std::vector<double>> by_process;
+    for (size_t round = 0; round < rounds.size(); ++round) {
+      std::vector<double>& pooled = by_process[processes[round]];
+      pooled.insert(pooled.end(), rounds[round].begin(), rounds[round].end());
+    }
+    std::vector<std::vector<double>> groups;
+    groups.reserve(by_process.size());
+    for (const auto& [process, pooled] : by_process) groups.push_back(pooled);
+    const Interval step = bootstrap_median_of_rounds(groups.size() > 1 ? groups : rounds, seed);
+    std::vector<Value> found = {{"step_time", "us", step.value, step.low, step.high},
+                                {"sample_steps", "1", how.at("sample_steps").get<double>(), {}, {}},
+                                {"clock_share", "1", clock_share, {}, {}},
+                                {"engine_share", "1", cell.engine_s / cell.wall_s, {}, {}}};
+    if (step.low > 0) {
+      found.push_back(inverse("raw_speed", "kHz", 1e3, step));
+      found.push_back(inverse("realtime_factor", "1", 1e3 * cell.timestep_ms, step));
+    }
+    return found;
+  }
+
+  void fail(Outcome outcome, std::string reason) {
+    cell.outcome = outcome;
+    cell.reason = std::move(reason);
+    over = true;
+  }
+};
+
+// The contender's worker, started when it is not there. Null when it cannot be had: then the tally says why.
+TimingPass::Session* TimingPass::session(const TimedContender& contender, int process, Tally& tally) {
+  std::shared_ptr<Session>& held = sessions_[{contender.name, process}];
+  if (held) return held.get();
+  held = std::make_shared<Session>(program_);
+  json job = contender.subject;
+  job["kind"] = "timing";
+  job["reference"] = contender.reference;
+  job["states"] = campaign_.timing.states;
+  job["warmup"] = campaign_.timing.warmup;
+  job["batch_ms"] = campaign_.timing.batch_ms;
+  job["trajectories"] = trajectories_;
+  held->worker.send(job);
+  const auto ready = held->worker.wait_message(campaign_.time_limit_s, interrupts_.descriptor());
+  if (ready) throw_worker_error(*ready);
+  if (ready && ready->contains("ready")) {
+    facts_.core = ready->at("core");
+    facts_.clock_s = std::max(facts_.clock_s, ready->at("clock_s").get<double>());
+    return held.get();
+  }
+  if (interrupts_.signal() == 0) {
+    const bool gone = held->worker.gone();
+    const std::string how = held->worker.end();
+    tally.fail(gone || ready ? Outcome::kCrashed : Outcome::kTimeout, ready ? ready->value("failed", how) : how);
+  }
+  held.reset();
+  return nullptr;
+}
+
+// Sends a command and waits for its answer; all of that is the cell's wall time, but for the start of a worker, which
+// serves all timesteps. Null when there is none.
+json TimingPass::command(const TimedContender& contender, int process, const json& message, Tally& tally) {
+  Session* held = session(contender, process, tally);
+  const Clock::time_point start = Clock::now();
+  const CpuTimes before = CpuTimes::now();
+  json answer;
+  if (held != nullptr) {
+    held->worker.send(message);
+    const auto got = held->worker.wait_message(campaign_.time_limit_s, interrupts_.descriptor());
+    if (got) throw_worker_error(*got);
+    if (got && got->contains("outcome")) {
+      answer = *got;
+    } else if (interrupts_.signal() == 0) {
+      const bool gone = held->worker.gone();
+      const std::string how = held->worker.end();
+      if (got) {
+        tally.fail(Outcome::kCrashed, fmt::format("exception: {}", got->value("failed", how)));
+      } else if (gone) {
+        tally.fail(Outcome::kCrashed, how);
+      } else {
+        tally.fail(Outcome::kTimeout, fmt::format("no sample after {}", duration_label(campaign_.time_limit_s)));
+      }
+      sessions_.erase({contender.name, process});
+    }
+  }
+  const CpuTimes after = CpuTimes::now();
+  tally.stolen += after.steal - before.steal;
+  tally.total += after.total - before.total;
+  tally.cell.wall_s += std::chrono::duration<double>(Clock::now() - start).count();
+  if (answer.is_null()) return answer;
+  tally.cell.engine_s += answer.at("engine_s").get<double>();
+  tally.cell.cpu_s += answer.value("cpu_s", 0.0);
+  const Outcome outcome = parse_outcome(answer.at("outcome").get<std::string>()).value_or(Outcome::kCrashed);
+  if (outcome == Outcome::kUnstable) {  // a figure all the same
+    tally.cell.outcome = outcome;
+    tally.cell.reason = answer.at("reason");
+  } else if (outcome != Outcome::kOk) {
+    tally.fail(outcome, answer.at("reason"));
+  }
+  return answer;
+}
+
+void TimingPass::measure(const CampaignSystem& system, const std::vector<TimedContender>& contenders,
+                         double timestep_ms, const std::map<std::string, std::string>& keys, const std::string& harness,
+                         const Started& started, const Put& put) {
+  std::vector<Tally> tallies(contenders.size());
+  long long shortest = 0;
+  for (size_t i = 0; i < contenders.size(); ++i) {
+    Tally& tally = tallies[i];
+    tally.cell.key = keys.at(contenders[i].name);
+    tally.cell.system = system.name;
+    tally.cell.contender = contenders[i].name;
+    tally.cell.timestep_ms = timestep_ms;
+    tally.cell.measure = "raw_speed";
+    tally.cell.started = unix_time();
+  }
+  // The harness comes last: its samples are as short as the shortest of the others.
+  std::vector<size_t> order;
+  order.reserve(contenders.size());
+  for (const bool last : {false, true}) {
+    for (size_t i = 0; i < contenders.size(); ++i) {
+      if ((contenders[i].name == harness) == last) order.push_back(i);
+    }
+  }
+  for (const size_t i : order) {
+    const bool is_harness = contenders[i].name == harness;
+    started(fmt::format("raw_speed {} at {} ms, setting up {}", system.name, timestep_label(timestep_ms),
+                        contenders[i].name));
+    const json prepare = {{"prepare", timestep_ms}, {"steps", is_harness ? std::max(1LL, shortest) : 0}};
+    const json answer = command(contenders[i], 0, prepare, tallies[i]);
+    if (interrupts_.signal() != 0) return;
+    if (answer.is_null() || tallies[i].over) continue;
+    tallies[i].how = answer.at("how");
+    const long long steps = tallies[i].how.at("sample_steps");
+    shortest = shortest == 0 ? steps : std::min(shortest, steps);
+  }
+  std::mt19937_64 random(static_cast<std::uint64_t>(campaign_.seed) * 1000003 +
+                         static_cast<std::uint64_t>(std::llround(timestep_ms * 1e6)));
+  for (int round = 0; round < campaign_.timing.rounds; ++round) {
+    started(fmt::format("raw_speed {} at {} ms, round {} of {}", system.name, timestep_label(timestep_ms), round + 1,
+                        campaign_.timing.rounds));
+    shuffle(order, random);
+    for (const size_t i : order) {
+      Tally& tally = tallies[i];
+      if (tally.over) continue;
+      const double stolen = tally.stolen, total = tally.total;
+      // Where a process lies in memory changes its speed a little, for as long as it lives: so there are several.
+      const int process = round % campaign_.timing.processes;
+      const json answer = command(contenders[i], process, {{"sample", tally.how}}, tally);
+      if (interrupts_.signal() != 0) return;
+      if (answer.is_null() || tally.over) continue;
+      tally.rounds.push_back(answer.at("step_us"));
+      tally.processes.push_back(process);
+      tally.steal.push_back(tally.total > total ? (tally.stolen - stolen) / (tally.total - total) : 0);
+      tally.cpu_share.push_back(answer.at("cpu_s").get<double>() / answer.at("wall_s").get<double>());
+      tally.clock_share = std::max(tally.clock_share, answer.at("clock_share").get<double>());
+    }
+  }
+  // The harness first: as long as a cell of the campaign is missing, the whole timestep is measured again.
+  const auto put_tally = [&](Tally& tally) {
+    tally.cell.finished = unix_time();
+    tally.cell.steal = tally.total > 0 ? tally.stolen / tally.total : 0;
+    std::vector<SampleSeries> samples;
+    if (!tally.rounds.empty()) samples = tally.samples();
+    if (!tally.over && !tally.rounds.empty()) {
+      tally.cell.values = tally.values(static_cast<std::uint64_t>(campaign_.seed));
+    }
+    put(tally.cell, samples);
+  };
+  for (const bool first : {true, false}) {
+    for (Tally& tally : tallies) {
+      if ((tally.cell.contender == harness) == first) put_tally(tally);
+    }
+  }
+}
+
+}  // namespace assay

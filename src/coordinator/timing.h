@@ -1,0 +1,65 @@
+// The timing pass: contenders interleaved in rounds, alone on the machine.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "campaign/campaign.h"
+#include "campaign/plan.h"
+#include "coordinator/pool.h"
+#include "coordinator/run.h"
+#include "store/store.h"
+
+namespace assay {
+
+// One contender that takes part on a system; `reference` is the address of the run that its saved states come from, ""
+// for the engine that does nothing.
+struct TimedContender {
+  std::string name;
+  nlohmann::json subject;
+  std::string reference;
+};
+
+struct TimingFacts {
+  int core = -1;
+  double clock_s = 0;
+};
+
+// Measures all of `contenders` on one system, one timestep after the other (`keys`: by timestep and contender's name);
+// `store_cell` is called for each cell after its timestep's last round. The contender `harness`, if it is among them,
+// is measured in samples as short as the shortest of the others. Returns at an interrupt.
+class TimingPass {
+ public:
+  TimingPass(const Campaign& campaign, std::string program, std::string trajectories, const Interrupts& interrupts)
+      : campaign_(campaign),
+        program_(std::move(program)),
+        trajectories_(std::move(trajectories)),
+        interrupts_(interrupts) {}
+
+  using Put = std::function<void(const Cell&, const std::vector<SampleSeries>&)>;
+  using Started = std::function<void(const std::string&)>;
+  void measure(const CampaignSystem& system, const std::vector<TimedContender>& contenders, double timestep_ms,
+               const std::map<std::string, std::string>& keys, const std::string& harness, const Started& started,
+               const Put& put);
+
+  // Ends the sessions that measure() left open for the next timestep of the same system.
+  void close() { sessions_.clear(); }
+
+  const TimingFacts& facts() const { return facts_; }
+
+ private:
+  struct Session;
+  struct Tally;
+
+  Session* session(const TimedContender& contender, int process, Tally& tally);
+  nlohmann::json command(const TimedContender& contender, int process, const nlohmann::json& message, Tally& tally);
+
+  const Campaign& campaign_;
+  std::string program_, trajectories_;
+  const Interrupts& interrupts_;
+  std::map<std::pair<std::string, int>, std::shared_ptr<Session>> sessions_;  // by contender and process
+  TimingFacts facts_;
+};
+
+}  // namespace assay

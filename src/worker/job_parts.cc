@@ -1,0 +1,151 @@
+#include "worker/job_parts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <filesystem>
+#include <sys/resource.h>
+
+#include <fmt/format.h>
+
+#include "base/errors.h"
+#include "controls/work.h"
+#include "measures/plausible.h"
+#include "model/mjcf.h"
+
+namespace assay::jobs {
+
+using nlohmann::json;
+
+double thread_cpu_seconds() {
+  timespec time{};
+  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+double cpu_seconds() {
+  rusage usage{};
+  ::getrusage(RUSAGE_SELF, &usage);
+  const auto seconds = [](const timeval& time) {
+    return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+  };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
+ResolvedContender contender_of(const json& contender) {
+  ResolvedContender resolved = Registry::instance().resolve(
+      contender.at("base"), contender.at("overrides").get<std::map<std::string, std::string>>());
+  resolved.name = contender.at("name");
+  return resolved;
+}
+
+Model model_of(const json& job) {
+  Model model = load_model(job.at("model_path").get<std::string>());
+  if (!job.at("contacts")) model = without_contacts(std::move(model));
+  if (!job.at("gravity")) model = without_gravity(std::move(model));
+  if (model.hash != job.at("model_hash").get<std::string>()) {
+    throw InputError(fmt::format("'{}' has changed since the campaign was read: start it again",
+                                 job.at("model_path").get<std::string>()));
+  }
+  return model;
+}
+
+Subject subject_of(const json& job) {
+  Subject subject;
+  subject.model = model_of(job);
+  const json& control = job.at("control");
+  subject.control = make_control(subject.model, {.kind = control.at("kind"),
+                                                 .amplitude = control.at("amplitude"),
+                                                 .frequency = control.at("frequency"),
+                                                 .phase_step = control.at("phase_step")});
+  subject.contender = contender_of(job.at("contender"));
+  subject.capabilities = subject.contender.engine->capabilities(subject.contender.settings);
+  const bool adapter_springs = subject.model.has_springs() && subject.capabilities.springs == SpringKind::kExplicit;
+  subject.free_running = subject.control->is_zero() && !adapter_springs;
+  return subject;
+}
+
+void check_supported(const Subject& subject, double timestep_s) {
+  if (!subject.control->is_zero() && !subject.capabilities.torques) {
+    throw UnsupportedError("the engine takes no joint torques");
+  }
+  Settings settings = subject.contender.settings;
+  settings.timestep = timestep_s;
+  subject.contender.engine->require_supported(subject.model, settings);
+}
+
+json value_json(const std::string& name, const std::string& unit, std::optional<double> value,
+                std::optional<double> low, std::optional<double> high) {
+  const auto number = [](std::optional<double> x) { return x && std::isfinite(*x) ? json(*x) : json(nullptr); };
+  return {{"name", name}, {"unit", unit}, {"value", number(value)}, {"low", number(low)}, {"high", number(high)}};
+}
+
+json cell_json(const std::string& measure, const Verdict& verdict, json values, json samples) {
+  return {{"measure", measure},
+          {"outcome", std::string(outcome_text(verdict.outcome))},
+          {"reason", verdict.reason},
+          {"values", std::move(values)},
+          {"samples", std::move(samples)}};
+}
+
+json answer_json(json cells, double engine_s) {
+  return {{"cells", std::move(cells)}, {"engine_s", engine_s}, {"cpu_s", cpu_seconds()}};
+}
+
+Run run_sampled(const Subject& subject, const State& start, double timestep_ms, long long samples,
+                long long per_sample) {
+  const long long steps = per_sample;
+  const double timestep_s = 1e-3 * timestep_ms;
+  const double duration_s = timestep_s * static_cast<double>(samples * steps);
+  const Plausibility plausibility(subject.model, start, duration_s,
+                                  largest_work(subject.model, *subject.control, duration_s));
+  Run run;
+  Stepper stepper(subject, start, timestep_s);
+  run.trajectory.states.reserve(static_cast<size_t>(samples) + 1);
+  run.trajectory.states.push_back(stepper.read());
+  std::string impossible;
+  for (long long sample = 1; sample <= samples; ++sample) {
+    const double time = start.time + timestep_s * static_cast<double>(sample * steps);
+    std::string why;
+    const double cpu_before = thread_cpu_seconds(), engine_before = stepper.engine_s();
+    try {
+      stepper.advance(steps);
+    } catch (const EngineError& error) {
+      why = error.what();
+    }
+    // With torques at each step only the wall clock is cheap enough to tell the engine's part.
+    const double cpu_s = thread_cpu_seconds() - cpu_before;
+    run.engine_s += subject.free_running ? cpu_s : std::min(cpu_s, stepper.engine_s() - engine_before);
+    const State& state = stepper.read();
+    if (const std::string divergence = plausibility.divergence(state); !divergence.empty()) why = divergence;
+    if (!why.empty()) {
+      run.verdict = {Outcome::kDiverged, fmt::format("by {:.4g} s: {}", time, why)};
+      break;
+    }
+    if (impossible.empty()) {
+      impossible = plausibility.impossibility(state);
+      if (!impossible.empty()) impossible = fmt::format("at {:.4g} s: {}", time, impossible);
+    }
+    run.trajectory.states.push_back(state);
+  }
+  if (run.verdict.outcome == Outcome::kOk && !impossible.empty()) run.verdict = {Outcome::kUnstable, impossible};
+  return run;
+}
+
+void save(const std::string& dir, const std::string& address, const Trajectory& trajectory) {
+  if (!has_trajectory(dir, address)) write_trajectory(dir, address, trajectory);
+}
+
+Trajectory load(const std::string& dir, const std::string& address) {
+  auto trajectory = read_trajectory(dir, address);
+  if (!trajectory || trajectory->states.empty()) {
+    // The parent saw it a moment ago. Gone or damaged: the next start computes it again.
+    std::error_code error;
+    std::filesystem::remove(trajectory_path(dir, address), error);
+    throw SystemError(fmt::format("the trajectory '{}' is damaged and was removed: start the same command again",
+                                  trajectory_path(dir, address)));
+  }
+  return *std::move(trajectory);
+}
+
+}  // namespace assay::jobs
