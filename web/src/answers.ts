@@ -51,8 +51,12 @@ function card(view: SystemView, palette: Palette): HTMLElement {
 }
 
 export function cards(report: Report, palette: Palette): HTMLElement {
-  const [question, ...others] = new Set(report.answered.map((view) => view.json.card.answers[0]!.question));
-  // Where a card is a row, its first question stands once above all.
-  const shared = question && others.length === 0 ? el("p", { class: "cards-question" }, question) : "";
-  return el("div", {}, shared, el("div", { class: "cards" }, ...report.answered.map((view) => card(view, palette))));
+  // Where a card is a row, its first question stands once above all; cards with another one say so.
+  const shared = report.answered[0]?.json.card.answers[0]?.question ?? "";
+  const list = report.answered.map((view) => {
+    const made = card(view, palette);
+    made.classList.toggle("own-question", view.json.card.answers[0]?.question !== shared);
+    return made;
+  });
+  return el("div", {}, el("p", { class: "cards-question" }, shared), el("div", { class: "cards" }, ...list));
 }

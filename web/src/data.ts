@@ -187,9 +187,9 @@ export interface ViewPoint {
 
 export interface Worst {
   value: number;
-  low: number | null;
-  high: number | null;
   at_ms: number;
+  low?: number; // the interval, where there is one
+  high?: number;
 }
 
 // A sound point with a speed; `point` is its place among the view's points.
@@ -251,6 +251,13 @@ export class Report {
     for (const contender of json.contenders) {
       this.contenderByName.set(contender.name, contender);
       if (contender.engine === "null") this.harness.push(contender.name);
+    }
+    // The JSON leaves out what was not stored.
+    for (const cell of json.cells) {
+      for (const value of cell.values) {
+        value.low ??= null;
+        value.high ??= null;
+      }
     }
     // Cells of contenders that the database does not describe are shown all the same.
     for (const cell of json.cells) {

@@ -45,10 +45,10 @@ function cell(result: GateResult): HTMLElement {
       type: "button",
       class: `gate-cell ${result.status}`,
       "aria-expanded": "false",
-      "aria-label": `${result.contender}, ${result.test}: ${word}`,
+      "aria-label": `${result.contender}, ${result.test}: ${word} ${figure}`.trim(),
       title: result.note || null,
     },
-    el("span", { class: "sign" }, sign),
+    el("span", { class: "sign", "aria-hidden": "true" }, sign),
     figure ? el("span", { class: "gate-figure" }, figure) : null,
   );
   button.addEventListener("click", () => unfold(button, () => detail(result)));
