@@ -57,7 +57,9 @@ class Documents(AssayTest):
 
     def test_third_party_work_is_complete(self):
         listed = (SOURCE / "THIRD_PARTY.md").read_text(encoding="utf-8")
-        packages = re.findall(r"^([a-z][\w.+-]+) +\|", (SOURCE / "setup/apt-packages.txt").read_text(), re.MULTILINE)
+        packages = []
+        for names in [SOURCE / "setup/apt-packages.txt", *SOURCE.glob("src/engines/*/apt-packages.txt")]:
+            packages += re.findall(r"^([a-z][\w.+-]+) +\|", names.read_text(), re.MULTILINE)
         for pins in [*SOURCE.glob("src/engines/*/recipe/*pins.txt"), *SOURCE.glob("setup/pip/*.txt")]:
             packages += re.findall(r"^([\w-]+)==", pins.read_text(), re.MULTILINE)
         for crates in SOURCE.glob("src/engines/*/recipe/Cargo.toml"):
