@@ -219,7 +219,7 @@ const std::vector<Subject>& subjects() {
 // Refused models, as contact by an engine that has none, have no row.
 bool takes(const ResolvedContender& contender, const Model& model) {
   return std::ranges::none_of(contender.engine->check(model, contender.settings),
-                              [](const Finding& finding) { return finding.fidelity == Fidelity::kRefused; });
+                              [](const Limitation& finding) { return finding.fidelity == Fidelity::kRefused; });
 }
 
 Scene load_scene(const std::string& name) {
