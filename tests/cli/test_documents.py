@@ -44,7 +44,8 @@ class Documents(AssayTest):
     def test_commands_exist(self):
         seen = set()
         for page in documents():
-            for command in re.findall(r"(?m)(?:^|`|\$ )(?:\./|(?<=`)|(?<=\$ ))assay ([a-z]+)\b", page.read_text(encoding="utf-8")):
+            text = page.read_text(encoding="utf-8")
+            for command in re.findall(r"(?m)(?:^|`|\$ )(?:\./|(?<=`)|(?<=\$ ))assay ([a-z]+)\b", text):
                 seen.add(command)
                 self.assertIn(command, COMMANDS, page)
         self.assertEqual(set(COMMANDS) - seen, set(), "commands that no document mentions")
@@ -56,7 +57,9 @@ class Documents(AssayTest):
 
     def test_third_party_work_is_complete(self):
         listed = (SOURCE / "THIRD_PARTY.md").read_text(encoding="utf-8")
-        packages = re.findall(r"^([a-z][\w.+-]+) +\|", (SOURCE / "setup/apt-packages.txt").read_text(), re.MULTILINE)
+        packages = []
+        for names in [SOURCE / "setup/apt-packages.txt", *SOURCE.glob("src/engines/*/apt-packages.txt")]:
+            packages += re.findall(r"^([a-z][\w.+-]+) +\|", names.read_text(), re.MULTILINE)
         for pins in [*SOURCE.glob("src/engines/*/recipe/*pins.txt"), *SOURCE.glob("setup/pip/*.txt")]:
             packages += re.findall(r"^([\w-]+)==", pins.read_text(), re.MULTILINE)
         for crates in SOURCE.glob("src/engines/*/recipe/Cargo.toml"):

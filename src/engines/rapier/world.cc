@@ -1,4 +1,4 @@
-#include "simulation.h"
+#include "world.h"
 
 #include <algorithm>
 #include <array>
@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "collision.h"
-#include "model/kinematics.h"
+#include "engines/adapter.h"
 
 namespace assay::rapier {
 namespace {
@@ -16,17 +16,14 @@ void copy(const Quat& q, double* out) { std::ranges::copy(std::array{q.x(), q.y(
 Vec3 vec3(const double* v) { return {v[0], v[1], v[2]}; }
 Quat quat(const double* q) { return Quat(q[3], q[0], q[1], q[2]).normalized(); }
 
-State with_joints(const Model& model, State state) {
-  if (state.angle.size() != model.hinges.size() || state.rate.size() != model.hinges.size()) {
-    joints_from_bodies(model, state);
-  }
-  return state;
-}
-
 class RapierSimulation final : public Simulation {
  public:
   RapierSimulation(const Model& model, const State& state, const Options& options)
-      : model_(model), options_(options), api_(options.api()), last_(with_joints(model, state)), start_(last_.time) {
+      : model_(model),
+        options_(options),
+        api_(options.api()),
+        last_(with_joint_coordinates(model, state)),
+        clock_{state.time, options.world.timestep} {
     RapierOptions world = options.world;
     copy(model.gravity, world.gravity);
     world_.reset(api_.create(&world));
@@ -36,31 +33,24 @@ class RapierSimulation final : public Simulation {
     add_shapes();
     require(api_.start(world_.get()));
     states_.resize(model_.bodies.size());
-    torques_.resize(model_.hinges.size());
     explicit_springs_ = model_.has_springs() && !options_.native_springs;
     model_.keyframes.clear();
   }
 
   void set_torques(std::span<const double> torques) override {
-    std::ranges::fill(torques_, 0.0);
-    std::ranges::copy(torques, torques_.begin());
-    if (explicit_springs_) {
-      read(last_);
-      for (size_t j = 0; j < torques_.size(); ++j) {
-        torques_[j] += spring_torque(model_.hinges[j], last_.angle[j], last_.rate[j]);
-      }
-    }
+    if (explicit_springs_) read(last_);
+    collect_torques(model_, torques, explicit_springs_ ? &last_ : nullptr, torques_);
     require(api_.set_torques(world_.get(), torques_.data()));
   }
 
   void advance(int count) override {
     require(api_.step(world_.get(), count));
-    steps_ += count;
+    clock_.steps += count;
   }
 
   void read_state(State& out) const override {
     read(last_);
-    last_.time = start_ + static_cast<double>(steps_) * options_.world.timestep;
+    last_.time = clock_.time();
     out = last_;
   }
 
@@ -194,8 +184,7 @@ class RapierSimulation final : public Simulation {
   const Options options_;
   const RapierApi& api_;
   mutable State last_;  // of the last read: unwraps angles
-  double start_;        // time, s
-  long long steps_ = 0;
+  Clock clock_;
   std::unique_ptr<RapierWorld, Destroy> world_{nullptr, {&api_}};
   bool explicit_springs_ = false;
   std::vector<double> torques_;              // scratch

@@ -1,7 +1,10 @@
-#include "pairs.h"
+#include "collision.h"
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include "engines/adapter.h"
 
 namespace assay::havok_adapter {
 namespace {
@@ -61,26 +64,6 @@ bool can_merge(const Wishes& wishes, const std::vector<size_t>& shapes, size_t a
          std::ranges::all_of(shapes, [&](size_t c) { return c == a || c == b || agree(wishes(a, c), wishes(b, c)); });
 }
 
-// The coefficients that `rule` (kMaximum or kMinimum) needs if it can do it at all: each shape's own is the smallest
-// (largest) of its pairs'.
-std::optional<Friction> by_extreme(const Model& model, havok::Combine rule) {
-  const bool maximum = rule == havok::kMaximum;
-  Friction friction{rule, std::vector<double>(model.shapes.size(), -1)};
-  for (const ContactPair& pair : model.contacts) {
-    for (const int shape : {pair.shape_a, pair.shape_b}) {
-      double& own = friction.of[shape];
-      if (own < 0 || (maximum ? pair.friction < own : pair.friction > own)) own = pair.friction;
-    }
-  }
-  const bool exact = std::ranges::all_of(model.contacts, [&](const ContactPair& pair) {
-    const double a = friction.of[pair.shape_a], b = friction.of[pair.shape_b];
-    return (maximum ? std::max(a, b) : std::min(a, b)) == pair.friction;
-  });
-  if (!exact) return std::nullopt;
-  for (double& own : friction.of) own = std::max(own, 0.0);
-  return friction;
-}
-
 // Products: a shape of each connected part is free, the others follow. Found for every tree of pairs without zeros.
 std::optional<Friction> by_product(const Model& model) {
   Friction friction{havok::kMultiply, std::vector<double>(model.shapes.size(), 0)};
@@ -126,13 +109,12 @@ bool hinge_has_contact(const Model& model, int hinge) {
 
 Filters find_filters(const Model& model) {
   Wishes wishes(model);
-  std::vector<bool> used(model.shapes.size(), false);
-  for (const ContactPair& pair : model.contacts) used[pair.shape_a] = used[pair.shape_b] = true;
+  const ContactShapes touching = contact_shapes(model);
 
   // A merged shape wants what either of the two wanted, of all others, so that no later merge can contradict it.
   std::vector<size_t> shapes;
   for (size_t s = 0; s < model.shapes.size(); ++s) {
-    if (used[s]) shapes.push_back(s);
+    if (touching.contains(s)) shapes.push_back(s);
   }
   std::vector<size_t> leaders;
   std::vector<size_t> leader_of(model.shapes.size(), 0);
@@ -167,8 +149,11 @@ Filters find_filters(const Model& model) {
 }
 
 std::optional<Friction> find_friction(const Model& model) {
-  for (const havok::Combine rule : {havok::kMaximum, havok::kMinimum}) {
-    if (auto friction = by_extreme(model, rule)) return friction;
+  for (const FrictionRule rule : {FrictionRule::kLarger, FrictionRule::kSmaller}) {
+    ShapeFriction own = shape_friction(model, rule);
+    if (!own.gives_all(model)) continue;
+    for (double& friction : own.of) friction = std::max(friction, 0.0);
+    return Friction{rule == FrictionRule::kLarger ? havok::kMaximum : havok::kMinimum, std::move(own.of)};
   }
   return by_product(model);
 }

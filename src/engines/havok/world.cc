@@ -1,11 +1,11 @@
-#include "simulation.h"
+#include "world.h"
 
 #include <cmath>
 #include <optional>
 #include <utility>
 
-#include "model/kinematics.h"
-#include "pairs.h"
+#include "collision.h"
+#include "engines/adapter.h"
 
 namespace assay::havok_adapter {
 namespace {
@@ -24,10 +24,9 @@ struct Velocities {
 
 class HavokSimulation final : public Simulation {
  public:
-  HavokSimulation(Model model, const State& state, const Settings& settings)
-      : options_(settings),
-        timestep_(settings.timestep),
-        start_time_(state.time),
+  HavokSimulation(Model model, const State& state, const Options& options)
+      : options_(options),
+        clock_{state.time, options.timestep},
         model_(std::move(model)),
         module_(make_module()),
         explicit_springs_(model_.has_springs() && !options_.native_springs) {
@@ -48,7 +47,7 @@ class HavokSimulation final : public Simulation {
       double torque = torques.empty() ? 0.0 : torques[j];
       if (explicit_springs_) torque += spring_torque(hinge, scratch_.angle[j], scratch_.rate[j]);
       if (torque == 0) continue;
-      const Vec3 impulse_W = (torque * timestep_) * world_axis(hinge);
+      const Vec3 impulse_W = (torque * options_.timestep) * world_axis(hinge);
       push(hinge.body, impulse_W);
       if (const int parent = model_.bodies[hinge.body].parent; parent != kWorld) push(parent, -impulse_W);
     }
@@ -56,12 +55,12 @@ class HavokSimulation final : public Simulation {
 
   void advance(int count) override {
     any_pushed_ = false;
-    module_->step(world_, f32(timestep_), count);
-    steps_ += count;
+    module_->step(world_, f32(options_.timestep), count);
+    clock_.steps += count;
   }
 
   void read_state(State& out) const override {
-    out.time = start_time_ + static_cast<double>(steps_) * timestep_;
+    out.time = clock_.time();
     out.bodies.resize(bodies_.size());
     for (size_t i = 0; i < bodies_.size(); ++i) {
       havok::QTransform pose;
@@ -329,8 +328,7 @@ class HavokSimulation final : public Simulation {
   }
 
   Options options_;
-  double timestep_, start_time_;
-  long long steps_ = 0;
+  Clock clock_;
   Model model_;  // our own copy: the caller's need not live on
   std::unique_ptr<Module> module_;
   Id world_ = 0, world_anchor_ = 0, last_static_ = 0;
@@ -349,11 +347,11 @@ class HavokSimulation final : public Simulation {
 
 double zero_angle(const Hinge& hinge, const Options& options) {
   if (options.native_springs && hinge.stiffness != 0) return hinge.spring_reference;
-  return hinge.limited ? (hinge.lower + hinge.upper) / 2 : hinge.reference;
+  return middle_of_range(hinge, hinge.reference);
 }
 
-std::unique_ptr<Simulation> make_simulation(const Model& model, const State& state, const Settings& settings) {
-  return std::make_unique<HavokSimulation>(model, state, settings);
+std::unique_ptr<Simulation> make_simulation(const Model& model, const State& state, const Options& options) {
+  return std::make_unique<HavokSimulation>(model, state, options);
 }
 
 }  // namespace assay::havok_adapter

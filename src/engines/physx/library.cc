@@ -1,4 +1,4 @@
-#include "sdk.h"
+#include "library.h"
 
 #include <fmt/format.h>
 
