@@ -1,4 +1,4 @@
-// Damping, grasp, agreement, Pareto fronts and scaling against values that are known by hand.
+// Damping, grasp, agreement, Pareto fronts and scaling compared with values computed by hand.
 #include <cmath>
 #include <numbers>
 #include <optional>
