@@ -49,7 +49,8 @@ export class Address {
 
   // The section that the reader looks at.
   at(section: string): void {
-    if (section === this.section) return;
+    // Until all is drawn, parts move by themselves.
+    if (section === this.section || !("ready" in document.body.dataset)) return;
     this.section = section;
     this.write();
   }
