@@ -36,7 +36,7 @@ constexpr int kFewest = 100, kMost = 5000;  // steps of a batch; the chain gains
 constexpr int kWarmUp = 20;                  // steps
 constexpr unsigned kLargestShift = 1 << 18;  // bytes
 
-// Time of this thread alone, so that other processes on the machine count less.
+// CPU time of this thread, so that other processes on the machine matter less.
 double cpu_seconds() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
@@ -219,7 +219,7 @@ const std::vector<Subject>& subjects() {
 // Refused models, as contact by an engine that has none, have no row.
 bool takes(const ResolvedContender& contender, const Model& model) {
   return std::ranges::none_of(contender.engine->check(model, contender.settings),
-                              [](const Finding& finding) { return finding.fidelity == Fidelity::kRefused; });
+                              [](const Limitation& finding) { return finding.fidelity == Fidelity::kRefused; });
 }
 
 Scene load_scene(const std::string& name) {
@@ -330,7 +330,7 @@ int main_or_throw(int argc, char** argv) {
       ->check(CLI::Range(1, 1000));
   std::vector<std::string> names;
   for (const Subject& subject : subjects()) names.push_back(subject.contender);
-  app.add_option("--contender", only, "this contender alone")->check(CLI::IsMember(names));
+  app.add_option("--contender", only, "only this contender")->check(CLI::IsMember(names));
   app.add_flag("--json", json, "JSON on standard output");
   try {
     app.parse(argc, argv);

@@ -1,5 +1,5 @@
-// Rapier as its user would write it, which is in Rust: src/engines/rapier/recipe/direct.rs builds the world and loops over
-// PhysicsWorld::step. What is here only fills in the numbers of the two systems.
+// Rapier as its user would write it, which is in Rust: src/engines/rapier/recipe/direct.rs builds the world and loops
+// over PhysicsWorld::step. What is here only fills in the numbers of the two systems.
 #include <algorithm>
 #include <array>
 #include <string>

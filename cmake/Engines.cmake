@@ -21,6 +21,17 @@ function(assay_engine_facts name version folder)
   set_property(DIRECTORY "${PROJECT_SOURCE_DIR}" APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS "${folder}/build.txt")
 endfunction()
 
+# Sets `variable` to the folder of what the recipe of engine `name` makes; setup/common.sh decides on it.
+function(assay_engine_folder variable name)
+  file(GLOB files CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/src/engines/${name}/recipe/*")
+  set_property(DIRECTORY "${PROJECT_SOURCE_DIR}" APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS "${files}")
+  execute_process(
+    COMMAND ${CMAKE_COMMAND} -E env "ASSAY_CACHE=${ASSAY_CACHE}" "CXX=${CMAKE_CXX_COMPILER} ${CMAKE_CXX_COMPILER_ARG1}"
+      bash -c "root=$1; source \"$1/setup/common.sh\" && engine_folder \"$2\"" - "${PROJECT_SOURCE_DIR}" ${name}
+    OUTPUT_VARIABLE folder OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
+  set(${variable} "${folder}" PARENT_SCOPE)
+endfunction()
+
 set(run_setup "Run setup/setup.sh (or ./assay), which puts it under ${ASSAY_CACHE}/engines.")
 
 # The file find.cmake of each engine's folder.

@@ -1,7 +1,7 @@
-"""Puts what follows from results alone between the marks of a page: update_claims.py ASSAY RESULTS PAGE.
+"""Writes the generated blocks of a page: update_claims.py ASSAY RESULTS PAGE.
 
-RESULTS is a results directory, or the database of one packed as assay.sqlite.xz. Written are `assay claims --markdown`
-and the tables of runs that failed, each with the command that shows it.
+RESULTS is a results directory, or the database of one packed as assay.sqlite.xz. The blocks are `assay claims --markdown`
+and the tables of failed runs, each with the command that shows it.
 """
 
 import contextlib
@@ -14,14 +14,14 @@ import subprocess
 import sys
 import tempfile
 
-# Measures whose run starts at the system's initial state, as that of `assay simulate` does.
+# Measures whose run starts at the system's initial state, as `assay simulate` does.
 WHOLE_RUNS = ("grasp", "drift", "violation", "truth")
-# Part of its energy that a contender may lose or gain at the smallest timestep before it is said to leak.
+# Largest relative energy drift at the smallest timestep that is not listed as a leak.
 LEAK = 1e-3
 
 
 def milliseconds(timestep):
-    """0.25 as 1/4, as the program writes it."""
+    """0.25 as "1/4", as the program writes it."""
     return str(fractions.Fraction(timestep))
 
 
@@ -38,7 +38,7 @@ def command(facts, contender, timestep):
 
 
 def grasp_failures(db, facts):
-    """For each contender the smallest timestep from which on it does not hold the object."""
+    """For each contender the smallest timestep at which it does not hold the object."""
     rows = []
     for contender, in db.execute("SELECT name FROM contenders ORDER BY rowid"):
         runs = db.execute(
@@ -75,7 +75,7 @@ def other_failures(db, facts):
 
 
 def leaks(db, facts):
-    """Contenders whose energy drifts at the smallest timestep, where an integrator's own error has all but vanished."""
+    """Contenders whose energy drifts at the smallest timestep, where the integration error is negligible."""
     rows = []
     for system, contender, timestep, drift, rate in db.execute(
             "SELECT cells.system, contender, timestep_ms, d.value, r.value FROM cells"
@@ -103,7 +103,7 @@ def claims(program, results):
 
 @contextlib.contextmanager
 def unpacked(results):
-    """A results directory of either form of RESULTS."""
+    """The results directory for either form of RESULTS."""
     if results.suffix != ".xz":
         yield results
         return
@@ -114,13 +114,13 @@ def unpacked(results):
 
 
 def blocks(program, results):
-    """The text of each block."""
+    """The text of each generated block."""
     with unpacked(results) as folder:
         return {"claims": claims(program, folder), "failures": failures(folder)}
 
 
 def updated(text, new):
-    """A page's text with the blocks that it should have."""
+    """The page's text with its generated blocks replaced."""
     for name, block in new.items():
         begin_mark, end_mark = f"<!-- {name}: begin -->\n", f"<!-- {name}: end -->"
         begin = text.index(begin_mark) + len(begin_mark)

@@ -1,51 +1,71 @@
 #!/usr/bin/env bash
 # Puts in place what assay is built from: system packages, engines, the page's libraries; with --tests the tools of ./test
-# too. What is there already is left alone, so a second run takes a moment. Everything it says goes to standard error.
+# too. What is there already is left alone, so a second run takes a moment. All messages go to standard error.
 #
 #   setup/setup.sh [--tests]
+#   setup/setup.sh --prune   removes shared engines, tools and downloads that no set-up has used for 90 days
 #
-#   ASSAY_CACHE         where downloads, engines and tools live; default: .cache in the repository
+#   ASSAY_CACHE         where downloads, engines and tools live, for all clones; default: assay in XDG_CACHE_HOME, else
+#                       in ~/.cache
 #   ASSAY_SKIP_APT      non-empty: do not look at system packages
 #   ASSAY_SKIP_ENGINES  engines (src/engines/*/recipe) to do without, space-separated
-#
-# Every piece is made under a temporary name and renamed when it is whole, and a stamp holds the hash of what it was made
-# from; so an interrupted run leaves nothing that passes for done.
 set -euo pipefail
 
 root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
-cache="${ASSAY_CACHE:-${root}/.cache}"
-with_tests=""
+# shellcheck source=setup/common.sh
+source "${root}/setup/common.sh"
+with_tests="" prune=""
 case "${1:-}" in
   "") ;;
   --tests) with_tests=1 ;;
-  *) echo "setup: unknown argument '$1'; the only one is --tests" >&2; exit 2 ;;
+  --prune) prune=1 ;;
+  *) echo "setup: unknown argument '$1': the arguments are --tests and --prune" >&2; exit 2 ;;
 esac
 exec 1>&2
 
-mkdir -p "${cache}"
-cache="$(cd "${cache}" && pwd)"
-log="${cache}/setup.log"
-
-say() { echo "assay setup: $*"; }
+say() {
+  echo "assay setup: $*"
+  phase "set-up: $*"
+}
 die() { say "$*"; exit 1; }
 
-# Others wait for whoever came first and then find everything done. ./assay and ./test hold the lock already.
-if [[ -z ${ASSAY_LOCK_HELD:-} ]]; then
-  exec {lock}>"${cache}/lock"
-  flock -n "${lock}" || { say "waiting for another set-up or build to end"; flock "${lock}"; }
-fi
+find_cache
+take_lock
+mkdir -p "${logs}"
+log="${logs}/setup.log"
 : >"${log}"
+phase "set-up"
 
 # logged COMMAND...: runs it with its output in the log; when it fails, shows the end of it.
 logged() {
   echo "+ $*" >>"${log}"
   if ! "$@" >>"${log}" 2>&1 </dev/null; then
     tail -n 25 "${log}"
-    die "failed: $* (everything it said: ${log})"
+    die "failed: $* (its whole output: ${log})"
   fi
 }
 
-hash_of() { cat "$@" | sha256sum | cut -c1-32; }
+# made_once FOLDER COMMAND...: COMMAND makes FOLDER, complete, by renaming another; only when FOLDER is not there. Other
+# clones may want the same one at the same time. Not to be called in a condition, which would switch set -e off.
+made_once() {
+  local folder="$1" piece
+  shift
+  if [[ ! -d ${folder} ]]; then
+    if ! mkdir -p "${folder%/*}" 2>/dev/null || ! { exec {piece}>>"${folder}.lock"; } 2>/dev/null; then
+      die "cannot write to '${folder%/*}': set ASSAY_CACHE to a folder of yours for downloads and engines"
+    fi
+    if ! flock -n "${piece}"; then
+      say "waiting for another set-up, which makes ${folder#"${cache}/"}"
+      flock "${piece}"
+    fi
+    if [[ ! -d ${folder} ]]; then
+      rm -rf "${folder}.part"
+      "$@"
+    fi
+    exec {piece}>&-
+  fi
+  touch -c "${folder}" 2>/dev/null || true  # --prune goes by it
+}
 
 # ---- system packages ------------------------------------------------------------------------------------------------
 
@@ -54,24 +74,26 @@ trim() { local s="$1"; s="${s#"${s%%[![:space:]]*}"}"; printf '%s' "${s%"${s##*[
 # Sets missing (of the kinds that are needed) and missing_engines to the packages of the list that are not there.
 find_missing_packages() {
   missing=() missing_engines=()
-  local installed line package when also purpose
+  local installed line package when also
   installed="$(dpkg-query -W -f '${db:Status-Abbrev}|${Package}\n' 2>/dev/null | sed -n 's/^ii *|//p')"
   while IFS= read -r line; do
     [[ -z ${line} || ${line} == \#* ]] && continue
     line="${line//\\|/@or@}"
-    IFS='|' read -r package when also purpose <<<"${line}"
+    IFS='|' read -r package when also _ <<<"${line}"
     package="$(trim "${package}")" when="$(trim "${when}")" also="$(trim "${also//@or@/|}")"
     [[ ${when} == test && -z ${with_tests} ]] && continue
+    # Several engines may need it.
+    [[ " ${missing_engines[*]} " == *" ${package} "* ]] && continue
     grep -qxF -- "${package}" <<<"${installed}" && continue
     [[ -n ${also} ]] && bash -c "${also}" >/dev/null 2>&1 && continue
     if [[ ${when} == engine ]]; then missing_engines+=("${package}"); else missing+=("${package}"); fi
-  done <"${root}/setup/apt-packages.txt"
+  done < <(cat "${root}/setup/apt-packages.txt" "${root}"/src/engines/*/apt-packages.txt | sort -u)
 }
 
 install_packages() {
   [[ -n ${ASSAY_SKIP_APT:-} ]] && return
   if ! command -v dpkg-query >/dev/null; then
-    say "not a Debian system: make sure that what setup/apt-packages.txt lists is installed"
+    say "not a Debian system: install what setup/apt-packages.txt and src/engines/*/apt-packages.txt list"
     return
   fi
   find_missing_packages
@@ -104,49 +126,44 @@ install_packages() {
 
 # ---- Python packages ------------------------------------------------------------------------------------------------
 
-# make_venv NAME REQUIREMENTS: a virtual environment of exactly these packages at ${cache}/NAME.
-make_venv() {
-  local folder="${cache}/$1" requirements="$2" stamp
-  stamp="$(hash_of "${root}/setup/pip/bootstrap.txt" "${requirements}") $(python3 -V 2>&1) ${folder}"
-  [[ -f ${folder}/.stamp && $(<"${folder}/.stamp") == "${stamp}" ]] && return
+# make_venv FOLDER REQUIREMENTS: a virtual environment of exactly these packages.
+make_venv() { made_once "$1" fill_venv "$1" "$2"; }
+fill_venv() {
+  local folder="$1" part="$1.part" requirements="$2" list
   say "making the Python environment ${folder}"
-  rm -rf "${folder}"
-  logged python3 -m venv "${folder}"
-  logged "${folder}/bin/python" -m pip install --disable-pip-version-check --require-hashes --no-deps \
-    --only-binary :all: -r "${root}/setup/pip/bootstrap.txt"
-  [[ ${requirements} -ef ${root}/setup/pip/bootstrap.txt ]] ||
-    logged "${folder}/bin/python" -m pip install --disable-pip-version-check --require-hashes --no-deps \
-      --only-binary :all: -r "${requirements}"
-  echo "${stamp}" >"${folder}/.stamp"
+  logged python3 -m venv "${part}"
+  for list in "${root}/setup/pip/bootstrap.txt" "${requirements}"; do
+    logged "${part}/bin/python" -m pip install --disable-pip-version-check --require-hashes --no-deps \
+      --only-binary :all: -r "${list}"
+  done
+  # The programs of the packages name their interpreter by its path.
+  find "${part}/bin" -type f -exec sed -i "1s|^#!${part}/|#!${folder}/|" {} +
+  mv "${part}" "${folder}"
 }
 
 # fetch_once PINS COMMAND...: runs COMMAND in a scratch folder that becomes ${fetched}, once for what PINS (a file) says.
 fetch_once() {
-  fetched="$(folder_of "$1")"
+  fetched="${cache}/downloads/$(hash_of "$1")"
   shift
-  [[ -d ${fetched} ]] && return
-  mkdir -p "${cache}/downloads"
-  # Two engines may want it at once.
-  (
-    flock 9
-    [[ -d ${fetched} ]] && exit
-    rm -rf "${fetched}.part"
-    mkdir -p "${fetched}.part"
-    (cd "${fetched}.part" && logged "$@")
-    mv "${fetched}.part" "${fetched}"
-  ) 9>"${fetched}.lock"
+  made_once "${fetched}" fill_download "$@"
 }
-folder_of() { echo "${cache}/downloads/$(hash_of "$1")"; }
+fill_download() {
+  mkdir "${fetched}.part"
+  (cd "${fetched}.part" && logged "$@")
+  mv "${fetched}.part" "${fetched}"
+}
 
 # fetch PINS PIP_ARGUMENT...: downloads once what PINS names, and sets fetched to the folder that holds it.
 fetch() {
   local pins="$1"
   shift
-  if [[ ! -d $(folder_of "${pins}") ]]; then
-    (flock 9 && make_venv pip "${root}/setup/pip/bootstrap.txt") 9>"${cache}/pip.lock"
-  fi
-  fetch_once "${pins}" "${cache}/pip/bin/python" -m pip download --disable-pip-version-check --require-hashes --no-deps \
-    "$@" -d . -r "${pins}"
+  fetch_once "${pins}" pip_download "$@" -d . -r "${pins}"
+}
+pip_download() {
+  local bootstrap="${root}/setup/pip/bootstrap.txt" venv
+  venv="$(python_folder pip "${bootstrap}")"
+  make_venv "${venv}" "${bootstrap}"
+  "${venv}/bin/python" -m pip download --disable-pip-version-check --require-hashes --no-deps "$@"
 }
 
 # fetch_wheel PINS PYTHON_VERSION PLATFORM
@@ -185,34 +202,27 @@ needs() {
   exit 3
 }
 
-# Runs src/engines/<name>/recipe/build.sh in a subshell. It has: recipe (its folder), work (scratch), out (where the engine's
-# folders go), flags and compiler (for code built from source), and the functions above.
+# set_up_engine NAME: runs src/engines/NAME/recipe/build.sh in a subshell. It has: recipe (its folder), work (scratch), out
+# (where the engine's folders go), flags and compiler (for code built from source), and the functions above.
 set_up_engine() {
-  local name="$1" recipe="${root}/src/engines/$1/recipe" stamp folder
-  local stamp_file="${cache}/engines/.stamp-${name}"
-  stamp="$(hash_of "${recipe}"/* "${root}/setup/engine_flags.txt") ${compiler}"
-  if [[ -f ${stamp_file} && $(head -n 1 "${stamp_file}") == "${stamp}" ]]; then
-    local whole=1
-    while IFS= read -r folder; do
-      [[ -d ${cache}/engines/${folder} ]] || whole=""
-    done < <(tail -n +2 "${stamp_file}")
-    [[ -n ${whole} ]] && return
-  fi
-
+  local folder
+  folder="$(engine_folder "$1")"
+  made_once "${folder}" build_engine "$1" "${folder}"
+}
+build_engine() {
+  local name="$1" folder="$2" recipe="${root}/src/engines/$1/recipe"
+  local work="${folder}.part" out="${folder}.part/out" log="${logs}/setup-${name}.log" fetched
   say "setting up the engine ${name}"
-  local log="${cache}/setup-${name}.log"
   : >"${log}"
-  local work="${cache}/work-${name}" out="${cache}/work-${name}/out" fetched
-  rm -rf "${work}" "${stamp_file}"
-  mkdir -p "${out}" "${cache}/engines"
-  build_engine() {
+  mkdir -p "${out}"
+  run_recipe() {
     set -euo pipefail
     # shellcheck source=/dev/null
     source "${recipe}/build.sh"
   }
   # Not `if (...)`: there, set -e would be off inside.
   set +e
-  (build_engine) >>"${log}" 2>&1 </dev/null
+  (run_recipe) >>"${log}" 2>&1 </dev/null
   local status=$?
   set -e
   if [[ ${status} -eq 3 && -s ${work}/lacking ]]; then
@@ -222,42 +232,56 @@ set_up_engine() {
   fi
   if [[ ${status} -ne 0 ]]; then
     tail -n 25 "${log}"
-    say "the engine ${name} could not be set up (everything it said: ${log})"
+    say "the engine ${name} could not be set up (its whole output: ${log})"
     die "to go on without it: ASSAY_SKIP_ENGINES='${ASSAY_SKIP_ENGINES:+${ASSAY_SKIP_ENGINES} }${name}'"
   fi
-  {
-    echo "${stamp}"
-    for folder in "${out}"/*; do basename "${folder}"; done
-  } >"${work}/stamp"
-  for folder in "${out}"/*; do
-    rm -rf "${cache}/engines/$(basename "${folder}")"
-    mv "${folder}" "${cache}/engines/"
-  done
-  mv "${work}/stamp" "${stamp_file}"
+  mv "${out}" "${folder}"
   rm -rf "${work}"
 }
 
-set_up_engines() {
-  local flags compiler recipe name
-  flags="$(grep -v '^#' "${root}/setup/engine_flags.txt")"
-  compiler="$(${CXX:-c++} --version | head -n 1)"
-  # Two at a time: much of a recipe is one process that downloads, unpacks, generates or links. Each is a process group of
-  # its own, so that an interrupt ends all of it.
-  local running=0 failed=""
-  set -m
-  trap 'for job in $(jobs -p); do kill -TERM -- "-${job}"; done 2>/dev/null; exit 130' INT TERM
+# ---- the page's libraries, the tools of ./test ----------------------------------------------------------------------
+
+# npm ci removes node_modules first, so the stamp inside it is gone until it is complete.
+set_up_web() {
+  local web="${root}/web" stamp
+  [[ -f ${web}/package-lock.json ]] || return 0
+  stamp="$(hash_of "${web}/package.json" "${web}/package-lock.json") $(node --version)"
+  [[ -f ${web}/node_modules/.assay-stamp && $(<"${web}/node_modules/.assay-stamp") == "${stamp}" ]] && return
+  say "fetching the report page's libraries"
+  logged npm ci --prefix "${web}" --ignore-scripts --no-audit --no-fund
+  echo "${stamp}" >"${web}/node_modules/.assay-stamp"
+}
+
+set_up_tools() { make_venv "$(tools_folder)" "${root}/setup/pip/tools.txt"; }
+
+# ---- all of it ------------------------------------------------------------------------------------------------------
+
+# Three pieces at a time: much of one is a single process that downloads, unpacks, generates or links.
+set_up_pieces() {
+  local flags compiler recipe name piece pieces=(set_up_web)
+  # shellcheck disable=SC2034  # for the recipes
+  flags="$(grep -v '^#' "${root}/setup/engine_flags.txt")" compiler="$(${CXX:-c++} --version | head -n 1)"
+  [[ -n ${with_tests} ]] && pieces+=(set_up_tools)
   for recipe in "${root}"/src/engines/*/recipe/build.sh; do
     name="${recipe%/recipe/build.sh}" name="${name##*/}"
     if [[ " ${ASSAY_SKIP_ENGINES:-} " == *" ${name} "* ]]; then
       say "doing without the engine ${name} (ASSAY_SKIP_ENGINES)"
-      continue
+    else
+      pieces+=("set_up_engine ${name}")
     fi
-    if ((running == 2)); then
+  done
+  # Each is a process group of its own, so that an interrupt ends all of it.
+  local running=0 failed=""
+  set -m
+  # shellcheck disable=SC2154  # job
+  trap 'for job in $(jobs -p); do kill -TERM -- "-${job}"; done 2>/dev/null; exit 130' INT TERM
+  for piece in "${pieces[@]}"; do
+    if ((running == 3)); then
       wait -n || failed=1
-      running=1
+      running=2
     fi
     [[ -n ${failed} ]] && break
-    set_up_engine "${name}" &
+    ${piece} &
     running=$((running + 1))
   done
   while ((running > 0)); do
@@ -269,22 +293,32 @@ set_up_engines() {
   [[ -z ${failed} ]] || exit 1
 }
 
-# ---- the page's libraries -------------------------------------------------------------------------------------------
-
-# npm ci removes node_modules first, so the stamp inside it is gone until it is whole.
-set_up_web() {
-  local web="${root}/web" stamp
-  [[ -f ${web}/package-lock.json ]] || return 0
-  stamp="$(hash_of "${web}/package.json" "${web}/package-lock.json") $(node --version)"
-  [[ -f ${web}/node_modules/.assay-stamp && $(<"${web}/node_modules/.assay-stamp") == "${stamp}" ]] && return
-  say "fetching the report page's libraries"
-  logged npm ci --prefix "${web}" --ignore-scripts --no-audit --no-fund
-  echo "${stamp}" >"${web}/node_modules/.assay-stamp"
+# The folders of the engines that this clone uses, for ./assay: when one is gone, it is set up again.
+list_engines() {
+  local recipe name folder
+  for recipe in "${root}"/src/engines/*/recipe/build.sh; do
+    name="${recipe%/recipe/build.sh}" folder="$(engine_folder "${name##*/}")"
+    [[ ! -d ${folder} ]] || echo "${folder}"
+  done >"${root}/build/engines.txt"
 }
 
-install_packages
-set_up_engines
-set_up_web
-if [[ -n ${with_tests} ]]; then
-  make_venv tools "${root}/setup/pip/tools.txt"
+prune_cache() {
+  local piece
+  while IFS= read -r piece; do
+    (
+      # Somebody makes it just now.
+      flock -n 9 || exit 0
+      say "removing ${piece#"${cache}/"}"
+      rm -rf "${piece}"
+    ) 9>>"${piece%.part}.lock"
+  done < <(find "${cache}/engines" "${cache}/python" "${cache}/downloads" -mindepth 1 -maxdepth 1 -type d -mtime +90 \
+    2>/dev/null)
+}
+
+if [[ -n ${prune} ]]; then
+  prune_cache
+  exit
 fi
+install_packages
+set_up_pieces
+list_engines

@@ -22,17 +22,17 @@ struct Options {
 struct Verdict {
   std::string engine;
   std::vector<std::string> contenders;
-  std::vector<Finding> findings;  // nothing of kind kExact
+  std::vector<Limitation> findings;  // nothing of kind kExact
 
   Fidelity worst() const {
     Fidelity worst = Fidelity::kExact;
-    for (const Finding& finding : findings) worst = std::max(worst, finding.fidelity);
+    for (const Limitation& finding : findings) worst = std::max(worst, finding.fidelity);
     return worst;
   }
 };
 
-bool alike(const std::vector<Finding>& a, const std::vector<Finding>& b) {
-  return std::ranges::equal(a, b, [](const Finding& x, const Finding& y) {
+bool alike(const std::vector<Limitation>& a, const std::vector<Limitation>& b) {
+  return std::ranges::equal(a, b, [](const Limitation& x, const Limitation& y) {
     return x.fidelity == y.fidelity && x.element == y.element && x.how == y.how;
   });
 }
@@ -42,8 +42,8 @@ std::vector<Verdict> verdicts_on(const Model& model) {
   std::vector<Verdict> verdicts;
   for (const std::string& name : registry.contender_names()) {
     const ResolvedContender contender = registry.resolve(name);
-    std::vector<Finding> findings = contender.engine->check(model, contender.settings);
-    std::erase_if(findings, [](const Finding& finding) { return finding.fidelity == Fidelity::kExact; });
+    std::vector<Limitation> findings = contender.engine->check(model, contender.settings);
+    std::erase_if(findings, [](const Limitation& finding) { return finding.fidelity == Fidelity::kExact; });
     const auto same = std::ranges::find_if(verdicts, [&](const Verdict& verdict) {
       return verdict.engine == contender.engine->name() && alike(verdict.findings, findings);
     });
@@ -64,7 +64,7 @@ int check(const Options& options) {
     Json json = {{"model", model_json(model.name, model)}, {"engines", Json::array()}};
     for (const Verdict& verdict : verdicts) {
       Json findings = Json::array();
-      for (const Finding& finding : verdict.findings) {
+      for (const Limitation& finding : verdict.findings) {
         findings.push_back(
             {{"fidelity", fidelity_text(finding.fidelity)}, {"element", finding.element}, {"how", finding.how}});
       }
@@ -83,7 +83,7 @@ int check(const Options& options) {
   for (const Verdict& verdict : verdicts) {
     print(
         fmt::format("\n{} ({}): {}\n", verdict.engine, join(verdict.contenders, ", "), fidelity_text(verdict.worst())));
-    for (const Finding& finding : verdict.findings) {
+    for (const Limitation& finding : verdict.findings) {
       print(fmt::format("  {:<13} {}: {}\n", fidelity_text(finding.fidelity), finding.element, finding.how));
     }
   }

@@ -100,15 +100,15 @@ Job prepare(const Options& options) {
 
 // Refuses what the engine refuses and says what it only approximates.
 void check_fidelity(const Job& job) {
-  const std::vector<Finding> findings = job.contender.engine->check(job.model, job.contender.settings);
-  for (const Finding& finding : findings) {
+  const std::vector<Limitation> findings = job.contender.engine->check(job.model, job.contender.settings);
+  for (const Limitation& finding : findings) {
     if (finding.fidelity == Fidelity::kRefused) {
       throw InputError(
           fmt::format("{} refuses {} of '{}': {}", job.contender.name, finding.element, job.model.name, finding.how));
     }
   }
   for (const std::string& note : job.model.notes) message(fmt::format("note: {}", note));
-  for (const Finding& finding : findings) {
+  for (const Limitation& finding : findings) {
     if (finding.fidelity == Fidelity::kApproximated) {
       message(fmt::format("note: {} approximates {}: {}", job.contender.name, finding.element, finding.how));
     }

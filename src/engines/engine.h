@@ -108,7 +108,7 @@ struct BuildFacts {
 
 // What an adapter does with one thing of a model.
 enum class Fidelity { kExact, kApproximated, kRefused };
-struct Finding {
+struct Limitation {
   Fidelity fidelity = Fidelity::kExact;
   std::string element;  // "joint 'knee' armature"
   std::string how;      // what is done instead, or what the user can do
@@ -189,7 +189,7 @@ class Engine {
 
   // Everything of the model that is not carried over exactly; empty when all is exact. One kRefused makes create()
   // throw.
-  virtual std::vector<Finding> check(const Model& model, const Settings& settings) const = 0;
+  virtual std::vector<Limitation> check(const Model& model, const Settings& settings) const = 0;
 
   // A simulation of `model` that starts in `state`, which may be any state (mid-run, with time != 0). Throws
   // UnsupportedError for what check() refuses, EngineError when the engine fails.
@@ -198,9 +198,9 @@ class Engine {
 
   // Throws UnsupportedError for the first thing of `model` that check() refuses: how create() begins.
   void require_supported(const Model& model, const Settings& settings) const {
-    for (const Finding& finding : check(model, settings)) {
-      if (finding.fidelity == Fidelity::kRefused) {
-        throw UnsupportedError(name() + ": " + finding.element + ": " + finding.how);
+    for (const Limitation& limitation : check(model, settings)) {
+      if (limitation.fidelity == Fidelity::kRefused) {
+        throw UnsupportedError(name() + ": " + limitation.element + ": " + limitation.how);
       }
     }
   }
@@ -212,7 +212,7 @@ class Engine {
 // ---- plugins --------------------------------------------------------------------------------------------------------
 
 // Raised with every change of this header or of model.h and state.h; a plugin of another version is refused by name.
-inline constexpr int kPluginVersion = 4;
+inline constexpr int kPluginVersion = 5;
 
 struct PluginEntry {
   int version;

@@ -14,7 +14,8 @@ class Nameless : public assay::Engine {
   std::vector<assay::Setting> settings() const override { return {}; }
   std::vector<assay::Contender> contenders() const override { return {{"intruder", "must not be listed", {}}}; }
   assay::Capabilities capabilities(const assay::Settings& /*settings*/) const override { return {}; }
-  std::vector<assay::Finding> check(const assay::Model& /*model*/, const assay::Settings& /*settings*/) const override {
+  std::vector<assay::Limitation> check(const assay::Model& /*model*/,
+                                       const assay::Settings& /*settings*/) const override {
     return {};
   }
   std::unique_ptr<assay::Simulation> create(const assay::Model& /*model*/, const assay::State& /*state*/,

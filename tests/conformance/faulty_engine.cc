@@ -90,7 +90,7 @@ Capabilities FaultyEngine::capabilities(const Settings& settings) const {
   return capabilities;
 }
 
-std::vector<Finding> FaultyEngine::check(const Model& model, const Settings& settings) const {
+std::vector<Limitation> FaultyEngine::check(const Model& model, const Settings& settings) const {
   return inner_.engine->check(model, settings);
 }
 

@@ -48,7 +48,7 @@ class FaultyEngine : public Engine {
   std::vector<Setting> settings() const override { return inner_.engine->settings(); }
   std::vector<Contender> contenders() const override { return inner_.engine->contenders(); }
   Capabilities capabilities(const Settings& settings) const override;
-  std::vector<Finding> check(const Model& model, const Settings& settings) const override;
+  std::vector<Limitation> check(const Model& model, const Settings& settings) const override;
   std::unique_ptr<Simulation> create(const Model& model, const State& state, const Settings& settings) const override;
 
   // The contender with this engine instead of its own.

@@ -107,7 +107,7 @@ Model four_pairs(double aa, double ab, double ba, double bb) {
 
 std::string refusals(const Model& model, const ResolvedContender& contender) {
   std::string text;
-  for (const Finding& finding : contender.engine->check(model, contender.settings)) {
+  for (const Limitation& finding : contender.engine->check(model, contender.settings)) {
     if (finding.fidelity == Fidelity::kRefused) text += finding.element + ": " + finding.how + "\n";
   }
   return text;

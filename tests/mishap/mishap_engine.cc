@@ -160,7 +160,7 @@ class MishapEngine final : public Engine {
     can.integrator = "none";
     return can;
   }
-  std::vector<Finding> check(const Model& model, const Settings& settings) const override {
+  std::vector<Limitation> check(const Model& model, const Settings& settings) const override {
     const auto& fault = settings.get<std::string>("fault");
     const std::string element = "body '" + model.bodies.front().name + "'";
     if (fault == "refuse") return {{Fidelity::kRefused, element, "give it to somebody else"}};

@@ -5,6 +5,7 @@
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
 
 #include "convert.h"
+#include "engines/adapter.h"
 
 namespace assay::bullet {
 namespace {
@@ -27,11 +28,9 @@ bool is_identity(const Pose& X, double length) {
 
 Collision::Collision(const Model& model) {
   // rows: the shapes that can touch something
-  row_of_shape_.assign(model.shapes.size(), -1);
-  for (const ContactPair& pair : model.contacts) row_of_shape_[pair.shape_a] = row_of_shape_[pair.shape_b] = 0;
-  for (int& row : row_of_shape_) {
-    if (row == 0) row = rows_++;
-  }
+  ContactShapes shapes = contact_shapes(model);
+  row_of_shape_ = std::move(shapes.row);
+  rows_ = shapes.count;
   choose_frames(model);
   make_shapes(model);
   make_tables(model);

@@ -1,10 +1,9 @@
 // Bullet as an engine of assay: what it is, what it can do, and which of its two formulations runs.
-#include "engines/engine.h"
-
-#include <numbers>
+#include <string>
 
 #include <fmt/format.h>
 
+#include "engines/adapter.h"
 #include "options.h"
 #include "world.h"
 
@@ -22,14 +21,8 @@ std::vector<Deviation> rk4_deviations() {
   return {{"torque-free-top", 5e-3, reason}, {"oblique-trees", 1.2e-4, reason}, {"torque-reaction", 6e-5, reason}};
 }
 
-class BulletEngine final : public Engine {
+class BulletEngine final : public Adapter {
  public:
-  std::string name() const override { return ASSAY_ENGINE_NAME; }
-
-  BuildFacts build() const override {
-    return {ASSAY_BUILD_VERSION, ASSAY_BUILD_SOURCE, ASSAY_BUILD_COMPILER, ASSAY_BUILD_FLAGS};
-  }
-
   std::vector<Setting> settings() const override { return declared_settings(); }
 
   std::vector<Contender> contenders() const override {
@@ -61,8 +54,7 @@ class BulletEngine final : public Engine {
     c.precision = kDoublePrecision ? Precision::kDouble : Precision::kSingle;
     c.coordinates = options.multibody ? Coordinates::kJoint : Coordinates::kMaximal;
     c.contact = c.joint_limits = c.torques = true;
-    c.springs = SpringKind::kExplicit;
-    c.spring_note = "explicit torques from the state at the step's start";
+    describe_springs(c, false, "");
     const std::string solver = options.solver == Solver::kDantzig
                                    ? "Dantzig's LCP method, sequential impulse where it fails"
                                    : fmt::format("sequential impulse, {} iterations", options.iterations);
@@ -101,32 +93,27 @@ class BulletEngine final : public Engine {
     return c;
   }
 
-  std::vector<Finding> check(const Model& model, const Settings& settings) const override {
+  std::vector<Limitation> check(const Model& model, const Settings& settings) const override {
     const Options options = read_options(settings);
-    std::vector<Finding> findings;
+    std::vector<Limitation> limitations;
     if (options.rk4 && !options.multibody) {
-      findings.push_back({Fidelity::kRefused, "setting rk4", "rigid bodies have no Runge-Kutta: set model=multibody"});
+      limitations.push_back(
+          {Fidelity::kRefused, "setting rk4", "rigid bodies have no Runge-Kutta: set model=multibody"});
     }
     if (options.multibody && options.friction_directions == 1 && !model.contacts.empty()) {
-      findings.push_back(
+      limitations.push_back(
           {Fidelity::kRefused, "setting friction_directions",
            "one tangent of a multibody's contact is fixed and leaves the other without friction: set 2"});
     }
     for (const Hinge& hinge : model.hinges) {
-      const std::string joint = fmt::format("joint '{}'", hinge.name);
-      if (hinge.armature != 0) {
-        findings.push_back({Fidelity::kRefused, joint + " armature", "Bullet has no joint armature: set it to 0"});
-      }
-      if (hinge.has_spring()) {
-        findings.push_back({Fidelity::kApproximated, joint + " stiffness and damping",
-                            "explicit torque from the state at the step's start"});
-      }
-      if (hinge.limited && !options.multibody && hinge.upper - hinge.lower >= 2 * std::numbers::pi) {
-        findings.push_back({Fidelity::kRefused, joint + " range",
-                            "Bullet's hinge limits span less than a turn: narrow the range or remove it"});
+      if (hinge.armature != 0) limitations.push_back(armature_refused(hinge, "Bullet"));
+      if (hinge.has_spring()) limitations.push_back(explicit_spring(hinge));
+      if (!options.multibody && spans_a_turn(hinge)) {
+        limitations.push_back({Fidelity::kRefused, joint_element(hinge, "range"),
+                               "Bullet's hinge limits span less than a turn: narrow the range or remove it"});
       }
     }
-    return findings;
+    return limitations;
   }
 
   std::unique_ptr<Simulation> create(const Model& model, const State& state, const Settings& settings) const override {

@@ -1,7 +1,8 @@
 # Bullet: built from source, once a precision.
 set(version 3.2.7)
+assay_engine_folder(made bullet)
 foreach(precision f32 f64)
-  set(folder "${ASSAY_CACHE}/engines/bullet-${version}-${precision}")
+  set(folder "${made}/bullet-${version}-${precision}")
   if(EXISTS "${folder}/lib/libbullet.a")
     add_library(engine::bullet-${precision} STATIC IMPORTED GLOBAL)
     set_target_properties(engine::bullet-${precision} PROPERTIES

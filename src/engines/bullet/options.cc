@@ -5,62 +5,63 @@
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 
 #include "convert.h"
+#include "engines/adapter.h"
 
 namespace assay::bullet {
 
 std::vector<Setting> declared_settings() {
-  std::vector<Setting> list;
-  const auto add = [&list](const char* name, SettingValue value, const char* unit, const char* meaning,
-                           std::vector<std::string> choices = {}, std::optional<double> minimum = {},
-                           std::optional<double> maximum = {}) {
-    list.push_back({name, std::move(value), unit, meaning, std::move(choices), minimum, maximum});
-  };
-  add("model", std::string("rigid"), "",
+  SettingList list;
+  list.add(
+      "model", "rigid", "",
       "rigid: six coordinates a body and hinge constraints; multibody: joint coordinates, Featherstone's algorithm",
       {"rigid", "multibody"});
-  add("solver", std::string("si"), "", "constraint solver: sequential impulse, or Dantzig's method on the whole LCP",
-      {"si", "dantzig"});
-  add("rk4", false, "", "multibody: Runge-Kutta 4 for what moves without constraints (Bullet's own flag)");
-  add("iterations", 50LL, "", "sequential impulse: sweeps over all constraints a step (Bullet's own default is 10)", {},
-      1, 100000);
-  add("residual_threshold", 0.0, "m^2/s^2", "sequential impulse: sweeps end once the largest squared change is below",
-      {}, 0);
-  add("erp", 0.2, "1/step", "share of a joint's position error that one step corrects", {}, 0, 1);
-  add("contact_erp", 0.2, "1/step", "share of a penetration that one step corrects", {}, 0, 1);
-  add("cfm", 0.0, "s/kg", "constraint force mixing of joints and contacts", {}, 0);
-  add("split_impulse", true, "",
-      "correct penetrations deeper than split_impulse_depth by moving bodies, not by velocity (rigid only)");
-  add("split_impulse_depth", 0.04, "m", "penetration from which split_impulse acts", {}, 0);
-  add("linear_slop", 0.0, "m", "penetration that is left uncorrected", {}, 0);
-  add("warmstarting", 0.85, "1", "share of the last step's contact impulses that the solver starts from (rigid only)",
-      {}, 0, 1);
-  add("gyroscopic", std::string("implicit_body"), "",
-      "rigid: gyroscopic torque, one Newton step of implicit Euler in body or world axes, explicit, or none",
-      {"off", "explicit", "implicit_world", "implicit_body"});
-  add("friction_directions", 2LL, "",
+  list.add("solver", "si", "", "constraint solver: sequential impulse, or Dantzig's method on the whole LCP",
+           {"si", "dantzig"});
+  list.add("rk4", false, "", "multibody: Runge-Kutta 4 for what moves without constraints (Bullet's own flag)");
+  list.add("iterations", 50LL, "",
+           "sequential impulse: sweeps over all constraints a step (Bullet's own default is 10)", {}, 1, 100000);
+  list.add("residual_threshold", 0.0, "m^2/s^2",
+           "sequential impulse: sweeps end once the largest squared change is below", {}, 0);
+  list.add("erp", 0.2, "1/step", "share of a joint's position error that one step corrects", {}, 0, 1);
+  list.add("contact_erp", 0.2, "1/step", "share of a penetration that one step corrects", {}, 0, 1);
+  list.add("cfm", 0.0, "s/kg", "constraint force mixing of joints and contacts", {}, 0);
+  list.add("split_impulse", true, "",
+           "correct penetrations deeper than split_impulse_depth by moving bodies, not by velocity (rigid only)");
+  list.add("split_impulse_depth", 0.04, "m", "penetration from which split_impulse acts", {}, 0);
+  list.add("linear_slop", 0.0, "m", "penetration that is left uncorrected", {}, 0);
+  list.add("warmstarting", 0.85, "1",
+           "share of the last step's contact impulses that the solver starts from (rigid only)", {}, 0, 1);
+  list.add("gyroscopic", "implicit_body", "",
+           "rigid: gyroscopic torque, one Newton step of implicit Euler in body or world axes, explicit, or none",
+           {"off", "explicit", "implicit_world", "implicit_body"});
+  list.add(
+      "friction_directions", 2LL, "",
       "tangents a contact's friction acts along, the first along the slip (Bullet's own default is 1 for rigid bodies)",
       {}, 1, 2);
-  add("friction_cone", true, "", "multibody: couple both tangents in a circular cone; off: a box");
-  add("pd", std::string("explicit"), "",
+  list.add("friction_cone", true, "", "multibody: couple both tangents in a circular cone; off: a box");
+  list.add(
+      "pd", "explicit", "",
       "springs and dampers of joints: a torque from the state at the step's start; Bullet has none of its own that is "
       "a "
       "spring of a given stiffness",
       {"explicit"});
-  add("frame_offset", true, "", "rigid: hinge rows with levers weighted by the bodies' masses (Bullet's own default)");
-  add("randomize_order", false, "", "sequential impulse: another order of constraints every sweep, from a fixed seed");
-  add("solver_batch", 128LL, "", "islands are solved together until a batch has this many constraints", {}, 1, 1000000);
-  return list;
+  list.add("frame_offset", true, "",
+           "rigid: hinge rows with levers weighted by the bodies' masses (Bullet's own default)");
+  list.add("randomize_order", false, "",
+           "sequential impulse: another order of constraints every sweep, from a fixed seed");
+  list.add("solver_batch", 128LL, "", "islands are solved together until a batch has this many constraints", {}, 1,
+           1000000);
+  return list.take();
 }
 
 Options read_options(const Settings& settings) {
   const auto number = [&settings](const char* name) { return real(settings.get<double>(name)); };
-  const auto integer = [&settings](const char* name) { return static_cast<int>(settings.get<long long>(name)); };
   Options options;
   options.timestep = settings.timestep;
-  options.multibody = settings.get<std::string>("model") == "multibody";
+  options.multibody = is(settings, "model", "multibody");
   options.rk4 = settings.get<bool>("rk4");
-  options.solver = settings.get<std::string>("solver") == "dantzig" ? Solver::kDantzig : Solver::kSequentialImpulse;
-  options.iterations = integer("iterations");
+  options.solver = is(settings, "solver", "dantzig") ? Solver::kDantzig : Solver::kSequentialImpulse;
+  options.iterations = integer(settings, "iterations");
   options.residual = number("residual_threshold");
   options.erp = number("erp");
   options.contact_erp = number("contact_erp");
@@ -73,11 +74,11 @@ Options read_options(const Settings& settings) {
   if (gyroscopic == "explicit") options.gyroscopic = BT_ENABLE_GYROSCOPIC_FORCE_EXPLICIT;
   if (gyroscopic == "implicit_world") options.gyroscopic = BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_WORLD;
   if (gyroscopic == "implicit_body") options.gyroscopic = BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_BODY;
-  options.friction_directions = integer("friction_directions");
+  options.friction_directions = integer(settings, "friction_directions");
   options.friction_cone = settings.get<bool>("friction_cone");
   options.frame_offset = settings.get<bool>("frame_offset");
   options.randomize_order = settings.get<bool>("randomize_order");
-  options.solver_batch = integer("solver_batch");
+  options.solver_batch = integer(settings, "solver_batch");
   return options;
 }
 

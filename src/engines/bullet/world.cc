@@ -13,14 +13,6 @@
 namespace assay::bullet {
 namespace {
 
-State with_joints(const Model& model, const State& state) {
-  State result = state;
-  if (result.angle.size() != model.hinges.size() || result.rate.size() != model.hinges.size()) {
-    joints_from_bodies(model, result);
-  }
-  return result;
-}
-
 std::unique_ptr<btSequentialImpulseConstraintSolver> make_solver(bool multibody, btMLCPSolverInterface* lcp) {
   if (multibody && lcp != nullptr) return std::make_unique<btMultiBodyMLCPConstraintSolver>(lcp);
   if (multibody) return std::make_unique<btMultiBodyConstraintSolver>();
@@ -58,7 +50,12 @@ double nearest_turn(double angle, double guess) {
 }
 
 BulletSimulation::BulletSimulation(const Model& model, const State& state, const Options& options)
-    : model_(model), options_(options), start_(with_joints(model, state)), collision_(model), last_(start_) {
+    : model_(model),
+      options_(options),
+      start_(with_joint_coordinates(model, state)),
+      collision_(model),
+      last_(start_),
+      clock_{state.time, options.timestep} {
   make_world();
 }
 
@@ -85,24 +82,19 @@ void BulletSimulation::make_world() {
 void BulletSimulation::advance(int count) {
   const auto h = real(options_.timestep);
   for (int i = 0; i < count; ++i) world_->stepSimulation(h, 0);
-  steps_ += count;
+  clock_.steps += count;
 }
 
 void BulletSimulation::read_state(State& out) const {
   read(last_);
-  last_.time = start_.time + static_cast<double>(steps_) * options_.timestep;
+  last_.time = clock_.time();
   out = last_;
 }
 
 void BulletSimulation::set_torques(std::span<const double> torques) {
-  torques_.assign(model_.hinges.size(), 0.0);
-  for (size_t j = 0; j < torques.size() && j < torques_.size(); ++j) torques_[j] = torques[j];
-  if (model_.has_springs()) {
-    read(last_);
-    for (size_t j = 0; j < torques_.size(); ++j) {
-      torques_[j] += spring_torque(model_.hinges[j], last_.angle[j], last_.rate[j]);
-    }
-  }
+  const bool springs = model_.has_springs();
+  if (springs) read(last_);
+  collect_torques(model_, torques, springs ? &last_ : nullptr, torques_);
   apply(torques_);
 }
 

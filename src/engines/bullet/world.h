@@ -9,7 +9,7 @@
 #include <btBulletDynamicsCommon.h>
 
 #include "collision.h"
-#include "engines/engine.h"
+#include "engines/adapter.h"
 #include "options.h"
 
 namespace assay::bullet {
@@ -48,9 +48,9 @@ class BulletSimulation : public Simulation {
   std::unique_ptr<btMLCPSolverInterface> lcp_;
   std::unique_ptr<btConstraintSolver> solver_;
   std::unique_ptr<btDiscreteDynamicsWorld> world_;
-  long long steps_ = 0;
   std::vector<double> torques_;  // scratch
   mutable State last_;           // of the last read: unwraps angles
+  Clock clock_;
 };
 
 std::unique_ptr<Simulation> make_rigid(const Model& model, const State& state, const Options& options);

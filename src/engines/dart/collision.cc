@@ -8,6 +8,8 @@
 #include <dart/dynamics/PlaneShape.hpp>
 #include <dart/dynamics/SphereShape.hpp>
 
+#include "engines/adapter.h"
+
 namespace assay::dartsim {
 namespace {
 
@@ -17,27 +19,14 @@ struct Part {
   double friction = 0;
 };
 
-// DART takes the smaller coefficient of two shapes. The least that a shape may have is the largest of its pairs: if
-// that gives every pair its own coefficient, one part a shape is enough.
-std::vector<double> one_each(const Model& model) {
-  std::vector<double> friction(model.shapes.size(), -1);
-  for (const ContactPair& pair : model.contacts) {
-    for (const int shape : {pair.shape_a, pair.shape_b}) friction[shape] = std::max(friction[shape], pair.friction);
-  }
-  const bool all_right = std::ranges::all_of(model.contacts, [&](const ContactPair& pair) {
-    return std::min(friction[pair.shape_a], friction[pair.shape_b]) == pair.friction;
-  });
-  if (!all_right) friction.clear();
-  return friction;
-}
-
-// Otherwise a shape has a part for each of its coefficients, and only parts of equal coefficients touch.
+// DART takes the smaller coefficient of two shapes. Where one coefficient a shape gives every pair its own, a shape is
+// one part. Otherwise it has a part for each of its coefficients, and only parts of equal coefficients touch.
 std::vector<Part> parts_of(const Model& model) {
   std::vector<Part> parts;
-  const std::vector<double> friction = one_each(model);
-  if (!friction.empty()) {
-    for (size_t s = 0; s < friction.size(); ++s) {
-      if (friction[s] >= 0) parts.push_back({static_cast<int>(s), friction[s]});
+  const ShapeFriction friction = shape_friction(model, FrictionRule::kSmaller);
+  if (friction.gives_all(model)) {
+    for (size_t s = 0; s < friction.of.size(); ++s) {
+      if (friction.of[s] >= 0) parts.push_back({static_cast<int>(s), friction.of[s]});
     }
     return parts;
   }

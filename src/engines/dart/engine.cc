@@ -1,9 +1,11 @@
 // DART: joint coordinates (articulated bodies), contacts and limits as a linear complementarity problem.
 // README.md says what is exact, what is approximated and which defaults are overridden.
-#include "engines/engine.h"
+#include <string>
+#include <vector>
 
 #include <fmt/format.h>
 
+#include "engines/adapter.h"
 #include "options.h"
 #include "world.h"
 
@@ -18,14 +20,8 @@ const char* const kSeriesReason =
 // DART solves pairs with less than this without friction.
 constexpr double kLeastFriction = 1e-3;
 
-class DartEngine final : public Engine {
+class DartEngine final : public Adapter {
  public:
-  std::string name() const override { return ASSAY_ENGINE_NAME; }
-
-  BuildFacts build() const override {
-    return {ASSAY_BUILD_VERSION, ASSAY_BUILD_SOURCE, ASSAY_BUILD_COMPILER, ASSAY_BUILD_FLAGS};
-  }
-
   std::vector<Setting> settings() const override { return declared_settings(); }
 
   std::vector<Contender> contenders() const override {
@@ -58,9 +54,7 @@ class DartEngine final : public Engine {
     }
     c.friction_cone = "pyramid, 4 sides, directions fixed by the normal";
     c.friction_combine = "the pair's coefficient: the smaller of two shapes, chosen to give it";
-    c.springs = options.native_pd ? SpringKind::kNative : SpringKind::kExplicit;
-    c.spring_note = options.native_pd ? "DART's own, implicit in position and velocity at the step's end"
-                                      : "torque from the state at the step's start, held for the step";
+    describe_springs(c, options.native_pd, "DART's own, implicit in position and velocity at the step's end");
     c.gyroscopic = true;
     c.sleep = "none (it has none)";
     c.speed_limits = "none";
@@ -69,32 +63,29 @@ class DartEngine final : public Engine {
     return c;
   }
 
-  std::vector<Finding> check(const Model& model, const Settings& settings) const override {
+  std::vector<Limitation> check(const Model& model, const Settings& settings) const override {
     const Options options = read_options(settings);
-    std::vector<Finding> findings;
+    std::vector<Limitation> limitations;
     for (const Hinge& hinge : model.hinges) {
-      const std::string joint = fmt::format("joint '{}'", hinge.name);
-      if (hinge.armature != 0) {
-        findings.push_back({Fidelity::kRefused, joint + " armature", "DART has no joint armature: set it to 0"});
-      }
+      if (hinge.armature != 0) limitations.push_back(armature_refused(hinge, "DART"));
       if (options.native_pd && (hinge.stiffness < 0 || hinge.damping < 0)) {
-        findings.push_back({Fidelity::kRefused, joint + " stiffness and damping",
-                            "DART's own springs and dampers cannot be negative: set pd=explicit"});
+        limitations.push_back({Fidelity::kRefused, joint_element(hinge, "stiffness and damping"),
+                               "DART's own springs and dampers cannot be negative: set pd=explicit"});
       } else if (hinge.has_spring()) {
-        findings.push_back({Fidelity::kApproximated, joint + " stiffness and damping",
-                            options.native_pd ? "DART's own spring and damper, implicit in the step"
-                                              : "explicit torque from the state at the step's start"});
+        const Limitation native{Fidelity::kApproximated, joint_element(hinge, "stiffness and damping"),
+                                "DART's own spring and damper, implicit in the step"};
+        limitations.push_back(options.native_pd ? native : explicit_spring(hinge));
       }
     }
     for (const ContactPair& pair : model.contacts) {
       if (pair.friction > 0 && pair.friction <= kLeastFriction) {
-        findings.push_back({Fidelity::kApproximated,
-                            fmt::format("contact of '{}' and '{}', friction {:g}", model.shapes[pair.shape_a].name,
-                                        model.shapes[pair.shape_b].name, pair.friction),
-                            fmt::format("without friction: DART drops coefficients up to {:g}", kLeastFriction)});
+        limitations.push_back({Fidelity::kApproximated,
+                               fmt::format("contact of '{}' and '{}', friction {:g}", model.shapes[pair.shape_a].name,
+                                           model.shapes[pair.shape_b].name, pair.friction),
+                               fmt::format("without friction: DART drops coefficients up to {:g}", kLeastFriction)});
       }
     }
-    return findings;
+    return limitations;
   }
 
   std::unique_ptr<Simulation> create(const Model& model, const State& state, const Settings& settings) const override {

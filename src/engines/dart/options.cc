@@ -1,6 +1,6 @@
 #include "options.h"
 
-#include <string>
+#include "engines/adapter.h"
 
 namespace assay::dartsim {
 
@@ -47,14 +47,14 @@ std::vector<Setting> declared_settings() {
 
 Options read_options(const Settings& s) {
   return {.timestep = s.timestep,
-          .pgs = s.get<std::string>("lcp") == "pgs",
-          .pgs_iterations = static_cast<int>(s.get<long long>("pgs_iterations")),
+          .pgs = is(s, "lcp", "pgs"),
+          .pgs_iterations = integer(s, "pgs_iterations"),
           .pgs_tolerance = s.get<double>("pgs_tolerance"),
           .contact_erp = s.get<double>("contact_erp"),
           .contact_max_correcting_velocity = s.get<double>("contact_max_correcting_velocity"),
           .contact_cfm = s.get<double>("contact_cfm"),
           .limit_cfm = s.get<double>("limit_cfm"),
-          .native_pd = s.get<std::string>("pd") == "native"};
+          .native_pd = is(s, "pd", "native")};
 }
 
 }  // namespace assay::dartsim

@@ -22,7 +22,7 @@
 #include <ode/ode.h>
 
 #include "collision.h"
-#include "model/kinematics.h"
+#include "engines/adapter.h"
 
 namespace assay::dartsim {
 namespace {
@@ -78,7 +78,7 @@ void set_globals(const Options& options) {
 
 DartSimulation::DartSimulation(Model model, const State& state, const Options& options)
     : options_(options),
-      start_time_(state.time),
+      clock_{state.time, options.timestep},
       model_(std::move(model)),
       explicit_springs_(model_.has_springs() && !options_.native_pd) {
   model_.keyframes.clear();
@@ -90,7 +90,7 @@ DartSimulation::DartSimulation(Model model, const State& state, const Options& o
   if (!model_.contacts.empty()) make_contacts();
   // with their shapes: those that come later are found by the collision detector in an order of addresses
   for (const dart::dynamics::SkeletonPtr& tree : trees_) world_->addSkeleton(tree);
-  set_state(state);
+  set_state(with_joint_coordinates(model_, state));
 }
 
 void DartSimulation::make_world() {
@@ -210,11 +210,11 @@ void DartSimulation::advance(int count) {
     keep(world_);
     throw EngineError(fmt::format("DART: {}", error.what()));
   }
-  steps_ += count;
+  clock_.steps += count;
 }
 
 void DartSimulation::read_state(State& out) const {
-  out.time = start_time_ + static_cast<double>(steps_) * options_.timestep;
+  out.time = clock_.time();
   out.bodies.resize(bodies_.size());
   out.angle.resize(hinges_.size());
   out.rate.resize(hinges_.size());

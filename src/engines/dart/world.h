@@ -6,7 +6,7 @@
 
 #include <dart/simulation/World.hpp>
 
-#include "engines/engine.h"
+#include "engines/adapter.h"
 #include "options.h"
 
 namespace assay::dartsim {
@@ -28,8 +28,7 @@ class DartSimulation final : public Simulation {
   void set_state(const State& state);
 
   Options options_;
-  double start_time_;
-  long long steps_ = 0;
+  Clock clock_;
   Model model_;  // our own copy: the caller's need not live on
   bool explicit_springs_;
   dart::simulation::WorldPtr world_;

@@ -1,7 +1,5 @@
 // Havok: bodies in maximal coordinates, hinges and contacts as constraints, single precision.
 // README.md says what is exact, what is approximated and which defaults are overridden.
-#include "engines/engine.h"
-
 #include <algorithm>
 #include <memory>
 #include <numbers>
@@ -10,19 +8,13 @@
 
 #include <fmt/format.h>
 
-#include "pairs.h"
+#include "collision.h"
+#include "engines/adapter.h"
+#include "options.h"
 #include "plugin.h"
-#include "simulation.h"
+#include "world.h"
 
 namespace assay::havok_adapter {
-
-Options::Options(const Settings& s)
-    : native_springs(s.get<std::string>("pd") == "native"),
-      ideal_step_time(s.get<double>("ideal_step_time")),
-      max_speed(s.get<double>("max_speed")),
-      max_angular_speed(s.get<double>("max_angular_speed")),
-      ground_size(s.get<double>("ground_size")),
-      ground_thickness(s.get<double>("ground_thickness")) {}
 
 namespace {
 
@@ -38,53 +30,16 @@ std::vector<Deviation> deviations() {
           {"torque-for-one-step", 3e-3, rounded}, {"spring-damper", 2.5e-4, rounded}};
 }
 
-class HavokEngine final : public Engine {
+class HavokEngine final : public Adapter {
  public:
-  std::string name() const override { return ASSAY_ENGINE_NAME; }
-
   BuildFacts build() const override { return build_facts(); }
 
-  std::vector<Setting> settings() const override {
-    return {
-        {"pd",
-         "explicit",
-         "",
-         "joint springs and dampers: explicit: torques from the state at the step's start; native: Havok's own motor "
-         "(spring force) on the hinge's axis",
-         {"explicit", "native"},
-         {},
-         {}},
-        {"ideal_step_time",
-         0.0,
-         "s",
-         "timestep that the solver's stiffness is tuned for; 0: none, the same solver at every timestep (Havok's own "
-         "default is 1/60)",
-         {},
-         0.0,
-         1.0},
-        {"max_speed",
-         1e6,
-         "m/s",
-         "speed above which bodies are slowed down (Havok's own default is 200)",
-         {},
-         1.0,
-         1e9},
-        {"max_angular_speed",
-         1e6,
-         "rad/s",
-         "angular speed above which bodies are slowed down (Havok's own default is 100)",
-         {},
-         1.0,
-         1e9},
-        {"ground_size", 1000.0, "m", "side of the box that stands for a plane, which Havok has not", {}, 1.0, 1e5},
-        {"ground_thickness", 10.0, "m", "thickness of that box", {}, 0.1, 1e4},
-    };
-  }
+  std::vector<Setting> settings() const override { return declared_settings(); }
 
   std::vector<Contender> contenders() const override { return plugin_contenders(); }
 
   Capabilities capabilities(const Settings& settings) const override {
-    const Options options(settings);
+    const Options options = read_options(settings);
     Capabilities c;
     c.precision = Precision::kSingle;
     c.coordinates = Coordinates::kMaximal;
@@ -97,9 +52,7 @@ class HavokEngine final : public Engine {
     c.friction_cone = "one friction force within the circle";
     c.friction_combine = "materials chosen so that Havok's rule (maximum, minimum or product) gives each pair its own";
     c.joint_limits = true;
-    c.springs = options.native_springs ? SpringKind::kNative : SpringKind::kExplicit;
-    c.spring_note = options.native_springs ? "Havok's motor of the kind spring force, a constraint of its solver"
-                                           : "angular impulses from the state at the step's start, at its start";
+    describe_springs(c, options.native_springs, "Havok's motor of the kind spring force, a constraint of its solver");
     c.gyroscopic = false;
     c.iterations = "fixed inside, not published";
     c.sleep = "off (always active)";
@@ -111,52 +64,49 @@ class HavokEngine final : public Engine {
     return c;
   }
 
-  std::vector<Finding> check(const Model& model, const Settings& settings) const override {
-    const Options options(settings);
-    std::vector<Finding> findings;
-    for (const Hinge& hinge : model.hinges) check_hinge(hinge, options, findings);
-    if (model.contacts.empty()) return findings;
+  std::vector<Limitation> check(const Model& model, const Settings& settings) const override {
+    const Options options = read_options(settings);
+    std::vector<Limitation> limitations;
+    for (const Hinge& hinge : model.hinges) check_hinge(hinge, options, limitations);
+    if (model.contacts.empty()) return limitations;
 
     const bool plane = std::ranges::any_of(model.contacts, [&model](const ContactPair& pair) {
       return model.shapes[pair.shape_a].type == ShapeType::kPlane ||
              model.shapes[pair.shape_b].type == ShapeType::kPlane;
     });
     if (plane) {
-      findings.push_back({Fidelity::kApproximated, "planes",
-                          fmt::format("a box whose upper side is {0:g} m x {0:g} m", options.ground_size)});
+      limitations.push_back({Fidelity::kApproximated, "planes",
+                             fmt::format("a box whose upper side is {0:g} m x {0:g} m", options.ground_size)});
     }
     if (const Filters filters = find_filters(model); filters.of.empty()) {
-      findings.push_back({Fidelity::kRefused, "contact pairs",
-                          fmt::format("Havok's filters have 32 groups of shapes and these pairs need {}; let fewer "
-                                      "shapes differ in what they may touch",
-                                      filters.groups)});
+      limitations.push_back({Fidelity::kRefused, "contact pairs",
+                             fmt::format("Havok's filters have 32 groups of shapes and these pairs need {}; let fewer "
+                                         "shapes differ in what they may touch",
+                                         filters.groups)});
     }
     if (!find_friction(model)) {
-      findings.push_back({Fidelity::kRefused, "friction of contact pairs",
-                          "Havok combines the coefficients of two shapes (by maximum, minimum or product) and no such "
-                          "coefficients give these pairs; make them the maxima of the shapes' own"});
+      limitations.push_back(
+          {Fidelity::kRefused, "friction of contact pairs",
+           "Havok combines the coefficients of two shapes (by maximum, minimum or product) and no such "
+           "coefficients give these pairs; make them the maxima of the shapes' own"});
     }
-    return findings;
+    return limitations;
   }
 
   std::unique_ptr<Simulation> create(const Model& model, const State& state, const Settings& settings) const override {
     require_supported(model, settings);
-    return make_simulation(model, state, settings);
+    return make_simulation(model, state, read_options(settings));
   }
 
  private:
-  static void check_hinge(const Hinge& hinge, const Options& options, std::vector<Finding>& findings) {
-    if (hinge.armature != 0) {
-      findings.push_back(
-          {Fidelity::kRefused, fmt::format("joint '{}' armature", hinge.name),
-           "Havok has no rotor inertia in a hinge; remove the armature or use an engine with joint coordinates"});
-    }
+  static void check_hinge(const Hinge& hinge, const Options& options, std::vector<Limitation>& limitations) {
+    if (hinge.armature != 0) limitations.push_back(armature_refused(hinge, "Havok"));
     if (!hinge.limited) return;
     const double zero = zero_angle(hinge, options);
     if (hinge.upper - zero >= std::numbers::pi || zero - hinge.lower >= std::numbers::pi) {
-      findings.push_back(
-          {Fidelity::kRefused, fmt::format("joint '{}' range", hinge.name),
-           hinge.upper - hinge.lower >= 2 * std::numbers::pi
+      limitations.push_back(
+          {Fidelity::kRefused, joint_element(hinge, "range"),
+           spans_a_turn(hinge)
                ? "Havok knows a hinge's angle within one turn only; narrow the range below 2 pi or remove it"
                : "Havok's own spring rests at the middle of the turn in which it knows the angle, and a limit lies "
                  "beyond; "

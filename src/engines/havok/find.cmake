@@ -1,7 +1,8 @@
 # Havok: its WebAssembly, turned into C and built from that. ENGINE_havok_WASM is the WebAssembly itself, for Node, and
 # ENGINE_havok_LICENSE what goes with its copies.
 set(version 1.3.14)
-set(folder "${ASSAY_CACHE}/engines/havok-${version}")
+assay_engine_folder(made havok)
+set(folder "${made}/havok-${version}")
 if(EXISTS "${folder}/lib/libhavok.a")
   add_library(engine::havok STATIC IMPORTED GLOBAL)
   set_target_properties(engine::havok PROPERTIES

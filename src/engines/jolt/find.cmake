@@ -1,8 +1,9 @@
 # Jolt behind the C interface jolt_world.h: built from source with positions in single and double precision, and the first
 # also as WebAssembly. Jolt's own headers come along for programs that use its API.
 set(version 5.6.0)
+assay_engine_folder(made jolt)
 foreach(variant f32 f64 wasm)
-  set(folder "${ASSAY_CACHE}/engines/jolt-${version}-${variant}")
+  set(folder "${made}/jolt-${version}-${variant}")
   if(EXISTS "${folder}/lib/libjolt_world.a")
     add_library(engine::jolt-${variant} STATIC IMPORTED GLOBAL)
     set_target_properties(engine::jolt-${variant} PROPERTIES

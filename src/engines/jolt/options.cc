@@ -1,5 +1,7 @@
 #include "options.h"
 
+#include "engines/adapter.h"
+
 namespace assay::jolt {
 namespace {
 
@@ -62,13 +64,12 @@ std::vector<Setting> declared_settings() {
 }
 
 Options read_options(const Settings& settings) {
-  const auto integer = [&](const char* name) { return static_cast<int32_t>(settings.get<long long>(name)); };
   const auto flag = [&](const char* name) { return static_cast<int32_t>(settings.get<bool>(name)); };
   Options options;
   options.world.timestep = settings.timestep;
-  options.world.velocity_steps = integer("velocity_steps");
-  options.world.position_steps = integer("position_steps");
-  options.world.collision_steps = integer("collision_steps");
+  options.world.velocity_steps = integer(settings, "velocity_steps");
+  options.world.position_steps = integer(settings, "position_steps");
+  options.world.collision_steps = integer(settings, "collision_steps");
   options.world.baumgarte = settings.get<double>("baumgarte");
   options.world.penetration_slop = settings.get<double>("penetration_slop");
   options.world.speculative_distance = settings.get<double>("speculative_distance");
@@ -77,7 +78,7 @@ Options read_options(const Settings& settings) {
   options.world.warm_start = flag("warm_start");
   options.world.pair_cache = flag("pair_cache");
   options.world.gyroscopic = flag("gyroscopic");
-  options.native_springs = settings.get<std::string>("pd") == "native";
+  options.native_springs = is(settings, "pd", "native");
   return options;
 }
 

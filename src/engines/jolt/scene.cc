@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "model/kinematics.h"
+#include "engines/adapter.h"
 
 namespace assay::jolt {
 namespace {
@@ -101,18 +101,16 @@ jolt_hinge hinge_of(const Model& model, int j, const std::vector<Pose>& frames, 
 }  // namespace
 
 double zero_angle(const Hinge& hinge, bool native_springs) {
-  if (hinge.limited) return (hinge.lower + hinge.upper) / 2;
-  return native_springs && hinge.stiffness != 0 ? hinge.spring_reference : hinge.reference;
+  return middle_of_range(hinge, native_springs && hinge.stiffness != 0 ? hinge.spring_reference : hinge.reference);
 }
 
 std::vector<Pose> body_frames(const Model& model) {
-  std::vector<char> touches(model.shapes.size(), 0);
-  for (const ContactPair& pair : model.contacts) touches[pair.shape_a] = touches[pair.shape_b] = 1;
+  const ContactShapes touching = contact_shapes(model);
   std::vector<int> count(model.bodies.size(), 0);
   std::vector<const Shape*> only(model.bodies.size(), nullptr);
   for (size_t s = 0; s < model.shapes.size(); ++s) {
     const Shape& shape = model.shapes[s];
-    if (touches[s] == 0 || shape.body == kWorld) continue;
+    if (!touching.contains(s) || shape.body == kWorld) continue;
     ++count[shape.body];
     only[shape.body] = &shape;
   }

@@ -1,6 +1,7 @@
 # MuJoCo: the shared library of the Python package, linked by its full path (it has no lib*.so name).
 set(version 4.0.1)
-set(folder "${ASSAY_CACHE}/engines/mujoco-${version}")
+assay_engine_folder(made mujoco)
+set(folder "${made}/mujoco-${version}")
 if(EXISTS "${folder}/lib/libmujoco.so.${version}")
   add_library(engine::mujoco SHARED IMPORTED GLOBAL)
   set_target_properties(engine::mujoco PROPERTIES

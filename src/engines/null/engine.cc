@@ -1,7 +1,5 @@
 // An engine that does nothing: time passes and the state stays. What it seems to cost is the harness's own cost.
-#include "engines/engine.h"
-
-#include "model/kinematics.h"
+#include "engines/adapter.h"
 
 namespace assay {
 namespace {
@@ -9,7 +7,7 @@ namespace {
 class NullSimulation final : public Simulation {
  public:
   NullSimulation(const Model& model, const State& state, double timestep)
-      : state_(state), start_time_(state.time), timestep_(timestep) {
+      : state_(state), clock_{state.time, timestep} {
     // the pose is all that there is of an engine's view: no step will ever move it
     view_.gravity = model.gravity;
     view_.bodies.reserve(model.bodies.size());
@@ -32,11 +30,11 @@ class NullSimulation final : public Simulation {
   }
 
   void set_torques(std::span<const double> /*torques*/) override {}
-  void advance(int count) override { steps_ += count; }
+  void advance(int count) override { clock_.steps += count; }
 
   void read_state(State& out) const override {
     out = state_;
-    out.time = start_time_ + static_cast<double>(steps_) * timestep_;
+    out.time = clock_.time();
   }
 
   EngineView view() const override { return view_; }
@@ -44,22 +42,11 @@ class NullSimulation final : public Simulation {
  private:
   State state_;
   EngineView view_;
-  double start_time_;
-  double timestep_;
-  long long steps_ = 0;
+  Clock clock_;
 };
 
-class NullEngine final : public Engine {
+class NullEngine final : public Adapter {
  public:
-  std::string name() const override { return ASSAY_ENGINE_NAME; }
-
-  BuildFacts build() const override {
-    return {.version = ASSAY_BUILD_VERSION,
-            .source = ASSAY_BUILD_SOURCE,
-            .compiler = ASSAY_BUILD_COMPILER,
-            .flags = ASSAY_BUILD_FLAGS};
-  }
-
   std::vector<Setting> settings() const override { return {}; }
 
   std::vector<Contender> contenders() const override {
@@ -80,7 +67,7 @@ class NullEngine final : public Engine {
   }
 
   // It takes every model, for it has to stand beside every contender.
-  std::vector<Finding> check(const Model& /*model*/, const Settings& /*settings*/) const override {
+  std::vector<Limitation> check(const Model& /*model*/, const Settings& /*settings*/) const override {
     return {{.fidelity = Fidelity::kApproximated, .element = "motion", .how = "nothing moves; measures the harness"}};
   }
 

@@ -1,11 +1,9 @@
 #include "collision.h"
 
 #include <algorithm>
-#include <limits>
 
-#include "base/errors.h"
 #include "convert.h"
-#include "model/kinematics.h"
+#include "engines/adapter.h"
 
 namespace assay::px {
 
@@ -18,14 +16,13 @@ Collision::Collision(const Model& model, const Options& options) : shapes_(model
     frames_.push_back({{body.p_BBcm, principal.q_BI}, principal.diagonal});
   }
 
-  row_of_shape_.assign(shapes_.size(), -1);
-  for (const ContactPair& pair : model.contacts) row_of_shape_[pair.shape_a] = row_of_shape_[pair.shape_b] = 0;
+  const ContactShapes touching = contact_shapes(model);
+  row_of_shape_ = touching.row;
+  rows_ = touching.count;
   double sum = 0;
   int sized = 0;
   for (size_t s = 0; s < shapes_.size(); ++s) {
-    if (row_of_shape_[s] < 0) continue;
-    row_of_shape_[s] = static_cast<int>(rows_++);
-    if (shapes_[s].body == kWorld) continue;
+    if (row_of_shape_[s] < 0 || shapes_[s].body == kWorld) continue;
     sum += 2 * (shapes_[s].radius + (shapes_[s].type == ShapeType::kCapsule ? shapes_[s].half_length : 0));
     ++sized;
   }
@@ -36,20 +33,16 @@ Collision::Collision(const Model& model, const Options& options) : shapes_(model
 }
 
 void Collision::make_tables(const Model& model) {
-  // A shape's material has the smallest coefficient of its pairs: the larger of two materials' is then never above the
-  // pair's own, and equal to it whenever any choice of materials would make it so.
-  material_of_row_.assign(rows_, std::numeric_limits<double>::infinity());
-  for (const ContactPair& pair : model.contacts) {
-    for (const int shape : {pair.shape_a, pair.shape_b}) {
-      double& least = material_of_row_[row_of_shape_[shape]];
-      least = std::min(least, pair.friction);
-    }
+  const ShapeFriction own = shape_friction(model, FrictionRule::kLarger);
+  material_of_row_.assign(rows_, 0);
+  for (size_t s = 0; s < shapes_.size(); ++s) {
+    if (row_of_shape_[s] >= 0) material_of_row_[row_of_shape_[s]] = own.of[s];
   }
   table_.assign(rows_ * rows_, kNever);
   std::vector<float> friction(rows_ * rows_, 0);
   for (const ContactPair& pair : model.contacts) {
     const size_t a = row_of_shape_[pair.shape_a], b = row_of_shape_[pair.shape_b];
-    const bool by_materials = std::max(material_of_row_[a], material_of_row_[b]) == pair.friction;
+    const bool by_materials = own.gives(pair);
     table_[index(a, b)] = table_[index(b, a)] = by_materials ? kMaterials : kModified;
     friction[index(a, b)] = friction[index(b, a)] = real(pair.friction);
     modifies_ = modifies_ || !by_materials;

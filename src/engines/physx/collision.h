@@ -8,9 +8,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "library.h"
 #include "model/model.h"
 #include "options.h"
-#include "sdk.h"
 
 namespace assay::px {
 

@@ -1,11 +1,12 @@
 // PhysX as an engine of assay: what it is, what it can do, and which of its two formulations runs.
-#include "engines/engine.h"
-
 #include <array>
-#include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
+#include "engines/adapter.h"
 #include "options.h"
 #include "world.h"
 
@@ -33,13 +34,13 @@ std::vector<Deviation> deviations(const Options& options) {
   return list;
 }
 
-class PhysxEngine final : public Engine {
+class PhysxEngine final : public Adapter {
  public:
-  std::string name() const override { return ASSAY_ENGINE_NAME; }
-
   BuildFacts build() const override {
-    return {fmt::format("{}.{}.{}", PX_PHYSICS_VERSION_MAJOR, PX_PHYSICS_VERSION_MINOR, PX_PHYSICS_VERSION_BUGFIX),
-            ASSAY_BUILD_SOURCE, ASSAY_BUILD_COMPILER, ASSAY_BUILD_FLAGS};
+    BuildFacts facts = Adapter::build();
+    facts.version =
+        fmt::format("{}.{}.{}", PX_PHYSICS_VERSION_MAJOR, PX_PHYSICS_VERSION_MINOR, PX_PHYSICS_VERSION_BUGFIX);
+    return facts;
   }
 
   std::vector<Setting> settings() const override { return declared_settings(); }
@@ -105,12 +106,9 @@ class PhysxEngine final : public Engine {
         "the pair's coefficient: as the larger of two materials', or by a callback where that is another";
     c.contact = c.joint_limits = c.torques = true;
     c.armature = articulation;
-    c.springs = options.native_pd ? SpringKind::kNative : SpringKind::kExplicit;
-    c.spring_note = "explicit torques from the state at the step's start";
-    if (options.native_pd) {
-      c.spring_note = articulation ? "implicit drive of the joint, linear"
-                                   : "implicit drive of the joint, torque 2 k sin(angle / 2) instead of k angle";
-    }
+    describe_springs(c, options.native_pd,
+                     articulation ? "implicit drive of the joint, linear"
+                                  : "implicit drive of the joint, torque 2 k sin(angle / 2) instead of k angle");
     c.gyroscopic = options.gyroscopic || articulation;
     c.iterations = fmt::format("{} position, {} velocity", options.position_iterations, options.velocity_iterations);
     c.sleep = "off";
@@ -129,12 +127,12 @@ class PhysxEngine final : public Engine {
     return c;
   }
 
-  std::vector<Finding> check(const Model& model, const Settings& settings) const override {
+  std::vector<Limitation> check(const Model& model, const Settings& settings) const override {
     const Options options = read_options(settings);
     const bool articulation = options.joints == Joints::kArticulation;
-    std::vector<Finding> findings;
-    const auto refuse = [&findings](std::string element, std::string how) {
-      findings.push_back({Fidelity::kRefused, std::move(element), std::move(how)});
+    std::vector<Limitation> limitations;
+    const auto refuse = [&limitations](std::string element, std::string how) {
+      limitations.push_back({Fidelity::kRefused, std::move(element), std::move(how)});
     };
     const bool directional =
         options.friction == Friction::kOneDirectional || options.friction == Friction::kTwoDirectional;
@@ -142,27 +140,28 @@ class PhysxEngine final : public Engine {
       refuse("setting friction", "temporal Gauss-Seidel knows friction by patches only: set patch or improved_patch");
     }
     for (const Hinge& hinge : model.hinges) {
-      const std::string joint = fmt::format("joint '{}'", hinge.name);
       if (hinge.armature != 0 && !articulation) {
-        refuse(joint + " armature", "PhysX's joints have none, its articulations have: set joints=articulation");
+        refuse(joint_element(hinge, "armature"),
+               "PhysX's joints have none, its articulations have: set joints=articulation");
       }
       if (hinge.has_spring()) {
         if (!options.native_pd) {
-          findings.push_back({Fidelity::kApproximated, joint + " stiffness and damping",
-                              "explicit torque from the state at the step's start"});
+          limitations.push_back(explicit_spring(hinge));
         } else if (options.joints == Joints::kRevolute) {
-          refuse(joint + " stiffness and damping", "a PxRevoluteJoint has no spring: set joints=d6 or pd=explicit");
+          refuse(joint_element(hinge, "stiffness and damping"),
+                 "a PxRevoluteJoint has no spring: set joints=d6 or pd=explicit");
         } else if (!articulation) {
-          findings.push_back({Fidelity::kApproximated, joint + " stiffness",
-                              "D6 drive: torque 2 k sin(angle / 2), the angle from the spring's reference"});
+          limitations.push_back({Fidelity::kApproximated, joint_element(hinge, "stiffness"),
+                                 "D6 drive: torque 2 k sin(angle / 2), the angle from the spring's reference"});
         }
       }
-      if (hinge.limited && !articulation && hinge.upper - hinge.lower >= 2 * std::numbers::pi) {
-        refuse(joint + " range", "a joint's limits span less than a turn: narrow the range or set joints=articulation");
+      if (!articulation && spans_a_turn(hinge)) {
+        refuse(joint_element(hinge, "range"),
+               "a joint's limits span less than a turn: narrow the range or set joints=articulation");
       }
     }
     if (articulation) refuse_neighbours(model, refuse);
-    return findings;
+    return limitations;
   }
 
   std::unique_ptr<Simulation> create(const Model& model, const State& state, const Settings& settings) const override {

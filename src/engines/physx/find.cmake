@@ -1,6 +1,7 @@
 # PhysX: built from source.
 set(version 5.1.3)
-set(folder "${ASSAY_CACHE}/engines/physx-${version}")
+assay_engine_folder(made physx)
+set(folder "${made}/physx-${version}")
 if(EXISTS "${folder}/lib/libphysx.a")
   find_package(Threads REQUIRED)
   add_library(engine::physx STATIC IMPORTED GLOBAL)

@@ -1,6 +1,6 @@
 // Maximal coordinates: every body is a PxRigidDynamic, every hinge a PxD6Joint or PxRevoluteJoint.
 #include "convert.h"
-#include "model/kinematics.h"
+#include "engines/adapter.h"
 #include "world.h"
 
 namespace assay::px {
@@ -20,7 +20,7 @@ class MaximalSimulation final : public PhysxSimulation {
 
  private:
   // PhysX knows a joint's angle within one turn only; a limited one counts it from the middle of its range.
-  static double zero(const Hinge& hinge) { return hinge.limited ? (hinge.lower + hinge.upper) / 2 : hinge.reference; }
+  static double zero(const Hinge& hinge) { return middle_of_range(hinge, hinge.reference); }
 
   PxRigidActor* parent(int hinge) const {
     const int body = model_.bodies[model_.hinges[hinge].body].parent;

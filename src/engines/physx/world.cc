@@ -14,14 +14,6 @@ namespace {
 // Beyond what any motion reaches; its square is still a float.
 constexpr float kNoLimit = 1e16F;
 
-State with_joints(const Model& model, const State& state) {
-  State result = state;
-  if (result.angle.size() != model.hinges.size() || result.rate.size() != model.hinges.size()) {
-    joints_from_bodies(model, result);
-  }
-  return result;
-}
-
 PxFrictionType::Enum friction_type(Friction friction) {
   if (friction == Friction::kOneDirectional) return PxFrictionType::eONE_DIRECTIONAL;
   if (friction == Friction::kTwoDirectional) return PxFrictionType::eTWO_DIRECTIONAL;
@@ -33,10 +25,11 @@ PxFrictionType::Enum friction_type(Friction friction) {
 PhysxSimulation::PhysxSimulation(const Model& model, const State& state, const Options& options)
     : model_(model),
       options_(options),
-      start_(with_joints(model, state)),
+      start_(with_joint_coordinates(model, state)),
       collision_(model, options),
       actors_(model.bodies.size(), nullptr),
-      last_(start_) {
+      last_(start_),
+      clock_{state.time, options.timestep} {
   take_complaint();
   make_scene();
   make_world_shapes();
@@ -112,19 +105,14 @@ void PhysxSimulation::advance(int count) {
     scene_->simulate(h);
     scene_->fetchResults(true);
   }
-  steps_ += count;
+  clock_.steps += count;
   if (has_complaint()) throw EngineError("PhysX: " + take_complaint());
 }
 
 void PhysxSimulation::set_torques(std::span<const double> torques) {
-  torques_.assign(model_.hinges.size(), 0.0);
-  for (size_t j = 0; j < torques.size() && j < torques_.size(); ++j) torques_[j] = torques[j];
-  if (model_.has_springs() && !options_.native_pd) {
-    read(last_);
-    for (size_t j = 0; j < torques_.size(); ++j) {
-      torques_[j] += spring_torque(model_.hinges[j], last_.angle[j], last_.rate[j]);
-    }
-  }
+  const bool springs = model_.has_springs() && !options_.native_pd;
+  if (springs) read(last_);
+  collect_torques(model_, torques, springs ? &last_ : nullptr, torques_);
   apply(torques_);
   torques_ahead_ = true;
   torques_behind_ = false;
@@ -132,7 +120,7 @@ void PhysxSimulation::set_torques(std::span<const double> torques) {
 
 void PhysxSimulation::read_state(State& out) const {
   read(last_);
-  last_.time = start_.time + static_cast<double>(steps_) * options_.timestep;
+  last_.time = clock_.time();
   out = last_;
 }
 

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "collision.h"
-#include "engines/engine.h"
+#include "engines/adapter.h"
+#include "library.h"
 #include "options.h"
-#include "sdk.h"
 
 namespace assay::px {
 
@@ -54,10 +54,10 @@ class PhysxSimulation : public Simulation {
   void make_scene();
   void make_world_shapes();
 
-  long long steps_ = 0;
   bool torques_ahead_ = false, torques_behind_ = false;  // to act in the next step; acted in the last
   std::vector<double> torques_;                          // scratch
   mutable State last_;                                   // of the last read: unwraps angles
+  Clock clock_;
 };
 
 std::unique_ptr<Simulation> make_maximal(const Model& model, const State& state, const Options& options);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "engines/adapter.h"
+
 namespace assay::rapier {
 namespace {
 
@@ -69,33 +71,23 @@ bool assign_groups(const Relation& relation, std::vector<ShapePlan>& shapes) {
 
 CollisionPlan plan_collision(const Model& model) {
   CollisionPlan plan;
-  std::vector<int> row(model.shapes.size(), -1);
-  for (const ContactPair& pair : model.contacts) row[pair.shape_a] = row[pair.shape_b] = 0;
+  const ContactShapes touching = contact_shapes(model);
+  const std::vector<int>& row = touching.row;
+  const ShapeFriction friction = shape_friction(model, FrictionRule::kLarger);
   for (size_t s = 0; s < model.shapes.size(); ++s) {
-    if (row[s] < 0) continue;
-    row[s] = static_cast<int>(plan.shapes.size());
-    plan.shapes.push_back({.shape = static_cast<int>(s)});
+    if (touching.contains(s)) plan.shapes.push_back({.shape = static_cast<int>(s), .friction = friction.of[s]});
   }
 
   const size_t size = plan.shapes.size();
   plan.pairs.assign(size * size, -1.0);
-  std::vector<bool> seen(size, false);
   for (const ContactPair& pair : model.contacts) {
     const size_t a = row[pair.shape_a], b = row[pair.shape_b];
     plan.pairs[(a * size) + b] = plan.pairs[(b * size) + a] = pair.friction;
-    // a shape's coefficient can be no more than the least of its pairs, and if any choice gives them all, this does
-    for (const size_t s : {a, b}) {
-      plan.shapes[s].friction = seen[s] ? std::min(plan.shapes[s].friction, pair.friction) : pair.friction;
-      seen[s] = true;
-    }
   }
 
   bool ask = false;
   for (const ContactPair& pair : model.contacts) {
-    ShapePlan& a = plan.shapes[row[pair.shape_a]];
-    const ShapePlan& b = plan.shapes[row[pair.shape_b]];
-    if (std::max(a.friction, b.friction) == pair.friction) continue;
-    a.look_up_friction = ask = true;
+    if (!friction.gives(pair)) plan.shapes[row[pair.shape_a]].look_up_friction = ask = true;
   }
   if (!assign_groups(Relation(model, plan.shapes, plan.pairs), plan.shapes)) {
     ask = true;

@@ -1,24 +1,23 @@
 // Rapier: impulse joints or multibody joints, float or double. README.md says what is exact, what is approximated and
 // which defaults are overridden.
-#include "engines/engine.h"
-
-#include <algorithm>
-#include <numbers>
+#include <string>
+#include <vector>
 
 #include <fmt/format.h>
 
+#include "engines/adapter.h"
 #include "options.h"
-#include "simulation.h"
+#include "world.h"
 
 namespace assay::rapier {
 namespace {
 
-class RapierEngine final : public Engine {
+class RapierEngine final : public Adapter {
  public:
-  std::string name() const override { return ASSAY_ENGINE_NAME; }
-
   BuildFacts build() const override {
-    return {assay_rapier_f64.version, ASSAY_BUILD_SOURCE, ASSAY_BUILD_COMPILER, ASSAY_BUILD_FLAGS};
+    BuildFacts facts = Adapter::build();
+    facts.version = assay_rapier_f64.version;
+    return facts;
   }
 
   std::vector<Setting> settings() const override { return declared_settings(); }
@@ -64,12 +63,9 @@ class RapierEngine final : public Engine {
     c.joint_limits = true;
     c.torques = true;
     c.armature = multibody;
-    c.springs = options.native_springs ? SpringKind::kNative : SpringKind::kExplicit;
-    c.spring_note = "explicit torques from the state at the step's start";
-    if (options.native_springs) {
-      c.spring_note = multibody ? "implicit in angle and rate, in the mass matrix"
-                                : "force-based joint motor: a row of the solver, implicit";
-    }
+    describe_springs(c, options.native_springs,
+                     multibody ? "implicit in angle and rate, in the mass matrix"
+                               : "force-based joint motor: a row of the solver, implicit");
     c.gyroscopic = multibody || world.gyroscopic != 0;
     c.iterations = sweeps;
     c.sleep = "off";
@@ -85,27 +81,27 @@ class RapierEngine final : public Engine {
     return c;
   }
 
-  std::vector<Finding> check(const Model& model, const Settings& settings) const override {
+  std::vector<Limitation> check(const Model& model, const Settings& settings) const override {
     const Options options = read_options(settings);
-    std::vector<Finding> findings;
+    std::vector<Limitation> limitations;
     for (const Hinge& hinge : model.hinges) {
-      const std::string joint = fmt::format("joint '{}'", hinge.name);
       if (hinge.armature != 0 && !options.multibody()) {
-        findings.push_back({Fidelity::kRefused, joint + " armature",
-                            "impulse joints have no armature: set joints=multibody or armature to 0"});
+        limitations.push_back({Fidelity::kRefused, joint_element(hinge, "armature"),
+                               "impulse joints have no armature: set joints=multibody or armature to 0"});
       }
       if (hinge.stiffness != 0 && options.native_springs && !options.multibody()) {
-        findings.push_back({Fidelity::kApproximated, joint + " stiffness",
-                            "the motor of an impulse joint knows the angle within half a turn of the reference; beyond "
-                            "it pulls the other way"});
+        limitations.push_back(
+            {Fidelity::kApproximated, joint_element(hinge, "stiffness"),
+             "the motor of an impulse joint knows the angle within half a turn of the reference; beyond "
+             "it pulls the other way"});
       }
-      if (hinge.limited && !options.multibody() && hinge.upper - hinge.lower >= 2 * std::numbers::pi) {
-        findings.push_back({Fidelity::kRefused, joint + " range",
-                            "limits of impulse joints span less than a turn: narrow the range, remove it, or set "
-                            "joints=multibody"});
+      if (!options.multibody() && spans_a_turn(hinge)) {
+        limitations.push_back({Fidelity::kRefused, joint_element(hinge, "range"),
+                               "limits of impulse joints span less than a turn: narrow the range, remove it, or set "
+                               "joints=multibody"});
       }
     }
-    return findings;
+    return limitations;
   }
 
   std::unique_ptr<Simulation> create(const Model& model, const State& state, const Settings& settings) const override {

@@ -1,6 +1,7 @@
 # Rapier: built from its crates, both precisions in one static library with a C interface of ours.
 set(version 0.36.1)
-set(folder "${ASSAY_CACHE}/engines/rapier-${version}")
+assay_engine_folder(made rapier)
+set(folder "${made}/rapier-${version}")
 if(EXISTS "${folder}/lib/libassay_rapier.a")
   find_package(Threads REQUIRED)
   add_library(engine::rapier STATIC IMPORTED GLOBAL)

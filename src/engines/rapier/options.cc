@@ -1,83 +1,75 @@
 #include "options.h"
 
-#include <optional>
-#include <string>
-#include <utility>
+#include "engines/adapter.h"
 
 namespace assay::rapier {
 
 std::vector<Setting> declared_settings() {
-  std::vector<Setting> list;
-  const auto add = [&list](const char* name, SettingValue value, const char* unit, const char* meaning,
-                           std::vector<std::string> choices = {}, std::optional<double> minimum = {},
-                           std::optional<double> maximum = {}) {
-    list.push_back({name, std::move(value), unit, meaning, std::move(choices), minimum, maximum});
-  };
-  const auto text = [](const char* value) { return SettingValue(std::string(value)); };
-  add("joints", text("impulse"), "",
-      "impulse: six coordinates a body, hinges are constraints; multibody: joint coordinates (reduced)",
-      {"impulse", "multibody"});
-  add("precision", text("f64"), "", "Rapier in float (crate rapier3d) or in double (crate rapier3d-f64)",
-      {"f32", "f64"});
-  add("solver_iterations", 4LL, "",
-      "parts that Rapier divides a step into; each applies forces, solves constraints and moves the bodies by "
-      "timestep/n",
-      {}, 1, 100000);
-  add("pgs_iterations", 1LL, "", "sweeps of the constraint solver in each part, with position correction", {}, 1,
-      100000);
-  add("stabilization_iterations", 1LL, "",
-      "sweeps at the end of each part, without position correction, which take its velocity out again", {}, 0, 100000);
-  add("contact_natural_frequency", 30.0, "Hz", "stiffness of a contact between moving bodies", {}, 0, 1e9);
-  add("contact_damping_ratio", 10.0, "1", "damping of a contact between moving bodies", {}, 0, 1e9);
-  add("static_contact_natural_frequency", 60.0, "Hz", "stiffness of a contact with what is fixed", {}, 0, 1e9);
-  add("static_contact_damping_ratio", 10.0, "1", "damping of a contact with what is fixed", {}, 0, 1e9);
-  add("joint_natural_frequency", 1e6, "Hz", "stiffness of impulse joints, and of the limits of both kinds", {}, 0,
-      1e12);
-  add("joint_damping_ratio", 1.0, "1", "damping of impulse joints, and of the limits of both kinds", {}, 0, 1e9);
-  add("max_corrective_speed", 3.0, "m/s, rad/s",
-      "cap of the speed that takes out a penetration, or an impulse joint's passed limit", {}, 0, 1e9);
-  add("prediction_distance", 0.02, "m", "distance from which shapes are told to the contact solver", {}, 0, 1e9);
-  add("warmstart", 1.0, "1", "share of the last step's contact impulses that the solver starts from", {}, 0, 1);
-  add("warmstart_joints", false, "", "start impulse joints, too, from the last step's impulses");
-  add("contact_recycling", false, "",
-      "keep a pair's contact points and normal while it has moved by less than 0.05 m and 0.2 rad (Rapier's own "
-      "default "
-      "is on)");
-  add("friction_in_bias_pass", false, "", "let friction act in the sweeps with position correction, too");
-  add("friction_model", text("coulomb"), "",
-      "coulomb: two friction rows a contact point; simplified: Rapier's own default, two and a torsional one a "
-      "manifold",
-      {"coulomb", "simplified"});
-  add("gyroscopic", true, "",
+  SettingList list;
+  list.add("joints", "impulse", "",
+           "impulse: six coordinates a body, hinges are constraints; multibody: joint coordinates (reduced)",
+           {"impulse", "multibody"});
+  list.add("precision", "f64", "", "Rapier in float (crate rapier3d) or in double (crate rapier3d-f64)",
+           {"f32", "f64"});
+  list.add("solver_iterations", 4LL, "",
+           "parts that Rapier divides a step into; each applies forces, solves constraints and moves the bodies by "
+           "timestep/n",
+           {}, 1, 100000);
+  list.add("pgs_iterations", 1LL, "", "sweeps of the constraint solver in each part, with position correction", {}, 1,
+           100000);
+  list.add("stabilization_iterations", 1LL, "",
+           "sweeps at the end of each part, without position correction, which take its velocity out again", {}, 0,
+           100000);
+  list.add("contact_natural_frequency", 30.0, "Hz", "stiffness of a contact between moving bodies", {}, 0, 1e9);
+  list.add("contact_damping_ratio", 10.0, "1", "damping of a contact between moving bodies", {}, 0, 1e9);
+  list.add("static_contact_natural_frequency", 60.0, "Hz", "stiffness of a contact with what is fixed", {}, 0, 1e9);
+  list.add("static_contact_damping_ratio", 10.0, "1", "damping of a contact with what is fixed", {}, 0, 1e9);
+  list.add("joint_natural_frequency", 1e6, "Hz", "stiffness of impulse joints, and of the limits of both kinds", {}, 0,
+           1e12);
+  list.add("joint_damping_ratio", 1.0, "1", "damping of impulse joints, and of the limits of both kinds", {}, 0, 1e9);
+  list.add("max_corrective_speed", 3.0, "m/s, rad/s",
+           "cap of the speed that takes out a penetration, or an impulse joint's passed limit", {}, 0, 1e9);
+  list.add("prediction_distance", 0.02, "m", "distance from which shapes are told to the contact solver", {}, 0, 1e9);
+  list.add("warmstart", 1.0, "1", "share of the last step's contact impulses that the solver starts from", {}, 0, 1);
+  list.add("warmstart_joints", false, "", "start impulse joints, too, from the last step's impulses");
+  list.add("contact_recycling", false, "",
+           "keep a pair's contact points and normal while it has moved by less than 0.05 m and 0.2 rad (Rapier's own "
+           "default "
+           "is on)");
+  list.add("friction_in_bias_pass", false, "", "let friction act in the sweeps with position correction, too");
+  list.add("friction_model", "coulomb", "",
+           "coulomb: two friction rows a contact point; simplified: Rapier's own default, two and a torsional one a "
+           "manifold",
+           {"coulomb", "simplified"});
+  list.add(
+      "gyroscopic", true, "",
       "gyroscopic torque of bodies without multibody joints (Rapier's own default is off); multibodies always have it");
-  add("ccd_substeps", 0LL, "",
+  list.add(
+      "ccd_substeps", 0LL, "",
       "continuous collision detection of fast bodies: at most so many parts of a step; 0: off (Rapier's own default is "
       "1)",
       {}, 0, 1000);
-  add("pd", text("explicit"), "",
+  list.add(
+      "pd", "explicit", "",
       "springs and dampers of joints: explicit: a torque from the state at the step's start; native: the motor of an "
       "impulse joint, the implicit spring and damping of a multibody's",
       {"explicit", "native"});
-  return list;
+  return list.take();
 }
 
 Options read_options(const Settings& settings) {
   const auto number = [&settings](const char* name) { return settings.get<double>(name); };
-  const auto integer = [&settings](const char* name) { return static_cast<int>(settings.get<long long>(name)); };
   const auto flag = [&settings](const char* name) { return settings.get<bool>(name) ? 1 : 0; };
-  const auto is = [&settings](const char* name, const char* choice) {
-    return settings.get<std::string>(name) == choice ? 1 : 0;
-  };
   Options options;
-  options.double_precision = is("precision", "f64") != 0;
-  options.native_springs = is("pd", "native") != 0;
+  options.double_precision = is(settings, "precision", "f64");
+  options.native_springs = is(settings, "pd", "native");
   RapierOptions& world = options.world;
   world.timestep = settings.timestep;
-  world.multibody = is("joints", "multibody");
-  world.native_springs = is("pd", "native");
-  world.solver_iterations = integer("solver_iterations");
-  world.pgs_iterations = integer("pgs_iterations");
-  world.stabilization_iterations = integer("stabilization_iterations");
+  world.multibody = is(settings, "joints", "multibody") ? 1 : 0;
+  world.native_springs = is(settings, "pd", "native") ? 1 : 0;
+  world.solver_iterations = integer(settings, "solver_iterations");
+  world.pgs_iterations = integer(settings, "pgs_iterations");
+  world.stabilization_iterations = integer(settings, "stabilization_iterations");
   world.contact_frequency = number("contact_natural_frequency");
   world.contact_damping_ratio = number("contact_damping_ratio");
   world.static_contact_frequency = number("static_contact_natural_frequency");
@@ -90,9 +82,9 @@ Options read_options(const Settings& settings) {
   world.warmstart_joints = flag("warmstart_joints");
   world.contact_recycling = flag("contact_recycling");
   world.friction_in_bias_pass = flag("friction_in_bias_pass");
-  world.coulomb = is("friction_model", "coulomb");
+  world.coulomb = is(settings, "friction_model", "coulomb") ? 1 : 0;
   world.gyroscopic = flag("gyroscopic");
-  world.ccd_substeps = integer("ccd_substeps");
+  world.ccd_substeps = integer(settings, "ccd_substeps");
   return options;
 }
 

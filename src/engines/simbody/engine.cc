@@ -1,48 +1,23 @@
 // Simbody: joint coordinates, integrators of fixed step. No contact. README.md says what is exact, what is approximated
 // and which defaults are overridden.
-#include "engines/engine.h"
-
-#include <array>
+#include <string>
+#include <vector>
 
 #include <fmt/format.h>
 
-#include "model/kinematics.h"
+#include "engines/adapter.h"
+#include "options.h"
 #include "world.h"
 
 namespace assay::simbody {
 namespace {
 
-struct MethodFacts {
-  const char* name;
-  Method method;
-  int order;
-  const char* text;
-};
-constexpr std::array<MethodFacts, 6> kMethods = {
-    {{"euler", Method::kSemiExplicitEuler, 1, "semi-implicit Euler"},
-     {"verlet", Method::kVerlet, 2, "velocity Verlet, trapezoidal in the velocities"},
-     {"rk2", Method::kRungeKutta2, 2, "Runge-Kutta 2"},
-     {"rk3", Method::kRungeKutta3, 3, "Runge-Kutta 3"},
-     {"rkm", Method::kRungeKuttaMerson, 4, "Runge-Kutta-Merson"},
-     {"rkf", Method::kRungeKuttaFehlberg, 4, "Runge-Kutta-Fehlberg"}}};
-
-const MethodFacts& facts_of(const Settings& settings) {
-  const auto& name = settings.get<std::string>("integrator");
-  for (const MethodFacts& facts : kMethods) {
-    if (name == facts.name) return facts;
-  }
-  throw EngineError("Simbody has no integrator '" + name + "'");
-}
-
-Options read_options(const Settings& settings) {
-  return {settings.timestep, facts_of(settings).method, settings.get<std::string>("pd") == "native",
-          settings.get<double>("limit_frequency"), settings.get<double>("limit_dissipation")};
-}
-
 class SimbodySimulation final : public Simulation {
  public:
   SimbodySimulation(const Model& model, const State& state, const Options& options)
-      : world_(model, state, options), model_(model), start_time_(state.time), timestep_(options.timestep) {
+      : world_(model, with_joint_coordinates(model, state), options),
+        model_(model),
+        clock_{state.time, options.timestep} {
     model_.keyframes.clear();
   }
 
@@ -52,11 +27,11 @@ class SimbodySimulation final : public Simulation {
 
   void advance(int count) override {
     world_.advance(count);
-    steps_ += count;
+    clock_.steps += count;
   }
 
   void read_state(State& out) const override {
-    out.time = start_time_ + static_cast<double>(steps_) * timestep_;
+    out.time = clock_.time();
     world_.read_joints(out);
     bodies_from_joints(model_, out);
   }
@@ -75,40 +50,12 @@ class SimbodySimulation final : public Simulation {
  private:
   World world_;
   Model model_;  // our own copy: the caller's need not live on
-  double start_time_, timestep_;
-  long long steps_ = 0;
+  Clock clock_;
 };
 
-class SimbodyEngine final : public Engine {
+class SimbodyEngine final : public Adapter {
  public:
-  std::string name() const override { return ASSAY_ENGINE_NAME; }
-
-  BuildFacts build() const override {
-    return {ASSAY_BUILD_VERSION, ASSAY_BUILD_SOURCE, ASSAY_BUILD_COMPILER, ASSAY_BUILD_FLAGS};
-  }
-
-  std::vector<Setting> settings() const override {
-    return {{"integrator",
-             "euler",
-             "",
-             "one step of it is one of assay's, whatever its own error estimate says: euler (semi-explicit), verlet, "
-             "rk2, rk3, rkm (Merson), rkf (Fehlberg)",
-             {"euler", "verlet", "rk2", "rk3", "rkm", "rkf"}},
-            {"pd",
-             "native",
-             "",
-             "joint springs and dampers: native: Simbody's own, evaluated in every stage of a step; explicit: torque "
-             "from the state at the step's start",
-             {"native", "explicit"}},
-            {"limit_frequency",
-             0.2,
-             "rad",
-             "a joint limit is a spring: how far it swings in a step; the stiffness follows from the joint's inertia",
-             {},
-             1e-3,
-             1.0},
-            {"limit_dissipation", 0.5, "s/rad", "Hunt-Crossley dissipation of joint limits", {}, 0.0, 1e3}};
-  }
+  std::vector<Setting> settings() const override { return declared_settings(); }
 
   std::vector<Contender> contenders() const override {
     return {{"simbody-euler", "Simbody, joint coordinates, semi-implicit Euler", {}},
@@ -121,7 +68,7 @@ class SimbodyEngine final : public Engine {
 
   Capabilities capabilities(const Settings& settings) const override {
     const Options options = read_options(settings);
-    const MethodFacts& facts = facts_of(settings);
+    const MethodFacts& facts = method_facts(settings);
     Capabilities c;
     c.precision = Precision::kDouble;
     c.coordinates = Coordinates::kJoint;
@@ -131,9 +78,7 @@ class SimbodyEngine final : public Engine {
     c.contact = false;
     c.torques = true;
     c.joint_limits = options.method != Method::kVerlet;
-    c.springs = options.native_pd ? SpringKind::kNative : SpringKind::kExplicit;
-    c.spring_note = options.native_pd ? "Simbody's own, evaluated in every stage of a step"
-                                      : "torque from the state at the step's start, held for the step";
+    describe_springs(c, options.native_pd, "Simbody's own, evaluated in every stage of a step");
     c.gyroscopic = true;
     if (options.method == Method::kVerlet) c.iterations = "at most 10 for the velocities, relative change 1e-12";
     c.sleep = "none (it has none)";
@@ -144,35 +89,30 @@ class SimbodyEngine final : public Engine {
     return c;
   }
 
-  std::vector<Finding> check(const Model& model, const Settings& settings) const override {
+  std::vector<Limitation> check(const Model& model, const Settings& settings) const override {
     const Options options = read_options(settings);
-    std::vector<Finding> findings;
+    std::vector<Limitation> limitations;
     for (const Hinge& hinge : model.hinges) {
-      const std::string joint = fmt::format("joint '{}'", hinge.name);
-      if (hinge.armature != 0) {
-        findings.push_back({Fidelity::kRefused, joint + " armature", "Simbody has no joint armature: set it to 0"});
-      }
-      if (hinge.has_spring() && !options.native_pd) {
-        findings.push_back({Fidelity::kApproximated, joint + " stiffness and damping",
-                            "explicit torque from the state at the step's start"});
-      }
+      if (hinge.armature != 0) limitations.push_back(armature_refused(hinge, "Simbody"));
+      if (hinge.has_spring() && !options.native_pd) limitations.push_back(explicit_spring(hinge));
       if (hinge.limited && options.method == Method::kVerlet) {
-        findings.push_back(
-            {Fidelity::kRefused, joint + " range",
+        limitations.push_back(
+            {Fidelity::kRefused, joint_element(hinge, "range"),
              "Verlet's iteration does not converge in the spring that stands for a limit: choose another "
              "integrator"});
       } else if (hinge.limited) {
-        findings.push_back({Fidelity::kApproximated, joint + " range",
-                            fmt::format("a spring beyond the limit that swings {:g} rad a step, with dissipation {:g} "
-                                        "s/rad",
-                                        options.limit_frequency, options.limit_dissipation)});
+        limitations.push_back(
+            {Fidelity::kApproximated, joint_element(hinge, "range"),
+             fmt::format("a spring beyond the limit that swings {:g} rad a step, with dissipation {:g} "
+                         "s/rad",
+                         options.limit_frequency, options.limit_dissipation)});
       }
     }
     if (!model.contacts.empty()) {
-      findings.push_back({Fidelity::kRefused, "contacts",
-                          "Simbody has no contact geometry for capsules: use --contacts off or another engine"});
+      limitations.push_back({Fidelity::kRefused, "contacts",
+                             "Simbody has no contact geometry for capsules: use --contacts off or another engine"});
     }
-    return findings;
+    return limitations;
   }
 
   std::unique_ptr<Simulation> create(const Model& model, const State& state, const Settings& settings) const override {

@@ -5,19 +5,9 @@
 #include <vector>
 
 #include "model/model.h"
+#include "options.h"
 
 namespace assay::simbody {
-
-enum class Method { kSemiExplicitEuler, kVerlet, kRungeKutta2, kRungeKutta3, kRungeKuttaMerson, kRungeKuttaFehlberg };
-
-// What settings() declares, typed. The meaning of each is in its declaration in engine.cc.
-struct Options {
-  double timestep = 1e-3;  // s
-  Method method = Method::kSemiExplicitEuler;
-  bool native_pd = true;
-  double limit_frequency = 0.2;    // rad a step
-  double limit_dissipation = 0.5;  // s/rad
-};
 
 // What the engine holds, as EngineView wants it.
 struct HeldBody {

@@ -1,7 +1,5 @@
 // The start of a new adapter: copy this folder, replace `myengine` by your engine, and work down the file. It is
 // complete for what it declares: free bodies without contact. Everything else it refuses, as an adapter has to.
-#include "engines/engine.h"
-
 #include <memory>
 #include <string>
 #include <utility>
@@ -9,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "model/kinematics.h"
+#include "engines/adapter.h"
 
 // ---- your engine ----------------------------------------------------------------------------------------------------
 
@@ -67,7 +65,7 @@ namespace {
 class SkeletonSimulation final : public Simulation {
  public:
   SkeletonSimulation(const Model& model, const State& state, const Settings& settings)
-      : world_(model.gravity), start_time_(state.time), timestep_(settings.timestep) {
+      : world_(model.gravity), clock_{state.time, settings.timestep} {
     for (size_t i = 0; i < model.bodies.size(); ++i) {
       // The uniform state is that of the centre of mass and of the MJCF body frame. An engine whose bodies have
       // principal axes only takes principal_inertia(), and its rotation is q_WB * q_BI, to be undone in read_state().
@@ -95,15 +93,14 @@ class SkeletonSimulation final : public Simulation {
   // The engine's own step and nothing else: this is what is timed. When the engine can say that it failed, throw
   // EngineError with its words.
   void advance(int count) override {
-    for (int i = 0; i < count; ++i) world_.step(timestep_);
-    steps_ += count;
+    for (int i = 0; i < count; ++i) world_.step(clock_.timestep);
+    clock_.steps += count;
   }
 
   // Joint-coordinate engines fill angle, rate and the free bodies and call bodies_from_joints(). Maximal-coordinate
   // engines fill all bodies and call joints_from_bodies(), with their own last angles in `out.angle` to unwrap by.
-  // Time is the start's plus whole steps: a sum of timesteps drifts.
   void read_state(State& out) const override {
-    out.time = start_time_ + static_cast<double>(steps_) * timestep_;
+    out.time = clock_.time();
     out.bodies.clear();
     for (const myengine::RigidBody& body : world_.bodies()) {
       out.bodies.push_back(
@@ -125,22 +122,12 @@ class SkeletonSimulation final : public Simulation {
 
  private:
   myengine::World world_;
-  double start_time_;
-  double timestep_;
-  long long steps_ = 0;
+  Clock clock_;
 };
 
-class SkeletonEngine final : public Engine {
+class SkeletonEngine final : public Adapter {
  public:
-  // The plugin's name and where the engine came from, both given by assay_add_engine(). Take the version from the
-  // engine itself when it can tell.
-  std::string name() const override { return ASSAY_ENGINE_NAME; }
-  BuildFacts build() const override {
-    return {.version = ASSAY_BUILD_VERSION,
-            .source = ASSAY_BUILD_SOURCE,
-            .compiler = ASSAY_BUILD_COMPILER,
-            .flags = ASSAY_BUILD_FLAGS};
-  }
+  // The plugin's name and build facts come from Adapter. Override build() when the engine itself can tell its version.
 
   // Every knob a user may turn, with unit, default and meaning: Settings::get() then always finds it.
   std::vector<Setting> settings() const override { return {}; }
@@ -167,20 +154,20 @@ class SkeletonEngine final : public Engine {
   }
 
   // Everything that is not carried over exactly. What cannot be carried over is refused with what the user can do.
-  std::vector<Finding> check(const Model& model, const Settings& /*settings*/) const override {
-    std::vector<Finding> findings;
-    findings.reserve(model.hinges.size() + 1);
+  std::vector<Limitation> check(const Model& model, const Settings& /*settings*/) const override {
+    std::vector<Limitation> limitations;
+    limitations.reserve(model.hinges.size() + 1);
     for (const Hinge& hinge : model.hinges) {
-      findings.push_back({.fidelity = Fidelity::kRefused,
-                          .element = fmt::format("hinge '{}'", hinge.name),
-                          .how = "it has no joints: choose another engine"});
+      limitations.push_back({.fidelity = Fidelity::kRefused,
+                             .element = fmt::format("hinge '{}'", hinge.name),
+                             .how = "it has no joints: choose another engine"});
     }
     if (!model.contacts.empty()) {
-      findings.push_back({.fidelity = Fidelity::kRefused,
-                          .element = "contacts",
-                          .how = "it has no collision: use --contacts off or another engine"});
+      limitations.push_back({.fidelity = Fidelity::kRefused,
+                             .element = "contacts",
+                             .how = "it has no collision: use --contacts off or another engine"});
     }
-    return findings;
+    return limitations;
   }
 
   // Called hundreds of times for one model: compile or build once what depends on the model alone, and keep it.

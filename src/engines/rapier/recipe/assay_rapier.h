@@ -1,9 +1,9 @@
-/* Rapier's API as far as the adapter needs it, for C++. The library has two tables of functions, one a precision; numbers are
- * doubles in both, SI units, quaternions (x, y, z, w).
+/* Rapier's API as far as the adapter needs it, for C++. The library has two tables of functions, one a precision;
+ * numbers are doubles in both, SI units, quaternions (x, y, z, w).
  *
- * A world is built in this order: bodies, hinges, shapes, start; indices count from 0 in the order of the calls. A function
- * that returns int returns 0, or 1 when Rapier panicked or switched off a body: then error() has the reason, the world may
- * only be destroyed. */
+ * A world is built in this order: bodies, hinges, shapes, start; indices count from 0 in the order of the calls. A
+ * function that returns int returns 0, or 1 when Rapier panicked or switched off a body: then error() has the reason,
+ * the world may only be destroyed. */
 #ifndef ASSAY_RAPIER_H_
 #define ASSAY_RAPIER_H_
 
@@ -16,25 +16,25 @@ typedef struct RapierWorld RapierWorld;
 typedef struct RapierOptions {
   double timestep;
   double gravity[3];
-  int multibody;        /* hinges as multibody joints (joint coordinates) instead of impulse joints */
-  int native_springs;   /* hinges' springs and dampers by Rapier; otherwise they are ignored */
+  int multibody;      /* hinges as multibody joints (joint coordinates) instead of impulse joints */
+  int native_springs; /* hinges' springs and dampers by Rapier; otherwise they are ignored */
   int solver_iterations, pgs_iterations, stabilization_iterations;
   double contact_frequency, contact_damping_ratio;               /* Hz, 1 */
   double static_contact_frequency, static_contact_damping_ratio; /* contacts with what is fixed */
   double joint_frequency, joint_damping_ratio;
-  double max_corrective_speed;  /* m/s */
-  double prediction_distance;   /* m */
-  double warmstart;             /* of contacts, 0 to 1 */
+  double max_corrective_speed; /* m/s */
+  double prediction_distance;  /* m */
+  double warmstart;            /* of contacts, 0 to 1 */
   int warmstart_joints;
   int contact_recycling;
   int friction_in_bias_pass;
-  int coulomb;     /* a friction constraint a contact point, instead of one a manifold */
+  int coulomb; /* a friction constraint a contact point, instead of one a manifold */
   int gyroscopic;
   int ccd_substeps;
 } RapierOptions;
 
 typedef struct RapierBody {
-  double mass, inertia[3];        /* principal moments about the centre of mass */
+  double mass, inertia[3]; /* principal moments about the centre of mass */
   double q_body_principal[4];
   double p_world_com[3], q_world_body[4], v_world_com[3], w_world[3];
 } RapierBody;
@@ -42,12 +42,12 @@ typedef struct RapierBody {
 typedef struct RapierHinge {
   int parent; /* -1: the world */
   int child;
-  /* The joint's frame in either body's frame of axes, from its centre of mass; x is the axis. They coincide at angle 0. */
+  /* The joint's frame in the axes of each body, from its centre of mass; x is the axis. They coincide at angle 0. */
   double p_parent[3], q_parent[4], p_child[3], q_child[4];
   int limited;
   double lower, upper;
   double stiffness, spring_angle, damping;
-  double armature; /* multibody joints only */
+  double armature;    /* multibody joints only */
   double angle, rate; /* at the start; multibody joints only */
 } RapierHinge;
 
@@ -56,10 +56,11 @@ enum { RAPIER_SPHERE = 0, RAPIER_CAPSULE = 1, RAPIER_PLANE = 2 };
 typedef struct RapierShape {
   int type;
   int body; /* -1: fixed to the world */
-  double p[3], q[4]; /* in the body's axes from its centre of mass, or in the world; a capsule lies along z, a plane's normal is z */
+  /* In the body's axes from its centre of mass, or in the world. z is a capsule's axis and a plane's normal. */
+  double p[3], q[4];
   double radius, half_length;
-  double friction; /* the larger of two shapes' acts, unless the table of pairs is asked */
-  unsigned groups, collides_with; /* bits */
+  double friction;                    /* the larger of two shapes' acts, unless the table of pairs is asked */
+  unsigned groups, collides_with;     /* bits */
   int filter_pairs, look_up_friction; /* ask the table of pairs */
 } RapierShape;
 
@@ -79,7 +80,7 @@ typedef struct RapierHeldHinge {
 
 typedef struct RapierApi {
   const char* version;
-  const char* (*error)(void); /* of this thread's last failure */
+  const char* (*error)(void);                   /* of this thread's last failure */
   RapierWorld* (*create)(const RapierOptions*); /* null: failed */
   void (*destroy)(RapierWorld*);
   int (*add_body)(RapierWorld*, const RapierBody*);
@@ -101,11 +102,12 @@ typedef struct RapierApi {
 
 extern const RapierApi assay_rapier_f32, assay_rapier_f64;
 
-/* For benchmarks: a world in double precision as a user of Rapier writes it in Rust, and its loop. Hinges without limits and
- * springs; capsules in their body's centre of mass, and planes. */
+/* For benchmarks: a world in double precision as a user of Rapier writes it in Rust, and its loop. Hinges without
+ * limits and springs; capsules in their body's centre of mass, and planes. */
 typedef struct RapierDirect RapierDirect;
 typedef struct RapierDirectApi {
-  RapierDirect* (*create)(const RapierOptions*, const RapierBody*, int, const RapierHinge*, int, const RapierShape*, int);
+  RapierDirect* (*create)(const RapierOptions*, const RapierBody*, int, const RapierHinge*, int, const RapierShape*,
+                          int);
   void (*destroy)(RapierDirect*);
   void (*run)(RapierDirect*, const double* torques, int count); /* torques may be null */
   void (*positions)(const RapierDirect*, double*);

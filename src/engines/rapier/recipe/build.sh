@@ -5,7 +5,7 @@ fetch_crates "${recipe}"
 folder="${out}/rapier-0.36.1"
 # cargo looks for the lock beside Cargo.toml, and for nothing outside of the scratch folder.
 cp "${recipe}"/{Cargo.toml,Cargo.lock,*.rs} "${work}"
-cd "${work}"
+cd "${work}" || exit
 # "generic" is the baseline, whatever flags the user's own configuration of cargo has.
 RUSTFLAGS='-C target-cpu=generic' cargo build --release --locked --offline --target-dir "${work}/build" \
   --config 'source.crates-io.replace-with="fetched"' --config "source.fetched.directory='${fetched}/vendor'"

@@ -1,0 +1,97 @@
+# shellcheck shell=bash disable=SC2154
+# Sourced by ./assay, ./test, setup.sh and CMake, with root set to this clone. Says where things lie:
+#
+#   what the clones of a user share, in ${cache}:
+#     engines/<name>-<key>   what the recipe of src/engines/<name> made; the key covers recipe, flags and compiler
+#     python/<name>-<key>    virtual environments, by their pins
+#     downloads/<key>        what was fetched, by its pins
+#     references/            reference solutions; the program keeps them itself
+#   what belongs to this clone, in build/: the lock, logs, build folders, and the program that ./assay runs.
+#
+# A key is a hash of everything that a shared piece is made from, so a piece never changes, and clones at different commits
+# do not disturb each other. A piece gets its name when it is complete; a lock beside it lets one process make it.
+
+# Nothing is created here: the folder need not exist yet.
+cache="${ASSAY_CACHE:-${XDG_CACHE_HOME:+${XDG_CACHE_HOME}/assay}}"
+cache="${cache:-${HOME:+${HOME}/.cache/assay}}"
+logs="${root}/build/logs"
+
+hash_of() { cat "$@" | sha256sum | cut -c1-32; }
+
+# The first word is the name that the compiler was called by.
+compiler_version() { ${CXX:-c++} --version | sed '1s/^[^ ]* (/(/;1q'; }
+
+# engine_folder NAME. The locale decides the order of the recipe's files.
+engine_folder() {
+  local LC_ALL=C key
+  key="$({ cat "${root}/src/engines/$1/recipe"/* "${root}/setup/engine_flags.txt" && compiler_version; } | sha256sum)"
+  echo "${cache}/engines/$1-${key:0:12}"
+}
+
+# python_folder NAME REQUIREMENTS
+python_folder() {
+  local key
+  key="$({ cat "${root}/setup/pip/bootstrap.txt" "$2" && python3 -V; } | sha256sum)"
+  echo "${cache}/python/$1-${key:0:12}"
+}
+tools_folder() { python_folder tools "${root}/setup/pip/tools.txt"; }
+
+# Sets cache to an absolute path, or says what is wrong with it.
+find_cache() {
+  if [[ -z ${cache} ]]; then
+    echo "assay: HOME, XDG_CACHE_HOME and ASSAY_CACHE are all unset: set ASSAY_CACHE to a folder for downloads and engines" >&2
+    return 1
+  fi
+  if ! mkdir -p "${cache}" 2>/dev/null; then
+    echo "assay: the folder '${cache}' for downloads and engines cannot be made: set ASSAY_CACHE to one that can" >&2
+    return 1
+  fi
+  cache="$(cd "${cache}" && pwd)"
+}
+
+# ---- one set-up or build at a time in a clone -----------------------------------------------------------------------
+
+# The lock ends with the process that holds it. What it does is in build/phase, for those who wait.
+try_lock() {
+  [[ -n ${ASSAY_LOCK_HELD:-} ]] && return
+  if ! mkdir -p "${logs}" 2>/dev/null || ! exec {assay_lock}>>"${root}/build/lock"; then
+    echo "assay: cannot write to '${root}/build': give yourself the right to, or use a clone of your own" >&2
+    exit 1
+  fi
+  if ! flock -n "${assay_lock}"; then
+    [[ ${1:-} == keep ]] || exec {assay_lock}>&-
+    return 1
+  fi
+  export ASSAY_LOCK_HELD=1
+}
+
+take_lock() {
+  try_lock keep && return
+  local said="waiting for another set-up or build of this clone" now
+  echo "assay: ${said}" >&2
+  until flock -w 1 "${assay_lock}"; do
+    now="$(current_phase)"
+    [[ ${now} == "${said}" ]] || echo "assay: waiting: ${now}" >&2
+    said="${now}"
+  done
+  export ASSAY_LOCK_HELD=1
+}
+
+# Programs that are started later must neither hold the lock nor believe they have it.
+release_lock() {
+  [[ -n ${assay_lock:-} ]] && exec {assay_lock}>&-
+  unset ASSAY_LOCK_HELD
+}
+
+phase() { echo "$*" >"${root}/build/phase"; }
+
+# The phase, and of a build the tenth that is done.
+current_phase() {
+  local text edges total
+  read -r text <"${root}/build/phase" || text="the other one begins"
+  if [[ ${text} == building* ]]; then
+    read -r edges total < <(tail -n 5 "${logs}/build.log" | sed -n 's|^\[\([0-9]*\)/\([0-9]*\)\].*|\1 \2|p' | tail -n 1)
+    [[ ${total:-0} -gt 0 ]] && text+=" ($((100 * edges / total / 10 * 10)) %)"
+  fi
+  echo "${text}"
+} 2>/dev/null

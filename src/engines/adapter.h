@@ -1,0 +1,189 @@
+// What adapters share beside the interface: build facts, settings, the clock, spring torques, contact pairs,
+// limitations. An adapter uses what fits its engine; nothing here is required.
+#pragma once
+
+#include <algorithm>
+#include <numbers>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "engines/engine.h"
+#include "model/kinematics.h"
+
+namespace assay {
+
+// An engine whose name and build are the facts that assay_add_engine() gives its sources.
+class Adapter : public Engine {
+ public:
+  std::string name() const override { return ASSAY_ENGINE_NAME; }
+  BuildFacts build() const override {
+    return {.version = ASSAY_BUILD_VERSION,
+            .source = ASSAY_BUILD_SOURCE,
+            .compiler = ASSAY_BUILD_COMPILER,
+            .flags = ASSAY_BUILD_FLAGS};
+  }
+};
+
+// ---- settings -------------------------------------------------------------------------------------------------------
+
+// Collects declared settings: one call a setting.
+class SettingList {
+ public:
+  void add(std::string name, SettingValue default_value, std::string unit, std::string meaning,
+           std::vector<std::string> choices = {}, std::optional<double> minimum = {},
+           std::optional<double> maximum = {}) {
+    settings_.push_back({std::move(name), std::move(default_value), std::move(unit), std::move(meaning),
+                         std::move(choices), minimum, maximum});
+  }
+  std::vector<Setting> take() { return std::move(settings_); }
+
+ private:
+  std::vector<Setting> settings_;
+};
+
+// The value of a declared setting as engines want it; whether a setting of text has the value `choice`.
+inline int integer(const Settings& settings, const std::string& name) {
+  return static_cast<int>(settings.get<long long>(name));
+}
+inline bool is(const Settings& settings, const std::string& name, const char* choice) {
+  return settings.get<std::string>(name) == choice;
+}
+
+// ---- time, state, torques -------------------------------------------------------------------------------------------
+
+// A simulation's time: its start plus whole steps. A sum of timesteps would drift.
+struct Clock {
+  double start = 0, timestep = 1e-3;  // s
+  long long steps = 0;
+
+  double time() const { return start + static_cast<double>(steps) * timestep; }
+};
+
+// `state` with joint coordinates: computed from its bodies when it has none.
+inline State with_joint_coordinates(const Model& model, State state) {
+  if (state.angle.size() != model.hinges.size() || state.rate.size() != model.hinges.size()) {
+    joints_from_bodies(model, state);
+  }
+  return state;
+}
+
+// The torques of the next step, one per hinge: the caller's (0 where `torques` ends earlier) and, when `springs` is
+// given, those of the joints' own springs and dampers in that state.
+inline void collect_torques(const Model& model, std::span<const double> torques, const State* springs,
+                            std::vector<double>& out) {
+  out.assign(model.hinges.size(), 0.0);
+  std::copy_n(torques.begin(), std::min(torques.size(), out.size()), out.begin());
+  if (springs == nullptr) return;
+  for (size_t j = 0; j < out.size(); ++j) {
+    out[j] += spring_torque(model.hinges[j], springs->angle[j], springs->rate[j]);
+  }
+}
+
+// ---- contact pairs --------------------------------------------------------------------------------------------------
+
+// The shapes that are in a contact pair, numbered in the model's order.
+struct ContactShapes {
+  std::vector<int> row;  // by Model::shapes; -1: in no pair
+  int count = 0;
+
+  bool contains(size_t shape) const { return row[shape] >= 0; }
+};
+inline ContactShapes contact_shapes(const Model& model) {
+  ContactShapes shapes{.row = std::vector<int>(model.shapes.size(), -1)};
+  for (const ContactPair& pair : model.contacts) shapes.row[pair.shape_a] = shapes.row[pair.shape_b] = 0;
+  for (int& row : shapes.row) {
+    if (row == 0) row = shapes.count++;
+  }
+  return shapes;
+}
+
+// The rule by which an engine combines the friction coefficients of two shapes.
+enum class FrictionRule { kLarger, kSmaller };
+
+// One coefficient a shape. With kLarger it is the smallest of the shape's pairs, with kSmaller the largest: if any
+// coefficients give every pair its own by that rule, these do.
+struct ShapeFriction {
+  FrictionRule rule = FrictionRule::kLarger;
+  std::vector<double> of;  // by Model::shapes; -1: in no pair
+
+  bool gives(const ContactPair& pair) const {
+    const auto [smaller, larger] = std::minmax(of[pair.shape_a], of[pair.shape_b]);
+    return (rule == FrictionRule::kLarger ? larger : smaller) == pair.friction;
+  }
+  bool gives_all(const Model& model) const {
+    return std::ranges::all_of(model.contacts, [this](const ContactPair& pair) { return gives(pair); });
+  }
+};
+inline ShapeFriction shape_friction(const Model& model, FrictionRule rule) {
+  ShapeFriction friction{rule, std::vector<double>(model.shapes.size(), -1)};
+  for (const ContactPair& pair : model.contacts) {
+    for (const int shape : {pair.shape_a, pair.shape_b}) {
+      double& own = friction.of[shape];
+      const bool closer = rule == FrictionRule::kLarger ? pair.friction < own : pair.friction > own;
+      if (own < 0 || closer) own = pair.friction;
+    }
+  }
+  return friction;
+}
+
+// ---- angles within one turn -----------------------------------------------------------------------------------------
+
+// Where an engine that knows an angle within one turn best counts it from: the middle of a limited range, which then
+// may lie anywhere, else `otherwise`.
+inline double middle_of_range(const Hinge& hinge, double otherwise) {
+  return hinge.limited ? (hinge.lower + hinge.upper) / 2 : otherwise;
+}
+
+inline bool spans_a_turn(const Hinge& hinge) {
+  return hinge.limited && hinge.upper - hinge.lower >= 2 * std::numbers::pi;
+}
+
+// ---- limitations ----------------------------------------------------------------------------------------------------
+
+// "joint 'knee' armature"
+inline std::string joint_element(const Hinge& hinge, const char* what) {
+  return fmt::format("joint '{}' {}", hinge.name, what);
+}
+
+inline Limitation armature_refused(const Hinge& hinge, const char* engine) {
+  return {Fidelity::kRefused, joint_element(hinge, "armature"),
+          fmt::format("{} has no joint armature: set it to 0 or choose another engine", engine)};
+}
+
+// `remedy`: what the user can do, with its separator; "" for nothing.
+inline Limitation explicit_spring(const Hinge& hinge, const char* remedy = "") {
+  return {Fidelity::kApproximated, joint_element(hinge, "stiffness and damping"),
+          fmt::format("explicit torque from the state at the step's start{}", remedy)};
+}
+
+// How an engine holds a limited range when it knows the angle within one turn, counted from the range's middle. A limit
+// that is passed by more than half of what the range leaves of the turn is taken for the other limit.
+inline std::optional<Limitation> range_within_a_turn(const Hinge& hinge, const char* engine) {
+  constexpr double kNarrow = 0.1;  // rad
+  if (!hinge.limited) return std::nullopt;
+  const double margin = std::numbers::pi - (hinge.upper - hinge.lower) / 2;
+  const std::string element = joint_element(hinge, "range");
+  if (margin <= 0) {
+    return Limitation{
+        Fidelity::kRefused, element,
+        fmt::format("{} knows an angle within one turn only: narrow the range below 2 pi or remove it", engine)};
+  }
+  if (margin >= kNarrow) return std::nullopt;
+  return Limitation{Fidelity::kApproximated, element,
+                    fmt::format("{} knows an angle within one turn only: a limit that is passed by more than {:g} rad "
+                                "is taken for the other one",
+                                engine, margin)};
+}
+
+// Joint springs and dampers in the fairness table: the engine's own, or explicit torques of the adapter.
+inline void describe_springs(Capabilities& capabilities, bool native, const std::string& native_note) {
+  capabilities.springs = native ? SpringKind::kNative : SpringKind::kExplicit;
+  capabilities.spring_note = native ? native_note : "torque from the state at the step's start, held for the step";
+}
+
+}  // namespace assay

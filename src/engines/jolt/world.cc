@@ -1,0 +1,83 @@
+#include "world.h"
+
+#include <fmt/format.h>
+
+namespace assay::jolt {
+namespace {
+
+Vec3 vec3(const double* v) { return {v[0], v[1], v[2]}; }
+Quat quat(const double* q) { return {q[0], q[1], q[2], q[3]}; }
+
+}  // namespace
+
+JoltSimulation::JoltSimulation(const Model& model, const State& state, const Options& options)
+    : model_(model),
+      options_(options),
+      clock_{state.time, options.world.timestep},
+      frames_(body_frames(model)),
+      springs_(model.has_springs() && !options.native_springs),
+      world_(make_world(model, state, frames_, options)),
+      torques_(model.hinges.size(), 0.0),
+      bodies_(model.bodies.size()),
+      last_(with_joint_coordinates(model, state)) {
+  model_.keyframes.clear();
+}
+
+void JoltSimulation::set_torques(std::span<const double> torques) {
+  if (springs_) read();
+  collect_torques(model_, torques, springs_ ? &last_ : nullptr, torques_);
+  jolt_set_torques(world_.get(), torques_.data());
+}
+
+void JoltSimulation::advance(int count) {
+  const int32_t error = jolt_step(world_.get(), count);
+  clock_.steps += count;
+  if (error == 0) return;
+  if (error < 0) throw EngineError("Jolt trapped: out of memory or of bounds");
+  throw EngineError(fmt::format("Jolt ran out of room for contacts (EPhysicsUpdateError {})", error));
+}
+
+void JoltSimulation::read_state(State& out) const {
+  read();
+  out = last_;
+}
+
+EngineView JoltSimulation::view() const {
+  EngineView out;
+  std::vector<jolt_body_view> bodies(model_.bodies.size());
+  std::vector<jolt_hinge_view> hinges(model_.hinges.size());
+  jolt_view(world_.get(), bodies.data(), hinges.data(), out.gravity.data());
+  jolt_read(world_.get(), bodies_.data());
+  for (size_t b = 0; b < bodies.size(); ++b) {
+    out.bodies.push_back(
+        {.mass = bodies[b].mass, .p_WBcm = vec3(bodies_[b].p), .I_BBcm_W = Eigen::Map<const Mat3>(bodies[b].inertia)});
+  }
+  for (size_t j = 0; j < hinges.size(); ++j) {
+    const jolt_body_state& child = bodies_[model_.hinges[j].body];
+    EngineHinge hinge{.p_WJ = vec3(child.p) + quat(child.q) * vec3(hinges[j].p_child),
+                      .axis_W = quat(child.q) * vec3(hinges[j].axis_child),
+                      .limited = hinges[j].limited != 0};
+    if (hinge.limited) {
+      const double zero = zero_angle(model_.hinges[j], options_.native_springs);
+      hinge.lower = zero + hinges[j].lower;
+      hinge.upper = zero + hinges[j].upper;
+    }
+    out.hinges.push_back(hinge);
+  }
+  return out;
+}
+
+void JoltSimulation::read() const {
+  last_.time = clock_.time();
+  jolt_read(world_.get(), bodies_.data());
+  for (size_t b = 0; b < bodies_.size(); ++b) {
+    const jolt_body_state& body = bodies_[b];
+    last_.bodies[b] = {.p_WBcm = vec3(body.p),
+                       .q_WB = (quat(body.q) * frames_[b].q.conjugate()).normalized(),
+                       .v_WBcm = vec3(body.v),
+                       .w_WB = vec3(body.w)};
+  }
+  joints_from_bodies(model_, last_);
+}
+
+}  // namespace assay::jolt

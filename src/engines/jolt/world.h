@@ -1,0 +1,36 @@
+// One running Jolt world, behind jolt_world.h.
+#pragma once
+
+#include <vector>
+
+#include "engines/adapter.h"
+#include "options.h"
+#include "scene.h"
+
+namespace assay::jolt {
+
+class JoltSimulation final : public Simulation {
+ public:
+  JoltSimulation(const Model& model, const State& state, const Options& options);
+
+  void set_torques(std::span<const double> torques) override;
+  void advance(int count) override;
+  void read_state(State& out) const override;
+  EngineView view() const override;
+
+ private:
+  // Fills last_, whose angles before unwrap the new ones.
+  void read() const;
+
+  Model model_;  // our own copy: the caller's need not live on
+  const Options options_;
+  Clock clock_;
+  const std::vector<Pose> frames_;
+  bool springs_;  // explicit ones
+  World world_;
+  std::vector<double> torques_;
+  mutable std::vector<jolt_body_state> bodies_;  // scratch
+  mutable State last_;                           // of the last read
+};
+
+}  // namespace assay::jolt

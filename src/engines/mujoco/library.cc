@@ -1,0 +1,26 @@
+#include "library.h"
+
+#include <fmt/format.h>
+
+#include "base/errors.h"
+
+namespace assay::mujoco {
+namespace {
+
+// MuJoCo's own handler ends the process on an error, prints, and writes a log file. Here errors become exceptions (it
+// is built with unwind tables), and warnings are read from mjData, where they are counted.
+void on_message(const mjLogMessage* message) {
+  if (message->level == mjLOG_ERROR) throw EngineError(fmt::format("MuJoCo: {}", one_line(message->subject)));
+}
+
+}  // namespace
+
+void initialise_library() { mju_setLogHandler(on_message); }
+
+std::string one_line(std::string text) {
+  while (!text.empty() && text.back() == '\n') text.pop_back();
+  for (size_t at = text.find('\n'); at != std::string::npos; at = text.find('\n', at)) text.replace(at, 1, "; ");
+  return text;
+}
+
+}  // namespace assay::mujoco

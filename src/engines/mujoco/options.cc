@@ -1,0 +1,186 @@
+#include "options.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "engines/adapter.h"
+
+namespace assay::mujoco {
+namespace {
+
+constexpr std::array<std::pair<const char*, mjtIntegrator>, 5> kIntegrators = {{{"euler", mjINT_EULER},
+                                                                                {"rk4", mjINT_RK4},
+                                                                                {"implicitfast", mjINT_IMPLICITFAST},
+                                                                                {"implicit", mjINT_IMPLICIT},
+                                                                                {"discrete", mjINT_DISCRETE}}};
+constexpr std::array<std::pair<const char*, mjtSolver>, 3> kSolvers = {
+    {{"newton", mjSOL_NEWTON}, {"cg", mjSOL_CG}, {"pgs", mjSOL_PGS}}};
+
+constexpr std::array kSolverNames = {"projected Gauss-Seidel", "conjugate gradients", "Newton"};  // by mjtSolver
+
+template <typename Table>
+auto choice(const Table& table, const std::string& name) {
+  return std::ranges::find(table, name, [](const auto& entry) { return std::string(entry.first); })->second;
+}
+
+}  // namespace
+
+std::vector<Setting> declared_settings() {
+  std::vector<Setting> settings = {
+      {.name = "integrator",
+       .default_value = std::string("euler"),
+       .unit = "",
+       .meaning = "semi-implicit Euler, Runge-Kutta 4, implicit in velocity without or with Coriolis derivatives, or "
+                  "the discrete step map that also takes stiffness implicitly",
+       .choices = {"euler", "rk4", "implicitfast", "implicit", "discrete"}},
+      {.name = "solver",
+       .default_value = std::string("newton"),
+       .unit = "",
+       .meaning = "constraint solver",
+       .choices = {"newton", "cg", "pgs"}},
+      {.name = "jacobian",
+       .default_value = std::string("sparse"),
+       .unit = "",
+       .meaning = "form of the constraint Jacobian; MuJoCo itself takes dense below 60 DOF and sparse above",
+       .choices = {"sparse", "dense"}},
+      {.name = "cone",
+       .default_value = std::string("pyramidal"),
+       .unit = "",
+       .meaning = "friction cone: a pyramid inside Coulomb's cone (MuJoCo's default) or the cone itself",
+       .choices = {"pyramidal", "elliptic"}},
+      {.name = "pd",
+       .default_value = std::string("native"),
+       .unit = "",
+       .meaning =
+           "springs and dampers of joints: MuJoCo's own, with what the integrator takes implicitly, or explicit: "
+           "a torque from the state at the step's start",
+       .choices = {"native", "explicit"}},
+      {.name = "iterations",
+       .default_value = 100LL,
+       .unit = "",
+       .meaning = "most iterations of the constraint solver in a step",
+       .minimum = 1},
+      {.name = "tolerance",
+       .default_value = 1e-8,
+       .unit = "",
+       .meaning = "scaled improvement below which the constraint solver stops",
+       .minimum = 0},
+      {.name = "ls_iterations",
+       .default_value = 50LL,
+       .unit = "",
+       .meaning = "most iterations of the line search of newton and cg",
+       .minimum = 1},
+      {.name = "ls_tolerance",
+       .default_value = 0.01,
+       .unit = "",
+       .meaning = "relative tolerance of the line search of newton and cg",
+       .minimum = 0},
+      {.name = "noslip_iterations",
+       .default_value = 0LL,
+       .unit = "",
+       .meaning = "iterations of the extra solver that takes slip out of friction; 0: off",
+       .minimum = 0},
+      {.name = "impratio",
+       .default_value = 1.0,
+       .unit = "",
+       .meaning = "ratio of frictional to normal impedance of contacts; larger creeps less; with the pyramid it "
+                  "stiffens contacts too",
+       .minimum = 1e-6},
+      {.name = "warmstart",
+       .default_value = true,
+       .unit = "",
+       .meaning = "start the constraint solver from the last step's accelerations"},
+      {.name = "islands",
+       .default_value = true,
+       .unit = "",
+       .meaning = "solve groups of bodies that do not touch each other apart"},
+      {.name = "euler_damping",
+       .default_value = true,
+       .unit = "",
+       .meaning = "integrator euler takes the damping of joints implicitly"},
+      {.name = "refsafe",
+       .default_value = true,
+       .unit = "",
+       .meaning = "raise time constants of contacts and limits to two timesteps"},
+      {.name = "contact_pairs",
+       .default_value = std::string("auto"),
+       .unit = "",
+       .meaning =
+           "how contacts are found: by MuJoCo's broad phase where its filter gives exactly the model's pairs, or "
+           "from an explicit list of pairs always",
+       .choices = {"auto", "explicit"}},
+  };
+  // MuJoCo's solref and solimp, one number a setting
+  for (const std::string kind : {"contact", "limit"}) {
+    const std::string of = kind == "contact" ? "of contacts" : "of joint limits";
+    settings.insert(settings.end(), {{.name = kind + "_timeconst",
+                                      .default_value = 0.02,
+                                      .unit = "s",
+                                      .meaning = "time constant " + of + " (solref 1)",
+                                      .minimum = 1e-6},
+                                     {.name = kind + "_dampratio",
+                                      .default_value = 1.0,
+                                      .unit = "",
+                                      .meaning = "damping ratio " + of + " (solref 2)",
+                                      .minimum = 1e-6},
+                                     {.name = kind + "_impedance_min",
+                                      .default_value = 0.9,
+                                      .unit = "",
+                                      .meaning = "impedance " + of + " at no violation (solimp 1)",
+                                      .minimum = 1e-4,
+                                      .maximum = 0.9999},
+                                     {.name = kind + "_impedance_max",
+                                      .default_value = 0.95,
+                                      .unit = "",
+                                      .meaning = "impedance " + of + " beyond the width (solimp 2)",
+                                      .minimum = 1e-4,
+                                      .maximum = 0.9999},
+                                     {.name = kind + "_impedance_width",
+                                      .default_value = 0.001,
+                                      .unit = kind == "contact" ? "m" : "rad",
+                                      .meaning = "violation over which the impedance " + of + " rises (solimp 3)",
+                                      .minimum = 0}});
+  }
+  return settings;
+}
+
+void set_options(const Settings& s, const Vec3& gravity, mjOption& option) {
+  option.timestep = s.timestep;
+  Eigen::Map<Vec3>(option.gravity) = gravity;
+  option.integrator = choice(kIntegrators, s.get<std::string>("integrator"));
+  option.solver = choice(kSolvers, s.get<std::string>("solver"));
+  option.jacobian = is(s, "jacobian", "dense") ? mjJAC_DENSE : mjJAC_SPARSE;
+  option.cone = is(s, "cone", "elliptic") ? mjCONE_ELLIPTIC : mjCONE_PYRAMIDAL;
+  option.iterations = integer(s, "iterations");
+  option.tolerance = s.get<double>("tolerance");
+  option.ls_iterations = integer(s, "ls_iterations");
+  option.ls_tolerance = s.get<double>("ls_tolerance");
+  option.noslip_iterations = integer(s, "noslip_iterations");
+  option.impratio = s.get<double>("impratio");
+
+  // without the automatic reset a blow-up stays visible instead of starting again from the reference state
+  option.disableflags = mjDSBL_AUTORESET;
+  if (!s.get<bool>("warmstart")) option.disableflags |= mjDSBL_WARMSTART;
+  if (!s.get<bool>("islands")) option.disableflags |= mjDSBL_ISLAND;
+  if (!s.get<bool>("euler_damping")) option.disableflags |= mjDSBL_EULERDAMP;
+  if (!s.get<bool>("refsafe")) option.disableflags |= mjDSBL_REFSAFE;
+  option.enableflags = 0;
+}
+
+bool has_explicit_pd(const Settings& s) { return is(s, "pd", "explicit"); }
+
+const char* solver_text(const Settings& s) { return kSolverNames.at(choice(kSolvers, s.get<std::string>("solver"))); }
+
+Softness softness(const Settings& s, const std::string& kind) {
+  const auto number = [&](const char* name) { return s.get<double>(kind + name); };
+  Softness result{};
+  mj_defaultSolRefImp(result.reference.data(), result.impedance.data());
+  result.reference[0] = number("_timeconst");
+  result.reference[1] = number("_dampratio");
+  result.impedance[0] = number("_impedance_min");
+  result.impedance[1] = number("_impedance_max");
+  result.impedance[2] = number("_impedance_width");
+  return result;
+}
+
+}  // namespace assay::mujoco

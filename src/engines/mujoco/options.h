@@ -1,0 +1,32 @@
+// The adapter's settings in MuJoCo's terms.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include <mujoco/mujoco.h>
+
+#include "engines/engine.h"
+
+namespace assay::mujoco {
+
+std::vector<Setting> declared_settings();
+
+// Timestep, solvers and flags. The meaning of each setting is in its declaration in options.cc.
+void set_options(const Settings& settings, const Vec3& gravity, mjOption& option);
+
+// Springs and dampers are torques of the adapter's instead of MuJoCo's own.
+bool has_explicit_pd(const Settings& settings);
+
+// The solver's name in words.
+const char* solver_text(const Settings& settings);
+
+struct Softness {
+  std::array<mjtNum, mjNREF> reference;
+  std::array<mjtNum, mjNIMP> impedance;
+};
+// Of "contact" or "limit".
+Softness softness(const Settings& settings, const std::string& kind);
+
+}  // namespace assay::mujoco

@@ -1,0 +1,162 @@
+#include "world.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "base/text.h"
+#include "convert.h"
+
+namespace assay::mujoco {
+namespace {
+
+using Matrix3Rows = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+
+// MuJoCo goes on after any of these; each means that the result is no longer a valid state of the model.
+constexpr std::array kFailures = {std::pair{mjWARN_BADQACC, "an acceleration is not a number or above 1e10"},
+                                  std::pair{mjWARN_BADQVEL, "a velocity is not a number or above 1e10"},
+                                  std::pair{mjWARN_BADQPOS, "a position is not a number or above 1e10"},
+                                  std::pair{mjWARN_INERTIA, "the inertia matrix is singular"},
+                                  std::pair{mjWARN_CONTACTFULL, "too many contacts for its memory"},
+                                  std::pair{mjWARN_CNSTRFULL, "too many constraints for its memory"}};
+
+}  // namespace
+
+MujocoSimulation::MujocoSimulation(std::shared_ptr<const Compiled> compiled, const State& state, double timestep)
+    : compiled_(std::move(compiled)),
+      model_(mj_copyModel(nullptr, compiled_->mujoco.get())),
+      clock_{state.time, timestep} {
+  model_->opt.timestep = timestep;
+  data_.reset(mj_makeData(model_.get()));
+  if (data_ == nullptr) throw EngineError("MuJoCo: no memory for the simulation's data");
+  set_state(state);
+}
+
+void MujocoSimulation::set_torques(std::span<const double> torques) {
+  const std::vector<int>& dof = compiled_->hinge_dof;
+  mjtNum* applied = data_->qfrc_applied;
+  for (size_t j = 0; j < torques.size(); ++j) applied[dof[j]] = torques[j];
+  if (compiled_->explicit_springs) add_springs(torques);
+  torques_set_ = torques_fresh_ = true;
+}
+
+void MujocoSimulation::advance(int count) {
+  if (count <= 0) return;
+  if (torques_set_ && !torques_fresh_) clear_torques();
+  torques_fresh_ = false;
+  mj_step(model_.get(), data_.get());
+  if (count > 1) {
+    if (torques_set_) clear_torques();
+    for (int i = 1; i < count; ++i) mj_step(model_.get(), data_.get());
+  }
+  clock_.steps += count;
+  check_warnings();
+}
+
+void MujocoSimulation::read_state(State& out) const {
+  const Model& model = compiled_->model;
+  out.time = clock_.time();
+  out.bodies.resize(model.bodies.size());
+  out.angle.resize(model.hinges.size());
+  out.rate.resize(model.hinges.size());
+  for (size_t j = 0; j < model.hinges.size(); ++j) {
+    out.angle[j] = data_->qpos[compiled_->hinge_qpos[j]];
+    out.rate[j] = data_->qvel[compiled_->hinge_dof[j]];
+  }
+  // a free joint's coordinates: origin and rotation of the body frame; its velocity: the origin's in the world, the
+  // angular one in the body
+  for (size_t i = 0; i < model.bodies.size(); ++i) {
+    const Body& body = model.bodies[i];
+    if (!body.is_free()) continue;
+    const mjtNum* qpos = data_->qpos + compiled_->body_qpos[i];
+    const mjtNum* qvel = data_->qvel + compiled_->body_dof[i];
+    BodyState& s = out.bodies[i];
+    s.q_WB = Quat(qpos[3], qpos[4], qpos[5], qpos[6]);
+    s.w_WB = s.q_WB * Vec3(qvel[3], qvel[4], qvel[5]);
+    const Vec3 p_BoBcm_W = s.q_WB * body.p_BBcm;
+    s.p_WBcm = Vec3(qpos[0], qpos[1], qpos[2]) + p_BoBcm_W;
+    s.v_WBcm = Vec3(qvel[0], qvel[1], qvel[2]) + s.w_WB.cross(p_BoBcm_W);
+  }
+  bodies_from_joints(model, out);
+}
+
+EngineView MujocoSimulation::view() const {
+  // poses in mjData belong to the start of the last step: compute those of now without touching the run
+  const mjModel& m = *model_;
+  const DataPtr now(mj_makeData(&m));
+  std::copy_n(data_->qpos, m.nq, now->qpos);
+  mj_kinematics(&m, now.get());
+
+  EngineView view;
+  view.gravity = Eigen::Map<const Vec3>(m.opt.gravity);
+  view.bodies.reserve(compiled_->body_id.size());
+  for (const int id : compiled_->body_id) {
+    const Mat3 R_WI = Eigen::Map<const Matrix3Rows>(now->ximat + ptrdiff_t{9} * id);
+    view.bodies.push_back({.mass = m.body_mass[id],
+                           .p_WBcm = triple(now->xipos, id),
+                           .I_BBcm_W = R_WI * triple(m.body_inertia, id).asDiagonal() * R_WI.transpose()});
+  }
+  view.hinges.reserve(compiled_->hinge_joint.size());
+  for (const int id : compiled_->hinge_joint) {
+    view.hinges.push_back({.p_WJ = triple(now->xanchor, id),
+                           .axis_W = triple(now->xaxis, id),
+                           .limited = m.jnt_limited[id] != 0,
+                           .lower = m.jnt_range[ptrdiff_t{2} * id],
+                           .upper = m.jnt_range[ptrdiff_t{2} * id + 1]});
+  }
+  return view;
+}
+
+void MujocoSimulation::set_state(const State& state) {
+  const Model& model = compiled_->model;
+  const State given = with_joint_coordinates(model, state);
+  for (size_t j = 0; j < model.hinges.size(); ++j) {
+    data_->qpos[compiled_->hinge_qpos[j]] = given.angle[j];
+    data_->qvel[compiled_->hinge_dof[j]] = given.rate[j];
+  }
+  for (size_t i = 0; i < model.bodies.size(); ++i) {
+    const Body& body = model.bodies[i];
+    if (!body.is_free()) continue;
+    const BodyState& s = given.bodies[i];
+    const Vec3 p_BoBcm_W = s.q_WB * body.p_BBcm;
+    mjtNum* qpos = data_->qpos + compiled_->body_qpos[i];
+    mjtNum* qvel = data_->qvel + compiled_->body_dof[i];
+    Eigen::Map<Vec3>(qpos + 0) = s.p_WBcm - p_BoBcm_W;
+    copy_quat(s.q_WB, qpos + 3);
+    Eigen::Map<Vec3>(qvel + 0) = s.v_WBcm - s.w_WB.cross(p_BoBcm_W);
+    Eigen::Map<Vec3>(qvel + 3) = s.q_WB.conjugate() * s.w_WB;
+  }
+  data_->time = state.time;
+}
+
+void MujocoSimulation::add_springs(std::span<const double> torques) {
+  const std::vector<Hinge>& hinges = compiled_->model.hinges;
+  for (size_t j = 0; j < hinges.size(); ++j) {
+    const int dof = compiled_->hinge_dof[j];
+    const double angle = data_->qpos[compiled_->hinge_qpos[j]];
+    data_->qfrc_applied[dof] =
+        (j < torques.size() ? torques[j] : 0.0) + spring_torque(hinges[j], angle, data_->qvel[dof]);
+  }
+}
+
+void MujocoSimulation::clear_torques() {
+  std::fill_n(data_->qfrc_applied, model_->nv, 0.0);
+  torques_set_ = false;
+}
+
+void MujocoSimulation::check_warnings() const {
+  int count = 0;
+  for (const auto& failure : kFailures) count |= data_->warning[failure.first].number;
+  if (count != 0) throw_failure();  // apart, for this is inside what the clock measures
+}
+
+void MujocoSimulation::throw_failure() const {
+  const auto failure = std::ranges::find_if(
+      kFailures, [&](mjtWarning warning) { return data_->warning[warning].number > 0; },
+      &std::pair<mjtWarning, const char*>::first);
+  throw EngineError(fmt::format("MuJoCo: {} (noticed at {} s)", failure->second, shortest(clock_.time())));
+}
+
+}  // namespace assay::mujoco

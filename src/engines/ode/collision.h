@@ -1,0 +1,56 @@
+// Collision set-up of one simulation: which of a model's shapes ODE gets, which pairs may touch, with what friction.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include <ode/ode.h>
+
+#include "library.h"
+#include "model/model.h"
+#include "options.h"
+
+namespace assay::ode {
+
+class Collision {
+ public:
+  // `failed` is the simulation's: whether an error came out of ODE's inside.
+  Collision(dxWorld* world, const bool* failed)
+      : world_(world), space_(nullptr, {failed}), contacts_(nullptr, {failed}) {}
+  Collision(const Collision&) = delete;
+  Collision& operator=(const Collision&) = delete;
+
+  // Makes the geoms of a model that has contact pairs. `bodies` are ODE's, in the model's order.
+  void create_shapes(const Model& model, const std::vector<dxBody*>& bodies, const Options& options);
+
+  // Turns what touches now into joints of the next step, and takes these joints away after it.
+  void detect() {
+    if (space_) dSpaceCollide(space_.get(), this, &Collision::on_near);
+  }
+  void clear() {
+    if (space_) dJointGroupEmpty(contacts_.get());
+  }
+
+ private:
+  static constexpr std::uint16_t kNoContact = 0xffff;
+
+  std::uint16_t friction_index(double friction);
+  void create_shape(const Model& model, size_t index, const std::vector<dxBody*>& bodies);
+  // The space found two shapes near each other: if they may touch, their contact points become joints of this step.
+  static void on_near(void* data, dxGeom* a, dxGeom* b) { static_cast<Collision*>(data)->collide(a, b); }
+  void collide(dxGeom* a, dxGeom* b);
+  size_t shape_index(dxGeom* geom) const { return static_cast<const char*>(dGeomGetData(geom)) - tags_.data(); }
+
+  dxWorld* world_;
+  Space space_;  // null when nothing can touch
+  Group contacts_;
+  int max_contacts_ = 0;
+  bool along_slip_ = false;
+  std::vector<double> frictions_;             // the different coefficients
+  std::vector<std::uint16_t> pair_friction_;  // shapes x shapes, into frictions_; small, so that it stays in the cache
+  std::vector<char> tags_;                    // a geom's data is the address of its shape's tag
+  std::array<dContact, kMaxContacts> points_{};
+};
+
+}  // namespace assay::ode

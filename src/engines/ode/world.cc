@@ -1,0 +1,226 @@
+#include "world.h"
+
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "convert.h"
+
+namespace assay::ode {
+namespace {
+
+// A hinge whose spring and damper are its stops: both at the rest angle, soft by ERP and CFM.
+bool is_spring_stop(const Hinge& hinge, const Options& options) { return options.native_springs && hinge.has_spring(); }
+
+// The hinge angle at which ODE's own angle is zero. ODE wraps its angle at +-pi, so limited hinges count from the
+// middle of their range: every range below a full turn then works, wherever it lies. Springs count from their rest.
+double zero_angle(const Hinge& hinge, const Options& options) {
+  return middle_of_range(hinge, is_spring_stop(hinge, options) ? hinge.spring_reference : hinge.reference);
+}
+
+}  // namespace
+
+OdeSimulation::OdeSimulation(Model model, const State& state, const Options& options)
+    : options_(options),
+      clock_{state.time, options.timestep},
+      model_(std::move(model)),
+      world_(dWorldCreate(), {&failed_}),
+      collision_(world_.get(), &failed_) {
+  model_.keyframes.clear();
+  set_up_world();
+  create_bodies();
+  create_hinges();
+  if (!model_.contacts.empty()) collision_.create_shapes(model_, bodies_, options_);
+  set_state(state);
+  has_explicit_springs_ = model_.has_springs() && !options_.native_springs;
+  last_angle_ = state.angle;
+  // the number of this step counted from time zero, so that a run continued in the middle draws the same seeds
+  first_step_ = std::llround(state.time / options_.timestep);
+}
+
+void OdeSimulation::set_up_world() {
+  dxWorld* world = world_.get();
+  dWorldSetGravity(world, model_.gravity.x(), model_.gravity.y(), model_.gravity.z());
+  dWorldSetERP(world, options_.erp);
+  dWorldSetCFM(world, options_.cfm);
+  dWorldSetQuickStepNumIterations(world, options_.iterations);
+  dWorldSetQuickStepW(world, options_.over_relaxation);
+  const double max_velocity = options_.max_correcting_velocity;
+  dWorldSetContactMaxCorrectingVel(world, max_velocity > 0 ? max_velocity : dInfinity);
+  dWorldSetContactSurfaceLayer(world, options_.surface_layer);
+  dWorldSetAutoDisableFlag(world, 0);
+  dWorldSetDamping(world, 0, 0);
+  dWorldSetMaxAngularSpeed(world, dInfinity);
+  dWorldSetStepIslandsProcessingMaxThreadCount(world, 1);
+}
+
+// ODE's body frame: origin in the centre of mass, axes of the MJCF frame, so the full inertia tensor goes in as it
+// is.
+void OdeSimulation::create_bodies() {
+  bodies_.reserve(model_.bodies.size());
+  for (const Body& body : model_.bodies) {
+    const Mat3& I = body.I_BBcm_B;
+    dMass mass;
+    dMassSetParameters(&mass, body.mass, 0, 0, 0, I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2));
+    dxBody* created = dBodyCreate(world_.get());
+    dBodySetMass(created, &mass);
+    dBodySetFiniteRotationMode(created, options_.finite_rotation ? 1 : 0);
+    dBodySetGyroscopicMode(created, options_.gyroscopic ? 1 : 0);
+    bodies_.push_back(created);
+  }
+}
+
+// Attaching stores relative frames, so all hinges are made where ODE's angles shall be zero.
+void OdeSimulation::create_hinges() {
+  State zero = reference_state(model_);
+  for (size_t j = 0; j < model_.hinges.size(); ++j) zero.angle[j] = zero_angle(model_.hinges[j], options_);
+  bodies_from_joints(model_, zero);
+  set_state(zero);
+
+  joints_.reserve(model_.hinges.size());
+  for (size_t j = 0; j < model_.hinges.size(); ++j) {
+    const Hinge& hinge = model_.hinges[j];
+    const HingeFrames frames = hinge_frames(model_, zero, static_cast<int>(j));
+    const Vec3& p = frames.p_WJ_child;
+    const Vec3& axis = frames.axis_W_child;
+    dxJoint* joint = dJointCreateHinge(world_.get(), nullptr);
+    dJointAttach(joint, bodies_[hinge.body], ode_body(model_.bodies[hinge.body].parent));  // child first: angle grows
+    dJointSetHingeAnchor(joint, p.x(), p.y(), p.z());                                      // with its rotation
+    dJointSetHingeAxis(joint, axis.x(), axis.y(), axis.z());
+    if (hinge.limited) {
+      const double half_range = (hinge.upper - hinge.lower) / 2;
+      dJointSetHingeParam(joint, dParamLoStop, -half_range);
+      dJointSetHingeParam(joint, dParamHiStop, half_range);
+      dJointSetHingeParam(joint, dParamStopERP, options_.limit_erp);
+      dJointSetHingeParam(joint, dParamStopCFM, options_.limit_cfm);
+      dJointSetHingeParam(joint, dParamBounce, 0);
+    } else if (is_spring_stop(hinge, options_)) {
+      make_spring_stop(joint, hinge);
+    }
+    joints_.push_back(joint);
+  }
+}
+
+// Both stops at the rest angle, where ODE's angle is zero. A row v + CFM f = -(ERP / h) angle then is the torque
+// f = -k (angle + h v) - b v of the angle and rate at the step's end.
+void OdeSimulation::make_spring_stop(dxJoint* joint, const Hinge& hinge) const {
+  const double yielding = options_.timestep * hinge.stiffness + hinge.damping;
+  dJointSetHingeParam(joint, dParamLoStop, 0);
+  dJointSetHingeParam(joint, dParamHiStop, 0);
+  dJointSetHingeParam(joint, dParamStopERP, options_.timestep * hinge.stiffness / yielding);
+  dJointSetHingeParam(joint, dParamStopCFM, 1 / yielding);
+  dJointSetHingeParam(joint, dParamBounce, 0);
+}
+
+void OdeSimulation::set_state(const State& state) {
+  for (size_t i = 0; i < bodies_.size(); ++i) {
+    const BodyState& body = state.bodies[i];
+    const std::array<dReal, 4> q = ode_quaternion(body.q_WB);
+    dBodySetPosition(bodies_[i], body.p_WBcm.x(), body.p_WBcm.y(), body.p_WBcm.z());
+    dBodySetQuaternion(bodies_[i], q.data());
+    dBodySetLinearVel(bodies_[i], body.v_WBcm.x(), body.v_WBcm.y(), body.v_WBcm.z());
+    dBodySetAngularVel(bodies_[i], body.w_WB.x(), body.w_WB.y(), body.w_WB.z());
+  }
+}
+
+void OdeSimulation::set_torques(std::span<const double> torques) {
+  if (has_explicit_springs_) read_state(scratch_);
+  // ODE empties its accumulators after a step, but adds up what is applied between two; a second call replaces the
+  // first
+  if (torques_set_) {
+    for (dxBody* body : bodies_) dBodySetTorque(body, 0, 0, 0);
+  }
+  torques_set_ = true;
+  for (size_t j = 0; j < joints_.size(); ++j) {
+    double torque = torques.empty() ? 0.0 : torques[j];
+    if (has_explicit_springs_) torque += spring_torque(model_.hinges[j], scratch_.angle[j], scratch_.rate[j]);
+    if (torque != 0) dJointAddHingeTorque(joints_[j], torque);
+  }
+}
+
+void OdeSimulation::advance(int count) {
+  const unsigned long callers_seed = dRandGetSeed();  // one global of the library, which others may use too
+  lcp_failures = 0;
+  torques_set_ = false;
+  try {
+    for (int i = 0; i < count; ++i) {
+      collision_.detect();
+      int done = 0;
+      if (options_.exact) {
+        done = dWorldStep(world_.get(), options_.timestep);
+      } else {
+        dRandSetSeed(options_.seed + 0x9e3779b9U * static_cast<std::uint32_t>(first_step_ + clock_.steps));
+        done = dWorldQuickStep(world_.get(), options_.timestep);
+      }
+      if (done == 0) throw EngineError("ODE could not allocate the memory of a step");
+      collision_.clear();
+      ++clock_.steps;
+    }
+  } catch (...) {
+    failed_ = true;
+    dRandSetSeed(callers_seed);
+    throw;
+  }
+  dRandSetSeed(callers_seed);
+  if (lcp_failures > 0 && !options_.ignore_lcp_failures) {
+    throw EngineError(fmt::format(
+        "ODE's exact solver gave up on the constraints of {} of {} steps before t = {:g} s (LCP internal error)",
+        lcp_failures, count, clock_.time()));
+  }
+}
+
+void OdeSimulation::read_state(State& out) const {
+  out.time = clock_.time();
+  out.bodies.resize(bodies_.size());
+  for (size_t i = 0; i < bodies_.size(); ++i) {
+    BodyState& body = out.bodies[i];
+    const dReal* q = dBodyGetQuaternion(bodies_[i]);
+    body.p_WBcm = vec3(dBodyGetPosition(bodies_[i]));
+    body.q_WB = Quat(q[0], q[1], q[2], q[3]);
+    body.v_WBcm = vec3(dBodyGetLinearVel(bodies_[i]));
+    body.w_WB = vec3(dBodyGetAngularVel(bodies_[i]));
+  }
+  out.angle = last_angle_;
+  joints_from_bodies(model_, out);
+  last_angle_ = out.angle;
+}
+
+EngineView OdeSimulation::view() const {
+  EngineView view;
+  view.bodies.reserve(bodies_.size());
+  for (dxBody* body : bodies_) {
+    dMass mass;
+    dBodyGetMass(body, &mass);
+    Mat3 I_B, R_WB;
+    const dReal* R = dBodyGetRotation(body);
+    for (int row = 0; row < 3; ++row) {
+      for (int column = 0; column < 3; ++column) {
+        I_B(row, column) = mass.I[4 * row + column];
+        R_WB(row, column) = R[4 * row + column];
+      }
+    }
+    view.bodies.push_back({mass.mass, vec3(dBodyGetPosition(body)), R_WB * I_B * R_WB.transpose()});
+  }
+  view.hinges.reserve(joints_.size());
+  for (size_t j = 0; j < joints_.size(); ++j) {
+    dVector3 anchor, axis;
+    dJointGetHingeAnchor(joints_[j], anchor);
+    dJointGetHingeAxis(joints_[j], axis);
+    const double zero = zero_angle(model_.hinges[j], options_);
+    const double lower = dJointGetHingeParam(joints_[j], dParamLoStop);
+    const double upper = dJointGetHingeParam(joints_[j], dParamHiStop);
+    EngineHinge hinge{vec3(anchor), vec3(axis), lower < upper && (lower > -dInfinity || upper < dInfinity)};
+    if (hinge.limited) {
+      hinge.lower = zero + lower;
+      hinge.upper = zero + upper;
+    }
+    view.hinges.push_back(hinge);
+  }
+  dVector3 gravity;
+  dWorldGetGravity(world_.get(), gravity);
+  view.gravity = vec3(gravity);
+  return view;
+}
+
+}  // namespace assay::ode

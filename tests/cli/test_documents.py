@@ -1,0 +1,77 @@
+"""Documents: links resolve, commands exist, and lists that repeat another source agree with it."""
+
+import json
+import re
+
+from harness import COMMANDS, SOURCE, AssayTest, main
+
+SKIPPED = {"node_modules", "build", ".cache", ".git"}
+
+
+def documents():
+    return [path for path in sorted(SOURCE.rglob("*.md")) if not SKIPPED & set(path.relative_to(SOURCE).parts)]
+
+
+def anchors(path):
+    """Anchors that forges give the headings of a page."""
+    headings = re.findall(r"^#+ (.*)", path.read_text(encoding="utf-8"), re.MULTILINE)
+    texts = [re.sub(r"[`*]", "", re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading)).strip().lower() for heading in headings]
+    return {re.sub(r"[^\w\- ]", "", text).replace(" ", "-") for text in texts}
+
+
+def rows(path, section=""):
+    """(first, second) cell of each row of the first table after `section`."""
+    text = path.read_text(encoding="utf-8")
+    table = re.search(r"(?:^\|.*\n)+", text[text.index(section):], re.MULTILINE).group()
+    return [tuple(cell.strip() for cell in line.split("|")[1:3]) for line in table.splitlines()[2:]]
+
+
+class Documents(AssayTest):
+    def test_links_resolve(self):
+        self.assertGreater(len(documents()), 20)
+        for page in documents():
+            prose = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+            for link in re.findall(r"(?:\]\(|src=\")([^)\"\s]+)[)\"]", prose):
+                if link.startswith("https://") or link.startswith("http://"):
+                    continue
+                name, _, anchor = link.partition("#")
+                target = (page.parent / name).resolve() if name else page
+                with self.subTest(page=page.relative_to(SOURCE), link=link):
+                    self.assertTrue(target.exists())
+                    if anchor and target.suffix == ".md":
+                        self.assertIn(anchor, anchors(target))
+
+    def test_commands_exist(self):
+        seen = set()
+        for page in documents():
+            text = page.read_text(encoding="utf-8")
+            for command in re.findall(r"(?m)(?:^|`|\$ )(?:\./|(?<=`)|(?<=\$ ))assay ([a-z]+)\b", text):
+                seen.add(command)
+                self.assertIn(command, COMMANDS, page)
+        self.assertEqual(set(COMMANDS) - seen, set(), "commands that no document mentions")
+
+    def test_the_readme_begins_the_glossary(self):
+        short = rows(SOURCE / "README.md", "## Terms")
+        self.assertEqual(short, rows(SOURCE / "docs/glossary.md")[:len(short)])
+        self.assertEqual(len(short), 5)
+
+    def test_third_party_work_is_complete(self):
+        listed = (SOURCE / "THIRD_PARTY.md").read_text(encoding="utf-8")
+        packages = []
+        for names in [SOURCE / "setup/apt-packages.txt", *SOURCE.glob("src/engines/*/apt-packages.txt")]:
+            packages += re.findall(r"^([a-z][\w.+-]+) +\|", names.read_text(), re.MULTILINE)
+        for pins in [*SOURCE.glob("src/engines/*/recipe/*pins.txt"), *SOURCE.glob("setup/pip/*.txt")]:
+            packages += re.findall(r"^([\w-]+)==", pins.read_text(), re.MULTILINE)
+        for crates in SOURCE.glob("src/engines/*/recipe/Cargo.toml"):
+            packages += re.findall(r"^([\w-]+) = .*\"=", crates.read_text(), re.MULTILINE)
+        for manifest in [SOURCE / "web/package.json", *SOURCE.glob("src/engines/*/recipe/package.json")]:
+            npm = json.loads(manifest.read_text())
+            packages += [name for kind in ("dependencies", "devDependencies") for name in npm.get(kind, {})]
+        self.assertGreater(len(packages), 40)
+        for package in packages:
+            name = "@types/" if package.startswith("@types/") else package
+            self.assertRegex(listed, rf"(?<![\w-]){re.escape(name)}(?![\w-])" if name == package else re.escape(name))
+
+
+if __name__ == "__main__":
+    main()
