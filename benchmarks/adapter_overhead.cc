@@ -36,7 +36,7 @@ constexpr int kFewest = 100, kMost = 5000;  // steps of a batch; the chain gains
 constexpr int kWarmUp = 20;                  // steps
 constexpr unsigned kLargestShift = 1 << 18;  // bytes
 
-// Time of this thread alone, so that other processes on the machine count less.
+// Time of this thread only, so that other processes on the machine count less.
 double cpu_seconds() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
@@ -330,7 +330,7 @@ int main_or_throw(int argc, char** argv) {
       ->check(CLI::Range(1, 1000));
   std::vector<std::string> names;
   for (const Subject& subject : subjects()) names.push_back(subject.contender);
-  app.add_option("--contender", only, "this contender alone")->check(CLI::IsMember(names));
+  app.add_option("--contender", only, "only this contender")->check(CLI::IsMember(names));
   app.add_flag("--json", json, "JSON on standard output");
   try {
     app.parse(argc, argv);
