@@ -9,12 +9,10 @@
 #include "controls/work.h"
 #include "measures/accuracy.h"
 #include "measures/agreement.h"
-#include "measures/damping.h"
 #include "measures/grasp.h"
-#include "measures/mechanics.h"
 #include "measures/plausible.h"
+#include "measures/run_measures.h"
 #include "measures/statistics.h"
-#include "measures/violation.h"
 #include "reference/smooth.h"
 #include "worker/job_parts.h"
 
@@ -51,52 +49,15 @@ json truth_cell(const Subject& subject, const Run& run, const Trajectory& truth,
                    {value_json("truth_error", "m", error), value_json("truth_rounding", "m", rounding)});
 }
 
-// Where all the energy is kinetic, its decay has a rate.
-std::optional<Interval> hidden_damping(const Model& model, const std::vector<State>& states, std::uint64_t seed) {
-  const bool springs = std::ranges::any_of(model.hinges, [](const Hinge& hinge) { return hinge.stiffness != 0; });
-  if (!model.gravity.isZero(0) || springs) return std::nullopt;
-  std::vector<double> time, energy;
-  time.reserve(states.size());
-  energy.reserve(states.size());
-  for (const State& state : states) {
-    time.push_back(state.time);
-    energy.push_back(kinetic_energy(model, state));
-  }
-  return damping_rate(time, energy, seed);
-}
-
-json drift_cell(const Subject& subject, const Run& run, std::uint64_t seed) {
-  if (run.verdict.outcome == Outcome::kDiverged) return cell_json("drift", run.verdict);
+json run_cell(const RunMeasure& measure, const Subject& subject, const Run& run, std::uint64_t seed) {
+  const std::string name(measure.name);
+  if (run.verdict.outcome == Outcome::kDiverged) return cell_json(name, run.verdict);
   json values = json::array();
-  const Conserved conserved = conserved_quantities(subject.model, !subject.control->is_zero());
-  for (const Drift::Quantity& quantity : drift(subject.model, conserved, run.trajectory.states).quantities) {
-    values.push_back(value_json(quantity.name + "_drift", quantity.unit, quantity.absolute));
-    if (quantity.relative) values.push_back(value_json(quantity.name + "_drift_relative", "1", quantity.relative));
+  for (const RunValue& value :
+       measure.values({subject.model, run.trajectory.states, subject.control->is_zero(), seed})) {
+    values.push_back(value_json(value.name, value.unit, value.value, value.low, value.high));
   }
-  if (conserved.energy) {
-    if (const auto rate = hidden_damping(subject.model, run.trajectory.states, seed)) {
-      values.push_back(value_json("damping_rate", "1/s", rate->value, rate->low, rate->high));
-    }
-  }
-  return cell_json("drift", run.verdict, std::move(values));
-}
-
-// Only what the model has can be violated.
-json violation_cell(const Subject& subject, const Run& run, std::uint64_t seed) {
-  if (run.verdict.outcome == Outcome::kDiverged) return cell_json("violation", run.verdict);
-  const ViolationSummary summary = violation_summary(subject.model, run.trajectory.states, seed);
-  json values = json::array();
-  const auto add = [&](const std::string& name, const std::string& unit, double Violation::* kind) {
-    values.push_back(value_json(name + "_max", unit, summary.largest.*kind));
-    values.push_back(value_json(name + "_rms", unit, summary.rms.*kind, summary.rms_low.*kind, summary.rms_high.*kind));
-  };
-  if (!subject.model.hinges.empty()) {
-    add("joint_dislocation", "m", &Violation::dislocation);
-    add("joint_misalignment", "rad", &Violation::misalignment);
-  }
-  if (subject.model.has_limits()) add("limit_violation", "rad", &Violation::limit);
-  if (!subject.model.contacts.empty()) add("penetration", "m", &Violation::penetration);
-  return cell_json("violation", run.verdict, std::move(values));
+  return cell_json(name, run.verdict, std::move(values));
 }
 
 // A run that diverges has not held, whether or not the object had left the hand before.
@@ -147,12 +108,12 @@ json do_run(const json& job) {
       cells.push_back(cell_json(measure, run.verdict));
     } else if (measure == "truth") {
       cells.push_back(truth_cell(subject, run, load(dir, job.at("truth")), static_cast<double>(samples * per_sample)));
-    } else if (measure == "violation") {
-      cells.push_back(violation_cell(subject, run, job.at("seed").get<std::uint64_t>()));
     } else if (measure == "grasp") {
       cells.push_back(grasp_cell(run, job.at("grasp")));
     } else {
-      cells.push_back(drift_cell(subject, run, job.at("seed").get<std::uint64_t>()));
+      const RunMeasure* of_run = find_run_measure(measure);
+      if (of_run == nullptr) throw InputError(fmt::format("no measure '{}' reads a run", measure));
+      cells.push_back(run_cell(*of_run, subject, run, job.at("seed").get<std::uint64_t>()));
     }
   }
   return answer_json(std::move(cells), run.engine_s);
