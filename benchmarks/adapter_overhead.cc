@@ -36,7 +36,7 @@ constexpr int kFewest = 100, kMost = 5000;  // steps of a batch; the chain gains
 constexpr int kWarmUp = 20;                  // steps
 constexpr unsigned kLargestShift = 1 << 18;  // bytes
 
-// Time of this thread only, so that other processes on the machine count less.
+// CPU time of this thread, so that other processes on the machine matter less.
 double cpu_seconds() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);

@@ -73,7 +73,7 @@ class DirectOde final : public Direct {
 
   void step() {
     if (space_ != nullptr) dSpaceCollide(space_, this, near);
-    // the adapter's seeds, for the solver's random order decides the bits
+    // the adapter's seeds, because the solver's random order decides the bits
     dRandSetSeed(seed_ + 0x9e3779b9U * static_cast<std::uint32_t>(step_));
     dWorldQuickStep(world_, h_);
     if (space_ != nullptr) dJointGroupEmpty(contacts_);

@@ -1,7 +1,7 @@
-"""Copies what is worth keeping of a results directory: publish.py ASSAY RESULTS FOLDER.
+"""Makes a committed folder from a results directory: publish.py ASSAY RESULTS FOLDER.
 
-Writes values.csv, manifest.json, assay.sqlite.xz, report.html and figures/ to FOLDER. The report is made anew by ASSAY;
-kept states stay in RESULTS, the report has its replays of them.
+Writes values.csv, manifest.json, assay.sqlite.xz, report.html and figures/ to FOLDER. ASSAY writes the report again, with
+replays of the stored states; the states themselves stay in RESULTS.
 """
 
 import contextlib
@@ -28,7 +28,7 @@ def publish(program, results, folder):
         manifest["contenders"] = [
             dict(zip(("name", "engine", "version", "settings"), row)) | {"build": json.loads(row[4])}
             for row in db.execute("SELECT name, engine, version, settings, build_json FROM contenders ORDER BY rowid")]
-        # Without free pages, and without what a writer may have left beside it.
+        # Without free pages and without the files of an interrupted writer.
         packed = pathlib.Path(scratch) / "packed.sqlite"
         db.execute("VACUUM INTO ?", (str(packed),))
         (folder / "assay.sqlite.xz").write_bytes(lzma.compress(packed.read_bytes(), preset=9))

@@ -49,11 +49,12 @@ def plot(points, path):
             curves[contender].append((math.log10(values["realtime_factor"]), math.log10(values["consistency"])))
     corners = np.array([point for curve in curves.values() for point in curve])
     low, span = corners.min(axis=0), np.maximum(np.ptp(corners, axis=0), 1e-9)
+    least, most = 10**low, 10**(low + span)
     svg = ['<svg xmlns="http://www.w3.org/2000/svg" width="640" height="420" font-family="sans-serif" font-size="13">',
            '<rect width="640" height="420" fill="white"/>',
-           f'<text x="320" y="410" text-anchor="middle">realtime factor, {10**low[0]:.3g} to {10**(low + span)[0]:.3g}</text>',
+           f'<text x="320" y="410" text-anchor="middle">realtime factor, {least[0]:.3g} to {most[0]:.3g}</text>',
            f'<text x="20" y="200" text-anchor="middle" transform="rotate(-90 20 200)">'
-           f'self-consistency error, {10**low[1]:.2g} to {10**(low + span)[1]:.2g} m</text>']
+           f'self-consistency error, {least[1]:.2g} to {most[1]:.2g} m</text>']
     for i, (contender, curve) in enumerate(curves.items()):
         colour = COLOURS[i % len(COLOURS)]
         xy = [(40 + 420 * (x - low[0]) / span[0], 380 - 350 * (y - low[1]) / span[1]) for x, y in curve]

@@ -64,7 +64,7 @@ def times(m, v):
 
 
 def momenta(path, parts):
-    """Time -> (p, L)."""
+    """{time: (p, L)}"""
     sums = {}
     with open(path, newline="", encoding="utf-8") as file:
         for row in csv.DictReader(file):

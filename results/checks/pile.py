@@ -1,7 +1,7 @@
-"""What touches what in files of `assay simulate capsules-N`: pile.py RUN.csv...
+"""Contacts in files of `assay simulate capsules-N`: pile.py RUN.csv...
 
-For each sample the pairs of capsules that touch, the ends on the ground, and the largest group of those that touch
-directly or through others (the ground does not count).
+Prints for each sample the number of touching pairs, of ends on the ground, and the size of the largest connected group
+(the ground does not connect).
 """
 
 import collections
@@ -13,7 +13,7 @@ RADIUS, HALF = 0.05, 0.1  # of the capsules of models/capsules-27.xml, in m
 
 
 def distance(p, d, q, e):
-    """Of the segments p + s d and q + t e, s and t from 0 to 1."""
+    """Distance of the segments p + s d and q + t e, s and t from 0 to 1."""
 
     def dot(a, b):
         return sum(x * y for x, y in zip(a, b))
@@ -30,7 +30,7 @@ def distance(p, d, q, e):
 
 
 def samples(path):
-    """Time -> (end, other end minus it) of each capsule."""
+    """{time: [(end, vector to the other end) of each capsule]}"""
     found = {}
     with open(path, newline="", encoding="utf-8") as file:
         for row in csv.DictReader(file):

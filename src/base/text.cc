@@ -86,6 +86,8 @@ std::string timestep_label(double timestep_ms) {
   return shortest(timestep_ms).ends_with(".0") ? fmt::format("{:.0f}", timestep_ms) : shortest(timestep_ms);
 }
 
+bool same_timestep(double a_ms, double b_ms) { return std::abs(a_ms - b_ms) <= 1e-9 * std::max(a_ms, b_ms); }
+
 std::string duration_label(double seconds) {
   const auto s = std::llround(std::max(0.0, seconds));
   if (s < 60) return fmt::format("{} s", s);

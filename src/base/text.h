@@ -31,6 +31,9 @@ std::optional<double> parse_fraction(std::string_view text);
 // Milliseconds as a person reads a power-of-two timestep: 0.015625 -> "1/64", 4 -> "4", 0.3 -> "0.3".
 std::string timestep_label(double timestep_ms);
 
+// Equal up to rounding: timesteps are stored as numbers that were read from text.
+bool same_timestep(double a_ms, double b_ms);
+
 // "3 s", "4 min 10 s", "2 h 5 min": for progress and plans.
 std::string duration_label(double seconds);
 

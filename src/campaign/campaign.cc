@@ -32,8 +32,6 @@ bool whole(double a, double b) {
   return std::abs(ratio - std::round(ratio)) <= 1e-9 * std::max(1.0, ratio) && ratio > 0.5;
 }
 
-bool same_timestep(double a, double b) { return std::abs(a - b) <= 1e-9 * b; }
-
 std::string joined_ms(const std::vector<double>& timesteps) {
   std::vector<std::string> labels;
   labels.reserve(timesteps.size());

@@ -20,8 +20,6 @@ namespace {
 // Raised when a measure or the way a run is made changes, so that old results are not taken for new ones.
 constexpr int kResultVersion = 2;
 
-bool same_timestep(double a, double b) { return std::abs(a - b) <= 1e-9 * b; }
-
 nlohmann::json run_content(const CampaignSystem& system, const CampaignContender& contender, double timestep_ms) {
   return {{"version", kResultVersion},
           {"model", system.model.hash},

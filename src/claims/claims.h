@@ -42,7 +42,7 @@
 
 namespace assay {
 
-class Store;
+class Results;
 
 // What a figure has to be. Figures with an interval are judged by its ends.
 struct ClaimBound {
@@ -117,8 +117,8 @@ struct Judgement {
   std::vector<ClaimFigure> figures;
 };
 
-// Depends on the store's content alone, whichever campaign made it.
-std::vector<Judgement> judge(const ClaimsFile& file, const Store& store);
+// Depends on the stored values alone, whichever campaign made them.
+std::vector<Judgement> judge(const ClaimsFile& file, const Results& results);
 
 // The layout above.
 nlohmann::json claims_json(const std::vector<Judgement>& judgements);

@@ -89,9 +89,9 @@ const std::vector<std::string>& Evidence::stand_ins(const std::string& engine) c
   return found->second;
 }
 
-std::vector<Judgement> judge(const ClaimsFile& file, const Store& store) {
-  const Results results(store);
-  const Evidence evidence{file, results};
+std::vector<Judgement> judge(const ClaimsFile& file, const Results& results) {
+  const Ratios ratios(results);
+  const Evidence evidence{file, results, ratios};
   std::vector<Judgement> judgements;
   for (const Claim& claim : file.claims) {
     Judgement judgement;

@@ -6,7 +6,8 @@
 #include <vector>
 
 #include "claims/claims.h"
-#include "claims/results.h"
+#include "claims/ratios.h"
+#include "results/results.h"
 
 namespace assay {
 
@@ -33,6 +34,7 @@ Truth judged(const ClaimBound& bound, const Interval& value);
 struct Evidence {
   const ClaimsFile& file;
   const Results& results;
+  const Ratios& ratios;
 
   // Today's contenders of an engine of the paper; the file has it (assert).
   const std::vector<std::string>& stand_ins(const std::string& engine) const;

@@ -54,12 +54,11 @@ class Pairs {
                                 ? fmt::format("at {} ms", timestep_label(timestep_of(test)))
                                 : fmt::format("at equal {}", by_speed ? "speed" : "timestep");
     if (!sentence.empty()) {
-      tested.summary.push_back({fmt::format("{} {}, ratio to the nearest rival: ", quantity_text(test.value), how),
+      tested.summary.push_back({fmt::format("{} {}, ratio to the nearest rival: ", value_text(test.value), how),
                                 fmt::format(" ({}).", bound_text(test.bound)), sentence});
     }
     if (!today.empty()) {
-      tested.today.push_back(
-          {fmt::format("All contenders, {} {}: ", quantity_text(test.value, false), how), ".", today});
+      tested.today.push_back({fmt::format("All contenders, {} {}: ", value_text(test.value, false), how), ".", today});
     }
     return tested;
   }
@@ -80,8 +79,8 @@ class Pairs {
                 const std::string& theirs) const {
     const std::string &first = test.more ? theirs : mine, &second = test.more ? mine : theirs;
     return test.kind == ClaimTest::Kind::kAtTimestep
-               ? evidence_.results.at_timestep(system, first, second, test.value, timestep_of(test))
-               : evidence_.results.at_equal_speed(system, first, second, test.value);
+               ? evidence_.ratios.at_timestep(system, first, second, test.value, timestep_of(test))
+               : evidence_.ratios.at_equal_speed(system, first, second, test.value);
   }
 
   // Mine did not run well, or theirs.

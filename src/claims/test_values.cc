@@ -19,7 +19,7 @@ class Values {
   Tested test(const ClaimTest& test) const {
     Tested tested;
     tested.truth = Truth::kYes;
-    const std::string what = quantity_text(test.value);
+    const std::string what = value_text(test.value);
     std::vector<std::string> sentence, today;
     for (const std::string& system : test.family.empty() ? test.systems : std::vector{test.family}) {
       std::vector<std::string> parts;
@@ -48,7 +48,7 @@ class Values {
       }
       if (!parts.empty()) sentence.push_back(fmt::format("{}: {}", system, join(parts, ", ")));
       if (!parts.empty()) {
-        tested.keys.push_back(fmt::format("{}{}: {}", quantity_text(test.value, false),
+        tested.keys.push_back(fmt::format("{}{}: {}", value_text(test.value, false),
                                           test.kind == ClaimTest::Kind::kSlope ? ", slope" : "", join(parts, ", ")));
       }
       if (test.today) add_today(test, system, today);
@@ -66,8 +66,7 @@ class Values {
           {fmt::format("{}{}, ", what, how), fmt::format(" ({}).", bound_text(test.bound)), sentence});
     }
     if (!today.empty()) {
-      tested.today.push_back(
-          {fmt::format("All contenders, {}{}: ", quantity_text(test.value, false), how), ".", today});
+      tested.today.push_back({fmt::format("All contenders, {}{}: ", value_text(test.value, false), how), ".", today});
     }
     return tested;
   }
@@ -103,7 +102,7 @@ class Values {
     if (test.kind == ClaimTest::Kind::kSlope) return slope(system, contender, test.value);
     if (test.family.empty()) return evidence_.results.figure(system, contender, test.value, test.timestep_ms);
     Figure missing;
-    const std::vector<std::string> systems = evidence_.results.family(test.family);
+    const std::vector<std::string> systems = evidence_.results.family_members(test.family);
     missing.why = systems.empty() ? fmt::format("the results have no systems of family '{}'", test.family)
                                   : evidence_.results.why_missing(systems.back(), contender, test.value);
     for (const std::string& each : systems) {

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/text.h"
+#include "results/values.h"
 
 namespace assay {
 namespace {
@@ -47,12 +48,10 @@ std::string interval_text(const Interval& interval) {
   return fmt::format("{} [{}, {}]", figure_text(interval.value), figure_text(interval.low), figure_text(interval.high));
 }
 
-std::string quantity_text(const std::string& value, bool capital) {
-  std::string text = value;
-  if (value == "consistency") text = "consistency error";
-  if (value == "grasp_held") text = "object held (1: yes)";
-  std::ranges::replace(text, '_', ' ');
-  if (capital && !text.empty()) text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
+std::string value_text(const std::string& value, bool capital) {
+  std::string text = value_info(value).label;
+  if (value == "grasp_held") text += " (1: yes)";
+  if (!capital && !text.empty()) text[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(text[0])));
   return text;
 }
 

@@ -8,6 +8,7 @@
 #include "base/text.h"
 #include "cli/campaign_run.h"
 #include "cli/cli.h"
+#include "results/results.h"
 #include "store/store.h"
 
 namespace assay::cli {
@@ -23,7 +24,8 @@ std::vector<Judgement> judgements(const std::string& dir, const std::optional<st
   const std::optional<std::string> path = file ? file : paper_claims_file();
   if (!path) throw InputError("assay's data folder has no campaigns/paper_claims.toml: name a file with --claims");
   const ClaimsFile claims = load_claims(*path);
-  return judge(claims, Store::open(dir));
+  const Store store = Store::open(dir);
+  return judge(claims, Results(store));
 }
 
 std::string mark(Verdict verdict) {

@@ -16,7 +16,7 @@
 #include "cli/pictures.h"
 #include "coordinator/rerun.h"
 #include "render/encoder.h"
-#include "report/line_up.h"
+#include "results/line_up.h"
 #include "store/trajectory.h"
 
 namespace assay::cli {

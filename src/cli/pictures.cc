@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <optional>
 
 #include <fmt/format.h>
@@ -46,7 +45,7 @@ std::string figures_text(const std::vector<Cell>& cells, const std::string& syst
   const auto value = [&](const std::string& name) -> std::optional<double> {
     for (const Cell& cell : cells) {
       if (cell.system != system || cell.contender != contender) continue;
-      if (std::abs(cell.timestep_ms - timestep_ms) > 1e-9 * timestep_ms) continue;
+      if (!same_timestep(cell.timestep_ms, timestep_ms)) continue;
       if (const Value* found = find_value(cell, name)) return found->value;
     }
     return std::nullopt;

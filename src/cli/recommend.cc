@@ -1,18 +1,16 @@
-// `assay recommend`: for an error that is good enough, who is the fastest, at which timestep.
+// `assay recommend`: the fastest contender and timestep within limits.
+#include "results/recommend.h"
+
 #include <algorithm>
-#include <array>
 #include <filesystem>
 #include <map>
-#include <set>
 
 #include <fmt/format.h>
 
 #include "base/errors.h"
+#include "base/quantity.h"
 #include "base/text.h"
-#include "claims/results.h"
 #include "cli/cli.h"
-#include "measures/pareto.h"
-#include "measures/statistics.h"
 #include "store/store.h"
 
 namespace assay::cli {
@@ -20,218 +18,349 @@ namespace {
 
 struct Options {
   std::vector<std::string> where;  // SYSTEM, or DIR SYSTEM
-  std::string error, measure = "consistency";
+  std::optional<std::string> error, measure, penetration, slip, realtime;
+  std::vector<std::string> limits;  // NAME=QUANTITY
   bool json = false;
 };
 
-// ---- an error with its unit -------------------------------------------------------------------------------------------
-
-struct Unit {
-  const char *written, *base;
-  double scale;
-};
-constexpr std::array kUnits = {
-    Unit{"m", "m", 1},     Unit{"cm", "m", 1e-2},      Unit{"mm", "m", 1e-3},
-    Unit{"um", "m", 1e-6}, Unit{"\u00b5m", "m", 1e-6}, Unit{"nm", "m", 1e-9},
-    Unit{"rad", "rad", 1}, Unit{"mrad", "rad", 1e-3},  Unit{"deg", "rad", 0.017453292519943295},
-    Unit{"J", "J", 1},     Unit{"mJ", "J", 1e-3},      Unit{"uJ", "J", 1e-6},
-    Unit{"%", "1", 1e-2},
+// A limit as the user wrote it.
+struct Asked {
+  ValueInfo value;
+  double largest = 0;
+  std::string text;
 };
 
-std::string units_of(const std::string& base) {
-  std::vector<std::string> names;
-  for (const Unit& unit : kUnits) {
-    if (unit.base == base) names.emplace_back(unit.written);
-  }
-  return names.empty() ? fmt::format("a plain number (of {})", base) : join(names, ", ");
-}
-
-// "1mm", "0.5 deg", "1e-3" in the unit of the value.
-double parse_error(const std::string& text, const std::string& base) {
-  size_t end = text.find_last_of("0123456789.");
-  end = end == std::string::npos ? 0 : end + 1;
-  const auto number = parse_number(text.substr(0, end));
-  std::string unit = text.substr(end);
-  unit.erase(0, unit.find_first_not_of(' ') == std::string::npos ? unit.size() : unit.find_first_not_of(' '));
-  double scale = 1;
-  if (!unit.empty() && unit != base) {
-    const auto* found =
-        std::ranges::find_if(kUnits, [&](const Unit& each) { return each.written == unit && each.base == base; });
-    if (found == kUnits.end()) {
-      throw InputError(
-          fmt::format("--error is '{}', whose unit is none of this measure: use {}", text, units_of(base)));
-    }
-    scale = found->scale;
-  }
-  if (!number || !(*number > 0)) {
-    throw InputError(fmt::format("--error is '{}': give a positive number with a unit, as in 1mm", text));
-  }
-  return *number * scale;
-}
-
-// ---- what was measured ------------------------------------------------------------------------------------------------
+struct Question {
+  std::vector<Asked> asked;
+  Limits limits;
+};
 
 std::string results_dir(const std::vector<std::string>& where) {
   if (where.size() == 2) return where.front();
   return std::filesystem::exists("assay.sqlite") ? "." : "results";
 }
 
-// The value that a measure's cells are known by.
-std::string value_name(const std::string& measure) {
-  if (measure == "truth") return "truth_error";
-  if (measure == "drift") return "energy_drift";
-  if (measure == "violation") return "joint_dislocation_max";
-  return measure;
+// ---- what is asked ----------------------------------------------------------------------------------------------------
+
+// A value of the system that can be limited, by its name or its measure's.
+const ValueInfo& limitable(const SystemAnswers& answers, const std::string& name) {
+  const std::string own = value_named(name).empty() ? name : value_named(name);
+  const auto known = std::ranges::find(answers.values, own, &ValueInfo::name);
+  const std::string near = did_you_mean(name, answers.errors);
+  if (known == answers.values.end()) {
+    throw InputError(fmt::format("system '{}' was not measured by '{}'{}", answers.system, name, near));
+  }
+  if (std::ranges::find(answers.errors, own) == answers.errors.end()) {
+    throw InputError(fmt::format("'{}' cannot be limited: it is no error that was measured on '{}' (known: {})", own,
+                                 answers.system, join(answers.errors, ", ")));
+  }
+  return *known;
 }
 
-struct Choice {
-  std::string contender;
-  double timestep_ms = 0;
-  Interval speed;  // realtime factor
-  Interval error;
-};
+Question question_of(const Options& options, const SystemAnswers& answers) {
+  Question question;
+  const auto ask = [&](const std::string& what, const std::string& name, const std::string& text) {
+    const ValueInfo& value = limitable(answers, name);
+    const double largest = parse_quantity(what, text, value.unit);
+    if (std::ranges::any_of(question.asked, [&](const Asked& asked) { return asked.value.name == value.name; })) {
+      throw InputError(fmt::format("'{}' is limited twice: give one limit for it", value.name));
+    }
+    question.asked.push_back({value, largest, text});
+    question.limits.largest.emplace_back(value.name, largest);
+  };
+  if (options.measure && !options.error) {
+    throw InputError(fmt::format("--measure is '{}' without --error: add the largest error", *options.measure));
+  }
+  if (options.error) {
+    const bool consistent = std::ranges::find(answers.errors, "consistency") != answers.errors.end();
+    ask("--error", options.measure.value_or(consistent ? "consistency" : answers.main), *options.error);
+  }
+  if (options.penetration) ask("--penetration", "penetration_max", *options.penetration);
+  if (options.slip) ask("--slip", "grasp_slip", *options.slip);
+  for (const std::string& limit : options.limits) {
+    const size_t equals = limit.find('=');
+    if (equals == std::string::npos || equals == 0) {
+      throw InputError(fmt::format("--limit is '{}': write NAME=QUANTITY, as in truth_error=1mm", limit));
+    }
+    ask("--limit " + limit.substr(0, equals), limit.substr(0, equals), limit.substr(equals + 1));
+  }
+  if (options.realtime) question.limits.realtime = parse_positive("--realtime", *options.realtime, "times real time");
+  if (question.asked.empty() && !question.limits.realtime) {
+    throw InputError("no limit was given: add --error, --penetration, --slip, --realtime or --limit");
+  }
+  return question;
+}
 
-struct Measured {
-  std::vector<Choice> choices;
-  std::string unit;
-};
-
-Measured measured(const Store& store, const std::string& dir, const std::string& system, const std::string& name) {
-  const std::vector<Cell> cells = store.cells();
-  std::set<std::string> systems, names;
-  std::map<std::string, SpeedCurve> speeds;
-  for (const Cell& cell : cells) {
-    systems.insert(cell.system);
-    if (cell.system != system) continue;
-    if (cell.measure != "raw_speed" && cell.measure != "scaling") {
-      for (const Value& value : cell.values) names.insert(value.name);
-    }
-    const Value* factor = find_value(cell, "realtime_factor");
-    if (factor != nullptr && cell.outcome == Outcome::kOk) {
-      speeds[cell.contender][cell.timestep_ms] = interval_of(*factor);
-    }
+std::string limits_text(const Question& question) {
+  std::vector<std::string> parts;
+  for (const Asked& asked : question.asked) {
+    parts.push_back(fmt::format("{} within {}", asked.value.brief, asked.text));
   }
-  if (!systems.contains(system)) {
-    throw InputError(
-        fmt::format("'{}' has no system '{}'{}", dir, system, did_you_mean(system, {systems.begin(), systems.end()})));
-  }
-  if (!names.contains(name)) {
-    throw InputError(fmt::format("system '{}' was not measured by '{}'{}", system, name,
-                                 did_you_mean(name, {names.begin(), names.end()})));
-  }
-  Measured found;
-  for (const Cell& cell : cells) {
-    if (cell.system != system || cell.outcome != Outcome::kOk || cell.contender == kHarness) continue;
-    const Value* error = find_value(cell, name);
-    // At the reference's own timestep the error says nothing of integration.
-    if (error == nullptr || find_value(cell, "restart_floor") != nullptr) continue;
-    found.unit = error->unit;
-    if (const auto speed = speed_at(speeds[cell.contender], cell.timestep_ms)) {
-      found.choices.push_back({cell.contender, cell.timestep_ms, *speed, interval_of(*error)});
-    }
-  }
-  if (found.choices.empty()) {
-    throw InputError(
-        fmt::format("no contender has both a speed and '{}' on system '{}': measure raw_speed too", name, system));
-  }
-  return found;
+  if (question.limits.realtime)
+    parts.push_back(fmt::format("at least {} real time", realtime_text(*question.limits.realtime)));
+  return join(parts, ", ");
 }
 
 // ---- the answer -------------------------------------------------------------------------------------------------------
 
-std::string with_interval(const Interval& interval) {
-  if (interval.low == interval.high) return fmt::format("{:.4g}", interval.value);
-  return fmt::format("{:.4g} ({:.4g} to {:.4g})", interval.value, interval.low, interval.high);
+std::string place_text(const Point& point) {
+  return fmt::format("{} at {} ms", point.contender, timestep_label(point.timestep_ms));
 }
 
-std::string choices_table(const std::vector<Choice>& choices, const std::string& unit) {
-  std::vector<std::vector<std::string>> rows;
-  rows.reserve(choices.size());
-  for (const Choice& choice : choices) {
-    rows.push_back({choice.contender, timestep_label(choice.timestep_ms), with_interval(choice.speed),
-                    with_interval(choice.error)});
-  }
-  return table(
-      {"contender", "timestep (ms)", "times realtime", unit == "1" ? "error" : fmt::format("error ({})", unit)}, rows);
+std::string with_interval(const Interval& interval, const std::string& unit) {
+  const std::string text = quantity_text(interval.value, unit);
+  if (interval.low == interval.high) return text;
+  return fmt::format("{} ({} to {})", text, quantity_text(interval.low, unit), quantity_text(interval.high, unit));
 }
 
-Json choice_json(const Choice& choice) {
-  const auto interval = [](const Interval& of) {
-    return Json{{"value", of.value}, {"low", of.low}, {"high", of.high}};
+// Words in lines of at most 80 columns; lines after the first begin with `indent` spaces.
+std::string wrapped(const std::string& text, size_t indent) {
+  constexpr size_t kWidth = 80;
+  const auto width = [](std::string_view part) {
+    return static_cast<size_t>(std::ranges::count_if(part, [](char c) { return (c & 0xc0) != 0x80; }));
   };
-  return {{"contender", choice.contender},
-          {"timestep_ms", choice.timestep_ms},
-          {"realtime_factor", interval(choice.speed)},
-          {"error", interval(choice.error)}};
-}
-
-Json choices_json(const std::vector<Choice>& choices) {
-  Json list = Json::array();
-  for (const Choice& choice : choices) list.push_back(choice_json(choice));
-  return list;
-}
-
-std::vector<SpeedAndError> points_of(const std::vector<Choice>& choices) {
-  std::vector<SpeedAndError> points;
-  points.reserve(choices.size());
-  for (const Choice& choice : choices) points.push_back({choice.speed.value, choice.error.value});
-  return points;
-}
-
-// Each contender at its fastest within the limit, the fastest first.
-std::vector<Choice> fastest_of_each(const std::vector<Choice>& choices, double limit) {
-  std::map<std::string, std::vector<Choice>> by_contender;
-  for (const Choice& choice : choices) by_contender[choice.contender].push_back(choice);
-  std::vector<Choice> fastest;
-  for (const auto& [contender, own] : by_contender) {
-    if (const auto best = fastest_within(points_of(own), limit)) fastest.push_back(own[*best]);
+  std::string out, line;
+  size_t at = 0;
+  while (at < text.size()) {
+    const size_t end = std::min(text.find(' ', at + 1), text.size());
+    const std::string word = text.substr(at, end - at);
+    if (!line.empty() && width(line) + width(word) > kWidth) {
+      out += line + "\n";
+      line = std::string(indent, ' ') + word.substr(word.find_first_not_of(' ') == std::string::npos ? 0 : 1);
+    } else {
+      line += word;
+    }
+    at = end;
   }
-  std::ranges::stable_sort(fastest, std::ranges::greater(), [](const Choice& choice) { return choice.speed.value; });
-  return fastest;
+  return out + line + "\n";
 }
 
-int recommend(const Options& options) {
-  const std::string& system = options.where.back();
-  const std::string dir = results_dir(options.where), name = value_name(options.measure);
-  const auto [choices, unit] = measured(Store::open(dir), dir, system, name);
-  const double limit = parse_error(options.error, unit);
-  const std::vector<Choice> fastest = fastest_of_each(choices, limit);
-  std::vector<Choice> front;
-  for (const size_t i : pareto_front(points_of(choices))) front.push_back(choices[i]);
-  // Whose speed the measurement cannot tell from the fastest one's.
-  std::vector<Choice> alike;
-  for (size_t i = 1; i < fastest.size(); ++i) {
-    if (fastest[i].speed.high >= fastest.front().speed.low) alike.push_back(fastest[i]);
+// Several of them as one sentence's end.
+std::string places_text(const SystemAnswers& answers, const std::vector<size_t>& candidates) {
+  std::vector<std::string> places;
+  places.reserve(candidates.size());
+  for (const size_t i : candidates) places.push_back(place_text(answers.at(answers.candidates[i])));
+  return join(places, ", ");
+}
+
+std::string candidates_table(const SystemAnswers& answers, const Question& question,
+                             const std::vector<size_t>& candidates) {
+  constexpr size_t kMostErrors = 3;  // columns that fit
+  const size_t errors = std::min(question.asked.size(), kMostErrors);
+  std::vector<std::string> headings = {"contender", "timestep", "real time"};
+  for (size_t i = 0; i < errors; ++i) headings.push_back(question.asked[i].value.brief);
+  std::vector<std::vector<std::string>> rows;
+  bool estimated = false;
+  for (const size_t i : candidates) {
+    const Candidate& candidate = answers.candidates[i];
+    const Point& point = answers.at(candidate);
+    estimated = estimated || !point.speed->timed;
+    std::vector<std::string>& row = rows.emplace_back();
+    row = {point.contender, timestep_label(point.timestep_ms) + " ms",
+           (point.speed->timed ? "" : "~ ") + realtime_text(point.speed->factor.value)};
+    for (size_t error = 0; error < errors; ++error) {
+      const ValueInfo& value = question.asked[error].value;
+      const auto own = candidate.worst.find(value.name);
+      row.push_back(own == candidate.worst.end() ? "" : quantity_text(own->second.value.value, value.unit));
+    }
   }
+  std::string text = table(headings, rows, {1, 2, 3, 4, 5});
+  if (estimated) text += "~ interpolated between timed timesteps\n";
+  return text;
+}
+
+// What is left out, by contender and reason.
+struct LeftOut {
+  std::string contender, why;
+  std::vector<double> timesteps_ms;
+  bool fails = false;
+};
+
+std::vector<LeftOut> left_out(const SystemAnswers& answers, const Question& question) {
+  std::vector<LeftOut> groups;
+  const auto add = [&](const Point& point, const std::string& why, bool fails) {
+    auto same = std::ranges::find_if(groups, [&](const LeftOut& group) {
+      return group.contender == point.contender && (fails ? group.fails : group.why == why);
+    });
+    if (same == groups.end()) same = groups.insert(groups.end(), {point.contender, why, {}, fails});
+    same->timesteps_ms.push_back(point.timestep_ms);
+  };
+  for (const Excluded& each : answers.excluded) {
+    const Point& point = answers.points[each.point];
+    add(point, each.why, !point.sound);
+  }
+  for (const Candidate& candidate : answers.candidates) {
+    for (const Asked& asked : question.asked) {
+      if (candidate.worst.contains(asked.value.name)) continue;
+      add(answers.at(candidate), fmt::format("the {} was not measured", asked.value.brief), false);
+    }
+  }
+  for (LeftOut& group : groups) std::ranges::sort(group.timesteps_ms);
+  std::ranges::stable_sort(groups, {}, &LeftOut::contender);
+  return groups;
+}
+
+void print_left_out(const SystemAnswers& answers, const Question& question) {
+  const std::vector<LeftOut> groups = left_out(answers, question);
+  if (groups.empty()) return;
+  print("\nNot considered:\n");
+  for (const LeftOut& group : groups) {
+    std::string steps;
+    if (group.fails) {
+      steps = fmt::format("from {} ms", timestep_label(group.timesteps_ms.front()));
+    } else {
+      std::vector<std::string> labels;
+      for (const double step : group.timesteps_ms) labels.push_back(timestep_label(step));
+      steps = fmt::format("at {} ms", join(labels, ", "));
+    }
+    print(wrapped(fmt::format("  {} {}: {}", group.contender, steps, group.why), 4));
+  }
+}
+
+// ---- the same as JSON -------------------------------------------------------------------------------------------------
+
+Json interval_json(const Interval& of) { return {{"value", of.value}, {"low", of.low}, {"high", of.high}}; }
+
+Json candidate_json(const SystemAnswers& answers, const Question& question, size_t index) {
+  const Candidate& candidate = answers.candidates[index];
+  const Point& point = answers.at(candidate);
+  Json worst = Json::object();
+  for (const auto& [name, of] : candidate.worst) {
+    worst[name] = interval_json(of.value);
+    worst[name]["at_ms"] = of.at_ms;
+  }
+  const std::string first = question.asked.empty() ? answers.main : question.asked.front().value.name;
+  return {{"contender", point.contender},
+          {"timestep_ms", point.timestep_ms},
+          {"realtime_factor", interval_json(point.speed->factor)},
+          {"error", worst.contains(first) ? interval_json(candidate.worst.at(first).value) : Json(nullptr)},
+          {"timed", point.speed->timed},
+          {"between_ms", {point.speed->below_ms, point.speed->above_ms}},
+          {"worst", std::move(worst)},
+          {"margin", candidate.margin}};
+}
+
+Json answer_json(const SystemAnswers& answers, const Question& question, const Recommendation& found) {
+  const auto list = [&](const std::vector<size_t>& indices) {
+    Json all = Json::array();
+    for (const size_t i : indices) all.push_back(candidate_json(answers, question, i));
+    return all;
+  };
+  const auto one = [&](const std::optional<size_t>& index) {
+    return index ? candidate_json(answers, question, *index) : Json(nullptr);
+  };
+  Json limits = Json::array(), excluded = Json::array();
+  for (const Asked& asked : question.asked) {
+    limits.push_back({{"value", asked.value.name}, {"unit", asked.value.unit}, {"largest", asked.largest}});
+  }
+  for (const LeftOut& group : left_out(answers, question)) {
+    excluded.push_back({{"contender", group.contender}, {"timesteps_ms", group.timesteps_ms}, {"why", group.why}});
+  }
+  const Asked* first = question.asked.empty() ? nullptr : &question.asked.front();
+  const std::string name = first == nullptr ? answers.main : first->value.name;
+  std::vector<size_t> front;
+  if (const auto members = answers.fronts.find(name); members != answers.fronts.end()) {
+    for (const FrontMember& member : members->second) {
+      const auto at = std::ranges::find(answers.candidates, member.point, &Candidate::point);
+      front.push_back(static_cast<size_t>(at - answers.candidates.begin()));
+    }
+  }
+  return {{"system", answers.system},
+          {"measure", name},
+          {"unit", first == nullptr ? Json(nullptr) : Json(first->value.unit)},
+          {"error", first == nullptr ? Json(nullptr) : Json(first->largest)},
+          {"limits", std::move(limits)},
+          {"realtime", question.limits.realtime ? Json(*question.limits.realtime) : Json(nullptr)},
+          {"recommended", one(found.best)},
+          {"certain", one(found.certain)},
+          {"nearest", one(found.nearest)},
+          {"not_told_apart", list(found.alike)},
+          {"contenders", list(found.contenders)},
+          {"front", list(front)},
+          {"excluded", std::move(excluded)}};
+}
+
+// ---- the command ------------------------------------------------------------------------------------------------------
+
+SystemAnswers answers_in(const std::string& dir, const std::string& system) {
+  const Store store = Store::open(dir);
+  const Results results(store);
+  if (std::ranges::find(results.systems(), system) == results.systems().end()) {
+    throw InputError(fmt::format("'{}' has no system '{}'{}", dir, system, did_you_mean(system, results.systems())));
+  }
+  return answers_of(results, system);
+}
+
+// The one that misses by the least, in one sentence.
+std::string nearest_text(const SystemAnswers& answers, const Question& question, const Recommendation& found) {
+  if (!found.nearest) return "no point with these values is sound and was timed";
+  const Candidate& candidate = answers.candidates[*found.nearest];
+  const Point& point = answers.at(candidate);
+  std::vector<std::string> parts;
+  for (const Asked& asked : question.asked) {
+    parts.push_back(fmt::format("{} {}", asked.value.brief,
+                                quantity_text(candidate.worst.at(asked.value.name).value.value, asked.value.unit)));
+  }
+  if (question.limits.realtime) parts.push_back(realtime_text(point.speed->factor.value) + " real time");
+  return fmt::format("the nearest is {} with {}", place_text(point), join(parts, ", "));
+}
+
+int recommend_to(const Options& options) {
+  const SystemAnswers answers = answers_in(results_dir(options.where), options.where.back());
+  const Question question = question_of(options, answers);
+  const Recommendation found = recommend(answers, question.limits);
   if (options.json) {
-    print_json({{"system", system},
-                {"measure", name},
-                {"unit", unit},
-                {"error", limit},
-                {"recommended", fastest.empty() ? Json(nullptr) : choice_json(fastest.front())},
-                {"not_told_apart", choices_json(alike)},
-                {"contenders", choices_json(fastest)},
-                {"front", choices_json(front)}});
-    return fastest.empty() ? kFailed : kDone;
+    print_json(answer_json(answers, question, found));
+    return found.best ? kDone : kFailed;
   }
-  if (fastest.empty()) {
-    const Choice& best =
-        *std::ranges::min_element(choices, {}, [](const Choice& choice) { return choice.error.value; });
-    message(fmt::format("no contender's {} on {} is within {}: the smallest is {:.3g} {}, of {} at {} ms", name, system,
-                        options.error, best.error.value, unit == "1" ? "" : unit, best.contender,
-                        timestep_label(best.timestep_ms)));
+  if (!found.best) {
+    message(fmt::format("no contender on {} has {}: {}", answers.system, limits_text(question),
+                        nearest_text(answers, question, found)));
     return kFailed;
   }
-  const Choice& best = fastest.front();
-  print(fmt::format("{}, {} within {}: {} at {} ms\n", system, name, options.error, best.contender,
-                    timestep_label(best.timestep_ms)));
-  if (best.error.high > limit) print("its error's interval goes beyond that\n");
-  for (const Choice& choice : alike) {
-    print(fmt::format("as fast, as far as was measured: {} at {} ms\n", choice.contender,
-                      timestep_label(choice.timestep_ms)));
+  const Candidate& best = answers.candidates[*found.best];
+  const Point& point = answers.at(best);
+  print(fmt::format("{}: {}, {} real time\n", answers.system, place_text(point),
+                    realtime_text(point.speed->factor.value)));
+  print(wrapped(fmt::format("  asked:  {}", limits_text(question)), 10));
+  print(wrapped(fmt::format("  speed:  {}, {}", with_interval(point.speed->factor, "1"),
+                            point.speed->timed ? "timed at this timestep"
+                                               : fmt::format("interpolated between {} and {} ms",
+                                                             timestep_label(point.speed->below_ms),
+                                                             timestep_label(point.speed->above_ms))),
+                10));
+  for (const Asked& asked : question.asked) {
+    const Worst& worst = best.worst.at(asked.value.name);
+    print(wrapped(
+        fmt::format("  {}:  {}{}", asked.value.brief, with_interval(worst.value, asked.value.unit),
+                    same_timestep(worst.at_ms, point.timestep_ms)
+                        ? ""
+                        : fmt::format(", at {} ms, the largest up to this timestep", timestep_label(worst.at_ms))),
+        10));
   }
-  print("\nEach contender at its fastest within the limit:\n" + choices_table(fastest, unit));
-  print("\nWhat nothing beats in both speed and error:\n" + choices_table(front, unit));
+  print(wrapped("  margin: " + best.margin, 10));
+  if (!found.alike.empty()) {
+    print(wrapped("  not told apart by speed: " + places_text(answers, found.alike), 10));
+  }
+  if (found.certain != found.best) {
+    print(wrapped(
+        fmt::format("  its 95 % interval reaches beyond the limit; {}",
+                    found.certain
+                        ? fmt::format("the fastest that stays within as a whole: {}, {}",
+                                      places_text(answers, {*found.certain}),
+                                      realtime_text(answers.at(answers.candidates[*found.certain]).speed->factor.value))
+                        : "no contender stays within as a whole"),
+        10));
+  }
+  if (options.error && !options.measure && question.asked.front().value.name == "consistency" &&
+      std::ranges::find(answers.errors, "truth_error") != answers.errors.end()) {
+    print(
+        wrapped("  self-consistency is not accuracy: --measure truth asks for the error against the reference "
+                "solution",
+                10));
+  }
+  print("\nEach contender at its fastest within the limits:\n" + candidates_table(answers, question, found.contenders));
+  print_left_out(answers, question);
   return kDone;
 }
 
@@ -239,21 +368,29 @@ int recommend(const Options& options) {
 
 void add_recommend(CLI::App& app, Action& action) {
   CLI::App* command = add_command(
-      app, "recommend", "Say who is the fastest for an error that is good enough, and at which timestep",
-      {{"assay recommend results humanoid --error 1mm", "by consistency"},
-       {"assay recommend results planar-chain --error 1e-3 --measure energy_drift_relative", "by any measured value"}});
+      app, "recommend", "Recommend the fastest contender and timestep within limits",
+      {{"assay recommend results humanoid --error 1mm", "by self-consistency"},
+       {"assay recommend results planar-chain --error 1mm --measure truth --realtime 5", "by the reference solution"},
+       {"assay recommend results grasp --error 1mm --penetration 2mm --slip 5mm", "several limits at once"},
+       {"assay recommend results planar-chain --limit energy_drift_relative=0.1%", "any measured error"}});
   const auto options = std::make_shared<Options>();
   command->add_option("SYSTEM", options->where, "System, after the results directory (default: results, or here)")
       ->required()
       ->expected(1, 2)
       ->type_name("[DIR] SYSTEM");
-  command->add_option("--error", options->error, "The largest error that will do, with its unit: 1mm, 0.5deg, 2%")
-      ->required()
-      ->type_name("E");
-  command->add_option("--measure", options->measure, "Measure, or the name of a value (default: consistency)")
+  command->add_option("--error", options->error, "The largest error, with its unit: 1mm, 0.5deg, 2%")->type_name("E");
+  command
+      ->add_option("--measure", options->measure,
+                   "Measure or value that --error limits (default: consistency, where it was measured)")
       ->type_name("NAME");
+  command->add_option("--penetration", options->penetration, "The largest penetration: 2mm")->type_name("E");
+  command->add_option("--slip", options->slip, "The largest slip of a grasped object: 5mm")->type_name("E");
+  command->add_option("--realtime", options->realtime, "The least realtime factor: 5")->type_name("FACTOR");
+  command->add_option("--limit", options->limits, "The largest of any error, by its value's name")
+      ->type_name("NAME=E")
+      ->allow_extra_args(false);
   command->add_flag("--json", options->json, "Print JSON")->disable_flag_override();
-  command->callback([&action, options] { action = [options] { return recommend(*options); }; });
+  command->callback([&action, options] { action = [options] { return recommend_to(*options); }; });
 }
 
 }  // namespace assay::cli

@@ -10,8 +10,8 @@
 #include "cli/campaign_run.h"
 #include "cli/cli.h"
 #include "coordinator/rerun.h"
-#include "report/line_up.h"
 #include "report/replays.h"
+#include "results/line_up.h"
 #include "store/store.h"
 #include "store/trajectory.h"
 

@@ -32,7 +32,7 @@ constexpr Entry kEntries[] = {
     {"state-round-trip", "a state of any time, pose and velocity is read back as it was given", Need::kNothing,
      conformance::state_round_trip},
     {"determinism", "the same run twice gives the same bits", Need::kNothing, conformance::determinism},
-    {"independence", "instances stepped in turns give the bits of the same runs alone", Need::kNothing,
+    {"independence", "instances stepped in turns give the same bits as separate runs", Need::kNothing,
      conformance::independence},
     {"batches", "advance(n) gives the bits of n times advance(1), and the time is right", Need::kNothing,
      conformance::batches},

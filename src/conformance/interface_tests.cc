@@ -206,7 +206,7 @@ Verdict independence(const Subject& subject) {
     b.advance(kSteps);
   }
   const int count = differing_bits(a.state(), eventful_alone) + differing_bits(b.state(), other_alone);
-  return {static_cast<double>(count), 0, "numbers", "numbers that differ from those of the same runs alone"};
+  return {static_cast<double>(count), 0, "numbers", "numbers that differ from those of separate runs"};
 }
 
 Verdict batches(const Subject& subject) {

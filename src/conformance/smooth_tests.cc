@@ -216,7 +216,7 @@ Verdict spring_damper(const Subject& subject) {
   const State start = with_joints(wheel.model, {kAngle}, {kRate});
   const Motion end = damped_oscillator(wheel.axial_inertia, 100 * wheel.axial_inertia, 3 * wheel.axial_inertia,
                                        {kAngle + 0.3, kRate}, kDuration);
-  // springs that act through the torques of a step are of first order whatever the integrator
+  // springs that act as torques held for a step are of first order with every integrator
   return hinge_follows(subject, wheel.model, start, kDuration, end.position - 0.3, {}, 1);
 }
 

@@ -128,8 +128,7 @@ size_t keep_runs(Store& store, const std::string& system, const std::vector<std:
                  double timestep_ms, const std::function<void(size_t)>& progress) {
   std::vector<RunRow> rows = store.runs();
   const auto same = [&](const RunRow& row, const std::string& contender) {
-    return row.system == system && row.contender == contender &&
-           std::abs(row.timestep_ms - timestep_ms) <= 1e-9 * timestep_ms;
+    return row.system == system && row.contender == contender && same_timestep(row.timestep_ms, timestep_ms);
   };
   std::vector<std::string> missing;
   for (const std::string& contender : contenders) {

@@ -36,33 +36,6 @@ cairo_surface_t* make_surface(Format format, std::string& bytes, double width, d
   return surface;
 }
 
-// ---- Oklab (B. Ottosson, 2020, bottosson.github.io/posts/oklab) -----------------------------------------------------
-
-double to_linear(double c) { return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4); }
-double from_linear(double c) {
-  const double clamped = std::min(1.0, std::max(0.0, c));
-  return clamped <= 0.0031308 ? 12.92 * clamped : 1.055 * std::pow(clamped, 1 / 2.4) - 0.055;
-}
-
-std::array<double, 3> to_oklab(const Color& color) {
-  const double r = to_linear(color.r), g = to_linear(color.g), b = to_linear(color.b);
-  const double l = std::cbrt(0.4122214708 * r + 0.5363325363 * g + 0.0514459929 * b);
-  const double m = std::cbrt(0.2119034982 * r + 0.6806995451 * g + 0.1073969566 * b);
-  const double s = std::cbrt(0.0883024619 * r + 0.2817188376 * g + 0.6299787005 * b);
-  return {0.2104542553 * l + 0.7936177850 * m - 0.0040720468 * s,
-          1.9779984951 * l - 2.4285922050 * m + 0.4505937099 * s,
-          0.0259040371 * l + 0.7827717662 * m - 0.8086757660 * s};
-}
-
-Color from_oklab(const std::array<double, 3>& lab) {
-  const double l = std::pow(lab[0] + 0.3963377774 * lab[1] + 0.2158037573 * lab[2], 3);
-  const double m = std::pow(lab[0] - 0.1055613458 * lab[1] - 0.0638541728 * lab[2], 3);
-  const double s = std::pow(lab[0] - 0.0894841775 * lab[1] - 1.2914855480 * lab[2], 3);
-  return {from_linear(4.0767416621 * l - 3.3077115913 * m + 0.2309699292 * s),
-          from_linear(-1.2684380046 * l + 2.6097574011 * m - 0.3413193965 * s),
-          from_linear(-0.0041960863 * l - 0.7034186147 * m + 1.7076147010 * s)};
-}
-
 // Corners of a mark of unit area or so, around the origin.
 std::vector<Canvas::Point> corners(Mark mark) {
   std::vector<Canvas::Point> points;
@@ -103,17 +76,6 @@ std::vector<Canvas::Point> corners(Mark mark) {
 }
 
 }  // namespace
-
-Color parse_color(const std::string& hex) {
-  const auto part = [&](size_t at) { return std::strtol(hex.substr(at, 2).c_str(), nullptr, 16) / 255.0; };
-  return {part(1), part(3), part(5)};
-}
-
-Color mix(const Color& a, const Color& b, double share) {
-  const auto from = to_oklab(a), to = to_oklab(b);
-  return from_oklab(
-      {from[0] + share * (to[0] - from[0]), from[1] + share * (to[1] - from[1]), from[2] + share * (to[2] - from[2])});
-}
 
 Canvas::Canvas(Format format, double width, double height)
     : width_(width),

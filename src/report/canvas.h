@@ -5,28 +5,17 @@
 #include <string>
 #include <vector>
 
+#include "results/color.h"
+#include "results/looks.h"
+
 // of cairo.h, whose names they are
 struct _cairo;          // NOLINT(bugprone-reserved-identifier)
 struct _cairo_surface;  // NOLINT(bugprone-reserved-identifier)
 
 namespace assay {
 
-struct Color {
-  double r = 0, g = 0, b = 0;  // 0 to 1, sRGB
-  double opacity = 1;
-};
-
-// "#1463c4"
-Color parse_color(const std::string& hex);
-
-// `share` of `b` in `a`, mixed in Oklab as CSS's color-mix(in oklab, ...) does.
-Color mix(const Color& a, const Color& b, double share);
-
 enum class Format { kSvg, kPdf };
 enum class Align { kLeft, kMiddle, kRight };
-
-// As web/src/palette.ts lists them.
-enum class Mark { kCircle, kSquare, kTriangle, kDiamond, kTriangleDown, kCross, kStar, kWye };
 
 class Canvas {
  public:

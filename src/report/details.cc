@@ -14,7 +14,6 @@
 
 #include "base/errors.h"
 #include "store/scene.h"
-#include "store/trajectory.h"
 
 namespace assay {
 namespace {
@@ -94,19 +93,13 @@ json shapes_of(const Scene& scene, const std::vector<Pose>& bodies) {
   return shapes;
 }
 
-json end_of(const Store& store, const std::vector<RunRow>& runs, const std::string& system, const Scene& scene) {
-  for (const RunRow& run : runs) {
-    if (run.system != system) continue;
-    const auto trajectory = read_trajectory(store.trajectories_dir(), run.address);
-    if (!trajectory || trajectory->states.empty()) continue;
-    const State& last = trajectory->states.back();
-    if (last.bodies.size() != scene.bodies.size()) continue;
-    std::vector<Pose> poses;
-    poses.reserve(scene.bodies.size());
-    for (size_t i = 0; i < scene.bodies.size(); ++i) poses.push_back(scene_pose(scene.bodies[i], last.bodies[i]));
-    return {{"contender", run.contender}, {"time_s", rounded(last.time, 6)}, {"shapes", shapes_of(scene, poses)}};
-  }
-  return nullptr;
+json end_of(const Results& results, const std::string& system, const Scene& scene) {
+  const auto end = results.end_of(system);
+  if (!end) return nullptr;
+  std::vector<Pose> poses;
+  poses.reserve(scene.bodies.size());
+  for (size_t i = 0; i < scene.bodies.size(); ++i) poses.push_back(scene_pose(scene.bodies[i], end->state.bodies[i]));
+  return {{"contender", end->contender}, {"time_s", rounded(end->state.time, 6)}, {"shapes", shapes_of(scene, poses)}};
 }
 
 // ---- agreement ----------------------------------------------------------------------------------------------------------
@@ -179,23 +172,18 @@ json sample_data(const std::vector<SampleSeries>& samples) {
   return list;
 }
 
-json picture_data(const Store& store) {
-  const std::vector<RunRow> runs = store.runs();
+json picture_data(const Results& results) {
   // Of a family of sizes the largest stands for all.
   std::map<std::string, std::pair<double, std::string>> largest;
-  std::map<std::string, std::string> family_of;
-  for (const SystemRow& row : store.systems()) {
-    const auto facts = json::parse(row.json, nullptr, false);
-    const std::string family = facts.is_object() ? facts.value("family", "") : "";
-    if (family.empty()) continue;
-    family_of[row.name] = family;
-    largest[family] = std::max(largest[family], {facts.value("bodies", 0.0), row.name});
+  for (const std::string& system : results.systems()) {
+    const std::string family = results.family(system);
+    if (!family.empty()) largest[family] = std::max(largest[family], {results.fact(system, "bodies"), system});
   }
   json pictures = json::array();
-  for (const SceneRow& row : store.scenes()) {
-    const auto family = family_of.find(row.system);
-    if (family != family_of.end() && largest[family->second].second != row.system) continue;
-    const Scene scene = parse_scene(row.json);
+  for (const SceneRow& row : results.store().scenes()) {
+    const auto family = largest.find(results.family(row.system));
+    if (family != largest.end() && family->second.second != row.system) continue;
+    const Scene& scene = *results.scene(row.system);
     std::vector<Pose> poses;
     poses.reserve(scene.bodies.size());
     for (const SceneBody& body : scene.bodies) poses.push_back(body.X_WB);
@@ -206,22 +194,22 @@ json picture_data(const Store& store) {
     }
     pictures.push_back({{"system", row.system},
                         {"start", shapes_of(scene, poses)},
-                        {"end", end_of(store, runs, row.system, scene)},
+                        {"end", end_of(results, row.system, scene)},
                         {"ground", std::move(ground)}});
   }
   return pictures;
 }
 
-json agreement_data(const Store& store, const std::vector<Cell>& cells) {
+json agreement_data(const Results& results) {
   std::vector<std::string> order;
   std::map<std::string, AgreementOf> systems;
-  for (const Cell& cell : cells) {
+  for (const Cell& cell : results.cells()) {
     if (cell.measure != "agreement" || cell.outcome != Outcome::kOk) continue;
     if (!systems.contains(cell.system)) order.push_back(cell.system);
     AgreementOf& of = systems[cell.system];
     if (of.series.contains(cell.contender)) continue;
     of.contenders.push_back(cell.contender);
-    of.series[cell.contender] = store.samples(cell.id);
+    of.series[cell.contender] = results.store().samples(cell.id);
     of.timestep_ms = cell.timestep_ms;
   }
   json list = json::array();

@@ -6,7 +6,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "store/store.h"
+#include "results/results.h"
 
 namespace assay {
 
@@ -20,12 +20,12 @@ nlohmann::json sample_data(const std::vector<SampleSeries>& samples);
 // systems whose scene was stored. A shape is {"a": [x, y, z], "b": [x, y, z], "r": radius, "c": "#rrggbb"} in the world
 // frame, m: a capsule between two points, or a sphere where they are equal. "end" is the last state of the first run
 // that is kept.
-nlohmann::json picture_data(const Store& store);
+nlohmann::json picture_data(const Results& results);
 
 // [{"system", "timestep_ms", "contenders": [name], "time_s": [...], "distance_m": [[...] or null], "parting_s": [...]}]
 // of the systems that were measured by agreement. The last two have an entry per pair (0, 1), (0, 2), ..., (1, 2), ...:
 // the distance at each time, and the time from the start at which they part, which is the run's length when they never
 // do (null: not measured).
-nlohmann::json agreement_data(const Store& store, const std::vector<Cell>& cells);
+nlohmann::json agreement_data(const Results& results);
 
 }  // namespace assay

@@ -10,8 +10,8 @@
 #include "report/canvas.h"
 #include "report/figures/axes.h"
 #include "report/figures/drawing.h"
-#include "report/figures/results.h"
 #include "report/write_file.h"
+#include "results/results.h"
 
 namespace assay {
 
@@ -24,7 +24,7 @@ std::vector<std::string> write_figures(const Store& store, const std::string& fo
     ~Fonts() { forget_fonts(); }
   };
   const Fonts fonts;
-  const figures::Results results(store);
+  const Results results(store);
   const std::array drawings = {
       std::pair{"figure3", figures::figure3(results)}, std::pair{"figure4", figures::figure4(results)},
       std::pair{"figure5", figures::figure5(results)}, std::pair{"grasp-table", figures::grasp_table(results)}};

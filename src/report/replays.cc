@@ -13,7 +13,7 @@
 
 #include "base/errors.h"
 #include "base/text.h"
-#include "report/line_up.h"
+#include "results/line_up.h"
 #include "store/scene.h"
 #include "store/store.h"
 #include "store/trajectory.h"

@@ -10,7 +10,7 @@ namespace assay {
 class Store;
 
 struct ReplayOptions {
-  size_t most_contenders = 12;         // of a system; the line-up's first (report/line_up.h)
+  size_t most_contenders = 12;         // of a system; the line-up's first (results/line_up.h)
   double least_frame_ms = 15;          // no more frames a second than a screen shows
   size_t most_bytes = 5'000'000;       // of all packed states together; the references come first
   double position_step_m = 1e-5;       // of the quantised positions

@@ -11,6 +11,7 @@
 #include "report/details.h"
 #include "report/page.h"
 #include "report/replays.h"
+#include "report/views.h"
 #include "report/write_file.h"
 #include "store/store.h"
 
@@ -20,7 +21,7 @@ namespace {
 using nlohmann::json;
 
 // Of this layout of the JSON; web/src/data.ts describes it.
-constexpr int kReportFormat = 1;
+constexpr int kReportFormat = 2;
 
 json number(std::optional<double> value) { return value && std::isfinite(*value) ? json(*value) : json(nullptr); }
 
@@ -54,10 +55,10 @@ json cell_json(const Cell& cell, const std::vector<SampleSeries>& samples) {
 }
 
 // What the results say about the paper's claims; nothing where they are about none of them.
-json claims_data(const Store& store) {
+json claims_data(const Results& results) {
   const std::optional<std::string> file = paper_claims_file();
   if (!file) return json::array();
-  const std::vector<Judgement> judgements = judge(load_claims(*file), store);
+  const std::vector<Judgement> judgements = judge(load_claims(*file), results);
   const auto silent = [](const Judgement& each) { return each.summary.empty(); };
   return std::ranges::all_of(judgements, silent) ? json::array() : claims_json(judgements);
 }
@@ -104,9 +105,9 @@ json report_data(const Store& store) {
                           {"build", object(row.build_json)}});
   }
 
-  const std::vector<Cell> stored = store.cells();
+  const Results results(store);
   json cells = json::array();
-  for (const Cell& cell : stored) cells.push_back(cell_json(cell, store.samples(cell.id)));
+  for (const Cell& cell : results.cells()) cells.push_back(cell_json(cell, store.samples(cell.id)));
 
   json conformance = json::array();
   for (const ConformanceRow& row : store.conformance()) {
@@ -119,11 +120,21 @@ json report_data(const Store& store) {
                            {"note", row.note}});
   }
 
-  return {{"format", kReportFormat},         {"manifest", std::move(manifest)},
-          {"systems", std::move(systems)},   {"contenders", std::move(contenders)},
-          {"cells", std::move(cells)},       {"conformance", std::move(conformance)},
-          {"pictures", picture_data(store)}, {"agreement", agreement_data(store, stored)},
-          {"replays", replays_data(store)},  {"claims", claims_data(store)}};
+  return {{"format", kReportFormat},
+          {"manifest", std::move(manifest)},
+          {"systems", std::move(systems)},
+          {"contenders", std::move(contenders)},
+          {"cells", std::move(cells)},
+          {"conformance", std::move(conformance)},
+          {"pictures", picture_data(results)},
+          {"agreement", agreement_data(results)},
+          {"replays", replays_data(store)},
+          {"claims", claims_data(results)},
+          {"catalogue", catalogue_data(results)},
+          {"units", units_data(results)},
+          {"looks", looks_data(results)},
+          {"glossary", glossary_data()},
+          {"views", views_data(results)}};
 }
 
 std::string report_html(const json& data) {

@@ -6,6 +6,7 @@ import io
 import json
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -91,6 +92,21 @@ class AssayTest(unittest.TestCase):
             raise ValueError(f"{name} is no JSON")
 
         return json.loads(self.assay(*arguments), parse_constant=no_constant)
+
+    def follow_example(self, example):
+        """Runs the commands of an example's README, beside nothing but the program, its build and the examples."""
+        shutil.copytree(SOURCE / "examples", self.dir / "examples")
+        (self.dir / "assay").symlink_to(PROGRAM)
+        (self.dir / "build").mkdir()
+        (self.dir / "build/release").symlink_to(pathlib.Path(PROGRAM).parent.parent)
+        text = (self.dir / "examples" / example / "README.md").read_text(encoding="utf-8")
+        commands = [line[2:] for block in re.findall(r"```console\n(.*?)```", text, re.DOTALL)
+                    for line in block.splitlines() if line.startswith("$ ")]
+        self.assertTrue(commands)
+        done = subprocess.run(["bash", "-ec", "\n".join(commands)], cwd=self.dir, env=self.env, capture_output=True, text=True,
+                              stdin=subprocess.DEVNULL, timeout=500)
+        self.assertEqual(done.returncode, 0, done.stdout[-3000:] + done.stderr[-3000:])
+        return done.stdout
 
     def refused(self, *arguments, naming=(), status=2):
         """Has to fail with `status` and one sentence that holds all of `naming`; returns the sentence."""

@@ -44,7 +44,8 @@ class Documents(AssayTest):
     def test_commands_exist(self):
         seen = set()
         for page in documents():
-            for command in re.findall(r"(?m)(?:^|`|\$ )(?:\./|(?<=`)|(?<=\$ ))assay ([a-z]+)\b", page.read_text(encoding="utf-8")):
+            text = page.read_text(encoding="utf-8")
+            for command in re.findall(r"(?m)(?:^|`|\$ )(?:\./|(?<=`)|(?<=\$ ))assay ([a-z]+)\b", text):
                 seen.add(command)
                 self.assertIn(command, COMMANDS, page)
         self.assertEqual(set(COMMANDS) - seen, set(), "commands that no document mentions")

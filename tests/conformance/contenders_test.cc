@@ -24,7 +24,7 @@ std::vector<Pair> all_pairs() {
   const Registry& registry = Registry::instance();
   std::vector<Pair> pairs;
   for (const Engine* engine : registry.engines()) {
-    // the null engine is the harness's zero and simulates nothing; faults_test.cc shows that the gate refuses it
+    // the null engine measures the harness and simulates nothing; faults_test.cc shows that the suite fails it
     if (engine->name() == "null") continue;
     for (const Contender& contender : engine->contenders()) {
       for (const ConformanceTest& test : conformance_tests()) pairs.push_back({contender.name, test.name});

@@ -296,7 +296,7 @@ INSTANTIATE_TEST_SUITE_P(Contact, Faults, testing::ValuesIn(contact_faults()), c
 INSTANTIATE_TEST_SUITE_P(States, Faults, testing::ValuesIn(state_faults()), case_name);
 INSTANTIATE_TEST_SUITE_P(Motion, Faults, testing::ValuesIn(motion_faults()), case_name);
 
-// A gate that nothing passes would catch every fault.
+// A suite that nothing passes would catch every fault.
 TEST(Suite, TheWrapperAloneIsSound) {
   const auto names = Registry::instance().contender_names();
   if (std::ranges::find(names, kSound) == names.end()) GTEST_SKIP() << kSound << " is not built";

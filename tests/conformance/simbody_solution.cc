@@ -1,4 +1,4 @@
-// Compiled as C++17: Simbody 3.7's headers are no C++20.
+// Compiled as C++17, because Simbody 3.7's headers are not valid C++20.
 #include "simbody_solution.h"
 
 #include <vector>

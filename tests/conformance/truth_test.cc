@@ -1,5 +1,5 @@
 // The error-controlled solution against two engines that share no code with it or with each other: Simbody's
-// Runge-Kutta- Merson at an accuracy of 1e-12, and MuJoCo's Runge-Kutta 4 at a small timestep.
+// Runge-Kutta-Merson at an accuracy of 1e-12, and MuJoCo's Runge-Kutta 4 at a small timestep.
 #include <algorithm>
 #include <cmath>
 #include <ostream>
@@ -78,8 +78,8 @@ TEST_P(Truth, AgreesWithMujocosRungeKutta) {
   const std::vector<double> none(model.hinges.size(), 0.0);
   for (int i = 0; i < steps; ++i) simulation->step(none);
   simulation->read_state(end);
-  // of fourth order with a body error of 2.1e-9 m at 1 ms on the planar chain: 5e-13 here; the rest is for
-  // orientations, whose error is larger, and rounding
+  // fourth order with a position error of 2.1e-9 m at 1 ms on the planar chain gives 5e-13 here; the rest allows for
+  // orientations, whose error is larger, and for rounding
   const double difference = distance(end, smooth_solution(model, start, duration));
   RecordProperty("difference", fmt::format("{:.3g}", difference));
   EXPECT_LT(difference, 5e-11);

@@ -1,4 +1,4 @@
-// How figures become verdicts, and how failures of an engine do.
+// How figures and failures of an engine become verdicts.
 #include <algorithm>
 #include <cmath>
 #include <limits>

@@ -11,6 +11,7 @@
 #include "campaign/campaign.h"
 #include "measures/statistics.h"
 #include "report/report.h"
+#include "results/results.h"
 #include "store/store.h"
 #include "temp_folder.h"
 
@@ -96,7 +97,7 @@ class ClaimsTest : public TempFolderTest {
     }
   }
 
-  Judgement judged(const std::string& test) { return judge(file_of(test), store_).at(0); }
+  Judgement judged(const std::string& test) { return judge(file_of(test), Results(store_)).at(0); }
   Verdict verdict(const std::string& test) { return judged(test).verdict; }
 
   static const ClaimFigure& figure(const Judgement& judgement, const std::string& label) {
@@ -187,7 +188,7 @@ TEST_F(ClaimsTest, AnAbsentEngineIsNamed) {
   time("a", 2);
   std::string text = kEngines + kFastest;
   text.replace(text.find("[\"c\"]"), 5, "[\"absent\"]");
-  const Judgement found = judge(parse_claims(text, "x"), store_).at(0);
+  const Judgement found = judge(parse_claims(text, "x"), Results(store_)).at(0);
   EXPECT_EQ(found.verdict, Verdict::kNotMeasurable);
   EXPECT_THAT(found.reason, HasSubstr("the engine of 'absent' is absent"));
 }
@@ -534,7 +535,7 @@ TEST_F(ClaimsTest, JsonHasTheLayout) {
   time("a", 2);
   time("b1", 5);
   time("c", 8);
-  const nlohmann::json json = claims_json(judge(file_of(kFastest), store_));
+  const nlohmann::json json = claims_json(judge(file_of(kFastest), Results(store_)));
   ASSERT_EQ(json.size(), 1);
   EXPECT_EQ(json[0]["number"], 7);
   EXPECT_EQ(json[0]["title"], "A first");
@@ -547,7 +548,7 @@ TEST_F(ClaimsTest, JsonHasTheLayout) {
                                 {"timestep_ms", 1}, {"measure", "step_time"}, {"value", 2.0},
                                 {"unit", "us"},     {"low", 0.98 * 2},        {"high", 1.02 * 2}};
   EXPECT_EQ(json[0]["figures"][0], first);
-  const std::string markdown = claims_markdown(judge(file_of(kFastest), store_));
+  const std::string markdown = claims_markdown(judge(file_of(kFastest), Results(store_)));
   EXPECT_THAT(markdown, AllOf(HasSubstr("| 7 | A first | holds |"), HasSubstr("### 7. A first")));
 }
 

@@ -1,4 +1,4 @@
-// Damping, grasp, agreement, Pareto fronts and scaling against values that are known by hand.
+// Damping, grasp, agreement, Pareto fronts and scaling compared with values computed by hand.
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -11,7 +11,6 @@
 #include "measures/damping.h"
 #include "measures/grasp.h"
 #include "measures/mechanics.h"
-#include "measures/pareto.h"
 #include "measures/plausible.h"
 #include "measures/scaling.h"
 #include "model/kinematics.h"
@@ -205,25 +204,6 @@ TEST(Agreement, PartingTimeOfExponentialGrowth) {
   EXPECT_FALSE(parting_time(time, apart, 1e3));
   EXPECT_EQ(parting_time(time, apart, 1e-10), 0) << "from the start";
   EXPECT_DOUBLE_EQ(parting_time({5.0, 5.5, 6.0}, {0, 0, 1}, 1e-3).value_or(0), 1.0) << "counted from the start";
-}
-
-// ---- speed against error ----------------------------------------------------------------------------------------------------
-
-TEST(Pareto, FrontHoldsWhatNothingBeats) {
-  //                                        0         1        2        3        4 = 1     5: beaten in both
-  const std::vector<SpeedAndError> points = {{10, 1}, {20, 2}, {20, 3}, {5, 0.5}, {20, 2}, {9, 1.5}};
-  EXPECT_THAT(pareto_front(points), ElementsAre(1, 4, 0, 3));
-  EXPECT_THAT(pareto_front({}), IsEmpty());
-  EXPECT_THAT(pareto_front({{std::nan(""), 1}, {1, std::numeric_limits<double>::infinity()}, {1, 1}}), ElementsAre(2));
-}
-
-TEST(Pareto, FastestWithinALimit) {
-  const std::vector<SpeedAndError> points = {{10, 1}, {20, 2}, {20, 1.5}, {5, 0.5}};
-  EXPECT_EQ(fastest_within(points, 3), 2U) << "of equally fast ones the more accurate";
-  EXPECT_EQ(fastest_within(points, 1.2), 0U);
-  EXPECT_EQ(fastest_within(points, 1), 0U) << "at most is enough";
-  EXPECT_EQ(fastest_within(points, 0.6), 3U);
-  EXPECT_FALSE(fastest_within(points, 0.4));
 }
 
 // ---- scaling ----------------------------------------------------------------------------------------------------------------

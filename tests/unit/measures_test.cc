@@ -1,4 +1,4 @@
-// Statistics, mechanics, errors and plausibility against values that are known by hand.
+// Statistics, mechanics, errors and plausibility compared with values computed by hand.
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -23,8 +23,8 @@ using ::testing::IsEmpty;
 
 // ---- statistics -----------------------------------------------------------------------------------------------------
 
-// A series of noise alone: its blocks are as good as its samples, and the interval covers what the noise's root mean
-// square is. Of a series that changes slowly fewer samples count, so the interval is wider.
+// For white noise blocks are as good as samples, and the interval covers the noise's root mean square. A slowly
+// changing series has fewer independent samples, so its interval is wider.
 TEST(Statistics, IntervalOfARootMeanSquareKnowsThatNeighboursAreAlike) {
   std::mt19937_64 random(7);  // NOLINT(bugprone-random-generator-seed): the same test each time
   const auto uniform = [&] { return static_cast<double>(random() >> 11) / 9007199254740992.0; };
@@ -81,7 +81,7 @@ TEST(Statistics, BootstrapIsReproducibleAndSharpensWithSamples) {
   EXPECT_GT(wide.high - wide.low, 3 * (a.high - a.low));
 }
 
-// A 95 % interval covers the truth about 95 times in 100.
+// A 95 % interval covers the true value about 95 times in 100.
 TEST(Statistics, BootstrapIntervalCoversTheTruth) {
   std::mt19937_64 random(11);  // NOLINT(bugprone-random-generator-seed): the same test each time
   std::normal_distribution<double> normal(5, 2);
@@ -98,7 +98,7 @@ TEST(Statistics, BootstrapIntervalCoversTheTruth) {
 }
 
 TEST(Statistics, RoundsAreDrawnAsAWhole) {
-  // Samples of a round agree; rounds do not. Samples alone would seem to be sharp.
+  // Samples of a round agree, rounds do not: drawing samples would give too narrow an interval.
   std::vector<std::vector<double>> rounds;
   std::vector<double> all;
   std::mt19937_64 random(5);  // NOLINT(bugprone-random-generator-seed): the same test each time

@@ -1,4 +1,4 @@
-// Everything that the loader has to refuse, each with the words that name the element, its line and the way out.
+// Everything that the loader has to refuse, each with the words that name the element, its line and the remedy.
 #include <filesystem>
 #include <fstream>
 #include <string>

@@ -1,5 +1,5 @@
-// What the loader makes of an MJCF or URDF file, against values worked out by hand. mjcf_against_mujoco_test.cc
-// compares with MuJoCo itself, mjcf_refusal_test.cc has what is refused.
+// The loader's result for MJCF and URDF files, compared with values computed by hand. mjcf_against_mujoco_test.cc
+// compares with MuJoCo itself, mjcf_refusal_test.cc tests refusals.
 #include "model/mjcf.h"
 
 #include <cmath>
@@ -514,7 +514,7 @@ TEST(Systems, Capsules) {
   EXPECT_DOUBLE_EQ(model.total_mass(), 27);
   EXPECT_THAT(model.notes, IsEmpty());
   for (const ContactPair& pair : model.contacts) EXPECT_EQ(pair.friction, 0.7);
-  // nobody touches at the start: centres are farther apart than two capsules are long, and above the floor
+  // no capsules touch at the start: centres are farther apart than two capsules are long, and above the floor
   Vec3 mean_axis = Vec3::Zero();
   for (size_t i = 0; i < model.bodies.size(); ++i) {
     EXPECT_GT(model.initial.bodies[i].p_WBcm.z(), 0.15);

@@ -1,5 +1,5 @@
-// The systems that come with assay are what their comments say: degrees of freedom, sources' figures, what is derived
-// from what, and that the hand holds its capsule.
+// The systems agree with their comments: degrees of freedom, figures of the sources, derived figures, and the hand that
+// holds its capsule.
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -128,7 +128,7 @@ TEST(Plan, ADriftAtTheReferencesTimestepReadsTheReference) {
   for (const PlannedCell& cell : make_plan(campaign()).cells) {
     if (cell.measure != "drift") continue;
     EXPECT_EQ(cell.trajectory.empty(), cell.timestep_ms != 0.25);
-    EXPECT_EQ(cell.steps, 0) << "the error against the truth is measured on the same run";
+    EXPECT_EQ(cell.steps, 0) << "the error against the reference solution is measured on the same run";
   }
 }
 

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <zlib.h>
 
-#include "report/line_up.h"
+#include "results/line_up.h"
 #include "store/scene.h"
 #include "store/store.h"
 #include "store/trajectory.h"

@@ -11,7 +11,7 @@
 #include "report/canvas.h"
 #include "report/details.h"
 #include "report/figures.h"
-#include "report/look.h"
+#include "results/looks.h"
 #include "store/scene.h"
 #include "store/trajectory.h"
 
@@ -87,7 +87,7 @@ TEST_F(DetailsTest, PicturesAreInTheWorldFrame) {
                   {ShapeType::kSphere, kWorld, {Vec3(0, 3, 0), Quat::Identity()}, 0.2, 0, {0, 0, 0, 1}},
                   {ShapeType::kPlane, kWorld, {Vec3(0, 0, -1), Quat::Identity()}, 0, 0, {0, 0, 0, 1}}};
   store.set_scenes({{"chain", scene_text(scene)}});
-  const json pictures = picture_data(store);
+  const json pictures = picture_data(Results(store));
   ASSERT_THAT(pictures, SizeIs(1));
   EXPECT_EQ(pictures[0]["ground"], -1);
   EXPECT_TRUE(pictures[0]["end"].is_null());
@@ -122,7 +122,7 @@ TEST_F(DetailsTest, AgreementHasAnEntryPerPair) {
   put("a", "b", near, "c", far);
   put("b", "a", near, "c", far);
   put("c", "a", far, "b", far);
-  const json data = agreement_data(store, store.cells());
+  const json data = agreement_data(Results(store));
   ASSERT_THAT(data, SizeIs(1));
   EXPECT_EQ(data[0]["contenders"], json({"a", "b", "c"}));
   ASSERT_THAT(data[0]["distance_m"], SizeIs(3));
@@ -210,31 +210,6 @@ TEST_F(DetailsTest, FigureFiveShowsWhereTheLargestSystemEndedIfThatIsKept) {
   const size_t both = red_shapes("/both");
   EXPECT_GE(both, 2 * kBalls - 2);
   EXPECT_LE(both, 2 * kBalls);
-}
-
-TEST(Look, ColoursAreMixedAsCssDoes) {
-  const Color grey = mix(parse_color("#ffffff"), parse_color("#000000"), 0.5);
-  EXPECT_NEAR(255 * grey.r, 99, 1) << "color-mix(in oklab, white, black) is #636363";
-  EXPECT_NEAR(grey.r, grey.b, 1e-6);
-  const Color same = mix(parse_color("#1463c4"), parse_color("#000000"), 0);
-  EXPECT_NEAR(255 * same.r, 0x14, 0.01);
-  EXPECT_NEAR(255 * same.g, 0x63, 0.01);
-  EXPECT_NEAR(255 * same.b, 0xc4, 0.01);
-}
-
-TEST(Look, JointCoordinatesHaveAHueOfTheirOwnWhereAnEngineHasBoth) {
-  const std::string joint = R"({"coordinates": "joint"})", maximal = R"({"coordinates": "maximal"})";
-  const auto looks = looks_of({{"bullet-si-f64", "bullet-f64", "", "", "", maximal, "{}"},
-                               {"bullet-si-f32", "bullet-f32", "", "", "", maximal, "{}"},
-                               {"bullet-mb", "bullet-f64", "", "", "", joint, "{}"},
-                               {"unheard-of", "new", "", "", "", joint, "{}"}});
-  ASSERT_THAT(looks, SizeIs(4));
-  const auto hue = [&](const char* name) { return looks.at(name).color.r; };
-  EXPECT_NE(hue("bullet-si-f64"), hue("bullet-mb"));
-  EXPECT_NE(hue("bullet-si-f64"), hue("bullet-si-f32")) << "another shade";
-  EXPECT_NE(looks.at("bullet-si-f64").mark, looks.at("bullet-si-f32").mark);
-  EXPECT_THAT(looks.at("bullet-si-f64").dash, IsEmpty());
-  EXPECT_THAT(looks.at("bullet-si-f32").dash, ElementsAre(3.5, 1.5));
 }
 
 }  // namespace

@@ -74,7 +74,7 @@ class ReportTest : public testing::Test {
 TEST_F(ReportTest, HoldsWhatTheStoreHolds) {
   const Store store = make();
   const json data = report_data(store);
-  EXPECT_EQ(data["format"], 1);
+  EXPECT_EQ(data["format"], 2);
   EXPECT_THAT(data["manifest"].dump(), HasSubstr(R"({"key":"cpu","value":"Example"})"));
   ASSERT_EQ(data["systems"].size(), 1);
   EXPECT_EQ(data["systems"][0]["name"], "chain");

@@ -1,4 +1,4 @@
-// Joint dislocation, limit violation and penetration: zero where the model is obeyed, known where it is not.
+// Joint position error, limit violation and penetration: zero for a valid state, known for an invalid one.
 #include <cmath>
 #include <numbers>
 
@@ -120,7 +120,7 @@ TEST(Violation, PenetrationOfEveryKindOfPair) {
   };
   EXPECT_NEAR(deepest([&](Placed& b) { lay(b, Vec3(0.1, 0.06, 0)); }), 0.02, kRounding);
   EXPECT_NEAR(deepest([&](Placed& b) { lay(b, Vec3(0.47, 0, 0)); }), 0.01, kRounding) << "on one line";
-  // The deepest of several counts, in whatever order they come.
+  // The deepest of several counts, in any order.
   EXPECT_NEAR(deepest([](Placed& b) {
                 b[kBall].p_WBcm.z() = 1.07;
                 b[kRod].p_WBcm.z() = 1.04;
@@ -157,7 +157,7 @@ TEST(Violation, LargestAndRootMeanSquareOverARun) {
   const ViolationSummary summary = violation_summary(model, states);
   expect_violation(summary.largest, 0.4, 0, 0, 0.1);
   expect_violation(summary.rms, 0.25, 0, 0, 0.05);
-  EXPECT_TRUE(std::isnan(summary.rms_low.dislocation)) << "four samples tell no interval";
+  EXPECT_TRUE(std::isnan(summary.rms_low.dislocation)) << "four samples give no interval";
   // one deep moment in a long run: the root mean square is uncertain, and where nothing is violated it is not
   states.assign(100, model.initial);
   states[50].bodies[kBall].p_WBcm.z() = 1.0;

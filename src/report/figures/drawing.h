@@ -3,9 +3,11 @@
 
 #include <functional>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "report/canvas.h"
-#include "report/figures/results.h"
+#include "results/results.h"
 
 namespace assay::figures {
 
@@ -14,6 +16,14 @@ struct Drawing {
   double height = 0;
   std::function<void(Canvas&)> draw;
 };
+
+// How a contender is drawn.
+struct Ink {
+  Color color;
+  Mark mark = Mark::kCircle;
+  std::vector<double> dash;
+};
+Ink ink_of(const Results& results, const std::string& contender);
 
 // Nothing where the results hold nothing of the figure.
 std::optional<Drawing> figure3(const Results& results);

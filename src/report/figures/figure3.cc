@@ -25,13 +25,13 @@ std::string speed_text(double kilohertz) {
 void speed_bars(Canvas& canvas, const Results& results, const Box& box, const std::string& system) {
   struct Bar {
     std::string contender;
-    Figure speed;
+    Interval speed;
   };
   // Of the timesteps the one nearest to 1 ms at which the most contenders were timed.
   std::map<double, std::vector<Bar>> by_step;
-  for (const std::string& contender : results.contenders()) {
+  for (const std::string& contender : results.papers()) {
     for (const auto& [step, cell] : results.cells(system, contender, "raw_speed")) {
-      if (const auto speed = Results::value(cell, "raw_speed")) by_step[step].push_back({contender, *speed});
+      if (const auto speed = interval_of(*cell, "raw_speed")) by_step[step].push_back({contender, *speed});
     }
   }
   if (by_step.empty()) {
@@ -60,7 +60,7 @@ void speed_bars(Canvas& canvas, const Results& results, const Box& box, const st
     const double y = top + row * static_cast<double>(i), middle = y + row / 2;
     const auto along = [&](double value) { return from + (to - from) * value / most; };
     canvas.fill_rectangle(from, y + 0.18 * row, along(bar.speed.value) - from, 0.64 * row,
-                          results.look(bar.contender).color);
+                          ink_of(results, bar.contender).color);
     if (bar.speed.low < bar.speed.high) {
       canvas.line(along(bar.speed.low), middle, along(bar.speed.high), middle, kInk, 0.5);
       for (const double end : {bar.speed.low, bar.speed.high}) {
@@ -83,7 +83,7 @@ constexpr std::array kFigure3 = {std::pair{"grasp", "Grasp"}, std::pair{"humanoi
 
 std::optional<Drawing> figure3(const Results& results) {
   const bool any = std::ranges::any_of(kFigure3, [&](const auto& row) {
-    return std::ranges::any_of(results.contenders(), [&](const std::string& contender) {
+    return std::ranges::any_of(results.papers(), [&](const std::string& contender) {
       return !results.cells(row.first, contender, "raw_speed").empty() ||
              !results.cells(row.first, contender, "consistency").empty();
     });

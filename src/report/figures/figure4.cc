@@ -34,9 +34,9 @@ const std::vector<DriftPlot>& drift_plots() {
 
 std::string system_of(const Results& results, const DriftPlot& plot) {
   for (const char* system : plot.systems) {
-    for (const std::string& contender : results.contenders()) {
+    for (const std::string& contender : results.papers()) {
       for (const auto& [step, cell] : results.cells(system, contender, "drift")) {
-        if (Results::value(cell, plot.value)) return system;
+        if (interval_of(*cell, plot.value)) return system;
       }
     }
   }

@@ -18,8 +18,8 @@ namespace assay::figures {
 namespace {
 
 struct Scaling {
-  std::map<double, Figure> seconds;  // by number of bodies
-  std::optional<Figure> exponent;
+  std::map<double, Interval> seconds;  // by number of bodies
+  std::optional<Interval> exponent;
 };
 
 // Of a contender on a family of sizes, contacts on or off.
@@ -29,9 +29,9 @@ Scaling scaling_of(const Results& results, const std::string& contender, bool co
     const std::string family = results.family(system);
     if (family.empty() || (results.fact_flag(system, "contacts") != contacts)) continue;
     for (const auto& [step, cell] : results.cells(system, contender, "scaling")) {
-      const auto time = Results::value(cell, "run_time");
-      if (time && cell.outcome == Outcome::kOk) scaling.seconds[results.fact(system, "bodies")] = *time;
-      if (const auto exponent = Results::value(cell, "scaling_exponent")) scaling.exponent = exponent;
+      const auto time = interval_of(*cell, "run_time");
+      if (time && cell->outcome == Outcome::kOk) scaling.seconds[results.fact(system, "bodies")] = *time;
+      if (const auto exponent = interval_of(*cell, "scaling_exponent")) scaling.exponent = exponent;
     }
   }
   return scaling;
@@ -66,7 +66,7 @@ void scaling_plot(Canvas& canvas, const Results& results, const Box& box, const 
     canvas.line(box.left, y(tick), box.right, y(tick), kFaint, 0.5);
     canvas.text(fmt::format("{:g}", tick), {box.left - 3, y(tick) + 2}, kSmall, Align::kRight, kInk);
   }
-  const Look& look = results.look(contender);
+  const Ink look = ink_of(results, contender);
   double row = box.top + 10;
   for (const bool contacts : {true, false}) {
     const Scaling& scaling = both.at(contacts ? 0 : 1);

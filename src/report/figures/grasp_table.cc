@@ -21,7 +21,7 @@ enum class Grip { kHeld, kDropped, kFailed, kNone };
 Grip grip_of(const Cell& cell) {
   if (cell.outcome == Outcome::kUnsupported) return Grip::kNone;
   if (cell.outcome != Outcome::kOk) return Grip::kFailed;
-  const auto held = Results::value(cell, "grasp_held");
+  const auto held = interval_of(cell, "grasp_held");
   if (!held) return Grip::kNone;
   return held->value == 1 ? Grip::kHeld : Grip::kDropped;
 }
@@ -38,8 +38,8 @@ std::optional<Drawing> grasp_table(const Results& results) {
   constexpr const char* kSystem = "grasp";
   std::set<double> steps;
   std::vector<std::string> contenders;
-  for (const std::string& contender : results.contenders()) {
-    const auto& cells = results.cells(kSystem, contender, "grasp");
+  for (const std::string& contender : results.papers()) {
+    const auto cells = results.cells(kSystem, contender, "grasp");
     if (!cells.empty()) contenders.push_back(contender);
     for (const auto& [step, cell] : cells) steps.insert(step);
   }
@@ -64,10 +64,10 @@ std::optional<Drawing> grasp_table(const Results& results) {
           x = kLeft + column / 2;
           std::string largest = "–";
           for (const double step : steps) {
-            const auto& cells = results.cells(kSystem, contender, "grasp");
+            const auto cells = results.cells(kSystem, contender, "grasp");
             if (const auto cell = cells.find(step); cell != cells.end()) {
-              draw_grip(canvas, {x, y}, grip_of(cell->second));
-              if (Results::value(cell->second, "largest_stable_timestep")) largest = timestep_label(step);
+              draw_grip(canvas, {x, y}, grip_of(*cell->second));
+              if (interval_of(*cell->second, "largest_stable_timestep")) largest = timestep_label(step);
             }
             x += column;
           }

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "report/figures/axes.h"
-#include "report/figures/results.h"
+#include "results/results.h"
 
 namespace assay::figures {
 

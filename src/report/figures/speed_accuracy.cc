@@ -5,6 +5,8 @@
 #include <optional>
 #include <vector>
 
+#include "report/figures/drawing.h"
+
 namespace assay::figures {
 namespace {
 
@@ -18,17 +20,23 @@ std::vector<Curve> curves_of(const Results& results, const std::string& system, 
                              const std::string& name) {
   const bool timed = results.timed(system);
   std::vector<Curve> curves;
-  for (const std::string& contender : results.contenders()) {
+  for (const std::string& contender : results.papers()) {
     Curve curve{contender, {}, {}};
     for (const auto& [step, cell] : results.cells(system, contender, measure)) {
-      const auto speed = timed ? results.speed(system, contender, step) : std::optional(step);
+      std::optional<double> speed = step;
+      if (timed) {
+        const auto found = results.speed(system, contender, step);
+        speed = found ? std::optional(found->factor.value) : std::nullopt;
+      }
       // At the reference's own timestep the error says nothing of integration.
-      if (!speed || Results::value(cell, "restart_floor") || cell.outcome == Outcome::kUnsupported) continue;
-      const auto error = Results::value(cell, name);
-      if (error && std::abs(error->value) > 0 && cell.outcome == Outcome::kOk) {
+      if (is_reference(*cell) || cell->outcome == Outcome::kUnsupported) continue;
+      const auto error = interval_of(*cell, name);
+      if (speed && error && std::abs(error->value) > 0 && cell->outcome == Outcome::kOk) {
         curve.points.push_back({*speed, std::abs(error->value)});
         curve.fails_at.reset();
-      } else if (cell.outcome != Outcome::kOk && !curve.fails_at) {
+      } else if (cell->outcome != Outcome::kOk && !curve.fails_at) {
+        // Straight above the last point where a run that failed could not be timed.
+        if (!speed && !curve.points.empty()) speed = curve.points.back().x;
         curve.fails_at = speed;
       }
     }
@@ -38,7 +46,7 @@ std::vector<Curve> curves_of(const Results& results, const std::string& system, 
 }
 
 void draw_curve(Canvas& canvas, const Box& box, const LogAxis& x, const LogAxis& y, const Curve& curve,
-                const Look& look) {
+                const Ink& look) {
   std::vector<Canvas::Point> path;
   path.reserve(curve.points.size());
   for (const auto& [speed, error] : curve.points) path.push_back({x.at(speed), y.at(error)});
@@ -67,7 +75,7 @@ double legend_rows(Canvas& canvas, const Results& results, const std::vector<std
     const double width = kLine + 4 + canvas.text_width(contender, kText) + kGap;
     room(width);
     if (draw) {
-      const Look& look = results.look(contender);
+      const Ink look = ink_of(results, contender);
       canvas.line(x, y - 2.4, x + kLine, y - 2.4, look.color, 0.9, look.dash);
       canvas.mark(look.mark, {x + kLine / 2, y - 2.4}, 3.6, look.color);
       canvas.text(contender, {x + kLine + 4, y}, kText, Align::kLeft, kInk);
@@ -87,6 +95,13 @@ double legend_rows(Canvas& canvas, const Results& results, const std::vector<std
 }
 
 }  // namespace
+
+Ink ink_of(const Results& results, const std::string& contender) {
+  const Look& look = results.look(contender);
+  Ink ink{parse_color(look.light), look.mark, look.dash};
+  for (double& part : ink.dash) part *= 0.5;  // a figure is half as large as a page's plot
+  return ink;
+}
 
 void speed_accuracy(Canvas& canvas, const Results& results, const Box& box, const std::string& system,
                     const std::string& measure, const std::string& name, const std::string& title) {
@@ -123,10 +138,10 @@ void speed_accuracy(Canvas& canvas, const Results& results, const Box& box, cons
     canvas.text(power_of_ten(exponent), {box.left - 3, at + 2}, kSmall, Align::kRight, kInk);
   }
   canvas.clip(box.left - 2, box.top - 2, box.width() + 4, box.height() + 4);
-  for (const Curve& curve : curves) draw_curve(canvas, box, x, y, curve, results.look(curve.contender));
+  for (const Curve& curve : curves) draw_curve(canvas, box, x, y, curve, ink_of(results, curve.contender));
   canvas.unclip();
   canvas.outline_rectangle(box.left, box.top, box.width(), box.height(), kSoft, 0.5);
-  canvas.text(results.timed(system) ? "realtime factor" : "timestep (ms), for it was not timed",
+  canvas.text(results.timed(system) ? "realtime factor" : "timestep (ms); the speed was not timed",
               {box.right, box.bottom + 17}, kSmall, Align::kRight, kSoft);
   canvas.text(title, {box.left - 27, (box.top + box.bottom) / 2}, kSmall, Align::kMiddle, kSoft, false, 90);
 }
@@ -134,11 +149,11 @@ void speed_accuracy(Canvas& canvas, const Results& results, const Box& box, cons
 // Room that text of this size takes does not depend on the format.
 double legend_height(const Results& results) {
   Canvas trial(Format::kSvg, kWidth, 100);
-  return legend_rows(trial, results, results.contenders(), 0, false);
+  return legend_rows(trial, results, results.papers(), 0, false);
 }
 
 void draw_legend(Canvas& canvas, const Results& results) {
-  legend_rows(canvas, results, results.contenders(), canvas.height() - legend_height(results) - 2, true);
+  legend_rows(canvas, results, results.papers(), canvas.height() - legend_height(results) - 2, true);
 }
 
 }  // namespace assay::figures

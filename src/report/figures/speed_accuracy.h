@@ -4,7 +4,7 @@
 #include <string>
 
 #include "report/figures/axes.h"
-#include "report/figures/results.h"
+#include "results/results.h"
 
 namespace assay::figures {
 

@@ -1,41 +1,15 @@
-#include "claims/results.h"
+#include "claims/ratios.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
-
-#include "base/text.h"
-#include "measures/pareto.h"
 
 namespace assay {
 namespace {
 
 // In logarithms errors below this are this: they say more of rounding than of an engine.
 constexpr double kRounding = 1e-16;
-
-bool same_timestep(double a, double b) { return std::abs(a - b) <= 1e-9 * std::max(a, b); }
-
-bool failed(Outcome outcome) { return outcome == Outcome::kUnstable || outcome == Outcome::kDiverged; }
-
-Figure figure_of(const Cell& cell, const Value* value) {
-  Figure figure;
-  figure.timestep_ms = cell.timestep_ms;
-  figure.cell = cell.id;
-  if (cell.outcome == Outcome::kOk && value != nullptr) {
-    figure.found = Found::kThere;
-    figure.value = interval_of(*value);
-    figure.has_interval = value->low && value->high;
-    figure.unit = value->unit;
-    return figure;
-  }
-  figure.found = failed(cell.outcome) ? Found::kFailed : Found::kMissing;
-  figure.why = fmt::format("{} on {} at {} ms: {}{}", cell.contender, cell.system, timestep_label(cell.timestep_ms),
-                           cell.outcome == Outcome::kOk ? "no such value" : outcome_text(cell.outcome),
-                           cell.reason.empty() ? "" : fmt::format(" ({})", cell.reason));
-  return figure;
-}
 
 // The interval of a ratio of two independent figures: its ends are those of the worst cases, which is wider than 95 %
 // demand.
@@ -71,95 +45,11 @@ struct Place {
 
 }  // namespace
 
-Interval interval_of(const Value& value) {
-  const double middle = value.value.value_or(0);
-  return {middle, value.low.value_or(middle), value.high.value_or(middle)};
-}
-
-Results::Results(const Store& store) : store_(&store) {
-  for (const SystemRow& row : store.systems()) {
-    systems_.insert(row.name);
-    const auto facts = nlohmann::json::parse(row.json, nullptr, false);
-    if (facts.is_object() && facts.contains("family") && facts["family"].is_string()) {
-      families_.emplace_back(row.name, facts["family"].get<std::string>());
-    }
-  }
-  for (const ContenderRow& row : store.contenders()) {
-    if (row.name == kHarness) continue;
-    contenders_.push_back(row.name);
-    if (row.version.empty()) absent_.insert(row.name);
-  }
-  for (Cell& cell : store.cells()) {
-    for (const Value& value : cell.values) measures_[value.name].insert(cell.measure);
-    if (cell.outcome == Outcome::kOk && cell.contender != kHarness && find_value(cell, "realtime_factor") != nullptr) {
-      timed_.insert(cell.system);
-    }
-    cells_[{cell.system, cell.contender}].push_back(std::move(cell));
-  }
-  for (auto& [name, cells] : cells_) std::ranges::stable_sort(cells, {}, &Cell::timestep_ms);
-}
-
-std::vector<std::string> Results::family(const std::string& name) const {
-  std::vector<std::string> systems;
-  for (const auto& [system, family] : families_) {
-    if (family == name) systems.push_back(system);
-  }
-  return systems;
-}
-
-std::string Results::why_missing(const std::string& system, const std::string& contender,
-                                 const std::string& value) const {
-  if (!systems_.contains(system)) return fmt::format("the results have no system '{}'", system);
-  if (std::ranges::find(contenders_, contender) == contenders_.end()) {
-    return fmt::format("the results have no contender '{}'", contender);
-  }
-  if (absent_.contains(contender)) return fmt::format("the engine of '{}' is absent", contender);
-  return fmt::format("'{}' of {} on {} was not measured", value, contender, system);
-}
-
-std::vector<Figure> Results::figures(const std::string& system, const std::string& contender, const std::string& value,
-                                     bool no_references) const {
-  std::vector<Figure> found;
-  const auto measures = measures_.find(value);
-  const auto cells = cells_.find({system, contender});
-  if (measures == measures_.end() || cells == cells_.end()) return found;
-  for (const Cell& cell : cells->second) {
-    if (!measures->second.contains(cell.measure)) continue;
-    if (no_references && find_value(cell, "restart_floor") != nullptr) continue;
-    found.push_back(figure_of(cell, find_value(cell, value)));
-  }
-  return found;
-}
-
-std::vector<Figure> Results::outcomes(const std::string& system, const std::string& contender,
-                                      const std::string& measure) const {
-  std::vector<Figure> found;
-  const auto cells = cells_.find({system, contender});
-  if (cells == cells_.end()) return found;
-  const Value none;
-  for (const Cell& cell : cells->second) {
-    if (cell.measure == measure) found.push_back(figure_of(cell, &none));
-  }
-  return found;
-}
-
-Figure Results::figure(const std::string& system, const std::string& contender, const std::string& value,
-                       std::optional<double> timestep_ms) const {
-  for (const Figure& figure : figures(system, contender, value)) {
-    if (!timestep_ms || same_timestep(figure.timestep_ms, *timestep_ms)) return figure;
-  }
-  Figure missing;
-  missing.why = why_missing(system, contender, value);
-  if (timestep_ms && missing.why.ends_with("measured")) {
-    missing.why += fmt::format(" at {} ms", timestep_label(*timestep_ms));
-  }
-  return missing;
-}
-
-Ratio Results::at_timestep(const std::string& system, const std::string& first, const std::string& second,
-                           const std::string& value, double timestep_ms) const {
+Ratio Ratios::at_timestep(const std::string& system, const std::string& first, const std::string& second,
+                          const std::string& value, double timestep_ms) const {
   Ratio ratio;
-  const Figure under = figure(system, first, value, timestep_ms), over = figure(system, second, value, timestep_ms);
+  const Figure under = results_->figure(system, first, value, timestep_ms),
+               over = results_->figure(system, second, value, timestep_ms);
   ratio.figures = {under, over};
   if (!both_there(under, over, ratio)) return ratio;
   ratio.state = Ratio::State::kThere;
@@ -169,52 +59,51 @@ Ratio Results::at_timestep(const std::string& system, const std::string& first, 
 }
 
 // Errors of the pieces of the motion whose mean the figure is.
-std::vector<double> Results::pieces_of(const Figure& figure, const std::string& value) const {
+std::vector<double> Ratios::pieces_of(const Figure& figure, const std::string& value) const {
   if (value != "consistency" || figure.cell == 0) return {};
-  for (SampleSeries& series : store_->samples(figure.cell)) {
+  for (SampleSeries& series : results_->store().samples(figure.cell)) {
     if (series.name == "piece_error_m") return std::move(series.values);
   }
   return {};
 }
 
-const Results::Curve& Results::curve(const std::string& system, const std::string& contender,
-                                     const std::string& value) const {
+const Ratios::Curve& Ratios::curve(const std::string& system, const std::string& contender,
+                                   const std::string& value) const {
   const auto [place, is_new] = curves_.try_emplace({system, contender, value});
   Curve& curve = place->second;
   if (!is_new) return curve;
-  curve.by_speed = timed_.contains(system);
-  SpeedCurve speeds;
-  for (const Figure& figure : figures(system, contender, "realtime_factor")) {
-    if (figure.found == Found::kThere) speeds[figure.timestep_ms] = figure.value;
-  }
-  for (const Figure& figure : figures(system, contender, value, true)) {
+  curve.by_speed = results_->timed(system);
+  for (const Figure& figure : results_->figures(system, contender, value, true)) {
     if (figure.found != Found::kThere) {
       if (curve.found == Found::kMissing) curve.why = figure.why;
       if (figure.found == Found::kFailed && curve.points.empty()) curve.found = Found::kFailed;
       continue;
     }
-    std::optional<Interval> speed = Interval{figure.timestep_ms, figure.timestep_ms, figure.timestep_ms};
-    if (curve.by_speed) speed = speed_at(speeds, figure.timestep_ms);
-    if (!speed) {
-      curve.why = why_missing(system, contender, "realtime_factor");
-      continue;
+    Interval speed{figure.timestep_ms, figure.timestep_ms, figure.timestep_ms};
+    if (curve.by_speed) {
+      const auto timed = results_->speed(system, contender, figure.timestep_ms);
+      if (!timed) {
+        curve.why = results_->why_missing(system, contender, "realtime_factor");
+        continue;
+      }
+      speed = timed->factor;
     }
     curve.found = Found::kThere;
     const std::vector<double> pieces = pieces_of(figure, value);
     if (curve.points.empty()) curve.pieces = pieces.size();
     if (pieces.size() != curve.pieces) curve.pieces = 0;
-    Point& point = curve.points.emplace_back(Point{*speed, figure.value, {}});
+    Point& point = curve.points.emplace_back(Point{speed, figure.value, {}});
     if (pieces.empty()) continue;
     point.resampled = resampled_means(pieces, kBootstrapSeed);
     for (double& mean : point.resampled) mean = log_of(mean);
   }
-  if (curve.why.empty()) curve.why = why_missing(system, contender, value);
+  if (curve.why.empty()) curve.why = results_->why_missing(system, contender, value);
   std::ranges::stable_sort(curve.points, {}, [](const Point& point) { return point.speed.value; });
   return curve;
 }
 
-Ratio Results::at_equal_speed(const std::string& system, const std::string& first, const std::string& second,
-                              const std::string& value) const {
+Ratio Ratios::at_equal_speed(const std::string& system, const std::string& first, const std::string& second,
+                             const std::string& value) const {
   Ratio ratio;
   const Curve &under = curve(system, first, value), &over = curve(system, second, value);
   ratio.by_speed = under.by_speed;

@@ -1,0 +1,195 @@
+#include "report/cards.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "base/quantity.h"
+#include "base/text.h"
+
+namespace assay {
+namespace {
+
+using nlohmann::json;
+
+const ValueInfo& info_of(const SystemAnswers& answers, const std::string& value) {
+  return *std::ranges::find(answers.values, value, &ValueInfo::name);
+}
+
+std::string error_text(double error, const std::string& unit) {
+  const double least = error_resolution(unit);
+  return error < least ? "under " + quantity_text(least, unit, 1) : quantity_text(error, unit);
+}
+
+json answer(const char* id, std::string question, std::string text, const Point* point, json limits, json realtime) {
+  return {{"id", id},
+          {"question", std::move(question)},
+          {"text", std::move(text)},
+          {"contender", point == nullptr ? json(nullptr) : json(point->contender)},
+          {"timestep_ms", point == nullptr ? json(nullptr) : json(point->timestep_ms)},
+          {"limits", std::move(limits)},
+          {"realtime", std::move(realtime)}};
+}
+
+// The one that is most accurate among those at least as fast as real time; of equally accurate ones the fastest.
+const Candidate* most_accurate(const SystemAnswers& answers) {
+  const double resolution = error_resolution(info_of(answers, answers.main).unit);
+  const Candidate* best = nullptr;
+  double least = HUGE_VAL;
+  for (const Candidate& candidate : answers.candidates) {
+    const auto own = candidate.worst.find(answers.main);
+    if (own == candidate.worst.end() || !(answers.at(candidate).speed->factor.value >= 1)) continue;
+    const double error = std::max(own->second.value.value, resolution);
+    if (error < least * (1 - kSameError)) best = &candidate, least = error;
+  }
+  return best;
+}
+
+json fastest_within(const SystemAnswers& answers, double limit) {
+  const std::string question = fmt::format("Fastest within {}", quantity_text(limit, "m", 1));
+  const Recommendation found = recommend(answers, {{{answers.main, limit}}, {}});
+  const json limits = {{answers.main, limit}};
+  if (found.best) {
+    const Candidate& best = answers.candidates[*found.best];
+    std::string text = candidate_text(answers, best, answers.main);
+    if (!found.alike.empty()) {
+      text += fmt::format("; not told apart: {}", answers.at(answers.candidates[found.alike.front()]).contender);
+      if (found.alike.size() > 1) text += fmt::format(" and {} more", found.alike.size() - 1);
+    }
+    return answer("fastest-1mm", question, text, &answers.at(best), limits, nullptr);
+  }
+  std::string text = fmt::format("No contender is within {}", quantity_text(limit, "m", 1));
+  if (found.nearest) {
+    text += "; the nearest: " + candidate_text(answers, answers.candidates[*found.nearest], answers.main);
+  } else if (answers.candidates.empty()) {
+    text = "No sound run was timed";
+  }
+  return answer("fastest-1mm", question, text, nullptr, limits, nullptr);
+}
+
+json largest_sound(const SystemAnswers& answers) {
+  double largest = 0;
+  for (const Point& point : answers.points) {
+    if (point.sound) largest = std::max(largest, point.timestep_ms);
+  }
+  const char* id = "largest-sound-timestep";
+  const std::string question = "Largest sound timestep";
+  if (largest == 0)
+    return answer(id, question, "No contender is sound at any timestep", nullptr, json::object(), nullptr);
+  std::vector<const Point*> there;
+  for (const Point& point : answers.points) {
+    if (point.sound && same_timestep(point.timestep_ms, largest)) there.push_back(&point);
+  }
+  // Of several the one with the smallest error, where that is known.
+  const auto error = [&](const Point* point) {
+    for (const Candidate& candidate : answers.candidates) {
+      const auto own = candidate.worst.find(answers.main);
+      if (&answers.at(candidate) == point && own != candidate.worst.end()) return own->second.value.value;
+    }
+    return HUGE_VAL;
+  };
+  const Point* best = *std::ranges::min_element(there, {}, error);
+  std::string text = fmt::format("{} at {} ms", best->contender, timestep_label(largest));
+  if (error(best) < HUGE_VAL) {
+    const ValueInfo& info = info_of(answers, answers.main);
+    text += fmt::format(": {} {}", info.brief, error_text(error(best), info.unit));
+  }
+  if (there.size() > 1) {
+    text += fmt::format("; {} {} sound there", there.size() - 1, there.size() == 2 ? "other is" : "others are");
+  }
+  return answer(id, question, text, best, json::object(), nullptr);
+}
+
+// How far the contenders' fine-step runs are apart at the end, as far as they were compared.
+std::optional<double> disagreement(const Results& results, const std::string& system) {
+  std::vector<double> distances;
+  for (const std::string& contender : results.contenders()) {
+    const Figure figure = results.figure(system, contender, "agreement", {});
+    if (figure.found == Found::kThere) distances.push_back(figure.value.value);
+  }
+  return distances.empty() ? std::nullopt : std::optional(median(distances));
+}
+
+std::string caveat(const Results& results, const SystemAnswers& answers, const json& fastest) {
+  std::vector<std::string> sentences;
+  if (!results.timed(answers.system)) {
+    sentences.emplace_back("The speed on this system was not timed, so no contender is the fastest.");
+  }
+  const Candidate* best = nullptr;
+  for (const Candidate& candidate : answers.candidates) {
+    const Point& point = answers.at(candidate);
+    if (fastest["contender"] == point.contender && fastest["timestep_ms"] == point.timestep_ms) best = &candidate;
+  }
+  constexpr double kDeep = 1e-3;  // m: more than a contact's softness should show
+  if (best != nullptr) {
+    const Point& point = answers.at(*best);
+    // It may have been measured at some of the timesteps only.
+    double depth = 0;
+    for (const Candidate& candidate : answers.candidates) {
+      const Point& other = answers.at(candidate);
+      const auto own = candidate.worst.find("penetration_max");
+      if (other.contender != point.contender || other.timestep_ms > point.timestep_ms) continue;
+      if (own != candidate.worst.end()) depth = std::max(depth, own->second.value.value);
+    }
+    if (depth > kDeep) {
+      sentences.push_back(
+          fmt::format("The fastest lets shapes penetrate each other by up to {}.", quantity_text(depth, "m", 2)));
+    }
+    const double limit = fastest["limits"].value(answers.main, HUGE_VAL);
+    if (best->worst.at(answers.main).value.high > limit) {
+      sentences.push_back(fmt::format("The error's 95 % interval of the fastest reaches to {}.",
+                                      quantity_text(best->worst.at(answers.main).value.high, "m")));
+    }
+    if (!point.speed->timed) {
+      sentences.push_back(fmt::format("The speed of the fastest is interpolated between {} and {} ms.",
+                                      timestep_label(point.speed->below_ms), timestep_label(point.speed->above_ms)));
+    }
+  }
+  if (answers.main == "consistency") {
+    std::string text = "The error is against each contender's own fine-step run";
+    const auto apart = disagreement(results, answers.system);
+    if (apart) text += fmt::format("; these runs end {} apart (median)", quantity_text(*apart, "m", 2));
+    sentences.push_back(text + ".");
+  }
+  constexpr size_t kMost = 2;
+  sentences.resize(std::min(sentences.size(), kMost));
+  return join(sentences, " ");
+}
+
+}  // namespace
+
+std::string candidate_text(const SystemAnswers& answers, const Candidate& candidate, const std::string& value) {
+  const Point& point = answers.at(candidate);
+  const ValueInfo& info = info_of(answers, value);
+  std::string text = fmt::format("{} at {} ms: {} real time", point.contender, timestep_label(point.timestep_ms),
+                                 realtime_text(point.speed->factor.value));
+  const auto own = candidate.worst.find(value);
+  if (own != candidate.worst.end()) {
+    text += fmt::format(", {} {}", info.brief, error_text(own->second.value.value, info.unit));
+  }
+  return text;
+}
+
+json card_data(const Results& results, const SystemAnswers& answers) {
+  constexpr double kLimit = 1e-3;  // m
+  json list = json::array();
+  json first = json::object({{"contender", nullptr}, {"timestep_ms", nullptr}});
+  if (!answers.main.empty() && info_of(answers, answers.main).unit == "m") {
+    list.push_back(fastest_within(answers, kLimit));
+    first = list.back();
+  }
+  if (!answers.main.empty()) {
+    const Candidate* best = most_accurate(answers);
+    const std::string text =
+        best == nullptr ? "No sound contender was timed in real time" : candidate_text(answers, *best, answers.main);
+    list.push_back(answer("most-accurate-realtime", "Most accurate in real time", text,
+                          best == nullptr ? nullptr : &answers.at(*best), json::object(), 1));
+  }
+  list.push_back(largest_sound(answers));
+  return {{"answers", std::move(list)}, {"caveat", caveat(results, answers, first)}};
+}
+
+}  // namespace assay

@@ -1,0 +1,34 @@
+// What the page is told of each system, so that it decides nothing by itself; format 2 of the report's JSON.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "results/results.h"
+
+namespace assay {
+
+// [{"name", "unit", "label", "short", "better", "measure", "plot", "limit", "meaning"}], in the order of display;
+// values that the results hold and the catalogue lacks come last.
+nlohmann::json catalogue_data(const Results& results);
+
+// {stored unit: [{"text": "mm", "scale": 1e-3}]}: what a limit may be typed in, for each unit of an error.
+nlohmann::json units_data(const Results& results);
+
+// {contender: {"family", "light", "dark", "dash": "7 3", "mark", "first"}}
+nlohmann::json looks_data(const Results& results);
+
+// [{"term", "meaning"}]
+nlohmann::json glossary_data();
+
+// Of each system that has cells, but for those that are a size of a family alone:
+//   {"system", "main": value or null, "values": [name], "errors": [name],
+//    "points": [{"contender", "timestep_ms", "speed": {"value", "low", "high", "timed", "between": [ms, ms]} or null,
+//                "sound", "why"}],
+//    "fronts": {error: [{"point", "equals": [name]}]},
+//    "candidates": [{"point", "worst": {error: {"value", "low", "high", "at_ms"}}, "margin"}],
+//    "excluded": [{"contender", "timestep_ms", "why"}],
+//    "card": see cards.h}
+// The meaning of each: results/recommend.h.
+nlohmann::json views_data(const Results& results);
+
+}  // namespace assay

@@ -1,0 +1,256 @@
+#include "results/recommend.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+#include <tuple>
+
+#include <fmt/format.h>
+
+#include "base/quantity.h"
+#include "base/text.h"
+
+namespace assay {
+namespace {
+
+// Why a cell is not sound; "" when it is.
+std::string fault(const Cell& cell) {
+  if (cell.outcome != Outcome::kOk) {
+    return fmt::format("{}: {}{}{}", cell.measure, outcome_text(cell.outcome), cell.reason.empty() ? "" : ", ",
+                       cell.reason);
+  }
+  const Value* held = find_value(cell, "grasp_held");
+  if (held == nullptr || held->value == 1) return "";
+  const Value* dropped = find_value(cell, "drop_time");
+  return fmt::format("{}: the object was dropped{}", cell.measure,
+                     dropped == nullptr ? "" : " at " + quantity_text(*dropped->value, "s"));
+}
+
+// A failure of a whole run says more than one of its pieces, and that more than one while it was timed.
+int rank_of(const std::string& measure) { return measure == "raw_speed" ? 2 : measure == "consistency" ? 1 : 0; }
+
+// What the cells of one contender at one timestep say together.
+struct Step {
+  double timestep_ms = 0;
+  std::vector<const Cell*> cells;
+  std::string why;  // not sound
+};
+
+std::vector<Step> steps_of(const std::vector<const Cell*>& cells) {
+  std::vector<Step> steps;
+  for (const Cell* cell : cells) {
+    if (steps.empty() || !same_timestep(steps.back().timestep_ms, cell->timestep_ms)) {
+      steps.push_back({cell->timestep_ms, {}, ""});
+    }
+    steps.back().cells.push_back(cell);
+  }
+  for (Step& step : steps) {
+    int best = 0;
+    for (const Cell* cell : step.cells) {
+      const std::string why = fault(*cell);
+      if (why.empty() || (!step.why.empty() && rank_of(cell->measure) >= best)) continue;
+      step.why = why;
+      best = rank_of(cell->measure);
+    }
+  }
+  return steps;
+}
+
+// Figures of one step's values that can be limited.
+std::map<std::string, Interval> errors_at(const Step& step) {
+  std::map<std::string, Interval> errors;
+  for (const Cell* cell : step.cells) {
+    for (const Value& value : cell->values) {
+      if (!value.value || !value_info(value.name).limit) continue;
+      if (cell->measure == "consistency" && is_reference(*cell)) continue;
+      errors.emplace(value.name, interval_of(value));
+    }
+  }
+  return errors;
+}
+
+// Up to where it goes on being sound above `at`.
+std::string margin_of(const std::vector<Step>& steps, size_t at) {
+  for (size_t i = at + 1; i < steps.size(); ++i) {
+    if (steps[i].why.empty()) continue;
+    const double factor = steps[i].timestep_ms / steps[at].timestep_ms;
+    return fmt::format("fails at {} times this step ({} ms): {}", shortest(std::round(100 * factor) / 100),
+                       timestep_label(steps[i].timestep_ms), steps[i].why);
+  }
+  if (at + 1 == steps.size()) return "this is the largest timestep measured";
+  return fmt::format("sound up to {} ms, the largest measured", timestep_label(steps.back().timestep_ms));
+}
+
+void add_contender(const Results& results, const std::string& contender, SystemAnswers& answers) {
+  const std::vector<Step> steps = steps_of(results.cells(answers.system, contender));
+  std::map<std::string, Worst> worst;
+  double fails_ms = 0;
+  std::string why;
+  for (size_t i = 0; i < steps.size(); ++i) {
+    const Step& step = steps[i];
+    if (fails_ms == 0 && !step.why.empty()) fails_ms = step.timestep_ms, why = step.why;
+    const std::map<std::string, Interval> errors = errors_at(step);
+    for (const auto& [name, error] : errors) {
+      const auto [at, fresh] = worst.emplace(name, Worst{error, step.timestep_ms});
+      if (fresh) continue;
+      const double high = std::max(at->second.value.high, error.high);
+      if (error.value >= at->second.value.value) at->second = {error, step.timestep_ms};
+      at->second.value.high = high;
+    }
+    // Whole runs of growing systems alone are no point of a plot.
+    if (std::ranges::all_of(step.cells, [](const Cell* cell) { return cell->measure == "scaling"; })) continue;
+    Point point{contender, step.timestep_ms, results.speed(answers.system, contender, step.timestep_ms), fails_ms == 0,
+                "",        fails_ms};
+    if (!point.sound) {
+      point.why = step.why.empty() || fails_ms < step.timestep_ms
+                      ? fmt::format("at {} ms, {}", timestep_label(fails_ms), why)
+                      : step.why;
+    }
+    std::string out = point.why;
+    if (point.sound && errors.empty()) out = "no error was measured at this timestep";
+    if (point.sound && !point.speed) {
+      out = results.timed(answers.system) ? "its speed was not timed at this timestep, nor on both sides of it"
+                                          : "the system was not timed";
+    }
+    if (out.empty()) {
+      Candidate candidate{answers.points.size(), {}, margin_of(steps, i)};
+      for (const auto& [name, error] : errors) candidate.worst.emplace(name, worst.at(name));
+      answers.candidates.push_back(std::move(candidate));
+    } else {
+      answers.excluded.push_back({answers.points.size(), out});
+    }
+    answers.points.push_back(std::move(point));
+  }
+}
+
+// Values that cells have, and of a measure that failed everywhere the first that a plot could have had.
+void find_values(const Results& results, SystemAnswers& answers) {
+  std::map<std::string, std::pair<std::string, std::string>> found;  // unit, measure by name
+  std::set<std::string> measured, tried;
+  for (const Cell& cell : results.cells()) {
+    if (cell.system != answers.system ||
+        std::ranges::find(results.contenders(), cell.contender) == results.contenders().end()) {
+      continue;
+    }
+    tried.insert(cell.measure);
+    for (const Value& value : cell.values) {
+      found.emplace(value.name, std::pair(value.unit, cell.measure));
+      measured.insert(cell.measure);
+    }
+  }
+  for (const ValueInfo& row : value_catalogue()) {
+    const auto own = found.find(row.name);
+    if (own != found.end()) {
+      answers.values.push_back(row);
+      answers.values.back().unit = own->second.first;
+      if (row.limit) answers.errors.push_back(row.name);
+      found.erase(own);
+    } else if (row.plot && tried.contains(row.measure) && measured.insert(row.measure).second) {
+      answers.values.push_back(row);
+    }
+  }
+  for (const auto& [name, own] : found) {
+    answers.values.push_back(value_info(name));
+    answers.values.back().unit = own.first;
+    answers.values.back().measure = own.second;
+  }
+  // A figure that two contenders at least can be compared by.
+  for (const char* name : {"truth_error", "consistency"}) {
+    const auto has = [&](const std::string& contender) {
+      return std::ranges::any_of(results.figures(answers.system, contender, name, true),
+                                 [](const Figure& figure) { return figure.found == Found::kThere; });
+    };
+    if (answers.main.empty() && std::ranges::count_if(results.contenders(), has) >= 2) answers.main = name;
+  }
+  if (answers.main.empty() && !answers.errors.empty()) answers.main = answers.errors.front();
+}
+
+// Where the restart floor decides the self-consistency error it ranks nobody.
+bool near_floor(const Results& results, const std::string& system, const Point& point, const std::string& value) {
+  if (value != "consistency") return false;
+  const auto cells = results.cells(system, point.contender, "consistency");
+  const auto at = cells.find(point.timestep_ms);
+  return at != cells.end() && find_value(*at->second, "consistency_floor") != nullptr;
+}
+
+void find_fronts(const Results& results, SystemAnswers& answers) {
+  for (const ValueInfo& value : answers.values) {
+    std::vector<FrontPoint> points;
+    std::vector<size_t> indices;
+    for (const Candidate& candidate : answers.candidates) {
+      const auto worst = candidate.worst.find(value.name);
+      const Point& point = answers.at(candidate);
+      if (worst == candidate.worst.end() || near_floor(results, answers.system, point, value.name)) continue;
+      points.push_back({point.contender, point.timestep_ms, point.speed->factor, worst->second.value.value});
+      indices.push_back(candidate.point);
+    }
+    if (points.empty()) continue;
+    std::vector<FrontMember> front = pareto_front(points, error_resolution(value.unit));
+    for (FrontMember& member : front) member.point = indices[member.point];
+    answers.fronts.emplace(value.name, std::move(front));
+  }
+}
+
+}  // namespace
+
+SystemAnswers answers_of(const Results& results, const std::string& system) {
+  SystemAnswers answers;
+  answers.system = system;
+  find_values(results, answers);
+  for (const std::string& contender : results.contenders()) add_contender(results, contender, answers);
+  const auto main_error = [&](const Candidate& candidate) {
+    const auto found = candidate.worst.find(answers.main);
+    return found == candidate.worst.end() ? HUGE_VAL : found->second.value.value;
+  };
+  // By speed; what is equally fast by its error, then as listed.
+  std::ranges::stable_sort(answers.candidates, [&](const Candidate& a, const Candidate& b) {
+    return std::tuple(-answers.at(a).speed->factor.value, main_error(a)) <
+           std::tuple(-answers.at(b).speed->factor.value, main_error(b));
+  });
+  find_fronts(results, answers);
+  return answers;
+}
+
+std::optional<double> excess(const SystemAnswers& answers, const Candidate& candidate, const Limits& limits,
+                             bool whole) {
+  double most = 0;
+  for (const auto& [name, limit] : limits.largest) {
+    const auto found = candidate.worst.find(name);
+    if (found == candidate.worst.end()) return std::nullopt;
+    const double error = whole ? found->second.value.high : found->second.value.value;
+    if (error > limit) most = std::max(most, limit > 0 ? error / limit : HUGE_VAL);
+  }
+  const Interval& speed = answers.at(candidate).speed->factor;
+  const double least = limits.realtime.value_or(0), own = whole ? speed.low : speed.value;
+  if (own < least) most = std::max(most, least / own);
+  return most;
+}
+
+Recommendation recommend(const SystemAnswers& answers, const Limits& limits) {
+  Recommendation found;
+  std::set<std::string> seen;
+  double least = HUGE_VAL;
+  for (size_t i = 0; i < answers.candidates.size(); ++i) {
+    const Candidate& candidate = answers.candidates[i];
+    const auto out = excess(answers, candidate, limits);
+    if (!out) continue;
+    if (*out > 0) {
+      if (!found.nearest || *out < least) found.nearest = i, least = *out;
+      continue;
+    }
+    if (!found.certain && excess(answers, candidate, limits, true) == 0) found.certain = i;
+    if (!seen.insert(answers.at(candidate).contender).second) continue;
+    found.contenders.push_back(i);
+  }
+  if (found.contenders.empty()) return found;
+  found.nearest.reset();
+  found.best = found.contenders.front();
+  const double slowest = answers.at(answers.candidates[*found.best]).speed->factor.low;
+  for (const size_t i : found.contenders) {
+    if (i != *found.best && answers.at(answers.candidates[i]).speed->factor.high >= slowest) found.alike.push_back(i);
+  }
+  return found;
+}
+
+}  // namespace assay

@@ -1,0 +1,84 @@
+// Which contender at which timestep: the one rule for the command line and the report's page.
+//
+// A point is a contender at a timestep. It is sound when every cell of that contender at that timestep, and at every
+// smaller one that was measured, ended well and held what it was to hold. It is a candidate when it is sound and its
+// speed was timed there, or between two timed timesteps. Its error is the largest at its timestep or any smaller one,
+// so that no luck of phase wins.
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "results/front.h"
+#include "results/results.h"
+#include "results/values.h"
+
+namespace assay {
+
+struct Point {
+  std::string contender;
+  double timestep_ms = 0;
+  std::optional<Speed> speed;  // absent where it was not timed
+  bool sound = true;
+  std::string why;      // it is not sound: "grasp: the object was dropped at 3.2 s"
+  double fails_ms = 0;  // the smallest timestep that is not; 0: none up to this one
+};
+
+// The largest of a value at a timestep and all smaller ones.
+struct Worst {
+  Interval value;    // `high` is the largest upper end of all these timesteps
+  double at_ms = 0;  // where it is from
+};
+
+struct Candidate {
+  size_t point = 0;                    // index into SystemAnswers::points
+  std::map<std::string, Worst> worst;  // of each value that can be limited and was measured at its timestep
+  std::string margin;                  // "fails at 4 times this step (16 ms): ..."
+};
+
+struct Excluded {
+  size_t point = 0;  // index into SystemAnswers::points
+  std::string why;
+};
+
+// Everything about one system that an answer rests on.
+struct SystemAnswers {
+  std::string system;
+  std::vector<ValueInfo> values;                           // measured here, or tried; in the catalogue's order
+  std::vector<std::string> errors;                         // of these the ones that can be limited and have a figure
+  std::string main;                                        // the error that a plot begins with; "" when there is none
+  std::vector<Point> points;                               // by contender as listed, then timestep
+  std::vector<Candidate> candidates;                       // the fastest first
+  std::map<std::string, std::vector<FrontMember>> fronts;  // of candidates, by error; FrontMember::point into `points`
+  std::vector<Excluded> excluded;                          // points that are no candidates
+
+  const Point& at(const Candidate& candidate) const { return points[candidate.point]; }
+};
+
+SystemAnswers answers_of(const Results& results, const std::string& system);
+
+struct Limits {
+  std::vector<std::pair<std::string, double>> largest;  // value, the largest that is accepted, in its unit
+  std::optional<double> realtime;                       // the least realtime factor
+};
+
+struct Recommendation {
+  std::optional<size_t> best;      // index into SystemAnswers::candidates: the fastest within all limits
+  std::vector<size_t> contenders;  // each contender's fastest within them, the fastest first
+  std::vector<size_t> alike;       // of these, but for the best, whose speed's interval reaches into the best's
+  std::optional<size_t> certain;   // the fastest whose intervals lie within the limits as a whole
+  std::optional<size_t> nearest;   // when nothing is within them: the one that misses by the least factor
+};
+
+Recommendation recommend(const SystemAnswers& answers, const Limits& limits);
+
+// 0 for a candidate within all limits, else the largest factor by which it misses one. Absent when a limited value was
+// not measured there. With `whole` the upper ends of the errors and the lower end of the speed count.
+std::optional<double> excess(const SystemAnswers& answers, const Candidate& candidate, const Limits& limits,
+                             bool whole = false);
+
+}  // namespace assay

@@ -1,0 +1,119 @@
+// One view of a results directory, for everything that reads one: claims, recommendations, figures, the report, export.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "measures/statistics.h"
+#include "results/looks.h"
+#include "results/speed.h"
+#include "store/scene.h"
+#include "store/store.h"
+
+namespace assay {
+
+// A value and its 95 % interval; one of no width where none is stored.
+Interval interval_of(const Value& value);
+std::optional<Interval> interval_of(const Cell& cell, std::string_view value);
+
+// Whether there is a figure.
+enum class Found {
+  kMissing,  // not measured: `why`
+  kFailed,   // the run ended unstable or diverged: `why`
+  kThere,
+};
+
+struct Figure {
+  Found found = Found::kMissing;
+  std::string why;
+  Interval value;
+  bool has_interval = false;
+  std::string unit;
+  double timestep_ms = 0;
+  std::int64_t cell = 0;  // the store's id of where it is from; 0: from no single cell
+};
+
+class Results {
+ public:
+  // Reads all cells; raw samples are read when they are asked for. The store has to outlive it.
+  explicit Results(const Store& store);
+  Results(const Results&) = delete;
+  Results& operator=(const Results&) = delete;
+
+  const Store& store() const { return *store_; }
+  const std::vector<Cell>& cells() const { return cells_; }  // in the store's order
+
+  // As the campaign lists them; what cells name and no list does, comes last. No contender is the engine that does
+  // nothing.
+  const std::vector<std::string>& systems() const { return systems_; }
+  const std::vector<std::string>& contenders() const { return contenders_; }
+  const std::vector<ContenderRow>& rows() const { return rows_; }  // of the listed contenders
+
+  // Facts of a system: "dof", "bodies", "family"; an object without entries for a system without facts.
+  const nlohmann::json& facts(const std::string& system) const;
+  double fact(const std::string& system, const char* name) const;  // 0 when it is no number
+  std::string family(const std::string& system) const;             // "" for none
+  bool fact_flag(const std::string& system, const char* name) const;
+  std::vector<std::string> family_members(const std::string& family) const;
+
+  // The paper's line-up, as far as it was measured (line_up.h), and how contenders look.
+  const std::vector<std::string>& papers() const { return papers_; }
+  const std::map<std::string, Look>& looks() const { return looks_; }
+  const Look& look(const std::string& contender) const;
+
+  // How a system looks; null where that was not stored.
+  const Scene* scene(const std::string& system) const;
+  // The last state of the first run of the system that is kept and fits its scene.
+  struct End {
+    std::string contender;
+    State state;
+  };
+  std::optional<End> end_of(const std::string& system) const;
+
+  // Of a contender on a system, by timestep, then measure; null pointers never.
+  const std::vector<const Cell*>& cells(const std::string& system, const std::string& contender) const;
+  // Those of one measure by timestep.
+  std::map<double, const Cell*> cells(const std::string& system, const std::string& contender,
+                                      std::string_view measure) const;
+
+  // Without a timestep: the smallest that was measured.
+  Figure figure(const std::string& system, const std::string& contender, const std::string& value,
+                std::optional<double> timestep_ms) const;
+  // One figure for each timestep, ascending; those of a reference's own timestep are left out with `no_references`.
+  std::vector<Figure> figures(const std::string& system, const std::string& contender, const std::string& value,
+                              bool no_references = false) const;
+  // The same of a measure's cells, whatever their values are.
+  std::vector<Figure> outcomes(const std::string& system, const std::string& contender,
+                               const std::string& measure) const;
+  // Why there is no value.
+  std::string why_missing(const std::string& system, const std::string& contender, const std::string& value) const;
+
+  // Whether any contender's speed on it was measured.
+  bool timed(const std::string& system) const { return timed_.contains(system); }
+  std::optional<Speed> speed(const std::string& system, const std::string& contender, double timestep_ms) const;
+
+ private:
+  const Store* store_;
+  std::vector<Cell> cells_;
+  std::vector<std::string> systems_, contenders_, papers_;
+  std::map<std::string, Look> looks_;
+  mutable std::map<std::string, Scene> scenes_;  // read when asked for
+  std::vector<ContenderRow> rows_;
+  std::map<std::string, nlohmann::json> facts_;
+  std::set<std::string> absent_;                                                     // contenders whose engine is
+  std::map<std::string, std::set<std::string>> measures_;                            // that a value was found in
+  std::map<std::pair<std::string, std::string>, std::vector<const Cell*>> by_pair_;  // system, contender
+  std::map<std::pair<std::string, std::string>, SpeedCurve> speeds_;
+  std::set<std::string> timed_;
+};
+
+// An error says nothing of the timestep where a run was compared with itself: at the fine-step run's own timestep.
+bool is_reference(const Cell& cell);
+
+}  // namespace assay

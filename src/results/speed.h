@@ -1,0 +1,24 @@
+// Realtime factors between the timesteps that were timed.
+#pragma once
+
+#include <map>
+#include <optional>
+
+#include "measures/statistics.h"
+
+namespace assay {
+
+// Realtime factors by timestep (ms), where they were measured.
+using SpeedCurve = std::map<double, Interval>;
+
+struct Speed {
+  Interval factor;                    // times real time
+  bool timed = true;                  // at this very timestep; else interpolated
+  double below_ms = 0, above_ms = 0;  // the timed timesteps that it is from
+};
+
+// Between two timed timesteps the time of a step is interpolated, logarithmically in both. Empty outside of what was
+// timed: there is no telling what a step costs there.
+std::optional<Speed> speed_at(const SpeedCurve& speeds, double timestep_ms);
+
+}  // namespace assay

@@ -1,0 +1,139 @@
+#include "results/values.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+
+namespace assay {
+
+std::string_view better_text(Better better) {
+  constexpr std::array<std::string_view, 3> kTexts = {"low", "high", "none"};
+  return kTexts.at(static_cast<size_t>(better));
+}
+
+const std::vector<ValueInfo>& value_catalogue() {
+  using enum Better;
+  constexpr bool kPlot = true, kLimit = true, kNo = false;
+  static const std::vector<ValueInfo> kRows = {
+      {"truth_error", "m", "Error against the reference solution", "error", kLow, "truth", kPlot, kLimit,
+       "mean distance of the bodies from an independent, error-controlled solution at the end of the run"},
+      {"consistency", "m", "Self-consistency error", "self-consistency error", kLow, "consistency", kPlot, kLimit,
+       "mean distance of the bodies from the contender's own fine-step run, over short pieces of it"},
+      {"energy_drift", "J", "Energy drift", "energy drift", kLow, "drift", kPlot, kLimit,
+       "largest deviation of the total energy from its initial value over the run"},
+      {"angular_momentum_drift", "kg m^2/s", "Angular momentum drift", "angular momentum drift", kLow, "drift", kPlot,
+       kLimit, "largest deviation of the conserved angular momentum from its initial value over the run"},
+      {"linear_momentum_drift", "kg m/s", "Linear momentum drift", "linear momentum drift", kLow, "drift", kPlot,
+       kLimit, "largest deviation of the linear momentum from its initial value over the run"},
+      {"joint_dislocation_max", "m", "Joint position error", "joint position error", kLow, "violation", kPlot, kLimit,
+       "largest distance between the two anchors of a hinge over the run"},
+      {"joint_dislocation_rms", "m", "Joint position error, RMS", "joint position error (RMS)", kLow, "violation", kNo,
+       kLimit, "largest distance between the two anchors of a hinge in each sample, root mean square over the run"},
+      {"joint_misalignment_max", "rad", "Joint axis error", "joint axis error", kLow, "violation", kPlot, kLimit,
+       "largest angle between the two axes of a hinge over the run"},
+      {"joint_misalignment_rms", "rad", "Joint axis error, RMS", "joint axis error (RMS)", kLow, "violation", kNo,
+       kLimit, "largest angle between the two axes of a hinge in each sample, root mean square over the run"},
+      {"limit_violation_max", "rad", "Joint limit violation", "joint limit violation", kLow, "violation", kPlot, kLimit,
+       "largest angle of a joint beyond its limit over the run"},
+      {"limit_violation_rms", "rad", "Joint limit violation, RMS", "joint limit violation (RMS)", kLow, "violation",
+       kNo, kLimit, "largest angle of a joint beyond its limit in each sample, root mean square over the run"},
+      {"penetration_max", "m", "Penetration", "penetration", kLow, "violation", kPlot, kLimit,
+       "largest depth of two colliding shapes in each other over the run"},
+      {"penetration_rms", "m", "Penetration, RMS", "penetration (RMS)", kLow, "violation", kNo, kLimit,
+       "largest depth of two colliding shapes in each other in each sample, root mean square over the run"},
+      {"grasp_slip", "m", "Grasp slip", "slip", kLow, "grasp", kPlot, kLimit,
+       "largest distance that the object has moved in the hand over the run"},
+      {"grasp_held", "1", "Grasp held", "object held", kHigh, "grasp", kNo, kNo,
+       "1 when the object stayed in the hand for the whole run, else 0"},
+      {"drop_time", "s", "Drop time", "drop time", kHigh, "grasp", kNo, kNo, "when the object left the hand"},
+      {"largest_stable_timestep", "ms", "Largest stable timestep", "largest stable timestep", kHigh, "grasp", kNo, kNo,
+       "largest timestep at which the object stays in the hand"},
+      {"stable_up_to_timestep", "ms", "Stable up to", "stable up to", kHigh, "grasp", kNo, kNo,
+       "largest timestep at which the object stays in the hand, as it does at every smaller one measured"},
+      {"damping_rate", "1/s", "Hidden damping", "hidden damping", kNone, "drift", kNo, kNo,
+       "rate at which velocities decay although the model has no damping; negative when energy is gained"},
+      {"agreement", "m", "Distance from the others", "distance from the others", kNone, "agreement", kNo, kNo,
+       "median distance from the other contenders' fine-step runs at the end of the run"},
+      {"parting_time", "s", "Separation time", "separation time", kHigh, "agreement", kNo, kNo,
+       "median time up to which the other contenders' fine-step runs stay within 1 mm"},
+      {"run_time", "s", "Run time", "run time", kLow, "scaling", kNo, kNo, "processor time of all steps of the run"},
+      {"steps_per_second", "1/s", "Steps per second", "steps per second", kHigh, "scaling", kNo, kNo,
+       "steps of the whole run over their processor time"},
+      {"scaling_exponent", "1", "Scaling exponent", "scaling exponent", kLow, "scaling", kNo, kNo,
+       "power of the number of bodies with which the run time grows"},
+      {"energy_drift_relative", "1", "Energy drift, relative", "relative energy drift", kLow, "drift", kNo, kLimit,
+       "energy drift divided by the initial kinetic energy"},
+      {"angular_momentum_drift_relative", "1", "Angular momentum drift, relative", "relative angular momentum drift",
+       kLow, "drift", kNo, kLimit, "angular momentum drift divided by the momentum's scale"},
+      {"linear_momentum_drift_relative", "1", "Linear momentum drift, relative", "relative linear momentum drift", kLow,
+       "drift", kNo, kLimit, "linear momentum drift divided by the momentum's scale"},
+      {"raw_speed", "kHz", "Raw speed", "raw speed", kHigh, "raw_speed", kNo, kNo,
+       "the engine's own step calls per second"},
+      {"step_time", "us", "Step time", "step time", kLow, "raw_speed", kNo, kNo,
+       "time of one call of the engine's step"},
+      {"realtime_factor", "1", "Realtime factor", "speed", kHigh, "raw_speed", kNo, kNo,
+       "simulated seconds per second of computing: timestep divided by step time"},
+      {"restart_floor", "m", "Restart floor", "restart floor", kNone, "consistency", kNo, kNo,
+       "self-consistency error at the fine-step run's own timestep: hidden state and rounding, not integration"},
+      {"truth_floor", "m", "Error floor", "error floor", kNone, "truth", kNo, kNo,
+       "error that stays however small the timestep, far above rounding: not an integration error"},
+      {"truth_rounding", "m", "Rounding part of the error", "rounding", kNone, "truth", kNo, kNo,
+       "estimate of the part of the error against the reference solution that rounding explains"},
+      {"consistency_floor", "m", "Near the restart floor", "restart floor", kNone, "consistency", kNo, kNo,
+       "restart floor, given where the self-consistency error is so close to it that it says little of the timestep"},
+      {"aa_ratio", "1", "A/A ratio", "A/A ratio", kNone, "raw_speed", kNo, kNo,
+       "step time of one contender measured under two names: its distance from 1 is the error of the timing"},
+      {"time_ratio", "1", "Step time ratio", "step time ratio", kNone, "raw_speed", kNo, kNo,
+       "step time over that of the contender that the campaign names for comparison"},
+      {"truth_order", "1", "Observed order", "observed order", kNone, "truth", kNo, kNo,
+       "slope of the error against the reference solution between this timestep and the next smaller one"},
+      {"clock_share", "1", "Clock share", "clock share", kNone, "raw_speed", kNo, kNo,
+       "share of the timed span that reading the clock takes"},
+      {"engine_share", "1", "Engine share", "engine share", kNone, "raw_speed", kNo, kNo,
+       "share of the cell's wall time inside the engine's steps"},
+      {"sample_steps", "1", "Steps a sample", "steps a sample", kNone, "raw_speed", kNo, kNo,
+       "engine steps between two readings of the clock"}};
+  return kRows;
+}
+
+ValueInfo value_info(std::string_view name) {
+  const auto& rows = value_catalogue();
+  const auto found = std::ranges::find(rows, name, &ValueInfo::name);
+  if (found != rows.end()) return *found;
+  std::string words(name);
+  std::ranges::replace(words, '_', ' ');
+  ValueInfo info;
+  info.name = name;
+  info.label = info.brief = info.meaning = words;
+  if (!words.empty()) info.label[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(words[0])));
+  return info;
+}
+
+std::string value_named(std::string_view name) {
+  const auto& rows = value_catalogue();
+  for (const auto key : {&ValueInfo::name, &ValueInfo::measure}) {
+    const auto found = std::ranges::find(rows, name, key);
+    if (found != rows.end()) return found->name;
+  }
+  return "";
+}
+
+const std::vector<Term>& glossary() {
+  static const std::vector<Term> kTerms = {
+      {"contender", "an engine with settings: one engine takes part as several contenders"},
+      {"cell", "one measure of one contender on one system at one timestep"},
+      {"conformance suite", "tests with known solutions that a contender must pass before it is measured"},
+      {"reference solution", "solution of a smooth system by a method of our own with error control, from no engine"},
+      {"fine-step run",
+       "a contender's own run at the smallest timestep, against which its self-consistency is measured"},
+      {"self-consistency error", "distance from the contender's own fine-step run; small also when that run is wrong"},
+      {"restart floor", "self-consistency error that is left when the timestep does not change"},
+      {"realtime factor", "simulated seconds per second of computing; 2× is twice as fast as real time"},
+      {"sound", "every measure at this timestep and at every smaller one ended well, and a grasped object was held"},
+      {"joint position error", "distance between the two anchors of a hinge"},
+      {"separation time", "time after which two contenders' runs differ by more than 1 mm"},
+      {"95 % interval", "range that holds the figure in 95 of 100 repetitions of the measurement"}};
+  return kTerms;
+}
+
+}  // namespace assay

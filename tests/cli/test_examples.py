@@ -1,0 +1,53 @@
+"""Each example's README: its commands are run as they are written."""
+
+import csv
+import re
+import xml.etree.ElementTree
+
+from harness import SOURCE, AssayTest, main
+
+
+class Examples(AssayTest):
+    def test_every_example_is_listed_and_followed(self):
+        folders = sorted(path.name for path in (SOURCE / "examples").iterdir() if path.is_dir())
+        listed = re.findall(r"^\| \[([\w-]+)\]\(\1/README.md\)", (SOURCE / "examples/README.md").read_text(), re.MULTILINE)
+        self.assertEqual(folders, sorted(listed))
+        tests = "".join(path.read_text() for path in (SOURCE / "tests/cli").glob("test_*.py"))
+        self.assertEqual(folders, sorted(set(re.findall(r"self\.follow_example\(\"([\w-]+)\"\)", tests))))
+
+    def test_my_model(self):
+        verdicts = self.follow_example("my-model")
+        for engine in ("mujoco", "ode"):
+            self.assertIn(engine, verdicts)
+        ends = []
+        for name in ("my_run.csv", "other_run.csv"):
+            rows = list(csv.DictReader((self.dir / name).read_text().splitlines()))
+            self.assertEqual(len(rows), 3 * 101)
+            ends.append({row["body"]: float(row["x"]) for row in rows[-3:]})
+        # the arm has pushed the ball, in both engines
+        self.assertGreater(abs(ends[0]["ball"] - 0.5), 0.01)
+        self.assertGreater(abs(ends[1]["ball"] - 0.5), 0.01)
+
+    def test_my_campaign(self):
+        answer = self.follow_example("my-campaign")
+        self.assertRegex(answer, r"(mujoco-euler|mujoco-rk4|bullet-si-f64|ode-quick)\b")
+        self.assertIn("</html>", (self.dir / "my_results/report.html").read_text(encoding="utf-8"))
+        rows = list(csv.DictReader((self.dir / "my_values.csv").read_text().splitlines()))
+        self.assertEqual({row["contender"] for row in rows if row["measure"] == "consistency"},
+                         {"mujoco-euler", "mujoco-rk4", "bullet-si-f64", "ode-quick"})
+
+    def test_read_results(self):
+        printed = self.follow_example("read-results")
+        rows = [row for row in csv.DictReader((self.dir / "my_results/values.csv").read_text().splitlines())
+                if row["measure"] == "realtime_factor"]
+        self.assertEqual(len(rows), 12)
+        for row in rows:
+            self.assertIn(f"{float(row['value']):.3g} x", printed)
+        self.assertRegex(printed, r"my_robot, ode-quick: upper_arm moved \d+\.\d+ m")
+        plot = xml.etree.ElementTree.parse(self.dir / "my_plot.svg").getroot()
+        circles = [each for each in plot if each.tag.endswith("circle")]
+        self.assertEqual(len(circles), 12)
+
+
+if __name__ == "__main__":
+    main()
