@@ -1,6 +1,9 @@
 # shellcheck shell=bash disable=SC2154
 # Sourced by ./assay and ./test, after common.sh: configuring and building with what setup.sh made.
 
+# Where ccache is installed, the clones of a user share compiled objects.
+export CCACHE_BASEDIR="${CCACHE_BASEDIR:-${root}}" CCACHE_NOHASHDIR="${CCACHE_NOHASHDIR:-1}"
+
 # What ./assay runs: see hand_over. Its stamp is as old as the start of the last complete build, names what that was made for
 # and lists the engines' folders.
 product="${root}/build/product"

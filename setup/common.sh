@@ -18,6 +18,9 @@ logs="${root}/build/logs"
 
 hash_of() { cat "$@" | sha256sum | cut -c1-32; }
 
+# download_folder PINS
+download_folder() { echo "${cache}/downloads/$(hash_of "$1")"; }
+
 # The first word is the name that the compiler was called by.
 compiler_version() { ${CXX:-c++} --version | sed '1s/^[^ ]* (/(/;1q'; }
 

@@ -143,7 +143,7 @@ fill_venv() {
 
 # fetch_once PINS COMMAND...: runs COMMAND in a scratch folder that becomes ${fetched}, once for what PINS (a file) says.
 fetch_once() {
-  fetched="${cache}/downloads/$(hash_of "$1")"
+  fetched="$(download_folder "$1")"
   shift
   made_once "${fetched}" fill_download "$@"
 }
@@ -155,15 +155,12 @@ fill_download() {
 
 # fetch PINS PIP_ARGUMENT...: downloads once what PINS names, and sets fetched to the folder that holds it.
 fetch() {
-  local pins="$1"
+  local pins="$1" bootstrap="${root}/setup/pip/bootstrap.txt" venv
   shift
-  fetch_once "${pins}" pip_download "$@" -d . -r "${pins}"
-}
-pip_download() {
-  local bootstrap="${root}/setup/pip/bootstrap.txt" venv
   venv="$(python_folder pip "${bootstrap}")"
-  make_venv "${venv}" "${bootstrap}"
-  "${venv}/bin/python" -m pip download --disable-pip-version-check --require-hashes --no-deps "$@"
+  [[ -d $(download_folder "${pins}") ]] || make_venv "${venv}" "${bootstrap}"
+  fetch_once "${pins}" "${venv}/bin/python" -m pip download --disable-pip-version-check --require-hashes --no-deps "$@" \
+    -d . -r "${pins}"
 }
 
 # fetch_wheel PINS PYTHON_VERSION PLATFORM

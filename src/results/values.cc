@@ -120,19 +120,8 @@ std::string value_named(std::string_view name) {
 
 const std::vector<Term>& glossary() {
   static const std::vector<Term> kTerms = {
-      {"contender", "an engine with settings: one engine takes part as several contenders"},
-      {"cell", "one measure of one contender on one system at one timestep"},
-      {"conformance suite", "tests with known solutions that a contender must pass before it is measured"},
-      {"reference solution", "solution of a smooth system by a method of our own with error control, from no engine"},
-      {"fine-step run",
-       "a contender's own run at the smallest timestep, against which its self-consistency is measured"},
-      {"self-consistency error", "distance from the contender's own fine-step run; small also when that run is wrong"},
-      {"restart floor", "self-consistency error that is left when the timestep does not change"},
-      {"realtime factor", "simulated seconds per second of computing; 2× is twice as fast as real time"},
-      {"sound", "every measure at this timestep and at every smaller one ended well, and a grasped object was held"},
-      {"joint position error", "distance between the two anchors of a hinge"},
-      {"separation time", "time after which two contenders' runs differ by more than 1 mm"},
-      {"95 % interval", "range that holds the figure in 95 of 100 repetitions of the measurement"}};
+#include "glossary.inc"
+  };
   return kTerms;
 }
 

@@ -33,7 +33,7 @@ ValueInfo value_info(std::string_view name);
 // Empty when it is neither.
 std::string value_named(std::string_view name);
 
-// Words of the report and of the documents, explained.
+// The terms of docs/glossary.md.
 struct Term {
   std::string_view term, meaning;
 };
