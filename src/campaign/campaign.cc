@@ -46,13 +46,11 @@ ControlSpec control_of(const Section& section, const Model& model) {
   if (node == nullptr) return spec;
   if (const toml::table* table = node->as_table()) {
     const Section control(*table, "control", section.source());
-    control.allow({"kind", "amplitude", "frequency", "phase_step"});
+    std::vector<std::string> keys = {"kind"};
+    for (const SinePart& part : kSineParts) keys.emplace_back(part.name);
+    control.allow(keys);
     spec.kind = control.required_text("kind");
-    for (const auto& [key, member] :
-         {std::pair{"amplitude", &ControlSpec::amplitude}, std::pair{"frequency", &ControlSpec::frequency},
-          std::pair{"phase_step", &ControlSpec::phase_step}}) {
-      spec.*member = control.positive(key, spec.*member);
-    }
+    for (const SinePart& part : kSineParts) spec.*part.member = control.positive(part.name, spec.*part.member);
   } else {
     spec.kind = section.required_text("control");
   }

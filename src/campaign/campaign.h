@@ -58,6 +58,7 @@
 
 #include "controls/control.h"
 #include "engines/registry.h"
+#include "measures/grasp.h"
 #include "model/model.h"
 
 namespace assay {
@@ -71,12 +72,6 @@ struct TimingOptions {
   int states = 4;
   int warmup = 5;
   int processes = 5;
-};
-
-// Who is to stay in whose hand.
-struct GraspBodies {
-  int object = -1, hand = -1;  // indices into Model::bodies; -1: the system has no grasp
-  double drop_m = 0.1;         // a slip farther than this is a drop
 };
 
 struct CampaignSystem {
