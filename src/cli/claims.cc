@@ -28,15 +28,11 @@ std::vector<Judgement> judgements(const std::string& dir, const std::optional<st
   return judge(claims, Results(store));
 }
 
-std::string mark(Verdict verdict) {
-  return verdict == Verdict::kNotMeasurable ? "not measurable" : verdict_text(verdict);
-}
-
 std::string counts(const std::vector<Judgement>& all) {
   std::vector<std::string> parts;
-  for (const Verdict verdict : {Verdict::kHolds, Verdict::kChanged, Verdict::kNotMeasurable}) {
+  for (const Verdict verdict : {Verdict::kHolds, Verdict::kChanged, Verdict::kNotSettled, Verdict::kNotMeasurable}) {
     const auto count = std::ranges::count_if(all, [&](const Judgement& each) { return each.verdict == verdict; });
-    parts.push_back(fmt::format("{} {}", count, mark(verdict)));
+    parts.push_back(fmt::format("{} {}", count, verdict_words(verdict)));
   }
   return join(parts, ", ");
 }
@@ -53,7 +49,8 @@ int claims(const Options& options) {
     return kDone;
   }
   for (const Judgement& each : all) {
-    print(fmt::format("{}. {}: {}\n", each.claim.number, each.claim.title, mark(each.verdict)));
+    print(fmt::format("{}. {}: {}\n", each.claim.number, each.claim.title, verdict_words(each.verdict)));
+    if (!each.now.empty()) print(fmt::format("   {} ({} needed)\n", each.now, each.threshold));
     print(fmt::format("   paper:    {}\n", each.claim.paper));
     if (!each.summary.empty()) print(fmt::format("   measured: {}\n", each.summary));
     if (!each.reason.empty()) print(fmt::format("   why not:  {}\n", each.reason));
@@ -71,7 +68,7 @@ void print_claims(const std::string& dir) {
   std::vector<std::vector<std::string>> rows;
   rows.reserve(all.size());
   for (const Judgement& each : all) {
-    rows.push_back({std::to_string(each.claim.number), mark(each.verdict), each.claim.title, each.key});
+    rows.push_back({std::to_string(each.claim.number), verdict_words(each.verdict), each.claim.title, each.key});
   }
   print(fmt::format("\nThe paper's claims ({}):\n{}", counts(all),
                     table({"", "verdict", "claim", "figures"}, rows, {0})));
