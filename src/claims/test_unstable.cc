@@ -12,7 +12,7 @@ namespace assay {
 namespace {
 
 // What the test asks for.
-constexpr const char* kNeeded = "a larger timestep that is unstable";
+constexpr const char* kNeeded = "instability at a larger timestep";
 
 class Unstable {
  public:
