@@ -58,10 +58,12 @@
 
 #include "controls/control.h"
 #include "engines/registry.h"
+#include "measures/grasp.h"
 #include "model/model.h"
 
 namespace assay {
 
+// Run measures (measures/run_measures.h) that nothing here names have no enumerator; they follow the last one.
 enum class Measure { kRawSpeed, kConsistency, kTruth, kDrift, kViolation, kGrasp, kAgreement, kScaling };
 std::string_view measure_text(Measure measure);  // "raw_speed", ...
 
@@ -71,12 +73,6 @@ struct TimingOptions {
   int states = 4;
   int warmup = 5;
   int processes = 5;
-};
-
-// Who is to stay in whose hand.
-struct GraspBodies {
-  int object = -1, hand = -1;  // indices into Model::bodies; -1: the system has no grasp
-  double drop_m = 0.1;         // a slip farther than this is a drop
 };
 
 struct CampaignSystem {

@@ -125,9 +125,10 @@ std::unique_ptr<Control> actuator_control(const Model& model, std::vector<double
 std::vector<std::string> control_kinds() { return {"passive", "sine", "actuators"}; }
 
 std::string control_text(const ControlSpec& spec) {
-  if (spec.kind != "sine") return spec.kind;
-  return fmt::format("sine,amplitude={},frequency={},phase_step={}", shortest(spec.amplitude), shortest(spec.frequency),
-                     shortest(spec.phase_step));
+  std::string text = spec.kind;
+  if (spec.kind != "sine") return text;
+  for (const SinePart& part : kSineParts) text += fmt::format(",{}={}", part.name, shortest(spec.*part.member));
+  return text;
 }
 
 ControlSpec parse_control(const std::string& text) {
@@ -140,18 +141,15 @@ ControlSpec parse_control(const std::string& text) {
     at = next;
     const size_t sign = std::min(part.find('='), part.size());
     const std::string key = part.substr(0, sign);
-    const std::vector<std::pair<std::string, double ControlSpec::*>> parts = {{"amplitude", &ControlSpec::amplitude},
-                                                                              {"frequency", &ControlSpec::frequency},
-                                                                              {"phase_step", &ControlSpec::phase_step}};
-    const auto found = std::ranges::find(parts, key, &std::pair<std::string, double ControlSpec::*>::first);
+    const auto* found = std::ranges::find(kSineParts, key, &SinePart::name);
     const auto number = sign < part.size() ? parse_number(part.substr(sign + 1)) : std::nullopt;
-    if (spec.kind != "sine" || found == parts.end() || !number) {
+    if (spec.kind != "sine" || found == kSineParts.end() || !number) {
       throw InputError(
           fmt::format("the control '{}' has '{}': only a sine has parameters, which are amplitude (Nm), "
                       "frequency (Hz) and phase_step (rad), as in sine,amplitude=2,frequency=1",
                       text, part));
     }
-    spec.*(found->second) = *number;
+    spec.*(found->member) = *number;
   }
   return spec;
 }
@@ -165,9 +163,10 @@ std::unique_ptr<Control> make_control(const Model& model, const ControlSpec& spe
                     nearest_name(spec.kind, control_kinds()) ? did_you_mean(spec.kind, control_kinds()) : "",
                     join(control_kinds(), ", ")));
   }
-  for (const auto& [name, value] : {std::pair{"amplitude", spec.amplitude}, std::pair{"frequency", spec.frequency},
-                                    std::pair{"phase_step", spec.phase_step}}) {
-    if (!std::isfinite(value)) throw InputError(fmt::format("the sine's {} is {}; give a finite number", name, value));
+  for (const SinePart& part : kSineParts) {
+    if (const double value = spec.*part.member; !std::isfinite(value)) {
+      throw InputError(fmt::format("the sine's {} is {}; give a finite number", part.name, value));
+    }
   }
   std::vector<Sine> sines;
   sines.reserve(model.hinges.size());

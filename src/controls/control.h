@@ -2,6 +2,7 @@
 // part of the model, not of a control: the engine or its adapter applies them.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <numbers>
 #include <span>
@@ -64,6 +65,15 @@ struct ControlSpec {
   double frequency = 1;                          // sine: Hz, at every hinge
   double phase_step = 2 * std::numbers::pi / 5;  // sine: rad from one hinge to the next
 };
+// The numbers of a sine, as users and files name them.
+struct SinePart {
+  const char* name;
+  double ControlSpec::* member;
+};
+inline constexpr std::array<SinePart, 3> kSineParts = {{{"amplitude", &ControlSpec::amplitude},
+                                                        {"frequency", &ControlSpec::frequency},
+                                                        {"phase_step", &ControlSpec::phase_step}}};
+
 std::vector<std::string> control_kinds();  // "passive", "sine", "actuators"
 
 // A control as one word: its kind, and a sine's parameters: "passive", "sine,amplitude=2,frequency=1,phase_step=0.5".

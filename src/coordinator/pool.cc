@@ -52,11 +52,6 @@ Clock::duration seconds(double s) {
   return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(s));
 }
 
-bool is_answer(const nlohmann::json& message) {
-  return message.contains("cells") || message.contains("error") || message.contains("failed") ||
-         message.contains("step_us") || message.contains("garbled");
-}
-
 }  // namespace
 
 Interrupts::Interrupts() {
@@ -79,7 +74,7 @@ Interrupts::~Interrupts() {
   for (int& end : interrupt_pipe) ::close(std::exchange(end, -1));
 }
 
-// They stand for the object, although a handler can reach globals alone.
+// Members, although a signal handler can reach only globals.
 // NOLINTBEGIN(readability-convert-member-functions-to-static)
 int Interrupts::descriptor() const { return interrupt_pipe[0]; }
 int Interrupts::signal() const { return interrupt_signal; }
@@ -106,11 +101,18 @@ double steal_share(const CpuTimes& from, const CpuTimes& to) {
   return total > 0 ? std::clamp((to.steal - from.steal) / total, 0.0, 1.0) : 0;
 }
 
-void throw_worker_error(const nlohmann::json& answer) {
-  if (!answer.contains("error")) return;
-  const std::string text = answer.at("error");
-  if (answer.at("kind") == "input") throw InputError(text);
-  throw SystemError(text);
+void throw_worker_error(const Reply& reply) {
+  const auto* error = std::get_if<JobError>(&reply);
+  if (error == nullptr) return;
+  if (error->input) throw InputError(error->text);
+  throw SystemError(error->text);
+}
+
+CellResult JobEnd::result(const std::string& measure) const {
+  if (!answer) return {measure, failure, {}, {}};
+  const auto found = std::ranges::find(answer->cells, measure, &CellResult::measure);
+  if (found != answer->cells.end()) return *found;
+  return {measure, {Outcome::kCrashed, fmt::format("the worker's answer has no '{}'", measure)}, {}, {}};
 }
 
 double unix_time() {
@@ -134,34 +136,32 @@ void Pool::run(const std::function<void(const std::string&)>& on_start) {
   };
   // True when the job has come to its end.
   const auto serve = [&](Running& job) {
-    while (const auto message = job.worker->take_message()) {
-      throw_worker_error(*message);
-      if (!is_answer(*message)) {
+    while (auto reply = job.worker->take_reply()) {
+      throw_worker_error(*reply);
+      if (const auto* test = std::get_if<TestResult>(&*reply)) {
         job.deadline = Clock::now() + seconds(job.job.limit_s);
-        if (job.job.on_message) job.job.on_message(*message);
+        if (job.job.on_test) job.job.on_test(*test);
         continue;
       }
       JobEnd end;
-      if (message->contains("failed") || message->contains("garbled")) {
-        end.outcome = Outcome::kCrashed;
-        end.reason = message->contains("failed")
-                         ? fmt::format("exception: {}", message->at("failed").get<std::string>())
-                         : "the worker's answer is garbled";
+      if (auto* done = std::get_if<JobDone>(&*reply)) {
+        end.answer = std::move(*done);
+      } else if (const auto* crash = std::get_if<JobCrash>(&*reply)) {
+        end.failure = {Outcome::kCrashed, crash->reason};
       } else {
-        end.answer = *message;
+        end.failure = {Outcome::kCrashed, fmt::format("the worker answered with '{}'", kind_of(*reply))};
       }
-      finish(job, end);
+      finish(job, std::move(end));
       return true;
     }
     if (job.worker->gone()) {
-      finish(job, {.answer = {}, .outcome = Outcome::kCrashed, .reason = job.worker->end()});
+      finish(job, {.answer = {}, .failure = {Outcome::kCrashed, job.worker->end()}});
       return true;
     }
     if (Clock::now() >= job.deadline) {
       job.worker->end();
       finish(job, {.answer = {},
-                   .outcome = Outcome::kTimeout,
-                   .reason = fmt::format("not done after {}", duration_label(job.job.limit_s))});
+                   .failure = {Outcome::kTimeout, fmt::format("not done after {}", duration_label(job.job.limit_s))}});
       return true;
     }
     return false;
@@ -178,7 +178,7 @@ void Pool::run(const std::function<void(const std::string&)>& on_start) {
       next.start = Clock::now();
       next.deadline = next.start + seconds(next.job.limit_s);
       next.worker = std::make_unique<WorkerProcess>(program_);
-      next.worker->send(next.job.message);
+      next.worker->send(next.job.request);
       running.push_back(std::move(next));
     }
     std::vector<pollfd> polled = {{interrupts_.descriptor(), POLLIN, 0}};

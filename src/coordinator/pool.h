@@ -7,13 +7,11 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
-#include "store/store.h"
+#include "messages/messages.h"
 
 namespace assay {
 
-// From construction to destruction SIGINT, SIGTERM and SIGHUP do not end the process: they are told here.
+// From construction to destruction SIGINT, SIGTERM and SIGHUP do not end the process: they are noted here.
 class Interrupts {
  public:
   Interrupts();
@@ -25,29 +23,31 @@ class Interrupts {
   int signal() const;      // which; 0 for none
 };
 
-// Share of the machine's time that its host took for others, between two readings of /proc/stat. 0 where it is not
-// told.
+// Share of the machine's time that its host took for others, between two readings of /proc/stat. 0 where the host does
+// not report it.
 struct CpuTimes {
   double total = 0, steal = 0;
   static CpuTimes now();
 };
 double steal_share(const CpuTimes& from, const CpuTimes& to);
 
-// How a job ended. `answer` is empty when the worker crashed or was stopped; then `outcome` and `reason` say it.
+// How a job ended. `answer` is empty when the worker crashed or was stopped: then `failure` says why.
 struct JobEnd {
-  std::optional<nlohmann::json> answer;
-  Outcome outcome = Outcome::kOk;
-  std::string reason;
+  std::optional<JobDone> answer;
+  Ending failure;
   double wall_s = 0, steal = 0;
   double started = 0, finished = 0;  // seconds since 1970
+
+  // What was found for `measure`; without an answer for it, the reason why.
+  CellResult result(const std::string& measure) const;
 };
 
 struct Job {
-  nlohmann::json message;
+  Request request;
   std::string title;
-  double limit_s = 600;  // between two messages
+  double limit_s = 600;  // between two replies
   double cost = 0;       // the dearest is started first
-  std::function<void(const nlohmann::json&)> on_message = {};
+  std::function<void(const TestResult&)> on_test = {};
   std::function<void(const JobEnd&)> on_end = {};  // may add jobs
 };
 
@@ -57,7 +57,7 @@ class Pool {
 
   void add(Job job);
 
-  // Until no job is left, or an interrupt: then the running ones are stopped and dropped. `on_start` is told titles.
+  // Until no job is left, or an interrupt: then the running ones are stopped and dropped. `on_start` gets titles.
   // Throws SystemError and InputError that a worker reports; running workers end then.
   void run(const std::function<void(const std::string&)>& on_start);
 
@@ -72,8 +72,8 @@ class Pool {
   std::priority_queue<Job, std::vector<Job>, Dearer> waiting_;
 };
 
-// Throws the InputError or SystemError that a worker met and that is not its cell's.
-void throw_worker_error(const nlohmann::json& answer);
+// Throws the InputError or SystemError that a worker reports, if this is one.
+void throw_worker_error(const Reply& reply);
 
 double unix_time();
 

@@ -16,7 +16,6 @@
 #include <poll.h>
 
 #include "base/errors.h"
-#include "messages/messages.h"
 
 namespace assay {
 namespace {
@@ -32,7 +31,7 @@ constexpr size_t kKeptOutput = 4096;
   constexpr int kCannotExec = 127;
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (::getppid() != parent) ::_exit(kCannotExec);  // it died before prctl
-  ::setpgid(0, 0);                                  // Ctrl-C is the parent's matter
+  ::setpgid(0, 0);                                  // Ctrl-C reaches only the parent
   const int nothing = ::open("/dev/null", O_RDONLY);
   if (nothing >= 0) ::dup2(nothing, STDIN_FILENO);
   ::dup2(output, STDOUT_FILENO);
@@ -93,7 +92,7 @@ WorkerProcess::WorkerProcess(const std::string& program) {
   ::close(pipes[1]);
   ::close(failures[1]);
   sockets[1] = pipes[1] = failures[1] = -1;
-  // The machine's fault, or that of who took the program away; no engine's.
+  // The machine's fault, not an engine's.
   if (const int error = exec_error(failures[0])) {
     ::waitpid(pid_, nullptr, 0);
     errno = error;
@@ -106,8 +105,8 @@ WorkerProcess::WorkerProcess(const std::string& program) {
 
 WorkerProcess::~WorkerProcess() { end(); }
 
-void WorkerProcess::send(const nlohmann::json& message) const {
-  const std::string line = message.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+void WorkerProcess::send(const Request& message) const {
+  const std::string line = to_line(message);
   std::string_view left = line;
   while (!left.empty() && socket_ >= 0) {
     const ssize_t sent = ::send(socket_, left.data(), left.size(), MSG_NOSIGNAL);
@@ -157,21 +156,23 @@ void WorkerProcess::read_available() {
   read_socket();
 }
 
-std::optional<nlohmann::json> WorkerProcess::take_message() {
+std::optional<Reply> WorkerProcess::take_reply() {
   const size_t end = received_.find('\n');
   if (end == std::string::npos) return std::nullopt;
   const std::string line = received_.substr(0, end);
   received_.erase(0, end + 1);
-  nlohmann::json message = nlohmann::json::parse(line, nullptr, false);
-  if (message.is_discarded()) message = {{"garbled", line}};
-  return message;
+  try {
+    return parse_reply(line);
+  } catch (const MessageError& error) {
+    return JobCrash{fmt::format("the worker's answer is damaged: {}", error.what())};
+  }
 }
 
-std::optional<nlohmann::json> WorkerProcess::wait_message(double seconds, int interrupt) {
+std::optional<Reply> WorkerProcess::wait_reply(double seconds, int interrupt) {
   using Clock = std::chrono::steady_clock;
   const auto deadline = Clock::now() + std::chrono::duration<double>(seconds);
   while (true) {
-    if (auto message = take_message()) return message;
+    if (auto reply = take_reply()) return reply;
     if (gone()) return std::nullopt;
     const double left = std::chrono::duration<double>(deadline - Clock::now()).count();
     if (left <= 0) return std::nullopt;

@@ -1,11 +1,11 @@
-// A worker process as its parent sees it: JSON lines over a socket, its printed output, its end.
+// A worker process as its parent sees it: messages over a socket, its printed output, its end.
 #pragma once
 
 #include <optional>
 #include <string>
 #include <sys/types.h>
 
-#include <nlohmann/json.hpp>
+#include "messages/messages.h"
 
 namespace assay {
 
@@ -18,8 +18,8 @@ class WorkerProcess {
   WorkerProcess(const WorkerProcess&) = delete;
   WorkerProcess& operator=(const WorkerProcess&) = delete;
 
-  // One line. A worker that is gone shows when its answer is awaited.
-  void send(const nlohmann::json& message) const;
+  // A worker that is gone is noticed when its reply is awaited.
+  void send(const Request& message) const;
 
   // Descriptors to poll for reading; -1 when closed.
   int socket() const { return socket_; }
@@ -28,12 +28,13 @@ class WorkerProcess {
   // Takes in what there is to read, without waiting.
   void read_available();
 
-  // The next whole line, if one has come.
-  std::optional<nlohmann::json> take_message();
+  // The next whole reply, if one has come. A line that is no reply is a JobCrash: an engine has written to the socket,
+  // or the worker's memory is damaged.
+  std::optional<Reply> take_reply();
 
-  // Waits for a message at most `seconds`, or until the worker is gone, or `interrupt` (a descriptor, -1 for none)
+  // Waits for a reply at most `seconds`, or until the worker is gone, or `interrupt` (a descriptor, -1 for none)
   // becomes readable. Empty in the latter cases.
-  std::optional<nlohmann::json> wait_message(double seconds, int interrupt = -1);
+  std::optional<Reply> wait_reply(double seconds, int interrupt = -1);
 
   // True when the worker has closed its socket: no message will come any more.
   bool gone() const { return socket_ < 0; }

@@ -73,10 +73,7 @@ CampaignSystem system_of(const Store& store, const std::string& name) {
   system.name = name;
   system.duration_s = facts.at("duration_s");
   system.sample_ms = facts.at("sample_ms");
-  system.control = {.kind = scene.control.kind,
-                    .amplitude = scene.control.amplitude,
-                    .frequency = scene.control.frequency,
-                    .phase_step = scene.control.phase_step};
+  system.control = scene.control;
   // A system that comes with assay is found by its name; another one's file where the program was started.
   const std::string file = facts.at("model");
   const std::string stem = fs::path(file).stem().string();
@@ -184,28 +181,20 @@ std::vector<Rerun> run_again(const Store& store, const std::string& system, cons
     reruns[i].contender = contenders[i];
     reruns[i].failure = "was not run";
     Job job;
-    job.message = subject_json(described, contender_of(rows, contenders[i]));
     const std::string address = fmt::format("{}", i);
-    job.message.update({{"kind", "run"},
-                        {"timestep_ms", timestep_ms},
-                        {"measures", {"reference"}},
-                        {"trajectories", folder.path()},
-                        {"save", address},
-                        {"partial", true},
-                        {"use", ""},
-                        {"truth", ""},
-                        {"seed", 1}});
+    RunJob run;
+    run.subject = subject_spec(described, contender_of(rows, contenders[i]));
+    run.timestep_ms = timestep_ms;
+    run.measures = {"reference"};
+    run.trajectories = folder.path();
+    run.save = address;
+    run.partial = true;
+    job.request = std::move(run);
     job.title = contenders[i];
     job.cost = 1;
     job.on_end = [&, i, address](const JobEnd& end) {
       Rerun& rerun = reruns[i];
-      Outcome outcome = end.outcome;
-      std::string reason = end.reason;
-      if (end.answer) {
-        const json& cell = end.answer->at("cells").at(0);
-        outcome = parse_outcome(cell.at("outcome").get<std::string>()).value_or(Outcome::kCrashed);
-        reason = cell.at("reason");
-      }
+      const auto [outcome, reason] = end.result("reference").ending;
       const bool ended = outcome == Outcome::kOk || outcome == Outcome::kUnstable;
       rerun.failure = ended ? "" : fmt::format("{} {}", outcome_text(outcome), reason);
       rerun.trajectory = read_trajectory(folder.path(), address);

@@ -72,7 +72,7 @@ SystemRow system_row(const CampaignSystem& system) {
 
 SceneRow scene_row(const CampaignSystem& system) {
   Scene scene = scene_of(system.model);
-  scene.control = {system.control.kind, system.control.amplitude, system.control.frequency, system.control.phase_step};
+  scene.control = system.control;
   return {system.name, scene_text(scene)};
 }
 

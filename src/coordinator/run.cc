@@ -1,32 +1,13 @@
 #include "coordinator/run.h"
 
-#include <cmath>
-#include <ctime>
-#include <filesystem>
-#include <memory>
-#include <optional>
 #include <sys/resource.h>
 
-#include <nlohmann/json.hpp>
-
 #include "base/errors.h"
-#include "coordinator/machine.h"
-#include "coordinator/rows.h"
 #include "coordinator/runner.h"
 
 namespace assay {
 
-using nlohmann::json;
-
 namespace {
-
-std::string date_text(double unix_seconds) {
-  const auto seconds = static_cast<std::time_t>(unix_seconds);
-  std::tm utc{};
-  ::gmtime_r(&seconds, &utc);
-  return fmt::format("{:04}-{:02}-{:02} {:02}:{:02}:{:02} UTC", utc.tm_year + 1900, utc.tm_mon + 1, utc.tm_mday,
-                     utc.tm_hour, utc.tm_min, utc.tm_sec);
-}
 
 double children_cpu_seconds() {
   rusage usage{};
@@ -37,15 +18,15 @@ double children_cpu_seconds() {
 
 }  // namespace
 
-Cell Runner::cell_of(const PlannedCell& planned, Outcome outcome, const std::string& reason) const {
+Cell Runner::cell_of(const PlannedCell& planned, const Ending& ending) const {
   Cell cell;
   cell.key = planned.key;
   cell.system = system(planned).name;
   cell.contender = contender(planned).resolved.name;
   cell.timestep_ms = planned.timestep_ms;
   cell.measure = planned.measure;
-  cell.outcome = outcome;
-  cell.reason = reason;
+  cell.outcome = ending.outcome;
+  cell.reason = ending.reason;
   return cell;
 }
 
@@ -56,51 +37,37 @@ void Runner::put(const Cell& cell, const std::vector<SampleSeries>& samples) {
   progress_.finished(cell, remaining_s());
 }
 
-void Runner::put_failed(const PlannedCell& planned, Outcome outcome, const std::string& reason) {
-  Cell cell = cell_of(planned, outcome, reason);
+void Runner::put_failed(const PlannedCell& planned, const Ending& failure) {
+  Cell cell = cell_of(planned, failure);
   cell.started = cell.finished = unix_time();
   if (!failed_gate_.contains(cell.contender)) count(planned);
   put(cell);
 }
 
-// An answer has a cell for each measure; cells that are one under two contenders' names get the same.
+// An answer has a result for each measure. Cells that are one under two contenders' names get the same result.
 void Runner::put_answer(const std::vector<const PlannedCell*>& cells, const JobEnd& end) {
   for (const PlannedCell* planned : cells) {
-    Cell cell = cell_of(*planned, end.outcome, end.reason);
-    std::vector<SampleSeries> samples;
+    CellResult result = end.result(planned->measure);
+    Cell cell = cell_of(*planned, result.ending);
     const double share = 1.0 / static_cast<double>(cells.size());
     cell.wall_s = share * end.wall_s;
     cell.steal = end.steal;
     cell.started = end.started;
     cell.finished = end.finished;
     if (end.answer) {
-      cell.cpu_s = share * end.answer->at("cpu_s").get<double>();
-      cell.engine_s = share * end.answer->at("engine_s").get<double>();
-      for (const json& answered : end.answer->at("cells")) {
-        if (answered.at("measure") != planned->measure) continue;
-        cell.outcome = parse_outcome(answered.at("outcome").get<std::string>()).value_or(Outcome::kCrashed);
-        cell.reason = answered.at("reason");
-        const auto number = [](const json& value) {
-          return value.is_null() ? std::nullopt : std::optional(value.get<double>());
-        };
-        for (const json& value : answered.at("values")) {
-          cell.values.push_back({value.at("name"), value.at("unit"), number(value.at("value")), number(value.at("low")),
-                                 number(value.at("high"))});
-        }
-        for (const auto& [name, values] : answered.at("samples").items()) {
-          samples.push_back({name, values.get<std::vector<double>>()});
-        }
-      }
+      cell.cpu_s = share * end.answer->cpu_s;
+      cell.engine_s = share * end.answer->engine_s;
     }
+    cell.values = std::move(result.values);
     count(*planned);
-    put(cell, samples);
+    put(cell, result.samples);
   }
 }
 
 // Seconds of one worker.
 double Runner::cost(const PlannedCell& cell) const { return estimate_seconds(campaign_, {cell}, step_us_, 1); }
 
-// What is left of both passes, each corrected by how it fared so far.
+// What is left of both passes, each corrected by its own speed so far.
 double Runner::remaining_s() const {
   const auto now = Clock::now();
   const auto left = [&](const Share& share, double workers) {
@@ -118,67 +85,7 @@ void Runner::count(const PlannedCell& cell) {
   share.done_s += cost(cell);
 }
 
-// ---- preparation ------------------------------------------------------------------------------------------------------
-
-void Runner::describe() {
-  std::vector<SystemRow> systems;
-  systems.reserve(campaign_.systems.size());
-  for (const CampaignSystem& each : campaign_.systems) systems.push_back(system_row(each));
-  store_.set_systems(systems);
-  // Whose the kept states are and how they are drawn: results need no model's file to be looked at.
-  std::vector<SceneRow> scenes;
-  scenes.reserve(campaign_.systems.size());
-  for (const CampaignSystem& each : campaign_.systems) scenes.push_back(scene_row(each));
-  store_.set_scenes(scenes);
-  std::vector<RunRow> runs;
-  for (const PlannedCell& cell : plan_.cells) {
-    const std::string& address = cell.measure == "reference" ? cell.trajectory : cell.final_state;
-    if (address.empty()) continue;
-    runs.push_back({address, system(cell).name, contender(cell).resolved.name, cell.timestep_ms});
-  }
-  // What was kept for the report's replays meanwhile stays.
-  for (RunRow& row : store_.runs()) {
-    const auto same = [&](const RunRow& other) {
-      return other.system == row.system && other.contender == row.contender && other.timestep_ms == row.timestep_ms;
-    };
-    if (std::ranges::none_of(runs, same)) runs.push_back(std::move(row));
-  }
-  store_.set_runs(runs);
-  std::vector<ContenderRow> contenders;
-  bool has_harness = false;
-  for (const CampaignContender& each : campaign_.contenders) {
-    contenders.push_back(contender_row(each));
-    has_harness |= each.resolved.name == kHarness;
-  }
-  const std::vector<std::string> known = Registry::instance().contender_names();
-  if (!has_harness && std::ranges::find(known, kHarness) != known.end()) {
-    CampaignContender harness;
-    harness.resolved = Registry::instance().resolve(kHarness);
-    contenders.push_back(contender_row(harness));
-  }
-  store_.set_contenders(contenders);
-
-  std::vector<ManifestEntry> entries = machine_facts();
-  const auto before = store_.manifest("cpu");
-  if (before && *before != entries.front().value) {
-    progress_.message(
-        fmt::format("the results so far were measured on another machine ({}): speeds do not compare", *before));
-  }
-  entries.push_back({"campaign_title", campaign_.title});
-  entries.push_back({"seed", std::to_string(campaign_.seed)});
-  const TimingOptions& timing = campaign_.timing;
-  entries.push_back(
-      {"timing", fmt::format("{} rounds of {} ms a contender in {} processes, from {} states of its reference "
-                             "run, {} untimed steps first",
-                             timing.rounds, shortest(timing.batch_ms), std::min(timing.processes, timing.rounds),
-                             timing.states, timing.warmup)});
-  if (!options_.command.empty()) entries.push_back({"command", options_.command});
-  if (!store_.manifest("started")) entries.push_back({"started", date_text(unix_time())});
-  if (!campaign_.ratios.empty()) entries.push_back({"ratios", json(campaign_.ratios).dump()});
-  store_.set_manifest(entries);
-}
-
-// Which cells are ours, and which of them are still to do.
+// Which cells belong to this shard, and which of them are still to do.
 void Runner::choose() {
   plan_ = make_plan(campaign_, options_.shard.count);
   const std::vector<std::string> done = store_.cell_keys();
@@ -197,7 +104,7 @@ void Runner::choose() {
                        (cell->measure == "agreement" && compared_again.contains(cell->system));
     if (again || !std::ranges::binary_search(done, cell->key)) todo_.push_back(cell);
   }
-  // A reference that failed fails what depends on it, this time too.
+  // A reference that failed earlier still fails what depends on it.
   std::map<std::string, const PlannedCell*> references;
   for (const PlannedCell& cell : plan_.cells) {
     if (cell.measure == "reference") references[cell.key] = &cell;
@@ -209,8 +116,8 @@ void Runner::choose() {
   }
 }
 
-// "capsules-27: reference 14, consistency 112, raw_speed 56 cells; about 3 min", a line for each system, the gate's
-// failures left out.
+// "capsules-27: reference 14, consistency 112, raw_speed 56 cells; about 3 min", a line for each system, without the
+// contenders that failed the conformance suite.
 std::vector<std::string> Runner::outline(const std::vector<PlannedCell>& ahead) const {
   std::vector<std::string> lines;
   for (size_t s = 0; s < campaign_.systems.size(); ++s) {
@@ -234,87 +141,11 @@ std::vector<std::string> Runner::outline(const std::vector<PlannedCell>& ahead) 
   return lines;
 }
 
-// ---- the whole ------------------------------------------------------------------------------------------------------------
-
-void Runner::finish(RunSummary& summary, double wall_s, double cpu_s) {
-  summary.warnings = derive_values(store_);
-  summary.cells = static_cast<int>(mine_.size());
-  summary.done_before = static_cast<int>(mine_.size() - todo_.size());
-  summary.done_now = done_now_;
-  summary.wall_s = wall_s;
-  summary.cpu_s = cpu_s;
-  summary.signal = interrupts_.signal();
-  summary.interrupted = summary.signal != 0;
-  for (const auto& [name, failure] : failed_gate_) {
-    summary.failed_gate.push_back(fmt::format("{} ({})", name, failure.reason));
-  }
-  for (const CampaignContender& each : campaign_.contenders) {
-    if (!each.absent.empty()) summary.left_out.push_back(each.absent);
-  }
-  std::set<std::string> keys;
-  for (const PlannedCell* cell : mine_) keys.insert(cell->key);
-  double timing_engine = 0, timing_wall = 0, accuracy_engine = 0, accuracy_cpu = 0;
-  for (const Cell& cell : store_.cells()) {
-    if (!keys.contains(cell.key)) continue;
-    ++summary.outcomes[std::string(outcome_text(cell.outcome))];
-    if (cell.measure == "scaling") continue;  // neither waits for a clock nor shares the machine
-    (cell.measure == "raw_speed" ? timing_engine : accuracy_engine) += cell.engine_s;
-    (cell.measure == "raw_speed" ? timing_wall : accuracy_cpu) +=
-        cell.measure == "raw_speed" ? cell.wall_s : cell.cpu_s;
-    for (const Value& value : cell.values) {
-      if (!value.value) continue;
-      const auto asked = campaign_.ratios.find(cell.contender);
-      if (value.name == "time_ratio" && asked != campaign_.ratios.end()) {
-        summary.ratios.push_back({cell.system, asked->second, cell.contender, cell.timestep_ms, *value.value,
-                                  value.low.value_or(0), value.high.value_or(0)});
-      }
-      if (value.name != "aa_ratio") continue;
-      summary.aa.push_back({cell.system, "", cell.contender, cell.timestep_ms, *value.value, value.low.value_or(0),
-                            value.high.value_or(0)});
-    }
-  }
-  for (TimePair& pair : summary.aa) {
-    const auto content = [&](const std::string& name) {
-      const auto found = std::ranges::find_if(
-          campaign_.contenders, [&](const CampaignContender& each) { return each.resolved.name == name; });
-      return found->content();
-    };
-    for (const CampaignContender& each : campaign_.contenders) {
-      if (pair.a.empty() && each.absent.empty() && each.content() == content(pair.b)) pair.a = each.resolved.name;
-    }
-  }
-  summary.engine_share_timing = timing_wall > 0 ? timing_engine / timing_wall : 0;
-  summary.engine_share_accuracy = accuracy_cpu > 0 ? accuracy_engine / accuracy_cpu : 0;
-
-  if (cpu_s > 0) summary.engine_share_cpu = std::min(1.0, engine_now_s_ / cpu_s);
-
-  std::vector<ManifestEntry> entries;
-  const auto sum = [&](const std::string& key, double more) {
-    const double before = parse_number(store_.manifest(key).value_or("")).value_or(0);
-    entries.push_back({key, fmt::format("{:.1f}", before + more)});
-  };
-  if (done_now_ > 0) {
-    sum("wall_s", wall_s);
-    sum("cpu_s", cpu_s);
-    sum("engine_s", engine_now_s_);
-    entries.push_back({"finished", date_text(unix_time())});
-  }
-  if (timing_wall > 0) entries.push_back({"engine_share_timing", fmt::format("{:.3f}", summary.engine_share_timing)});
-  if (accuracy_cpu > 0) {
-    entries.push_back({"engine_share_accuracy", fmt::format("{:.3f}", summary.engine_share_accuracy)});
-  }
-  if (timing_facts_.core >= 0) entries.push_back({"timing_core", std::to_string(timing_facts_.core)});
-  if (timing_facts_.clock_s > 0) {
-    entries.push_back({"clock_cost_ns", fmt::format("{:.0f}", 1e9 * timing_facts_.clock_s)});
-  }
-  if (!entries.empty()) store_.set_manifest(entries);
-}
-
 RunSummary Runner::run() {
   const double cpu_before = children_cpu_seconds();
   choose();
   describe();
-  if (!todo_.empty() && !interrupted()) gate();
+  if (!todo_.empty() && !interrupted()) conformance();
   if (!todo_.empty() && !interrupted()) probe();
   if (!interrupted()) {
     std::vector<PlannedCell> ahead;

@@ -1,9 +1,8 @@
-// The gate, then every cell that is not a timing: on all cores.
+// Every cell that is not a timing: on all cores.
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
 #include "base/hash.h"
-#include "conformance/conformance.h"
 #include "coordinator/runner.h"
 #include "store/trajectory.h"
 
@@ -13,140 +12,28 @@ using nlohmann::json;
 
 namespace {
 
-constexpr double kGateTestLeastSeconds = 30, kGateTestMostSeconds = 300;  // limits of one test of the suite
 constexpr double kTruthLimitSeconds = 3600;
 
+// Of the reference solution.
 std::string truth_address(const CampaignSystem& system) {
   return content_hash(json{{"truth", 1}, {"model", system.model.hash}, {"duration_s", system.duration_s}}.dump());
 }
 
 }  // namespace
 
-// ---- the gate -----------------------------------------------------------------------------------------------------------
-
-// Runs the tests in one worker; when that dies in a test, the test has failed and the rest goes on in another.
-void Runner::gate_tests(const std::string& content, const std::vector<std::string>& tests, Pool& pool) {
-  const auto found = std::ranges::find_if(campaign_.contenders,
-                                          [&](const CampaignContender& each) { return each.content() == content; });
-  Job job;
-  job.message = subject_json(campaign_.systems.front(), *found);
-  job.message["kind"] = "gate";
-  job.message["tests"] = tests;
-  job.title = fmt::format("gate {}", found->resolved.name);
-  job.limit_s = std::clamp(campaign_.time_limit_s, kGateTestLeastSeconds, kGateTestMostSeconds);
-  job.cost = 1;
-  const size_t before = gate_rows_[content].size();
-  job.on_message = [this, content](const json& message) {
-    const auto number = [&](const char* key) {
-      return message.at(key).is_null() ? 0.0 : message.at(key).get<double>();
-    };
-    gate_rows_[content].push_back({"", message.at("test"), message.at("status"), number("figure"), number("tolerance"),
-                                   message.at("unit"), message.at("note")});
-  };
-  job.on_end = [this, content, tests, before, &pool](const JobEnd& end) {
-    std::vector<ConformanceRow>& rows = gate_rows_[content];
-    const size_t ran = rows.size() - before;
-    if (!end.answer && ran < tests.size()) {
-      const std::string fail(status_text(ConformanceStatus::kFail));
-      rows.push_back({"", tests[ran], fail, 0, 0, "", fmt::format("{}: {}", outcome_text(end.outcome), end.reason)});
-      if (end.outcome == Outcome::kTimeout) {
-        // one that never returns would cost the limit in each of the other tests again
-        for (size_t i = ran + 1; i < tests.size(); ++i) {
-          rows.push_back(
-              {"", tests[i], fail, 0, 0, "", fmt::format("not tried: {} did not come to an end", tests[ran])});
-        }
-      } else if (ran + 1 < tests.size()) {
-        gate_tests(content, {tests.begin() + static_cast<std::ptrdiff_t>(ran) + 1, tests.end()}, pool);
-        return;
-      }
-    }
-    for (const CampaignContender& each : campaign_.contenders) {
-      if (each.content() == content) store_.set_conformance(each.resolved.name, rows);
-    }
-  };
-  pool.add(std::move(job));
-}
-
-void Runner::gate() {
-  std::set<std::string> scored;
-  for (const PlannedCell* cell : todo_) scored.insert(contender(*cell).resolved.name);
-  std::set<std::string> known;
-  for (const ConformanceRow& row : store_.conformance()) known.insert(row.contender);
-  std::set<std::string> contents;
-  for (const CampaignContender& each : campaign_.contenders) {
-    if (scored.contains(each.resolved.name) && !known.contains(each.resolved.name)) contents.insert(each.content());
-  }
-  if (!contents.empty()) {
-    progress_.phase(fmt::format("the gate: conformance of {} contenders", contents.size()));
-    std::vector<std::string> tests;
-    for (const ConformanceTest& test : conformance_tests()) tests.push_back(test.name);
-    Pool pool(program_, jobs_, interrupts_);
-    for (const std::string& content : contents) gate_tests(content, tests, pool);
-    pool.run([&](const std::string& job) { progress_.started(job); });
-  }
-  std::map<std::string, std::vector<std::string>> failures;
-  for (const ConformanceRow& row : store_.conformance()) {
-    if (row.status == status_text(ConformanceStatus::kFail)) failures[row.contender].push_back(row.test);
-  }
-  for (const auto& [name, tests] : failures) {
-    failed_gate_[name] = {Outcome::kUnsupported, fmt::format("did not pass the gate: {}", join(tests, ", "))};
-  }
-}
-
-// How long a step takes, roughly: for the time that is left. Of a family of sizes three are probed, the others lie
-// between them.
-void Runner::probe() {
-  std::set<std::pair<int, int>> wanted;
-  for (const PlannedCell* cell : todo_) {
-    if (cell->steps > 0 && !failed_gate_.contains(contender(*cell).resolved.name)) {
-      wanted.insert({cell->system, cell->contender});
-    }
-  }
-  std::map<std::pair<std::string, int>, std::vector<int>> families;  // systems by family and contender
-  for (const auto& [s, c] : wanted) {
-    const std::string& family = campaign_.systems[static_cast<size_t>(s)].family;
-    if (!family.empty()) families[{family, c}].push_back(s);
-  }
-  const auto size = [&](int s) { return campaign_.systems[static_cast<size_t>(s)].model.bodies.size(); };
-  for (auto& [name, systems] : families) {
-    std::ranges::stable_sort(systems, {}, size);
-    for (size_t i = 1; i + 1 < systems.size(); ++i) {
-      if (i != systems.size() / 2) wanted.erase({systems[i], name.second});
-    }
-  }
-  Pool pool(program_, jobs_, interrupts_);
-  for (const auto& [s, c] : wanted) {
-    Job job;
-    job.message = subject_json(campaign_.systems[static_cast<size_t>(s)], campaign_.contenders[static_cast<size_t>(c)]);
-    job.message["kind"] = "probe";
-    job.message["timestep_ms"] = campaign_.systems[static_cast<size_t>(s)].timesteps_ms.front();
-    job.message["whole_run"] = !campaign_.systems[static_cast<size_t>(s)].family.empty();
-    job.limit_s = 10;
-    job.on_end = [this, at = std::pair(s, c)](const JobEnd& end) {
-      if (end.answer) step_us_[at] = end.answer->at("step_us");
-    };
-    pool.add(std::move(job));
-  }
-  pool.run({});
-  for (const auto& [name, systems] : families) {
-    std::map<double, double> known;
-    for (const int s : systems) {
-      const auto found = step_us_.find({s, name.second});
-      if (found != step_us_.end() && found->second > 0) known[static_cast<double>(size(s))] = found->second;
-    }
-    for (const int s : systems) {
-      // also where the probe took too long; one whose engine fails has said 0
-      const std::pair<int, int> at(s, name.second);
-      if (!step_us_.contains(at)) step_us_[at] = step_us_at(known, static_cast<double>(size(s)));
-    }
-  }
-}
-
-// ---- accuracy -------------------------------------------------------------------------------------------------------------
-
 // Made here before, or kept from another campaign.
 bool Runner::has_run(const std::string& address) const {
   return has_trajectory(store_.trajectories_dir(), address) || references_.fetch(address, store_.trajectories_dir());
+}
+
+RunJob Runner::run_job(const PlannedCell& cell, double timestep_ms) const {
+  RunJob job;
+  job.subject = subject_spec(system(cell), contender(cell));
+  job.timestep_ms = timestep_ms;
+  job.trajectories = store_.trajectories_dir();
+  job.seed = seed();
+  job.grasp = system(cell).grasp;
+  return job;
 }
 
 // Runs that others need or that are cells of their own.
@@ -166,15 +53,10 @@ void Runner::plan_references(std::map<std::string, Waiting>& producers) {
     Waiting waiting;
     waiting.cells = cells[address];
     Job& job = waiting.job;
-    job.message = subject_json(system(*cell), contender(*cell));
-    job.message["kind"] = "run";
-    job.message["timestep_ms"] = system(*cell).reference_ms;
-    job.message["measures"] = {"reference"};
-    job.message["trajectories"] = store_.trajectories_dir();
-    job.message["save"] = there ? "" : address;
-    job.message["use"] = there ? address : "";
-    job.message["truth"] = "";
-    job.message["seed"] = campaign_.seed;
+    RunJob run = run_job(*cell, system(*cell).reference_ms);
+    run.measures = {"reference"};
+    (there ? run.use : run.save) = address;
+    job.request = std::move(run);
     job.title = fmt::format("reference {} {}", system(*cell).name, contender(*cell).resolved.name);
     job.limit_s = campaign_.time_limit_s;
     // Others wait for these: first come the dearest of them.
@@ -189,10 +71,8 @@ void Runner::plan_truths(std::map<std::string, Waiting>& producers) {
     const std::string address = truth_address(system(*cell));
     if (producers.contains(address) || has_run(address)) continue;
     Waiting waiting;
-    waiting.job.message = subject_json(system(*cell), contender(*cell));
-    waiting.job.message["kind"] = "truth";
-    waiting.job.message["trajectories"] = store_.trajectories_dir();
-    waiting.job.message["save"] = address;
+    waiting.job.request =
+        TruthJob{model_spec(system(*cell)), system(*cell).duration_s, store_.trajectories_dir(), address};
     waiting.job.title = fmt::format("truth {}", system(*cell).name);
     waiting.job.limit_s = kTruthLimitSeconds;
     waiting.job.cost = 1e7;
@@ -202,7 +82,7 @@ void Runner::plan_truths(std::map<std::string, Waiting>& producers) {
 
 std::vector<Runner::Waiting> Runner::plan_measures() {
   std::vector<Waiting> jobs;
-  // All but consistency read the same run.
+  // All measures but consistency read the same run.
   std::map<std::tuple<int, int, double>, size_t> runs;
   for (const PlannedCell* cell : todo_) {
     if (cell->measure == "reference" || cell->measure == "agreement" || is_timed(*cell)) continue;
@@ -210,48 +90,46 @@ std::vector<Runner::Waiting> Runner::plan_measures() {
     const bool is_run = cell->measure != "consistency";
     const auto at = std::tuple(cell->system, cell->contender, cell->timestep_ms);
     const auto found = runs.find(at);
-    Waiting& waiting = is_run && found != runs.end() ? jobs[found->second] : jobs.emplace_back();
+    const bool shared = is_run && found != runs.end();
+    Waiting& waiting = shared ? jobs[found->second] : jobs.emplace_back();
     Job& job = waiting.job;
-    if (job.message.is_null()) {
-      job.message = subject_json(system(*cell), contender(*cell));
-      job.message["timestep_ms"] = cell->timestep_ms;
-      job.message["trajectories"] = store_.trajectories_dir();
+    waiting.cells.push_back(cell);
+    if (!cell->trajectory.empty()) waiting.needs.insert(cell->trajectory);
+    if (!shared) {
       job.title = title(*cell);
       job.limit_s = campaign_.time_limit_s;
       job.cost = cost(*cell);
-      job.message["seed"] = campaign_.seed;
-      if (is_run) {
-        runs[at] = jobs.size() - 1;
-        job.message["kind"] = "run";
-        job.message["measures"] = json::array();
-        job.message["save"] = "";
-        job.message["use"] = cell->trajectory;
-        job.message["truth"] = "";
-      } else {
-        job.message["kind"] = "pieces";
-        job.message["reference"] = cell->trajectory;
-        job.message["pieces"] = system(*cell).pieces;
-        job.message["piece_ms"] = system(*cell).piece_ms;
-        job.message["reference_ms"] = system(*cell).reference_ms;
-      }
     }
-    waiting.cells.push_back(cell);
-    if (!cell->trajectory.empty()) waiting.needs.insert(cell->trajectory);
-    if (is_run) job.message["measures"].push_back(cell->measure);
-    if (cell->measure == "grasp") {
-      const GraspBodies& grasp = system(*cell).grasp;
-      job.message["grasp"] = {{"object", grasp.object}, {"hand", grasp.hand}, {"drop_m", grasp.drop_m}};
+    if (!is_run) {
+      const CampaignSystem& of = system(*cell);
+      job.request = PiecesJob{subject_spec(of, contender(*cell)),
+                              cell->timestep_ms,
+                              store_.trajectories_dir(),
+                              cell->trajectory,
+                              of.pieces,
+                              of.piece_ms,
+                              of.reference_ms,
+                              seed()};
+      continue;
     }
+    if (!shared) {
+      runs[at] = jobs.size() - 1;
+      RunJob run = run_job(*cell, cell->timestep_ms);
+      run.use = cell->trajectory;
+      job.request = std::move(run);
+    }
+    auto& run = std::get<RunJob>(job.request);
+    run.measures.push_back(cell->measure);
     if (cell->measure == "truth") {
-      job.message["truth"] = truth_address(system(*cell));
-      waiting.needs.insert(truth_address(system(*cell)));
+      run.truth = truth_address(system(*cell));
+      waiting.needs.insert(run.truth);
     }
   }
   plan_agreement(jobs);
   return jobs;
 }
 
-// Each contender's reference with those of all others that have one.
+// Compares each contender's reference run with those of all others that have one.
 void Runner::plan_agreement(std::vector<Waiting>& jobs) {
   std::map<int, std::vector<const PlannedCell*>> systems;
   for (const PlannedCell* cell : todo_) {
@@ -262,19 +140,18 @@ void Runner::plan_agreement(std::vector<Waiting>& jobs) {
   for (const auto& [index, cells] : systems) {
     for (const PlannedCell* own : cells) {
       Waiting& waiting = jobs.emplace_back();
-      waiting.tolerant = true;
       waiting.cells = {own};
       waiting.needs = {own->trajectory};
       Job& job = waiting.job;
-      job.message = {{"kind", "agreement"}, {"own", own->trajectory}, {"trajectories", store_.trajectories_dir()}};
-      job.message["others"] = json::array();
+      AgreementJob compared = {store_.trajectories_dir(), own->trajectory, {}};
       job.title = title(*own);
       job.limit_s = campaign_.time_limit_s;
       for (const PlannedCell* other : cells) {
         if (other == own || failed_trajectory_.contains(other->trajectory)) continue;
-        job.message["others"].push_back({{"name", contender(*other).resolved.name}, {"address", other->trajectory}});
+        compared.others.push_back({contender(*other).resolved.name, other->trajectory});
         waiting.needs.insert(other->trajectory);
       }
+      job.request = std::move(compared);
     }
   }
 }
@@ -283,7 +160,7 @@ void Runner::accuracy() {
   progress_.phase("accuracy");
   for (const PlannedCell* cell : todo_) {
     const auto failed = failed_gate_.find(contender(*cell).resolved.name);
-    if (failed != failed_gate_.end()) put_failed(*cell, failed->second.outcome, failed->second.reason);
+    if (failed != failed_gate_.end()) put_failed(*cell, failed->second);
   }
   std::map<std::string, Waiting> producers;
   plan_references(producers);
@@ -296,23 +173,21 @@ void Runner::accuracy() {
     pool.add(std::move(ready.job));
   };
   // What waits for a trajectory goes on or fails with it.
-  const auto release = [&](const std::string& address, const std::optional<Failure>& failure) {
+  const auto release = [&](const std::string& address, const std::optional<Ending>& failure) {
     for (size_t i = 0; i < waiting.size();) {
       Waiting& one = waiting[i];
       const bool needed = one.needs.erase(address) > 0;
-      const bool fails = failure && needed && !(one.tolerant && one.job.message.at("own") != address);
-      if (needed && failure && !fails) {
-        json& others = one.job.message.at("others");
-        for (size_t k = others.size(); k > 0; --k) {
-          if (others[k - 1].at("address") == address) others.erase(k - 1);
-        }
-      }
+      // An agreement does without others' runs, but not without its own.
+      auto* agreement = std::get_if<AgreementJob>(&one.job.request);
+      const bool fails = failure && needed && (agreement == nullptr || agreement->own == address);
+      if (needed && failure && !fails)
+        std::erase_if(agreement->others, [&](const auto& other) { return other.address == address; });
       if (!needed || (!fails && !one.needs.empty())) {
         ++i;
         continue;
       }
       if (fails) {
-        for (const PlannedCell* cell : one.cells) put_failed(*cell, failure->outcome, failure->reason);
+        for (const PlannedCell* cell : one.cells) put_failed(*cell, *failure);
       } else {
         start(one);
       }
@@ -320,15 +195,11 @@ void Runner::accuracy() {
     }
   };
   for (auto& [address, producer] : producers) {
-    producer.job.on_end = [this, &release, address = address, cells = producer.cells](const JobEnd& end) {
+    const bool is_run = std::holds_alternative<RunJob>(producer.job.request);
+    producer.job.on_end = [this, &release, is_run, address = address, cells = producer.cells](const JobEnd& end) {
       put_answer(cells, end);
-      Failure failure{end.outcome, end.reason};
-      if (end.answer) {
-        for (const json& cell : end.answer->at("cells")) {
-          failure = {parse_outcome(cell.at("outcome").get<std::string>()).value_or(Outcome::kCrashed),
-                     cell.at("reason")};
-        }
-      }
+      // A reference solution is no cell and has no result.
+      Ending failure = end.answer && !is_run ? Ending() : end.result("reference").ending;
       if (failure.outcome == Outcome::kOk || failure.outcome == Outcome::kUnstable) {
         references_.keep(address, store_.trajectories_dir());
         release(address, std::nullopt);
@@ -351,7 +222,7 @@ void Runner::accuracy() {
     const auto failed = failed_trajectory_.find(address);
     release(address, failed == failed_trajectory_.end() ? std::nullopt : std::optional(failed->second));
   }
-  // and what needs none
+  // Jobs that need no trajectory.
   for (size_t i = 0; i < waiting.size();) {
     if (!waiting[i].needs.empty()) {
       ++i;

@@ -8,6 +8,17 @@ namespace assay {
 
 using nlohmann::json;
 
+TimingJob Runner::session_job(const CampaignSystem& timed, const CampaignContender& contender,
+                              const std::string& reference) const {
+  const TimingOptions& timing = campaign_.timing;
+  return {subject_spec(timed, contender),
+          store_.trajectories_dir(),
+          reference,
+          timing.states,
+          timing.warmup,
+          timing.batch_ms};
+}
+
 void Runner::time_system(TimingPass& pass, int system_index) {
   const CampaignSystem& timed = campaign_.systems[static_cast<size_t>(system_index)];
   std::vector<double> timesteps;
@@ -32,23 +43,22 @@ void Runner::time_system(TimingPass& pass, int system_index) {
       if (failed_gate_.contains(name)) continue;
       const auto failed = failed_trajectory_.find(cell->trajectory);
       if (failed != failed_trajectory_.end()) {
-        put_failed(*cell, failed->second.outcome, failed->second.reason);
+        put_failed(*cell, failed->second);
         continue;
       }
-      contenders.push_back({name, subject_json(timed, contender(*cell)), cell->trajectory});
+      contenders.push_back({name, session_job(timed, contender(*cell), cell->trajectory)});
       keys[name] = cell->key;
       planned[name] = cell;
     }
     if (contenders.empty()) continue;
     const std::string key =
         content_hash(json{{"harness", campaign_.name}, {"system", timed.name}, {"h", timestep}}.dump());
-    // a finished cell is not measured again when a run is resumed, this one neither
+    // When a run is resumed, the harness's finished cell is not measured again either.
     const bool with_harness = has_harness && !std::ranges::binary_search(stored, key);
     if (with_harness) {
       CampaignContender harness;
       harness.resolved = Registry::instance().resolve(kHarness);
-      json subject = subject_json(timed, harness);
-      contenders.push_back({kHarness, std::move(subject), ""});
+      contenders.push_back({kHarness, session_job(timed, harness, "")});
       keys[kHarness] = key;
     }
     pass.measure(
@@ -56,7 +66,7 @@ void Runner::time_system(TimingPass& pass, int system_index) {
         [&](const std::string& what) { progress_.started(what); },
         [&](const Cell& cell, const std::vector<SampleSeries>& samples) {
           if (has_harness && cell.contender == kHarness) {
-            store_.put_cell(cell, samples);  // no cell of the campaign
+            store_.put_cell(cell, samples);  // not a cell of the campaign
             return;
           }
           count(*planned.at(cell.contender));
@@ -66,7 +76,7 @@ void Runner::time_system(TimingPass& pass, int system_index) {
   }
 }
 
-// Whole runs, one after the other: nothing else is to fill the caches meanwhile.
+// Whole runs, one after the other, so that nothing else fills the caches meanwhile.
 void Runner::scaling() {
   Pool pool(program_, 1, interrupts_);
   bool any = false;
@@ -74,12 +84,13 @@ void Runner::scaling() {
     if (cell->measure != "scaling" || failed_gate_.contains(contender(*cell).resolved.name)) continue;
     any = true;
     Job job;
-    job.message = subject_json(system(*cell), contender(*cell));
-    job.message["kind"] = "scaling";
-    job.message["timestep_ms"] = cell->timestep_ms;
-    job.message["seed"] = campaign_.seed;
-    job.message["trajectories"] = store_.trajectories_dir();
-    job.message["save"] = cell->final_state;
+    job.request = ScalingJob{subject_spec(system(*cell), contender(*cell)),
+                             cell->timestep_ms,
+                             seed(),
+                             store_.trajectories_dir(),
+                             cell->final_state,
+                             kScalingMostRuns,
+                             kScalingEnoughSeconds};
     job.title = title(*cell);
     job.limit_s = campaign_.time_limit_s;
     job.cost = cost(*cell);
@@ -96,7 +107,7 @@ void Runner::timing() {
   if (std::ranges::none_of(todo_, [](const PlannedCell* cell) { return cell->measure == "raw_speed"; })) return;
   progress_.phase("timing, alone on one core");
   if (timing_.done_s == 0) timing_.since = Clock::now();
-  TimingPass pass(campaign_, program_, store_.trajectories_dir(), interrupts_);
+  TimingPass pass(campaign_, program_, interrupts_);
   for (size_t s = 0; s < campaign_.systems.size() && !interrupted(); ++s) {
     time_system(pass, static_cast<int>(s));
     pass.close();

@@ -1,4 +1,4 @@
-// One run of a campaign: what of the plan is still to do is done and stored. Inside of run_campaign().
+// One run of a campaign: does and stores what of the plan is still to do. Internal to run_campaign().
 #pragma once
 
 #include <algorithm>
@@ -26,13 +26,8 @@ namespace assay {
 
 using Clock = std::chrono::steady_clock;
 
-struct Failure {
-  Outcome outcome = Outcome::kOk;
-  std::string reason;
-};
-
-// Its parts are in run.cc (what there is to do, and the whole), run_accuracy.cc (the gate and the accuracy pass) and
-// run_timing.cc (scaling and the timing pass).
+// Its parts: run.cc (what there is to do, and the whole), run_describe.cc (manifest and summary), run_conformance.cc
+// (the conformance suite and the speed estimate), run_accuracy.cc, run_timing.cc (scaling and the timing pass).
 class Runner {
  public:
   Runner(const Campaign& campaign, const RunOptions& options)
@@ -51,7 +46,6 @@ class Runner {
   struct Waiting {
     Job job;
     std::set<std::string> needs;
-    bool tolerant = false;  // does without those that fail, but for its own
     std::vector<const PlannedCell*> cells;
   };
 
@@ -68,24 +62,28 @@ class Runner {
 
   void describe();
   void choose();
-  void gate();
-  void gate_tests(const std::string& content, const std::vector<std::string>& tests, Pool& pool);
+  void conformance();
+  void run_suite(const std::string& content, const std::vector<std::string>& tests, Pool& pool);
   void probe();
   void accuracy();
   void plan_references(std::map<std::string, Waiting>& producers);
   void plan_truths(std::map<std::string, Waiting>& producers);
+  RunJob run_job(const PlannedCell& cell, double timestep_ms) const;  // without measures
   std::vector<Waiting> plan_measures();
   void plan_agreement(std::vector<Waiting>& jobs);
   bool has_run(const std::string& address) const;
   void scaling();
   void timing();
   std::vector<std::string> outline(const std::vector<PlannedCell>& ahead) const;
+  TimingJob session_job(const CampaignSystem& timed, const CampaignContender& contender,
+                        const std::string& reference) const;
   void time_system(TimingPass& pass, int system_index);
   void finish(RunSummary& summary, double wall_s, double cpu_s);
 
-  Cell cell_of(const PlannedCell& planned, Outcome outcome, const std::string& reason) const;
+  std::uint64_t seed() const { return static_cast<std::uint64_t>(campaign_.seed); }
+  Cell cell_of(const PlannedCell& planned, const Ending& ending) const;
   void put(const Cell& cell, const std::vector<SampleSeries>& samples = {});
-  void put_failed(const PlannedCell& planned, Outcome outcome, const std::string& reason);
+  void put_failed(const PlannedCell& planned, const Ending& failure);
   void put_answer(const std::vector<const PlannedCell*>& cells, const JobEnd& end);
   double cost(const PlannedCell& cell) const;
   void count(const PlannedCell& cell);
@@ -103,10 +101,10 @@ class Runner {
   int jobs_;
   Plan plan_;
   std::vector<const PlannedCell*> mine_, todo_;
-  std::map<std::string, Failure> failed_gate_;        // by contender
-  std::map<std::string, Failure> failed_trajectory_;  // by address
+  std::map<std::string, Ending> failed_gate_;        // by contender: it failed the conformance suite
+  std::map<std::string, Ending> failed_trajectory_;  // by address
   std::map<std::pair<int, int>, double> step_us_;
-  std::map<std::string, std::vector<ConformanceRow>> gate_rows_;  // by contender's content
+  std::map<std::string, std::vector<ConformanceRow>> suite_rows_;  // by contender's content
   TimingFacts timing_facts_;
   int done_now_ = 0;
   double engine_now_s_ = 0;  // inside engine steps, of the cells that were done now

@@ -1,23 +1,17 @@
 #include "coordinator/subject.h"
 
-#include <nlohmann/json.hpp>
-
 namespace assay {
 
-nlohmann::json subject_json(const CampaignSystem& system, const CampaignContender& contender) {
-  return {{"model_path", system.model_path},
-          {"model_hash", system.model.hash},
-          {"contacts", system.contacts},
-          {"gravity", system.gravity},
-          {"control",
-           {{"kind", system.control.kind},
-            {"amplitude", system.control.amplitude},
-            {"frequency", system.control.frequency},
-            {"phase_step", system.control.phase_step}}},
-          {"contender",
-           {{"name", contender.resolved.name}, {"base", contender.resolved.base}, {"overrides", contender.overrides}}},
-          {"duration_s", system.duration_s},
-          {"sample_ms", system.sample_ms}};
+ModelSpec model_spec(const CampaignSystem& system) {
+  return {system.model_path, system.model.hash, system.contacts, system.gravity};
+}
+
+ContenderSpec contender_spec(const CampaignContender& contender) {
+  return {contender.resolved.name, contender.resolved.base, contender.overrides};
+}
+
+SubjectSpec subject_spec(const CampaignSystem& system, const CampaignContender& contender) {
+  return {model_spec(system), system.control, contender_spec(contender), system.duration_s, system.sample_ms};
 }
 
 }  // namespace assay

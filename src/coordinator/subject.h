@@ -1,13 +1,13 @@
-// What a job simulates, as its worker is told.
+// What a campaign's jobs simulate, as workers are told.
 #pragma once
 
-#include <nlohmann/json.hpp>
-
 #include "campaign/campaign.h"
+#include "messages/messages.h"
 
 namespace assay {
 
-// The part of a job that says what is simulated. `Subject` is its counterpart in the worker.
-nlohmann::json subject_json(const CampaignSystem& system, const CampaignContender& contender);
+ModelSpec model_spec(const CampaignSystem& system);
+ContenderSpec contender_spec(const CampaignContender& contender);
+SubjectSpec subject_spec(const CampaignSystem& system, const CampaignContender& contender);
 
 }  // namespace assay

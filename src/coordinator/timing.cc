@@ -18,7 +18,6 @@ namespace assay {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-using nlohmann::json;
 
 // The same order on every machine.
 template <typename T>
@@ -43,7 +42,7 @@ struct TimingPass::Tally {
   CpuTimes stolen_from;
   double stolen = 0, total = 0;  // ticks
   bool over = false;             // no more samples: it failed
-  json how;                      // what a round is: steps of a batch and of a sample, batches
+  RoundPlan how;
   double clock_share = 0;
   std::vector<std::vector<double>> rounds;          // samples of each, us a step
   std::vector<double> processes, steal, cpu_share;  // one a round
@@ -70,7 +69,7 @@ struct TimingPass::Tally {
     for (const auto& [process, pooled] : by_process) groups.push_back(pooled);
     const Interval step = bootstrap_median_of_rounds(groups.size() > 1 ? groups : rounds, seed);
     std::vector<Value> found = {{"step_time", "us", step.value, step.low, step.high},
-                                {"sample_steps", "1", how.at("sample_steps").get<double>(), {}, {}},
+                                {"sample_steps", "1", static_cast<double>(how.sample_steps), {}, {}},
                                 {"clock_share", "1", clock_share, {}, {}},
                                 {"engine_share", "1", cell.engine_s / cell.wall_s, {}, {}}};
     if (step.low > 0) {
@@ -85,60 +84,60 @@ struct TimingPass::Tally {
     cell.reason = std::move(reason);
     over = true;
   }
+
+  // Why the worker's `reply`, if there is one, is not the one that was awaited; ends the worker.
+  void fail(WorkerProcess& worker, const std::optional<Reply>& reply, const std::string& too_long) {
+    const bool gone = worker.gone();
+    std::string end = worker.end();
+    if (const auto* crash = reply ? std::get_if<JobCrash>(&*reply) : nullptr) {
+      fail(Outcome::kCrashed, crash->reason);
+    } else if (reply) {
+      fail(Outcome::kCrashed, fmt::format("the worker answered with '{}'", kind_of(*reply)));
+    } else if (gone) {
+      fail(Outcome::kCrashed, std::move(end));
+    } else {
+      fail(Outcome::kTimeout, too_long);
+    }
+  }
 };
 
-// The contender's worker, started when it is not there. Null when it cannot be had: then the tally says why.
+// The contender's worker, started when there is none. Null when it does not get ready: then the tally says why.
 TimingPass::Session* TimingPass::session(const TimedContender& contender, int process, Tally& tally) {
   std::shared_ptr<Session>& held = sessions_[{contender.name, process}];
   if (held) return held.get();
   held = std::make_shared<Session>(program_);
-  json job = contender.subject;
-  job["kind"] = "timing";
-  job["reference"] = contender.reference;
-  job["states"] = campaign_.timing.states;
-  job["warmup"] = campaign_.timing.warmup;
-  job["batch_ms"] = campaign_.timing.batch_ms;
-  job["trajectories"] = trajectories_;
-  held->worker.send(job);
-  const auto ready = held->worker.wait_message(campaign_.time_limit_s, interrupts_.descriptor());
-  if (ready) throw_worker_error(*ready);
-  if (ready && ready->contains("ready")) {
-    facts_.core = ready->at("core");
-    facts_.clock_s = std::max(facts_.clock_s, ready->at("clock_s").get<double>());
+  held->worker.send(contender.session);
+  const auto reply = held->worker.wait_reply(campaign_.time_limit_s, interrupts_.descriptor());
+  if (reply) throw_worker_error(*reply);
+  if (const auto* ready = reply ? std::get_if<SessionReady>(&*reply) : nullptr) {
+    facts_.core = ready->core;
+    facts_.clock_s = std::max(facts_.clock_s, ready->clock_s);
     return held.get();
   }
   if (interrupts_.signal() == 0) {
-    const bool gone = held->worker.gone();
-    const std::string how = held->worker.end();
-    tally.fail(gone || ready ? Outcome::kCrashed : Outcome::kTimeout, ready ? ready->value("failed", how) : how);
+    tally.fail(held->worker, reply, fmt::format("not ready after {}", duration_label(campaign_.time_limit_s)));
   }
   held.reset();
   return nullptr;
 }
 
-// Sends a command and waits for its answer; all of that is the cell's wall time, but for the start of a worker, which
-// serves all timesteps. Null when there is none.
-json TimingPass::command(const TimedContender& contender, int process, const json& message, Tally& tally) {
+// Sends a command and waits for its answer. All of that is the cell's wall time, except the start of a worker, which
+// serves all timesteps. Empty when there is no answer.
+template <typename Answer>
+std::optional<Answer> TimingPass::command(const TimedContender& contender, int process, const Request& message,
+                                          Tally& tally) {
   Session* held = session(contender, process, tally);
   const Clock::time_point start = Clock::now();
   const CpuTimes before = CpuTimes::now();
-  json answer;
+  std::optional<Answer> answer;
   if (held != nullptr) {
     held->worker.send(message);
-    const auto got = held->worker.wait_message(campaign_.time_limit_s, interrupts_.descriptor());
-    if (got) throw_worker_error(*got);
-    if (got && got->contains("outcome")) {
-      answer = *got;
+    auto reply = held->worker.wait_reply(campaign_.time_limit_s, interrupts_.descriptor());
+    if (reply) throw_worker_error(*reply);
+    if (auto* awaited = reply ? std::get_if<Answer>(&*reply) : nullptr) {
+      answer = std::move(*awaited);
     } else if (interrupts_.signal() == 0) {
-      const bool gone = held->worker.gone();
-      const std::string how = held->worker.end();
-      if (got) {
-        tally.fail(Outcome::kCrashed, fmt::format("exception: {}", got->value("failed", how)));
-      } else if (gone) {
-        tally.fail(Outcome::kCrashed, how);
-      } else {
-        tally.fail(Outcome::kTimeout, fmt::format("no sample after {}", duration_label(campaign_.time_limit_s)));
-      }
+      tally.fail(held->worker, reply, fmt::format("no sample after {}", duration_label(campaign_.time_limit_s)));
       sessions_.erase({contender.name, process});
     }
   }
@@ -146,15 +145,15 @@ json TimingPass::command(const TimedContender& contender, int process, const jso
   tally.stolen += after.steal - before.steal;
   tally.total += after.total - before.total;
   tally.cell.wall_s += std::chrono::duration<double>(Clock::now() - start).count();
-  if (answer.is_null()) return answer;
-  tally.cell.engine_s += answer.at("engine_s").get<double>();
-  tally.cell.cpu_s += answer.value("cpu_s", 0.0);
-  const Outcome outcome = parse_outcome(answer.at("outcome").get<std::string>()).value_or(Outcome::kCrashed);
-  if (outcome == Outcome::kUnstable) {  // a figure all the same
+  if (!answer) return answer;
+  tally.cell.engine_s += answer->engine_s;
+  if constexpr (std::is_same_v<Answer, Sampled>) tally.cell.cpu_s += answer->cpu_s;
+  const auto& [outcome, reason] = answer->ending;
+  if (outcome == Outcome::kUnstable) {  // its figures count all the same
     tally.cell.outcome = outcome;
-    tally.cell.reason = answer.at("reason");
+    tally.cell.reason = reason;
   } else if (outcome != Outcome::kOk) {
-    tally.fail(outcome, answer.at("reason"));
+    tally.fail(outcome, reason);
   }
   return answer;
 }
@@ -185,12 +184,12 @@ void TimingPass::measure(const CampaignSystem& system, const std::vector<TimedCo
     const bool is_harness = contenders[i].name == harness;
     started(fmt::format("raw_speed {} at {} ms, setting up {}", system.name, timestep_label(timestep_ms),
                         contenders[i].name));
-    const json prepare = {{"prepare", timestep_ms}, {"steps", is_harness ? std::max(1LL, shortest) : 0}};
-    const json answer = command(contenders[i], 0, prepare, tallies[i]);
+    const PrepareCommand prepare = {timestep_ms, is_harness ? std::max(1LL, shortest) : 0};
+    const auto answer = command<Prepared>(contenders[i], 0, prepare, tallies[i]);
     if (interrupts_.signal() != 0) return;
-    if (answer.is_null() || tallies[i].over) continue;
-    tallies[i].how = answer.at("how");
-    const long long steps = tallies[i].how.at("sample_steps");
+    if (!answer || tallies[i].over) continue;
+    tallies[i].how = answer->how;
+    const long long steps = answer->how.sample_steps;
     shortest = shortest == 0 ? steps : std::min(shortest, steps);
   }
   std::mt19937_64 random(static_cast<std::uint64_t>(campaign_.seed) * 1000003 +
@@ -205,17 +204,17 @@ void TimingPass::measure(const CampaignSystem& system, const std::vector<TimedCo
       const double stolen = tally.stolen, total = tally.total;
       // Where a process lies in memory changes its speed a little, for as long as it lives: so there are several.
       const int process = round % campaign_.timing.processes;
-      const json answer = command(contenders[i], process, {{"sample", tally.how}}, tally);
+      const auto answer = command<Sampled>(contenders[i], process, SampleCommand{tally.how}, tally);
       if (interrupts_.signal() != 0) return;
-      if (answer.is_null() || tally.over) continue;
-      tally.rounds.push_back(answer.at("step_us"));
+      if (!answer || tally.over) continue;
+      tally.rounds.push_back(answer->step_us);
       tally.processes.push_back(process);
       tally.steal.push_back(tally.total > total ? (tally.stolen - stolen) / (tally.total - total) : 0);
-      tally.cpu_share.push_back(answer.at("cpu_s").get<double>() / answer.at("wall_s").get<double>());
-      tally.clock_share = std::max(tally.clock_share, answer.at("clock_share").get<double>());
+      tally.cpu_share.push_back(answer->cpu_s / answer->wall_s);
+      tally.clock_share = std::max(tally.clock_share, answer->clock_share);
     }
   }
-  // The harness first: as long as a cell of the campaign is missing, the whole timestep is measured again.
+  // The harness first: as long as a cell of the campaign is missing, the whole timestep is repeated.
   const auto put_tally = [&](Tally& tally) {
     tally.cell.finished = unix_time();
     tally.cell.steal = tally.total > 0 ? tally.stolen / tally.total : 0;

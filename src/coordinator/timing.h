@@ -2,6 +2,8 @@
 #pragma once
 
 #include <map>
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,12 +15,10 @@
 
 namespace assay {
 
-// One contender that takes part on a system; `reference` is the address of the run that its saved states come from, ""
-// for the engine that does nothing.
+// One contender that takes part on a system, and the session that measures it.
 struct TimedContender {
   std::string name;
-  nlohmann::json subject;
-  std::string reference;
+  TimingJob session;
 };
 
 struct TimingFacts {
@@ -31,11 +31,8 @@ struct TimingFacts {
 // is measured in samples as short as the shortest of the others. Returns at an interrupt.
 class TimingPass {
  public:
-  TimingPass(const Campaign& campaign, std::string program, std::string trajectories, const Interrupts& interrupts)
-      : campaign_(campaign),
-        program_(std::move(program)),
-        trajectories_(std::move(trajectories)),
-        interrupts_(interrupts) {}
+  TimingPass(const Campaign& campaign, std::string program, const Interrupts& interrupts)
+      : campaign_(campaign), program_(std::move(program)), interrupts_(interrupts) {}
 
   using Put = std::function<void(const Cell&, const std::vector<SampleSeries>&)>;
   using Started = std::function<void(const std::string&)>;
@@ -53,10 +50,11 @@ class TimingPass {
   struct Tally;
 
   Session* session(const TimedContender& contender, int process, Tally& tally);
-  nlohmann::json command(const TimedContender& contender, int process, const nlohmann::json& message, Tally& tally);
+  template <typename Answer>
+  std::optional<Answer> command(const TimedContender& contender, int process, const Request& message, Tally& tally);
 
   const Campaign& campaign_;
-  std::string program_, trajectories_;
+  std::string program_;
   const Interrupts& interrupts_;
   std::map<std::pair<std::string, int>, std::shared_ptr<Session>> sessions_;  // by contender and process
   TimingFacts facts_;

@@ -13,13 +13,13 @@ double slip(const State& start, const State& state, int object, int hand) {
   return (in_hand(state) - in_hand(start)).norm();
 }
 
-Grasp grasp(const std::vector<State>& states, int object, int hand, double limit_m) {
-  assert(!states.empty() && limit_m > 0);
+Grasp grasp(const std::vector<State>& states, const GraspBodies& bodies) {
+  assert(!states.empty() && bodies.drop_m > 0);
   Grasp result;
   for (const State& state : states) {
-    const double moved = slip(states.front(), state, object, hand);
+    const double moved = slip(states.front(), state, bodies.object, bodies.hand);
     result.slip = std::max(result.slip, moved);
-    if (moved > limit_m && !result.dropped_at) result.dropped_at = state.time;
+    if (moved > bodies.drop_m && !result.dropped_at) result.dropped_at = state.time;
   }
   return result;
 }

@@ -8,16 +8,22 @@
 
 namespace assay {
 
+// Which object a system grasps, and in which hand.
+struct GraspBodies {
+  int object = -1, hand = -1;  // indices into Model::bodies; -1: the system has no grasp
+  double drop_m = 0.1;         // a larger slip is a drop
+};
+
 // How far the object's centre of mass has moved in the hand's body frame since the run's first state, m. `object` and
 // `hand` are indices into Model::bodies.
 double slip(const State& start, const State& state, int object, int hand);
 
 struct Grasp {
   double slip = 0;                   // m, the largest of the run
-  std::optional<double> dropped_at;  // s, the first sample's time at which the slip exceeds `limit_m`
+  std::optional<double> dropped_at;  // s, the first sample's time at which the slip exceeds `drop_m`
   bool held() const { return !dropped_at; }
 };
-Grasp grasp(const std::vector<State>& states, int object, int hand, double limit_m);
+Grasp grasp(const std::vector<State>& states, const GraspBodies& bodies);
 
 // From the timesteps at which a contender held or dropped the object, ascending: the largest at which it held, and the
 // largest up to which it held at every smaller one too. Empty when there is none.

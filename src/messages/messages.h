@@ -1,9 +1,220 @@
-// What the coordinator and its workers say to each other.
+// What the coordinator and its workers say to each other: one JSON object a line over the worker's socket, its "kind"
+// first. A worker is sent one job. It answers with any number of TestResult, then with JobDone, JobError or JobCrash.
+// A timing session answers with SessionReady, and then each command with Prepared or Sampled.
+//
+// to_line() and the parsers are the only code that knows the JSON. The parsers refuse unknown, missing and mistyped
+// fields.
 #pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "base/errors.h"
+#include "controls/control.h"
+#include "measures/grasp.h"
+#include "store/store.h"
 
 namespace assay {
 
 // The descriptor on which a worker finds its socket.
 inline constexpr int kWorkerSocket = 3;
+
+// A line that is not a message. The text names the kind and the field.
+class MessageError : public SystemError {
+ public:
+  using SystemError::SystemError;
+};
+
+// ---- what is simulated ----------------------------------------------------------------------------------------------
+
+struct ModelSpec {
+  std::string path;
+  std::string hash;  // of the model as the campaign read it, after the two switches
+  bool contacts = true, gravity = true;
+};
+
+struct ContenderSpec {
+  std::string name, base;
+  std::map<std::string, std::string> overrides;  // settings that differ from the base's
+};
+
+struct SubjectSpec {
+  ModelSpec model;
+  ControlSpec control;
+  ContenderSpec contender;
+  double duration_s = 0, sample_ms = 0;
+};
+
+// ---- jobs: coordinator to worker ------------------------------------------------------------------------------------
+// `trajectories` is a folder; trajectories in it are named by their addresses (store/trajectory.h).
+
+// A run from the initial state, and the measures that read it.
+struct RunJob {
+  SubjectSpec subject;
+  double timestep_ms = 0;
+  std::vector<std::string> measures;  // as stored; "reference" has no values
+  std::string trajectories;
+  std::string save;   // address under which the run is kept, "" for not at all
+  std::string use;    // address of the run when it exists already, "" to make it
+  std::string truth;  // address of the reference solution, "" when 'truth' is not measured
+  std::uint64_t seed = 1;
+  GraspBodies grasp;
+  bool partial = false;  // keep a run that diverges too, as far as it went
+};
+
+// The reference solution of a smooth system: no engine takes part.
+struct TruthJob {
+  ModelSpec model;
+  double duration_s = 0;
+  std::string trajectories, save;
+};
+
+// Self-consistency: pieces of a reference run, each started from one of its states.
+struct PiecesJob {
+  SubjectSpec subject;
+  double timestep_ms = 0;
+  std::string trajectories, reference;
+  int pieces = 0;
+  double piece_ms = 0, reference_ms = 0;
+  std::uint64_t seed = 1;
+};
+
+// One contender's reference run against those of others.
+struct AgreementJob {
+  struct Other {
+    std::string name, address;
+  };
+  std::string trajectories, own;
+  std::vector<Other> others;
+};
+
+// Whole runs whose time is the figure: up to `most_runs`, until `enough_s` were spent in engine steps.
+struct ScalingJob {
+  SubjectSpec subject;
+  double timestep_ms = 0;
+  std::uint64_t seed = 1;
+  std::string trajectories, save;  // `save`: address of the last state, "" for not at all
+  int most_runs = 1;
+  double enough_s = 0;
+};
+
+struct ConformanceJob {
+  ContenderSpec contender;
+  std::vector<std::string> tests;
+};
+
+// The time of a step, for the estimate of the campaign's time.
+struct ProbeJob {
+  SubjectSpec subject;
+  double timestep_ms = 0;
+  bool whole_run = false;  // the mean over all steps of a run, not of some moments
+};
+
+// A timing session: it stays for commands until its socket is closed.
+struct TimingJob {
+  SubjectSpec subject;
+  std::string trajectories;
+  std::string reference;  // address of the run that the saved states come from, "" for the initial state alone
+  int states = 0, warmup = 0;
+  double batch_ms = 0;
+};
+
+// How a round is taken at a timestep: found by one process of a contender, used by all.
+struct RoundPlan {
+  double timestep_ms = 0;
+  long long sample_steps = 0, batch_steps = 0;
+  int batches = 0;
+};
+
+struct PrepareCommand {
+  double timestep_ms = 0;
+  long long steps = 0;  // of a sample and of a batch; 0: as many as the times ask for
+};
+
+struct SampleCommand {
+  RoundPlan how;
+};
+
+using Request = std::variant<RunJob, TruthJob, PiecesJob, AgreementJob, ScalingJob, ConformanceJob, ProbeJob, TimingJob,
+                             PrepareCommand, SampleCommand>;
+
+// ---- replies: worker to coordinator ---------------------------------------------------------------------------------
+
+// How a run, or what reads it, ended.
+struct Ending {
+  Outcome outcome = Outcome::kOk;
+  std::string reason;
+};
+
+// What a job found for one measure.
+struct CellResult {
+  std::string measure;
+  Ending ending;
+  std::vector<Value> values;
+  std::vector<SampleSeries> samples;
+};
+
+// The answer to every job but a timing session.
+struct JobDone {
+  std::vector<CellResult> cells;
+  double engine_s = 0, cpu_s = 0;
+  double step_us = 0;  // of a ProbeJob; 0 when the engine failed
+};
+
+// One test of the conformance suite has ended. A figure that is not finite is absent.
+struct TestResult {
+  std::string test, status;
+  std::optional<double> figure, tolerance;
+  std::string unit, note;
+};
+
+// The job cannot be done, and no contender is at fault: the campaign stops.
+struct JobError {
+  std::string text;
+  bool input = false;  // an InputError, else a SystemError
+};
+
+// The contender's fault: an adapter threw what it must not.
+struct JobCrash {
+  std::string reason;
+};
+
+struct SessionReady {
+  int core = -1;       // that it is pinned to, -1 for none
+  double clock_s = 0;  // that reading the clock takes
+};
+
+struct Prepared {
+  Ending ending;
+  double engine_s = 0;
+  RoundPlan how;
+};
+
+struct Sampled {
+  Ending ending;
+  double engine_s = 0, cpu_s = 0, wall_s = 0;
+  double clock_share = 0;       // of the time, spent reading the clock
+  std::vector<double> step_us;  // samples of the round
+};
+
+using Reply = std::variant<JobDone, TestResult, JobError, JobCrash, SessionReady, Prepared, Sampled>;
+
+// ---- the lines ------------------------------------------------------------------------------------------------------
+
+// With the line's end. Bytes that are not UTF-8, which an engine's messages may hold, are replaced.
+std::string to_line(const Request& message);
+std::string to_line(const Reply& message);
+
+// Throw MessageError.
+Request parse_request(std::string_view line);
+Reply parse_reply(std::string_view line);
+
+// "run", "done", ...
+std::string_view kind_of(const Reply& message);
 
 }  // namespace assay

@@ -79,14 +79,12 @@ std::string scene_text(const Scene& scene) {
          {"half_length", shape.half_length},
          {"rgba", {colour(shape.rgba[0]), colour(shape.rgba[1]), colour(shape.rgba[2]), colour(shape.rgba[3])}}});
   }
+  json control = {{"kind", scene.control.kind}};
+  for (const SinePart& part : kSineParts) control[part.name] = scene.control.*part.member;
   return json{{"bodies", std::move(bodies)},
               {"hinges", scene.hinges},
               {"shapes", std::move(shapes)},
-              {"control",
-               {{"kind", scene.control.kind},
-                {"amplitude", scene.control.amplitude},
-                {"frequency", scene.control.frequency},
-                {"phase_step", scene.control.phase_step}}}}
+              {"control", std::move(control)}}
       .dump();
 }
 
@@ -110,7 +108,8 @@ Scene parse_scene(const std::string& text) {
       added.rgba = shape.at("rgba").get<std::array<float, 4>>();
     }
     const json& control = parsed.at("control");
-    scene.control = {control.at("kind"), control.at("amplitude"), control.at("frequency"), control.at("phase_step")};
+    scene.control.kind = control.at("kind");
+    for (const SinePart& part : kSineParts) scene.control.*part.member = control.at(part.name);
     return scene;
   } catch (const json::exception& error) {
     throw InputError(

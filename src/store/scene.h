@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "controls/control.h"
 #include "model/model.h"
 
 namespace assay {
@@ -26,17 +27,11 @@ struct SceneShape {
   std::array<float, 4> rgba = {0.5f, 0.5f, 0.5f, 1.0f};
 };
 
-// Control of the run, as controls/control.h takes it.
-struct SceneControl {
-  std::string kind = "actuators";
-  double amplitude = 0, frequency = 0, phase_step = 0;  // Nm, Hz, rad
-};
-
 struct Scene {
   std::vector<SceneBody> bodies;  // in the order of the states' bodies
   std::vector<std::string> hinges;
   std::vector<SceneShape> shapes;
-  SceneControl control;
+  ControlSpec control;  // of the run
 };
 
 // All but the control.

@@ -1,7 +1,7 @@
 // The results directory: DIR/assay.sqlite holds everything a table or a plot needs, DIR/trajectories/ the runs that
 // were kept. One process writes (Store::create), any number read (Store::open), also while it writes.
 //
-// Schema, version kSchemaVersion (SQLite's user_version); "absent" is NULL, never NaN:
+// Schema, version kSchemaVersion (SQLite's user_version). An absent number is NULL, never NaN:
 //   manifest(key, value)
 //   systems(name, json)
 //   contenders(name, engine, version, base, settings, capabilities_json, build_json)
@@ -10,9 +10,9 @@
 //         started, finished)
 //   "values"(cell_id, name, unit, value, low, high)
 //   samples(cell_id, name, idx, value)
-//   runs(address, system, contender, timestep_ms): whose states the files of trajectories/ hold
+//   runs(address, system, contender, timestep_ms): owners of the states in trajectories/
 //   scenes(system, json): what a picture of the system needs (store/scene.h)
-// The last two were added later; directories from before have none of them.
+// The last two were added later: in older directories they are missing and read as empty.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,7 @@ namespace assay {
 
 inline constexpr int kSchemaVersion = 1;
 
-// The contender that does nothing: its figures are the harness's own, and it takes part in no comparison.
+// The contender that does nothing: it measures the harness itself and takes part in no comparison.
 inline constexpr const char* kHarness = "null";
 
 // "ok", "unstable", "diverged", "timeout", "crashed", "unsupported" as stored.
@@ -99,8 +99,8 @@ struct ConformanceRow {
   std::string unit, note;
 };
 
-// A run from the initial state of which states are kept, or were meant to be: all samples, or the last state alone
-// where the run was made for its time (scaling). A run that failed has no file.
+// A run from the initial state and the file of its states: all samples, or only the last state where the run was made
+// for its time (scaling). A run that failed has no file.
 struct RunRow {
   std::string address;  // of store/trajectory.h
   std::string system, contender;
@@ -121,13 +121,14 @@ struct Identity {
 class Store {
  public:
   // Opens `dir` for writing: makes the directory and the database when they are not there, goes on when they are.
-  // Throws InputError when `dir` holds another campaign's results, those of another schema version, something else
+  // Throws InputError when `dir` holds another campaign's results, results that open() refuses, something else
   // under the name assay.sqlite, or when another process is writing to it; nothing is changed then. Throws SystemError
   // when the directory cannot be written or the disk is full.
   static Store create(const std::string& dir, const Identity& identity);
 
-  // Opens the results of `dir` for reading, on a read-only medium too. Throws InputError when it holds none or those of
-  // another schema version.
+  // Opens the results of `dir` for reading, on a read-only medium too. Throws InputError when it holds none, or those
+  // of another schema version, or a table or column is missing. A database that is damaged elsewhere throws InputError
+  // when the damaged part is read.
   static Store open(const std::string& dir);
 
   Store(Store&& other) noexcept;

@@ -15,8 +15,6 @@
 
 namespace assay::jobs {
 
-using nlohmann::json;
-
 double thread_cpu_seconds() {
   timespec time{};
   ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
@@ -32,33 +30,27 @@ double cpu_seconds() {
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
-ResolvedContender contender_of(const json& contender) {
-  ResolvedContender resolved = Registry::instance().resolve(
-      contender.at("base"), contender.at("overrides").get<std::map<std::string, std::string>>());
-  resolved.name = contender.at("name");
+ResolvedContender contender_of(const ContenderSpec& contender) {
+  ResolvedContender resolved = Registry::instance().resolve(contender.base, contender.overrides);
+  resolved.name = contender.name;
   return resolved;
 }
 
-Model model_of(const json& job) {
-  Model model = load_model(job.at("model_path").get<std::string>());
-  if (!job.at("contacts")) model = without_contacts(std::move(model));
-  if (!job.at("gravity")) model = without_gravity(std::move(model));
-  if (model.hash != job.at("model_hash").get<std::string>()) {
-    throw InputError(fmt::format("'{}' has changed since the campaign was read: start it again",
-                                 job.at("model_path").get<std::string>()));
+Model model_of(const ModelSpec& spec) {
+  Model model = load_model(spec.path);
+  if (!spec.contacts) model = without_contacts(std::move(model));
+  if (!spec.gravity) model = without_gravity(std::move(model));
+  if (model.hash != spec.hash) {
+    throw InputError(fmt::format("'{}' has changed since the campaign was read: start it again", spec.path));
   }
   return model;
 }
 
-Subject subject_of(const json& job) {
+Subject subject_of(const SubjectSpec& spec) {
   Subject subject;
-  subject.model = model_of(job);
-  const json& control = job.at("control");
-  subject.control = make_control(subject.model, {.kind = control.at("kind"),
-                                                 .amplitude = control.at("amplitude"),
-                                                 .frequency = control.at("frequency"),
-                                                 .phase_step = control.at("phase_step")});
-  subject.contender = contender_of(job.at("contender"));
+  subject.model = model_of(spec.model);
+  subject.control = make_control(subject.model, spec.control);
+  subject.contender = contender_of(spec.contender);
   subject.capabilities = subject.contender.engine->capabilities(subject.contender.settings);
   const bool adapter_springs = subject.model.has_springs() && subject.capabilities.springs == SpringKind::kExplicit;
   subject.free_running = subject.control->is_zero() && !adapter_springs;
@@ -74,22 +66,8 @@ void check_supported(const Subject& subject, double timestep_s) {
   subject.contender.engine->require_supported(subject.model, settings);
 }
 
-json value_json(const std::string& name, const std::string& unit, std::optional<double> value,
-                std::optional<double> low, std::optional<double> high) {
-  const auto number = [](std::optional<double> x) { return x && std::isfinite(*x) ? json(*x) : json(nullptr); };
-  return {{"name", name}, {"unit", unit}, {"value", number(value)}, {"low", number(low)}, {"high", number(high)}};
-}
-
-json cell_json(const std::string& measure, const Verdict& verdict, json values, json samples) {
-  return {{"measure", measure},
-          {"outcome", std::string(outcome_text(verdict.outcome))},
-          {"reason", verdict.reason},
-          {"values", std::move(values)},
-          {"samples", std::move(samples)}};
-}
-
-json answer_json(json cells, double engine_s) {
-  return {{"cells", std::move(cells)}, {"engine_s", engine_s}, {"cpu_s", cpu_seconds()}};
+JobDone job_done(std::vector<CellResult> cells, double engine_s) {
+  return {.cells = std::move(cells), .engine_s = engine_s, .cpu_s = cpu_seconds()};
 }
 
 Run run_sampled(const Subject& subject, const State& start, double timestep_ms, long long samples,
@@ -113,13 +91,13 @@ Run run_sampled(const Subject& subject, const State& start, double timestep_ms, 
     } catch (const EngineError& error) {
       why = error.what();
     }
-    // With torques at each step only the wall clock is cheap enough to tell the engine's part.
+    // With torques at each step only the wall clock is cheap enough to measure the engine's part.
     const double cpu_s = thread_cpu_seconds() - cpu_before;
     run.engine_s += subject.free_running ? cpu_s : std::min(cpu_s, stepper.engine_s() - engine_before);
     const State& state = stepper.read();
     if (const std::string divergence = plausibility.divergence(state); !divergence.empty()) why = divergence;
     if (!why.empty()) {
-      run.verdict = {Outcome::kDiverged, fmt::format("by {:.4g} s: {}", time, why)};
+      run.ending = {Outcome::kDiverged, fmt::format("by {:.4g} s: {}", time, why)};
       break;
     }
     if (impossible.empty()) {
@@ -128,7 +106,7 @@ Run run_sampled(const Subject& subject, const State& start, double timestep_ms, 
     }
     run.trajectory.states.push_back(state);
   }
-  if (run.verdict.outcome == Outcome::kOk && !impossible.empty()) run.verdict = {Outcome::kUnstable, impossible};
+  if (run.ending.outcome == Outcome::kOk && !impossible.empty()) run.ending = {Outcome::kUnstable, impossible};
   return run;
 }
 
@@ -139,7 +117,7 @@ void save(const std::string& dir, const std::string& address, const Trajectory& 
 Trajectory load(const std::string& dir, const std::string& address) {
   auto trajectory = read_trajectory(dir, address);
   if (!trajectory || trajectory->states.empty()) {
-    // The parent saw it a moment ago. Gone or damaged: the next start computes it again.
+    // The coordinator saw the file a moment ago. The next start computes it again.
     std::error_code error;
     std::filesystem::remove(trajectory_path(dir, address), error);
     throw SystemError(fmt::format("the trajectory '{}' is damaged and was removed: start the same command again",

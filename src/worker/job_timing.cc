@@ -8,15 +8,12 @@
 #include <fmt/format.h>
 
 #include "base/errors.h"
-#include "campaign/plan.h"
 #include "controls/work.h"
 #include "measures/plausible.h"
 #include "measures/statistics.h"
 #include "worker/job_parts.h"
 
 namespace assay::jobs {
-
-using nlohmann::json;
 
 namespace {
 
@@ -48,20 +45,18 @@ double clock_cost() {
 // One contender on one system, at one timestep after the other.
 class TimingSession {
  public:
-  explicit TimingSession(const json& job)
-      : subject_(subject_of(job)),
-        batch_s_(1e-3 * job.at("batch_ms").get<double>()),
-        warmup_(job.at("warmup")),
-        duration_s_(job.at("duration_s")) {
-    const std::string reference = job.at("reference");
-    if (reference.empty()) {  // the null engine has no run of its own
+  explicit TimingSession(const TimingJob& job)
+      : subject_(subject_of(job.subject)),
+        batch_s_(1e-3 * job.batch_ms),
+        warmup_(job.warmup),
+        duration_s_(job.subject.duration_s) {
+    if (job.reference.empty()) {  // the null engine has no run of its own
       starts_ = {subject_.model.initial};
     } else {
-      const Trajectory trajectory = load(job.at("trajectories"), reference);
-      const int count = job.at("states");
+      const Trajectory trajectory = load(job.trajectories, job.reference);
       const size_t samples = trajectory.states.size() - 1;
-      for (int k = 0; k < count; ++k) {
-        starts_.push_back(trajectory.states[samples * static_cast<size_t>(k) / static_cast<size_t>(count)]);
+      for (int k = 0; k < job.states; ++k) {
+        starts_.push_back(trajectory.states[samples * static_cast<size_t>(k) / static_cast<size_t>(job.states)]);
       }
     }
     core_ = pin_to_core();
@@ -73,66 +68,59 @@ class TimingSession {
 
   // Finds how many steps make a sample and a batch, and how many batches a round; `steps` fixes the former two (0:
   // free).
-  json prepare(double timestep_ms, long long steps) {
+  Prepared prepare(double timestep_ms, long long steps) {
     timestep_ms_ = timestep_ms;
     steps_ = 1;
     batches_ = static_cast<int>(starts_.size());
     const double timestep_s = 1e-3 * timestep_ms;
     const double before = engine_s_;
-    Verdict verdict;
+    Ending ending;
     try {
       check_supported(subject_, timestep_s);
       const double step_s = step_time(timestep_s);
       slice_ = steps > 0 ? steps : static_cast<long long>(std::clamp(std::ceil(kSliceSeconds / step_s), 1.0, 1e9));
-      verdict = choose_steps(timestep_s, step_s, steps);
+      ending = choose_steps(timestep_s, step_s, steps);
       // Enough batches for the round's time; an engine that does nothing must not go on for ever.
       constexpr double kMostBatches = 2000;
       const double round_s = static_cast<double>(starts_.size()) * static_cast<double>(steps_) * step_s;
       const double rounds = std::clamp(std::ceil(batch_s_ / round_s), 1.0, kMostBatches);
       batches_ = static_cast<int>(rounds) * static_cast<int>(starts_.size());
     } catch (const UnsupportedError& error) {
-      verdict = {Outcome::kUnsupported, error.what()};
+      ending = {Outcome::kUnsupported, error.what()};
     } catch (const EngineError& error) {
-      verdict = {Outcome::kCrashed, fmt::format("the engine failed to start: {}", error.what())};
+      ending = {Outcome::kCrashed, fmt::format("the engine failed to start: {}", error.what())};
     }
-    json answer = cell_answer(verdict, engine_s_ - before);
-    answer["how"] = {{"timestep_ms", timestep_ms_},
-                     {"sample_steps", std::min(slice_, steps_)},
-                     {"batch_steps", steps_},
-                     {"batches", batches_}};
-    return answer;
+    return {ending, engine_s_ - before, {timestep_ms_, std::min(slice_, steps_), steps_, batches_}};
   }
 
   // One round's samples: every saved state in turn until the time is spent. `how` is what prepare() answered, here or
   // in another process.
-  json sample(const json& how) {
-    timestep_ms_ = how.at("timestep_ms");
-    slice_ = how.at("sample_steps");
-    steps_ = how.at("batch_steps");
-    batches_ = how.at("batches");
+  Sampled sample(const RoundPlan& how) {
+    timestep_ms_ = how.timestep_ms;
+    slice_ = how.sample_steps;
+    steps_ = how.batch_steps;
+    batches_ = how.batches;
     const double before = engine_s_, cpu_before = cpu_seconds();
     const Clock::time_point start = Clock::now();
-    std::vector<double> step_us;
+    Sampled sampled;
     double timed_s = 0;
     long long clock_reads = 0;
-    Verdict verdict;
     for (int i = 0; i < batches_; ++i) {
       const Batch done = batch(starts_[static_cast<size_t>(i) % starts_.size()]);
-      if (verdict.outcome == Outcome::kOk) verdict = done.verdict;
-      if (done.verdict.outcome == Outcome::kDiverged) {
-        verdict = done.verdict;
+      if (sampled.ending.outcome == Outcome::kOk) sampled.ending = done.ending;
+      if (done.ending.outcome == Outcome::kDiverged) {
+        sampled.ending = done.ending;
         break;
       }
-      step_us.insert(step_us.end(), done.step_us.begin(), done.step_us.end());
+      sampled.step_us.insert(sampled.step_us.end(), done.step_us.begin(), done.step_us.end());
       timed_s += done.timed_s;
       clock_reads += done.clock_reads;
     }
-    json answer = cell_answer(verdict, engine_s_ - before);
-    answer["step_us"] = step_us;
-    answer["clock_share"] = timed_s > 0 ? static_cast<double>(clock_reads) * clock_s_ / timed_s : 0;
-    answer["cpu_s"] = cpu_seconds() - cpu_before;
-    answer["wall_s"] = seconds_since(start);
-    return answer;
+    sampled.engine_s = engine_s_ - before;
+    sampled.cpu_s = cpu_seconds() - cpu_before;
+    sampled.wall_s = seconds_since(start);
+    sampled.clock_share = timed_s > 0 ? static_cast<double>(clock_reads) * clock_s_ / timed_s : 0;
+    return sampled;
   }
 
  private:
@@ -144,27 +132,27 @@ class TimingSession {
     std::vector<double> step_us;  // a sample for each slice
     double timed_s = 0;
     long long clock_reads = 0;
-    Verdict verdict;
+    Ending ending;
   };
 
   // A batch covers its share of the run, so that a round covers the run. Without contacts a step's cost does not
   // depend on where in the run it is, and a batch may go on for longer, as long as the motion stays a possible one.
-  Verdict choose_steps(double timestep_s, double step_s, long long given) {
+  Ending choose_steps(double timestep_s, double step_s, long long given) {
     const auto states = static_cast<double>(starts_.size());
     const double share = duration_s_ / states;
     std::vector<double> lengths = {share};
     if (subject_.model.contacts.empty()) lengths = {10 * duration_s_, duration_s_, share};
-    Verdict verdict;
+    Ending ending;
     for (const double length : lengths) {
       const double most = std::clamp(std::floor(length / timestep_s - warmup_), 1.0, 1e9);
       steps_ = given > 0 ? given : static_cast<long long>(std::clamp(std::ceil(batch_s_ / states / step_s), 1.0, most));
-      verdict = {};
+      ending = {};
       for (const State& start : starts_) {
-        if (verdict.outcome == Outcome::kOk) verdict = batch(start).verdict;
+        if (ending.outcome == Outcome::kOk) ending = batch(start).ending;
       }
-      if (verdict.outcome == Outcome::kOk) break;
+      if (ending.outcome == Outcome::kOk) break;
     }
-    return verdict;
+    return ending;
   }
 
   // Input, warming up and looking at the state lie outside the clock.
@@ -190,12 +178,12 @@ class TimingSession {
       result.clock_reads = stepper.clock_reads() - reads;
       const State& state = stepper.read();
       if (std::string why = plausibility.divergence(state); !why.empty()) {
-        result.verdict = {Outcome::kDiverged, fmt::format("by {:.4g} s: {}", state.time, why)};
+        result.ending = {Outcome::kDiverged, fmt::format("by {:.4g} s: {}", state.time, why)};
       } else if (why = plausibility.impossibility(state); !why.empty()) {
-        result.verdict = {Outcome::kUnstable, fmt::format("by {:.4g} s: {}", state.time, why)};
+        result.ending = {Outcome::kUnstable, fmt::format("by {:.4g} s: {}", state.time, why)};
       }
     } catch (const EngineError& error) {
-      result.verdict = {Outcome::kDiverged, fmt::format("within {:.4g} s: {}", start.time + length, error.what())};
+      result.ending = {Outcome::kDiverged, fmt::format("within {:.4g} s: {}", start.time + length, error.what())};
     }
     engine_s_ += stepper.engine_s();
     return result;
@@ -237,11 +225,6 @@ class TimingSession {
     return std::isfinite(least) ? least : 1e-6;
   }
 
-  static json cell_answer(const Verdict& verdict, double engine_s) {
-    return {
-        {"outcome", std::string(outcome_text(verdict.outcome))}, {"reason", verdict.reason}, {"engine_s", engine_s}};
-  }
-
   Subject subject_;
   double batch_s_;
   int warmup_;
@@ -258,57 +241,58 @@ class TimingSession {
 
 }  // namespace
 
-// {"timestep_ms", "seed", "trajectories", "save": address of the last state, or ""}: the processor's time of the whole
-// run, several times when it is short.
-json do_scaling(const json& job) {
-  const Subject subject = subject_of(job);
-  const double timestep_ms = job.at("timestep_ms"), sample_ms = job.at("sample_ms"), duration_s = job.at("duration_s");
-  const long long samples = std::llround(1000 * duration_s / sample_ms);
-  const long long per_sample = std::llround(sample_ms / timestep_ms);
+// The processor time of the whole run, several times when it is short.
+JobDone do_job(const ScalingJob& job) {
+  const Subject subject = subject_of(job.subject);
+  const long long samples = std::llround(1000 * job.subject.duration_s / job.subject.sample_ms);
+  const long long per_sample = std::llround(job.subject.sample_ms / job.timestep_ms);
   pin_to_core();
-  Verdict verdict;
+  CellResult cell = {"scaling", {}, {}, {}};
+  Ending& ending = cell.ending;
   std::vector<double> seconds;
   Trajectory end;
   double engine_s = 0;
   try {
-    check_supported(subject, 1e-3 * timestep_ms);
-    while (seconds.size() < kScalingMostRuns && engine_s < kScalingEnoughSeconds) {
-      Run run = run_sampled(subject, subject.model.initial, timestep_ms, samples, per_sample);
+    check_supported(subject, 1e-3 * job.timestep_ms);
+    while (std::ssize(seconds) < job.most_runs && engine_s < job.enough_s) {
+      Run run = run_sampled(subject, subject.model.initial, job.timestep_ms, samples, per_sample);
       engine_s += run.engine_s;
-      verdict = run.verdict;
-      if (verdict.outcome == Outcome::kDiverged) break;
+      ending = run.ending;
+      if (ending.outcome == Outcome::kDiverged) break;
       seconds.push_back(run.engine_s);
       end.states = {std::move(run.trajectory.states.back())};
     }
   } catch (const UnsupportedError& error) {
-    verdict = {Outcome::kUnsupported, error.what()};
+    ending = {Outcome::kUnsupported, error.what()};
   } catch (const EngineError& error) {
-    verdict = {Outcome::kCrashed, fmt::format("the engine failed to start: {}", error.what())};
+    ending = {Outcome::kCrashed, fmt::format("the engine failed to start: {}", error.what())};
   }
-  json values = json::array(), series = json::object();
-  if (verdict.outcome == Outcome::kOk || verdict.outcome == Outcome::kUnstable) {
-    const Interval time = bootstrap_median(seconds, job.at("seed").get<std::uint64_t>());
+  if (ending.outcome == Outcome::kOk || ending.outcome == Outcome::kUnstable) {
+    const Interval time = bootstrap_median(seconds, job.seed);
     const auto steps = static_cast<double>(samples * per_sample);
-    values.push_back(value_json("run_time", "s", time.value, time.low, time.high));
+    cell.values.push_back({"run_time", "s", time.value, time.low, time.high});
     if (time.low > 0) {
-      values.push_back(value_json("steps_per_second", "1/s", steps / time.value, steps / time.high, steps / time.low));
+      cell.values.push_back({"steps_per_second", "1/s", steps / time.value, steps / time.high, steps / time.low});
     }
-    series["run_time_s"] = seconds;
-    if (const std::string address = job.at("save"); !address.empty()) save(job.at("trajectories"), address, end);
+    cell.samples = {{"run_time_s", seconds}};
+    if (!job.save.empty()) save(job.trajectories, job.save, end);
   }
-  return answer_json({cell_json("scaling", verdict, std::move(values), std::move(series))}, engine_s);
+  return job_done({std::move(cell)}, engine_s);
 }
 
-// {"reference", "states", "warmup", "batch_ms", "trajectories"}, then commands {"prepare": timestep_ms}, {"sample":
-// true}, each with an answer.
-json do_timing(const json& job, const Report& report, const Next& next) {
+JobDone do_job(const TimingJob& job, const Report& report, const Next& next) {
   TimingSession session(job);
-  report({{"ready", true}, {"core", session.core()}, {"clock_s", session.clock_s()}});
-  for (json command = next(); !command.is_null(); command = next()) {
-    report(command.contains("prepare") ? session.prepare(command.at("prepare"), command.at("steps"))
-                                       : session.sample(command.at("sample")));
+  report(SessionReady{session.core(), session.clock_s()});
+  while (const auto command = next()) {
+    if (const auto* prepare = std::get_if<PrepareCommand>(&*command)) {
+      report(session.prepare(prepare->timestep_ms, prepare->steps));
+    } else if (const auto* sample = std::get_if<SampleCommand>(&*command)) {
+      report(session.sample(sample->how));
+    } else {
+      throw SystemError("a timing session was sent a second job");
+    }
   }
-  return json::object();
+  return {};
 }
 
 }  // namespace assay::jobs

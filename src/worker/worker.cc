@@ -1,16 +1,18 @@
-// The worker's side of the socket: one line with the job, lines with what is told on the way, one line with the answer.
+// The worker's side of the socket.
 #include "worker/worker.h"
 
 #include <array>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <nlohmann/json.hpp>
+#include <fmt/format.h>
 
 #include "base/errors.h"
 #include "messages/messages.h"
@@ -21,24 +23,23 @@ namespace {
 
 class Channel {
  public:
-  // Null when the parent is gone.
-  nlohmann::json receive() {
+  // Empty when the parent is gone.
+  std::optional<Request> receive() {
     size_t end = std::string::npos;
     while ((end = received_.find('\n')) == std::string::npos) {
       std::array<char, 1 << 14> buffer;
       const ssize_t got = ::recv(kWorkerSocket, buffer.data(), buffer.size(), 0);
       if (got < 0 && errno == EINTR) continue;
-      if (got <= 0) return nullptr;
+      if (got <= 0) return std::nullopt;
       received_.append(buffer.data(), static_cast<size_t>(got));
     }
-    nlohmann::json message = nlohmann::json::parse(received_.substr(0, end), nullptr, false);
+    Request request = parse_request(std::string_view(received_).substr(0, end));
     received_.erase(0, end + 1);
-    return message.is_discarded() ? nullptr : message;
+    return request;
   }
 
-  static void send(const nlohmann::json& message) {
-    // Engines' messages may hold any bytes.
-    const std::string line = message.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  static void send(const Reply& reply) {
+    const std::string line = to_line(reply);
     for (size_t at = 0; at < line.size();) {
       const ssize_t sent = ::send(kWorkerSocket, line.data() + at, line.size() - at, MSG_NOSIGNAL);
       if (sent < 0 && errno == EINTR) continue;
@@ -58,7 +59,7 @@ int worker_main(int /*argc*/, char** /*argv*/) {
   int type = 0;
   socklen_t size = sizeof type;
   if (::getsockopt(kWorkerSocket, SOL_SOCKET, SO_TYPE, &type, &size) != 0) {
-    std::fputs("assay: 'worker' is started by `assay run` alone\n", stderr);
+    std::fputs("assay: 'worker' is started by `assay run`, not by hand\n", stderr);
     return kWrongUse;
   }
   // A full disk has to be an error message and a crash has to be quick.
@@ -67,24 +68,23 @@ int worker_main(int /*argc*/, char** /*argv*/) {
   ::setrlimit(RLIMIT_CORE, &no_core);
 
   Channel channel;
-  const nlohmann::json job = channel.receive();
-  if (job.is_null()) return 1;
-  nlohmann::json answer;
+  Reply answer;
   try {
-    answer =
-        do_job(job, [](const nlohmann::json& message) { Channel::send(message); }, [&] { return channel.receive(); });
+    const std::optional<Request> job = channel.receive();
+    if (!job) return 1;
+    answer = do_job(*job, Channel::send, [&] { return channel.receive(); });
   } catch (const InputError& error) {
-    answer = {{"error", error.what()}, {"kind", "input"}};
+    answer = JobError{error.what(), true};
   } catch (const SystemError& error) {
-    answer = {{"error", error.what()}, {"kind", "system"}};
+    answer = JobError{error.what(), false};
   } catch (const std::exception& error) {
     // An adapter threw what it must not.
-    answer = {{"failed", error.what()}};
+    answer = JobCrash{fmt::format("exception: {}", error.what())};
   } catch (...) {
-    answer = {{"failed", "of a type that is no std::exception"}};
+    answer = JobCrash{"exception: of a type that is no std::exception"};
   }
   Channel::send(answer);
-  // The answer is given: an engine that crashes in its destructors has nothing more to spoil.
+  // No destructors: an engine that crashes in them must not spoil the answer.
   std::fflush(nullptr);
   ::_exit(0);
 }

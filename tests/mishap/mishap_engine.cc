@@ -9,6 +9,7 @@
 #include <exception>
 #include <limits>
 #include <memory>
+#include <string_view>
 #include <thread>
 #include <unistd.h>
 #include <utility>
@@ -49,6 +50,12 @@ volatile bool ever = false;
   for (char* block : blocks) std::free(block);
 }
 // NOLINTEND(cppcoreguidelines-no-malloc)
+
+// Writes where the worker answers.
+void answer(std::string_view line) {
+  constexpr int kWorkerSocket = 3;
+  [[maybe_unused]] const ssize_t ignored = ::write(kWorkerSocket, line.data(), line.size());
+}
 
 class MishapSimulation final : public Simulation {
  public:
@@ -118,6 +125,10 @@ class MishapSimulation final : public Simulation {
       throw InputError("the user is to blame");
     } else if (fault == "throw-system") {
       throw SystemError("the machine is to blame");
+    } else if (fault == "garble") {
+      answer("{\"kind\": \"done\"}\n");
+    } else if (fault == "forge") {
+      answer("{\"kind\": \"ready\", \"core\": 0, \"clock_s\": 1}\n");
     } else if (fault == "chatter") {
       for (int i = 0; i < 1000000; ++i) std::printf("line %d of very many lines that nobody reads\n", i);
     }
@@ -166,7 +177,8 @@ class MishapEngine final : public Engine {
     return {"none",         "slow",        "crash",        "abort",        "exit",     "exit-as-if-done",
             "exit-at-once", "terminate",   "free-twice",   "write-beyond", "overflow", "loop",
             "hang",         "nan",         "far",          "fast",         "throw",    "throw-foreign",
-            "throw-number", "throw-input", "throw-system", "chatter",      "refuse",   "inexact"};
+            "throw-number", "throw-input", "throw-system", "chatter",      "refuse",   "inexact",
+            "garble",       "forge"};
   }
 };
 

@@ -146,17 +146,17 @@ TEST(Grasp, AnObjectThatMovesWithTheHandDoesNotSlip) {
     state.bodies[1].p_WBcm = state.bodies[0].p_WBcm + turn * Vec3(0, 0.1, 0.05);
     states.push_back(state);
   }
-  Grasp held = grasp(states, 1, 0, 0.05);
+  Grasp held = grasp(states, {1, 0, 0.05});
   EXPECT_NEAR(held.slip, 0, 1e-14);
   EXPECT_TRUE(held.held());
   // Within the limit it still lies in the hand; beyond it has been dropped, though it may come back.
   states[7].bodies[1].p_WBcm += Vec3(0, 0, 0.04);
-  held = grasp(states, 1, 0, 0.05);
+  held = grasp(states, {1, 0, 0.05});
   EXPECT_NEAR(held.slip, 0.04, 1e-14);
   EXPECT_TRUE(held.held());
   states[9].bodies[1].p_WBcm += Vec3(0.3, 0, 0.4);
   states[12].bodies[1].p_WBcm += Vec3(0, 2, 0);
-  held = grasp(states, 1, 0, 0.05);
+  held = grasp(states, {1, 0, 0.05});
   EXPECT_NEAR(held.slip, 2, 1e-14);
   EXPECT_FALSE(held.held());
   EXPECT_DOUBLE_EQ(held.dropped_at.value_or(-1), 0.9);

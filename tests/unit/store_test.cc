@@ -154,16 +154,94 @@ TEST_F(StoreTest, RefusesAnotherCampaignAndChangesNothing) {
   EXPECT_EQ(bytes(), before);
 }
 
-TEST_F(StoreTest, RefusesAnotherVersionToWriteAndToRead) {
+// A results directory with two cells and its writer's version, to which `sql` is done afterwards.
+void make_changed(const std::string& dir, const std::string& sql) {
   {
-    const Store store = Store::create(dir(), kIdentity);
+    Store store = Store::create(dir, kIdentity);
+    store.set_manifest({{"assay_version", "9.8"}});
+    for (const char* key : {"a", "b"}) {
+      Cell cell;
+      cell.key = key;
+      cell.values = {{"consistency", "m", 1e-5, {}, {}}};
+      store.put_cell(cell);
+    }
   }
   sqlite3* db = nullptr;
-  ASSERT_EQ(sqlite3_open((dir() + "/assay.sqlite").c_str(), &db), SQLITE_OK);
-  ASSERT_EQ(sqlite3_exec(db, "PRAGMA user_version = 99", nullptr, nullptr, nullptr), SQLITE_OK);
+  ASSERT_EQ(sqlite3_open((dir + "/assay.sqlite").c_str(), &db), SQLITE_OK);
+  ASSERT_EQ(sqlite3_exec(db, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(db);
   sqlite3_close(db);
-  EXPECT_THAT(message_of<InputError>([&] { Store::create(dir(), kIdentity); }), HasSubstr("version 99"));
-  EXPECT_THAT(message_of<InputError>([&] { Store::open(dir()); }), HasSubstr("version 99"));
+}
+
+TEST_F(StoreTest, ANewerProgramsResultsAreRefusedWithBothVersions) {
+  make_changed(dir(), "PRAGMA user_version = 99; DROP TABLE samples");
+  const auto says = AllOf(HasSubstr("version 99"), HasSubstr("written by assay 9.8"), HasSubstr("reads version 1"),
+                          HasSubstr("or a newer one"));
+  EXPECT_THAT(message_of<InputError>([&] { Store::create(dir(), kIdentity); }), says);
+  EXPECT_THAT(message_of<InputError>([&] { Store::open(dir()); }), says);
+}
+
+TEST_F(StoreTest, AnOlderSchemasResultsAreRefusedWithWhatToDo) {
+  make_changed(dir(), "PRAGMA user_version = 0; DROP TABLE manifest");
+  const auto says = AllOf(HasSubstr("version 0, and this assay reads version 1"), HasSubstr("measure again"));
+  EXPECT_THAT(message_of<InputError>([&] { Store::create(dir(), kIdentity); }), says);
+  EXPECT_THAT(message_of<InputError>([&] { Store::open(dir()); }), says);
+}
+
+// The tables of runs and scenes came later.
+TEST_F(StoreTest, AnOlderProgramsResultsAreReadAndGoOn) {
+  make_changed(dir(), "DROP TABLE runs; DROP TABLE scenes");
+  {
+    const Store store = Store::open(dir());
+    EXPECT_EQ(store.cells().size(), 2U);
+    EXPECT_TRUE(store.runs().empty());
+    EXPECT_TRUE(store.scenes().empty());
+  }
+  Store store = Store::create(dir(), kIdentity);
+  EXPECT_EQ(store.cell_keys().size(), 2U);
+  store.set_runs({{"address", "chain", "ode-quick", 1}});
+  EXPECT_EQ(store.runs().size(), 1U);
+}
+
+TEST_F(StoreTest, AMissingTableOrColumnIsNamed) {
+  for (const auto& [sql, says] :
+       {std::pair{"DROP TABLE samples", "in the table 'samples'"}, std::pair{"DROP TABLE manifest", "'manifest'"},
+        std::pair{"ALTER TABLE cells DROP COLUMN steal", "no column 'steal' in the table 'cells'"}}) {
+    fs::remove_all(dir());
+    make_changed(dir(), sql);
+    EXPECT_THAT(message_of<InputError>([&] { Store::open(dir()); }),
+                AllOf(HasSubstr(says), HasSubstr("measure again")));
+    EXPECT_THAT(message_of<InputError>([&] { Store::create(dir(), kIdentity); }), HasSubstr(says));
+  }
+}
+
+// Wherever the damage is, reading ends with one sentence or does not touch it.
+TEST_F(StoreTest, ADamagedDatabaseIsSaidToBeDamaged) {
+  make_changed(dir(), "");
+  std::string whole;
+  {
+    std::ostringstream content;
+    content << std::ifstream(dir_ / "assay.sqlite", std::ios::binary).rdbuf();
+    whole = content.str();
+  }
+  constexpr size_t kPage = 4096;
+  ASSERT_GT(whole.size(), 4 * kPage);
+  const auto reading_says = [&](const std::string& content) {
+    std::ofstream(dir_ / "assay.sqlite", std::ios::binary) << content;
+    return message_of<InputError>([&] {
+      const Store store = Store::open(dir());
+      for (const Cell& cell : store.cells()) static_cast<void>(store.samples(cell.id));
+      static_cast<void>(store.manifest());
+    });
+  };
+  EXPECT_THAT(reading_says(whole.substr(0, whole.size() / 2)), AllOf(HasSubstr("is damaged"), HasSubstr("restore it")));
+  size_t seen = 0;
+  for (size_t page = 1; page * kPage < whole.size(); ++page) {
+    std::string damaged = whole;
+    damaged.replace(page * kPage, kPage, kPage, '\xaa');
+    const std::string says = reading_says(damaged);
+    if (says.find("is damaged") != std::string::npos) ++seen;
+  }
+  EXPECT_GE(seen, 4U);
 }
 
 TEST_F(StoreTest, RefusesWhatIsNoDatabaseOfOurs) {

@@ -63,7 +63,7 @@ class RunsTest : public TempFolderTest {
     return options;
   }
 
-  // The gate is tested on its own; here its verdict is there already.
+  // The conformance suite has tests of its own; here its results are stored beforehand.
   static void pass_gate(const Campaign& campaign, const std::string& out) {
     Store store = Store::create(out, {campaign.name, campaign.hash()});
     for (const CampaignContender& contender : campaign.contenders) {
@@ -187,6 +187,8 @@ INSTANTIATE_TEST_SUITE_P(
         Fault{"throw-number", Outcome::kCrashed, "no std::exception"},
         Fault{"throw-input", Outcome::kCrashed, "the user is to blame"},
         Fault{"throw-system", Outcome::kCrashed, "the machine is to blame"}, Fault{"chatter", Outcome::kOk, ""},
+        Fault{"garble", Outcome::kCrashed, "the worker's answer is damaged: 'done.cells' is missing"},
+        Fault{"forge", Outcome::kCrashed, "the worker answered with 'ready'"},
         Fault{"refuse", Outcome::kUnsupported, "give it to somebody else"}),
     [](const auto& test) {
       std::string name = test.param.name;
@@ -224,7 +226,8 @@ TEST_F(RunsTest, WhatNeedsAFailedReferenceFailsWithIt) {
 // In a timing session a worker that dies is replaced for the next timestep.
 TEST_F(RunsTest, FaultsWhileTiming) {
   for (const auto& [fault, outcome] : {std::pair{"crash", Outcome::kCrashed}, std::pair{"hang", Outcome::kTimeout},
-                                       std::pair{"nan", Outcome::kDiverged}}) {
+                                       std::pair{"nan", Outcome::kDiverged}, std::pair{"garble", Outcome::kCrashed},
+                                       std::pair{"forge", Outcome::kCrashed}}) {
     const std::string out = dir(fault);
     // The reference at 1 ms is sound; what is timed at 1 ms too.
     run_scored(faulty_campaign(fault, ", from_ms = 2.0, at_step = 3", R"("raw_speed")"), out);
@@ -237,9 +240,9 @@ TEST_F(RunsTest, FaultsWhileTiming) {
   }
 }
 
-// ---- the gate -----------------------------------------------------------------------------------------------------------
+// ---- the conformance suite -----------------------------------------------------------------------------------------------------------
 
-TEST_F(RunsTest, WhoDoesNotPassTheGateIsNotScored) {
+TEST_F(RunsTest, AContenderThatFailsTheConformanceSuiteIsNotScored) {
   const Campaign campaign = parse_campaign(
       "name = \"gate\"\ncontenders = [\"null\", \"mujoco-euler\"]\ntimesteps_ms = [1, 4]\nmeasures = [\"drift\"]\n"
       "[[system]]\nname = \"planar-chain\"\nduration_s = 0.128\n",
@@ -250,7 +253,7 @@ TEST_F(RunsTest, WhoDoesNotPassTheGateIsNotScored) {
   const Store store = Store::open(dir());
   const Cell unscored = find(store, "null", "drift", 4);
   EXPECT_EQ(unscored.outcome, Outcome::kUnsupported);
-  EXPECT_THAT(unscored.reason, AllOf(HasSubstr("did not pass the gate"), HasSubstr("free-fall")));
+  EXPECT_THAT(unscored.reason, AllOf(HasSubstr("failed the conformance suite"), HasSubstr("free-fall")));
   EXPECT_EQ(find(store, "mujoco-euler", "drift", 4).outcome, Outcome::kOk);
   int tests = 0;
   for (const ConformanceRow& row : store.conformance()) {
@@ -261,7 +264,7 @@ TEST_F(RunsTest, WhoDoesNotPassTheGateIsNotScored) {
   EXPECT_GT(tests, 10);
 }
 
-TEST_F(RunsTest, AContenderThatCrashesInTheGateFailsThoseTestsAndNoOthersFail) {
+TEST_F(RunsTest, AContenderThatCrashesInTheConformanceSuiteFailsOnlyThoseTests) {
   const Campaign campaign = parse_campaign(
       "name = \"gate\"\ntimesteps_ms = [1]\nmeasures = [\"drift\"]\n[[contender]]\nname = \"broken\"\nbase = "
       "\"mishap\"\n"

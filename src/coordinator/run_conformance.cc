@@ -1,0 +1,125 @@
+// Before anything is measured: the conformance suite, and a look at each contender's speed.
+#include "conformance/conformance.h"
+#include "coordinator/runner.h"
+
+namespace assay {
+namespace {
+
+constexpr double kTestLeastSeconds = 30, kTestMostSeconds = 300;  // limits of one test of the suite
+
+}  // namespace
+
+// Runs the tests in one worker; when that dies in a test, the test has failed and the rest goes on in another.
+void Runner::run_suite(const std::string& content, const std::vector<std::string>& tests, Pool& pool) {
+  const auto found = std::ranges::find_if(campaign_.contenders,
+                                          [&](const CampaignContender& each) { return each.content() == content; });
+  Job job;
+  job.request = ConformanceJob{contender_spec(*found), tests};
+  job.title = fmt::format("conformance {}", found->resolved.name);
+  job.limit_s = std::clamp(campaign_.time_limit_s, kTestLeastSeconds, kTestMostSeconds);
+  job.cost = 1;
+  const size_t before = suite_rows_[content].size();
+  job.on_test = [this, content](const TestResult& result) {
+    suite_rows_[content].push_back({"", result.test, result.status, result.figure.value_or(0),
+                                    result.tolerance.value_or(0), result.unit, result.note});
+  };
+  job.on_end = [this, content, tests, before, &pool](const JobEnd& end) {
+    std::vector<ConformanceRow>& rows = suite_rows_[content];
+    const size_t ran = rows.size() - before;
+    if (!end.answer && ran < tests.size()) {
+      const std::string fail(status_text(ConformanceStatus::kFail));
+      rows.push_back({"", tests[ran], fail, 0, 0, "",
+                      fmt::format("{}: {}", outcome_text(end.failure.outcome), end.failure.reason)});
+      if (end.failure.outcome == Outcome::kTimeout) {
+        // A contender that never returns would cost the limit in each of the other tests again.
+        for (size_t i = ran + 1; i < tests.size(); ++i) {
+          rows.push_back(
+              {"", tests[i], fail, 0, 0, "", fmt::format("not tried: {} did not come to an end", tests[ran])});
+        }
+      } else if (ran + 1 < tests.size()) {
+        run_suite(content, {tests.begin() + static_cast<std::ptrdiff_t>(ran) + 1, tests.end()}, pool);
+        return;
+      }
+    }
+    for (const CampaignContender& each : campaign_.contenders) {
+      if (each.content() == content) store_.set_conformance(each.resolved.name, rows);
+    }
+  };
+  pool.add(std::move(job));
+}
+
+void Runner::conformance() {
+  std::set<std::string> scored;
+  for (const PlannedCell* cell : todo_) scored.insert(contender(*cell).resolved.name);
+  std::set<std::string> known;
+  for (const ConformanceRow& row : store_.conformance()) known.insert(row.contender);
+  std::set<std::string> contents;
+  for (const CampaignContender& each : campaign_.contenders) {
+    if (scored.contains(each.resolved.name) && !known.contains(each.resolved.name)) contents.insert(each.content());
+  }
+  if (!contents.empty()) {
+    progress_.phase(fmt::format("conformance suite, {} contenders", contents.size()));
+    std::vector<std::string> tests;
+    for (const ConformanceTest& test : conformance_tests()) tests.push_back(test.name);
+    Pool pool(program_, jobs_, interrupts_);
+    for (const std::string& content : contents) run_suite(content, tests, pool);
+    pool.run([&](const std::string& job) { progress_.started(job); });
+  }
+  std::map<std::string, std::vector<std::string>> failures;
+  for (const ConformanceRow& row : store_.conformance()) {
+    if (row.status == status_text(ConformanceStatus::kFail)) failures[row.contender].push_back(row.test);
+  }
+  for (const auto& [name, tests] : failures) {
+    failed_gate_[name] = {Outcome::kUnsupported, fmt::format("failed the conformance suite: {}", join(tests, ", "))};
+  }
+}
+
+// How long a step takes, roughly, for the estimate of the time left. Three systems of a family of sizes are probed; the
+// others are interpolated.
+void Runner::probe() {
+  std::set<std::pair<int, int>> wanted;
+  for (const PlannedCell* cell : todo_) {
+    if (cell->steps > 0 && !failed_gate_.contains(contender(*cell).resolved.name)) {
+      wanted.insert({cell->system, cell->contender});
+    }
+  }
+  std::map<std::pair<std::string, int>, std::vector<int>> families;  // systems by family and contender
+  for (const auto& [s, c] : wanted) {
+    const std::string& family = campaign_.systems[static_cast<size_t>(s)].family;
+    if (!family.empty()) families[{family, c}].push_back(s);
+  }
+  const auto size = [&](int s) { return campaign_.systems[static_cast<size_t>(s)].model.bodies.size(); };
+  for (auto& [name, systems] : families) {
+    std::ranges::stable_sort(systems, {}, size);
+    for (size_t i = 1; i + 1 < systems.size(); ++i) {
+      if (i != systems.size() / 2) wanted.erase({systems[i], name.second});
+    }
+  }
+  Pool pool(program_, jobs_, interrupts_);
+  for (const auto& [s, c] : wanted) {
+    Job job;
+    const CampaignSystem& probed = campaign_.systems[static_cast<size_t>(s)];
+    job.request = ProbeJob{subject_spec(probed, campaign_.contenders[static_cast<size_t>(c)]),
+                           probed.timesteps_ms.front(), !probed.family.empty()};
+    job.limit_s = 10;
+    job.on_end = [this, at = std::pair(s, c)](const JobEnd& end) {
+      if (end.answer) step_us_[at] = end.answer->step_us;
+    };
+    pool.add(std::move(job));
+  }
+  pool.run({});
+  for (const auto& [name, systems] : families) {
+    std::map<double, double> known;
+    for (const int s : systems) {
+      const auto found = step_us_.find({s, name.second});
+      if (found != step_us_.end() && found->second > 0) known[static_cast<double>(size(s))] = found->second;
+    }
+    for (const int s : systems) {
+      // Also where the probe took too long. The probe of an engine that fails has answered 0.
+      const std::pair<int, int> at(s, name.second);
+      if (!step_us_.contains(at)) step_us_[at] = step_us_at(known, static_cast<double>(size(s)));
+    }
+  }
+}
+
+}  // namespace assay

@@ -1,0 +1,104 @@
+// SQLite as the store uses it. Internal to src/store. Errors are SystemError (the disk, the machine) or InputError (a
+// file that is no database or a damaged one), and name the file.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include <sqlite3.h>
+
+namespace assay::sql {
+
+// Never null. Errors other than a lack of memory show at the first use.
+sqlite3* open_database(const std::string& path, int flags);
+
+// A path as a URI.
+std::string uri_of(const std::string& path);
+
+// Throws what the database's last error calls for.
+[[noreturn]] void fail(sqlite3* db);
+
+// A prepared statement; columns and parameters count from 0.
+class Statement {
+ public:
+  Statement(sqlite3* db, std::string_view sql) : db_(db) {
+    check(sqlite3_prepare_v2(db, sql.data(), static_cast<int>(sql.size()), &statement_, nullptr) == SQLITE_OK);
+  }
+  ~Statement() { sqlite3_finalize(statement_); }
+  Statement(const Statement&) = delete;
+  Statement& operator=(const Statement&) = delete;
+
+  void bind(int at, const std::string& text) {
+    check(sqlite3_bind_text(statement_, at + 1, text.data(), static_cast<int>(text.size()), SQLITE_TRANSIENT) ==
+          SQLITE_OK);
+  }
+  void bind(int at, std::int64_t number) { check(sqlite3_bind_int64(statement_, at + 1, number) == SQLITE_OK); }
+  void bind(int at, std::optional<double> number) {
+    const bool there = number && std::isfinite(*number);
+    check((there ? sqlite3_bind_double(statement_, at + 1, *number) : sqlite3_bind_null(statement_, at + 1)) ==
+          SQLITE_OK);
+  }
+  template <typename... Values>
+  Statement& bind_all(const Values&... values) {
+    int at = 0;
+    (bind(at++, values), ...);
+    return *this;
+  }
+  // True while there is a row.
+  bool step() {
+    const int code = sqlite3_step(statement_);
+    check(code == SQLITE_ROW || code == SQLITE_DONE);
+    return code == SQLITE_ROW;
+  }
+  void run() {
+    step();
+    check(sqlite3_reset(statement_) == SQLITE_OK);
+  }
+
+  std::string text(int column) const {
+    const auto* bytes = static_cast<const char*>(sqlite3_column_blob(statement_, column));
+    return bytes == nullptr ? "" : std::string(bytes, static_cast<size_t>(sqlite3_column_bytes(statement_, column)));
+  }
+  std::int64_t integer(int column) const { return sqlite3_column_int64(statement_, column); }
+  double number(int column) const { return sqlite3_column_double(statement_, column); }
+  std::optional<double> optional_number(int column) const {
+    if (sqlite3_column_type(statement_, column) == SQLITE_NULL) return std::nullopt;
+    return number(column);
+  }
+
+ private:
+  void check(bool fine) const {
+    if (!fine) fail(db_);
+  }
+
+  sqlite3* db_;
+  sqlite3_stmt* statement_ = nullptr;
+};
+
+void execute(sqlite3* db, const char* sql);
+std::int64_t pragma(sqlite3* db, const std::string& name);
+bool has_table(sqlite3* db, const std::string& name);
+
+// All or nothing of what is written between construction and commit() is kept.
+class Transaction {
+ public:
+  explicit Transaction(sqlite3* db) : db_(db) { execute(db, "BEGIN IMMEDIATE"); }
+  ~Transaction() {
+    if (!done_) sqlite3_exec(db_, "ROLLBACK", nullptr, nullptr, nullptr);
+  }
+  Transaction(const Transaction&) = delete;
+  Transaction& operator=(const Transaction&) = delete;
+  void commit() {
+    execute(db_, "COMMIT");
+    done_ = true;
+  }
+
+ private:
+  sqlite3* db_;
+  bool done_ = false;
+};
+
+}  // namespace assay::sql

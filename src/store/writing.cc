@@ -1,0 +1,104 @@
+// Writing into a results directory: one transaction a call.
+#include "store/database.h"
+#include "store/store.h"
+
+namespace assay {
+
+using sql::execute;
+using sql::Statement;
+using sql::Transaction;
+
+void Store::set_manifest(const std::vector<ManifestEntry>& entries) {
+  Transaction transaction(db_.get());
+  Statement put(db_.get(), "INSERT OR REPLACE INTO manifest VALUES(?, ?)");
+  for (const ManifestEntry& entry : entries) put.bind_all(entry.key, entry.value).run();
+  transaction.commit();
+}
+
+void Store::set_systems(const std::vector<SystemRow>& rows) {
+  Transaction transaction(db_.get());
+  execute(db_.get(), "DELETE FROM systems");
+  Statement put(db_.get(), "INSERT INTO systems VALUES(?, ?)");
+  for (const SystemRow& row : rows) put.bind_all(row.name, row.json).run();
+  transaction.commit();
+}
+
+void Store::set_contenders(const std::vector<ContenderRow>& rows) {
+  Transaction transaction(db_.get());
+  execute(db_.get(), "DELETE FROM contenders");
+  Statement put(db_.get(), "INSERT INTO contenders VALUES(?, ?, ?, ?, ?, ?, ?)");
+  for (const ContenderRow& row : rows) {
+    put.bind_all(row.name, row.engine, row.version, row.base, row.settings, row.capabilities_json, row.build_json)
+        .run();
+  }
+  transaction.commit();
+}
+
+void Store::set_runs(const std::vector<RunRow>& rows) {
+  Transaction transaction(db_.get());
+  execute(db_.get(), "DELETE FROM runs");
+  Statement put(db_.get(), "INSERT OR REPLACE INTO runs VALUES(?, ?, ?, ?)");
+  for (const RunRow& row : rows) {
+    put.bind_all(row.address, row.system, row.contender, std::optional(row.timestep_ms)).run();
+  }
+  transaction.commit();
+}
+
+void Store::set_scenes(const std::vector<SceneRow>& rows) {
+  Transaction transaction(db_.get());
+  execute(db_.get(), "DELETE FROM scenes");
+  Statement put(db_.get(), "INSERT INTO scenes VALUES(?, ?)");
+  for (const SceneRow& row : rows) put.bind_all(row.system, row.json).run();
+  transaction.commit();
+}
+
+void Store::set_conformance(const std::string& contender, const std::vector<ConformanceRow>& rows) {
+  Transaction transaction(db_.get());
+  Statement(db_.get(), "DELETE FROM conformance WHERE contender = ?").bind_all(contender).run();
+  Statement put(db_.get(), "INSERT INTO conformance VALUES(?, ?, ?, ?, ?, ?, ?)");
+  for (const ConformanceRow& row : rows) {
+    put.bind_all(contender, row.test, row.status, std::optional(row.figure), std::optional(row.tolerance), row.unit,
+                 row.note)
+        .run();
+  }
+  transaction.commit();
+}
+
+std::int64_t Store::put_cell(const Cell& cell, const std::vector<SampleSeries>& samples) {
+  Transaction transaction(db_.get());
+  Statement(db_.get(), "DELETE FROM cells WHERE key = ?").bind_all(cell.key).run();
+  Statement put(db_.get(),
+                "INSERT INTO cells(key, system, contender, timestep_ms, measure, outcome, reason, wall_s, cpu_s, "
+                "engine_s, steal, started, finished) VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+  put.bind_all(cell.key, cell.system, cell.contender, std::optional(cell.timestep_ms), cell.measure,
+               std::string(outcome_text(cell.outcome)), cell.reason, std::optional(cell.wall_s),
+               std::optional(cell.cpu_s), std::optional(cell.engine_s), std::optional(cell.steal),
+               std::optional(cell.started), std::optional(cell.finished))
+      .run();
+  const std::int64_t id = sqlite3_last_insert_rowid(db_.get());
+  Statement put_value(db_.get(), "INSERT INTO \"values\" VALUES(?, ?, ?, ?, ?, ?)");
+  for (const Value& value : cell.values) {
+    put_value.bind_all(id, value.name, value.unit, value.value, value.low, value.high).run();
+  }
+  Statement put_sample(db_.get(), "INSERT INTO samples VALUES(?, ?, ?, ?)");
+  for (const SampleSeries& series : samples) {
+    for (size_t i = 0; i < series.values.size(); ++i) {
+      put_sample.bind_all(id, series.name, static_cast<std::int64_t>(i), std::optional(series.values[i])).run();
+    }
+  }
+  transaction.commit();
+  return id;
+}
+
+void Store::set_derived(const std::vector<std::string>& names, const std::vector<Derived>& values) {
+  Transaction transaction(db_.get());
+  Statement remove(db_.get(), "DELETE FROM \"values\" WHERE name = ?");
+  for (const std::string& name : names) remove.bind_all(name).run();
+  Statement put(db_.get(), "INSERT INTO \"values\" VALUES(?, ?, ?, ?, ?, ?)");
+  for (const auto& [cell_id, value] : values) {
+    put.bind_all(cell_id, value.name, value.unit, value.value, value.low, value.high).run();
+  }
+  transaction.commit();
+}
+
+}  // namespace assay

@@ -1,0 +1,93 @@
+// A look at the speed before anything is measured.
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "base/errors.h"
+#include "measures/plausible.h"
+#include "worker/job_parts.h"
+
+namespace assay::jobs {
+
+namespace {
+
+// Seconds of processor time of a step, over a few milliseconds of them.
+double step_seconds(Stepper& stepper) {
+  constexpr double kLongEnough = 5e-3;
+  long long steps = 1, taken = 0;
+  const double before = thread_cpu_seconds();
+  while (thread_cpu_seconds() - before < kLongEnough && taken < (1LL << 20)) {
+    stepper.advance(steps);
+    taken += steps;
+    steps *= 2;
+  }
+  return (thread_cpu_seconds() - before) / static_cast<double>(taken);
+}
+
+// Seconds of processor time of a step in the mean of a whole run. A run that costs too much is left: its other steps
+// then cost what the last ones did, for piles grow.
+double whole_run_step_seconds(Stepper& stepper, long long steps) {
+  constexpr double kMostSeconds = 3;
+  std::vector<double> spent = {0};
+  const double before = thread_cpu_seconds();
+  while (std::ssize(spent) <= steps && spent.back() < kMostSeconds) {
+    stepper.advance(1);
+    spent.push_back(thread_cpu_seconds() - before);
+  }
+  const size_t taken = spent.size() - 1, recent = (taken + 2) / 3;
+  const double recent_s = (spent.back() - spent[taken - recent]) / static_cast<double>(recent);
+  return (spent.back() + recent_s * static_cast<double>(steps - std::ssize(spent) + 1)) / static_cast<double>(steps);
+}
+
+// The mean over steps at some moments of a coarse run, as far as that run comes in little time, because a step in a
+// pile costs more than one in a fall.
+double step_us_at_moments(const Subject& subject, double timestep_ms, double duration_s) {
+  constexpr double kCoarseMs = 1, kCoarseSeconds = 0.4;
+  constexpr long long kMoments = 4;
+  Stepper first(subject, subject.model.initial, 1e-3 * timestep_ms);
+  double sum_s = step_seconds(first);
+  long long moments = 1;
+  const double coarse_ms = std::max(kCoarseMs, timestep_ms);
+  Stepper coarse(subject, subject.model.initial, 1e-3 * coarse_ms);
+  const auto steps = static_cast<long long>(1e3 * duration_s / coarse_ms);
+  const Plausibility plausibility(subject.model, subject.model.initial, duration_s);
+  const double before = thread_cpu_seconds();
+  double probing_s = 0;  // at the moments
+  for (long long taken = 1; taken <= steps; ++taken) {
+    coarse.advance(1);
+    const bool enough = thread_cpu_seconds() - before - probing_s > kCoarseSeconds;
+    if (!enough && taken < steps * moments / (kMoments - 1)) continue;
+    const State state = coarse.read();
+    if (!plausibility.divergence(state).empty()) break;
+    const double moment_before = thread_cpu_seconds();
+    Stepper there(subject, state, 1e-3 * timestep_ms);
+    sum_s += step_seconds(there);
+    probing_s += thread_cpu_seconds() - moment_before;
+    ++moments;
+    if (enough) break;
+  }
+  return 1e6 * sum_s / static_cast<double>(moments);
+}
+
+}  // namespace
+
+JobDone do_job(const ProbeJob& job) {
+  const Subject subject = subject_of(job.subject);
+  const double duration_s = job.subject.duration_s;
+  JobDone done = job_done({}, 0);
+  try {
+    check_supported(subject, 1e-3 * job.timestep_ms);
+    if (job.whole_run) {
+      Stepper stepper(subject, subject.model.initial, 1e-3 * job.timestep_ms);
+      const auto steps = std::max(1LL, std::llround(1e3 * duration_s / job.timestep_ms));
+      done.step_us = 1e6 * whole_run_step_seconds(stepper, steps);
+    } else {
+      done.step_us = step_us_at_moments(subject, job.timestep_ms, duration_s);
+    }
+  } catch (const EngineError&) {
+    done.step_us = 0;  // its cells will give the reason
+  }
+  return done;
+}
+
+}  // namespace assay::jobs
