@@ -49,12 +49,19 @@ int claims(const Options& options) {
     return kDone;
   }
   for (const Judgement& each : all) {
-    print(fmt::format("{}. {}: {}\n", each.claim.number, each.claim.title, verdict_words(each.verdict)));
-    if (!each.now.empty()) print(fmt::format("   {} ({} needed)\n", each.now, each.threshold));
-    print(fmt::format("   paper:    {}\n", each.claim.paper));
-    if (!each.summary.empty()) print(fmt::format("   measured: {}\n", each.summary));
-    if (!each.reason.empty()) print(fmt::format("   why not:  {}\n", each.reason));
-    if (!each.today.empty()) print(fmt::format("   today:    {}\n", each.today));
+    print(paragraph(heading(fmt::format("{}. {}", each.claim.number, each.claim.title)) + ": " +
+                        status(verdict_words(each.verdict)),
+                    3));
+    const auto line = [](const std::string& what, const std::string& text) {
+      constexpr size_t kIndent = 13;
+      if (!text.empty()) print(paragraph(fmt::format("   {:<10}{}", what, text), kIndent));
+    };
+    constexpr size_t kNow = 5;  // "Now: "
+    if (!each.now.empty()) line("now:", fmt::format("{} Needed: {}", each.now.substr(kNow), each.threshold));
+    line("paper:", each.claim.paper);
+    line("measured:", each.summary);
+    line("why not:", each.reason);
+    line("today:", each.today);
   }
   print(fmt::format("\n{}\n", counts(all)));
   return kDone;
