@@ -25,6 +25,10 @@ struct Kind {
 constexpr Kind kModel{"model", "system", "models", ".xml"};
 constexpr Kind kCampaign{"campaign", "campaign", "campaigns", ".toml"};
 
+// A family of systems without files.
+constexpr std::string_view kCapsules = "capsules-";
+constexpr int kMostCapsules = 10000;
+
 std::vector<std::string> names_of(const Kind& kind) {
   std::vector<std::string> names;
   std::error_code error;
@@ -51,6 +55,10 @@ std::string find(const Kind& kind, const std::string& given) {
     throw InputError(fmt::format("{} '{}' is a directory: give a file in it", kind.noun, given));
   }
   if (fs::exists(status)) return given;
+  if (is_name && &kind == &kModel && given.starts_with(kCapsules)) {
+    throw InputError(
+        fmt::format("there is no system '{}': give {}N with N from 1 to {}", given, kCapsules, kMostCapsules));
+  }
   if (is_name) {
     throw InputError(
         fmt::format("there is no {} and no file named '{}'{}", kind.known, given, did_you_mean(given, names)));
@@ -88,12 +96,10 @@ std::string assay_data_dir() {
 }
 
 std::optional<int> capsules_count(std::string_view name) {
-  constexpr std::string_view kFamily = "capsules-";
-  constexpr int kMost = 10000;
-  if (!name.starts_with(kFamily)) return std::nullopt;
-  name.remove_prefix(kFamily.size());
+  if (!name.starts_with(kCapsules)) return std::nullopt;
+  name.remove_prefix(kCapsules.size());
   const std::optional<long long> count = parse_integer(name);
-  if (!count || *count < 1 || *count > kMost || std::to_string(*count) != name) return std::nullopt;
+  if (!count || *count < 1 || *count > kMostCapsules || std::to_string(*count) != name) return std::nullopt;
   return static_cast<int>(*count);
 }
 

@@ -63,6 +63,7 @@
 
 namespace assay {
 
+// Run measures (measures/run_measures.h) that nothing here names have no enumerator; they follow the last one.
 enum class Measure { kRawSpeed, kConsistency, kTruth, kDrift, kViolation, kGrasp, kAgreement, kScaling };
 std::string_view measure_text(Measure measure);  // "raw_speed", ...
 

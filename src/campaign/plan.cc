@@ -12,6 +12,7 @@
 #include "base/errors.h"
 #include "base/hash.h"
 #include "base/text.h"
+#include "measures/run_measures.h"
 
 namespace assay {
 namespace {
@@ -134,8 +135,10 @@ Plan make_plan(const Campaign& campaign, int shards) {
       }
       // These measures read one run a timestep: the first of them makes it.
       std::set<double> made;
-      for (const Measure measure : {Measure::kTruth, Measure::kDrift, Measure::kViolation, Measure::kGrasp}) {
-        if (!system.has(measure)) continue;
+      for (const Measure measure : system.measures) {
+        const bool reads_run = measure == Measure::kTruth || measure == Measure::kGrasp ||
+                               find_run_measure(measure_text(measure)) != nullptr;
+        if (!reads_run) continue;
         nlohmann::json parameters;
         if (measure == Measure::kGrasp) parameters = {system.grasp.object, system.grasp.hand, system.grasp.drop_m};
         for (const double timestep : measure == Measure::kViolation ? system.violation_ms : system.timesteps_ms) {

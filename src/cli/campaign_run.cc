@@ -23,31 +23,32 @@ void print_summary(const RunSummary& summary, const std::string& out) {
   std::vector<std::string> outcomes;
   outcomes.reserve(summary.outcomes.size());
   for (const auto& [outcome, count] : summary.outcomes) outcomes.push_back(fmt::format("{} {}", count, outcome));
-  print(fmt::format("{} in {}: {} ({} now, {} before)\n", counted(static_cast<size_t>(summary.cells), "cell", "cells"),
-                    duration_label(summary.wall_s), outcomes.empty() ? "none" : join(outcomes, ", "), summary.done_now,
-                    summary.done_before));
-  for (const std::string& contender : summary.failed_gate) print(fmt::format("not scored: {}\n", contender));
-  for (const std::string& contender : summary.left_out) print(fmt::format("left out: {}\n", contender));
-  const auto print_pairs = [](const std::vector<TimePair>& pairs, const char* what) {
+  const auto line = [](const std::string& text) { print(paragraph(text, 2)); };
+  line(fmt::format("{} in {}: {} ({} now, {} before)", counted(static_cast<size_t>(summary.cells), "cell", "cells"),
+                   duration_label(summary.wall_s), outcomes.empty() ? "none" : join(outcomes, ", "), summary.done_now,
+                   summary.done_before));
+  for (const std::string& contender : summary.failed_gate) line("not scored: " + contender);
+  for (const std::string& contender : summary.left_out) line("left out: " + contender);
+  const auto print_pairs = [&](const std::vector<TimePair>& pairs, const char* what) {
     for (const TimePair& pair : pairs) {
-      print(fmt::format("{}: {} / {} on {} at {} ms: {:.4f} ({:.4f} to {:.4f})\n", what, pair.b, pair.a, pair.system,
-                        timestep_label(pair.timestep_ms), pair.ratio, pair.low, pair.high));
+      line(fmt::format("{}: {} / {} on {} at {} ms: {:.4f} ({:.4f} to {:.4f})", what, pair.b, pair.a, pair.system,
+                       timestep_label(pair.timestep_ms), pair.ratio, pair.low, pair.high));
     }
   };
-  print_pairs(summary.aa, "the same under two names");
-  print_pairs(summary.ratios, "step time");
-  for (const std::string& warning : summary.warnings) print(fmt::format("warning: {}\n", warning));
+  print_pairs(summary.aa, "ratio of step times of one contender under two names");
+  print_pairs(summary.ratios, "ratio of step times");
+  for (const std::string& warning : summary.warnings) line("warning: " + warning);
   if (summary.engine_share_timing > 0) {
-    print(fmt::format("inside engine steps: {:.1f} % of the timing cells' time\n", 100 * summary.engine_share_timing));
+    line(fmt::format("inside engine steps: {:.1f} % of the timing cells' time", 100 * summary.engine_share_timing));
   }
   if (summary.engine_share_cpu > 0) {
-    print(fmt::format("inside engine steps: {:.1f} % of the campaign's processor time, which was {}\n",
-                      100 * summary.engine_share_cpu, duration_label(summary.cpu_s)));
+    line(fmt::format("inside engine steps: {:.1f} % of the campaign's processor time of {}",
+                     100 * summary.engine_share_cpu, duration_label(summary.cpu_s)));
   }
-  print(fmt::format("results: {}\n", (std::filesystem::path(out) / "assay.sqlite").string()));
+  line("results: " + (std::filesystem::path(out) / "assay.sqlite").string());
 }
 
-// Where an environment variable says, in a folder of it.
+// `folder` in the directory that an environment variable names.
 std::optional<std::string> folder_in(const char* variable, const char* folder) {
   const char* value = std::getenv(variable);
   if (value == nullptr || *value == '\0') return std::nullopt;
@@ -66,8 +67,8 @@ std::string references_dir(const std::optional<std::string>& given) {
 void add_references(CLI::App& command, RunRequest& request) {
   command
       .add_option("--references", request.references,
-                  "Where runs are kept for later campaigns, at most 4 GiB, the longest unused go first; 'off': nowhere "
-                  "(default: references in ASSAY_CACHE, else in the user's cache folder)")
+                  "Folder that keeps runs for later campaigns, at most 4 GiB; 'off' keeps none (default: references in "
+                  "ASSAY_CACHE, else in the user's cache folder)")
       ->type_name("DIR");
 }
 
@@ -83,8 +84,8 @@ bool run_and_summarize(const RunRequest& request) {
   options.progress = progress.get();
   const RunSummary summary = run_campaign(campaign, options);
   if (summary.interrupted) {
-    message(fmt::format("stopped by {}: {} of {} are stored in '{}', and '{}' goes on from there",
-                        strsignal(summary.signal), summary.done_before + summary.done_now,
+    message(fmt::format("stopped by {}: {} of {} are stored in '{}'; '{}' resumes", strsignal(summary.signal),
+                        summary.done_before + summary.done_now,
                         counted(static_cast<size_t>(summary.cells), "cell", "cells"), request.out, request.command));
     return false;
   }
@@ -95,9 +96,9 @@ bool run_and_summarize(const RunRequest& request) {
 void write_report_of(const std::string& dir) {
   const std::string file = (std::filesystem::path(dir) / "report.html").string();
   write_report(dir, file);
-  print(fmt::format("report: {}\n", file));
+  print(paragraph("report: " + file, 2));
   const std::string figures = (std::filesystem::path(dir) / "figures").string();
-  if (!write_figures(Store::open(dir), figures).empty()) print(fmt::format("figures: {}\n", figures));
+  if (!write_figures(Store::open(dir), figures).empty()) print(paragraph("figures: " + figures, 2));
 }
 
 }  // namespace assay::cli

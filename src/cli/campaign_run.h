@@ -12,8 +12,8 @@ namespace assay::cli {
 struct RunRequest {
   std::string campaign;                   // file or name
   std::string out;                        // results directory
-  std::optional<std::string> jobs;        // as given; one a core when it was not
-  std::optional<std::string> shard;       // as given; all when it was not
+  std::optional<std::string> jobs;        // as given; default: one a core
+  std::optional<std::string> shard;       // as given; default: all
   std::optional<std::string> references;  // as given; see add_references()
   std::string command;                    // what resumes it
 };
@@ -27,17 +27,17 @@ void add_references(CLI::App& command, RunRequest& request);
 void add_replays(CLI::App& command, std::vector<std::string>& replays);
 std::vector<double> parse_replays(const std::vector<std::string>& replays);
 
-// Of each system in `dir` runs the contenders that the report replays at each of `timesteps` (ms) that fits its
-// samples, and keeps their states. What is kept already is not run again.
+// For each system in `dir`: runs the contenders of the report's replays at each of `timesteps` (ms) that fits the
+// system's samples, and keeps their states. Skips runs that are kept already.
 void keep_replays(const std::string& dir, const std::vector<double>& timesteps);
 
-// Runs the campaign and prints what came out. True when all of it is there, false when it was interrupted.
+// Runs the campaign and prints a summary. True when it is complete, false when it was interrupted.
 bool run_and_summarize(const RunRequest& request);
 
 // Prints a line for each of the paper's claims: number, verdict, title, figures.
 void print_claims(const std::string& dir);
 
-// Writes `dir`/report.html and prints where it is.
+// Writes `dir`/report.html and prints its path.
 void write_report_of(const std::string& dir);
 
 }  // namespace assay::cli

@@ -1,17 +1,18 @@
-// `assay conformance`: the gate by hand.
+// `assay conformance`: the conformance suite by hand.
 #include "conformance/conformance.h"
 
 #include <algorithm>
-#include <array>
 #include <csignal>
 #include <map>
 
 #include <fmt/format.h>
 
 #include "base/errors.h"
+#include "base/quantity.h"
 #include "base/text.h"
 #include "cli/child.h"
 #include "cli/cli.h"
+#include "cli/conformance_markdown.h"
 
 namespace assay::cli {
 namespace {
@@ -26,8 +27,8 @@ struct Options {
   bool lines() const { return !json && !markdown; }
 };
 
-// A name may be a contender's, or an engine's for all of its contenders. None means everybody but those who do not even
-// claim to move anything, as the null engine does.
+// A name is a contender's, or an engine's for all of its contenders. No name means all contenders except those that do
+// not claim to move anything, as the null engine's.
 std::vector<ResolvedContender> chosen(const std::vector<std::string>& names) {
   const Registry& registry = Registry::instance();
   std::vector<ResolvedContender> contenders;
@@ -48,13 +49,13 @@ std::vector<ResolvedContender> chosen(const std::vector<std::string>& names) {
   return contenders;
 }
 
-// Before anything runs: run_conformance() would say so only after the first contender was set up.
+// Before anything runs: run_conformance() would refuse a name only after the first contender was set up.
 void check_tests(const std::vector<std::string>& names) {
   std::vector<std::string> known;
   for (const ConformanceTest& test : conformance_tests()) known.push_back(test.name);
   for (const std::string& name : names) {
     if (std::ranges::find(known, name) == known.end()) {
-      throw InputError(fmt::format("--test is '{}', which is no conformance test{}", name, did_you_mean(name, known)));
+      throw InputError(fmt::format("unknown conformance test '{}'{}", name, did_you_mean(name, known)));
     }
   }
 }
@@ -67,16 +68,19 @@ Json result_json(const ConformanceResult& result) {
 
 std::string result_line(const Json& result) {
   const auto text = [&](const char* key) { return result.at(key).get<std::string>(); };
-  std::string line = fmt::format("  {:<15} {:<24}", text("status"), text("test"));
+  constexpr size_t kStatusWidth = 15;  // "not-applicable " is the longest
+  std::string line = "  " + status(text("status"));
+  line.append(kStatusWidth - text("status").size(), ' ');
+  line += fmt::format(" {:<24}", text("test"));
   if (text("status") != "not-applicable") {
-    line += fmt::format(" {:.4g} of {:.4g} allowed{}{}", result.at("figure").get<double>(),
-                        result.at("tolerance").get<double>(), text("unit").empty() ? "" : " ", text("unit"));
+    line += fmt::format(" {} allowed", figure_text(result));
   }
-  if (!text("note").empty()) line += fmt::format("  {}", text("note"));
-  return line + "\n";
+  if (text("note").empty()) return paragraph(line, 4);
+  if (!terminal_columns(stdout)) return paragraph(line + "  " + text("note"));
+  return paragraph(line, 4) + paragraph("    " + text("note"), 4);
 }
 
-// The suite on one contender in a process of its own, because an adapter under work crashes now and then.
+// Runs the suite on one contender in a process of its own, because an adapter under development may crash.
 Json examine(const ResolvedContender& contender, const Options& options) {
   Json results = Json::array();
   const auto take = [&](const std::string& line) {
@@ -87,7 +91,7 @@ Json examine(const ResolvedContender& contender, const Options& options) {
     }
     results.push_back(result);
   };
-  if (options.lines()) print(contender.name + "\n");
+  if (options.lines()) print(heading(contender.name) + "\n");
   const ChildEnd end = run_in_child(
       [&](const Send& send) {
         std::signal(SIGINT, SIG_DFL);
@@ -101,8 +105,8 @@ Json examine(const ResolvedContender& contender, const Options& options) {
         return kDone;
       },
       take);
-  if (interrupted()) throw SystemError("interrupted: the tests above were run");
-  // an engine may end its process in an orderly way too: what counts is whether all results came
+  if (interrupted()) throw SystemError("interrupted: the tests above were completed");
+  // an engine may also end its process in an orderly way: what counts is whether all results came
   const auto& tests = conformance_tests();
   const auto missing = std::ranges::find_if(tests, [&](const ConformanceTest& test) {
     const bool wanted = options.tests.empty() || std::ranges::find(options.tests, test.name) != options.tests.end();
@@ -116,50 +120,6 @@ Json examine(const ResolvedContender& contender, const Options& options) {
     take(result_json(result).dump());
   }
   return results;
-}
-
-// The table for documents: a row a contender, a column a test, and what is not a plain pass in words below it.
-std::string markdown(const Json& contenders) {
-  const std::map<std::string, std::string> marks = {
-      {"pass", "✓"}, {"fail", "✕"}, {"deviation", "≈"}, {"not-applicable", "–"}};
-  std::vector<std::string> columns;
-  for (const ConformanceTest& test : conformance_tests()) columns.push_back(test.name);
-  std::string text = fmt::format("| contender | {} |\n| --- |", join(columns, " | "));
-  for (std::size_t i = 0; i < columns.size(); ++i) text += " :-: |";
-  text += "\n";
-  // What is said of several contenders alike is said once.
-  std::vector<std::pair<std::array<std::string, 3>, std::vector<std::string>>> notes;
-  for (const Json& contender : contenders) {
-    const std::string name = contender.at("contender");
-    std::map<std::string, std::string> cells;
-    for (const Json& result : contender.at("results")) {
-      const std::string status = result.at("status");
-      cells[result.at("test")] = marks.at(status);
-      if (status == "pass") continue;
-      const std::array<std::string, 3> key = {status, result.at("test"), result.at("note")};
-      auto entry = std::ranges::find(notes, key, [](const auto& note) { return note.first; });
-      if (entry == notes.end()) entry = notes.insert(notes.end(), {key, {}});
-      entry->second.push_back(status == "not-applicable"
-                                  ? name
-                                  : fmt::format("{} ({:.3g} of {:.3g}{}{})", name, result.at("figure").get<double>(),
-                                                result.at("tolerance").get<double>(),
-                                                result.at("unit").get<std::string>().empty() ? "" : " ",
-                                                result.at("unit").get<std::string>()));
-    }
-    text += fmt::format("| {} |", name);
-    for (const std::string& test : columns) text += fmt::format(" {} |", cells.contains(test) ? cells[test] : " ");
-    text += "\n";
-  }
-  const std::vector<std::pair<std::string, std::string>> headings = {
-      {"fail", "Failures"}, {"deviation", "Declared deviations"}, {"not-applicable", "Not applicable"}};
-  for (const auto& [status, heading] : headings) {
-    std::string lines;
-    for (const auto& [key, who] : notes) {
-      if (key[0] == status) lines += fmt::format("- **{}**: {}. {}\n", key[1], join(who, ", "), key[2]);
-    }
-    if (!lines.empty()) text += fmt::format("\n## {}\n\n{}", heading, lines);
-  }
-  return text;
 }
 
 int list_tests(bool as_json) {
@@ -192,15 +152,18 @@ int conformance(const Options& options) {
     if (!passed) failed.push_back(contender.name);
     json["contenders"].push_back({{"contender", contender.name}, {"conforms", passed}, {"results", results}});
     if (options.lines()) {
-      print(fmt::format("  {}: {} pass, {} fail, {} declared deviations, {} not applicable\n\n",
-                        passed ? "conforms" : "does not conform", counts["pass"], counts["fail"], counts["deviation"],
-                        counts["not-applicable"]));
+      print(paragraph(fmt::format("  {}: {} pass, {} fail, {} declared deviations, {} not applicable",
+                                  status(passed ? "conforms" : "does not conform"), counts["pass"], counts["fail"],
+                                  counts["deviation"], counts["not-applicable"]),
+                      4) +
+            "\n");
     }
   }
   if (options.json) print_json(json);
-  if (options.markdown) print(markdown(json.at("contenders")));
+  if (options.markdown) print(conformance_markdown(json.at("contenders")));
   if (failed.empty()) return kDone;
-  message(fmt::format("{} not conform: {}", failed.size() == 1 ? "one contender does" : "some contenders do",
+  message(fmt::format("{} not conform: {}",
+                      failed.size() == 1 ? "1 contender does" : fmt::format("{} contenders do", failed.size()),
                       join(failed, ", ")));
   return kFailed;
 }
@@ -209,14 +172,14 @@ int conformance(const Options& options) {
 
 void add_conformance(CLI::App& app, Action& action) {
   CLI::App* command = add_command(
-      app, "conformance", "Put contenders through the gate: each test with its figure and tolerance",
+      app, "conformance", "Run the conformance suite: each test with its figure and tolerance",
       {{"assay conformance mujoco-rk4", "the suite on one contender"},
        {"assay conformance ode --test free-fall --test pendulum", "two tests on all contenders of an engine"},
-       {"assay conformance --list", "the tests, what each means and what it needs"}});
+       {"assay conformance --list", "the tests, with the meaning and the needs of each"}});
   const auto options = std::make_shared<Options>();
   command
       ->add_option("CONTENDER", options->contenders,
-                   "Contenders, or engines for all of theirs (default: all that move)")
+                   "Contenders, or engines for all of their contenders (default: all but null)")
       ->type_name("");
   command->add_option("--engine", options->engines, "The same as an option; may be repeated")
       ->type_name("CONTENDER")
@@ -225,7 +188,7 @@ void add_conformance(CLI::App& app, Action& action) {
       ->type_name("TEST")
       ->allow_extra_args(false);
   command->add_flag("--list", options->list, "List the tests instead")->disable_flag_override();
-  CLI::Option* json = command->add_flag("--json", options->json, "Print everything that is known as JSON");
+  CLI::Option* json = command->add_flag("--json", options->json, "Print JSON");
   json->disable_flag_override();
   command->add_flag("--markdown", options->markdown, "Print a table for a document")
       ->disable_flag_override()

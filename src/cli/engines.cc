@@ -1,4 +1,6 @@
-// `assay engines`: who takes part.
+// `assay engines`: the engines and their contenders.
+#include <cstdio>
+
 #include <fmt/format.h>
 
 #include "cli/cli.h"
@@ -9,21 +11,17 @@
 namespace assay::cli {
 namespace {
 
-int list_engines(bool as_json) {
-  const Registry& registry = Registry::instance();
-  std::vector<ResolvedContender> contenders;
-  for (const std::string& name : registry.contender_names()) contenders.push_back(registry.resolve(name));
-
-  if (as_json) {
-    Json json = {{"contenders", Json::array()}, {"absent", Json::array()}};
-    for (const ResolvedContender& contender : contenders) json["contenders"].push_back(contender_json(contender));
-    for (const AbsentEngine& engine : registry.absent()) {
-      json["absent"].push_back({{"engine", engine.name}, {"reason", engine.reason}});
-    }
-    print_json(json);
-    return kDone;
+Json engines_json(const std::vector<ResolvedContender>& contenders, const std::vector<AbsentEngine>& absent) {
+  Json json = {{"contenders", Json::array()}, {"absent", Json::array()}};
+  for (const ResolvedContender& contender : contenders) json["contenders"].push_back(contender_json(contender));
+  for (const AbsentEngine& engine : absent) {
+    json["absent"].push_back({{"engine", engine.name}, {"reason", engine.reason}});
   }
+  return json;
+}
 
+// One table of everything for programs.
+void print_flat(const std::vector<ResolvedContender>& contenders) {
   std::vector<std::vector<std::string>> rows;
   rows.reserve(contenders.size());
   for (const ResolvedContender& contender : contenders) {
@@ -34,20 +32,52 @@ int list_engines(bool as_json) {
                     can.contact ? "yes" : "no", solver});
   }
   print(table({"contender", "engine", "version", "precision", "coordinates", "integrator", "contact", "solver"}, rows));
-  if (!registry.absent().empty()) print("\nnot available:\n");
-  for (const AbsentEngine& engine : registry.absent()) print(fmt::format("  {}: {}\n", engine.name, engine.reason));
+}
+
+// What an engine's contenders share stands once, so that both tables fit a terminal.
+void print_by_engine(const std::vector<ResolvedContender>& contenders) {
+  std::vector<std::vector<std::string>> engines, rows;
+  for (const ResolvedContender& contender : contenders) {
+    const Engine& engine = *contender.engine;
+    const Capabilities can = engine.capabilities(contender.settings);
+    if (engines.empty() || engines.back().front() != engine.name()) {
+      const BuildFacts build = engine.build();
+      engines.push_back({engine.name(), build.version, precision_text(can.precision),
+                         std::to_string(engine.contenders().size()), build.source});
+    }
+    rows.push_back({contender.name, coordinates_text(can.coordinates), can.contact ? "yes" : "no", contender.summary});
+  }
+  print(table({"engine", "version", "precision", "contenders", "source"}, engines, {3}));
+  print("\n" + table({"contender", "coordinates", "contact", "summary"}, rows));
+}
+
+int list_engines(bool as_json) {
+  const Registry& registry = Registry::instance();
+  std::vector<ResolvedContender> contenders;
+  for (const std::string& name : registry.contender_names()) contenders.push_back(registry.resolve(name));
+
+  if (as_json) {
+    print_json(engines_json(contenders, registry.absent()));
+    return kDone;
+  }
+  terminal_columns(stdout) ? print_by_engine(contenders) : print_flat(contenders);
+  if (!registry.absent().empty()) print("\n" + heading("not available") + ":\n");
+  for (const AbsentEngine& engine : registry.absent()) {
+    print(paragraph(fmt::format("  {}: {}", engine.name, engine.reason), 4));
+  }
   return kDone;
 }
 
 }  // namespace
 
 void add_engines(CLI::App& app, Action& action) {
-  CLI::App* command = add_command(
-      app, "engines", "List the contenders: engine, version, precision, solver, build",
-      {{"assay engines", "a table of all contenders, and why an engine is absent"},
-       {"assay engines --json | jq '.contenders[] | {contender, settings}'", "every setting with its meaning"}});
+  CLI::App* command =
+      add_command(app, "engines", "List the engines and their contenders",
+                  {{"assay engines", "all contenders, and why an engine is absent"},
+                   {"assay engines --json | jq '.contenders[].settings'", "every setting with its meaning"}});
   const auto as_json = std::make_shared<bool>(false);
-  command->add_flag("--json", *as_json, "Print everything that is known as JSON")->disable_flag_override();
+  command->add_flag("--json", *as_json, "Print JSON with all settings, capabilities and builds")
+      ->disable_flag_override();
   command->callback([&action, as_json] { action = [as_json] { return list_engines(*as_json); }; });
 }
 

@@ -26,7 +26,7 @@ struct Row {
   const Value* value;  // null: the cell has none
 };
 
-// Numbers that are not there, and those that are none, are absent in both formats.
+// Numbers that are missing or not finite are empty in CSV and null in JSON.
 std::string csv_number(const std::optional<double>& number) {
   return number && std::isfinite(*number) ? shortest(*number) : "";
 }
@@ -73,7 +73,7 @@ int export_values(const Options& options, const std::string& format) {
   std::vector<Row> rows;
   for (const Cell& cell : cells) {
     for (const Value& value : cell.values) rows.push_back({&cell, &value});
-    // a reference run has no value of its own and nothing to tell, unless it failed
+    // a reference run has no value of its own: it is listed only if it failed
     if (cell.values.empty() && cell.outcome != Outcome::kOk) rows.push_back({&cell, nullptr});
   }
   OutputFile file(options.out.value_or("-"));
@@ -84,7 +84,7 @@ int export_values(const Options& options, const std::string& format) {
 
 int export_what_is_asked(const Options& options) {
   if (options.format && options.trajectories) {
-    throw InputError("--format and --trajectories are two exports: give one of them");
+    throw InputError("--format and --trajectories were both given: choose one");
   }
   if (options.format) return export_values(options, *options.format);
   if (!options.trajectories) throw InputError("give --format for the values or --trajectories for the states");
@@ -95,17 +95,17 @@ int export_what_is_asked(const Options& options) {
 }  // namespace
 
 void add_export(CLI::App& app, Action& action) {
-  CLI::App* command =
-      add_command(app, "export", "Print the values of a results directory as CSV or JSON, or write its kept states",
-                  {{"assay export results --format csv > values.csv", "a row per value"},
-                   {"assay export results --format json --out values.json", "the same as an array of objects"},
-                   {"assay export results --trajectories npz --out states", "a NumPy file per system and contender"}});
+  CLI::App* command = add_command(
+      app, "export", "Print measured values as CSV or JSON, or write the kept states",
+      {{"assay export results --format csv > values.csv", "one row for each value"},
+       {"assay export results --format json --out values.json", "the same as an array of objects"},
+       {"assay export results --trajectories npz --out states", "one NumPy file for each system and contender"}});
   const auto options = std::make_shared<Options>();
   command->add_option("DIR", options->dir, "Results directory")->required()->type_name("");
-  command->add_option("--format", options->format, "The values, as csv or json")->type_name("csv|json");
+  command->add_option("--format", options->format, "Writes the values, as csv or json")->type_name("csv|json");
   command
       ->add_option("--trajectories", options->trajectories,
-                   "The states of the runs that were kept, as npz or csv (docs/trajectories.md)")
+                   "Writes the states of the kept runs, as npz or csv (docs/trajectories.md)")
       ->type_name("npz|csv");
   command
       ->add_option("--out", options->out,

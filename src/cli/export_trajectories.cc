@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A name as a file's: whatever could be no part of one is written as %XX, so that two names never become one.
+// A name as a file name: other characters become %XX, so that two names never become one file.
 std::string file_name(const std::string& name) {
   std::string out;
   for (const char c : name) {
@@ -91,7 +91,7 @@ void write_csv(const std::string& path, const Trajectory& trajectory, const Scen
   file.finish();
 }
 
-// Whether the states are those of the scene's model.
+// Whether the states fit the scene's model.
 bool fits(const Trajectory& trajectory, const Scene& scene) {
   return !trajectory.states.empty() && trajectory.states.front().bodies.size() == scene.bodies.size() &&
          trajectory.states.front().angle.size() == scene.hinges.size();
@@ -106,8 +106,8 @@ int export_trajectories(const std::string& dir, const std::string& format, const
   const std::vector<RunRow> runs = store.runs();
   if (runs.empty()) {
     throw InputError(
-        fmt::format("'{}' lists no kept runs: no measure of its campaign needs one, or it is older than "
-                    "this export; the command that made it lists them when it is started again",
+        fmt::format("'{}' lists no kept runs: either no measure of its campaign keeps runs, or an older assay "
+                    "made it; in that case run the command that made it again",
                     dir));
   }
   std::map<std::string, Scene> scenes;
@@ -122,7 +122,7 @@ int export_trajectories(const std::string& dir, const std::string& format, const
     if (!trajectory || scene == scenes.end() || !fits(*trajectory, scene->second)) continue;
     make_folder(fmt::format("{}/{}", folder, file_name(run.system)));
     std::string file = fmt::format("{}/{}", file_name(run.system), file_name(run.contender));
-    // The reference is the first; runs of other timesteps say theirs.
+    // The reference run comes first; names of runs at other timesteps hold the timestep.
     if (!taken.insert(file).second) file += fmt::format("-{}ms", shortest(run.timestep_ms));
     file += fmt::format(".{}", format);
     const std::string path = fmt::format("{}/{}", folder, file);
@@ -138,10 +138,10 @@ int export_trajectories(const std::string& dir, const std::string& format, const
   OutputFile file(folder + "/index.csv");
   file.write(index);
   file.finish();
-  message(fmt::format("{} in '{}'{}", counted(written, "run", "runs"), folder,
-                      written == runs.size()
-                          ? std::string()
-                          : fmt::format("; {} failed or not made yet", counted(runs.size() - written, "run", "runs"))));
+  message(fmt::format("{} written to '{}'{}", counted(written, "run", "runs"), folder,
+                      written == runs.size() ? std::string()
+                                             : fmt::format("; {} failed or not measured yet",
+                                                           counted(runs.size() - written, "run", "runs"))));
   return kDone;
 }
 

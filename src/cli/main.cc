@@ -2,6 +2,8 @@
 // sentence and a status.
 #include <algorithm>
 #include <csignal>
+#include <cstdio>
+#include <memory>
 
 #include <fmt/format.h>
 
@@ -9,15 +11,28 @@
 #include "base/errors.h"
 #include "base/text.h"
 #include "cli/cli.h"
+#include "cli/help.h"
 #include "worker/worker.h"
 
 namespace assay::cli {
 namespace {
 
 constexpr const char* kDescription =
-    "Puts one robot model into many physics engines and measures side by side how fast, how accurate and how stable "
-    "each "
-    "is.";
+    "Puts one robot model into many physics engines and measures, side by side, how fast, how accurate and how stable "
+    "each contender is. A contender is an engine with settings.";
+
+const Examples kExamples = {{"assay check my_robot.xml", "what each engine does with a model of your own"},
+                            {"assay paper --quick --out results", "measure the paper's systems in a few minutes"},
+                            {"assay recommend results humanoid --error 1mm", "the fastest contender within an error"}};
+
+struct Group {
+  const char* title;
+  std::vector<void (*)(CLI::App&, Action&)> commands;
+};
+const std::vector<Group> kGroups = {
+    {"Engines and models", {add_engines, add_systems, add_check, add_conformance}},
+    {"Measurements", {add_simulate, add_run, add_paper}},
+    {"Results", {add_recommend, add_report, add_claims, add_export, add_movie, add_snapshot}}};
 
 // The subcommand that was called, or the program itself.
 const CLI::App* called(const CLI::App& app) {
@@ -45,7 +60,7 @@ std::string unexpected_argument(const CLI::App& app, const CLI::App& command) {
                        nearest ? fmt::format(" (did you mean '{}'?)", *nearest) : "");
   }
   if (!rest.empty())
-    return fmt::format("'{}' does not know what to do with '{}'", full_name(app, command), rest.front());
+    return fmt::format("'{}' takes no further argument, but '{}' was given", full_name(app, command), rest.front());
   return "";
 }
 
@@ -74,7 +89,7 @@ void check_command(const CLI::App& app, const std::string& word) {
     names.push_back(command->get_name());
     if (command->get_name() == word) return;
   }
-  throw InputError(fmt::format("'{}' is no command of assay{}", word, did_you_mean(word, names)));
+  throw InputError(fmt::format("unknown command '{}'{}", word, did_you_mean(word, names)));
 }
 
 int run(int argc, char** argv) {
@@ -84,24 +99,20 @@ int run(int argc, char** argv) {
   CLI::App app(kDescription, "assay");
   Action action;
   app.set_version_flag("--version", fmt::format("assay {} ({})", kVersion, kGitCommit), "Print version and commit");
-  app.get_formatter()->column_width(32);
-  app.get_formatter()->label("REQUIRED", "(required)");
+  app.formatter(std::make_shared<HelpFormatter>());
+  app.get_formatter()->label("Positionals", "Arguments");
+  app.get_formatter()->label("SUBCOMMAND", "COMMAND");
   app.option_defaults()->always_capture_default(false);
   app.require_subcommand(0, 1);
-  add_engines(app, action);
-  add_systems(app, action);
-  add_check(app, action);
-  add_simulate(app, action);
-  add_paper(app, action);
-  add_run(app, action);
-  add_report(app, action);
-  add_export(app, action);
-  add_movie(app, action);
-  add_snapshot(app, action);
-  add_recommend(app, action);
-  add_claims(app, action);
-  add_conformance(app, action);
-  app.footer("'assay COMMAND --help' shows a command's options and examples.\n");
+  for (const auto& [title, commands] : kGroups) {
+    for (const auto& add : commands) {
+      add(app, action);
+      app.get_subcommands({}).back()->group(title);
+    }
+  }
+  app.footer(examples_text(kExamples,
+                           "'assay COMMAND --help' shows a command's options and examples. NO_COLOR=1 switches colours "
+                           "off."));
 
   if (argc > 1 && argv[1][0] != '-') check_command(app, argv[1]);
   try {
@@ -117,7 +128,8 @@ int run(int argc, char** argv) {
     return kWrongInput;
   }
   if (!action) {
-    std::fputs(app.help().c_str(), stderr);
+    const std::string help = terminal_text(app.help(), stderr);
+    std::fwrite(help.data(), 1, help.size(), stderr);
     return kWrongInput;
   }
   return action();

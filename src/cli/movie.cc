@@ -1,11 +1,9 @@
 // `assay movie`: contenders side by side on one clock.
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <optional>
-#include <unistd.h>
 #include <utility>
 
 #include <fmt/format.h>
@@ -69,42 +67,14 @@ std::vector<Part> stored_parts(const Store& store, const std::vector<Cell>& cell
   return parts;
 }
 
-// What is told on standard error: on a terminal one line that is written again, else a line now and then.
-class Told {
- public:
-  void line(const std::string& text) {
-    if (!terminal_ && Clock::now() - last_ < std::chrono::seconds(30)) return;
-    if (terminal_ && Clock::now() - last_ < std::chrono::milliseconds(100)) return;
-    last_ = Clock::now();
-    if (!terminal_) {
-      message(text);
-      return;
-    }
-    fmt::print(stderr, "\r\x1b[K{}", text);
-    std::fflush(stderr);
-    shown_ = true;
-  }
-  void clear() {
-    if (shown_) fmt::print(stderr, "\r\x1b[K");
-    shown_ = false;
-  }
-  ~Told() { clear(); }
-  Told() = default;
-  Told(const Told&) = delete;
-  Told& operator=(const Told&) = delete;
-
- private:
-  bool terminal_ = isatty(STDERR_FILENO) != 0, shown_ = false;
-  Clock::time_point last_ = Clock::now();
-};
-
 std::vector<Part> new_parts(const Store& store, const Options& options, const std::string& timestep,
-                            const std::vector<std::string>& contenders, Told& told) {
+                            const std::vector<std::string>& contenders, ProgressLine& progress) {
   const double timestep_ms = parse_positive("--timestep", timestep, "milliseconds");
   const double sample_ms = finer_sample_ms(store, options.system, timestep_ms, kFrameMs);
   std::vector<Part> parts;
   for (Rerun& rerun : run_again(store, options.system, contenders, timestep_ms, sample_ms, [&](size_t done) {
-         told.line(fmt::format("{} of {} runs at {} ms", done, contenders.size(), timestep_label(timestep_ms)));
+         if (!progress.due()) return;
+         progress.show(fmt::format("{} of {} runs at {} ms", done, contenders.size(), timestep_label(timestep_ms)));
        })) {
     Part& part = parts.emplace_back();
     part.contender = rerun.contender;
@@ -115,7 +85,7 @@ std::vector<Part> new_parts(const Store& store, const Options& options, const st
   return parts;
 }
 
-// Named ones as they are named, else those of the line-up that have a kept run.
+// The contenders of --contenders, else those of the line-up that have a kept run.
 std::vector<std::string> chosen(const Store& store, const Options& options) {
   std::vector<std::string> known, kept;
   for (const ContenderRow& row : store.contenders()) known.push_back(row.name);
@@ -137,7 +107,8 @@ std::vector<std::string> chosen(const Store& store, const Options& options) {
     if (std::ranges::find(names, name) == names.end()) names.push_back(name);
   }
   if (names.size() > kMostPanels) {
-    throw InputError(fmt::format("--contenders names {}: at most {} are seen side by side", names.size(), kMostPanels));
+    throw InputError(
+        fmt::format("--contenders names {} contenders: a movie shows at most {}", names.size(), kMostPanels));
   }
   return names;
 }
@@ -163,7 +134,7 @@ int lettering(int panel_width) {
   return panel_width < kLarge ? 100 : 150;
 }
 
-// A file that is removed again unless it was finished.
+// A file that is removed unless it is finished.
 class Partial {
  public:
   explicit Partial(std::string path) : path_(std::move(path)) {}
@@ -192,9 +163,9 @@ int movie(const Options& options) {
   const Scene scene = scene_named(store, options.system);
   const std::vector<std::string> contenders = chosen(store, options);
   const std::vector<Cell> cells = store.cells();
-  Told told;
+  ProgressLine progress;
   watch_for_interruption();
-  const std::vector<Part> parts = options.timestep ? new_parts(store, options, *options.timestep, contenders, told)
+  const std::vector<Part> parts = options.timestep ? new_parts(store, options, *options.timestep, contenders, progress)
                                                    : stored_parts(store, cells, options, contenders);
   if (interrupted()) return kFailed;
 
@@ -211,12 +182,12 @@ int movie(const Options& options) {
   }
   if (longest != nullptr && longest->size() < 2 && !options.timestep) {
     throw InputError(
-        fmt::format("'{}' keeps of '{}' the last states alone: give --timestep to run it again, or use "
+        fmt::format("'{}' keeps only the last states of '{}': give --timestep to run it again, or use "
                     "'assay snapshot'",
                     options.dir, options.system));
   }
   if (longest == nullptr || longest->size() < 2) {
-    throw InputError(fmt::format("none of the contenders has a run of '{}' to show: {} {}", options.system,
+    throw InputError(fmt::format("no contender has a run of '{}' to show: {}: {}", options.system,
                                  parts.front().contender, parts.front().failure));
   }
   const double sample_ms = 1000 * ((*longest)[1].time - (*longest)[0].time);
@@ -236,7 +207,7 @@ int movie(const Options& options) {
     const Clock::time_point start = Clock::now();
     for (size_t frame = 0; frame < frames; ++frame) {
       if (interrupted()) {
-        told.clear();
+        progress.clear();
         message(fmt::format("interrupted at frame {} of {}", frame, frames));
         return kFailed;
       }
@@ -250,14 +221,15 @@ int movie(const Options& options) {
         panels.push_back({state, over ? texts[i] + wrapped(parts[i].failure) : texts[i]});
       }
       encoder.write(renderer.draw(panels, columns, fmt::format("{:.2f} s", (*longest)[sample].time)));
+      if (!progress.due()) continue;
       const double elapsed = std::chrono::duration<double>(Clock::now() - start).count();
       const auto done = static_cast<double>(frame + 1);
-      told.line(fmt::format("frame {} of {}, {} left", frame + 1, frames,
-                            duration_label(elapsed * (static_cast<double>(frames) - done) / done)));
+      progress.show(fmt::format("frame {} of {}, {} left", frame + 1, frames,
+                                duration_label(elapsed * (static_cast<double>(frames) - done) / done)));
     }
     encoder.finish();
   }
-  told.clear();
+  progress.clear();
   partial.rename_to(options.out);
   message(fmt::format("'{}': {} of '{}', {} frames of {:.4g} ms", options.out,
                       counted(parts.size(), "contender", "contenders"), options.system, frames, frame_ms));
@@ -268,20 +240,20 @@ int movie(const Options& options) {
 
 void add_movie(CLI::App& app, Action& action) {
   CLI::App* command =
-      add_command(app, "movie", "Show contenders of a results directory side by side, as an H.264 movie",
-                  {{"assay movie results humanoid --out humanoid.mp4", "the kept runs of up to 12 contenders"},
-                   {"assay movie results grasp --contenders mujoco-euler,ode-quick,havok --timestep 4 --out grasp.mp4",
-                    "run again at 4 ms"}});
+      add_command(app, "movie", "Write an H.264 movie of contenders side by side",
+                  {{"assay movie results humanoid --out humanoid.mp4", "from the kept runs of up to 12 contenders"},
+                   {"assay movie results grasp --contenders mujoco-euler,havok --timestep 4 --out grasp.mp4",
+                    "runs these contenders again at 4 ms"}});
   const auto options = std::make_shared<Options>();
   command->add_option("DIR", options->dir, "Results directory")->required()->type_name("");
   command->add_option("SYSTEM", options->system, "One of its systems")->required()->type_name("");
-  command->add_option("--contenders", options->contenders, "Whom to show, up to 12, separated by commas")
+  command->add_option("--contenders", options->contenders, "Contenders to show, at most 12, separated by commas")
       ->delimiter(',')
       ->type_name("A,B,...")
       ->allow_extra_args(false);
   command
       ->add_option("--timestep", options->timestep,
-                   "Run again at this timestep, in ms (default: the kept runs, at their reference's timestep)")
+                   "Runs again at this timestep, in ms (default: shows the kept runs at their own timestep)")
       ->type_name("MS");
   command->add_option("--size", options->size, "Pixels (default: 1920x1080)")->type_name("WIDTHxHEIGHT");
   command->add_option("--out", options->out, "MP4 file to write")->required()->type_name("FILE");

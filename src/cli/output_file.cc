@@ -18,7 +18,7 @@ namespace assay::cli {
 namespace fs = std::filesystem;
 
 OutputFile::OutputFile(const std::string& path) : path_(path) {
-  if (path.empty()) throw InputError("--out is empty: give a file's name");
+  if (path.empty()) throw InputError("--out is empty: give the name of a file");
   if (path == "-") {
     written_ = path_;
     fd_ = dup(STDOUT_FILENO);
@@ -28,7 +28,7 @@ OutputFile::OutputFile(const std::string& path) : path_(path) {
     if (fs::is_directory(status)) throw InputError(fmt::format("--out '{}' is a directory: give a file in it", path));
     const bool direct = fs::exists(status) && !fs::is_regular_file(status);
     if (fs::is_regular_file(status) && access(path.c_str(), W_OK) != 0) {
-      throw SystemError(fmt::format("--out '{}' may not be written ({}): change its permissions or give another file",
+      throw SystemError(fmt::format("--out '{}' cannot be written ({}): change its permissions or give another file",
                                     path, std::strerror(errno)));
     }
     // through symbolic links, so that renaming replaces the file and not the link
@@ -39,7 +39,7 @@ OutputFile::OutputFile(const std::string& path) : path_(path) {
   if (fd_ >= 0) return;
   const int error = errno;
   if (error == ENOENT || error == ENOTDIR || error == ENAMETOOLONG) {
-    throw InputError(fmt::format("--out '{}' cannot be made ({}): give a file in a directory that exists", path,
+    throw InputError(fmt::format("--out '{}' cannot be created ({}): give a file in a directory that exists", path,
                                  std::strerror(error)));
   }
   throw SystemError(fmt::format("--out '{}' cannot be written ({}): give a file in a directory where you may write",
@@ -58,12 +58,13 @@ void OutputFile::write(std::string_view text) {
     if (count < 0 && errno == EINTR) continue;
     if (count <= 0) {
       const int error = count < 0 ? errno : ENOSPC;
-      // cut a row in two would pass for a number
+      // a row cut in two could pass for a complete one
       const bool cut = written_ == path_ || ftruncate(fd_, size_) == 0;
-      throw SystemError(fmt::format(
-          "'{}' cannot be written ({}): {}", path_ == "-" ? "standard output" : path_, std::strerror(error),
-          written_ != path_ && cut && size_ > 0 ? fmt::format("free some space; what fitted is in '{}'", written_)
-                                                : "free some space or give another file"));
+      throw SystemError(fmt::format("'{}' cannot be written ({}): {}", path_ == "-" ? "standard output" : path_,
+                                    std::strerror(error),
+                                    written_ != path_ && cut && size_ > 0
+                                        ? fmt::format("free some space; the part that fitted is in '{}'", written_)
+                                        : "free some space or give another file"));
     }
     done += static_cast<size_t>(count);
   }
@@ -73,8 +74,8 @@ void OutputFile::write(std::string_view text) {
 void OutputFile::finish() {
   const int fd = std::exchange(fd_, -1);
   if (close(fd) != 0 || (written_ != path_ && std::rename(written_.c_str(), path_.c_str()) != 0)) {
-    throw SystemError(fmt::format("'{}' cannot be written ({}): what was computed is in '{}'", path_,
-                                  std::strerror(errno), written_));
+    throw SystemError(
+        fmt::format("'{}' cannot be written ({}): the results are in '{}'", path_, std::strerror(errno), written_));
   }
 }
 

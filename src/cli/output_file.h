@@ -1,4 +1,4 @@
-// A file that somebody waits for: it appears under its name only when it is complete.
+// An output file that appears under its name only when it is complete.
 #pragma once
 
 #include <cstdint>
@@ -7,18 +7,18 @@
 
 namespace assay::cli {
 
-// Writes to "PATH.partial", which finish() renames to PATH; whatever was under PATH stays untouched until then. "-" is
-// standard output; a device or pipe is written directly. What was written stays in "PATH.partial" when the program ends
-// before finish(), unless nothing was.
+// Writes to "PATH.partial", which finish() renames to PATH; until then an earlier file at PATH stays untouched. "-" is
+// standard output; a device or a pipe is written directly. If the program ends before finish(), "PATH.partial" remains,
+// unless it is empty.
 class OutputFile {
  public:
-  // Throws InputError for a path that cannot be a file, SystemError for one that may not be written.
+  // Throws InputError for a path that cannot be a file, SystemError for one that cannot be written.
   explicit OutputFile(const std::string& path);
   ~OutputFile();
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
 
-  // The whole text or nothing of it. Throws SystemError when the disk is full.
+  // Writes the whole text or nothing. Throws SystemError when the disk is full.
   void write(std::string_view text);
 
   // Throws SystemError when the rest cannot be written or the name cannot be given.
@@ -26,7 +26,7 @@ class OutputFile {
 
   const std::string& path() const { return path_; }
 
-  // Where what was written can be found before finish(): "'x.csv.partial'", "standard output".
+  // Where the text is before finish(): "'x.csv.partial'", "standard output".
   std::string whereabouts() const;
   // Whether nothing was written, by this process or by one that it forked.
   bool empty() const;

@@ -12,19 +12,18 @@
 namespace assay::cli {
 
 void add_paper(CLI::App& app, Action& action) {
-  CLI::App* command = add_command(
-      app, "paper", "Measure the paper's campaign, write the report, judge its claims",
-      {{"assay paper --quick --out results", "minutes: fewer timesteps, shorter runs; then open results/report.html"},
-       {"assay paper --out results", "the whole campaign; Ctrl-C or kill: the same command goes on"},
-       {"assay paper --out results --replays 1,4,16", "with replays at these timesteps in the report, too"}});
+  CLI::App* command =
+      add_command(app, "paper", "Measure the paper's campaign, write the report, judge the paper's claims",
+                  {{"assay paper --quick --out results",
+                    "a few minutes: fewer timesteps, shorter runs; then open results/report.html"},
+                   {"assay paper --out results", "the whole campaign; after Ctrl-C or a kill the same command resumes"},
+                   {"assay paper --out results --replays 1,4,16", "the report also replays runs at these timesteps"}});
   const auto request = std::make_shared<RunRequest>();
   const auto quick = std::make_shared<bool>(false);
   const auto replays = std::make_shared<std::vector<std::string>>();
   command->add_flag("--quick", *quick, "The short campaign, a few minutes on two cores")->disable_flag_override();
-  command->add_option("--out", request->out, "Results directory, made when it is not there")
-      ->required()
-      ->type_name("DIR");
-  command->add_option("--jobs", request->jobs, "Accuracy workers at a time (default: one a core)")->type_name("N");
+  command->add_option("--out", request->out, "Results directory; created if missing")->required()->type_name("DIR");
+  command->add_option("--jobs", request->jobs, "Accuracy workers at a time (default: one per core)")->type_name("N");
   add_references(*command, *request);
   add_replays(*command, *replays);
   command->callback([&action, request, quick, replays] {

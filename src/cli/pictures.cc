@@ -33,8 +33,8 @@ Scene scene_named(const Store& store, const std::string& system) {
   }
   if (names.empty()) {
     throw InputError(
-        fmt::format("'{}' does not say how its systems look, because an older assay made it: the command "
-                    "that made it adds that when it is started again",
+        fmt::format("'{}' was made by an older assay and holds no pictures' data of its systems: run the "
+                    "command that made it again to add them",
                     store.dir()));
   }
   throw InputError(fmt::format("'{}' has no system '{}'{}", store.dir(), system, did_you_mean(system, names)));

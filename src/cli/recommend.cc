@@ -113,28 +113,6 @@ std::string with_interval(const Interval& interval, const std::string& unit) {
   return fmt::format("{} ({} to {})", text, quantity_text(interval.low, unit), quantity_text(interval.high, unit));
 }
 
-// Words in lines of at most 80 columns; lines after the first begin with `indent` spaces.
-std::string wrapped(const std::string& text, size_t indent) {
-  constexpr size_t kWidth = 80;
-  const auto width = [](std::string_view part) {
-    return static_cast<size_t>(std::ranges::count_if(part, [](char c) { return (c & 0xc0) != 0x80; }));
-  };
-  std::string out, line;
-  size_t at = 0;
-  while (at < text.size()) {
-    const size_t end = std::min(text.find(' ', at + 1), text.size());
-    const std::string word = text.substr(at, end - at);
-    if (!line.empty() && width(line) + width(word) > kWidth) {
-      out += line + "\n";
-      line = std::string(indent, ' ') + word.substr(word.find_first_not_of(' ') == std::string::npos ? 0 : 1);
-    } else {
-      line += word;
-    }
-    at = end;
-  }
-  return out + line + "\n";
-}
-
 // Several of them as one sentence's end.
 std::string places_text(const SystemAnswers& answers, const std::vector<size_t>& candidates) {
   std::vector<std::string> places;
@@ -165,7 +143,7 @@ std::string candidates_table(const SystemAnswers& answers, const Question& quest
     }
   }
   std::string text = table(headings, rows, {1, 2, 3, 4, 5});
-  if (estimated) text += "~ interpolated between timed timesteps\n";
+  if (estimated) text += paragraph("~ interpolated between timed timesteps");
   return text;
 }
 
@@ -203,7 +181,7 @@ std::vector<LeftOut> left_out(const SystemAnswers& answers, const Question& ques
 void print_left_out(const SystemAnswers& answers, const Question& question) {
   const std::vector<LeftOut> groups = left_out(answers, question);
   if (groups.empty()) return;
-  print("\nNot considered:\n");
+  print("\n" + heading("Not considered") + ":\n");
   for (const LeftOut& group : groups) {
     std::string steps;
     if (group.fails) {
@@ -213,7 +191,7 @@ void print_left_out(const SystemAnswers& answers, const Question& question) {
       for (const double step : group.timesteps_ms) labels.push_back(timestep_label(step));
       steps = fmt::format("at {} ms", join(labels, ", "));
     }
-    print(wrapped(fmt::format("  {} {}: {}", group.contender, steps, group.why), 4));
+    print(paragraph(fmt::format("  {} {}: {}", group.contender, steps, group.why), 4));
   }
 }
 
@@ -320,30 +298,31 @@ int recommend_to(const Options& options) {
   }
   const Candidate& best = answers.candidates[*found.best];
   const Point& point = answers.at(best);
-  print(fmt::format("{}: {}, {} real time\n", answers.system, place_text(point),
-                    realtime_text(point.speed->factor.value)));
-  print(wrapped(fmt::format("  asked:  {}", limits_text(question)), 10));
-  print(wrapped(fmt::format("  speed:  {}, {}", with_interval(point.speed->factor, "1"),
-                            point.speed->timed ? "timed at this timestep"
-                                               : fmt::format("interpolated between {} and {} ms",
-                                                             timestep_label(point.speed->below_ms),
-                                                             timestep_label(point.speed->above_ms))),
-                10));
+  print(paragraph(heading(fmt::format("{}: {}, {} real time", answers.system, place_text(point),
+                                      realtime_text(point.speed->factor.value))),
+                  2));
+  print(paragraph(fmt::format("  asked:  {}", limits_text(question)), 10));
+  print(paragraph(fmt::format("  speed:  {}, {}", with_interval(point.speed->factor, "1"),
+                              point.speed->timed ? "timed at this timestep"
+                                                 : fmt::format("interpolated between {} and {} ms",
+                                                               timestep_label(point.speed->below_ms),
+                                                               timestep_label(point.speed->above_ms))),
+                  10));
   for (const Asked& asked : question.asked) {
     const Worst& worst = best.worst.at(asked.value.name);
-    print(wrapped(
+    print(paragraph(
         fmt::format("  {}:  {}{}", asked.value.brief, with_interval(worst.value, asked.value.unit),
                     same_timestep(worst.at_ms, point.timestep_ms)
                         ? ""
                         : fmt::format(", at {} ms, the largest up to this timestep", timestep_label(worst.at_ms))),
         10));
   }
-  print(wrapped("  margin: " + best.margin, 10));
+  print(paragraph("  margin: " + best.margin, 10));
   if (!found.alike.empty()) {
-    print(wrapped("  not told apart by speed: " + places_text(answers, found.alike), 10));
+    print(paragraph("  not told apart by speed: " + places_text(answers, found.alike), 10));
   }
   if (found.certain != found.best) {
-    print(wrapped(
+    print(paragraph(
         fmt::format("  its 95 % interval reaches beyond the limit; {}",
                     found.certain
                         ? fmt::format("the fastest that stays within as a whole: {}, {}",
@@ -355,11 +334,12 @@ int recommend_to(const Options& options) {
   if (options.error && !options.measure && question.asked.front().value.name == "consistency" &&
       std::ranges::find(answers.errors, "truth_error") != answers.errors.end()) {
     print(
-        wrapped("  self-consistency is not accuracy: --measure truth asks for the error against the reference "
-                "solution",
-                10));
+        paragraph("  self-consistency is not accuracy: --measure truth asks for the error against the reference "
+                  "solution",
+                  10));
   }
-  print("\nEach contender at its fastest within the limits:\n" + candidates_table(answers, question, found.contenders));
+  print("\n" + paragraph(heading("Each contender at its fastest within the limits") + ":") +
+        candidates_table(answers, question, found.contenders));
   print_left_out(answers, question);
   return kDone;
 }

@@ -23,7 +23,7 @@ struct Options {
   std::vector<std::string> replays;  // timesteps as given
 };
 
-// Opened for writing as what it is already.
+// Opens a results directory for writing, under the campaign that it holds.
 Store open_to_write(const std::string& dir) {
   const Store store = Store::open(dir);
   return Store::create(dir, {store.manifest("campaign").value_or(""), store.manifest("campaign_hash").value_or("")});
@@ -34,7 +34,7 @@ Store open_to_write(const std::string& dir) {
 void add_replays(CLI::App& command, std::vector<std::string>& replays) {
   command
       .add_option("--replays", replays,
-                  "Timesteps in ms: contenders of the replays run again at these, and their states are kept in DIR")
+                  "Timesteps in ms: runs the replayed contenders again at these and keeps their states in DIR")
       ->delimiter(',')
       ->type_name("MS,...")
       ->allow_extra_args(false);
@@ -61,7 +61,7 @@ void keep_replays(const std::string& dir, const std::vector<double>& timesteps) 
     if (kept.empty()) continue;
     for (const double timestep : timesteps) {
       if (!fits_samples(store, scene.system, timestep)) {
-        message(fmt::format("{} has no replay at {} ms, which does not divide the time between its states",
+        message(fmt::format("{} has no replay at {} ms, because that does not divide the time between its states",
                             scene.system, timestep_label(timestep)));
         continue;
       }
@@ -74,10 +74,10 @@ void keep_replays(const std::string& dir, const std::vector<double>& timesteps) 
 }
 
 void add_report(CLI::App& app, Action& action) {
-  CLI::App* command = add_command(
-      app, "report", "Write DIR/report.html, one file that works offline, and the paper's figures in DIR/figures",
-      {{"assay report results", "also while the campaign is running: what is there is shown"},
-       {"assay report results --replays 1,4,16", "with replays at these timesteps, too"}});
+  CLI::App* command =
+      add_command(app, "report", "Write DIR/report.html, one file that works offline, and the paper's figures",
+                  {{"assay report results", "also while the campaign is running: shows the results so far"},
+                   {"assay report results --replays 1,4,16", "also replays runs at these timesteps"}});
   const auto options = std::make_shared<Options>();
   command->add_option("DIR", options->dir, "Results directory")->required()->type_name("");
   add_replays(*command, options->replays);

@@ -31,7 +31,7 @@ struct Shot {
 
 Shot of_model(const Options& options) {
   if (options.contender || options.time) {
-    throw InputError(fmt::format("--{} is for results: give their directory and a system before it",
+    throw InputError(fmt::format("--{} selects a stored run: give a results directory and a system instead of a model",
                                  options.contender ? "contender" : "time"));
   }
   const Model model = load_model(find_model(options.where.front()), {.drop_unsupported = true});
@@ -57,7 +57,7 @@ Shot of_results(const Options& options) {
                                  did_you_mean(*options.contender, kept)));
   }
   if (shot.states.size() == 1) {
-    message(fmt::format("note: of this run the state at {} s alone is kept", shortest(shot.states.back().time)));
+    message(fmt::format("note: of this run only the state at {} s is kept", shortest(shot.states.back().time)));
   }
   if (options.time) {
     const double last = shot.states.back().time;
@@ -87,19 +87,19 @@ int snapshot(const Options& options) {
 
 void add_snapshot(CLI::App& app, Action& action) {
   CLI::App* command = add_command(
-      app, "snapshot", "Draw a state as a PNG picture, by MuJoCo's renderer",
-      {{"assay snapshot humanoid --out humanoid.png", "the state that a model's runs start from"},
+      app, "snapshot", "Draw a state as a PNG picture",
+      {{"assay snapshot humanoid --out humanoid.png", "the initial state of a model"},
        {"assay snapshot results humanoid --contender ode-quick --time 1.5 --out fallen.png", "a state of a kept run"}});
   const auto options = std::make_shared<Options>();
   command->add_option("WHERE", options->where, "A model (file or system's name), or a results directory and a system")
       ->required()
       ->expected(1, 2)
       ->type_name("MODEL|DIR SYSTEM");
-  command->add_option("--contender", options->contender, "Whose run (default: the first that was kept)")
+  command->add_option("--contender", options->contender, "Contender of the run (default: the first run that is kept)")
       ->type_name("CONTENDER");
   command
       ->add_option("--time", options->time,
-                   "Seconds since the start; the nearest kept state is drawn (default: the first)")
+                   "Seconds since the start; draws the nearest kept state (default: the first)")
       ->type_name("S");
   command->add_option("--size", options->size, "Pixels (default: 1280x960)")->type_name("WIDTHxHEIGHT");
   command->add_option("--out", options->out, "PNG file to write; '-' is standard output")

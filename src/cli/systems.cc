@@ -3,7 +3,7 @@
 
 #include "base/errors.h"
 #include "base/paths.h"
-#include "base/text.h"
+#include "base/quantity.h"
 #include "cli/cli.h"
 #include "cli/facts.h"
 #include "model/mjcf.h"
@@ -20,12 +20,12 @@ int list_systems(bool as_json) {
       const Model model = load_model(find_model(name));
       const Json facts = model_json(name, model);
       const auto count = [&](const char* key) { return facts.at(key).dump(); };
-      rows.push_back({name, count("bodies"), count("dof"), count("hinges"), count("free_joints"), count("spheres"),
-                      count("capsules"), count("planes"), count("contact_pairs"),
-                      fmt::format("{:.6g}", model.total_mass())});
+      rows.push_back({name, count("bodies"), count("dof"), count("hinges"), count("free_joints"),
+                      std::to_string(model.shapes.size()), count("contact_pairs"),
+                      quantity_text(model.total_mass(), "kg")});
       json.push_back(facts);
     } catch (const InputError& error) {
-      // one file that somebody is writing at does not hide the others
+      // one broken file does not hide the others
       message(error.what());
       status = kWrongInput;
     }
@@ -33,9 +33,8 @@ int list_systems(bool as_json) {
   if (as_json) {
     print_json(Json{{"systems", json}});
   } else {
-    print(table({"system", "bodies", "DOF", "hinges", "free joints", "spheres", "capsules", "planes", "contact pairs",
-                 "mass (kg)"},
-                rows, {1, 2, 3, 4, 5, 6, 7, 8, 9}));
+    print(table({"system", "bodies", "DOF", "hinges", "free joints", "shapes", "contact pairs", "mass"}, rows,
+                {1, 2, 3, 4, 5, 6, 7}));
   }
   return status;
 }
@@ -43,11 +42,11 @@ int list_systems(bool as_json) {
 }  // namespace
 
 void add_systems(CLI::App& app, Action& action) {
-  CLI::App* command = add_command(app, "systems", "List the systems: bodies, DOF, joints, shapes, contact pairs, mass",
-                                  {{"assay systems", "a table of the models that come with assay"},
-                                   {"ASSAY_DATA=~/lab assay systems", "those of ~/lab/models instead"}});
+  CLI::App* command = add_command(app, "systems", "List the systems (models) that come with assay",
+                                  {{"assay systems", "bodies, degrees of freedom, shapes, contact pairs, mass"},
+                                   {"ASSAY_DATA=~/lab assay systems", "the models of ~/lab/models instead"}});
   const auto as_json = std::make_shared<bool>(false);
-  command->add_flag("--json", *as_json, "Print everything that is known as JSON")->disable_flag_override();
+  command->add_flag("--json", *as_json, "Print JSON")->disable_flag_override();
   command->callback([&action, as_json] { action = [as_json] { return list_systems(*as_json); }; });
 }
 

@@ -3,11 +3,10 @@
 #include <cstdio>
 #include <memory>
 #include <string>
-#include <sys/ioctl.h>
-#include <unistd.h>
 
 #include <fmt/format.h>
 
+#include "base/terminal.h"
 #include "base/text.h"
 #include "coordinator/run.h"
 
@@ -82,13 +81,17 @@ class Bar final : public Progress {
   void end() override { clear(); }
 
  private:
-  static constexpr size_t kBarWidth = 24;
+  static constexpr size_t kUsualColumns = 80, kWidestBar = 24, kLeastForRate = 64;
 
   void line(const std::string& text) {
     clear();
-    fmt::print(stream_, "{}\n", text);
+    for (const std::string& each : wrapped(text, columns(), 2)) {
+      fmt::print(stream_, "{}\n", terminal_text(each, stream_));
+    }
     std::fflush(stream_);
   }
+
+  size_t columns() const { return terminal_columns(stream_).value_or(kUsualColumns); }
 
   void clear() {
     if (drawn_) std::fputs("\r\x1b[K", stream_);
@@ -101,18 +104,19 @@ class Bar final : public Progress {
     constexpr double kInterval = 0.1;
     if (!now && std::chrono::duration<double>(Clock::now() - last_).count() < kInterval) return;
     last_ = Clock::now();
-    winsize size{};
-    const size_t width = ::ioctl(::fileno(stream_), TIOCGWINSZ, &size) == 0 && size.ws_col > 20 ? size.ws_col : 100;
-    const auto filled = static_cast<size_t>(counter_.share() * kBarWidth);
+    const size_t width = columns(), bar = std::min(width / 5, kWidestBar);
+    const auto filled = static_cast<size_t>(counter_.share() * static_cast<double>(bar));
     std::string text;
     if (counter_.all() > 0) {  // before that there is no plan yet
-      text = fmt::format("[{}{}] {}/{}  ", std::string(filled, '='), std::string(kBarWidth - filled, ' '),
-                         counter_.done(), counter_.all());
-      if (counter_.done_now() > 0 && counter_.elapsed_s() > 1) text += counter_.rate() + "  ";
+      text = fmt::format("[{}{}] {}/{}  ", std::string(filled, '='), std::string(bar - filled, ' '), counter_.done(),
+                         counter_.all());
+      const bool rate_is_known = counter_.done_now() > 0 && counter_.elapsed_s() > 1;
+      if (rate_is_known && width >= kLeastForRate) text += counter_.rate() + "  ";
       text += duration_label(std::max(0.0, remaining_s_)) + " left  ";
     }
     text += phase_ + (phase_.empty() || current_.empty() ? "" : ": ") + current_;
-    fmt::print(stream_, "\r{}\x1b[K", text.substr(0, width - 1));
+    // a line that fills the last column would wrap on some terminals
+    fmt::print(stream_, "\r{}\x1b[K", terminal_text(clipped(text, width - 1), stream_));
     std::fflush(stream_);
     drawn_ = true;
   }
@@ -151,7 +155,7 @@ class Lines final : public Progress {
 
  private:
   void line(const std::string& text) {
-    fmt::print(stream_, "{}\n", text);
+    fmt::print(stream_, "{}\n", terminal_text(text, stream_));
     std::fflush(stream_);
   }
 
@@ -163,7 +167,7 @@ class Lines final : public Progress {
 }  // namespace
 
 std::unique_ptr<Progress> make_progress(FILE* stream) {
-  if (::isatty(::fileno(stream)) == 1) return std::make_unique<Bar>(stream);
+  if (terminal_columns(stream)) return std::make_unique<Bar>(stream);
   return std::make_unique<Lines>(stream);
 }
 

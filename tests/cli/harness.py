@@ -2,15 +2,19 @@
 
 import csv
 import ctypes
+import fcntl
 import io
 import json
 import os
 import pathlib
+import pty
 import re
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
+import termios
 import unittest
 
 PROGRAM = os.environ.get("ASSAY_PROGRAM", "")
@@ -74,6 +78,27 @@ class AssayTest(unittest.TestCase):
         """The finished process, whatever its status is."""
         return subprocess.run(self.command(*arguments), cwd=self.dir, env=self.env, capture_output=True, text=True,
                               stdin=subprocess.DEVNULL, timeout=500, **options)
+
+    def on_terminal(self, *arguments, columns=80, **environment):
+        """Status and text of a run on a terminal of its own, where standard output and error are one."""
+        master, slave = pty.openpty()
+        fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
+        unset = ("NO_COLOR", "CLICOLOR_FORCE", "COLUMNS")
+        env = {key: value for key, value in self.env.items() if key not in unset}
+        process = subprocess.Popen(self.command(*arguments), cwd=self.dir, env={**env, "TERM": "xterm", **environment},
+                                   stdout=slave, stderr=slave, stdin=subprocess.DEVNULL)
+        os.close(slave)
+        shown = b""
+        while True:
+            try:
+                part = os.read(master, 65536)
+            except OSError:  # the last process has closed it
+                break
+            if not part:
+                break
+            shown += part
+        os.close(master)
+        return process.wait(timeout=500), shown.decode().replace("\r\n", "\n")
 
     def start_assay(self, *arguments, **options):
         return subprocess.Popen(self.command(*arguments), cwd=self.dir, env=self.env, text=True,

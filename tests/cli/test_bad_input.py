@@ -36,6 +36,8 @@ class Models(AssayTest):
     def test_unknown_system_gets_the_nearest_name(self):
         self.refused_by_all("planar-chian", ["'planar-chian'", "did you mean 'planar-chain'?"])
         self.refused_by_all("zzzzzzzz", ["'zzzzzzzz'", "planar-chain", "capsules-27"])
+        for count in ["1000000", "0", "many"]:
+            self.refused_by_all(f"capsules-{count}", [f"'capsules-{count}'", "N from 1 to 10000"])
 
     def test_directory_and_empty_name(self):
         (self.dir / "folder").mkdir()
@@ -107,8 +109,8 @@ class Numbers(AssayTest):
 
     def test_numbers_must_be_numbers(self):
         for text in ["abc", "1ms", "nan", "inf", "1/0", "1,5", "0x10"]:
-            self.simulate(["--timestep", f"'{text}'", "no number"], timestep=text)
-            self.simulate(["--duration", f"'{text}'", "no number"], duration=text)
+            self.simulate(["--timestep", f"'{text}'", "not a number"], timestep=text)
+            self.simulate(["--duration", f"'{text}'", "not a number"], duration=text)
 
     def test_empty_values(self):
         for option in ["--timestep", "--duration", "--sample"]:

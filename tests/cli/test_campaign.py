@@ -232,8 +232,8 @@ class Interrupted(CampaignTest):
                 continue  # it was done before
             self.assertEqual((process.returncode, out), (1, ""), err)
             last = err.splitlines()[-1]
-            self.assertRegex(last, r"^assay: stopped by (Interrupt|Terminated): \d+ of 26 cells are stored in 'results', "
-                                   r"and 'assay run tiny.toml --out results' goes on from there$")
+            self.assertRegex(last, r"^assay: stopped by (Interrupt|Terminated): \d+ of 26 cells are stored in 'results'; "
+                                   r"'assay run tiny.toml --out results' resumes$")
             with sqlite3.connect(self.dir / "results/assay.sqlite") as db:
                 # the harness is measured beside the campaign's contenders and is none of them
                 cells = db.execute("SELECT count(*) FROM cells WHERE contender <> 'null'").fetchone()[0]

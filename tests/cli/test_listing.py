@@ -179,9 +179,25 @@ class Check(AssayTest):
         self.use_mishap_engine()
         self.write("ball.xml", BALL)
         text = self.assay("check", "ball.xml")
-        self.assertRegex(text, r"(?m)^mishap \(mishap-refuse\): refused\n  refused +body 'ball': give it to somebody else$")
-        self.assertRegex(text, r"(?m)^mishap \(mishap-inexact\): approximated\n  approximated +body 'ball': rounded$")
-        self.assertRegex(text, r"(?m)^mishap \(mishap, .*mishap-far, .*mishap-chatter\): exact$")
+        self.assertRegex(text, r"(?m)^mishap +refused +1 +mishap-refuse$")
+        self.assertRegex(text, r"(?m)^mishap +approximated +1 +mishap-inexact$")
+        self.assertRegex(text, r"(?m)^mishap +exact +all but mishap-refuse, mishap-inexact$")
+        self.assertRegex(text, r"(?m)^refused\n  body 'ball': give it to somebody else\n    mishap-refuse$")
+        self.assertRegex(text, r"(?m)^  body 'ball': rounded\n    mishap-inexact$")
+
+    def test_items_that_are_alike_are_one(self):
+        """One statement for all joints that an engine treats alike, and for all engines that say the same."""
+        report = self.assay_json("check", "humanoid", "--json")
+        text = self.assay("check", "humanoid")
+        head, *statements = re.split(r"\n\n|\n(?=  \S)", text.split("engine ", 1)[1])
+        for engine in report["engines"]:
+            counts = [sum(item["fidelity"] == kind for item in engine["findings"]) for kind in ("refused", "approximated")]
+            row = rf"(?m)^{engine['engine']} +{engine['verdict']} +" + "".join(f"{n} +" for n in counts if n)
+            self.assertRegex(head, row + rf"(all \d|all but|{engine['contenders'][0]}\b)")
+        limits = [line for line in statements if re.search(r"\blimit\b.*\bof all \d+ joints|limit of all \d+ joints", line)]
+        self.assertTrue(limits, text)
+        self.assertIn(f"all {report['model']['hinges']} joints", text)
+        self.assertLess(len(text.splitlines()), 120)
 
     def test_unsupported_shape_is_refused_or_left_out_by_name(self):
         self.write("box.xml", self.BOX)

@@ -138,7 +138,7 @@ class Trajectories(WithResults):
         sorted((self.dir / "results/trajectories").glob("*.bin"))[0].unlink()
         done = self.run_assay("export", "results", "--trajectories", "npz", "--out", "states")
         self.assertEqual(done.returncode, 0)
-        self.assertIn("1 run in 'states'; 1 run failed or not made yet", done.stderr)
+        self.assertIn("1 run written to 'states'; 1 run failed or not measured yet", done.stderr)
         self.assertEqual(len(list((self.dir / "states").rglob("*.npz"))), 1)
 
     def test_refusals(self):

@@ -43,7 +43,7 @@ class Help(AssayTest):
 
 class WrongUsage(AssayTest):
     def test_unknown_command_gets_the_nearest_name(self):
-        self.refused("simlate", naming=["'simlate'", "did you mean 'simulate'?"])
+        self.refused("simlate", naming=["unknown command 'simlate'", "did you mean 'simulate'?"])
         self.refused("zzzzzz", naming=["'zzzzzz'", *COMMANDS])
 
     def test_unknown_option_gets_the_nearest_name(self):
