@@ -53,8 +53,8 @@ int claims(const Options& options) {
                         status(verdict_words(each.verdict)),
                     3));
     const auto line = [](const std::string& what, const std::string& text) {
-      constexpr size_t kIndent = 13;
-      if (!text.empty()) print(paragraph(fmt::format("   {:<10}{}", what, text), kIndent));
+      constexpr size_t kIndent = 5;
+      if (!text.empty()) print(paragraph(fmt::format("   {} {}", what, text), kIndent));
     };
     constexpr size_t kNow = 5;  // "Now: "
     if (!each.now.empty()) line("now:", fmt::format("{} Needed: {}", each.now.substr(kNow), each.threshold));
