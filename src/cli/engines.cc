@@ -42,15 +42,14 @@ void print_by_engine(const std::vector<ResolvedContender>& contenders) {
     const Capabilities can = engine.capabilities(contender.settings);
     const std::string precision = precision_text(can.precision);
     if (engines.empty() || engines.back().front() != engine.name()) {
-      const BuildFacts build = engine.build();
-      engines.push_back({engine.name(), build.version, precision, can.contact ? "yes" : "no",
-                         std::to_string(engine.contenders().size()), build.source});
+      engines.push_back({engine.name(), engine.build().version, precision, can.contact ? "yes" : "no",
+                         std::to_string(engine.contenders().size())});
     }
     std::string& precisions = engines.back()[2];
     if (precisions.find(precision) == std::string::npos) precisions += ", " + precision;
     rows.push_back({contender.name, coordinates_text(can.coordinates), contender.summary});
   }
-  print(table({"engine", "version", "precision", "contact", "contenders", "source"}, engines, {4}));
+  print(table({"engine", "version", "precision", "contact", "contenders"}, engines, {4}));
   print("\n" + table({"contender", "coordinates", "summary"}, rows));
 }
 
