@@ -1,4 +1,4 @@
-// Simbody's side of direct_simbody.cc, which C++17 understands: Simbody 3.7's headers are no C++20.
+// Simbody's side of direct_simbody.cc, valid C++17 because Simbody 3.7's headers are not valid C++20.
 #pragma once
 
 #include <memory>

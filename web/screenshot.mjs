@@ -42,8 +42,8 @@ try {
   await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: values.dark ? "dark" : "light" }]);
   await page.goto(pathToFileURL(resolve(file)).href, { waitUntil: "load" });
   await page.waitForSelector("body[data-ready]");
-  // A sticky bar would be repeated or cover what is below it.
-  await page.addStyleTag({ content: "nav { position: static !important; }" });
+  // What is sticky would be repeated or cover what is below it.
+  await page.addStyleTag({ content: "nav, .legend-box { position: static !important; max-height: none !important; }" });
   const top = values.from ? await page.$eval(values.from, (node) => node.getBoundingClientRect().top + window.scrollY) : 0;
   const whole = await page.evaluate(() => document.documentElement.scrollHeight);
   let bottom = values.height ? top + Number(values.height) : whole;

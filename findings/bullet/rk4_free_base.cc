@@ -1,6 +1,6 @@
 // Bullet 3.2.7, btMultiBody::useRK4Integration on a free base: first order, not fourth.
 //
-// A torque-free rigid body keeps its angular momentum L = R I R^T w. This program rotates one with Bullet's API alone,
+// A torque-free rigid body keeps its angular momentum L = R I R^T w. This program rotates one with only Bullet's API,
 // as the base of a btMultiBody without links, and again as the last link of a fixed base with three oblique hinges
 // (there no momentum is kept, so the end positions of successive timesteps are compared). Halving the timestep divides
 // the error of the free base by 2 and that of the fixed base by 16.

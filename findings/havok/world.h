@@ -1,4 +1,4 @@
-// A world of Havok's for the findings, set up with its exported functions alone: no gravity unless asked for, no
+// A world of Havok's for the findings, set up with only its exported functions: no gravity unless asked for, no
 // damping, no speed limit to speak of, bodies always active, one solver for all timesteps.
 #pragma once
 

@@ -17,7 +17,7 @@
 #include "base/text.h"
 #include "campaign/roster.h"
 #include "campaign/section.h"
-#include "measures/mechanics.h"
+#include "measures/run_measures.h"
 #include "model/mjcf.h"
 #include "reference/smooth.h"
 
@@ -98,15 +98,12 @@ void check_measures(const Section& section, const CampaignSystem& system, bool p
                                       system.name, obstacle.empty() ? "its control is not passive" : obstacle));
     }
   }
-  if (system.has(Measure::kDrift) && !conserved_quantities(system.model, !passive).any()) {
-    section.fail(where, fmt::format("system '{}' conserves neither energy nor momentum: leave 'drift' out of its "
-                                    "measures",
-                                    system.name));
-  }
-  if (system.has(Measure::kViolation) && system.model.hinges.empty() && system.model.contacts.empty()) {
-    section.fail(where, fmt::format("system '{}' has neither joints nor contacts to violate: leave 'violation' out of "
-                                    "its measures",
-                                    system.name));
+  for (const Measure measure : system.measures) {
+    const RunMeasure* of_run = find_run_measure(measure_text(measure));
+    const std::string obstacle = of_run == nullptr ? "" : of_run->obstacle(system.model, passive);
+    if (obstacle.empty()) continue;
+    section.fail(where, fmt::format("system '{}' {}: leave '{}' out of its measures", system.name, obstacle,
+                                    measure_text(measure)));
   }
   if (system.has(Measure::kGrasp) && system.grasp.object < 0) {
     section.fail(where, fmt::format("system '{}' does not say who is to stay in whose hand: give grasp = {{object = "

@@ -9,11 +9,12 @@
 #include <fmt/format.h>
 
 #include "base/text.h"
+#include "measures/run_measures.h"
 
 namespace assay {
 namespace {
 
-constexpr std::array<std::pair<Measure, std::string_view>, 8> kMeasures = {{
+constexpr std::array<std::pair<Measure, std::string_view>, 8> kNamedMeasures = {{
     {Measure::kRawSpeed, "raw_speed"},
     {Measure::kConsistency, "consistency"},
     {Measure::kTruth, "truth"},
@@ -24,16 +25,28 @@ constexpr std::array<std::pair<Measure, std::string_view>, 8> kMeasures = {{
     {Measure::kScaling, "scaling"},
 }};
 
+using MeasureName = std::pair<Measure, std::string_view>;
+
+const std::vector<MeasureName>& all_measures() {
+  static const std::vector<MeasureName> kAll = [] {
+    std::vector<MeasureName> all(kNamedMeasures.begin(), kNamedMeasures.end());
+    for (const RunMeasure& row : run_measures()) {
+      if (std::ranges::find(kNamedMeasures, row.name, &MeasureName::second) != kNamedMeasures.end()) continue;
+      all.emplace_back(static_cast<Measure>(all.size()), row.name);
+    }
+    return all;
+  }();
+  return kAll;
+}
+
 }  // namespace
 
-std::string_view measure_text(Measure measure) {
-  return std::ranges::find(kMeasures, measure, &std::pair<Measure, std::string_view>::first)->second;
-}
+std::string_view measure_text(Measure measure) { return all_measures().at(static_cast<size_t>(measure)).second; }
 
 std::vector<std::string> measure_names() {
   std::vector<std::string> names;
-  names.reserve(kMeasures.size());
-  for (const auto& [measure, text] : kMeasures) names.emplace_back(text);
+  names.reserve(all_measures().size());
+  for (const auto& [measure, text] : all_measures()) names.emplace_back(text);
   return names;
 }
 
@@ -146,8 +159,8 @@ std::optional<std::vector<Measure>> Section::measures(std::string_view key) cons
   std::set<Measure> sorted;
   for (const toml::node& entry : list(key, *node)) {
     const std::string name = entry.value_or(std::string());
-    const auto* found = std::ranges::find(kMeasures, name, &std::pair<Measure, std::string_view>::second);
-    if (found == kMeasures.end()) {
+    const auto found = std::ranges::find(all_measures(), name, &MeasureName::second);
+    if (found == all_measures().end()) {
       fail(&entry, fmt::format("there is no measure {}{}", node_text(entry), did_you_mean(name, measure_names())));
     }
     sorted.insert(found->first);

@@ -1,4 +1,4 @@
-// Capabilities as data for everyone who prints or stores them: the command line, the store and, from there, the report.
+// Capabilities as data for the command line, the store and the report.
 #pragma once
 
 #include <string>

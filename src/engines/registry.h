@@ -11,7 +11,7 @@
 
 namespace assay {
 
-// A plugin that is there and cannot be used, or an engine of the list in known_engines() that is not there.
+// A plugin that cannot be used, or an engine of known_engines() that is absent.
 struct AbsentEngine {
   std::string name;
   std::string reason;  // one sentence: why, and how to get it

@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "measures/run_measures.h"
 #include "measures/statistics.h"
 #include "model/kinematics.h"
 
@@ -128,5 +129,32 @@ ViolationSummary violation_summary(const Model& model, const std::vector<State>&
   }
   return summary;
 }
+
+namespace {
+
+std::string violation_obstacle(const Model& model, bool /*passive*/) {
+  return model.hinges.empty() && model.contacts.empty() ? "has neither joints nor contacts to violate" : "";
+}
+
+// What the model has: joints, limits, contacts.
+std::vector<RunValue> violation_values(const MeasuredRun& run) {
+  const ViolationSummary summary = violation_summary(run.model, run.states, run.seed);
+  std::vector<RunValue> values;
+  const auto add = [&](const std::string& name, const std::string& unit, double Violation::* kind) {
+    values.push_back({name + "_max", unit, summary.largest.*kind, {}, {}});
+    values.push_back({name + "_rms", unit, summary.rms.*kind, summary.rms_low.*kind, summary.rms_high.*kind});
+  };
+  if (!run.model.hinges.empty()) {
+    add("joint_dislocation", "m", &Violation::dislocation);
+    add("joint_misalignment", "rad", &Violation::misalignment);
+  }
+  if (run.model.has_limits()) add("limit_violation", "rad", &Violation::limit);
+  if (!run.model.contacts.empty()) add("penetration", "m", &Violation::penetration);
+  return values;
+}
+
+}  // namespace
+
+RunMeasure violation_measure() { return {"violation", violation_obstacle, violation_values}; }
 
 }  // namespace assay

@@ -31,14 +31,19 @@ json object(const std::string& text) {
   return parsed.is_object() ? parsed : json::object();
 }
 
+// To the four digits that a reader needs of it: there are thousands.
+json rounded(std::optional<double> value) {
+  if (!value || !std::isfinite(*value) || *value == 0) return number(value);
+  const double digit = std::pow(10, 3 - std::floor(std::log10(std::abs(*value))));
+  return std::round(*value * digit) / digit;
+}
+
 json cell_json(const Cell& cell, const std::vector<SampleSeries>& samples) {
   json values = json::array();
   for (const Value& value : cell.values) {
-    values.push_back({{"name", value.name},
-                      {"unit", value.unit},
-                      {"value", number(value.value)},
-                      {"low", number(value.low)},
-                      {"high", number(value.high)}});
+    json& one = values.emplace_back(json{{"name", value.name}, {"unit", value.unit}, {"value", number(value.value)}});
+    if (value.low) one["low"] = number(value.low);
+    if (value.high) one["high"] = number(value.high);
   }
   return {{"system", cell.system},
           {"contender", cell.contender},
@@ -46,10 +51,10 @@ json cell_json(const Cell& cell, const std::vector<SampleSeries>& samples) {
           {"measure", cell.measure},
           {"outcome", outcome_text(cell.outcome)},
           {"reason", cell.reason},
-          {"wall_s", number(cell.wall_s)},
-          {"cpu_s", number(cell.cpu_s)},
-          {"engine_s", number(cell.engine_s)},
-          {"steal", number(cell.steal)},
+          {"wall_s", rounded(cell.wall_s)},
+          {"cpu_s", rounded(cell.cpu_s)},
+          {"engine_s", rounded(cell.engine_s)},
+          {"steal", rounded(cell.steal)},
           {"values", std::move(values)},
           {"samples", sample_data(samples)}};
 }

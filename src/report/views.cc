@@ -48,7 +48,10 @@ json point_data(const Point& point) {
 json candidate_data(const Candidate& candidate) {
   json worst = json::object();
   for (const auto& [name, of] : candidate.worst) {
-    worst[name] = {{"value", of.value.value}, {"low", of.value.low}, {"high", of.value.high}, {"at_ms", of.at_ms}};
+    worst[name] = {{"value", of.value.value}, {"at_ms", of.at_ms}};
+    if (of.value.low == of.value.high) continue;
+    worst[name]["low"] = of.value.low;
+    worst[name]["high"] = of.value.high;
   }
   return {{"point", candidate.point}, {"worst", std::move(worst)}, {"margin", candidate.margin}};
 }

@@ -25,7 +25,7 @@ nlohmann::json glossary_data();
 //    "points": [{"contender", "timestep_ms", "speed": {"value", "low", "high", "timed", "between": [ms, ms]} or null,
 //                "sound", "why"}],
 //    "fronts": {error: [{"point", "equals": [name]}]},
-//    "candidates": [{"point", "worst": {error: {"value", "low", "high", "at_ms"}}, "margin"}],
+//    "candidates": [{"point", "worst": {error: {"value", "at_ms", "low", "high"}}, "margin"}],
 //    "excluded": [{"contender", "timestep_ms", "why"}],
 //    "card": see cards.h}
 // The meaning of each: results/recommend.h.

@@ -10,12 +10,10 @@
 #include "controls/work.h"
 #include "measures/accuracy.h"
 #include "measures/agreement.h"
-#include "measures/damping.h"
 #include "measures/grasp.h"
-#include "measures/mechanics.h"
 #include "measures/plausible.h"
+#include "measures/run_measures.h"
 #include "measures/statistics.h"
-#include "measures/violation.h"
 #include "reference/smooth.h"
 #include "worker/job_parts.h"
 
@@ -49,51 +47,12 @@ CellResult truth_cell(const Subject& subject, const Run& run, const Trajectory& 
   return {"truth", run.ending, {{"truth_error", "m", error, {}, {}}, {"truth_rounding", "m", rounding, {}, {}}}, {}};
 }
 
-// Where all the energy is kinetic, its decay has a rate.
-std::optional<Interval> hidden_damping(const Model& model, const std::vector<State>& states, std::uint64_t seed) {
-  const bool springs = std::ranges::any_of(model.hinges, [](const Hinge& hinge) { return hinge.stiffness != 0; });
-  if (!model.gravity.isZero(0) || springs) return std::nullopt;
-  std::vector<double> time, energy;
-  time.reserve(states.size());
-  energy.reserve(states.size());
-  for (const State& state : states) {
-    time.push_back(state.time);
-    energy.push_back(kinetic_energy(model, state));
+CellResult run_cell(const RunMeasure& measure, const Subject& subject, const Run& run, std::uint64_t seed) {
+  CellResult cell = {std::string(measure.name), run.ending, {}, {}};
+  if (run.ending.outcome == Outcome::kDiverged) return cell;
+  for (RunValue& value : measure.values({subject.model, run.trajectory.states, subject.control->is_zero(), seed})) {
+    cell.values.push_back({std::move(value.name), std::move(value.unit), value.value, value.low, value.high});
   }
-  return damping_rate(time, energy, seed);
-}
-
-CellResult drift_cell(const Subject& subject, const Run& run, std::uint64_t seed) {
-  if (run.ending.outcome == Outcome::kDiverged) return {"drift", run.ending, {}, {}};
-  CellResult cell = {"drift", run.ending, {}, {}};
-  const Conserved conserved = conserved_quantities(subject.model, !subject.control->is_zero());
-  for (const Drift::Quantity& quantity : drift(subject.model, conserved, run.trajectory.states).quantities) {
-    cell.values.push_back({quantity.name + "_drift", quantity.unit, quantity.absolute, {}, {}});
-    if (quantity.relative) cell.values.push_back({quantity.name + "_drift_relative", "1", quantity.relative, {}, {}});
-  }
-  if (conserved.energy) {
-    if (const auto rate = hidden_damping(subject.model, run.trajectory.states, seed)) {
-      cell.values.push_back({"damping_rate", "1/s", rate->value, rate->low, rate->high});
-    }
-  }
-  return cell;
-}
-
-// A violation has values for what the model has: joints, limits, contacts.
-CellResult violation_cell(const Subject& subject, const Run& run, std::uint64_t seed) {
-  if (run.ending.outcome == Outcome::kDiverged) return {"violation", run.ending, {}, {}};
-  const ViolationSummary summary = violation_summary(subject.model, run.trajectory.states, seed);
-  CellResult cell = {"violation", run.ending, {}, {}};
-  const auto add = [&](const std::string& name, const std::string& unit, double Violation::* kind) {
-    cell.values.push_back({name + "_max", unit, summary.largest.*kind, {}, {}});
-    cell.values.push_back({name + "_rms", unit, summary.rms.*kind, summary.rms_low.*kind, summary.rms_high.*kind});
-  };
-  if (!subject.model.hinges.empty()) {
-    add("joint_dislocation", "m", &Violation::dislocation);
-    add("joint_misalignment", "rad", &Violation::misalignment);
-  }
-  if (subject.model.has_limits()) add("limit_violation", "rad", &Violation::limit);
-  if (!subject.model.contacts.empty()) add("penetration", "m", &Violation::penetration);
   return cell;
 }
 
@@ -140,12 +99,12 @@ JobDone do_job(const RunJob& job) {
       cells.push_back({measure, run.ending, {}, {}});
     } else if (measure == "truth") {
       cells.push_back(truth_cell(subject, run, load(dir, job.truth), static_cast<double>(samples * per_sample)));
-    } else if (measure == "violation") {
-      cells.push_back(violation_cell(subject, run, job.seed));
     } else if (measure == "grasp") {
       cells.push_back(grasp_cell(run, job.grasp));
     } else {
-      cells.push_back(drift_cell(subject, run, job.seed));
+      const RunMeasure* of_run = find_run_measure(measure);
+      if (of_run == nullptr) throw InputError(fmt::format("no measure '{}' reads a run", measure));
+      cells.push_back(run_cell(*of_run, subject, run, job.seed));
     }
   }
   return job_done(std::move(cells), run.engine_s);
@@ -210,7 +169,7 @@ JobDone do_job(const AgreementJob& job) {
   time.reserve(own.states.size());
   for (const State& state : own.states) time.push_back(state.time);
   const double duration_s = time.back() - time.front();
-  // enough for a plot
+  // Enough for a plot.
   constexpr size_t kMostSamples = 64;
   const size_t stride = (time.size() + kMostSamples - 1) / kMostSamples;
   const auto thinned = [&](const std::vector<double>& series) {

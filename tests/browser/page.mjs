@@ -3,7 +3,7 @@ import { readFileSync } from "node:fs";
 import { pathToFileURL } from "node:url";
 
 // `trouble` collects whatever a report must never do. `without` is a kind of canvas that the browser shall not have.
-export async function openReport(browser, file, { width = 1400, height = 900, dark = false, without = "" } = {}) {
+export async function openReport(browser, file, { width = 1400, height = 900, dark = false, phone = false, without = "" } = {}) {
   const page = await browser.newPage();
   const trouble = [];
   page.on("console", (message) => {
@@ -13,7 +13,7 @@ export async function openReport(browser, file, { width = 1400, height = 900, da
   page.on("request", (request) => {
     if (!request.url().startsWith("data:") && !request.isNavigationRequest()) trouble.push(`request: ${request.url()}`);
   });
-  await page.setViewport({ width, height });
+  await page.setViewport({ width, height, isMobile: phone, hasTouch: phone });
   // A scroll that goes on would carry what is looked at away from the pointer.
   await page.emulateMediaFeatures([
     { name: "prefers-color-scheme", value: dark ? "dark" : "light" },

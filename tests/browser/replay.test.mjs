@@ -245,8 +245,9 @@ test("distances from the reference are the stored ones and tied to the clock", a
   assert.deepEqual(await lines(), ["mujoco-rk4", "mujoco-implicit"]);
   await page.select(`${kPanel} select[id$="-reference"]`, "1");
   assert.deepEqual(await lines(), ["mujoco-euler", "mujoco-implicit"]);
-  await page.$eval(`${kPanel} .replay-chip[data-contender="mujoco-implicit"] input`, (node) => node.click());
-  assert.deepEqual(await lines(), ["mujoco-euler"]);
+  await page.$eval('#planar-chain .legend-item[data-contender="mujoco-implicit"]', (node) => node.click());
+  await frames(page);
+  assert.deepEqual(await lines(), ["mujoco-euler"], "the replay follows the legend");
   assert.equal((await page.$$(`${kPanel} .replay-labels > div`)).length, 2);
   const cursor = () => page.$eval(`${kPanel} .replay-cursor`, (node) => node.getBoundingClientRect().left - node.parentNode.getBoundingClientRect().left);
   await seek(page, 0);

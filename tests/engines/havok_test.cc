@@ -65,7 +65,7 @@ Model heap() {
   return finished(std::move(model));
 }
 
-// One body of two balls, of which the upper one alone may touch the plane.
+// One body of two balls, of which only the upper one may touch the plane.
 Model two_balls() {
   Model model;
   add_shape(model, ShapeType::kPlane, kWorld);
@@ -133,7 +133,7 @@ TEST(Havok, AnImpulseIsNotSeenBeforeItsStep) {
   simulation->set_torques(std::vector<double>{2});
   EXPECT_EQ(numbers(read(*simulation)), numbers(before));
   simulation->advance(1);
-  // what it started with is braked, for its centre of mass is slow
+  // its initial motion is braked, because its centre of mass is slow
   EXPECT_NEAR((read(*simulation).rate[0] - before.rate[0]) * wheel.axial_inertia / 2e-3, 1, 0.05);
 }
 

@@ -55,7 +55,7 @@ Model heap() {
   return finished(std::move(model));
 }
 
-// What makes the ratio of their times the price of WebAssembly alone.
+// So the ratio of their times is the price of WebAssembly only.
 TEST(Jolt, WebAssemblyGivesTheBitsOfTheNativeBuild) {
   if (!present("jolt-f32") || !present("jolt-f32-wasm")) GTEST_SKIP() << "Jolt is not built both ways";
   for (const Model& model : {heap(), chain(true), oblique_trees()}) {

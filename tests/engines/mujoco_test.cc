@@ -101,7 +101,7 @@ double distance(const State& a, const State& b) {
 
 class MujocoPairs : public testing::TestWithParam<const char*> {};
 
-// What MuJoCo's filter is told has to leave exactly the pairs of the list, whatever the pairs are.
+// For any pairs, MuJoCo's filter has to leave exactly those of the model.
 TEST_P(MujocoPairs, AreTheSameFromTheFilterAndFromTheList) {
   Model model = heap();
   const std::string change = GetParam();

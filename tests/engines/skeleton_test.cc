@@ -1,4 +1,4 @@
-// What new adapters are copied from has to be right, so it passes the gate although it is no plugin.
+// New adapters start as copies of the skeleton, so it has to pass the conformance suite although it is not a plugin.
 #include <memory>
 #include <string>
 #include <vector>

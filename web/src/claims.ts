@@ -1,12 +1,14 @@
-// What the paper found, and what today's engines say about it.
-import type { Claim, ClaimFigure } from "./data";
-import { valueInfo } from "./data";
+// What the paper states, and what today's engines say about it.
+import { onRestored } from "./address";
+import { valueInfo, type Claim, type ClaimFigure } from "./data";
 import { el } from "./dom";
 import { interval, quantity, superscript, timestep } from "./format";
+import { state } from "./state";
 
 const kVerdicts: Record<Claim["verdict"], [sign: string, word: string]> = {
   holds: ["✓", "holds"],
   changed: ["≠", "changed"],
+  "not-settled": ["≈", "not settled"],
   "not-measurable": ["?", "not measurable"],
 };
 
@@ -41,31 +43,45 @@ function figures(list: ClaimFigure[]): HTMLElement {
   const head = ["Figure", "System", "Timestep", "Of", "Value", "95 % interval"].map((title, index) =>
     el("th", { scope: "col", class: [2, 4, 5].includes(index) ? "figure" : null }, title),
   );
-  return el("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Figures of the claim" }, el("table", { class: "claim-figures" }, el("thead", {}, el("tr", {}, ...head)), body));
+  return el("div", { class: "scroll", tabindex: "0" }, el("table", { class: "claim-figures" }, el("thead", {}, el("tr", {}, ...head)), body));
 }
 
 function claim(one: Claim): HTMLElement {
   const [sign, word] = kVerdicts[one.verdict] ?? ["?", one.verdict];
+  const now = one.now || one.key || "";
+  const more = el(
+    "details",
+    { open: state.claim === one.number },
+    el("summary", {}, one.figures.length > 0 ? `What the paper measured, and ${one.figures.length} of today's figures` : "What the paper measured"),
+    one.paper ? el("p", {}, el("b", {}, "The paper: "), sentence(one.paper)) : null,
+    one.summary ? el("p", { class: "claim-summary" }, el("b", {}, "Today: "), readable(one.summary)) : null,
+    one.today ? el("p", { class: "claim-today" }, el("b", {}, "All contenders: "), readable(one.today)) : null,
+    one.figures.length > 0 ? figures(one.figures) : null,
+  );
+  more.addEventListener("toggle", () => {
+    if (more.open) state.claim = one.number;
+    else if (state.claim === one.number) state.claim = null;
+    state.kept();
+  });
+  onRestored(() => {
+    if (state.claim === one.number) more.open = true;
+  });
   return el(
     "li",
-    { class: `claim ${one.verdict}`, "data-claim": one.number },
+    { class: `claim ${one.verdict}`, "data-claim": one.number, id: `claim-${one.number}` },
     el("span", { class: "claim-number" }, String(one.number)),
     el(
       "div",
       { class: "claim-body" },
-      el("h3", {}, one.title, " ", el("span", { class: `verdict ${one.verdict}` }, el("span", { "aria-hidden": "true" }, `${sign} `), word)),
-      el("p", {}, sentence(one.statement)),
-      one.key ? el("p", { class: "claim-key" }, sentence(readable(one.key))) : null,
+      now ? el("p", { class: "claim-now" }, sentence(readable(now))) : null,
       one.verdict === "not-measurable" && one.reason ? el("p", { class: "quiet" }, `Not measurable: ${sentence(one.reason)}`) : null,
       el(
-        "details",
-        {},
-        el("summary", {}, one.figures.length > 0 ? `What the paper measured, and ${one.figures.length} of today's figures` : "What the paper measured"),
-        one.paper ? el("p", {}, el("b", {}, "The paper: "), sentence(one.paper)) : null,
-        one.summary ? el("p", { class: "claim-summary" }, el("b", {}, "Today: "), one.summary) : null,
-        one.today ? el("p", { class: "claim-today" }, el("b", {}, "Everyone: "), one.today) : null,
-        one.figures.length > 0 ? figures(one.figures) : null,
+        "p",
+        { class: "claim-paper" },
+        el("span", { class: `verdict ${one.verdict}` }, el("span", { "aria-hidden": "true" }, `${sign} `), word),
+        el("span", {}, el("b", {}, `${one.title}. `), sentence(one.statement), one.threshold ? ` Threshold: ${one.threshold}.` : ""),
       ),
+      more,
     ),
   );
 }

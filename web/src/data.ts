@@ -54,7 +54,7 @@ export interface Picture {
   ground: number | null;
 }
 
-// Who computes the same motion, and until when. The lists have an entry per pair (0, 1), (0, 2), ..., (1, 2), ...
+// Which contenders compute the same motion, and until when. The lists have an entry per pair (0, 1), (0, 2), ..., (1, 2), ...
 export interface Agreement {
   system: string;
   timestep_ms: number;
@@ -81,7 +81,9 @@ export interface Claim {
   title: string;
   statement: string;
   paper: string;
-  verdict: "holds" | "changed" | "not-measurable";
+  verdict: "holds" | "changed" | "not-settled" | "not-measurable";
+  now?: string;
+  threshold?: string;
   summary: string;
   reason: string;
   today: string;
@@ -132,223 +134,93 @@ export interface ReportJson {
   pictures?: Picture[];
   agreement?: Agreement[];
   claims?: Claim[];
+  catalogue?: ValueInfo[];
+  units?: Record<string, Unit[]>;
+  looks?: Record<string, LookJson>;
+  glossary?: { term: string; meaning: string }[];
+  views?: ViewJson[];
 }
 
-// What is known of a value's name; other names are shown as they are.
+// What a value is called and means. The catalogue's order is the order of display.
 export interface ValueInfo {
-  label: string; // in running text and on axes
+  name: string;
+  unit: string;
+  label: string; // in headings and on axes
+  short: string; // in running text
   better: "low" | "high" | "none";
-  plot: boolean; // can be the error axis of the speed-accuracy plot
+  measure: string; // its cells hold the value
+  plot: boolean; // can be the error axis of the plot
+  limit: boolean; // can be limited in the picker
   meaning: string;
 }
 
-const kValues: Record<string, ValueInfo> = {
-  truth_error: {
-    label: "Truth error",
-    better: "low",
-    plot: true,
-    meaning: "mean distance of the bodies from a solution that no contender made, at the end of the run",
-  },
-  consistency: {
-    label: "Consistency error",
-    better: "low",
-    plot: true,
-    meaning: "mean distance of the bodies from the contender's own run at the smallest timestep, over short pieces of it",
-  },
-  energy_drift: {
-    label: "Energy drift",
-    better: "low",
-    plot: true,
-    meaning: "largest deviation of the total energy from its initial value over the run",
-  },
-  angular_momentum_drift: {
-    label: "Angular momentum drift",
-    better: "low",
-    plot: true,
-    meaning: "largest deviation of the conserved angular momentum from its initial value over the run",
-  },
-  linear_momentum_drift: {
-    label: "Linear momentum drift",
-    better: "low",
-    plot: true,
-    meaning: "largest deviation of the linear momentum from its initial value over the run",
-  },
-  joint_dislocation_max: {
-    label: "Joint dislocation",
-    better: "low",
-    plot: true,
-    meaning: "largest distance of a hinge's two anchors over the run",
-  },
-  joint_dislocation_rms: {
-    label: "Joint dislocation, RMS",
-    better: "low",
-    plot: false,
-    meaning: "largest distance of a hinge's two anchors in each sample, root mean square over the run",
-  },
-  joint_misalignment_max: {
-    label: "Joint misalignment",
-    better: "low",
-    plot: true,
-    meaning: "largest angle between a hinge's two axes over the run",
-  },
-  joint_misalignment_rms: {
-    label: "Joint misalignment, RMS",
-    better: "low",
-    plot: false,
-    meaning: "largest angle between a hinge's two axes in each sample, root mean square over the run",
-  },
-  limit_violation_max: {
-    label: "Limit violation",
-    better: "low",
-    plot: true,
-    meaning: "largest angle of a joint beyond its limit over the run",
-  },
-  limit_violation_rms: {
-    label: "Limit violation, RMS",
-    better: "low",
-    plot: false,
-    meaning: "largest angle of a joint beyond its limit in each sample, root mean square over the run",
-  },
-  penetration_max: {
-    label: "Penetration",
-    better: "low",
-    plot: true,
-    meaning: "largest depth of two colliding shapes in each other over the run",
-  },
-  penetration_rms: {
-    label: "Penetration, RMS",
-    better: "low",
-    plot: false,
-    meaning: "largest depth of two colliding shapes in each other in each sample, root mean square over the run",
-  },
-  grasp_slip: {
-    label: "Grasp slip",
-    better: "low",
-    plot: true,
-    meaning: "farthest that the object has moved in the hand over the run",
-  },
-  grasp_held: {
-    label: "Grasp held",
-    better: "high",
-    plot: false,
-    meaning: "1 when the object stayed in the hand for the whole run, else 0",
-  },
-  drop_time: { label: "Drop time", better: "high", plot: false, meaning: "when the object left the hand" },
-  largest_stable_timestep: {
-    label: "Largest stable timestep",
-    better: "high",
-    plot: false,
-    meaning: "the largest timestep at which the object stays in the hand",
-  },
-  stable_up_to_timestep: {
-    label: "Stable up to",
-    better: "high",
-    plot: false,
-    meaning: "the largest timestep up to which the object stays in the hand at every smaller one measured too",
-  },
-  damping_rate: {
-    label: "Hidden damping",
-    better: "none",
-    plot: false,
-    meaning: "rate at which velocities decay although nothing damps them; negative when energy is gained",
-  },
-  agreement: {
-    label: "Distance from the others",
-    better: "none",
-    plot: false,
-    meaning: "median distance from the other contenders' runs at the smallest timestep, at the run's end",
-  },
-  parting_time: {
-    label: "Parting time",
-    better: "high",
-    plot: false,
-    meaning: "median time up to which the other contenders' runs at the smallest timestep stay within 1 mm",
-  },
-  run_time: { label: "Run time", better: "low", plot: false, meaning: "processor time of the whole run's steps" },
-  steps_per_second: {
-    label: "Steps per second",
-    better: "high",
-    plot: false,
-    meaning: "steps of the whole run over their processor time",
-  },
-  scaling_exponent: {
-    label: "Scaling exponent",
-    better: "low",
-    plot: false,
-    meaning: "power of the number of bodies with which the run time grows",
-  },
-  energy_drift_relative: {
-    label: "Energy drift, relative",
-    better: "low",
-    plot: false,
-    meaning: "energy drift divided by the initial kinetic energy",
-  },
-  angular_momentum_drift_relative: {
-    label: "Angular momentum drift, relative",
-    better: "low",
-    plot: false,
-    meaning: "angular momentum drift divided by the momentum's scale",
-  },
-  linear_momentum_drift_relative: {
-    label: "Linear momentum drift, relative",
-    better: "low",
-    plot: false,
-    meaning: "linear momentum drift divided by the momentum's scale",
-  },
-  raw_speed: { label: "Raw speed", better: "high", plot: false, meaning: "the engine's own step calls per second" },
-  step_time: { label: "Step time", better: "low", plot: false, meaning: "time of one call of the engine's step" },
-  realtime_factor: {
-    label: "Realtime factor",
-    better: "high",
-    plot: false,
-    meaning: "simulated seconds per second of computing: timestep divided by step time",
-  },
-  restart_floor: {
-    label: "Restart floor",
-    better: "none",
-    plot: false,
-    meaning: "the consistency error at the reference's own timestep: hidden state and rounding, not integration",
-  },
-  truth_floor: {
-    label: "Truth floor",
-    better: "none",
-    plot: false,
-    meaning: "the truth error that stays however small the timestep, far above rounding: not an integration error",
-  },
-  consistency_floor: {
-    label: "Near the restart floor",
-    better: "none",
-    plot: false,
-    meaning: "the restart floor, where the consistency error is so close to it that it says little of the timestep",
-  },
-  aa_ratio: {
-    label: "A/A ratio",
-    better: "none",
-    plot: false,
-    meaning: "step time of one contender measured under two names: how far from 1 is what the timing is worth",
-  },
-  time_ratio: {
-    label: "Step time ratio",
-    better: "none",
-    plot: false,
-    meaning: "step time over that of the contender which the campaign names as its measure",
-  },
-  truth_order: {
-    label: "Observed order",
-    better: "none",
-    plot: false,
-    meaning: "slope of the truth error between this timestep and the next smaller one",
-  },
-};
-
-export function valueInfo(name: string): ValueInfo {
-  const known = kValues[name];
-  if (known) return known;
-  const words = name.replace(/_/g, " ");
-  return { label: words.charAt(0).toUpperCase() + words.slice(1), better: "none", plot: false, meaning: words };
+export interface Unit {
+  text: string;
+  scale: number;
 }
 
-export const kPlotNames = Object.keys(kValues).filter((name) => kValues[name]!.plot);
+// How a contender is drawn.
+export interface LookJson {
+  family: string;
+  light: string;
+  dark: string;
+  dash: string;
+  mark: string;
+  first: boolean; // shown when the report opens
+}
+
+export interface Speed {
+  value: number;
+  low: number;
+  high: number;
+  timed: boolean;
+  between: [number, number] | null; // ms; the timed steps around one that was not timed
+}
+
+export interface ViewPoint {
+  contender: string;
+  timestep_ms: number;
+  speed: Speed | null; // null: outside what was timed
+  sound: boolean;
+  why: string; // what failed at this or a smaller timestep
+}
+
+export interface Worst {
+  value: number;
+  at_ms: number;
+  low?: number; // the interval, where there is one
+  high?: number;
+}
+
+// A sound point with a speed; `point` is its place among the view's points.
+export interface Candidate {
+  point: number;
+  worst: Record<string, Worst>; // by value: the largest at this or any smaller timestep
+  margin: string;
+}
+
+export interface Answer {
+  id: string;
+  question: string;
+  text: string;
+  contender: string | null;
+  timestep_ms: number | null;
+  limits?: Record<string, number>;
+  realtime?: number | null;
+}
+
+// What follows from the cells of one system, as the program computed it.
+export interface ViewJson {
+  system: string;
+  main: string | null; // the value that plot and card begin with
+  values: string[];
+  errors: string[];
+  points: ViewPoint[];
+  fronts: Record<string, { point: number; equals: string[] }[]>;
+  candidates: Candidate[];
+  excluded: { contender: string; timestep_ms: number; why: string }[];
+  card: { answers: Answer[]; caveat: string };
+}
 
 // What is known at one system, contender, timestep of one value: the number, or why there is none.
 export interface Entry {
@@ -356,16 +228,17 @@ export interface Entry {
   cell: Cell;
 }
 
-// The measure whose cells hold values of this name: where a cell failed, it holds none.
-function measureOf(name: string): string {
-  if (["raw_speed", "step_time", "realtime_factor", "aa_ratio", "time_ratio"].includes(name)) return "raw_speed";
-  if (name.startsWith("truth")) return "truth";
-  if (name === "restart_floor" || name === "consistency_floor") return "consistency";
-  if (/^(joint_|limit_|penetration)/.test(name)) return "violation";
-  if (/^(grasp_|drop_time|largest_stable|stable_up)/.test(name)) return "grasp";
-  if (["run_time", "steps_per_second", "scaling_exponent"].includes(name)) return "scaling";
-  if (name === "parting_time") return "agreement";
-  return name.includes("_drift") || name === "damping_rate" ? "drift" : name;
+const kNoView: Omit<ViewJson, "system"> = { main: null, values: [], errors: [], points: [], fronts: {}, candidates: [], excluded: [], card: { answers: [], caveat: "" } }; // prettier-ignore
+
+const catalogue = new Map<string, ValueInfo>();
+
+// Of the page's report; a name that it does not know stands for itself.
+export function valueInfo(name: string): ValueInfo {
+  const known = catalogue.get(name);
+  if (known) return known;
+  const words = name.replace(/_/g, " ");
+  const label = words.charAt(0).toUpperCase() + words.slice(1);
+  return { name, unit: "", label, short: words, better: "none", measure: "", plot: false, limit: false, meaning: words };
 }
 
 export class Report {
@@ -374,9 +247,17 @@ export class Report {
   readonly harness: string[] = [];
 
   constructor(readonly json: ReportJson) {
+    for (const info of json.catalogue ?? []) catalogue.set(info.name, info);
     for (const contender of json.contenders) {
       this.contenderByName.set(contender.name, contender);
       if (contender.engine === "null") this.harness.push(contender.name);
+    }
+    // The JSON leaves out what was not stored.
+    for (const cell of json.cells) {
+      for (const value of cell.values) {
+        value.low ??= null;
+        value.high ??= null;
+      }
     }
     // Cells of contenders that the database does not describe are shown all the same.
     for (const cell of json.cells) {
@@ -432,10 +313,16 @@ export class Report {
     return this.json.systems.find((candidate) => candidate.name === system)?.facts ?? {};
   }
 
-  // Systems with a section of their own: those that are not merely a size of a family.
+  // Systems with a section of their own: those that are not merely a size of a family. Driven ones come first: robots.
   get mainSystems(): System[] {
     const alone = new Set(this.json.cells.filter((cell) => cell.measure !== "scaling").map((cell) => cell.system));
-    return this.json.systems.filter((system) => !system.facts["family"] || alone.has(system.name));
+    const own = this.json.systems.filter((system) => !system.facts["family"] || alone.has(system.name));
+    const driven = (system: System) => /actuator/.test(String(system.facts["control"] ?? ""));
+    return [...own.filter(driven), ...own.filter((system) => !driven(system))];
+  }
+
+  get answered(): SystemView[] {
+    return this.mainSystems.map((system) => this.view(system.name)).filter((view) => view.json.card.answers.length > 0);
   }
 
   // Systems that differ in size, of which the time of a whole run was measured.
@@ -448,12 +335,16 @@ export class Report {
 export class SystemView {
   readonly cells: Cell[];
   readonly contenders: string[];
+  readonly json: ViewJson;
   private readonly at = new Map<string, Cell[]>(); // by contender and timestep
+  private readonly pointAt = new Map<string, ViewPoint>();
 
   constructor(
     readonly report: Report,
     readonly system: string,
   ) {
+    this.json = report.json.views?.find((view) => view.system === system) ?? { ...kNoView, system };
+    for (const point of this.json.points) this.pointAt.set(`${point.contender} ${point.timestep_ms}`, point);
     this.cells = report.json.cells.filter((cell) => cell.system === system && !report.isHarness(cell.contender));
     for (const cell of this.cells) {
       const key = `${cell.contender} ${cell.timestep_ms}`;
@@ -470,31 +361,27 @@ export class SystemView {
     return this.at.get(`${contender} ${timestep}`) ?? [];
   }
 
-  // Names of all values of the system's cells, known ones first and in the order of the list above.
-  valueNames(): string[] {
-    const present = new Set<string>();
-    for (const cell of this.cells) for (const value of cell.values) present.add(value.name);
-    const known = Object.keys(kValues).filter((name) => present.has(name));
-    return [...known, ...[...present].filter((name) => !(name in kValues)).sort()];
+  point(contender: string, timestep: number): ViewPoint | undefined {
+    return this.pointAt.get(`${contender} ${timestep}`);
   }
 
-  // Names that can be the error axis: something measured, or something tried that failed everywhere.
-  plotNames(): string[] {
-    const present = new Set(this.valueNames());
-    const measured = new Set([...present].map(measureOf));
-    return kPlotNames.filter(
-      (name) =>
-        present.has(name) ||
-        // What a measure would have told is not known where every run failed: its first value stands for all.
-        (!measured.has(measureOf(name)) &&
-          !/momentum|misalignment|^limit_|^penetration/.test(name) &&
-          this.cells.some((cell) => cell.outcome !== "ok" && cell.measure === measureOf(name))),
-    );
+  speed(contender: string, timestep: number): Speed | null {
+    return this.point(contender, timestep)?.speed ?? null;
+  }
+
+  get isTimed(): boolean {
+    return this.json.points.some((point) => point.speed !== null);
+  }
+
+  // The smallest timestep of a contender that is not sound, and why.
+  firstFailure(contender: string): ViewPoint | null {
+    const failed = this.json.points.filter((point) => point.contender === contender && !point.sound);
+    return failed.reduce<ViewPoint | null>((least, point) => (!least || point.timestep_ms < least.timestep_ms ? point : least), null);
   }
 
   entry(contender: string, timestep: number, name: string): Entry | null {
     let failed: Cell | null = null;
-    const measure = measureOf(name);
+    const { measure } = valueInfo(name);
     for (const cell of this.at.get(`${contender} ${timestep}`) ?? []) {
       const value = cell.values.find((candidate) => candidate.name === name);
       if (value && value.value !== null) return { value, cell };
@@ -504,11 +391,7 @@ export class SystemView {
   }
 
   unit(name: string): string {
-    for (const cell of this.cells) {
-      const value = cell.values.find((candidate) => candidate.name === name);
-      if (value) return value.unit;
-    }
-    return "";
+    return valueInfo(name).unit;
   }
 
   private readonly steps = new Map<string, number[]>();
@@ -521,7 +404,7 @@ export class SystemView {
   }
 
   private findTimesteps(name: string): number[] {
-    const measure = measureOf(name);
+    const { measure } = valueInfo(name);
     const found = new Set<number>();
     for (const cell of this.cells) {
       if (cell.timestep_ms === null) continue;
@@ -530,39 +413,6 @@ export class SystemView {
       }
     }
     return [...found].sort((a, b) => a - b);
-  }
-
-  // Realtime factor at a timestep. Where it was not timed there, the step time is interpolated between the neighbours
-  // that were (logarithmically in both), or is the nearest one's.
-  realtimeFactor(contender: string, timestep: number): RealtimeFactor | null {
-    let below: Value | null = null;
-    let above: Value | null = null;
-    let from = 0;
-    let to = 0;
-    for (const step of this.timesteps("realtime_factor")) {
-      const value = this.entry(contender, step, "realtime_factor")?.value;
-      if (!value || value.value === null || value.value <= 0) continue;
-      if (step <= timestep) [below, from] = [value, step];
-      if (step >= timestep && !above) [above, to] = [value, step];
-    }
-    const first = below ?? above;
-    const second = above ?? below;
-    if (!first || !second) return null;
-    if (!below) from = to;
-    if (!above) to = from;
-    const weight = to === from ? 0 : Math.log(timestep / from) / Math.log(to / from);
-    // The factor per timestep is the inverse of the step time.
-    const blend = (a: number | null, b: number | null) =>
-      a === null || b === null || a <= 0 || b <= 0 ? null : timestep * (a / from) ** (1 - weight) * (b / to) ** weight;
-    const value = blend(first.value, second.value);
-    if (value === null) return null;
-    return {
-      value,
-      low: blend(first.low, second.low),
-      high: blend(first.high, second.high),
-      timedAt: from === to ? [from] : [from, to],
-      estimated: from !== timestep || to !== timestep,
-    };
   }
 
   // A value that a contender has once, not for every timestep: a floor.
@@ -575,24 +425,13 @@ export class SystemView {
     return null;
   }
 
-  // Timesteps at which a value says something of integration. Against its own run the reference's timestep shows the
-  // restart floor and nothing else.
+  // Timesteps at which a value is an error of integration; at the reference's own timestep it is a restart floor.
   errorTimesteps(name: string): number[] {
     const steps = this.timesteps(name);
     if (name !== "consistency") return steps;
-    const fact = this.report.json.systems.find((system) => system.name === this.system)?.facts["reference_ms"];
-    const holder = this.cells.find((cell) => cell.values.some((value) => value.name === "restart_floor"));
-    const reference = typeof fact === "number" ? fact : holder?.timestep_ms;
+    const reference = this.cells.find((cell) => cell.values.some((value) => value.name === "restart_floor"))?.timestep_ms;
     return steps.filter((step) => step !== reference);
   }
-}
-
-export interface RealtimeFactor {
-  value: number;
-  low: number | null;
-  high: number | null;
-  timedAt: number[]; // ms
-  estimated: boolean; // not timed at the timestep asked for
 }
 
 export function readReport(): Report {

@@ -36,12 +36,14 @@ export function clear(node: Element): void {
 }
 
 let ruler: CanvasRenderingContext2D | null = null;
+let family = ""; // of the page's font
 
 // Width of a text in the page's font, px.
 export function textWidth(text: string, size: number): number {
   ruler ??= document.createElement("canvas").getContext("2d");
   if (!ruler) return 0.6 * size * text.length;
-  ruler.font = `${size}px ${getComputedStyle(document.body).fontFamily}`;
+  family ||= getComputedStyle(document.body).fontFamily;
+  ruler.font = `${size}px ${family}`;
   return ruler.measureText(text).width;
 }
 
@@ -68,7 +70,7 @@ export function onWidth(node: HTMLElement, draw: (width: number) => void): () =>
 }
 
 // What was made for elements that were not yet part of the page. All widths are read before anything is drawn: a width
-// after a change would have the whole page laid out anew.
+// after a change would lay out the whole page again.
 export function drawWaiting(): void {
   const now = waiting.splice(0);
   const widths = now.map(({ node }) => Math.floor(node.clientWidth));

@@ -1,24 +1,27 @@
 // Assembles the page from the JSON inside it.
-import { readReport, type Report } from "./data";
-import { drawWaiting, el, type Child } from "./dom";
-import { sentenceList } from "./format";
+import { citation, glossary } from "./about";
+import { Address } from "./address";
 import { outcomeCounts } from "./analysis";
+import { cards } from "./answers";
 import { claimsList } from "./claims";
-import { Palette, shownAtFirst } from "./palette";
+import { readReport, type Report } from "./data";
+import { Drawer } from "./details";
+import { drawWaiting, el, type Child } from "./dom";
+import { sectionBar } from "./nav";
+import { Palette } from "./palette";
 import { canPick, picker } from "./picker";
 import { Pieces } from "./pieces";
 import { scalingPanel } from "./plots/scaling";
-import { state } from "./state";
-import { systemSummary } from "./summary";
 import { fillSystem } from "./system";
 import { engines, fairness } from "./tables/fairness";
 import { failureTable } from "./tables/failures";
 import { gate } from "./tables/gate";
 import { harnessCost, manifestTable, stealSummary } from "./tables/manifest";
 import { valuesTable } from "./tables/values";
+import { themeSwitch } from "./theme";
 import { tooltip } from "./tooltip";
 
-function header(report: Report): HTMLElement {
+function plate(report: Report): HTMLElement {
   const facts = el("dl", { class: "plate" });
   const add = (name: string, value: string | null) => {
     if (value) facts.append(el("div", {}, el("dt", {}, name), el("dd", {}, value)));
@@ -32,14 +35,7 @@ function header(report: Report): HTMLElement {
   add("Harness", harness ? `${harness.short} a step at most` : null);
   const steal = stealSummary(report);
   add("Steal", steal ? steal.replace(/ of the machine.*$/, "") : null);
-  return el(
-    "header",
-    { class: "masthead" },
-    el("p", { class: "wordmark" }, "assay"),
-    el("h1", {}, "Physics engines, side by side"),
-    el("p", { class: "lead" }, lead(report)),
-    facts,
-  );
+  return facts;
 }
 
 function lead(report: Report): string {
@@ -49,11 +45,9 @@ function lead(report: Report): string {
   const contenders = new Set(cells.map((cell) => cell.contender));
   const engineNames = new Set(report.contenders.filter((c) => contenders.has(c.name) && c.engine).map((c) => c.engine.replace(/-(f32|f64)$/, "")));
   if (cells.length === 0) return "These results are empty: no cell of the campaign has been measured yet.";
-  const body = `${contenders.size} contenders of ${engineNames.size} engines on ${report.json.systems.length} ${report.json.systems.length === 1 ? "system" : "systems"}: ${cells.length} cells`;
-  if (good === 0) return `${body}, and none of them has a sound result.`;
-  if (good === cells.length) return `${body}, all with a sound result.`;
-  const failed = [...counts].filter(([outcome]) => outcome !== "ok").map(([outcome, count]) => `${count} ${outcome}`);
-  return `${body}, ${good} with a sound result; ${sentenceList(failed)}.`;
+  const systems = report.json.systems.length;
+  const body = `${contenders.size} contenders of ${engineNames.size} engines on ${systems} ${systems === 1 ? "system" : "systems"}`;
+  return good === 0 ? `${body}: none of the ${cells.length} cells has a sound result.` : `${body}; ${good} of ${cells.length} cells have a sound result.`;
 }
 
 // Contenders of the campaign whose engine is not there.
@@ -73,42 +67,44 @@ function part(id: string, title: string, text: string): HTMLElement {
   return el("section", { id, class: "part", "aria-busy": "true" }, el("h2", {}, title), text ? el("p", { class: "sub" }, text) : null);
 }
 
-function build(report: Report, page: HTMLElement): void {
+function build(report: Report, masthead: HTMLElement, nav: HTMLElement, page: HTMLElement): void {
   const palette = new Palette(report);
-  const everyone = report.contenders.map((contender) => contender.name);
-  state.show(shownAtFirst(everyone), everyone);
+  const address = new Address(report, palette.first);
   const measured = report.json.cells.some((cell) => !report.isHarness(cell.contender));
   const claims = report.json.claims ?? [];
   const pieces = new Pieces();
   const links: [string, string][] = [];
-  const nav = el("nav", { "aria-label": "Parts of the report" });
-  page.append(header(report), nav);
+  masthead.append(
+    el("div", { class: "title" }, el("p", { class: "wordmark" }, "assay"), el("h1", {}, "Physics engines, side by side")),
+    el("p", { class: "lead" }, lead(report)),
+    themeSwitch(),
+  );
 
-  const add = (section: HTMLElement, name: string, fill: () => Child[]) => {
+  const add = (section: HTMLElement, name: string, fill: () => Child[], now = false) => {
     links.push([section.id, name]);
     page.append(section);
-    pieces.add(section, () => {
+    const draw = () => {
       for (const child of fill()) if (child) section.append(child);
       section.removeAttribute("aria-busy");
-    });
+    };
+    if (now) draw();
+    else pieces.add(section, draw);
   };
+  if (report.answered.length > 0) {
+    const text = "A contender is an engine with its settings. A timestep is sound when every measure ended well there and at every smaller one.";
+    add(part("answers", "Which engine?", text), "Answers", () => [cards(report, palette)], true);
+  }
+  if (canPick(report)) {
+    const text = "The fastest contender within all of your limits. Each error is the largest at that or any smaller timestep, and a speed is never extrapolated.";
+    add(part("pick", "Within your limits", text), "Your limits", () => [picker(report, palette)]);
+  }
   if (claims.length > 0) {
-    const text = "Each finding of Erez, Tassa and Todorov (ICRA 2015), judged by today's versions of the paper's engines; then what all of today's engines say.";
-    add(part("claims", "What the paper found, tested again", text), "Claims", () => [claimsList(claims)]);
+    const text = "Each claim of Erez, Tassa and Todorov (ICRA 2015), judged by today's versions of the paper's engines. A claim is settled when the whole 95 % interval lies on one side of its threshold.";
+    add(part("claims", "What the paper claims, tested again", text), "Claims", () => [claimsList(claims)]);
   }
-  if (measured && canPick(report)) {
-    const text = "The fastest contender whose error is small enough, at the timestep at which it is.";
-    add(part("pick", "Which engine?", text), "Which engine?", () => [picker(report, palette)]);
-  }
-  const gated = "A contender is scored only when its adapter passes these tests against closed forms and independent solutions. A deviation that is the engine's own is proven, declared and bounded.";
-  add(part("gate", "Conformance gate", gated), "Gate", () => [gate(report)]);
   const views = report.mainSystems.map((system) => ({ system, view: report.view(system.name) }));
-  if (measured) {
-    add(part("summary", "Summary", ""), "Summary", () => [el("div", { class: "summary" }, ...views.map(({ view }) => systemSummary(view, palette)))]);
-  } else {
-    page.append(
-      el("p", { class: "alert" }, "Nothing has been measured yet. Start the campaign, or the same command again if it was stopped; then make the report anew."),
-    );
+  if (!measured) {
+    page.append(el("p", { class: "alert" }, "Nothing has been measured yet. Start the campaign, or repeat the same command if it was stopped; then make the report again."));
   }
   for (const [index, { system, view }] of views.entries()) {
     const section = el("section", { class: "system", id: view.system, "aria-busy": "true" }, el("h2", {}, view.system));
@@ -117,19 +113,24 @@ function build(report: Report, page: HTMLElement): void {
     const fill = () => {
       pieces.add(section, ...fillSystem(section, view, system, palette), () => section.removeAttribute("aria-busy"));
     };
-    // The first plots are drawn before anything else of the page.
+    // The first plots are drawn before anything else below the answers.
     if (index === 0) fill();
     else pieces.add(section, fill);
   }
   if (report.sizes.length > 0) {
-    add(part("scaling", "Scaling", "Processor time of a whole run of systems that differ in size alone."), "Scaling", () => [scalingPanel(report, palette)]);
+    add(part("scaling", "Scaling", "Processor time of a whole run of systems that differ only in size."), "Scaling", () => [scalingPanel(report, palette)]);
   }
-  if (measured) add(part("values", "All values", ""), "Values", () => [valuesTable(report)]);
-  const failed = "A cell that fails is a result: its outcome and reason are kept. Cells that differ in the timestep alone share a row.";
-  add(part("failures", "What failed", failed), "Failures", () => [failureTable(report, palette), leftOut(report)]);
+  const gated = "A contender is scored only when its adapter passes these tests against closed forms and independent solutions. A deviation caused by the engine itself is proven, declared and bounded.";
+  add(part("gate", "Conformance suite", gated), "Conformance", () => [gate(report)]);
+  const failed = "A cell that fails is a result: its outcome and reason are kept. Cells that differ only in the timestep share a row.";
+  add(part("failures", "Failures", failed), "Failures", () => [failureTable(report, palette), leftOut(report)]);
   add(part("fairness", "Fairness", ""), "Fairness", () => [fairness(report, palette)]);
-  add(part("manifest", "Manifest", ""), "Manifest", () => [engines(report), manifestTable(report)]);
-  nav.append(...links.map(([id, name]) => el("a", { href: `#${id}` }, name)));
+  if (measured) add(part("values", "All values", ""), "Values", () => [valuesTable(report)]);
+  if ((report.json.glossary ?? []).length > 0) add(part("glossary", "Glossary", ""), "Glossary", () => [glossary(report)]);
+  add(part("manifest", "Manifest", "The machine, the program and the campaign behind these figures."), "Manifest", () => [plate(report), engines(report), manifestTable(report)]);
+  if (measured) add(part("cite", "Cite these results", ""), "Cite", () => [citation(report)]);
+  sectionBar(nav, links, (section) => address.at(section));
+  document.body.append(new Drawer(report, palette).element);
   tooltip.attach();
   drawWaiting();
   performance.mark("assay:first-plots");
@@ -140,12 +141,12 @@ function build(report: Report, page: HTMLElement): void {
   const rest = () =>
     pieces.start(() => {
       // What an address names may have been pushed away by what was drawn above it.
-      if (!moved && location.hash.length > 1) document.getElementById(decodeURIComponent(location.hash.slice(1)))?.scrollIntoView();
+      if (!moved) address.show();
       document.body.dataset.ready = "";
     });
   if (document.readyState === "loading") document.addEventListener("DOMContentLoaded", rest, { once: true });
   else rest();
 }
 
-const page = document.getElementById("page");
-if (page) build(readReport(), page);
+const place = (id: string) => document.getElementById(id)!;
+build(readReport(), place("masthead"), place("sections"), place("page"));

@@ -1,9 +1,10 @@
-// How a contender looks in every plot: a hue per engine family, a dash, a marker and a shade per variant in it.
+// How a contender looks in every plot, as the program says it. Colours are variables, so that they follow the theme.
 import {
-  symbolCircle, symbolCross, symbolDiamond, symbolSquare, symbolStar, symbolTriangle, symbolWye, symbol, type SymbolType,
+  symbol, symbolCircle, symbolCross, symbolDiamond, symbolSquare, symbolStar, symbolTriangle, symbolWye, type SymbolType,
 } from "d3-shape"; // prettier-ignore
 
 import type { Contender, Report } from "./data";
+import { el } from "./dom";
 
 export interface Look {
   family: string;
@@ -13,100 +14,43 @@ export interface Look {
   turn: number; // degrees
 }
 
-// Fixed places in the palette and the mark of the first contender there, so that an engine looks the same in every
-// report and in the figures (src/report/look.cc).
-const kSlots: Record<string, [hue: number, mark: number]> = {
-  mujoco: [0, 0], bullet: [1, 2], "bullet/joint": [2, 4], ode: [3, 3], simbody: [4, 1], dart: [5, 2], physx: [6, 5],
-  "physx/joint": [7, 7], havok: [8, 6], jolt: [9, 7], rapier: [10, 3], "rapier/joint": [11, 4],
+const kMarks: Record<string, [shape: SymbolType, turn: number]> = {
+  circle: [symbolCircle, 0], square: [symbolSquare, 0], triangle: [symbolTriangle, 0], diamond: [symbolDiamond, 0],
+  "triangle-down": [symbolTriangle, 180], cross: [symbolCross, 45], star: [symbolStar, 0], wye: [symbolWye, 0],
 }; // prettier-ignore
-const kSlotCount = 12;
-
-const kMarks: { marker: SymbolType; turn: number }[] = [
-  { marker: symbolCircle, turn: 0 },
-  { marker: symbolSquare, turn: 0 },
-  { marker: symbolTriangle, turn: 0 },
-  { marker: symbolDiamond, turn: 0 },
-  { marker: symbolTriangle, turn: 180 },
-  { marker: symbolCross, turn: 45 },
-  { marker: symbolStar, turn: 0 },
-  { marker: symbolWye, turn: 0 },
-];
-
-const kVariants: { dash: string; mix: string }[] = [
-  { dash: "", mix: "" },
-  { dash: "7 3", mix: "var(--ink) 28%" },
-  { dash: "2 3", mix: "var(--paper) 22%" },
-  { dash: "9 3 2 3", mix: "var(--ink) 45%" },
-  { dash: "12 4", mix: "var(--paper) 30%" },
-  { dash: "4 2", mix: "var(--ink) 14%" },
-  { dash: "1 3", mix: "var(--paper) 12%" },
-  { dash: "9 2 1 2 1 2", mix: "var(--ink) 36%" },
-];
-
-// Whom a report of many contenders shows at first: today's versions of the paper's, MuJoCo's two solvers among them.
-const kPapers = [
-  "mujoco-euler", "mujoco-euler-dense", "mujoco-rk4", "bullet-si-f64", "bullet-mb", "ode-quick", "physx-d6-pgs", "havok",
-]; // prettier-ignore
-const kMany = 16;
-
-export function shownAtFirst(contenders: string[]): string[] {
-  const chosen = kPapers.filter((name) => contenders.includes(name));
-  return contenders.length <= kMany || chosen.length < 3 ? contenders : chosen;
-}
 
 export function engineOf(contender: Contender): string {
   return contender.engine.replace(/-(f32|f64)$/, "");
 }
 
-function isJoint(contender: Contender): boolean {
-  return contender.capabilities["coordinates"] === "joint";
+// A mark of a shape's name.
+export function markPath(mark: string, size: number): string {
+  return symbol((kMarks[mark] ?? kMarks["circle"]!)[0], size)() ?? "";
 }
 
 export class Palette {
   private readonly looks = new Map<string, Look>();
 
-  constructor(report: Report) {
-    const mixed = new Set<string>();
-    for (const a of report.contenders) {
-      for (const b of report.contenders) {
-        if (engineOf(a) === engineOf(b) && isJoint(a) !== isJoint(b)) mixed.add(engineOf(a));
-      }
-    }
-    const families = new Map<string, Contender[]>();
-    for (const contender of report.contenders) {
-      const engine = engineOf(contender);
-      const family = mixed.has(engine) && isJoint(contender) ? `${engine}/joint` : engine;
-      families.set(family, [...(families.get(family) ?? []), contender]);
-    }
-    const taken = new Set([...families.keys()].map((family) => kSlots[family]?.[0]));
-    let next = 0;
-    for (const [family, members] of families) {
-      let slot = kSlots[family]?.[0];
-      const first = kSlots[family]?.[1] ?? 0;
-      if (slot === undefined) {
-        while (taken.has(next) && next < kSlotCount) next += 1;
-        slot = next % kSlotCount;
-        taken.add(slot);
-        next += 1;
-      }
-      members.forEach((contender, index) => {
-        const variant = kVariants[index % kVariants.length]!;
-        const mark = kMarks[(first + index) % kMarks.length]!;
-        const hue = `var(--hue-${slot})`;
-        this.looks.set(contender.name, {
-          family,
-          color: variant.mix ? `color-mix(in oklab, ${hue}, ${variant.mix})` : hue,
-          dash: variant.dash,
-          path: (size) => symbol(mark.marker, size)() ?? "",
-          turn: mark.turn,
-        });
-      });
-    }
+  constructor(private readonly report: Report) {
+    const light: string[] = [];
+    const dark: string[] = [];
+    Object.entries(report.json.looks ?? {}).forEach(([name, look], index) => {
+      light.push(`--c${index}:${look.light}`);
+      dark.push(`--c${index}:${look.dark}`);
+      const turn = kMarks[look.mark]?.[1] ?? 0;
+      this.looks.set(name, { family: look.family, color: `var(--c${index})`, dash: look.dash, path: (size) => markPath(look.mark, size), turn });
+    });
+    const text = `:root{${light.join(";")}}@media screen{:root[data-theme="dark"]{${dark.join(";")}}}`;
+    document.head.append(el("style", {}, text));
   }
 
   look(contender: string): Look {
-    return (
-      this.looks.get(contender) ?? { family: contender, color: "var(--ink)", dash: "", path: (size) => symbol(symbolCircle, size)() ?? "", turn: 0 }
-    );
+    return this.looks.get(contender) ?? { family: contender, color: "var(--ink)", dash: "", path: (size) => markPath("circle", size), turn: 0 };
+  }
+
+  // Contenders shown when the report opens.
+  get first(): string[] {
+    const names = this.report.contenders.map((contender) => contender.name);
+    return names.filter((name) => this.report.json.looks?.[name]?.first ?? true);
   }
 }

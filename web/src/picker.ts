@@ -1,123 +1,208 @@
-// The reader's question: which engine, for an error that is good enough?
-import { valueInfo, type Report } from "./data";
+// The reader's question: which engine, within limits of the reader's own? The program has listed the candidates, the
+// fastest first; here they are only compared with the limits.
+import { valueInfo, type Candidate, type Report, type Speed, type SystemView, type ViewPoint, type Worst } from "./data";
 import { clear, el } from "./dom";
-import { quantity, realtime, timestep, unitText } from "./format";
+import { onRestored } from "./address";
+import { quantity, realtime, timestep, timestepRange, unitText } from "./format";
 import type { Palette } from "./palette";
 import { swatch } from "./plots/legend";
-import { candidates, recommend, recommendable, type Candidate } from "./recommend";
-import { state } from "./state";
+import { state, type Question } from "./state";
 import { scrollFrame, sortableTable, type Column } from "./tables/sortable";
 
-// Units that an error may be given in, with their scale.
-const kUnits: Record<string, [string, number][]> = {
-  m: [["mm", 1e-3], ["µm", 1e-6], ["nm", 1e-9], ["cm", 1e-2], ["m", 1]],
-  rad: [["mrad", 1e-3], ["deg", Math.PI / 180], ["rad", 1]],
-  J: [["mJ", 1e-3], ["µJ", 1e-6], ["J", 1]],
-  "1": [["%", 1e-2], ["", 1]],
-}; // prettier-ignore
-
-function unitsOf(unit: string): [string, number][] {
-  return kUnits[unit] ?? [[unitText(unit), 1]];
+export interface Pick {
+  candidate: Candidate;
+  point: ViewPoint;
+  speed: Speed;
 }
 
-function within(bounds: { value: number; low: number; high: number }, write: (value: number) => string): string {
-  return bounds.low === bounds.high ? write(bounds.value) : `${write(bounds.value)} (${write(bounds.low)} to ${write(bounds.high)})`;
+export interface Picked {
+  passing: Pick[]; // each contender's first candidate within the limits, in the list's order
+  alike: Pick[]; // of those, what no measurement tells from the first
 }
 
-function canChoose(report: Report, system: string, name: string): boolean {
-  return valueInfo(name).plot && candidates(report, system, name).list.length > 0;
+export function pick(view: SystemView, question: Question): Picked {
+  const passing: Pick[] = [];
+  const seen = new Set<string>();
+  for (const candidate of view.json.candidates) {
+    const point = view.json.points[candidate.point];
+    if (!point?.speed || seen.has(point.contender)) continue;
+    const within = question.limits.every(([name, largest]) => {
+      const worst = candidate.worst[name];
+      return worst !== undefined && worst.value <= largest;
+    });
+    if (!within || (question.realtime !== null && point.speed.value < question.realtime)) continue;
+    seen.add(point.contender);
+    passing.push({ candidate, point, speed: point.speed });
+  }
+  const best = passing[0];
+  return { passing, alike: best ? passing.slice(1).filter((one) => one.speed.high >= best.speed.low) : [] };
 }
 
-// Whether there is anything to choose from.
 export function canPick(report: Report): boolean {
-  return report.mainSystems.some(({ name: system }) => recommendable(report, system).some((name) => canChoose(report, system, name)));
+  return report.answered.some((view) => view.json.candidates.length > 0);
+}
+
+// The one that the system's card answers first.
+export function firstQuestion(view: SystemView): Question {
+  const limits = view.json.card.answers.map((one) => Object.entries(one.limits ?? {})).find((each) => each.length > 0);
+  return { system: view.system, limits: limits ?? [], realtime: limits ? null : 1 };
+}
+
+let asked: (question: Question) => void = () => undefined;
+
+// Puts a question to the picker and shows it.
+export function ask(question: Question): void {
+  asked(question);
+  document.getElementById("pick")?.scrollIntoView();
+}
+
+function speedText(speed: Speed): string {
+  const range = speed.low === speed.high ? "" : `${realtime(speed.low)} to ${realtime(speed.high)}`;
+  const between = speed.between && !speed.timed ? `not timed at this timestep, interpolated between ${timestep(speed.between[0])} and ${timestep(speed.between[1])} ms` : "";
+  const notes = [range, between].filter(Boolean).join("; ");
+  return `${realtime(speed.value)} real time${notes ? ` (${notes})` : ""}`;
+}
+
+function worstText(name: string, worst: Worst | undefined, step: number): string {
+  if (!worst) return "–";
+  return quantity(worst.value, valueInfo(name).unit) + (worst.at_ms === step ? "" : ` (at ${timestep(worst.at_ms)} ms)`);
+}
+
+// A limit as the reader types it: the largest unit in which it is at least 1.
+function inUnits(report: Report, name: string, largest: number): { number: number; scale: number; units: { text: string; scale: number }[] } {
+  const base = valueInfo(name).unit;
+  const all = report.json.units?.[base] ?? [{ text: base === "1" ? "" : base, scale: 1 }];
+  const units = all.filter((unit, index) => all.findIndex((other) => other.scale === unit.scale) === index); // "um" is "µm"
+  const fitting = [...units].sort((a, b) => b.scale - a.scale).find((unit) => unit.scale <= largest * (1 + 1e-9) && unit.text !== "cm");
+  const scale = fitting?.scale ?? Math.min(...units.map((unit) => unit.scale));
+  return { number: Number((largest / scale).toPrecision(12)), scale, units };
 }
 
 export function picker(report: Report, palette: Palette): HTMLElement {
-  const systems = report.mainSystems
-    .map(({ name: system }) => ({ system, names: recommendable(report, system).filter((name) => canChoose(report, system, name)) }))
-    .filter(({ names }) => names.length > 0);
-  const system = el("select", { "aria-label": "System", id: "pick-system" }, ...systems.map((one) => el("option", { value: one.system }, one.system)));
-  const measure = el("select", { "aria-label": "Measure", id: "pick-measure" });
-  const error = el("input", { type: "number", min: 0, step: "any", value: 1, "aria-label": "Largest error that will do", id: "pick-error" });
-  const unit = el("select", { "aria-label": "Unit of the error", id: "pick-unit" });
-  const answer = el("div", { class: "answer", "aria-live": "polite" });
+  const views = report.answered.filter((view) => view.json.candidates.length > 0);
+  const viewOf = (system: string) => views.find((view) => view.system === system) ?? views[0]!;
+  let question = state.question && views.some((view) => view.system === state.question?.system) ? state.question : firstQuestion(views[0]!);
 
-  const fillUnits = () => {
-    clear(unit);
-    const { unit: base } = candidates(report, system.value, measure.value);
-    for (const [name, scale] of unitsOf(base)) unit.append(el("option", { value: scale }, name || "(a plain number)"));
-    // A limit that says something to begin with: the middle of what was measured, as a power of ten.
-    const errors = candidates(report, system.value, measure.value).list.map((one) => Math.abs(one.error.value)).filter((value) => value > 0).sort((a, b) => a - b);
-    const middle = errors[Math.floor(errors.length / 2)] ?? 1e-3;
-    const scales = unitsOf(base).map(([, scale]) => scale);
-    const fitting = scales.filter((scale) => scale <= middle).sort((a, b) => b - a)[0] ?? Math.min(...scales);
-    unit.value = String(fitting);
-    error.value = String(Number((10 ** Math.round(Math.log10(middle / fitting))).toPrecision(1)));
+  const system = el("select", { id: "pick-system" }, ...views.map((view) => el("option", { value: view.system }, view.system)));
+  const limits = el("div", { class: "pick-limits" });
+  const more = el("button", { type: "button", class: "more pick-more" }, "Add a limit");
+  const rate = el("input", { type: "number", min: 0, step: "any", id: "pick-realtime", placeholder: "any", inputmode: "decimal" });
+  const found = el("div", { class: "pick-answer", "aria-live": "polite" });
+
+  const change = (next: Question, redraw: boolean) => {
+    question = state.question = next;
+    state.kept();
+    if (redraw) form();
+    draw();
   };
-  const fillMeasures = () => {
-    clear(measure);
-    const names = systems.find((one) => one.system === system.value)?.names ?? [];
-    for (const name of names) measure.append(el("option", { value: name }, valueInfo(name).label));
-    measure.value = names.includes("consistency") ? "consistency" : names[0]!;
-    fillUnits();
+  const limitable = (view: SystemView) => view.json.errors.filter((name) => valueInfo(name).limit);
+  const setLimit = (index: number, name: string, largest: number, redraw: boolean) =>
+    change({ ...question, limits: question.limits.map((one, at) => (at === index ? [name, largest] : one)) }, redraw);
+  // A limit to begin with: the middle of what the candidates have.
+  const middle = (view: SystemView, name: string) => {
+    const all = view.json.candidates.map((one) => one.worst[name]?.value ?? 0).filter((value) => value > 0).sort((a, b) => a - b);
+    return 10 ** Math.ceil(Math.log10(all[Math.floor(all.length / 2)] ?? 1e-3));
   };
-  const open = (one: Candidate) => {
-    state.setShown([one.contender], true);
-    state.choose({ system: system.value, contender: one.contender, timestep: one.timestep });
+  const form = () => {
+    const view = viewOf(question.system);
+    system.value = view.system;
+    rate.value = question.realtime === null ? "" : String(question.realtime);
+    const names = limitable(view);
+    clear(limits);
+    question.limits.forEach(([name, largest], index) => {
+      const { number, scale, units } = inUnits(report, name, largest);
+      const label = valueInfo(name).label;
+      const measure = el("select", { class: "pick-measure", "aria-label": `Limited value ${index + 1}` }, ...names.map((each) => el("option", { value: each, selected: each === name }, valueInfo(each).label)));
+      const error = el("input", { type: "number", min: 0, step: "any", class: "pick-error", "aria-label": `Largest ${label.toLowerCase()}`, value: number, inputmode: "decimal" });
+      const unit = el("select", { class: "pick-unit", "aria-label": `Unit of the largest ${label.toLowerCase()}` }, ...units.map((each) => el("option", { value: each.scale, selected: each.scale === scale }, unitText(each.text) || "(number)")));
+      const remove = el("button", { type: "button", class: "pick-remove", "aria-label": `Remove the limit of ${label.toLowerCase()}` }, "×");
+      measure.addEventListener("change", () => setLimit(index, measure.value, middle(view, measure.value), true));
+      const typed = () => setLimit(index, name, Number(error.value) * Number(unit.value), false);
+      error.addEventListener("input", typed);
+      unit.addEventListener("change", typed);
+      remove.addEventListener("click", () => change({ ...question, limits: question.limits.filter((_, at) => at !== index) }, true));
+      limits.append(el("div", { class: "pick-limit" }, measure, el("span", {}, "at most"), el("span", { class: "limit" }, error, unit), remove));
+    });
+    more.hidden = question.limits.length >= names.length;
+  };
+  more.addEventListener("click", () => {
+    const view = viewOf(question.system);
+    const name = limitable(view).find((each) => !question.limits.some(([used]) => used === each));
+    if (name) change({ ...question, limits: [...question.limits, [name, middle(view, name)]] }, true);
+  });
+  system.addEventListener("change", () => change(firstQuestion(viewOf(system.value)), true));
+  rate.addEventListener("input", () => change({ ...question, realtime: Number(rate.value) > 0 ? Number(rate.value) : null }, false));
+  const open = (one: Pick) => {
+    state.setShown([one.point.contender], true);
+    state.choose({ system: question.system, contender: one.point.contender, timestep: one.point.timestep_ms });
   };
   const draw = () => {
-    clear(answer);
-    const limit = Number(error.value) * Number(unit.value);
-    if (!(limit > 0)) {
-      answer.append(el("p", { class: "quiet" }, "Give a positive number for the error."));
+    clear(found);
+    const view = viewOf(question.system);
+    if (question.limits.some(([, largest]) => !(largest > 0))) {
+      found.append(el("p", { class: "quiet" }, "Each limit needs a positive number."));
       return;
     }
-    const found = recommend(report, system.value, measure.value, limit);
-    const label = valueInfo(measure.value).label.toLowerCase();
-    const best = found.fastest[0];
+    const { passing, alike } = pick(view, question);
+    const best = passing[0];
     if (!best) {
-      const least = found.best;
-      answer.append(
-        el("p", { class: "pick-none" }, `No contender's ${label} on ${system.value} is that small: the smallest is ${quantity(least?.error.value, found.unit)}, of ${least?.contender} at ${timestep(least?.timestep ?? 0)} ms.`),
+      const closest = question.limits.map(([name]) => {
+        const least = view.json.candidates.reduce<Candidate | null>((least, one) => (one.worst[name] && (!least || one.worst[name]!.value < least.worst[name]!.value) ? one : least), null);
+        const point = least ? view.json.points[least.point] : undefined;
+        return least && point ? `The smallest ${valueInfo(name).label.toLowerCase()} is ${quantity(least.worst[name]!.value, valueInfo(name).unit)}, of ${point.contender} at ${timestep(point.timestep_ms)} ms.` : `No sound point has a ${valueInfo(name).label.toLowerCase()}.`;
+      });
+      found.append(el("p", { class: "pick-none" }, el("b", {}, `No contender is within ${question.limits.length + (question.realtime === null ? 0 : 1) > 1 ? "all these limits" : "this limit"} on ${view.system}. `), closest.join(" ")));
+    } else {
+      const details = el("button", { type: "button", class: "link", click: () => open(best) }, "Details");
+      found.append(
+        el("p", { class: "pick-best", "data-contender-of": best.point.contender, "data-timestep": best.point.timestep_ms }, swatch(palette, best.point.contender), " ", el("strong", {}, `${best.point.contender} at ${timestep(best.point.timestep_ms)} ms`), ` runs at ${speedText(best.speed)}. `, details),
+        el("ul", { class: "pick-facts" }, ...question.limits.map(([name]) => el("li", {}, `${valueInfo(name).label}: ${worstText(name, best.candidate.worst[name], best.point.timestep_ms)}, the largest at this or any smaller timestep`)), best.candidate.margin ? el("li", {}, `Margin: ${best.candidate.margin}`) : null),
       );
-      return;
+      if (alike.length > 0) {
+        found.append(el("p", { class: "pick-alike" }, "Not told apart in speed: ", alike.map((one) => `${one.point.contender} at ${timestep(one.point.timestep_ms)} ms`).join(", "), "."));
+      }
+      const columns: Column<Pick>[] = [
+        { title: "Contender", key: (one) => one.point.contender, cell: (one) => el("span", { class: "contender" }, swatch(palette, one.point.contender), one.point.contender), className: "sticky", head: true },
+        { title: "Timestep", key: (one) => one.point.timestep_ms, cell: (one) => `${timestep(one.point.timestep_ms)} ms`, className: "figure" },
+        { title: "Times real time", key: (one) => one.speed.value, cell: (one) => realtime(one.speed.value), className: "figure" },
+        ...question.limits.map(([name]): Column<Pick> => ({ title: valueInfo(name).label, key: (one) => one.candidate.worst[name]?.value ?? null, cell: (one) => worstText(name, one.candidate.worst[name], one.point.timestep_ms), className: "figure" })),
+        { title: "Margin", cell: (one) => one.candidate.margin, className: "wider" },
+      ];
+      found.append(el("details", {}, el("summary", {}, passing.length === 1 ? "The one contender within the limits" : `All ${passing.length} contenders within the limits, each at its fastest`), scrollFrame("Contenders within the limits", "", sortableTable(columns, passing))));
     }
-    const line = el("p", { class: "pick-best", "data-contender-of": best.contender, "data-timestep": best.timestep }, swatch(palette, best.contender), " ", el("strong", {}, `${best.contender} at ${timestep(best.timestep)} ms`), `: ${within(best.speed, realtime)} real time, ${label} ${within(best.error, (value) => quantity(value, found.unit))}. `);
-    const more = el("button", { type: "button", class: "link" }, "Its details");
-    more.addEventListener("click", () => open(best));
-    line.append(more);
-    answer.append(line);
-    if (best.error.high > limit) answer.append(el("p", { class: "quiet" }, "Its error's interval goes beyond the limit."));
-    if (found.alike.length > 0) {
-      answer.append(el("p", { class: "pick-alike" }, "As fast, as far as was measured: ", found.alike.map((one) => `${one.contender} at ${timestep(one.timestep)} ms`).join(", "), "."));
-    }
-    const columns: Column<Candidate>[] = [
-      { title: "Contender", key: (one) => one.contender, cell: (one) => el("span", { class: "contender" }, swatch(palette, one.contender), one.contender), className: "sticky", head: true },
-      { title: "Timestep", key: (one) => one.timestep, cell: (one) => `${timestep(one.timestep)} ms`, className: "figure" },
-      { title: "Times real time", key: (one) => one.speed.value, cell: (one) => within(one.speed, realtime), className: "figure" },
-      { title: "Error", key: (one) => one.error.value, cell: (one) => within(one.error, (value) => quantity(value, found.unit)), className: "figure" },
-    ];
-    answer.append(
-      el("details", {}, el("summary", {}, `Each of ${found.fastest.length} contenders at its fastest within the limit`), scrollFrame("Contenders within the limit", "", sortableTable(columns, found.fastest))),
-    );
+    found.append(excluded(view));
   };
-  system.addEventListener("change", () => {
-    fillMeasures();
+  // A contender's timesteps that are no candidates for one reason share a line.
+  const excluded = (view: SystemView) => {
+    const groups = new Map<string, { contender: string; steps: number[]; why: string }>();
+    for (const one of view.json.excluded) {
+      const key = `${one.contender}\u0000${one.why}`;
+      const group = groups.get(key) ?? { contender: one.contender, steps: [], why: one.why };
+      group.steps.push(one.timestep_ms);
+      groups.set(key, group);
+    }
+    if (groups.size === 0) return el("p", { class: "quiet note" }, "Every timestep measured is a candidate.");
+    const rows = [...groups.values()];
+    const columns: Column<(typeof rows)[number]>[] = [
+      { title: "Contender", key: (one) => one.contender, cell: (one) => one.contender, className: "sticky", head: true },
+      { title: "Timesteps", key: (one) => Math.min(...one.steps), cell: (one) => timestepRange(one.steps), className: "name" },
+      { title: "Why", key: (one) => one.why, cell: (one) => one.why, className: "wider" },
+    ];
+    return el("details", { class: "pick-excluded" }, el("summary", {}, `What was excluded, and why (${view.json.excluded.length} points)`), scrollFrame("Excluded points", "", sortableTable(columns, rows)));
+  };
+  asked = (next) => change(next, true);
+  onRestored(() => {
+    if (!state.question || !views.some((view) => view.system === state.question?.system)) return;
+    question = state.question;
+    form();
     draw();
   });
-  measure.addEventListener("change", () => {
-    fillUnits();
-    draw();
-  });
-  error.addEventListener("input", draw);
-  unit.addEventListener("change", draw);
-  fillMeasures();
+  form();
   draw();
   return el(
     "div",
     { class: "panel picker" },
-    el("p", { class: "question" }, "On ", system, " with a ", measure, " of at most ", el("span", { class: "limit" }, error, " ", unit), ":"),
-    answer,
+    el("form", { class: "question", submit: (event: Event) => event.preventDefault() }, el("label", {}, "System ", system), limits, more, el("label", {}, "Real time at least ", el("span", { class: "limit" }, rate, "×"))),
+    found,
   );
 }

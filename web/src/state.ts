@@ -9,8 +9,20 @@ export interface Choice {
   timestep: number; // ms
 }
 
+// What the picker asks: the largest values that the reader accepts, in SI units, and the least realtime factor.
+export interface Question {
+  system: string;
+  limits: [name: string, largest: number][];
+  realtime: number | null;
+}
+
 class State {
   private readonly hidden = new Set<string>();
+  readonly measures = new Map<string, string>(); // the value that each system's plot shows, where the reader chose one
+  question: Question | null = null;
+  claim: number | null = null; // the one that is open
+  // Called for whatever the page's address keeps.
+  kept: () => void = () => undefined;
   private highlighted: string | null = null;
   private readonly listeners: Listener[] = [];
   private readonly choiceListeners: Listener[] = [];
@@ -24,6 +36,7 @@ class State {
   choose(choice: Choice | null): void {
     this.chosen = choice;
     for (const listener of this.choiceListeners) listener();
+    this.kept();
   }
 
   isChosen(system: string, contender: string, timestep: number): boolean {
@@ -56,6 +69,7 @@ class State {
   toggle(contender: string): void {
     if (!this.hidden.delete(contender)) this.hidden.add(contender);
     this.changed();
+    this.kept();
   }
 
   // Shows or hides some and leaves the others as they are.
@@ -65,12 +79,14 @@ class State {
       else this.hidden.add(name);
     }
     this.changed();
+    this.kept();
   }
 
   show(contenders: string[], all: string[]): void {
     this.hidden.clear();
     for (const name of all) if (!contenders.includes(name)) this.hidden.add(name);
     this.changed();
+    this.kept();
   }
 
   // Changes with what is hidden, not with what is highlighted.

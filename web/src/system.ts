@@ -1,15 +1,17 @@
 // One system of the campaign: facts, speed, accuracy, figures.
-import { mainMeasure, outcomeCounts } from "./analysis";
-import { kPlotNames, type System, type SystemView } from "./data";
-import { Details } from "./details";
+import { outcomeCounts } from "./analysis";
+import { valueInfo, type System, type SystemView } from "./data";
 import { el } from "./dom";
 import type { Palette } from "./palette";
 import { agreementPanel } from "./plots/agreement";
 import { bars } from "./plots/bars";
+import { dampingPlot } from "./plots/damping";
+import { frontList } from "./plots/front";
 import { legend } from "./plots/legend";
 import { picture } from "./plots/picture";
 import { SpeedAccuracy } from "./plots/speed_accuracy";
 import { replayPanel } from "./replay/panel";
+import { state } from "./state";
 import { dampingTable } from "./tables/damping";
 import { graspTable } from "./tables/grasp";
 import { Matrix } from "./tables/matrix";
@@ -41,10 +43,7 @@ function systemFacts(system: System): HTMLElement {
 // Fills `section` with its head and plots; what comes below them is drawn by the functions returned, in their order.
 export function fillSystem(section: HTMLElement, view: SystemView, system: System, palette: Palette): (() => void)[] {
   const drawn = view.report.json.pictures?.find((candidate) => candidate.system === view.system);
-  const head = el("div", { class: "system-head" }, el("div", {}, el("h2", {}, view.system), systemFacts(system)));
-  const many = view.report.contenders.length > 16;
-  const image = drawn ? (many ? picture(drawn, 320, 250) : picture(drawn, 150, 110)) : null;
-  if (image && !many) head.append(image);
+  const head = el("div", { class: "system-head" }, el("div", {}, el("h2", {}, view.system), systemFacts(system)), drawn ? picture(drawn, 110, 74) : "");
   section.replaceChildren(head);
   if (view.cells.length === 0) {
     section.append(el("p", { class: "quiet" }, "No cell of this system has been run yet."));
@@ -57,33 +56,40 @@ export function fillSystem(section: HTMLElement, view: SystemView, system: Syste
       el("p", { class: "alert" }, `None of the ${view.cells.length} cells of this system has a sound result. `, el("a", { href: "#failures" }, "What failed, and why")),
     );
   }
-  const measures = view.plotNames();
-  if (measures.length === 0 && view.valueNames().length === 0 && view.timesteps("raw_speed").length === 0) {
-    const text = good > 0 ? "Nothing has been measured here yet: there are reference runs alone." : "There is no figure to show.";
+  const measures = view.json.errors.filter((name) => valueInfo(name).plot);
+  if (measures.length === 0 && view.json.values.length === 0 && view.timesteps("raw_speed").length === 0) {
+    const text = good > 0 ? "Nothing has been measured here yet: there are only reference runs." : "There is no figure to show.";
     section.append(el("p", { class: "quiet" }, text));
     return [];
   }
-  let chosen = mainMeasure(view) ?? measures[0] ?? kPlotNames[0]!;
+  const wanted = state.measures.get(view.system) ?? "";
+  let chosen = measures.includes(wanted) ? wanted : (view.json.main ?? measures[0] ?? "");
   let matrix: Matrix | null = null;
-  const row = el("div", { class: `plots${many ? " many" : ""}` }, bars(view, palette), legend(view, palette));
-  if (image && many) row.append(el("div", { class: "picture-panel" }, image));
+  const plots = el("div", { class: "plots" });
+  let front = frontList(view, palette, chosen);
   if (measures.length > 0) {
     const plot = new SpeedAccuracy(view, palette, chosen, measures, (name) => {
       chosen = name;
       matrix?.select(name);
+      const next = frontList(view, palette, name);
+      front.replaceWith(next);
+      front = next;
     });
-    row.append(plot.element);
+    plots.append(plot.element);
   }
-  section.append(row, new Details(view.report, [view.system], palette).element);
+  plots.append(el("div", { class: "beside" }, bars(view, palette), measures.length > 0 ? front : null));
+  const body = el("div", { class: "system-main" }, plots);
+  section.append(el("div", { class: "system-body" }, legend(view, palette), body));
   const agreement = view.report.json.agreement?.find((candidate) => candidate.system === view.system);
   const append = (make: () => HTMLElement | null) => () => {
     const made = make();
-    if (made) section.append(made);
+    if (made) body.append(made);
   };
   return [
     append(() => replayPanel(view, palette)),
     append(() => graspTable(view, palette)),
     append(() => (agreement && agreement.contenders.length > 1 ? agreementPanel(agreement, palette) : null)),
+    append(() => dampingPlot(view, palette)),
     append(() => dampingTable(view, palette)),
     append(() => (matrix = new Matrix(view, palette, chosen)).element),
   ];

@@ -29,7 +29,7 @@ class Collision : public btOverlapFilterCallback {
   // The shape of a moving body in its Bullet frame; null when nothing can touch it.
   btCollisionShape* body_shape(int body) const { return body_shapes_[body]; }
 
-  // Marks a collision object as the one of `body`, which has a shape: from then on the pair table holds for it.
+  // Marks a collision object as that of `body`, which has a shape. From then on the pair table applies to it.
   void claim(btCollisionObject& object, int body) const { mark(object, object_of_body_[body]); }
 
   // The fixed world's collision objects, marked and placed.

@@ -16,8 +16,8 @@ using Set = std::map<std::string, SettingValue>;
 // Shown by findings/bullet/rk4_free_base.cc. Bounds: 1.5 times what the tests measure.
 std::vector<Deviation> rk4_deviations() {
   const std::string reason =
-      "Bullet's Runge-Kutta evaluates its stages with a free base's orientation of the step's start: first order where "
-      "a floating body turns";
+      "Bullet's Runge-Kutta uses the free base's orientation at the step's start in all stages: first order where a "
+      "floating body rotates";
   return {{"torque-free-top", 5e-3, reason}, {"oblique-trees", 1.2e-4, reason}, {"torque-reaction", 6e-5, reason}};
 }
 

@@ -1,4 +1,4 @@
-// Bullet's multibodies (Featherstone): every tree of the model is one btMultiBody, a free body alone is one without
+// Bullet's multibodies (Featherstone): every tree of the model is one btMultiBody, a single free body one without
 // links.
 #include <BulletDynamics/Featherstone/btMultiBody.h>
 #include <BulletDynamics/Featherstone/btMultiBodyJointLimitConstraint.h>

@@ -41,9 +41,8 @@ std::vector<Setting> declared_settings() {
   list.add("friction_cone", true, "", "multibody: couple both tangents in a circular cone; off: a box");
   list.add(
       "pd", "explicit", "",
-      "springs and dampers of joints: a torque from the state at the step's start; Bullet has none of its own that is "
-      "a "
-      "spring of a given stiffness",
+      "springs and dampers of joints: a torque from the state at the step's start; Bullet has none of its own that "
+      "is a spring of a given stiffness",
       {"explicit"});
   list.add("frame_offset", true, "",
            "rigid: hinge rows with levers weighted by the bodies' masses (Bullet's own default)");

@@ -14,10 +14,10 @@ namespace {
 
 // Shown by findings/dart/exponential_series.cc. Bound: twice what the test measures.
 const char* const kSeriesReason =
-    "DART turns free bodies that turn by less than 1 mrad a step with a series of second order, which is no rotation: "
+    "DART rotates free bodies that turn by less than 1 mrad a step by a second-order series, which is not a rotation: "
     "speed grows by the fourth power of that angle over 8 a step";
 
-// DART solves pairs with less than this without friction.
+// DART treats pairs with at most this coefficient as frictionless.
 constexpr double kLeastFriction = 1e-3;
 
 class DartEngine final : public Adapter {

@@ -10,7 +10,7 @@ std::vector<Setting> declared_settings() {
        "dantzig",
        "",
        "solver of contacts and joint limits: dantzig: direct, projected Gauss-Seidel where it fails (DART's default); "
-       "pgs: projected Gauss-Seidel alone",
+       "pgs: only projected Gauss-Seidel",
        {"dantzig", "pgs"}},
       {"pgs_iterations", 50LL, "", "iterations of projected Gauss-Seidel (DART's own default is 30)", {}, 1.0, 1e6},
       {"pgs_tolerance",

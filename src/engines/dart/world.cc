@@ -39,8 +39,8 @@ Eigen::Isometry3d isometry(const Vec3& p, const Quat& q) {
   return X;
 }
 
-// ODE, which finds the contacts, ends the process when one of its assertions fails, unless somebody takes the message.
-// The handlers are the process's, so those of another user of the library stay.
+// ODE, which finds the contacts, ends the process when one of its assertions fails, unless a handler is set. There is
+// one set of handlers per process, so those of another user of the library stay.
 [[noreturn]] void on_ode_error(int number, const char* text, va_list arguments) {
   std::array<char, 512> buffer{};
   std::vsnprintf(buffer.data(), buffer.size(), text, arguments);
@@ -55,13 +55,13 @@ void initialise_library() {
   });
 }
 
-// After an error out of DART's or ODE's inside, lists may be half-changed: such a world is kept, within reach.
+// After an error inside DART or ODE, lists may be half-changed: such a world is never freed.
 void keep(const dart::simulation::WorldPtr& world) {
   static auto& kept = *new std::vector<dart::simulation::WorldPtr>;  // outlives static destructors
   kept.push_back(world);
 }
 
-// DART keeps these numbers once for the whole process. `owner` is the instance whose they are.
+// DART keeps these numbers once per process. `owner` is the instance that set them last.
 const DartSimulation* owner = nullptr;
 void set_globals(const Options& options) {
   using dart::constraint::ContactConstraint;
@@ -88,7 +88,7 @@ DartSimulation::DartSimulation(Model model, const State& state, const Options& o
   make_world();
   make_bodies();
   if (!model_.contacts.empty()) make_contacts();
-  // with their shapes: those that come later are found by the collision detector in an order of addresses
+  // with their shapes: the collision detector finds shapes that are added later in the order of their addresses
   for (const dart::dynamics::SkeletonPtr& tree : trees_) world_->addSkeleton(tree);
   set_state(with_joint_coordinates(model_, state));
 }

@@ -17,7 +17,7 @@ bool agree(Wish a, Wish b) { return a == Wish::kAny || b == Wish::kAny || a == b
 
 Wish merged(Wish a, Wish b) { return a == Wish::kAny ? b : a; }
 
-// What each two shapes shall do. Any will do for two that cannot meet anyway.
+// What each pair of shapes has to do: meet, pass, or either, where the two cannot meet anyway.
 class Wishes {
  public:
   explicit Wishes(const Model& model) : count_(model.shapes.size()), wishes_(count_ * count_, Wish::kPass) {

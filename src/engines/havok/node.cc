@@ -24,7 +24,7 @@
 namespace assay::havok_adapter {
 namespace {
 
-// What node_host.mjs is told; the numbers are those of its constants.
+// Commands of node_host.mjs; the numbers are those of its constants.
 enum class Command : std::uint8_t { kHello, kCreate, kDestroy, kCall, kStep };
 
 class Message {

@@ -5,7 +5,7 @@
 namespace assay::jolt {
 namespace {
 
-// Jolt feels a plane within its bounding box alone; this one is larger than any run is long, and static boxes cost
+// Jolt tests a plane only within its bounding box. This box is larger than the way of any run, and a static box costs
 // nothing.
 constexpr double kPlaneHalfExtent = 1e5;  // m
 

@@ -17,7 +17,7 @@ struct ContactPlan {
   ContactShapes shapes;                    // others do not exist for MuJoCo
   bool broad_phase = false;                // by MuJoCo's filter; else from an explicit list
   bool filter_parents = true;              // MuJoCo's own exclusion of parent and child is on
-  std::vector<std::pair<int, int>> apart;  // pairs of bodies that the filter is told to leave out
+  std::vector<std::pair<int, int>> apart;  // pairs of bodies that the filter leaves out
 };
 
 ContactPlan plan_contacts(const Model& model, bool explicit_pairs);

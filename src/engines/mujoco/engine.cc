@@ -137,7 +137,7 @@ class MujocoEngine final : public Adapter {
   }
 
  private:
-  // The last model compiled: campaigns create hundreds of simulations that differ in state and timestep alone.
+  // The last model compiled: campaigns create hundreds of simulations that differ only in state and timestep.
   std::shared_ptr<const Compiled> compiled(const Model& model, const Settings& settings) const {
     std::pair key{model_hash(model), settings.values};
     const std::scoped_lock lock(mutex_);

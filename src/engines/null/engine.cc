@@ -8,7 +8,7 @@ class NullSimulation final : public Simulation {
  public:
   NullSimulation(const Model& model, const State& state, double timestep)
       : state_(state), clock_{state.time, timestep} {
-    // the pose is all that there is of an engine's view: no step will ever move it
+    // no step moves anything, so the view never changes
     view_.gravity = model.gravity;
     view_.bodies.reserve(model.bodies.size());
     for (size_t i = 0; i < model.bodies.size(); ++i) {
@@ -66,7 +66,7 @@ class NullEngine final : public Adapter {
     return c;
   }
 
-  // It takes every model, for it has to stand beside every contender.
+  // It accepts every model, because it runs beside every contender.
   std::vector<Limitation> check(const Model& /*model*/, const Settings& /*settings*/) const override {
     return {{.fidelity = Fidelity::kApproximated, .element = "motion", .how = "nothing moves; measures the harness"}};
   }

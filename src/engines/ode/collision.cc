@@ -16,7 +16,7 @@ void set_slip_direction(dContact& contact, dxBody* a, dxBody* b) {
   const Vec3 normal = vec3(contact.geom.normal);
   Vec3 slip = vec3(v_a) - vec3(v_b);
   slip -= slip.dot(normal) * normal;
-  // without slip any direction will do
+  // without slip any direction serves
   const Vec3 direction = slip.norm() > 1e-12 ? slip.normalized() : normal.unitOrthogonal();
   for (int k = 0; k < 3; ++k) contact.fdir1[k] = direction[k];
 }

@@ -25,7 +25,7 @@ std::string formatted(const char* text, va_list arguments) {
   throw EngineError("ODE error " + std::to_string(number) + ": " + formatted(text, arguments));
 }
 
-// The other messages say that something was replaced, as a singular inertia by the identity.
+// The other messages say that ODE replaced an input, for example a singular inertia by the identity.
 void on_message(int number, const char* text, va_list arguments) {
   if (number != d_ERR_LCP) on_error(number, text, arguments);
   ++lcp_failures;

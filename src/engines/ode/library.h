@@ -11,12 +11,12 @@ namespace assay::ode {
 // Starts ODE on this thread and turns its errors into EngineError. To be called before anything else of ODE.
 void initialise_library();
 
-// How often the exact solver gave up on this thread; who steps sets it to 0. ODE reports through functions without
-// context.
+// How often the exact solver gave up on this thread. The caller of a step sets it to 0. ODE reports through functions
+// without context, so the count cannot belong to a simulation.
 extern thread_local long long lcp_failures;
 
-// Frees what ODE made, unless an error came out of ODE's inside: then spaces may be locked and lists half-changed, and
-// freeing them could fail again. Such objects are kept, within reach, until the process ends.
+// Frees an object of ODE, unless an error inside ODE interrupted a step: then spaces may be locked and lists
+// half-changed, and freeing them could fail again. Such objects are kept until the process ends.
 struct Destroy {
   const bool* failed;
   void operator()(dxWorld* world) const { free_or_keep(world, dWorldDestroy); }

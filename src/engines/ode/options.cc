@@ -54,7 +54,7 @@ std::vector<Setting> declared_settings() {
       {"friction_direction",
        "world",
        "",
-       "first direction of a contact's friction pyramid: world: fixed by the normal alone (ODE's way); slip: along the "
+       "first direction of a contact's friction pyramid: world: fixed by the normal (ODE's way); slip: along the "
        "relative velocity at the step's start, which makes sliding friction the same in every direction",
        {"world", "slip"},
        {},

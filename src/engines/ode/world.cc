@@ -71,7 +71,7 @@ void OdeSimulation::create_bodies() {
   }
 }
 
-// Attaching stores relative frames, so all hinges are made where ODE's angles shall be zero.
+// Attaching stores relative frames, so all hinges are made in the configuration where ODE's angles are zero.
 void OdeSimulation::create_hinges() {
   State zero = reference_state(model_);
   for (size_t j = 0; j < model_.hinges.size(); ++j) zero.angle[j] = zero_angle(model_.hinges[j], options_);

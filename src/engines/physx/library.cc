@@ -7,7 +7,7 @@
 namespace assay::px {
 namespace {
 
-// Tasks run on the thread that steps, for there are no others, so what PhysX says belongs to that thread.
+// All tasks run on the thread that steps, so PhysX's messages belong to that thread.
 thread_local std::string complaint;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
 
 class Complaints final : public physx::PxErrorCallback {

@@ -18,7 +18,7 @@ struct Releaser {
 template <typename T>
 using Owned = std::unique_ptr<T, Releaser>;
 
-// Made with the first simulation and kept until the process ends: PhysX does not take to coming and going.
+// Made with the first simulation and kept until the process ends: PhysX cannot be stopped and started again reliably.
 physx::PxPhysics& sdk();
 
 // What PhysX complained about on this thread since the last call, "" when nothing. Its warnings do not count.

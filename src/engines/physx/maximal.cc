@@ -54,7 +54,7 @@ class MaximalSimulation final : public PhysxSimulation {
     }
     if (joint == nullptr) throw EngineError("PhysX made no joint: " + take_complaint());
     joints_.emplace_back(joint);
-    // which pairs touch is the filter's matter alone
+    // only the filter decides which pairs touch
     joint->setConstraintFlag(PxConstraintFlag::eCOLLISION_ENABLED, true);
     joint->setConstraintFlag(PxConstraintFlag::eDRIVE_LIMITS_ARE_FORCES, true);
   }

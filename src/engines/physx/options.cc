@@ -19,14 +19,13 @@ std::vector<Setting> declared_settings() {
   list.add("position_iterations", 50LL, "", "solver iterations that also correct positions (PhysX's own default is 4)",
            {}, 1, 255);
   list.add("velocity_iterations", 1LL, "", "solver iterations after them that only set velocities", {}, 0, 255);
-  list.add(
-      "friction", "improved_patch", "",
-      "improved_patch: up to two anchors a contact patch, which share its normal force; patch: each takes all of it, "
-      "up "
-      "to twice Coulomb's friction; one_directional, two_directional: at every contact point (pgs only)",
-      {"improved_patch", "patch", "one_directional", "two_directional"});
+  list.add("friction", "improved_patch", "",
+           "improved_patch: up to two anchors a contact patch, which share its normal force; patch: each takes all of "
+           "it, up "
+           "to twice Coulomb's friction; one_directional, two_directional: at every contact point (pgs only)",
+           {"improved_patch", "patch", "one_directional", "two_directional"});
   list.add("friction_every_iteration", false, "",
-           "pgs with patches: friction in every iteration, not in the last three alone (tgs always does)");
+           "pgs with patches: friction in every iteration instead of only the last three (tgs always does)");
   list.add(
       "pd", "explicit", "",
       "joint springs and dampers: explicit torque from the state at the step's start, or native: PhysX's joint drive",

@@ -29,13 +29,13 @@ std::vector<Setting> declared_settings() {
   list.add("joint_damping_ratio", 1.0, "1", "damping of impulse joints, and of the limits of both kinds", {}, 0, 1e9);
   list.add("max_corrective_speed", 3.0, "m/s, rad/s",
            "cap of the speed that takes out a penetration, or an impulse joint's passed limit", {}, 0, 1e9);
-  list.add("prediction_distance", 0.02, "m", "distance from which shapes are told to the contact solver", {}, 0, 1e9);
+  list.add("prediction_distance", 0.02, "m", "distance below which the contact solver gets a pair of shapes", {}, 0,
+           1e9);
   list.add("warmstart", 1.0, "1", "share of the last step's contact impulses that the solver starts from", {}, 0, 1);
   list.add("warmstart_joints", false, "", "start impulse joints, too, from the last step's impulses");
   list.add("contact_recycling", false, "",
            "keep a pair's contact points and normal while it has moved by less than 0.05 m and 0.2 rad (Rapier's own "
-           "default "
-           "is on)");
+           "default is on)");
   list.add("friction_in_bias_pass", false, "", "let friction act in the sweeps with position correction, too");
   list.add("friction_model", "coulomb", "",
            "coulomb: two friction rows a contact point; simplified: Rapier's own default, two and a torsional one a "

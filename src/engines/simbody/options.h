@@ -1,4 +1,4 @@
-// The adapter's settings, read once from assay's Settings. C++17 understands this header too, as world.h.
+// The adapter's settings, read once from assay's Settings. Valid C++17, as world.h is.
 #pragma once
 
 #include <vector>

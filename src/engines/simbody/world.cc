@@ -1,4 +1,4 @@
-// Compiled as C++17: Simbody 3.7's headers are no C++20.
+// Compiled as C++17: Simbody 3.7's headers are not valid C++20.
 #include "world.h"
 
 #include <limits>
@@ -63,7 +63,7 @@ std::unique_ptr<SimTK::Integrator> make_integrator(Method method, const SimTK::S
   }
   integrator->setFixedStepSize(timestep);
   // No step is rejected or shortened: the size is fixed. What the accuracy still decides: Verlet iterates to a tenth of
-  // it, and Runge-Kutta leaves the quaternions alone where it estimates an error far beyond it.
+  // it, and Runge-Kutta does not touch the quaternions where it estimates an error far beyond it.
   integrator->setAccuracy(method == Method::kVerlet ? 1e-11 : 0.999);
   integrator->setConstraintTolerance(1e-12);  // quaternions' length
   // a call of stepTo is one step

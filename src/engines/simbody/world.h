@@ -1,4 +1,4 @@
-// One running Simbody system, behind an interface that C++17 understands too: Simbody 3.7's headers are no C++20.
+// One running Simbody system, behind an interface that is valid C++17 too: Simbody 3.7's headers are not valid C++20.
 #pragma once
 
 #include <memory>

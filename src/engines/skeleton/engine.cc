@@ -170,7 +170,7 @@ class SkeletonEngine final : public Adapter {
     return limitations;
   }
 
-  // Called hundreds of times for one model: compile or build once what depends on the model alone, and keep it.
+  // Called hundreds of times for one model: compile or build once what depends only on the model, and keep it.
   std::unique_ptr<Simulation> create(const Model& model, const State& state, const Settings& settings) const override {
     require_supported(model, settings);
     return std::make_unique<SkeletonSimulation>(model, state, settings);

@@ -1,10 +1,11 @@
-// Who computes the same motion: distances between all pairs of contenders as a heat map with a slider for the time, and
+// Which contenders compute the same motion: distances between all pairs of contenders as a heat map with a slider for the time, and
 // one contender's distances from all others over the time.
 import { scaleLinear } from "d3-scale";
 import { line } from "d3-shape";
 
 import type { Agreement } from "../data";
 import { clear, el, onWidth, svg, textWidth, uniqueId } from "../dom";
+import { downloads, type CsvRow } from "../download";
 import { plain, quantity, timestep } from "../format";
 import type { Palette } from "../palette";
 import { state } from "../state";
@@ -12,11 +13,11 @@ import { facts, tooltip } from "../tooltip";
 import { errorLabel, grid, logScale, ticks } from "./axes";
 import { drawContenders } from "./canvas";
 
-// Dark is near, light is far; also told apart without colour, and the same in both themes.
+// Dark is near, light is far; can be distinguished without colour, and is the same in both themes.
 const kStops = ["#00204d", "#213d6b", "#545b6c", "#7b7b78", "#a59c74", "#d3c164", "#ffea46"];
 const kNearest = 1e-9; // m and less
 const kFarthest = 1; // m and more
-const kParted = 1e-3; // m, as "parting time" has it
+const kParted = 1e-3; // m; two runs have separated when they are farther apart
 
 function channels(hex: string): number[] {
   return [1, 3, 5].map((at) => Number.parseInt(hex.slice(at, at + 2), 16));
@@ -37,8 +38,8 @@ export function pairIndex(count: number, i: number, j: number): number {
   return a * count - (a * (a + 1)) / 2 + (b - a - 1);
 }
 
-// The first time at which most pairs have parted: before it all are alike, long after it chance decides. The end where
-// most stay together.
+// The first time at which half of the pairs have separated; the end where most stay together. Before it all are alike,
+// long after it chance decides.
 export function tellingTime(of: Agreement): { index: number; parted: boolean } {
   const last = of.time_s.length - 1;
   const times = of.parting_s.filter((time): time is number => time !== null).sort((a, b) => a - b);
@@ -108,7 +109,7 @@ function distancePlot(of: Agreement, palette: Palette, start: number): { element
     }
     clock = svg("line", { class: "clock", y1: frame.top, y2: frame.bottom });
     clockText = svg("text", { class: "tick", y: frame.top - 6, "text-anchor": "middle" });
-    drawing.append(clock, clockText, svg("text", { class: "axis-title", x: frame.left, y: height - 8 }, "dotted: parted, 1 mm"));
+    drawing.append(clock, clockText, svg("text", { class: "axis-title", x: frame.left, y: height - 8 }, "dotted: separated, 1 mm"));
     moveClock();
     canvas.append(drawing);
   };
@@ -119,8 +120,12 @@ function distancePlot(of: Agreement, palette: Palette, start: number): { element
     redraw();
   };
   choice.addEventListener("change", () => setOrigin(Number(choice.value)));
+  const rows = (): CsvRow[] => {
+    const others = of.contenders.flatMap((name, j) => (j === origin || state.isHidden(name) ? [] : [{ name, values: of.distance_m[pairIndex(count, origin, j)] }]));
+    return [["time_s", ...others.map(({ name }) => `${of.contenders[origin]} to ${name} (m)`)], ...of.time_s.map((time, index) => [time, ...others.map(({ values }) => values?.[index] ?? null)])];
+  };
   return {
-    element: el("div", { class: "distance-plot" }, el("p", { class: "sub" }, "Distance from ", choice, " over the time"), canvas),
+    element: el("div", { class: "distance-plot" }, downloads(() => `${of.system}-distances`, canvas, rows), el("p", { class: "sub" }, "Distance from ", choice, " over the time"), canvas),
     setTime: (index: number) => {
       at = index;
       moveClock();
@@ -216,14 +221,18 @@ export function agreementPanel(of: Agreement, palette: Palette): HTMLElement {
     });
     ring = svg("rect", { class: "ring", width: size - 1, height: size - 1, visibility: "hidden" });
     drawing.append(ring);
-    drawing.addEventListener("pointermove", (event) => {
+    const track = (event: MouseEvent) => {
       const box = drawing.getBoundingClientRect();
       const j = Math.floor((event.clientX - box.left - place.left) / place.size);
       const i = Math.floor((event.clientY - box.top - place.top) / place.size);
       if (i >= 0 && j >= 0 && i < count && j < count) point(i, j, drawing);
       else hide();
+    };
+    drawing.addEventListener("pointermove", track);
+    drawing.addEventListener("click", (event) => {
+      track(event);
+      if (cursor) plot.setOrigin(cursor[0]);
     });
-    drawing.addEventListener("click", () => cursor && plot.setOrigin(cursor[0]));
     drawing.addEventListener("pointerleave", hide);
     drawing.addEventListener("blur", hide);
     drawing.addEventListener("keydown", (event) => {

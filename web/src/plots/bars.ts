@@ -7,6 +7,7 @@ import { interval, quantity, realtime, timestep } from "../format";
 import type { Palette } from "../palette";
 import { state } from "../state";
 import { facts, tooltip } from "../tooltip";
+import { downloads } from "../download";
 import { drawContenders } from "./canvas";
 
 interface Bar {
@@ -41,6 +42,15 @@ export function bars(view: SystemView, palette: Palette): HTMLElement {
   sub.append(steps.length > 1 ? choice : el("b", {}, `${timestep(step)} ms`), ", thousand steps a second with 95 % interval");
   caption.append(sub);
   const canvas = el("div", { class: "canvas" });
+  caption.prepend(
+    downloads(() => `raw-speed-${view.system}-${step}ms`, canvas, () => [
+      ["contender", "timestep_ms", "value", "unit", "low", "high"],
+      ...view.contenders.flatMap((contender) => {
+        const value = view.entry(contender, step, "raw_speed")?.value;
+        return value && !state.isHidden(contender) ? [[contender, step, value.value, value.unit, value.low, value.high]] : [];
+      }),
+    ]),
+  );
   const missing = el("p", { class: "quiet note" });
   box.append(canvas, missing);
 
@@ -122,7 +132,7 @@ export function bars(view: SystemView, palette: Palette): HTMLElement {
             ["raw speed", quantity(bar.value, bar.unit)],
             ["interval", interval("raw_speed", bar.low, bar.high, bar.unit)],
             ["step time", stepTime ? quantity(stepTime.value, stepTime.unit) : null],
-            ["real time", realtime(view.realtimeFactor(bar.contender, step)?.value)],
+            ["real time", realtime(view.speed(bar.contender, step)?.value)],
           ]),
         );
       });

@@ -1,9 +1,9 @@
 // The element that a plot of contenders is drawn in.
-import { clear, onWidth } from "../dom";
+import { clear, onWidth, svg } from "../dom";
 import { markContenders, state } from "../state";
 
-// Draws anew when the width or what the reader shows changes, and marks what is highlighted. `draw` finds it empty.
-// Returns what draws it anew.
+// Draws again when the width or the shown contenders change, and marks what is highlighted. `draw` finds `canvas` empty.
+// Returns a function that draws again.
 export function drawContenders(canvas: HTMLElement, draw: (width: number) => void): () => void {
   const redraw = onWidth(canvas, (width) => {
     clear(canvas);
@@ -17,4 +17,9 @@ export function drawContenders(canvas: HTMLElement, draw: (width: number) => voi
     shown = state.shownKey;
   });
   return redraw;
+}
+
+// The room around a mark that a pointer or a finger reaches.
+export function hitArea(x: number, y: number): SVGCircleElement {
+  return svg("circle", { class: "hit", cx: x, cy: y, r: 11 });
 }

@@ -1,7 +1,8 @@
-// Every contender with its line; a click hides or shows it in all plots of the page.
+// Every contender with its line; a click hides or shows it in all plots and replays of the page.
 import type { SystemView } from "../data";
 import { el, svg } from "../dom";
-import { engineOf, shownAtFirst, type Palette } from "../palette";
+import { engineOf, type Palette } from "../palette";
+import { roving } from "../roving";
 import { markContenders, state } from "../state";
 
 export function swatch(palette: Palette, contender: string): SVGSVGElement {
@@ -25,16 +26,11 @@ export function legend(view: SystemView, palette: Palette): HTMLElement {
   const items: HTMLElement[] = [];
   const heads: [HTMLElement, string[]][] = [];
   const item = (contender: string) => {
-    const button = el(
-      "button",
-      { type: "button", class: "legend-item", "data-contender": contender, "aria-pressed": "true" },
-      swatch(palette, contender),
-      contender,
-    );
+    const button = el("button", { type: "button", class: "legend-item", role: "checkbox", "data-contender": contender, "aria-checked": "true" }, swatch(palette, contender), contender);
     const enter = () => state.setHighlight(contender);
     const leave = () => state.setHighlight(null);
     button.addEventListener("click", () => state.toggle(contender));
-    button.addEventListener("pointerenter", enter);
+    button.addEventListener("pointerenter", (event) => event.pointerType === "mouse" && enter());
     button.addEventListener("pointerleave", leave);
     button.addEventListener("focus", () => button.matches(":focus-visible") && enter());
     button.addEventListener("blur", leave);
@@ -42,7 +38,7 @@ export function legend(view: SystemView, palette: Palette): HTMLElement {
     return button;
   };
   const groups = [...engines].map(([engine, names]) => {
-    const head = el("button", { type: "button", class: "legend-engine", title: `All of ${engine}, or none` }, engine);
+    const head = el("button", { type: "button", class: "legend-engine", role: "checkbox", "aria-checked": "true", "aria-label": `All of ${engine}` }, engine);
     head.addEventListener("click", () => state.setShown(names, names.some((name) => state.isHidden(name))));
     heads.push([head, names]);
     return el("div", { class: "legend-group", role: "group", "aria-label": engine }, head, ...names.map(item));
@@ -54,25 +50,31 @@ export function legend(view: SystemView, palette: Palette): HTMLElement {
   }
   const action = (title: string, shown: string[]) =>
     el("button", { type: "button", class: "legend-all", click: () => state.show(shown, everyone) }, title);
-  const first = shownAtFirst(everyone);
+  const first = palette.first;
   const actions = el(
     "div",
     { class: "legend-actions" },
     first.length < everyone.length ? action("The paper's", first) : null,
-    action("Show all", everyone),
-    action("Hide all", []),
+    action("All", everyone),
+    action("None", []),
     action("One per family", [...families.values()]),
   );
   const box = el("div", { class: "legend", role: "group", "aria-label": "Contenders shown" }, actions, ...groups);
+  const count = el("span", {});
+  const toggle = el("button", { type: "button", class: "legend-toggle", "aria-expanded": "false" }, count);
+  const whole = el("div", { class: "legend-box" }, toggle, box);
+  toggle.addEventListener("click", () => toggle.setAttribute("aria-expanded", String(whole.classList.toggle("open"))));
+  roving(box);
   const update = () => {
-    for (const button of items) button.setAttribute("aria-pressed", String(!state.isHidden(button.dataset.contender ?? "")));
+    for (const button of items) button.setAttribute("aria-checked", String(!state.isHidden(button.dataset.contender ?? "")));
     for (const [head, names] of heads) {
       const hidden = names.filter((name) => state.isHidden(name)).length;
-      head.setAttribute("aria-pressed", hidden === 0 ? "true" : hidden === names.length ? "false" : "mixed");
+      head.setAttribute("aria-checked", hidden === 0 ? "true" : hidden === names.length ? "false" : "mixed");
     }
+    count.textContent = `Contenders: ${view.contenders.filter((name) => !state.isHidden(name)).length} of ${view.contenders.length} shown`;
     markContenders(box);
   };
   state.subscribe(update);
   update();
-  return box;
+  return whole;
 }

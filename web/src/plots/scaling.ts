@@ -2,15 +2,16 @@
 import { line } from "d3-shape";
 
 import type { Cell, Report, Value } from "../data";
-import { Details } from "../details";
 import { el, svg } from "../dom";
 import { interval, plain, quantity } from "../format";
 import type { Palette } from "../palette";
+import { downloads } from "../download";
 import { state } from "../state";
 import { scrollFrame, sortableTable, type Column } from "../tables/sortable";
 import { facts, tooltip } from "../tooltip";
 import { grid, logScale, ticks } from "./axes";
-import { drawContenders } from "./canvas";
+import { drawContenders, hitArea } from "./canvas";
+import { endLabels } from "./labels";
 import { swatch } from "./legend";
 
 interface Point {
@@ -66,7 +67,7 @@ export function scalingPanel(report: Report, palette: Palette): HTMLElement {
       return;
     }
     const height = Math.round(Math.min(520, Math.max(360, width * 0.62)));
-    const frame = { left: 62, right: width - 14, top: 22, bottom: height - 48 };
+    const frame = { left: 62, right: width - (width > 560 ? 104 : 14), top: 22, bottom: height - 48 };
     const x = logScale(shown.flatMap((curve) => curve.points.map((point) => point.size)), [frame.left, frame.right], 0.5);
     const y = logScale(timed.map((point) => point.time!.value!), [frame.bottom, frame.top], 1);
     const drawing = svg("svg", {
@@ -101,7 +102,8 @@ export function scalingPanel(report: Report, palette: Palette): HTMLElement {
           (point.time?.value ?? 0) > 0
             ? svg("path", { class: `mark${curve.contacts ? "" : " hollow"}`, d: look.path(curve.contacts ? 42 : 52), transform: `${at} rotate(${look.turn})`, "data-size": point.size, "data-seconds": point.time!.value! })
             : svg("path", { class: "failed", d: "M-4,-4L4,4M-4,4L4,-4", transform: at, "data-size": point.size });
-        node.addEventListener("pointerenter", (event) => {
+        const hit = hitArea(point.x, point.y);
+        hit.addEventListener("pointerenter", (event) => {
           state.setHighlight(curve.contender);
           tooltip.show(
             (event as PointerEvent).clientX,
@@ -117,15 +119,21 @@ export function scalingPanel(report: Report, palette: Palette): HTMLElement {
             ]),
           );
         });
-        node.addEventListener("click", () => state.choose({ system: point.cell.system, contender: curve.contender, timestep: point.cell.timestep_ms ?? 0 }));
-        node.addEventListener("pointerleave", () => {
+        hit.addEventListener("click", () => state.choose({ system: point.cell.system, contender: curve.contender, timestep: point.cell.timestep_ms ?? 0 }));
+        hit.addEventListener("pointerleave", () => {
           state.setHighlight(null);
           tooltip.hide();
         });
-        group.append(node);
+        group.append(node, hit);
       }
       drawing.append(group);
     }
+    const placed = (curve: Curve) => curve.points.filter((point) => (point.time?.value ?? 0) > 0);
+    const lines = shown.filter((curve) => curve.contacts && placed(curve).length > 0).map((curve) => {
+      const last = placed(curve).pop()!;
+      return { name: curve.contender, color: palette.look(curve.contender).color, ends: [[last.x, last.y]] as [number, number][] };
+    });
+    drawing.append(endLabels(lines, shown.flatMap(placed).map((point) => [point.x, point.y]), { ...frame, right: width }));
     canvas.append(drawing);
   };
   drawContenders(canvas, draw);
@@ -152,9 +160,9 @@ export function scalingPanel(report: Report, palette: Palette): HTMLElement {
       title: "Contender",
       key: (contender) => contender,
       cell: (contender) => {
-        const button = el("button", { type: "button", class: "legend-item", "data-contender": contender, "aria-pressed": String(!state.isHidden(contender)) }, swatch(palette, contender), contender);
+        const button = el("button", { type: "button", class: "legend-item", "data-contender": contender, role: "checkbox", "aria-checked": String(!state.isHidden(contender)) }, swatch(palette, contender), contender);
         button.addEventListener("click", () => state.toggle(contender));
-        state.subscribe(() => button.setAttribute("aria-pressed", String(!state.isHidden(contender))));
+        state.subscribe(() => button.setAttribute("aria-checked", String(!state.isHidden(contender))));
         return button;
       },
       className: "sticky",
@@ -164,12 +172,14 @@ export function scalingPanel(report: Report, palette: Palette): HTMLElement {
     growth(false, "Without"),
   ];
   const text = "The power of the number of bodies with which the time grows, fitted to all sizes, with its 95 % interval, and the time at the largest size. A click on a name shows or hides its lines.";
-  const details = new Details(report, report.sizes.map((system) => system.name), palette);
-  const parts = el(
+  const rows = () => [
+    ["contender", "contacts", "bodies", "run_time_s", "low", "high", "outcome"],
+    ...curves.filter((curve) => !state.isHidden(curve.contender)).flatMap((curve) => curve.points.map((point) => [curve.contender, curve.contacts ? "on" : "off", point.size, point.time?.value ?? null, point.time?.low ?? null, point.time?.high ?? null, point.cell.outcome])),
+  ];
+  return el(
     "div",
     { class: "scaling-parts" },
-    el("figure", { class: "panel scaling-panel" }, el("figcaption", {}, el("h3", {}, "Time of a run")), canvas, note),
+    el("figure", { class: "panel scaling-panel" }, el("figcaption", {}, downloads(() => "scaling", canvas, rows), el("h3", {}, "Time of a run"), el("p", { class: "sub" }, "Both axes are logarithmic: a power of the number of bodies is a straight line.")), canvas, note),
     el("div", { class: "panel matrix-panel" }, el("h3", {}, "How the time grows"), scrollFrame("Scaling exponents", text, sortableTable(columns, contenders))),
   );
-  return el("div", {}, parts, details.element);
 }

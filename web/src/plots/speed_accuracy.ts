@@ -1,18 +1,23 @@
 // Error against realtime factor, one line a contender, a marker per timestep.
 import { line } from "d3-shape";
 
-import { valueInfo, type Cell, type Outcome, type RealtimeFactor, type SystemView } from "../data";
-import { clear, el, onWidth, svg, uniqueId } from "../dom";
+import { onRestored } from "../address";
+import { valueInfo, type Cell, type Outcome, type Speed, type SystemView } from "../data";
+import { clear, el, onWidth, svg, textWidth, uniqueId } from "../dom";
+import { downloads, type CsvRow } from "../download";
 import { hasPrefixes, interval, named, quantity, realtime, sentenceList, timestep, timestepRange, unitText } from "../format";
 import type { Palette } from "../palette";
 import { markContenders, state } from "../state";
 import { facts, tooltip } from "../tooltip";
 import { errorLabel, factorLabel, grid, logScale, ticks, type LogScale } from "./axes";
+import { endLabels } from "./labels";
 
 interface Point {
   contender: string;
   timestep: number;
-  speed: RealtimeFactor;
+  along: number; // realtime factor; the timestep where the system was not timed
+  speed: Speed | null;
+  sound: boolean;
   error: number | null; // null: no value, drawn at the edge
   low: number | null;
   high: number | null;
@@ -38,20 +43,17 @@ const kOutcomeWords: Partial<Record<Outcome, string>> = {
   diverged: "a cross is diverged", unstable: "a plus unstable", timeout: "an hourglass out of time", crashed: "a crossed box crashed",
 }; // prettier-ignore
 
+const kReach = 26; // px around a point that a mouse reaches
+const kFinger = 32; // px that a tap reaches
 const kNarrow = 440; // px that a plot has without its axes
 const kFailBand = 26; // room above the plot for points without a value
 const kZeroBand = 22; // room below it for errors of exactly zero
-
-// On a system that was not timed at all the timestep stands for the realtime factor.
-function isTimed(view: SystemView): boolean {
-  return view.timesteps("realtime_factor").some((step) => view.contenders.some((contender) => view.entry(contender, step, "realtime_factor")?.value));
-}
 
 function collect(view: SystemView, name: string): { series: Series[]; unplaced: string[]; failed: string[] } {
   const series: Series[] = [];
   const unplaced: string[] = [];
   const failed: string[] = [];
-  const timed = isTimed(view);
+  const timed = view.isTimed;
   for (const contender of view.contenders) {
     const points: Point[] = [];
     const noSpeed: number[] = [];
@@ -59,15 +61,15 @@ function collect(view: SystemView, name: string): { series: Series[]; unplaced: 
     for (const step of view.errorTimesteps(name)) {
       const entry = view.entry(contender, step, name);
       if (!entry || entry.cell.outcome === "unsupported") continue;
-      const speed = timed ? view.realtimeFactor(contender, step) : { value: step, low: null, high: null, timedAt: [], estimated: false };
-      if (!speed || speed.value <= 0) {
+      const speed = view.speed(contender, step);
+      if (timed && !speed) {
         if (entry.value) noSpeed.push(step);
         else outcomes.add(entry.cell.outcome);
         continue;
       }
       const error = entry.value?.value ?? null;
       points.push({
-        contender, timestep: step, speed, error: error === null ? null : Math.abs(error),
+        contender, timestep: step, along: speed?.value ?? step, speed, sound: view.point(contender, step)?.sound ?? entry.cell.outcome === "ok", error: error === null ? null : Math.abs(error),
         low: entry.value?.low ?? null, high: entry.value?.high ?? null, cell: entry.cell, x: 0, y: 0,
       }); // prettier-ignore
     }
@@ -142,6 +144,10 @@ export class SpeedAccuracy {
   private cursor: Point | null = null;
   private overlay: SVGGElement | null = null;
   private front: SVGPathElement | null = null;
+  private names: SVGGElement | null = null;
+  private frame: Frame | null = null;
+  private taken: Frame[] = []; // what the names must not cover
+  private labelled = "";
 
   constructor(
     private readonly view: SystemView,
@@ -155,19 +161,29 @@ export class SpeedAccuracy {
     for (const candidate of names) {
       const id = uniqueId(group);
       const input = el("input", { type: "radio", name: group, id, value: candidate, checked: candidate === name });
-      input.addEventListener("change", () => {
+      const choose = () => {
         this.name = candidate;
         this.cursor = null;
         tooltip.hide();
         this.redraw();
         onMeasure(candidate);
+      };
+      input.addEventListener("change", () => {
+        state.measures.set(view.system, candidate);
+        state.kept();
+        choose();
+      });
+      onRestored(() => {
+        if (state.measures.get(view.system) !== candidate || this.name === candidate) return;
+        input.checked = true;
+        choose();
       });
       choices.append(input, el("label", { for: id }, valueInfo(candidate).label));
     }
     this.element = el(
       "figure",
       { class: "panel accuracy-panel" },
-      el("figcaption", {}, el("h3", {}, "Speed and accuracy"), this.meaning, names.length > 1 ? choices : null),
+      el("figcaption", {}, downloads(() => `${this.view.system}-${this.name}`, this.canvas, () => this.rows()), el("h3", {}, "Speed and accuracy"), this.meaning, names.length > 1 ? choices : null),
       this.canvas,
       this.note,
     );
@@ -186,7 +202,7 @@ export class SpeedAccuracy {
     const everything = series.flatMap((one) => one.points);
     const valued = everything.filter((point) => point.error !== null && point.error > 0);
     const notes: string[] = [];
-    if (unplaced.length > 0 && everything.length > 0) notes.push(`Not placed, for want of a timing: ${unplaced.join(", ")}.`);
+    if (unplaced.length > 0 && everything.length > 0) notes.push(`Not shown, because no speed is known: ${unplaced.join(", ")}.`);
     if (failed.length > 0 && everything.length > 0) notes.push(`Neither speed nor error: ${failed.join(", ")}.`);
     if (everything.length === 0) {
       this.canvas.append(el("p", { class: "quiet empty" }, `Nothing to place: no contender has both a ${info.label.toLowerCase()} and a timing here.`));
@@ -195,17 +211,17 @@ export class SpeedAccuracy {
       return;
     }
 
-    const timed = isTimed(this.view);
+    const timed = this.view.isTimed;
     const hasZero = everything.some((point) => point.error === 0);
     const hasFailed = everything.some((point) => point.error === null);
-    const height = Math.round(Math.min(560, Math.max(400, width * 0.68)));
+    const height = Math.round(Math.max(380, Math.min(600, 0.66 * window.innerHeight, 0.62 * width)));
     const frame: Frame = {
       left: 64,
       right: width - 14,
       top: hasFailed ? kFailBand + 6 : 10,
       bottom: height - 50 - (hasZero ? kZeroBand : 0),
     };
-    const speeds = everything.map((point) => point.speed.value);
+    const speeds = everything.map((point) => point.along);
     const x = logScale(speeds, [frame.left, frame.right], 1);
     const errors = valued.map((point) => point.error!);
     // Floors widen the plot by two decades at most: below that they say that there is no floor worth a look.
@@ -213,7 +229,7 @@ export class SpeedAccuracy {
     const floors = series.map((one) => one.floor ?? 0).filter((floor) => floor > least / 100);
     const y = logScale(errors.length > 0 ? [...errors, ...floors] : [1e-3], [frame.bottom, frame.top], 2);
     for (const point of everything) {
-      point.x = x(point.speed.value);
+      point.x = x(point.along);
       if (point.error === null) point.y = frame.top - kFailBand / 2 - 2;
       else if (point.error === 0) point.y = frame.bottom + kZeroBand / 2 + 2;
       else point.y = y(point.error);
@@ -251,13 +267,14 @@ export class SpeedAccuracy {
       axis.append(svg("text", { class: "tick tick-y", x: frame.left - 8, y: at + 4, "text-anchor": "end" }, errorLabel(value, unit)));
     }
     const narrow = frame.right - frame.left < kNarrow;
-    const titles = narrow ? [timed ? "faster →" : "timestep →", "↓ better"] : [timed ? "realtime factor, faster →" : "timestep, for it was not timed →", `↓ smaller ${info.label.toLowerCase()}${hasPrefixes(unit) || !unitText(unit) ? "" : ` (${unitText(unit)})`}`];
+    const titles = narrow ? [timed ? "faster →" : "timestep →", "↓ better"] : [timed ? "realtime factor, faster →" : "timestep (this system was not timed) →", `↓ smaller ${info.label.toLowerCase()}${hasPrefixes(unit) || !unitText(unit) ? "" : ` (${unitText(unit)})`}`];
     axis.append(
       svg("text", { class: "axis-title", x: frame.right, y: height - 8, "text-anchor": "end" }, titles[0]!),
       svg("text", { class: "axis-title", x: frame.left, y: height - 8, "text-anchor": "start" }, titles[1]!),
     );
     drawing.append(axis);
 
+    this.taken = [];
     const [slowest = 1, fastest = 1] = x.domain();
     if (timed && slowest < 1 && fastest > 1) {
       const at = Math.round(x(1)) + 0.5;
@@ -265,12 +282,20 @@ export class SpeedAccuracy {
       const crowd = (top: number) =>
         everything.filter((point) => point.x > at - 8 && point.x < at + 22 && point.y > top - 10 && point.y < top + 70).length;
       const top = crowd(frame.bottom - 60) <= crowd(frame.top) ? frame.bottom - 8 : frame.top + 58;
+      this.taken.push({ left: at, right: at + 15, top: top - 52, bottom: top });
       drawing.append(
         svg("line", { class: "realtime-line", x1: at, x2: at, y1: frame.top, y2: frame.bottom }),
         svg("text", { class: "realtime-label", transform: `translate(${at + 11},${top}) rotate(-90)` }, "real time"),
       );
     }
-    drawing.append(orderGuide(x, y, everything, frame));
+    const guide = orderGuide(x, y, everything, frame);
+    drawing.append(guide);
+    for (const text of guide.querySelectorAll("text")) {
+      const width = textWidth(text.textContent ?? "", 11);
+      const left = Number(text.getAttribute("x")) - (text.hasAttribute("text-anchor") ? width / 2 : 0);
+      const line = Number(text.getAttribute("y"));
+      this.taken.push({ left, right: left + width, top: line - 10, bottom: line + 3 });
+    }
 
     this.front = svg("path", { class: "front-line" });
     drawing.append(this.front);
@@ -308,30 +333,34 @@ export class SpeedAccuracy {
         }
         const bars = this.intervalPath(point, x, y);
         if (bars) group.append(svg("path", { class: "interval", d: bars, "clip-path": `url(#${clip})` }));
-        const sound = point.cell.outcome === "ok";
-        const pale = isNearFloor(point, this.name);
+        const hollow = point.speed !== null && !point.speed.timed;
+        const pale = isNearFloor(point, this.name) || !point.sound;
         group.append(
-          svg("path", { class: `mark${sound ? "" : " hollow"}${pale ? " pale" : ""}`, d: look.path((sound ? 40 : 64) * (point.timestep === 1 ? 2.1 : 1)), transform: `translate(${point.x},${point.y}) rotate(${look.turn})`, "data-timestep": point.timestep }),
+          svg("path", { class: `mark${hollow ? " hollow" : ""}${pale ? " pale" : ""}${point.sound ? "" : " unsound"}`, d: look.path(46 * (point.timestep === 1 ? 2 : 1)), transform: `translate(${point.x},${point.y}) rotate(${look.turn})`, "data-timestep": point.timestep }),
         );
+        if (!point.sound) group.append(svg("path", { class: "strike", d: "M-5.5,5.5L5.5,-5.5", transform: `translate(${point.x},${point.y})` }));
       }
       drawing.append(group);
     }
+    this.names = svg("g");
     this.overlay = svg("g", { class: "overlay" });
-    drawing.append(this.overlay);
+    drawing.append(this.names, this.overlay);
+    this.frame = frame;
     this.listen(drawing);
     this.canvas.append(drawing);
+    this.labelled = "";
 
-    if (everything.some((point) => point.error !== null && point.cell.outcome !== "ok")) {
-      notes.push("Hollow markers: the run ended, but was not stable.");
+    if (everything.some((point) => point.error !== null && !point.sound)) {
+      notes.push("Struck markers are not sound: a measure failed at this or a smaller timestep.");
     }
     if (hasFailed) {
       const words = [...new Set(everything.filter((point) => point.error === null).map((point) => kOutcomeWords[point.cell.outcome]))];
       notes.push(`Marks above the plot, where a dotted line ends: the run failed at that timestep (${words.filter(Boolean).join(", ")}); “What failed” says why.`);
     }
-    if (timed) notes.push("The broad grey line is the front of what is shown: no point beats it in both speed and error.");
-    const estimated = everything.filter((point) => point.speed.estimated);
+    if (timed) notes.push("The broad grey line is the front of all contenders: no sound point beats it in both speed and error.");
+    const estimated = everything.filter((point) => point.speed && !point.speed.timed);
     if (estimated.length > 0) {
-      notes.push(`Where a timestep was not timed, its step time is that between its neighbours (${estimated.length} of ${everything.length} points).`);
+      notes.push(`Hollow markers: not timed at this timestep; the speed is interpolated between the timed timesteps on either side (${estimated.length} of ${everything.length} points).`);
     }
     const drawn = series.filter((one) => one.floor !== null && one.floor > lowest && one.floor < highest);
     if (drawn.length > 0) notes.push("Faint horizontal lines: restart floors, near which an error says nothing of the timestep.");
@@ -354,8 +383,8 @@ export class SpeedAccuracy {
 
   private intervalPath(point: Point, x: LogScale, y: LogScale): string {
     const parts: string[] = [];
-    const { low, high } = point.speed;
-    if (low !== null && high !== null && low > 0) {
+    const { low, high } = point.speed ?? { low: 0, high: 0 };
+    if (low > 0) {
       const [a, b] = [x(low), x(high)];
       if (b - a > 9) parts.push(`M${a},${point.y}H${b}`);
     }
@@ -366,16 +395,38 @@ export class SpeedAccuracy {
     return parts.join("");
   }
 
-  // Sound points that no other beats, as a staircase from the most accurate to the fastest.
+  // The program's front as a staircase from the fastest to the most accurate.
   private frontPath(): string {
-    if (!isTimed(this.view)) return "";
-    const sound = this.visible().filter((point) => point.error !== null && point.cell.outcome === "ok" && !isNearFloor(point, this.name));
-    sound.sort((a, b) => b.speed.value - a.speed.value || a.error! - b.error!);
-    const front: Point[] = [];
-    for (const point of sound) {
-      if (front.length === 0 || point.error! < front[front.length - 1]!.error!) front.push(point);
-    }
+    const at = new Map(this.series.flatMap((one) => one.points).map((point) => [`${point.contender} ${point.timestep}`, point]));
+    const front = (this.view.json.fronts[this.name] ?? []).flatMap(({ point }) => {
+      const of = this.view.json.points[point];
+      const placed = of && at.get(`${of.contender} ${of.timestep_ms}`);
+      return placed && placed.error !== null ? [placed] : [];
+    });
     return front.map((point, index) => (index === 0 ? `M${point.x},${point.y}` : `H${point.x}V${point.y}`)).join("");
+  }
+
+  // Names at the ends of the lines that are shown, and of those that the pointer is on.
+  private label(): void {
+    if (!this.names || !this.frame) return;
+    clear(this.names);
+    const shown = this.series.filter((one) => !state.isHidden(one.contender));
+    const valued = (one: Series) => one.points.filter((point) => point.error !== null);
+    const lines = shown.filter((one) => valued(one).length > 0).map((one) => {
+      const points = valued(one);
+      const ends = [points[points.length - 1]!, points[0]!].map((point): [number, number] => [point.x, point.y]);
+      return { name: one.contender, color: this.palette.look(one.contender).color, ends };
+    });
+    this.names.append(endLabels(lines, shown.flatMap(valued).map((point) => [point.x, point.y]), this.frame, this.taken));
+  }
+
+  private rows(): CsvRow[] {
+    const unit = this.view.unit(this.name);
+    const rows = this.visible().map((point): CsvRow => {
+      const { speed } = point;
+      return [point.contender, point.timestep, point.error, unit, point.low, point.high, speed?.value ?? null, speed?.low ?? null, speed?.high ?? null, speed ? (speed.timed ? "timed" : "interpolated") : null, point.sound ? "sound" : "not sound", point.cell.outcome];
+    });
+    return [["contender", "timestep_ms", this.name, "unit", "low", "high", "realtime_factor", "realtime_low", "realtime_high", "speed", "soundness", "outcome"], ...rows];
   }
 
   private choose(point: Point): void {
@@ -393,26 +444,27 @@ export class SpeedAccuracy {
       tooltip.hide();
       this.mark();
     };
-    drawing.addEventListener("pointermove", (event) => {
+    const nearest = (event: MouseEvent, reach: number): Point | null => {
       const box = drawing.getBoundingClientRect();
-      const px = event.clientX - box.left;
-      const py = event.clientY - box.top;
-      let nearest: Point | null = null;
-      let least = 26;
+      let found: Point | null = null;
+      let least = reach;
       for (const point of this.visible()) {
-        const away = Math.hypot(point.x - px, point.y - py);
-        if (away < least) {
-          least = away;
-          nearest = point;
-        }
+        const away = Math.hypot(point.x - (event.clientX - box.left), point.y - (event.clientY - box.top));
+        if (away < least) [least, found] = [away, point];
       }
-      if (nearest) this.point(nearest, drawing);
+      return found;
+    };
+    drawing.addEventListener("pointermove", (event) => {
+      if (event.pointerType === "touch") return; // a finger scrolls, or taps
+      const point = nearest(event, kReach);
+      if (point) this.point(point, drawing);
       else if (this.cursor) release();
     });
     drawing.addEventListener("pointerleave", release);
     drawing.addEventListener("blur", release);
-    drawing.addEventListener("click", () => {
-      if (this.cursor) this.choose(this.cursor);
+    drawing.addEventListener("click", (event) => {
+      const point = nearest(event, kFinger);
+      if (point) this.choose(point);
     });
     drawing.addEventListener("keydown", (event) => {
       const shown = this.series.filter((one) => !state.isHidden(one.contender));
@@ -456,14 +508,15 @@ export class SpeedAccuracy {
         [info.label.toLowerCase(), point.error === null ? point.cell.outcome : named(this.name, point.error, unit)],
         ["interval", interval(this.name, point.low, point.high, unit)],
         ["restart floor", this.name === "consistency" ? quantity(this.view.single(point.contender, "restart_floor"), unit) : null],
-        ["real time", point.speed.timedAt.length === 0 ? null : realtime(point.speed.value) + (point.speed.estimated ? ` (timed at ${point.speed.timedAt.map(timestep).join(" and ")} ms)` : "")],
-        ["interval", interval("realtime_factor", point.speed.low, point.speed.high, "1")],
+        ["real time", point.speed && realtime(point.speed.value) + (point.speed.timed || !point.speed.between ? "" : ` (timed at ${point.speed.between.map(timestep).join(" and ")} ms)`)],
+        ["interval", point.speed && interval("realtime_factor", point.speed.low, point.speed.high, "1")],
         ["raw speed", speed ? quantity(speed.value, speed.unit) : null],
         ["truth floor", this.name === "truth_error" && this.view.single(point.contender, "truth_floor") !== null ? quantity(this.view.single(point.contender, "truth_floor"), unit) : null],
         ["outcome", point.cell.outcome === "ok" || point.error === null ? null : point.cell.outcome],
         ["reason", point.cell.reason],
+        ["not sound", point.sound || point.cell.outcome !== "ok" ? null : this.view.point(point.contender, point.timestep)?.why],
       ]),
-      el("p", { class: "hint" }, "click or Enter: all of it"),
+      el("p", { class: "hint" }, "Click or press Enter for all figures"),
     );
   }
 
@@ -472,6 +525,10 @@ export class SpeedAccuracy {
     markContenders(this.canvas);
     if (!this.overlay) return;
     clear(this.overlay);
+    if (this.labelled !== state.shownKey || this.labelled === "") {
+      this.labelled = state.shownKey || " ";
+      this.label();
+    }
     this.front?.setAttribute("d", this.frontPath());
     for (const point of this.visible()) {
       if (state.isChosen(this.view.system, point.contender, point.timestep)) {

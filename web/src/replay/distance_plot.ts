@@ -21,7 +21,7 @@ export class DistancePlot {
   readonly element = el("div", { class: "canvas replay-distance" });
   private series: Series[] = [];
   private floor = 0; // m: less is the packing's rounding
-  // An element of its own, which moves without the lines' being drawn anew.
+  // An element of its own: it moves while the lines stay as they are drawn.
   private readonly cursor = el("div", { class: "replay-cursor", style: `top:${kMargin.top}px;height:${kHeight - kMargin.top - kMargin.bottom}px` });
   private width = 0;
   private readonly redraw: () => void;

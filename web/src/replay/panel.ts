@@ -6,12 +6,13 @@ import { quantity, timestep } from "../format";
 import type { Palette } from "../palette";
 import { swatch } from "../plots/legend";
 import { picture } from "../plots/picture";
+import { markContenders, state } from "../state";
+import { onTheme } from "../theme";
 import { Clock } from "./clock";
 import { canUnpack, distances, farthest, Motions, type Motion, type Replay } from "./decode";
 import { DistancePlot } from "./distance_plot";
-import { gridColumns, openContext, resolveColor, Stage, type Mode } from "./stage";
+import { openContext, resolveColor, Stage, type Mode } from "./stage";
 
-const kShownAtFirst = 6;
 const kBusy = 25; // ms after which the page is let go on
 const kSpeeds = [1 / 16, 1 / 8, 1 / 4, 1 / 2, 1, 2, 4];
 
@@ -37,7 +38,7 @@ class ReplayPanel {
   private readonly clockText = el("output", { class: "replay-time" });
   private readonly playButton = el("button", { type: "button", class: "replay-play", "data-action": "play" }, "Play");
   private readonly speed: HTMLSelectElement;
-  private readonly boxes: HTMLInputElement[] = [];
+  private readonly failing = el("p", { class: "note", "aria-live": "polite" });
   private readonly reference: HTMLSelectElement;
   private readonly step: HTMLSelectElement;
   private readonly trail: HTMLSelectElement;
@@ -49,6 +50,7 @@ class ReplayPanel {
 
   // `still` is shown until the runs are drawn.
   constructor(
+    private readonly system: SystemView,
     private readonly replay: Replay,
     private readonly palette: Palette,
     still: SVGSVGElement | null,
@@ -94,21 +96,21 @@ class ReplayPanel {
         "figcaption",
         {},
         el("h3", {}, "Replay"),
-        el("p", { class: "sub" }, `The contenders' runs from the same start${this.steps.length > 1 ? "" : `, at ${first}`}. Drag turns the view, Shift and wheel bring it nearer.`),
+        el("p", { class: "sub" }, `The runs of the contenders that the legend shows, from the same start${this.steps.length > 1 ? "" : `, at ${first}`}. Drag to turn the view; hold Shift and turn the wheel to zoom.`),
       ),
       el(
         "div",
         { class: "replay-bar" },
-        el("div", { class: "segments", role: "radiogroup", "aria-label": "Views" }, ...this.mode(id, "side", "Side by side"), ...this.mode(id, "overlay", "Ghosts over the reference")),
+        el("div", { class: "segments", role: "radiogroup", "aria-label": "Views" }, ...this.mode(id, "side", "Side by side"), ...this.mode(id, "overlay", "Over the reference")),
         this.steps.length > 1 ? el("label", { for: `${id}-step` }, "Timestep ", this.step) : null,
         el("label", { for: `${id}-reference` }, "Reference ", this.reference, this.steps.length > 1 ? ` at ${first}` : ""),
         el("label", { for: `${id}-trail` }, "Trail of ", this.trail),
         home,
       ),
-      el("div", { class: "replay-runs", role: "group", "aria-label": "Contenders in the replay" }, ...this.contenders.map((name, index) => this.chip(name, index))),
       this.view,
       el("div", { class: "replay-bar replay-controls" }, this.playButton, this.slider, this.clockText, this.speed),
       this.plot.element,
+      this.failing,
       el("p", { class: "quiet note" }, this.notes()),
     );
     this.still.append(...(still ? [still] : []), el("p", { class: "quiet" }, "Drawing the runs…"));
@@ -117,6 +119,12 @@ class ReplayPanel {
     this.clock.subscribe(() => this.tick());
     this.tick();
     this.watch();
+    let shown = state.shownKey;
+    state.subscribe(() => {
+      if (shown !== state.shownKey) void this.changed();
+      else markContenders(this.element);
+      shown = state.shownKey;
+    });
     // For tests and screenshots: what is drawn, and when.
     Object.assign(this.element, {
       replay: {
@@ -144,27 +152,20 @@ class ReplayPanel {
     return [input, el("label", { for: input.id }, text)];
   }
 
-  private chip(contender: string, index: number): HTMLElement {
-    const box = el("input", { type: "checkbox", value: index, checked: index < kShownAtFirst });
-    box.addEventListener("change", () => void this.changed());
-    this.boxes.push(box);
-    return el("label", { class: "replay-chip", "data-contender": contender }, box, swatch(this.palette, contender), contender);
-  }
-
   // Place of a contender's run at a timestep, the chosen one where none is given; -1 where there is none.
   run(contender: string, step = Number(this.step.value)): number {
     return this.replay.runs.findIndex((run) => run.contender === contender && run.timestep_ms === step);
   }
 
-  // Shows these contenders at this timestep.
-  only(contenders: string[], step: number): void {
-    this.boxes.forEach((box, index) => (box.checked = contenders.includes(this.contenders[index] ?? "")));
+  // Shows a contender at this timestep, beside what is shown already.
+  also(contender: string, step: number): void {
     this.step.value = String(step);
+    state.setShown([contender], true);
     void this.changed();
   }
 
   private get chosen(): string[] {
-    return this.contenders.filter((_, index) => this.boxes[index]?.checked);
+    return this.contenders.filter((name) => !state.isHidden(name));
   }
 
   private get overlay(): boolean {
@@ -201,7 +202,7 @@ class ReplayPanel {
     );
     observer.observe(this.element);
     new ResizeObserver(() => this.resized()).observe(this.view);
-    window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.recolor());
+    onTheme(() => this.recolor());
   }
 
   private async start(): Promise<void> {
@@ -285,26 +286,41 @@ class ReplayPanel {
     this.request();
   }
 
-  // Names over the views; the colours of the ghosts are those of the chips above.
+  // The smallest timestep at which a contender fails.
+  private fails(contender: string): string {
+    const failed = this.system.firstFailure(contender);
+    return failed ? `fails at ${timestep(failed.timestep_ms)} ms` : "";
+  }
+
+  // Names over the views, each with the timestep at which its contender fails; below them the reasons.
   private relabel(): void {
     clear(this.labels);
+    const failed = this.chosen.flatMap((name) => this.system.firstFailure(name) ?? []);
+    this.failing.hidden = this.chosen.length === 0;
+    const list = failed.length > 0 ? `Smallest timestep that fails: ${failed.map((point) => `${point.contender} ${timestep(point.timestep_ms)} ms (${point.why})`).join("; ")}.` : "None of the contenders shown fails at a timestep that was measured.";
+    this.failing.textContent = list;
     if (!this.stage) return;
-    const label = (name: string, suffix = "") => el("span", {}, swatch(this.palette, name), ` ${name}${suffix}`);
+    const label = (name: string) => el("span", { "data-contender": name }, swatch(this.palette, name), ` ${name}`);
+    const notes = (name: string) => [ended(name), this.fails(name)].filter(Boolean).join(", ");
     const ended = (name: string) => {
       const run = this.replay.runs[this.run(name)];
-      if (!run) return ": no run";
-      return run.frames < this.replay.frames ? `: ends at ${Number((((run.frames - 1) * this.replay.frame_ms) / 1000).toPrecision(3))} s` : "";
+      if (!run) return `no run at ${timestep(Number(this.step.value))} ms`;
+      return run.frames < this.replay.frames ? `ends at ${Number((((run.frames - 1) * this.replay.frame_ms) / 1000).toPrecision(3))} s` : "";
     };
     if (this.overlay) {
       const solid = this.replay.runs[this.solid];
       const ghosts = this.chosen.filter((name) => this.run(name) !== this.solid);
       this.labels.style.gridTemplateColumns = "1fr";
-      this.labels.append(el("div", { class: "replay-names" }, solid ? label(solid.contender, " (solid)") : null, ...ghosts.map((name) => label(name, ended(name)))));
-      return;
+      this.labels.append(el("div", { class: "replay-names" }, solid ? label(solid.contender) : null, ...ghosts.map((name) => label(name))));
+      if (solid) this.labels.querySelector("span")?.append(" (solid)");
+    } else if (this.chosen.length === 0) {
+      this.labels.append(el("div", {}, "No contender that the legend shows has a kept run."));
+    } else {
+      const columns = this.stage.columns(this.chosen.length, this.view.clientWidth, this.view.clientHeight);
+      this.labels.style.gridTemplateColumns = `repeat(${columns}, 1fr)`;
+      this.labels.append(...this.chosen.map((name) => el("div", { class: "replay-label" }, label(name), notes(name) ? el("small", {}, notes(name)) : null)));
     }
-    const columns = gridColumns(this.chosen.length, this.view.clientWidth, this.view.clientHeight);
-    this.labels.style.gridTemplateColumns = `repeat(${columns}, 1fr)`;
-    this.labels.append(...this.chosen.map((name) => el("div", {}, label(name, ended(name)))));
+    markContenders(this.labels);
   }
 
   private replot(): void {
@@ -393,23 +409,22 @@ export function replayPanel(view: SystemView, palette: Palette): HTMLElement | n
   const replay = replayOf(view.system);
   if (!replay || replay.runs.length === 0 || replay.frames < 2) return null;
   const drawn = view.report.json.pictures?.find((candidate) => candidate.system === view.system);
-  const panel = new ReplayPanel(replay, palette, drawn ? picture(drawn, 420, 300) : null);
+  const panel = new ReplayPanel(view, replay, palette, drawn ? picture(drawn, 420, 300) : null);
   replayHooks.push((slot, choice) => {
     if (choice.system !== view.system) return;
-    const [first] = panel.contenders;
     const own = replay.runs.filter((run) => run.contender === choice.contender);
     const run = own.find((candidate) => candidate.timestep_ms === choice.timestep) ?? own[0];
-    if (run && first) {
+    if (run) {
       const other = run.timestep_ms !== choice.timestep ? ` at ${timestep(run.timestep_ms)} ms` : "";
       const button = el("button", { type: "button", class: "more", "data-action": "replay" }, `Show its run${other}`);
       button.addEventListener("click", () => {
-        panel.only([first, run.contender], run.timestep_ms);
+        panel.also(run.contender, run.timestep_ms);
         panel.element.scrollIntoView({ block: "center" });
         panel.element.focus({ preventScroll: true });
       });
-      slot.append(el("h4", {}, "Replay"), button);
+      slot.append(el("h3", {}, "Replay"), button);
     } else {
-      slot.append(el("h4", {}, "Replay"), el("p", { class: "quiet note" }, "The report holds no replay of this contender."));
+      slot.append(el("h3", {}, "Replay"), el("p", { class: "quiet note" }, "The report holds no replay of this contender."));
     }
     slot.append(
       el("p", { class: "quiet note" }, "As a movie: ", el("code", {}, `assay movie DIR ${view.system} --contenders ${choice.contender} --timestep ${timestep(choice.timestep)} --out ${view.system}.mp4`)),

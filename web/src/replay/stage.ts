@@ -18,19 +18,18 @@ export interface Colors {
 }
 
 const kFieldOfView = 40; // degrees
+const kMargin = 1.06; // of the view around the motion
 const kGhost = 0.42; // opacity
 const kTrailSeconds = 1.5;
 const kTrailThickness = 0.006; // radius over that of all that moves
 
-// Columns of a grid of `count` views that leaves each the most room; src/render/renderer.cc has the same.
-export function gridColumns(count: number, width: number, height: number): number {
+// Columns of a grid of `count` views that leaves a motion of this shape the most room.
+function gridColumns(count: number, width: number, height: number, aspect: number): number {
   let best = 1;
   let largest = 0;
   for (let columns = 1; columns <= count; columns += 1) {
-    const w = width / columns;
-    const h = height / Math.ceil(count / columns);
-    const room = Math.min(w, h) + 1e-3 * Math.max(w, h);
-    if (room > largest) [best, largest] = [columns, room];
+    const room = Math.min(width / columns / aspect, height / Math.ceil(count / columns));
+    if (room > largest * (1 + 1e-3)) [best, largest] = [columns, room];
   }
   return best;
 }
@@ -236,6 +235,7 @@ export class Stage {
   private mode: Mode = "side";
   private home = { centre: new Vector3(), position: new Vector3() };
   private radius = 1;
+  private half = { across: 1, up: 1 }; // of what moves, as the home view sees it; m
   private slow = 0; // ms that a picture takes, smoothed
 
   // `context` and `coarse` are of `canvas`; the view is chosen for `motions`. `changed` is called when the reader has
@@ -324,8 +324,28 @@ export class Stage {
     else if (y < flat && y < x) azimuth = 110;
     else if (x < flat) azimuth = 200;
     const [a, e] = [(azimuth * Math.PI) / 180, (elevation * Math.PI) / 180];
-    const distance = (0.8 * this.radius) / Math.sin((kFieldOfView / 2) * (Math.PI / 180));
-    this.home.centre.set((low[0]! + high[0]!) / 2, (low[1]! + high[1]!) / 2, (low[2]! + high[2]!) / 2);
+    const distance = this.radius / Math.sin((kFieldOfView / 2) * (Math.PI / 180));
+    const middle = new Vector3((low[0]! + high[0]!) / 2, (low[1]! + high[1]!) / 2, (low[2]! + high[2]!) / 2);
+    // Seen from there: the extent of each run across and up, of which the median counts.
+    const right = new Vector3(Math.sin(a), -Math.cos(a), 0);
+    const up = new Vector3(-Math.cos(a) * Math.sin(e), -Math.sin(a) * Math.sin(e), Math.cos(e));
+    const extents = motions.map(({ states }) => {
+      const range = [Infinity, -Infinity, Infinity, -Infinity];
+      const at = new Vector3();
+      for (let i = 0; i < states.length; i += kColumns) {
+        const margin = reach[(i / kColumns) % this.replay.bodies] ?? 0;
+        at.fromArray(states, i).sub(middle);
+        const [x, y] = [at.dot(right), at.dot(up)];
+        range[0] = Math.min(range[0]!, x - margin);
+        range[1] = Math.max(range[1]!, x + margin);
+        range[2] = Math.min(range[2]!, y - margin);
+        range[3] = Math.max(range[3]!, y + margin);
+      }
+      return range;
+    });
+    const [l, r, b, t] = [0, 1, 2, 3].map((side) => median(extents.map((range) => range[side]!))) as [number, number, number, number];
+    this.half = { across: Math.max(1e-3, (r - l) / 2), up: Math.max(1e-3, (t - b) / 2) };
+    this.home.centre.copy(middle).addScaledVector(right, (l + r) / 2).addScaledVector(up, (b + t) / 2);
     this.home.position.set(-Math.cos(a) * Math.cos(e), -Math.sin(a) * Math.cos(e), -Math.sin(e)).multiplyScalar(distance).add(this.home.centre);
     this.camera.near = distance / 100;
     this.camera.far = distance * 60;
@@ -424,7 +444,7 @@ export class Stage {
       this.render(size.width, size.height);
     } else {
       const count = this.shown.length;
-      columns = gridColumns(count, size.width, size.height);
+      columns = this.columns(count, size.width, size.height);
       const rows = Math.ceil(count / columns);
       renderer.setScissorTest(true);
       this.shown.forEach((index, i) => {
@@ -444,11 +464,16 @@ export class Stage {
 
   private render(width: number, height: number): void {
     this.camera.aspect = width / Math.max(1, height);
-    // The sphere around the motion fits into the narrower of both angles.
-    const half = Math.tan((kFieldOfView / 2) * (Math.PI / 180));
-    this.camera.fov = 2 * Math.atan(half / Math.min(1, this.camera.aspect)) * (180 / Math.PI);
+    // The motion fills the view across or up; what is nearer than its middle looks larger.
+    const distance = this.home.position.distanceTo(this.home.centre) - 0.4 * this.radius;
+    const half = (kMargin * Math.max(this.half.up, this.half.across / this.camera.aspect)) / distance;
+    this.camera.fov = 2 * Math.atan(half) * (180 / Math.PI);
     this.camera.updateProjectionMatrix();
     this.renderer.render(this.scene, this.camera);
+  }
+
+  columns(count: number, width: number, height: number): number {
+    return gridColumns(count, width, height, Math.min(3, Math.max(1 / 3, this.half.across / this.half.up)));
   }
 
   // Where the shapes of a run that is shown were drawn last, for tests.

@@ -1,4 +1,4 @@
-// Damping that nobody asked for: the rate at which velocities decay, fitted to the energy.
+// Damping that no model asks for: the rate at which velocities decay, fitted to the energy.
 import type { SystemView, Value } from "../data";
 import { el } from "../dom";
 import { brief, interval, quantity, timestep } from "../format";
@@ -7,7 +7,7 @@ import { swatch } from "../plots/legend";
 import { state } from "../state";
 import { scrollFrame, sortableTable, type Column } from "./sortable";
 
-// The rate that rounding alone could make, were it to err the same way in every step; 1/s. `step` in ms.
+// The rate (1/s) that rounding can cause if it errs the same way in every step. `step` in ms.
 export function roundingRate(view: SystemView, contender: string, step: number): number {
   const single = view.report.contenderByName.get(contender)?.capabilities["precision"] === "single";
   return (single ? 2 ** -23 : 2 ** -52) / (step / 1000);
@@ -53,6 +53,6 @@ export function dampingTable(view: SystemView, palette: Palette): HTMLElement | 
     })),
   ];
   const text =
-    "Rate in 1/s at which velocities decay although nothing damps them, at timesteps in ms. ≈ 0: so small that rounding alone could make it. Grey: the interval covers zero. Bold: the motion gains energy (a negative rate).";
-  return el("div", { class: "panel matrix-panel damping-panel" }, el("h3", {}, "Hidden damping"), scrollFrame("Hidden damping by contender and timestep", text, sortableTable(columns, rows)));
+    "Rate in 1/s at which velocities decay although nothing damps them, at timesteps in ms. ≈ 0: so small that rounding can cause it. Grey: the interval covers zero. Bold: the motion gains energy (a negative rate).";
+  return el("div", { class: "panel matrix-panel damping-panel" }, el("h3", {}, "Hidden damping in figures"), scrollFrame("Hidden damping by contender and timestep", text, sortableTable(columns, rows)));
 }

@@ -1,4 +1,4 @@
-// What has no sound result: how much of it, of whom and where; then each with its reason, to be narrowed down.
+// Cells without a sound result: counts by contender and system, then each with its reason, to be narrowed down.
 import { failures, type Failure } from "../analysis";
 import type { Report } from "../data";
 import { clear, el } from "../dom";
@@ -48,12 +48,12 @@ function list(report: Report, rows: Failure[], limit: number): HTMLTableElement 
     { title: "Timesteps", key: (f) => Math.min(...f.timesteps), cell: timesteps },
     { title: "Outcome", key: (f) => f.outcome, cell: (f) => el("b", { class: "bad" }, f.outcome) },
     { title: "Reason", key: (f) => f.reason, cell: (f) => (f.reason || "no reason was stored") + (f.alike ? "; the others alike" : ""), className: "wider" },
-    { title: "", cell: (f) => again(report, f) },
+    { title: "Details", cell: (f) => again(report, f) },
   ];
   return sortableTable(columns, rows, limit);
 }
 
-// How many cells of each contender failed on each system; `choose` is told whose were clicked.
+// How many cells of each contender failed on each system; `choose` gets the contender and the system of a clicked count.
 function counts(report: Report, palette: Palette, all: Failure[], choose: (chosen: Partial<Record<Key, string>>) => void): HTMLElement {
   const systems = report.json.systems.map((system) => system.name).filter((name) => all.some((failure) => failure.system === name));
   const contenders = report.json.contenders.map((contender) => contender.name).filter((name) => all.some((failure) => failure.contender === name));
@@ -64,8 +64,8 @@ function counts(report: Report, palette: Palette, all: Failure[], choose: (chose
     const count = countCells(found);
     if (count === 0) return el("span", { class: "quiet" }, "·");
     const kinds = [...new Set(found.map((failure) => failure.outcome))].join(", ");
-    const whose = [contender ?? "all contenders", system ?? "all systems"].join(" on ");
-    const node = el("button", { type: "button", class: "cell", title: kinds, "aria-label": `${count} cells of ${whose}: ${kinds}; shows them below` }, el("span", { class: "number" }, String(count)));
+    const where = [contender ?? "all contenders", system ?? "all systems"].join(" on ");
+    const node = el("button", { type: "button", class: "cell", title: kinds, "aria-label": `${count} cells of ${where}: ${kinds}; shows them below` }, el("span", { class: "number" }, String(count)));
     node.addEventListener("click", () => choose({ contender: contender ?? "", system: system ?? "" }));
     return node;
   };
@@ -93,7 +93,7 @@ function counts(report: Report, palette: Palette, all: Failure[], choose: (chose
 }
 
 export function failureTable(report: Report, palette: Palette): HTMLElement {
-  // That the engine that does nothing cannot do a thing is no failure.
+  // What the engine that does nothing cannot do is no failure.
   const all = failures(report).filter((failure) => !report.isHarness(failure.contender) || failure.outcome !== "unsupported");
   if (report.json.cells.length === 0) return el("p", { class: "quiet" }, "No cell has been run.");
   if (all.length === 0) return el("p", {}, "Nothing failed: every cell of the campaign has a sound result.");
@@ -144,7 +144,7 @@ export function failureTable(report: Report, palette: Palette): HTMLElement {
   more.addEventListener("click", () => {
     limit = Infinity;
     draw();
-    frame.querySelector<HTMLElement>(".scroll")?.focus({ preventScroll: true });
+    frame.querySelector<HTMLElement>("[tabindex='0']")?.focus({ preventScroll: true });
   });
   const bar = el("div", { class: "filters" }, search, ...filters.map(([, select]) => select));
   const clearing = el("button", { type: "button", class: "more" }, "All failures");
@@ -153,7 +153,7 @@ export function failureTable(report: Report, palette: Palette): HTMLElement {
     for (const [key, select] of filters) select.value = chosen[key] ?? "";
     change();
     bar.scrollIntoView({ block: "nearest" });
-    frame.querySelector<HTMLElement>(".scroll")?.focus({ preventScroll: true });
+    frame.querySelector<HTMLElement>("[tabindex='0']")?.focus({ preventScroll: true });
   };
   clearing.addEventListener("click", () => choose({}));
   bar.append(clearing);

@@ -1,10 +1,11 @@
-// The conformance gate: who passed, who did not and why; and contender x test, with the figure that decided.
+// The conformance suite: which contenders pass, which do not and why; and contender x test, with the figure that decided.
 import type { GateResult, GateStatus, Report } from "../data";
 import { el, type Child } from "../dom";
 import { brief, quantity, sentenceList } from "../format";
 import { facts } from "../tooltip";
 import { unfold } from "./detail";
 import { deviations } from "./fairness";
+import { roving } from "../roving";
 import { scrollFrame } from "./sortable";
 
 const kMarks: Record<GateStatus, { sign: string; word: string }> = {
@@ -44,10 +45,10 @@ function cell(result: GateResult): HTMLElement {
       type: "button",
       class: `gate-cell ${result.status}`,
       "aria-expanded": "false",
-      "aria-label": `${result.contender}, ${result.test}: ${word}`,
+      "aria-label": `${result.contender}, ${result.test}: ${word} ${figure}`.trim(),
       title: result.note || null,
     },
-    el("span", { class: "sign" }, sign),
+    el("span", { class: "sign", "aria-hidden": "true" }, sign),
     figure ? el("span", { class: "gate-figure" }, figure) : null,
   );
   button.addEventListener("click", () => unfold(button, () => detail(result)));
@@ -58,7 +59,7 @@ function contendersWith(results: GateResult[], status: GateStatus): string[] {
   return [...new Set(results.filter((result) => result.status === status).map((result) => result.contender))];
 }
 
-// One sentence for all, then a line for each test that somebody failed or only passes within a declared bound.
+// One sentence for all, then a line for each test that a contender fails or passes only within a declared bound.
 function verdict(report: Report, results: GateResult[], contenders: string[]): HTMLElement {
   const failed = contendersWith(results, "fail");
   const deviating = contendersWith(results, "deviation").filter((name) => !failed.includes(name));
@@ -81,14 +82,14 @@ function verdict(report: Report, results: GateResult[], contenders: string[]): H
       groups.set(key, [...(groups.get(key) ?? []), result]);
     }
     for (const [why, group] of groups) {
-      const who = [...new Set(group.map((result) => report.title(result.contender)))];
+      const names = [...new Set(group.map((result) => report.title(result.contender)))];
       const which = [...new Set(group.map((result) => result.test))];
       list.append(
         el(
           "li",
           { class: status },
           el("span", { class: `sign ${status}` }, mark(status).sign),
-          el("span", {}, el("strong", {}, sentenceList(who)), `: ${status === "fail" ? "fails " : ""}`, sentenceList(which), status === "fail" ? "" : `. ${capital(why)}`),
+          el("span", {}, el("strong", {}, sentenceList(names)), `: ${status === "fail" ? "fails " : ""}`, sentenceList(which), status === "fail" ? "" : `. ${capital(why)}`),
         ),
       );
     }
@@ -98,7 +99,7 @@ function verdict(report: Report, results: GateResult[], contenders: string[]): H
 
 export function gate(report: Report): HTMLElement {
   const results = report.json.conformance;
-  if (results.length === 0) return el("p", { class: "quiet" }, "The gate was not run for these results.");
+  if (results.length === 0) return el("p", { class: "quiet" }, "The conformance suite was not run for these results.");
   const tests = [...new Set(results.map((result) => result.test))];
   const gated = new Set(results.map((result) => result.contender));
   const contenders = [
@@ -120,6 +121,8 @@ export function gate(report: Report): HTMLElement {
   }
   const counts = new Map<GateStatus, number>();
   for (const result of results) counts.set(result.status, (counts.get(result.status) ?? 0) + 1);
+  const table = el("table", { class: "gate-table" }, el("thead", {}, head), body);
+  roving(table);
   const caption = [...counts].map(([status, count]) => `${count} × ${mark(status).word}`).join(", ");
   return el(
     "div",
@@ -130,9 +133,9 @@ export function gate(report: Report): HTMLElement {
       { class: "gate-all" },
       el("summary", {}, `All ${contenders.length} contenders and ${tests.length} tests`),
       scrollFrame(
-        "Conformance gate",
+        "Conformance suite",
         `${caption}. A click shows figure, tolerance and note.`,
-        el("table", { class: "gate-table" }, el("thead", {}, head), body),
+        table,
       ),
     ),
   );

@@ -1,4 +1,4 @@
-// Who holds the object at which timestep: every mark is a cell, so that a hole in the range shows.
+// Which contender holds the object at which timestep: every mark is a cell, so that a hole in the range shows.
 import type { Cell, SystemView } from "../data";
 import { el, svg, type Child } from "../dom";
 import { quantity, timestep } from "../format";

@@ -38,7 +38,7 @@ export class Matrix {
   }
 
   private names(): string[] {
-    return [...new Set([...this.view.plotNames(), ...this.view.valueNames()])];
+    return [...new Set([...this.view.json.errors, ...this.view.json.values])];
   }
 
   private draw(): void {
@@ -81,10 +81,10 @@ export class Matrix {
     const text = [
       `${info.label}: ${info.meaning}.`,
       info.better === "none" ? "" : "The best of a column is bold.",
-      floors.length > 0 ? `At ${timestepRange(floors)} stand the restart floors, of which none is the best.` : "",
+      floors.length > 0 ? `At ${timestepRange(floors)} the table shows restart floors; none of them counts as the best.` : "",
       "A click on a figure shows all that is known of it.",
     ].filter(Boolean).join(" "); // prettier-ignore
-    this.frame.append(scrollFrame(`${info.label} by contender and timestep`, text, sortableTable(columns, rows)));
+    this.frame.append(scrollFrame(`${info.label} on ${this.view.system}, by contender and timestep`, text, sortableTable(columns, rows)));
   }
 
   private figure(name: string, contender: string, step: number, best: string): Child | HTMLTableCellElement {
@@ -132,7 +132,7 @@ export class Matrix {
       const range = interval(value.name, value.low, value.high, value.unit);
       return [valueInfo(value.name).label, named(value.name, value.value, value.unit) + (range ? `  (${range})` : "")];
     });
-    const speed = this.view.realtimeFactor(cell.contender, cell.timestep_ms ?? 0);
+    const speed = this.view.speed(cell.contender, cell.timestep_ms ?? 0);
     return [
       el("p", {}, el("strong", {}, cell.contender), ` at ${timestep(cell.timestep_ms ?? 0)} ms, ${cell.measure.replace(/_/g, " ")}: `, el("b", { class: cell.outcome === "ok" ? "" : "bad" }, cell.outcome), cell.reason ? `. ${cell.reason}` : ""),
       facts([

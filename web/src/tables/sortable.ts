@@ -1,5 +1,6 @@
-// A table whose columns sort on a click. Rows may carry a detail row that stays below them.
+// A table whose columns sort on a click, with one tab stop. Rows may carry a detail row that stays below them.
 import { el, type Child } from "../dom";
+import { roving } from "../roving";
 
 export interface Column<Row> {
   title: string | Node;
@@ -27,6 +28,7 @@ export function sortableTable<Row>(columns: Column<Row>[], rows: Row[], limit = 
   });
   let sorted = -1;
   let descending = false;
+  let refresh = () => {};
 
   const fill = () => {
     const key = columns[sorted]?.key;
@@ -54,6 +56,7 @@ export function sortableTable<Row>(columns: Column<Row>[], rows: Row[], limit = 
         return line;
       }),
     );
+    refresh();
   };
   heads.forEach((head, index) => {
     head.querySelector("button")?.addEventListener("click", () => {
@@ -67,17 +70,19 @@ export function sortableTable<Row>(columns: Column<Row>[], rows: Row[], limit = 
     });
   });
   fill();
-  return el("table", { class: "sortable" }, el("thead", {}, el("tr", {}, ...heads)), body);
+  const table = el("table", { class: "sortable" }, el("thead", {}, el("tr", {}, ...heads)), body);
+  refresh = roving(table);
+  return table;
 }
 
-// Wide tables scroll inside their own frame, never the page; the frame can be scrolled with the keyboard.
-// What has to be said of the table stands above it, where it does not scroll away.
+// Wide tables scroll inside their own frame, never the page. What has to be said of the table stands above it, where it
+// does not scroll away.
 export function scrollFrame(label: string, text: string, table: HTMLTableElement): HTMLElement {
   table.setAttribute("aria-label", label);
   return el(
     "div",
     {},
     text ? el("p", { class: "sub table-text" }, text) : null,
-    el("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": label }, table),
+    el("div", { class: "scroll", tabindex: table.querySelector("button") ? null : 0 }, table),
   );
 }

@@ -1,7 +1,9 @@
 // Every stored value: to filter, to sort, to take away.
 import { valueInfo, type Report } from "../data";
 import { clear, el } from "../dom";
+import { csvText, save } from "../download";
 import { interval, named, timestep } from "../format";
+import { roving } from "../roving";
 
 interface Row {
   system: string;
@@ -17,7 +19,7 @@ interface Row {
   reason: string;
 }
 
-const kAtOnce = 100;
+const kAtOnce = 30;
 
 export function valueRows(report: Report): Row[] {
   const rows: Row[] = [];
@@ -40,21 +42,7 @@ function exported(row: Row): Record<(typeof kFields)[number], string | number | 
 }
 
 export function asCsv(rows: Row[]): string {
-  const field = (value: string | number | null) => {
-    const text = value === null ? "" : String(value);
-    return /[",\n\r]/.test(text) ? `"${text.replace(/"/g, '""')}"` : text;
-  };
-  const lines = rows.map(exported).map((row) => kFields.map((key) => field(row[key])).join(","));
-  return [kFields.join(","), ...lines, ""].join("\n");
-}
-
-function save(name: string, type: string, text: string): void {
-  const url = URL.createObjectURL(new Blob([text], { type }));
-  const link = el("a", { href: url, download: name, hidden: true });
-  document.body.append(link);
-  link.click();
-  link.remove();
-  setTimeout(() => URL.revokeObjectURL(url), 10000);
+  return csvText([[...kFields], ...rows.map(exported).map((row) => kFields.map((key) => row[key]))]);
 }
 
 export function valuesTable(report: Report): HTMLElement {
@@ -144,12 +132,13 @@ export function valuesTable(report: Report): HTMLElement {
   json.addEventListener("click", () => save(`${name}.json`, "application/json", JSON.stringify(found.map(exported), null, 1)));
   draw();
   const table = el("table", { class: "values", "aria-label": "All values" }, el("thead", {}, el("tr", {}, ...cells)), body);
+  roving(table);
   const box = el("div", { class: "values-panel" });
   clear(box);
   box.append(
     el("div", { class: "filters" }, search, ...Object.values(filters), el("span", { class: "downloads" }, csv, json)),
     count,
-    el("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "All values" }, table),
+    el("div", { class: "scroll" }, table),
     more,
   );
   return box;

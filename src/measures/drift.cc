@@ -1,0 +1,48 @@
+// The measure 'drift': how far conserved quantities drift over a run, and hidden damping.
+#include <algorithm>
+
+#include "measures/damping.h"
+#include "measures/mechanics.h"
+#include "measures/run_measures.h"
+
+namespace assay {
+namespace {
+
+std::string drift_obstacle(const Model& model, bool passive) {
+  return conserved_quantities(model, !passive).any() ? "" : "conserves neither energy nor momentum";
+}
+
+// Where all the energy is kinetic, its decay has a rate.
+std::optional<Interval> hidden_damping(const MeasuredRun& run) {
+  const bool springs = std::ranges::any_of(run.model.hinges, [](const Hinge& hinge) { return hinge.stiffness != 0; });
+  if (!run.model.gravity.isZero(0) || springs) return std::nullopt;
+  std::vector<double> time, energy;
+  time.reserve(run.states.size());
+  energy.reserve(run.states.size());
+  for (const State& state : run.states) {
+    time.push_back(state.time);
+    energy.push_back(kinetic_energy(run.model, state));
+  }
+  return damping_rate(time, energy, run.seed);
+}
+
+std::vector<RunValue> drift_values(const MeasuredRun& run) {
+  std::vector<RunValue> values;
+  const Conserved conserved = conserved_quantities(run.model, !run.passive);
+  for (const Drift::Quantity& quantity : drift(run.model, conserved, run.states).quantities) {
+    values.push_back({quantity.name + "_drift", quantity.unit, quantity.absolute, {}, {}});
+    if (quantity.relative) values.push_back({quantity.name + "_drift_relative", "1", quantity.relative, {}, {}});
+  }
+  if (conserved.energy) {
+    if (const auto rate = hidden_damping(run)) {
+      values.push_back({"damping_rate", "1/s", rate->value, rate->low, rate->high});
+    }
+  }
+  return values;
+}
+
+}  // namespace
+
+RunMeasure drift_measure() { return {"drift", drift_obstacle, drift_values}; }
+
+}  // namespace assay

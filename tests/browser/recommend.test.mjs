@@ -1,0 +1,106 @@
+// The picker of the page against `assay recommend`, pair by pair, on the committed full run.
+//   ASSAY          the program assay
+//   ASSAY_RESULTS  the folder results/
+import assert from "node:assert/strict";
+import { execFile, execFileSync } from "node:child_process";
+import { closeSync, mkdirSync, mkdtempSync, openSync, readdirSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+import { promisify } from "node:util";
+
+import { launch } from "../../web/browser.mjs";
+import { dataIn, openReport } from "./page.mjs";
+
+const kQuestions = 20; // of each system
+const kRates = [1, 5, 20, 100];
+
+const work = mkdtempSync(join(tmpdir(), "assay-recommend-"));
+const results = join(work, "results");
+let browser;
+
+before(async () => {
+  assert.ok(process.env.ASSAY && process.env.ASSAY_RESULTS, "ASSAY must name the program, ASSAY_RESULTS the folder results/");
+  const [machine] = readdirSync(process.env.ASSAY_RESULTS).filter((name) => /cores$/.test(name));
+  mkdirSync(results);
+  const database = openSync(join(results, "assay.sqlite"), "w");
+  execFileSync("xz", ["-dc", join(process.env.ASSAY_RESULTS, machine, "assay.sqlite.xz")], { stdio: ["ignore", database, "inherit"] });
+  closeSync(database);
+  execFileSync(process.env.ASSAY, ["report", results], { stdio: ["ignore", "ignore", "inherit"] });
+  browser = await launch();
+});
+
+after(async () => {
+  await browser?.close();
+  rmSync(work, { recursive: true, force: true });
+});
+
+// Limits from all over what the candidates have; every third question limits two values, every fourth the speed.
+function questions(view) {
+  const list = [];
+  for (let i = 0; i < kQuestions; i += 1) {
+    const limits = new Map();
+    const limit = (name, share) => {
+      const all = view.candidates.map(({ worst }) => worst[name]?.value).filter((value) => value > 0).sort((a, b) => a - b);
+      const value = all[Math.floor(share * all.length)];
+      if (value !== undefined) limits.set(name, Number(value.toPrecision(2)));
+    };
+    limit(view.errors[i % view.errors.length], i / kQuestions);
+    if (i % 3 === 1) limit(view.errors[(i + 1) % view.errors.length], 1 - 0.5 * (i / kQuestions));
+    const realtime = i % 4 === 2 ? kRates[(i >> 2) % kRates.length] : null;
+    if (limits.size > 0 || realtime !== null) list.push({ system: view.system, limits: [...limits], realtime });
+  }
+  return list;
+}
+
+async function said(data, { system, limits, realtime }) {
+  const words = limits.flatMap(([name, largest]) => {
+    const { unit } = data.catalogue.find((info) => info.name === name);
+    const { text, scale } = data.units[unit].find((each) => each.scale === 1) ?? data.units[unit][0];
+    return ["--limit", `${name}=${largest / scale}${text}`];
+  });
+  if (realtime !== null) words.push("--realtime", String(realtime));
+  const answer = promisify(execFile)(process.env.ASSAY, ["recommend", results, system, ...words, "--json"], { maxBuffer: 1 << 26 });
+  const { stdout } = await answer.catch((error) => error); // the status says whether there is an answer
+  assert.ok(stdout, `assay recommend ${system} ${words.join(" ")}`);
+  return JSON.parse(stdout);
+}
+
+test("page and command give the same answer to every question", { timeout: 500000 }, async () => {
+  const data = dataIn(join(results, "report.html"));
+  const { page, trouble } = await openReport(browser, join(results, "report.html"));
+  const all = data.views.filter((view) => view.candidates.length > 0).flatMap(questions);
+  assert.ok(all.length >= 100, `${all.length} questions`);
+  let answered = 0;
+  for (const question of all) {
+    const { system, limits, realtime } = question;
+    const words = [`pick=${system}`, limits.length > 0 ? `limit=${limits.map((limit) => limit.join(":")).join()}` : "", realtime === null ? "" : `realtime=${realtime}`];
+    const hash = `pick&${words.filter(Boolean).join("&")}`;
+    const place = ({ contender, timestep_ms: step }) => `${contender} at ${step}`;
+    const [expected, shown] = await Promise.all([
+      said(data, question),
+      page.evaluate(async (address) => {
+        await new Promise((done) => {
+          window.addEventListener("hashchange", done, { once: true });
+          if (location.hash === `#${address}`) done();
+          else location.hash = address;
+        });
+        const best = document.querySelector(".pick-best")?.dataset;
+        return {
+          system: document.querySelector("#pick-system").value,
+          best: best ? `${best.contenderOf} at ${best.timestep}` : null,
+          alike: [...(document.querySelector(".pick-alike")?.textContent ?? "").matchAll(/([\w-]+) at /g)].map((match) => match[1]),
+          passing: [...document.querySelectorAll('.pick-answer table[aria-label="Contenders within the limits"] tbody tr')].map((row) => row.cells[0].textContent),
+        };
+      }, hash),
+    ]);
+    assert.equal(shown.system, system, hash);
+    assert.equal(shown.best, expected.recommended === null ? null : place(expected.recommended), hash);
+    assert.deepEqual(shown.alike, expected.not_told_apart.map(({ contender }) => contender), hash);
+    assert.deepEqual(shown.passing, expected.contenders.map(({ contender }) => contender), hash);
+    if (expected.recommended !== null) answered += 1;
+  }
+  assert.ok(answered > all.length / 2, `${answered} of ${all.length} questions have an answer`);
+  assert.deepEqual(trouble, []);
+  await page.close();
+});
