@@ -219,7 +219,7 @@ size_t display_width(std::string_view line) {
 }
 
 std::string clipped(std::string_view line, size_t columns) {
-  const std::string text = printable(line);
+  std::string text = printable(line);
   if (display_width(text) <= columns) return text;
   if (columns == 0) return "";
   std::vector<std::string> cut = {text.substr(0, columns > 1 ? fitting_bytes(text, columns - 1) : 0) + "…"};

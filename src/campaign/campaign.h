@@ -4,7 +4,7 @@
 //   name = "quick"
 //   title = "..."                                  # optional
 //   contenders = ["mujoco-euler", "A", "ode-*"]    # names of contenders or of the tables below, or patterns (* and ?)
-//                                                  # for those of the engines that are there
+//                                                  # that match contenders of the installed engines
 //   timesteps_ms = ["1/64", "1/4", 1, 4]           # numbers, or fractions as text
 //   reference_ms = "1/64"                          # timestep of the reference runs; default 1/64
 //   measures = ["raw_speed", "consistency"]        # raw_speed, consistency, truth, drift, violation, grasp, agreement,
@@ -29,7 +29,7 @@
 //   control = "passive"                            # or {kind = "sine", amplitude = 2, frequency = 1}; default: passive
 //                                                  # "actuators": the model's own, with their sines (model/mjcf.h)
 //   grasp = {object = "capsule", hand = "palm"}    # for 'grasp': bodies; drop_m = 0.1: how far the object may slip
-//   family = "capsules"                            # for 'scaling': systems that differ in size alone
+//   family = "capsules"                            # for 'scaling': systems that differ only in size
 //   contacts = true                                # false leaves all contact pairs out
 //   gravity = true
 //   measures = [...]                               # default: the campaign's
@@ -38,10 +38,10 @@
 //   violation_ms = [...]                           # timesteps whose violation is measured; default: all
 //   reference_ms = "1/64"                          # default: the campaign's
 //   contenders = [...]                             # default: the campaign's list; may name others, which then take
-//                                                  # part in the systems alone that name them
+//                                                  # part only in the systems that name them
 //
-//   [[contender]]                                  # optional: a contender derived from another; one that no list names
-//                                                  # belongs to the campaign's
+//   [[contender]]                                  # optional: a contender derived from another; when no list names
+//                                                  # it, it joins the campaign's list
 //   name = "A"
 //   base = "mujoco-euler"
 //   set = {iterations = 50}                        # optional: settings that differ from the base's
@@ -86,7 +86,7 @@ struct CampaignSystem {
   double piece_ms = 128;
   ControlSpec control;
   GraspBodies grasp;
-  std::string family;                // of systems that differ in size alone, "" for none
+  std::string family;                // of systems that differ only in size, "" for none
   std::vector<Measure> measures;     // in the order of the enum
   std::vector<double> timesteps_ms;  // ascending, the reference's among them where consistency is measured
   std::vector<double> timing_ms;     // ascending
@@ -94,7 +94,7 @@ struct CampaignSystem {
   std::vector<int> contenders;       // indices into Campaign::contenders, ascending
   double reference_ms = 1.0 / 64;
 
-  bool has(Measure measure) const;  // is it measured
+  bool has(Measure measure) const;  // whether it is measured
 };
 
 struct CampaignContender {
@@ -103,7 +103,7 @@ struct CampaignContender {
   std::string plugin_hash;  // content address of the adapter's library
   std::string absent;       // why the contender cannot be run here, "" when it can
 
-  // Everything that decides what it computes, timestep aside, as text; names do not count.
+  // Everything that decides what it computes except the timestep, as text; names do not count.
   std::string content() const;
 };
 
@@ -112,22 +112,22 @@ struct Campaign {
   std::string source;  // the file
   std::vector<CampaignSystem> systems;
   std::vector<CampaignContender> contenders;  // the campaign's list, then what its systems add
-  std::map<std::string, std::string> ratios;  // of whose step time to whose; no matter of the hash
+  std::map<std::string, std::string> ratios;  // step time of the first over that of the second; not part of the hash
   TimingOptions timing;
   double time_limit_s = 600;
   long long seed = 1;
 
-  // Content address of all that decides which cells there are and what they give: systems by content, contenders with
-  // their adapters' builds, timesteps, measures.
+  // Content address of everything that decides which cells there are and what they give: systems by content, contenders
+  // with their adapters' builds, timesteps, measures.
   std::string hash() const;
 };
 
 // Reads a campaign's file, loads its models and resolves its contenders. Throws InputError for whatever cannot be used:
-// one sentence with file, line, value and the nearest known name. A contender of an engine that is known and absent is
-// no error: it is marked.
+// one sentence with file, line, value and the nearest known name. A contender of a known engine that is not installed
+// is no error: it is marked as absent.
 Campaign load_campaign(const std::string& path, const Registry& registry = Registry::instance());
 
-// The same for text; `source` stands for the file in messages, and relative model paths count from its folder.
+// The same for text; `source` stands for the file in messages, and relative model paths start from its folder.
 Campaign parse_campaign(const std::string& toml, const std::string& source,
                         const Registry& registry = Registry::instance());
 

@@ -32,8 +32,8 @@ nlohmann::json run_content(const CampaignSystem& system, const CampaignContender
 
 long long steps_of(double length_ms, double timestep_ms) { return std::llround(length_ms / timestep_ms); }
 
-// Seconds of wall time that timing a cell takes: finding the batch's length, the samples, and what goes on around them,
-// which is an instance and its untimed steps for each saved state.
+// Seconds of wall time that timing a cell takes: finding the batch's length, the samples, and for each
+// saved state an instance and its untimed steps.
 double timing_seconds(const Campaign& campaign, double step_s) {
   constexpr double kInstanceSeconds = 5e-4, kSearchSeconds = 5e-3;
   const TimingOptions& timing = campaign.timing;
@@ -42,9 +42,9 @@ double timing_seconds(const Campaign& campaign, double step_s) {
   return kSearchSeconds + (timing.rounds + 1) * (batch_s + timing.states * start_s);
 }
 
-// Largest first onto the least loaded: the groups are few and their loads differ much.
+// Gives the largest group to the least loaded shard first: the groups are few and their loads differ much.
 void divide(const Campaign& campaign, Plan& plan, int shards) {
-  // system, contender or what compares them all; the first system of a family stands for it
+  // (system, contender) or (system, one of the constants below); the first system of a family stands for it
   using Group = std::pair<int, int>;
   constexpr int kTimingOfAll = -1, kAgreementOfAll = -2, kScalingOfFamily = -3;
   std::map<Group, double> load;
@@ -58,7 +58,7 @@ void divide(const Campaign& campaign, Plan& plan, int shards) {
   };
   for (const PlannedCell& cell : plan.cells) {
     const size_t bodies = campaign.systems[static_cast<size_t>(cell.system)].model.bodies.size();
-    // without a clock: a step costs about 3 us a body
+    // Without a measurement: a step costs about 3 us a body.
     const double seconds = cell.measure == "raw_speed"
                                ? timing_seconds(campaign, 0)
                                : 3e-6 * static_cast<double>(cell.steps) * static_cast<double>(bodies);
@@ -96,7 +96,7 @@ Plan make_plan(const Campaign& campaign, int shards) {
   };
   for (size_t s = 0; s < campaign.systems.size(); ++s) {
     const CampaignSystem& system = campaign.systems[s];
-    // Who is compared with whom decides what agreement gives.
+    // What agreement gives depends on which contenders are compared.
     nlohmann::json compared = nlohmann::json::array();
     if (system.has(Measure::kAgreement)) {
       for (const int c : system.contenders) {
@@ -133,7 +133,7 @@ Plan make_plan(const Campaign& campaign, int shards) {
               {system.pieces, system.piece_ms, system.reference_ms, campaign.seed});
         }
       }
-      // These read one run a timestep: the first of them makes it.
+      // These measures read one run a timestep: the first of them makes it.
       std::set<double> made;
       for (const Measure measure : system.measures) {
         const bool reads_run = measure == Measure::kTruth || measure == Measure::kGrasp ||

@@ -23,8 +23,8 @@ struct PlannedCell {
   std::string measure;  // as stored; "reference" for the reference run
   std::string
       trajectory;       // content address of the run from the initial state that the cell makes or reads, "" for none
-  long long steps = 0;  // engine steps that it takes, timing aside
-  int shard = 1;        // whose work it is
+  long long steps = 0;  // engine steps that it takes, without timing
+  int shard = 1;        // that measures it
   std::string final_state = {};  // content address of the last state that the cell keeps of its run, "" for none
 };
 
@@ -33,22 +33,21 @@ struct Plan {
   std::vector<PlannedCell> cells;
 };
 
-// A run whose time is the figure is repeated up to this often, until this much time was spent in engine steps.
+// A run for scaling is repeated up to this often, until this much time was spent in engine steps.
 inline constexpr int kScalingMostRuns = 5;
 inline constexpr double kScalingEnoughSeconds = 2;
 
 // Cells whose figure is a time: measured alone on the machine.
 inline bool is_timed(const PlannedCell& cell) { return cell.measure == "raw_speed" || cell.measure == "scaling"; }
 
-// Each system's contenders that are not absent; `shards` says among how many the work is divided. Cells that compare
-// contenders' speeds on a system stay in one shard (a machine's speed is not another's), those of a family of systems
-// too, and so do the accuracy cells of one contender and system, which share a reference run, and a system's cells of
-// agreement; within that the shards' loads are evened out.
+// The cells of each system's contenders that are not absent, divided into `shards` of about equal load. These stay in
+// one shard: a system's timings, because machines differ in speed; a family's scaling cells; the accuracy cells of one
+// contender and system, which share a reference run; a system's cells of agreement.
 Plan make_plan(const Campaign& campaign, int shards = 1);
 
 // The time of a step on a system of `size` bodies, from the positive times on others of its family, by number of
-// bodies: logarithmically between its neighbours; beyond them it goes on as between the last two, with one alone in
-// proportion. 0 when none is known.
+// bodies: interpolated in logarithms, and extrapolated as between the last two. In proportion to the size when one time
+// is known, 0 when none is.
 double step_us_at(const std::map<double, double>& known, double size);
 
 // Seconds that `cells` of the plan will take with `jobs` accuracy workers. `step_us` is the measured time of one step

@@ -73,7 +73,7 @@ std::map<std::string, std::string> overrides_of(const Section& section) {
 }
 
 // The contenders that `pattern` (of a shell: * and ?) names, in the engines' order, without those that are taken and
-// those that do not even claim to move anything, as the harness's does.
+// those of order 0, which do not move anything (the null engine).
 std::vector<std::string> matching(const std::string& pattern, const std::set<std::string>& taken,
                                   const Registry& registry) {
   std::vector<std::string> names;

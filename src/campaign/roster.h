@@ -10,12 +10,12 @@
 
 namespace assay {
 
-// Who takes part in the campaign, each once, in the order in which the file names them.
+// The contenders that take part in the campaign, each once, in the order of the file.
 class Roster {
  public:
   Roster(const Section& root, const Registry& registry);
 
-  // Those that the section's list names, as indices into contenders().
+  // The contenders that the section's list names, as indices into contenders().
   std::vector<int> listed(const Section& section, const toml::node& node);
 
   // Tables under [[contender]] whose names are in none of `lists`.

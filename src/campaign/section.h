@@ -20,7 +20,7 @@ std::vector<std::string> measure_names();
 // A value as messages show it.
 std::string node_text(const toml::node& node);
 
-// One table of the file, with messages that say where in it something is wrong. Refers to the table and to the file's
+// One table of the file. Its messages say where the error is. Refers to the table and to the file's
 // name, which have to outlive it. Everything throws InputError with file and line.
 class Section {
  public:
@@ -28,7 +28,7 @@ class Section {
   Section(const toml::table& table, std::string what, const std::string& source)
       : table_(table), what_(std::move(what)), source_(source) {}
 
-  // At the node, or at the table where there is none.
+  // Names the line of the node, or of the table when there is no node.
   [[noreturn]] void fail(const toml::node* node, const std::string& sentence) const;
 
   // Throws for a key that is none of `known`: nothing in the file is ignored.
@@ -58,7 +58,7 @@ class Section {
   const std::string& source_;
 };
 
-// Adds where in the file it was to a message that something else made.
+// Adds file and line to the message of an InputError.
 template <typename Work>
 auto at_node(const Section& section, const toml::node* node, Work work) {
   try {

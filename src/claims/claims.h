@@ -5,8 +5,8 @@
 //
 // The file:
 //
-//   [engines]                              # the paper's line-up, and which of today's contenders stand for it; of
-//   "Bullet" = ["bullet-si-f32", ...]      # several the one that does best counts
+//   [engines]                              # which contenders stand for an engine, of several the one that does best;
+//   "Mine" = ["mine-f32", "mine-f64"]      # without this table the paper's, results/line_up.h
 //
 //   [[claim]]
 //   number = 1
@@ -19,12 +19,13 @@
 // As JSON (report_data()'s "claims", `assay claims --json`), in the file's order:
 //
 //   [{"number": 1, "title": "...", "statement": "...", "paper": "...",
-//     "verdict": "holds" | "changed" | "not-measurable",
-//     "summary": "...",     one to three sentences with figures; "" when nothing at all was measured
-//     "reason": "...",      why it is not measurable; "" when it is
-//     "today": "...",       about all contenders of the results, not the paper's alone; "" when there is nothing to say
-//     "key": "...",         the figures that decide, in a few words; "" when there are none
-//     "figures": [{"label": "ODE / MuJoCo Euler", "contender": "ode-quick", "system": "humanoid",
+//     "verdict": "holds" | "changed" | "not-settled" | "not-measurable",
+//     "now": "...",         what is true today: "Now: PhysX is 2.31 times (2.15 to 2.35) faster than ODE on
+//     capsules-27." "threshold": "...",   what the claim asks of that figure: "above 1" "summary": "...",     one to
+//     three sentences with figures; "" when nothing at all was measured "reason": "...",      why it is not measurable;
+//     "" when it is "today": "...",       about all contenders of the results, not the paper's alone; "" when there is
+//     nothing to say "key": "...",         the figures that decide, in a few words; "" when there are none "figures":
+//     [{"label": "ODE / MuJoCo Euler", "contender": "ode-quick", "system": "humanoid",
 //                  "timestep_ms": 1 | null, "measure": "step_time", "value": 2.5, "unit": "us" | "1",
 //                  "low": 2.4 | null, "high": 2.6 | null}]}]      95 % intervals
 //
@@ -44,13 +45,14 @@ namespace assay {
 
 class Results;
 
-// What a figure has to be. Figures with an interval are judged by its ends.
+// What a figure has to be. Figures with an interval are judged by its ends; one that spans the threshold settles
+// nothing.
 struct ClaimBound {
   enum class Kind {
     kAbove,     // above = x: the whole interval lies above x
     kBelow,     // below = x: the whole interval lies below x
     kBetween,   // between = [x, y]: the whole interval lies inside
-    kNotAbove,  // not_above = x: the whole interval does not lie above x (nothing more is shown)
+    kNotAbove,  // not_above = x: no part of the interval lies above x
   };
   Kind kind = Kind::kAbove;
   double x = 0, y = 0;
@@ -98,8 +100,9 @@ ClaimsFile parse_claims(const std::string& toml, const std::string& source);
 // The file that comes with assay; empty when the data folder has none.
 std::optional<std::string> paper_claims_file();
 
-enum class Verdict { kHolds, kChanged, kNotMeasurable };
-std::string verdict_text(Verdict verdict);  // "holds", "changed", "not-measurable"
+enum class Verdict { kHolds, kChanged, kNotSettled, kNotMeasurable };
+std::string verdict_text(Verdict verdict);   // as stored: "holds", "changed", "not-settled", "not-measurable"
+std::string verdict_words(Verdict verdict);  // "not settled"
 
 struct ClaimFigure {
   std::string label, contender, system;
@@ -113,7 +116,7 @@ struct ClaimFigure {
 struct Judgement {
   Claim claim;
   Verdict verdict = Verdict::kNotMeasurable;
-  std::string summary, reason, today, key;
+  std::string now, threshold, summary, reason, today, key;
   std::vector<ClaimFigure> figures;
 };
 

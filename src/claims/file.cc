@@ -12,6 +12,7 @@
 #include "base/paths.h"
 #include "base/text.h"
 #include "claims/claims.h"
+#include "results/line_up.h"
 
 namespace assay {
 namespace {
@@ -206,14 +207,17 @@ ClaimsFile claims_of(const toml::table& root, const std::string& source) {
   const Table top(root, "the file", source);
   top.allow({"engines", "claim"});
   ClaimsFile file;
-  std::vector<std::string> names;
-  const toml::table* engines = root["engines"].as_table();
-  if (engines == nullptr) top.fail(nullptr, "the file has no table [engines]");
-  const Table line_up(*engines, "[engines]", source);
-  for (const auto& [key, node] : *engines) {
-    names.emplace_back(key.str());
-    file.engines.emplace_back(names.back(), line_up.texts(key.str()));
+  // The file's own engines, or else the paper's.
+  if (const toml::table* engines = root["engines"].as_table()) {
+    const Table own(*engines, "[engines]", source);
+    for (const auto& [key, node] : *engines) file.engines.emplace_back(key.str(), own.texts(key.str()));
+  } else if (top.has("engines")) {
+    top.fail(top.find("engines"), "'engines' is no table: write [engines]");
+  } else {
+    file.engines = paper_line_up();
   }
+  std::vector<std::string> names;
+  for (const auto& [engine, contenders] : file.engines) names.push_back(engine);
   const toml::array* claims = root["claim"].as_array();
   if (claims == nullptr || claims->empty()) top.fail(nullptr, "the file has no [[claim]]");
   std::set<int> numbers;

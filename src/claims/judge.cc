@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 
 #include <fmt/format.h>
 
@@ -13,8 +14,17 @@ namespace assay {
 namespace {
 
 Verdict verdict_of(Truth truth) {
-  if (truth == Truth::kYes) return Verdict::kHolds;
-  return truth == Truth::kNo ? Verdict::kChanged : Verdict::kNotMeasurable;
+  switch (truth) {
+    case Truth::kYes:
+      return Verdict::kHolds;
+    case Truth::kNo:
+      return Verdict::kChanged;
+    case Truth::kUnsettled:
+      return Verdict::kNotSettled;
+    case Truth::kUnknown:
+      break;
+  }
+  return Verdict::kNotMeasurable;
 }
 
 Tested tested_by(const Evidence& evidence, const ClaimTest& test) {
@@ -62,25 +72,57 @@ std::string reasons_text(const std::vector<std::string>& reasons) {
   return text;
 }
 
+// What decides the verdict, in a sentence: of what holds the part that is nearest to its threshold, of what does not
+// hold all parts.
+void say_now(std::vector<Now> all, Truth truth, Judgement& judgement) {
+  constexpr size_t kMost = 3;
+  std::erase_if(all, [&](const Now& now) { return now.truth != truth || now.text.empty(); });
+  if (all.empty()) return;
+  std::ranges::stable_sort(all, {}, &Now::margin);
+  if (truth == Truth::kYes) all.resize(1);
+  std::vector<std::string> texts, thresholds;
+  for (const Now& now : all) {
+    if (texts.size() < kMost) texts.push_back(now.text);
+    if (std::ranges::find(thresholds, now.threshold) == thresholds.end()) thresholds.push_back(now.threshold);
+  }
+  judgement.now = "Now: " + join(texts, "; ");
+  if (all.size() > kMost) judgement.now += fmt::format("; and {} more", all.size() - kMost);
+  judgement.now += ".";
+  judgement.threshold = join(thresholds, "; ");
+}
+
 }  // namespace
 
 Truth judged(const ClaimBound& bound, const Interval& value) {
-  bool yes = false;
+  bool inside = false, outside = false;  // the whole interval
   switch (bound.kind) {
     case ClaimBound::Kind::kAbove:
-      yes = value.low > bound.x;
+      inside = value.low > bound.x;
+      outside = value.high <= bound.x;
       break;
     case ClaimBound::Kind::kBelow:
-      yes = value.high < bound.x;
+      inside = value.high < bound.x;
+      outside = value.low >= bound.x;
       break;
     case ClaimBound::Kind::kBetween:
-      yes = value.low >= bound.x && value.high <= bound.y;
+      inside = value.low >= bound.x && value.high <= bound.y;
+      outside = value.high < bound.x || value.low > bound.y;
       break;
     case ClaimBound::Kind::kNotAbove:
-      yes = value.low <= bound.x;
+      inside = value.high <= bound.x;
+      outside = value.low > bound.x;
       break;
   }
-  return yes ? Truth::kYes : Truth::kNo;
+  if (inside) return Truth::kYes;
+  return outside ? Truth::kNo : Truth::kUnsettled;
+}
+
+double margin_to(const ClaimBound& bound, double value) {
+  const auto factor = [&](double end) {
+    if (!(value > 0) || !(end > 0)) return 1 + std::abs(value - end);
+    return std::max(value / end, end / value);
+  };
+  return bound.kind == ClaimBound::Kind::kBetween ? std::min(factor(bound.x), factor(bound.y)) : factor(bound.x);
 }
 
 const std::vector<std::string>& Evidence::stand_ins(const std::string& engine) const {
@@ -99,6 +141,7 @@ std::vector<Judgement> judge(const ClaimsFile& file, const Results& results) {
     Truth truth = Truth::kYes;
     std::vector<Sentence> summary, today;
     std::vector<std::string> keys, reasons;
+    std::vector<Now> now;
     const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
     for (const ClaimTest& test : claim.tests) {
       Tested tested = tested_by(evidence, test);
@@ -107,10 +150,12 @@ std::vector<Judgement> judge(const ClaimsFile& file, const Results& results) {
       append(today, tested.today);
       append(keys, tested.keys);
       append(reasons, tested.reasons);
+      append(now, tested.now);
       judgement.figures.insert(judgement.figures.end(), std::make_move_iterator(tested.figures.begin()),
                                std::make_move_iterator(tested.figures.end()));
     }
     judgement.verdict = verdict_of(truth);
+    say_now(std::move(now), truth, judgement);
     judgement.summary = text_of(summary);
     judgement.today = text_of(today);
     judgement.key = join(keys, "; ");

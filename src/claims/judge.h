@@ -11,8 +11,8 @@
 
 namespace assay {
 
-// In this order `and` is the least and `or` the largest of several.
-enum class Truth { kNo, kUnknown, kYes };
+// In this order `and` is the least and `or` the largest of several. Unsettled: the interval spans the threshold.
+enum class Truth { kNo, kUnsettled, kUnknown, kYes };
 
 // "before: part; part after", so that tests that ask the same of several systems make one sentence.
 struct Sentence {
@@ -20,15 +20,27 @@ struct Sentence {
   std::vector<std::string> parts;
 };
 
+// What a part of a claim found, as a reader would say it.
+struct Now {
+  Truth truth = Truth::kUnknown;
+  double margin = 1;      // how far the figure is from its threshold, as a factor: the least one is told
+  std::string text;       // "PhysX is 2.31 times faster than ODE on capsules-27"
+  std::string threshold;  // "above 1"
+};
+
 struct Tested {
   Truth truth = Truth::kUnknown;
   std::vector<Sentence> summary, today;
   std::vector<std::string> keys, reasons;
   std::vector<ClaimFigure> figures;
+  std::vector<Now> now;
 };
 
 // Whether a figure is as a bound demands: never unknown.
 Truth judged(const ClaimBound& bound, const Interval& value);
+
+// How far a figure is from the nearest end of a bound, as a factor of at least 1.
+double margin_to(const ClaimBound& bound, double value);
 
 // What is judged by.
 struct Evidence {

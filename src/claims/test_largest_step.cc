@@ -33,7 +33,14 @@ class LargestStep {
           continue;
         }
         const double factor = found.largest_ms / expected, within = test.within * (1 + 1e-9);
-        tested.truth = std::min(tested.truth, factor <= within && factor * within >= 1 ? Truth::kYes : Truth::kNo);
+        const Truth truth = factor <= within && factor * within >= 1 ? Truth::kYes : Truth::kNo;
+        tested.truth = std::min(tested.truth, truth);
+        tested.now.push_back({truth, factor > 0 ? 1 / std::max(factor, 1 / factor) : 0,
+                              found.largest_ms > 0
+                                  ? fmt::format("{} holds up to {} ms on {}, in the paper up to {} ms", who,
+                                                timestep_label(found.largest_ms), system, timestep_label(expected))
+                                  : fmt::format("{} holds at no timestep on {}", who, system),
+                              fmt::format("within a factor of {} of the paper's", test.within)});
         ClaimFigure figure{who, contender, system, {}, "largest_stable_timestep", found.largest_ms, "ms", {}, {}};
         if (found.largest_ms > 0) figure.timestep_ms = found.largest_ms;
         tested.figures.push_back(std::move(figure));

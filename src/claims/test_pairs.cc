@@ -7,6 +7,7 @@
 #include "base/text.h"
 #include "claims/judge.h"
 #include "claims/text.h"
+#include "results/values.h"
 
 namespace assay {
 namespace {
@@ -39,9 +40,14 @@ class Pairs {
       if (nearest == nullptr) {
         const bool failed =
             std::ranges::any_of(decisive.pairs, [&](const Pair& pair) { return mine_failed(test, pair.ratio); });
-        if (failed) sentence.push_back(fmt::format("{} {} unstable", system, decisive.who));
+        if (!failed) continue;
+        sentence.push_back(fmt::format("{} {} unstable", system, decisive.who));
+        tested.now.push_back(
+            {decisive.truth, 1, fmt::format("{} is unstable on {}", decisive.who, system), bound_text(test.bound)});
         continue;
       }
+      tested.now.push_back({decisive.truth, margin_to(test.bound, nearest->ratio.value.value),
+                            fmt::format("{} on {}", now_text(test, *nearest), system), bound_text(test.bound)});
       by_speed = by_speed || nearest->ratio.by_speed;
       sentence.push_back(pair_text(test, system, decisive, *nearest));
       tested.keys.push_back(
@@ -55,7 +61,7 @@ class Pairs {
                                 : fmt::format("at equal {}", by_speed ? "speed" : "timestep");
     if (!sentence.empty()) {
       tested.summary.push_back({fmt::format("{} {}, ratio to the nearest rival: ", value_text(test.value), how),
-                                fmt::format(" ({}).", bound_text(test.bound)), sentence});
+                                fmt::format(" ({} needed).", bound_text(test.bound)), sentence});
     }
     if (!today.empty()) {
       tested.today.push_back({fmt::format("All contenders, {} {}: ", value_text(test.value, false), how), ".", today});
@@ -165,14 +171,29 @@ class Pairs {
       text +=
           fmt::format(", {} to {} along the curve", figure_text(nearest.ratio.least), figure_text(nearest.ratio.most));
     }
-    const bool spans = nearest.ratio.value.low <= test.bound.x && nearest.ratio.value.high > test.bound.x;
-    if (spans && test.bound.kind == ClaimBound::Kind::kAbove) text += ", which does not settle it";
+    if (nearest.truth == Truth::kUnsettled) text += ", which does not settle it";
     std::vector<std::string> out;
     for (const Pair& pair : field.pairs) {
       if (theirs_failed(test, pair.ratio)) out.push_back(pair.rival);
     }
     if (!out.empty()) text += fmt::format(", without {}, unstable there", join(out, ", "));
     return text + ")";
+  }
+
+  // What the ratio says today, the larger of the two first.
+  static std::string now_text(const ClaimTest& test, const Pair& pair) {
+    const bool swapped = pair.ratio.value.value < 1;
+    const Interval ratio = swapped ? inverse(pair.ratio.value) : pair.ratio.value;
+    // of the larger and the smaller value
+    const bool mine_larger = test.more != swapped;
+    const std::string &larger = mine_larger ? pair.who : pair.rival, &smaller = mine_larger ? pair.rival : pair.who;
+    if (value_info(test.value).measure == "raw_speed" || value_info(test.value).measure == "scaling") {
+      const bool fast = value_info(test.value).better == Better::kHigh;
+      return fmt::format("{} is {} faster than {}", fast ? larger : smaller, times_text(ratio),
+                         fast ? smaller : larger);
+    }
+    return fmt::format("the {} of {} is {} that of {}", value_text(test.value, false), larger, times_text(ratio),
+                       smaller);
   }
 
   static void add_reasons(const ClaimTest& test, const Field& field, Tested& tested) {

@@ -11,6 +11,9 @@
 namespace assay {
 namespace {
 
+// What the test asks for.
+constexpr const char* kNeeded = "instability at a larger timestep";
+
 class Unstable {
  public:
   explicit Unstable(const Evidence& evidence) : evidence_(evidence) {}
@@ -38,6 +41,8 @@ class Unstable {
         if (found.good_ms == 0) {
           tested.truth = Truth::kNo;
           parts.push_back(fmt::format("{} unstable at every timestep", who));
+          tested.now.push_back(
+              {Truth::kNo, 1, fmt::format("{} is unstable at every timestep on {}", who, system), kNeeded});
           continue;
         }
         const bool fails = found.found == Found::kFailed;
@@ -48,6 +53,9 @@ class Unstable {
             fails ? fmt::format("{} stable up to {} ms and not at {} ms", who, timestep_label(found.good_ms),
                                 timestep_label(found.bad_ms))
                   : fmt::format("{} stable at every timestep up to {} ms", who, timestep_label(found.good_ms)));
+        tested.now.push_back({fails ? Truth::kYes : Truth::kNo, 1,
+                              fmt::format("{} is {} on {}", who, parts.back().substr(who.size() + 1), system),
+                              kNeeded});
         tested.keys.push_back(
             fmt::format("{} {} {} ms", who, fails ? "up to" : "all up to", timestep_label(found.good_ms)));
       }

@@ -38,9 +38,12 @@ class Values {
           if (figure.has_interval) shown.low = figure.value.low, shown.high = figure.value.high;
           tested.figures.push_back(std::move(shown));
           parts.push_back(fmt::format("{} {}", who, interval_text(figure.value)));
+          tested.now.push_back({truth, margin_to(test.bound, figure.value.value),
+                                now_text(test, who, system, figure.value), bound_text(test.bound)});
         } else if (figure.found == Found::kFailed) {
           truth = Truth::kNo;
           parts.push_back(fmt::format("{} unstable", who));
+          tested.now.push_back({truth, 1, fmt::format("{} is unstable on {}", who, system), bound_text(test.bound)});
         } else {
           tested.reasons.push_back(figure.why);
         }
@@ -63,7 +66,7 @@ class Values {
     }
     if (!sentence.empty()) {
       tested.summary.push_back(
-          {fmt::format("{}{}, ", what, how), fmt::format(" ({}).", bound_text(test.bound)), sentence});
+          {fmt::format("{}{}, ", what, how), fmt::format(" ({} needed).", bound_text(test.bound)), sentence});
     }
     if (!today.empty()) {
       tested.today.push_back({fmt::format("All contenders, {}{}: ", value_text(test.value, false), how), ".", today});
@@ -72,6 +75,15 @@ class Values {
   }
 
  private:
+  static std::string now_text(const ClaimTest& test, const std::string& who, const std::string& system,
+                              const Interval& value) {
+    if (test.value == "grasp_held") {
+      return fmt::format("{} {} the object on {}", who, value.value == 1 ? "holds" : "drops", system);
+    }
+    return fmt::format("the {}{} of {} on {} is {}", test.kind == ClaimTest::Kind::kSlope ? "slope of the " : "",
+                       value_text(test.value, false), who, system, interval_text(value));
+  }
+
   Figure slope(const std::string& system, const std::string& contender, const std::string& value) const {
     constexpr double kLeast = 1e-16;  // rounding
     std::vector<TimeAtSize> points;

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "base/quantity.h"
 #include "base/text.h"
 #include "results/values.h"
 
@@ -24,13 +25,9 @@ std::string escaped(std::string text) {
   return text;
 }
 
-std::string plain(Verdict verdict) {
-  return verdict == Verdict::kNotMeasurable ? "not measurable" : verdict_text(verdict);
-}
-
 // What differs from the paper is what a reader looks for.
 std::string marked(Verdict verdict) {
-  return verdict == Verdict::kChanged ? fmt::format("**{}**", plain(verdict)) : plain(verdict);
+  return verdict == Verdict::kChanged ? fmt::format("**{}**", verdict_words(verdict)) : verdict_words(verdict);
 }
 
 std::string sentence(const std::string& text) { return text.empty() || text.back() == '.' ? text : text + "."; }
@@ -58,20 +55,32 @@ std::string value_text(const std::string& value, bool capital) {
 std::string bound_text(const ClaimBound& bound) {
   switch (bound.kind) {
     case ClaimBound::Kind::kAbove:
-      return fmt::format("above {} needed", figure_text(bound.x));
+      return fmt::format("above {}", figure_text(bound.x));
     case ClaimBound::Kind::kBelow:
-      return fmt::format("below {} needed", figure_text(bound.x));
+      return fmt::format("below {}", figure_text(bound.x));
     case ClaimBound::Kind::kBetween:
-      return fmt::format("between {} and {} needed", figure_text(bound.x), figure_text(bound.y));
+      return fmt::format("between {} and {}", figure_text(bound.x), figure_text(bound.y));
     case ClaimBound::Kind::kNotAbove:
-      return fmt::format("not above {} needed", figure_text(bound.x));
+      return fmt::format("not above {}", figure_text(bound.x));
   }
   return "";
 }
 
 std::string verdict_text(Verdict verdict) {
-  constexpr std::array kTexts = {"holds", "changed", "not-measurable"};
+  constexpr std::array kTexts = {"holds", "changed", "not-settled", "not-measurable"};
   return kTexts.at(static_cast<size_t>(verdict));
+}
+
+std::string verdict_words(Verdict verdict) {
+  std::string text = verdict_text(verdict);
+  std::ranges::replace(text, '-', ' ');
+  return text;
+}
+
+std::string times_text(const Interval& ratio) {
+  std::string text = number_text(ratio.value) + " times";
+  if (ratio.low < ratio.high) text += fmt::format(" ({} to {})", number_text(ratio.low), number_text(ratio.high));
+  return text;
 }
 
 json claims_json(const std::vector<Judgement>& judgements) {
@@ -94,6 +103,8 @@ json claims_json(const std::vector<Judgement>& judgements) {
                     {"statement", each.claim.statement},
                     {"paper", each.claim.paper},
                     {"verdict", verdict_text(each.verdict)},
+                    {"now", each.now},
+                    {"threshold", each.threshold},
                     {"summary", each.summary},
                     {"reason", each.reason},
                     {"today", each.today},
@@ -112,8 +123,9 @@ std::string claims_markdown(const std::vector<Judgement>& judgements) {
   for (const Judgement& each : judgements) {
     text += fmt::format("\n### {}. {}\n\n{}\n\n", each.claim.number, each.claim.title, sentence(each.claim.statement));
     text += fmt::format("- The paper: {}\n", sentence(each.claim.paper));
-    text += fmt::format("- Verdict: **{}**", plain(each.verdict));
+    text += fmt::format("- Verdict: **{}**", verdict_words(each.verdict));
     text += each.reason.empty() ? ".\n" : fmt::format(": {}\n", sentence(each.reason));
+    if (!each.now.empty()) text += fmt::format("- {} Needed: {}.\n", each.now, each.threshold);
     if (!each.summary.empty()) text += fmt::format("- Measured: {}\n", each.summary);
     if (!each.today.empty()) text += fmt::format("- {}\n", each.today);
   }

@@ -28,15 +28,11 @@ std::vector<Judgement> judgements(const std::string& dir, const std::optional<st
   return judge(claims, Results(store));
 }
 
-std::string mark(Verdict verdict) {
-  return verdict == Verdict::kNotMeasurable ? "not measurable" : verdict_text(verdict);
-}
-
 std::string counts(const std::vector<Judgement>& all) {
   std::vector<std::string> parts;
-  for (const Verdict verdict : {Verdict::kHolds, Verdict::kChanged, Verdict::kNotMeasurable}) {
+  for (const Verdict verdict : {Verdict::kHolds, Verdict::kChanged, Verdict::kNotSettled, Verdict::kNotMeasurable}) {
     const auto count = std::ranges::count_if(all, [&](const Judgement& each) { return each.verdict == verdict; });
-    parts.push_back(fmt::format("{} {}", count, mark(verdict)));
+    parts.push_back(fmt::format("{} {}", count, verdict_words(verdict)));
   }
   return join(parts, ", ");
 }
@@ -53,11 +49,19 @@ int claims(const Options& options) {
     return kDone;
   }
   for (const Judgement& each : all) {
-    print(fmt::format("{}. {}: {}\n", each.claim.number, each.claim.title, mark(each.verdict)));
-    print(fmt::format("   paper:    {}\n", each.claim.paper));
-    if (!each.summary.empty()) print(fmt::format("   measured: {}\n", each.summary));
-    if (!each.reason.empty()) print(fmt::format("   why not:  {}\n", each.reason));
-    if (!each.today.empty()) print(fmt::format("   today:    {}\n", each.today));
+    print(paragraph(heading(fmt::format("{}. {}", each.claim.number, each.claim.title)) + ": " +
+                        status(verdict_words(each.verdict)),
+                    3));
+    const auto line = [](const std::string& what, const std::string& text) {
+      constexpr size_t kIndent = 5;
+      if (!text.empty()) print(paragraph(fmt::format("   {} {}", what, text), kIndent));
+    };
+    constexpr size_t kNow = 5;  // "Now: "
+    if (!each.now.empty()) line("now:", fmt::format("{} Needed: {}", each.now.substr(kNow), each.threshold));
+    line("paper:", each.claim.paper);
+    line("measured:", each.summary);
+    line("why not:", each.reason);
+    line("today:", each.today);
   }
   print(fmt::format("\n{}\n", counts(all)));
   return kDone;
@@ -71,7 +75,7 @@ void print_claims(const std::string& dir) {
   std::vector<std::vector<std::string>> rows;
   rows.reserve(all.size());
   for (const Judgement& each : all) {
-    rows.push_back({std::to_string(each.claim.number), mark(each.verdict), each.claim.title, each.key});
+    rows.push_back({std::to_string(each.claim.number), verdict_words(each.verdict), each.claim.title, each.key});
   }
   print(fmt::format("\nThe paper's claims ({}):\n{}", counts(all),
                     table({"", "verdict", "claim", "figures"}, rows, {0})));

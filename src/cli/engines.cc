@@ -40,15 +40,17 @@ void print_by_engine(const std::vector<ResolvedContender>& contenders) {
   for (const ResolvedContender& contender : contenders) {
     const Engine& engine = *contender.engine;
     const Capabilities can = engine.capabilities(contender.settings);
+    const std::string precision = precision_text(can.precision);
     if (engines.empty() || engines.back().front() != engine.name()) {
-      const BuildFacts build = engine.build();
-      engines.push_back({engine.name(), build.version, precision_text(can.precision),
-                         std::to_string(engine.contenders().size()), build.source});
+      engines.push_back({engine.name(), engine.build().version, precision, can.contact ? "yes" : "no",
+                         std::to_string(engine.contenders().size())});
     }
-    rows.push_back({contender.name, coordinates_text(can.coordinates), can.contact ? "yes" : "no", contender.summary});
+    std::string& precisions = engines.back()[2];
+    if (precisions.find(precision) == std::string::npos) precisions += ", " + precision;
+    rows.push_back({contender.name, coordinates_text(can.coordinates), contender.summary});
   }
-  print(table({"engine", "version", "precision", "contenders", "source"}, engines, {3}));
-  print("\n" + table({"contender", "coordinates", "contact", "summary"}, rows));
+  print(table({"engine", "version", "precision", "contact", "contenders"}, engines, {4}));
+  print("\n" + table({"contender", "coordinates", "summary"}, rows));
 }
 
 int list_engines(bool as_json) {

@@ -37,7 +37,7 @@ std::string entries(const std::string& title, const std::vector<std::pair<std::s
     const std::string lines = lines_text(wrapped(std::string(begins, ' ') + meaning, help_columns(), begins));
     const bool fits = beside && line.size() + kIndent <= begins;
     line.resize(fits ? begins : line.size(), ' ');
-    text += fits ? line + lines.substr(begins) : line + "\n" + lines;
+    text += fmt::format("{}{}", line, fits ? lines.substr(begins) : "\n" + lines);
   }
   return text;
 }

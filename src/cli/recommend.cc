@@ -179,10 +179,26 @@ std::vector<LeftOut> left_out(const SystemAnswers& answers, const Question& ques
 }
 
 void print_left_out(const SystemAnswers& answers, const Question& question) {
-  const std::vector<LeftOut> groups = left_out(answers, question);
+  std::vector<LeftOut> groups = left_out(answers, question), single, shared;
   if (groups.empty()) return;
   print("\n" + heading("Not considered") + ":\n");
-  for (const LeftOut& group : groups) {
+  // What is the same for several contenders stands once, and last.
+  while (!groups.empty()) {
+    LeftOut group = groups.front();
+    const auto alike = [&](const LeftOut& other) {
+      return !group.fails && !other.fails && other.why == group.why && other.timesteps_ms == group.timesteps_ms;
+    };
+    const auto count = std::ranges::count_if(groups, alike);
+    if (count > 1) {
+      std::erase_if(groups, alike);
+      group.contender = counted(static_cast<size_t>(count), "contender", "contenders");
+    } else {
+      groups.erase(groups.begin());
+    }
+    (count > 1 ? shared : single).push_back(std::move(group));
+  }
+  single.insert(single.end(), shared.begin(), shared.end());
+  for (const LeftOut& group : single) {
     std::string steps;
     if (group.fails) {
       steps = fmt::format("from {} ms", timestep_label(group.timesteps_ms.front()));
@@ -331,12 +347,13 @@ int recommend_to(const Options& options) {
                         : "no contender stays within as a whole"),
         10));
   }
+  const auto truth = best.worst.find("truth_error");
   if (options.error && !options.measure && question.asked.front().value.name == "consistency" &&
-      std::ranges::find(answers.errors, "truth_error") != answers.errors.end()) {
-    print(
-        paragraph("  self-consistency is not accuracy: --measure truth asks for the error against the reference "
-                  "solution",
-                  10));
+      truth != best.worst.end()) {
+    print(paragraph(fmt::format("  self-consistency is not accuracy: its error against the reference solution is {}; "
+                                "--measure truth limits that one",
+                                quantity_text(truth->second.value.value, "m")),
+                    10));
   }
   print("\n" + paragraph(heading("Each contender at its fastest within the limits") + ":") +
         candidates_table(answers, question, found.contenders));

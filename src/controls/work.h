@@ -1,4 +1,4 @@
-// What a control can put into a motion.
+// An upper bound of the energy that a control can put into a motion.
 #pragma once
 
 #include "controls/control.h"
@@ -6,8 +6,8 @@
 
 namespace assay {
 
-// At the most, J, within `duration_s`: on every hinge its largest torque at any time and limit, along the joint's range
-// (a turn where it has none) twice a second. Loose; what has blown up is beyond it within moments.
+// In J, within `duration_s`: on every hinge its largest torque at any time, along the joint's range (a turn where it
+// has none) twice a second each way. The bound is loose: a motion that blows up exceeds it at once.
 double largest_work(const Model& model, const Control& control, double duration_s);
 
 }  // namespace assay

@@ -20,10 +20,10 @@
 namespace assay {
 namespace {
 
-// Errors below this many restart floors say more of the restart than of the timestep.
+// Errors below this many restart floors come from the restart more than from the timestep.
 constexpr double kNearFloor = 3;
 
-// Timings whose middle half is wider than this say less than they seem to.
+// Timings whose middle half is wider than this are noisy.
 constexpr double kWideSpread = 0.15;
 
 using Curve = std::vector<const Cell*>;  // of one system, contender and measure, ascending in timestep
@@ -79,7 +79,7 @@ void derive_consistency(const std::vector<Cell>& cells, std::vector<Store::Deriv
   }
 }
 
-// A run that failed did not hold. Where the contender could not even try there is nothing to say.
+// A run that failed did not hold its object. An unsupported one is left out.
 void derive_grasp(const std::vector<Cell>& cells, std::vector<Store::Derived>& derived) {
   std::map<std::pair<std::string, std::string>, Curve> tried;
   for (const Cell& cell : cells) {
@@ -190,7 +190,7 @@ std::optional<Interval> time_ratio(const Store& store, const Cell& cell, const C
   return bootstrap_median_of_rounds(groups, seed);
 }
 
-// Contenders that are the same engine with the same settings: their ratio shows what the timing is worth. And the pairs
+// Contenders that are the same engine with the same settings: their ratio shows the error of the timing. And the pairs
 // that the campaign asks for.
 void derive_ratios(const Store& store, const std::vector<Cell>& cells, std::uint64_t seed,
                    std::vector<Store::Derived>& derived) {

@@ -1,4 +1,4 @@
-// What results have to say of the machine and the build they come from.
+// The machine and the build that results come from.
 #pragma once
 
 #include <vector>

@@ -26,7 +26,7 @@ constexpr size_t kKeptOutput = 4096;
   throw SystemError(fmt::format("cannot start a worker ({}): {}", what, std::strerror(errno)));
 }
 
-// Between fork and exec: nothing but system calls. What keeps exec from starting the program is written to `failure`.
+// Between fork and exec: only system calls. When exec fails, its error is written to `failure`.
 [[noreturn]] void become_worker(const char* program, int socket, int output, int failure, pid_t parent) {
   constexpr int kCannotExec = 127;
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
@@ -82,7 +82,7 @@ WorkerProcess::WorkerProcess(const std::string& program) {
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, sockets.data()) != 0) give_up("socket");
   if (::pipe2(pipes.data(), O_CLOEXEC | O_NONBLOCK) != 0) give_up("pipe");
   if (::pipe2(failures.data(), O_CLOEXEC) != 0) give_up("pipe");
-  // The worker blocks when it prints; only the reading end does not.
+  // The worker blocks when it prints too much; the reading end does not block.
   ::fcntl(pipes[1], F_SETFL, 0);
   const pid_t parent = ::getpid();
   pid_ = ::fork();

@@ -9,10 +9,10 @@
 
 namespace assay {
 
-// Dies with its parent (PR_SET_PDEATHSIG), whatever way that ends, and with this object.
+// The process ends with its parent (PR_SET_PDEATHSIG), however that ends, and with this object.
 class WorkerProcess {
  public:
-  // Starts `program worker`. Throws SystemError when there can be no process, or no such program.
+  // Starts `program worker`. Throws SystemError when the process or the program cannot be started.
   explicit WorkerProcess(const std::string& program);
   ~WorkerProcess();
   WorkerProcess(const WorkerProcess&) = delete;

@@ -58,15 +58,27 @@ const Row& row_named(const std::vector<Row>& rows, const std::string& name, std:
 
 bool is_whole(double ratio) { return std::abs(ratio - std::round(ratio)) <= 1e-9 * ratio && std::round(ratio) >= 1; }
 
-double sample_ms_of(const Store& store, const std::string& system) {
+// What `work` makes of the stored facts of a system.
+template <typename Work>
+auto with_facts(const Store& store, const std::string& system, const Work& work) {
   const std::vector<SystemRow> rows = store.systems();
-  return json::parse(row_named(rows, system, &SystemRow::name, "system").json).at("sample_ms");
+  const SystemRow& row = row_named(rows, system, &SystemRow::name, "system");
+  try {
+    return work(json::parse(row.json));
+  } catch (const json::exception& error) {
+    throw InputError(
+        fmt::format("the results describe the system '{}' in a way that this assay cannot read ({}): "
+                    "measure it again",
+                    system, error.what()));
+  }
+}
+
+double sample_ms_of(const Store& store, const std::string& system) {
+  return with_facts(store, system, [](const json& facts) { return facts.at("sample_ms").get<double>(); });
 }
 
 // The system as the campaign had it.
-CampaignSystem system_of(const Store& store, const std::string& name) {
-  const std::vector<SystemRow> rows = store.systems();
-  const json facts = json::parse(row_named(rows, name, &SystemRow::name, "system").json);
+CampaignSystem system_of(const Store& store, const std::string& name, const json& facts) {
   const std::vector<SceneRow> scenes = store.scenes();
   const Scene scene = parse_scene(row_named(scenes, name, &SceneRow::system, "scene of the system").json);
   CampaignSystem system;
@@ -74,7 +86,7 @@ CampaignSystem system_of(const Store& store, const std::string& name) {
   system.duration_s = facts.at("duration_s");
   system.sample_ms = facts.at("sample_ms");
   system.control = scene.control;
-  // A system that comes with assay is found by its name; another one's file where the program was started.
+  // A system that comes with assay is found by its name, another one by its file in the current folder.
   const std::string file = facts.at("model");
   const std::string stem = fs::path(file).stem().string();
   const std::vector<std::string> known = system_names();
@@ -96,7 +108,7 @@ CampaignSystem system_of(const Store& store, const std::string& name) {
   return system;
 }
 
-// The contender with the settings that were stored, on the engine that is there now.
+// The contender with its stored settings, on the engine as it is installed now.
 CampaignContender contender_of(const std::vector<ContenderRow>& rows, const std::string& name) {
   const ContenderRow& row = row_named(rows, name, &ContenderRow::name, "contender");
   CampaignContender contender;
@@ -169,7 +181,8 @@ double finer_sample_ms(const Store& store, const std::string& system, double tim
 
 std::vector<Rerun> run_again(const Store& store, const std::string& system, const std::vector<std::string>& contenders,
                              double timestep_ms, double sample_ms, const std::function<void(size_t)>& progress) {
-  CampaignSystem described = system_of(store, system);
+  CampaignSystem described =
+      with_facts(store, system, [&](const json& facts) { return system_of(store, system, facts); });
   described.sample_ms = sample_ms;
   const std::vector<ContenderRow> rows = store.contenders();
   const TemporaryFolder folder;

@@ -63,7 +63,7 @@ SystemRow system_row(const CampaignSystem& system) {
                     {"drop_m", system.grasp.drop_m}};
   }
   if (!system.family.empty()) row["family"] = system.family;
-  // What `assay simulate` has to be told to drive the model so; its own choice are the actuators.
+  // The --control option with which `assay simulate` drives the model in the same way; its default is the actuators.
   const bool unasked =
       system.control.kind == "actuators" || (model.actuators.empty() && make_control(model, system.control)->is_zero());
   if (!unasked) row["control_option"] = control_text(system.control);

@@ -1,4 +1,4 @@
-// What the store keeps of a campaign's contenders and systems: rows that the report describes them from.
+// The store's rows for a campaign's contenders and systems.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

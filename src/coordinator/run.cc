@@ -89,8 +89,8 @@ void Runner::count(const PlannedCell& cell) {
 void Runner::choose() {
   plan_ = make_plan(campaign_, options_.shard.count);
   const std::vector<std::string> done = store_.cell_keys();
-  std::set<std::pair<int, double>> timed_again;  // a cell of a round is missing: the round is repeated with all in it
-  std::set<int> compared_again;                  // likewise where all are compared with all
+  std::set<std::pair<int, double>> timed_again;  // one cell of a round is missing: all of the round is repeated
+  std::set<int> compared_again;                  // likewise for agreement, which compares all contenders
   for (const PlannedCell& cell : plan_.cells) {
     if (cell.shard != options_.shard.index) continue;
     mine_.push_back(&cell);

@@ -12,18 +12,18 @@
 
 namespace assay {
 
-// What a run tells while it goes on. All calls come from the running thread.
+// Receives the progress of a run. All calls come from the thread that runs the campaign.
 class Progress {
  public:
   virtual ~Progress() = default;
-  // What is going to be measured on which system, and how long each is estimated to take: a line each.
+  // One line for each system: what will be measured and how long that will take.
   virtual void plan(const std::vector<std::string>& lines) { (void)lines; }
-  // The work that lies ahead: cells to do, cells that the store already has, estimated seconds.
+  // The work ahead: cells to do, cells that the store already has, estimated seconds.
   virtual void begin(int todo, int done_before, double estimate_s) { (void)todo, (void)done_before, (void)estimate_s; }
-  virtual void phase(const std::string& what) { (void)what; }  // "gate", "accuracy", "timing"
+  virtual void phase(const std::string& what) { (void)what; }  // "accuracy", "timing, alone on one core"
   virtual void started(const std::string& cell) { (void)cell; }
   virtual void finished(const Cell& cell, double remaining_s) { (void)cell, (void)remaining_s; }
-  virtual void message(const std::string& line) { (void)line; }  // a sentence worth keeping
+  virtual void message(const std::string& line) { (void)line; }  // a sentence that stays on the terminal
   virtual void end() {}
 };
 
@@ -36,8 +36,8 @@ struct RunOptions {
   Shard shard;      // which part of the cells
   Progress* progress = nullptr;
   std::string program;  // started as `program worker`; "": this program
-  std::string command;  // what to type to resume, for messages and the manifest; "" leaves it out
-  // Where runs that others may need again are kept (store/references.h); "": in `out` alone.
+  std::string command;  // the command that resumes the run, for the manifest; "" leaves it out
+  // Where runs are kept for other campaigns (store/references.h); "": only in `out`.
   std::string references;
 };
 
@@ -55,7 +55,7 @@ struct RunSummary {
   std::vector<std::string> failed_gate;  // "ode-quick (free-fall, tumbling)"
   std::vector<std::string> left_out;     // contenders of absent engines, a sentence each
   std::vector<std::string> warnings;     // a sentence each: floors, noisy timings, ...
-  std::vector<TimePair> aa;              // contenders that are one under two names
+  std::vector<TimePair> aa;              // pairs of equal contenders under two names
   std::vector<TimePair> ratios;          // those the campaign asks for
   double wall_s = 0, cpu_s = 0;
   double engine_share_accuracy = 0;  // time inside engine steps / wall time of the cells, over this run's cells
@@ -71,7 +71,7 @@ RunSummary run_campaign(const Campaign& campaign, const RunOptions& options);
 
 // Values that follow from several cells: order of convergence, floors that do not depend on the timestep, A/A ratios,
 // the largest timestep that holds an object, exponents of scaling.
-// run_campaign calls it at its end; a union of shards has to. Returns warnings, a sentence each.
+// run_campaign() calls it at its end. A union of shards has to call it too. Returns warnings, a sentence each.
 std::vector<std::string> derive_values(Store& store);
 
 }  // namespace assay

@@ -21,7 +21,7 @@ std::string truth_address(const CampaignSystem& system) {
 
 }  // namespace
 
-// Made here before, or kept from another campaign.
+// Whether the trajectory is in the results directory or could be fetched from another campaign.
 bool Runner::has_run(const std::string& address) const {
   return has_trajectory(store_.trajectories_dir(), address) || references_.fetch(address, store_.trajectories_dir());
 }
@@ -59,7 +59,7 @@ void Runner::plan_references(std::map<std::string, Waiting>& producers) {
     job.request = std::move(run);
     job.title = fmt::format("reference {} {}", system(*cell).name, contender(*cell).resolved.name);
     job.limit_s = campaign_.time_limit_s;
-    // Others wait for these: first come the dearest of them.
+    // Others wait for these, so they come first, the dearest before the others.
     job.cost = 1e6 + (waiting.cells.empty() ? 0 : cost(*waiting.cells.front()));
     producers[address] = std::move(waiting);
   }

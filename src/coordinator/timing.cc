@@ -36,7 +36,7 @@ struct TimingPass::Session {
   WorkerProcess worker;
 };
 
-// What is gathered of one cell.
+// What has been measured of one cell.
 struct TimingPass::Tally {
   Cell cell;
   CpuTimes stolen_from;
@@ -202,7 +202,7 @@ void TimingPass::measure(const CampaignSystem& system, const std::vector<TimedCo
       Tally& tally = tallies[i];
       if (tally.over) continue;
       const double stolen = tally.stolen, total = tally.total;
-      // Where a process lies in memory changes its speed a little, for as long as it lives: so there are several.
+      // A process's place in memory changes its speed a little for its whole life, so there are several processes.
       const int process = round % campaign_.timing.processes;
       const auto answer = command<Sampled>(contenders[i], process, SampleCommand{tally.how}, tally);
       if (interrupts_.signal() != 0) return;

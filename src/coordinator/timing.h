@@ -26,9 +26,9 @@ struct TimingFacts {
   double clock_s = 0;
 };
 
-// Measures all of `contenders` on one system, one timestep after the other (`keys`: by timestep and contender's name);
-// `store_cell` is called for each cell after its timestep's last round. The contender `harness`, if it is among them,
-// is measured in samples as short as the shortest of the others. Returns at an interrupt.
+// Measures all of `contenders` on one system at one timestep (`keys`: cells' keys by contender's name). `put` is called
+// for each cell after the last round. The contender `harness`, if it is among them, is measured in samples as short as
+// the shortest of the others. Returns at an interrupt.
 class TimingPass {
  public:
   TimingPass(const Campaign& campaign, std::string program, const Interrupts& interrupts)

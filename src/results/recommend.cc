@@ -110,7 +110,7 @@ void add_contender(const Results& results, const std::string& contender, SystemA
     std::string out = point.why;
     if (point.sound && errors.empty()) out = "no error was measured at this timestep";
     if (point.sound && !point.speed) {
-      out = results.timed(answers.system) ? "its speed was not timed at this timestep, nor on both sides of it"
+      out = results.timed(answers.system) ? "its speed was not timed here, nor on both sides"
                                           : "the system was not timed";
     }
     if (out.empty()) {

@@ -1,4 +1,4 @@
-// Trajectories that outlive a results directory: a folder of files that are named by all that they follow from (model,
+// Trajectories that outlive a results directory: a folder of files named by a hash of what they depend on (model,
 // settings, the engine's build), so that a later campaign need not compute them again. Any number of processes may use
 // one folder at once: files appear and go as a whole, and a damaged one is computed again.
 #pragma once
@@ -17,10 +17,10 @@ class References {
   // or is damaged: then it is removed. Throws SystemError when `results` cannot be written.
   bool fetch(const std::string& address, const std::string& results) const;
 
-  // Keeps the trajectory that `results` holds. A folder that cannot be written keeps nothing, which costs time alone.
+  // Keeps the trajectory that `results` holds. A folder that cannot be written keeps nothing, which only costs time.
   void keep(const std::string& address, const std::string& results) const;
 
-  // Removes what was used the longest time ago until the rest fits. What a results directory has stays there.
+  // Removes the least recently used files until the rest fits. Results directories keep theirs.
   void prune() const;
 
   static constexpr std::uintmax_t kMostBytes = std::uintmax_t{4} << 30;

@@ -42,7 +42,7 @@ Scene scene_of(const Model& model);
 // "rgba": [r, g, b, a]}], "control": {"kind", "amplitude", "frequency", "phase_step"}}
 std::string scene_text(const Scene& scene);
 
-// Throws InputError for a text that is no such scene.
+// Throws InputError for a text that is not such a scene.
 Scene parse_scene(const std::string& text);
 
 // The body frame's pose in the world from the state's centre of mass.

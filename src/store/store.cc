@@ -103,7 +103,7 @@ void check_readable(sqlite3* db, const std::string& path) {
   }
 }
 
-// The writer's lock goes with the process that holds it, however it ends.
+// The writer's lock ends with the process that holds it, however that ends.
 int take_writer_lock(const std::string& dir) {
   const std::string path = dir + "/.lock";
   const int lock = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
@@ -165,7 +165,7 @@ Store Store::create(const std::string& dir, const Identity& identity) {
   if (dir.empty()) throw InputError("the results directory's name is empty: give one");
   std::error_code error;
   fs::create_directories(dir, error);
-  std::error_code ignored;  // what cannot be looked at is no file that is in the way
+  std::error_code ignored;  // what cannot be read is not in the way
   if (error || !fs::is_directory(dir, ignored)) {
     if (fs::exists(dir, ignored) && !fs::is_directory(dir, ignored)) {
       throw InputError(fmt::format("'{}' is a file: give a directory for the results", dir));

@@ -50,7 +50,7 @@ struct SampleSeries {
   std::vector<double> values;
 };
 
-// The unit of work and of loss: contender x system x timestep x measure.
+// The unit of work: contender x system x timestep x measure. What is interrupted loses whole cells.
 struct Cell {
   std::int64_t id = 0;  // set by the store
   std::string key;      // content address of everything that the result depends on
@@ -165,8 +165,7 @@ class Store {
   void set_conformance(const std::string& contender, const std::vector<ConformanceRow>& rows);
   // Adds a finished cell with its values and samples; replaces one of the same key. Returns its id.
   std::int64_t put_cell(const Cell& cell, const std::vector<SampleSeries>& samples = {});
-  // Values that follow from several cells (order of convergence, floors): replaces the values of these names in all
-  // cells by the ones given.
+  // Values that follow from several cells (order of convergence, floors): replaces all values of these names.
   struct Derived {
     std::int64_t cell_id = 0;
     Value value;

@@ -169,7 +169,7 @@ JobDone do_job(const AgreementJob& job) {
   time.reserve(own.states.size());
   for (const State& state : own.states) time.push_back(state.time);
   const double duration_s = time.back() - time.front();
-  // enough for a plot
+  // Enough for a plot.
   constexpr size_t kMostSamples = 64;
   const size_t stride = (time.size() + kMostSamples - 1) / kMostSamples;
   const auto thinned = [&](const std::vector<double>& series) {

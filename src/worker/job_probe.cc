@@ -24,8 +24,8 @@ double step_seconds(Stepper& stepper) {
   return (thread_cpu_seconds() - before) / static_cast<double>(taken);
 }
 
-// Seconds of processor time of a step in the mean of a whole run. A run that costs too much is left: its other steps
-// then cost what the last ones did, for piles grow.
+// Seconds of processor time of a step in the mean of a whole run. A run that costs too much is left: its other
+// steps are then taken to cost what the last ones did, because piles grow.
 double whole_run_step_seconds(Stepper& stepper, long long steps) {
   constexpr double kMostSeconds = 3;
   std::vector<double> spent = {0};

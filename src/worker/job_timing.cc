@@ -66,8 +66,8 @@ class TimingSession {
   int core() const { return core_; }
   double clock_s() const { return clock_s_; }
 
-  // Finds how many steps make a sample and a batch, and how many batches a round; `steps` fixes the former two (0:
-  // free).
+  // Finds how many steps make a sample and a batch, and how many batches a round; `steps` fixes the first two, 0
+  // leaves them free.
   Prepared prepare(double timestep_ms, long long steps) {
     timestep_ms_ = timestep_ms;
     steps_ = 1;
@@ -136,7 +136,7 @@ class TimingSession {
   };
 
   // A batch covers its share of the run, so that a round covers the run. Without contacts a step's cost does not
-  // depend on where in the run it is, and a batch may go on for longer, as long as the motion stays a possible one.
+  // depend on where in the run it is, and a batch may go on for longer, as long as the motion stays plausible.
   Ending choose_steps(double timestep_s, double step_s, long long given) {
     const auto states = static_cast<double>(starts_.size());
     const double share = duration_s_ / states;
@@ -196,8 +196,7 @@ class TimingSession {
     return std::clamp(sum / static_cast<double>(starts_.size()), 1e-12, 1e3);
   }
 
-  // The least of several short batches, for a moment in which the machine did something else must not shorten every
-  // sample.
+  // The least of several short batches: a moment in which the machine did something else must not shorten every sample.
   double step_time_at(const State& start, double timestep_s) {
     constexpr double kLongEnough = 3e-4;
     constexpr int kTimes = 3;
@@ -219,7 +218,7 @@ class TimingSession {
           steps *= 4;
         }
       } catch (const EngineError&) {
-        break;  // batches will say why
+        break;  // the batches will report the reason
       }
     }
     return std::isfinite(least) ? least : 1e-6;

@@ -8,8 +8,8 @@
 namespace assay {
 namespace {
 
-// What an engine throws is its own failure, whatever the type says: an InputError out of a step is none of the user's
-// and must not end the campaign.
+// An engine's InputError or SystemError is the engine's failure, not the user's or the machine's, and must not end the
+// campaign.
 template <typename Work>
 void engines_own(const Work& work) {
   try {

@@ -31,8 +31,8 @@ struct Subject {
 
 class Stepper {
  public:
-  // Throws UnsupportedError and EngineError as Engine::create does; whatever else an engine throws, here and below, is
-  // neither InputError nor SystemError.
+  // Throws UnsupportedError and EngineError as Engine::create does. Here and below an engine's InputError or
+  // SystemError becomes a std::runtime_error.
   Stepper(const Subject& subject, const State& start, double timestep_s);
 
   // Takes `steps` steps. The clock runs over the engine's own calls alone. Throws EngineError.

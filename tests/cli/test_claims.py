@@ -42,7 +42,7 @@ timesteps_ms = [10]
 measures = ["scaling"]
 duration_s = 0.2
 """
-VERDICTS = {"holds", "changed", "not-measurable"}
+VERDICTS = {"holds", "changed", "not-settled", "not-measurable"}
 FIGURE = {"label", "contender", "system", "timestep_ms", "measure", "value", "unit", "low", "high"}
 
 
@@ -64,6 +64,8 @@ class ClaimsTest(AssayTest):
         for claim in told:
             self.assertIn(claim["verdict"], VERDICTS)
             self.assertEqual(bool(claim["reason"]), claim["verdict"] == "not-measurable", claim)
+            self.assertTrue(claim["verdict"] == "not-measurable" or claim["now"].startswith("Now: "), claim)
+            self.assertEqual(bool(claim["now"]), bool(claim["threshold"]), claim)
             for figure in claim["figures"]:
                 self.assertEqual(set(figure), FIGURE)
                 key = (figure["system"], figure["contender"], figure["timestep_ms"], figure["measure"])
@@ -98,7 +100,7 @@ class ClaimsTest(AssayTest):
         self.measure()
         text = self.assay("claims", "results")
         self.assertEqual(re.findall(r"^(\d+)\. ", text, re.M), [str(n) for n in range(1, 14)])
-        self.assertRegex(text.splitlines()[-1], r"^\d+ holds, \d+ changed, \d+ not measurable$")
+        self.assertRegex(text.splitlines()[-1], r"^\d+ holds, \d+ changed, \d+ not settled, \d+ not measurable$")
         markdown = self.assay("claims", "results", "--markdown")
         self.assertEqual(len(re.findall(r"^\| \d+ \| ", markdown, re.M)), 13)
         self.assertEqual(len(re.findall(r"^### \d+\. ", markdown, re.M)), 13)

@@ -41,6 +41,16 @@ class Documents(AssayTest):
                     if anchor and target.suffix == ".md":
                         self.assertIn(anchor, anchors(target))
 
+    def test_readmes_of_engines_lead_to_tests_findings_and_loops(self):
+        engines = sorted(path.parent for path in SOURCE.glob("src/engines/*/find.cmake"))
+        self.assertGreater(len(engines), 8)
+        for engine in engines:
+            text = (engine / "README.md").read_text(encoding="utf-8")
+            for pattern in [f"tests/engines/{engine.name}_test.cc", f"findings/{engine.name}/*.cc", f"benchmarks/direct_{engine.name}.cc"]:
+                for path in SOURCE.glob(pattern):
+                    self.assertIn(f"](../../../{path.relative_to(SOURCE)})", text, engine.name)
+            self.assertIn("](../../../docs/conformance.md)", text, engine.name)
+
     def test_commands_exist(self):
         seen = set()
         for page in documents():

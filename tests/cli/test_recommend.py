@@ -62,7 +62,7 @@ class RecommendTest(AssayTest):
             self.assertGreater(faster["realtime_factor"]["value"], slower["realtime_factor"]["value"])
             self.assertGreater(faster["error"]["value"], slower["error"]["value"])
         self.assertNotIn(0.125, [choice["timestep_ms"] for choice in front])
-        text = self.assay("recommend", "results", "planar-chain", "--error", f"{limit}")
+        text = self.assay("recommend", "results", "planar-chain", "--error", f"{limit}m")
         self.assertIn(f"{best[0]} at {best[1]:g} ms", text.splitlines()[0])
 
     def test_results_without_a_name_and_other_measures(self):
@@ -77,8 +77,8 @@ class RecommendTest(AssayTest):
     def test_nobody_is_good_enough(self):
         self.measure()
         self.refused("recommend", "results", "planar-chain", "--error", "1e-30mm", status=1,
-                     naming=["no contender's consistency on planar-chain is within 1e-30mm", "the smallest is"])
-        told = self.run_assay("recommend", "results", "planar-chain", "--error", "1e-30", "--json")
+                     naming=["no contender on planar-chain has self-consistency error within 1e-30mm", "the nearest is"])
+        told = self.run_assay("recommend", "results", "planar-chain", "--error", "1e-30m", "--json")
         self.assertEqual(told.returncode, 1)
         self.assertIn('"recommended": null', told.stdout)
 
@@ -88,10 +88,45 @@ class RecommendTest(AssayTest):
         self.refused("recommend", "results", "planar-chain", "--error", "1mm", "--measure", "consistncy",
                      naming=["consistncy", "did you mean 'consistency'?"])
         self.refused("recommend", "results", "planar-chain", "--error", "1J", naming=["'1J'", "mm"])
-        self.refused("recommend", "results", "planar-chain", "--error", "-1mm", naming=["'-1mm'", "positive"])
+        self.refused("recommend", "results", "planar-chain", "--error", "-1mm", naming=["'-1mm'", "not negative"])
         self.refused("recommend", "results", "planar-chain", "--error", "mm", naming=["'mm'"])
         self.refused("recommend", "elsewhere", "planar-chain", "--error", "1mm", naming=["elsewhere"])
         self.refused("recommend", "results", "planar-chain", naming=["--error"])
+        self.refused("recommend", "results", "planar-chain", "--error", "1", naming=["'1'", "add a unit", "mm"])
+        self.refused("recommend", "results", "planar-chain", "--limit", "truth_eror=1mm",
+                     naming=["truth_eror", "did you mean 'truth_error'?"])
+        self.refused("recommend", "results", "planar-chain", "--limit", "raw_speed=1kHz", naming=["cannot be limited"])
+        self.refused("recommend", "results", "planar-chain", "--limit", "1mm", naming=["NAME=QUANTITY"])
+        self.refused("recommend", "results", "planar-chain", "--penetration", "1mm", naming=["penetration_max"])
+        self.refused("recommend", "results", "planar-chain", "--realtime", "fast", naming=["--realtime", "'fast'"])
+        self.refused("recommend", "results", "planar-chain", "--measure", "truth", naming=["--error"])
+        self.refused("recommend", "results", "planar-chain", "--error", "1mm", "--limit", "consistency=2mm",
+                     naming=["limited twice"])
+
+    def test_results_of_another_version(self):
+        self.measure()
+        with contextlib.closing(sqlite3.connect(self.dir / "results/assay.sqlite")) as db:
+            db.execute("PRAGMA user_version = 7")
+        self.refused("recommend", "results", "planar-chain", "--error", "1mm", naming=["version 7"])
+
+    def test_several_limits_and_what_is_left_out(self):
+        self.measure()
+        told = self.assay_json("recommend", "results", "planar-chain", "--error", "1m", "--measure", "truth",
+                               "--limit", "energy_drift=1J", "--realtime", "0.1", "--json")
+        self.assertEqual([limit["value"] for limit in told["limits"]], ["truth_error", "energy_drift"])
+        self.assertEqual(told["realtime"], 0.1)
+        self.assertTrue(told["recommended"]["timed"])
+        # 1/8 and 1/4 ms lie below what was timed
+        self.assertEqual({tuple(group["timesteps_ms"]) for group in told["excluded"]}, {(0.125, 0.25)})
+        status, text = self.on_terminal("recommend", "results", "planar-chain", "--error", "1m", "--realtime", "0.1",
+                                        NO_COLOR="1")
+        self.assertEqual(status, 0, text)
+        self.assertLessEqual(max(map(len, text.splitlines())), 80)
+        text = " ".join(text.split())
+        for part in ("margin:", "Not considered", "not timed", "self-consistency is not accuracy"):
+            self.assertIn(part, text)
+        self.refused("recommend", "results", "planar-chain", "--error", "1m", "--realtime", "1e12", status=1,
+                     naming=["the nearest is", "real time"])
 
     def engine_seconds(self, out):
         with contextlib.closing(sqlite3.connect(self.dir / out / "assay.sqlite")) as db:

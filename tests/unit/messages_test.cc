@@ -164,7 +164,7 @@ TEST(Messages, BytesThatAreNotTextAreReplaced) {
 // Calls `look` with every field of the message: the object that holds it, by its place in the message, and its key.
 void each_field(const json& part, const json::json_pointer& at,
                 const std::function<void(const json::json_pointer&, const std::string&)>& look) {
-  if (part.is_array() && !part.empty()) return each_field(part[0], at / 0, look);
+  if (part.is_array() && !part.empty()) each_field(part[0], at / 0, look);
   if (!part.is_object()) return;
   for (const auto& [key, value] : part.items()) {
     look(at, key);

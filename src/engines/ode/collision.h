@@ -18,6 +18,7 @@ class Collision {
   // `failed` is the simulation's: whether an error came out of ODE's inside.
   Collision(dxWorld* world, const bool* failed)
       : world_(world), space_(nullptr, {failed}), contacts_(nullptr, {failed}) {}
+  ~Collision() = default;
   Collision(const Collision&) = delete;
   Collision& operator=(const Collision&) = delete;
 

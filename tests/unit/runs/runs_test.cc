@@ -23,6 +23,7 @@
 
 #include "base/errors.h"
 #include "base/paths.h"
+#include "coordinator/rerun.h"
 #include "coordinator/run.h"
 #include "store/trajectory.h"
 #include "temp_folder.h"
@@ -602,6 +603,19 @@ TEST_F(RunsTest, AProgramThatCannotBeStartedIsSaid) {
   }
   // The machine's fault is no engine's result.
   EXPECT_TRUE(Store::open(dir()).cells().empty());
+}
+
+// ---- systems of another program's results --------------------------------------------------------------------------------
+
+TEST_F(RunsTest, FactsOfASystemThatCannotBeReadAreAnErrorOfTheInput) {
+  Store store = Store::create(dir(), {"c", "h"});
+  for (const char* facts : {"", "{", "[]", "{}", R"({"sample_ms": "long"})"}) {
+    store.set_systems({{"chain", facts}});
+    EXPECT_THROW(fits_samples(store, "chain", 1), InputError) << facts;
+  }
+  store.set_systems({{"chain", R"({"sample_ms": 4})"}});
+  EXPECT_TRUE(fits_samples(store, "chain", 2));
+  EXPECT_FALSE(fits_samples(store, "chain", 3));
 }
 
 // ---- progress -----------------------------------------------------------------------------------------------------------
