@@ -72,8 +72,7 @@ Question question_of(const Options& options, const SystemAnswers& answers) {
     throw InputError(fmt::format("--measure is '{}' without --error: add the largest error", *options.measure));
   }
   if (options.error) {
-    const bool consistent = std::ranges::find(answers.errors, "consistency") != answers.errors.end();
-    ask("--error", options.measure.value_or(consistent ? "consistency" : answers.main), *options.error);
+    ask("--error", options.measure.value_or(answers.main), *options.error);
   }
   if (options.penetration) ask("--penetration", "penetration_max", *options.penetration);
   if (options.slip) ask("--slip", "grasp_slip", *options.slip);
@@ -348,8 +347,7 @@ int recommend_to(const Options& options) {
         10));
   }
   const auto truth = best.worst.find("truth_error");
-  if (options.error && !options.measure && question.asked.front().value.name == "consistency" &&
-      truth != best.worst.end()) {
+  if (!question.asked.empty() && question.asked.front().value.name == "consistency" && truth != best.worst.end()) {
     print(paragraph(fmt::format("  self-consistency is not accuracy: its error against the reference solution is {}; "
                                 "--measure truth limits that one",
                                 quantity_text(truth->second.value.value, "m")),
@@ -366,8 +364,8 @@ int recommend_to(const Options& options) {
 void add_recommend(CLI::App& app, Action& action) {
   CLI::App* command = add_command(
       app, "recommend", "Recommend the fastest contender and timestep within limits",
-      {{"assay recommend results humanoid --error 1mm", "by self-consistency"},
-       {"assay recommend results planar-chain --error 1mm --measure truth --realtime 5", "by the reference solution"},
+      {{"assay recommend results humanoid --error 1mm", "by the reference solution, else by self-consistency"},
+       {"assay recommend results planar-chain --error 1mm --measure consistency --realtime 5", "by self-consistency"},
        {"assay recommend results grasp --error 1mm --penetration 2mm --slip 5mm", "several limits at once"},
        {"assay recommend results planar-chain --limit energy_drift_relative=0.1%", "any measured error"}});
   const auto options = std::make_shared<Options>();
@@ -378,7 +376,7 @@ void add_recommend(CLI::App& app, Action& action) {
   command->add_option("--error", options->error, "The largest error, with its unit: 1mm, 0.5deg, 2%")->type_name("E");
   command
       ->add_option("--measure", options->measure,
-                   "Measure or value that --error limits (default: consistency, where it was measured)")
+                   "Measure or value that --error limits (default: truth where it was measured, else consistency)")
       ->type_name("NAME");
   command->add_option("--penetration", options->penetration, "The largest penetration: 2mm")->type_name("E");
   command->add_option("--slip", options->slip, "The largest slip of a grasped object: 5mm")->type_name("E");
