@@ -1,13 +1,15 @@
 """Makes a committed folder from a results directory: publish.py ASSAY RESULTS FOLDER.
 
 Writes values.csv, manifest.json, assay.sqlite.xz, report.html and figures/ to FOLDER. ASSAY writes the report again, with
-replays of the stored states; the states themselves stay in RESULTS.
+replays of the stored states; the states themselves stay in RESULTS. Where RESULTS has the database of FOLDER without states,
+only the report and the figures are written again, and the report keeps the replays that FOLDER's report has.
 """
 
 import contextlib
 import json
 import lzma
 import pathlib
+import re
 import shutil
 import sqlite3
 import subprocess
@@ -15,9 +17,25 @@ import sys
 import tempfile
 
 
+REPLAYS = re.compile(r'(<script[^>]*id="assay-replays"[^>]*>)(.*?)(</script>)', re.S)
+
+
+def keep_replays(old, new):
+    """The page `new` with the replays of the page `old`."""
+    kept = REPLAYS.search(old).group(2)
+    page, count = REPLAYS.subn(lambda match: match.group(1) + kept + match.group(3), new, count=1)
+    assert count == 1, "the report has no element for replays"
+    return page
+
+
 def publish(program, results, folder):
     folder.mkdir(parents=True, exist_ok=True)
     subprocess.run([program, "report", results], check=True)
+    if (folder / "report.html").exists() and not any((results / "trajectories").glob("*")):
+        page = keep_replays((folder / "report.html").read_text("utf-8"), (results / "report.html").read_text("utf-8"))
+        (folder / "report.html").write_text(page, "utf-8")
+        shutil.copytree(results / "figures", folder / "figures", dirs_exist_ok=True)
+        return
     subprocess.run([program, "export", results, "--format", "csv", "--out", folder / "values.csv"], check=True)
     shutil.copy(results / "report.html", folder)
     shutil.rmtree(folder / "figures", ignore_errors=True)
