@@ -13,6 +13,7 @@
 #include "report/replays.h"
 #include "report/views.h"
 #include "report/write_file.h"
+#include "results/values.h"
 #include "store/store.h"
 
 namespace assay {
@@ -41,7 +42,8 @@ json rounded(std::optional<double> value) {
 json cell_json(const Cell& cell, const std::vector<SampleSeries>& samples) {
   json values = json::array();
   for (const Value& value : cell.values) {
-    json& one = values.emplace_back(json{{"name", value.name}, {"unit", value.unit}, {"value", number(value.value)}});
+    json& one = values.emplace_back(json{{"name", value.name}, {"value", number(value.value)}});
+    if (value.unit != value_info(value.name).unit) one["unit"] = value.unit;  // else the catalogue has it
     if (value.low) one["low"] = number(value.low);
     if (value.high) one["high"] = number(value.high);
   }

@@ -25,6 +25,7 @@ export function onRestored(listener: () => void): void {
 export class Address {
   private section = "";
   private timer = 0;
+  private seen = ""; // the address that is known here
   private readonly everyone: string[];
 
   constructor(
@@ -32,9 +33,11 @@ export class Address {
     private readonly first: string[],
   ) {
     this.everyone = report.contenders.map((contender) => contender.name);
+    this.seen = location.hash;
     this.restore();
     state.kept = () => this.write();
     window.addEventListener("hashchange", () => {
+      this.seen = location.hash;
       const { section, words } = read();
       // A link of the page names only a section: what was chosen stays.
       if (words.size === 0) {
@@ -83,6 +86,7 @@ export class Address {
   private write(): void {
     window.clearTimeout(this.timer);
     this.timer = window.setTimeout(() => {
+      if (location.hash !== this.seen) return; // a new address is about to be read
       const parts: string[] = [];
       const add = (name: string, value: string) => parts.push(`${name}=${encodeURIComponent(value).replace(/%2C/g, ",").replace(/%3A/g, ":").replace(/%2F/g, "/")}`);
       const shown = this.everyone.filter((name) => !state.isHidden(name));
@@ -98,6 +102,7 @@ export class Address {
       if (choice) add("cell", `${choice.system}/${choice.contender}/${choice.timestep}`);
       const hash = [encodeURIComponent(this.section), ...parts].filter((part, index) => index > 0 || part).join("&");
       if (hash !== location.hash.slice(1)) history.replaceState(null, "", hash ? `#${hash}` : location.pathname + location.search);
+      this.seen = location.hash;
     }, kSettled);
   }
 }

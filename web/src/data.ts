@@ -252,9 +252,10 @@ export class Report {
       this.contenderByName.set(contender.name, contender);
       if (contender.engine === "null") this.harness.push(contender.name);
     }
-    // The JSON leaves out what was not stored.
+    // The JSON leaves out what was not stored, and units that the catalogue has.
     for (const cell of json.cells) {
       for (const value of cell.values) {
+        value.unit ??= valueInfo(value.name).unit;
         value.low ??= null;
         value.high ??= null;
       }
