@@ -153,7 +153,7 @@ TEST_F(ClaimsTest, AnIntervalAcrossTheBoundSettlesNothing) {
   time("c", 8);
   const Judgement found = judged(kFastest);
   EXPECT_EQ(found.verdict, Verdict::kNotSettled);
-  EXPECT_EQ(found.now, "Now: B is 1.02 times (0.980 to 1.06) faster than A on s.");
+  EXPECT_EQ(found.now, "Now: A is 1.02 times (0.980 to 1.06) faster than B on s.");
   EXPECT_EQ(verdict_words(found.verdict), "not settled");
   time("c", 2);  // what is otherwise in one part is otherwise as a whole
   EXPECT_EQ(verdict(kFastest), Verdict::kChanged);
