@@ -143,21 +143,22 @@ std::vector<InputUnit> input_units(std::string_view unit) {
 }
 
 double parse_quantity(std::string_view what, std::string_view text, std::string_view unit) {
-  const auto fail = [&](const std::string& why) { throw InputError(fmt::format("{} is '{}': {}", what, text, why)); };
+  const auto refusal = [&](const std::string& why) {
+    return InputError(fmt::format("{} is '{}': {}", what, text, why));
+  };
   // The number is the longest beginning that reads as one: "1e-3m", "2 %".
   size_t end = text.size();
   std::optional<double> number;
   for (; end > 0 && !number; --end) number = parse_number(text.substr(0, end));
-  if (!number) fail(fmt::format("give a number with a unit ({})", units_text(unit)));
+  if (!number) throw refusal(fmt::format("give a number with a unit ({})", units_text(unit)));
   std::string given(text.substr(end + 1));
   given.erase(0, std::min(given.find_first_not_of(' '), given.size()));
-  if (!(*number >= 0)) fail("give a number that is not negative");
+  if (!(*number >= 0)) throw refusal("give a number that is not negative");
   const std::vector<InputUnit> units = input_units(unit);
   const auto found = std::ranges::find(units, given, &InputUnit::text);
   if (found != units.end()) return *number * found->scale;
-  if (given.empty()) fail(fmt::format("add a unit ({}), as in {}{}", units_text(unit), text, units.front().text));
-  fail(fmt::format("'{}' is no unit of it; use {}", given, units_text(unit)));
-  return 0;
+  if (!given.empty()) throw refusal(fmt::format("'{}' is no unit of it; use {}", given, units_text(unit)));
+  throw refusal(fmt::format("add a unit ({}), as in {}{}", units_text(unit), text, units.front().text));
 }
 
 }  // namespace assay

@@ -217,6 +217,7 @@ ClaimsFile claims_of(const toml::table& root, const std::string& source) {
     file.engines = paper_line_up();
   }
   std::vector<std::string> names;
+  names.reserve(file.engines.size());
   for (const auto& [engine, contenders] : file.engines) names.push_back(engine);
   const toml::array* claims = root["claim"].as_array();
   if (claims == nullptr || claims->empty()) top.fail(nullptr, "the file has no [[claim]]");

@@ -92,6 +92,7 @@ Question question_of(const Options& options, const SystemAnswers& answers) {
 
 std::string limits_text(const Question& question) {
   std::vector<std::string> parts;
+  parts.reserve(question.asked.size() + 1);
   for (const Asked& asked : question.asked) {
     parts.push_back(fmt::format("{} within {}", asked.value.brief, asked.text));
   }
@@ -107,7 +108,7 @@ std::string place_text(const Point& point) {
 }
 
 std::string with_interval(const Interval& interval, const std::string& unit) {
-  const std::string text = quantity_text(interval.value, unit);
+  std::string text = quantity_text(interval.value, unit);
   if (interval.low == interval.high) return text;
   return fmt::format("{} ({} to {})", text, quantity_text(interval.low, unit), quantity_text(interval.high, unit));
 }
@@ -131,10 +132,10 @@ std::string candidates_table(const SystemAnswers& answers, const Question& quest
   for (const size_t i : candidates) {
     const Candidate& candidate = answers.candidates[i];
     const Point& point = answers.at(candidate);
-    estimated = estimated || !point.speed->timed;
+    estimated = estimated || !candidate.speed.timed;
     std::vector<std::string>& row = rows.emplace_back();
     row = {point.contender, timestep_label(point.timestep_ms) + " ms",
-           (point.speed->timed ? "" : "~ ") + realtime_text(point.speed->factor.value)};
+           (candidate.speed.timed ? "" : "~ ") + realtime_text(candidate.speed.factor.value)};
     for (size_t error = 0; error < errors; ++error) {
       const ValueInfo& value = question.asked[error].value;
       const auto own = candidate.worst.find(value.name);
@@ -203,6 +204,7 @@ void print_left_out(const SystemAnswers& answers, const Question& question) {
       steps = fmt::format("from {} ms", timestep_label(group.timesteps_ms.front()));
     } else {
       std::vector<std::string> labels;
+      labels.reserve(group.timesteps_ms.size());
       for (const double step : group.timesteps_ms) labels.push_back(timestep_label(step));
       steps = fmt::format("at {} ms", join(labels, ", "));
     }
@@ -225,10 +227,10 @@ Json candidate_json(const SystemAnswers& answers, const Question& question, size
   const std::string first = question.asked.empty() ? answers.main : question.asked.front().value.name;
   return {{"contender", point.contender},
           {"timestep_ms", point.timestep_ms},
-          {"realtime_factor", interval_json(point.speed->factor)},
+          {"realtime_factor", interval_json(candidate.speed.factor)},
           {"error", worst.contains(first) ? interval_json(candidate.worst.at(first).value) : Json(nullptr)},
-          {"timed", point.speed->timed},
-          {"between_ms", {point.speed->below_ms, point.speed->above_ms}},
+          {"timed", candidate.speed.timed},
+          {"between_ms", {candidate.speed.below_ms, candidate.speed.above_ms}},
           {"worst", std::move(worst)},
           {"margin", candidate.margin}};
 }
@@ -290,11 +292,12 @@ std::string nearest_text(const SystemAnswers& answers, const Question& question,
   const Candidate& candidate = answers.candidates[*found.nearest];
   const Point& point = answers.at(candidate);
   std::vector<std::string> parts;
+  parts.reserve(question.asked.size() + 1);
   for (const Asked& asked : question.asked) {
     parts.push_back(fmt::format("{} {}", asked.value.brief,
                                 quantity_text(candidate.worst.at(asked.value.name).value.value, asked.value.unit)));
   }
-  if (question.limits.realtime) parts.push_back(realtime_text(point.speed->factor.value) + " real time");
+  if (question.limits.realtime) parts.push_back(realtime_text(candidate.speed.factor.value) + " real time");
   return fmt::format("the nearest is {} with {}", place_text(point), join(parts, ", "));
 }
 
@@ -314,14 +317,14 @@ int recommend_to(const Options& options) {
   const Candidate& best = answers.candidates[*found.best];
   const Point& point = answers.at(best);
   print(paragraph(heading(fmt::format("{}: {}, {} real time", answers.system, place_text(point),
-                                      realtime_text(point.speed->factor.value))),
+                                      realtime_text(best.speed.factor.value))),
                   2));
   print(paragraph(fmt::format("  asked:  {}", limits_text(question)), 10));
-  print(paragraph(fmt::format("  speed:  {}, {}", with_interval(point.speed->factor, "1"),
-                              point.speed->timed ? "timed at this timestep"
-                                                 : fmt::format("interpolated between {} and {} ms",
-                                                               timestep_label(point.speed->below_ms),
-                                                               timestep_label(point.speed->above_ms))),
+  print(paragraph(fmt::format("  speed:  {}, {}", with_interval(best.speed.factor, "1"),
+                              best.speed.timed ? "timed at this timestep"
+                                               : fmt::format("interpolated between {} and {} ms",
+                                                             timestep_label(best.speed.below_ms),
+                                                             timestep_label(best.speed.above_ms))),
                   10));
   for (const Asked& asked : question.asked) {
     const Worst& worst = best.worst.at(asked.value.name);
@@ -339,11 +342,10 @@ int recommend_to(const Options& options) {
   if (found.certain != found.best) {
     print(paragraph(
         fmt::format("  its 95 % interval reaches beyond the limit; {}",
-                    found.certain
-                        ? fmt::format("the fastest that stays within as a whole: {}, {}",
-                                      places_text(answers, {*found.certain}),
-                                      realtime_text(answers.at(answers.candidates[*found.certain]).speed->factor.value))
-                        : "no contender stays within as a whole"),
+                    found.certain ? fmt::format("the fastest that stays within as a whole: {}, {}",
+                                                places_text(answers, {*found.certain}),
+                                                realtime_text(answers.candidates[*found.certain].speed.factor.value))
+                                  : "no contender stays within as a whole"),
         10));
   }
   const auto truth = best.worst.find("truth_error");

@@ -41,7 +41,7 @@ const Candidate* most_accurate(const SystemAnswers& answers) {
   double least = HUGE_VAL;
   for (const Candidate& candidate : answers.candidates) {
     const auto own = candidate.worst.find(answers.main);
-    if (own == candidate.worst.end() || !(answers.at(candidate).speed->factor.value >= 1)) continue;
+    if (own == candidate.worst.end() || !(candidate.speed.factor.value >= 1)) continue;
     const double error = std::max(own->second.value.value, resolution);
     if (error < least * (1 - kSameError)) best = &candidate, least = error;
   }
@@ -143,9 +143,9 @@ std::string caveat(const Results& results, const SystemAnswers& answers, const j
       sentences.push_back(fmt::format("The error's 95 % interval of the fastest reaches to {}.",
                                       quantity_text(best->worst.at(answers.main).value.high, "m")));
     }
-    if (!point.speed->timed) {
+    if (!best->speed.timed) {
       sentences.push_back(fmt::format("The speed of the fastest is interpolated between {} and {} ms.",
-                                      timestep_label(point.speed->below_ms), timestep_label(point.speed->above_ms)));
+                                      timestep_label(best->speed.below_ms), timestep_label(best->speed.above_ms)));
     }
   }
   if (answers.main == "consistency") {
@@ -165,7 +165,7 @@ std::string candidate_text(const SystemAnswers& answers, const Candidate& candid
   const Point& point = answers.at(candidate);
   const ValueInfo& info = info_of(answers, value);
   std::string text = fmt::format("{} at {} ms: {} real time", point.contender, timestep_label(point.timestep_ms),
-                                 realtime_text(point.speed->factor.value));
+                                 realtime_text(candidate.speed.factor.value));
   const auto own = candidate.worst.find(value);
   if (own != candidate.worst.end()) {
     text += fmt::format(", {} {}", info.brief, error_text(own->second.value.value, info.unit));

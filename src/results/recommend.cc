@@ -24,11 +24,14 @@ std::string fault(const Cell& cell) {
   if (held == nullptr || held->value == 1) return "";
   const Value* dropped = find_value(cell, "drop_time");
   return fmt::format("{}: the object was dropped{}", cell.measure,
-                     dropped == nullptr ? "" : " at " + quantity_text(*dropped->value, "s"));
+                     dropped == nullptr ? "" : " at " + quantity_text(dropped->value.value_or(0), "s"));
 }
 
 // A failure of a whole run says more than one of its pieces, and that more than one while it was timed.
-int rank_of(const std::string& measure) { return measure == "raw_speed" ? 2 : measure == "consistency" ? 1 : 0; }
+int rank_of(const std::string& measure) {
+  if (measure == "raw_speed") return 2;
+  return measure == "consistency" ? 1 : 0;
+}
 
 // What the cells of one contender at one timestep say together.
 struct Step {
@@ -113,8 +116,8 @@ void add_contender(const Results& results, const std::string& contender, SystemA
       out = results.timed(answers.system) ? "its speed was not timed here, nor on both sides"
                                           : "the system was not timed";
     }
-    if (out.empty()) {
-      Candidate candidate{answers.points.size(), {}, margin_of(steps, i)};
+    if (out.empty() && point.speed) {
+      Candidate candidate{answers.points.size(), *point.speed, {}, margin_of(steps, i)};
       for (const auto& [name, error] : errors) candidate.worst.emplace(name, worst.at(name));
       answers.candidates.push_back(std::move(candidate));
     } else {
@@ -182,7 +185,7 @@ void find_fronts(const Results& results, SystemAnswers& answers) {
       const auto worst = candidate.worst.find(value.name);
       const Point& point = answers.at(candidate);
       if (worst == candidate.worst.end() || near_floor(results, answers.system, point, value.name)) continue;
-      points.push_back({point.contender, point.timestep_ms, point.speed->factor, worst->second.value.value});
+      points.push_back({point.contender, point.timestep_ms, candidate.speed.factor, worst->second.value.value});
       indices.push_back(candidate.point);
     }
     if (points.empty()) continue;
@@ -205,15 +208,13 @@ SystemAnswers answers_of(const Results& results, const std::string& system) {
   };
   // By speed; what is equally fast by its error, then as listed.
   std::ranges::stable_sort(answers.candidates, [&](const Candidate& a, const Candidate& b) {
-    return std::tuple(-answers.at(a).speed->factor.value, main_error(a)) <
-           std::tuple(-answers.at(b).speed->factor.value, main_error(b));
+    return std::tuple(-a.speed.factor.value, main_error(a)) < std::tuple(-b.speed.factor.value, main_error(b));
   });
   find_fronts(results, answers);
   return answers;
 }
 
-std::optional<double> excess(const SystemAnswers& answers, const Candidate& candidate, const Limits& limits,
-                             bool whole) {
+std::optional<double> excess(const Candidate& candidate, const Limits& limits, bool whole) {
   double most = 0;
   for (const auto& [name, limit] : limits.largest) {
     const auto found = candidate.worst.find(name);
@@ -221,7 +222,7 @@ std::optional<double> excess(const SystemAnswers& answers, const Candidate& cand
     const double error = whole ? found->second.value.high : found->second.value.value;
     if (error > limit) most = std::max(most, limit > 0 ? error / limit : HUGE_VAL);
   }
-  const Interval& speed = answers.at(candidate).speed->factor;
+  const Interval& speed = candidate.speed.factor;
   const double least = limits.realtime.value_or(0), own = whole ? speed.low : speed.value;
   if (own < least) most = std::max(most, least / own);
   return most;
@@ -233,22 +234,23 @@ Recommendation recommend(const SystemAnswers& answers, const Limits& limits) {
   double least = HUGE_VAL;
   for (size_t i = 0; i < answers.candidates.size(); ++i) {
     const Candidate& candidate = answers.candidates[i];
-    const auto out = excess(answers, candidate, limits);
+    const auto out = excess(candidate, limits);
     if (!out) continue;
     if (*out > 0) {
       if (!found.nearest || *out < least) found.nearest = i, least = *out;
       continue;
     }
-    if (!found.certain && excess(answers, candidate, limits, true) == 0) found.certain = i;
+    if (!found.certain && excess(candidate, limits, true) == 0) found.certain = i;
     if (!seen.insert(answers.at(candidate).contender).second) continue;
     found.contenders.push_back(i);
   }
   if (found.contenders.empty()) return found;
   found.nearest.reset();
-  found.best = found.contenders.front();
-  const double slowest = answers.at(answers.candidates[*found.best]).speed->factor.low;
+  const size_t best = found.contenders.front();
+  found.best = best;
+  const double slowest = answers.candidates[best].speed.factor.low;
   for (const size_t i : found.contenders) {
-    if (i != *found.best && answers.at(answers.candidates[i]).speed->factor.high >= slowest) found.alike.push_back(i);
+    if (i != best && answers.candidates[i].speed.factor.high >= slowest) found.alike.push_back(i);
   }
   return found;
 }

@@ -36,6 +36,7 @@ struct Worst {
 
 struct Candidate {
   size_t point = 0;                    // index into SystemAnswers::points
+  Speed speed;                         // the point's
   std::map<std::string, Worst> worst;  // of each value that can be limited and was measured at its timestep
   std::string margin;                  // "fails at 4 times this step (16 ms): ..."
 };
@@ -78,7 +79,6 @@ Recommendation recommend(const SystemAnswers& answers, const Limits& limits);
 
 // 0 for a candidate within all limits, else the largest factor by which it misses one. Absent when a limited value was
 // not measured there. With `whole` the upper ends of the errors and the lower end of the speed count.
-std::optional<double> excess(const SystemAnswers& answers, const Candidate& candidate, const Limits& limits,
-                             bool whole = false);
+std::optional<double> excess(const Candidate& candidate, const Limits& limits, bool whole = false);
 
 }  // namespace assay

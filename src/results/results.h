@@ -45,6 +45,7 @@ class Results {
   explicit Results(const Store& store);
   Results(const Results&) = delete;
   Results& operator=(const Results&) = delete;
+  ~Results() = default;
 
   const Store& store() const { return *store_; }
   const std::vector<Cell>& cells() const { return cells_; }  // in the store's order
