@@ -111,8 +111,7 @@ TEST_F(ReportTest, HoldsWhatTheStoreHolds) {
   EXPECT_EQ(good["engine_s"], 1.25);
   EXPECT_EQ(good["steal"], 0.125);
   ASSERT_EQ(good["values"].size(), 2);
-  EXPECT_EQ(good["values"][0],
-            (json{{"name", "truth_error"}, {"value", 0.1}, {"low", 0.0625}, {"high", 0.5}}));
+  EXPECT_EQ(good["values"][0], (json{{"name", "truth_error"}, {"value", 0.1}, {"low", 0.0625}, {"high", 0.5}}));
   EXPECT_TRUE(good["values"][1]["value"].is_null());
   EXPECT_FALSE(good["values"][1].contains("low"));
 }
