@@ -203,7 +203,11 @@ class Interrupted(CampaignTest):
                 self.assertEqual(now.get(key), cell, f"seed {seed}: a finished cell was lost or measured again")
             kept = now
             if process.returncode == 0:
-                break
+                if kills > 0:
+                    break
+                # The machine was busier while the clean run was timed.
+                shutil.rmtree(self.dir / "results")
+                kept, duration = {}, duration / 2
         self.assertGreater(kills, 0, f"seed {seed}: no run was killed")
         self.run_tiny()
         self.assertEqual(self.table(), self.table("clean"), f"seed {seed}")
