@@ -164,8 +164,9 @@ std::string caveat(const Results& results, const SystemAnswers& answers, const j
 std::string candidate_text(const SystemAnswers& answers, const Candidate& candidate, const std::string& value) {
   const Point& point = answers.at(candidate);
   const ValueInfo& info = info_of(answers, value);
-  std::string text = fmt::format("{} at {} ms: {} real time", point.contender, timestep_label(point.timestep_ms),
-                                 realtime_text(candidate.speed.factor.value));
+  // "about": the speed was interpolated, not timed.
+  std::string text = fmt::format("{} at {} ms: {}{} real time", point.contender, timestep_label(point.timestep_ms),
+                                 candidate.speed.timed ? "" : "about ", realtime_text(candidate.speed.factor.value));
   const auto own = candidate.worst.find(value);
   if (own != candidate.worst.end()) {
     text += fmt::format(", {} {}", info.brief, error_text(own->second.value.value, info.unit));
