@@ -2,6 +2,7 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -23,8 +24,9 @@ TEST(Terminal, WidthCountsColumnsAndNotBytes) {
 
 TEST(Terminal, NothingSteersTheTerminal) {
   EXPECT_EQ(printable("a\x1b[2Jb\n\tc\x7f"), "a\\x1b[2Jb\\n\\tc\\x7f");
-  EXPECT_EQ(printable("\xc2\x9b"), "\\u009b");           // the one-character form of an escape sequence
-  EXPECT_EQ(printable("\u202e"), "\\u202e");             // turns the writing direction
+  EXPECT_EQ(printable("\xc2\x9b"), "\\u009b");        // the one-character form of an escape sequence
+  const std::string turn = {'\xe2', '\x80', '\xae'};  // U+202E turns the writing direction
+  EXPECT_EQ(printable(turn), "\\u202e");
   EXPECT_EQ(printable("a\xff z\xc3"), "a\\xff z\\xc3");  // no UTF-8
   EXPECT_EQ(printable("4.34 µm \u673a"), "4.34 µm \u673a");
   EXPECT_EQ(display_width("\x1b"), 4);  // as it is shown
