@@ -19,7 +19,6 @@ namespace assay {
 namespace {
 
 using nlohmann::json;
-using testing::ElementsAre;
 using testing::IsEmpty;
 using testing::SizeIs;
 
