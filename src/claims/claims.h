@@ -20,12 +20,13 @@
 //
 //   [{"number": 1, "title": "...", "statement": "...", "paper": "...",
 //     "verdict": "holds" | "changed" | "not-settled" | "not-measurable",
-//     "now": "...",         what is true today: "Now: PhysX is 2.31 times (2.15 to 2.35) faster than ODE on
-//     capsules-27." "threshold": "...",   what the claim asks of that figure: "above 1" "summary": "...",     one to
-//     three sentences with figures; "" when nothing at all was measured "reason": "...",      why it is not measurable;
-//     "" when it is "today": "...",       about all contenders of the results, not the paper's alone; "" when there is
-//     nothing to say "key": "...",         the figures that decide, in a few words; "" when there are none "figures":
-//     [{"label": "ODE / MuJoCo Euler", "contender": "ode-quick", "system": "humanoid",
+//     "now": "...",         what is true today: "Now: PhysX is 2.31 times (2.15 to 2.35) faster than ODE."
+//     "threshold": "...",   what the claim asks of that figure: "above 1"
+//     "summary": "...",     one to three sentences with figures; "" when nothing was measured
+//     "reason": "...",      why it is not measurable; "" when it is
+//     "today": "...",       about all contenders of the results, not only the paper's; "" when there is nothing to say
+//     "key": "...",         the figures that decide, in a few words; "" when there are none
+//     "figures": [{"label": "ODE / MuJoCo Euler", "contender": "ode-quick", "system": "humanoid",
 //                  "timestep_ms": 1 | null, "measure": "step_time", "value": 2.5, "unit": "us" | "1",
 //                  "low": 2.4 | null, "high": 2.6 | null}]}]      95 % intervals
 //
@@ -36,6 +37,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -112,6 +114,9 @@ struct ClaimFigure {
   std::string unit;
   std::optional<double> low, high;
 };
+
+// How Judgement::now begins.
+inline constexpr std::string_view kNow = "Now: ";
 
 struct Judgement {
   Claim claim;

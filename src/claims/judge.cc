@@ -85,7 +85,7 @@ void say_now(std::vector<Now> all, Truth truth, Judgement& judgement) {
     if (texts.size() < kMost) texts.push_back(now.text);
     if (std::ranges::find(thresholds, now.threshold) == thresholds.end()) thresholds.push_back(now.threshold);
   }
-  judgement.now = "Now: " + join(texts, "; ");
+  judgement.now = std::string(kNow) + join(texts, "; ");
   if (all.size() > kMost) judgement.now += fmt::format("; and {} more", all.size() - kMost);
   judgement.now += ".";
   judgement.threshold = join(thresholds, "; ");

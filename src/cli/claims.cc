@@ -56,8 +56,7 @@ int claims(const Options& options) {
       constexpr size_t kIndent = 5;
       if (!text.empty()) print(paragraph(fmt::format("   {} {}", what, text), kIndent));
     };
-    constexpr size_t kNow = 5;  // "Now: "
-    if (!each.now.empty()) line("now:", fmt::format("{} Needed: {}", each.now.substr(kNow), each.threshold));
+    if (!each.now.empty()) line("now:", fmt::format("{} Needed: {}", each.now.substr(kNow.size()), each.threshold));
     line("paper:", each.claim.paper);
     line("measured:", each.summary);
     line("why not:", each.reason);

@@ -87,15 +87,11 @@ json view_data(const Results& results, const std::string& system) {
 
 json catalogue_data(const Results& results) {
   json rows = json::array();
-  std::set<std::string> known;
-  for (const ValueInfo& info : value_catalogue()) {
-    rows.push_back(row(info));
-    known.insert(info.name);
-  }
+  for (const ValueInfo& info : value_catalogue()) rows.push_back(row(info));
   std::map<std::string, ValueInfo> others;
   for (const Cell& cell : results.cells()) {
     for (const Value& value : cell.values) {
-      if (known.contains(value.name)) continue;
+      if (find_value_info(value.name) != nullptr) continue;
       ValueInfo info = value_info(value.name);
       info.unit = value.unit;
       info.measure = cell.measure;
@@ -113,7 +109,7 @@ json units_data(const Results& results) {
   }
   for (const Cell& cell : results.cells()) {
     for (const Value& value : cell.values) {
-      if (value_info(value.name).limit) units.insert(value.unit);
+      if (can_limit(value.name)) units.insert(value.unit);
     }
   }
   json all = json::object();

@@ -65,7 +65,7 @@ std::map<std::string, Interval> errors_at(const Step& step) {
   std::map<std::string, Interval> errors;
   for (const Cell* cell : step.cells) {
     for (const Value& value : cell->values) {
-      if (!value.value || !value_info(value.name).limit) continue;
+      if (!value.value || !can_limit(value.name)) continue;
       if (cell->measure == "consistency" && is_reference(*cell)) continue;
       errors.emplace(value.name, interval_of(value));
     }

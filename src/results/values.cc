@@ -96,10 +96,19 @@ const std::vector<ValueInfo>& value_catalogue() {
   return kRows;
 }
 
-ValueInfo value_info(std::string_view name) {
+const ValueInfo* find_value_info(std::string_view name) {
   const auto& rows = value_catalogue();
   const auto found = std::ranges::find(rows, name, &ValueInfo::name);
-  if (found != rows.end()) return *found;
+  return found == rows.end() ? nullptr : &*found;
+}
+
+bool can_limit(std::string_view name) {
+  const ValueInfo* row = find_value_info(name);
+  return row != nullptr && row->limit;
+}
+
+ValueInfo value_info(std::string_view name) {
+  if (const ValueInfo* row = find_value_info(name)) return *row;
   std::string words(name);
   std::ranges::replace(words, '_', ' ');
   ValueInfo info;

@@ -26,6 +26,12 @@ struct ValueInfo {
 // In the order of display.
 const std::vector<ValueInfo>& value_catalogue();
 
+// The catalogue's row of a value; null when it has none.
+const ValueInfo* find_value_info(std::string_view name);
+
+// Whether the catalogue says that the value can be limited.
+bool can_limit(std::string_view name);
+
 // The row of a value; one that is made of its name's words where the catalogue has none.
 ValueInfo value_info(std::string_view name);
 
