@@ -9,7 +9,7 @@ import { join } from "node:path";
 import { after, before, test } from "node:test";
 
 import { launch } from "../../web/browser.mjs";
-import { dataIn, openReport } from "./page.mjs";
+import { dataIn, downloads, openReport } from "./page.mjs";
 
 const work = mkdtempSync(join(tmpdir(), "assay-access-"));
 const report = join(work, "programme", "report.html");
@@ -192,18 +192,8 @@ test("within a family dash and mark differ; looks of the page are those of the d
 
 test("a plot can be taken away as a drawing and as figures", async () => {
   const { page } = await open();
-  const taken = await page.evaluate(async () => {
-    const kept = [];
-    const make = URL.createObjectURL;
-    URL.createObjectURL = (blob) => {
-      kept.push(blob);
-      return make.call(URL, blob);
-    };
-    for (const format of ["svg", "csv"]) document.querySelector(`#humanoid .accuracy-panel [data-save="${format}"]`).click();
-    URL.createObjectURL = make;
-    return Promise.all(kept.map((blob) => blob.text()));
-  });
-  const [drawing, csv] = taken;
+  const save = (format) => `#humanoid .accuracy-panel [data-save="${format}"]`;
+  const [drawing, csv] = await downloads(page, [save("svg"), save("csv")]);
   const alone = await browser.newPage();
   await alone.setContent(`<img src="data:image/svg+xml,${encodeURIComponent(drawing)}">`);
   assert.ok(await alone.$eval("img", (node) => node.decode().then(() => node.naturalWidth > 300)), "no drawing of its own");

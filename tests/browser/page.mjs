@@ -32,6 +32,21 @@ export async function openReport(browser, file, { width = 1400, height = 900, da
   return { page, trouble };
 }
 
+// The texts of the files that the page offers when these buttons are clicked, in their order.
+export function downloads(page, selectors) {
+  return page.evaluate(async (buttons) => {
+    const kept = [];
+    const make = URL.createObjectURL;
+    URL.createObjectURL = (blob) => {
+      kept.push(blob);
+      return make.call(URL, blob);
+    };
+    for (const button of buttons) document.querySelector(button).click();
+    URL.createObjectURL = make;
+    return Promise.all(kept.map((blob) => blob.text()));
+  }, selectors);
+}
+
 function jsonIn(file, id) {
   const [, json] = new RegExp(`<script type="application/json" id="${id}">(.*?)</script>`, "s").exec(readFileSync(file, "utf8"));
   return JSON.parse(json);

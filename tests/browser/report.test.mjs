@@ -10,7 +10,7 @@ import { after, before, describe, test } from "node:test";
 import { pathToFileURL } from "node:url";
 
 import { launch } from "../../web/browser.mjs";
-import { dataIn, openReport } from "./page.mjs";
+import { dataIn, downloads, openReport } from "./page.mjs";
 
 const work = mkdtempSync(join(tmpdir(), "assay-browser-"));
 const kinds = ["full", "programme", "empty", "started", "failed"];
@@ -1027,18 +1027,8 @@ describe("the programme", () => {
     await page.$$eval("#values thead .sort", (nodes) => nodes[4].click());
     assert.notEqual((await figures())[0], ascending[0]);
 
-    const taken = await page.evaluate(async () => {
-      const kept = [];
-      const make = URL.createObjectURL;
-      URL.createObjectURL = (blob) => {
-        kept.push(blob);
-        return make.call(URL, blob);
-      };
-      for (const format of ["csv", "json"]) document.querySelector(`#values [data-format="${format}"]`).click();
-      URL.createObjectURL = make;
-      return Promise.all(kept.map((blob) => blob.text()));
-    });
-    const [csv, json] = taken;
+    const save = (format) => `#values [data-format="${format}"]`;
+    const [csv, json] = await downloads(page, [save("csv"), save("json")]);
     const lines = csv.trim().split("\n");
     assert.equal(lines[0], "system,contender,timestep_ms,measure,value,unit,outcome,low,high");
     assert.equal(lines.length - 1, drops.length);
@@ -1052,14 +1042,7 @@ describe("the programme", () => {
 
   test("what is taken away is what assay export writes", { skip: !process.env.ASSAY || !existsSync(process.env.ASSAY) }, async () => {
     const { page: fresh } = await open("full");
-    const json = await fresh.evaluate(async () => {
-      let kept;
-      const make = URL.createObjectURL;
-      URL.createObjectURL = (blob) => make.call(URL, (kept = blob));
-      document.querySelector('#values [data-format="json"]').click();
-      URL.createObjectURL = make;
-      return kept.text();
-    });
+    const [json] = await downloads(fresh, ['#values [data-format="json"]']);
     await fresh.close();
     const exported = execFileSync(process.env.ASSAY, ["export", join(work, "full"), "--format", "json"], { maxBuffer: 1 << 26 });
     const text = (row) => JSON.stringify(Object.entries(row).sort(([a], [b]) => (a < b ? -1 : 1)));

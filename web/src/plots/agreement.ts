@@ -10,7 +10,7 @@ import { plain, quantity, timestep } from "../format";
 import type { Palette } from "../palette";
 import { state } from "../state";
 import { facts, tooltip } from "../tooltip";
-import { errorLabel, grid, logScale, ticks } from "./axes";
+import { errorLabel, frameOf, grid, logScale, ticks } from "./axes";
 import { drawContenders } from "./canvas";
 
 // Dark is near, light is far; can be distinguished without colour, and is the same in both themes.
@@ -86,7 +86,7 @@ function distancePlot(of: Agreement, palette: Palette, start: number): { element
       "aria-label": `Distance of ${series.map(({ name }) => name).join(", ")} from ${of.contenders[origin]} over the time`,
     }); // prettier-ignore
     drawing.append(grid(y, "y", frame.left, frame.right));
-    drawing.append(svg("rect", { class: "frame", x: frame.left + 0.5, y: frame.top + 0.5, width: frame.right - frame.left, height: frame.bottom - frame.top }));
+    drawing.append(frameOf(frame));
     for (const value of time.ticks(Math.max(2, Math.floor(width / 90)))) {
       drawing.append(svg("text", { class: "tick", x: time(value), y: frame.bottom + 18, "text-anchor": "middle" }, `${value} s`));
     }

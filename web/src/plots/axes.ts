@@ -54,6 +54,11 @@ export function factorLabel(value: number): string {
   return value >= 1e4 ? `${value / 1e3}k×` : `${value}×`;
 }
 
+// The box around a plot's area, on whole pixels.
+export function frameOf(box: { left: number; right: number; top: number; bottom: number }): SVGRectElement {
+  return svg("rect", { class: "frame", x: box.left + 0.5, y: box.top + 0.5, width: box.right - box.left, height: box.bottom - box.top });
+}
+
 // Grid lines at whole decades and, where there is room, at 2 and 5 in between.
 export function grid(
   scale: LogScale,

@@ -9,7 +9,7 @@ import type { Palette } from "../palette";
 import { state } from "../state";
 import { roundingRate } from "../tables/damping";
 import { facts, tooltip } from "../tooltip";
-import { grid, logScale, ticks } from "./axes";
+import { frameOf, grid, logScale, ticks } from "./axes";
 import { drawContenders, hitArea } from "./canvas";
 import { endLabels } from "./labels";
 
@@ -50,7 +50,7 @@ export function dampingPlot(view: SystemView, palette: Palette): HTMLElement | n
       "aria-label": "Size of the hidden damping's rate against the timestep; the table below holds the figures",
     }); // prettier-ignore
     drawing.append(grid(x, "x", frame.top, frame.bottom), grid(y, "y", frame.left, frame.right));
-    drawing.append(svg("rect", { class: "frame", x: frame.left + 0.5, y: frame.top + 0.5, width: frame.right - frame.left, height: frame.bottom - frame.top }));
+    drawing.append(frameOf(frame));
     for (const value of [...new Set(all.map((point) => point.step))]) {
       drawing.append(svg("text", { class: "tick", x: x(value), y: frame.bottom + 18, "text-anchor": "middle" }, timestep(value)));
     }

@@ -9,7 +9,7 @@ import { downloads } from "../download";
 import { state } from "../state";
 import { scrollFrame, sortableTable, type Column } from "../tables/sortable";
 import { facts, tooltip } from "../tooltip";
-import { grid, logScale, ticks } from "./axes";
+import { frameOf, grid, logScale, ticks } from "./axes";
 import { drawContenders, hitArea } from "./canvas";
 import { endLabels } from "./labels";
 import { swatch } from "./legend";
@@ -75,7 +75,7 @@ export function scalingPanel(report: Report, palette: Palette): HTMLElement {
       "aria-label": "Time of a whole run against the number of bodies; the table beside holds the figures",
     }); // prettier-ignore
     drawing.append(grid(x, "x", frame.top, frame.bottom), grid(y, "y", frame.left, frame.right));
-    drawing.append(svg("rect", { class: "frame", x: frame.left + 0.5, y: frame.top + 0.5, width: frame.right - frame.left, height: frame.bottom - frame.top }));
+    drawing.append(frameOf(frame));
     for (const value of ticks(x, 40)) {
       drawing.append(svg("text", { class: "tick", x: x(value), y: frame.bottom + 18, "text-anchor": "middle" }, plain(value, 2)));
     }

@@ -9,7 +9,7 @@ import { hasPrefixes, interval, named, quantity, realtime, sentenceList, timeste
 import type { Palette } from "../palette";
 import { markContenders, state } from "../state";
 import { facts, tooltip } from "../tooltip";
-import { errorLabel, factorLabel, grid, logScale, ticks, type LogScale } from "./axes";
+import { errorLabel, factorLabel, frameOf, grid, logScale, ticks, type LogScale } from "./axes";
 import { endLabels } from "./labels";
 
 interface Point {
@@ -241,7 +241,7 @@ export class SpeedAccuracy {
     }); // prettier-ignore
     drawing.append(grid(x, "x", frame.top, frame.bottom), grid(y, "y", frame.left, frame.right));
     drawing.append(
-      svg("rect", { class: "frame", x: frame.left + 0.5, y: frame.top + 0.5, width: frame.right - frame.left, height: frame.bottom - frame.top }),
+      frameOf(frame),
     );
     if (hasFailed) {
       drawing.append(
