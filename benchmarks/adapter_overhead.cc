@@ -89,7 +89,7 @@ class Comparison {
   Comparison(const Scene& scene, const ResolvedContender& contender, MakeDirect make_direct, double warm_up)
       : scene_(scene), engine_(contender.engine), settings_(contender.settings), make_direct_(make_direct) {
     settings_.timestep = kTimestep;
-    torques_.assign(scene.model.hinges.size(), 1e-3);
+    torques_.assign(scene.model.joints.size(), 1e-3);
     // a state typical of the run
     const auto simulation = engine_->create(scene.model, scene.model.initial, settings_);
     simulation->advance(static_cast<int>(warm_up / kTimestep));

@@ -123,7 +123,7 @@ class DirectBullet final : public Direct {
   }
 
   void make_hinges(const Model& model) {
-    for (const Hinge& hinge : model.hinges) {
+    for (const Joint& hinge : model.joints) {
       const Body& body = model.bodies[hinge.body];
       const Quat q_axis(Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), hinge.axis_B));
       const Pose X_child{hinge.p_BJ - body.p_BBcm, q_axis};

@@ -52,12 +52,12 @@ class DirectDart final : public Direct {
   std::vector<Vec3> positions() const override {
     State state;
     state.bodies.resize(bodies_.size());
-    state.angle.reserve(hinges_.size());
-    state.rate.reserve(hinges_.size());
+    state.position.reserve(hinges_.size());
+    state.velocity.reserve(hinges_.size());
     for (size_t i = 0; i < bodies_.size(); ++i) state.bodies[i].p_WBcm = bodies_[i]->getCOM();
     for (size_t j = 0; j < hinges_.size(); ++j) {
-      state.angle.push_back(hinges_[j]->getPosition(0) + model_.hinges[j].reference);
-      state.rate.push_back(hinges_[j]->getVelocity(0));
+      state.position.push_back(hinges_[j]->getPosition(0) + model_.joints[j].reference);
+      state.velocity.push_back(hinges_[j]->getVelocity(0));
     }
     bodies_from_joints(model_, state);
     std::vector<Vec3> result;
@@ -121,7 +121,7 @@ class DirectDart final : public Direct {
 
   void add_hinged(const Model& model, const State& start, int index) {
     const Body& body = model.bodies[index];
-    const Hinge& hinge = model.hinges[body.hinge];
+    const Joint& hinge = model.joints[body.joint];
     if (!chain_) chain_ = Skeleton::create("chain");
     RevoluteJoint::Properties revolute;
     revolute.mName = hinge.name;
@@ -130,8 +130,8 @@ class DirectDart final : public Direct {
     revolute.mT_ParentBodyToJoint = isometry(body.X_PB.p, body.X_PB.q) * revolute.mT_ChildBodyToJoint;
     BodyNode* parent = body.parent == kWorld ? nullptr : bodies_[body.parent];
     const auto [joint, node] = chain_->createJointAndBodyNodePair<RevoluteJoint>(parent, revolute, properties(body));
-    joint->setPosition(0, start.angle[body.hinge] - hinge.reference);
-    joint->setVelocity(0, start.rate[body.hinge]);
+    joint->setPosition(0, start.position[body.joint] - hinge.reference);
+    joint->setVelocity(0, start.velocity[body.joint]);
     hinges_.push_back(joint);
     bodies_.push_back(node);
   }
@@ -150,7 +150,7 @@ class DirectDart final : public Direct {
   dart::simulation::WorldPtr world_;
   SkeletonPtr chain_;
   std::vector<BodyNode*> bodies_;
-  std::vector<Joint*> hinges_;
+  std::vector<dart::dynamics::Joint*> hinges_;
 };
 
 std::unique_ptr<Direct> make(const Scene& scene, const State& start, const Settings& settings) {

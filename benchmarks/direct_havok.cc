@@ -23,7 +23,7 @@ class DirectHavok final : public Direct {
                                      f(settings.get<double>("max_angular_speed")));
     if (!model.contacts.empty()) make_shapes(model, settings);
     for (size_t b = 0; b < model.bodies.size(); ++b) make_body(model, b, start.bodies[b]);
-    for (const Hinge& hinge : model.hinges) make_hinge(model, hinge);
+    for (const Joint& hinge : model.joints) make_hinge(model, hinge);
   }
 
   void run(int count) override {
@@ -117,7 +117,7 @@ class DirectHavok final : public Direct {
     w2c_havok_HP_Body_SetAngularVelocity(havok_, body, havok_.in(vector3(s.w_WB)));
   }
 
-  void make_hinge(const Model& model, const Hinge& hinge) {
+  void make_hinge(const Model& model, const Joint& hinge) {
     const Body& child = model.bodies[hinge.body];
     const bool root = child.parent == kWorld;
     Vec3 p_parent = anchor_in_parent(model, static_cast<int>(axes_.size()));

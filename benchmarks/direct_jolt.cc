@@ -166,8 +166,8 @@ class DirectJolt final : public Direct {
   }
 
   void make_hinges(const Model& model) {
-    for (size_t j = 0; j < model.hinges.size(); ++j) {
-      const Hinge& hinge = model.hinges[j];
+    for (size_t j = 0; j < model.joints.size(); ++j) {
+      const Joint& hinge = model.joints[j];
       const Body& body = model.bodies[hinge.body];
       const auto point = [](const Vec3& v) { return JPH::RVec3(vec(v)); };
       JPH::HingeConstraintSettings made;

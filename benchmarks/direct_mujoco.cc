@@ -40,10 +40,10 @@ class DirectMujoco final : public Direct {
 
     // one joint a body, in the file's order, and centres of mass in the bodies' origins where they are free
     d_ = mj_makeData(m_);
-    std::ranges::copy(start.angle, d_->qpos);
-    std::ranges::copy(start.rate, d_->qvel);
-    mjtNum* qpos = d_->qpos + start.angle.size();
-    mjtNum* qvel = d_->qvel + start.rate.size();
+    std::ranges::copy(start.position, d_->qpos);
+    std::ranges::copy(start.velocity, d_->qvel);
+    mjtNum* qpos = d_->qpos + start.position.size();
+    mjtNum* qvel = d_->qvel + start.velocity.size();
     for (size_t i = 0; i < model_.bodies.size(); ++i) {
       if (!model_.bodies[i].is_free()) continue;
       const BodyState& s = start.bodies[i];
@@ -76,9 +76,9 @@ class DirectMujoco final : public Direct {
   std::vector<Vec3> positions() const override {
     State state;
     state.bodies.resize(model_.bodies.size());
-    const size_t hinges = model_.hinges.size();
-    state.angle.assign(d_->qpos, d_->qpos + hinges);
-    state.rate.assign(d_->qvel, d_->qvel + hinges);
+    const size_t hinges = model_.joints.size();
+    state.position.assign(d_->qpos, d_->qpos + hinges);
+    state.velocity.assign(d_->qvel, d_->qvel + hinges);
     const mjtNum* qpos = d_->qpos + hinges;
     for (size_t i = 0; i < model_.bodies.size(); ++i) {
       if (!model_.bodies[i].is_free()) continue;

@@ -101,9 +101,9 @@ class DirectOde final : public Direct {
 
   void make_hinges(const Model& model) {
     const State reference = reference_state(model);
-    for (size_t j = 0; j < model.hinges.size(); ++j) {
-      const HingeFrames frames = hinge_frames(model, reference, static_cast<int>(j));
-      const int body = model.hinges[j].body;
+    for (size_t j = 0; j < model.joints.size(); ++j) {
+      const JointFrames frames = joint_frames(model, reference, static_cast<int>(j));
+      const int body = model.joints[j].body;
       const int parent = model.bodies[body].parent;
       dxJoint* joint = dJointCreateHinge(world_, nullptr);
       dJointAttach(joint, bodies_[body], parent == kWorld ? nullptr : bodies_[parent]);

@@ -60,11 +60,11 @@ class DirectPhysx final : public Direct {
     const float mu = model.contacts.empty() ? 0 : f(model.contacts.front().friction);
     material_ = physics().createMaterial(mu, mu, 0);
     if (!model.contacts.empty()) make_ground();
-    if (!model.hinges.empty() && settings.get<std::string>("joints") == "articulation") {
+    if (!model.joints.empty() && settings.get<std::string>("joints") == "articulation") {
       make_articulation(model, start);
     } else {
       for (size_t b = 0; b < model.bodies.size(); ++b) make_body(model, static_cast<int>(b), start.bodies[b]);
-      for (const Hinge& hinge : model.hinges) make_joint(model, hinge);
+      for (const Joint& hinge : model.joints) make_joint(model, hinge);
     }
   }
 
@@ -115,9 +115,9 @@ class DirectPhysx final : public Direct {
       articulation_->copyInternalStateToCache(*cache_, PxArticulationCacheFlag::ePOSITION);
       State state;
       state.bodies.resize(chain_.bodies.size());
-      state.rate.assign(chain_.hinges.size(), 0);
-      for (size_t j = 0; j < chain_.hinges.size(); ++j) {
-        state.angle.push_back(cache_->jointPosition[j] + chain_.hinges[j].reference);
+      state.velocity.assign(chain_.joints.size(), 0);
+      for (size_t j = 0; j < chain_.joints.size(); ++j) {
+        state.position.push_back(cache_->jointPosition[j] + chain_.joints[j].reference);
       }
       bodies_from_joints(chain_, state);
       for (const BodyState& body : state.bodies) result.push_back(body.p_WBcm);
@@ -176,7 +176,7 @@ class DirectPhysx final : public Direct {
   struct Frames {
     PxTransform in_parent, in_child;
   };
-  static Frames frames(const Model& model, const Hinge& hinge) {
+  static Frames frames(const Model& model, const Joint& hinge) {
     const Body& body = model.bodies[hinge.body];
     const Pose X_BJ{hinge.p_BJ, x_to(hinge.axis_B)};
     Pose X_PJ = body.X_PB * X_BJ;
@@ -184,7 +184,7 @@ class DirectPhysx final : public Direct {
     return {px(X_PJ), px(Pose{body.p_BBcm, Quat::Identity()}.inverse() * X_BJ)};
   }
 
-  void make_joint(const Model& model, const Hinge& hinge) {
+  void make_joint(const Model& model, const Joint& hinge) {
     const int parent = model.bodies[hinge.body].parent;
     const Frames X = frames(model, hinge);
     PxD6Joint* joint = PxD6JointCreate(physics(), parent == kWorld ? nullptr : bodies_[parent], X.in_parent,
@@ -209,7 +209,7 @@ class DirectPhysx final : public Direct {
       PxArticulationLink* link = articulation_->createLink(parent, px(Pose{s.p_WBcm, s.q_WB}));
       prepare(*link, model, static_cast<int>(b));
       link->setCfmScale(0);
-      const Frames X = frames(model, model.hinges[model.bodies[b].hinge]);
+      const Frames X = frames(model, model.joints[model.bodies[b].joint]);
       PxArticulationJointReducedCoordinate* joint = link->getInboundJoint();
       joint->setParentPose(X.in_parent);
       joint->setChildPose(X.in_child);
@@ -223,9 +223,9 @@ class DirectPhysx final : public Direct {
     articulation_->setWakeCounter(PX_MAX_F32);
     cache_ = articulation_->createCache();
     articulation_->zeroCache(*cache_);
-    for (size_t j = 0; j < model.hinges.size(); ++j) {
-      cache_->jointPosition[j] = f(start.angle[j] - model.hinges[j].reference);
-      cache_->jointVelocity[j] = f(start.rate[j]);
+    for (size_t j = 0; j < model.joints.size(); ++j) {
+      cache_->jointPosition[j] = f(start.position[j] - model.joints[j].reference);
+      cache_->jointVelocity[j] = f(start.velocity[j]);
     }
     articulation_->applyCache(*cache_, PxArticulationCacheFlag::ePOSITION | PxArticulationCacheFlag::eVELOCITY);
   }

@@ -59,8 +59,8 @@ class DirectRapier final : public Direct {
       copy(start.bodies[b].w_WB, body.w_world);
     }
     std::vector<RapierHinge> hinges;
-    for (size_t j = 0; j < model.hinges.size(); ++j) {
-      const Hinge& from = model.hinges[j];
+    for (size_t j = 0; j < model.joints.size(); ++j) {
+      const Joint& from = model.joints[j];
       const Body& child = model.bodies[from.body];
       const Vec3 p_PPcm = child.parent == kWorld ? Vec3::Zero() : model.bodies[child.parent].p_BBcm;
       const Quat q_BJ = Quat::FromTwoVectors(Vec3::UnitX(), from.axis_B);
@@ -71,8 +71,8 @@ class DirectRapier final : public Direct {
       copy(child.X_PB.q * q_BJ, hinge.q_parent);
       copy(from.p_BJ - child.p_BBcm, hinge.p_child);
       copy(q_BJ, hinge.q_child);
-      hinge.angle = start.angle[j] - from.reference;
-      hinge.rate = start.rate[j];
+      hinge.angle = start.position[j] - from.reference;
+      hinge.rate = start.velocity[j];
     }
     std::vector<RapierShape> shapes;
     for (const Shape& from : model.contacts.empty() ? std::vector<Shape>() : model.shapes) {

@@ -21,9 +21,9 @@ class DirectSimbody final : public Direct {
 
   std::vector<Vec3> positions() const override {
     State state;
-    state.angle = loop_->angles();
-    state.rate = loop_->rates();
-    for (size_t j = 0; j < state.angle.size(); ++j) state.angle[j] += model_.hinges[j].reference;
+    state.position = loop_->angles();
+    state.velocity = loop_->rates();
+    for (size_t j = 0; j < state.position.size(); ++j) state.position[j] += model_.joints[j].reference;
     bodies_from_joints(model_, state);
     std::vector<Vec3> result;
     result.reserve(state.bodies.size());

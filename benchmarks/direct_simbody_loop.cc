@@ -19,7 +19,7 @@ class Loop final : public SimbodyLoop {
         gravity_(forces_, matter_, simtk(model.gravity)),
         torques_(forces_, matter_) {
     for (const Body& body : model.bodies) {
-      const Hinge& hinge = model.hinges[body.hinge];
+      const Joint& hinge = model.joints[body.joint];
       const Mat3& I = body.I_BBcm_B;
       const SimTK::Inertia central(I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2));
       const SimTK::Vec3 com = simtk(body.p_BBcm);
@@ -35,9 +35,9 @@ class Loop final : public SimbodyLoop {
     system_.realizeTopology();
     SimTK::State state = system_.getDefaultState();
     for (size_t i = 0; i < index_.size(); ++i) {
-      const int hinge = model.bodies[i].hinge;
-      pin(i).setOneQ(state, 0, start.angle[hinge] - model.hinges[hinge].reference);
-      pin(i).setOneU(state, 0, start.rate[hinge]);
+      const int hinge = model.bodies[i].joint;
+      pin(i).setOneQ(state, 0, start.position[hinge] - model.joints[hinge].reference);
+      pin(i).setOneU(state, 0, start.velocity[hinge]);
     }
     if (merson) {
       integrator_ = std::make_unique<SimTK::RungeKuttaMersonIntegrator>(system_);

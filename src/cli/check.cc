@@ -113,7 +113,7 @@ std::string elements_text(const Element& first, const std::vector<std::string>& 
   const std::string noun = first.before.substr(noun_begins);
   std::string text = first.after.empty() ? "" : first.after + " of ";
   text += first.before.substr(0, noun_begins);
-  const bool all = noun == "joint" && names.size() == model.hinges.size();
+  const bool all = noun == "joint" && names.size() == model.joints.size();
   text += fmt::format("{}{} {}", all ? "all " : "", names.size(), noun == "body" ? "bodies" : noun + "s");
   if (all) return text;
   std::vector<std::string> shown;

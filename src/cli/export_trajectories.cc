@@ -42,7 +42,7 @@ void make_folder(const std::string& folder) {
 
 void write_npz(const std::string& path, const RunRow& run, const Trajectory& trajectory, const Scene& scene) {
   const std::vector<State>& states = trajectory.states;
-  const size_t samples = states.size(), bodies = scene.bodies.size(), hinges = scene.hinges.size();
+  const size_t samples = states.size(), bodies = scene.bodies.size(), hinges = scene.joints.size();
   std::vector<double> time, position, orientation, velocity, angular_velocity, angle, rate;
   const auto append = [](std::vector<double>& to, std::initializer_list<double> numbers) {
     to.insert(to.end(), numbers);
@@ -55,8 +55,8 @@ void write_npz(const std::string& path, const RunRow& run, const Trajectory& tra
       append(velocity, {body.v_WBcm.x(), body.v_WBcm.y(), body.v_WBcm.z()});
       append(angular_velocity, {body.w_WB.x(), body.w_WB.y(), body.w_WB.z()});
     }
-    angle.insert(angle.end(), state.angle.begin(), state.angle.end());
-    rate.insert(rate.end(), state.rate.begin(), state.rate.end());
+    angle.insert(angle.end(), state.position.begin(), state.position.end());
+    rate.insert(rate.end(), state.velocity.begin(), state.velocity.end());
   }
   std::vector<std::string> names;
   names.reserve(bodies);
@@ -70,7 +70,7 @@ void write_npz(const std::string& path, const RunRow& run, const Trajectory& tra
   npz.add("angle", {samples, hinges}, angle);
   npz.add("rate", {samples, hinges}, rate);
   npz.add("bodies", names);
-  npz.add("hinges", scene.hinges);
+  npz.add("hinges", scene.joints);
   npz.add("run", {run.system, run.contender});
   npz.add("timestep_ms", {}, {run.timestep_ms});
   npz.write(path);
@@ -94,7 +94,7 @@ void write_csv(const std::string& path, const Trajectory& trajectory, const Scen
 // Whether the states fit the scene's model.
 bool fits(const Trajectory& trajectory, const Scene& scene) {
   return !trajectory.states.empty() && trajectory.states.front().bodies.size() == scene.bodies.size() &&
-         trajectory.states.front().angle.size() == scene.hinges.size();
+         trajectory.states.front().position.size() == scene.joints.size();
 }
 
 }  // namespace

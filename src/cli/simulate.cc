@@ -46,7 +46,7 @@ int run(const SimulateJob& job, OutputFile& file) {
   const Control& control = *job.control;
   const Plausibility plausibility(model, model.initial, job.duration_s, largest_work(model, control, job.duration_s));
   const bool feedback = control.input() != ControlInput::kNothing;
-  std::vector<double> torques(model.hinges.size());
+  std::vector<double> torques(model.joints.size());
   std::vector<std::string> names;
   names.reserve(model.bodies.size());
   for (const Body& body : model.bodies) names.push_back(csv_field(body.name));

@@ -40,7 +40,7 @@ Verdict joint_limit(const Subject& subject) {
   Solid bar = capsule_solid(1, 0.05, 0.15, Vec3::UnitX());
   bar.p_BBcm = {0.2, 0, 0};
   for (const double side : {1.0, -1.0}) {
-    Hinge& hinge = add_hinged_body(model, side > 0 ? "down" : "up", kWorld, {Vec3(0, side, 1), Quat::Identity()}, bar,
+    Joint& hinge = add_hinged_body(model, side > 0 ? "down" : "up", kWorld, {Vec3(0, side, 1), Quat::Identity()}, bar,
                                    Vec3(0, side, 0));
     hinge.reference = 0.3 * side;
     hinge.limited = true;
@@ -57,9 +57,10 @@ Verdict joint_limit(const Subject& subject) {
   for (const int j : {0, 1}) {
     const double side = j == 0 ? 1 : -1;
     double beyond = 0;
-    for (const State& state : states) beyond = std::max(beyond, side * state.angle[j] - 1);
+    for (const State& state : states) beyond = std::max(beyond, side * state.position[j] - 1);
     checks.add(beyond, 0.02 * speed + 0.01, fmt::format("furthest beyond the limit, arriving at {:.2f} rad/s", speed));
-    checks.add(std::abs(side * states.back().angle[j] - 1), 0.01, "distance from the limit at the end, where it rests");
+    checks.add(std::abs(side * states.back().position[j] - 1), 0.01,
+               "distance from the limit at the end, where it rests");
   }
   return checks.worst();
 }

@@ -37,8 +37,8 @@ class Random {
 State random_state(const Model& model, Random& random) {
   State state = model.initial;
   state.time = random.between(0, 100);
-  for (double& angle : state.angle) angle = random.between(-9, 9);
-  for (double& rate : state.rate) rate = random.between(-3, 3);
+  for (double& angle : state.position) angle = random.between(-9, 9);
+  for (double& rate : state.velocity) rate = random.between(-3, 3);
   for (size_t i = 0; i < model.bodies.size(); ++i) {
     if (!model.bodies[i].is_free()) continue;
     // braces keep the order of the calls
@@ -89,7 +89,7 @@ Verdict readback(const Subject& subject) {
   Model model = oblique_trees();
   if (subject.capabilities().joint_limits) {
     for (const int limited : {1, 3}) {
-      Hinge& hinge = model.hinges[limited];
+      Joint& hinge = model.joints[limited];
       hinge.limited = true;
       hinge.lower = hinge.reference - 1.1;
       hinge.upper = hinge.reference + 0.7;
@@ -99,14 +99,15 @@ Verdict readback(const Subject& subject) {
   model = finished(std::move(model));
   Random random;
   State state = random_state(model, random);
-  for (size_t j = 0; j < model.hinges.size(); ++j) state.angle[j] = model.hinges[j].reference + random.between(-1, 0.6);
+  for (size_t j = 0; j < model.joints.size(); ++j)
+    state.position[j] = model.joints[j].reference + random.between(-1, 0.6);
   bodies_from_joints(model, state);
   const EngineView view = subject.create(model, state, 1e-3)->view();
 
   const double tolerance = conversion_tolerance(subject);
-  if (view.bodies.size() != model.bodies.size() || view.hinges.size() != model.hinges.size()) {
+  if (view.bodies.size() != model.bodies.size() || view.joints.size() != model.joints.size()) {
     throw EngineError(fmt::format("the engine has {} bodies and {} hinges, the model {} and {}", view.bodies.size(),
-                                  view.hinges.size(), model.bodies.size(), model.hinges.size()));
+                                  view.joints.size(), model.bodies.size(), model.joints.size()));
   }
   Checks checks("");
   for (size_t i = 0; i < model.bodies.size(); ++i) {
@@ -120,10 +121,10 @@ Verdict readback(const Subject& subject) {
     checks.add((seen.p_WBcm - state.bodies[i].p_WBcm).norm(), tolerance,
                fmt::format("centre of mass of '{}', m", body.name));
   }
-  for (size_t j = 0; j < model.hinges.size(); ++j) {
-    const Hinge& hinge = model.hinges[j];
-    const EngineHinge& seen = view.hinges[j];
-    const HingeFrames frames = hinge_frames(model, state, static_cast<int>(j));
+  for (size_t j = 0; j < model.joints.size(); ++j) {
+    const Joint& hinge = model.joints[j];
+    const EngineJoint& seen = view.joints[j];
+    const JointFrames frames = joint_frames(model, state, static_cast<int>(j));
     const Vec3 offset = seen.p_WJ - frames.p_WJ_child;
     checks.add((seen.axis_W - frames.axis_W_child).norm(), tolerance, fmt::format("axis of '{}', rad", hinge.name));
     checks.add(offset.cross(frames.axis_W_child).norm(), tolerance, fmt::format("axis of '{}', m beside", hinge.name));
@@ -146,8 +147,8 @@ Verdict state_round_trip(const Subject& subject) {
     const State state = random_state(model, random);
     State read;
     subject.create(model, state, 1e-3)->read_state(read);
-    if (read.bodies.size() != state.bodies.size() || read.angle.size() != state.angle.size() ||
-        read.rate.size() != state.rate.size()) {
+    if (read.bodies.size() != state.bodies.size() || read.position.size() != state.position.size() ||
+        read.velocity.size() != state.velocity.size()) {
       throw EngineError("the state that was read back has another size");
     }
     // the adapter keeps the time, in double precision for every engine
@@ -161,10 +162,10 @@ Verdict state_round_trip(const Subject& subject) {
       checks.add((is.v_WBcm - was.v_WBcm).norm(), tolerance, fmt::format("velocity of '{}', m/s", name));
       checks.add((is.w_WB - was.w_WB).norm(), tolerance, fmt::format("angular velocity of '{}', rad/s", name));
     }
-    for (size_t j = 0; j < state.angle.size(); ++j) {
-      const std::string& name = model.hinges[j].name;
-      checks.add(std::abs(read.angle[j] - state.angle[j]), tolerance, fmt::format("angle of '{}', rad", name));
-      checks.add(std::abs(read.rate[j] - state.rate[j]), tolerance, fmt::format("rate of '{}', rad/s", name));
+    for (size_t j = 0; j < state.position.size(); ++j) {
+      const std::string& name = model.joints[j].name;
+      checks.add(std::abs(read.position[j] - state.position[j]), tolerance, fmt::format("angle of '{}', rad", name));
+      checks.add(std::abs(read.velocity[j] - state.velocity[j]), tolerance, fmt::format("rate of '{}', rad/s", name));
     }
   }
   return checks.worst();
@@ -286,7 +287,7 @@ Verdict torque_for_one_step(const Subject& subject) {
   double expected = 0;
   const auto check = [&](const std::string& what) {
     simulation->read_state(state);
-    checks.add(std::abs(state.rate[0] - expected), tolerance, what);
+    checks.add(std::abs(state.velocity[0] - expected), tolerance, what);
   };
   simulation->set_torques({&torque, 1});
   expected += kKick;

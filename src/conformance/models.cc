@@ -43,18 +43,18 @@ Body& add_free_body(Model& model, const std::string& name, const Solid& solid, c
   return model.bodies.back();
 }
 
-Hinge& add_hinged_body(Model& model, const std::string& name, int parent, const Pose& X_PB, const Solid& solid,
+Joint& add_hinged_body(Model& model, const std::string& name, int parent, const Pose& X_PB, const Solid& solid,
                        const Vec3& axis_B, const Vec3& p_BJ) {
   Body& body = add_free_body(model, name, solid, X_PB);
   body.parent = parent;
-  body.hinge = static_cast<int>(model.hinges.size());
-  Hinge hinge;
+  body.joint = static_cast<int>(model.joints.size());
+  Joint hinge;
   hinge.name = name + "_hinge";
   hinge.body = static_cast<int>(model.bodies.size()) - 1;
   hinge.axis_B = axis_B.normalized();
   hinge.p_BJ = p_BJ;
-  model.hinges.push_back(hinge);
-  return model.hinges.back();
+  model.joints.push_back(hinge);
+  return model.joints.back();
 }
 
 int add_shape(Model& model, ShapeType type, int body, const Pose& X_BS, double radius, double half_length,
@@ -83,8 +83,8 @@ Model finished(Model model) {
 
 State with_joints(const Model& model, const std::vector<double>& angle, const std::vector<double>& rate) {
   State state = model.initial;
-  state.angle = angle;
-  state.rate = rate;
+  state.position = angle;
+  state.velocity = rate;
   bodies_from_joints(model, state);
   return state;
 }

@@ -24,7 +24,7 @@ Solid principal_solid(double mass, const Vec3& p_BBcm, const Vec3& moments, cons
 
 // Each adds an element to the model and returns it. The next addition invalidates the reference.
 Body& add_free_body(Model& model, const std::string& name, const Solid& solid, const Pose& X_WB = {});
-Hinge& add_hinged_body(Model& model, const std::string& name, int parent, const Pose& X_PB, const Solid& solid,
+Joint& add_hinged_body(Model& model, const std::string& name, int parent, const Pose& X_PB, const Solid& solid,
                        const Vec3& axis_B, const Vec3& p_BJ = Vec3::Zero());
 int add_shape(Model& model, ShapeType type, int body, const Pose& X_BS = {}, double radius = 0, double half_length = 0,
               double friction = 1);

@@ -67,7 +67,7 @@ Verdict follows_truth(const Subject& subject, const Model& model, const State& s
 // The angle of a single hinge against its value in closed form.
 Verdict hinge_follows(const Subject& subject, const Model& model, const State& start, double duration, double angle,
                       std::span<const double> torques, int order) {
-  const auto measure = [&](double timestep) { return subject.run(model, start, timestep, duration, torques).angle; };
+  const auto measure = [&](double timestep) { return subject.run(model, start, timestep, duration, torques).position; };
   return converges(subject, measure, {angle}, {.duration = duration, .unit = "rad", .order = order});
 }
 
@@ -109,7 +109,7 @@ Verdict fast_motion(const Subject& subject) {
   checks.add((end.bodies[0].v_WBcm - start.bodies[0].v_WBcm).norm() / 300, tolerance,
              "speed lost, relative to 300 m/s");
   checks.add((end.bodies[0].w_WB - start.bodies[0].w_WB).norm() / 100, tolerance, "spin lost, relative to 100 rad/s");
-  checks.add(std::abs(end.rate[0] / kRate - 1), tolerance, "hinge's rate lost, relative to 120 rad/s");
+  checks.add(std::abs(end.velocity[0] / kRate - 1), tolerance, "hinge's rate lost, relative to 120 rad/s");
   return checks.worst();
 }
 
@@ -160,10 +160,10 @@ Verdict pendulum_period(const Subject& subject) {
     const std::vector<State> states = subject.record(swing.model, start, timestep, duration);
     std::vector<double> passages;
     for (size_t i = 1; i < states.size(); ++i) {
-      const double a = states[i - 1].angle[0], b = states[i].angle[0];
+      const double a = states[i - 1].position[0], b = states[i].position[0];
       const bool downwards = a > 0 && b <= 0;
       if (!downwards) continue;
-      const double slope_a = states[i - 1].rate[0] * timestep, slope_b = states[i].rate[0] * timestep;
+      const double slope_a = states[i - 1].velocity[0] * timestep, slope_b = states[i].velocity[0] * timestep;
       const auto cubic = [&](double s) {
         return (1 + 2 * s) * (1 - s) * (1 - s) * a + s * (1 - s) * (1 - s) * slope_a + s * s * (3 - 2 * s) * b -
                s * s * (1 - s) * slope_b;
@@ -195,7 +195,7 @@ Verdict constant_torque(const Subject& subject) {
 
 Verdict armature(const Subject& subject) {
   Flywheel wheel = flywheel();
-  wheel.model.hinges[0].armature = 0.6 * wheel.axial_inertia;
+  wheel.model.joints[0].armature = 0.6 * wheel.axial_inertia;
   wheel.model = finished(std::move(wheel.model));
   constexpr double kDuration = 1, kAcceleration = 12;
   const State start = with_joints(wheel.model, {0}, {1});
@@ -206,7 +206,7 @@ Verdict armature(const Subject& subject) {
 
 Verdict spring_damper(const Subject& subject) {
   Flywheel wheel = flywheel();
-  Hinge& hinge = wheel.model.hinges[0];
+  Joint& hinge = wheel.model.joints[0];
   hinge.reference = 0.2;
   hinge.spring_reference = -0.3;
   hinge.stiffness = 100 * wheel.axial_inertia;  // 10 rad/s

@@ -71,7 +71,7 @@ State Subject::run(const Model& model, const State& start, double timestep, doub
   const int steps = static_cast<int>(std::llround(duration / timestep));
   const int stride = std::max(1, static_cast<int>(std::llround(0.01 / timestep)));
   const bool has_input = !torques.empty() || model.has_springs();
-  const std::vector<double> zero(model.hinges.size(), 0.0);
+  const std::vector<double> zero(model.joints.size(), 0.0);
   State state;
   for (int done = 0; done < steps;) {
     const int count = std::min(stride, steps - done);
@@ -143,15 +143,15 @@ std::vector<double> positions(const State& state) {
 
 std::vector<double> all_numbers(const State& state) {
   std::vector<double> numbers = {state.time};
-  numbers.reserve(1 + 13 * state.bodies.size() + 2 * state.angle.size());
+  numbers.reserve(1 + 13 * state.bodies.size() + 2 * state.position.size());
   for (const BodyState& body : state.bodies) {
     numbers.insert(numbers.end(), body.p_WBcm.begin(), body.p_WBcm.end());
     numbers.insert(numbers.end(), {body.q_WB.w(), body.q_WB.x(), body.q_WB.y(), body.q_WB.z()});
     numbers.insert(numbers.end(), body.v_WBcm.begin(), body.v_WBcm.end());
     numbers.insert(numbers.end(), body.w_WB.begin(), body.w_WB.end());
   }
-  numbers.insert(numbers.end(), state.angle.begin(), state.angle.end());
-  numbers.insert(numbers.end(), state.rate.begin(), state.rate.end());
+  numbers.insert(numbers.end(), state.position.begin(), state.position.end());
+  numbers.insert(numbers.end(), state.velocity.begin(), state.velocity.end());
   return numbers;
 }
 

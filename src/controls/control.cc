@@ -9,6 +9,7 @@
 
 #include "base/errors.h"
 #include "base/text.h"
+#include "model/kinematics.h"
 
 namespace assay {
 namespace {
@@ -61,21 +62,21 @@ class ActuatorControl final : public Control {
     std::ranges::fill(torques, 0.0);
     for (size_t i = 0; i < actuators_.size(); ++i) {
       const Actuator& actuator = actuators_[i];
-      torques[actuator.hinge] += actuator_torque(actuator, control_[i] + value_at(actuator.sine, state.time),
-                                                 state.angle[actuator.hinge], state.rate[actuator.hinge]);
+      const double force =
+          actuator_force(actuator, control_[i] + value_at(actuator.sine, state.time),
+                         sum_of_terms(actuator.terms, state.position), sum_of_terms(actuator.terms, state.velocity));
+      for (const JointTerm& term : actuator.terms) torques[term.joint] += term.coefficient * force;
     }
   }
   ControlInput input() const override {
-    const bool feedback =
-        std::ranges::any_of(actuators_, [](const Actuator& a) { return a.type == ActuatorType::kPosition; });
+    const bool feedback = std::ranges::any_of(actuators_, [](const Actuator& a) { return a.has_feedback(); });
     if (feedback) return ControlInput::kState;
     return sines() > 0 ? ControlInput::kTime : ControlInput::kNothing;
   }
   bool is_zero() const override {
     for (size_t i = 0; i < actuators_.size(); ++i) {
       const Actuator& actuator = actuators_[i];
-      if (actuator.type == ActuatorType::kPosition || actuator.sine.amplitude != 0 ||
-          actuator_torque(actuator, control_[i], 0, 0) != 0) {
+      if (actuator.has_feedback() || actuator.sine.amplitude != 0 || actuator_force(actuator, control_[i], 0, 0) != 0) {
         return false;
       }
     }
@@ -98,20 +99,20 @@ class ActuatorControl final : public Control {
 
 }  // namespace
 
-double actuator_torque(const Actuator& actuator, double u, double angle, double rate) {
+double actuator_force(const Actuator& actuator, double u, double length, double speed) {
   if (actuator.control_limited) u = std::clamp(u, actuator.control_lower, actuator.control_upper);
-  double force = u;
-  if (actuator.type == ActuatorType::kPosition) {
-    force = actuator.kp * (u - actuator.gear * angle) - actuator.kv * actuator.gear * rate;
-  }
+  const auto& [constant, of_length, of_speed] = actuator.bias;
+  // a position actuator's error first, so that a small one keeps its digits
+  double force = of_length == -actuator.gain ? actuator.gain * (u - length) : actuator.gain * u + of_length * length;
+  force += of_speed * speed + constant;
   if (actuator.force_limited) force = std::clamp(force, actuator.force_lower, actuator.force_upper);
-  return actuator.gear * force;
+  return force;
 }
 
 std::unique_ptr<Control> passive_control() { return std::make_unique<PassiveControl>(); }
 
 std::unique_ptr<Control> sine_control(const Model& model, std::vector<Sine> sines) {
-  if (sines.size() != model.hinges.size()) throw std::invalid_argument("sine_control: one sine per hinge");
+  if (sines.size() != model.joints.size()) throw std::invalid_argument("sine_control: one sine per hinge");
   return std::make_unique<SineControl>(std::move(sines));
 }
 
@@ -169,8 +170,8 @@ std::unique_ptr<Control> make_control(const Model& model, const ControlSpec& spe
     }
   }
   std::vector<Sine> sines;
-  sines.reserve(model.hinges.size());
-  for (size_t j = 0; j < model.hinges.size(); ++j) {
+  sines.reserve(model.joints.size());
+  for (size_t j = 0; j < model.joints.size(); ++j) {
     sines.push_back({spec.amplitude, spec.frequency, spec.phase_step * static_cast<double>(j)});
   }
   return sine_control(model, std::move(sines));

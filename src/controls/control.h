@@ -55,8 +55,9 @@ std::unique_ptr<Control> sine_control(const Model& model, std::vector<Sine> sine
 // torque, position actuators an explicit PD torque toward their set-point. An empty `control` means Model::control0.
 std::unique_ptr<Control> actuator_control(const Model& model, std::vector<double> control = {});
 
-// Torque of one actuator on its hinge, Nm, for control u. Clamps as model.h says.
-double actuator_torque(const Actuator& actuator, double u, double angle, double rate);
+// Force of one actuator for control u at a length and speed of its transmission, as model.h says, clamps included. Each
+// joint of it gets its coefficient times that.
+double actuator_force(const Actuator& actuator, double u, double length, double speed);
 
 // A control as campaigns and users name it.
 struct ControlSpec {

@@ -12,13 +12,13 @@ double largest_work(const Model& model, const Control& control, double duration_
   if (control.is_zero()) return 0;
   constexpr int kTimes = 64;
   constexpr double kSwingsPerSecond = 4;  // to one side
-  std::vector<double> torques(model.hinges.size()), largest(model.hinges.size(), 0), range(model.hinges.size());
+  std::vector<double> torques(model.joints.size()), largest(model.joints.size(), 0), range(model.joints.size());
   std::array<State, 3> ends = {model.initial, model.initial, model.initial};
   for (size_t j = 0; j < range.size(); ++j) {
-    const Hinge& hinge = model.hinges[j];
-    ends[1].angle[j] = hinge.limited ? hinge.lower : model.initial.angle[j] - std::numbers::pi;
-    ends[2].angle[j] = hinge.limited ? hinge.upper : model.initial.angle[j] + std::numbers::pi;
-    range[j] = ends[2].angle[j] - ends[1].angle[j];
+    const Joint& hinge = model.joints[j];
+    ends[1].position[j] = hinge.limited ? hinge.lower : model.initial.position[j] - std::numbers::pi;
+    ends[2].position[j] = hinge.limited ? hinge.upper : model.initial.position[j] + std::numbers::pi;
+    range[j] = ends[2].position[j] - ends[1].position[j];
   }
   for (State& state : ends) {
     for (int i = 0; i < kTimes; ++i) {

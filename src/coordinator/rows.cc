@@ -15,7 +15,7 @@ using nlohmann::json;
 
 json model_facts(const Model& model) {
   return {{"model_hash", model.hash},      {"dof", model.dof()},
-          {"bodies", model.bodies.size()}, {"hinges", model.hinges.size()},
+          {"bodies", model.bodies.size()}, {"hinges", model.joints.size()},
           {"shapes", model.shapes.size()}, {"contact_pairs", model.contacts.size()},
           {"mass_kg", model.total_mass()}, {"gravity", {model.gravity.x(), model.gravity.y(), model.gravity.z()}}};
 }

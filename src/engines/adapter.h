@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <initializer_list>
 #include <numbers>
 #include <optional>
 #include <span>
@@ -66,21 +67,32 @@ struct Clock {
 
 // `state` with joint coordinates: computed from its bodies when it has none.
 inline State with_joint_coordinates(const Model& model, State state) {
-  if (state.angle.size() != model.hinges.size() || state.rate.size() != model.hinges.size()) {
+  if (state.position.size() != model.joints.size() || state.velocity.size() != model.joints.size()) {
     joints_from_bodies(model, state);
   }
   return state;
 }
 
-// The torques of the next step, one per hinge: the caller's (0 where `torques` ends earlier) and, when `springs` is
-// given, those of the joints' own springs and dampers in that state.
+// The torques of the next step, one per hinge or slide: the caller's (0 where `torques` ends earlier) and, when
+// `springs` is given, those of the joints' own springs and dampers in that state. Neither holds those of tendons
+// (add_tendon_tensions) and ball joints (ball_spring_torque).
 inline void collect_torques(const Model& model, std::span<const double> torques, const State* springs,
                             std::vector<double>& out) {
-  out.assign(model.hinges.size(), 0.0);
+  out.assign(model.joints.size(), 0.0);
   std::copy_n(torques.begin(), std::min(torques.size(), out.size()), out.begin());
   if (springs == nullptr) return;
   for (size_t j = 0; j < out.size(); ++j) {
-    out[j] += spring_torque(model.hinges[j], springs->angle[j], springs->rate[j]);
+    out[j] += spring_torque(model.joints[j], springs->position[j], springs->velocity[j]);
+  }
+}
+
+// Adds the joint torques of the tendons' own springs and dampers in `state`.
+inline void add_tendon_tensions(const Model& model, const State& state, std::vector<double>& torques) {
+  for (const Tendon& tendon : model.tendons) {
+    if (!tendon.has_spring()) continue;
+    const double tension =
+        tendon_tension(tendon, sum_of_terms(tendon.terms, state.position), sum_of_terms(tendon.terms, state.velocity));
+    for (const JointTerm& term : tendon.terms) torques[term.joint] += term.coefficient * tension;
   }
 }
 
@@ -135,35 +147,59 @@ inline ShapeFriction shape_friction(const Model& model, FrictionRule rule) {
 
 // Where an engine that knows an angle within one turn best counts it from: the middle of a limited range, which then
 // may lie anywhere, else `otherwise`.
-inline double middle_of_range(const Hinge& hinge, double otherwise) {
+inline double middle_of_range(const Joint& hinge, double otherwise) {
   return hinge.limited ? (hinge.lower + hinge.upper) / 2 : otherwise;
 }
 
-inline bool spans_a_turn(const Hinge& hinge) {
+inline bool spans_a_turn(const Joint& hinge) {
   return hinge.limited && hinge.upper - hinge.lower >= 2 * std::numbers::pi;
 }
 
 // ---- limitations ----------------------------------------------------------------------------------------------------
 
+// What Capabilities::features say about `model`: how every adapter's check() begins.
+inline std::vector<Limitation> feature_limitations(const std::string& engine, const Model& model,
+                                                   const Capabilities& capabilities) {
+  std::vector<Limitation> limitations;
+  for (FeatureUse& use : features_of(model)) {
+    const FeatureSupport* support = capabilities.support(use.feature);
+    if (support == nullptr) {
+      limitations.push_back(
+          {Fidelity::kRefused, std::move(use.element), fmt::format("{} has no {}", engine, feature_name(use.feature))});
+    } else if (support->fidelity != Fidelity::kExact) {
+      limitations.push_back({support->fidelity, std::move(use.element), support->how});
+    }
+  }
+  return limitations;
+}
+
+// Declares features as exact: one call for several.
+inline void add_exact(Capabilities& capabilities, std::initializer_list<Feature> features) {
+  for (const Feature feature : features) capabilities.features.push_back({feature, Fidelity::kExact, ""});
+}
+inline void add_approximated(Capabilities& capabilities, Feature feature, std::string how) {
+  capabilities.features.push_back({feature, Fidelity::kApproximated, std::move(how)});
+}
+
 // "joint 'knee' armature"
-inline std::string joint_element(const Hinge& hinge, const char* what) {
+inline std::string joint_element(const Joint& hinge, const char* what) {
   return fmt::format("joint '{}' {}", hinge.name, what);
 }
 
-inline Limitation armature_refused(const Hinge& hinge, const char* engine) {
+inline Limitation armature_refused(const Joint& hinge, const char* engine) {
   return {Fidelity::kRefused, joint_element(hinge, "armature"),
           fmt::format("{} has no joint armature: set it to 0 or choose another engine", engine)};
 }
 
 // `remedy`: what the user can do, with its separator; "" for nothing.
-inline Limitation explicit_spring(const Hinge& hinge, const char* remedy = "") {
+inline Limitation explicit_spring(const Joint& hinge, const char* remedy = "") {
   return {Fidelity::kApproximated, joint_element(hinge, "stiffness and damping"),
           fmt::format("explicit torque from the state at the step's start{}", remedy)};
 }
 
 // How an engine holds a limited range when it knows the angle within one turn, counted from the range's middle. A limit
 // that is passed by more than half of what the range leaves of the turn is taken for the other limit.
-inline std::optional<Limitation> range_within_a_turn(const Hinge& hinge, const char* engine) {
+inline std::optional<Limitation> range_within_a_turn(const Joint& hinge, const char* engine) {
   constexpr double kNarrow = 0.1;  // rad
   if (!hinge.limited) return std::nullopt;
   const double margin = std::numbers::pi - (hinge.upper - hinge.lower) / 2;

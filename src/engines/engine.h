@@ -6,6 +6,7 @@
 // src/engines/skeleton.
 #pragma once
 
+#include <algorithm>
 #include <map>
 #include <memory>
 #include <optional>
@@ -15,6 +16,7 @@
 #include <vector>
 
 #include "base/errors.h"
+#include "model/features.h"
 #include "model/model.h"
 #include "model/state.h"
 
@@ -71,6 +73,17 @@ struct Deviation {
   std::string reason;  // one sentence, ends in the report's fairness table
 };
 
+// What an adapter does with one thing of a model.
+enum class Fidelity { kExact, kApproximated, kRefused };
+
+// How a contender carries over one feature of models (model/features.h).
+struct FeatureSupport {
+  Feature feature = Feature::kSlide;
+  Fidelity fidelity = Fidelity::kExact;
+  std::string
+      how;  // approximated: what is done instead, with its measured bound; refused: why, and what the user can do
+};
+
 // What a contender can do and how. Everything here is printed in the fairness table, so texts are short and say facts.
 struct Capabilities {
   Precision precision = Precision::kDouble;
@@ -96,6 +109,12 @@ struct Capabilities {
   std::string other;           // velocity quantisation, ... "" when there is nothing
   int threads = 1;
   std::vector<Deviation> deviations;
+  std::vector<FeatureSupport> features;  // a feature that is not listed is refused: "ENGINE has no slide joints"
+
+  const FeatureSupport* support(Feature feature) const {
+    const auto found = std::ranges::find(features, feature, &FeatureSupport::feature);
+    return found == features.end() ? nullptr : &*found;
+  }
 };
 
 // Where an engine's code comes from and how it was compiled.
@@ -107,7 +126,6 @@ struct BuildFacts {
 };
 
 // What an adapter does with one thing of a model.
-enum class Fidelity { kExact, kApproximated, kRefused };
 struct Limitation {
   Fidelity fidelity = Fidelity::kExact;
   std::string element;  // "joint 'knee' armature"
@@ -127,15 +145,15 @@ struct EngineBody {
   Vec3 p_WBcm = Vec3::Zero();        // m
   Mat3 I_BBcm_W = Mat3::Identity();  // kg m^2, about the centre of mass, world axes
 };
-struct EngineHinge {
-  Vec3 p_WJ = Vec3::Zero();  // a point on the axis, m
+struct EngineJoint {
+  Vec3 p_WJ = Vec3::Zero();  // a point on the axis, m; of a slide any point of the child
   Vec3 axis_W = Vec3::UnitZ();
   bool limited = false;
-  double lower = 0, upper = 0;  // rad, in the model's angle convention
+  double lower = 0, upper = 0;  // rad or m, in the model's convention
 };
 struct EngineView {
-  std::vector<EngineBody> bodies;   // in the model's order
-  std::vector<EngineHinge> hinges;  // in the model's order
+  std::vector<EngineBody> bodies;   // in the model's order; a massless body has mass 0 and is not compared further
+  std::vector<EngineJoint> joints;  // hinges and slides, in the model's order
   Vec3 gravity = Vec3::Zero();
 };
 
@@ -148,9 +166,10 @@ class Simulation {
   Simulation& operator=(const Simulation&) = delete;
   virtual ~Simulation() = default;
 
-  // Input of the following step: one torque per hinge (Nm, about the hinge axis on the child, its opposite on the
-  // parent). Acts for exactly one step. A joint's explicit spring (SpringKind::kExplicit) is added here, so this has to
-  // be called before every step of a model that has such springs or torques; other models may skip it.
+  // Input of the following step: one number per hinge (Nm, about its axis on the child, its opposite on the parent) and
+  // slide (N, along its axis). Acts for exactly one step. A joint's explicit spring (SpringKind::kExplicit) is added
+  // here, so this has to be called before every step of a model that has such springs or torques; other models may skip
+  // it.
   virtual void set_torques(std::span<const double> torques) = 0;
 
   // `count` calls of the engine's own step function and nothing else: what the clock measures. Throws EngineError when
@@ -188,7 +207,7 @@ class Engine {
   virtual Capabilities capabilities(const Settings& settings) const = 0;
 
   // Everything of the model that is not carried over exactly; empty when all is exact. One kRefused makes create()
-  // throw.
+  // throw. Begins with what Capabilities::features say about the model (adapter.h: feature_limitations).
   virtual std::vector<Limitation> check(const Model& model, const Settings& settings) const = 0;
 
   // A simulation of `model` that starts in `state`, which may be any state (mid-run, with time != 0). Throws
@@ -212,7 +231,7 @@ class Engine {
 // ---- plugins --------------------------------------------------------------------------------------------------------
 
 // Raised with every change of this header or of model.h and state.h; a plugin of another version is refused by name.
-inline constexpr int kPluginVersion = 5;
+inline constexpr int kPluginVersion = 6;
 
 struct PluginEntry {
   int version;

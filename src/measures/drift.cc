@@ -14,7 +14,7 @@ std::string drift_obstacle(const Model& model, bool passive) {
 
 // Where all the energy is kinetic, its decay has a rate.
 std::optional<Interval> hidden_damping(const MeasuredRun& run) {
-  const bool springs = std::ranges::any_of(run.model.hinges, [](const Hinge& hinge) { return hinge.stiffness != 0; });
+  const bool springs = std::ranges::any_of(run.model.joints, [](const Joint& hinge) { return hinge.stiffness != 0; });
   if (!run.model.gravity.isZero(0) || springs) return std::nullopt;
   std::vector<double> time, energy;
   time.reserve(run.states.size());

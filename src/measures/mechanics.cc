@@ -36,8 +36,8 @@ double kinetic_energy(const Model& model, const State& state) {
     energy += 0.5 * body.w_WB.dot(inertia_in_world(model.bodies[i], body) * body.w_WB);
   }
   // Armature is inertia of a joint and belongs to no body.
-  for (size_t j = 0; j < model.hinges.size(); ++j) {
-    if (model.hinges[j].armature != 0) energy += 0.5 * model.hinges[j].armature * state.rate[j] * state.rate[j];
+  for (size_t j = 0; j < model.joints.size(); ++j) {
+    if (model.joints[j].armature != 0) energy += 0.5 * model.joints[j].armature * state.velocity[j] * state.velocity[j];
   }
   return energy;
 }
@@ -48,10 +48,10 @@ double potential_energy(const Model& model, const State& state) {
   for (size_t i = 0; i < model.bodies.size(); ++i) {
     energy -= model.bodies[i].mass * model.gravity.dot(state.bodies[i].p_WBcm);
   }
-  for (size_t j = 0; j < model.hinges.size(); ++j) {
-    const Hinge& hinge = model.hinges[j];
+  for (size_t j = 0; j < model.joints.size(); ++j) {
+    const Joint& hinge = model.joints[j];
     if (hinge.stiffness == 0) continue;
-    const double stretch = state.angle[j] - hinge.spring_reference;
+    const double stretch = state.position[j] - hinge.spring_reference;
     energy += 0.5 * hinge.stiffness * stretch * stretch;
   }
   return energy;
@@ -75,7 +75,7 @@ Vec3 angular_momentum(const Model& model, const State& state, const Vec3& p_Wo) 
 
 Conserved conserved_quantities(const Model& model, bool driven) {
   Conserved conserved;
-  const bool damped = std::ranges::any_of(model.hinges, [](const Hinge& hinge) { return hinge.damping != 0; });
+  const bool damped = std::ranges::any_of(model.joints, [](const Joint& hinge) { return hinge.damping != 0; });
   const bool limited = model.has_limits();
   conserved.energy = model.contacts.empty() && !damped && !limited && !driven;
 
@@ -94,7 +94,7 @@ Conserved conserved_quantities(const Model& model, bool driven) {
   // or armature.
   if (hinged_root >= 0 && roots == 1 && !on_ground && !driven) {
     const Body& root = model.bodies[static_cast<size_t>(hinged_root)];
-    const Hinge& hinge = model.hinges[static_cast<size_t>(root.hinge)];
+    const Joint& hinge = model.joints[static_cast<size_t>(root.joint)];
     const bool free_turning = !hinge.has_spring() && !hinge.limited && hinge.armature == 0;
     Conserved::Axis axis{root.X_PB * hinge.p_BJ, root.X_PB.q * hinge.axis_B};
     const bool gravity_along_axis = model.gravity.cross(axis.axis_W).norm() <= 1e-12 * model.gravity.norm();

@@ -27,7 +27,7 @@ std::vector<double> stretched(const Model& model) {
       far[i] = body.p_BBcm.norm();
       continue;
     }
-    const Vec3& anchor = model.hinges[static_cast<size_t>(body.hinge)].p_BJ;
+    const Vec3& anchor = model.joints[static_cast<size_t>(body.joint)].p_BJ;
     if (body.parent != kWorld) {
       const auto parent = static_cast<size_t>(body.parent);
       at_frame[i] = at_frame[parent] + (body.X_PB * anchor).norm();
@@ -71,9 +71,9 @@ Plausibility::Plausibility(const Model& model, const State& start, double durati
     if (std::isfinite(ground)) drop = std::min(drop, std::max(0.0, height - ground));
     available_energy_ += body.mass * g * drop;
   }
-  for (size_t j = 0; j < model.hinges.size(); ++j) {
-    const Hinge& hinge = model.hinges[j];
-    const double stretch = start.angle[j] - hinge.spring_reference;
+  for (size_t j = 0; j < model.joints.size(); ++j) {
+    const Joint& hinge = model.joints[j];
+    const double stretch = start.position[j] - hinge.spring_reference;
     available_energy_ += 0.5 * hinge.stiffness * stretch * stretch;
     const auto child = static_cast<size_t>(hinge.body);
     size_ = std::max(size_, (model.bodies[child].p_BBcm - hinge.p_BJ).norm());
@@ -100,10 +100,10 @@ std::string Plausibility::impossibility(const State& state) const {
   if (energy > kEnergyFactor * available_energy_) {
     return fmt::format("kinetic energy {:.3g} J where at most {:.3g} J are available", energy, available_energy_);
   }
-  for (size_t j = 0; j < model_.hinges.size(); ++j) {
-    const HingeFrames frames = hinge_frames(model_, state, static_cast<int>(j));
+  for (size_t j = 0; j < model_.joints.size(); ++j) {
+    const JointFrames frames = joint_frames(model_, state, static_cast<int>(j));
     const double gap = (frames.p_WJ_child - frames.p_WJ_parent).norm();
-    if (gap > size_) return fmt::format("hinge '{}' is {:.3g} m apart", model_.hinges[j].name, gap);
+    if (gap > size_) return fmt::format("hinge '{}' is {:.3g} m apart", model_.joints[j].name, gap);
   }
   for (const ContactPair& pair : model_.contacts) {
     const Shape& a = model_.shapes[static_cast<size_t>(pair.shape_a)];

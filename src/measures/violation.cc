@@ -94,18 +94,18 @@ double separation(const Model& model, const State& state, const ContactPair& pai
 }
 
 Violation violation(const Model& model, const State& state) {
-  assert(state.angle.size() == model.hinges.size());
+  assert(state.position.size() == model.joints.size());
   Violation worst;
-  for (size_t j = 0; j < model.hinges.size(); ++j) {
-    const Hinge& hinge = model.hinges[j];
-    const HingeFrames frames = hinge_frames(model, state, static_cast<int>(j));
+  for (size_t j = 0; j < model.joints.size(); ++j) {
+    const Joint& hinge = model.joints[j];
+    const JointFrames frames = joint_frames(model, state, static_cast<int>(j));
     worst.dislocation = std::max(worst.dislocation, (frames.p_WJ_child - frames.p_WJ_parent).norm());
     // exact for small angles, where the arc cosine loses all digits
     const double angle = std::atan2(frames.axis_W_parent.cross(frames.axis_W_child).norm(),
                                     frames.axis_W_parent.dot(frames.axis_W_child));
     worst.misalignment = std::max(worst.misalignment, angle);
     if (hinge.limited)
-      worst.limit = std::max({worst.limit, hinge.lower - state.angle[j], state.angle[j] - hinge.upper});
+      worst.limit = std::max({worst.limit, hinge.lower - state.position[j], state.position[j] - hinge.upper});
   }
   worst.penetration = deepest_penetration(model, state);
   return worst;
@@ -133,7 +133,7 @@ ViolationSummary violation_summary(const Model& model, const std::vector<State>&
 namespace {
 
 std::string violation_obstacle(const Model& model, bool /*passive*/) {
-  return model.hinges.empty() && model.contacts.empty() ? "has neither joints nor contacts to violate" : "";
+  return model.joints.empty() && model.contacts.empty() ? "has neither joints nor contacts to violate" : "";
 }
 
 // What the model has: joints, limits, contacts.
@@ -144,7 +144,7 @@ std::vector<RunValue> violation_values(const MeasuredRun& run) {
     values.push_back({name + "_max", unit, summary.largest.*kind, {}, {}});
     values.push_back({name + "_rms", unit, summary.rms.*kind, summary.rms_low.*kind, summary.rms_high.*kind});
   };
-  if (!run.model.hinges.empty()) {
+  if (!run.model.joints.empty()) {
     add("joint_dislocation", "m", &Violation::dislocation);
     add("joint_misalignment", "rad", &Violation::misalignment);
   }

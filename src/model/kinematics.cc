@@ -1,9 +1,11 @@
 #include "model/kinematics.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/QR>
 
 namespace assay {
 namespace {
@@ -34,94 +36,273 @@ Vec3 angular_velocity(const State& state, int body) {
   return body == kWorld ? Vec3(Vec3::Zero()) : state.bodies[body].w_WB;
 }
 
+// A body's state from its parent's and its own joint's coordinates.
+void place_body(const Model& model, State& state, int index) {
+  const Body& body = model.bodies[index];
+  const FrameMotion parent = frame_motion(model, state, body.parent);
+  BodyState& s = state.bodies[index];
+
+  if (body.ball >= 0) {
+    // orientation and angular velocity are given; the anchor is fixed in the parent
+    const Vec3& p_BJ = model.balls[body.ball].p_BJ;
+    const Vec3 p_WJ = parent.X_WB * (body.X_PB * p_BJ);
+    s.p_WBcm = p_WJ + s.q_WB * (body.p_BBcm - p_BJ);
+    s.v_WBcm = parent.v_WBo + parent.w_WB.cross(p_WJ - parent.X_WB.p) + s.w_WB.cross(s.p_WBcm - p_WJ);
+    return;
+  }
+
+  const Joint& joint = model.joints[body.joint];
+  const double way = state.position[body.joint] - joint.reference;
+  if (joint.is_slide()) {
+    s.q_WB = (parent.X_WB.q * body.X_PB.q).normalized();
+    const Vec3 axis_W = s.q_WB * joint.axis_B;
+    s.p_WBcm = parent.X_WB * (body.X_PB * body.p_BBcm) + axis_W * way;
+    s.w_WB = parent.w_WB;
+    s.v_WBcm = parent.v_WBo + parent.w_WB.cross(s.p_WBcm - parent.X_WB.p) + axis_W * state.velocity[body.joint];
+    return;
+  }
+
+  // orientation first, then the position that keeps the anchor fixed in the parent
+  const Vec3 p_PJ = anchor_in_parent(model, body.joint);
+  s.q_WB = (parent.X_WB.q * body.X_PB.q * Quat(Eigen::AngleAxisd(way, joint.axis_B))).normalized();
+  const Vec3 p_WJ = parent.X_WB * p_PJ;
+  s.p_WBcm = p_WJ + s.q_WB * (body.p_BBcm - joint.p_BJ);
+
+  const Vec3 axis_W = s.q_WB * joint.axis_B;
+  s.w_WB = parent.w_WB + axis_W * state.velocity[body.joint];
+  const Vec3 v_WJ = parent.v_WBo + parent.w_WB.cross(p_WJ - parent.X_WB.p);
+  s.v_WBcm = v_WJ + s.w_WB.cross(s.p_WBcm - p_WJ);
+}
+
+// The coordinate of a joint whose two bodies are both known.
+void solve_joint(const Model& model, State& state, int index) {
+  const Joint& joint = model.joints[index];
+  const Body& body = model.bodies[joint.body];
+  const JointFrames frames = joint_frames(model, state, index);
+  const Vec3 axis_W = (frames.axis_W_parent + frames.axis_W_child).normalized();
+  if (joint.is_slide()) {
+    const FrameMotion parent = frame_motion(model, state, body.parent), child = frame_motion(model, state, joint.body);
+    const Vec3 way = frames.p_WJ_child - frames.p_WJ_parent;
+    state.position[index] = joint.reference + axis_W.dot(way);
+    // the child's velocity relative to the parent's material point below it
+    const Vec3 v_child = child.v_WBo + child.w_WB.cross(frames.p_WJ_child - child.X_WB.p);
+    const Vec3 v_parent = parent.v_WBo + parent.w_WB.cross(frames.p_WJ_child - parent.X_WB.p);
+    state.velocity[index] = axis_W.dot(v_child - v_parent);
+    return;
+  }
+
+  // relative rotation from the reference configuration, in child axes; its twist about the axis is the angle
+  const Quat q_PB = orientation(state, body.parent).conjugate() * state.bodies[joint.body].q_WB;
+  const Quat relative = body.X_PB.q.conjugate() * q_PB;
+  const double twist = 2 * std::atan2(relative.vec().dot(joint.axis_B), relative.w()) + joint.reference;
+  const double turns = std::round((state.position[index] - twist) / (2 * std::numbers::pi));
+  state.position[index] = twist + turns * 2 * std::numbers::pi;
+  state.velocity[index] = axis_W.dot(angular_velocity(state, joint.body) - angular_velocity(state, body.parent));
+}
+
+// The coordinates of the joints between the body `last` and its nearest ancestor with mass (or the world), and the
+// states of the massless bodies between: Gauss-Newton on the pose of `last`, then its velocity, both least squares.
+void solve_chain(const Model& model, State& state, int last) {
+  constexpr int kMostIterations = 50;
+  constexpr double kConverged = 1e-14;
+  std::vector<int> chain;  // bodies, `last` first
+  for (int b = last; b != kWorld && (b == last || model.bodies[b].is_massless()); b = model.bodies[b].parent) {
+    if (!model.bodies[b].is_free()) chain.insert(chain.begin(), b);
+  }
+  const BodyState target = state.bodies[last];
+  int columns = 0;
+  for (const int b : chain) {
+    columns += model.bodies[b].ball >= 0 ? 3 : 1;
+    const int joint = model.bodies[b].joint;
+    if (joint >= 0) state.velocity[joint] = 0;
+    if (model.bodies[b].ball >= 0) {
+      state.bodies[b].w_WB = angular_velocity(state, model.bodies[chain.front()].parent);
+    }
+  }
+
+  Eigen::MatrixXd jacobian(6, columns);  // of the velocity of last's centre of mass and of its angular velocity
+  const auto place = [&] {
+    for (const int b : chain) place_body(model, state, b);
+    const Vec3 p = state.bodies[last].p_WBcm;
+    int column = 0;
+    for (const int b : chain) {
+      const Body& body = model.bodies[b];
+      const Pose X_WB = body_pose(body, state.bodies[b]);
+      if (body.ball >= 0) {
+        const Vec3 arm = p - X_WB * model.balls[body.ball].p_BJ;
+        for (int k = 0; k < 3; ++k, ++column) {
+          jacobian.col(column) << Vec3::Unit(k).cross(arm), Vec3::Unit(k);
+        }
+        continue;
+      }
+      const Joint& joint = model.joints[body.joint];
+      const Vec3 axis = X_WB.q * joint.axis_B;
+      if (joint.is_slide()) {
+        jacobian.col(column++) << axis, Vec3::Zero();
+      } else {
+        jacobian.col(column++) << axis.cross(p - X_WB * joint.p_BJ), axis;
+      }
+    }
+  };
+  const auto solution = [&](const Vec3& linear, const Vec3& angular) -> Eigen::VectorXd {
+    Eigen::Matrix<double, 6, 1> wanted;
+    wanted << linear, angular;
+    return jacobian.completeOrthogonalDecomposition().solve(wanted);
+  };
+
+  for (int iteration = 0; iteration < kMostIterations; ++iteration) {
+    place();
+    const Eigen::VectorXd change =
+        solution(target.p_WBcm - state.bodies[last].p_WBcm,
+                 rotation_vector((target.q_WB * state.bodies[last].q_WB.conjugate()).normalized()));
+    int column = 0;
+    for (const int b : chain) {
+      if (const int joint = model.bodies[b].joint; joint >= 0) {
+        state.position[joint] += change[column++];
+      } else {
+        const Vec3 turn = change.segment<3>(column);
+        column += 3;
+        if (const double angle = turn.norm(); angle > 0) {
+          const Quat q(Eigen::AngleAxisd(angle, turn / angle));
+          state.bodies[b].q_WB = (q * state.bodies[b].q_WB).normalized();
+        }
+      }
+    }
+    if (change.lpNorm<Eigen::Infinity>() <= kConverged) break;
+  }
+
+  // with all joints at rest, `last` moves as if it were fixed to the ancestor; the joints give the rest
+  place();
+  const Eigen::VectorXd rates =
+      solution(target.v_WBcm - state.bodies[last].v_WBcm, target.w_WB - state.bodies[last].w_WB);
+  int column = 0;
+  Vec3 spin = Vec3::Zero();  // of the joints so far, which a ball's absolute angular velocity contains
+  for (const int b : chain) {
+    const Body& body = model.bodies[b];
+    if (body.joint >= 0) {
+      const Joint& joint = model.joints[body.joint];
+      state.velocity[body.joint] = rates[column++];
+      if (!joint.is_slide()) spin += state.bodies[b].q_WB * joint.axis_B * state.velocity[body.joint];
+    } else {
+      spin += rates.segment<3>(column);
+      column += 3;
+      state.bodies[b].w_WB += spin;
+    }
+  }
+  for (const int b : chain) {
+    if (b != last) place_body(model, state, b);
+  }
+  state.bodies[last] = target;  // bodies with mass are given
+}
+
 }  // namespace
 
 Pose body_pose(const Body& body, const BodyState& state) {
   return {state.p_WBcm - state.q_WB * body.p_BBcm, state.q_WB};
 }
 
-Vec3 anchor_in_parent(const Model& model, int hinge) {
-  const Hinge& h = model.hinges[hinge];
-  return model.bodies[h.body].X_PB * h.p_BJ;
+Vec3 anchor_in_parent(const Model& model, int joint) {
+  const Joint& j = model.joints[joint];
+  return model.bodies[j.body].X_PB * j.p_BJ;
 }
 
-Vec3 axis_in_parent(const Model& model, int hinge) {
-  const Hinge& h = model.hinges[hinge];
-  return model.bodies[h.body].X_PB.q * h.axis_B;
+Vec3 axis_in_parent(const Model& model, int joint) {
+  const Joint& j = model.joints[joint];
+  return model.bodies[j.body].X_PB.q * j.axis_B;
 }
 
 void bodies_from_joints(const Model& model, State& state) {
   state.bodies.resize(model.bodies.size());
   for (size_t i = 0; i < model.bodies.size(); ++i) {
-    const Body& body = model.bodies[i];
-    if (body.is_free()) continue;
-    const Hinge& hinge = model.hinges[body.hinge];
-    const FrameMotion parent = frame_motion(model, state, body.parent);
-
-    // orientation first, then the position that keeps the anchor fixed in the parent
-    const double angle = state.angle[body.hinge] - hinge.reference;
-    const Vec3 p_PJ = anchor_in_parent(model, body.hinge);
-    BodyState& s = state.bodies[i];
-    s.q_WB = (parent.X_WB.q * body.X_PB.q * Quat(Eigen::AngleAxisd(angle, hinge.axis_B))).normalized();
-    const Vec3 p_WJ = parent.X_WB * p_PJ;
-    s.p_WBcm = p_WJ + s.q_WB * (body.p_BBcm - hinge.p_BJ);
-
-    const Vec3 axis_W = s.q_WB * hinge.axis_B;
-    s.w_WB = parent.w_WB + axis_W * state.rate[body.hinge];
-    const Vec3 v_WJ = parent.v_WBo + parent.w_WB.cross(p_WJ - parent.X_WB.p);
-    s.v_WBcm = v_WJ + s.w_WB.cross(s.p_WBcm - p_WJ);
+    if (!model.bodies[i].is_free()) place_body(model, state, static_cast<int>(i));
   }
 }
 
 void joints_from_bodies(const Model& model, State& state) {
-  if (state.angle.size() != model.hinges.size()) {
-    state.angle.resize(model.hinges.size());
-    for (size_t j = 0; j < model.hinges.size(); ++j) state.angle[j] = model.hinges[j].reference;
+  if (state.position.size() != model.joints.size()) {
+    state.position.resize(model.joints.size());
+    for (size_t j = 0; j < model.joints.size(); ++j) state.position[j] = model.joints[j].reference;
   }
-  state.rate.resize(model.hinges.size());
-  for (size_t j = 0; j < model.hinges.size(); ++j) {
-    const Hinge& hinge = model.hinges[j];
-    const Body& body = model.bodies[hinge.body];
-
-    // relative rotation from the reference configuration, in child axes; its twist about the axis is the angle
-    const Quat q_PB = orientation(state, body.parent).conjugate() * state.bodies[hinge.body].q_WB;
-    const Quat relative = body.X_PB.q.conjugate() * q_PB;
-    const double twist = 2 * std::atan2(relative.vec().dot(hinge.axis_B), relative.w()) + hinge.reference;
-    const double turns = std::round((state.angle[j] - twist) / (2 * std::numbers::pi));
-    state.angle[j] = twist + turns * 2 * std::numbers::pi;
-
-    const HingeFrames frames = hinge_frames(model, state, static_cast<int>(j));
-    const Vec3 axis_W = (frames.axis_W_parent + frames.axis_W_child).normalized();
-    state.rate[j] = axis_W.dot(angular_velocity(state, hinge.body) - angular_velocity(state, body.parent));
+  state.velocity.resize(model.joints.size());
+  for (size_t i = 0; i < model.bodies.size(); ++i) {
+    const Body& body = model.bodies[i];
+    if (body.is_massless()) continue;
+    if (body.parent != kWorld && model.bodies[body.parent].is_massless()) {
+      solve_chain(model, state, static_cast<int>(i));
+    } else if (body.joint >= 0) {
+      solve_joint(model, state, body.joint);
+    }
   }
+}
+
+Quat ball_rotation(const Model& model, const State& state, int ball) {
+  const int child = model.balls[ball].body;
+  const Body& body = model.bodies[child];
+  return (body.X_PB.q.conjugate() * orientation(state, body.parent).conjugate() * state.bodies[child].q_WB)
+      .normalized();
+}
+
+Vec3 ball_velocity(const Model& model, const State& state, int ball) {
+  const int child = model.balls[ball].body;
+  const Vec3 w_W = state.bodies[child].w_WB - angular_velocity(state, model.bodies[child].parent);
+  return state.bodies[child].q_WB.conjugate() * w_W;
+}
+
+Vec3 rotation_vector(const Quat& rotation) {
+  const double sign = rotation.w() < 0 ? -1 : 1;
+  const double sine = rotation.vec().norm();
+  if (sine == 0) return Vec3::Zero();
+  return sign * 2 * std::atan2(sine, std::abs(rotation.w())) / sine * rotation.vec();
 }
 
 State reference_state(const Model& model) {
   State state;
   state.bodies.resize(model.bodies.size());
-  state.rate.assign(model.hinges.size(), 0.0);
-  for (const Hinge& hinge : model.hinges) state.angle.push_back(hinge.reference);
+  state.velocity.assign(model.joints.size(), 0.0);
+  for (const Joint& joint : model.joints) state.position.push_back(joint.reference);
   for (size_t i = 0; i < model.bodies.size(); ++i) {
     const Body& body = model.bodies[i];
-    if (!body.is_free()) continue;
-    state.bodies[i].q_WB = body.X_PB.q;
-    state.bodies[i].p_WBcm = body.X_PB * body.p_BBcm;
+    if (body.ball >= 0) state.bodies[i].q_WB = (orientation(state, body.parent) * body.X_PB.q).normalized();
+    if (body.is_free()) {
+      state.bodies[i].q_WB = body.X_PB.q;
+      state.bodies[i].p_WBcm = body.X_PB * body.p_BBcm;
+    } else {
+      place_body(model, state, static_cast<int>(i));
+    }
   }
-  bodies_from_joints(model, state);
   return state;
 }
 
-HingeFrames hinge_frames(const Model& model, const State& state, int hinge) {
-  const Hinge& h = model.hinges[hinge];
+JointFrames joint_frames(const Model& model, const State& state, int joint) {
+  const Joint& h = model.joints[joint];
   const Body& body = model.bodies[h.body];
   const Pose X_WB = body_pose(body, state.bodies[h.body]);
   const Pose X_WP = body.parent == kWorld ? Pose{} : body_pose(model.bodies[body.parent], state.bodies[body.parent]);
-  return {X_WP * anchor_in_parent(model, hinge), X_WB * h.p_BJ, X_WP.q * axis_in_parent(model, hinge),
+  return {X_WP * anchor_in_parent(model, joint), X_WB * h.p_BJ, X_WP.q * axis_in_parent(model, joint),
           X_WB.q * h.axis_B};
 }
 
-double spring_torque(const Hinge& hinge, double angle, double rate) {
-  return -hinge.stiffness * (angle - hinge.spring_reference) - hinge.damping * rate;
+double spring_torque(const Joint& joint, double position, double velocity) {
+  return -joint.stiffness * (position - joint.spring_reference) - joint.damping * velocity;
+}
+
+Vec3 ball_spring_torque(const BallJoint& ball, const Quat& rotation, const Vec3& velocity) {
+  Vec3 torque = -ball.damping * velocity;
+  if (ball.stiffness != 0) {
+    torque -= ball.stiffness * rotation_vector(ball.spring_reference.conjugate() * rotation);
+  }
+  return torque;
+}
+
+double sum_of_terms(const std::vector<JointTerm>& terms, const std::vector<double>& of_joints) {
+  double sum = 0;
+  for (const JointTerm& term : terms) sum += term.coefficient * of_joints[term.joint];
+  return sum;
+}
+
+double tendon_tension(const Tendon& tendon, double length, double speed) {
+  const double rest = std::clamp(length, tendon.rest_lower, tendon.rest_upper);
+  return -tendon.stiffness * (length - rest) - tendon.damping * speed;
 }
 
 Vec3 capsule_inertia(double mass, double radius, double half_length) {

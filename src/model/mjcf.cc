@@ -411,8 +411,8 @@ class Translation {
     body.parent = body_of_[m_->body_parentid[b]];
     body.X_PB = X_MpB;
     if (m_->jnt_type[j] == mjJNT_HINGE) {
-      body.hinge = static_cast<int>(model_.hinges.size());
-      model_.hinges.push_back(hinge(j, index, body.name));
+      body.joint = static_cast<int>(model_.joints.size());
+      model_.joints.push_back(hinge(j, index, body.name));
     }
     joint_of_.push_back(j);
     body_of_[b] = index;
@@ -462,9 +462,9 @@ class Translation {
     return !std::ranges::equal(kRef, std::span(solref, mjNREF)) || !std::ranges::equal(kImp, std::span(solimp, mjNIMP));
   }
 
-  Hinge hinge(int j, int body, const std::string& body_name) {
+  Joint hinge(int j, int body, const std::string& body_name) {
     const int dof = m_->jnt_dofadr[j], q = m_->jnt_qposadr[j];
-    Hinge h;
+    Joint h;
     h.name = unique_name(name(mjOBJ_JOINT, j), body_name, hinge_names_);
     h.body = body;
     h.p_BJ = vec3(m_->jnt_pos, j);
@@ -737,9 +737,9 @@ class Translation {
     Actuator actuator;
     actuator.name = name(mjOBJ_ACTUATOR, i);
     if (actuator.name.empty()) actuator.name = fmt::format("actuator{}", i + 1);
-    actuator.type = motor ? ActuatorType::kMotor : ActuatorType::kPosition;
-    actuator.hinge = model_.bodies[body_of_[m_->jnt_bodyid[joint]]].hinge;
-    actuator.gear = *row(m_->actuator_gear, 6, m_->actuator_outadr[i]);
+    actuator.terms = {{.joint = model_.bodies[body_of_[m_->jnt_bodyid[joint]]].joint,
+                       .coefficient = *row(m_->actuator_gear, 6, m_->actuator_outadr[i])}};
+    actuator.gain = gain[0];
     const int control = m_->actuator_ctrladr[i];
     actuator.control_limited = m_->actuator_ctrllimited[control] && !disabled(mjDSBL_CLAMPCTRL);
     if (actuator.control_limited) {
@@ -751,16 +751,7 @@ class Translation {
       actuator.force_lower = *row(m_->actuator_forcerange, 2, i);
       actuator.force_upper = row(m_->actuator_forcerange, 2, i)[1];
     }
-    if (position) {
-      actuator.kp = gain[0];
-      actuator.kv = -bias[2];
-    } else if (gain[0] != 1) {
-      // force = gain u, clamped, times gear: the same as u clamped to the range over the gain, times gear gain
-      actuator.gear *= gain[0];
-      actuator.force_lower /= gain[0];
-      actuator.force_upper /= gain[0];
-      if (gain[0] < 0) std::swap(actuator.force_lower, actuator.force_upper);
-    }
+    if (position) actuator.bias = {bias[0], bias[1], bias[2]};
     return actuator;
   }
 
@@ -773,11 +764,13 @@ class Translation {
           "limits the sum of several actuators' forces (actuatorfrcrange), which is not supported; give each actuator "
           "a forcerange");
     }
-    const int hinge = model_.bodies[body_of_[m_->jnt_bodyid[joint]]].hinge;
-    const auto found = std::ranges::find(model_.actuators, hinge, &Actuator::hinge);
-    if (found->gear == 0) return;
-    double lower = *row(m_->jnt_actfrcrange, 2, joint) / found->gear;
-    double upper = row(m_->jnt_actfrcrange, 2, joint)[1] / found->gear;
+    const int hinge = model_.bodies[body_of_[m_->jnt_bodyid[joint]]].joint;
+    const auto found = std::ranges::find_if(
+        model_.actuators, [hinge](const Actuator& actuator) { return actuator.terms[0].joint == hinge; });
+    const double gear = found->terms[0].coefficient;
+    if (gear == 0) return;
+    double lower = *row(m_->jnt_actfrcrange, 2, joint) / gear;
+    double upper = row(m_->jnt_actfrcrange, 2, joint)[1] / gear;
     if (lower > upper) std::swap(lower, upper);
     // two clamps in a row equal one clamp to the first range clamped by the second
     if (found->force_limited) {
@@ -842,15 +835,15 @@ class Translation {
     State state;
     state.time = m_->key_time[k];
     state.bodies.resize(model_.bodies.size());
-    state.angle.resize(model_.hinges.size());
-    state.rate.resize(model_.hinges.size());
+    state.position.resize(model_.joints.size());
+    state.velocity.resize(model_.joints.size());
     for (size_t i = 0; i < model_.bodies.size(); ++i) {
       const Body& body = model_.bodies[i];
       const mjtNum* q = qpos + m_->jnt_qposadr[joint_of_[i]];
       const mjtNum* v = qvel + m_->jnt_dofadr[joint_of_[i]];
       if (!body.is_free()) {
-        state.angle[body.hinge] = q[0];
-        state.rate[body.hinge] = v[0];
+        state.position[body.joint] = q[0];
+        state.velocity[body.joint] = v[0];
         continue;
       }
       // MuJoCo: velocity of the body frame's origin in world axes, angular velocity in body axes
@@ -880,7 +873,7 @@ class Translation {
       demand(pose_finite(b.X_PB) && b.p_BBcm.allFinite() && b.I_BBcm_B.allFinite() && std::isfinite(b.mass),
              fmt::format("body '{}'", b.name));
     }
-    for (const Hinge& h : model_.hinges) {
+    for (const Joint& h : model_.joints) {
       demand(h.p_BJ.allFinite() && h.axis_B.allFinite() &&
                  finite({h.reference, h.lower, h.upper, h.stiffness, h.spring_reference, h.damping, h.armature}),
              fmt::format("joint '{}'", h.name));
@@ -889,7 +882,8 @@ class Translation {
       demand(pose_finite(s.X_BS) && finite({s.radius, s.half_length, s.friction}), fmt::format("geom '{}'", s.name));
     }
     for (const Actuator& a : model_.actuators) {
-      demand(finite({a.gear, a.kp, a.kv, a.control_lower, a.control_upper, a.force_lower, a.force_upper}),
+      demand(finite({a.terms[0].coefficient, a.gain, a.bias[1], a.bias[2], a.control_lower, a.control_upper,
+                     a.force_lower, a.force_upper}),
              fmt::format("actuator '{}'", a.name));
     }
     for (const Keyframe& key : model_.keyframes) {
@@ -898,8 +892,8 @@ class Translation {
       };
       const auto number_finite = [](double value) { return std::isfinite(value); };
       demand(std::ranges::all_of(key.state.bodies, body_finite) &&
-                 std::ranges::all_of(key.state.angle, number_finite) &&
-                 std::ranges::all_of(key.state.rate, number_finite) &&
+                 std::ranges::all_of(key.state.position, number_finite) &&
+                 std::ranges::all_of(key.state.velocity, number_finite) &&
                  std::ranges::all_of(key.control, number_finite) && std::isfinite(key.state.time),
              fmt::format("keyframe '{}'", key.name));
     }

@@ -16,13 +16,14 @@ struct BodyState {
   Vec3 w_WB = Vec3::Zero();    // rad/s, expressed in the world frame
 };
 
-// `bodies` is in the order of Model::bodies; `angle` and `rate` in the order of Model::hinges. Angles are unwrapped
-// (they continue past pi) and measured from the MJCF zero: the reference configuration has angle = Hinge::reference.
+// `bodies` is in the order of Model::bodies; `position` and `velocity`, in the order of Model::joints, are those of
+// hinges and slides. Angles are unwrapped (they continue past pi); positions are measured from the MJCF zero: the
+// reference configuration has position = Joint::reference. Free and ball joints have their state in `bodies`.
 struct State {
   double time = 0;  // s
   std::vector<BodyState> bodies;
-  std::vector<double> angle;  // rad
-  std::vector<double> rate;   // rad/s
+  std::vector<double> position;  // rad, m for slides
+  std::vector<double> velocity;  // rad/s, m/s for slides
 };
 
 }  // namespace assay

@@ -42,7 +42,7 @@ struct Part {
   int coordinate = 0;  // hinge: angle; free: centre of mass (3), quaternion w x y z (4)
   int speed = 0;  // in the flat state: rate; free: velocity of the centre of mass (3), angular velocity (3), world axes
   int tree_speed = 0;  // the same among the tree's speeds
-  int hinge = -1;
+  int joint = -1;
   RVec3 p_BBcm, p_BJ, axis_B, p_PJ;
   RQuat q_PB;
   Real mass = 0;
@@ -69,7 +69,7 @@ class SmoothSystem {
       const Body& body = model.bodies[i];
       Part part;
       part.parent = body.parent;
-      part.hinge = body.hinge;
+      part.joint = body.joint;
       if (body.parent == kWorld) trees_.emplace_back();
       part.tree = body.parent == kWorld ? static_cast<int>(trees_.size()) - 1 : parts_[body.parent].tree;
       Tree& tree = trees_[part.tree];
@@ -86,7 +86,7 @@ class SmoothSystem {
       part.inertia_B = body.I_BBcm_B.cast<Real>();
       part.q_PB = wide(body.X_PB.q);
       if (!body.is_free()) {
-        const Hinge& hinge = model.hinges[body.hinge];
+        const Joint& hinge = model.joints[body.joint];
         part.p_BJ = wide(hinge.p_BJ);
         part.axis_B = wide(hinge.axis_B).normalized();
         part.p_PJ = wide(body.X_PB.p) + part.q_PB * part.p_BJ;
@@ -96,18 +96,18 @@ class SmoothSystem {
     size_ = speed;
     gravity_ = wide(model.gravity);
     moving_.resize(parts_.size());
-    angle_.resize(model.hinges.size());
-    rate_.resize(model.hinges.size());
-    torque_.resize(model.hinges.size());
+    angle_.resize(model.joints.size());
+    rate_.resize(model.joints.size());
+    torque_.resize(model.joints.size());
   }
 
   Flat flatten(const State& state) const {
     Flat y(size_);
     for (size_t i = 0; i < parts_.size(); ++i) {
       const Part& part = parts_[i];
-      if (part.hinge >= 0) {
-        y[part.coordinate] = state.angle.at(part.hinge);
-        y[part.speed] = state.rate.at(part.hinge);
+      if (part.joint >= 0) {
+        y[part.coordinate] = state.position.at(part.joint);
+        y[part.speed] = state.velocity.at(part.joint);
         continue;
       }
       const BodyState& body = state.bodies.at(i);
@@ -128,14 +128,14 @@ class SmoothSystem {
     State state;
     state.time = time;
     state.bodies.resize(parts_.size());
-    state.angle.resize(model_.hinges.size());
-    state.rate.resize(model_.hinges.size());
+    state.position.resize(model_.joints.size());
+    state.velocity.resize(model_.joints.size());
     for (size_t i = 0; i < parts_.size(); ++i) {
       const Moving& m = moving_[i];
       state.bodies[i] = {narrow(m.p_cm), Quat(m.q.cast<double>()).normalized(), narrow(m.v_cm), narrow(m.w)};
-      if (parts_[i].hinge < 0) continue;
-      state.angle[parts_[i].hinge] = static_cast<double>(y[parts_[i].coordinate]);
-      state.rate[parts_[i].hinge] = static_cast<double>(y[parts_[i].speed]);
+      if (parts_[i].joint < 0) continue;
+      state.position[parts_[i].joint] = static_cast<double>(y[parts_[i].coordinate]);
+      state.velocity[parts_[i].joint] = static_cast<double>(y[parts_[i].speed]);
     }
     return state;
   }
@@ -150,9 +150,9 @@ class SmoothSystem {
   // The first hinge outside its limits, or -1.
   int violated_limit(const Flat& y) const {
     for (const Part& part : parts_) {
-      if (part.hinge < 0 || !model_.hinges[part.hinge].limited) continue;
-      const Hinge& hinge = model_.hinges[part.hinge];
-      if (y[part.coordinate] < hinge.lower || y[part.coordinate] > hinge.upper) return part.hinge;
+      if (part.joint < 0 || !model_.joints[part.joint].limited) continue;
+      const Joint& hinge = model_.joints[part.joint];
+      if (y[part.coordinate] < hinge.lower || y[part.coordinate] > hinge.upper) return part.joint;
     }
     return -1;
   }
@@ -163,7 +163,7 @@ class SmoothSystem {
       const Part& part = parts_[i];
       Moving& m = moving_[i];
       const int speeds = trees_[part.tree].speeds;
-      if (part.hinge < 0) {
+      if (part.joint < 0) {
         const Real* c = &y[part.coordinate];
         const Real* u = &y[part.speed];
         m.p_cm = RVec3(c[0], c[1], c[2]);
@@ -183,7 +183,7 @@ class SmoothSystem {
       const bool root = part.parent == kWorld;
       const RQuat parent_q = root ? RQuat(RQuat::Identity()) : moving_[part.parent].q;
       const RVec3 parent_w = root ? RVec3(RVec3::Zero()) : moving_[part.parent].w;
-      const Real angle = y[part.coordinate] - static_cast<Real>(model_.hinges[part.hinge].reference);
+      const Real angle = y[part.coordinate] - static_cast<Real>(model_.joints[part.joint].reference);
       const Real rate = y[part.speed];
       m.q = (parent_q * part.q_PB * RQuat(Eigen::AngleAxis<Real>(angle, part.axis_B))).normalized();
       m.axis = m.q * part.axis_B;
@@ -220,10 +220,10 @@ class SmoothSystem {
 
   void set_torques(const Flat& y, Real time) {
     for (const Part& part : parts_) {
-      if (part.hinge < 0) continue;
-      angle_[part.hinge] = static_cast<double>(y[part.coordinate]);
-      rate_[part.hinge] = static_cast<double>(y[part.speed]);
-      torque_[part.hinge] = 0;
+      if (part.joint < 0) continue;
+      angle_[part.joint] = static_cast<double>(y[part.coordinate]);
+      rate_[part.joint] = static_cast<double>(y[part.speed]);
+      torque_[part.joint] = 0;
     }
     if (options_.torques) options_.torques(static_cast<double>(time), angle_, rate_, torque_);
   }
@@ -243,11 +243,11 @@ class SmoothSystem {
       const RVec3 spin_momentum = I * m.w;
       force.noalias() += m.linear.transpose() * (part.mass * (gravity_ - m.bias_linear));
       force.noalias() -= m.angular.transpose() * (I * m.bias_angular + m.w.cross(spin_momentum));
-      if (part.hinge < 0) continue;
-      const Hinge& hinge = model_.hinges[part.hinge];
+      if (part.joint < 0) continue;
+      const Joint& hinge = model_.joints[part.joint];
       const Real q = y[part.coordinate], rate = y[part.speed];
       inertia(part.tree_speed, part.tree_speed) += static_cast<Real>(hinge.armature);
-      force[part.tree_speed] += torque_[part.hinge] -
+      force[part.tree_speed] += torque_[part.joint] -
                                 hinge.stiffness * (q - static_cast<Real>(hinge.spring_reference)) -
                                 hinge.damping * rate;
     }
@@ -255,7 +255,7 @@ class SmoothSystem {
 
     for (int i : tree.bodies) {
       const Part& part = parts_[i];
-      if (part.hinge >= 0) {
+      if (part.joint >= 0) {
         dydt[part.coordinate] = y[part.speed];
         dydt[part.speed] = acceleration[part.tree_speed];
         continue;
@@ -309,7 +309,7 @@ std::vector<State> smooth_solution(const Model& model, const State& start, const
   const auto check_limits = [&] {
     if (const int hinge = system.violated_limit(y); hinge >= 0) {
       throw InputError(fmt::format("model '{}' has no smooth solution beyond {} s: hinge '{}' reaches its limit there",
-                                   model.name, shortest(static_cast<double>(time)), model.hinges[hinge].name));
+                                   model.name, shortest(static_cast<double>(time)), model.joints[hinge].name));
     }
   };
   check_limits();

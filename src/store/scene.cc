@@ -49,11 +49,11 @@ Scene scene_of(const Model& model) {
   Scene scene;
   for (size_t i = 0; i < model.bodies.size(); ++i) {
     const Body& body = model.bodies[i];
-    const Vec3 anchor = body.is_free() ? body.p_BBcm : model.hinges[static_cast<size_t>(body.hinge)].p_BJ;
+    const Vec3 anchor = body.is_free() ? body.p_BBcm : model.joints[static_cast<size_t>(body.joint)].p_BJ;
     SceneBody& added = scene.bodies.emplace_back(SceneBody{body.name, body.parent, body.p_BBcm, anchor, {}});
     added.X_WB = scene_pose(added, model.initial.bodies[i]);
   }
-  for (const Hinge& hinge : model.hinges) scene.hinges.push_back(hinge.name);
+  for (const Joint& hinge : model.joints) scene.joints.push_back(hinge.name);
   for (const Shape& shape : model.shapes) {
     scene.shapes.push_back({shape.type, shape.body, shape.X_BS, shape.radius, shape.half_length, shape.rgba});
   }
@@ -82,7 +82,7 @@ std::string scene_text(const Scene& scene) {
   json control = {{"kind", scene.control.kind}};
   for (const SinePart& part : kSineParts) control[part.name] = scene.control.*part.member;
   return json{{"bodies", std::move(bodies)},
-              {"hinges", scene.hinges},
+              {"hinges", scene.joints},
               {"shapes", std::move(shapes)},
               {"control", std::move(control)}}
       .dump();
@@ -97,7 +97,7 @@ Scene parse_scene(const std::string& text) {
       scene.bodies.push_back({body.at("name"), body_index(body.at("parent"), bodies.size()), vec3_of(body.at("cm")),
                               vec3_of(body.at("anchor")), pose_of(body.at("start"))});
     }
-    scene.hinges = parsed.at("hinges").get<std::vector<std::string>>();
+    scene.joints = parsed.at("hinges").get<std::vector<std::string>>();
     for (const json& shape : parsed.at("shapes")) {
       SceneShape& added = scene.shapes.emplace_back();
       added.type = shape_type(shape.at("type"));

@@ -28,8 +28,8 @@ struct SceneShape {
 };
 
 struct Scene {
-  std::vector<SceneBody> bodies;  // in the order of the states' bodies
-  std::vector<std::string> hinges;
+  std::vector<SceneBody> bodies;    // in the order of the states' bodies
+  std::vector<std::string> joints;  // hinges and slides
   std::vector<SceneShape> shapes;
   ControlSpec control;  // of the run
 };

@@ -65,7 +65,7 @@ class Reader {
 std::string encode(const Trajectory& trajectory) {
   std::string out(kMagic);
   const size_t bodies = trajectory.states.empty() ? 0 : trajectory.states.front().bodies.size();
-  const size_t hinges = trajectory.states.empty() ? 0 : trajectory.states.front().angle.size();
+  const size_t hinges = trajectory.states.empty() ? 0 : trajectory.states.front().position.size();
   out.reserve(out.size() + 64 + trajectory.states.size() * 8 * (1 + kBodyNumbers * bodies + 2 * hinges));
   put<std::uint64_t>(out, trajectory.states.size());
   put<std::uint64_t>(out, bodies);
@@ -78,8 +78,8 @@ std::string encode(const Trajectory& trajectory) {
       put(out, body.v_WBcm);
       put(out, body.w_WB);
     }
-    for (const double angle : state.angle) put(out, angle);
-    for (const double rate : state.rate) put(out, rate);
+    for (const double angle : state.position) put(out, angle);
+    for (const double rate : state.velocity) put(out, rate);
   }
   return out + content_hash(out);
 }
@@ -106,10 +106,10 @@ std::optional<Trajectory> decode(std::string_view bytes) {
       body.v_WBcm = reader.take_vec3();
       body.w_WB = reader.take_vec3();
     }
-    state.angle.resize(hinges);
-    state.rate.resize(hinges);
-    for (double& angle : state.angle) angle = reader.take<double>();
-    for (double& rate : state.rate) rate = reader.take<double>();
+    state.position.resize(hinges);
+    state.velocity.resize(hinges);
+    for (double& angle : state.position) angle = reader.take<double>();
+    for (double& rate : state.velocity) rate = reader.take<double>();
   }
   return trajectory;
 }

@@ -24,7 +24,7 @@ void engines_own(const Work& work) {
 }  // namespace
 
 Stepper::Stepper(const Subject& subject, const State& start, double timestep_s)
-    : subject_(subject), torques_(subject.model.hinges.size(), 0.0) {
+    : subject_(subject), torques_(subject.model.joints.size(), 0.0) {
   Settings settings = subject.contender.settings;
   settings.timestep = timestep_s;
   engines_own([&] {

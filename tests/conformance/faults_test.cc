@@ -30,7 +30,7 @@ void every_free_body(const Model& model, State& state, const std::function<void(
   for (size_t i = 0; i < model.bodies.size(); ++i) edit(model.bodies[i], state.bodies[i]);
 }
 
-void every_hinge(Model& model, const std::function<void(Hinge&)>& edit) { std::ranges::for_each(model.hinges, edit); }
+void every_hinge(Model& model, const std::function<void(Joint&)>& edit) { std::ranges::for_each(model.joints, edit); }
 
 std::vector<Case> set_up_faults() {
   return {
@@ -66,45 +66,45 @@ std::vector<Case> set_up_faults() {
               for (Body& b : m.bodies) b.p_BBcm.x() += 1e-3;
             }},
        {"readback", "state-round-trip", "planar-chain", "spatial-chain"}},
-      {{.name = "anchor 1 mm off", .model = [](Model& m) { every_hinge(m, [](Hinge& h) { h.p_BJ.z() += 1e-3; }); }},
+      {{.name = "anchor 1 mm off", .model = [](Model& m) { every_hinge(m, [](Joint& h) { h.p_BJ.z() += 1e-3; }); }},
        {"readback", "state-round-trip", "planar-chain", "spatial-chain"}},
       {{.name = "axis 1 mrad off",
         .model =
-            [](Model& m) { every_hinge(m, [](Hinge& h) { h.axis_B = (h.axis_B + Vec3(0, 0, 1e-3)).normalized(); }); }},
+            [](Model& m) { every_hinge(m, [](Joint& h) { h.axis_B = (h.axis_B + Vec3(0, 0, 1e-3)).normalized(); }); }},
        {"readback", "state-round-trip", "planar-chain"}},
       {{.name = "axis the other way round",
-        .model = [](Model& m) { every_hinge(m, [](Hinge& h) { h.axis_B = -h.axis_B; }); }},
+        .model = [](Model& m) { every_hinge(m, [](Joint& h) { h.axis_B = -h.axis_B; }); }},
        {"readback", "state-round-trip"}},
       {{.name = "reference angle ignored",
-        .model = [](Model& m) { every_hinge(m, [](Hinge& h) { h.reference = 0; }); }},
+        .model = [](Model& m) { every_hinge(m, [](Joint& h) { h.reference = 0; }); }},
        {"state-round-trip", "oblique-trees"}},
       {{.name = "gravity always downwards", .model = [](Model& m) { m.gravity = {0, 0, -9.81}; }},
        {"readback", "gravity-direction"}},
       {{.name = "gravity 9.80665", .model = [](Model& m) { m.gravity *= 9.80665 / 9.81; }},
        {"readback", "free-fall", "planar-chain", "pendulum-period"}},
-      {{.name = "limits ignored", .model = [](Model& m) { every_hinge(m, [](Hinge& h) { h.limited = false; }); }},
+      {{.name = "limits ignored", .model = [](Model& m) { every_hinge(m, [](Joint& h) { h.limited = false; }); }},
        {"readback", "joint-limit"}},
       {{.name = "limits count from the reference",
         .model =
             [](Model& m) {
-              every_hinge(m, [](Hinge& h) {
+              every_hinge(m, [](Joint& h) {
                 h.lower += h.reference;
                 h.upper += h.reference;
               });
             }},
        {"readback", "joint-limit"}},
-      {{.name = "armature ignored", .model = [](Model& m) { every_hinge(m, [](Hinge& h) { h.armature = 0; }); }},
+      {{.name = "armature ignored", .model = [](Model& m) { every_hinge(m, [](Joint& h) { h.armature = 0; }); }},
        {"armature"}},
       {{.name = "spring pulls to 0",
-        .model = [](Model& m) { every_hinge(m, [](Hinge& h) { h.spring_reference = 0; }); }},
+        .model = [](Model& m) { every_hinge(m, [](Joint& h) { h.spring_reference = 0; }); }},
        {"spring-damper"}},
-      {{.name = "damper ignored", .model = [](Model& m) { every_hinge(m, [](Hinge& h) { h.damping = 0; }); }},
+      {{.name = "damper ignored", .model = [](Model& m) { every_hinge(m, [](Joint& h) { h.damping = 0; }); }},
        {"spring-damper"}},
       {{.name = "hidden joint damping 0.01",
-        .model = [](Model& m) { every_hinge(m, [](Hinge& h) { h.damping += 0.01; }); }},
+        .model = [](Model& m) { every_hinge(m, [](Joint& h) { h.damping += 0.01; }); }},
        {"planar-chain", "spatial-chain", "oblique-trees", "pendulum-period", "constant-torque", "fast-motion"}},
       {{.name = "hidden joint damping 0.00001",
-        .model = [](Model& m) { every_hinge(m, [](Hinge& h) { h.damping += 1e-5; }); }},
+        .model = [](Model& m) { every_hinge(m, [](Joint& h) { h.damping += 1e-5; }); }},
        {"constant-torque", "fast-motion"}},
       {{.name = "timestep 0.1 % too long", .timestep_factor = 1.001}, {"batches", "free-fall", "planar-chain"}},
   };
@@ -201,7 +201,7 @@ std::vector<Case> state_faults() {
       {{.name = "angles wrapped",
         .read =
             [](const Model&, State& s) {
-              for (double& angle : s.angle) angle = std::remainder(angle, 2 * std::numbers::pi);
+              for (double& angle : s.position) angle = std::remainder(angle, 2 * std::numbers::pi);
             }},
        {"state-round-trip", "constant-torque"}},
       {{.name = "single precision inside",
@@ -217,7 +217,7 @@ std::vector<Case> state_faults() {
       {{.name = "starts at rest",
         .start =
             [](const Model& m, State& s) {
-              std::ranges::fill(s.rate, 0.0);
+              std::ranges::fill(s.velocity, 0.0);
               every_free_body(m, s, [](const Body&, BodyState& b) { b.v_WBcm.setZero(), b.w_WB.setZero(); });
             }},
        {"state-round-trip", "restart", "free-fall"}},

@@ -36,7 +36,7 @@ State simbody_solution(const Model& model, const State& start, double duration) 
       continue;
     }
     // a pin turns about the z axis of both its frames
-    const Hinge& hinge = model.hinges[body.hinge];
+    const Joint& hinge = model.joints[body.joint];
     const Quat q_BM = Quat::FromTwoVectors(Vec3::UnitZ(), hinge.axis_B);
     const Vec3 p_PJ = body.X_PB * hinge.p_BJ;
     const MobilizedBody::Pin pin(parent, Transform(simtk(Quat(body.X_PB.q * q_BM)), simtk(p_PJ)), rigid,
@@ -64,8 +64,8 @@ State simbody_solution(const Model& model, const State& start, double duration) 
       const Vec3 v_origin = s.v_WBcm - s.w_WB.cross(X_WB.q * body.p_BBcm);
       mobilized.setUToFitVelocity(state, SimTK::SpatialVec(simtk(s.w_WB), simtk(v_origin)));
     } else {
-      mobilized.setOneQ(state, 0, start.angle[body.hinge] - model.hinges[body.hinge].reference);
-      mobilized.setOneU(state, 0, start.rate[body.hinge]);
+      mobilized.setOneQ(state, 0, start.position[body.joint] - model.joints[body.joint].reference);
+      mobilized.setOneU(state, 0, start.velocity[body.joint]);
     }
   }
 

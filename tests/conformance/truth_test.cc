@@ -44,7 +44,7 @@ std::vector<TruthCase> truth_cases() {
   }
   Model trees = conformance::oblique_trees();
   cases.push_back({"floating_and_fixed_tree", trees, moving_trees(trees), 1});
-  for (Hinge& hinge : trees.hinges) {
+  for (Joint& hinge : trees.joints) {
     hinge.stiffness = 2;
     hinge.spring_reference = -0.4;
     hinge.damping = 0.05;
@@ -75,7 +75,7 @@ TEST_P(Truth, AgreesWithMujocosRungeKutta) {
   const auto simulation = contender.engine->create(model, start, contender.settings);
   State end;
   const int steps = static_cast<int>(std::lround(duration * kStepsPerSecond));
-  const std::vector<double> none(model.hinges.size(), 0.0);
+  const std::vector<double> none(model.joints.size(), 0.0);
   for (int i = 0; i < steps; ++i) simulation->step(none);
   simulation->read_state(end);
   // fourth order with a position error of 2.1e-9 m at 1 ms on the planar chain gives 5e-13 here; the rest allows for

@@ -105,7 +105,7 @@ TEST_F(Verdicts, NotANumberFailsWithAFiniteFigure) {
   Fault fault;
   fault.read = [](const Model&, State& state) {
     for (BodyState& body : state.bodies) body.p_WBcm.setConstant(std::numeric_limits<double>::quiet_NaN());
-    for (double& angle : state.angle) angle = std::numeric_limits<double>::quiet_NaN();
+    for (double& angle : state.position) angle = std::numeric_limits<double>::quiet_NaN();
   };
   const FaultyEngine engine(sound_, fault);
   int figures = 0;

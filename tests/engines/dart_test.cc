@@ -93,7 +93,7 @@ TEST(Dart, TakesDampingImplicitlyAsDeclared) {
   const auto final_rate = [&](const std::string& pd) {
     const auto simulation = create(model, "dart", {{"pd", pd}}, 1);
     for (int i = 0; i < 8; ++i) simulation->step({});
-    return std::abs(state_of(*simulation).rate[0]);
+    return std::abs(state_of(*simulation).velocity[0]);
   };
   EXPECT_LT(final_rate("native"), 1e-5);
   EXPECT_GT(final_rate("explicit"), 1e4);

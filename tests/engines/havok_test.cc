@@ -46,8 +46,8 @@ std::vector<double> numbers(const State& state) {
     for (const Vec3& v : {b.p_WBcm, b.v_WBcm, b.w_WB}) all.insert(all.end(), v.data(), v.data() + 3);
     all.insert(all.end(), b.q_WB.coeffs().data(), b.q_WB.coeffs().data() + 4);
   }
-  all.insert(all.end(), state.angle.begin(), state.angle.end());
-  all.insert(all.end(), state.rate.begin(), state.rate.end());
+  all.insert(all.end(), state.position.begin(), state.position.end());
+  all.insert(all.end(), state.velocity.begin(), state.velocity.end());
   return all;
 }
 
@@ -134,7 +134,7 @@ TEST(Havok, AnImpulseIsNotSeenBeforeItsStep) {
   EXPECT_EQ(numbers(read(*simulation)), numbers(before));
   simulation->advance(1);
   // its initial motion is braked, because its centre of mass is slow
-  EXPECT_NEAR((read(*simulation).rate[0] - before.rate[0]) * wheel.axial_inertia / 2e-3, 1, 0.05);
+  EXPECT_NEAR((read(*simulation).velocity[0] - before.velocity[0]) * wheel.axial_inertia / 2e-3, 1, 0.05);
 }
 
 TEST(Havok, ShapesOfOneBodyHaveFiltersOfTheirOwn) {
@@ -164,7 +164,7 @@ TEST(Havok, FindsCoefficientsByMaximumMinimumOrProduct) {
 
 TEST(Havok, ItsOwnSpringIsTheModels) {
   conformance::Flywheel wheel = conformance::flywheel();
-  Hinge& hinge = wheel.model.hinges[0];
+  Joint& hinge = wheel.model.joints[0];
   hinge.stiffness = 100 * wheel.axial_inertia;  // 10 rad/s
   hinge.spring_reference = hinge.reference + 0.4;
   const State start = conformance::with_joints(wheel.model, {hinge.spring_reference + 0.5}, {0});
@@ -173,7 +173,7 @@ TEST(Havok, ItsOwnSpringIsTheModels) {
   const auto simulation = havok.engine->create(wheel.model, start, havok.settings);
   const double half_a_swing = std::numbers::pi / 10;
   simulation->advance(static_cast<int>(std::lround(half_a_swing / havok.settings.timestep)));
-  EXPECT_NEAR(read(*simulation).angle[0], hinge.spring_reference - 0.5, 0.01);
+  EXPECT_NEAR(read(*simulation).position[0], hinge.spring_reference - 0.5, 0.01);
 
   hinge.limited = true;
   hinge.lower = hinge.spring_reference - 1;
@@ -246,7 +246,7 @@ class HavokNode : public testing::Test {
 TEST_F(HavokNode, GivesTheNativeBits) {
   for (const Model& model : {conformance::chain(true), conformance::oblique_trees(), heap()}) {
     const auto native = create(model, resolve("havok")), node = create(model, resolve("havok-node"));
-    const std::vector<double> torques(model.hinges.size(), 0.3);
+    const std::vector<double> torques(model.joints.size(), 0.3);
     for (int batch = 0; batch < 8; ++batch) {
       for (const auto& simulation : {native.get(), node.get()}) {
         simulation->set_torques(torques);

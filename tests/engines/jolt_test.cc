@@ -80,7 +80,7 @@ TEST(Jolt, DoublePositionsResolveWhatSingleOnesDoNot) {
 // Jolt's own angle has a zero of its own in the middle of a range; the model's is found behind it.
 TEST(Jolt, RangesThatDoNotHoldZeroWork) {
   Flywheel wheel = flywheel();
-  Hinge& hinge = wheel.model.hinges[0];
+  Joint& hinge = wheel.model.joints[0];
   hinge.limited = true;
   hinge.lower = 2.5;
   hinge.upper = 4.5;
@@ -94,7 +94,7 @@ TEST(Jolt, RangesThatDoNotHoldZeroWork) {
     for (int i = 0; i < 1000; ++i) {
       simulation->advance(1);
       simulation->read_state(state);
-      furthest = rate > 0 ? std::max(furthest, state.angle[0]) : std::min(furthest, state.angle[0]);
+      furthest = rate > 0 ? std::max(furthest, state.position[0]) : std::min(furthest, state.position[0]);
     }
     EXPECT_NEAR(furthest, rate > 0 ? 4.5 : 2.5, 5e-3);
   }
@@ -103,7 +103,7 @@ TEST(Jolt, RangesThatDoNotHoldZeroWork) {
 // The motor is an implicit spring: a stiffness at which an explicit one flies apart leaves it calm.
 TEST(Jolt, NativeSpringsAreImplicitAndExplicitOnesAreNot) {
   Flywheel wheel = flywheel();
-  Hinge& hinge = wheel.model.hinges[0];
+  Joint& hinge = wheel.model.joints[0];
   hinge.spring_reference = 0.5;
   hinge.stiffness = 1e8 * wheel.axial_inertia;  // 10000 rad/s: 10 rad a step of 1 ms
   wheel.model = finished(std::move(wheel.model));
@@ -115,7 +115,7 @@ TEST(Jolt, NativeSpringsAreImplicitAndExplicitOnesAreNot) {
     for (int i = 0; i < 20; ++i) {
       simulation->step({});
       simulation->read_state(state);
-      largest = std::max(largest, std::isfinite(state.rate[0]) ? std::abs(state.rate[0]) : 1e30);
+      largest = std::max(largest, std::isfinite(state.velocity[0]) ? std::abs(state.velocity[0]) : 1e30);
     }
     return largest;
   };
@@ -127,7 +127,7 @@ TEST(Jolt, RefusesWhatItCannotHold) {
   const ResolvedContender native = Registry::instance().resolve("jolt-f32-native-pd");
   const auto refusal = [&](const auto& change) {
     Flywheel wheel = flywheel();
-    change(wheel.model.hinges[0]);
+    change(wheel.model.joints[0]);
     wheel.model = finished(std::move(wheel.model));
     try {
       create(wheel.model, native, wheel.model.initial);
@@ -136,14 +136,14 @@ TEST(Jolt, RefusesWhatItCannotHold) {
     }
     return std::string("taken");
   };
-  EXPECT_THAT(refusal([](Hinge& hinge) { hinge.armature = 0.1; }), HasSubstr("armature"));
-  EXPECT_THAT(refusal([](Hinge& hinge) {
+  EXPECT_THAT(refusal([](Joint& hinge) { hinge.armature = 0.1; }), HasSubstr("armature"));
+  EXPECT_THAT(refusal([](Joint& hinge) {
                 hinge.limited = true;
                 hinge.lower = -std::numbers::pi;
                 hinge.upper = std::numbers::pi;
               }),
               HasSubstr("range"));
-  EXPECT_THAT(refusal([](Hinge& hinge) {
+  EXPECT_THAT(refusal([](Joint& hinge) {
                 hinge.limited = true;
                 hinge.lower = -1;
                 hinge.upper = 1;
@@ -151,7 +151,7 @@ TEST(Jolt, RefusesWhatItCannotHold) {
                 hinge.spring_reference = 2;
               }),
               HasSubstr("spring"));
-  EXPECT_EQ(refusal([](Hinge& /*hinge*/) {}), "taken");
+  EXPECT_EQ(refusal([](Joint& /*hinge*/) {}), "taken");
 }
 
 }  // namespace

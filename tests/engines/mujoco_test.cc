@@ -37,8 +37,8 @@ Body make_body(double mass, const Mat3& I_BBcm_B) {
   return body;
 }
 
-Hinge make_hinge(int body) {
-  Hinge hinge;
+Joint make_hinge(int body) {
+  Joint hinge;
   hinge.name = "hinge";
   hinge.body = body;
   hinge.axis_B = Vec3::UnitY();
@@ -79,16 +79,16 @@ Model pendulum() {
     model.bodies.push_back(make_body(1, 0.01 * Mat3::Identity()));
     Body& body = model.bodies.back();
     body.parent = i - 1;
-    body.hinge = i;
+    body.joint = i;
     body.X_PB.p = {0.4 * i, 0, 0};
     body.p_BBcm = {0.3, 0, 0};
-    model.hinges.push_back(make_hinge(i));
+    model.joints.push_back(make_hinge(i));
     model.shapes.push_back(make_sphere(i, 0.05, 1));
     model.shapes.back().X_BS.p = {i == 0 ? 0.3 : 0.1, 0, 0};
   }
   model.initial = reference_state(model);
-  model.initial.angle[1] = 2.5;
-  model.initial.rate[1] = 4;
+  model.initial.position[1] = 2.5;
+  model.initial.velocity[1] = 4;
   bodies_from_joints(model, model.initial);
   return model;
 }
@@ -136,7 +136,7 @@ INSTANTIATE_TEST_SUITE_P(All, MujocoPairs,
 // MuJoCo would start again from the reference state.
 TEST(Mujoco, ReportsABlowUp) {
   Model model = pendulum();
-  model.initial.rate[0] = 1e9;
+  model.initial.velocity[0] = 1e9;
   const auto simulation = create(model, mujoco());
   try {
     simulation->advance(100);
@@ -200,17 +200,17 @@ TEST(Mujoco, TakesDampingImplicitlyAsDeclared) {
   Model model;
   model.gravity.setZero();
   model.bodies.push_back(make_body(1, Mat3::Identity()));
-  model.bodies[0].hinge = 0;
-  model.hinges.push_back(make_hinge(0));
-  model.hinges[0].damping = 5;
+  model.bodies[0].joint = 0;
+  model.joints.push_back(make_hinge(0));
+  model.joints[0].damping = 5;
   model.initial = reference_state(model);
-  model.initial.rate[0] = 1;
+  model.initial.velocity[0] = 1;
   bodies_from_joints(model, model.initial);
 
   const auto final_rate = [&](const std::map<std::string, std::string>& overrides) {
     ResolvedContender contender = mujoco(overrides);
     contender.settings.timestep = 1;
-    return std::abs(run(model, contender, 8).rate[0]);
+    return std::abs(run(model, contender, 8).velocity[0]);
   };
   EXPECT_LT(final_rate({}), 1e-5);
   EXPECT_LT(final_rate({{"integrator", "implicit"}}), 1e-5);

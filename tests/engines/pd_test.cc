@@ -29,21 +29,21 @@ Model sprung_wheel() {
   model.gravity.setZero();
   Body body;
   body.name = "wheel";
-  body.hinge = 0;
+  body.joint = 0;
   body.mass = 0.05;
   body.I_BBcm_B = kInertia * Mat3::Identity();
   model.bodies.push_back(body);
-  Hinge hinge;
+  Joint hinge;
   hinge.name = "hinge";
   hinge.axis_B = Vec3::UnitY();
   hinge.reference = 0.2;
   hinge.stiffness = kStiffness;
   hinge.spring_reference = kRest;
   hinge.damping = kDamping;
-  model.hinges.push_back(hinge);
+  model.joints.push_back(hinge);
   model.initial = reference_state(model);
-  model.initial.angle = {0.7};
-  model.initial.rate = {-2};
+  model.initial.position = {0.7};
+  model.initial.velocity = {-2};
   bodies_from_joints(model, model.initial);
   return model;
 }
@@ -83,12 +83,12 @@ class PdTest : public testing::TestWithParam<Law> {
 
 TEST_P(PdTest, OneStepFollowsTheLaw) {
   const Model model = sprung_wheel();
-  const double x = model.initial.angle[0] - kRest, v = model.initial.rate[0];
+  const double x = model.initial.position[0] - kRest, v = model.initial.velocity[0];
   EXPECT_EQ(contender_.engine->capabilities(contender_.settings).springs, GetParam().kind);
   for (const double h : {1e-4, 1e-3, 8e-3}) {
     contender_.settings.timestep = h;
     const double law = GetParam().rate(h, x, v);
-    EXPECT_NEAR(after(contender_, model, 1).rate[0], law, 1e-7 * std::abs(law)) << h;
+    EXPECT_NEAR(after(contender_, model, 1).velocity[0], law, 1e-7 * std::abs(law)) << h;
     // the laws differ by more than the tolerance: a setting that is ignored shows
     for (const auto other : {explicit_law, damping_implicit, implicit_law}) {
       if (other != GetParam().rate) {
@@ -103,9 +103,9 @@ TEST_P(PdTest, LongStepsBlowUpAnExplicitSpringAlone) {
   const Model model = sprung_wheel();
   contender_.settings.timestep = 16e-3;
   // of the energy that the spring and the link start with
-  const double x = model.initial.angle[0] - kRest, v = model.initial.rate[0];
+  const double x = model.initial.position[0] - kRest, v = model.initial.velocity[0];
   const double most = std::sqrt((kStiffness * x * x / kInertia) + (v * v));
-  const double rate = std::abs(after(contender_, model, 4).rate[0]);
+  const double rate = std::abs(after(contender_, model, 4).velocity[0]);
   if (GetParam().rate == implicit_law) {
     EXPECT_LT(rate, most);
   } else if (GetParam().rate == explicit_law) {
@@ -170,15 +170,15 @@ TEST(Pd, OdeRefusesANativeSpringOnALimitedHinge) {
   const ResolvedContender native = Registry::instance().resolve("ode-step-native-pd");
   const ResolvedContender plain = Registry::instance().resolve("ode-step");
   Model model = sprung_wheel();
-  EXPECT_FALSE(native.engine->create(model, model.initial, native.settings)->view().hinges[0].limited);
-  model.hinges[0].limited = true;
-  model.hinges[0].lower = -1;
-  model.hinges[0].upper = 1;
+  EXPECT_FALSE(native.engine->create(model, model.initial, native.settings)->view().joints[0].limited);
+  model.joints[0].limited = true;
+  model.joints[0].lower = -1;
+  model.joints[0].upper = 1;
   EXPECT_NO_THROW(plain.engine->create(model, model.initial, plain.settings));
   EXPECT_THROW(native.engine->create(model, model.initial, native.settings), UnsupportedError);
   // without a spring the stops are free
-  model.hinges[0].stiffness = model.hinges[0].damping = 0;
-  EXPECT_TRUE(native.engine->create(model, model.initial, native.settings)->view().hinges[0].limited);
+  model.joints[0].stiffness = model.joints[0].damping = 0;
+  EXPECT_TRUE(native.engine->create(model, model.initial, native.settings)->view().joints[0].limited);
 }
 
 }  // namespace

@@ -80,15 +80,15 @@ INSTANTIATE_TEST_SUITE_P(Contenders, PhysxTest,
 TEST_P(PhysxTest, NativeDriveHasTheDeclaredLaw) {
   constexpr double kStiffness = 3, kInertia = 0.02, kDeflection = 2;
   Model model = wheel(kInertia);
-  model.hinges[0].reference = 0.4;
-  model.hinges[0].spring_reference = -0.3;
-  model.hinges[0].stiffness = kStiffness;
+  model.joints[0].reference = 0.4;
+  model.joints[0].spring_reference = -0.3;
+  model.joints[0].stiffness = kStiffness;
   model = finished(std::move(model));
   const State start = conformance::with_joints(model, {-0.3 + kDeflection}, {0});
   const bool articulation = std::string(GetParam()).find("art") != std::string::npos;
   const double arm = articulation ? kDeflection : 2 * std::sin(kDeflection / 2);
   const State end = run(GetParam(), model, start, 1, {{"pd", "native"}}, 1e-4);
-  EXPECT_NEAR(end.rate[0] / (-1e-4 * kStiffness * arm / kInertia), 1, 2e-3);
+  EXPECT_NEAR(end.velocity[0] / (-1e-4 * kStiffness * arm / kInertia), 1, 2e-3);
   // against the other law, so that the test can tell them apart
   EXPECT_GT(std::abs(2 * std::sin(kDeflection / 2) / kDeflection - 1), 0.1);
 }
@@ -96,12 +96,12 @@ TEST_P(PhysxTest, NativeDriveHasTheDeclaredLaw) {
 // The drive is implicit: a spring that an explicit torque would blow up at this timestep comes to rest.
 TEST_P(PhysxTest, NativeDriveIsStableWhereExplicitTorqueIsNot) {
   Model model = wheel(1e-3);
-  model.hinges[0].stiffness = 1000;
-  model.hinges[0].damping = 2;
+  model.joints[0].stiffness = 1000;
+  model.joints[0].damping = 2;
   model = finished(std::move(model));
   const State start = conformance::with_joints(model, {0.5}, {0});
-  EXPECT_LT(std::abs(run(GetParam(), model, start, 500, {{"pd", "native"}}).angle[0]), 1e-3);
-  const double explicitly = std::abs(run(GetParam(), model, start, 20).rate[0]);
+  EXPECT_LT(std::abs(run(GetParam(), model, start, 500, {{"pd", "native"}}).position[0]), 1e-3);
+  const double explicitly = std::abs(run(GetParam(), model, start, 20).velocity[0]);
   EXPECT_TRUE(!(explicitly < 1e3));
 }
 
@@ -132,25 +132,25 @@ TEST_P(PhysxTest, LimitsBeyondHalfATurnHold) {
   conformance::Solid bar = conformance::capsule_solid(1, 0.05, 0.15, Vec3::UnitX());
   bar.p_BBcm = {0.2, 0, 0};
   add_hinged_body(model, "bar", kWorld, {}, bar, Vec3::UnitY());
-  model.hinges[0].limited = true;
-  model.hinges[0].lower = 6.5;
-  model.hinges[0].upper = 7;  // a turn and 41 degrees: the bar falls onto it
+  model.joints[0].limited = true;
+  model.joints[0].lower = 6.5;
+  model.joints[0].upper = 7;  // a turn and 41 degrees: the bar falls onto it
   model = finished(std::move(model));
   const State start = conformance::with_joints(model, {6.6}, {0});
-  EXPECT_NEAR(run(GetParam(), model, start, 1500).angle[0], 7, 0.01);
+  EXPECT_NEAR(run(GetParam(), model, start, 1500).position[0], 7, 0.01);
 }
 
 TEST_P(PhysxTest, RefusesWhatPhysxCannotDo) {
   const bool articulation = std::string(GetParam()).find("art") != std::string::npos;
   Model model = wheel(0.01);
-  model.hinges[0].armature = 0.01;
+  model.joints[0].armature = 0.01;
   EXPECT_THAT(refusal(GetParam(), model), articulation ? HasSubstr("") : HasSubstr("armature"));
   EXPECT_EQ(refusal(GetParam(), model).empty(), articulation);
 
   model = wheel(0.01);
-  model.hinges[0].limited = true;
-  model.hinges[0].lower = -4;
-  model.hinges[0].upper = 4;
+  model.joints[0].limited = true;
+  model.joints[0].lower = -4;
+  model.joints[0].upper = 4;
   EXPECT_EQ(refusal(GetParam(), model).empty(), articulation);
 
   // a link and its parent
@@ -210,14 +210,14 @@ TEST(PhysxJoints, RevoluteAndD6AreTheSameToTheLastBit) {
 // The finding's factor in the adapter's own numbers: what the deviation declares is all that is lost.
 TEST(PhysxJoints, PgsSlowsARotorByTheFindingsFactor) {
   Model model = wheel(0.012);
-  model.hinges[0].p_BJ = {0.25, 0, 0};
+  model.joints[0].p_BJ = {0.25, 0, 0};
   model = finished(std::move(model));
   const State start = conformance::with_joints(model, {0}, {8});
   double rate = 8;
   const double swinging = 0.25 * 0.25;
   for (int i = 0; i < 1000; ++i) rate *= (0.012 + swinging * std::cos(rate * kTimestep)) / (0.012 + swinging);
-  EXPECT_NEAR(run("physx-d6-pgs", model, start, 1000).rate[0], rate, 2e-3);
-  EXPECT_NEAR(run("physx-art-pgs", model, start, 1000).rate[0], 8, 2e-3);
+  EXPECT_NEAR(run("physx-d6-pgs", model, start, 1000).velocity[0], rate, 2e-3);
+  EXPECT_NEAR(run("physx-art-pgs", model, start, 1000).velocity[0], 8, 2e-3);
 }
 
 }  // namespace

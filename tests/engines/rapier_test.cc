@@ -37,14 +37,14 @@ State state_of(const Simulation& simulation) {
 Body make_body(int hinge, double mass, double inertia) {
   Body body;
   body.name = "body";
-  body.hinge = hinge;
+  body.joint = hinge;
   body.mass = mass;
   body.I_BBcm_B = inertia * Mat3::Identity();
   return body;
 }
 
-Hinge make_hinge(int body) {
-  Hinge hinge;
+Joint make_hinge(int body) {
+  Joint hinge;
   hinge.name = "hinge";
   hinge.body = body;
   hinge.axis_B = Vec3::UnitY();
@@ -58,8 +58,8 @@ Model wheel() {
   Model model;
   model.gravity.setZero();
   model.bodies.push_back(make_body(0, 0.05, kInertia));
-  model.hinges.push_back(make_hinge(0));
-  model.hinges[0].reference = 0.2;
+  model.joints.push_back(make_hinge(0));
+  model.joints[0].reference = 0.2;
   model.initial = reference_state(model);
   return model;
 }
@@ -70,11 +70,11 @@ Model wheel() {
 TEST(Rapier, NativeSpringIsImplicit) {
   constexpr double kStiffness = 0.4, kDamping = 0.005, kRest = -0.3, kSubstep = 1e-3 / 4;
   Model model = wheel();
-  model.hinges[0].stiffness = kStiffness;
-  model.hinges[0].damping = kDamping;
-  model.hinges[0].spring_reference = kRest;
-  model.initial.angle = {0.7};
-  model.initial.rate = {-2};
+  model.joints[0].stiffness = kStiffness;
+  model.joints[0].damping = kDamping;
+  model.joints[0].spring_reference = kRest;
+  model.initial.position = {0.7};
+  model.initial.velocity = {-2};
   bodies_from_joints(model, model.initial);
   double angle = 0.7, rate = -2;
   for (int i = 0; i < 4; ++i) {
@@ -88,14 +88,14 @@ TEST(Rapier, NativeSpringIsImplicit) {
     const State end = state_of(*simulation);
     // an impulse joint turns its bodies by a normalised first-order update of the quaternion
     const double tolerance = joints == "impulse" ? 1e-3 : 1e-12;
-    EXPECT_NEAR(end.rate[0], rate, std::abs(rate) * tolerance) << joints;
-    EXPECT_NEAR(end.angle[0], angle, std::abs(rate) * 1e-3 * tolerance) << joints;
+    EXPECT_NEAR(end.velocity[0], rate, std::abs(rate) * tolerance) << joints;
+    EXPECT_NEAR(end.position[0], angle, std::abs(rate) * 1e-3 * tolerance) << joints;
   }
 }
 
 TEST(Rapier, NativeSpringOfAnImpulseJointIsDeclaredWithinHalfATurn) {
   Model model = wheel();
-  model.hinges[0].stiffness = 1;
+  model.joints[0].stiffness = 1;
   const auto findings = [&](const std::string& joints, const std::string& pd) {
     const ResolvedContender contender = rapier(joints, {{"pd", pd}});
     return contender.engine->check(model, contender.settings);
@@ -146,8 +146,8 @@ TEST(Rapier, FloatingTreeLandsOnThePlane) {
     body.parent = i - 1;
     body.X_PB.p = i == 0 ? Vec3(0, 0, 0.3) : Vec3(2 * (kHalf + kRadius), 0, 0);
     if (i > 0) {
-      model.hinges.push_back(make_hinge(i));
-      model.hinges.back().p_BJ = Vec3(-kHalf - kRadius, 0, 0);
+      model.joints.push_back(make_hinge(i));
+      model.joints.back().p_BJ = Vec3(-kHalf - kRadius, 0, 0);
     }
     Shape shape;
     shape.type = ShapeType::kCapsule;
@@ -162,7 +162,7 @@ TEST(Rapier, FloatingTreeLandsOnThePlane) {
   model.shapes.push_back(floor);
   for (int i = 0; i < 3; ++i) model.contacts.push_back({i, 3, 0.7});
   model.initial = reference_state(model);
-  model.initial.angle = {0.4, -0.9};
+  model.initial.position = {0.4, -0.9};
   model.initial.bodies[0].w_WB = Vec3(0.3, 0.5, 0);
   bodies_from_joints(model, model.initial);
   for (const std::string& joints : kJoints) {
@@ -179,13 +179,13 @@ TEST(Rapier, FloatingTreeLandsOnThePlane) {
 
 TEST(Rapier, RefusesWhatImpulseJointsCannot) {
   Model model = wheel();
-  model.hinges[0].armature = 0.01;
+  model.joints[0].armature = 0.01;
   EXPECT_THROW(create(model, rapier("impulse")), UnsupportedError);
   EXPECT_NO_THROW(create(model, rapier("multibody")));
   model = wheel();
-  model.hinges[0].limited = true;
-  model.hinges[0].lower = -4;
-  model.hinges[0].upper = 4;
+  model.joints[0].limited = true;
+  model.joints[0].lower = -4;
+  model.joints[0].upper = 4;
   EXPECT_THROW(create(model, rapier("impulse")), UnsupportedError);
   EXPECT_NO_THROW(create(model, rapier("multibody")));
 }

@@ -54,9 +54,9 @@ TEST(Simbody, IntegratorsHaveTheDeclaredOrder) {
 
 TEST(Simbody, OwnSpringsKeepTheIntegratorsOrder) {
   Model model = conformance::pendulum().model;
-  model.hinges[0].stiffness = 3;
-  model.hinges[0].spring_reference = 0.4;
-  model.hinges[0].damping = 0.2;
+  model.joints[0].stiffness = 3;
+  model.joints[0].spring_reference = 0.4;
+  model.joints[0].damping = 0.2;
   model = conformance::finished(std::move(model));
   model.initial = conformance::with_joints(model, {1.5}, {2});
   EXPECT_NEAR(observed_order(model, {{"integrator", "rkm"}, {"pd", "native"}}), 4, 0.35);
@@ -76,7 +76,7 @@ TEST(Simbody, RefusesContact) {
 // With a fixed step Simbody goes on after an exception inside a step and only counts it.
 TEST(Simbody, ReportsAStepThatFailedInside) {
   Model model = conformance::chain(true);
-  model.initial.rate[0] = std::numeric_limits<double>::max();
+  model.initial.velocity[0] = std::numeric_limits<double>::max();
   for (const char* integrator : {"euler", "rkm", "verlet"}) {
     try {
       run(model, {{"integrator", integrator}}, 1e-3, 0.01);
@@ -91,17 +91,17 @@ TEST(Simbody, ReportsAStepThatFailedInside) {
 // The spring that stands for a limit follows the timestep, so it neither blows up nor lets the joint through.
 TEST(Simbody, LimitsHoldAtEveryTimestep) {
   Model model = conformance::pendulum().model;
-  model.hinges[0].limited = true;
-  model.hinges[0].lower = -0.5;
-  model.hinges[0].upper = 0.5;
+  model.joints[0].limited = true;
+  model.joints[0].lower = -0.5;
+  model.joints[0].upper = 0.5;
   model = conformance::finished(std::move(model));
   model.initial = conformance::with_joints(model, {0}, {6});
   for (const double timestep : {0.25e-3, 1e-3, 8e-3}) {
     for (const double duration : {0.1, 0.4, 2.0}) {
       const State end = run(model, {}, timestep, duration);
       // the speed of arrival times half a swing of the spring, 1/0.2 of a step, and something for the first step
-      EXPECT_LT(std::abs(end.angle[0]), 0.5 + (7 * 6 * timestep)) << timestep << " s, after " << duration << " s";
-      EXPECT_LT(std::abs(end.rate[0]), 6.5) << timestep << " s, after " << duration << " s";
+      EXPECT_LT(std::abs(end.position[0]), 0.5 + (7 * 6 * timestep)) << timestep << " s, after " << duration << " s";
+      EXPECT_LT(std::abs(end.velocity[0]), 6.5) << timestep << " s, after " << duration << " s";
     }
   }
 }

@@ -21,10 +21,10 @@ using testing::HasSubstr;
 // Two hinges in a row.
 Model two_hinges() {
   Model model;
-  model.bodies.push_back({.name = "upper", .hinge = 0, .X_PB = {}, .mass = 1});
-  model.bodies.push_back({.name = "lower", .parent = 0, .hinge = 1, .X_PB = {}, .mass = 1});
-  model.hinges.push_back({.name = "shoulder", .body = 0});
-  model.hinges.push_back({.name = "elbow", .body = 1});
+  model.bodies.push_back({.name = "upper", .joint = 0, .X_PB = {}, .mass = 1});
+  model.bodies.push_back({.name = "lower", .parent = 0, .joint = 1, .X_PB = {}, .mass = 1});
+  model.joints.push_back({.name = "shoulder", .body = 0});
+  model.joints.push_back({.name = "elbow", .body = 1});
   return model;
 }
 
@@ -56,13 +56,12 @@ TEST(Controls, SineFollowsTime) {
 
 TEST(Controls, MotorsAndServosAdd) {
   Model model = two_hinges();
-  model.actuators.push_back({.name = "motor", .hinge = 1, .gear = 3, .sine = {}});
-  model.actuators.push_back(
-      {.name = "servo", .type = ActuatorType::kPosition, .hinge = 1, .gear = 2, .kp = 5, .kv = 0.5, .sine = {}});
+  model.actuators.push_back({.name = "motor", .terms = {{1, 3}}, .sine = {}});
+  model.actuators.push_back({.name = "servo", .terms = {{1, 2}}, .gain = 5, .bias = {0, -5, -0.5}, .sine = {}});
   model.control0 = {0.25, 1};
   State state = reference_state(model);
-  state.angle = {9, 0.1};
-  state.rate = {9, 0.2};
+  state.position = {9, 0.1};
+  state.velocity = {9, 0.2};
   const double servo = 2 * (5 * (1 - 2 * 0.1) - 0.5 * 2 * 0.2);
   EXPECT_THAT(torques(*actuator_control(model), state), ElementsAre(0, DoubleNear(0.75 + servo, 1e-15)));
   EXPECT_THAT(torques(*actuator_control(model, {0, 0.2}), state),
@@ -75,7 +74,7 @@ TEST(Controls, MotorsAndServosAdd) {
 TEST(Controls, MotorsAloneNeedNoState) {
   Model model = two_hinges();
   EXPECT_TRUE(actuator_control(model)->is_zero());
-  model.actuators.push_back({.name = "motor", .hinge = 0, .gear = 3, .sine = {}});
+  model.actuators.push_back({.name = "motor", .terms = {{0, 3}}, .sine = {}});
   model.control0 = {0};
   EXPECT_EQ(actuator_control(model)->input(), ControlInput::kNothing);
   EXPECT_TRUE(actuator_control(model)->is_zero());
@@ -84,7 +83,7 @@ TEST(Controls, MotorsAloneNeedNoState) {
 
 TEST(Controls, Clamps) {
   const Actuator motor{.name = "motor",
-                       .gear = -2,
+                       .terms = {{0, -2}},
                        .sine = {},
                        .control_limited = true,
                        .force_limited = true,
@@ -92,16 +91,17 @@ TEST(Controls, Clamps) {
                        .control_upper = 3,
                        .force_lower = -0.5,
                        .force_upper = 2};
-  EXPECT_EQ(actuator_torque(motor, 1, 0, 0), -2);
-  EXPECT_EQ(actuator_torque(motor, 9, 0, 0), -4);
-  EXPECT_EQ(actuator_torque(motor, -9, 0, 0), 1);
+  EXPECT_EQ(actuator_force(motor, 1, 0, 0), 1);
+  EXPECT_EQ(actuator_force(motor, 9, 0, 0), 2);
+  EXPECT_EQ(actuator_force(motor, -9, 0, 0), -0.5);
   const Actuator servo{.name = "servo",
-                       .type = ActuatorType::kPosition,
-                       .kp = 10,
+                       .terms = {{0, 1}},
+                       .gain = 10,
+                       .bias = {0, -10, 0},
                        .sine = {},
                        .control_limited = true,
                        .control_upper = 1};
-  EXPECT_EQ(actuator_torque(servo, 5, 0.5, 7), 5);
+  EXPECT_EQ(actuator_force(servo, 5, 0.5, 7), 5);
 }
 
 TEST(Controls, MadeByName) {

@@ -47,11 +47,11 @@ Model free_bodies(int count) {
 
 TEST(Driven, InnerTorquesLeaveMomentaAlone) {
   Model model = free_bodies(2);
-  Hinge hinge;
+  Joint hinge;
   hinge.body = 1;
-  model.hinges = {hinge};
+  model.joints = {hinge};
   model.bodies[1].parent = 0;
-  model.bodies[1].hinge = 0;
+  model.bodies[1].joint = 0;
   EXPECT_TRUE(conserved_quantities(model).energy);
   const Conserved driven = conserved_quantities(model, true);
   EXPECT_FALSE(driven.energy);
@@ -60,7 +60,7 @@ TEST(Driven, InnerTorquesLeaveMomentaAlone) {
   // On a hinge to the world the control acts from outside.
   model.bodies.erase(model.bodies.begin());
   model.bodies[0].parent = kWorld;
-  model.hinges[0].body = 0;
+  model.joints[0].body = 0;
   EXPECT_TRUE(conserved_quantities(model).angular_momentum_axis);
   EXPECT_FALSE(conserved_quantities(model, true).any());
 }

@@ -28,13 +28,13 @@ Model random_tree(unsigned seed, int count) {
     body.mass = 1 + 0.5 * uniform(random);
     body.p_BBcm = vector();
     if (i > 0) {
-      Hinge hinge;
+      Joint hinge;
       hinge.body = i;
       hinge.p_BJ = vector();
       hinge.axis_B = vector().normalized();
       hinge.reference = 2 * uniform(random);
-      body.hinge = static_cast<int>(model.hinges.size());
-      model.hinges.push_back(hinge);
+      body.joint = static_cast<int>(model.joints.size());
+      model.joints.push_back(hinge);
     }
     model.bodies.push_back(body);
   }
@@ -52,9 +52,9 @@ State random_state(const Model& model, unsigned seed, double largest_angle) {
   free.q_WB = Quat(uniform(random), uniform(random), uniform(random), uniform(random)).normalized();
   free.v_WBcm = vector();
   free.w_WB = vector();
-  for (size_t j = 0; j < model.hinges.size(); ++j) {
-    state.angle.push_back(largest_angle * uniform(random));
-    state.rate.push_back(3 * uniform(random));
+  for (size_t j = 0; j < model.joints.size(); ++j) {
+    state.position.push_back(largest_angle * uniform(random));
+    state.velocity.push_back(3 * uniform(random));
   }
   bodies_from_joints(model, state);
   return state;
@@ -67,12 +67,12 @@ TEST(Kinematics, JointsToBodiesAndBack) {
     State back = state;
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> guess(-0.99 * pi, 0.99 * pi);
-    for (double& angle : back.angle) angle += guess(random);
-    back.rate.clear();
+    for (double& angle : back.position) angle += guess(random);
+    back.velocity.clear();
     joints_from_bodies(model, back);
-    for (size_t j = 0; j < model.hinges.size(); ++j) {
-      EXPECT_NEAR(back.angle[j], state.angle[j], 1e-12);
-      EXPECT_NEAR(back.rate[j], state.rate[j], 1e-12);
+    for (size_t j = 0; j < model.joints.size(); ++j) {
+      EXPECT_NEAR(back.position[j], state.position[j], 1e-12);
+      EXPECT_NEAR(back.velocity[j], state.velocity[j], 1e-12);
     }
   }
 }
@@ -80,18 +80,18 @@ TEST(Kinematics, JointsToBodiesAndBack) {
 TEST(Kinematics, UnwrapsToTheTurnNearestTheGuess) {
   const Model model = random_tree(1, 2);
   State state = random_state(model, 1, 1);
-  const double angle = state.angle[0];
-  state.angle[0] = angle + 2 * pi + 3;
+  const double angle = state.position[0];
+  state.position[0] = angle + 2 * pi + 3;
   joints_from_bodies(model, state);
-  EXPECT_NEAR(state.angle[0], angle + 2 * pi, 1e-13);
-  state.angle[0] = angle - 10 * pi - 3;
+  EXPECT_NEAR(state.position[0], angle + 2 * pi, 1e-13);
+  state.position[0] = angle - 10 * pi - 3;
   joints_from_bodies(model, state);
-  EXPECT_NEAR(state.angle[0], angle - 10 * pi, 1e-13);
+  EXPECT_NEAR(state.position[0], angle - 10 * pi, 1e-13);
   // without a guess: the turn nearest the reference
-  state.angle.clear();
+  state.position.clear();
   joints_from_bodies(model, state);
-  EXPECT_LE(std::abs(state.angle[0] - model.hinges[0].reference), pi);
-  EXPECT_NEAR(std::remainder(state.angle[0] - angle, 2 * pi), 0, 1e-13);
+  EXPECT_LE(std::abs(state.position[0] - model.joints[0].reference), pi);
+  EXPECT_NEAR(std::remainder(state.position[0] - angle, 2 * pi), 0, 1e-13);
 }
 
 TEST(Kinematics, FollowsAMotionOverManyTurns) {
@@ -99,12 +99,12 @@ TEST(Kinematics, FollowsAMotionOverManyTurns) {
   State truth = random_state(model, 2, 1);
   State state = truth;
   for (int step = 0; step < 1000; ++step) {
-    for (size_t j = 0; j < truth.angle.size(); ++j) truth.angle[j] += 0.1 * (static_cast<double>(j) - 1.5);
+    for (size_t j = 0; j < truth.position.size(); ++j) truth.position[j] += 0.1 * (static_cast<double>(j) - 1.5);
     bodies_from_joints(model, truth);
     state.bodies = truth.bodies;
     joints_from_bodies(model, state);
   }
-  for (size_t j = 0; j < truth.angle.size(); ++j) EXPECT_NEAR(state.angle[j], truth.angle[j], 1e-11);
+  for (size_t j = 0; j < truth.position.size(); ++j) EXPECT_NEAR(state.position[j], truth.position[j], 1e-11);
 }
 
 TEST(Kinematics, SignOfTheQuaternionDoesNotMatter) {
@@ -113,7 +113,7 @@ TEST(Kinematics, SignOfTheQuaternionDoesNotMatter) {
   State flipped = state;
   for (BodyState& body : flipped.bodies) body.q_WB.coeffs() *= -1;
   joints_from_bodies(model, flipped);
-  for (size_t j = 0; j < state.angle.size(); ++j) EXPECT_NEAR(flipped.angle[j], state.angle[j], 1e-13);
+  for (size_t j = 0; j < state.position.size(); ++j) EXPECT_NEAR(flipped.position[j], state.position[j], 1e-13);
 }
 
 TEST(Kinematics, VelocitiesAreDerivativesOfPoses) {
@@ -125,7 +125,7 @@ TEST(Kinematics, VelocitiesAreDerivativesOfPoses) {
     BodyState& free = result.bodies[0];
     free.p_WBcm += dt * free.v_WBcm;
     free.q_WB = Quat(Eigen::AngleAxisd(dt * free.w_WB.norm(), free.w_WB.normalized())) * free.q_WB;
-    for (size_t j = 0; j < result.angle.size(); ++j) result.angle[j] += dt * result.rate[j];
+    for (size_t j = 0; j < result.position.size(); ++j) result.position[j] += dt * result.velocity[j];
     bodies_from_joints(model, result);
     return result;
   };
@@ -150,30 +150,30 @@ TEST(Kinematics, ReferenceStateHasThePosesOfTheModel) {
     EXPECT_LT((X_WB.q.toRotationMatrix() - (X_WP * body.X_PB).q.toRotationMatrix()).norm(), 1e-14);
     EXPECT_EQ(state.bodies[i].v_WBcm, Vec3::Zero());
   }
-  for (size_t j = 0; j < model.hinges.size(); ++j) EXPECT_EQ(state.angle[j], model.hinges[j].reference);
+  for (size_t j = 0; j < model.joints.size(); ++j) EXPECT_EQ(state.position[j], model.joints[j].reference);
 }
 
 TEST(Kinematics, HingesHold) {
   const Model model = random_tree(6, 8);
   State state = random_state(model, 6, 3);
-  for (size_t j = 0; j < model.hinges.size(); ++j) {
-    const HingeFrames frames = hinge_frames(model, state, static_cast<int>(j));
+  for (size_t j = 0; j < model.joints.size(); ++j) {
+    const JointFrames frames = joint_frames(model, state, static_cast<int>(j));
     EXPECT_LT((frames.p_WJ_parent - frames.p_WJ_child).norm(), 1e-14);
     EXPECT_LT((frames.axis_W_parent - frames.axis_W_child).norm(), 1e-14);
     EXPECT_NEAR(frames.axis_W_child.norm(), 1, 1e-14);
   }
   // pulled apart by a known amount: the child's side follows, the parent's stays
-  const int last = static_cast<int>(model.hinges.size()) - 1;
-  const HingeFrames before = hinge_frames(model, state, last);
+  const int last = static_cast<int>(model.joints.size()) - 1;
+  const JointFrames before = joint_frames(model, state, last);
   const Vec3 pull(0.1, -0.2, 0.3);
   state.bodies.back().p_WBcm += pull;
-  const HingeFrames after = hinge_frames(model, state, last);
+  const JointFrames after = joint_frames(model, state, last);
   EXPECT_LT((after.p_WJ_child - before.p_WJ_child - pull).norm(), 1e-14);
   EXPECT_EQ(after.p_WJ_parent, before.p_WJ_parent);
 }
 
 TEST(Kinematics, SpringTorque) {
-  Hinge hinge;
+  Joint hinge;
   hinge.stiffness = 3;
   hinge.spring_reference = 0.5;
   hinge.damping = 2;

@@ -151,17 +151,17 @@ Model double_pendulum() {
     Body body;
     body.name = i == 0 ? "upper" : "lower";
     body.parent = i - 1;
-    body.hinge = i;
+    body.joint = i;
     body.X_PB.p = i == 0 ? Vec3(1, 0, 2) : Vec3(1, 0.2, 0);
     body.mass = 1;
     body.p_BBcm = Vec3(0.5, 0, 0);
     body.I_BBcm_B = Vec3(0.01, 0.1, 0.1).asDiagonal();
     model.bodies.push_back(body);
-    Hinge hinge;
+    Joint hinge;
     hinge.name = i == 0 ? "shoulder" : "elbow";
     hinge.body = i;
     hinge.axis_B = Vec3::UnitY();
-    model.hinges.push_back(hinge);
+    model.joints.push_back(hinge);
   }
   model.initial = reference_state(model);
   return model;
@@ -188,22 +188,22 @@ TEST(Mechanics, EnergyAndMomentaOfATurnedFreeBody) {
 TEST(Mechanics, SpringsStoreEnergy) {
   Model model = double_pendulum();
   model.gravity.setZero();
-  model.hinges[1].stiffness = 4;
-  model.hinges[1].spring_reference = 0.5;
+  model.joints[1].stiffness = 4;
+  model.joints[1].spring_reference = 0.5;
   State state = model.initial;
-  state.angle = {0.3, 1.0};
+  state.position = {0.3, 1.0};
   bodies_from_joints(model, state);
   EXPECT_NEAR(potential_energy(model, state), 0.5 * 4 * 0.25, 1e-12);
 }
 
 TEST(Mechanics, ArmatureTurnsWithItsJoint) {
   Model model = double_pendulum();
-  model.hinges[0].armature = 0.2;
+  model.joints[0].armature = 0.2;
   State state = model.initial;
-  state.rate = {3, 0};
+  state.velocity = {3, 0};
   bodies_from_joints(model, state);
   Model without = model;
-  without.hinges[0].armature = 0;
+  without.joints[0].armature = 0;
   EXPECT_NEAR(kinetic_energy(model, state) - kinetic_energy(without, state), 0.5 * 0.2 * 9, 1e-12);
 }
 
@@ -221,10 +221,10 @@ TEST(Mechanics, WhatAModelConserves) {
   EXPECT_TRUE(axis.axis_W.isApprox(Vec3::UnitY(), 1e-12));
   EXPECT_FALSE(conserved.linear_momentum);
   Model damped = chain;
-  damped.hinges[1].damping = 0.1;
+  damped.joints[1].damping = 0.1;
   EXPECT_FALSE(conserved_quantities(damped).energy);
   EXPECT_TRUE(conserved_quantities(damped).angular_momentum_axis) << "the elbow's damper is an inner one";
-  damped.hinges[0].damping = 0.1;
+  damped.joints[0].damping = 0.1;
   EXPECT_FALSE(conserved_quantities(damped).angular_momentum_axis);
 
   Model body = free_body();
@@ -274,7 +274,7 @@ TEST(Mechanics, DriftAlongAnAxisIgnoresOtherComponents) {
   Model model = double_pendulum();
   model.gravity.setZero();
   State state = model.initial;
-  state.rate = {1, 1};
+  state.velocity = {1, 1};
   bodies_from_joints(model, state);
   State tilted = state;
   tilted.bodies[1].w_WB += Vec3(7, 0, 0);
@@ -341,20 +341,20 @@ TEST(Accuracy, PiecesSpreadEvenly) {
 TEST(Plausible, AFallIsPossibleAndMoreSpeedIsNot) {
   Model model = double_pendulum();
   State start = model.initial;
-  start.rate = {1, 1};
+  start.velocity = {1, 1};
   bodies_from_joints(model, start);
   const Plausibility plausibility(model, start, 1);
   EXPECT_EQ(plausibility.impossibility(start), "");
   // Hanging down, all height turned into speed: sqrt(E / E_now) times the rates.
   State fallen = start;
-  fallen.angle = {std::numbers::pi / 2, 0};
+  fallen.position = {std::numbers::pi / 2, 0};
   bodies_from_joints(model, fallen);
   const double energy = kinetic_energy(model, start) + potential_energy(model, start) - potential_energy(model, fallen);
   const double factor = std::sqrt(energy / kinetic_energy(model, fallen));
-  for (double& rate : fallen.rate) rate *= factor;
+  for (double& rate : fallen.velocity) rate *= factor;
   bodies_from_joints(model, fallen);
   EXPECT_EQ(plausibility.impossibility(fallen), "");
-  for (double& rate : fallen.rate) rate *= 4;
+  for (double& rate : fallen.velocity) rate *= 4;
   bodies_from_joints(model, fallen);
   EXPECT_THAT(plausibility.impossibility(fallen), HasSubstr("kinetic energy"));
   EXPECT_EQ(plausibility.divergence(fallen), "");

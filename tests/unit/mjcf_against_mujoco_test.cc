@@ -84,8 +84,8 @@ State state_of(const Mujoco& mujoco, const Model& model) {
   const mjData* d = mujoco.d;
   State state;
   state.bodies.resize(model.bodies.size());
-  state.angle.resize(model.hinges.size());
-  state.rate.resize(model.hinges.size());
+  state.position.resize(model.joints.size());
+  state.velocity.resize(model.joints.size());
   for (size_t i = 0; i < model.bodies.size(); ++i) {
     const Body& body = model.bodies[i];
     const int b = mj_name2id(m, mjOBJ_BODY, body.name.c_str());
@@ -93,8 +93,8 @@ State state_of(const Mujoco& mujoco, const Model& model) {
     const mjtNum* q = d->qpos + m->jnt_qposadr[j];
     const mjtNum* v = d->qvel + m->jnt_dofadr[j];
     if (!body.is_free()) {
-      state.angle[body.hinge] = q[0];
-      state.rate[body.hinge] = v[0];
+      state.position[body.joint] = q[0];
+      state.velocity[body.joint] = v[0];
     } else {
       // not MuJoCo's xipos: the centre of what is fused, which is ours to know
       BodyState& s = state.bodies[i];
@@ -125,10 +125,10 @@ Mechanics mechanics(const Model& model, const State& state) {
     sum.p += body.mass * s.v_WBcm;
     sum.L += s.p_WBcm.cross(body.mass * s.v_WBcm) + I_W * s.w_WB;
   }
-  for (size_t j = 0; j < model.hinges.size(); ++j) {
-    const Hinge& h = model.hinges[j];
-    sum.kinetic += 0.5 * h.armature * state.rate[j] * state.rate[j];
-    sum.potential += 0.5 * h.stiffness * std::pow(state.angle[j] - h.spring_reference, 2);
+  for (size_t j = 0; j < model.joints.size(); ++j) {
+    const Joint& h = model.joints[j];
+    sum.kinetic += 0.5 * h.armature * state.velocity[j] * state.velocity[j];
+    sum.potential += 0.5 * h.stiffness * std::pow(state.position[j] - h.spring_reference, 2);
   }
   return sum;
 }
@@ -177,13 +177,13 @@ void compare_motion(const Mujoco& mujoco, const Model& model) {
   EXPECT_LT((ours.L - theirs.L).norm(), 1e-11 * (1 + theirs.L.norm()));
 
   // what the joints' springs and the actuators do
-  for (size_t j = 0; j < model.hinges.size(); ++j) {
-    const int joint = mj_name2id(m, mjOBJ_JOINT, model.hinges[j].name.c_str());
-    EXPECT_NEAR(spring_torque(model.hinges[j], state.angle[j], state.rate[j]), d->qfrc_passive[m->jnt_dofadr[joint]],
-                1e-11);
+  for (size_t j = 0; j < model.joints.size(); ++j) {
+    const int joint = mj_name2id(m, mjOBJ_JOINT, model.joints[j].name.c_str());
+    EXPECT_NEAR(spring_torque(model.joints[j], state.position[j], state.velocity[j]),
+                d->qfrc_passive[m->jnt_dofadr[joint]], 1e-11);
   }
   if (!model.actuators.empty()) {
-    std::vector<double> torques(model.hinges.size());
+    std::vector<double> torques(model.joints.size());
     std::vector<double> control;
     control.reserve(model.actuators.size());
     for (const Actuator& a : model.actuators) {
@@ -193,9 +193,9 @@ void compare_motion(const Mujoco& mujoco, const Model& model) {
     Model without_sines = model;
     for (Actuator& a : without_sines.actuators) a.sine = {};
     actuator_control(without_sines, control)->torques(state, torques);
-    for (size_t j = 0; j < model.hinges.size(); ++j) {
-      const int joint = mj_name2id(m, mjOBJ_JOINT, model.hinges[j].name.c_str());
-      EXPECT_NEAR(torques[j], d->qfrc_actuator[m->jnt_dofadr[joint]], 1e-11) << model.hinges[j].name;
+    for (size_t j = 0; j < model.joints.size(); ++j) {
+      const int joint = mj_name2id(m, mjOBJ_JOINT, model.joints[j].name.c_str());
+      EXPECT_NEAR(torques[j], d->qfrc_actuator[m->jnt_dofadr[joint]], 1e-11) << model.joints[j].name;
     }
   }
 }

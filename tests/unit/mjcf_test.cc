@@ -101,8 +101,8 @@ TEST(Mjcf, HingeKeepsEverything) {
   const Model model = load("<compiler angle='radian'/>" +
                            hinge_body("pos='0.1 0.2 0.3' axis='0 3 4' ref='0.5' range='-1 2' stiffness='7' "
                                       "springref='0.25' damping='0.125' armature='0.0625'"));
-  ASSERT_EQ(model.hinges.size(), 1U);
-  const Hinge& h = model.hinges[0];
+  ASSERT_EQ(model.joints.size(), 1U);
+  const Joint& h = model.joints[0];
   EXPECT_EQ(h.name, "elbow");
   EXPECT_EQ(h.body, 0);
   EXPECT_EQ(h.p_BJ, Vec3(0.1, 0.2, 0.3));
@@ -117,21 +117,21 @@ TEST(Mjcf, HingeKeepsEverything) {
   EXPECT_EQ(h.armature, 0.0625);
   EXPECT_EQ(model.dof(), 1);
   EXPECT_TRUE(model.has_springs() && model.has_armature() && model.has_limits());
-  EXPECT_EQ(model.initial.angle, std::vector<double>{0.5});
+  EXPECT_EQ(model.initial.position, std::vector<double>{0.5});
 }
 
 TEST(Mjcf, AnglesAreInDegreesUnlessTheFileSaysOtherwise) {
   const Model model = load(hinge_body("range='-90 180'"));
-  EXPECT_DOUBLE_EQ(model.hinges[0].lower, -std::numbers::pi / 2);
-  EXPECT_DOUBLE_EQ(model.hinges[0].upper, std::numbers::pi);
+  EXPECT_DOUBLE_EQ(model.joints[0].lower, -std::numbers::pi / 2);
+  EXPECT_DOUBLE_EQ(model.joints[0].upper, std::numbers::pi);
 }
 
 TEST(Mjcf, SpringdamperBecomesStiffnessAndDamping) {
   // MuJoCo: natural frequency and damping ratio of the joint's inertia at the reference, 1 kg ball of radius 0.1
   const Model model = load(hinge_body("springdamper='0.1 0.5'"));
   const double inertia = 0.4 * 0.01;
-  EXPECT_NEAR(model.hinges[0].stiffness, inertia / (0.1 * 0.1 * 0.5 * 0.5), 1e-12);
-  EXPECT_NEAR(model.hinges[0].damping, 2 * inertia / 0.1, 1e-12);
+  EXPECT_NEAR(model.joints[0].stiffness, inertia / (0.1 * 0.1 * 0.5 * 0.5), 1e-12);
+  EXPECT_NEAR(model.joints[0].damping, 2 * inertia / 0.1, 1e-12);
 }
 
 TEST(Mjcf, Shapes) {
@@ -231,25 +231,26 @@ TEST(Mjcf, Actuators) {
   ASSERT_EQ(model.actuators.size(), 3U);
   const Actuator& motor = model.actuators[0];
   EXPECT_EQ(motor.name, "m");
-  EXPECT_EQ(motor.type, ActuatorType::kMotor);
-  EXPECT_EQ(motor.hinge, 0);
-  EXPECT_EQ(motor.gear, 3);
+  EXPECT_EQ(motor.gain, 1);
+  EXPECT_FALSE(motor.has_feedback());
+  ASSERT_EQ(motor.terms.size(), 1U);
+  EXPECT_EQ(motor.terms[0].joint, 0);
+  EXPECT_EQ(motor.terms[0].coefficient, 3);
   EXPECT_TRUE(motor.control_limited);
   EXPECT_FALSE(motor.force_limited);
   EXPECT_EQ(motor.control_lower, -1);
   EXPECT_EQ(motor.control_upper, 2);
   const Actuator& position = model.actuators[1];
-  EXPECT_EQ(position.type, ActuatorType::kPosition);
-  EXPECT_EQ(position.kp, 5);
-  EXPECT_EQ(position.kv, 0.5);
-  EXPECT_EQ(position.gear, 2);
+  EXPECT_EQ(position.gain, 5);
+  EXPECT_THAT(position.bias, ElementsAre(0, -5, -0.5));
+  EXPECT_EQ(position.terms.at(0).coefficient, 2);
   EXPECT_TRUE(position.force_limited);
   EXPECT_EQ(position.force_lower, -4);
   EXPECT_EQ(position.force_upper, 6);
-  // a gain goes into the gear; its force range follows
-  EXPECT_EQ(model.actuators[2].gear, -2);
-  EXPECT_EQ(model.actuators[2].force_lower, -3);
-  EXPECT_EQ(model.actuators[2].force_upper, 2);
+  EXPECT_EQ(model.actuators[2].gain, -2);
+  EXPECT_EQ(model.actuators[2].terms.at(0).coefficient, 1);
+  EXPECT_EQ(model.actuators[2].force_lower, -4);
+  EXPECT_EQ(model.actuators[2].force_upper, 6);
   EXPECT_THAT(model.control0, ElementsAre(0.5, 0.6, 0.7));
 }
 
@@ -271,7 +272,8 @@ TEST(Mjcf, JointForceLimitIsTheActuators) {
       const double u = 0.25 * i;
       d->ctrl[0] = u;
       mj_forward(m, d);
-      EXPECT_NEAR(actuator_torque(model.actuators[0], u, 0, 0), d->qfrc_actuator[0], 1e-15) << u;
+      const Actuator& a = model.actuators[0];
+      EXPECT_NEAR(a.terms[0].coefficient * actuator_force(a, u, 0, 0), d->qfrc_actuator[0], 1e-15) << u;
     }
     mj_deleteData(d);
     mj_deleteModel(m);
@@ -297,14 +299,14 @@ TEST(Mjcf, KeyframesAndInitialState) {
   EXPECT_LT((state.bodies[0].w_WB - Vec3(0, 1, 2)).norm(), 1e-15);
   // origin moves with (1, 0, 0), and (0, 1, 2) x (0, 1, 0) = (-2, 0, 0)
   EXPECT_LT((state.bodies[0].v_WBcm - Vec3(-1, 0, 0)).norm(), 1e-15);
-  EXPECT_THAT(state.angle, ElementsAre(0.25));
-  EXPECT_THAT(state.rate, ElementsAre(0.5));
+  EXPECT_THAT(state.position, ElementsAre(0.25));
+  EXPECT_THAT(state.velocity, ElementsAre(0.5));
   // the run starts from the first, at time 0
   EXPECT_EQ(model.initial.time, 0);
-  EXPECT_EQ(model.initial.angle, state.angle);
+  EXPECT_EQ(model.initial.position, state.position);
   EXPECT_EQ(model.initial.bodies[0].v_WBcm, state.bodies[0].v_WBcm);
   // an empty key is the reference
-  EXPECT_NEAR(model.keyframes[1].state.angle[0], std::numbers::pi / 6, 1e-15);
+  EXPECT_NEAR(model.keyframes[1].state.position[0], std::numbers::pi / 6, 1e-15);
 }
 
 TEST(Mjcf, WithoutKeyframesTheReferenceAtRest) {
@@ -322,7 +324,7 @@ TEST(Mjcf, NamesAreMadeUpAndUnique) {
   EXPECT_EQ(model.name, "test");
   EXPECT_EQ(model.bodies[0].name, "body1_2");
   EXPECT_EQ(model.bodies[1].name, "body1");  // the file's own names stay
-  EXPECT_EQ(model.hinges[0].name, "body1");
+  EXPECT_EQ(model.joints[0].name, "body1");
   std::set<std::string> shapes;
   for (const Shape& shape : model.shapes) shapes.insert(shape.name);
   EXPECT_EQ(shapes.size(), 3U);
@@ -455,13 +457,13 @@ TEST_F(MjcfFile, Urdf) {
   Mat3 I;
   I << 0.1, 0.01, 0, 0.01, 0.2, 0, 0, 0, 0.15;
   EXPECT_LT((model.bodies[0].I_BBcm_B - I).norm(), 1e-15);
-  EXPECT_EQ(model.hinges[0].name, "shoulder");
-  EXPECT_EQ(model.hinges[0].axis_B, Vec3::UnitY());
-  EXPECT_TRUE(model.hinges[0].limited);
-  EXPECT_EQ(model.hinges[0].lower, -1);
-  EXPECT_EQ(model.hinges[0].upper, 2);
-  EXPECT_EQ(model.hinges[0].damping, 0.5);
-  EXPECT_FALSE(model.hinges[1].limited);
+  EXPECT_EQ(model.joints[0].name, "shoulder");
+  EXPECT_EQ(model.joints[0].axis_B, Vec3::UnitY());
+  EXPECT_TRUE(model.joints[0].limited);
+  EXPECT_EQ(model.joints[0].lower, -1);
+  EXPECT_EQ(model.joints[0].upper, 2);
+  EXPECT_EQ(model.joints[0].damping, 0.5);
+  EXPECT_FALSE(model.joints[1].limited);
   // lower and tool, 1 kg each, 0.4 m apart
   EXPECT_DOUBLE_EQ(model.bodies[1].mass, 2);
   EXPECT_LT((model.bodies[1].p_BBcm - Vec3(0, 0, 0.2)).norm(), 1e-15);
@@ -486,13 +488,13 @@ TEST(Systems, Chains) {
     EXPECT_THAT(model.contacts, IsEmpty());
     EXPECT_THAT(model.notes, IsEmpty());
     EXPECT_FALSE(model.has_springs() || model.has_limits() || model.has_armature());
-    EXPECT_THAT(model.initial.rate, ElementsAre(1, 1, 1, 1, 1));
-    EXPECT_THAT(model.initial.angle, ElementsAre(0, 0, 0, 0, 0));
+    EXPECT_THAT(model.initial.velocity, ElementsAre(1, 1, 1, 1, 1));
+    EXPECT_THAT(model.initial.position, ElementsAre(0, 0, 0, 0, 0));
     EXPECT_EQ(model.gravity, name == std::string("planar-chain") ? Vec3(0, 0, 0) : Vec3(0, 0, -9.81));
     const bool spatial = name == std::string("spatial-chain");
     const Vec3 exact = capsule_inertia(1, 0.05, 0.15);
     for (int i = 0; i < 5; ++i) {
-      EXPECT_EQ(model.hinges[i].axis_B, spatial && i % 2 == 1 ? Vec3(0, 0, 1) : Vec3(0, 1, 0));
+      EXPECT_EQ(model.joints[i].axis_B, spatial && i % 2 == 1 ? Vec3(0, 0, 1) : Vec3(0, 1, 0));
       EXPECT_LT((model.bodies[i].I_BBcm_B - Mat3(Vec3(exact.z(), exact.x(), exact.x()).asDiagonal())).norm(), 1e-16);
       EXPECT_NEAR(model.initial.bodies[i].p_WBcm.x(), 0.3 * i + 0.15, 1e-15);
     }

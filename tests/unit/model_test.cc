@@ -14,12 +14,12 @@ Model sample() {
   Model model;
   model.name = "sample";
   model.bodies.push_back({.name = "base", .X_PB = {}, .mass = 2});
-  model.bodies.push_back({.name = "arm", .parent = 0, .hinge = 0, .X_PB = {}, .mass = 1});
-  model.hinges.push_back({.name = "elbow", .body = 1});
+  model.bodies.push_back({.name = "arm", .parent = 0, .joint = 0, .X_PB = {}, .mass = 1});
+  model.joints.push_back({.name = "elbow", .body = 1});
   model.shapes.push_back({.name = "ball", .body = 0, .X_BS = {}, .radius = 0.1});
   model.shapes.push_back({.name = "floor", .type = ShapeType::kPlane, .X_BS = {}});
   model.contacts.push_back({0, 1, 0.5});
-  model.actuators.push_back({.name = "motor", .hinge = 0, .sine = {}});
+  model.actuators.push_back({.name = "motor", .terms = {{0, 1}}, .sine = {}});
   model.initial = reference_state(model);
   model.control0 = {0};
   model.hash = model_hash(model);
@@ -31,13 +31,13 @@ TEST(Model, Sums) {
   EXPECT_EQ(model.dof(), 7);
   EXPECT_EQ(model.total_mass(), 3);
   EXPECT_FALSE(model.has_springs());
-  model.hinges[0].damping = 1;
+  model.joints[0].damping = 1;
   EXPECT_TRUE(model.has_springs());
   EXPECT_FALSE(model.has_armature());
-  model.hinges[0].armature = 1;
+  model.joints[0].armature = 1;
   EXPECT_TRUE(model.has_armature());
   EXPECT_FALSE(model.has_limits());
-  model.hinges[0].limited = true;
+  model.joints[0].limited = true;
   EXPECT_TRUE(model.has_limits());
   EXPECT_TRUE(model.bodies[0].is_free());
   EXPECT_FALSE(model.bodies[1].is_free());
@@ -54,16 +54,16 @@ TEST(Model, EveryPieceOfPhysicsIsInTheHash) {
       [](Model& m) { m.bodies[1].mass = 1 + 1e-15; },
       [](Model& m) { m.bodies[1].p_BBcm.y() = 1; },
       [](Model& m) { m.bodies[1].I_BBcm_B(0, 1) = 1e-3; },
-      [](Model& m) { m.hinges[0].p_BJ.x() = 1; },
-      [](Model& m) { m.hinges[0].axis_B = Vec3::UnitX(); },
-      [](Model& m) { m.hinges[0].reference = 1; },
-      [](Model& m) { m.hinges[0].limited = true; },
-      [](Model& m) { m.hinges[0].lower = -1; },
-      [](Model& m) { m.hinges[0].upper = 1; },
-      [](Model& m) { m.hinges[0].stiffness = 1; },
-      [](Model& m) { m.hinges[0].spring_reference = 1; },
-      [](Model& m) { m.hinges[0].damping = 1; },
-      [](Model& m) { m.hinges[0].armature = 1; },
+      [](Model& m) { m.joints[0].p_BJ.x() = 1; },
+      [](Model& m) { m.joints[0].axis_B = Vec3::UnitX(); },
+      [](Model& m) { m.joints[0].reference = 1; },
+      [](Model& m) { m.joints[0].limited = true; },
+      [](Model& m) { m.joints[0].lower = -1; },
+      [](Model& m) { m.joints[0].upper = 1; },
+      [](Model& m) { m.joints[0].stiffness = 1; },
+      [](Model& m) { m.joints[0].spring_reference = 1; },
+      [](Model& m) { m.joints[0].damping = 1; },
+      [](Model& m) { m.joints[0].armature = 1; },
       [](Model& m) { m.shapes[0].type = ShapeType::kCapsule; },
       [](Model& m) { m.shapes[0].body = 1; },
       [](Model& m) { m.shapes[0].X_BS.p.x() = 1; },
@@ -73,19 +73,20 @@ TEST(Model, EveryPieceOfPhysicsIsInTheHash) {
       [](Model& m) { m.shapes[0].collides = false; },
       [](Model& m) { m.contacts[0].friction = 0.6; },
       [](Model& m) { m.contacts.clear(); },
-      [](Model& m) { m.actuators[0].type = ActuatorType::kPosition; },
-      [](Model& m) { m.actuators[0].gear = 2; },
+      [](Model& m) { m.actuators[0].gain = 3; },
+      [](Model& m) { m.actuators[0].terms[0].coefficient = 2; },
+      [](Model& m) { m.actuators[0].terms.push_back({0, 1}); },
       [](Model& m) { m.actuators[0].sine.amplitude = 2; },
       [](Model& m) { m.actuators[0].control_lower = -1; },
       [](Model& m) { m.actuators[0].control_upper = 1; },
       [](Model& m) { m.actuators[0].force_lower = -1; },
-      [](Model& m) { m.actuators[0].kp = 2; },
-      [](Model& m) { m.actuators[0].kv = 2; },
+      [](Model& m) { m.actuators[0].bias[1] = -2; },
+      [](Model& m) { m.actuators[0].bias[2] = -2; },
       [](Model& m) { m.actuators[0].control_limited = true; },
       [](Model& m) { m.actuators[0].force_limited = true; },
       [](Model& m) { m.actuators[0].force_upper = 2; },
-      [](Model& m) { m.initial.angle[0] = 1; },
-      [](Model& m) { m.initial.rate[0] = 1; },
+      [](Model& m) { m.initial.position[0] = 1; },
+      [](Model& m) { m.initial.velocity[0] = 1; },
       [](Model& m) { m.initial.bodies[0].v_WBcm.x() = 1; },
       [](Model& m) { m.control0[0] = 1; },
   };

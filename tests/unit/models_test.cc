@@ -65,7 +65,7 @@ TEST(Models, DegreesOfFreedomAreMuJoCosAndThePapers) {
     const Model model = system(name);
     EXPECT_EQ(model.dof(), dof) << name;
     EXPECT_EQ(raw(name).model->nv, dof) << name;
-    EXPECT_THAT(model.hinges, SizeIs(hinges)) << name;
+    EXPECT_THAT(model.joints, SizeIs(hinges)) << name;
   }
 }
 
@@ -96,8 +96,8 @@ TEST(Models, HumanSegmentsHaveDeLevasMassesAndCentres) {
   EXPECT_NEAR(model.total_mass(), kMass, 0.001);
   const State state = reference_state(model);
   const auto joint_z = [&](const std::string& child) {
-    const int hinge = body(model, child).hinge;
-    return hinge_frames(model, state, hinge).p_WJ_child.z();
+    const int hinge = body(model, child).joint;
+    return joint_frames(model, state, hinge).p_WJ_child.z();
   };
   for (const std::string side : {"left_", "right_"}) {
     const Lump thigh = lump(model, {side + "hip_inner", side + "hip_outer", side + "thigh"});
@@ -127,7 +127,7 @@ TEST(Models, HumanoidIsSymmetricAndClearOfItselfAtTheStart) {
     const Vec3 p = state.bodies[i].p_WBcm, q = state.bodies[other].p_WBcm;
     EXPECT_LT((Vec3(p.x(), -p.y(), p.z()) - q).norm(), 1e-12) << name;
     EXPECT_EQ(model.bodies[i].mass, model.bodies[other].mass) << name;
-    const Hinge &left = model.hinges[model.bodies[i].hinge], &right = model.hinges[model.bodies[other].hinge];
+    const Joint &left = model.joints[model.bodies[i].joint], &right = model.joints[model.bodies[other].joint];
     EXPECT_EQ(left.axis_B, Vec3(-right.axis_B.x(), right.axis_B.y(), -right.axis_B.z())) << name;
     EXPECT_EQ(left.lower, right.lower) << name;
     EXPECT_EQ(left.upper, right.upper) << name;
@@ -135,10 +135,10 @@ TEST(Models, HumanoidIsSymmetricAndClearOfItselfAtTheStart) {
   const Raw start = raw("humanoid");
   mj_forward(start.model.get(), start.data.get());
   EXPECT_EQ(start.data->ncon, 0);
-  for (size_t j = 0; j < model.hinges.size(); ++j) {
-    EXPECT_TRUE(model.hinges[j].limited);
-    EXPECT_GE(model.initial.angle[j], model.hinges[j].lower) << model.hinges[j].name;
-    EXPECT_LE(model.initial.angle[j], model.hinges[j].upper) << model.hinges[j].name;
+  for (size_t j = 0; j < model.joints.size(); ++j) {
+    EXPECT_TRUE(model.joints[j].limited);
+    EXPECT_GE(model.initial.position[j], model.joints[j].lower) << model.joints[j].name;
+    EXPECT_LE(model.initial.position[j], model.joints[j].upper) << model.joints[j].name;
   }
 }
 
@@ -168,7 +168,7 @@ TEST(Models, AstronautsAreTheHumanoidWithLess) {
   EXPECT_THAT(energy.contacts, IsEmpty());
   EXPECT_THAT(energy.actuators, IsEmpty());
   EXPECT_FALSE(energy.has_limits());
-  EXPECT_TRUE(std::ranges::all_of(energy.initial.rate, [](double rate) { return rate != 0; }));
+  EXPECT_TRUE(std::ranges::all_of(energy.initial.velocity, [](double rate) { return rate != 0; }));
   EXPECT_TRUE(conserved_quantities(energy).any());
   EXPECT_EQ(smooth_obstacle(energy), "");
 }
@@ -180,13 +180,13 @@ TEST(Models, EveryJointOfTheHumanoidFollowsItsOwnSine) {
   EXPECT_FALSE(control->is_zero());
   State state = reference_state(model);
   state.time = 0.35;
-  std::vector<double> torques(model.hinges.size());
+  std::vector<double> torques(model.joints.size());
   control->torques(state, torques);
-  ASSERT_EQ(model.actuators.size(), model.hinges.size());
+  ASSERT_EQ(model.actuators.size(), model.joints.size());
   for (const Actuator& actuator : model.actuators) {
     EXPECT_GT(actuator.sine.amplitude, 0) << actuator.name;
     EXPECT_NEAR(
-        torques[actuator.hinge],
+        torques[actuator.terms.at(0).joint],
         actuator.sine.amplitude * std::sin(2 * std::numbers::pi * actuator.sine.frequency * 0.35 + actuator.sine.phase),
         1e-12)
         << actuator.name;
@@ -200,7 +200,7 @@ void run(const Model& model, double timestep_s, double duration_s, See see) {
   contender.settings.timestep = timestep_s;
   const auto simulation = contender.engine->create(model, model.initial, contender.settings);
   const auto control = actuator_control(model);
-  std::vector<double> torques(model.hinges.size());
+  std::vector<double> torques(model.joints.size());
   State state;
   for (long long step = 0; step < std::llround(duration_s / timestep_s); ++step) {
     simulation->read_state(state);
@@ -233,7 +233,7 @@ TEST(Models, HumanoidFallsAndGoesOnWiggling) {
 TEST(Models, FingersHaveThePapersSprings) {
   const Model model = system("grasp");
   int sprung = 0;
-  for (const Hinge& hinge : model.hinges) {
+  for (const Joint& hinge : model.joints) {
     if (hinge.stiffness == 0) continue;
     ++sprung;
     EXPECT_EQ(hinge.stiffness, 0.4) << hinge.name;
@@ -243,9 +243,10 @@ TEST(Models, FingersHaveThePapersSprings) {
   EXPECT_EQ(sprung, 22);
   EXPECT_THAT(model.actuators, SizeIs(7));
   for (const Actuator& actuator : model.actuators) {
-    EXPECT_EQ(actuator.type, ActuatorType::kPosition);
-    EXPECT_EQ(model.hinges[actuator.hinge].stiffness, 0) << actuator.name;
-    EXPECT_GT(model.hinges[actuator.hinge].damping, 0) << actuator.name;
+    EXPECT_EQ(actuator.bias[1], -actuator.gain);
+    const Joint& driven = model.joints[actuator.terms.at(0).joint];
+    EXPECT_EQ(driven.stiffness, 0) << actuator.name;
+    EXPECT_GT(driven.damping, 0) << actuator.name;
     EXPECT_GT(actuator.sine.amplitude, 0);
   }
   const auto [light, heavy] = std::ranges::minmax_element(model.bodies, {}, &Body::mass);
@@ -290,7 +291,7 @@ TEST(Models, TheHandHoldsTheCapsuleAndWithoutItsSpringsDropsIt) {
   Model model = system("grasp");
   const auto [first, most] = hold(model);
   EXPECT_LT(most, first + 0.02);
-  for (Hinge& hinge : model.hinges) hinge.stiffness = 0;
+  for (Joint& hinge : model.joints) hinge.stiffness = 0;
   EXPECT_GT(hold(model).second, first + 0.2);
 }
 

@@ -210,10 +210,10 @@ double energy_of(const Model& model, const State& state) {
     const Vec3 w_B = s.q_WB.conjugate() * s.w_WB;
     energy += body.mass * (s.v_WBcm.squaredNorm() / 2 - model.gravity.dot(s.p_WBcm)) + w_B.dot(body.I_BBcm_B * w_B) / 2;
   }
-  for (size_t j = 0; j < model.hinges.size(); ++j) {
-    const Hinge& hinge = model.hinges[j];
-    energy += hinge.stiffness * std::pow(state.angle[j] - hinge.spring_reference, 2) / 2;
-    energy += hinge.armature * state.rate[j] * state.rate[j] / 2;
+  for (size_t j = 0; j < model.joints.size(); ++j) {
+    const Joint& hinge = model.joints[j];
+    energy += hinge.stiffness * std::pow(state.position[j] - hinge.spring_reference, 2) / 2;
+    energy += hinge.armature * state.velocity[j] * state.velocity[j] / 2;
   }
   return energy;
 }
@@ -228,7 +228,7 @@ State moving_trees(const Model& model) {
 
 TEST(SmoothSolutionTest, KeepsEnergyWithSpringsAndArmature) {
   Model model = conformance::oblique_trees();
-  for (Hinge& hinge : model.hinges) {
+  for (Joint& hinge : model.joints) {
     hinge.stiffness = 1.5;
     hinge.spring_reference = 0.3;
     hinge.armature = 0.02;
@@ -244,7 +244,7 @@ TEST(SmoothSolutionTest, KeepsMomentaOfAFloatingTree) {
   // the tree on the world's hinge is left out: the world holds it
   Model model = without_gravity(conformance::oblique_trees());
   model.bodies.pop_back();
-  model.hinges.pop_back();
+  model.joints.pop_back();
   State start = with_joints(model, {0.9, -1.4, 0.5}, {1.5, -2, 1});
   start.bodies.resize(4);
   start.bodies[0].v_WBcm = {0.4, -0.8, 1.5};
@@ -276,19 +276,19 @@ TEST(SmoothSolutionTest, AgreesWithClosedForms) {
   const conformance::PendulumModel swing = conformance::pendulum();
   const Pendulum pendulum(swing.frequency, 2.5);
   const State swung = smooth_solution(swing.model, with_joints(swing.model, {2.5}, {0}), 1.7);
-  EXPECT_NEAR(swung.angle[0], pendulum.angle(1.7), 1e-12);
-  EXPECT_NEAR(swung.rate[0], pendulum.rate(1.7), 1e-11);
+  EXPECT_NEAR(swung.position[0], pendulum.angle(1.7), 1e-12);
+  EXPECT_NEAR(swung.velocity[0], pendulum.rate(1.7), 1e-11);
 
   conformance::Flywheel wheel = conformance::flywheel();
-  Hinge& hinge = wheel.model.hinges[0];
+  Joint& hinge = wheel.model.joints[0];
   hinge.stiffness = 2;
   hinge.spring_reference = 0.4;
   hinge.damping = 0.08;
   hinge.armature = 0.01;
   const State spun = smooth_solution(wheel.model, with_joints(wheel.model, {-0.2}, {3}), 0.9);
   const Motion motion = damped_oscillator(wheel.axial_inertia + 0.01, 2, 0.08, {-0.6, 3}, 0.9);
-  EXPECT_NEAR(spun.angle[0], motion.position + 0.4, 1e-13);
-  EXPECT_NEAR(spun.rate[0], motion.velocity, 1e-13);
+  EXPECT_NEAR(spun.position[0], motion.position + 0.4, 1e-13);
+  EXPECT_NEAR(spun.velocity[0], motion.velocity, 1e-13);
 
   // tumbling: principal axes oblique in the body
   const Vec3 moments(0.01, 0.02, 0.025), w(0.5, 4, 0.3);
@@ -317,8 +317,8 @@ TEST(SmoothSolutionTest, GivesEveryTimeThatIsAskedFor) {
   const Model model = conformance::chain(false);
   const auto states = smooth_solution(model, model.initial, {0, 0.3, 0.3, 1});
   ASSERT_EQ(states.size(), 4U);
-  EXPECT_EQ(states[0].angle, model.initial.angle);
-  EXPECT_EQ(states[1].angle, states[2].angle);
+  EXPECT_EQ(states[0].position, model.initial.position);
+  EXPECT_EQ(states[1].position, states[2].position);
   EXPECT_LT((states[3].bodies[4].p_WBcm - kPlanarEnd).norm(), 1e-12);
 }
 
@@ -351,9 +351,9 @@ TEST(SmoothSolutionTest, RefusesWhatIsNotSmooth) {
   EXPECT_THAT(refusal(model, model.initial, {1}), HasSubstr("contacts off"));
 
   Model limited = conformance::pendulum().model;
-  limited.hinges[0].limited = true;
-  limited.hinges[0].lower = -1;
-  limited.hinges[0].upper = 2;
+  limited.joints[0].limited = true;
+  limited.joints[0].lower = -1;
+  limited.joints[0].upper = 2;
   EXPECT_EQ(smooth_obstacle(limited), "");
   // it swings from 0.5 to -0.5 and back: within the limits; from 1.5 it would pass -1
   EXPECT_NEAR(smooth_solution(limited, with_joints(limited, {0.5}, {0}), 2.0).time, 2, 0);

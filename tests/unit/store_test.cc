@@ -372,8 +372,8 @@ Trajectory some_trajectory() {
     state.bodies[1].p_WBcm = Vec3(1.0 / 3, i, -0.0);
     state.bodies[1].q_WB = Quat(0.5, -0.5, 0.5, 0.5);
     state.bodies[0].w_WB = Vec3(1e-300, 1e300, 7);
-    state.angle = {i + 0.1};
-    state.rate = {-i - 0.1};
+    state.position = {i + 0.1};
+    state.velocity = {-i - 0.1};
     trajectory.states.push_back(state);
   }
   return trajectory;
@@ -391,8 +391,8 @@ TEST_F(StoreTest, TrajectoriesAreReadBackToTheBit) {
   for (size_t i = 0; i < 3; ++i) {
     const State &a = written.states[i], &b = states[i];
     EXPECT_EQ(a.time, b.time);
-    EXPECT_EQ(a.angle, b.angle);
-    EXPECT_EQ(a.rate, b.rate);
+    EXPECT_EQ(a.position, b.position);
+    EXPECT_EQ(a.velocity, b.velocity);
     for (size_t k = 0; k < 2; ++k) {
       EXPECT_EQ(a.bodies[k].p_WBcm, b.bodies[k].p_WBcm);
       EXPECT_EQ(a.bodies[k].q_WB.coeffs(), b.bodies[k].q_WB.coeffs());

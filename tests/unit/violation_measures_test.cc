@@ -42,7 +42,7 @@ TEST(Violation, AMotionThatObeysTheModelHasNone) {
   const Model model = arm_and_things();
   State state = model.initial;
   for (int i = 0; i < 50; ++i) {
-    state.angle = {0.5 * std::sin(0.3 * i), 2.0 * i};
+    state.position = {0.5 * std::sin(0.3 * i), 2.0 * i};
     bodies_from_joints(model, state);
     expect_violation(violation(model, state), 0, 0, 0, 0);
   }
@@ -63,7 +63,7 @@ TEST(Violation, AnAxisTiltedByAKnownAngle) {
   const Model model = arm_and_things();
   State state = model.initial;
   const double tilt = 1e-6;  // an arc cosine would see nothing of it
-  const HingeFrames frames = hinge_frames(model, state, 1);
+  const JointFrames frames = joint_frames(model, state, 1);
   const Quat turn(Eigen::AngleAxisd(tilt, Vec3::UnitX()));
   BodyState& lower = state.bodies[kLower];
   lower.q_WB = turn * lower.q_WB;
@@ -71,7 +71,7 @@ TEST(Violation, AnAxisTiltedByAKnownAngle) {
   expect_violation(violation(model, state), 0, tilt, 0, 0);
   // About the axis itself it is the joint's own motion.
   state = model.initial;
-  state.angle[1] = 0.7;
+  state.position[1] = 0.7;
   bodies_from_joints(model, state);
   expect_violation(violation(model, state), 0, 0, 0, 0);
 }
@@ -81,7 +81,7 @@ TEST(Violation, LimitsOnBothSidesAndTurnsBeyond) {
   for (const auto& [angle, beyond] : {std::pair{0.5, 0.0}, std::pair{0.6, 0.1}, std::pair{-0.8, 0.3},
                                       std::pair{2 * std::numbers::pi, 2 * std::numbers::pi - 0.5}}) {
     State state = model.initial;
-    state.angle[0] = angle;
+    state.position[0] = angle;
     bodies_from_joints(model, state);
     expect_violation(violation(model, state), 0, 0, beyond, 0);
   }

@@ -68,6 +68,12 @@ btCollisionShape* Collision::make_primitive(const Shape& shape, int row) {
       made = std::make_unique<btStaticPlaneShape>(to_bt(normal), real(normal.dot(shape.X_BS.p)));
       break;
     }
+    case ShapeType::kBox:
+    case ShapeType::kCylinder:
+    case ShapeType::kEllipsoid:
+    case ShapeType::kHull:
+    case ShapeType::kHeightField:
+      throw UnsupportedError("this shape is refused by check()");
   }
   tags_.push_back(std::make_unique<ShapeTag>(ShapeTag{this, row}));
   made->setUserPointer(tags_.back().get());

@@ -95,7 +95,7 @@ class BulletEngine final : public Adapter {
 
   std::vector<Limitation> check(const Model& model, const Settings& settings) const override {
     const Options options = read_options(settings);
-    std::vector<Limitation> limitations;
+    std::vector<Limitation> limitations = feature_limitations("Bullet", model, capabilities(settings));
     if (options.rk4 && !options.multibody) {
       limitations.push_back(
           {Fidelity::kRefused, "setting rk4", "rigid bodies have no Runge-Kutta: set model=multibody"});
@@ -105,7 +105,7 @@ class BulletEngine final : public Adapter {
           {Fidelity::kRefused, "setting friction_directions",
            "one tangent of a multibody's contact is fixed and leaves the other without friction: set 2"});
     }
-    for (const Hinge& hinge : model.hinges) {
+    for (const Joint& hinge : model.joints) {
       if (hinge.armature != 0) limitations.push_back(armature_refused(hinge, "Bullet"));
       if (hinge.has_spring()) limitations.push_back(explicit_spring(hinge));
       if (!options.multibody && spans_a_turn(hinge)) {

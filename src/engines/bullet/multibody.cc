@@ -80,16 +80,16 @@ class MultibodySimulation final : public BulletSimulation {
     }
     for (size_t b = root; b < model_.bodies.size(); ++b) {
       if (places_[b].root != root || places_[b].link < 0) continue;
-      const int hinge = model_.bodies[b].hinge;
-      tree->setJointPos(places_[b].link, real(start_.angle[hinge] - model_.hinges[hinge].reference));
-      tree->setJointVel(places_[b].link, real(start_.rate[hinge]));
+      const int hinge = model_.bodies[b].joint;
+      tree->setJointPos(places_[b].link, real(start_.position[hinge] - model_.joints[hinge].reference));
+      tree->setJointVel(places_[b].link, real(start_.velocity[hinge]));
     }
     trees_.push_back(std::move(tree));
   }
 
   void make_link(btMultiBody& tree, int b) {
     const Body& body = model_.bodies[b];
-    const Hinge& hinge = model_.hinges[body.hinge];
+    const Joint& hinge = model_.joints[body.joint];
     const BodyFrame& frame = collision_.frame(b);
     const bool on_world = body.parent == kWorld;
     const Pose X_PQ = on_world ? Pose{} : collision_.frame(body.parent).X_BI;  // the parent's Bullet frame
@@ -97,14 +97,14 @@ class MultibodySimulation final : public BulletSimulation {
     const Quat q_IB = frame.X_BI.q.conjugate();
     tree.setupRevolute(places_[b].link, real(body.mass), to_bt(frame.inertia),
                        on_world ? -1 : places_[body.parent].link, to_bt(Quat(q_QI.conjugate())),
-                       to_bt(Vec3(q_IB * hinge.axis_B)), to_bt(X_PQ.inverse() * anchor_in_parent(model_, body.hinge)),
+                       to_bt(Vec3(q_IB * hinge.axis_B)), to_bt(X_PQ.inverse() * anchor_in_parent(model_, body.joint)),
                        to_bt(Vec3(q_IB * (body.p_BBcm - hinge.p_BJ))), false);
   }
 
   void make_limits() {
-    limits_.resize(model_.hinges.size());
-    for (size_t j = 0; j < model_.hinges.size(); ++j) {
-      const Hinge& hinge = model_.hinges[j];
+    limits_.resize(model_.joints.size());
+    for (size_t j = 0; j < model_.joints.size(); ++j) {
+      const Joint& hinge = model_.joints[j];
       if (!hinge.limited) continue;
       const Place& place = places_[hinge.body];
       limits_[j] = std::make_unique<btMultiBodyJointLimitConstraint>(
@@ -120,7 +120,7 @@ class MultibodySimulation final : public BulletSimulation {
     for (size_t b = 0; b < model_.bodies.size(); ++b) {
       const Place& place = places_[b];
       btCollisionShape* shape = collision_.body_shape(static_cast<int>(b));
-      const bool limited = place.link >= 0 && limits_[model_.bodies[b].hinge] != nullptr;
+      const bool limited = place.link >= 0 && limits_[model_.bodies[b].joint] != nullptr;
       if (shape == nullptr && !limited) continue;
       auto collider = std::make_unique<btMultiBodyLinkCollider>(place.tree, place.link);
       collider->setCollisionShape(shape != nullptr ? shape : &no_shape_);
@@ -152,9 +152,9 @@ class MultibodySimulation final : public BulletSimulation {
     for (size_t b = 0; b < places_.size(); ++b) {
       const Place& place = places_[b];
       if (place.link >= 0) {
-        const int hinge = model_.bodies[b].hinge;
-        out.angle[hinge] = place.tree->getJointPos(place.link) + model_.hinges[hinge].reference;
-        out.rate[hinge] = place.tree->getJointVel(place.link);
+        const int hinge = model_.bodies[b].joint;
+        out.position[hinge] = place.tree->getJointPos(place.link) + model_.joints[hinge].reference;
+        out.velocity[hinge] = place.tree->getJointVel(place.link);
         continue;
       }
       const Quat q_WI = from_bt(place.tree->getWorldToBaseRot()).conjugate();
@@ -168,7 +168,7 @@ class MultibodySimulation final : public BulletSimulation {
   void apply(const std::vector<double>& torques) override {
     for (const auto& tree : trees_) tree->clearForcesAndTorques();
     for (size_t j = 0; j < torques.size(); ++j) {
-      const Place& place = places_[model_.hinges[j].body];
+      const Place& place = places_[model_.joints[j].body];
       place.tree->addJointTorque(place.link, real(torques[j]));
     }
   }
@@ -189,9 +189,9 @@ class MultibodySimulation final : public BulletSimulation {
           R * from_bt(link < 0 ? tree.getBaseInertia() : tree.getLinkInertia(link)).asDiagonal() * R.transpose();
       if (link < 0) continue;
 
-      const int j = model_.bodies[b].hinge;
-      const Hinge& hinge = model_.hinges[j];
-      EngineHinge& joint = out.hinges[j];
+      const int j = model_.bodies[b].joint;
+      const Joint& hinge = model_.joints[j];
+      EngineJoint& joint = out.joints[j];
       joint.p_WJ = from_bt(X_WI * (-tree.getLink(link).m_dVector));
       joint.axis_W = from_bt(X_WI.getBasis() * tree.getLink(link).getAxisTop(0));
       joint.limited = limits_[j] != nullptr;
@@ -207,7 +207,7 @@ class MultibodySimulation final : public BulletSimulation {
   std::vector<int> links_of_root_;      // by Model::bodies, meaningful for roots
   std::vector<std::unique_ptr<btMultiBody>> trees_;
   std::vector<std::unique_ptr<btMultiBodyLinkCollider>> colliders_;
-  std::vector<std::unique_ptr<btMultiBodyJointLimitConstraint>> limits_;  // by Model::hinges, null without a limit
+  std::vector<std::unique_ptr<btMultiBodyJointLimitConstraint>> limits_;  // by Model::joints, null without a limit
 };
 
 }  // namespace

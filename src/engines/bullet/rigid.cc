@@ -47,8 +47,8 @@ class RigidSimulation final : public BulletSimulation {
 
   void make_hinges() {
     ground_ = std::make_unique<btRigidBody>(real(0), nullptr, nullptr);
-    hinges_.reserve(model_.hinges.size());
-    for (const Hinge& hinge : model_.hinges) {
+    hinges_.reserve(model_.joints.size());
+    for (const Joint& hinge : model_.joints) {
       const Body& body = model_.bodies[hinge.body];
       // the hinge's frame has z along the axis and is the same in both bodies at the reference configuration
       const Quat q_axis(Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), hinge.axis_B));
@@ -106,9 +106,9 @@ class RigidSimulation final : public BulletSimulation {
     }
     for (size_t j = 0; j < hinges_.size(); ++j) {
       const btHingeConstraint& constraint = *hinges_[j];
-      const Hinge& hinge = model_.hinges[j];
+      const Joint& hinge = model_.joints[j];
       const btTransform X_WJ = constraint.getRigidBodyA().getWorldTransform() * constraint.getAFrame();
-      EngineHinge& seen = out.hinges[j];
+      EngineJoint& seen = out.joints[j];
       seen.p_WJ = from_bt(X_WJ.getOrigin());
       seen.axis_W = from_bt(X_WJ.getBasis().getColumn(2));
       seen.limited = constraint.hasLimit();

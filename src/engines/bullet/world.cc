@@ -101,7 +101,7 @@ void BulletSimulation::set_torques(std::span<const double> torques) {
 EngineView BulletSimulation::view() const {
   EngineView out;
   out.bodies.resize(model_.bodies.size());
-  out.hinges.resize(model_.hinges.size());
+  out.joints.resize(model_.joints.size());
   out.gravity = from_bt(world_->getGravity());
   view_parts(out);
   return out;

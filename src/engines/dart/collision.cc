@@ -50,6 +50,12 @@ dart::dynamics::ShapePtr make_shape(const Shape& shape) {
       return std::make_shared<dart::dynamics::CapsuleShape>(shape.radius, 2 * shape.half_length);
     case ShapeType::kPlane:
       break;
+    case ShapeType::kBox:
+    case ShapeType::kCylinder:
+    case ShapeType::kEllipsoid:
+    case ShapeType::kHull:
+    case ShapeType::kHeightField:
+      throw UnsupportedError("this shape is refused by check()");
   }
   return std::make_shared<dart::dynamics::PlaneShape>(Vec3(Vec3::UnitZ()), 0.0);
 }

@@ -65,8 +65,8 @@ class DartEngine final : public Adapter {
 
   std::vector<Limitation> check(const Model& model, const Settings& settings) const override {
     const Options options = read_options(settings);
-    std::vector<Limitation> limitations;
-    for (const Hinge& hinge : model.hinges) {
+    std::vector<Limitation> limitations = feature_limitations("DART", model, capabilities(settings));
+    for (const Joint& hinge : model.joints) {
       if (hinge.armature != 0) limitations.push_back(armature_refused(hinge, "DART"));
       if (options.native_pd && (hinge.stiffness < 0 || hinge.damping < 0)) {
         limitations.push_back({Fidelity::kRefused, joint_element(hinge, "stiffness and damping"),

@@ -112,7 +112,7 @@ void DartSimulation::make_world() {
 // One skeleton a tree. A body's frame is the MJCF body's.
 void DartSimulation::make_bodies() {
   std::vector<dart::dynamics::SkeletonPtr> skeleton_of(model_.bodies.size());
-  hinges_.resize(model_.hinges.size());
+  hinges_.resize(model_.joints.size());
   for (size_t i = 0; i < model_.bodies.size(); ++i) {
     const Body& body = model_.bodies[i];
     if (body.parent == kWorld) trees_.push_back(dart::dynamics::Skeleton::create(fmt::format("tree {}", i)));
@@ -134,7 +134,7 @@ void DartSimulation::make_joint(int index, const dart::dynamics::SkeletonPtr& sk
     bodies_.push_back(skeleton->createJointAndBodyNodePair<FreeJoint>(nullptr, joint, node).second);
     return;
   }
-  const Hinge& hinge = model_.hinges[body.hinge];
+  const Joint& hinge = model_.joints[body.joint];
   RevoluteJoint::Properties joint;
   joint.mName = fmt::format("joint {}", index);
   joint.mAxis = hinge.axis_B;
@@ -152,7 +152,7 @@ void DartSimulation::make_joint(int index, const dart::dynamics::SkeletonPtr& sk
   }
   BodyNode* parent = body.parent == kWorld ? nullptr : bodies_[body.parent];
   const auto [made, child] = skeleton->createJointAndBodyNodePair<RevoluteJoint>(parent, joint, node);
-  hinges_[body.hinge] = made;
+  hinges_[body.joint] = made;
   bodies_.push_back(child);
 }
 
@@ -179,8 +179,8 @@ void DartSimulation::set_state(const State& state) {
     joint->setVelocities(twist);
   }
   for (size_t j = 0; j < hinges_.size(); ++j) {
-    hinges_[j]->setPosition(0, state.angle[j] - model_.hinges[j].reference);
-    hinges_[j]->setVelocity(0, state.rate[j]);
+    hinges_[j]->setPosition(0, state.position[j] - model_.joints[j].reference);
+    hinges_[j]->setVelocity(0, state.velocity[j]);
   }
 }
 
@@ -189,7 +189,7 @@ void DartSimulation::set_torques(std::span<const double> torques) {
   for (size_t j = 0; j < hinges_.size(); ++j) {
     double torque = torques.empty() ? 0.0 : torques[j];
     if (explicit_springs_) {
-      const Hinge& hinge = model_.hinges[j];
+      const Joint& hinge = model_.joints[j];
       torque += spring_torque(hinge, hinges_[j]->getPosition(0) + hinge.reference, hinges_[j]->getVelocity(0));
     }
     hinges_[j]->setForce(0, torque);
@@ -216,11 +216,11 @@ void DartSimulation::advance(int count) {
 void DartSimulation::read_state(State& out) const {
   out.time = clock_.time();
   out.bodies.resize(bodies_.size());
-  out.angle.resize(hinges_.size());
-  out.rate.resize(hinges_.size());
+  out.position.resize(hinges_.size());
+  out.velocity.resize(hinges_.size());
   for (size_t j = 0; j < hinges_.size(); ++j) {
-    out.angle[j] = hinges_[j]->getPosition(0) + model_.hinges[j].reference;
-    out.rate[j] = hinges_[j]->getVelocity(0);
+    out.position[j] = hinges_[j]->getPosition(0) + model_.joints[j].reference;
+    out.velocity[j] = hinges_[j]->getVelocity(0);
   }
   for (size_t i = 0; i < bodies_.size(); ++i) {
     if (!model_.bodies[i].is_free()) continue;
@@ -248,18 +248,18 @@ EngineView DartSimulation::view() const {
     const Mat3 R_WB = body->getWorldTransform().linear();
     view.bodies.push_back({.mass = mass, .p_WBcm = body->getCOM(), .I_BBcm_W = R_WB * I_Bcm * R_WB.transpose()});
   }
-  view.hinges.reserve(hinges_.size());
+  view.joints.reserve(hinges_.size());
   for (size_t j = 0; j < hinges_.size(); ++j) {
     const auto* joint = static_cast<const RevoluteJoint*>(hinges_[j]);
     const Eigen::Isometry3d X_WJ =
         joint->getChildBodyNode()->getWorldTransform() * joint->getTransformFromChildBodyNode();
-    EngineHinge hinge{
+    EngineJoint hinge{
         .p_WJ = X_WJ.translation(), .axis_W = X_WJ.linear() * joint->getAxis(), .limited = joint->areLimitsEnforced()};
     if (hinge.limited) {
-      hinge.lower = joint->getPositionLowerLimit(0) + model_.hinges[j].reference;
-      hinge.upper = joint->getPositionUpperLimit(0) + model_.hinges[j].reference;
+      hinge.lower = joint->getPositionLowerLimit(0) + model_.joints[j].reference;
+      hinge.upper = joint->getPositionUpperLimit(0) + model_.joints[j].reference;
     }
-    view.hinges.push_back(hinge);
+    view.joints.push_back(hinge);
   }
   return view;
 }

@@ -34,7 +34,7 @@ class DartSimulation final : public Simulation {
   dart::simulation::WorldPtr world_;
   std::vector<dart::dynamics::SkeletonPtr> trees_;
   std::vector<dart::dynamics::BodyNode*> bodies_;  // owned by the world's skeletons
-  std::vector<dart::dynamics::Joint*> hinges_;     // of each Model::hinges
+  std::vector<dart::dynamics::Joint*> hinges_;     // of each Model::joints
 };
 
 }  // namespace assay::dartsim

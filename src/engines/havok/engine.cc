@@ -66,8 +66,8 @@ class HavokEngine final : public Adapter {
 
   std::vector<Limitation> check(const Model& model, const Settings& settings) const override {
     const Options options = read_options(settings);
-    std::vector<Limitation> limitations;
-    for (const Hinge& hinge : model.hinges) check_hinge(hinge, options, limitations);
+    std::vector<Limitation> limitations = feature_limitations("Havok", model, capabilities(settings));
+    for (const Joint& hinge : model.joints) check_hinge(hinge, options, limitations);
     if (model.contacts.empty()) return limitations;
 
     const bool plane = std::ranges::any_of(model.contacts, [&model](const ContactPair& pair) {
@@ -99,7 +99,7 @@ class HavokEngine final : public Adapter {
   }
 
  private:
-  static void check_hinge(const Hinge& hinge, const Options& options, std::vector<Limitation>& limitations) {
+  static void check_hinge(const Joint& hinge, const Options& options, std::vector<Limitation>& limitations) {
     if (hinge.armature != 0) limitations.push_back(armature_refused(hinge, "Havok"));
     if (!hinge.limited) return;
     const double zero = zero_angle(hinge, options);

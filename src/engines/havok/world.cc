@@ -35,17 +35,17 @@ class HavokSimulation final : public Simulation {
     if (!model_.contacts.empty()) create_shapes();
     create_bodies(state);
     create_hinges();
-    last_angle_ = state.angle;
+    last_angle_ = state.position;
   }
 
   // An impulse changes the velocities at once. They are kept until the step, for read_state() and for a second call.
   void set_torques(std::span<const double> torques) override {
     if (explicit_springs_) read_state(scratch_);
     put_back_velocities();
-    for (size_t j = 0; j < model_.hinges.size(); ++j) {
-      const Hinge& hinge = model_.hinges[j];
+    for (size_t j = 0; j < model_.joints.size(); ++j) {
+      const Joint& hinge = model_.joints[j];
       double torque = torques.empty() ? 0.0 : torques[j];
-      if (explicit_springs_) torque += spring_torque(hinge, scratch_.angle[j], scratch_.rate[j]);
+      if (explicit_springs_) torque += spring_torque(hinge, scratch_.position[j], scratch_.velocity[j]);
       if (torque == 0) continue;
       const Vec3 impulse_W = (torque * options_.timestep) * world_axis(hinge);
       push(hinge.body, impulse_W);
@@ -69,9 +69,9 @@ class HavokSimulation final : public Simulation {
       if (any_pushed_ && pushed_[i]) v.angular = before_push_[i];
       out.bodies[i] = {vec3(pose.translation), quat(pose.rotation), vec3(v.linear), vec3(v.angular)};
     }
-    out.angle = last_angle_;
+    out.position = last_angle_;
     joints_from_bodies(model_, out);
-    last_angle_ = out.angle;
+    last_angle_ = out.position;
   }
 
   EngineView view() const override {
@@ -91,8 +91,8 @@ class HavokSimulation final : public Simulation {
     }
     // Anchors cannot be asked for: these are the numbers as they were handed over.
     for (size_t j = 0; j < joints_.size(); ++j) {
-      const Hinge& hinge = model_.hinges[j];
-      EngineHinge seen;
+      const Joint& hinge = model_.joints[j];
+      EngineJoint seen;
       seen.p_WJ = poses[hinge.body] * vec3(anchors_[j].pivot);
       seen.axis_W = poses[hinge.body].q * vec3(anchors_[j].axis);
       std::uint32_t mode = 0;
@@ -105,7 +105,7 @@ class HavokSimulation final : public Simulation {
         seen.lower = zero_angle(hinge, options_) + lower;
         seen.upper = zero_angle(hinge, options_) + upper;
       }
-      view.hinges.push_back(seen);
+      view.joints.push_back(seen);
     }
     havok::Vector3 gravity;
     module_->call(Function::kWorld_GetGravity, {world_, out(gravity)});
@@ -174,6 +174,12 @@ class HavokSimulation final : public Simulation {
                                                    in(quaternion(Quat::Identity())), in(vector3(size)), out(id)});
         break;
       }
+      case ShapeType::kBox:
+      case ShapeType::kCylinder:
+      case ShapeType::kEllipsoid:
+      case ShapeType::kHull:
+      case ShapeType::kHeightField:
+        throw UnsupportedError("this shape is refused by check()");
     }
     return id;
   }
@@ -235,8 +241,8 @@ class HavokSimulation final : public Simulation {
   // ---- hinges -------------------------------------------------------------------------------------------------------
 
   void create_hinges() {
-    for (size_t j = 0; j < model_.hinges.size(); ++j) {
-      const Hinge& hinge = model_.hinges[j];
+    for (size_t j = 0; j < model_.joints.size(); ++j) {
+      const Joint& hinge = model_.joints[j];
       const Body& child = model_.bodies[hinge.body];
       const double zero = zero_angle(hinge, options_);
       const Vec3 p_child = hinge.p_BJ - child.p_BBcm;
@@ -282,7 +288,7 @@ class HavokSimulation final : public Simulation {
     module_->call(Function::kConstraint_SetAxisMaxLimit, {joint, axis, f32(upper)});
   }
 
-  void set_spring(Id joint, const Hinge& hinge) {
+  void set_spring(Id joint, const Joint& hinge) {
     const std::uint32_t axis = havok::kAngularX;
     // Its target stays 0, where the constraint's angle counts from: with this kind of motor another target cannot be
     // set, and one that was set before acts doubled.
@@ -302,7 +308,7 @@ class HavokSimulation final : public Simulation {
     return v;
   }
 
-  Vec3 world_axis(const Hinge& hinge) const {
+  Vec3 world_axis(const Joint& hinge) const {
     havok::QTransform pose;
     module_->call(Function::kBody_GetQTransform, {bodies_[hinge.body], out(pose)});
     return quat(pose.rotation) * hinge.axis_B;
@@ -345,7 +351,7 @@ class HavokSimulation final : public Simulation {
 
 }  // namespace
 
-double zero_angle(const Hinge& hinge, const Options& options) {
+double zero_angle(const Joint& hinge, const Options& options) {
   if (options.native_springs && hinge.stiffness != 0) return hinge.spring_reference;
   return middle_of_range(hinge, hinge.reference);
 }

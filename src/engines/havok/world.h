@@ -14,7 +14,7 @@ namespace assay::havok_adapter {
 
 // The hinge angle at which the constraint's own is zero. Havok knows its own within one turn, so a limited hinge counts
 // from the middle of its range; a native spring rests at zero.
-double zero_angle(const Hinge& hinge, const Options& options);
+double zero_angle(const Joint& hinge, const Options& options);
 
 std::unique_ptr<Simulation> make_simulation(const Model& model, const State& state, const Options& options);
 

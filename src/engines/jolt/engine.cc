@@ -71,8 +71,8 @@ class JoltEngine final : public Adapter {
 
   std::vector<Limitation> check(const Model& model, const Settings& settings) const override {
     const Options options = read_options(settings);
-    std::vector<Limitation> limitations;
-    for (const Hinge& hinge : model.hinges) {
+    std::vector<Limitation> limitations = feature_limitations("Jolt", model, capabilities(settings));
+    for (const Joint& hinge : model.joints) {
       check_hinge(hinge, options.native_springs, limitations);
     }
     if (model.bodies.size() + model.shapes.size() > kMostBodies) {
@@ -89,7 +89,7 @@ class JoltEngine final : public Adapter {
   }
 
  private:
-  static void check_hinge(const Hinge& hinge, bool native_springs, std::vector<Limitation>& limitations) {
+  static void check_hinge(const Joint& hinge, bool native_springs, std::vector<Limitation>& limitations) {
     if (hinge.armature != 0) limitations.push_back(armature_refused(hinge, "Jolt"));
     if (const auto range = range_within_a_turn(hinge, "Jolt")) limitations.push_back(*range);
     if (!native_springs || hinge.stiffness == 0) return;

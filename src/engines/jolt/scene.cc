@@ -33,6 +33,12 @@ int32_t jolt_type(ShapeType type) {
       return JOLT_CAPSULE;
     case ShapeType::kPlane:
       return JOLT_PLANE;
+    case ShapeType::kBox:
+    case ShapeType::kCylinder:
+    case ShapeType::kEllipsoid:
+    case ShapeType::kHull:
+    case ShapeType::kHeightField:
+      break;
   }
   return -1;
 }
@@ -70,7 +76,7 @@ jolt_shape shape_of(const Shape& shape, const std::vector<Pose>& frames) {
 }
 
 jolt_hinge hinge_of(const Model& model, int j, const std::vector<Pose>& frames, bool native_springs) {
-  const Hinge& hinge = model.hinges[j];
+  const Joint& hinge = model.joints[j];
   const Body& body = model.bodies[hinge.body];
   const Pose X_JB = frames[hinge.body].inverse();
   const Pose X_KP = body.parent == kWorld ? Pose{} : frames[body.parent].inverse();
@@ -100,7 +106,7 @@ jolt_hinge hinge_of(const Model& model, int j, const std::vector<Pose>& frames, 
 
 }  // namespace
 
-double zero_angle(const Hinge& hinge, bool native_springs) {
+double zero_angle(const Joint& hinge, bool native_springs) {
   return middle_of_range(hinge, native_springs && hinge.stiffness != 0 ? hinge.spring_reference : hinge.reference);
 }
 
@@ -136,13 +142,13 @@ World make_world(const Model& model, const State& state, const std::vector<Pose>
   bodies.reserve(model.bodies.size());
   shapes.reserve(model.shapes.size());
   pairs.reserve(model.contacts.size());
-  hinges.reserve(model.hinges.size());
+  hinges.reserve(model.joints.size());
   for (size_t b = 0; b < model.bodies.size(); ++b) {
     bodies.push_back(body_of(model.bodies[b], state.bodies[b], frames[b]));
   }
   for (const Shape& shape : model.shapes) shapes.push_back(shape_of(shape, frames));
   for (const ContactPair& pair : model.contacts) pairs.push_back({pair.friction, pair.shape_a, pair.shape_b});
-  for (size_t j = 0; j < model.hinges.size(); ++j) {
+  for (size_t j = 0; j < model.joints.size(); ++j) {
     hinges.push_back(hinge_of(model, static_cast<int>(j), frames, options.native_springs));
   }
   const auto count = [](const auto& list) { return static_cast<int32_t>(list.size()); };

@@ -17,7 +17,7 @@ JoltSimulation::JoltSimulation(const Model& model, const State& state, const Opt
       frames_(body_frames(model)),
       springs_(model.has_springs() && !options.native_springs),
       world_(make_world(model, state, frames_, options)),
-      torques_(model.hinges.size(), 0.0),
+      torques_(model.joints.size(), 0.0),
       bodies_(model.bodies.size()),
       last_(with_joint_coordinates(model, state)) {
   model_.keyframes.clear();
@@ -45,7 +45,7 @@ void JoltSimulation::read_state(State& out) const {
 EngineView JoltSimulation::view() const {
   EngineView out;
   std::vector<jolt_body_view> bodies(model_.bodies.size());
-  std::vector<jolt_hinge_view> hinges(model_.hinges.size());
+  std::vector<jolt_hinge_view> hinges(model_.joints.size());
   jolt_view(world_.get(), bodies.data(), hinges.data(), out.gravity.data());
   jolt_read(world_.get(), bodies_.data());
   for (size_t b = 0; b < bodies.size(); ++b) {
@@ -53,16 +53,16 @@ EngineView JoltSimulation::view() const {
         {.mass = bodies[b].mass, .p_WBcm = vec3(bodies_[b].p), .I_BBcm_W = Eigen::Map<const Mat3>(bodies[b].inertia)});
   }
   for (size_t j = 0; j < hinges.size(); ++j) {
-    const jolt_body_state& child = bodies_[model_.hinges[j].body];
-    EngineHinge hinge{.p_WJ = vec3(child.p) + quat(child.q) * vec3(hinges[j].p_child),
+    const jolt_body_state& child = bodies_[model_.joints[j].body];
+    EngineJoint hinge{.p_WJ = vec3(child.p) + quat(child.q) * vec3(hinges[j].p_child),
                       .axis_W = quat(child.q) * vec3(hinges[j].axis_child),
                       .limited = hinges[j].limited != 0};
     if (hinge.limited) {
-      const double zero = zero_angle(model_.hinges[j], options_.native_springs);
+      const double zero = zero_angle(model_.joints[j], options_.native_springs);
       hinge.lower = zero + hinges[j].lower;
       hinge.upper = zero + hinges[j].upper;
     }
-    out.hinges.push_back(hinge);
+    out.joints.push_back(hinge);
   }
   return out;
 }

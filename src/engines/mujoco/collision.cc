@@ -86,6 +86,12 @@ void add_shape(mjsBody* body, const Shape& shape, size_t index, bool filtered, c
       geom->type = mjGEOM_PLANE;
       geom->size[2] = 1;  // spacing of drawn grid lines; the plane is infinite
       break;
+    case ShapeType::kBox:
+    case ShapeType::kCylinder:
+    case ShapeType::kEllipsoid:
+    case ShapeType::kHull:
+    case ShapeType::kHeightField:
+      throw UnsupportedError("this shape is refused by check()");
   }
   geom->contype = geom->conaffinity = filtered ? 1 : 0;
   geom->condim = contact_dimension(shape.friction);

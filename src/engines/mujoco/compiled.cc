@@ -30,7 +30,7 @@ void set_inertia(mjsBody* out, const Body& body) {
   Eigen::Map<Vec3>(out->inertia) = realizable(principal.diagonal);
 }
 
-void set_hinge(mjsJoint* joint, const Hinge& hinge, const Softness& soft, bool explicit_springs) {
+void set_hinge(mjsJoint* joint, const Joint& hinge, const Softness& soft, bool explicit_springs) {
   joint->type = mjJNT_HINGE;
   Eigen::Map<Vec3>(joint->pos) = hinge.p_BJ;
   Eigen::Map<Vec3>(joint->axis) = hinge.axis_B;
@@ -79,7 +79,7 @@ std::shared_ptr<const Compiled> compile(const Model& model, const Settings& sett
       joint->type = mjJNT_FREE;
       joint->align = mjALIGNFREE_FALSE;
     } else {
-      set_hinge(joint, model.hinges[body.hinge], limit, explicit_springs);
+      set_hinge(joint, model.joints[body.joint], limit, explicit_springs);
     }
     bodies.push_back(out);
     joints.push_back(joint);
@@ -101,14 +101,14 @@ std::shared_ptr<const Compiled> compile(const Model& model, const Settings& sett
   const mjModel& m = *compiled->mujoco;
   compiled->body_qpos.assign(model.bodies.size(), -1);
   compiled->body_dof.assign(model.bodies.size(), -1);
-  compiled->hinge_joint.resize(model.hinges.size());
-  compiled->hinge_qpos.resize(model.hinges.size());
-  compiled->hinge_dof.resize(model.hinges.size());
+  compiled->hinge_joint.resize(model.joints.size());
+  compiled->hinge_qpos.resize(model.joints.size());
+  compiled->hinge_dof.resize(model.joints.size());
   compiled->body_id.reserve(bodies.size());
   for (size_t i = 0; i < bodies.size(); ++i) {
     compiled->body_id.push_back(mjs_getId(bodies[i]->element));
     const int joint = mjs_getId(joints[i]->element);
-    const int hinge = model.bodies[i].hinge;
+    const int hinge = model.bodies[i].joint;
     if (hinge < 0) {
       compiled->body_qpos[i] = m.jnt_qposadr[joint];
       compiled->body_dof[i] = m.jnt_dofadr[joint];

@@ -105,7 +105,7 @@ class MujocoEngine final : public Adapter {
   }
 
   std::vector<Limitation> check(const Model& model, const Settings& settings) const override {
-    std::vector<Limitation> limitations;
+    std::vector<Limitation> limitations = feature_limitations("MuJoCo", model, capabilities(settings));
     if (!model.contacts.empty()) {
       limitations.push_back({.fidelity = Fidelity::kApproximated,
                              .element = "contacts",
@@ -118,7 +118,7 @@ class MujocoEngine final : public Adapter {
                                    "axes; --set cone=elliptic is exact"});
       }
     }
-    for (const Hinge& hinge : model.hinges) {
+    for (const Joint& hinge : model.joints) {
       if (hinge.has_spring() && has_explicit_pd(settings)) {
         limitations.push_back(explicit_spring(hinge, "; --set pd=native is MuJoCo's own"));
       }

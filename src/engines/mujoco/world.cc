@@ -59,11 +59,11 @@ void MujocoSimulation::read_state(State& out) const {
   const Model& model = compiled_->model;
   out.time = clock_.time();
   out.bodies.resize(model.bodies.size());
-  out.angle.resize(model.hinges.size());
-  out.rate.resize(model.hinges.size());
-  for (size_t j = 0; j < model.hinges.size(); ++j) {
-    out.angle[j] = data_->qpos[compiled_->hinge_qpos[j]];
-    out.rate[j] = data_->qvel[compiled_->hinge_dof[j]];
+  out.position.resize(model.joints.size());
+  out.velocity.resize(model.joints.size());
+  for (size_t j = 0; j < model.joints.size(); ++j) {
+    out.position[j] = data_->qpos[compiled_->hinge_qpos[j]];
+    out.velocity[j] = data_->qvel[compiled_->hinge_dof[j]];
   }
   // a free joint's coordinates: origin and rotation of the body frame; its velocity: the origin's in the world, the
   // angular one in the body
@@ -98,9 +98,9 @@ EngineView MujocoSimulation::view() const {
                            .p_WBcm = triple(now->xipos, id),
                            .I_BBcm_W = R_WI * triple(m.body_inertia, id).asDiagonal() * R_WI.transpose()});
   }
-  view.hinges.reserve(compiled_->hinge_joint.size());
+  view.joints.reserve(compiled_->hinge_joint.size());
   for (const int id : compiled_->hinge_joint) {
-    view.hinges.push_back({.p_WJ = triple(now->xanchor, id),
+    view.joints.push_back({.p_WJ = triple(now->xanchor, id),
                            .axis_W = triple(now->xaxis, id),
                            .limited = m.jnt_limited[id] != 0,
                            .lower = m.jnt_range[ptrdiff_t{2} * id],
@@ -112,9 +112,9 @@ EngineView MujocoSimulation::view() const {
 void MujocoSimulation::set_state(const State& state) {
   const Model& model = compiled_->model;
   const State given = with_joint_coordinates(model, state);
-  for (size_t j = 0; j < model.hinges.size(); ++j) {
-    data_->qpos[compiled_->hinge_qpos[j]] = given.angle[j];
-    data_->qvel[compiled_->hinge_dof[j]] = given.rate[j];
+  for (size_t j = 0; j < model.joints.size(); ++j) {
+    data_->qpos[compiled_->hinge_qpos[j]] = given.position[j];
+    data_->qvel[compiled_->hinge_dof[j]] = given.velocity[j];
   }
   for (size_t i = 0; i < model.bodies.size(); ++i) {
     const Body& body = model.bodies[i];
@@ -132,7 +132,7 @@ void MujocoSimulation::set_state(const State& state) {
 }
 
 void MujocoSimulation::add_springs(std::span<const double> torques) {
-  const std::vector<Hinge>& hinges = compiled_->model.hinges;
+  const std::vector<Joint>& hinges = compiled_->model.joints;
   for (size_t j = 0; j < hinges.size(); ++j) {
     const int dof = compiled_->hinge_dof[j];
     const double angle = data_->qpos[compiled_->hinge_qpos[j]];

@@ -17,11 +17,11 @@ class NullSimulation final : public Simulation {
                               .p_WBcm = state.bodies[i].p_WBcm,
                               .I_BBcm_W = R_WB * model.bodies[i].I_BBcm_B * R_WB.transpose()});
     }
-    view_.hinges.reserve(model.hinges.size());
-    for (size_t j = 0; j < model.hinges.size(); ++j) {
-      const Hinge& hinge = model.hinges[j];
-      const HingeFrames frames = hinge_frames(model, state, static_cast<int>(j));
-      view_.hinges.push_back({.p_WJ = frames.p_WJ_child,
+    view_.joints.reserve(model.joints.size());
+    for (size_t j = 0; j < model.joints.size(); ++j) {
+      const Joint& hinge = model.joints[j];
+      const JointFrames frames = joint_frames(model, state, static_cast<int>(j));
+      view_.joints.push_back({.p_WJ = frames.p_WJ_child,
                               .axis_W = frames.axis_W_child,
                               .limited = hinge.limited,
                               .lower = hinge.lower,

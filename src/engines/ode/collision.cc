@@ -82,6 +82,12 @@ void Collision::create_shape(const Model& model, size_t index, const std::vector
       geom = dCreatePlane(space, normal.x(), normal.y(), normal.z(), normal.dot(shape.X_BS.p));
       break;
     }
+    case ShapeType::kBox:
+    case ShapeType::kCylinder:
+    case ShapeType::kEllipsoid:
+    case ShapeType::kHull:
+    case ShapeType::kHeightField:
+      throw UnsupportedError("this shape is refused by check()");
   }
   dGeomSetData(geom, &tags_[index]);
   if (shape.type == ShapeType::kPlane) return;

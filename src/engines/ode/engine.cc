@@ -15,7 +15,7 @@
 namespace assay::ode {
 namespace {
 
-Limitation spring_limitation(const Hinge& hinge, const Options& options) {
+Limitation spring_limitation(const Joint& hinge, const Options& options) {
   const std::string element = joint_element(hinge, "stiffness and damping");
   if (!options.native_springs) {
     return explicit_spring(hinge, "; --set pd=native is implicit");
@@ -88,8 +88,8 @@ class OdeEngine final : public Adapter {
 
   std::vector<Limitation> check(const Model& model, const Settings& settings) const override {
     const Options options = read_options(settings);
-    std::vector<Limitation> limitations;
-    for (const Hinge& hinge : model.hinges) {
+    std::vector<Limitation> limitations = feature_limitations("ODE", model, capabilities(settings));
+    for (const Joint& hinge : model.joints) {
       if (hinge.has_spring()) limitations.push_back(spring_limitation(hinge, options));
       if (hinge.armature != 0) limitations.push_back(armature_refused(hinge, "ODE"));
       if (const auto range = range_within_a_turn(hinge, "ODE")) limitations.push_back(*range);

@@ -11,11 +11,11 @@ namespace assay::ode {
 namespace {
 
 // A hinge whose spring and damper are its stops: both at the rest angle, soft by ERP and CFM.
-bool is_spring_stop(const Hinge& hinge, const Options& options) { return options.native_springs && hinge.has_spring(); }
+bool is_spring_stop(const Joint& hinge, const Options& options) { return options.native_springs && hinge.has_spring(); }
 
 // The hinge angle at which ODE's own angle is zero. ODE wraps its angle at +-pi, so limited hinges count from the
 // middle of their range: every range below a full turn then works, wherever it lies. Springs count from their rest.
-double zero_angle(const Hinge& hinge, const Options& options) {
+double zero_angle(const Joint& hinge, const Options& options) {
   return middle_of_range(hinge, is_spring_stop(hinge, options) ? hinge.spring_reference : hinge.reference);
 }
 
@@ -34,7 +34,7 @@ OdeSimulation::OdeSimulation(Model model, const State& state, const Options& opt
   if (!model_.contacts.empty()) collision_.create_shapes(model_, bodies_, options_);
   set_state(state);
   has_explicit_springs_ = model_.has_springs() && !options_.native_springs;
-  last_angle_ = state.angle;
+  last_angle_ = state.position;
   // the number of this step counted from time zero, so that a run continued in the middle draws the same seeds
   first_step_ = std::llround(state.time / options_.timestep);
 }
@@ -74,14 +74,14 @@ void OdeSimulation::create_bodies() {
 // Attaching stores relative frames, so all hinges are made in the configuration where ODE's angles are zero.
 void OdeSimulation::create_hinges() {
   State zero = reference_state(model_);
-  for (size_t j = 0; j < model_.hinges.size(); ++j) zero.angle[j] = zero_angle(model_.hinges[j], options_);
+  for (size_t j = 0; j < model_.joints.size(); ++j) zero.position[j] = zero_angle(model_.joints[j], options_);
   bodies_from_joints(model_, zero);
   set_state(zero);
 
-  joints_.reserve(model_.hinges.size());
-  for (size_t j = 0; j < model_.hinges.size(); ++j) {
-    const Hinge& hinge = model_.hinges[j];
-    const HingeFrames frames = hinge_frames(model_, zero, static_cast<int>(j));
+  joints_.reserve(model_.joints.size());
+  for (size_t j = 0; j < model_.joints.size(); ++j) {
+    const Joint& hinge = model_.joints[j];
+    const JointFrames frames = joint_frames(model_, zero, static_cast<int>(j));
     const Vec3& p = frames.p_WJ_child;
     const Vec3& axis = frames.axis_W_child;
     dxJoint* joint = dJointCreateHinge(world_.get(), nullptr);
@@ -104,7 +104,7 @@ void OdeSimulation::create_hinges() {
 
 // Both stops at the rest angle, where ODE's angle is zero. A row v + CFM f = -(ERP / h) angle then is the torque
 // f = -k (angle + h v) - b v of the angle and rate at the step's end.
-void OdeSimulation::make_spring_stop(dxJoint* joint, const Hinge& hinge) const {
+void OdeSimulation::make_spring_stop(dxJoint* joint, const Joint& hinge) const {
   const double yielding = options_.timestep * hinge.stiffness + hinge.damping;
   dJointSetHingeParam(joint, dParamLoStop, 0);
   dJointSetHingeParam(joint, dParamHiStop, 0);
@@ -134,7 +134,7 @@ void OdeSimulation::set_torques(std::span<const double> torques) {
   torques_set_ = true;
   for (size_t j = 0; j < joints_.size(); ++j) {
     double torque = torques.empty() ? 0.0 : torques[j];
-    if (has_explicit_springs_) torque += spring_torque(model_.hinges[j], scratch_.angle[j], scratch_.rate[j]);
+    if (has_explicit_springs_) torque += spring_torque(model_.joints[j], scratch_.position[j], scratch_.velocity[j]);
     if (torque != 0) dJointAddHingeTorque(joints_[j], torque);
   }
 }
@@ -181,9 +181,9 @@ void OdeSimulation::read_state(State& out) const {
     body.v_WBcm = vec3(dBodyGetLinearVel(bodies_[i]));
     body.w_WB = vec3(dBodyGetAngularVel(bodies_[i]));
   }
-  out.angle = last_angle_;
+  out.position = last_angle_;
   joints_from_bodies(model_, out);
-  last_angle_ = out.angle;
+  last_angle_ = out.position;
 }
 
 EngineView OdeSimulation::view() const {
@@ -202,20 +202,20 @@ EngineView OdeSimulation::view() const {
     }
     view.bodies.push_back({mass.mass, vec3(dBodyGetPosition(body)), R_WB * I_B * R_WB.transpose()});
   }
-  view.hinges.reserve(joints_.size());
+  view.joints.reserve(joints_.size());
   for (size_t j = 0; j < joints_.size(); ++j) {
     dVector3 anchor, axis;
     dJointGetHingeAnchor(joints_[j], anchor);
     dJointGetHingeAxis(joints_[j], axis);
-    const double zero = zero_angle(model_.hinges[j], options_);
+    const double zero = zero_angle(model_.joints[j], options_);
     const double lower = dJointGetHingeParam(joints_[j], dParamLoStop);
     const double upper = dJointGetHingeParam(joints_[j], dParamHiStop);
-    EngineHinge hinge{vec3(anchor), vec3(axis), lower < upper && (lower > -dInfinity || upper < dInfinity)};
+    EngineJoint hinge{vec3(anchor), vec3(axis), lower < upper && (lower > -dInfinity || upper < dInfinity)};
     if (hinge.limited) {
       hinge.lower = zero + lower;
       hinge.upper = zero + upper;
     }
-    view.hinges.push_back(hinge);
+    view.joints.push_back(hinge);
   }
   dVector3 gravity;
   dWorldGetGravity(world_.get(), gravity);

@@ -23,7 +23,7 @@ class OdeSimulation final : public Simulation {
   void set_up_world();
   void create_bodies();
   void create_hinges();
-  void make_spring_stop(dxJoint* joint, const Hinge& hinge) const;
+  void make_spring_stop(dxJoint* joint, const Joint& hinge) const;
   void set_state(const State& state);
   dxBody* ode_body(int body) const { return body == kWorld ? nullptr : bodies_[body]; }
 

@@ -99,7 +99,7 @@ class ArticulatedSimulation final : public PhysxSimulation {
     if (body.is_free()) return;
 
     // both frames agree at the reference configuration, where PhysX's joint position is zero
-    const Hinge& hinge = model_.hinges[body.hinge];
+    const Joint& hinge = model_.joints[body.joint];
     const Pose X_BJ{hinge.p_BJ, x_to(hinge.axis_B)};
     Pose X_PJ = body.X_PB * X_BJ;
     if (body.parent != kWorld) X_PJ = collision_.frame(body.parent).X_BI.inverse() * X_PJ;
@@ -127,9 +127,9 @@ class ArticulatedSimulation final : public PhysxSimulation {
     for (size_t b = tree.root; b < places_.size(); ++b) {
       const Place& place = places_[b];
       if (place.root != tree.root || place.dof < 0) continue;
-      const int hinge = model_.bodies[b].hinge;
-      cache.jointPosition[place.dof] = real(start_.angle[hinge] - model_.hinges[hinge].reference);
-      cache.jointVelocity[place.dof] = real(start_.rate[hinge]);
+      const int hinge = model_.bodies[b].joint;
+      cache.jointPosition[place.dof] = real(start_.position[hinge] - model_.joints[hinge].reference);
+      cache.jointVelocity[place.dof] = real(start_.velocity[hinge]);
     }
     cache.rootLinkData->transform = PxTransform(PxIdentity);
     if (model_.bodies[tree.root].is_free()) {
@@ -156,16 +156,16 @@ class ArticulatedSimulation final : public PhysxSimulation {
                          from_px(cache.rootLinkData->worldLinVel), from_px(cache.rootLinkData->worldAngVel)};
         continue;
       }
-      const int hinge = model_.bodies[b].hinge;
-      out.angle[hinge] = cache.jointPosition[place.dof] + model_.hinges[hinge].reference;
-      out.rate[hinge] = cache.jointVelocity[place.dof];
+      const int hinge = model_.bodies[b].joint;
+      out.position[hinge] = cache.jointPosition[place.dof] + model_.joints[hinge].reference;
+      out.velocity[hinge] = cache.jointVelocity[place.dof];
     }
     bodies_from_joints(model_, out);
   }
 
   void apply(const std::vector<double>& torques) override {
     for (size_t j = 0; j < torques.size(); ++j) {
-      const Place& place = places_[model_.hinges[j].body];
+      const Place& place = places_[model_.joints[j].body];
       trees_[place.tree].cache->jointForce[place.dof] = real(torques[j]);
     }
     for (const Tree& tree : trees_) {
@@ -180,12 +180,12 @@ class ArticulatedSimulation final : public PhysxSimulation {
     }
   }
 
-  EngineHinge view_hinge(int j) const override {
-    const Hinge& hinge = model_.hinges[j];
+  EngineJoint view_hinge(int j) const override {
+    const Joint& hinge = model_.joints[j];
     const auto& link = static_cast<const PxArticulationLink&>(*actors_[hinge.body]);
     const PxArticulationJointReducedCoordinate& joint = *link.getInboundJoint();
     const PxTransform X_WJ = link.getGlobalPose() * joint.getChildPose();
-    EngineHinge seen;
+    EngineJoint seen;
     seen.p_WJ = from_px(X_WJ.p);
     seen.axis_W = from_px(X_WJ.q.getBasisVector0());
     seen.limited = joint.getMotion(kAxis) == PxArticulationMotion::eLIMITED;

@@ -83,6 +83,12 @@ bool Collision::attach(PxRigidActor& actor, int body) const {
       case ShapeType::kPlane:
         made = PxRigidActorExt::createExclusiveShape(actor, PxPlaneGeometry(), material, flags);
         break;
+      case ShapeType::kBox:
+      case ShapeType::kCylinder:
+      case ShapeType::kEllipsoid:
+      case ShapeType::kHull:
+      case ShapeType::kHeightField:
+        throw UnsupportedError("this shape is refused by check()");
     }
     if (made == nullptr) throw EngineError("PhysX made no shape: " + take_complaint());
     const Pose X_IS = X_IB * shape.X_BS;

@@ -130,7 +130,7 @@ class PhysxEngine final : public Adapter {
   std::vector<Limitation> check(const Model& model, const Settings& settings) const override {
     const Options options = read_options(settings);
     const bool articulation = options.joints == Joints::kArticulation;
-    std::vector<Limitation> limitations;
+    std::vector<Limitation> limitations = feature_limitations("PhysX", model, capabilities(settings));
     const auto refuse = [&limitations](std::string element, std::string how) {
       limitations.push_back({Fidelity::kRefused, std::move(element), std::move(how)});
     };
@@ -139,7 +139,7 @@ class PhysxEngine final : public Adapter {
     if (options.tgs && directional && !model.contacts.empty()) {
       refuse("setting friction", "temporal Gauss-Seidel knows friction by patches only: set patch or improved_patch");
     }
-    for (const Hinge& hinge : model.hinges) {
+    for (const Joint& hinge : model.joints) {
       if (hinge.armature != 0 && !articulation) {
         refuse(joint_element(hinge, "armature"),
                "PhysX's joints have none, its articulations have: set joints=articulation");

@@ -14,21 +14,21 @@ class MaximalSimulation final : public PhysxSimulation {
   MaximalSimulation(const Model& model, const State& state, const Options& options)
       : PhysxSimulation(model, state, options) {
     for (size_t b = 0; b < model_.bodies.size(); ++b) make_dynamic(static_cast<int>(b));
-    for (size_t j = 0; j < model_.hinges.size(); ++j) make_joint(static_cast<int>(j));
+    for (size_t j = 0; j < model_.joints.size(); ++j) make_joint(static_cast<int>(j));
     finish_set_up();
   }
 
  private:
   // PhysX knows a joint's angle within one turn only; a limited one counts it from the middle of its range.
-  static double zero(const Hinge& hinge) { return middle_of_range(hinge, hinge.reference); }
+  static double zero(const Joint& hinge) { return middle_of_range(hinge, hinge.reference); }
 
   PxRigidActor* parent(int hinge) const {
-    const int body = model_.bodies[model_.hinges[hinge].body].parent;
+    const int body = model_.bodies[model_.joints[hinge].body].parent;
     return body == kWorld ? nullptr : actors_[body];
   }
 
   void make_joint(int j) {
-    const Hinge& hinge = model_.hinges[j];
+    const Joint& hinge = model_.joints[j];
     const Body& body = model_.bodies[hinge.body];
     const Pose X_BJ{hinge.p_BJ, x_to(hinge.axis_B)};
     const Quat turn(Eigen::AngleAxisd(zero(hinge) - hinge.reference, Vec3::UnitX()));
@@ -59,7 +59,7 @@ class MaximalSimulation final : public PhysxSimulation {
     joint->setConstraintFlag(PxConstraintFlag::eDRIVE_LIMITS_ARE_FORCES, true);
   }
 
-  void make_d6(PxD6Joint& joint, const Hinge& hinge, const PxJointAngularLimitPair& limit) const {
+  void make_d6(PxD6Joint& joint, const Joint& hinge, const PxJointAngularLimitPair& limit) const {
     joint.setMotion(PxD6Axis::eTWIST, hinge.limited ? PxD6Motion::eLIMITED : PxD6Motion::eFREE);
     if (hinge.limited) joint.setTwistLimit(limit);
     if (!hinge.has_spring() || !options_.native_pd) return;
@@ -78,23 +78,23 @@ class MaximalSimulation final : public PhysxSimulation {
     for (PxRigidBody* actor : actors_) actor->clearTorque();
     for (size_t j = 0; j < torques.size(); ++j) {
       if (torques[j] == 0) continue;
-      PxRigidBody* child = actors_[model_.hinges[j].body];
+      PxRigidBody* child = actors_[model_.joints[j].body];
       const PxVec3 axis =
           child->getGlobalPose().q.rotate(joints_[j]->getLocalPose(PxJointActorIndex::eACTOR1).q.getBasisVector0());
       const PxVec3 torque = axis * real(torques[j]);
       child->addTorque(torque, PxForceMode::eFORCE, false);
-      const int parent = model_.bodies[model_.hinges[j].body].parent;
+      const int parent = model_.bodies[model_.joints[j].body].parent;
       if (parent != kWorld) actors_[parent]->addTorque(-torque, PxForceMode::eFORCE, false);
     }
   }
 
   void withdraw() override {}  // a step takes all forces
 
-  EngineHinge view_hinge(int j) const override {
-    const Hinge& hinge = model_.hinges[j];
+  EngineJoint view_hinge(int j) const override {
+    const Joint& hinge = model_.joints[j];
     const PxTransform X_WJ =
         actors_[hinge.body]->getGlobalPose() * joints_[j]->getLocalPose(PxJointActorIndex::eACTOR1);
-    EngineHinge seen;
+    EngineJoint seen;
     seen.p_WJ = from_px(X_WJ.p);
     seen.axis_W = from_px(X_WJ.q.getBasisVector0());
     PxJointAngularLimitPair limit(-1, 1);
@@ -112,7 +112,7 @@ class MaximalSimulation final : public PhysxSimulation {
     return seen;
   }
 
-  std::vector<Owned<PxJoint>> joints_;  // by Model::hinges
+  std::vector<Owned<PxJoint>> joints_;  // by Model::joints
 };
 
 }  // namespace

@@ -143,7 +143,7 @@ EngineView PhysxSimulation::view() const {
          .p_WBcm = X_WI.p,
          .I_BBcm_W = R * from_px(actors_[b]->getMassSpaceInertiaTensor()).asDiagonal() * R.transpose()});
   }
-  for (size_t j = 0; j < model_.hinges.size(); ++j) out.hinges.push_back(view_hinge(static_cast<int>(j)));
+  for (size_t j = 0; j < model_.joints.size(); ++j) out.joints.push_back(view_hinge(static_cast<int>(j)));
   return out;
 }
 

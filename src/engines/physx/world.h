@@ -45,7 +45,7 @@ class PhysxSimulation : public Simulation {
  private:
   // Fills bodies, angles and rates of `out`, whose angles on entry are the last ones.
   virtual void read(State& out) const = 0;
-  virtual EngineHinge view_hinge(int hinge) const = 0;
+  virtual EngineJoint view_hinge(int hinge) const = 0;
   // Replaces the joint torques of the next step.
   virtual void apply(const std::vector<double>& torques) = 0;
   // Takes back torques that PhysX would apply again.

@@ -83,8 +83,8 @@ class RapierEngine final : public Adapter {
 
   std::vector<Limitation> check(const Model& model, const Settings& settings) const override {
     const Options options = read_options(settings);
-    std::vector<Limitation> limitations;
-    for (const Hinge& hinge : model.hinges) {
+    std::vector<Limitation> limitations = feature_limitations("Rapier", model, capabilities(settings));
+    for (const Joint& hinge : model.joints) {
       if (hinge.armature != 0 && !options.multibody()) {
         limitations.push_back({Fidelity::kRefused, joint_element(hinge, "armature"),
                                "impulse joints have no armature: set joints=multibody or armature to 0"});

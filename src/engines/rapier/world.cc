@@ -62,12 +62,12 @@ class RapierSimulation final : public Simulation {
       const Mat3 R = (quat(held.q_world_body) * quat(held.q_body_principal)).toRotationMatrix();
       view.bodies.push_back({held.mass, vec3(held.p_world_com), R * vec3(held.inertia).asDiagonal() * R.transpose()});
     }
-    std::vector<RapierHeldHinge> hinges(model_.hinges.size());
+    std::vector<RapierHeldHinge> hinges(model_.joints.size());
     require(api_.view_hinges(world_.get(), hinges.data()));
     for (size_t j = 0; j < hinges.size(); ++j) {
-      const double reference = model_.hinges[j].reference;
+      const double reference = model_.joints[j].reference;
       const RapierHeldHinge& held = hinges[j];
-      view.hinges.push_back({vec3(held.p_world), vec3(held.axis_world), held.limited != 0, held.lower + reference,
+      view.joints.push_back({vec3(held.p_world), vec3(held.axis_world), held.limited != 0, held.lower + reference,
                              held.upper + reference});
     }
     std::array<double, 3> gravity{};
@@ -107,8 +107,8 @@ class RapierSimulation final : public Simulation {
 
   // Rapier's angle is zero where the two frames coincide, which is put at the hinge's reference.
   void add_hinges() {
-    for (size_t j = 0; j < model_.hinges.size(); ++j) {
-      const Hinge& hinge = model_.hinges[j];
+    for (size_t j = 0; j < model_.joints.size(); ++j) {
+      const Joint& hinge = model_.joints[j];
       const Body& body = model_.bodies[hinge.body];
       const Quat q_BJ = Quat::FromTwoVectors(Vec3::UnitX(), hinge.axis_B);
       const Vec3 p_PPcm = body.parent == kWorld ? Vec3::Zero() : model_.bodies[body.parent].p_BBcm;
@@ -126,8 +126,8 @@ class RapierSimulation final : public Simulation {
       add.spring_angle = hinge.spring_reference - hinge.reference;
       add.damping = hinge.damping;
       add.armature = hinge.armature;
-      add.angle = last_.angle[j] - hinge.reference;
-      add.rate = last_.rate[j];
+      add.angle = last_.position[j] - hinge.reference;
+      add.rate = last_.velocity[j];
       require(api_.add_hinge(world_.get(), &add));
     }
   }
@@ -170,8 +170,8 @@ class RapierSimulation final : public Simulation {
       joints_from_bodies(model_, out);
       return;
     }
-    require(api_.read_hinges(world_.get(), out.angle.data(), out.rate.data()));
-    for (size_t j = 0; j < out.angle.size(); ++j) out.angle[j] += model_.hinges[j].reference;
+    require(api_.read_hinges(world_.get(), out.position.data(), out.velocity.data()));
+    for (size_t j = 0; j < out.position.size(); ++j) out.position[j] += model_.joints[j].reference;
     // the bodies of a multibody have poses of their own after a step, but the velocities of its start
     bodies_from_joints(model_, out);
     for (size_t b = 0; b < states_.size(); ++b) {

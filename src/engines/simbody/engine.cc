@@ -41,8 +41,8 @@ class SimbodySimulation final : public Simulation {
     EngineView view;
     view.gravity = held.gravity;
     for (const HeldBody& body : held.bodies) view.bodies.push_back({body.mass, body.p_WBcm, body.I_BBcm_W});
-    for (const HeldHinge& hinge : held.hinges) {
-      view.hinges.push_back({hinge.p_WJ, hinge.axis_W, hinge.limited, hinge.lower, hinge.upper});
+    for (const HeldHinge& hinge : held.joints) {
+      view.joints.push_back({hinge.p_WJ, hinge.axis_W, hinge.limited, hinge.lower, hinge.upper});
     }
     return view;
   }
@@ -91,8 +91,8 @@ class SimbodyEngine final : public Adapter {
 
   std::vector<Limitation> check(const Model& model, const Settings& settings) const override {
     const Options options = read_options(settings);
-    std::vector<Limitation> limitations;
-    for (const Hinge& hinge : model.hinges) {
+    std::vector<Limitation> limitations = feature_limitations("Simbody", model, capabilities(settings));
+    for (const Joint& hinge : model.joints) {
       if (hinge.armature != 0) limitations.push_back(armature_refused(hinge, "Simbody"));
       if (hinge.has_spring() && !options.native_pd) limitations.push_back(explicit_spring(hinge));
       if (hinge.limited && options.method == Method::kVerlet) {

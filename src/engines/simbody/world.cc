@@ -80,11 +80,11 @@ struct World::Parts {
   }
 
   void make_bodies();
-  void make_joint_forces(const Hinge& hinge, const MobilizedBody& pin);
+  void make_joint_forces(const Joint& hinge, const MobilizedBody& pin);
   void set_limit_stiffness(SimTK::State& state) const;
   void set_state(SimTK::State& out, const State& state) const;
   const MobilizedBody& body(size_t i) const { return matter.getMobilizedBody(index[i]); }
-  const MobilizedBody& hinged(const Hinge& hinge) const { return body(hinge.body); }
+  const MobilizedBody& hinged(const Joint& hinge) const { return body(hinge.body); }
 
   Model model;  // our own copy: the caller's need not live on
   Options options;
@@ -113,7 +113,7 @@ void World::Parts::make_bodies() {
       continue;
     }
     // a pin turns about the z axis of both its frames
-    const Hinge& hinge = model.hinges[body.hinge];
+    const Joint& hinge = model.joints[body.joint];
     const Quat q_BM = Quat::FromTwoVectors(Vec3::UnitZ(), hinge.axis_B);
     const Vec3 p_PJ = body.X_PB * hinge.p_BJ;
     MobilizedBody& parent = body.parent == kWorld ? static_cast<MobilizedBody&>(matter.updGround())
@@ -125,7 +125,7 @@ void World::Parts::make_bodies() {
   }
 }
 
-void World::Parts::make_joint_forces(const Hinge& hinge, const MobilizedBody& pin) {
+void World::Parts::make_joint_forces(const Joint& hinge, const MobilizedBody& pin) {
   if (hinge.stiffness != 0 && options.native_pd) {
     SimTK::Force::MobilityLinearSpring(forces, pin, MobilizerQIndex(0), hinge.stiffness,
                                        hinge.spring_reference - hinge.reference);
@@ -134,7 +134,7 @@ void World::Parts::make_joint_forces(const Hinge& hinge, const MobilizedBody& pi
     SimTK::Force::MobilityLinearDamper(forces, pin, MobilizerUIndex(0), hinge.damping);
   }
   if (hinge.limited) {
-    const int number = model.bodies[hinge.body].hinge;
+    const int number = model.bodies[hinge.body].joint;
     stops.emplace_back(number,
                        SimTK::Force::MobilityLinearStop(forces, pin, MobilizerQIndex(0), 1, options.limit_dissipation,
                                                         hinge.lower - hinge.reference, hinge.upper - hinge.reference));
@@ -151,7 +151,7 @@ void World::Parts::set_limit_stiffness(SimTK::State& state) const {
   matter.calcMInv(state, inverse);
   const double frequency = options.limit_frequency / options.timestep;
   for (const auto& [number, stop] : stops) {
-    const int u = static_cast<int>(hinged(model.hinges[number]).getFirstUIndex(state));
+    const int u = static_cast<int>(hinged(model.joints[number]).getFirstUIndex(state));
     stop.setMaterialProperties(state, frequency * frequency / inverse(u, u), options.limit_dissipation);
   }
 }
@@ -160,9 +160,9 @@ void World::Parts::set_state(SimTK::State& out, const State& state) const {
   for (size_t i = 0; i < model.bodies.size(); ++i) {
     const MobilizedBody& mobilized = body(i);
     if (!model.bodies[i].is_free()) {
-      const int number = model.bodies[i].hinge;
-      mobilized.setOneQ(out, 0, state.angle[number] - model.hinges[number].reference);
-      mobilized.setOneU(out, 0, state.rate[number]);
+      const int number = model.bodies[i].joint;
+      mobilized.setOneQ(out, 0, state.position[number] - model.joints[number].reference);
+      mobilized.setOneU(out, 0, state.velocity[number]);
       continue;
     }
     const BodyState& s = state.bodies[i];
@@ -201,8 +201,8 @@ void World::set_torques(const double* torques) {
   Parts& p = *parts_;
   SimTK::State& state = p.integrator->updAdvancedState();
   const bool explicit_springs = !p.options.native_pd;
-  for (size_t j = 0; j < p.model.hinges.size(); ++j) {
-    const Hinge& hinge = p.model.hinges[j];
+  for (size_t j = 0; j < p.model.joints.size(); ++j) {
+    const Joint& hinge = p.model.joints[j];
     const MobilizedBody& mobilized = p.hinged(hinge);
     double torque = torques == nullptr ? 0.0 : torques[j];
     if (explicit_springs) {
@@ -210,7 +210,7 @@ void World::set_torques(const double* torques) {
     }
     p.torques.setOneMobilityForce(state, mobilized, MobilizerUIndex(0), torque);
   }
-  p.torques_set = !p.model.hinges.empty();
+  p.torques_set = !p.model.joints.empty();
 }
 
 void World::advance(int count) {
@@ -242,14 +242,14 @@ void World::read_joints(State& out) const {
   const Parts& p = *parts_;
   const SimTK::State& state = p.integrator->getState();
   out.bodies.resize(p.model.bodies.size());
-  out.angle.resize(p.model.hinges.size());
-  out.rate.resize(p.model.hinges.size());
+  out.position.resize(p.model.joints.size());
+  out.velocity.resize(p.model.joints.size());
   for (size_t i = 0; i < p.model.bodies.size(); ++i) {
     const MobilizedBody& mobilized = p.body(i);
     if (!p.model.bodies[i].is_free()) {
-      const int number = p.model.bodies[i].hinge;
-      out.angle[number] = mobilized.getOneQ(state, 0) + p.model.hinges[number].reference;
-      out.rate[number] = mobilized.getOneU(state, 0);
+      const int number = p.model.bodies[i].joint;
+      out.position[number] = mobilized.getOneQ(state, 0) + p.model.joints[number].reference;
+      out.velocity[number] = mobilized.getOneU(state, 0);
       continue;
     }
     const auto q = [&](int k) { return mobilized.getOneQ(state, k); };
@@ -276,17 +276,17 @@ Held World::held() const {
     held.bodies.push_back({mass.getMass(), vec3(mobilized.findStationLocationInGround(state, mass.getMassCenter())),
                            R * I_B * R.transpose()});
   }
-  held.hinges.reserve(p.model.hinges.size());
-  for (const Hinge& hinge : p.model.hinges) {
+  held.joints.reserve(p.model.joints.size());
+  for (const Joint& hinge : p.model.joints) {
     const MobilizedBody& mobilized = p.hinged(hinge);
     const SimTK::Transform X_GM = mobilized.getBodyTransform(state) * mobilized.getOutboardFrame(state);
-    held.hinges.push_back({vec3(X_GM.p()), vec3(SimTK::Vec3(X_GM.z())), false, 0, 0});
+    held.joints.push_back({vec3(X_GM.p()), vec3(SimTK::Vec3(X_GM.z())), false, 0, 0});
   }
   for (const auto& [number, stop] : p.stops) {
-    HeldHinge& hinge = held.hinges[number];
+    HeldHinge& hinge = held.joints[number];
     hinge.limited = true;
-    hinge.lower = stop.getLowerBound(state) + p.model.hinges[number].reference;
-    hinge.upper = stop.getUpperBound(state) + p.model.hinges[number].reference;
+    hinge.lower = stop.getLowerBound(state) + p.model.joints[number].reference;
+    hinge.upper = stop.getUpperBound(state) + p.model.joints[number].reference;
   }
   if (p.gravity) held.gravity = vec3(p.gravity->getGravityVector(state));
   return held;

@@ -22,7 +22,7 @@ struct HeldHinge {
 };
 struct Held {
   std::vector<HeldBody> bodies;
-  std::vector<HeldHinge> hinges;
+  std::vector<HeldHinge> joints;
   Vec3 gravity = Vec3::Zero();
 };
 

@@ -79,7 +79,7 @@ class SkeletonSimulation final : public Simulation {
                   .velocity = s.v_WBcm,
                   .angular_velocity = s.w_WB});
     }
-    // Hinges: the axis through Hinge::p_BJ along Hinge::axis_B in the child's frame, angle zero at Hinge::reference;
+    // Hinges: the axis through Joint::p_BJ along Joint::axis_B in the child's frame, angle zero at Joint::reference;
     // anchor_in_parent() and axis_in_parent() give the same in the parent's. An engine that counts angles from the pose
     // at which a joint is created wants the reference configuration first (reference_state()), the state after.
     // Contacts: exactly the pairs of Model::contacts, each with its own friction.
@@ -98,7 +98,7 @@ class SkeletonSimulation final : public Simulation {
   }
 
   // Joint-coordinate engines fill angle, rate and the free bodies and call bodies_from_joints(). Maximal-coordinate
-  // engines fill all bodies and call joints_from_bodies(), with their own last angles in `out.angle` to unwrap by.
+  // engines fill all bodies and call joints_from_bodies(), with their own last angles in `out.position` to unwrap by.
   void read_state(State& out) const override {
     out.time = clock_.time();
     out.bodies.clear();
@@ -154,10 +154,10 @@ class SkeletonEngine final : public Adapter {
   }
 
   // Everything that is not carried over exactly. What cannot be carried over is refused with what the user can do.
-  std::vector<Limitation> check(const Model& model, const Settings& /*settings*/) const override {
-    std::vector<Limitation> limitations;
-    limitations.reserve(model.hinges.size() + 1);
-    for (const Hinge& hinge : model.hinges) {
+  std::vector<Limitation> check(const Model& model, const Settings& settings) const override {
+    std::vector<Limitation> limitations = feature_limitations("the skeleton", model, capabilities(settings));
+    limitations.reserve(model.joints.size() + 1);
+    for (const Joint& hinge : model.joints) {
       limitations.push_back({.fidelity = Fidelity::kRefused,
                              .element = fmt::format("hinge '{}'", hinge.name),
                              .how = "it has no joints: choose another engine"});
