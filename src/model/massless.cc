@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <utility>
 
 #include "model/kinematics.h"
 
@@ -44,20 +45,22 @@ void Lent::to_original(State& state) const {
   if (any) shift_centres(*this, state, -1);
 }
 
-Lent lend_mass(const Model& model, double share) {
+Lent lend_mass(Model original, double share) {
   assert(share > 0 && share <= kLargestLentShare);
-  Lent lent{.model = model, .lender = find_lenders(model)};
-  std::vector<int> borrowers(model.bodies.size(), 0);
+  Lent lent{.model = std::move(original), .lender = {}};
+  lent.lender = find_lenders(lent.model);
+  const std::vector<Body> bodies = lent.model.bodies;
+  std::vector<int> borrowers(bodies.size(), 0);
   for (const int lender : lent.lender) {
     if (lender >= 0) ++borrowers[lender];
   }
   lent.any = std::ranges::any_of(borrowers, [](int count) { return count > 0; });
   if (!lent.any) return lent;
 
-  const State reference = reference_state(model);
-  for (size_t i = 0; i < model.bodies.size(); ++i) {
+  const State reference = reference_state(lent.model);
+  for (size_t i = 0; i < bodies.size(); ++i) {
     if (lent.lender[i] < 0) continue;
-    const Body& lender = model.bodies[lent.lender[i]];
+    const Body& lender = bodies[lent.lender[i]];
     const double part = std::min(share, kMostLent / borrowers[lent.lender[i]]);
     Body& body = lent.model.bodies[i];
     const BodyState& frame = reference.bodies[i];
@@ -67,13 +70,13 @@ Lent lend_mass(const Model& model, double share) {
     body.p_BBcm = frame.q_WB.conjugate() * (centre.p_WBcm - frame.p_WBcm);
     body.I_BBcm_B = part * (R * lender.I_BBcm_B * R.transpose());
   }
-  for (size_t i = 0; i < model.bodies.size(); ++i) {
+  for (size_t i = 0; i < bodies.size(); ++i) {
     if (borrowers[i] == 0) continue;
     const double kept = 1 - borrowers[i] * std::min(share, kMostLent / borrowers[i]);
     lent.model.bodies[i].mass *= kept;
     lent.model.bodies[i].I_BBcm_B *= kept;
   }
-  if (!model.initial.bodies.empty()) lent.to_copy(lent.model.initial);
+  if (!lent.model.initial.bodies.empty()) lent.to_copy(lent.model.initial);
   for (Keyframe& keyframe : lent.model.keyframes) lent.to_copy(keyframe.state);
   lent.model.hash = model_hash(lent.model);
   return lent;
