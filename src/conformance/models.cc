@@ -124,6 +124,36 @@ void add_contact(Model& model, int shape_a, int shape_b, double friction) {
   model.contacts.push_back({std::min(shape_a, shape_b), std::max(shape_a, shape_b), friction});
 }
 
+Hull box_hull(const Vec3& half_size) {
+  Hull hull;
+  hull.name = "box";
+  // vertex i has the signs of its bits: 1 x, 2 y, 4 z
+  for (int i = 0; i < 8; ++i) {
+    const Vec3 signs((i & 1) != 0 ? 1 : -1, (i & 2) != 0 ? 1 : -1, (i & 4) != 0 ? 1 : -1);
+    hull.vertices.emplace_back(signs.cwiseProduct(half_size));
+  }
+  hull.faces = {{0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}, {0, 1, 5}, {0, 5, 4},
+                {2, 6, 7}, {2, 7, 3}, {0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}};
+  return hull;
+}
+
+HeightField flat_field(double half, double base, double slope) {
+  constexpr int kSamples = 21;
+  HeightField field{.name = "field",
+                    .rows = kSamples,
+                    .columns = kSamples,
+                    .half_x = half,
+                    .half_y = half,
+                    .base = base,
+                    .heights = {}};
+  for (int row = 0; row < kSamples; ++row) {
+    for (int column = 0; column < kSamples; ++column) {
+      field.heights.push_back(slope * 2 * half * column / (kSamples - 1));
+    }
+  }
+  return field;
+}
+
 Model finished(Model model) {
   model.initial = reference_state(model);
   model.hash = model_hash(model);
