@@ -12,15 +12,10 @@
 
 #include <string>
 
+#include "model/load_options.h"
 #include "model/model.h"
 
 namespace assay {
-
-struct LoadOptions {
-  // Leave out collision shapes other than spheres, capsules and planes instead of refusing the file; Model::notes lists
-  // them. Their mass and inertia stay. Nothing else is dropped.
-  bool drop_unsupported = false;
-};
 
 // Loads `path`, an .xml (MJCF) or .urdf file; a missing capsules-N.xml is generated (model/capsules.h). Throws
 // InputError for a file that is missing, unreadable, malformed or outside the common subset: one sentence with element,
