@@ -14,6 +14,7 @@
 
 #include "model/load_options.h"
 #include "model/model.h"
+#include "model/problems.h"
 
 namespace assay {
 
@@ -27,5 +28,10 @@ Model load_model(const std::string& path, const LoadOptions& options = {});
 // where the text gives none. Model::source is empty. Files that the text refers to are looked up in the current
 // directory.
 Model load_model_text(const std::string& xml, const std::string& name, const LoadOptions& options = {});
+
+// The same, with every problem of the file and not only the first. Throws InputError only for a file that is missing or
+// cannot be read.
+LoadReport inspect_model(const std::string& path, const LoadOptions& options = {});
+LoadReport inspect_model_text(const std::string& xml, const std::string& name, const LoadOptions& options = {});
 
 }  // namespace assay
