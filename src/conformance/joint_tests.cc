@@ -78,7 +78,7 @@ Verdict random_trees_follow(const Subject& subject, TreeOptions options) {
     unsigned seed;
     double mass, size;
   };
-  constexpr double kDuration = 0.4;  // s at 0.3 m
+  constexpr double kDuration = 0.2;  // s at 0.3 m
   Checks checks("");
   for (const Scale& scale : {Scale{11, 1, 0.3}, Scale{12, 1e-3, 5e-3}, Scale{13, 100, 2}, Scale{14, 1e-3, 2}}) {
     options.mass = scale.mass;
@@ -87,7 +87,7 @@ Verdict random_trees_follow(const Subject& subject, TreeOptions options) {
     std::vector<double> torques;
     if (subject.capabilities().torques) {
       for (size_t j = 0; j < model.joints.size(); ++j) {
-        const double force = 0.3 * scale.mass * kGravity * std::sin(static_cast<double>(j) + 1);
+        const double force = 0.2 * scale.mass * kGravity * std::sin(static_cast<double>(j) + 1);
         torques.push_back(model.joints[j].is_slide() ? force : 0.3 * force * scale.size);
       }
     }

@@ -252,15 +252,15 @@ Model random_tree(unsigned seed, const TreeOptions& options) {
   Model model;
   model.name = fmt::format("conformance-tree-{}", seed);
   std::vector<int> heavy;                                        // bodies with mass
-  const double rate = 0.4 * std::sqrt(kGravity / options.size);  // 1/s
+  const double rate = 0.2 * std::sqrt(kGravity / options.size);  // 1/s
   struct Start {
     double position = 0, velocity = 0;
   };
   std::vector<Start> starts;
   for (int i = 0; i < options.bodies; ++i) {
     const double mass = options.mass * std::exp2(uniform(-1, 1)), size = options.size * std::exp2(uniform(-1, 1));
-    // a box whose edges are a quarter to a whole of the size
-    const Vec3 edge(size * uniform(0.25, 1), size * uniform(0.25, 1), size * uniform(0.25, 1));
+    // a box whose edges are half to the whole of the size
+    const Vec3 edge(size * uniform(0.5, 1), size * uniform(0.5, 1), size * uniform(0.5, 1));
     const Vec3 square = edge.cwiseProduct(edge) * mass / 12;
     const Solid solid =
         principal_solid(mass, 0.4 * size * direction(),
@@ -291,7 +291,7 @@ Model random_tree(unsigned seed, const TreeOptions& options) {
                              : add_hinged_body(model, name, parent, pose, own, axis, anchor);
         const double unit = slide ? options.size : 1;
         joint.reference = unit * uniform(-0.5, 0.5);
-        starts.push_back({joint.reference + unit * uniform(-0.6, 0.6), unit * rate * uniform(-1, 1)});
+        starts.push_back({joint.reference + unit * uniform(-0.4, 0.4), unit * rate * uniform(-1, 1)});
       }
       parent = static_cast<int>(model.bodies.size()) - 1;
     }
