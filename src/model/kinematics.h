@@ -16,6 +16,15 @@ Pose body_pose(const Body& body, const BodyState& state);
 // `state.bodies`. Joints are satisfied to rounding.
 void bodies_from_joints(const Model& model, State& state);
 
+// The motion of a ball joint as engines in joint coordinates have it, from the pose X_PB.
+struct BallMotion {
+  Quat rotation = Quat::Identity();  // child axes to the axes at the reference
+  Vec3 velocity = Vec3::Zero();      // relative angular velocity, in child axes, rad/s
+};
+// As above, with the motion of each ball joint, in the order of Model::balls, in place of its body's orientation and
+// angular velocity.
+void bodies_from_joints(const Model& model, const std::vector<BallMotion>& balls, State& state);
+
 // Fills `position` and `velocity` from the bodies that have mass, and then the massless bodies, whose state on entry is
 // not read (except that of a massless free body). A hinge's position is the twist of the relative rotation about its
 // axis, a slide's the way along its axis; several joints in a row between two bodies with mass are solved for together,
