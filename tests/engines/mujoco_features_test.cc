@@ -162,8 +162,8 @@ void stir(Twin& twin, int seed) {
   State& state = twin.model.initial;
   for (double& position : state.position) position += random.in(-0.3, 0.3);
   for (double& velocity : state.velocity) velocity = random.in(-1, 1);
-  std::vector<BallMotion> balls(twin.model.balls.size());
-  for (BallMotion& ball : balls) {
+  std::vector<BallCoordinates> balls(twin.model.balls.size());
+  for (BallCoordinates& ball : balls) {
     ball.rotation = Quat(Eigen::AngleAxisd(random.in(0, 0.5), random.direction()));
     ball.velocity = random.vector(2);
   }

@@ -147,7 +147,7 @@ void MujocoSimulation::set_state(const State& state) {
   data_->time = state.time;
 }
 
-BallMotion MujocoSimulation::ball_motion(const BallAddress& address) const {
+BallCoordinates MujocoSimulation::ball_motion(const BallAddress& address) const {
   const mjtNum* q = data_->qpos + address.qpos;
   const Quat q_MC(q[0], q[1], q[2], q[3]);  // MuJoCo normalises it where it reads it
   return {(address.q_BC * q_MC * address.q_BC.conjugate()).normalized(),
@@ -165,7 +165,7 @@ void MujocoSimulation::add_springs(std::span<const double> torques) {
   }
   for (size_t b = 0; b < model.balls.size(); ++b) {
     const BallAddress& address = compiled_->balls[b];
-    const BallMotion motion = ball_motion(address);
+    const BallCoordinates motion = ball_motion(address);
     Eigen::Map<Vec3>(data_->qfrc_applied + address.dof) =
         address.q_BC.conjugate() * ball_spring_torque(model.balls[b], motion.rotation, motion.velocity);
   }

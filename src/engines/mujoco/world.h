@@ -20,7 +20,7 @@ class MujocoSimulation final : public Simulation {
 
  private:
   void set_state(const State& state);
-  BallMotion ball_motion(const BallAddress& address) const;
+  BallCoordinates ball_motion(const BallAddress& address) const;
   void add_springs(std::span<const double> torques);
   void clear_torques();
   void check_warnings() const;
@@ -30,9 +30,9 @@ class MujocoSimulation final : public Simulation {
   ModelPtr model_;
   DataPtr data_;
   Clock clock_;
-  mutable std::vector<BallMotion> balls_;  // of the last read
-  bool torques_set_ = false;               // qfrc_applied is not zero
-  bool torques_fresh_ = false;             // ... and no step has used it yet
+  mutable std::vector<BallCoordinates> balls_;  // of the last read
+  bool torques_set_ = false;                    // qfrc_applied is not zero
+  bool torques_fresh_ = false;                  // ... and no step has used it yet
 };
 
 }  // namespace assay::mujoco
