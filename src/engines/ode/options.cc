@@ -62,7 +62,8 @@ std::vector<Setting> declared_settings() {
       {"max_contacts",
        4LL,
        "",
-       "contact points a pair of shapes may have; capsules never have more than 2",
+       "contact points a pair of shapes may have; capsules never have more than 2; of more the deepest and those "
+       "farthest apart stay",
        {},
        1.0,
        double{kMaxContacts}},
@@ -73,6 +74,7 @@ std::vector<Setting> declared_settings() {
        {"simple", "hash", "sap"},
        {},
        {}},
+      lent_share_setting(),
       {"ignore_lcp_failures", false, "",
        "go on when the exact solver reports that it gave up on a step's constraints, instead of failing the run"},
       {"finite_rotation", false, "",
@@ -99,6 +101,7 @@ Options read_options(const Settings& s) {
           .along_slip = is(s, "friction_direction", "slip"),
           .max_contacts = integer(s, "max_contacts"),
           .broadphase = s.get<std::string>("broadphase"),
+          .lent_share = s.get<double>("lent_share"),
           .ignore_lcp_failures = s.get<bool>("ignore_lcp_failures"),
           .finite_rotation = s.get<bool>("finite_rotation"),
           .gyroscopic = s.get<bool>("gyroscopic")};
