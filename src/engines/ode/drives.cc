@@ -56,6 +56,20 @@ Quat orientation(dxBody* body) {
 
 Vec3 angular_velocity(dxBody* body) { return body == nullptr ? Vec3(Vec3::Zero()) : vec3(dBodyGetAngularVel(body)); }
 
+// As the motor's row has it. ODE's own dJointGetSliderPositionRate leaves out that the bodies turn.
+double slide_rate(dxJoint* slider) {
+  dVector3 axis;
+  dJointGetSliderAxis(slider, axis);
+  dxBody* child = dJointGetBody(slider, 0);
+  dxBody* parent = dJointGetBody(slider, 1);
+  Vec3 v = vec3(dBodyGetLinearVel(child));
+  if (parent != nullptr) {
+    const Vec3 arm = vec3(dBodyGetPosition(child)) - vec3(dBodyGetPosition(parent));
+    v -= vec3(dBodyGetLinearVel(parent)) + (angular_velocity(child) + angular_velocity(parent)).cross(arm) / 2;
+  }
+  return v.dot(vec3(axis));
+}
+
 }  // namespace
 
 void Drives::create(dxWorld* world, const Model& model, const std::vector<dxBody*>& bodies,
@@ -73,7 +87,7 @@ void Drives::create(dxWorld* world, const Model& model, const std::vector<dxBody
     };
     if (joint.dry_friction > 0) set_friction(motor(), 1, joint.dry_friction, options.cfm);
     if (joint.armature > 0) {
-      rotors_.push_back({joints[j], motor(), joint.is_slide()});
+      rotors_.push_back({joints[j], motor()});
       set_rotor(rotors_.back().motor, 1, joint.armature, timestep_);
     }
   }
@@ -103,8 +117,8 @@ void Drives::create(dxWorld* world, const Model& model, const std::vector<dxBody
 
 void Drives::update() {
   for (const Rotor& rotor : rotors_) {
-    set_param(rotor.motor, dParamVel,
-              rotor.slide ? dJointGetSliderPositionRate(rotor.joint) : dJointGetHingeAngleRate(rotor.joint));
+    const bool slide = dJointGetType(rotor.joint) == dJointTypeSlider;
+    set_param(rotor.motor, dParamVel, slide ? slide_rate(rotor.joint) : dJointGetHingeAngleRate(rotor.joint));
   }
   for (const Ball& ball : balls_) {
     const Quat q_WB = orientation(ball.child);

@@ -27,7 +27,6 @@ class Drives {
   struct Rotor {
     dxJoint* joint;
     dxJoint* motor;
-    bool slide;
   };
   struct Ball {
     int index;                 // in Model::balls

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engines/engine.h"
+#include "model/massless.h"
 
 namespace assay::ode {
 
@@ -27,7 +28,7 @@ struct Options {
   bool along_slip = false;
   int max_contacts = 4;
   std::string broadphase = "sap";
-  double lent_share = 0.02;
+  double lent_share = kLentShare;
   bool ignore_lcp_failures = false, finite_rotation = false, gyroscopic = true;
 };
 
