@@ -22,7 +22,7 @@ Limitation spring_limitation(const Joint& hinge, const Options& options) {
   }
   if (hinge.limited) {
     return {Fidelity::kRefused, element,
-            "a hinge has one pair of stops, for its limits or for its spring: set pd=explicit or remove the range"};
+            "a joint has one pair of stops, for its limits or for its spring: set pd=explicit or remove the range"};
   }
   return {Fidelity::kApproximated, element,
           "a spring knows its angle within half a turn from its rest; beyond, it pulls the other way"};
