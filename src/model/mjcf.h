@@ -13,6 +13,7 @@
 #include <string>
 
 #include "model/model.h"
+#include "model/problems.h"
 
 namespace assay {
 
@@ -20,6 +21,8 @@ struct LoadOptions {
   // Leave out collision shapes other than spheres, capsules and planes instead of refusing the file; Model::notes lists
   // them. Their mass and inertia stay. Nothing else is dropped.
   bool drop_unsupported = false;
+  // The keyframe that gives the initial state: its name, or its number from 0. Empty: the first, where there is one.
+  std::string keyframe = {};
 };
 
 // Loads `path`, an .xml (MJCF) or .urdf file; a missing capsules-N.xml is generated (model/capsules.h). Throws
@@ -32,5 +35,10 @@ Model load_model(const std::string& path, const LoadOptions& options = {});
 // where the text gives none. Model::source is empty. Files that the text refers to are looked up in the current
 // directory.
 Model load_model_text(const std::string& xml, const std::string& name, const LoadOptions& options = {});
+
+// The same, with every problem of the file and not only the first. Throws InputError only for a file that is missing or
+// cannot be read.
+LoadReport inspect_model(const std::string& path, const LoadOptions& options = {});
+LoadReport inspect_model_text(const std::string& xml, const std::string& name, const LoadOptions& options = {});
 
 }  // namespace assay
