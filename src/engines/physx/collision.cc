@@ -22,8 +22,10 @@ Collision::Collision(const Model& model, const Options& options) : shapes_(model
   double sum = 0;
   int sized = 0;
   for (size_t s = 0; s < shapes_.size(); ++s) {
-    if (row_of_shape_[s] < 0 || shapes_[s].body == kWorld) continue;
-    sum += 2 * (shapes_[s].radius + (shapes_[s].type == ShapeType::kCapsule ? shapes_[s].half_length : 0));
+    if (row_of_shape_[s] < 0) continue;
+    geometry_of_row_.push_back(geometries_.make(model, shapes_[s]));
+    if (shapes_[s].body == kWorld) continue;
+    sum += extent(model, shapes_[s]);
     ++sized;
   }
   if (sized > 0) size_ = sum / sized;
@@ -71,28 +73,10 @@ bool Collision::attach(PxRigidActor& actor, int body) const {
     const PxMaterial& material = *materials_[row];
     // not for scene queries: their trees would be kept up to date for nobody
     const PxShapeFlags flags = PxShapeFlag::eSIMULATION_SHAPE;
-    PxShape* made = nullptr;
-    switch (shape.type) {
-      case ShapeType::kSphere:
-        made = PxRigidActorExt::createExclusiveShape(actor, PxSphereGeometry(real(shape.radius)), material, flags);
-        break;
-      case ShapeType::kCapsule:
-        made = PxRigidActorExt::createExclusiveShape(
-            actor, PxCapsuleGeometry(real(shape.radius), real(shape.half_length)), material, flags);
-        break;
-      case ShapeType::kPlane:
-        made = PxRigidActorExt::createExclusiveShape(actor, PxPlaneGeometry(), material, flags);
-        break;
-      case ShapeType::kBox:
-      case ShapeType::kCylinder:
-      case ShapeType::kEllipsoid:
-      case ShapeType::kHull:
-      case ShapeType::kHeightField:
-        throw UnsupportedError("this shape is refused by check()");
-    }
+    const Geometry& geometry = geometry_of_row_[row];
+    PxShape* made = PxRigidActorExt::createExclusiveShape(actor, geometry.holder.any(), material, flags);
     if (made == nullptr) throw EngineError("PhysX made no shape: " + take_complaint());
-    const Pose X_IS = X_IB * shape.X_BS;
-    made->setLocalPose(to_px(Pose{X_IS.p, X_IS.q * x_to(Vec3::UnitZ())}));
+    made->setLocalPose(to_px(X_IB * shape.X_BS * geometry.X_SG));
     made->setContactOffset(contact_offset_);
     made->setRestOffset(0);
     made->setSimulationFilterData(PxFilterData(row, static_cast<PxU32>(rows_), 0, 0));

@@ -184,6 +184,14 @@ class PhysxEngine final : public Adapter {
     add_exact(c, {Feature::kSlide, Feature::kBall, Feature::kDryFriction, Feature::kBallDryFriction});
     add_lent_mass(c, options.lent_share, articulation ? "link_share" : "lent_share");
     if (articulation) add_exact(c, {Feature::kBallArmature});
+    add_exact(c, {Feature::kBox, Feature::kCylinder, Feature::kEllipsoid});
+    add_approximated(c, Feature::kHull,
+                     "at most 255 vertices and 255 faces: PhysX puts a larger hull into a simpler one around it");
+    add_approximated(c, Feature::kHeightField,
+                     "heights as integers of 16 bits: within 1/65534 of the highest one; a surface without sides and "
+                     "base");
+    add_approximated(c, Feature::kTorsionalFriction, "contacts at one point do not resist spin about the normal");
+    add_approximated(c, Feature::kRollingFriction, "contacts do not resist rolling");
     add_approximated(c, Feature::kBallSpring, "explicit torque from the state at the step's start");
     add_approximated(c, Feature::kTendonSpring, "explicit tension from the state at the step's start");
   }

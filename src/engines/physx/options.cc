@@ -40,7 +40,7 @@ std::vector<Setting> declared_settings() {
       {}, 1e-6, 10);
   list.add("link_cfm", 0.0, "1/kg",
            "constraint force mixing of an articulation's contacts and limits (PhysX's own is 0.025)", {}, 0, 1);
-  list.add("link_share", 1e-4, "",
+  list.add("link_share", 1e-5, "",
            "articulations: part of a body's mass and inertia that each massless body before it borrows, because PhysX "
            "needs mass in every link",
            {}, 1e-6, kLargestLentShare);
