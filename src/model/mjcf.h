@@ -12,18 +12,11 @@
 
 #include <string>
 
+#include "model/load_options.h"
 #include "model/model.h"
 #include "model/problems.h"
 
 namespace assay {
-
-struct LoadOptions {
-  // Leave out collision shapes other than spheres, capsules and planes instead of refusing the file; Model::notes lists
-  // them. Their mass and inertia stay. Nothing else is dropped.
-  bool drop_unsupported = false;
-  // The keyframe that gives the initial state: its name, or its number from 0. Empty: the first, where there is one.
-  std::string keyframe = {};
-};
 
 // Loads `path`, an .xml (MJCF) or .urdf file; a missing capsules-N.xml is generated (model/capsules.h). Throws
 // InputError for a file that is missing, unreadable, malformed or outside the common subset: one sentence with element,
