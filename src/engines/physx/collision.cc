@@ -22,14 +22,20 @@ Collision::Collision(const Model& model, const Options& options) : shapes_(model
   double sum = 0;
   int sized = 0;
   for (size_t s = 0; s < shapes_.size(); ++s) {
-    if (row_of_shape_[s] < 0) continue;
-    geometry_of_row_.push_back(geometries_.make(model, shapes_[s]));
-    if (shapes_[s].body == kWorld) continue;
+    if (row_of_shape_[s] < 0 || shapes_[s].body == kWorld) continue;
     sum += extent(model, shapes_[s]);
     ++sized;
   }
   if (sized > 0) size_ = sum / sized;
   contact_offset_ = real(options.contact_offset * size_);
+  std::vector<bool> on_field(shapes_.size(), false);
+  for (const ContactPair& pair : model.contacts) {
+    if (shapes_[pair.shape_a].type == ShapeType::kHeightField) on_field[pair.shape_b] = true;
+    if (shapes_[pair.shape_b].type == ShapeType::kHeightField) on_field[pair.shape_a] = true;
+  }
+  for (size_t s = 0; s < shapes_.size(); ++s) {
+    if (row_of_shape_[s] >= 0) geometry_of_row_.push_back(geometries_.make(model, shapes_[s], on_field[s]));
+  }
   make_tables(model);
   make_materials(model, options);
 }

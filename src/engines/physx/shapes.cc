@@ -1,11 +1,16 @@
 #include "shapes.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
-#include <utility>
+#include <numbers>
 
+#include <extensions/PxCustomGeometryExt.h>
+
+#include "base/errors.h"
 #include "convert.h"
+#include "model/ellipsoid.h"
 
 namespace assay::px {
 
@@ -13,8 +18,8 @@ using namespace physx;
 
 namespace {
 
-// PhysX knows other convex bodies by the point that is farthest in a direction. A type of its own would not do: PhysX's
-// convex bodies meet each other only where their type is one of its own.
+// Given by the point that is farthest in a direction, as PhysX's own cylinder. Such bodies meet each other only where
+// their type is one of PhysX's own, so this is one.
 class Ellipsoid final : public PxCustomGeometryExt::CylinderCallbacks {
  public:
   explicit Ellipsoid(const PxVec3& semi_axes)
@@ -62,8 +67,7 @@ Owned<PxConvexMesh> cook(const Hull& hull, const Box& box) {
   description.points.data = points.data();
   description.flags = PxConvexFlag::eCOMPUTE_CONVEX;
   const PxCookingParams parameters(sdk().getTolerancesScale());
-  Owned<PxConvexMesh> mesh(
-      PxCreateConvexMesh(parameters, description, sdk().getPhysicsInsertionCallback()));
+  Owned<PxConvexMesh> mesh(PxCreateConvexMesh(parameters, description, sdk().getPhysicsInsertionCallback()));
   if (mesh == nullptr) throw EngineError("PhysX made no hull of mesh '" + hull.name + "': " + take_complaint());
   return mesh;
 }
@@ -86,9 +90,30 @@ Owned<PxHeightField> make_height_field(const HeightField& field, double unit) {
   return made;
 }
 
+// A cylinder as a prism, as far outside of it as inside.
+Hull prism(const Shape& cylinder) {
+  constexpr int kSides = 64;
+  const double radius = cylinder.radius * 2 / (1 + std::cos(std::numbers::pi / kSides));
+  Hull hull{.name = cylinder.name, .vertices = {}, .faces = {}};
+  for (int side = 0; side < kSides; ++side) {
+    const double angle = 2 * std::numbers::pi * side / kSides;
+    for (const double z : {-cylinder.half_length, cylinder.half_length}) {
+      hull.vertices.emplace_back(radius * std::cos(angle), radius * std::sin(angle), z);
+    }
+  }
+  return hull;
+}
+
 }  // namespace
 
-Geometry Geometries::make(const Model& model, const Shape& shape) {
+Geometry Geometries::make_hull(const Hull& hull) {
+  const Box box = bounding_box(hull);
+  hulls_.push_back(cook(hull, box));
+  return {PxGeometryHolder(PxConvexMeshGeometry(hulls_.back().get(), PxMeshScale(real(box.half)))),
+          {box.centre, Quat::Identity()}};
+}
+
+Geometry Geometries::make(const Model& model, const Shape& shape, bool as_polyhedron) {
   const Quat x_along_z = x_to(Vec3::UnitZ());
   const Vec3& half = shape.half_size;
   switch (shape.type) {
@@ -102,19 +127,16 @@ Geometry Geometries::make(const Model& model, const Shape& shape) {
     case ShapeType::kBox:
       return {PxGeometryHolder(PxBoxGeometry(to_px(half))), {}};
     case ShapeType::kCylinder:
+      if (as_polyhedron) return make_hull(prism(shape));
       curved_.push_back(std::make_unique<PxCustomGeometryExt::CylinderCallbacks>(real(2 * shape.half_length),
                                                                                  real(shape.radius), /*axis=*/2));
       return {PxGeometryHolder(PxCustomGeometry(*curved_.back())), {}};
     case ShapeType::kEllipsoid:
+      if (as_polyhedron) return make_hull(ellipsoid_hull(half, /*subdivisions=*/1));
       curved_.push_back(std::make_unique<Ellipsoid>(to_px(half)));
       return {PxGeometryHolder(PxCustomGeometry(*curved_.back())), {}};
-    case ShapeType::kHull: {
-      const Hull& hull = model.hulls[shape.data];
-      const Box box = bounding_box(hull);
-      hulls_.push_back(cook(hull, box));
-      return {PxGeometryHolder(PxConvexMeshGeometry(hulls_.back().get(), PxMeshScale(real(box.half)))),
-              {box.centre, Quat::Identity()}};
-    }
+    case ShapeType::kHull:
+      return make_hull(model.hulls[shape.data]);
     case ShapeType::kHeightField:
       break;
   }
@@ -170,8 +192,8 @@ double hull_deviation(const Hull& hull) {
     for (PxU32 p = 0; p < mesh->getNbPolygons(); ++p) {
       PxHullPolygon polygon;
       mesh->getPolygonData(p, polygon);
-      const float distance = PxPlane(polygon.mPlane[0], polygon.mPlane[1], polygon.mPlane[2], polygon.mPlane[3])
-                                 .distance(point);
+      const float distance =
+          PxPlane(polygon.mPlane[0], polygon.mPlane[1], polygon.mPlane[2], polygon.mPlane[3]).distance(point);
       worst = std::max(worst, distance * box.half);
     }
   }

@@ -18,13 +18,16 @@ struct Geometry {
 // The geometries of a model's shapes and what they point to; it has to live as long as the PxShapes made from them.
 class Geometries {
  public:
-  // Throws EngineError when PhysX makes no mesh.
-  Geometry make(const Model& model, const Shape& shape);
+  // `as_polyhedron`: cylinders are prisms of 64 sides and ellipsoids polyhedra of 80 faces, for height fields, on whose
+  // edges PhysX's own ones stumble. Throws EngineError when PhysX makes no mesh.
+  Geometry make(const Model& model, const Shape& shape, bool as_polyhedron);
 
  private:
+  Geometry make_hull(const Hull& hull);
+
   std::vector<Owned<physx::PxConvexMesh>> hulls_;
   std::vector<Owned<physx::PxHeightField>> height_fields_;
-  std::vector<std::unique_ptr<physx::PxCustomGeometry::Callbacks>> curved_;
+  std::vector<std::unique_ptr<physx::PxCustomGeometryCallbacks>> curved_;
 };
 
 // Largest of the shape's dimensions, m; 0 for planes and height fields.
