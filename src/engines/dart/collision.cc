@@ -4,7 +4,9 @@
 #include <utility>
 
 #include <dart/collision/CollisionObject.hpp>
+#include <dart/dynamics/BoxShape.hpp>
 #include <dart/dynamics/CapsuleShape.hpp>
+#include <dart/dynamics/CylinderShape.hpp>
 #include <dart/dynamics/PlaneShape.hpp>
 #include <dart/dynamics/SphereShape.hpp>
 
@@ -51,7 +53,9 @@ dart::dynamics::ShapePtr make_shape(const Shape& shape) {
     case ShapeType::kPlane:
       break;
     case ShapeType::kBox:
+      return std::make_shared<dart::dynamics::BoxShape>(Vec3(2 * shape.half_size));
     case ShapeType::kCylinder:
+      return std::make_shared<dart::dynamics::CylinderShape>(shape.radius, 2 * shape.half_length);
     case ShapeType::kEllipsoid:
     case ShapeType::kHull:
     case ShapeType::kHeightField:

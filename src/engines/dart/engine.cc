@@ -20,6 +20,15 @@ const char* const kSeriesReason =
 // DART treats pairs with at most this coefficient as frictionless.
 constexpr double kLeastFriction = 1e-3;
 
+void add_features(Capabilities& c) {
+  add_exact(c, {Feature::kSlide, Feature::kBall, Feature::kMassless, Feature::kDryFriction, Feature::kBallDryFriction,
+                Feature::kBox, Feature::kCylinder});
+  add_approximated(c, Feature::kBallSpring, "explicit torque from the state at the step's start");
+  add_approximated(c, Feature::kTendonSpring, "explicit tension from the state at the step's start");
+  add_approximated(c, Feature::kTorsionalFriction, "left out: contacts do not resist spin about their normal");
+  add_approximated(c, Feature::kRollingFriction, "left out: contacts do not resist rolling");
+}
+
 class DartEngine final : public Adapter {
  public:
   std::vector<Setting> settings() const override { return declared_settings(); }
@@ -59,6 +68,7 @@ class DartEngine final : public Adapter {
     c.sleep = "none (it has none)";
     c.speed_limits = "none";
     c.other = "the distribution's build runs DART's assertions";
+    add_features(c);
     c.deviations = {{"gravity-direction", 3.3e-11, kSeriesReason}};
     return c;
   }
