@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdarg>
 #include <cstdio>
+#include <iostream>
 #include <limits>
 #include <mutex>
 #include <string>
@@ -99,7 +100,10 @@ DartSimulation::DartSimulation(Model model, const State& state, const Options& o
   make_bodies();
   if (!model_.contacts.empty()) make_contacts();
   // with their shapes: the collision detector finds shapes that are added later in the order of their addresses
+  std::streambuf* const output = std::cout.rdbuf();
+  if (!model_.height_fields.empty()) std::cout.rdbuf(nullptr);  // DART prints the bounds of each field
   for (const dart::dynamics::SkeletonPtr& tree : trees_) world_->addSkeleton(tree);
+  if (!model_.height_fields.empty()) std::cout.rdbuf(output);
   set_state(with_joint_coordinates(model_, state));
 }
 
