@@ -5,19 +5,17 @@
 
 #include <fmt/format.h>
 
-#include "base/paths.h"
 #include "base/quantity.h"
 #include "base/text.h"
 #include "cli/cli.h"
 #include "cli/facts.h"
-#include "model/mjcf.h"
+#include "cli/model_options.h"
 
 namespace assay::cli {
 namespace {
 
 struct Options {
-  std::string model;
-  bool drop_unsupported = false;
+  ModelOptions model;
   bool json = false;
 };
 
@@ -207,7 +205,7 @@ void print_report(const Model& model, const std::vector<Verdict>& verdicts) {
 }
 
 int check(const Options& options) {
-  const Model model = load_model(find_model(options.model), {.drop_unsupported = options.drop_unsupported});
+  const Model model = load(options.model);
   const std::vector<Verdict> verdicts = verdicts_on(model);
   if (options.json) {
     print_json(verdicts_json(model, verdicts));
@@ -226,11 +224,7 @@ void add_check(CLI::App& app, Action& action) {
                    {"assay check my_robot.xml --drop-unsupported", "leaves out boxes and meshes, and names them"},
                    {"assay check my_robot.urdf --json", "URDF files load the same way"}});
   const auto options = std::make_shared<Options>();
-  command->add_option("MODEL", options->model, "MJCF or URDF file, or a system's name")->required()->type_name("");
-  command
-      ->add_flag("--drop-unsupported", options->drop_unsupported,
-                 "Leaves out shapes other than spheres, capsules and planes instead of refusing the model")
-      ->disable_flag_override();
+  add_model_options(*command, options->model);
   command->add_flag("--json", options->json, "Print JSON")->disable_flag_override();
   command->callback([&action, options] { action = [options] { return check(*options); }; });
 }

@@ -6,24 +6,22 @@
 #include <fmt/format.h>
 
 #include "base/errors.h"
-#include "base/paths.h"
 #include "base/quantity.h"
 #include "base/text.h"
 #include "cli/child.h"
 #include "cli/cli.h"
-#include "model/mjcf.h"
+#include "cli/model_options.h"
 #include "parity/certificate.h"
 
 namespace assay::cli {
 namespace {
 
 struct Options {
-  std::string model;
+  ModelOptions model;
   std::vector<std::string> contenders;
   std::string samples = "6", seed = "1";
   std::string out;
   bool all = false;
-  bool drop_unsupported = false;
   bool json = false;
 };
 
@@ -76,19 +74,21 @@ void print_certificates(const Json& certificates) {
     }
     rows.push_back(std::move(row));
   }
-  print("\n" + table({"contender", "robot", "inertia", "Coriolis", "gravity", "springs", "damping", "dry friction"}, rows,
-                     {2, 3, 4, 5, 6, 7}));
-  print(paragraph("Largest error of a joint's force, relative to the joint's largest force of that kind; \"<\": not told "
-                  "from rounding and the steps' own error.") +
-        "\n");
+  print("\n" + table({"contender", "robot", "inertia", "Coriolis", "gravity", "springs", "damping", "dry friction"},
+                     rows, {2, 3, 4, 5, 6, 7}));
+  print(
+      paragraph("Largest error of a joint's force, relative to the joint's largest force of that kind; \"<\": not told "
+                "from rounding and the steps' own error.") +
+      "\n");
   for (const Json& c : certificates) {
     const auto text = [&c](const char* key) { return c.at(key).get<std::string>(); };
     if (text("verdict") == "same") continue;
     if (text("verdict") == "not settled") {
-      print(paragraph(fmt::format("{}: its own error in one small step is up to {}, which hides what is to be seen here",
-                                  text("contender"), percent(c.at("noise").get<double>())),
-                      4) +
-            "\n");
+      print(
+          paragraph(fmt::format("{}: its own error in one small step is up to {}, which hides what is to be seen here",
+                                text("contender"), percent(c.at("noise").get<double>())),
+                    4) +
+          "\n");
       continue;
     }
     print(heading(text("contender")) + "\n");
@@ -119,7 +119,7 @@ void print_certificates(const Json& certificates) {
 }
 
 int run_parity(const Options& options) {
-  const Model model = load_model(find_model(options.model), {.drop_unsupported = options.drop_unsupported});
+  const Model model = load(options.model);
   if (model.dof() == 0) throw InputError("nothing moves in this model");
   const parity::ExperimentOptions experiments{
       .samples = parse_count("--samples", options.samples, 2, 1000),
@@ -145,7 +145,8 @@ int run_parity(const Options& options) {
       parity::Certificate crashed;
       crashed.contender = contender.name;
       crashed.engine = contender.engine->name();
-      crashed.failure = end.signal != 0 ? fmt::format("it crashed with {}", end.signal_text()) : "its process ended early";
+      crashed.failure =
+          end.signal != 0 ? fmt::format("it crashed with {}", end.signal_text()) : "its process ended early";
       certificate = parity::certificate_json(model, crashed);
     }
     certificates.push_back(std::move(certificate));
@@ -176,19 +177,17 @@ int run_parity(const Options& options) {
 }  // namespace
 
 void add_parity(CLI::App& app, Action& action) {
-  CLI::App* command =
-      add_command(app, "parity", "Whether a model means the same robot in every engine, force by force",
-                  {{"assay parity my_robot.urdf", "one contender an engine against Newton and Euler's equations"},
-                   {"assay parity humanoid mujoco-euler dart --out parity.json", "two contenders, the certificate as JSON"}});
+  CLI::App* command = add_command(
+      app, "parity", "Whether a model means the same robot in every engine, force by force",
+      {{"assay parity my_robot.urdf", "one contender an engine against Newton and Euler's equations"},
+       {"assay parity humanoid mujoco-euler dart --out parity.json", "two contenders, the certificate as JSON"}});
   const auto options = std::make_shared<Options>();
-  command->add_option("MODEL", options->model, "A system's name or a model file")->required()->type_name("");
+  add_model_options(*command, options->model);
   command->add_option("CONTENDER", options->contenders, "Contenders (default: one of each engine)")->type_name("");
   command->add_flag("--all", options->all, "All contenders of all engines")->disable_flag_override();
   command->add_option("--samples", options->samples, "Random configurations")->type_name("N")->capture_default_str();
   command->add_option("--seed", options->seed, "Of the random configurations")->type_name("N")->capture_default_str();
   command->add_option("--out", options->out, "Write the certificate as JSON to this file too")->type_name("FILE");
-  command->add_flag("--drop-unsupported", options->drop_unsupported, "Leave out what no engine can have")
-      ->disable_flag_override();
   command->add_flag("--json", options->json, "Print JSON")->disable_flag_override();
   command->callback([&action, options] { action = [options] { return run_parity(*options); }; });
 }

@@ -148,7 +148,7 @@ void add_simulate(CLI::App& app, Action& action) {
         "--out -",
         "with other settings, to standard output"}});
   const auto options = std::make_shared<SimulateOptions>();
-  command->add_option("MODEL", options->model, "MJCF or URDF file, or a system's name")->required()->type_name("");
+  add_model_options(*command, options->model);
   command->add_option("--engine", options->engine, "Contender, as listed by 'assay engines'")
       ->required()
       ->type_name("CONTENDER");
@@ -170,10 +170,6 @@ void add_simulate(CLI::App& app, Action& action) {
   command->add_option("--set", options->set, "Overrides a setting of the contender; may be repeated")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
-  command
-      ->add_flag("--drop-unsupported", options->drop_unsupported,
-                 "Leaves out shapes other than spheres, capsules and planes instead of refusing the model")
-      ->disable_flag_override();
   command->add_option("--out", options->out, "CSV file to write; '-' is standard output")
       ->required()
       ->type_name("FILE");

@@ -5,10 +5,8 @@
 #include <fmt/format.h>
 
 #include "base/errors.h"
-#include "base/paths.h"
 #include "base/text.h"
 #include "cli/cli.h"
-#include "model/mjcf.h"
 
 namespace assay::cli {
 namespace {
@@ -61,7 +59,7 @@ SimulateJob prepare(const SimulateOptions& options) {
   const ControlSpec control = parse_control(options.control);
   job.contender = Registry::instance().resolve(options.engine, parse_settings(options.set));
   job.contender.settings.timestep = job.timestep_ms / 1000;
-  job.model = load_model(find_model(options.model), {.drop_unsupported = options.drop_unsupported});
+  job.model = load(options.model);
   if (!contacts) job.model = without_contacts(std::move(job.model));
   if (!gravity) job.model = without_gravity(std::move(job.model));
   job.control = make_control(job.model, control);

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/model_options.h"
 #include "controls/control.h"
 #include "engines/registry.h"
 #include "model/model.h"
@@ -14,11 +15,11 @@ namespace assay::cli {
 
 // As given on the command line.
 struct SimulateOptions {
-  std::string model, engine, timestep, duration, out;
+  ModelOptions model;
+  std::string engine, timestep, duration, out;
   std::optional<std::string> sample;
   std::string contacts = "on", gravity = "on", control = "actuators";
   std::vector<std::string> set;
-  bool drop_unsupported = false;
 };
 
 // Everything that is known before the first step.

@@ -9,6 +9,7 @@
 #include "base/paths.h"
 #include "base/text.h"
 #include "cli/cli.h"
+#include "cli/model_options.h"
 #include "cli/output_file.h"
 #include "cli/pictures.h"
 #include "model/mjcf.h"
@@ -19,6 +20,7 @@ namespace {
 
 struct Options {
   std::vector<std::string> where;  // MODEL, or DIR SYSTEM
+  ModelOptions load;               // without its MODEL
   std::optional<std::string> contender, time;
   std::string size = "1280x960", out;
 };
@@ -34,7 +36,9 @@ Shot of_model(const Options& options) {
     throw InputError(fmt::format("--{} selects a stored run: give a results directory and a system instead of a model",
                                  options.contender ? "contender" : "time"));
   }
-  const Model model = load_model(find_model(options.where.front()), {.drop_unsupported = true});
+  LoadOptions how = load_options(options.load);
+  how.drop_unsupported = true;
+  const Model model = load_model(find_model(options.where.front()), how);
   return {scene_of(model), {model.initial}, 0};
 }
 
@@ -101,6 +105,7 @@ void add_snapshot(CLI::App& app, Action& action) {
       ->add_option("--time", options->time,
                    "Seconds since the start; draws the nearest kept state (default: the first)")
       ->type_name("S");
+  add_load_options(*command, options->load);
   command->add_option("--size", options->size, "Pixels (default: 1280x960)")->type_name("WIDTHxHEIGHT");
   command->add_option("--out", options->out, "PNG file to write; '-' is standard output")
       ->required()

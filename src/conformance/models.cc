@@ -1,6 +1,7 @@
 #include "conformance/models.h"
 
 #include <cmath>
+#include <random>
 #include <utility>
 
 #include <fmt/format.h>
@@ -14,7 +15,32 @@ Quat turned(double degrees, const Vec3& axis) {
   return Quat(Eigen::AngleAxisd(degrees * EIGEN_PI / 180, axis.normalized()));
 }
 
+// The bodies of joint coordinates, with the ball joints' relative motions as they are in `state`.
+void place_with_balls(const Model& model, State& state) {
+  std::vector<Quat> rotation;
+  std::vector<Vec3> velocity;
+  for (size_t k = 0; k < model.balls.size(); ++k) {
+    rotation.push_back(ball_rotation(model, state, static_cast<int>(k)));
+    velocity.push_back(ball_velocity(model, state, static_cast<int>(k)));
+  }
+  // a ball's absolute motion needs its parent's, so balls are set from the roots on
+  for (size_t k = 0; k < model.balls.size(); ++k) {
+    bodies_from_joints(model, state);
+    set_ball(model, state, static_cast<int>(k), rotation[k], velocity[k]);
+  }
+  bodies_from_joints(model, state);
+}
+
 }  // namespace
+
+void set_ball(const Model& model, State& state, int ball, const Quat& rotation, const Vec3& velocity) {
+  const int child = model.balls[ball].body;
+  const Body& body = model.bodies[child];
+  const bool root = body.parent == kWorld;
+  BodyState& s = state.bodies[child];
+  s.q_WB = ((root ? Quat(Quat::Identity()) : state.bodies[body.parent].q_WB) * body.X_PB.q * rotation).normalized();
+  s.w_WB = (root ? Vec3(Vec3::Zero()) : state.bodies[body.parent].w_WB) + s.q_WB * velocity;
+}
 
 Solid sphere_solid(double mass, double radius) {
   return {mass, Vec3::Zero(), Mat3::Identity() * (2 * mass * radius * radius / 5)};
@@ -57,6 +83,29 @@ Joint& add_hinged_body(Model& model, const std::string& name, int parent, const 
   return model.joints.back();
 }
 
+Joint& add_sliding_body(Model& model, const std::string& name, int parent, const Pose& X_PB, const Solid& solid,
+                        const Vec3& axis_B, const Vec3& p_BJ) {
+  Joint& slide = add_hinged_body(model, name, parent, X_PB, solid, axis_B, p_BJ);
+  slide.name = name + "_slide";
+  slide.type = JointType::kSlide;
+  return slide;
+}
+
+BallJoint& add_ball_body(Model& model, const std::string& name, int parent, const Pose& X_PB, const Solid& solid,
+                         const Vec3& p_BJ) {
+  Body& body = add_free_body(model, name, solid, X_PB);
+  body.parent = parent;
+  body.ball = static_cast<int>(model.balls.size());
+  BallJoint ball;
+  ball.name = name + "_ball";
+  ball.body = static_cast<int>(model.bodies.size()) - 1;
+  ball.p_BJ = p_BJ;
+  model.balls.push_back(ball);
+  return model.balls.back();
+}
+
+Solid massless() { return {0, Vec3::Zero(), Mat3::Zero()}; }
+
 int add_shape(Model& model, ShapeType type, int body, const Pose& X_BS, double radius, double half_length,
               double friction) {
   Shape shape;
@@ -85,7 +134,7 @@ State with_joints(const Model& model, const std::vector<double>& angle, const st
   State state = model.initial;
   state.position = angle;
   state.velocity = rate;
-  bodies_from_joints(model, state);
+  place_with_balls(model, state);
   return state;
 }
 
@@ -153,6 +202,89 @@ PendulumModel pendulum() {
   const double pivot_inertia = bob.I_BBcm_B(1, 1) + bob.mass * 0.25 * 0.25;
   result.frequency = std::sqrt(bob.mass * kGravity * 0.25 / pivot_inertia);
   return result;
+}
+
+Model random_tree(unsigned seed, const TreeOptions& options) {
+  // the standard's distributions differ between libraries; the generator does not
+  std::mt19937 random(seed);
+  const auto uniform = [&](double low, double high) {
+    return low + (high - low) * static_cast<double>(random()) / static_cast<double>(std::mt19937::max());
+  };
+  const auto direction = [&] {
+    Vec3 v = Vec3::Zero();
+    do {
+      for (double& x : v) x = uniform(-1, 1);
+    } while (v.norm() > 1 || v.norm() < 0.1);
+    return Vec3(v.normalized());
+  };
+  const auto rotation = [&](double most) { return Quat(Eigen::AngleAxisd(uniform(-most, most), direction())); };
+
+  Model model;
+  model.name = fmt::format("conformance-tree-{}", seed);
+  std::vector<int> heavy;                                        // bodies with mass
+  const double rate = 0.4 * std::sqrt(kGravity / options.size);  // 1/s
+  struct Start {
+    double position = 0, velocity = 0;
+  };
+  std::vector<Start> starts;
+  for (int i = 0; i < options.bodies; ++i) {
+    const double mass = options.mass * std::exp2(uniform(-1, 1)), size = options.size * std::exp2(uniform(-1, 1));
+    // a box whose edges are a quarter to a whole of the size
+    const Vec3 edge(size * uniform(0.25, 1), size * uniform(0.25, 1), size * uniform(0.25, 1));
+    const Vec3 square = edge.cwiseProduct(edge) * mass / 12;
+    const Solid solid =
+        principal_solid(mass, 0.4 * size * direction(),
+                        {square[1] + square[2], square[0] + square[2], square[0] + square[1]}, rotation(3));
+    const bool root = i == 0 || i == options.bodies / 2 + 1;
+    const Pose X_PB = {options.size * uniform(0.5, 1) * direction(), rotation(3)};
+    if (i == 0 && options.free) {
+      add_free_body(model, "body_0", solid, X_PB);
+      heavy.push_back(0);
+      continue;
+    }
+    int parent = root ? kWorld : heavy[random() % heavy.size()];
+    Quat frame = rotation(3);  // joints in a row have perpendicular axes, far from where two of them coincide
+    const int joints = options.massless ? 1 + static_cast<int>(random() % 3) : 1;
+    const Vec3 anchor = 0.3 * size * direction();
+    for (int k = 0; k < joints; ++k) {
+      const bool last = k == joints - 1;
+      const unsigned kind = random() % 4;
+      const std::string name = last ? fmt::format("body_{}", i) : fmt::format("body_{}_part_{}", i, k);
+      const Pose pose = k == 0 ? X_PB : Pose{};
+      const Solid own = last ? solid : massless();
+      if (options.balls && kind < 2 && joints == 1) {
+        add_ball_body(model, name, parent, pose, own, anchor);
+      } else {
+        const Vec3 axis = frame * Vec3(Vec3::Unit(k));
+        const bool slide = options.slides && kind == 2;
+        Joint& joint = slide ? add_sliding_body(model, name, parent, pose, own, axis, anchor)
+                             : add_hinged_body(model, name, parent, pose, own, axis, anchor);
+        const double unit = slide ? options.size : 1;
+        joint.reference = unit * uniform(-0.5, 0.5);
+        starts.push_back({joint.reference + unit * uniform(-0.6, 0.6), unit * rate * uniform(-1, 1)});
+      }
+      parent = static_cast<int>(model.bodies.size()) - 1;
+    }
+    heavy.push_back(parent);
+  }
+  model = finished(std::move(model));
+
+  State& state = model.initial;
+  if (options.free) {
+    state.bodies[0].v_WBcm = options.size * rate * direction();
+    state.bodies[0].w_WB = rate * direction();
+  }
+  for (size_t j = 0; j < starts.size(); ++j) {
+    state.position[j] = starts[j].position;
+    state.velocity[j] = starts[j].velocity;
+  }
+  for (size_t k = 0; k < model.balls.size(); ++k) {
+    bodies_from_joints(model, state);
+    set_ball(model, state, static_cast<int>(k), rotation(1), rate * direction());
+  }
+  bodies_from_joints(model, state);
+  model.hash = model_hash(model);
+  return model;
 }
 
 }  // namespace assay::conformance

@@ -26,6 +26,12 @@ Solid principal_solid(double mass, const Vec3& p_BBcm, const Vec3& moments, cons
 Body& add_free_body(Model& model, const std::string& name, const Solid& solid, const Pose& X_WB = {});
 Joint& add_hinged_body(Model& model, const std::string& name, int parent, const Pose& X_PB, const Solid& solid,
                        const Vec3& axis_B, const Vec3& p_BJ = Vec3::Zero());
+Joint& add_sliding_body(Model& model, const std::string& name, int parent, const Pose& X_PB, const Solid& solid,
+                        const Vec3& axis_B, const Vec3& p_BJ = Vec3::Zero());
+BallJoint& add_ball_body(Model& model, const std::string& name, int parent, const Pose& X_PB, const Solid& solid,
+                         const Vec3& p_BJ = Vec3::Zero());
+// A body without mass: for `solid` of the bodies that only compose joints.
+Solid massless();
 int add_shape(Model& model, ShapeType type, int body, const Pose& X_BS = {}, double radius = 0, double half_length = 0,
               double friction = 1);
 void add_contact(Model& model, int shape_a, int shape_b, double friction);
@@ -33,8 +39,13 @@ void add_contact(Model& model, int shape_a, int shape_b, double friction);
 // Fills the initial state (reference, at rest) and the hash. Call it last.
 Model finished(Model model);
 
-// The same model at other joint angles and rates; free bodies do not change.
+// The same model at other positions and rates of hinges and slides; free bodies and the relative motions of ball joints
+// do not change.
 State with_joints(const Model& model, const std::vector<double>& angle, const std::vector<double>& rate);
+
+// Puts the body of a ball joint at a relative rotation from X_PB and a relative angular velocity (rad/s, child axes).
+// Its parent's state has to be right; bodies_from_joints() does the rest.
+void set_ball(const Model& model, State& state, int ball, const Quat& rotation, const Vec3& velocity);
 
 // Five capsules of 1 kg, radius 0.05 m and cylinder 0.3 m, each 0.3 m from the last along x, the first pinned at the
 // origin; gravity; every joint rate 1 rad/s in the initial state. Axes y, or y z y z y when spatial.
@@ -59,5 +70,19 @@ struct PendulumModel {
   double frequency = 0;  // of small swings, rad/s
 };
 PendulumModel pendulum();
+
+// Which joints random_tree() may use beside hinges, and how large and heavy it is.
+struct TreeOptions {
+  int bodies = 6;     // with mass
+  double mass = 1;    // kg, of a body, within a factor of 2
+  double size = 0.3;  // m, length of a body, within a factor of 2
+  bool free = true;   // the first tree floats
+  bool slides = true, balls = true;
+  bool massless = true;  // up to three joints in a row between two bodies
+};
+
+// Two trees of random shape, frames, axes, inertias and joints, in a random state. Equal seeds and options give equal
+// trees; another size gives a similar one whose motion is the same, with times scaled by the square root of the size.
+Model random_tree(unsigned seed, const TreeOptions& options);
 
 }  // namespace assay::conformance

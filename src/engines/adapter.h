@@ -15,6 +15,7 @@
 
 #include "engines/engine.h"
 #include "model/kinematics.h"
+#include "model/massless.h"
 
 namespace assay {
 
@@ -93,6 +94,44 @@ inline void add_tendon_tensions(const Model& model, const State& state, std::vec
     const double tension =
         tendon_tension(tendon, sum_of_terms(tendon.terms, state.position), sum_of_terms(tendon.terms, state.velocity));
     for (const JointTerm& term : tendon.terms) torques[term.joint] += term.coefficient * tension;
+  }
+}
+
+// ---- massless bodies in maximal coordinates --------------------------------------------------------------------------
+
+// The setting of an adapter that lends mass (model/massless.h).
+inline Setting lent_share_setting() {
+  return {.name = "lent_share",
+          .default_value = kLentShare,
+          .unit = "",
+          .meaning =
+              "part of a body's mass and inertia that each massless body before it borrows: less is more exact, "
+              "more converges faster",
+          .minimum = 1e-6,
+          .maximum = kLargestLentShare};
+}
+inline void add_lent_mass(Capabilities& capabilities, double share) {
+  capabilities.features.push_back(
+      {Feature::kMassless, Fidelity::kApproximated,
+       fmt::format("borrows {:g} % of the mass and inertia of the body that it leads to: exact at the reference "
+                   "configuration, elsewhere accelerations differ by about that part; --set lent_share changes it",
+                   100 * share)});
+}
+
+// What the engine holds of `lent.model`, in terms of the original: lenders have their whole mass, borrowers none.
+inline void return_lent_mass(const Lent& lent, EngineView& view) {
+  if (!lent.any) return;
+  std::vector<double> whole;  // by body
+  for (const EngineBody& body : view.bodies) whole.push_back(body.mass);
+  for (size_t i = 0; i < lent.lender.size(); ++i) {
+    if (lent.lender[i] < 0) continue;
+    whole[lent.lender[i]] += view.bodies[i].mass;
+    whole[i] = 0;
+  }
+  for (size_t i = 0; i < whole.size(); ++i) {
+    EngineBody& body = view.bodies[i];
+    if (whole[i] > 0) body.I_BBcm_W *= whole[i] / body.mass;
+    body.mass = whole[i];
   }
 }
 
@@ -201,7 +240,7 @@ inline Limitation explicit_spring(const Joint& hinge, const char* remedy = "") {
 // that is passed by more than half of what the range leaves of the turn is taken for the other limit.
 inline std::optional<Limitation> range_within_a_turn(const Joint& hinge, const char* engine) {
   constexpr double kNarrow = 0.1;  // rad
-  if (!hinge.limited) return std::nullopt;
+  if (!hinge.limited || hinge.is_slide()) return std::nullopt;
   const double margin = std::numbers::pi - (hinge.upper - hinge.lower) / 2;
   const std::string element = joint_element(hinge, "range");
   if (margin <= 0) {

@@ -218,6 +218,21 @@ void bodies_from_joints(const Model& model, State& state) {
   }
 }
 
+void bodies_from_joints(const Model& model, std::span<const BallCoordinates> balls, State& state) {
+  state.bodies.resize(model.bodies.size());
+  for (size_t i = 0; i < model.bodies.size(); ++i) {
+    const Body& body = model.bodies[i];
+    if (body.is_free()) continue;
+    if (body.ball >= 0) {
+      const BallCoordinates& ball = balls[body.ball];
+      BodyState& s = state.bodies[i];
+      s.q_WB = (orientation(state, body.parent) * body.X_PB.q * ball.rotation).normalized();
+      s.w_WB = angular_velocity(state, body.parent) + s.q_WB * ball.velocity;
+    }
+    place_body(model, state, static_cast<int>(i));
+  }
+}
+
 void joints_from_bodies(const Model& model, State& state) {
   if (state.position.size() != model.joints.size()) {
     state.position.resize(model.joints.size());

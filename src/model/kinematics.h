@@ -2,6 +2,7 @@
 // the world, joint position error.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "model/model.h"
@@ -15,6 +16,16 @@ Pose body_pose(const Body& body, const BodyState& state);
 // ball joint the orientation and angular velocity that `state.bodies` already has. Free bodies are read from
 // `state.bodies`. Joints are satisfied to rounding.
 void bodies_from_joints(const Model& model, State& state);
+
+// A ball joint's coordinates, as ball_rotation() and ball_velocity() give them.
+struct BallCoordinates {
+  Quat rotation = Quat::Identity();  // from the pose X_PB, in child axes
+  Vec3 velocity = Vec3::Zero();      // relative angular velocity in child axes, rad/s
+};
+
+// The same with the ball joints' coordinates, in the order of Model::balls, in place of what `state.bodies` has: for
+// engines in joint coordinates.
+void bodies_from_joints(const Model& model, std::span<const BallCoordinates> balls, State& state);
 
 // Fills `position` and `velocity` from the bodies that have mass, and then the massless bodies, whose state on entry is
 // not read (except that of a massless free body). A hinge's position is the twist of the relative rotation about its

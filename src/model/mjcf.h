@@ -1,26 +1,25 @@
 // Loads MJCF and URDF files into the neutral Model with MuJoCo's own parser and compiler. Includes, defaults, frames,
 // angle units and inertia inference are MuJoCo's, so a file has the same meaning as in MuJoCo.
 //
-// Carried over exactly: mass and inertia, hinge and free joints, limits, joint springs, dampers and armature, spheres,
-// capsules, planes fixed to the world, MuJoCo's collision filter written out as contact pairs with their combined
-// friction, motor and position actuators on hinges, gravity, keyframes. MJCF has no element for a control that changes
-// in time; assay reads <custom><numeric name="assay:sine:ACTUATOR" data="amplitude frequency phase"/> (control's unit,
-// Hz, rad), which adds a sine to an actuator's control. Bodies without a joint are fused into their parent. Settings
+// Carried over: mass and inertia; free, ball, hinge and slide joints, any number in a body, with limits, springs,
+// dampers, armature and dry friction; spheres, capsules, boxes, cylinders, ellipsoids, planes, height fields, and
+// meshes as MuJoCo's convex hull of them; MuJoCo's collision filter written out as contact pairs with their combined
+// friction; linear equality of joints and of fixed tendons, connect, weld; fixed tendons; actuators on hinges, slides
+// and fixed tendons whose force is an affine function; gravity, keyframes. Bodies without a joint are fused into their
+// parent. Contact margins inflate their shapes and limit margins narrow their ranges, which is what they do in MuJoCo.
+// MJCF has no element for a control that changes in time; assay reads <custom><numeric name="assay:sine:ACTUATOR"
+// data="amplitude frequency phase"/> (control's unit, Hz, rad), which adds a sine to an actuator's control. Settings
 // that the contender decides (integrator, timestep, solver, contact softness, friction cone) are ignored with a note.
-// Everything else is refused.
+// Everything else is refused, or left out with LoadOptions::drop_unsupported.
 #pragma once
 
 #include <string>
 
+#include "model/load_options.h"
 #include "model/model.h"
+#include "model/problems.h"
 
 namespace assay {
-
-struct LoadOptions {
-  // Leave out collision shapes other than spheres, capsules and planes instead of refusing the file; Model::notes lists
-  // them. Their mass and inertia stay. Nothing else is dropped.
-  bool drop_unsupported = false;
-};
 
 // Loads `path`, an .xml (MJCF) or .urdf file; a missing capsules-N.xml is generated (model/capsules.h). Throws
 // InputError for a file that is missing, unreadable, malformed or outside the common subset: one sentence with element,
@@ -32,5 +31,10 @@ Model load_model(const std::string& path, const LoadOptions& options = {});
 // where the text gives none. Model::source is empty. Files that the text refers to are looked up in the current
 // directory.
 Model load_model_text(const std::string& xml, const std::string& name, const LoadOptions& options = {});
+
+// The same, with every problem of the file and not only the first. Throws InputError only for a file that is missing or
+// cannot be read.
+LoadReport inspect_model(const std::string& path, const LoadOptions& options = {});
+LoadReport inspect_model_text(const std::string& xml, const std::string& name, const LoadOptions& options = {});
 
 }  // namespace assay

@@ -21,11 +21,11 @@ using Change = std::function<void(Model&, double)>;
 // Columns that belong together: one named parameter.
 struct Hypothesis {
   std::string element, parameter;
-  std::vector<Change> changes;                                        // none for a joint's torque
-  std::vector<double> small;                                          // a step for each difference quotient
-  std::function<std::string(const Eigen::VectorXd&)> words;           // from the amounts
-  std::function<double(const Eigen::VectorXd&)> relative;             // size of the change
-  int torque_of = -1;                                                 // index into Model::joints
+  std::vector<Change> changes;                               // none for a joint's torque
+  std::vector<double> small;                                 // a step for each difference quotient
+  std::function<std::string(const Eigen::VectorXd&)> words;  // from the amounts
+  std::function<double(const Eigen::VectorXd&)> relative;    // size of the change
+  int torque_of = -1;                                        // index into Model::joints
 };
 
 std::string instead(double value, double expected, const char* unit) {
@@ -48,7 +48,7 @@ class Hypotheses {
 
  private:
   // One number of a joint.
-  void scalar(int j, const char* parameter, const char* unit, double Joint::*member, double small) {
+  void scalar(int j, const char* parameter, const char* unit, double Joint::* member, double small) {
     const double expected = model_.joints[j].*member;
     all_.push_back({.element = fmt::format("joint '{}'", model_.joints[j].name),
                     .parameter = parameter,
@@ -114,7 +114,7 @@ class Hypotheses {
   void ball(int b) {
     const BallJoint& joint = model_.balls[b];
     const double inertia = bench_.inertia[bench_.layout.first[joint.body]];
-    const auto number = [&](const char* parameter, const char* unit, double BallJoint::*member) {
+    const auto number = [&](const char* parameter, const char* unit, double BallJoint::* member) {
       const double expected = joint.*member;
       all_.push_back({.element = fmt::format("joint '{}'", joint.name),
                       .parameter = parameter,
@@ -133,7 +133,7 @@ class Hypotheses {
     const Body& body = model_.bodies[b];
     // a body is found by its joint
     const std::string element =
-        body.joint >= 0 ? fmt::format("body '{}' of joint '{}'", body.name, model_.joints[body.joint].name)
+        body.joint >= 0  ? fmt::format("body '{}' of joint '{}'", body.name, model_.joints[body.joint].name)
         : body.ball >= 0 ? fmt::format("body '{}' of joint '{}'", body.name, model_.balls[body.ball].name)
                          : fmt::format("body '{}'", body.name);
     const double mass = body.mass;
@@ -160,17 +160,14 @@ class Hypotheses {
                     .small = {1},
                     .words = [](const Eigen::VectorXd& x) { return fmt::format("{:.4g} times the model's", 1 + x[0]); },
                     .relative = of_inertia});
-    Hypothesis entries{.element = element,
-                       .parameter = "entries of the inertia",
-                       .changes = {},
-                       .small = {},
-                       .words =
-                           [](const Eigen::VectorXd& x) {
-                             return fmt::format("off by up to {:.3g} kg m^2", x.cwiseAbs().maxCoeff());
-                           },
-                       .relative = [trace = whole.trace()](const Eigen::VectorXd& x) {
-                         return x.cwiseAbs().maxCoeff() / trace;
-                       }};
+    Hypothesis entries{
+        .element = element,
+        .parameter = "entries of the inertia",
+        .changes = {},
+        .small = {},
+        .words =
+            [](const Eigen::VectorXd& x) { return fmt::format("off by up to {:.3g} kg m^2", x.cwiseAbs().maxCoeff()); },
+        .relative = [trace = whole.trace()](const Eigen::VectorXd& x) { return x.cwiseAbs().maxCoeff() / trace; }};
     for (int r = 0; r < 3; ++r) {
       for (int c = r; c < 3; ++c) {
         entries.changes.emplace_back([b, r, c](Model& m, double x) {
@@ -256,7 +253,7 @@ Eigen::MatrixXd columns(const Bench& bench, const std::vector<Response>& respons
 struct Fit {
   const Hypothesis* hypothesis = nullptr;
   Eigen::VectorXd amounts;
-  double left = 0;   // squared residual after it
+  double left = 0;  // squared residual after it
   double score = std::numeric_limits<double>::infinity();
 };
 
@@ -265,8 +262,8 @@ struct Fit {
 std::vector<Cause> find_causes(const Bench& bench, const std::vector<Response>& responses, double tolerance,
                                double& unexplained) {
   constexpr size_t kMostCauses = 8;
-  constexpr double kGoodPart = 0.5;      // a cause has to explain at least this share of the squared residual
-  constexpr double kAlike = 1.05;        // fits whose residuals differ by less are the same to the eye
+  constexpr double kGoodPart = 0.5;  // a cause has to explain at least this share of the squared residual
+  constexpr double kAlike = 1.05;    // fits whose residuals differ by less are the same to the eye
   const std::vector<Hypothesis> all = Hypotheses(bench).take();
   Model model = bench.with_gravity;
   std::vector<double> gains(model.joints.size(), 1.0);

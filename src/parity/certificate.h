@@ -10,10 +10,10 @@
 
 namespace assay::parity {
 
-// {"contender", "engine", "verdict": "same"|"differs"|"unexplained"|"not settled"|"not examined", "error", "noise", "tolerance",
-// "unexplained", "raised", "declared": [text], "failure", "joints": [{"element", "inertia": {"error", "noise"}, ...}],
-// "limits": [{"joint", "upper", "expected", "found", "place"}], "causes": [{"element", "parameter", "seen", "change",
-// "effect", "explains"}]}
+// {"contender", "engine", "verdict": "same"|"differs"|"unexplained"|"not settled"|"not examined", "error", "noise",
+// "tolerance", "unexplained", "raised", "declared": [text], "failure", "joints": [{"element", "inertia": {"error",
+// "noise"}, ...}], "limits": [{"joint", "upper", "expected", "found", "place"}], "causes": [{"element", "parameter",
+// "seen", "change", "effect", "explains"}]}
 nlohmann::ordered_json certificate_json(const Model& model, const Certificate& certificate);
 
 // "same", "differs" (by the causes), "unexplained" (differs, but no single parameter explains it), "not settled" (the

@@ -135,8 +135,7 @@ Step one_step(const Bench& bench, const Experiment& experiment, const ResolvedCo
   simulation->set_torques(experiment.torques);
   simulation->advance(1);
   simulation->read_state(after);
-  step.acceleration =
-      (speeds(model, bench.layout, after) - speeds(model, bench.layout, step.state)) / timestep;
+  step.acceleration = (speeds(model, bench.layout, after) - speeds(model, bench.layout, step.state)) / timestep;
   return step;
 }
 
@@ -218,8 +217,7 @@ Settings exact_settings(const ResolvedContender& contender, std::string& raised)
 }
 
 std::vector<Response> respond(const Bench& bench, const ResolvedContender& contender, const Settings& settings) {
-  const bool single =
-      contender.engine->capabilities(contender.settings).precision == Precision::kSingle;
+  const bool single = contender.engine->capabilities(contender.settings).precision == Precision::kSingle;
   // as small as rounding allows: the extrapolation leaves an error of second order in the step
   const double step = single ? 1.0 / 512 : 1.0 / 32768;
   std::vector<Response> responses;
@@ -232,8 +230,8 @@ std::vector<Response> respond(const Bench& bench, const ResolvedContender& conte
                       .residual = {},
                       .noise = {}};
     const Eigen::VectorXd given = given_forces(bench, experiment);
-    const Eigen::VectorXd first = 2 * bench.forces(like, experiment, response.middle) -
-                                  bench.forces(like, experiment, response.coarse) - given;
+    const Eigen::VectorXd first =
+        2 * bench.forces(like, experiment, response.middle) - bench.forces(like, experiment, response.coarse) - given;
     response.residual = bench.forces(like, experiment, response) - given;
     response.noise = (first - response.residual).cwiseAbs();
     responses.push_back(std::move(response));
@@ -244,7 +242,8 @@ std::vector<Response> respond(const Bench& bench, const ResolvedContender& conte
 std::vector<LimitPlace> find_limits(const Model& model, const ResolvedContender& contender, const Settings& settings) {
   constexpr double kWindow = 0.03, kResolution = 5e-4;  // of the range
   constexpr double kStep = 1e-3;
-  constexpr double kReaction = 3e-4;  // 1/s, of the range: above single precision's rounding, below any soft limit's pull
+  constexpr double kReaction =
+      3e-4;  // 1/s, of the range: above single precision's rounding, below any soft limit's pull
   Model limited = bench_model(model);
   limited.gravity.setZero();
   for (size_t j = 0; j < limited.joints.size(); ++j) {

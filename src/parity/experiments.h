@@ -13,9 +13,9 @@
 namespace assay::parity {
 
 enum class Load {
-  kMotion,      // velocities, no gravity, no torques
-  kReversed,    // the same velocities, all reversed
-  kDoubled,     // twice those velocities
+  kMotion,    // velocities, no gravity, no torques
+  kReversed,  // the same velocities, all reversed
+  kDoubled,   // twice those velocities
   kDoubledReversed,
   kGravity,     // kMotion with gravity
   kTorque,      // kMotion with a torque on one joint
@@ -46,7 +46,7 @@ struct Response {
 };
 
 struct ExperimentOptions {
-  int samples = 6;         // random configurations; joints' torques are tried one by one in the first two of them
+  int samples = 6;  // random configurations; joints' torques are tried one by one in the first two of them
   unsigned long seed = 1;
 };
 

@@ -130,8 +130,8 @@ Eigen::VectorXd inverse_dynamics(const Model& model, const SpeedLayout& layout, 
   for (const Tendon& tendon : model.tendons) {
     if (!tendon.has_spring() && tendon.dry_friction == 0) continue;
     const double speed = sum_of_terms(tendon.terms, state.velocity);
-    const double tension = tendon_tension(tendon, sum_of_terms(tendon.terms, state.position), speed) -
-                           tendon.dry_friction * sign(speed);
+    const double tension =
+        tendon_tension(tendon, sum_of_terms(tendon.terms, state.position), speed) - tendon.dry_friction * sign(speed);
     for (const JointTerm& term : tendon.terms) forces[layout.of_joint[term.joint]] -= term.coefficient * tension;
   }
   return forces;

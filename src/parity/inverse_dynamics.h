@@ -16,7 +16,7 @@ namespace assay::parity {
 struct SpeedLayout {
   explicit SpeedLayout(const Model& model);
 
-  std::vector<int> first;  // by Model::bodies
+  std::vector<int> first;     // by Model::bodies
   std::vector<int> of_joint;  // by Model::joints
   int count = 0;
 };

@@ -143,12 +143,12 @@ std::vector<JointErrors> errors_of(const Bench& bench, const std::vector<Respons
   return errors;
 }
 
-// In maximal coordinates bodies move as the engine's own joints let them: the relative angular velocity of a hinge's two
-// bodies lies along the engine's axis. An axis off the model's in all experiments is a cause that no force shows as
+// In maximal coordinates bodies move as the engine's own joints let them: the relative angular velocity of a hinge's
+// two bodies lies along the engine's axis. An axis off the model's in all experiments is a cause that no force shows as
 // well.
 std::vector<Cause> axis_causes(const Bench& bench, const std::vector<Response>& responses, bool single_precision) {
   const double least = single_precision ? 5e-3 : 1e-4;  // rad
-  constexpr double kSlowest = 0.2;                       // rad/s, of a direction that is worth looking at
+  constexpr double kSlowest = 0.2;                      // rad/s, of a direction that is worth looking at
   const Model& model = bench.with_gravity;
   std::vector<Cause> causes;
   for (const Joint& joint : model.joints) {
@@ -230,8 +230,7 @@ Certificate examine(const Model& model, const Bench& bench, const ResolvedConten
   Certificate certificate;
   certificate.contender = contender.name;
   certificate.engine = contender.engine->name();
-  certificate.single_precision =
-      contender.engine->capabilities(contender.settings).precision == Precision::kSingle;
+  certificate.single_precision = contender.engine->capabilities(contender.settings).precision == Precision::kSingle;
   // what the contender refuses of contacts and constraints does not matter here
   for (const Limitation& limitation : contender.engine->check(bench.with_gravity, contender.settings)) {
     const std::string text = fmt::format("{}: {}", limitation.element, limitation.how);
@@ -252,8 +251,7 @@ Certificate examine(const Model& model, const Bench& bench, const ResolvedConten
           std::max(certificate.noise, response.noise.cwiseQuotient(bench.scale).lpNorm<Eigen::Infinity>());
     }
     certificate.joints = errors_of(bench, responses);
-    const bool maximal =
-        contender.engine->capabilities(contender.settings).coordinates == Coordinates::kMaximal;
+    const bool maximal = contender.engine->capabilities(contender.settings).coordinates == Coordinates::kMaximal;
     if (maximal) certificate.causes = axis_causes(bench, responses, certificate.single_precision);
     if (certificate.settled() && certificate.causes.empty()) {
       certificate.causes = find_causes(bench, responses, certificate.tolerance(), certificate.unexplained);

@@ -22,8 +22,8 @@ struct PartError {
 };
 
 struct JointErrors {
-  std::string element;                   // "joint 'knee'", "body 'torso'"
-  std::vector<PartError> parts;          // by Part
+  std::string element;           // "joint 'knee'", "body 'torso'"
+  std::vector<PartError> parts;  // by Part
 };
 
 // A parameter that explains what was seen.
@@ -43,9 +43,9 @@ struct Certificate {
   std::string failure;                   // why it could not be examined: refused or the engine's message; "" otherwise
   std::vector<JointErrors> joints;
   std::vector<LimitPlace> limits;
-  std::vector<Cause> causes;             // first cause first; empty when the robots agree
-  double error = 0, noise = 0;           // largest residual and its noise, relative to the bench's scale
-  double unexplained = 0;                // largest residual after the causes
+  std::vector<Cause> causes;    // first cause first; empty when the robots agree
+  double error = 0, noise = 0;  // largest residual and its noise, relative to the bench's scale
+  double unexplained = 0;       // largest residual after the causes
 
   bool settled() const { return failure.empty() && tolerance() <= 0.05; }
   bool agrees() const { return failure.empty() && causes.empty() && error <= tolerance(); }

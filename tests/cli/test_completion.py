@@ -23,7 +23,8 @@ class Completion(AssayTest):
     def test_options_are_those_of_the_help(self):
         self.assertEqual(sorted(self.offers("simulate", "--")), sorted(
             ["--help", "--engine", "--timestep", "--duration", "--sample", "--contacts", "--control", "--gravity", "--set",
-             "--drop-unsupported", "--out"]))
+             "--out", "--drop-unsupported", "--package", "--floating-base", "--fixed-base", "--ground", "--no-ground",
+             "--keyframe", "--qpos"]))
         self.assertEqual(self.offers("run", "x.toml", "--sh"), ["--shard"])
 
     def test_names(self):

@@ -47,7 +47,8 @@ Model robot(unsigned seed, bool armature) {
     const int parent = bodies == 0 ? kWorld : random.below(bodies);
     const double length = random.between(0.1, 0.3);
     const Vec3 axis =
-        Vec3(random.between(-1, 1), random.between(-1, 1), random.between(-1, 1) + 0.1 * (j % 2 == 0 ? 1 : -1)).normalized();
+        Vec3(random.between(-1, 1), random.between(-1, 1), random.between(-1, 1) + 0.1 * (j % 2 == 0 ? 1 : -1))
+            .normalized();
     conformance::Solid solid = capsule_solid(random.between(0.3, 3), 0.04, length, Vec3(1, 0.2, 0.1).normalized());
     solid.p_BBcm = Vec3(length, random.between(-0.02, 0.02), random.between(-0.02, 0.02));
     Joint& joint = conformance::add_hinged_body(
@@ -117,15 +118,15 @@ int named(int count, std::string& missed) {
     const int joint = random.below(static_cast<int>(model.joints.size()));
     const parity::Certificate certificate = examine(model, contender, defect(kind, joint, model).fault);
     const std::string wanted = fmt::format("joint '{}'", model.joints[joint].name);
-    const bool hit = !certificate.causes.empty() &&
-                     certificate.causes.front().element.find(wanted) != std::string::npos;
+    const bool hit =
+        !certificate.causes.empty() && certificate.causes.front().element.find(wanted) != std::string::npos;
     found += hit ? 1 : 0;
     if (!hit) {
       missed += fmt::format("  seed {}: {} of {} in {}: {}\n", seed, kind, wanted, contender,
                             !certificate.failure.empty() ? certificate.failure
-                            : certificate.causes.empty() ? "no cause"
-                                                         : certificate.causes.front().element + " " +
-                                                               certificate.causes.front().parameter);
+                            : certificate.causes.empty()
+                                ? "no cause"
+                                : certificate.causes.front().element + " " + certificate.causes.front().parameter);
     }
   }
   return found;
@@ -165,11 +166,10 @@ TEST(Parity, SaysHowMuch) {
   EXPECT_NEAR(off.causes[0].change, -1, 1e-4);
   EXPECT_LT(off.unexplained, off.tolerance());
 
-  const parity::Certificate gravity =
-      examine(model, "dart", {.name = "none", .model = [](Model& m) {
-                                for (Joint& joint : m.joints) joint.armature = 0;
-                                m.gravity *= 9.80665 / 9.81;
-                              }});
+  const parity::Certificate gravity = examine(model, "dart", {.name = "none", .model = [](Model& m) {
+                                                                for (Joint& joint : m.joints) joint.armature = 0;
+                                                                m.gravity *= 9.80665 / 9.81;
+                                                              }});
   EXPECT_NE(gravity.failure, "");  // DART has no armature: refused, and said so
 }
 

@@ -1,5 +1,8 @@
 // Bullet as an engine of assay: what it is, what it can do, and which of its two formulations runs.
+#include <algorithm>
+#include <iterator>
 #include <string>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -19,6 +22,42 @@ std::vector<Deviation> rk4_deviations() {
       "Bullet's Runge-Kutta uses the free base's orientation at the step's start in all stages: first order where a "
       "floating body rotates";
   return {{"torque-free-top", 5e-3, reason}, {"oblique-trees", 1.2e-4, reason}, {"torque-reaction", 6e-5, reason}};
+}
+
+// A multibody's joint stands still while the inertia that it moves is below Bullet's epsilon, 1.2e-7 in float. The last
+// bodies of a chain are those that can be so small.
+std::vector<Limitation> frozen_joints(const Model& model) {
+  std::vector<bool> is_last(model.bodies.size(), true);
+  for (const Body& body : model.bodies) {
+    if (body.parent != kWorld) is_last[body.parent] = false;
+  }
+  std::vector<Limitation> frozen;
+  for (const Joint& joint : model.joints) {
+    const Body& body = model.bodies[joint.body];
+    if (!is_last[joint.body]) continue;
+    const double swung = body.mass * joint.axis_B.cross(body.p_BBcm - joint.p_BJ).squaredNorm();
+    const double inertia = joint.is_slide() ? body.mass : joint.axis_B.dot(body.I_BBcm_B * joint.axis_B) + swung;
+    if (inertia >= SIMD_EPSILON) continue;
+    frozen.push_back({Fidelity::kRefused, joint_element(joint, "inertia"),
+                      fmt::format("Bullet does not move a multibody's joint with an inertia below {:.2g}: take "
+                                  "bullet-mb or model=rigid",
+                                  SIMD_EPSILON)});
+  }
+  return frozen;
+}
+
+void add_features(Capabilities& c, const Options& options) {
+  if (!options.multibody) return;
+  add_exact(c, {Feature::kSlide, Feature::kMassless, Feature::kDryFriction});
+  if (options.rk4) {
+    add_approximated(c, Feature::kBall,
+                     "Bullet's Runge-Kutta adds up the stages' angular velocities: second order where their direction "
+                     "changes");
+  } else {
+    add_exact(c, {Feature::kBall});
+  }
+  add_approximated(c, Feature::kBallSpring, "explicit torque from the state at the step's start");
+  add_approximated(c, Feature::kTendonSpring, "explicit tension from the state at the step's start");
 }
 
 class BulletEngine final : public Adapter {
@@ -90,6 +129,7 @@ class BulletEngine final : public Adapter {
           options.friction_directions == 1 ? "one tangent, along the slip" : "box, one side along the slip";
       c.gyroscopic = options.gyroscopic != 0;
     }
+    add_features(c, options);
     return c;
   }
 
@@ -105,6 +145,7 @@ class BulletEngine final : public Adapter {
           {Fidelity::kRefused, "setting friction_directions",
            "one tangent of a multibody's contact is fixed and leaves the other without friction: set 2"});
     }
+    if (options.multibody) std::ranges::copy(frozen_joints(model), std::back_inserter(limitations));
     for (const Joint& hinge : model.joints) {
       if (hinge.armature != 0) limitations.push_back(armature_refused(hinge, "Bullet"));
       if (hinge.has_spring()) limitations.push_back(explicit_spring(hinge));

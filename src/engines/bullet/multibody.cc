@@ -1,7 +1,10 @@
 // Bullet's multibodies (Featherstone): every tree of the model is one btMultiBody, a single free body one without
 // links.
+#include <array>
+
 #include <BulletDynamics/Featherstone/btMultiBody.h>
 #include <BulletDynamics/Featherstone/btMultiBodyJointLimitConstraint.h>
+#include <BulletDynamics/Featherstone/btMultiBodyJointMotor.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
 #include "convert.h"
@@ -14,11 +17,13 @@ class MultibodySimulation final : public BulletSimulation {
  public:
   MultibodySimulation(const Model& model, const State& state, const Options& options)
       : BulletSimulation(model, state, options) {
+    balls_.resize(model_.balls.size());
     place_bodies();
     for (size_t b = 0; b < model_.bodies.size(); ++b) {
       if (model_.bodies[b].parent == kWorld) make_tree(static_cast<int>(b));
     }
     make_limits();
+    make_dry_friction();
     make_colliders();
   }
 
@@ -80,25 +85,54 @@ class MultibodySimulation final : public BulletSimulation {
     }
     for (size_t b = root; b < model_.bodies.size(); ++b) {
       if (places_[b].root != root || places_[b].link < 0) continue;
-      const int hinge = model_.bodies[b].joint;
-      tree->setJointPos(places_[b].link, real(start_.position[hinge] - model_.joints[hinge].reference));
-      tree->setJointVel(places_[b].link, real(start_.velocity[hinge]));
+      if (model_.bodies[b].ball >= 0) {
+        set_ball(*tree, static_cast<int>(b));
+        continue;
+      }
+      const int joint = model_.bodies[b].joint;
+      tree->setJointPos(places_[b].link, real(start_.position[joint] - model_.joints[joint].reference));
+      tree->setJointVel(places_[b].link, real(start_.velocity[joint]));
     }
     trees_.push_back(std::move(tree));
   }
 
+  // Bullet's ball joint has a quaternion, of the child's rotation from the pose at zero, and its velocity in child
+  // axes.
+  void set_ball(btMultiBody& tree, int b) const {
+    const int ball = model_.bodies[b].ball;
+    const Quat q_IB = collision_.frame(b).X_BI.q.conjugate();
+    const btQuaternion position = to_bt(Quat(q_IB * ball_rotation(model_, start_, ball) * q_IB.conjugate()));
+    const btVector3 velocity = to_bt(Vec3(q_IB * ball_velocity(model_, start_, ball)));
+    const std::array<btScalar, 4> q = {position.x(), position.y(), position.z(), position.w()};
+    tree.setJointPosMultiDof(places_[b].link, q.data());
+    tree.setJointVelMultiDof(places_[b].link, velocity.m_floats);
+  }
+
   void make_link(btMultiBody& tree, int b) {
     const Body& body = model_.bodies[b];
-    const Joint& hinge = model_.joints[body.joint];
     const BodyFrame& frame = collision_.frame(b);
     const bool on_world = body.parent == kWorld;
     const Pose X_PQ = on_world ? Pose{} : collision_.frame(body.parent).X_BI;  // the parent's Bullet frame
     const Quat q_QI = X_PQ.q.conjugate() * body.X_PB.q * frame.X_BI.q;
     const Quat q_IB = frame.X_BI.q.conjugate();
-    tree.setupRevolute(places_[b].link, real(body.mass), to_bt(frame.inertia),
-                       on_world ? -1 : places_[body.parent].link, to_bt(Quat(q_QI.conjugate())),
-                       to_bt(Vec3(q_IB * hinge.axis_B)), to_bt(X_PQ.inverse() * anchor_in_parent(model_, body.joint)),
-                       to_bt(Vec3(q_IB * (body.p_BBcm - hinge.p_BJ))), false);
+    const int link = places_[b].link, parent = on_world ? -1 : places_[body.parent].link;
+    const Vec3& p_BJ = body.ball >= 0 ? model_.balls[body.ball].p_BJ : model_.joints[body.joint].p_BJ;
+    const btScalar mass = real(body.mass);
+    const btVector3 inertia = to_bt(frame.inertia);
+    const btQuaternion rotation = to_bt(Quat(q_QI.conjugate()));
+    const btVector3 parent_to_anchor = to_bt(X_PQ.inverse() * (body.X_PB * p_BJ));
+    const btVector3 anchor_to_com = to_bt(Vec3(q_IB * (body.p_BBcm - p_BJ)));
+    if (body.ball >= 0) {
+      tree.setupSpherical(link, mass, inertia, parent, rotation, parent_to_anchor, anchor_to_com, false);
+      return;
+    }
+    const Joint& joint = model_.joints[body.joint];
+    const btVector3 axis = to_bt(Vec3(q_IB * joint.axis_B));
+    if (joint.is_slide()) {
+      tree.setupPrismatic(link, mass, inertia, parent, rotation, axis, parent_to_anchor, anchor_to_com, false);
+    } else {
+      tree.setupRevolute(link, mass, inertia, parent, rotation, axis, parent_to_anchor, anchor_to_com, false);
+    }
   }
 
   void make_limits() {
@@ -114,14 +148,28 @@ class MultibodySimulation final : public BulletSimulation {
     }
   }
 
-  // A collider for every body that can touch something, and for every limited link: Bullet finds the island of a limit
-  // through the link's collider and skips a limit that has none.
+  // A joint's dry friction is a motor that wants speed 0 and is not stronger.
+  void make_dry_friction() {
+    motors_.resize(model_.joints.size());
+    for (size_t j = 0; j < model_.joints.size(); ++j) {
+      const Joint& joint = model_.joints[j];
+      if (joint.dry_friction == 0) continue;
+      const Place& place = places_[joint.body];
+      motors_[j] = std::make_unique<btMultiBodyJointMotor>(place.tree, place.link, real(0),
+                                                           real(joint.dry_friction * options_.timestep));
+      multibody_world().addMultiBodyConstraint(motors_[j].get());
+    }
+  }
+
+  // A collider for every body that can touch something, and for every link whose joint has rows: Bullet finds the
+  // island of a limit or motor through the link's collider and skips one that has none.
   void make_colliders() {
     for (size_t b = 0; b < model_.bodies.size(); ++b) {
       const Place& place = places_[b];
       btCollisionShape* shape = collision_.body_shape(static_cast<int>(b));
-      const bool limited = place.link >= 0 && limits_[model_.bodies[b].joint] != nullptr;
-      if (shape == nullptr && !limited) continue;
+      const int joint = model_.bodies[b].joint;
+      const bool has_rows = joint >= 0 && (limits_[joint] != nullptr || motors_[joint] != nullptr);
+      if (shape == nullptr && !has_rows) continue;
       auto collider = std::make_unique<btMultiBodyLinkCollider>(place.tree, place.link);
       collider->setCollisionShape(shape != nullptr ? shape : &no_shape_);
       collider->setActivationState(DISABLE_DEACTIVATION);
@@ -151,10 +199,18 @@ class MultibodySimulation final : public BulletSimulation {
   void read(State& out) const override {
     for (size_t b = 0; b < places_.size(); ++b) {
       const Place& place = places_[b];
+      if (const int ball = model_.bodies[b].ball; ball >= 0) {
+        const Quat& q_BI = collision_.frame(static_cast<int>(b)).X_BI.q;
+        const btScalar* q = place.tree->getJointPosMultiDof(place.link);
+        const btScalar* w = place.tree->getJointVelMultiDof(place.link);
+        balls_[ball] = {(q_BI * from_bt(btQuaternion(q[0], q[1], q[2], q[3])) * q_BI.conjugate()).normalized(),
+                        q_BI * Vec3(w[0], w[1], w[2])};
+        continue;
+      }
       if (place.link >= 0) {
-        const int hinge = model_.bodies[b].joint;
-        out.position[hinge] = place.tree->getJointPos(place.link) + model_.joints[hinge].reference;
-        out.velocity[hinge] = place.tree->getJointVel(place.link);
+        const int joint = model_.bodies[b].joint;
+        out.position[joint] = place.tree->getJointPos(place.link) + model_.joints[joint].reference;
+        out.velocity[joint] = place.tree->getJointVel(place.link);
         continue;
       }
       const Quat q_WI = from_bt(place.tree->getWorldToBaseRot()).conjugate();
@@ -162,14 +218,19 @@ class MultibodySimulation final : public BulletSimulation {
                        (q_WI * collision_.frame(static_cast<int>(b)).X_BI.q.conjugate()).normalized(),
                        from_bt(place.tree->getBaseVel()), from_bt(place.tree->getBaseOmega())};
     }
-    bodies_from_joints(model_, out);
+    bodies_from_joints(model_, balls_, out);
   }
 
-  void apply(const std::vector<double>& torques) override {
+  void apply(const std::vector<double>& torques, const std::vector<Vec3>& ball_torques) override {
     for (const auto& tree : trees_) tree->clearForcesAndTorques();
     for (size_t j = 0; j < torques.size(); ++j) {
       const Place& place = places_[model_.joints[j].body];
       place.tree->addJointTorque(place.link, real(torques[j]));
+    }
+    for (size_t i = 0; i < ball_torques.size(); ++i) {
+      const int b = model_.balls[i].body;
+      const btVector3 torque = to_bt(Vec3(collision_.frame(b).X_BI.q.conjugate() * ball_torques[i]));
+      places_[b].tree->addJointTorqueMultiDof(places_[b].link, torque.m_floats);
     }
   }
 
@@ -187,13 +248,14 @@ class MultibodySimulation final : public BulletSimulation {
       seen.p_WBcm = from_bt(X_WI.getOrigin());
       seen.I_BBcm_W =
           R * from_bt(link < 0 ? tree.getBaseInertia() : tree.getLinkInertia(link)).asDiagonal() * R.transpose();
-      if (link < 0) continue;
-
       const int j = model_.bodies[b].joint;
+      if (j < 0) continue;
+
       const Joint& hinge = model_.joints[j];
       EngineJoint& joint = out.joints[j];
       joint.p_WJ = from_bt(X_WI * (-tree.getLink(link).m_dVector));
-      joint.axis_W = from_bt(X_WI.getBasis() * tree.getLink(link).getAxisTop(0));
+      const btVector3& axis = hinge.is_slide() ? tree.getLink(link).getAxisBottom(0) : tree.getLink(link).getAxisTop(0);
+      joint.axis_W = from_bt(X_WI.getBasis() * axis);
       joint.limited = limits_[j] != nullptr;
       if (joint.limited) {
         joint.lower = limits_[j]->getLowerBound() + hinge.reference;
@@ -202,12 +264,14 @@ class MultibodySimulation final : public BulletSimulation {
     }
   }
 
-  btSphereShape no_shape_{real(1e-3)};  // of limited links that touch nothing
+  btSphereShape no_shape_{real(1e-3)};  // of links whose joints have rows, but that touch nothing
   std::vector<Place> places_;           // by Model::bodies
   std::vector<int> links_of_root_;      // by Model::bodies, meaningful for roots
   std::vector<std::unique_ptr<btMultiBody>> trees_;
   std::vector<std::unique_ptr<btMultiBodyLinkCollider>> colliders_;
   std::vector<std::unique_ptr<btMultiBodyJointLimitConstraint>> limits_;  // by Model::joints, null without a limit
+  std::vector<std::unique_ptr<btMultiBodyJointMotor>> motors_;            // by Model::joints, null without dry friction
+  mutable std::vector<BallCoordinates> balls_;                            // scratch, by Model::balls
 };
 
 }  // namespace

@@ -82,7 +82,7 @@ class RigidSimulation final : public BulletSimulation {
     joints_from_bodies(model_, out);
   }
 
-  void apply(const std::vector<double>& torques) override {
+  void apply(const std::vector<double>& torques, const std::vector<Vec3>& /*ball_torques*/) override {
     // forces hold nothing else between steps: Bullet adds gravity when it steps
     world().clearForces();
     for (size_t j = 0; j < torques.size(); ++j) {

@@ -1,5 +1,6 @@
 #include "world.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -42,6 +43,11 @@ void configure(btContactSolverInfo& info, const Options& options) {
   flag(SOLVER_RANDMIZE_ORDER, options.randomize_order);
 }
 
+bool has_explicit_springs(const Model& model) {
+  return model.has_springs() || std::ranges::any_of(model.balls, &BallJoint::has_spring) ||
+         std::ranges::any_of(model.tendons, &Tendon::has_spring);
+}
+
 }  // namespace
 
 double nearest_turn(double angle, double guess) {
@@ -55,6 +61,8 @@ BulletSimulation::BulletSimulation(const Model& model, const State& state, const
       start_(with_joint_coordinates(model, state)),
       collision_(model),
       last_(start_),
+      springs_(has_explicit_springs(model)),
+      ball_torques_(model.balls.size(), Vec3::Zero()),
       clock_{state.time, options.timestep} {
   make_world();
 }
@@ -92,10 +100,17 @@ void BulletSimulation::read_state(State& out) const {
 }
 
 void BulletSimulation::set_torques(std::span<const double> torques) {
-  const bool springs = model_.has_springs();
-  if (springs) read(last_);
-  collect_torques(model_, torques, springs ? &last_ : nullptr, torques_);
-  apply(torques_);
+  if (springs_) read(last_);
+  collect_torques(model_, torques, springs_ ? &last_ : nullptr, torques_);
+  if (springs_) {
+    add_tendon_tensions(model_, last_, torques_);
+    for (size_t i = 0; i < ball_torques_.size(); ++i) {
+      const int ball = static_cast<int>(i);
+      ball_torques_[i] =
+          ball_spring_torque(model_.balls[i], ball_rotation(model_, last_, ball), ball_velocity(model_, last_, ball));
+    }
+  }
+  apply(torques_, ball_torques_);
 }
 
 EngineView BulletSimulation::view() const {

@@ -37,8 +37,9 @@ class BulletSimulation : public Simulation {
   // Fills bodies, angles and rates of `out`, whose angles on entry are the last ones.
   virtual void read(State& out) const = 0;
   virtual void view_parts(EngineView& out) const = 0;
-  // Replaces the joint torques of the next step.
-  virtual void apply(const std::vector<double>& torques) = 0;
+  // Replaces the joint torques of the next step: of hinges and slides, and of ball joints (in child axes, on the
+  // child).
+  virtual void apply(const std::vector<double>& torques, const std::vector<Vec3>& ball_torques) = 0;
 
   void make_world();
 
@@ -48,8 +49,10 @@ class BulletSimulation : public Simulation {
   std::unique_ptr<btMLCPSolverInterface> lcp_;
   std::unique_ptr<btConstraintSolver> solver_;
   std::unique_ptr<btDiscreteDynamicsWorld> world_;
-  std::vector<double> torques_;  // scratch
-  mutable State last_;           // of the last read: unwraps angles
+  mutable State last_;              // of the last read: unwraps angles
+  bool springs_;                    // of any kind: torques from the state at the step's start
+  std::vector<double> torques_;     // scratch
+  std::vector<Vec3> ball_torques_;  // by Model::balls; zero without springs
   Clock clock_;
 };
 

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include <ode/ode.h>
@@ -36,22 +37,42 @@ class Collision {
  private:
   static constexpr std::uint16_t kNoContact = 0xffff;
 
-  std::uint16_t friction_index(double friction);
+  // The coefficients of a pair, as ContactPair has them.
+  struct Friction {
+    double sliding = 1, torsional = 0, rolling = 0;
+    bool operator==(const Friction&) const = default;
+  };
+  // A polyhedron as ODE wants it, which does not copy it: centred, because ODE takes its origin for an inner point.
+  struct Polyhedron {
+    Vec3 centre = Vec3::Zero();  // in the shape frame
+    std::vector<dReal> points, planes;
+    std::vector<unsigned> faces;  // the number of corners and the corners, for each
+  };
+
+  std::uint16_t friction_index(const Friction& friction);
   void create_shape(const Model& model, size_t index, const std::vector<dxBody*>& bodies);
+  dxGeom* create_polyhedron(const Hull& hull, Pose& X_BS);
+  dxGeom* create_height_field(const HeightField& field, Pose& X_BS);
   // The space found two shapes near each other: if they may touch, their contact points become joints of this step.
   static void on_near(void* data, dxGeom* a, dxGeom* b) { static_cast<Collision*>(data)->collide(a, b); }
   void collide(dxGeom* a, dxGeom* b);
+  static void set_friction(dSurfaceParameters& surface, const Friction& friction);
   size_t shape_index(dxGeom* geom) const { return static_cast<const char*>(dGeomGetData(geom)) - tags_.data(); }
 
   dxWorld* world_;
+  std::vector<std::unique_ptr<Polyhedron>> polyhedra_;
+  std::vector<std::vector<double>> heights_;
+  std::vector<HeightData> height_data_;
   Space space_;  // null when nothing can touch
   Group contacts_;
   int max_contacts_ = 0;
+  std::vector<bool> has_faces_;  // by shape: whether its contacts with another may be many
   bool along_slip_ = false;
-  std::vector<double> frictions_;             // the different coefficients
+  std::vector<Friction> frictions_;           // the different coefficients
   std::vector<std::uint16_t> pair_friction_;  // shapes x shapes, into frictions_; small, so that it stays in the cache
   std::vector<char> tags_;                    // a geom's data is the address of its shape's tag
   std::array<dContact, kMaxContacts> points_{};
+  std::array<dContactGeom, kFoundContacts> found_{};  // of a pair with faces, before it is thinned out
 };
 
 }  // namespace assay::ode

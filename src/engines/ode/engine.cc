@@ -22,10 +22,26 @@ Limitation spring_limitation(const Joint& hinge, const Options& options) {
   }
   if (hinge.limited) {
     return {Fidelity::kRefused, element,
-            "a hinge has one pair of stops, for its limits or for its spring: set pd=explicit or remove the range"};
+            "a joint has one pair of stops, for its limits or for its spring: set pd=explicit or remove the range"};
   }
   return {Fidelity::kApproximated, element,
           "a spring knows its angle within half a turn from its rest; beyond, it pulls the other way"};
+}
+
+void add_features(Capabilities& c, const Options& options) {
+  using enum Feature;
+  add_exact(c, {kSlide, kBall, kBallLimit, kBallArmature, kDryFriction, kBallDryFriction, kConnect, kWeld, kBox,
+                kHeightField, kTorsionalFriction});
+  add_approximated(c, kBallSpring, "explicit torque from the state at the step's start");
+  add_approximated(c, kTendonSpring, "explicit tension from the state at the step's start");
+  add_approximated(c, kRollingFriction, "a four-sided pyramid, as sliding friction");
+  add_lent_mass(c, options.lent_share);
+  if (!has_libccd()) return;
+  add_exact(c, {kCylinder});
+  add_approximated(c, kHull,
+                   "libccd finds one contact point of a hull with a box, a cylinder or another hull, however many "
+                   "corners touch; against planes, height fields, spheres and capsules it is exact");
+  add_approximated(c, kEllipsoid, "a polyhedron of 642 vertices, within 0.23 % of the ellipsoid's size");
 }
 
 class OdeEngine final : public Adapter {
@@ -70,6 +86,8 @@ class OdeEngine final : public Adapter {
                                          : "pyramid, 4 sides, directions fixed by the normal";
     c.friction_combine = "the pair's own coefficient, set for each contact point";
     c.joint_limits = true;
+    c.armature = true;
+    add_features(c, options);
     describe_springs(c, options.native_springs,
                      "implicit: stops at the rest angle with ERP = hK / (hK + B), CFM = 1 / (hK + B)");
     c.gyroscopic = options.gyroscopic;
@@ -91,7 +109,6 @@ class OdeEngine final : public Adapter {
     std::vector<Limitation> limitations = feature_limitations("ODE", model, capabilities(settings));
     for (const Joint& hinge : model.joints) {
       if (hinge.has_spring()) limitations.push_back(spring_limitation(hinge, options));
-      if (hinge.armature != 0) limitations.push_back(armature_refused(hinge, "ODE"));
       if (const auto range = range_within_a_turn(hinge, "ODE")) limitations.push_back(*range);
     }
     const bool friction =

@@ -47,4 +47,19 @@ void initialise_library() {
   if (dAllocateODEDataForThread(dAllocateMaskAll) == 0) throw EngineError("ODE's thread data could not be allocated");
 }
 
+bool has_libccd() {
+  static const bool has = [] {
+    initialise_library();
+    dxGeom* a = dCreateCylinder(nullptr, 1, 1);
+    dxGeom* b = dCreateCylinder(nullptr, 1, 1);
+    dGeomSetPosition(b, 0.5, 0, 0);
+    dContactGeom contact;
+    const bool found = dCollide(a, b, 1, &contact, sizeof contact) > 0;
+    dGeomDestroy(a);
+    dGeomDestroy(b);
+    return found;
+  }();
+  return has;
+}
+
 }  // namespace assay::ode

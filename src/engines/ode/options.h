@@ -6,10 +6,12 @@
 #include <vector>
 
 #include "engines/engine.h"
+#include "model/massless.h"
 
 namespace assay::ode {
 
-inline constexpr int kMaxContacts = 8;  // per pair; spheres and capsules never need more than 2
+inline constexpr int kMaxContacts = 8;     // per pair; spheres and capsules never need more than 2
+inline constexpr int kFoundContacts = 64;  // of a pair with faces, of which the adapter keeps the most apart
 
 // What settings() declares, typed. The meaning of each is in its declaration in options.cc.
 struct Options {
@@ -26,6 +28,7 @@ struct Options {
   bool along_slip = false;
   int max_contacts = 4;
   std::string broadphase = "sap";
+  double lent_share = kLentShare;
   bool ignore_lcp_failures = false, finite_rotation = false, gyroscopic = true;
 };
 

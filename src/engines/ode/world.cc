@@ -1,5 +1,6 @@
 #include "world.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -19,21 +20,39 @@ double zero_angle(const Joint& hinge, const Options& options) {
   return middle_of_range(hinge, is_spring_stop(hinge, options) ? hinge.spring_reference : hinge.reference);
 }
 
+void set_param(dxJoint* joint, int parameter, double value) {
+  if (dJointGetType(joint) == dJointTypeSlider) {
+    dJointSetSliderParam(joint, parameter, value);
+  } else {
+    dJointSetHingeParam(joint, parameter, value);
+  }
+}
+
+double get_param(dxJoint* joint, int parameter) {
+  return dJointGetType(joint) == dJointTypeSlider ? dJointGetSliderParam(joint, parameter)
+                                                  : dJointGetHingeParam(joint, parameter);
+}
+
 }  // namespace
 
 OdeSimulation::OdeSimulation(Model model, const State& state, const Options& options)
     : options_(options),
       clock_{state.time, options.timestep},
-      model_(std::move(model)),
+      lent_(lend_mass(std::move(model), options.lent_share)),
+      model_(lent_.model),
       world_(dWorldCreate(), {&failed_}),
       collision_(world_.get(), &failed_) {
-  model_.keyframes.clear();
+  lent_.model.keyframes.clear();
   set_up_world();
   create_bodies();
-  create_hinges();
+  create_joints();
   if (!model_.contacts.empty()) collision_.create_shapes(model_, bodies_, options_);
-  set_state(state);
-  has_explicit_springs_ = model_.has_springs() && !options_.native_springs;
+  State start = state;
+  lent_.to_copy(start);
+  set_state(start);
+  has_explicit_springs_ = (model_.has_springs() && !options_.native_springs) ||
+                          std::ranges::any_of(model_.balls, &BallJoint::has_spring) ||
+                          std::ranges::any_of(model_.tendons, &Tendon::has_spring);
   last_angle_ = state.position;
   // the number of this step counted from time zero, so that a run continued in the middle draws the same seeds
   first_step_ = std::llround(state.time / options_.timestep);
@@ -71,8 +90,8 @@ void OdeSimulation::create_bodies() {
   }
 }
 
-// Attaching stores relative frames, so all hinges are made in the configuration where ODE's angles are zero.
-void OdeSimulation::create_hinges() {
+// Attaching stores relative frames, so all joints are made in the configuration where ODE's angles are zero.
+void OdeSimulation::create_joints() {
   State zero = reference_state(model_);
   for (size_t j = 0; j < model_.joints.size(); ++j) zero.position[j] = zero_angle(model_.joints[j], options_);
   bodies_from_joints(model_, zero);
@@ -80,25 +99,95 @@ void OdeSimulation::create_hinges() {
 
   joints_.reserve(model_.joints.size());
   for (size_t j = 0; j < model_.joints.size(); ++j) {
-    const Joint& hinge = model_.joints[j];
-    const JointFrames frames = joint_frames(model_, zero, static_cast<int>(j));
-    const Vec3& p = frames.p_WJ_child;
-    const Vec3& axis = frames.axis_W_child;
-    dxJoint* joint = dJointCreateHinge(world_.get(), nullptr);
-    dJointAttach(joint, bodies_[hinge.body], ode_body(model_.bodies[hinge.body].parent));  // child first: angle grows
-    dJointSetHingeAnchor(joint, p.x(), p.y(), p.z());                                      // with its rotation
-    dJointSetHingeAxis(joint, axis.x(), axis.y(), axis.z());
-    if (hinge.limited) {
-      const double half_range = (hinge.upper - hinge.lower) / 2;
-      dJointSetHingeParam(joint, dParamLoStop, -half_range);
-      dJointSetHingeParam(joint, dParamHiStop, half_range);
-      dJointSetHingeParam(joint, dParamStopERP, options_.limit_erp);
-      dJointSetHingeParam(joint, dParamStopCFM, options_.limit_cfm);
-      dJointSetHingeParam(joint, dParamBounce, 0);
-    } else if (is_spring_stop(hinge, options_)) {
-      make_spring_stop(joint, hinge);
-    }
-    joints_.push_back(joint);
+    const int index = static_cast<int>(j);
+    joints_.push_back(model_.joints[j].is_slide() ? create_slider(zero, index) : create_hinge(zero, index));
+  }
+  create_balls(zero);
+  drives_.create(world_.get(), model_, bodies_, joints_, options_);
+  create_connects(zero);
+  create_welds();
+}
+
+dxJoint* OdeSimulation::create_hinge(const State& zero, int index) {
+  const Joint& hinge = model_.joints[index];
+  const JointFrames frames = joint_frames(model_, zero, index);
+  const Vec3& p = frames.p_WJ_child;
+  const Vec3& axis = frames.axis_W_child;
+  dxJoint* joint = dJointCreateHinge(world_.get(), nullptr);
+  dJointAttach(joint, bodies_[hinge.body], ode_body(model_.bodies[hinge.body].parent));  // child first: angle grows
+  dJointSetHingeAnchor(joint, p.x(), p.y(), p.z());                                      // with its rotation
+  dJointSetHingeAxis(joint, axis.x(), axis.y(), axis.z());
+  set_stops(joint, hinge);
+  return joint;
+}
+
+dxJoint* OdeSimulation::create_slider(const State& zero, int index) {
+  const Joint& slide = model_.joints[index];
+  const Vec3 axis = joint_frames(model_, zero, index).axis_W_child;
+  dxJoint* joint = dJointCreateSlider(world_.get(), nullptr);
+  dJointAttach(joint, bodies_[slide.body], ode_body(model_.bodies[slide.body].parent));
+  dJointSetSliderAxis(joint, axis.x(), axis.y(), axis.z());
+  set_stops(joint, slide);
+  return joint;
+}
+
+void OdeSimulation::create_balls(const State& zero) {
+  for (const BallJoint& ball : model_.balls) {
+    const Body& body = model_.bodies[ball.body];
+    const Vec3 p = body_pose(body, zero.bodies[ball.body]) * ball.p_BJ;
+    dxJoint* joint = dJointCreateBall(world_.get(), nullptr);
+    dJointAttach(joint, bodies_[ball.body], ode_body(body.parent));
+    dJointSetBallAnchor(joint, p.x(), p.y(), p.z());
+  }
+}
+
+void OdeSimulation::create_connects(const State& zero) {
+  const auto in_world = [&](int body, const Vec3& p) {
+    return body == kWorld ? p : body_pose(model_.bodies[body], zero.bodies[body]) * p;
+  };
+  for (const Connect& connect : model_.connects) {
+    // ODE swaps the bodies when the first is the world
+    const bool swapped = connect.body_a == kWorld;
+    const int first = swapped ? connect.body_b : connect.body_a, second = swapped ? connect.body_a : connect.body_b;
+    const Vec3 p1 = in_world(first, swapped ? connect.p_B : connect.p_A);
+    const Vec3 p2 = in_world(second, swapped ? connect.p_A : connect.p_B);
+    dxJoint* joint = dJointCreateBall(world_.get(), nullptr);
+    dJointAttach(joint, bodies_[first], ode_body(second));
+    dJointSetBallAnchor(joint, p1.x(), p1.y(), p1.z());
+    dJointSetBallAnchor2(joint, p2.x(), p2.y(), p2.z());
+  }
+}
+
+// A fixed joint keeps the relative pose that it is made in, so the two bodies are put there first.
+void OdeSimulation::create_welds() {
+  for (const Weld& weld : model_.welds) {
+    const bool swapped = weld.body_a == kWorld;
+    const int first = swapped ? weld.body_b : weld.body_a, second = swapped ? weld.body_a : weld.body_b;
+    set_pose(first, swapped ? weld.X_AB : weld.X_AB.inverse());
+    if (second != kWorld) set_pose(second, {});
+    dxJoint* joint = dJointCreateFixed(world_.get(), nullptr);
+    dJointAttach(joint, bodies_[first], ode_body(second));
+    dJointSetFixed(joint);
+  }
+}
+
+void OdeSimulation::set_pose(int body, const Pose& X_WB) {
+  const Vec3 p = X_WB * model_.bodies[body].p_BBcm;
+  const std::array<dReal, 4> q = ode_quaternion(X_WB.q);
+  dBodySetPosition(bodies_[body], p.x(), p.y(), p.z());
+  dBodySetQuaternion(bodies_[body], q.data());
+}
+
+void OdeSimulation::set_stops(dxJoint* joint, const Joint& hinge) const {
+  if (hinge.limited) {
+    const double half_range = (hinge.upper - hinge.lower) / 2;
+    set_param(joint, dParamLoStop, -half_range);
+    set_param(joint, dParamHiStop, half_range);
+    set_param(joint, dParamStopERP, options_.limit_erp);
+    set_param(joint, dParamStopCFM, options_.limit_cfm);
+    set_param(joint, dParamBounce, 0);
+  } else if (is_spring_stop(hinge, options_)) {
+    make_spring_stop(joint, hinge);
   }
 }
 
@@ -106,11 +195,11 @@ void OdeSimulation::create_hinges() {
 // f = -k (angle + h v) - b v of the angle and rate at the step's end.
 void OdeSimulation::make_spring_stop(dxJoint* joint, const Joint& hinge) const {
   const double yielding = options_.timestep * hinge.stiffness + hinge.damping;
-  dJointSetHingeParam(joint, dParamLoStop, 0);
-  dJointSetHingeParam(joint, dParamHiStop, 0);
-  dJointSetHingeParam(joint, dParamStopERP, options_.timestep * hinge.stiffness / yielding);
-  dJointSetHingeParam(joint, dParamStopCFM, 1 / yielding);
-  dJointSetHingeParam(joint, dParamBounce, 0);
+  set_param(joint, dParamLoStop, 0);
+  set_param(joint, dParamHiStop, 0);
+  set_param(joint, dParamStopERP, options_.timestep * hinge.stiffness / yielding);
+  set_param(joint, dParamStopCFM, 1 / yielding);
+  set_param(joint, dParamBounce, 0);
 }
 
 void OdeSimulation::set_state(const State& state) {
@@ -125,17 +214,44 @@ void OdeSimulation::set_state(const State& state) {
 }
 
 void OdeSimulation::set_torques(std::span<const double> torques) {
-  if (has_explicit_springs_) read_state(scratch_);
+  if (has_explicit_springs_) read_copy(scratch_);
   // ODE empties its accumulators after a step, but adds up what is applied between two; a second call replaces the
   // first
   if (torques_set_) {
-    for (dxBody* body : bodies_) dBodySetTorque(body, 0, 0, 0);
+    for (dxBody* body : bodies_) {
+      dBodySetForce(body, 0, 0, 0);
+      dBodySetTorque(body, 0, 0, 0);
+    }
   }
   torques_set_ = true;
+  const bool joint_springs = has_explicit_springs_ && !options_.native_springs;
+  collect_torques(model_, torques, joint_springs ? &scratch_ : nullptr, torques_);
+  if (has_explicit_springs_) {
+    add_tendon_tensions(model_, scratch_, torques_);
+    add_ball_springs();
+  }
   for (size_t j = 0; j < joints_.size(); ++j) {
-    double torque = torques.empty() ? 0.0 : torques[j];
-    if (has_explicit_springs_) torque += spring_torque(model_.joints[j], scratch_.position[j], scratch_.velocity[j]);
-    if (torque != 0) dJointAddHingeTorque(joints_[j], torque);
+    if (torques_[j] == 0) continue;
+    if (model_.joints[j].is_slide()) {
+      dJointAddSliderForce(joints_[j], torques_[j]);
+    } else {
+      dJointAddHingeTorque(joints_[j], torques_[j]);
+    }
+  }
+}
+
+void OdeSimulation::add_ball_springs() {
+  for (size_t b = 0; b < model_.balls.size(); ++b) {
+    const BallJoint& ball = model_.balls[b];
+    if (!ball.has_spring()) continue;
+    const int index = static_cast<int>(b);
+    const Vec3 torque =
+        scratch_.bodies[ball.body].q_WB *
+        ball_spring_torque(ball, ball_rotation(model_, scratch_, index), ball_velocity(model_, scratch_, index));
+    dBodyAddTorque(bodies_[ball.body], torque.x(), torque.y(), torque.z());
+    if (dxBody* parent = ode_body(model_.bodies[ball.body].parent)) {
+      dBodyAddTorque(parent, -torque.x(), -torque.y(), -torque.z());
+    }
   }
 }
 
@@ -145,6 +261,7 @@ void OdeSimulation::advance(int count) {
   torques_set_ = false;
   try {
     for (int i = 0; i < count; ++i) {
+      drives_.update();
       collision_.detect();
       int done = 0;
       if (options_.exact) {
@@ -171,6 +288,11 @@ void OdeSimulation::advance(int count) {
 }
 
 void OdeSimulation::read_state(State& out) const {
+  read_copy(out);
+  lent_.to_original(out);
+}
+
+void OdeSimulation::read_copy(State& out) const {
   out.time = clock_.time();
   out.bodies.resize(bodies_.size());
   for (size_t i = 0; i < bodies_.size(); ++i) {
@@ -205,11 +327,17 @@ EngineView OdeSimulation::view() const {
   view.joints.reserve(joints_.size());
   for (size_t j = 0; j < joints_.size(); ++j) {
     dVector3 anchor, axis;
-    dJointGetHingeAnchor(joints_[j], anchor);
-    dJointGetHingeAxis(joints_[j], axis);
+    if (model_.joints[j].is_slide()) {
+      const dReal* p = dBodyGetPosition(bodies_[model_.joints[j].body]);
+      std::copy_n(p, 3, anchor);
+      dJointGetSliderAxis(joints_[j], axis);
+    } else {
+      dJointGetHingeAnchor(joints_[j], anchor);
+      dJointGetHingeAxis(joints_[j], axis);
+    }
     const double zero = zero_angle(model_.joints[j], options_);
-    const double lower = dJointGetHingeParam(joints_[j], dParamLoStop);
-    const double upper = dJointGetHingeParam(joints_[j], dParamHiStop);
+    const double lower = get_param(joints_[j], dParamLoStop);
+    const double upper = get_param(joints_[j], dParamHiStop);
     EngineJoint hinge{vec3(anchor), vec3(axis), lower < upper && (lower > -dInfinity || upper < dInfinity)};
     if (hinge.limited) {
       hinge.lower = zero + lower;
@@ -220,6 +348,7 @@ EngineView OdeSimulation::view() const {
   dVector3 gravity;
   dWorldGetGravity(world_.get(), gravity);
   view.gravity = vec3(gravity);
+  return_lent_mass(lent_, view);
   return view;
 }
 

@@ -1,0 +1,40 @@
+// The argument MODEL and the options that say how it is read: one set for every command that takes a model.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <CLI/App.hpp>
+
+#include "model/load_options.h"
+#include "model/model.h"
+
+namespace assay::cli {
+
+// As given on the command line.
+struct ModelOptions {
+  std::string model;
+  bool drop_unsupported = false;
+  bool floating_base = false, fixed_base = false;
+  bool ground = false, no_ground = false;
+  std::vector<std::string> packages;  // NAME=DIR
+  std::optional<std::string> keyframe, qpos;
+};
+
+// Adds the options to `command`. `options` has to live as long as `command`.
+void add_load_options(CLI::App& command, ModelOptions& options);
+
+// The same with the required argument MODEL.
+void add_model_options(CLI::App& command, ModelOptions& options);
+
+// Checks the options. Throws InputError for two that contradict each other and for a package that is no folder.
+LoadOptions load_options(const ModelOptions& options);
+
+// The model that MODEL names, a file or a system, read as the options say. Throws InputError.
+Model load(const ModelOptions& options);
+
+// The options as words of a command line, without MODEL: "--ground", "--keyframe", "home"; none for the defaults.
+std::vector<std::string> option_words(const LoadOptions& options);
+
+}  // namespace assay::cli

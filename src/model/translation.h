@@ -1,0 +1,25 @@
+// From MuJoCo's compiled model to the neutral Model: the part of the loader (mjcf.h) behind the parser.
+#pragma once
+
+#include <set>
+#include <string>
+
+#include "model/mujoco_messages.h"
+#include "model/problems.h"
+
+namespace assay {
+
+struct TranslationInput {
+  const mjSpec* spec = nullptr;       // as parsed, for lines
+  const mjModel* compiled = nullptr;  // of `spec`, with fusestatic off
+  bool drop_unsupported = false;
+  std::string keyframe = {};  // name, or number from 0, of the one that gives the initial state; empty for the first
+  // Moving bodies whose mass and inertia in `compiled` are placeholders, because MuJoCo compiles no massless ones: they
+  // become massless bodies.
+  std::set<std::string> massless = {};
+};
+
+// Everything but Model::name, source, hash and the parser's warnings. Every problem is found, not only the first.
+LoadReport translate(const TranslationInput& input);
+
+}  // namespace assay
