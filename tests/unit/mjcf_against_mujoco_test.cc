@@ -328,7 +328,9 @@ class RandomTree {
 
   int condim() {
     const double kind = number(0, 1);
-    return kind < 0.2 ? 1 : kind < 0.6 ? 3 : kind < 0.8 ? 4 : 6;
+    if (kind < 0.2) return 1;
+    if (kind < 0.6) return 3;
+    return kind < 0.8 ? 4 : 6;
   }
 
   std::string geom(const std::string& type, const std::string& size) {
