@@ -157,8 +157,8 @@ class ArticulatedSimulation final : public PhysxSimulation {
     }
   }
 
-  // Dry friction: a damper so stiff that it stops the joint within a step, with no more than that force. PhysX leaves out
-  // drives without stiffness and damping, whatever their type.
+  // Dry friction: a damper so stiff that it stops the joint within a step, with no more than that force. PhysX leaves
+  // out drives without stiffness and damping, whatever their type.
   static PxArticulationDrive brake(double force) {
     constexpr float kDamping = 1e20F;  // N s/m, Nm s/rad
     return {0, kDamping, real(force), PxArticulationDriveType::eFORCE};
