@@ -4,11 +4,15 @@
 #include <vector>
 
 #include "engines/engine.h"
+#include "model/massless.h"
 
 namespace assay::px {
 
 enum class Joints { kD6, kRevolute, kArticulation };
 enum class Friction { kImprovedPatch, kPatch, kOneDirectional, kTwoDirectional };
+
+// Of massless bodies with joints: with less the solver converges too slowly, with more the model differs more.
+inline constexpr double kDefaultLentShare = 0.005;
 
 // What settings() declares, typed. The meaning of each is in its declaration in options.cc.
 struct Options {
@@ -23,6 +27,7 @@ struct Options {
   bool gyroscopic = true;
   double contact_offset = 0.02;
   double link_cfm = 0;
+  double lent_share = kDefaultLentShare;
 };
 
 std::vector<Setting> declared_settings();
