@@ -167,12 +167,16 @@ std::string add_ground(mjSpec* spec, std::vector<std::string>& notes) {
   std::string name = "ground";
   for (int i = 2; names.contains(name); ++i) name = fmt::format("ground_{}", i);
   mjsGeom* plane = mjs_addGeom(mjs_findBody(spec, "world"), nullptr);
-  mjs_defaultGeom(plane);
   mjs_setName(plane->element, name.c_str());
   plane->type = mjGEOM_PLANE;
   plane->size[0] = plane->size[1] = 0;  // infinite
   plane->size[2] = 1;
   plane->contype = plane->conaffinity = 0x7fffffff;
+  // not those of the file's default class
+  plane->condim = 3;
+  plane->friction[0] = 1;
+  plane->priority = 0;
+  plane->margin = plane->gap = 0;
   return name;
 }
 

@@ -73,7 +73,10 @@ std::string text_of(const xml::XMLElement* element, const char* attribute) {
 std::vector<double> numbers_of(const xml::XMLElement* element, const char* attribute) {
   std::istringstream words(text_of(element, attribute));
   std::vector<double> numbers;
-  for (std::string word; words >> word;) numbers.push_back(parse_number(word).value_or(std::nan("")));
+  for (std::string word; words >> word;) {
+    if (word.starts_with('+')) word.erase(0, 1);  // "+1" is a number to every reader of URDF
+    numbers.push_back(parse_number(word).value_or(std::nan("")));
+  }
   return numbers;
 }
 
@@ -780,6 +783,11 @@ size_t start_of_line(const std::string& text, int line) {
 void replace_attribute(std::string& text, int line, const std::string& element, const std::string& attribute,
                        const std::string& value) {
   size_t begins = text.find("<" + element, start_of_line(text, line));
+  const auto is_longer_name = [&] {  // <inertial> when <inertia> is meant
+    return begins != std::string::npos &&
+           std::string_view(" \t\r\n/>").find(text[begins + 1 + element.size()]) == std::string_view::npos;
+  };
+  while (is_longer_name()) begins = text.find("<" + element, begins + 1);
   if (begins == std::string::npos) throw InputError(fmt::format("line {} has no <{}>", line, element));
   const size_t ends = text.find('>', begins);
   for (size_t at = begins; (at = text.find(attribute, at)) < ends; at += attribute.size()) {
