@@ -1,4 +1,5 @@
 // Every feature of the adapter against the same model written as MJCF and stepped by MuJoCo itself.
+#include <array>
 #include <cmath>
 #include <memory>
 #include <random>
@@ -522,6 +523,61 @@ TEST(MujocoFeatures, ShapesTouchAsMuJoCosOwn) {
     }
   }
 }
+
+// What the capabilities and the README say of soft constraints, for a load that accelerates the free joint by `load`.
+class MujocoSoftness : public testing::TestWithParam<double> {
+ protected:
+  static Model hinged() {
+    Model model;
+    model.gravity.setZero();
+    Body body;
+    body.mass = 1;
+    body.I_BBcm_B = 0.5 * Mat3::Identity();
+    body.joint = 0;
+    model.bodies = {body};
+    model.joints.resize(1);
+    model.joints[0].axis_B = Vec3::UnitZ();
+    return model;
+  }
+  static State run(Model model, double torque) {
+    model.initial = reference_state(model);
+    const ResolvedContender contender = Registry::instance().resolve("mujoco-euler", {});
+    const auto simulation = contender.engine->create(model, model.initial, contender.settings);
+    for (int i = 0; i < 2000; ++i) simulation->step(std::array{torque});
+    State state;
+    simulation->read_state(state);
+    return state;
+  }
+};
+
+TEST_P(MujocoSoftness, IsAsDeclared) {
+  const double load = GetParam(), torque = 0.5 * load;
+  Model dry = hinged();
+  dry.joints[0].dry_friction = 10 * torque;
+  EXPECT_NEAR(run(dry, torque).velocity[0], 1.06e-3 * load, 0.05e-3 * load);
+  Model held = hinged();
+  held.couplings = {{.name = "held", .joint = 0}};
+  const double way = run(held, torque).position[0];
+  EXPECT_LT(way, 4.5e-5 * load);
+  EXPECT_GT(way, 1.5e-5 * load);
+  Model limited = hinged();
+  limited.joints[0].limited = true;
+  limited.joints[0].lower = -1;
+  EXPECT_NEAR(run(limited, torque).position[0], way, 1e-3 * way);
+  for (const bool weld : {false, true}) {
+    Model hung;
+    hung.gravity = {0, 0, -load};
+    hung.bodies = hinged().bodies;
+    hung.bodies[0].joint = -1;
+    if (weld) hung.welds = {{.name = "weld", .body_a = 0}};
+    if (!weld) hung.connects = {{.name = "connect", .body_a = 0}};
+    const double sunk = -run(hung, 0).bodies[0].p_WBcm.z();
+    EXPECT_LT(sunk, 4.5e-5 * load) << weld;
+    EXPECT_GT(sunk, 1.5e-5 * load) << weld;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Loads, MujocoSoftness, testing::Values(1.0, 10.0, 100.0));
 
 TEST(MujocoFeatures, TorsionalAndRollingFrictionComeFromTheFilterAndFromTheList) {
   Twin twin = heap(false, 0.02, 0.003);
