@@ -151,7 +151,7 @@ BallCoordinates MujocoSimulation::ball_motion(const BallAddress& address) const 
   const mjtNum* q = data_->qpos + address.qpos;
   const Quat q_MC(q[0], q[1], q[2], q[3]);  // MuJoCo normalises it where it reads it
   return {(address.q_BC * q_MC * address.q_BC.conjugate()).normalized(),
-          address.q_BC * triple(data_->qvel, address.dof)};
+          address.q_BC * triple(data_->qvel + address.dof, 0)};
 }
 
 void MujocoSimulation::add_springs(std::span<const double> torques) {
