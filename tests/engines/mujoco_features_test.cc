@@ -1,5 +1,4 @@
 // Every feature of the adapter against the same model written as MJCF and stepped by MuJoCo itself.
-#include <array>
 #include <cmath>
 #include <memory>
 #include <random>
@@ -552,7 +551,8 @@ class MujocoSoftness : public testing::TestWithParam<double> {
     model.initial = reference_state(model);
     const ResolvedContender contender = Registry::instance().resolve("mujoco-euler", {});
     const auto simulation = contender.engine->create(model, model.initial, contender.settings);
-    for (int i = 0; i < 2000; ++i) simulation->step(std::array{torque});
+    const std::vector<double> torques(model.joints.size(), torque);
+    for (int i = 0; i < 2000; ++i) simulation->step(torques);
     State state;
     simulation->read_state(state);
     return state;
