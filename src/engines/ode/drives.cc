@@ -56,8 +56,9 @@ Quat orientation(dxBody* body) {
 
 Vec3 angular_velocity(dxBody* body) { return body == nullptr ? Vec3(Vec3::Zero()) : vec3(dBodyGetAngularVel(body)); }
 
-// As the motor's row has it. ODE's own dJointGetSliderPositionRate leaves out that the bodies turn.
-double slide_rate(dxJoint* slider) {
+// The rate that a slide would have after a step without forces, as the motor's row will measure it: along the axis of
+// the step's start, while the bodies turn. ODE's own dJointGetSliderPositionRate leaves out that they turn.
+double coasting_rate(dxJoint* slider, double timestep) {
   dVector3 axis;
   dJointGetSliderAxis(slider, axis);
   dxBody* child = dJointGetBody(slider, 0);
@@ -65,7 +66,8 @@ double slide_rate(dxJoint* slider) {
   Vec3 v = vec3(dBodyGetLinearVel(child));
   if (parent != nullptr) {
     const Vec3 arm = vec3(dBodyGetPosition(child)) - vec3(dBodyGetPosition(parent));
-    v -= vec3(dBodyGetLinearVel(parent)) + (angular_velocity(child) + angular_velocity(parent)).cross(arm) / 2;
+    const Vec3 w = (angular_velocity(child) + angular_velocity(parent)) / 2;
+    v -= vec3(dBodyGetLinearVel(parent)) + w.cross(arm - timestep * w.cross(arm));
   }
   return v.dot(vec3(axis));
 }
@@ -118,7 +120,8 @@ void Drives::create(dxWorld* world, const Model& model, const std::vector<dxBody
 void Drives::update() {
   for (const Rotor& rotor : rotors_) {
     const bool slide = dJointGetType(rotor.joint) == dJointTypeSlider;
-    set_param(rotor.motor, dParamVel, slide ? slide_rate(rotor.joint) : dJointGetHingeAngleRate(rotor.joint));
+    set_param(rotor.motor, dParamVel,
+              slide ? coasting_rate(rotor.joint, timestep_) : dJointGetHingeAngleRate(rotor.joint));
   }
   for (const Ball& ball : balls_) {
     const Quat q_WB = orientation(ball.child);
