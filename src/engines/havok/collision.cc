@@ -96,15 +96,14 @@ std::optional<Friction> by_product(const Model& model) {
 
 bool are_hinged(const Model& model, int body_a, int body_b) {
   const auto is_child_of = [&model](int child, int parent) {
-    return child != kWorld && parent != kWorld && model.bodies[child].joint >= 0 &&
+    return child != kWorld && parent != kWorld && !model.bodies[child].is_free() &&
            model.bodies[child].parent == parent;
   };
   return is_child_of(body_a, body_b) || is_child_of(body_b, body_a);
 }
 
-bool hinge_has_contact(const Model& model, int hinge) {
-  const int child = model.joints[hinge].body;
-  return Wishes::any_pair(model, child, model.bodies[child].parent);
+bool joint_has_contact(const Model& model, int body) {
+  return Wishes::any_pair(model, body, model.bodies[body].parent);
 }
 
 Filters find_filters(const Model& model) {

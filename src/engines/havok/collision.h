@@ -24,10 +24,10 @@ struct Friction {
 };
 std::optional<Friction> find_friction(const Model& model);
 
-// Parent and child of a hinge: Havok has a switch of its own for contact between them.
+// Parent and child of a joint: Havok has a switch of its own for contact between them.
 bool are_hinged(const Model& model, int body_a, int body_b);
 
-// Whether any pair is between the bodies that hinge `hinge` connects.
-bool hinge_has_contact(const Model& model, int hinge);
+// Whether any pair is between a body and its parent.
+bool joint_has_contact(const Model& model, int body);
 
 }  // namespace assay::havok_adapter

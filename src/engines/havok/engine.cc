@@ -30,6 +30,22 @@ std::vector<Deviation> deviations() {
           {"torque-for-one-step", 3e-3, rounded}, {"spring-damper", 2.5e-4, rounded}};
 }
 
+void add_features(Capabilities& c, const Options& options) {
+  using enum Feature;
+  add_exact(c, {kSlide, kBall, kDryFriction, kConnect, kWeld, kBox, kCylinder});
+  add_lent_mass(c, options.lent_share);
+  add_approximated(c, kBallSpring, "explicit torque from the state at the step's start");
+  add_approximated(c, kTendonSpring, "explicit tension from the state at the step's start");
+  add_approximated(c, kHull, "as Havok's own hull of the same points");
+  add_approximated(c, kEllipsoid, "a polyhedron of 162 vertices, within 1.3 % of the ellipsoid's size");
+  add_approximated(c, kHeightField,
+                   "a surface of triangles: bodies below it are not pushed out, and a box that slides over its edges "
+                   "turns and comes "
+                   "3 % farther than on a plane");
+  add_approximated(c, kTorsionalFriction, "contacts at one point do not resist spin about the normal");
+  add_approximated(c, kRollingFriction, "contacts do not resist rolling");
+}
+
 class HavokEngine final : public Adapter {
  public:
   BuildFacts build() const override { return build_facts(); }
@@ -52,6 +68,7 @@ class HavokEngine final : public Adapter {
     c.friction_cone = "one friction force within the circle";
     c.friction_combine = "materials chosen so that Havok's rule (maximum, minimum or product) gives each pair its own";
     c.joint_limits = true;
+    add_features(c, options);
     describe_springs(c, options.native_springs, "Havok's motor of the kind spring force, a constraint of its solver");
     c.gyroscopic = false;
     c.iterations = "fixed inside, not published";
@@ -101,7 +118,7 @@ class HavokEngine final : public Adapter {
  private:
   static void check_hinge(const Joint& hinge, const Options& options, std::vector<Limitation>& limitations) {
     if (hinge.armature != 0) limitations.push_back(armature_refused(hinge, "Havok"));
-    if (!hinge.limited) return;
+    if (!hinge.limited || hinge.is_slide()) return;
     const double zero = zero_angle(hinge, options);
     if (hinge.upper - zero >= std::numbers::pi || zero - hinge.lower >= std::numbers::pi) {
       limitations.push_back(

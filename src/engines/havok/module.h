@@ -6,6 +6,7 @@
 #include <initializer_list>
 #include <memory>
 #include <type_traits>
+#include <vector>
 
 #include "types.h"
 
@@ -33,9 +34,13 @@ namespace assay::havok_adapter {
   X(Body_SetAngularVelocity)               \
   X(Body_GetAngularVelocity)               \
   X(Body_ApplyAngularImpulse)              \
+  X(Body_ApplyImpulse)                     \
   X(Shape_CreateSphere)                    \
   X(Shape_CreateCapsule)                   \
   X(Shape_CreateBox)                       \
+  X(Shape_CreateCylinder)                  \
+  X(Shape_CreateConvexHull)                \
+  X(Shape_CreateMesh)                      \
   X(Shape_CreateContainer)                 \
   X(Shape_AddChild)                        \
   X(Shape_SetFilterInfo)                   \
@@ -51,6 +56,7 @@ namespace assay::havok_adapter {
   X(Constraint_GetAxisMinLimit)            \
   X(Constraint_SetAxisMaxLimit)            \
   X(Constraint_GetAxisMaxLimit)            \
+  X(Constraint_SetAxisFriction)            \
   X(Constraint_SetAxisMotorType)           \
   X(Constraint_SetAxisMotorVelocityTarget) \
   X(Constraint_SetAxisMotorStiffness)      \
@@ -71,9 +77,10 @@ inline constexpr const char* kFunctionNames[] = {
 #undef ASSAY_HAVOK_NAME
 };
 
-// An argument: a number, or a structure that the function reads or writes in the module's memory.
+// An argument: a number, a structure that the function reads or writes in the module's memory, or an array of any
+// length that it reads.
 struct Arg {
-  enum class Kind : std::uint8_t { kU32, kU64, kF32, kIn, kOut };
+  enum class Kind : std::uint8_t { kU32, kU64, kF32, kIn, kOut, kArray };
 
   Arg(std::uint32_t number) : kind(Kind::kU32), bits(number) {}  // NOLINT: implicit like a call's
   Arg(std::uint64_t number) : kind(Kind::kU64), bits(number) {}  // NOLINT: implicit like a call's
@@ -105,6 +112,16 @@ Arg out(T& value) {
   arg.kind = Arg::Kind::kOut;
   arg.target = &value;
   arg.size = sizeof(T);
+  return arg;
+}
+
+template <typename T>
+Arg array(const std::vector<T>& values) {
+  static_assert(std::is_trivially_copyable_v<T>);
+  Arg arg(std::uint32_t{0});
+  arg.kind = Arg::Kind::kArray;
+  arg.source = values.data();
+  arg.size = static_cast<std::uint32_t>(sizeof(T) * values.size());
   return arg;
 }
 

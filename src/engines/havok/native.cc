@@ -59,6 +59,7 @@ class NativeModule final : public Module {
       numbers.at(slot) = arg.bits;
       if (arg.kind == Arg::Kind::kIn) numbers.at(slot) = havok_.in_bytes(arg.source, arg.size, slot);
       if (arg.kind == Arg::Kind::kOut) numbers.at(slot) = havok_.out(slot);
+      if (arg.kind == Arg::Kind::kArray) numbers.at(slot) = copied(arg);
       ++slot;
     }
     const auto index = static_cast<size_t>(function);
@@ -71,6 +72,7 @@ class NativeModule final : public Module {
     slot = 0;
     for (const Arg& arg : arguments) {
       if (arg.kind == Arg::Kind::kOut) havok_.out_bytes(arg.target, arg.size, slot);
+      if (arg.kind == Arg::Kind::kArray) w2c_havok_free(havok_, static_cast<std::uint32_t>(numbers.at(slot)));
       ++slot;
     }
   }
@@ -87,6 +89,15 @@ class NativeModule final : public Module {
   }
 
  private:
+  // An array's copy on the module's heap, until the end of the call.
+  std::uint32_t copied(const Arg& arg) {
+    const std::uint32_t address = w2c_havok_malloc(havok_, arg.size);
+    if (address == 0) throw EngineError("Havok's heap has no room");
+    w2c_havok* module = havok_;
+    std::memcpy(module->w2c_memory.data + address, arg.source, arg.size);
+    return address;
+  }
+
   havok::Instance havok_;
 };
 

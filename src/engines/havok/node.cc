@@ -203,6 +203,10 @@ class NodeModule final : public Module {
         case Arg::Kind::kOut:
           message.add(static_cast<std::uint8_t>(arg.size));
           break;
+        case Arg::Kind::kArray:
+          message.add(arg.size);
+          message.add_bytes(arg.source, arg.size);
+          break;
       }
     }
     const std::vector<char>& reply = node_->ask(message);

@@ -9,12 +9,13 @@
 //   destroy u32 instance                                                        -> nothing
 //   call    u32 instance, u8 export, arguments                                  -> u32 result, what it wrote
 //   step    u32 instance, u64 world, f32 timestep, u32 count                    -> u32 result
-// An argument is its kind (u8) and: a number of its size; or for structures a size (u8) and, when it is read, its bytes.
+// An argument is its kind (u8) and: a number of its size; for structures a size (u8) and, when it is read, its bytes; for an
+// array a size (u32) and its bytes.
 // A reply is its length (u32), a status (u8, 0: done, 1: failed) and the result or a message.
 import { readFileSync, readSync, writeSync } from 'node:fs';
 
 const HELLO = 0, CREATE = 1, DESTROY = 2, CALL = 3, STEP = 4;
-const U32 = 0, U64 = 1, F32 = 2, IN = 3, OUT = 4;
+const U32 = 0, U64 = 1, F32 = 2, IN = 3, OUT = 4, ARRAY = 5;
 const SLOTS = 8, SLOT_SIZE = 64;
 const PAGE = 65536;
 
@@ -68,7 +69,7 @@ function instantiate() {
 }
 
 function call(instance, name, command, at) {
-  const numbers = [], written = [];
+  const numbers = [], written = [], arrays = [];
   while (at < command.length) {
     const kind = command.readUInt8(at++);
     const address = instance.scratch + numbers.length * SLOT_SIZE;
@@ -81,6 +82,15 @@ function call(instance, name, command, at) {
     } else if (kind === F32) {
       numbers.push(command.readFloatLE(at));
       at += 4;
+    } else if (kind === ARRAY) {
+      const size = command.readUInt32LE(at);
+      at += 4;
+      const array = instance.exports.malloc(size) >>> 0;
+      if (array === 0) throw new Error("Havok's heap has no room");
+      new Uint8Array(instance.memory.buffer).set(command.subarray(at, at + size), array);
+      at += size;
+      arrays.push(array);
+      numbers.push(array);
     } else {
       const size = command.readUInt8(at++);
       if (kind === IN) {
@@ -93,6 +103,7 @@ function call(instance, name, command, at) {
     }
   }
   const result = instance.exports[name](...numbers) >>> 0;
+  for (const array of arrays) instance.exports.free(array);
   const parts = [u32(result)];
   for (const [address, size] of written) parts.push(Buffer.from(instance.memory.buffer.slice(address, address + size)));
   return Buffer.concat(parts);

@@ -32,6 +32,7 @@ std::vector<Setting> declared_settings() {
        {},
        1.0,
        1e9},
+      lent_share_setting(),
       {"ground_size", 1000.0, "m", "side of the box that replaces a plane, which Havok does not have", {}, 1.0, 1e5},
       {"ground_thickness", 10.0, "m", "thickness of that box", {}, 0.1, 1e4},
   };
@@ -43,6 +44,7 @@ Options read_options(const Settings& s) {
           .ideal_step_time = s.get<double>("ideal_step_time"),
           .max_speed = s.get<double>("max_speed"),
           .max_angular_speed = s.get<double>("max_angular_speed"),
+          .lent_share = s.get<double>("lent_share"),
           .ground_size = s.get<double>("ground_size"),
           .ground_thickness = s.get<double>("ground_thickness")};
 }

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "engines/engine.h"
+#include "model/massless.h"
 
 namespace assay::havok_adapter {
 
@@ -11,8 +12,9 @@ namespace assay::havok_adapter {
 struct Options {
   double timestep = 1e-3;  // s
   bool native_springs = false;
-  double ideal_step_time = 0;                        // s
-  double max_speed = 1e6, max_angular_speed = 1e6;   // m/s, rad/s
+  double ideal_step_time = 0;                       // s
+  double max_speed = 1e6, max_angular_speed = 1e6;  // m/s, rad/s
+  double lent_share = kLentShare;
   double ground_size = 1000, ground_thickness = 10;  // m
 };
 

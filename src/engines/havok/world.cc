@@ -1,22 +1,37 @@
 #include "world.h"
 
+#include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <optional>
 #include <utility>
 
 #include "collision.h"
 #include "engines/adapter.h"
+#include "model/ellipsoid.h"
 
 namespace assay::havok_adapter {
 namespace {
 
 using havok::Id;
 
+constexpr int kEllipsoidSubdivisions = 2;
+
 float f32(double value) { return static_cast<float>(value); }
 havok::Vector3 vector3(const Vec3& v) { return {f32(v.x()), f32(v.y()), f32(v.z())}; }
 havok::Quaternion quaternion(const Quat& q) { return {f32(q.x()), f32(q.y()), f32(q.z()), f32(q.w())}; }
 Vec3 vec3(const havok::Vector3& v) { return {v.x, v.y, v.z}; }
 Quat quat(const havok::Quaternion& q) { return Quat(q.w, q.x, q.y, q.z).normalized(); }
+
+// Havok's own boxes below 1 cm let other shapes through; the hull of their corners does not.
+Hull box_corners(const Vec3& half_size) {
+  Hull hull;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3 signs((corner & 1) != 0 ? 1 : -1, (corner & 2) != 0 ? 1 : -1, (corner & 4) != 0 ? 1 : -1);
+    hull.vertices.push_back(half_size.cwiseProduct(signs));
+  }
+  return hull;
+}
 
 struct Velocities {
   havok::Vector3 linear, angular;
@@ -27,29 +42,47 @@ class HavokSimulation final : public Simulation {
   HavokSimulation(Model model, const State& state, const Options& options)
       : options_(options),
         clock_{state.time, options.timestep},
-        model_(std::move(model)),
+        lent_(lend_mass(std::move(model), options.lent_share)),
+        model_(lent_.model),
         module_(make_module()),
-        explicit_springs_(model_.has_springs() && !options_.native_springs) {
-    model_.keyframes.clear();
+        joint_springs_(model_.has_springs() && !options_.native_springs),
+        explicit_springs_(joint_springs_ || std::ranges::any_of(model_.balls, &BallJoint::has_spring) ||
+                          std::ranges::any_of(model_.tendons, &Tendon::has_spring)) {
+    lent_.model.keyframes.clear();
     set_up_world();
     if (!model_.contacts.empty()) create_shapes();
-    create_bodies(state);
-    create_hinges();
+    State start = state;
+    lent_.to_copy(start);
+    create_bodies(start);
+    create_joints();
+    create_constraints();
     last_angle_ = state.position;
   }
 
   // An impulse changes the velocities at once. They are kept until the step, for read_state() and for a second call.
   void set_torques(std::span<const double> torques) override {
-    if (explicit_springs_) read_state(scratch_);
+    if (explicit_springs_) read_copy(scratch_);
     put_back_velocities();
+    collect_torques(model_, torques, joint_springs_ ? &scratch_ : nullptr, torques_);
+    if (explicit_springs_) {
+      add_tendon_tensions(model_, scratch_, torques_);
+      add_ball_springs();
+    }
     for (size_t j = 0; j < model_.joints.size(); ++j) {
-      const Joint& hinge = model_.joints[j];
-      double torque = torques.empty() ? 0.0 : torques[j];
-      if (explicit_springs_) torque += spring_torque(hinge, scratch_.position[j], scratch_.velocity[j]);
-      if (torque == 0) continue;
-      const Vec3 impulse_W = (torque * options_.timestep) * world_axis(hinge);
-      push(hinge.body, impulse_W);
-      if (const int parent = model_.bodies[hinge.body].parent; parent != kWorld) push(parent, -impulse_W);
+      const Joint& joint = model_.joints[j];
+      if (torques_[j] == 0) continue;
+      const havok::QTransform pose = transform(joint.body);
+      const Vec3 axis = quat(pose.rotation) * joint.axis_B;
+      const Vec3 impulse_W = (torques_[j] * options_.timestep) * axis;
+      const int parent = model_.bodies[joint.body].parent;
+      if (joint.is_slide()) {
+        const Vec3 p = vec3(pose.translation) + quat(pose.rotation) * (joint.p_BJ - model_.bodies[joint.body].p_BBcm);
+        push_at(joint.body, p, impulse_W);
+        if (parent != kWorld) push_at(parent, p, -impulse_W);
+      } else {
+        push(joint.body, impulse_W);
+        if (parent != kWorld) push(parent, -impulse_W);
+      }
     }
   }
 
@@ -60,13 +93,19 @@ class HavokSimulation final : public Simulation {
   }
 
   void read_state(State& out) const override {
+    read_copy(out);
+    lent_.to_original(out);
+  }
+
+  // As lent_'s model has it.
+  void read_copy(State& out) const {
     out.time = clock_.time();
     out.bodies.resize(bodies_.size());
     for (size_t i = 0; i < bodies_.size(); ++i) {
       havok::QTransform pose;
       module_->call(Function::kBody_GetQTransform, {bodies_[i], havok_adapter::out(pose)});
       Velocities v = velocities(i);
-      if (any_pushed_ && pushed_[i]) v.angular = before_push_[i];
+      if (any_pushed_ && pushed_[i]) v = before_push_[i];
       out.bodies[i] = {vec3(pose.translation), quat(pose.rotation), vec3(v.linear), vec3(v.angular)};
     }
     out.position = last_angle_;
@@ -92,16 +131,17 @@ class HavokSimulation final : public Simulation {
     // Anchors cannot be asked for: these are the numbers as they were handed over.
     for (size_t j = 0; j < joints_.size(); ++j) {
       const Joint& hinge = model_.joints[j];
+      const std::uint32_t axis = free_axis(hinge);
       EngineJoint seen;
       seen.p_WJ = poses[hinge.body] * vec3(anchors_[j].pivot);
       seen.axis_W = poses[hinge.body].q * vec3(anchors_[j].axis);
       std::uint32_t mode = 0;
-      module_->call(Function::kConstraint_GetAxisMode, {joints_[j], std::uint32_t{havok::kAngularX}, out(mode)});
+      module_->call(Function::kConstraint_GetAxisMode, {joints_[j], axis, out(mode)});
       seen.limited = mode == havok::kLimited;
       if (seen.limited) {
         float lower = 0, upper = 0;
-        module_->call(Function::kConstraint_GetAxisMinLimit, {joints_[j], std::uint32_t{havok::kAngularX}, out(lower)});
-        module_->call(Function::kConstraint_GetAxisMaxLimit, {joints_[j], std::uint32_t{havok::kAngularX}, out(upper)});
+        module_->call(Function::kConstraint_GetAxisMinLimit, {joints_[j], axis, out(lower)});
+        module_->call(Function::kConstraint_GetAxisMaxLimit, {joints_[j], axis, out(upper)});
         seen.lower = zero_angle(hinge, options_) + lower;
         seen.upper = zero_angle(hinge, options_) + upper;
       }
@@ -110,6 +150,7 @@ class HavokSimulation final : public Simulation {
     havok::Vector3 gravity;
     module_->call(Function::kWorld_GetGravity, {world_, out(gravity)});
     view.gravity = vec3(gravity);
+    return_lent_mass(lent_, view);
     return view;
   }
 
@@ -148,7 +189,8 @@ class HavokSimulation final : public Simulation {
       const havok::Material material{mu, mu, 0, friction->rule, havok::kMaximum};
       module_->call(Function::kShape_SetMaterial, {id, in(material)});
       if (shape.body == kWorld) {
-        create_static(shape.type == ShapeType::kPlane ? shape.X_BS : Pose{}, id);
+        const bool placed = shape.type == ShapeType::kPlane || shape.type == ShapeType::kHeightField;
+        create_static(placed ? shape.X_BS : Pose{}, id);
       } else {
         shapes_of_[shape.body].push_back(id);
       }
@@ -175,12 +217,52 @@ class HavokSimulation final : public Simulation {
         break;
       }
       case ShapeType::kBox:
-      case ShapeType::kCylinder:
+        return create_hull(box_corners(shape.half_size), {center, shape.X_BS.q});
+      case ShapeType::kCylinder: {
+        const Vec3 half = shape.X_BS.q * Vec3(0, 0, shape.half_length);
+        module_->call(Function::kShape_CreateCylinder,
+                      {in(vector3(center - half)), in(vector3(center + half)), f32(shape.radius), out(id)});
+        break;
+      }
       case ShapeType::kEllipsoid:
+        return create_hull(ellipsoid_hull(shape.half_size, kEllipsoidSubdivisions), {center, shape.X_BS.q});
       case ShapeType::kHull:
+        return create_hull(model_.hulls[shape.data], {center, shape.X_BS.q});
       case ShapeType::kHeightField:
-        throw UnsupportedError("this shape is refused by check()");
+        return create_surface(model_.height_fields[shape.data]);
     }
+    return id;
+  }
+
+  Id create_hull(const Hull& hull, const Pose& X) {
+    std::vector<havok::Vector3> points;
+    for (const Vec3& vertex : hull.vertices) points.push_back(vector3(X * vertex));
+    Id id = 0;
+    module_->call(Function::kShape_CreateConvexHull,
+                  {array(points), static_cast<std::uint32_t>(points.size()), out(id)});
+    return id;
+  }
+
+  // A height field's upper surface, two triangles a cell. Havok's own height field has another diagonal.
+  Id create_surface(const HeightField& field) {
+    std::vector<havok::Vector3> points;
+    std::vector<std::uint32_t> corners;
+    const int rows = field.rows, columns = field.columns;
+    for (int row = 0; row < rows; ++row) {
+      for (int column = 0; column < columns; ++column) {
+        points.push_back(
+            vector3({-field.half_x + (column * 2 * field.half_x / (columns - 1)),
+                     -field.half_y + (row * 2 * field.half_y / (rows - 1)), field.heights[(row * columns) + column]}));
+        if (row + 1 == rows || column + 1 == columns) continue;
+        const auto a = static_cast<std::uint32_t>((row * columns) + column),
+                   c = a + static_cast<std::uint32_t>(columns);
+        corners.insert(corners.end(), {a, a + 1, c, a + 1, c + 1, c});
+      }
+    }
+    Id id = 0;
+    module_->call(Function::kShape_CreateMesh,
+                  {array(points), static_cast<std::uint32_t>(points.size()), array(corners),
+                   static_cast<std::uint32_t>(corners.size() / 3), out(id)});
     return id;
   }
 
@@ -238,58 +320,117 @@ class HavokSimulation final : public Simulation {
     module_->call(Function::kBody_SetMassProperties, {id, in(mass)});
   }
 
-  // ---- hinges -------------------------------------------------------------------------------------------------------
+  // ---- joints and constraints ---------------------------------------------------------------------------------------
 
-  void create_hinges() {
+  static std::uint32_t free_axis(const Joint& joint) { return joint.is_slide() ? havok::kLinearX : havok::kAngularX; }
+
+  // Havok's body for one of the model's; for the world a static one that is made when it is needed.
+  Id havok_body(int body) {
+    if (body != kWorld) return bodies_[body];
+    if (world_anchor_ == 0) {
+      create_static({}, 0);
+      world_anchor_ = last_static_;
+    }
+    return world_anchor_;
+  }
+  Vec3 from_centre(int body, const Vec3& p) const { return body == kWorld ? p : Vec3(p - model_.bodies[body].p_BBcm); }
+
+  struct Frame {
+    Vec3 pivot = Vec3::Zero(), axis = Vec3::UnitX(), side = Vec3::UnitY();  // body frame, from the centre of mass
+  };
+
+  // A constraint between two bodies that locks `locked` axes of the two frames.
+  Id create_constraint(Id parent, const Frame& in_parent, Id child, const Frame& in_child,
+                       std::initializer_list<havok::Axis> locked) {
+    const Id joint = create(Function::kConstraint_Create);
+    module_->call(Function::kConstraint_SetParentBody, {joint, parent});
+    module_->call(Function::kConstraint_SetChildBody, {joint, child});
+    module_->call(Function::kConstraint_SetAnchorInParent,
+                  {joint, in(vector3(in_parent.pivot)), in(vector3(in_parent.axis)), in(vector3(in_parent.side))});
+    module_->call(Function::kConstraint_SetAnchorInChild,
+                  {joint, in(vector3(in_child.pivot)), in(vector3(in_child.axis)), in(vector3(in_child.side))});
+    for (const havok::Axis axis : locked) {
+      module_->call(Function::kConstraint_SetAxisMode, {joint, std::uint32_t{axis}, std::uint32_t{havok::kLocked}});
+    }
+    return joint;
+  }
+
+  void enable(Id joint, bool contact) {
+    module_->call(Function::kConstraint_SetCollisionsEnabled, {joint, std::uint32_t{contact}});
+    module_->call(Function::kConstraint_SetEnabled, {joint, std::uint32_t{1}});
+  }
+
+  void create_joints() {
     for (size_t j = 0; j < model_.joints.size(); ++j) {
       const Joint& hinge = model_.joints[j];
       const Body& child = model_.bodies[hinge.body];
       const double zero = zero_angle(hinge, options_);
-      const Vec3 p_child = hinge.p_BJ - child.p_BBcm;
-      Vec3 p_parent = anchor_in_parent(model_, static_cast<int>(j));
-      Id parent = world_anchor_;
-      if (child.parent != kWorld) {
-        p_parent -= model_.bodies[child.parent].p_BBcm;
-        parent = bodies_[child.parent];
-      } else if (parent == 0) {
-        create_static({}, 0);
-        parent = world_anchor_ = last_static_;
-      }
+      const double way = zero - hinge.reference;  // from the pose X_PB to the constraint's zero
+      Vec3 p_parent = from_centre(child.parent, anchor_in_parent(model_, static_cast<int>(j)));
       // The two frames coincide at the zero angle.
-      const Quat q_PB(child.X_PB.q * Eigen::AngleAxisd(zero - hinge.reference, hinge.axis_B));
-      const Vec3 side = hinge.axis_B.unitOrthogonal();
-      const Anchor anchor{vector3(p_child), vector3(hinge.axis_B)};
-      anchors_.push_back(anchor);
-
-      const Id joint = create(Function::kConstraint_Create);
-      joints_.push_back(joint);
-      module_->call(Function::kConstraint_SetParentBody, {joint, parent});
-      module_->call(Function::kConstraint_SetChildBody, {joint, bodies_[hinge.body]});
-      module_->call(Function::kConstraint_SetAnchorInParent,
-                    {joint, in(vector3(p_parent)), in(vector3(q_PB * hinge.axis_B)), in(vector3(q_PB * side))});
-      module_->call(Function::kConstraint_SetAnchorInChild,
-                    {joint, in(anchor.pivot), in(anchor.axis), in(vector3(side))});
-      for (const havok::Axis axis :
-           {havok::kLinearX, havok::kLinearY, havok::kLinearZ, havok::kAngularY, havok::kAngularZ}) {
-        module_->call(Function::kConstraint_SetAxisMode, {joint, std::uint32_t{axis}, std::uint32_t{havok::kLocked}});
+      Quat q_PB = child.X_PB.q;
+      if (hinge.is_slide()) {
+        p_parent += way * (q_PB * hinge.axis_B);
+      } else {
+        q_PB = Quat(q_PB * Eigen::AngleAxisd(way, hinge.axis_B));
       }
-      if (hinge.limited) set_limits(joint, hinge.lower - zero, hinge.upper - zero);
+      const Vec3 side = hinge.axis_B.unitOrthogonal();
+      const Frame in_child{from_centre(hinge.body, hinge.p_BJ), hinge.axis_B, side};
+      anchors_.push_back({vector3(in_child.pivot), vector3(in_child.axis)});
+
+      using enum havok::Axis;
+      const Frame in_parent{p_parent, q_PB * hinge.axis_B, q_PB * side};
+      const Id parent = havok_body(child.parent);
+      const Id joint = hinge.is_slide() ? create_constraint(parent, in_parent, bodies_[hinge.body], in_child,
+                                                            {kLinearY, kLinearZ, kAngularX, kAngularY, kAngularZ})
+                                        : create_constraint(parent, in_parent, bodies_[hinge.body], in_child,
+                                                            {kLinearX, kLinearY, kLinearZ, kAngularY, kAngularZ});
+      joints_.push_back(joint);
+      if (hinge.limited) set_limits(joint, free_axis(hinge), hinge.lower - zero, hinge.upper - zero);
       if (hinge.has_spring() && options_.native_springs) set_spring(joint, hinge);
-      const bool contact = hinge_has_contact(model_, static_cast<int>(j));
-      module_->call(Function::kConstraint_SetCollisionsEnabled, {joint, std::uint32_t{contact}});
-      module_->call(Function::kConstraint_SetEnabled, {joint, std::uint32_t{1}});
+      if (hinge.dry_friction > 0) {
+        module_->call(Function::kConstraint_SetAxisFriction, {joint, free_axis(hinge), f32(hinge.dry_friction)});
+      }
+      enable(joint, joint_has_contact(model_, hinge.body));
     }
   }
 
-  void set_limits(Id joint, double lower, double upper) {
-    const std::uint32_t axis = havok::kAngularX;
+  // Ball joints, points and bodies held together.
+  void create_constraints() {
+    using enum havok::Axis;
+    for (const BallJoint& ball : model_.balls) {
+      const Body& body = model_.bodies[ball.body];
+      const Id joint = create_constraint(havok_body(body.parent),
+                                         {.pivot = from_centre(body.parent, body.X_PB * ball.p_BJ)}, bodies_[ball.body],
+                                         {.pivot = from_centre(ball.body, ball.p_BJ)}, {kLinearX, kLinearY, kLinearZ});
+      enable(joint, joint_has_contact(model_, ball.body));
+    }
+    for (const Connect& connect : model_.connects) {
+      enable(create_constraint(havok_body(connect.body_a), {.pivot = from_centre(connect.body_a, connect.p_A)},
+                               havok_body(connect.body_b), {.pivot = from_centre(connect.body_b, connect.p_B)},
+                               {kLinearX, kLinearY, kLinearZ}),
+             true);
+    }
+    for (const Weld& weld : model_.welds) {
+      const Pose& X_AB = weld.X_AB;
+      enable(create_constraint(havok_body(weld.body_a),
+                               {.pivot = from_centre(weld.body_a, X_AB.p),
+                                .axis = X_AB.q * Vec3::UnitX(),
+                                .side = X_AB.q * Vec3::UnitY()},
+                               havok_body(weld.body_b), {.pivot = from_centre(weld.body_b, Vec3::Zero())},
+                               {kLinearX, kLinearY, kLinearZ, kAngularX, kAngularY, kAngularZ}),
+             true);
+    }
+  }
+
+  void set_limits(Id joint, std::uint32_t axis, double lower, double upper) {
     module_->call(Function::kConstraint_SetAxisMode, {joint, axis, std::uint32_t{havok::kLimited}});
     module_->call(Function::kConstraint_SetAxisMinLimit, {joint, axis, f32(lower)});
     module_->call(Function::kConstraint_SetAxisMaxLimit, {joint, axis, f32(upper)});
   }
 
   void set_spring(Id joint, const Joint& hinge) {
-    const std::uint32_t axis = havok::kAngularX;
+    const std::uint32_t axis = free_axis(hinge);
     // Its target stays 0, where the constraint's angle counts from: with this kind of motor another target cannot be
     // set, and one that was set before acts doubled.
     module_->call(Function::kConstraint_SetAxisMotorType, {joint, axis, std::uint32_t{havok::kSpringForce}});
@@ -308,45 +449,68 @@ class HavokSimulation final : public Simulation {
     return v;
   }
 
-  Vec3 world_axis(const Joint& hinge) const {
+  havok::QTransform transform(int body) const {
     havok::QTransform pose;
-    module_->call(Function::kBody_GetQTransform, {bodies_[hinge.body], out(pose)});
-    return quat(pose.rotation) * hinge.axis_B;
+    module_->call(Function::kBody_GetQTransform, {bodies_[body], out(pose)});
+    return pose;
   }
 
-  void push(int body, const Vec3& impulse_W) {
+  void add_ball_springs() {
+    for (size_t b = 0; b < model_.balls.size(); ++b) {
+      const BallJoint& ball = model_.balls[b];
+      if (!ball.has_spring()) continue;
+      const int index = static_cast<int>(b);
+      const Vec3 impulse_W = options_.timestep * (scratch_.bodies[ball.body].q_WB *
+                                                  ball_spring_torque(ball, ball_rotation(model_, scratch_, index),
+                                                                     ball_velocity(model_, scratch_, index)));
+      push(ball.body, impulse_W);
+      if (const int parent = model_.bodies[ball.body].parent; parent != kWorld) push(parent, -impulse_W);
+    }
+  }
+
+  void keep_velocities(int body) {
     if (!any_pushed_) pushed_.assign(bodies_.size(), false);
     any_pushed_ = true;
-    if (!pushed_[body]) {
-      module_->call(Function::kBody_GetAngularVelocity, {bodies_[body], out(before_push_[body])});
-      pushed_[body] = true;
-    }
+    if (pushed_[body]) return;
+    before_push_[body] = velocities(body);
+    pushed_[body] = true;
+  }
+  void push(int body, const Vec3& impulse_W) {
+    keep_velocities(body);
     module_->call(Function::kBody_ApplyAngularImpulse, {bodies_[body], in(vector3(impulse_W))});
+  }
+  void push_at(int body, const Vec3& p_W, const Vec3& impulse_W) {
+    keep_velocities(body);
+    module_->call(Function::kBody_ApplyImpulse, {bodies_[body], in(vector3(p_W)), in(vector3(impulse_W))});
   }
 
   void put_back_velocities() {
     if (!any_pushed_) return;
     for (size_t i = 0; i < bodies_.size(); ++i) {
       if (!pushed_[i]) continue;
-      module_->call(Function::kBody_SetAngularVelocity, {bodies_[i], in(before_push_[i])});
+      module_->call(Function::kBody_SetLinearVelocity, {bodies_[i], in(before_push_[i].linear)});
+      module_->call(Function::kBody_SetAngularVelocity, {bodies_[i], in(before_push_[i].angular)});
     }
     any_pushed_ = false;
   }
 
   Options options_;
   Clock clock_;
-  Model model_;  // our own copy: the caller's need not live on
+  Lent lent_;           // our own copy: the caller's need not live on
+  const Model& model_;  // lent_'s: every body has mass
   std::unique_ptr<Module> module_;
   Id world_ = 0, world_anchor_ = 0, last_static_ = 0;
   std::vector<Id> bodies_, joints_;
   std::vector<std::vector<Id>> shapes_of_;  // per body
   std::vector<Anchor> anchors_;             // in the child
-  bool explicit_springs_;
+  bool joint_springs_;                      // explicit ones of hinges and slides
+  bool explicit_springs_;                   // of any kind
+  std::vector<double> torques_;
   State scratch_;
   bool any_pushed_ = false;  // since the last step
   std::vector<bool> pushed_;
-  std::vector<havok::Vector3> before_push_;  // angular velocities: a push changes no other
-  mutable std::vector<double> last_angle_;   // what the next read unwraps against
+  std::vector<Velocities> before_push_;
+  mutable std::vector<double> last_angle_;  // what the next read unwraps against
 };
 
 }  // namespace
