@@ -3,6 +3,7 @@
 # too. What is there already is left alone, so a second run takes a moment. All messages go to standard error.
 #
 #   setup/setup.sh [--tests]
+#   setup/setup.sh --robots  fetches real robots (setup/pip/robots.txt) instead: some 600 MB, on demand
 #   setup/setup.sh --prune   removes shared engines, tools and downloads that no set-up has used for 90 days
 #
 #   ASSAY_CACHE         where downloads, engines and tools live, for all clones; default: assay in XDG_CACHE_HOME, else
@@ -14,12 +15,13 @@ set -euo pipefail
 root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
 # shellcheck source=setup/common.sh
 source "${root}/setup/common.sh"
-with_tests="" prune=""
+with_tests="" prune="" robots=""
 case "${1:-}" in
   "") ;;
   --tests) with_tests=1 ;;
   --prune) prune=1 ;;
-  *) echo "setup: unknown argument '$1': the arguments are --tests and --prune" >&2; exit 2 ;;
+  --robots) robots=1 ;;
+  *) echo "setup: unknown argument '$1': the arguments are --tests, --robots and --prune" >&2; exit 2 ;;
 esac
 exec 1>&2
 
@@ -251,6 +253,29 @@ set_up_web() {
 
 set_up_tools() { make_venv "$(tools_folder)" "${root}/setup/pip/tools.txt"; }
 
+# ---- real robots ----------------------------------------------------------------------------------------------------
+
+# Every package of setup/pip/robots.txt as ${cache}/robots/NAME-VERSION, where MODEL robots:NAME-VERSION/PATH finds it.
+set_up_robots() {
+  local pins="${root}/setup/pip/robots.txt" package
+  while IFS= read -r package; do
+    package="${package%% *}"
+    made_once "${cache}/robots/${package/==/-}" unpack_robots "${package}"
+  done < <(grep -v '^#' "${pins}")
+}
+unpack_robots() {
+  local package="$1" folder="${cache}/robots/${1/==/-}" stem
+  if [[ -z ${fetched:-} ]]; then
+    say "fetching real robots"
+    fetch "${pins}" --only-binary :all: --implementation cp --abi none --platform any --platform manylinux_2_28_x86_64
+  fi
+  say "unpacking ${package/==/ }"
+  # A wheel's name has no '-' within its parts.
+  stem="${package%%==*}" stem="${stem//-/_}-${package##*==}"
+  logged unzip_python "${fetched}/${stem}"-*.whl "${folder}.part"
+  mv "${folder}.part" "${folder}"
+}
+
 # ---- all of it ------------------------------------------------------------------------------------------------------
 
 # Three pieces at a time: much of one is a single process that downloads, unpacks, generates or links.
@@ -314,6 +339,11 @@ prune_cache() {
 
 if [[ -n ${prune} ]]; then
   prune_cache
+  exit
+fi
+if [[ -n ${robots} ]]; then
+  set_up_robots
+  say "real robots are in ${cache}/robots"
   exit
 fi
 install_packages

@@ -105,8 +105,27 @@ std::optional<int> capsules_count(std::string_view name) {
 
 std::vector<std::string> system_names() { return names_of(kModel); }
 std::vector<std::string> campaign_names() { return names_of(kCampaign); }
+std::string cache_dir() {
+  const auto folder_in = [](const char* variable, const char* below) -> std::optional<std::string> {
+    const char* value = std::getenv(variable);
+    if (value == nullptr || *value == '\0') return std::nullopt;
+    return (fs::path(value) / below).lexically_normal().string();
+  };
+  if (auto folder = folder_in("ASSAY_CACHE", "")) return *folder;
+  if (auto folder = folder_in("XDG_CACHE_HOME", "assay")) return *folder;
+  return folder_in("HOME", ".cache/assay").value_or("");
+}
+
 std::string find_model(const std::string& model) {
   std::error_code error;
+  if (constexpr std::string_view kRobots = "robots:"; model.starts_with(kRobots)) {
+    const fs::path file = fs::path(cache_dir()) / "robots" / model.substr(kRobots.size());
+    if (fs::is_regular_file(file, error)) return file.lexically_normal();
+    throw InputError(
+        fmt::format("model '{}' is not there: '{}' does not exist; fetch the robots with ./assay robots, or "
+                    "correct the name",
+                    model, file.string()));
+  }
   if (capsules_count(model) && !fs::exists(model, error)) {
     return fs::path(assay_data_dir()) / kModel.folder / (model + kModel.ending);
   }

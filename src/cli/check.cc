@@ -221,7 +221,7 @@ void add_check(CLI::App& app, Action& action) {
   CLI::App* command =
       add_command(app, "check", "Show what each engine represents exactly, approximates or refuses in a model",
                   {{"assay check planar-chain", "a system that comes with assay"},
-                   {"assay check my_robot.xml --drop-unsupported", "leaves out boxes and meshes, and names them"},
+                   {"assay check my_robot.xml --drop-unsupported", "leaves out what no engine can be given, and names it"},
                    {"assay check my_robot.urdf --json", "URDF files load the same way"}});
   const auto options = std::make_shared<Options>();
   add_model_options(*command, options->model);

@@ -25,7 +25,7 @@ _assay() {
       if [[ -z ${command} ]]; then
         candidates="$("${program}" --help 2>/dev/null | sed -n '/^Options:/,/^$/d;/^Examples:/q;s/^  \([a-z]*\) .*/\1/p') --help --version"
       elif [[ ${word} == -* ]]; then
-        candidates="$("${program}" "${command}" --help 2>/dev/null | sed -nE '/^Options:/,/^$/s/^  (-.,)?(--[a-z-]+).*/\2/p')"
+        candidates="$("${program}" "${command}" --help 2>/dev/null | sed -nE '/^Examples:/q;s/^  (-.,)?(--[a-z-]+).*/\2/p')"
       else
         case "${command}" in
           check | simulate | snapshot) candidates="$(_assay_names "${program}" systems)" ;;

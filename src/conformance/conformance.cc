@@ -18,61 +18,152 @@ using conformance::Verdict;
 // The capability that a test requires of a contender.
 enum class Need { kNothing, kTorques, kSprings, kArmature, kJointLimits, kContact };
 
+// The features of models that a test requires: all of them declared, or with kAny one. An approximated one counts,
+// unless the test is `exact`; the contender then declares a deviation where its approximation exceeds the tolerance.
+struct Features {
+  std::vector<Feature> of = {};
+  bool any = false, exact = false;
+};
+
 struct Entry {
   const char* name;
   const char* meaning;
   Need need;
   Verdict (*run)(const Subject&);
+  Features features = {};
 };
 
 // The most basic tests first: a later failure may follow from an earlier one.
-constexpr Entry kEntries[] = {
-    {"readback", "the engine itself reports the model's mass, inertia, frames, limits and gravity", Need::kNothing,
-     conformance::readback},
-    {"state-round-trip", "a state of any time, pose and velocity is read back as it was given", Need::kNothing,
-     conformance::state_round_trip},
-    {"determinism", "the same run twice gives the same bits", Need::kNothing, conformance::determinism},
-    {"independence", "instances stepped in turns give the same bits as separate runs", Need::kNothing,
-     conformance::independence},
-    {"batches", "advance(n) gives the bits of n times advance(1), and the time is right", Need::kNothing,
-     conformance::batches},
-    {"free-fall", "a moving, spinning body follows the parabola", Need::kNothing, conformance::free_fall},
-    {"gravity-direction", "oblique, horizontal and no gravity", Need::kNothing, conformance::gravity_direction},
-    {"fast-motion", "nothing slows a body at 300 m/s and 100 rad/s, or a hinge at 120 rad/s", Need::kNothing,
-     conformance::fast_motion},
-    {"torque-free-top", "an asymmetric body turns over as Jacobi's elliptic functions say", Need::kNothing,
-     conformance::torque_free_top},
-    {"pendulum-period", "the period at 143 degrees is the complete elliptic integral's", Need::kNothing,
-     conformance::pendulum_period},
-    {"planar-chain", "five links in a plane converge to the independent solution", Need::kNothing,
-     conformance::planar_chain},
-    {"spatial-chain", "five links in space converge to the independent solution", Need::kNothing,
-     conformance::spatial_chain},
-    {"oblique-trees", "a floating and a fixed tree with oblique frames converge to the independent solution",
-     Need::kNothing, conformance::oblique_trees_converge},
-    {"restart", "a new instance in a state of the run continues the run", Need::kNothing, conformance::restart},
-    {"torque-for-one-step", "a torque acts for one step, and the later of two calls counts", Need::kTorques,
-     conformance::torque_for_one_step},
-    {"constant-torque", "a hinge under constant torque follows the parabola, past whole turns", Need::kTorques,
-     conformance::constant_torque},
-    {"torque-reaction", "torques on a floating tree act on both bodies of a hinge", Need::kTorques,
-     conformance::torque_reaction},
-    {"armature", "armature adds to the inertia about the hinge", Need::kArmature, conformance::armature},
-    {"spring-damper", "a hinge's spring and damper follow the damped oscillator", Need::kSprings,
-     conformance::spring_damper},
-    {"joint-limit", "a bar that falls onto its joint's limit rests there", Need::kJointLimits,
-     conformance::joint_limit},
-    {"resting-height", "balls and capsules rest on a plane and on fixed capsules at their radius", Need::kContact,
-     conformance::resting_height},
-    {"sliding-capsule", "a sliding capsule stops after v^2/(2 mu g)", Need::kContact, conformance::sliding_capsule},
-    {"sphere-rolls", "a sliding ball rolls at 5/7 of its speed", Need::kContact, conformance::sphere_rolls},
-    {"friction-per-pair", "each pair has the model's friction, however the shapes' own would combine", Need::kContact,
-     conformance::friction_per_pair},
-    {"bodies-collide", "moving balls and capsules stop each other and keep their momentum", Need::kContact,
-     conformance::bodies_collide},
-    {"excluded-pairs", "what is no contact pair of the model does not collide", Need::kContact,
-     conformance::excluded_pairs},
-};
+const std::vector<Entry>& entries() {
+  using enum Feature;
+  static const std::vector<Entry> list = {
+      {"readback", "the engine itself reports the model's mass, inertia, frames, limits and gravity", Need::kNothing,
+       conformance::readback},
+      {"state-round-trip", "a state of any time, pose and velocity is read back as it was given", Need::kNothing,
+       conformance::state_round_trip},
+      {"determinism", "the same run twice gives the same bits", Need::kNothing, conformance::determinism},
+      {"independence", "instances stepped in turns give the same bits as separate runs", Need::kNothing,
+       conformance::independence},
+      {"batches", "advance(n) gives the bits of n times advance(1), and the time is right", Need::kNothing,
+       conformance::batches},
+      {"free-fall", "a moving, spinning body follows the parabola", Need::kNothing, conformance::free_fall},
+      {"gravity-direction", "oblique, horizontal and no gravity", Need::kNothing, conformance::gravity_direction},
+      {"fast-motion", "nothing slows a body at 300 m/s and 100 rad/s, or a hinge at 120 rad/s", Need::kNothing,
+       conformance::fast_motion},
+      {"torque-free-top", "an asymmetric body turns over as Jacobi's elliptic functions say", Need::kNothing,
+       conformance::torque_free_top},
+      {"pendulum-period", "the period at 143 degrees is the complete elliptic integral's", Need::kNothing,
+       conformance::pendulum_period},
+      {"planar-chain", "five links in a plane converge to the independent solution", Need::kNothing,
+       conformance::planar_chain},
+      {"spatial-chain", "five links in space converge to the independent solution", Need::kNothing,
+       conformance::spatial_chain},
+      {"oblique-trees", "a floating and a fixed tree with oblique frames converge to the independent solution",
+       Need::kNothing, conformance::oblique_trees_converge},
+      {"restart", "a new instance in a state of the run continues the run", Need::kNothing, conformance::restart},
+      {"torque-for-one-step", "a torque acts for one step, and the later of two calls counts", Need::kTorques,
+       conformance::torque_for_one_step},
+      {"constant-torque", "a hinge under constant torque follows the parabola, past whole turns", Need::kTorques,
+       conformance::constant_torque},
+      {"torque-reaction", "torques on a floating tree act on both bodies of a hinge", Need::kTorques,
+       conformance::torque_reaction},
+      {"armature", "armature adds to the inertia about the hinge", Need::kArmature, conformance::armature},
+      {"spring-damper", "a hinge's spring and damper follow the damped oscillator", Need::kSprings,
+       conformance::spring_damper},
+      {"joint-limit", "a bar that falls onto its joint's limit rests there", Need::kJointLimits,
+       conformance::joint_limit},
+      {"resting-height", "balls and capsules rest on a plane and on fixed capsules at their radius", Need::kContact,
+       conformance::resting_height},
+      {"sliding-capsule", "a sliding capsule stops after v^2/(2 mu g)", Need::kContact, conformance::sliding_capsule},
+      {"sphere-rolls", "a sliding ball rolls at 5/7 of its speed", Need::kContact, conformance::sphere_rolls},
+      {"friction-per-pair", "each pair has the model's friction, however the shapes' own would combine", Need::kContact,
+       conformance::friction_per_pair},
+      {"bodies-collide", "moving balls and capsules stop each other and keep their momentum", Need::kContact,
+       conformance::bodies_collide},
+      {"excluded-pairs", "what is no contact pair of the model does not collide", Need::kContact,
+       conformance::excluded_pairs},
+      {"declared-features", "features that are not declared are refused, those that are run", Need::kNothing,
+       conformance::declared_features},
+      {"tree-readback",
+       "readback on random trees of the joints that the contender has",
+       Need::kNothing,
+       conformance::tree_readback,
+       {.of = {kSlide, kBall, kMassless}, .any = true, .exact = true}},
+      {"tree-round-trip",
+       "state-round-trip on random trees of the joints that the contender has",
+       Need::kNothing,
+       conformance::tree_round_trip,
+       {.of = {kSlide, kBall, kMassless}, .any = true, .exact = true}},
+      {"slide-force",
+       "a block on an oblique slide under gravity and a force follows the parabola",
+       Need::kTorques,
+       conformance::slide_force,
+       {.of = {kSlide}}},
+      {"slide-spring",
+       "a slide with a spring and a damper follows the damped oscillator",
+       Need::kSprings,
+       conformance::slide_spring,
+       {.of = {kSlide}}},
+      {"slide-armature",
+       "armature adds to the mass along a slide",
+       Need::kArmature,
+       conformance::slide_armature,
+       {.of = {kSlide}}},
+      {"slide-limit",
+       "a block that slides down onto its joint's limit rests there",
+       Need::kJointLimits,
+       conformance::slide_limit,
+       {.of = {kSlide}}},
+      {"planar-root",
+       "slide, slide and hinge in one body converge to the reference solution",
+       Need::kNothing,
+       conformance::planar_root,
+       {.of = {kSlide, kMassless}}},
+      {"massless-joints",
+       "two and three hinges in one body converge to the reference solution",
+       Need::kNothing,
+       conformance::massless_joints,
+       {.of = {kMassless}}},
+      {"conical-pendulum",
+       "a rod on a ball joint circles at a constant angle",
+       Need::kNothing,
+       conformance::conical_pendulum,
+       {.of = {kBall}}},
+      {"ball-limit",
+       "a bar on a ball joint falls onto the joint's limit and rests there",
+       Need::kJointLimits,
+       conformance::ball_limit,
+       {.of = {kBall, kBallLimit}}},
+      {"ball-spring",
+       "a ball joint's spring and damper converge to the reference solution",
+       Need::kNothing,
+       conformance::ball_spring,
+       {.of = {kBall, kBallSpring}}},
+      {"ball-armature",
+       "armature of ball joints converges to the reference solution",
+       Need::kNothing,
+       conformance::ball_armature,
+       {.of = {kBall, kBallArmature}}},
+      {"dry-friction",
+       "dry friction of joints holds below its bound and brakes by it above",
+       Need::kTorques,
+       conformance::dry_friction,
+       {.of = {kDryFriction}}},
+      {"ball-dry-friction",
+       "dry friction stops a ball joint",
+       Need::kNothing,
+       conformance::ball_dry_friction,
+       {.of = {kBall, kBallDryFriction}}},
+      {"random-trees", "random trees of the contender's joints, 1 g to 100 kg and 5 mm to 2 m, converge",
+       Need::kNothing, conformance::random_trees},
+      {"random-massless-trees",
+       "the same with up to three joints in a row",
+       Need::kNothing,
+       conformance::random_massless_trees,
+       {.of = {kMassless}}},
+  };
+  return list;
+}
 
 const char* need_text(Need need) {
   switch (need) {
@@ -90,6 +181,16 @@ const char* need_text(Need need) {
       return "contact";
   }
   return "";
+}
+
+// "joint torques, slide joints"
+std::string needs_text(const Entry& entry) {
+  std::string text = need_text(entry.need);
+  for (size_t k = 0; k < entry.features.of.size(); ++k) {
+    if (!text.empty()) text += k > 0 && entry.features.any ? " or " : ", ";
+    text += feature_name(entry.features.of[k]);
+  }
+  return text;
 }
 
 bool has(const Capabilities& can, Need need) {
@@ -110,6 +211,22 @@ bool has(const Capabilities& can, Need need) {
   return false;
 }
 
+// Why the features of `entry` are missing; empty when they are there.
+std::string missing_feature(const Entry& entry, const Capabilities& can) {
+  std::string missing;
+  for (const Feature feature : entry.features.of) {
+    const FeatureSupport* support = can.support(feature);
+    const bool has_it = support != nullptr && (support->fidelity == Fidelity::kExact ||
+                                               (support->fidelity == Fidelity::kApproximated && !entry.features.exact));
+    if (has_it && entry.features.any) return "";
+    if (!has_it && missing.empty()) {
+      missing = fmt::format("the contender does not declare {}{}", feature_name(feature),
+                            entry.features.exact ? " as exact" : "");
+    }
+  }
+  return missing;
+}
+
 // Runs one test. An engine's failure is a verdict too.
 ConformanceResult judge(const Entry& entry, const Subject& subject) {
   ConformanceResult result;
@@ -119,6 +236,11 @@ ConformanceResult judge(const Entry& entry, const Subject& subject) {
     if (!has(can, entry.need)) {
       result.status = ConformanceStatus::kNotApplicable;
       result.note = fmt::format("the contender does not declare {}", need_text(entry.need));
+      return result;
+    }
+    if (const std::string missing = missing_feature(entry, can); !missing.empty()) {
+      result.status = ConformanceStatus::kNotApplicable;
+      result.note = missing;
       return result;
     }
     const Verdict verdict = entry.run(subject);
@@ -172,8 +294,8 @@ std::string_view status_text(ConformanceStatus status) {
 const std::vector<ConformanceTest>& conformance_tests() {
   static const std::vector<ConformanceTest> tests = [] {
     std::vector<ConformanceTest> list;
-    list.reserve(std::size(kEntries));
-    for (const Entry& entry : kEntries) list.push_back({entry.name, entry.meaning, need_text(entry.need)});
+    list.reserve(entries().size());
+    for (const Entry& entry : entries()) list.push_back({entry.name, entry.meaning, needs_text(entry)});
     return list;
   }();
   return tests;
@@ -181,8 +303,8 @@ const std::vector<ConformanceTest>& conformance_tests() {
 
 std::vector<ConformanceResult> run_conformance(const ResolvedContender& contender, const ConformanceOptions& options) {
   std::vector<std::string> names;
-  names.reserve(std::size(kEntries));
-  for (const Entry& entry : kEntries) names.emplace_back(entry.name);
+  names.reserve(entries().size());
+  for (const Entry& entry : entries()) names.emplace_back(entry.name);
   for (const std::string& test : options.tests) {
     if (std::ranges::find(names, test) == names.end()) {
       throw InputError(fmt::format("there is no conformance test '{}'{}", test, did_you_mean(test, names)));
@@ -190,7 +312,7 @@ std::vector<ConformanceResult> run_conformance(const ResolvedContender& contende
   }
   const Subject subject(contender);
   std::vector<ConformanceResult> results;
-  for (const Entry& entry : kEntries) {
+  for (const Entry& entry : entries()) {
     if (!options.tests.empty() && std::ranges::find(options.tests, entry.name) == options.tests.end()) continue;
     results.push_back(judge(entry, subject));
     if (options.on_result) options.on_result(results.back());

@@ -83,6 +83,79 @@ class Instance {
   std::unique_ptr<Simulation> simulation_;
 };
 
+// What the engine reports of itself against the model in `state`.
+void check_view(const Model& model, const State& state, const EngineView& view, double tolerance, Checks& checks) {
+  if (view.bodies.size() != model.bodies.size() || view.joints.size() != model.joints.size()) {
+    throw EngineError(fmt::format("the engine has {} bodies and {} hinges and slides, the model {} and {}",
+                                  view.bodies.size(), view.joints.size(), model.bodies.size(), model.joints.size()));
+  }
+  for (size_t i = 0; i < model.bodies.size(); ++i) {
+    const Body& body = model.bodies[i];
+    const EngineBody& seen = view.bodies[i];
+    if (body.is_massless()) {
+      checks.add(std::abs(seen.mass), 0, fmt::format("mass of '{}', which has none, kg", body.name));
+      continue;
+    }
+    const Mat3 R = state.bodies[i].q_WB.toRotationMatrix();
+    const Mat3 I_W = R * body.I_BBcm_B * R.transpose();
+    checks.add(std::abs(seen.mass / body.mass - 1), tolerance, fmt::format("mass of '{}', relative", body.name));
+    checks.add((seen.I_BBcm_W - I_W).cwiseAbs().maxCoeff() / I_W.trace(), tolerance,
+               fmt::format("inertia of '{}' in the world, relative to its trace", body.name));
+    checks.add((seen.p_WBcm - state.bodies[i].p_WBcm).norm(), tolerance,
+               fmt::format("centre of mass of '{}', m", body.name));
+  }
+  for (size_t j = 0; j < model.joints.size(); ++j) {
+    const Joint& hinge = model.joints[j];
+    const EngineJoint& seen = view.joints[j];
+    const JointFrames frames = joint_frames(model, state, static_cast<int>(j));
+    const Vec3 offset = seen.p_WJ - frames.p_WJ_child;
+    checks.add((seen.axis_W - frames.axis_W_child).norm(), tolerance, fmt::format("axis of '{}', rad", hinge.name));
+    if (!hinge.is_slide()) {
+      checks.add(offset.cross(frames.axis_W_child).norm(), tolerance,
+                 fmt::format("axis of '{}', m beside", hinge.name));
+    }
+    checks.add(seen.limited == hinge.limited ? 0 : 1, tolerance,
+               fmt::format("'{}' {} limited in the engine", hinge.name, seen.limited ? "is" : "is not"));
+    if (!hinge.limited || !seen.limited) continue;
+    checks.add(std::max(std::abs(seen.lower - hinge.lower), std::abs(seen.upper - hinge.upper)), tolerance,
+               fmt::format("limits of '{}', {}", hinge.name, hinge.is_slide() ? "m" : "rad"));
+  }
+  checks.add((view.gravity - model.gravity).norm(), tolerance, "gravity, m/s^2");
+}
+
+// A state that was read at once against the one that was given.
+void check_state(const Model& model, const State& state, const State& read, double tolerance, Checks& checks) {
+  if (read.bodies.size() != state.bodies.size() || read.position.size() != state.position.size() ||
+      read.velocity.size() != state.velocity.size()) {
+    throw EngineError("the state that was read back has another size");
+  }
+  // the adapter keeps the time, in double precision for every engine
+  checks.add(std::abs(read.time - state.time), 1e-12, "time, s");
+  for (size_t b = 0; b < state.bodies.size(); ++b) {
+    const BodyState &is = read.bodies[b], &was = state.bodies[b];
+    const std::string& name = model.bodies[b].name;
+    checks.add((is.p_WBcm - was.p_WBcm).norm(), tolerance, fmt::format("position of '{}', m", name));
+    checks.add(std::abs(is.q_WB.norm() - 1), tolerance, fmt::format("length of the quaternion of '{}'", name));
+    checks.add(angle_between(is.q_WB, was.q_WB), tolerance, fmt::format("orientation of '{}', rad", name));
+    checks.add((is.v_WBcm - was.v_WBcm).norm(), tolerance, fmt::format("velocity of '{}', m/s", name));
+    checks.add((is.w_WB - was.w_WB).norm(), tolerance, fmt::format("angular velocity of '{}', rad/s", name));
+  }
+  for (size_t j = 0; j < state.position.size(); ++j) {
+    const std::string& name = model.joints[j].name;
+    checks.add(std::abs(read.position[j] - state.position[j]), tolerance, fmt::format("angle of '{}', rad", name));
+    checks.add(std::abs(read.velocity[j] - state.velocity[j]), tolerance, fmt::format("rate of '{}', rad/s", name));
+  }
+}
+
+// Trees of every joint that the contender has exactly beside hinges.
+Model tree_of_joints(const Subject& subject, unsigned seed) {
+  TreeOptions options;
+  options.slides = subject.is_exact(Feature::kSlide);
+  options.balls = subject.is_exact(Feature::kBall);
+  options.massless = subject.is_exact(Feature::kMassless);
+  return random_tree(seed, options);
+}
+
 }  // namespace
 
 Verdict readback(const Subject& subject) {
@@ -104,37 +177,27 @@ Verdict readback(const Subject& subject) {
   bodies_from_joints(model, state);
   const EngineView view = subject.create(model, state, 1e-3)->view();
 
-  const double tolerance = conversion_tolerance(subject);
-  if (view.bodies.size() != model.bodies.size() || view.joints.size() != model.joints.size()) {
-    throw EngineError(fmt::format("the engine has {} bodies and {} hinges, the model {} and {}", view.bodies.size(),
-                                  view.joints.size(), model.bodies.size(), model.joints.size()));
-  }
   Checks checks("");
-  for (size_t i = 0; i < model.bodies.size(); ++i) {
-    const Body& body = model.bodies[i];
-    const EngineBody& seen = view.bodies[i];
-    const Mat3 R = state.bodies[i].q_WB.toRotationMatrix();
-    const Mat3 I_W = R * body.I_BBcm_B * R.transpose();
-    checks.add(std::abs(seen.mass / body.mass - 1), tolerance, fmt::format("mass of '{}', relative", body.name));
-    checks.add((seen.I_BBcm_W - I_W).cwiseAbs().maxCoeff() / I_W.trace(), tolerance,
-               fmt::format("inertia of '{}' in the world, relative to its trace", body.name));
-    checks.add((seen.p_WBcm - state.bodies[i].p_WBcm).norm(), tolerance,
-               fmt::format("centre of mass of '{}', m", body.name));
+  check_view(model, state, view, conversion_tolerance(subject), checks);
+  return checks.worst();
+}
+
+Verdict tree_readback(const Subject& subject) {
+  Checks checks("");
+  for (const unsigned seed : {1U, 2U, 3U, 4U}) {
+    Model model = tree_of_joints(subject, seed);
+    if (subject.capabilities().joint_limits) {
+      for (size_t j = 0; j < model.joints.size(); j += 2) {
+        Joint& joint = model.joints[j];
+        joint.limited = true;
+        joint.lower = joint.reference - 1.1;
+        joint.upper = joint.reference + 0.9;
+      }
+      model.hash = model_hash(model);
+    }
+    const EngineView view = subject.create(model, model.initial, 1e-3)->view();
+    check_view(model, model.initial, view, conversion_tolerance(subject), checks);
   }
-  for (size_t j = 0; j < model.joints.size(); ++j) {
-    const Joint& hinge = model.joints[j];
-    const EngineJoint& seen = view.joints[j];
-    const JointFrames frames = joint_frames(model, state, static_cast<int>(j));
-    const Vec3 offset = seen.p_WJ - frames.p_WJ_child;
-    checks.add((seen.axis_W - frames.axis_W_child).norm(), tolerance, fmt::format("axis of '{}', rad", hinge.name));
-    checks.add(offset.cross(frames.axis_W_child).norm(), tolerance, fmt::format("axis of '{}', m beside", hinge.name));
-    checks.add(seen.limited == hinge.limited ? 0 : 1, tolerance,
-               fmt::format("'{}' {} limited in the engine", hinge.name, seen.limited ? "is" : "is not"));
-    if (!hinge.limited || !seen.limited) continue;
-    checks.add(std::max(std::abs(seen.lower - hinge.lower), std::abs(seen.upper - hinge.upper)), tolerance,
-               fmt::format("limits of '{}', rad", hinge.name));
-  }
-  checks.add((view.gravity - model.gravity).norm(), tolerance, "gravity, m/s^2");
   return checks.worst();
 }
 
@@ -147,26 +210,19 @@ Verdict state_round_trip(const Subject& subject) {
     const State state = random_state(model, random);
     State read;
     subject.create(model, state, 1e-3)->read_state(read);
-    if (read.bodies.size() != state.bodies.size() || read.position.size() != state.position.size() ||
-        read.velocity.size() != state.velocity.size()) {
-      throw EngineError("the state that was read back has another size");
-    }
-    // the adapter keeps the time, in double precision for every engine
-    checks.add(std::abs(read.time - state.time), 1e-12, "time, s");
-    for (size_t b = 0; b < state.bodies.size(); ++b) {
-      const BodyState &is = read.bodies[b], &was = state.bodies[b];
-      const std::string& name = model.bodies[b].name;
-      checks.add((is.p_WBcm - was.p_WBcm).norm(), tolerance, fmt::format("position of '{}', m", name));
-      checks.add(std::abs(is.q_WB.norm() - 1), tolerance, fmt::format("length of the quaternion of '{}'", name));
-      checks.add(angle_between(is.q_WB, was.q_WB), tolerance, fmt::format("orientation of '{}', rad", name));
-      checks.add((is.v_WBcm - was.v_WBcm).norm(), tolerance, fmt::format("velocity of '{}', m/s", name));
-      checks.add((is.w_WB - was.w_WB).norm(), tolerance, fmt::format("angular velocity of '{}', rad/s", name));
-    }
-    for (size_t j = 0; j < state.position.size(); ++j) {
-      const std::string& name = model.joints[j].name;
-      checks.add(std::abs(read.position[j] - state.position[j]), tolerance, fmt::format("angle of '{}', rad", name));
-      checks.add(std::abs(read.velocity[j] - state.velocity[j]), tolerance, fmt::format("rate of '{}', rad/s", name));
-    }
+    check_state(model, state, read, tolerance, checks);
+  }
+  return checks.worst();
+}
+
+Verdict tree_round_trip(const Subject& subject) {
+  Checks checks("");
+  for (unsigned seed = 1; seed <= 8; ++seed) {
+    const Model model = tree_of_joints(subject, seed);
+    State state = model.initial, read;
+    state.time = 12.5 * seed;
+    subject.create(model, state, 1e-3)->read_state(read);
+    check_state(model, state, read, conversion_tolerance(subject), checks);
   }
   return checks.worst();
 }

@@ -124,6 +124,36 @@ void add_contact(Model& model, int shape_a, int shape_b, double friction) {
   model.contacts.push_back({std::min(shape_a, shape_b), std::max(shape_a, shape_b), friction});
 }
 
+Hull box_hull(const Vec3& half_size) {
+  Hull hull;
+  hull.name = "box";
+  // vertex i has the signs of its bits: 1 x, 2 y, 4 z
+  for (int i = 0; i < 8; ++i) {
+    const Vec3 signs((i & 1) != 0 ? 1 : -1, (i & 2) != 0 ? 1 : -1, (i & 4) != 0 ? 1 : -1);
+    hull.vertices.emplace_back(signs.cwiseProduct(half_size));
+  }
+  hull.faces = {{0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}, {0, 1, 5}, {0, 5, 4},
+                {2, 6, 7}, {2, 7, 3}, {0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}};
+  return hull;
+}
+
+HeightField flat_field(double half, double base, double slope) {
+  constexpr int kSamples = 21;
+  HeightField field{.name = "field",
+                    .rows = kSamples,
+                    .columns = kSamples,
+                    .half_x = half,
+                    .half_y = half,
+                    .base = base,
+                    .heights = {}};
+  for (int row = 0; row < kSamples; ++row) {
+    for (int column = 0; column < kSamples; ++column) {
+      field.heights.push_back(slope * 2 * half * column / (kSamples - 1));
+    }
+  }
+  return field;
+}
+
 Model finished(Model model) {
   model.initial = reference_state(model);
   model.hash = model_hash(model);
@@ -222,15 +252,15 @@ Model random_tree(unsigned seed, const TreeOptions& options) {
   Model model;
   model.name = fmt::format("conformance-tree-{}", seed);
   std::vector<int> heavy;                                        // bodies with mass
-  const double rate = 0.4 * std::sqrt(kGravity / options.size);  // 1/s
+  const double rate = 0.2 * std::sqrt(kGravity / options.size);  // 1/s
   struct Start {
     double position = 0, velocity = 0;
   };
   std::vector<Start> starts;
   for (int i = 0; i < options.bodies; ++i) {
     const double mass = options.mass * std::exp2(uniform(-1, 1)), size = options.size * std::exp2(uniform(-1, 1));
-    // a box whose edges are a quarter to a whole of the size
-    const Vec3 edge(size * uniform(0.25, 1), size * uniform(0.25, 1), size * uniform(0.25, 1));
+    // a box whose edges are half to the whole of the size
+    const Vec3 edge(size * uniform(0.5, 1), size * uniform(0.5, 1), size * uniform(0.5, 1));
     const Vec3 square = edge.cwiseProduct(edge) * mass / 12;
     const Solid solid =
         principal_solid(mass, 0.4 * size * direction(),
@@ -261,7 +291,7 @@ Model random_tree(unsigned seed, const TreeOptions& options) {
                              : add_hinged_body(model, name, parent, pose, own, axis, anchor);
         const double unit = slide ? options.size : 1;
         joint.reference = unit * uniform(-0.5, 0.5);
-        starts.push_back({joint.reference + unit * uniform(-0.6, 0.6), unit * rate * uniform(-1, 1)});
+        starts.push_back({joint.reference + unit * uniform(-0.4, 0.4), unit * rate * uniform(-1, 1)});
       }
       parent = static_cast<int>(model.bodies.size()) - 1;
     }

@@ -36,6 +36,11 @@ int add_shape(Model& model, ShapeType type, int body, const Pose& X_BS = {}, dou
               double friction = 1);
 void add_contact(Model& model, int shape_a, int shape_b, double friction);
 
+// The hull of a box, centred: eight vertices, twelve triangles.
+Hull box_hull(const Vec3& half_size);
+// A square height field of 2 half by 2 half metres whose heights rise from 0 along x with `slope`.
+HeightField flat_field(double half, double base, double slope);
+
 // Fills the initial state (reference, at rest) and the hash. Call it last.
 Model finished(Model model);
 

@@ -32,6 +32,12 @@ std::vector<double> extrapolated(const std::vector<double>& coarse, const std::v
   return limit;
 }
 
+// Whether set_torques() has to be called before every step: it adds explicit springs.
+bool needs_torques(const Model& model) {
+  return model.has_springs() || std::ranges::any_of(model.balls, &BallJoint::has_spring) ||
+         std::ranges::any_of(model.tendons, &Tendon::has_spring);
+}
+
 }  // namespace
 
 void Checks::add(double figure, double tolerance, const std::string& what) {
@@ -47,6 +53,18 @@ void Checks::add(double figure, double tolerance, const std::string& what) {
   worst_.figure = figure;
   worst_.tolerance = tolerance;
   worst_.note = what;
+}
+
+bool Subject::is_exact(Feature feature) const {
+  const Capabilities can = capabilities();
+  const FeatureSupport* support = can.support(feature);
+  return support != nullptr && support->fidelity == Fidelity::kExact;
+}
+
+bool Subject::accepts(Feature feature) const {
+  const Capabilities can = capabilities();
+  const FeatureSupport* support = can.support(feature);
+  return support != nullptr && support->fidelity != Fidelity::kRefused;
 }
 
 double Subject::epsilon() const {
@@ -70,7 +88,7 @@ State Subject::run(const Model& model, const State& start, double timestep, doub
   const std::unique_ptr<Simulation> simulation = create(model, start, timestep);
   const int steps = static_cast<int>(std::llround(duration / timestep));
   const int stride = std::max(1, static_cast<int>(std::llround(0.01 / timestep)));
-  const bool has_input = !torques.empty() || model.has_springs();
+  const bool has_input = !torques.empty() || needs_torques(model);
   const std::vector<double> zero(model.joints.size(), 0.0);
   State state;
   for (int done = 0; done < steps;) {
@@ -86,7 +104,8 @@ State Subject::run(const Model& model, const State& start, double timestep, doub
   return state;
 }
 
-std::vector<State> Subject::record(const Model& model, const State& start, double timestep, double duration) const {
+std::vector<State> Subject::record(const Model& model, const State& start, double timestep, double duration,
+                                   std::span<const double> torques) const {
   const std::unique_ptr<Simulation> simulation = create(model, start, timestep);
   const int steps = static_cast<int>(std::llround(duration / timestep));
   std::vector<State> states;
@@ -94,7 +113,10 @@ std::vector<State> Subject::record(const Model& model, const State& start, doubl
   State state;
   simulation->read_state(state);
   states.push_back(state);
+  const bool has_input = !torques.empty() || needs_torques(model);
+  const std::vector<double> zero(model.joints.size(), 0.0);
   for (int i = 0; i < steps; ++i) {
+    if (has_input) simulation->set_torques(torques.empty() ? zero : torques);
     simulation->advance(1);
     simulation->read_state(state);
     states.push_back(state);
@@ -105,7 +127,7 @@ std::vector<State> Subject::record(const Model& model, const State& start, doubl
 Verdict converges(const Subject& subject, const Measurement& measure, const std::vector<double>& truth,
                   const ConvergenceOptions& options) {
   const int order = options.order > 0 ? options.order : subject.capabilities().order;
-  const double h = subject.coarse_timestep();
+  const double h = subject.coarse_timestep() * options.time_scale;
   const std::vector<double> coarse = measure(h), middle = measure(h / 2), fine = measure(h / 4);
   const double error_coarse = distance(coarse, truth), error_middle = distance(middle, truth);
   const double error_fine = distance(fine, truth);

@@ -40,6 +40,10 @@ class Subject {
 
   Capabilities capabilities() const { return contender_.engine->capabilities(contender_.settings); }
 
+  // Whether the contender declares a feature as exact, or at all.
+  bool is_exact(Feature feature) const;
+  bool accepts(Feature feature) const;
+
   // Distance from 1 to the next number of the declared precision.
   double epsilon() const;
 
@@ -59,7 +63,8 @@ class Subject {
             std::span<const double> torques = {}) const;
 
   // The same with every state on the way, the first included.
-  std::vector<State> record(const Model& model, const State& start, double timestep, double duration) const;
+  std::vector<State> record(const Model& model, const State& start, double timestep, double duration,
+                            std::span<const double> torques = {}) const;
 
  private:
   const ResolvedContender& contender_;
@@ -71,9 +76,10 @@ using Measurement = std::function<std::vector<double>(double timestep)>;
 struct ConvergenceOptions {
   double duration = 1;  // s, for the allowed rounding error
   std::string unit;
-  int order = 0;     // 0: the declared order
-  double scale = 0;  // of the quantities; 0: the largest of the reference solution
-  double floor = 0;  // added to the tolerance: legitimate errors that do not shrink with the timestep
+  int order = 0;          // 0: the declared order
+  double scale = 0;       // of the quantities; 0: the largest of the reference solution
+  double floor = 0;       // added to the tolerance: legitimate errors that do not shrink with the timestep
+  double time_scale = 1;  // of the timesteps: for a motion that is faster or slower by its size
 };
 
 // Does the contender converge to `truth` at its declared order p, or a higher one? Three runs with h, h/2 and h/4 give

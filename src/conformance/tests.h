@@ -14,6 +14,9 @@ Verdict independence(const Subject& subject);
 Verdict batches(const Subject& subject);
 Verdict restart(const Subject& subject);
 Verdict torque_for_one_step(const Subject& subject);
+Verdict tree_readback(const Subject& subject);
+Verdict tree_round_trip(const Subject& subject);
+Verdict declared_features(const Subject& subject);
 
 // ---- smooth motions against closed forms and the error-controlled solution (smooth_tests.cc) -----------------------
 Verdict free_fall(const Subject& subject);
@@ -28,6 +31,22 @@ Verdict armature(const Subject& subject);
 Verdict planar_chain(const Subject& subject);
 Verdict spatial_chain(const Subject& subject);
 Verdict oblique_trees_converge(const Subject& subject);
+
+// ---- slides, ball joints, several joints in a row, dry friction (joint_tests.cc) -----------------------------------
+Verdict slide_force(const Subject& subject);
+Verdict slide_spring(const Subject& subject);
+Verdict slide_armature(const Subject& subject);
+Verdict slide_limit(const Subject& subject);
+Verdict planar_root(const Subject& subject);
+Verdict massless_joints(const Subject& subject);
+Verdict conical_pendulum(const Subject& subject);
+Verdict ball_spring(const Subject& subject);
+Verdict ball_armature(const Subject& subject);
+Verdict ball_limit(const Subject& subject);
+Verdict dry_friction(const Subject& subject);
+Verdict ball_dry_friction(const Subject& subject);
+Verdict random_trees(const Subject& subject);
+Verdict random_massless_trees(const Subject& subject);
 
 // ---- limits and contact (contact_tests.cc) --------------------------------------------------------------------------
 Verdict joint_limit(const Subject& subject);

@@ -110,12 +110,12 @@ inline Setting lent_share_setting() {
           .minimum = 1e-6,
           .maximum = kLargestLentShare};
 }
-inline void add_lent_mass(Capabilities& capabilities, double share) {
+inline void add_lent_mass(Capabilities& capabilities, double share, const char* setting = "lent_share") {
   capabilities.features.push_back(
       {Feature::kMassless, Fidelity::kApproximated,
        fmt::format("borrows {:g} % of the mass and inertia of the body that it leads to: exact at the reference "
-                   "configuration, elsewhere accelerations differ by about that part; --set lent_share changes it",
-                   100 * share)});
+                   "configuration, elsewhere accelerations differ by about that part; --set {} changes it",
+                   100 * share, setting)});
 }
 
 // What the engine holds of `lent.model`, in terms of the original: lenders have their whole mass, borrowers none.

@@ -1,13 +1,16 @@
 // Loads MJCF and URDF files into the neutral Model with MuJoCo's own parser and compiler. Includes, defaults, frames,
 // angle units and inertia inference are MuJoCo's, so a file has the same meaning as in MuJoCo.
 //
-// Carried over exactly: mass and inertia, hinge and free joints, limits, joint springs, dampers and armature, spheres,
-// capsules, planes fixed to the world, MuJoCo's collision filter written out as contact pairs with their combined
-// friction, motor and position actuators on hinges, gravity, keyframes. MJCF has no element for a control that changes
-// in time; assay reads <custom><numeric name="assay:sine:ACTUATOR" data="amplitude frequency phase"/> (control's unit,
-// Hz, rad), which adds a sine to an actuator's control. Bodies without a joint are fused into their parent. Settings
+// Carried over: mass and inertia; free, ball, hinge and slide joints, any number in a body, with limits, springs,
+// dampers, armature and dry friction; spheres, capsules, boxes, cylinders, ellipsoids, planes, height fields, and
+// meshes as MuJoCo's convex hull of them; MuJoCo's collision filter written out as contact pairs with their combined
+// friction; linear equality of joints and of fixed tendons, connect, weld; fixed tendons; actuators on hinges, slides
+// and fixed tendons whose force is an affine function; gravity, keyframes. Bodies without a joint are fused into their
+// parent. Contact margins inflate their shapes and limit margins narrow their ranges, which is what they do in MuJoCo.
+// MJCF has no element for a control that changes in time; assay reads <custom><numeric name="assay:sine:ACTUATOR"
+// data="amplitude frequency phase"/> (control's unit, Hz, rad), which adds a sine to an actuator's control. Settings
 // that the contender decides (integrator, timestep, solver, contact softness, friction cone) are ignored with a note.
-// Everything else is refused.
+// Everything else is refused, or left out with LoadOptions::drop_unsupported.
 #pragma once
 
 #include <string>

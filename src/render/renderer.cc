@@ -27,18 +27,70 @@ struct Free {
 
 std::string numbers_text(const Vec3& v) { return fmt::format("{:.9g} {:.9g} {:.9g}", v.x(), v.y(), v.z()); }
 
-std::string geom_xml(const SceneShape& shape) {
-  const Quat& q = shape.X_BS.q;
-  const std::string pose = fmt::format("pos='{}' quat='{:.9g} {:.9g} {:.9g} {:.9g}' contype='0' conaffinity='0'",
-                                       numbers_text(shape.X_BS.p), q.w(), q.x(), q.y(), q.z());
-  if (shape.type == ShapeType::kPlane) {
-    return fmt::format("<geom type='plane' size='0 0 1' material='floor' {}/>", pose);
+// The part of a geom that says its shape.
+std::string size_xml(const SceneShape& shape) {
+  const auto geom = [](const char* type, const std::string& size) {
+    return fmt::format("type='{}' size='{}'", type, size);
+  };
+  switch (shape.type) {
+    case ShapeType::kSphere:
+      return geom("sphere", fmt::format("{:.9g}", shape.radius));
+    case ShapeType::kCapsule:
+      return geom("capsule", fmt::format("{:.9g} {:.9g}", shape.radius, shape.half_length));
+    case ShapeType::kCylinder:
+      return geom("cylinder", fmt::format("{:.9g} {:.9g}", shape.radius, shape.half_length));
+    case ShapeType::kBox:
+      return geom("box", numbers_text(shape.half_size));
+    case ShapeType::kEllipsoid:
+      return geom("ellipsoid", numbers_text(shape.half_size));
+    case ShapeType::kPlane:
+      return "type='plane' size='0 0 1' material='floor'";
+    case ShapeType::kHull:
+      return fmt::format("type='mesh' mesh='hull{}'", shape.data);
+    case ShapeType::kHeightField:
+      return fmt::format("type='hfield' hfield='field{}'", shape.data);
   }
-  const bool sphere = shape.type == ShapeType::kSphere;
-  return fmt::format(
-      "<geom type='{}' size='{}' rgba='{:.4g} {:.4g} {:.4g} {:.4g}' {}/>", sphere ? "sphere" : "capsule",
-      sphere ? fmt::format("{:.9g}", shape.radius) : fmt::format("{:.9g} {:.9g}", shape.radius, shape.half_length),
-      shape.rgba[0], shape.rgba[1], shape.rgba[2], shape.rgba[3], pose);
+  return "";
+}
+
+std::string geom_xml(const Scene& scene, const SceneShape& shape) {
+  const Quat& q = shape.X_BS.q;
+  Vec3 p = shape.X_BS.p;
+  if (shape.type == ShapeType::kHeightField) {
+    // MuJoCo's field begins at its lowest sample
+    p = shape.X_BS * Vec3(0, 0, std::ranges::min(scene.height_fields[static_cast<size_t>(shape.data)].heights));
+  }
+  const std::string pose = fmt::format("pos='{}' quat='{:.9g} {:.9g} {:.9g} {:.9g}' contype='0' conaffinity='0'",
+                                       numbers_text(p), q.w(), q.x(), q.y(), q.z());
+  if (shape.type == ShapeType::kPlane) return fmt::format("<geom {} {}/>", size_xml(shape), pose);
+  return fmt::format("<geom {} rgba='{:.4g} {:.4g} {:.4g} {:.4g}' {}/>", size_xml(shape), shape.rgba[0], shape.rgba[1],
+                     shape.rgba[2], shape.rgba[3], pose);
+}
+
+// The hulls and height fields that shapes use.
+std::string data_xml(const Scene& scene) {
+  std::string xml;
+  for (size_t i = 0; i < scene.hulls.size(); ++i) {
+    std::string corners;
+    for (const Vec3& corner : scene.hulls[i]) corners += numbers_text(corner) + " ";
+    // a shell, for a hull that has next to no volume
+    xml += fmt::format("<mesh name='hull{}' inertia='shell' vertex='{}'/>", i, corners);
+  }
+  for (size_t i = 0; i < scene.height_fields.size(); ++i) {
+    const HeightField& field = scene.height_fields[i];
+    const auto columns = static_cast<size_t>(field.columns);
+    std::string heights;
+    for (size_t row = static_cast<size_t>(field.rows); row-- > 0;) {  // MJCF begins with the last row
+      for (size_t column = 0; column < columns; ++column) {
+        heights += fmt::format("{:.6g} ", field.heights[row * columns + column]);
+      }
+    }
+    const auto [low, high] = std::ranges::minmax(field.heights);
+    xml += fmt::format("<hfield name='field{}' nrow='{}' ncol='{}' size='{:.9g} {:.9g} {:.9g} {:.9g}' elevation='{}'/>",
+                       i, field.rows, field.columns, field.half_x, field.half_y, high > low ? high - low : 1,
+                       std::max(1e-6, field.base + low), heights);
+  }
+  return xml;
 }
 
 // The scene as a MuJoCo model whose bodies are mocap bodies, posed from outside.
@@ -52,18 +104,18 @@ std::string scene_xml(const Scene& scene, const View& view, int width, int heigh
       "<headlight ambient='0.35 0.35 0.35' diffuse='0.35 0.35 0.35' specular='0.1 0.1 0.1'/></visual>"
       "<asset><texture type='skybox' builtin='flat' rgb1='{}' rgb2='{}' width='32' height='192'/>"
       "<texture name='floor' type='2d' builtin='checker' rgb1='.84 .86 .88' rgb2='.74 .77 .8' width='128' "
-      "height='128'/><material name='floor' texture='floor' texuniform='true' texrepeat='1 1'/></asset>"
+      "height='128'/><material name='floor' texture='floor' texuniform='true' texrepeat='1 1'/>{}</asset>"
       "<worldbody><light directional='true' pos='{}' dir='0.2 0.3 -1' diffuse='.55 .55 .55' "
       "specular='.2 .2 .2' castshadow='true'/>",
-      numbers_text(view.centre), view.radius, width, height, kFieldOfView, grey, grey,
+      numbers_text(view.centre), view.radius, width, height, kFieldOfView, grey, grey, data_xml(scene),
       numbers_text(view.centre + Vec3(-0.6, -0.9, 3) * view.radius));
   for (const SceneShape& shape : scene.shapes) {
-    if (shape.body == kWorld) xml += geom_xml(shape);
+    if (shape.body == kWorld) xml += geom_xml(scene, shape);
   }
   for (size_t i = 0; i < scene.bodies.size(); ++i) {
     xml += "<body mocap='true'>";
     for (const SceneShape& shape : scene.shapes) {
-      if (std::cmp_equal(shape.body, i)) xml += geom_xml(shape);
+      if (std::cmp_equal(shape.body, i)) xml += geom_xml(scene, shape);
     }
     xml += "</body>";
   }
@@ -92,7 +144,7 @@ View view_of(const Scene& scene, const std::vector<const std::vector<State>*>& r
   for (const SceneShape& shape : scene.shapes) {
     if (shape.body == kWorld) continue;
     const auto body = static_cast<size_t>(shape.body);
-    const double far = (shape.X_BS.p - scene.bodies[body].p_BBcm).norm() + shape.radius + shape.half_length;
+    const double far = (shape.X_BS.p - scene.bodies[body].p_BBcm).norm() + reach_of(scene, shape);
     reach[body] = std::max(reach[body], far);
   }
   std::array<std::vector<double>, 3> lower, upper;

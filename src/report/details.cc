@@ -79,15 +79,15 @@ json point(const Vec3& p) {
 json shapes_of(const Scene& scene, const std::vector<Pose>& bodies) {
   json shapes = json::array();
   for (const SceneShape& shape : scene.shapes) {
-    if (shape.type == ShapeType::kPlane) continue;
+    if (shape.type == ShapeType::kPlane || shape.type == ShapeType::kHeightField) continue;
     const Pose X_WS = (shape.body == kWorld ? Pose() : bodies[static_cast<size_t>(shape.body)]) * shape.X_BS;
-    const double half = shape.type == ShapeType::kCapsule ? shape.half_length : 0;
+    const Rod rod = rod_of(scene, shape);
     const auto byte = [&](size_t i) {
       return static_cast<int>(std::lround(255 * std::clamp(shape.rgba.at(i), 0.0F, 1.0F)));
     };
-    shapes.push_back({{"a", point(X_WS * Vec3(0, 0, -half))},
-                      {"b", point(X_WS * Vec3(0, 0, half))},
-                      {"r", rounded(shape.radius, 4)},
+    shapes.push_back({{"a", point(X_WS * rod.a)},
+                      {"b", point(X_WS * rod.b)},
+                      {"r", rounded(rod.radius, 4)},
                       {"c", fmt::format("#{:02x}{:02x}{:02x}", byte(0), byte(1), byte(2))}});
   }
   return shapes;

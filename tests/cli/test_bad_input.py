@@ -56,31 +56,25 @@ class Models(AssayTest):
         self.write("attribute.xml", BALL.replace("mass=", "mas="))
         self.refused_by_all("attribute.xml", ["attribute.xml", "mas"])
 
-    def test_joints_outside_the_common_subset(self):
-        for joint in ["slide", "ball"]:
-            with self.subTest(joint):
-                self.write("robot.xml", robot(joint=joint))
-                self.refused_by_all("robot.xml", ["elbow", joint, "hinge"])
-
-    def test_shapes_outside_the_common_subset(self):
-        for geom in ["box", "cylinder", "ellipsoid"]:
-            with self.subTest(geom):
-                self.write("robot.xml", robot(geom=geom))
-                self.refused_by_all("robot.xml", ["skin", geom, "--drop-unsupported"])
-
-    def test_mesh(self):
-        corners = "0 0 0  1 0 0  0 1 0  0 0 1"
-        self.write("robot.xml", robot(geom="mesh", more='mesh="rock"').replace(
-            "<worldbody>", f'<asset><mesh name="rock" vertex="{corners}"/></asset><worldbody>').replace('size=".1 .1 .1" ', ""))
-        self.refused_by_all("robot.xml", ["skin", "mesh", "--drop-unsupported"])
-
-    def test_things_that_would_act_are_refused_by_name(self):
-        hinges = '<worldbody><body><joint name="a"/><geom size=".1"/></body><body><joint name="b"/><geom size=".1"/></body></worldbody>'
-        for name, rest in [("couple", '<equality><joint name="couple" joint1="a" joint2="b"/></equality>'),
-                           ("rope", '<tendon><fixed name="rope"><joint joint="a" coef="1"/></fixed></tendon>')]:
+    def test_what_no_engine_can_be_given_is_refused_by_name(self):
+        two = '<worldbody><site name="p"/><body><joint name="a"/><geom size=".1"/><site name="q"/></body></worldbody>'
+        for name, model in [
+                ("couple", f'<mujoco>{two}<equality><joint name="couple" joint1="a" polycoef="0 0 1"/></equality></mujoco>'),
+                ("rope", f'<mujoco>{two}<tendon><spatial name="rope"><site site="p"/><site site="q"/></spatial></tendon>'
+                         "</mujoco>"),
+                ("biceps", f'<mujoco>{two}<actuator><muscle name="biceps" joint="a" lengthrange="0 1"/></actuator></mujoco>'),
+                ("elbow", robot(joint="free").replace('axis="0 1 0"', 'damping="1"')),
+                ("skin", robot(more='surfacevel="1 0 0 0 0 0"', rest="").replace(
+                    "<worldbody>", '<worldbody><geom type="plane" size="1 1 1"/>')),
+                ("viscosity 2", robot().replace("<worldbody>", '<option viscosity="2"/><worldbody>'))]:
             with self.subTest(name):
-                self.write("robot.xml", f"<mujoco>{hinges}{rest}</mujoco>")
-                self.refused_by_all("robot.xml", [name])
+                self.write("robot.xml", model)
+                self.refused_by_all("robot.xml", [name, "--drop-unsupported"])
+
+    def test_all_problems_are_counted(self):
+        self.write("robot.xml", robot().replace("<worldbody>", '<option density="2"/><worldbody>').replace(
+            'name="arm"', 'name="arm" gravcomp="1"'))
+        self.refused_by_all("robot.xml", ["density 2", "1 more"])
 
     def test_unreadable_file(self):
         # as root every file is readable; a file that fails when it is read is one that is no file

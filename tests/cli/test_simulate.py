@@ -253,14 +253,14 @@ class Physics(Csv):
         both = ["--set", "integrator=rk4", "--set", "solver=cg"]
         self.assertEqual(self.simulate("planar-chain", "mujoco-euler", "1", "0.2", *both)[1], rk4)
 
-    def test_unsupported_shape_is_left_out_with_a_word(self):
-        self.write("box.xml", BALL.replace("</body>", '<geom name="crate" type="box" size=".1 .2 .3" mass="1"/></body>'))
-        common = ["simulate", "box.xml", "--engine", "mujoco-euler", "--timestep", "1", "--duration", "0.1", "--out", "x.csv"]
-        self.refused(*common, naming=["crate", "box", "--drop-unsupported"])
+    def test_unsupported_element_is_left_out_with_a_word(self):
+        self.write("kite.xml", BALL.replace("<mujoco>", '<mujoco><option density="1000"/>', 1))
+        common = ["simulate", "kite.xml", "--engine", "mujoco-euler", "--timestep", "1", "--duration", "0.1", "--out", "x.csv"]
+        self.refused(*common, naming=["density 1000", "--drop-unsupported"])
         self.assertFalse((self.dir / "x.csv").exists())
         done = self.run_assay(*common, "--drop-unsupported")
         self.assertEqual(done.returncode, 0)
-        self.assertRegex(done.stderr, r"(?m)^assay: note: .*crate")
+        self.assertRegex(done.stderr, r"(?m)^assay: note: .*drag")
 
 
 class Unfinished(Csv):

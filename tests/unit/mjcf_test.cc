@@ -361,30 +361,17 @@ TEST(Mjcf, DisabledPhysicsIsNotThere) {
   EXPECT_THAT(load("<option><flag actuation='disable' frictionloss='disable'/></option>" + body).actuators, IsEmpty());
 }
 
-TEST(Mjcf, VisualShapesOfAnyKindAreLeftOutWithANote) {
+TEST(Mjcf, VisualShapesAreDrawnOnly) {
   const Model model = load(
+      "<asset><mesh name='m' vertex='0 0 0 1 0 0 0 1 0 0 0 1'/></asset>"
       "<worldbody><body name='b'><freejoint/><geom size='0.1'/>"
-      "<geom name='hull' type='box' size='1 1 1' contype='0' conaffinity='0'/></body></worldbody>");
-  EXPECT_EQ(model.shapes.size(), 1U);
-  EXPECT_THAT(model.notes, Contains("visual shapes are left out: geom 'hull' (box)"));
-  EXPECT_GT(model.total_mass(), 8000);  // its mass stays
-}
-
-TEST(Mjcf, DropUnsupportedLeavesShapesOutAndSaysWhich) {
-  const std::string xml =
-      "<mujoco><worldbody><geom name='floor' type='plane' size='1 1 1'/><body name='b'><freejoint/>"
-      "<geom name='ball' size='0.1'/><geom name='crate' type='box' size='1 1 1'/><geom type='cylinder' size='1 1'/>"
-      "</body></worldbody></mujoco>";
-  const Model model = load_model_text(xml, "test", {.drop_unsupported = true});
-  EXPECT_THAT(touching(model), ElementsAre("floor-ball"));
-  EXPECT_THAT(model.notes, Contains("collision shapes were dropped as asked: geom 'crate' (box), geom 3 of body 'b' "
-                                    "(cylinder)"));
-  // joints are never dropped
-  EXPECT_THROW(
-      load_model_text("<mujoco>" + hinge_body("") + "<worldbody><body><joint type='slide'/><geom size='1'/></body>" +
-                          "</worldbody></mujoco>",
-                      "test", {.drop_unsupported = true}),
-      InputError);
+      "<geom name='cover' type='box' size='1 1 1' contype='0' conaffinity='0'/>"
+      "<geom name='hull' type='mesh' mesh='m' contype='0' conaffinity='0'/></body></worldbody>");
+  ASSERT_EQ(model.shapes.size(), 2U);
+  EXPECT_EQ(model.shapes[1].type, ShapeType::kBox);
+  EXPECT_FALSE(model.shapes[1].collides);
+  EXPECT_THAT(model.notes, Contains("visual shapes are left out: geom 'hull' (mesh)"));
+  EXPECT_GT(model.total_mass(), 8000);  // their mass stays
 }
 
 TEST(Mjcf, HashIsOfThePhysics) {

@@ -89,6 +89,56 @@ TEST_F(RenderTest, ABallHasItsProjectedSizeAndPlace) {
   EXPECT_NEAR(middle.y - blob(renderer.draw({{.state = &up, .text = ""}})).y, moved, 0.05 * moved + 1);
 }
 
+// Each shape of the same silhouette, a square of 0.6 m or a disc, at the same place.
+TEST_F(RenderTest, EveryShapeHasItsProjectedSizeAndPlace) {
+  const View view{.centre = Vec3::Zero(), .radius = 3, .azimuth = 90, .elevation = 0};
+  const State here = ball_at({0.4, 0, 0.2});
+  const auto drawn = [&](const SceneShape& shape) {
+    Scene scene = ball();
+    scene.shapes[0] = shape;
+    scene.shapes[0].rgba = {1, 0, 0, 1};
+    scene.shapes[0].body = 0;
+    // a box whose frame is at a corner
+    scene.hulls = {{}};
+    for (int i = 0; i < 8; ++i) scene.hulls[0].emplace_back(0.6 * (i & 1), 0.3 * (i >> 1 & 1), 0.6 * (i >> 2));
+    HeightField field;
+    field.rows = field.columns = 2;
+    field.half_x = 0.3;
+    field.half_y = 0.15;
+    field.base = 0.2;
+    field.heights = {0.4, 0.4, 0.4, 0.4};
+    scene.height_fields = {field};
+    Renderer renderer(scene, view, kWidth, kHeight);
+    return blob(renderer.draw({{.state = &here, .text = ""}}));
+  };
+  SceneShape box, hull, field, cylinder, ellipsoid, sphere;
+  box.type = ShapeType::kBox;
+  box.half_size = {0.3, 0.15, 0.3};
+  hull.type = ShapeType::kHull;
+  hull.data = 0;
+  hull.X_BS.p = {-0.3, -0.15, -0.3};
+  field.type = ShapeType::kHeightField;
+  field.data = 0;
+  field.X_BS.p = {0, 0, -0.1};
+  cylinder.type = ShapeType::kCylinder;
+  cylinder.radius = cylinder.half_length = 0.3;
+  const Blob square = drawn(box);
+  EXPECT_GT(square.pixels, 500);
+  for (const SceneShape& shape : {hull, field, cylinder}) {
+    const Blob other = drawn(shape);
+    EXPECT_NEAR(other.pixels, square.pixels, 0.08 * square.pixels) << static_cast<int>(shape.type);
+    EXPECT_NEAR(other.x, square.x, 1.5);
+    EXPECT_NEAR(other.y, square.y, 1.5);
+  }
+  ellipsoid.type = ShapeType::kEllipsoid;
+  ellipsoid.half_size = {0.3, 0.1, 0.3};
+  sphere.radius = 0.3;
+  const Blob disc = drawn(sphere), flat = drawn(ellipsoid);
+  EXPECT_NEAR(flat.pixels, disc.pixels, 0.05 * disc.pixels);
+  EXPECT_NEAR(flat.x, disc.x, 1);
+  EXPECT_LT(disc.pixels, 0.85 * square.pixels);
+}
+
 TEST_F(RenderTest, EqualStatesGiveEqualPixelsAndOthersDoNot) {
   const Model model = load_model(ASSAY_MODELS "/planar-chain.xml");
   const Scene scene = scene_of(model);

@@ -1,5 +1,7 @@
 #include "collision.h"
 
+#include <algorithm>
+
 #include <BulletCollision/CollisionDispatch/btCompoundCollisionAlgorithm.h>
 #include <BulletCollision/CollisionDispatch/btCompoundCompoundCollisionAlgorithm.h>
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
@@ -26,7 +28,7 @@ bool is_identity(const Pose& X, double length) {
 
 }  // namespace
 
-Collision::Collision(const Model& model) {
+Collision::Collision(const Model& model, bool turning_friction) : turning_friction_(turning_friction) {
   // rows: the shapes that can touch something
   ContactShapes shapes = contact_shapes(model);
   row_of_shape_ = std::move(shapes.row);
@@ -54,31 +56,12 @@ void Collision::choose_frames(const Model& model) {
   }
 }
 
-btCollisionShape* Collision::make_primitive(const Shape& shape, int row) {
-  std::unique_ptr<btCollisionShape> made;
-  switch (shape.type) {
-    case ShapeType::kSphere:
-      made = std::make_unique<btSphereShape>(real(shape.radius));
-      break;
-    case ShapeType::kCapsule:
-      made = std::make_unique<btCapsuleShapeZ>(real(shape.radius), real(2 * shape.half_length));
-      break;
-    case ShapeType::kPlane: {
-      const Vec3 normal = shape.X_BS.q * Vec3::UnitZ();
-      made = std::make_unique<btStaticPlaneShape>(to_bt(normal), real(normal.dot(shape.X_BS.p)));
-      break;
-    }
-    case ShapeType::kBox:
-    case ShapeType::kCylinder:
-    case ShapeType::kEllipsoid:
-    case ShapeType::kHull:
-    case ShapeType::kHeightField:
-      throw UnsupportedError("this shape is refused by check()");
-  }
-  tags_.push_back(std::make_unique<ShapeTag>(ShapeTag{this, row}));
-  made->setUserPointer(tags_.back().get());
+btCollisionShape* Collision::add_shape(const Model& model, int shape) {
+  MadeShape made = make_shape(model, model.shapes[shape]);
+  tags_.push_back(std::make_unique<ShapeTag>(ShapeTag{this, row_of_shape_[shape]}));
+  made.shape->setUserPointer(tags_.back().get());
   shapes_.push_back(std::move(made));
-  return shapes_.back().get();
+  return shapes_.back().shape.get();
 }
 
 void Collision::make_shapes(const Model& model) {
@@ -100,7 +83,7 @@ void Collision::make_shapes(const Model& model) {
     std::unique_ptr<btCompoundShape> compound;
     for (const int s : list) {
       const Shape& shape = model.shapes[s];
-      btCollisionShape* primitive = make_primitive(shape, row_of_shape_[s]);
+      btCollisionShape* primitive = add_shape(model, s);
       const Pose X_IS = X_IB * shape.X_BS;
       object_rows_.back().push_back(row_of_shape_[s]);
       if (list.size() == 1 && is_identity(X_IS, shape.radius)) {
@@ -112,7 +95,7 @@ void Collision::make_shapes(const Model& model) {
     }
     if (compound) {
       body_shapes_[b] = compound.get();
-      shapes_.push_back(std::move(compound));
+      shapes_.push_back({std::move(compound), {}, {}});
     }
   }
 
@@ -120,8 +103,9 @@ void Collision::make_shapes(const Model& model) {
     const Shape& shape = model.shapes[s];
     if (row_of_shape_[s] < 0 || shape.body != kWorld) continue;
     auto object = std::make_unique<btCollisionObject>();
-    object->setCollisionShape(make_primitive(shape, row_of_shape_[s]));
-    if (shape.type != ShapeType::kPlane) object->setWorldTransform(to_bt(shape.X_BS));
+    object->setCollisionShape(add_shape(model, static_cast<int>(s)));
+    const Pose& X_SB = shapes_.back().X_SB;
+    if (shape.type != ShapeType::kPlane) object->setWorldTransform(to_bt(shape.X_BS * X_SB));
     object->setCollisionFlags(btCollisionObject::CF_STATIC_OBJECT);
     object_rows_.push_back({row_of_shape_[s]});
     world_objects_.push_back(std::move(object));
@@ -136,17 +120,21 @@ void Collision::make_tables(const Model& model) {
     for (const int row : object_rows_[o]) object_of_row[row] = static_cast<int>(o);
   }
   object_touch_.assign(objects * objects, 0);
-  bool uniform = true;
-  for (const ContactPair& pair : model.contacts) uniform = uniform && pair.friction == model.contacts.front().friction;
-  if (!model.contacts.empty()) uniform_friction_ = real(model.contacts.front().friction);
-  if (!uniform) friction_.assign(touch_.size(), 0);
+  const auto friction_of = [this](const ContactPair& pair) {
+    const PairFriction sliding{real(pair.friction), 0, 0};
+    return turning_friction_ ? PairFriction{sliding.slide, real(pair.torsional), real(pair.rolling)} : sliding;
+  };
+  if (!model.contacts.empty()) uniform_friction_ = friction_of(model.contacts.front());
+  const bool uniform = std::ranges::all_of(
+      model.contacts, [&](const ContactPair& pair) { return friction_of(pair) == uniform_friction_; });
+  if (!uniform) friction_.assign(touch_.size(), {});
 
   for (const ContactPair& pair : model.contacts) {
     const int a = row_of_shape_[pair.shape_a], b = row_of_shape_[pair.shape_b];
     const int object_a = object_of_row[a], object_b = object_of_row[b];
     touch_[index(a, b)] = touch_[index(b, a)] = 1;
     object_touch_[object_a * objects + object_b] = object_touch_[object_b * objects + object_a] = 1;
-    if (!uniform) friction_[index(a, b)] = friction_[index(b, a)] = real(pair.friction);
+    if (!uniform) friction_[index(a, b)] = friction_[index(b, a)] = friction_of(pair);
   }
 
   by_shape_.assign(objects, 0);
@@ -171,14 +159,27 @@ bool Collision::needBroadphaseCollision(btBroadphaseProxy* proxy_a, btBroadphase
 }
 
 int Collision::shape_row(const btCollisionObject& object, int child) const {
+  // of an object of one shape, `child` is a triangle of it, if anything
   const std::vector<int>& rows = object_rows_[object.getUserIndex()];
-  return rows[child < 0 ? 0 : child];
+  return rows.size() == 1 ? rows[0] : rows[child < 0 ? 0 : child];
 }
 
-btScalar Collision::object_friction(const btCollisionObject* a, const btCollisionObject* b) {
+const Collision::PairFriction& Collision::friction_of_objects(const btCollisionObject* a, const btCollisionObject* b) {
   const auto* owner = static_cast<const Collision*>(a->getUserPointer());
   if (owner->friction_.empty()) return owner->uniform_friction_;
   return owner->friction_[owner->index(owner->shape_row(*a, -1), owner->shape_row(*b, -1))];
+}
+
+btScalar Collision::sliding_friction(const btCollisionObject* a, const btCollisionObject* b) {
+  return friction_of_objects(a, b).slide;
+}
+
+btScalar Collision::spinning_friction(const btCollisionObject* a, const btCollisionObject* b) {
+  return friction_of_objects(a, b).spin;
+}
+
+btScalar Collision::rolling_friction(const btCollisionObject* a, const btCollisionObject* b) {
+  return friction_of_objects(a, b).roll;
 }
 
 bool Collision::shape_friction(btManifoldPoint& point, const btCollisionObjectWrapper* a, int /*part_a*/, int child_a,
@@ -186,8 +187,11 @@ bool Collision::shape_friction(btManifoldPoint& point, const btCollisionObjectWr
   const btCollisionObject& object_a = *a->getCollisionObject();
   const btCollisionObject& object_b = *b->getCollisionObject();
   const auto* owner = static_cast<const Collision*>(object_a.getUserPointer());
-  point.m_combinedFriction =
+  const PairFriction& friction =
       owner->friction_[owner->index(owner->shape_row(object_a, child_a), owner->shape_row(object_b, child_b))];
+  point.m_combinedFriction = friction.slide;
+  point.m_combinedSpinningFriction = friction.spin;
+  point.m_combinedRollingFriction = friction.roll;
   return true;
 }
 
@@ -200,7 +204,9 @@ bool Collision::children_touch(const btCollisionShape* a, const btCollisionShape
 }
 
 void Collision::install_hooks() {
-  gCalculateCombinedFrictionCallback = &Collision::object_friction;
+  gCalculateCombinedFrictionCallback = &Collision::sliding_friction;
+  gCalculateCombinedSpinningFrictionCallback = &Collision::spinning_friction;
+  gCalculateCombinedRollingFrictionCallback = &Collision::rolling_friction;
   gContactAddedCallback = &Collision::shape_friction;
   gCompoundChildShapePairCallback = &Collision::children_touch;
   gCompoundCompoundChildShapePairCallback = &Collision::children_touch;

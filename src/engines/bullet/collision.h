@@ -11,6 +11,7 @@
 
 #include "model/kinematics.h"
 #include "model/model.h"
+#include "shapes.h"
 
 namespace assay::bullet {
 
@@ -22,7 +23,8 @@ struct BodyFrame {
 
 class Collision : public btOverlapFilterCallback {
  public:
-  explicit Collision(const Model& model);
+  // `turning_friction`: whether pairs have their torsional and rolling friction, else they have none.
+  Collision(const Model& model, bool turning_friction);
 
   const BodyFrame& frame(int body) const { return frames_[body]; }
 
@@ -41,6 +43,13 @@ class Collision : public btOverlapFilterCallback {
   bool needBroadphaseCollision(btBroadphaseProxy* proxy_a, btBroadphaseProxy* proxy_b) const override;
 
  private:
+  // Coulomb coefficient; torsional and rolling friction in m.
+  struct PairFriction {
+    btScalar slide = 0, spin = 0, roll = 0;
+
+    bool operator==(const PairFriction&) const = default;
+  };
+
   struct ShapeTag {
     const Collision* owner;
     int shape;  // row of the shape table
@@ -49,31 +58,35 @@ class Collision : public btOverlapFilterCallback {
   void choose_frames(const Model& model);
   void make_shapes(const Model& model);
   void make_tables(const Model& model);
-  btCollisionShape* make_primitive(const Shape& shape, int row);
+  btCollisionShape* add_shape(const Model& model, int shape);
   void mark(btCollisionObject& object, int number) const;
 
-  // Of the callbacks; `child` is the compound's child index, negative for an object of one shape.
+  // Of the callbacks; `child` is the compound's child index, for an object of one shape any number.
   bool shapes_touch(int row_a, int row_b) const { return touch_[index(row_a, row_b)] != 0; }
   int shape_row(const btCollisionObject& object, int child) const;
   size_t index(int row_a, int row_b) const { return static_cast<size_t>(row_a) * rows_ + row_b; }
   static bool children_touch(const btCollisionShape* a, const btCollisionShape* b);
-  static btScalar object_friction(const btCollisionObject* a, const btCollisionObject* b);
+  static const PairFriction& friction_of_objects(const btCollisionObject* a, const btCollisionObject* b);
+  static btScalar sliding_friction(const btCollisionObject* a, const btCollisionObject* b);
+  static btScalar spinning_friction(const btCollisionObject* a, const btCollisionObject* b);
+  static btScalar rolling_friction(const btCollisionObject* a, const btCollisionObject* b);
   static bool shape_friction(btManifoldPoint& point, const btCollisionObjectWrapper* a, int part_a, int child_a,
                              const btCollisionObjectWrapper* b, int part_b, int child_b);
 
+  bool turning_friction_;
   std::vector<BodyFrame> frames_;
   std::vector<int> row_of_shape_;  // by Model::shapes; -1: touches nothing
   int rows_ = 0;
   std::vector<std::vector<int>> object_rows_;  // by object: rows of its shapes, in the compound's order
   std::vector<int> object_of_body_;            // -1: the body has no shape
   std::vector<char> touch_;                    // rows x rows
-  std::vector<btScalar> friction_;             // rows x rows; empty when all pairs have the same
-  btScalar uniform_friction_ = 1;
+  std::vector<PairFriction> friction_;         // rows x rows; empty when all pairs have the same
+  PairFriction uniform_friction_{1, 0, 0};
   std::vector<char> object_touch_;  // objects x objects
   std::vector<char> by_shape_;      // by object: friction has to be looked up by shape
 
   std::vector<std::unique_ptr<ShapeTag>> tags_;
-  std::vector<std::unique_ptr<btCollisionShape>> shapes_;
+  std::vector<MadeShape> shapes_;
   std::vector<btCollisionShape*> body_shapes_;
   std::vector<std::unique_ptr<btCollisionObject>> world_objects_;
 };

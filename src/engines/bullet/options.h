@@ -36,6 +36,9 @@ struct Options {
   bool frame_offset = true;
   bool randomize_order = false;
   int solver_batch = 128;
+
+  // Whether contacts have torsional and rolling friction: Bullet solves both where it has a circular cone.
+  bool turns_resist() const { return multibody && solver == Solver::kSequentialImpulse && friction_cone; }
 };
 
 std::vector<Setting> declared_settings();

@@ -59,7 +59,7 @@ BulletSimulation::BulletSimulation(const Model& model, const State& state, const
     : model_(model),
       options_(options),
       start_(with_joint_coordinates(model, state)),
-      collision_(model),
+      collision_(model, options.turns_resist()),
       last_(start_),
       springs_(has_explicit_springs(model)),
       ball_torques_(model.balls.size(), Vec3::Zero()),
@@ -68,6 +68,13 @@ BulletSimulation::BulletSimulation(const Model& model, const State& state, const
 }
 
 void BulletSimulation::make_world() {
+  // for flat faces on a plane, three more points a step until there are three: only boxes and hulls take them
+  configuration_.setPlaneConvexMultipointIterations();
+  // spheres on height fields as all other shapes: Bullet's own algorithm for them leaves out the field's margin
+  btCollisionAlgorithmCreateFunc* convex =
+      configuration_.getCollisionAlgorithmCreateFunc(CONVEX_SHAPE_PROXYTYPE, CONVEX_SHAPE_PROXYTYPE);
+  dispatcher_.registerCollisionCreateFunc(SPHERE_SHAPE_PROXYTYPE, TRIANGLE_SHAPE_PROXYTYPE, convex);
+  dispatcher_.registerCollisionCreateFunc(TRIANGLE_SHAPE_PROXYTYPE, SPHERE_SHAPE_PROXYTYPE, convex);
   if (options_.solver == Solver::kDantzig) lcp_ = std::make_unique<btDantzigSolver>();
   auto solver = make_solver(options_.multibody, lcp_.get());
   solver->setRandSeed(0);

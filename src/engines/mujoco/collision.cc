@@ -1,7 +1,9 @@
 #include "collision.h"
 
 #include <algorithm>
+#include <array>
 #include <map>
+#include <set>
 
 #include <fmt/format.h>
 
@@ -13,15 +15,52 @@ namespace {
 
 std::string shape_label(size_t shape) { return fmt::format("shape{}", shape); }
 
+std::string hull_label(int hull) { return fmt::format("hull{}", hull); }
+std::string field_label(int field) { return fmt::format("field{}", field); }
+
 // A frictionless contact has no friction rows; MuJoCo would raise a zero coefficient to a small one.
-int contact_dimension(double friction) { return friction > 0 ? 3 : 1; }
+int contact_dimension(const ContactPair& pair) {
+  if (pair.rolling > 0) return 6;
+  if (pair.torsional > 0) return 4;
+  return pair.friction > 0 ? 3 : 1;
+}
+
+// Each shape's smallest of its pairs: if any give every pair its own as the larger of two, these do.
+std::vector<ShapeContact> shape_contacts(const Model& model) {
+  std::vector<ShapeContact> contacts(model.shapes.size());
+  std::vector<bool> known(model.shapes.size(), false);
+  for (const ContactPair& pair : model.contacts) {
+    for (const int shape : {pair.shape_a, pair.shape_b}) {
+      ShapeContact& own = contacts[shape];
+      const ShapeContact of_pair = {contact_dimension(pair), pair.torsional, pair.rolling};
+      own = known[shape]
+                ? ShapeContact{std::min(own.dimension, of_pair.dimension), std::min(own.torsional, of_pair.torsional),
+                               std::min(own.rolling, of_pair.rolling)}
+                : of_pair;
+      known[shape] = true;
+    }
+  }
+  return contacts;
+}
+
+bool gives(const ShapeContact& a, const ShapeContact& b, const ContactPair& pair) {
+  return std::max(a.dimension, b.dimension) == contact_dimension(pair) &&
+         std::max(a.torsional, b.torsional) == pair.torsional && std::max(a.rolling, b.rolling) == pair.rolling;
+}
+
+// Heights above the lowest one, which the geom's pose takes out again.
+double lowest(const HeightField& field) { return std::ranges::min(field.heights); }
 
 void add_pair(mjSpec* spec, const ContactPair& contact, const Softness& soft) {
   mjsPair* pair = mjs_addPair(spec, nullptr);
   mjs_setString(pair->geomname1, shape_label(contact.shape_a).c_str());
   mjs_setString(pair->geomname2, shape_label(contact.shape_b).c_str());
-  pair->condim = contact_dimension(contact.friction);
+  pair->condim = contact_dimension(contact);
   pair->friction[0] = pair->friction[1] = contact.friction;
+  if (pair->condim > 3) {
+    pair->friction[2] = contact.torsional;
+    pair->friction[3] = pair->friction[4] = contact.rolling;
+  }
   pair->margin = pair->gap = 0;
   std::ranges::copy(soft.reference, pair->solref);
   std::ranges::copy(soft.impedance, pair->solimp);
@@ -30,10 +69,11 @@ void add_pair(mjSpec* spec, const ContactPair& contact, const Softness& soft) {
 }  // namespace
 
 // The broad phase can be used when each two bodies collide with all of their shapes or with none, with the friction
-// that MuJoCo's rule gives. It scales with the number of bodies, the list with that of pairs.
-ContactPlan plan_contacts(const Model& model, bool explicit_pairs) {
+// that MuJoCo's rules give. It scales with the number of bodies, the list with that of pairs.
+ContactPlan plan_contacts(const Model& model, const Tree& tree, bool explicit_pairs) {
   ContactPlan plan;
   plan.shapes = contact_shapes(model);
+  plan.contact = shape_contacts(model);
   if (explicit_pairs || model.contacts.empty()) return plan;
 
   const int bodies = static_cast<int>(model.bodies.size());
@@ -47,9 +87,10 @@ ContactPlan plan_contacts(const Model& model, bool explicit_pairs) {
     const Shape& a = model.shapes[pair.shape_a];
     const Shape& b = model.shapes[pair.shape_b];
     if (pair.friction != std::max(a.friction, b.friction)) return plan;
+    if (!gives(plan.contact[pair.shape_a], plan.contact[pair.shape_b], pair)) return plan;
     ++wanted[std::minmax(a.body, b.body)];
   }
-  const auto related = [&](int a, int b) { return a != kWorld && model.bodies[b].parent == a; };
+  const auto related = [&](int a, int b) { return a != kWorld && tree.parent[b] == a; };
   for (const auto& [pair, count] : wanted) {
     const auto [a, b] = pair;
     if (a == b || count != shapes[slot(a)] * shapes[slot(b)]) return plan;
@@ -67,7 +108,44 @@ ContactPlan plan_contacts(const Model& model, bool explicit_pairs) {
 
 std::string body_label(int body) { return body == kWorld ? "world" : fmt::format("body{}", body); }
 
-void add_shape(mjsBody* body, const Shape& shape, size_t index, bool filtered, const Softness& soft) {
+void add_shape_data(mjSpec* spec, const Model& model, const ContactPlan& plan) {
+  std::set<std::pair<ShapeType, int>> added;
+  for (size_t i = 0; i < model.shapes.size(); ++i) {
+    const Shape& shape = model.shapes[i];
+    if (shape.data < 0 || !plan.shapes.contains(i) || !added.emplace(shape.type, shape.data).second) continue;
+    if (shape.type == ShapeType::kHull) {
+      const Hull& hull = model.hulls[shape.data];
+      mjsMesh* mesh = mjs_addMesh(spec, nullptr);
+      mjs_setName(mesh->element, hull_label(shape.data).c_str());
+      mesh->inertia = mjMESH_INERTIA_CONVEX;
+      mesh->maxhullvert = -1;
+      for (const Vec3& vertex : hull.vertices) {
+        for (const double x : vertex) mesh->uservert->push_back(static_cast<float>(x));
+      }
+      for (const std::array<int, 3>& face : hull.faces) {
+        mesh->userface->insert(mesh->userface->end(), face.begin(), face.end());
+      }
+    } else if (shape.type == ShapeType::kHeightField) {
+      // MuJoCo scales the heights to a range of 0 to 1, and has no flat field
+      const HeightField& field = model.height_fields[shape.data];
+      const double low = lowest(field), range = std::ranges::max(field.heights) - low;
+      mjsHField* out = mjs_addHField(spec);
+      mjs_setName(out->element, field_label(shape.data).c_str());
+      out->nrow = field.rows;
+      out->ncol = field.columns;
+      out->size[0] = field.half_x;
+      out->size[1] = field.half_y;
+      out->size[2] = range > 0 ? range : 1;
+      out->size[3] = std::max(field.base + low, 1e-6);
+      for (const double height : field.heights) {
+        out->userdata->push_back(range > 0 ? static_cast<float>((height - low) / range) : 0.0F);
+      }
+    }
+  }
+}
+
+void add_shape(mjsBody* body, const Model& model, size_t index, const ContactPlan& plan, const Softness& soft) {
+  const Shape& shape = model.shapes[index];
   mjsGeom* geom = mjs_addGeom(body, nullptr);
   mjs_setName(geom->element, shape_label(index).c_str());
   Eigen::Map<Vec3>(geom->pos) = shape.X_BS.p;
@@ -87,15 +165,36 @@ void add_shape(mjsBody* body, const Shape& shape, size_t index, bool filtered, c
       geom->size[2] = 1;  // spacing of drawn grid lines; the plane is infinite
       break;
     case ShapeType::kBox:
+      geom->type = mjGEOM_BOX;
+      Eigen::Map<Vec3>(geom->size) = shape.half_size;
+      break;
     case ShapeType::kCylinder:
+      geom->type = mjGEOM_CYLINDER;
+      geom->size[0] = shape.radius;
+      geom->size[1] = shape.half_length;
+      break;
     case ShapeType::kEllipsoid:
-    case ShapeType::kHull:
+      geom->type = mjGEOM_ELLIPSOID;
+      Eigen::Map<Vec3>(geom->size) = shape.half_size;
+      break;
+    case ShapeType::kHull:  // MuJoCo moves a mesh to its principal axes and the geom the other way
+      geom->type = mjGEOM_MESH;
+      mjs_setString(geom->meshname, hull_label(shape.data).c_str());
+      break;
     case ShapeType::kHeightField:
-      throw UnsupportedError("this shape is refused by check()");
+      geom->type = mjGEOM_HFIELD;
+      mjs_setString(geom->hfieldname, field_label(shape.data).c_str());
+      Eigen::Map<Vec3>(geom->pos) = shape.X_BS * Vec3(0, 0, lowest(model.height_fields[shape.data]));
+      break;
   }
-  geom->contype = geom->conaffinity = filtered ? 1 : 0;
-  geom->condim = contact_dimension(shape.friction);
+  const ShapeContact& contact = plan.contact[index];
+  geom->contype = geom->conaffinity = plan.broad_phase ? 1 : 0;
+  geom->condim = contact.dimension;
   geom->friction[0] = shape.friction;
+  if (contact.dimension > 3) {
+    geom->friction[1] = contact.torsional;
+    geom->friction[2] = contact.rolling;
+  }
   std::ranges::copy(soft.reference, geom->solref);
   std::ranges::copy(soft.impedance, geom->solimp);
 }

@@ -1,6 +1,9 @@
 #include "compiled.h"
 
 #include <algorithm>
+#include <map>
+#include <string>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -8,6 +11,7 @@
 #include "convert.h"
 #include "model/kinematics.h"
 #include "options.h"
+#include "tree.h"
 
 namespace assay::mujoco {
 namespace {
@@ -30,95 +34,299 @@ void set_inertia(mjsBody* out, const Body& body) {
   Eigen::Map<Vec3>(out->inertia) = realizable(principal.diagonal);
 }
 
-void set_hinge(mjsJoint* joint, const Joint& hinge, const Softness& soft, bool explicit_springs) {
-  joint->type = mjJNT_HINGE;
-  Eigen::Map<Vec3>(joint->pos) = hinge.p_BJ;
-  Eigen::Map<Vec3>(joint->axis) = hinge.axis_B;
-  joint->ref = hinge.reference;
-  joint->limited = hinge.limited ? mjLIMITED_TRUE : mjLIMITED_FALSE;
-  joint->range[0] = hinge.lower;
-  joint->range[1] = hinge.upper;
-  joint->margin = 0;
-  std::ranges::copy(soft.reference, joint->solref_limit);
-  std::ranges::copy(soft.impedance, joint->solimp_limit);
-  joint->springref = hinge.spring_reference;
-  joint->stiffness[0] = explicit_springs ? 0 : hinge.stiffness;
-  joint->damping[0] = explicit_springs ? 0 : hinge.damping;
-  joint->armature = hinge.armature;
+void copy_softness(const Softness& soft, mjtNum* reference, mjtNum* impedance) {
+  std::ranges::copy(soft.reference, reference);
+  std::ranges::copy(soft.impedance, impedance);
+}
+
+std::string joint_label(size_t joint) { return fmt::format("joint{}", joint); }
+
+// The settings that are needed all over.
+struct Softnesses {
+  explicit Softnesses(const Settings& settings)
+      : contact(softness(settings, "contact")),
+        limit(softness(settings, "limit")),
+        equality(softness(settings, "equality")),
+        dry_friction(dry_friction_softness(settings)) {}
+  Softness contact, limit, equality, dry_friction;
+};
+
+// Builds the spec, and holds its elements by the model's numbers.
+class Builder {
+ public:
+  Builder(const Model& model, const Settings& settings, bool explicit_springs)
+      : model_(model),
+        soft_(settings),
+        explicit_springs_(explicit_springs),
+        tree_(share_bodies(model)),
+        spec_(mj_makeSpec()),
+        world_(mjs_findBody(spec_.get(), "world")),
+        bodies_(model.bodies.size(), nullptr),
+        joints_(model.bodies.size(), nullptr) {
+    spec_->compiler.degree = false;
+    spec_->compiler.inertiafromgeom = mjINERTIAFROMGEOM_FALSE;
+    spec_->compiler.usethread = false;
+    set_options(settings, model.gravity, spec_->option);
+    const ContactPlan plan = plan_contacts(model, tree_, settings.get<std::string>("contact_pairs") == "explicit");
+    if (!plan.filter_parents) spec_->option.disableflags |= mjDSBL_FILTERPARENT;
+    for (size_t i = 0; i < model.bodies.size(); ++i) add_joint(static_cast<int>(i));
+    add_shape_data(spec_.get(), model, plan);
+    for (size_t i = 0; i < model.shapes.size(); ++i) {
+      if (plan.shapes.contains(i)) add_shape(body(model.shapes[i].body), model, i, plan, soft_.contact);
+    }
+    add_pairs(spec_.get(), model, plan, soft_.contact);
+    for (size_t i = 0; i < model.couplings.size(); ++i) add_coupling(i);
+    for (const Connect& connect : model.connects) {
+      add_hold(mjEQ_CONNECT, connect.body_a, {connect.p_A, Quat::Identity()}, connect.body_b,
+               {connect.p_B, Quat::Identity()});
+    }
+    for (const Weld& weld : model.welds) add_hold(mjEQ_WELD, weld.body_a, weld.X_AB, weld.body_b, {});
+    for (size_t i = 0; i < model.tendons.size(); ++i) add_tendon(i);
+  }
+
+  std::shared_ptr<const Compiled> compile() {
+    auto compiled = std::make_shared<Compiled>();
+    compiled->model = model_;
+    compiled->explicit_springs = explicit_springs_;
+    compiled->mujoco.reset(mj_compile(spec_.get(), nullptr));
+    if (compiled->mujoco == nullptr) throw EngineError(fmt::format("MuJoCo: {}", one_line(mjs_getError(spec_.get()))));
+    find_addresses(*compiled);
+    set_what_a_spec_cannot_say(*compiled);
+    return compiled;
+  }
+
+ private:
+  mjsBody* body(int index) const { return index == kWorld ? world_ : bodies_[tree_.carrier[index]]; }
+
+  // The joint of body `index`, after the MuJoCo body that it moves where that one is not there yet.
+  void add_joint(int index) {
+    const Body& own = model_.bodies[index];
+    const int carrier = tree_.carrier[index];
+    if (bodies_[carrier] == nullptr) bodies_[carrier] = add_body(carrier);
+    mjsJoint* joint = mjs_addJoint(bodies_[carrier], nullptr);
+    joints_[index] = joint;
+    if (own.is_free()) {
+      joint->type = mjJNT_FREE;
+      joint->align = mjALIGNFREE_FALSE;
+    } else if (own.ball >= 0) {
+      set_ball(joint, model_.balls[own.ball], tree_.X_BC[index]);
+    } else {
+      mjs_setName(joint->element, joint_label(own.joint).c_str());
+      set_joint(joint, model_.joints[own.joint]);
+      if (carrier != index) {
+        const Pose X_CB = tree_.X_BC[index].inverse();
+        Eigen::Map<Vec3>(joint->pos) = X_CB * model_.joints[own.joint].p_BJ;
+        Eigen::Map<Vec3>(joint->axis) = X_CB.q * model_.joints[own.joint].axis_B;
+      }
+    }
+  }
+
+  mjsBody* add_body(int carrier) {
+    const Pose& X_PC = tree_.X_PC[carrier];
+    mjsBody* out = mjs_addBody(body(tree_.parent[carrier]), nullptr);
+    mjs_setName(out->element, body_label(carrier).c_str());
+    Eigen::Map<Vec3>(out->pos) = X_PC.p;
+    copy_quat(X_PC.q, out->quat);
+    if (model_.bodies[carrier].is_massless()) {
+      // MuJoCo's compiler takes no moving body without mass, its engine does
+      out->explicitinertial = true;
+      out->mass = 1;
+      std::ranges::fill(out->inertia, 1);
+      massless_.push_back(out);
+    } else {
+      set_inertia(out, model_.bodies[carrier]);
+    }
+    return out;
+  }
+
+  void set_joint(mjsJoint* out, const Joint& joint) const {
+    out->type = joint.is_slide() ? mjJNT_SLIDE : mjJNT_HINGE;
+    Eigen::Map<Vec3>(out->pos) = joint.p_BJ;
+    Eigen::Map<Vec3>(out->axis) = joint.axis_B;
+    out->ref = joint.reference;
+    out->limited = joint.limited ? mjLIMITED_TRUE : mjLIMITED_FALSE;
+    out->range[0] = joint.lower;
+    out->range[1] = joint.lower < joint.upper ? joint.upper : joint.lower + 1;
+    out->margin = 0;
+    copy_softness(soft_.limit, out->solref_limit, out->solimp_limit);
+    out->springref = joint.spring_reference;
+    out->stiffness[0] = explicit_springs_ ? 0 : joint.stiffness;
+    out->damping[0] = explicit_springs_ ? 0 : joint.damping;
+    out->armature = joint.armature;
+    out->frictionloss = joint.dry_friction;
+    copy_softness(soft_.dry_friction, out->solref_friction, out->solimp_friction);
+  }
+
+  void set_ball(mjsJoint* out, const BallJoint& ball, const Pose& X_BC) const {
+    out->type = mjJNT_BALL;
+    Eigen::Map<Vec3>(out->pos) = X_BC.inverse() * ball.p_BJ;
+    out->limited = ball.limited ? mjLIMITED_TRUE : mjLIMITED_FALSE;
+    out->range[1] = ball.upper;
+    out->margin = 0;
+    copy_softness(soft_.limit, out->solref_limit, out->solimp_limit);
+    out->stiffness[0] = explicit_springs_ ? 0 : ball.stiffness;
+    out->damping[0] = explicit_springs_ ? 0 : ball.damping;
+    out->armature = ball.armature;
+    out->frictionloss = ball.dry_friction;
+    copy_softness(soft_.dry_friction, out->solref_friction, out->solimp_friction);
+  }
+
+  mjsEquality* add_equality(mjtEq type) {
+    mjsEquality* equality = mjs_addEquality(spec_.get(), nullptr);
+    equality->type = type;
+    copy_softness(soft_.equality, equality->solref, equality->solimp);
+    return equality;
+  }
+
+  // MuJoCo counts positions in an equality from those at the reference.
+  void add_coupling(size_t index) {
+    const Coupling& coupling = model_.couplings[index];
+    const std::vector<JointTerm>& terms = coupling.terms;
+    double offset = coupling.offset - model_.joints[coupling.joint].reference;
+    for (const JointTerm& term : terms) offset += term.coefficient * model_.joints[term.joint].reference;
+    mjsEquality* equality = add_equality(terms.size() > 1 ? mjEQ_TENDON : mjEQ_JOINT);
+    std::ranges::fill(equality->data, 0);
+    equality->data[0] = offset;
+    if (terms.size() > 1) {
+      std::vector<JointTerm> difference = {{coupling.joint, 1}};
+      for (const JointTerm& term : terms) difference.push_back({term.joint, -term.coefficient});
+      const std::string name = fmt::format("coupling{}", index);
+      add_path(difference, name);
+      mjs_setString(equality->name1, name.c_str());
+    } else {
+      mjs_setString(equality->name1, joint_label(coupling.joint).c_str());
+      if (!terms.empty()) {
+        mjs_setString(equality->name2, joint_label(terms[0].joint).c_str());
+        equality->data[1] = terms[0].coefficient;
+      }
+    }
+  }
+
+  // A connect or weld of a frame of one body to a frame of another.
+  void add_hold(mjtEq type, int body_a, const Pose& X_AS, int body_b, const Pose& X_BS) {
+    mjsEquality* equality = add_equality(type);
+    equality->objtype = mjOBJ_SITE;
+    mjs_setString(equality->name1, add_site(body_a, X_AS).c_str());
+    mjs_setString(equality->name2, add_site(body_b, X_BS).c_str());
+  }
+
+  std::string add_site(int body_index, const Pose& X_BS) {
+    std::string name = fmt::format("site{}", sites_++);
+    mjsSite* site = mjs_addSite(body(body_index), nullptr);
+    mjs_setName(site->element, name.c_str());
+    Eigen::Map<Vec3>(site->pos) = X_BS.p;
+    copy_quat(X_BS.q, site->quat);
+    return name;
+  }
+
+  // A fixed tendon, which names each joint once.
+  mjsTendon* add_path(const std::vector<JointTerm>& terms, const std::string& name) {
+    std::map<int, double> coefficients;
+    for (const JointTerm& term : terms) coefficients[term.joint] += term.coefficient;
+    mjsTendon* tendon = mjs_addTendon(spec_.get(), nullptr);
+    mjs_setName(tendon->element, name.c_str());
+    for (const auto& [joint, coefficient] : coefficients) {
+      mjs_wrapJoint(tendon, joint_label(joint).c_str(), coefficient);
+    }
+    return tendon;
+  }
+
+  void add_tendon(size_t index) {
+    const Tendon& tendon = model_.tendons[index];
+    const bool spring = tendon.has_spring() && !explicit_springs_;
+    if (tendon.terms.empty() || !(spring || tendon.limited || tendon.dry_friction != 0)) return;
+    const std::string name = fmt::format("tendon{}", index);
+    mjsTendon* out = add_path(tendon.terms, name);
+    if (spring) {
+      out->stiffness[0] = tendon.stiffness;
+      out->damping[0] = tendon.damping;
+      rests_.push_back({out, &tendon});
+    }
+    out->limited = tendon.limited ? mjLIMITED_TRUE : mjLIMITED_FALSE;
+    out->range[0] = tendon.lower;
+    out->range[1] = tendon.upper;
+    out->margin = 0;
+    copy_softness(soft_.limit, out->solref_limit, out->solimp_limit);
+    out->frictionloss = tendon.dry_friction;
+    copy_softness(soft_.dry_friction, out->solref_friction, out->solimp_friction);
+  }
+
+  void find_addresses(Compiled& compiled) const {
+    const mjModel& m = *compiled.mujoco;
+    compiled.body_id.assign(model_.bodies.size(), -1);
+    compiled.body_qpos.assign(model_.bodies.size(), -1);
+    compiled.body_dof.assign(model_.bodies.size(), -1);
+    compiled.joint_id.resize(model_.joints.size());
+    compiled.joint_qpos.resize(model_.joints.size());
+    compiled.joint_dof.resize(model_.joints.size());
+    compiled.balls.resize(model_.balls.size());
+    for (size_t i = 0; i < model_.bodies.size(); ++i) {
+      const Body& body = model_.bodies[i];
+      if (!body.is_massless()) compiled.body_id[i] = mjs_getId(bodies_[i]->element);
+      const int joint = mjs_getId(joints_[i]->element);
+      const int qpos = m.jnt_qposadr[joint], dof = m.jnt_dofadr[joint];
+      if (body.is_free()) {
+        compiled.body_qpos[i] = qpos;
+        compiled.body_dof[i] = dof;
+      } else if (body.ball >= 0) {
+        compiled.balls[body.ball] = {.qpos = qpos, .dof = dof, .q_BC = tree_.X_BC[i].q};
+      } else {
+        compiled.joint_id[body.joint] = joint;
+        compiled.joint_qpos[body.joint] = qpos;
+        compiled.joint_dof[body.joint] = dof;
+      }
+    }
+  }
+
+  void set_what_a_spec_cannot_say(const Compiled& compiled) const {
+    mjModel& m = *compiled.mujoco;
+    if (!massless_.empty()) {
+      for (const mjsBody* body : massless_) {
+        const ptrdiff_t id = mjs_getId(body->element);
+        m.body_mass[id] = 0;
+        std::fill_n(m.body_inertia + 3 * id, 3, 0);
+      }
+      const DataPtr data(mj_makeData(&m));
+      mj_setConst(&m, data.get());
+    }
+    for (size_t j = 0; j < model_.joints.size(); ++j) {
+      const Joint& joint = model_.joints[j];
+      if (joint.limited) m.jnt_range[ptrdiff_t{2} * compiled.joint_id[j] + 1] = joint.upper;  // may be the lower one
+    }
+    for (size_t b = 0; b < model_.balls.size(); ++b) {
+      const BallAddress& address = compiled.balls[b];
+      copy_quat(address.q_BC.conjugate() * model_.balls[b].spring_reference * address.q_BC,
+                m.qpos_spring + address.qpos);
+    }
+    for (const auto& [tendon, own] : rests_) {  // a spec takes -1, -1 for the length at the reference
+      mjtNum* rest = m.tendon_lengthspring + ptrdiff_t{2} * mjs_getId(tendon->element);
+      rest[0] = own->rest_lower;
+      rest[1] = own->rest_upper;
+    }
+  }
+
+  const Model& model_;
+  Softnesses soft_;
+  bool explicit_springs_;
+  Tree tree_;
+  SpecPtr spec_;
+  mjsBody* world_;
+  std::vector<mjsBody*> bodies_;    // of carriers
+  std::vector<mjsJoint*> joints_;   // by body
+  std::vector<mjsBody*> massless_;  // carriers without mass
+  std::vector<std::pair<const mjsTendon*, const Tendon*>> rests_;
+  int sites_ = 0;
+};
+
+bool has_springs(const Model& model) {
+  return model.has_springs() || std::ranges::any_of(model.balls, &BallJoint::has_spring) ||
+         std::ranges::any_of(model.tendons, &Tendon::has_spring);
 }
 
 }  // namespace
 
 std::shared_ptr<const Compiled> compile(const Model& model, const Settings& settings) {
-  const SpecPtr spec(mj_makeSpec());
-  spec->compiler.degree = false;
-  spec->compiler.inertiafromgeom = mjINERTIAFROMGEOM_FALSE;
-  spec->compiler.usethread = false;
-  set_options(settings, model.gravity, spec->option);
-
-  const ContactPlan plan = plan_contacts(model, settings.get<std::string>("contact_pairs") == "explicit");
-  if (!plan.filter_parents) spec->option.disableflags |= mjDSBL_FILTERPARENT;
-  const bool explicit_springs = has_explicit_pd(settings) && model.has_springs();
-  const Softness contact = softness(settings, "contact");
-  const Softness limit = softness(settings, "limit");
-
-  mjsBody* world = mjs_findBody(spec.get(), "world");
-  std::vector<mjsBody*> bodies;
-  std::vector<mjsJoint*> joints;
-  bodies.reserve(model.bodies.size());
-  joints.reserve(model.bodies.size());
-  for (size_t i = 0; i < model.bodies.size(); ++i) {
-    const Body& body = model.bodies[i];
-    mjsBody* out = mjs_addBody(body.parent == kWorld ? world : bodies[body.parent], nullptr);
-    mjs_setName(out->element, body_label(static_cast<int>(i)).c_str());
-    Eigen::Map<Vec3>(out->pos) = body.X_PB.p;
-    copy_quat(body.X_PB.q, out->quat);
-    set_inertia(out, body);
-    mjsJoint* joint = mjs_addJoint(out, nullptr);
-    if (body.is_free()) {
-      joint->type = mjJNT_FREE;
-      joint->align = mjALIGNFREE_FALSE;
-    } else {
-      set_hinge(joint, model.joints[body.joint], limit, explicit_springs);
-    }
-    bodies.push_back(out);
-    joints.push_back(joint);
-  }
-  for (size_t i = 0; i < model.shapes.size(); ++i) {
-    const Shape& shape = model.shapes[i];
-    if (plan.shapes.contains(i)) {
-      add_shape(shape.body == kWorld ? world : bodies[shape.body], shape, i, plan.broad_phase, contact);
-    }
-  }
-  add_pairs(spec.get(), model, plan, contact);
-
-  auto compiled = std::make_shared<Compiled>();
-  compiled->model = model;
-  compiled->explicit_springs = explicit_springs;
-  compiled->mujoco.reset(mj_compile(spec.get(), nullptr));
-  if (compiled->mujoco == nullptr) throw EngineError(fmt::format("MuJoCo: {}", one_line(mjs_getError(spec.get()))));
-
-  const mjModel& m = *compiled->mujoco;
-  compiled->body_qpos.assign(model.bodies.size(), -1);
-  compiled->body_dof.assign(model.bodies.size(), -1);
-  compiled->hinge_joint.resize(model.joints.size());
-  compiled->hinge_qpos.resize(model.joints.size());
-  compiled->hinge_dof.resize(model.joints.size());
-  compiled->body_id.reserve(bodies.size());
-  for (size_t i = 0; i < bodies.size(); ++i) {
-    compiled->body_id.push_back(mjs_getId(bodies[i]->element));
-    const int joint = mjs_getId(joints[i]->element);
-    const int hinge = model.bodies[i].joint;
-    if (hinge < 0) {
-      compiled->body_qpos[i] = m.jnt_qposadr[joint];
-      compiled->body_dof[i] = m.jnt_dofadr[joint];
-    } else {
-      compiled->hinge_joint[hinge] = joint;
-      compiled->hinge_qpos[hinge] = m.jnt_qposadr[joint];
-      compiled->hinge_dof[hinge] = m.jnt_dofadr[joint];
-    }
-  }
-  return compiled;
+  return Builder(model, settings, has_explicit_pd(settings) && has_springs(model)).compile();
 }
 
 }  // namespace assay::mujoco

@@ -14,6 +14,52 @@
 namespace assay::mujoco {
 namespace {
 
+constexpr const char* kExplicitRemedy = "; --set pd=native is MuJoCo's own";
+
+// Steady violation of a soft constraint over the acceleration that it holds back, s^2: the impedance is that at no
+// violation, which is the largest (MuJoCo's documentation, "Solver parameters").
+double give_way(const Softness& soft) {
+  const auto [timeconst, dampratio] = soft.reference;
+  const double impedance = soft.impedance[0], largest = soft.impedance[1];
+  const double stiffness = 1 / (largest * largest * timeconst * timeconst * dampratio * dampratio);
+  return (1 - impedance) / (impedance * impedance * stiffness);
+}
+
+// The same of a velocity, s.
+double creep(const Softness& soft) {
+  return (1 - soft.impedance[0]) / soft.impedance[0] * soft.impedance[1] * soft.reference[0] / 2;
+}
+
+void declare_features(Capabilities& c, const Settings& settings) {
+  add_exact(c, {Feature::kSlide, Feature::kBall, Feature::kBallArmature, Feature::kMassless, Feature::kBox,
+                Feature::kCylinder, Feature::kEllipsoid, Feature::kHull, Feature::kHeightField});
+  for (const Feature spring : {Feature::kBallSpring, Feature::kTendonSpring}) {
+    if (has_explicit_pd(settings)) {
+      add_approximated(c, spring, fmt::format("explicit torque from the state at the step's start{}", kExplicitRemedy));
+    } else {
+      add_exact(c, {spring});
+    }
+  }
+  const auto soft = [&](const Softness& of) {
+    return fmt::format("soft constraint: gives way by about {:.2g} s^2 times the acceleration that it holds back",
+                       give_way(of));
+  };
+  const std::string friction =
+      fmt::format("soft constraint: creeps at about {:.2g} s times the acceleration that it holds back",
+                  creep(dry_friction_softness(settings)));
+  const std::string limit = soft(softness(settings, "limit")), equality = soft(softness(settings, "equality"));
+  for (const Feature feature : {Feature::kBallLimit, Feature::kTendonLimit}) add_approximated(c, feature, limit);
+  for (const Feature feature : {Feature::kCoupling, Feature::kCouplingOfMany, Feature::kConnect, Feature::kWeld}) {
+    add_approximated(c, feature, equality);
+  }
+  for (const Feature feature : {Feature::kDryFriction, Feature::kBallDryFriction, Feature::kTendonDryFriction}) {
+    add_approximated(c, feature, friction);
+  }
+  for (const Feature feature : {Feature::kTorsionalFriction, Feature::kRollingFriction}) {
+    add_approximated(c, feature, "soft, in one friction cone with sliding: a contact that slides resists spin less");
+  }
+}
+
 class MujocoEngine final : public Adapter {
  public:
   BuildFacts build() const override {
@@ -101,6 +147,7 @@ class MujocoEngine final : public Adapter {
     }
     c.sleep = "off";
     c.speed_limits = "none";
+    declare_features(c, settings);
     return c;
   }
 
@@ -118,13 +165,13 @@ class MujocoEngine final : public Adapter {
                                    "axes; --set cone=elliptic is exact"});
       }
     }
-    for (const Joint& hinge : model.joints) {
-      if (hinge.has_spring() && has_explicit_pd(settings)) {
-        limitations.push_back(explicit_spring(hinge, "; --set pd=native is MuJoCo's own"));
+    for (const Joint& joint : model.joints) {
+      if (joint.has_spring() && has_explicit_pd(settings)) {
+        limitations.push_back(explicit_spring(joint, kExplicitRemedy));
       }
-      if (hinge.limited) {
+      if (joint.limited) {
         limitations.push_back({.fidelity = Fidelity::kApproximated,
-                               .element = fmt::format("limit of joint '{}'", hinge.name),
+                               .element = fmt::format("limit of joint '{}'", joint.name),
                                .how = "soft constraint: the limit gives way a little under load"});
       }
     }

@@ -1,6 +1,7 @@
 #include "options.h"
 
 #include <algorithm>
+#include <tuple>
 #include <utility>
 
 #include "engines/adapter.h"
@@ -111,8 +112,9 @@ std::vector<Setting> declared_settings() {
        .choices = {"auto", "explicit"}},
   };
   // MuJoCo's solref and solimp, one number a setting
-  for (const std::string kind : {"contact", "limit"}) {
-    const std::string of = kind == "contact" ? "of contacts" : "of joint limits";
+  for (const auto& [kind, of, unit] : {std::tuple<std::string, std::string, std::string>{"contact", "of contacts", "m"},
+                                       {"limit", "of limits of joints and tendons", "rad or m"},
+                                       {"equality", "of couplings, connects and welds", "rad or m"}}) {
     settings.insert(settings.end(), {{.name = kind + "_timeconst",
                                       .default_value = 0.02,
                                       .unit = "s",
@@ -137,10 +139,22 @@ std::vector<Setting> declared_settings() {
                                       .maximum = 0.9999},
                                      {.name = kind + "_impedance_width",
                                       .default_value = 0.001,
-                                      .unit = kind == "contact" ? "m" : "rad",
+                                      .unit = unit,
                                       .meaning = "violation over which the impedance " + of + " rises (solimp 3)",
                                       .minimum = 0}});
   }
+  settings.insert(settings.end(), {{.name = "dry_friction_timeconst",
+                                    .default_value = 0.02,
+                                    .unit = "s",
+                                    .meaning = "time constant of dry friction in joints and tendons (solref 1)",
+                                    .minimum = 1e-6},
+                                   {.name = "dry_friction_impedance",
+                                    .default_value = 0.9,
+                                    .unit = "",
+                                    .meaning = "impedance of dry friction in joints and tendons (solimp 1); larger "
+                                               "creeps less",
+                                    .minimum = 1e-4,
+                                    .maximum = 0.9999}});
   return settings;
 }
 
@@ -180,6 +194,14 @@ Softness softness(const Settings& s, const std::string& kind) {
   result.impedance[0] = number("_impedance_min");
   result.impedance[1] = number("_impedance_max");
   result.impedance[2] = number("_impedance_width");
+  return result;
+}
+
+Softness dry_friction_softness(const Settings& s) {
+  Softness result{};
+  mj_defaultSolRefImp(result.reference.data(), result.impedance.data());
+  result.reference[0] = s.get<double>("dry_friction_timeconst");
+  result.impedance[0] = s.get<double>("dry_friction_impedance");
   return result;
 }
 

@@ -26,7 +26,9 @@ struct Softness {
   std::array<mjtNum, mjNREF> reference;
   std::array<mjtNum, mjNIMP> impedance;
 };
-// Of "contact" or "limit".
+// Of "contact", "limit" or "equality".
 Softness softness(const Settings& settings, const std::string& kind);
+// A constraint of a velocity: only its time constant and impedance at no violation count.
+Softness dry_friction_softness(const Settings& settings);
 
 }  // namespace assay::mujoco

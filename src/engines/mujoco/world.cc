@@ -35,7 +35,7 @@ MujocoSimulation::MujocoSimulation(std::shared_ptr<const Compiled> compiled, con
 }
 
 void MujocoSimulation::set_torques(std::span<const double> torques) {
-  const std::vector<int>& dof = compiled_->hinge_dof;
+  const std::vector<int>& dof = compiled_->joint_dof;
   mjtNum* applied = data_->qfrc_applied;
   for (size_t j = 0; j < torques.size(); ++j) applied[dof[j]] = torques[j];
   if (compiled_->explicit_springs) add_springs(torques);
@@ -62,8 +62,8 @@ void MujocoSimulation::read_state(State& out) const {
   out.position.resize(model.joints.size());
   out.velocity.resize(model.joints.size());
   for (size_t j = 0; j < model.joints.size(); ++j) {
-    out.position[j] = data_->qpos[compiled_->hinge_qpos[j]];
-    out.velocity[j] = data_->qvel[compiled_->hinge_dof[j]];
+    out.position[j] = data_->qpos[compiled_->joint_qpos[j]];
+    out.velocity[j] = data_->qvel[compiled_->joint_dof[j]];
   }
   // a free joint's coordinates: origin and rotation of the body frame; its velocity: the origin's in the world, the
   // angular one in the body
@@ -79,7 +79,9 @@ void MujocoSimulation::read_state(State& out) const {
     s.p_WBcm = Vec3(qpos[0], qpos[1], qpos[2]) + p_BoBcm_W;
     s.v_WBcm = Vec3(qvel[0], qvel[1], qvel[2]) + s.w_WB.cross(p_BoBcm_W);
   }
-  bodies_from_joints(model, out);
+  balls_.resize(model.balls.size());
+  for (size_t b = 0; b < balls_.size(); ++b) balls_[b] = ball_motion(compiled_->balls[b]);
+  bodies_from_joints(model, balls_, out);
 }
 
 EngineView MujocoSimulation::view() const {
@@ -93,15 +95,22 @@ EngineView MujocoSimulation::view() const {
   view.gravity = Eigen::Map<const Vec3>(m.opt.gravity);
   view.bodies.reserve(compiled_->body_id.size());
   for (const int id : compiled_->body_id) {
+    if (id < 0) {
+      view.bodies.push_back({.mass = 0});
+      continue;
+    }
     const Mat3 R_WI = Eigen::Map<const Matrix3Rows>(now->ximat + ptrdiff_t{9} * id);
     view.bodies.push_back({.mass = m.body_mass[id],
                            .p_WBcm = triple(now->xipos, id),
                            .I_BBcm_W = R_WI * triple(m.body_inertia, id).asDiagonal() * R_WI.transpose()});
   }
-  view.joints.reserve(compiled_->hinge_joint.size());
-  for (const int id : compiled_->hinge_joint) {
-    view.joints.push_back({.p_WJ = triple(now->xanchor, id),
-                           .axis_W = triple(now->xaxis, id),
+  view.joints.reserve(compiled_->joint_id.size());
+  for (const int id : compiled_->joint_id) {
+    const int qpos = m.jnt_qposadr[id];
+    const double way = m.jnt_type[id] == mjJNT_SLIDE ? now->qpos[qpos] - m.qpos0[qpos] : 0;
+    const Vec3 axis_W = triple(now->xaxis, id);
+    view.joints.push_back({.p_WJ = triple(now->xanchor, id) + way * axis_W,
+                           .axis_W = axis_W,
                            .limited = m.jnt_limited[id] != 0,
                            .lower = m.jnt_range[ptrdiff_t{2} * id],
                            .upper = m.jnt_range[ptrdiff_t{2} * id + 1]});
@@ -113,8 +122,15 @@ void MujocoSimulation::set_state(const State& state) {
   const Model& model = compiled_->model;
   const State given = with_joint_coordinates(model, state);
   for (size_t j = 0; j < model.joints.size(); ++j) {
-    data_->qpos[compiled_->hinge_qpos[j]] = given.position[j];
-    data_->qvel[compiled_->hinge_dof[j]] = given.velocity[j];
+    data_->qpos[compiled_->joint_qpos[j]] = given.position[j];
+    data_->qvel[compiled_->joint_dof[j]] = given.velocity[j];
+  }
+  for (size_t b = 0; b < model.balls.size(); ++b) {
+    const BallAddress& address = compiled_->balls[b];
+    const Quat rotation = ball_rotation(model, given, static_cast<int>(b));
+    copy_quat(address.q_BC.conjugate() * rotation * address.q_BC, data_->qpos + address.qpos);
+    Eigen::Map<Vec3>(data_->qvel + address.dof) =
+        address.q_BC.conjugate() * ball_velocity(model, given, static_cast<int>(b));
   }
   for (size_t i = 0; i < model.bodies.size(); ++i) {
     const Body& body = model.bodies[i];
@@ -131,13 +147,39 @@ void MujocoSimulation::set_state(const State& state) {
   data_->time = state.time;
 }
 
+BallCoordinates MujocoSimulation::ball_motion(const BallAddress& address) const {
+  const mjtNum* q = data_->qpos + address.qpos;
+  const Quat q_MC(q[0], q[1], q[2], q[3]);  // MuJoCo normalises it where it reads it
+  return {(address.q_BC * q_MC * address.q_BC.conjugate()).normalized(),
+          address.q_BC * triple(data_->qvel + address.dof, 0)};
+}
+
 void MujocoSimulation::add_springs(std::span<const double> torques) {
-  const std::vector<Joint>& hinges = compiled_->model.joints;
-  for (size_t j = 0; j < hinges.size(); ++j) {
-    const int dof = compiled_->hinge_dof[j];
-    const double angle = data_->qpos[compiled_->hinge_qpos[j]];
+  const Model& model = compiled_->model;
+  const std::vector<Joint>& joints = model.joints;
+  for (size_t j = 0; j < joints.size(); ++j) {
+    const int dof = compiled_->joint_dof[j];
+    const double position = data_->qpos[compiled_->joint_qpos[j]];
     data_->qfrc_applied[dof] =
-        (j < torques.size() ? torques[j] : 0.0) + spring_torque(hinges[j], angle, data_->qvel[dof]);
+        (j < torques.size() ? torques[j] : 0.0) + spring_torque(joints[j], position, data_->qvel[dof]);
+  }
+  for (size_t b = 0; b < model.balls.size(); ++b) {
+    const BallAddress& address = compiled_->balls[b];
+    const BallCoordinates motion = ball_motion(address);
+    Eigen::Map<Vec3>(data_->qfrc_applied + address.dof) =
+        address.q_BC.conjugate() * ball_spring_torque(model.balls[b], motion.rotation, motion.velocity);
+  }
+  for (const Tendon& tendon : model.tendons) {
+    if (!tendon.has_spring()) continue;
+    double length = 0, speed = 0;
+    for (const JointTerm& term : tendon.terms) {
+      length += term.coefficient * data_->qpos[compiled_->joint_qpos[term.joint]];
+      speed += term.coefficient * data_->qvel[compiled_->joint_dof[term.joint]];
+    }
+    const double tension = tendon_tension(tendon, length, speed);
+    for (const JointTerm& term : tendon.terms) {
+      data_->qfrc_applied[compiled_->joint_dof[term.joint]] += term.coefficient * tension;
+    }
   }
 }
 

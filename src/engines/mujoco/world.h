@@ -20,6 +20,7 @@ class MujocoSimulation final : public Simulation {
 
  private:
   void set_state(const State& state);
+  BallCoordinates ball_motion(const BallAddress& address) const;
   void add_springs(std::span<const double> torques);
   void clear_torques();
   void check_warnings() const;
@@ -29,8 +30,9 @@ class MujocoSimulation final : public Simulation {
   ModelPtr model_;
   DataPtr data_;
   Clock clock_;
-  bool torques_set_ = false;    // qfrc_applied is not zero
-  bool torques_fresh_ = false;  // ... and no step has used it yet
+  mutable std::vector<BallCoordinates> balls_;  // of the last read
+  bool torques_set_ = false;                    // qfrc_applied is not zero
+  bool torques_fresh_ = false;                  // ... and no step has used it yet
 };
 
 }  // namespace assay::mujoco

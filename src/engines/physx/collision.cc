@@ -23,11 +23,19 @@ Collision::Collision(const Model& model, const Options& options) : shapes_(model
   int sized = 0;
   for (size_t s = 0; s < shapes_.size(); ++s) {
     if (row_of_shape_[s] < 0 || shapes_[s].body == kWorld) continue;
-    sum += 2 * (shapes_[s].radius + (shapes_[s].type == ShapeType::kCapsule ? shapes_[s].half_length : 0));
+    sum += extent(model, shapes_[s]);
     ++sized;
   }
   if (sized > 0) size_ = sum / sized;
   contact_offset_ = real(options.contact_offset * size_);
+  std::vector<bool> on_field(shapes_.size(), false);
+  for (const ContactPair& pair : model.contacts) {
+    if (shapes_[pair.shape_a].type == ShapeType::kHeightField) on_field[pair.shape_b] = true;
+    if (shapes_[pair.shape_b].type == ShapeType::kHeightField) on_field[pair.shape_a] = true;
+  }
+  for (size_t s = 0; s < shapes_.size(); ++s) {
+    if (row_of_shape_[s] >= 0) geometry_of_row_.push_back(geometries_.make(model, shapes_[s], on_field[s]));
+  }
   make_tables(model);
   make_materials(model, options);
 }
@@ -71,28 +79,10 @@ bool Collision::attach(PxRigidActor& actor, int body) const {
     const PxMaterial& material = *materials_[row];
     // not for scene queries: their trees would be kept up to date for nobody
     const PxShapeFlags flags = PxShapeFlag::eSIMULATION_SHAPE;
-    PxShape* made = nullptr;
-    switch (shape.type) {
-      case ShapeType::kSphere:
-        made = PxRigidActorExt::createExclusiveShape(actor, PxSphereGeometry(real(shape.radius)), material, flags);
-        break;
-      case ShapeType::kCapsule:
-        made = PxRigidActorExt::createExclusiveShape(
-            actor, PxCapsuleGeometry(real(shape.radius), real(shape.half_length)), material, flags);
-        break;
-      case ShapeType::kPlane:
-        made = PxRigidActorExt::createExclusiveShape(actor, PxPlaneGeometry(), material, flags);
-        break;
-      case ShapeType::kBox:
-      case ShapeType::kCylinder:
-      case ShapeType::kEllipsoid:
-      case ShapeType::kHull:
-      case ShapeType::kHeightField:
-        throw UnsupportedError("this shape is refused by check()");
-    }
+    const Geometry& geometry = geometry_of_row_[row];
+    PxShape* made = PxRigidActorExt::createExclusiveShape(actor, geometry.holder.any(), material, flags);
     if (made == nullptr) throw EngineError("PhysX made no shape: " + take_complaint());
-    const Pose X_IS = X_IB * shape.X_BS;
-    made->setLocalPose(to_px(Pose{X_IS.p, X_IS.q * x_to(Vec3::UnitZ())}));
+    made->setLocalPose(to_px(X_IB * shape.X_BS * geometry.X_SG));
     made->setContactOffset(contact_offset_);
     made->setRestOffset(0);
     made->setSimulationFilterData(PxFilterData(row, static_cast<PxU32>(rows_), 0, 0));

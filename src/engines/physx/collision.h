@@ -11,6 +11,7 @@
 #include "library.h"
 #include "model/model.h"
 #include "options.h"
+#include "shapes.h"
 
 namespace assay::px {
 
@@ -63,6 +64,8 @@ class Collision final : public physx::PxContactModifyCallback {
   std::vector<BodyFrame> frames_;
   double size_ = 1;
   float contact_offset_ = 0;
+  Geometries geometries_;
+  std::vector<Geometry> geometry_of_row_;
   std::vector<Owned<physx::PxMaterial>> materials_;  // by row
 };
 

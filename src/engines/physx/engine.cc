@@ -124,6 +124,7 @@ class PhysxEngine final : public Adapter {
           "of its rate a step";
     }
     c.deviations = deviations(options);
+    describe_features(c, options);
     return c;
   }
 
@@ -147,15 +148,21 @@ class PhysxEngine final : public Adapter {
       if (hinge.has_spring()) {
         if (!options.native_pd) {
           limitations.push_back(explicit_spring(hinge));
-        } else if (options.joints == Joints::kRevolute) {
+        } else if (options.joints == Joints::kRevolute && !hinge.is_slide()) {
           refuse(joint_element(hinge, "stiffness and damping"),
                  "a PxRevoluteJoint has no spring: set joints=d6 or pd=explicit");
-        } else if (!articulation) {
+        } else if (hinge.dry_friction != 0) {
+          refuse(joint_element(hinge, "dry friction"),
+                 "PhysX has one drive a joint, which the native spring takes: set pd=explicit");
+        } else if (!articulation && !hinge.is_slide()) {
           limitations.push_back({Fidelity::kApproximated, joint_element(hinge, "stiffness"),
                                  "D6 drive: torque 2 k sin(angle / 2), the angle from the spring's reference"});
         }
       }
-      if (!articulation && spans_a_turn(hinge)) {
+      if (hinge.dry_friction != 0 && options.joints == Joints::kRevolute && !hinge.is_slide()) {
+        refuse(joint_element(hinge, "dry friction"), "a PxRevoluteJoint has none: set joints=d6");
+      }
+      if (!articulation && !hinge.is_slide() && spans_a_turn(hinge)) {
         refuse(joint_element(hinge, "range"),
                "a joint's limits span less than a turn: narrow the range or set joints=articulation");
       }
@@ -172,6 +179,30 @@ class PhysxEngine final : public Adapter {
   }
 
  private:
+  static void describe_features(Capabilities& c, const Options& options) {
+    const bool articulation = options.joints == Joints::kArticulation;
+    add_exact(c, {Feature::kSlide, Feature::kBall, Feature::kDryFriction, Feature::kBallDryFriction});
+    add_lent_mass(c, options.lent_share, articulation ? "link_share" : "lent_share");
+    if (articulation) add_exact(c, {Feature::kBallArmature});
+    add_exact(c, {Feature::kBox});
+    add_approximated(
+        c, Feature::kCylinder,
+        "exact on planes; one contact point a step against curved bodies and boxes; on height fields a prism "
+        "of 64 sides, its radius within 0.1 %");
+    add_approximated(c, Feature::kEllipsoid,
+                     "exact on planes; against boxes a rocking ellipsoid's rate is 7 % off; on height fields a "
+                     "polyhedron of 80 faces, its radius within 3.4 %");
+    add_approximated(c, Feature::kHull,
+                     "at most 255 vertices and 255 faces: PhysX puts a larger hull into a simpler one around it");
+    add_approximated(c, Feature::kHeightField,
+                     "heights as integers of 16 bits: within 1/65534 of the highest one; a surface without sides and "
+                     "base");
+    add_approximated(c, Feature::kTorsionalFriction, "contacts at one point do not resist spin about the normal");
+    add_approximated(c, Feature::kRollingFriction, "contacts do not resist rolling");
+    add_approximated(c, Feature::kBallSpring, "explicit torque from the state at the step's start");
+    add_approximated(c, Feature::kTendonSpring, "explicit tension from the state at the step's start");
+  }
+
   // PhysX never lets a link of an articulation touch its parent.
   template <typename Refuse>
   static void refuse_neighbours(const Model& model, const Refuse& refuse) {

@@ -40,7 +40,13 @@ std::vector<Setting> declared_settings() {
       {}, 1e-6, 10);
   list.add("link_cfm", 0.0, "1/kg",
            "constraint force mixing of an articulation's contacts and limits (PhysX's own is 0.025)", {}, 0, 1);
-  return list.take();
+  list.add("link_share", 1e-5, "",
+           "articulations: part of a body's mass and inertia that each massless body before it borrows, because PhysX "
+           "needs mass in every link",
+           {}, 1e-6, kLargestLentShare);
+  std::vector<Setting> settings = list.take();
+  settings.push_back(lent_share_setting());
+  return settings;
 }
 
 Options read_options(const Settings& settings) {
@@ -61,6 +67,7 @@ Options read_options(const Settings& settings) {
   options.gyroscopic = settings.get<bool>("gyroscopic");
   options.contact_offset = settings.get<double>("contact_offset");
   options.link_cfm = settings.get<double>("link_cfm");
+  options.lent_share = settings.get<double>(options.joints == Joints::kArticulation ? "link_share" : "lent_share");
   return options;
 }
 

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "engines/engine.h"
+#include "model/massless.h"
 
 namespace assay::px {
 
@@ -23,6 +24,7 @@ struct Options {
   bool gyroscopic = true;
   double contact_offset = 0.02;
   double link_cfm = 0;
+  double lent_share = kLentShare;
 };
 
 std::vector<Setting> declared_settings();

@@ -20,14 +20,22 @@ PxFrictionType::Enum friction_type(Friction friction) {
   return PxFrictionType::ePATCH;
 }
 
+State start_of_copy(const Lent& lent, State state) {
+  lent.to_copy(state);
+  return state;
+}
+
 }  // namespace
 
 PhysxSimulation::PhysxSimulation(const Model& model, const State& state, const Options& options)
-    : model_(model),
+    : lent_(lend_mass(model, options.lent_share)),
+      model_(lent_.model),
       options_(options),
-      start_(with_joint_coordinates(model, state)),
-      collision_(model, options),
+      start_(start_of_copy(lent_, with_joint_coordinates(model, state))),
+      collision_(model_, options),
       actors_(model.bodies.size(), nullptr),
+      ball_springs_(std::ranges::any_of(model.balls, &BallJoint::has_spring)),
+      tendon_springs_(std::ranges::any_of(model.tendons, &Tendon::has_spring)),
       last_(start_),
       clock_{state.time, options.timestep} {
   take_complaint();
@@ -111,9 +119,17 @@ void PhysxSimulation::advance(int count) {
 
 void PhysxSimulation::set_torques(std::span<const double> torques) {
   const bool springs = model_.has_springs() && !options_.native_pd;
-  if (springs) read(last_);
+  if (springs || ball_springs_ || tendon_springs_) read(last_);
   collect_torques(model_, torques, springs ? &last_ : nullptr, torques_);
-  apply(torques_);
+  if (tendon_springs_) add_tendon_tensions(model_, last_, torques_);
+  if (ball_springs_) {
+    ball_torques_.clear();
+    for (int b = 0; b < static_cast<int>(model_.balls.size()); ++b) {
+      ball_torques_.push_back(
+          ball_spring_torque(model_.balls[b], ball_rotation(model_, last_, b), ball_velocity(model_, last_, b)));
+    }
+  }
+  apply(torques_, ball_torques_);
   torques_ahead_ = true;
   torques_behind_ = false;
 }
@@ -122,6 +138,7 @@ void PhysxSimulation::read_state(State& out) const {
   read(last_);
   last_.time = clock_.time();
   out = last_;
+  lent_.to_original(out);
 }
 
 Pose PhysxSimulation::body_frame(int body) const { return from_px(actors_[body]->getGlobalPose()); }
@@ -143,7 +160,8 @@ EngineView PhysxSimulation::view() const {
          .p_WBcm = X_WI.p,
          .I_BBcm_W = R * from_px(actors_[b]->getMassSpaceInertiaTensor()).asDiagonal() * R.transpose()});
   }
-  for (size_t j = 0; j < model_.joints.size(); ++j) out.joints.push_back(view_hinge(static_cast<int>(j)));
+  for (size_t j = 0; j < model_.joints.size(); ++j) out.joints.push_back(view_joint(static_cast<int>(j)));
+  return_lent_mass(lent_, out);
   return out;
 }
 

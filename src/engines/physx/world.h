@@ -7,6 +7,7 @@
 #include "collision.h"
 #include "engines/adapter.h"
 #include "library.h"
+#include "model/massless.h"
 #include "options.h"
 
 namespace assay::px {
@@ -31,9 +32,10 @@ class PhysxSimulation : public Simulation {
   void read_dynamic(int body, BodyState& out) const;
   Pose body_frame(int body) const;  // where PhysX has the body's frame, X_WI
 
-  const Model model_;
+  const Lent lent_;     // massless bodies have a share of mass
+  const Model& model_;  // the copy that PhysX gets
   const Options options_;
-  const State start_;  // joint coordinates always filled
+  const State start_;  // of the copy; joint coordinates always filled
   Collision collision_;
 
   // Released in the opposite order.
@@ -45,9 +47,10 @@ class PhysxSimulation : public Simulation {
  private:
   // Fills bodies, angles and rates of `out`, whose angles on entry are the last ones.
   virtual void read(State& out) const = 0;
-  virtual EngineJoint view_hinge(int hinge) const = 0;
-  // Replaces the joint torques of the next step.
-  virtual void apply(const std::vector<double>& torques) = 0;
+  virtual EngineJoint view_joint(int joint) const = 0;
+  // Replaces the torques and forces of hinges and slides in the next step, and the torques of ball joints (on the
+  // child, in its axes); without ball torques of the adapter's own, `balls` is empty.
+  virtual void apply(const std::vector<double>& torques, const std::vector<Vec3>& balls) = 0;
   // Takes back torques that PhysX would apply again.
   virtual void withdraw() = 0;
 
@@ -55,7 +58,9 @@ class PhysxSimulation : public Simulation {
   void make_world_shapes();
 
   bool torques_ahead_ = false, torques_behind_ = false;  // to act in the next step; acted in the last
+  bool ball_springs_ = false, tendon_springs_ = false;   // some ball joint, some tendon has a spring or damper
   std::vector<double> torques_;                          // scratch
+  std::vector<Vec3> ball_torques_;                       // scratch
   mutable State last_;                                   // of the last read: unwraps angles
   Clock clock_;
 };

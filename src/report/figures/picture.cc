@@ -30,14 +30,14 @@ size_t picture(Canvas& canvas, const Box& box, const Scene& scene, const std::ve
   };
   std::vector<Stroke> strokes;
   for (const SceneShape& shape : scene.shapes) {
-    if (shape.type == ShapeType::kPlane) continue;
+    if (shape.type == ShapeType::kPlane || shape.type == ShapeType::kHeightField) continue;
     const Pose pose = (shape.body == kWorld ? Pose() : poses[static_cast<size_t>(shape.body)]) * shape.X_BS;
-    const double half = shape.type == ShapeType::kCapsule ? shape.half_length : 0;
-    const Vec3 a = pose * Vec3(0, 0, -half), b = pose * Vec3(0, 0, half);
+    const Rod rod = rod_of(scene, shape);
+    const Vec3 a = pose * rod.a, b = pose * rod.b;
     strokes.push_back({back.dot(a + b),
                        {right.dot(a), -up.dot(a)},
                        {right.dot(b), -up.dot(b)},
-                       shape.radius,
+                       rod.radius,
                        {shape.rgba[0], shape.rgba[1], shape.rgba[2]}});
   }
   if (strokes.empty()) return 0;

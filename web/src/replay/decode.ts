@@ -1,13 +1,38 @@
 // Kept runs as src/report/replays.cc packs them, and their states.
 
 export interface ReplayShape {
-  type: "sphere" | "capsule" | "plane";
+  type: "sphere" | "capsule" | "plane" | "box" | "cylinder" | "ellipsoid" | "hull" | "height_field";
   body: number; // -1: the world
   p: [number, number, number];
   q: [number, number, number, number]; // w, x, y, z
   radius: number;
   half_length: number;
   rgba: [number, number, number, number];
+  half_size?: [number, number, number]; // box, ellipsoid
+  data?: number; // hull, height field: its place in the scene's list
+}
+
+// Lengths are whole numbers of `step` m.
+export interface ReplayHull {
+  step: number;
+  v: number[]; // x, y, z of each corner
+}
+
+export interface ReplayHeightField {
+  rows: number;
+  columns: number;
+  half_x: number;
+  half_y: number;
+  base: number;
+  step: number;
+  h: number[]; // row by row
+}
+
+export interface ReplayScene {
+  bodies: ReplayBody[];
+  shapes: ReplayShape[];
+  hulls?: ReplayHull[];
+  height_fields?: ReplayHeightField[];
 }
 
 export interface ReplayBody {
@@ -26,7 +51,7 @@ export interface ReplayRun {
 
 export interface Replay {
   system: string;
-  scene: { bodies: ReplayBody[]; shapes: ReplayShape[] };
+  scene: ReplayScene;
   frame_ms: number;
   frames: number;
   bodies: number;

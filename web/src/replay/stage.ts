@@ -1,12 +1,13 @@
 // Runs drawn by WebGL: each in a view of its own, or all in one, as ghosts over the reference.
 import {
-  AmbientLight, BufferAttribute, BufferGeometry, Color, CylinderGeometry, DirectionalLight, Group, InstancedMesh,
-  LineBasicMaterial, LineSegments, type Material, Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial, PerspectiveCamera,
-  PlaneGeometry, Quaternion, Scene, SphereGeometry, Vector3, WebGLRenderer,
+  AmbientLight, BufferAttribute, BufferGeometry, Color, DirectionalLight, Group, InstancedMesh, LineBasicMaterial,
+  LineSegments, type Material, Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial, PerspectiveCamera, PlaneGeometry,
+  Quaternion, Scene, Vector3, WebGLRenderer,
 } from "three"; // prettier-ignore
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 
 import { kColumns, stateAt, type Motion, type Replay, type ReplayShape } from "./decode";
+import { Geometries, piecesOf, reachOf } from "./shapes";
 
 export type Mode = "side" | "overlay";
 
@@ -49,33 +50,19 @@ export function resolveColor(css: string, host: HTMLElement): string {
   return `rgb(${r},${g},${b})`;
 }
 
-// The pieces that all shapes are made of, of radius 1: a capsule is a tube of half length 1 and two caps, a sphere two
-// caps. So a run is drawn in two calls, however many sizes its shapes have.
-interface Geometries {
-  cap: BufferGeometry; // the half at z > 0
-  tube: BufferGeometry;
-}
-
-function makeGeometries(coarse: boolean): Geometries {
-  // A multiple of four around, so that the edges of caps and tubes meet.
-  const [around, along] = coarse ? [12, 3] : [20, 6];
-  return {
-    // Three's poles and axes lie along y, those of the model along z.
-    cap: new SphereGeometry(1, around, along, 0, 2 * Math.PI, 0, Math.PI / 2).rotateX(Math.PI / 2),
-    tube: new CylinderGeometry(1, 1, 2, around, 1, true).rotateX(Math.PI / 2),
-  };
-}
-
-// A shape's pieces, in a frame with the body's orientation at its centre of mass.
+// One piece of a body's shapes: which of its geometry's instances it is, in a frame with the body's orientation at its
+// centre of mass.
 interface Part {
   body: number;
-  caps: [Matrix4, Matrix4];
-  cap: number; // place of the first among the caps
-  tube: Matrix4 | null;
-  at: number; // its place among the tubes
+  shape: number; // place among those drawn
+  mesh: InstancedMesh;
+  at: number;
+  local: Matrix4;
 }
 
-const kTurned = new Quaternion(1, 0, 0, 0); // half a turn about x
+function colorOf(shape: ReplayShape): Color {
+  return new Color(...(shape.rgba.slice(0, 3) as [number, number, number])).convertSRGBToLinear();
+}
 
 // One run's bodies.
 class Figure {
@@ -85,8 +72,8 @@ class Figure {
   readonly ghostMaterial = new MeshLambertMaterial({ transparent: true, opacity: kGhost });
   readonly trailMaterial = new MeshBasicMaterial({ transparent: true, opacity: 0.7 });
   private readonly parts: Part[] = [];
-  private readonly caps: InstancedMesh;
-  private readonly tubes: InstancedMesh;
+  private readonly meshes: InstancedMesh[] = []; // one a geometry
+  private shapes = 0;
   private readonly trailLength: number; // pieces, a frame each
   private pieces = new Float32Array(0); // all of the trail's, as matrices
   private readonly state: Float64Array;
@@ -100,48 +87,31 @@ class Figure {
     geometries: Geometries,
   ) {
     this.state = new Float64Array(replay.bodies * kColumns);
-    const shapes = replay.scene.shapes.filter((shape) => shape.body >= 0 && shape.type !== "plane");
-    const long = shapes.filter((shape) => shape.type === "capsule");
-    const mesh = (geometry: BufferGeometry, count: number) => {
-      const solid = new InstancedMesh(geometry, solidMaterial, count);
-      const ghost = new InstancedMesh(geometry, this.ghostMaterial, count);
+    const pieces = new Map<string, { shape: ReplayShape; place: number; local: Matrix4 }[]>();
+    for (const shape of replay.scene.shapes) {
+      if (shape.body < 0) continue;
+      const place = this.shapes++;
+      for (const { geometry, local } of piecesOf(shape, replay.scene.bodies[shape.body]?.cm ?? [0, 0, 0])) {
+        pieces.set(geometry, [...(pieces.get(geometry) ?? []), { shape, place, local }]);
+      }
+    }
+    for (const [geometry, those] of pieces) {
+      const solid = new InstancedMesh(geometries.get(geometry), solidMaterial, those.length);
+      const ghost = new InstancedMesh(geometries.get(geometry), this.ghostMaterial, those.length);
       ghost.instanceMatrix = solid.instanceMatrix;
       // Where it stands changes with each frame; what is out of sight is little.
       solid.frustumCulled = ghost.frustumCulled = false;
-      if (count > 0) this.solid.add(solid);
-      if (count > 0) this.ghosts.add(ghost);
-      return solid;
-    };
-    this.caps = mesh(geometries.cap, 2 * shapes.length);
-    this.tubes = mesh(geometries.tube, long.length);
-    shapes.forEach((shape, index) => {
-      const part = this.part(shape, 2 * index, long.indexOf(shape));
-      const color = new Color(...(shape.rgba.slice(0, 3) as [number, number, number])).convertSRGBToLinear();
-      this.caps.setColorAt(part.cap, color);
-      this.caps.setColorAt(part.cap + 1, color);
-      if (part.tube) this.tubes.setColorAt(part.at, color);
-      this.parts.push(part);
-    });
+      this.solid.add(solid);
+      this.ghosts.add(ghost);
+      this.meshes.push(solid);
+      those.forEach(({ shape, place, local }, at) => {
+        solid.setColorAt(at, colorOf(shape));
+        this.parts.push({ body: shape.body, shape: place, mesh: solid, at, local });
+      });
+    }
     this.trailLength = Math.max(1, Math.round((1000 * kTrailSeconds) / replay.frame_ms));
-    this.trail = new InstancedMesh(geometries.tube, this.trailMaterial, this.trailLength);
+    this.trail = new InstancedMesh(geometries.get("tube"), this.trailMaterial, this.trailLength);
     this.trail.frustumCulled = false;
-  }
-
-  private part(shape: ReplayShape, cap: number, at: number): Part {
-    const cm = this.replay.scene.bodies[shape.body]?.cm ?? [0, 0, 0];
-    const [w, x, y, z] = shape.q;
-    const rotation = new Quaternion(x, y, z, w);
-    const centre = new Vector3(shape.p[0] - cm[0], shape.p[1] - cm[1], shape.p[2] - cm[2]);
-    const half = at >= 0 ? shape.half_length : 0;
-    const size = new Vector3(shape.radius, shape.radius, shape.radius);
-    const end = (sign: number) => new Vector3(0, 0, sign * half).applyQuaternion(rotation).add(centre);
-    return {
-      body: shape.body,
-      caps: [new Matrix4().compose(end(1), rotation, size), new Matrix4().compose(end(-1), rotation.clone().multiply(kTurned), size)],
-      cap,
-      tube: at >= 0 ? new Matrix4().compose(centre, rotation, new Vector3(shape.radius, shape.radius, half)) : null,
-      at,
-    };
   }
 
   // The way of a body; `thickness` in m.
@@ -171,10 +141,9 @@ class Figure {
       position.set(this.state[at]!, this.state[at + 1]!, this.state[at + 2]!);
       rotation.set(this.state[at + 4]!, this.state[at + 5]!, this.state[at + 6]!, this.state[at + 3]!);
       this.pose.compose(position, rotation, unit);
-      part.caps.forEach((local, index) => this.caps.setMatrixAt(part.cap + index, this.placed.multiplyMatrices(this.pose, local)));
-      if (part.tube) this.tubes.setMatrixAt(part.at, this.placed.multiplyMatrices(this.pose, part.tube));
+      part.mesh.setMatrixAt(part.at, this.placed.multiplyMatrices(this.pose, part.local));
     }
-    this.caps.instanceMatrix.needsUpdate = this.tubes.instanceMatrix.needsUpdate = true;
+    for (const mesh of this.meshes) mesh.instanceMatrix.needsUpdate = true;
     const end = Math.floor(Math.min(frame, this.motion.run.frames - 1));
     const start = Math.max(0, end - this.trailLength);
     this.trail.count = end - start;
@@ -182,16 +151,16 @@ class Figure {
     this.trail.instanceMatrix.needsUpdate = true;
   }
 
-  // Where each shape is drawn, x, y, z: in the middle of its ends.
+  // Where each shape is drawn, x, y, z: in the middle of its pieces.
   places(): [number, number, number][] {
-    const end = (index: number) => {
-      this.caps.getMatrixAt(index, this.placed);
-      return new Vector3().setFromMatrixPosition(this.placed);
-    };
-    return this.parts.map((part) => {
-      const middle = end(part.cap).add(end(part.cap + 1)).divideScalar(2);
-      return [middle.x, middle.y, middle.z];
-    });
+    const sums = Array.from({ length: this.shapes }, () => ({ sum: new Vector3(), count: 0 }));
+    for (const part of this.parts) {
+      part.mesh.getMatrixAt(part.at, this.placed);
+      const own = sums[part.shape]!;
+      own.sum.add(new Vector3().setFromMatrixPosition(this.placed));
+      own.count += 1;
+    }
+    return sums.map(({ sum, count }) => sum.divideScalar(Math.max(1, count)).toArray());
   }
 }
 
@@ -252,10 +221,10 @@ export class Stage {
     const light = new DirectionalLight(0xffffff, 2.2);
     light.position.set(-1, -1.6, 3);
     this.scene.add(new AmbientLight(0xffffff, 1.5), light);
-    this.geometries = makeGeometries(coarse);
+    this.geometries = new Geometries(replay.scene, coarse);
     this.look(motions);
     this.makeGround();
-    this.scene.add(this.ground);
+    this.scene.add(this.ground, ...this.makeStatic());
     this.camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, canvas);
     // A finger that moves up or down scrolls the page.
@@ -292,7 +261,7 @@ export class Stage {
     for (const shape of this.replay.scene.shapes) {
       if (shape.body < 0) continue;
       const cm = this.replay.scene.bodies[shape.body]?.cm ?? [0, 0, 0];
-      const far = Math.hypot(shape.p[0] - cm[0], shape.p[1] - cm[1], shape.p[2] - cm[2]) + shape.radius + shape.half_length;
+      const far = Math.hypot(shape.p[0] - cm[0], shape.p[1] - cm[1], shape.p[2] - cm[2]) + reachOf(shape, this.replay.scene);
       reach[shape.body] = Math.max(reach[shape.body] ?? 0, far);
     }
     const lows: number[][] = [[], [], []];
@@ -374,6 +343,20 @@ export class Stage {
     const at = Math.round(this.home.centre.x / size) * size;
     const across = Math.round(this.home.centre.y / size) * size;
     this.ground.position.set(plane.p[0] + at, plane.p[1] + across, plane.p[2]);
+  }
+
+  // What belongs to the world, beside the floor.
+  private makeStatic(): Mesh[] {
+    return this.replay.scene.shapes
+      .filter((shape) => shape.body < 0)
+      .flatMap((shape) =>
+        piecesOf(shape, [0, 0, 0]).map(({ geometry, local }) => {
+          const mesh = new Mesh(this.geometries.get(geometry), new MeshLambertMaterial({ color: colorOf(shape) }));
+          mesh.matrixAutoUpdate = false;
+          mesh.matrix.copy(local);
+          return mesh;
+        }),
+      );
   }
 
   // Before a run is shown; again does nothing.
