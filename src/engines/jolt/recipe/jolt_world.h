@@ -10,7 +10,15 @@
 extern "C" {
 #endif
 
-enum { JOLT_SPHERE = 0, JOLT_CAPSULE = 1, JOLT_PLANE = 2, JOLT_BOX = 3, JOLT_CYLINDER = 4, JOLT_HULL = 5, JOLT_MESH = 6 };
+enum {
+  JOLT_SPHERE = 0,
+  JOLT_CAPSULE = 1,
+  JOLT_PLANE = 2,
+  JOLT_BOX = 3,
+  JOLT_CYLINDER = 4,
+  JOLT_HULL = 5,
+  JOLT_MESH = 6
+};
 enum { JOLT_HINGE = 0, JOLT_SLIDE = 1, JOLT_BALL = 2, JOLT_WELD = 3 };
 
 typedef struct jolt_settings {
@@ -33,17 +41,17 @@ typedef struct jolt_body {
   double v[3], w[3];   /* world frame */
 } jolt_body;
 
-/* Capsules and cylinders lie along their own y axis; a plane's normal is its own y axis. Planes and meshes belong to the
-   world. A hull is given by points, a mesh by points and triangles, whose corners are numbers of points, counter-clockwise
-   from outside; both lie in the list of numbers beside the shapes. */
+/* Capsules and cylinders lie along their own y axis; a plane's normal is its own y axis. Planes and meshes belong to
+   the world. A hull is given by points, a mesh by points and triangles, whose corners are numbers of points,
+   counter-clockwise from outside; both lie in the list of numbers beside the shapes. */
 typedef struct jolt_shape {
   double p[3], q[4]; /* in the body frame, in the world for static shapes */
   double radius, half_length;
   double half_size[3]; /* box */
   int32_t type;
-  int32_t body;               /* -1: the world */
-  int32_t first;              /* of its numbers: 3 a point, then 3 a triangle */
-  int32_t points, triangles;  /* how many */
+  int32_t body;              /* -1: the world */
+  int32_t first;             /* of its numbers: 3 a point, then 3 a triangle */
+  int32_t points, triangles; /* how many */
   int32_t unused;
 } jolt_shape;
 
@@ -52,8 +60,8 @@ typedef struct jolt_pair {
   int32_t shape_a, shape_b;
 } jolt_pair;
 
-/* A hinge's or slide's position is zero where the normals coincide or the points do. A ball uses the points only, a weld
-   makes points, axes and normals coincide. Hinges and slides come first. */
+/* A hinge's or slide's position is zero where the normals coincide or the points do. A ball uses the points only, a
+   weld makes points, axes and normals coincide. Hinges and slides come first. */
 typedef struct jolt_joint {
   double p_parent[3], axis_parent[3], normal_parent[3]; /* parent's body frame, the world's for parent -1 */
   double p_child[3], axis_child[3], normal_child[3];
@@ -84,11 +92,11 @@ typedef struct jolt_joint_view {
 
 typedef struct jolt_world jolt_world;
 
-/* Null when the engine refuses a shape. Hulls of more corners than Jolt allows (256) lose those that stand out least. */
+/* Null when the engine refuses a shape. Hulls of more corners than Jolt allows (256) lose those that stand out least.
+ */
 jolt_world* jolt_create(const jolt_settings* settings, const jolt_body* bodies, int32_t body_count,
                         const jolt_shape* shapes, int32_t shape_count, const jolt_pair* pairs, int32_t pair_count,
-                        const double* numbers, int32_t number_count, const jolt_joint* joints,
-                        int32_t joint_count);
+                        const double* numbers, int32_t number_count, const jolt_joint* joints, int32_t joint_count);
 void jolt_free(jolt_world* world);
 
 /* `count` calls of the engine's step function. Not 0: the bits of JPH::EPhysicsUpdateError, a cache was too small; -1:
