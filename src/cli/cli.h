@@ -38,6 +38,7 @@ void add_movie(CLI::App& app, Action& action);
 void add_snapshot(CLI::App& app, Action& action);
 void add_recommend(CLI::App& app, Action& action);
 void add_claims(CLI::App& app, Action& action);
+void add_parity(CLI::App& app, Action& action);
 void add_conformance(CLI::App& app, Action& action);
 
 // ---- options --------------------------------------------------------------------------------------------------------

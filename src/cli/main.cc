@@ -30,7 +30,7 @@ struct Group {
   std::vector<void (*)(CLI::App&, Action&)> commands;
 };
 const std::vector<Group> kGroups = {
-    {"Engines and models", {add_engines, add_systems, add_check, add_conformance}},
+    {"Engines and models", {add_engines, add_systems, add_check, add_parity, add_conformance}},
     {"Measurements", {add_simulate, add_run, add_paper}},
     {"Results", {add_recommend, add_report, add_claims, add_export, add_movie, add_snapshot}}};
 

@@ -70,7 +70,9 @@ void Translator::translate_bodies() {
     }
   }
   if (model_.bodies.empty()) {
-    refuse("nothing in it can move", "give at least one body a <freejoint/> or a <joint/>");
+    refuse("nothing in it can move",
+           "give at least one body a <freejoint/> or a <joint/>, or free a robot that is fixed to the world with "
+           "--floating-base");
     return;
   }
   note_list("bodies without a joint are fused, exactly", fused);

@@ -149,9 +149,9 @@ void Translator::add_contact(int g1, int g2, int condim, const Vec3& friction) {
     const int body = model_.shapes[shape_of_[g]].body;
     if (body == kWorld || !model_.bodies[body].is_massless()) continue;
     if (examined_.emplace(kNoMass, g).second) {
-      unsupported(
-          mjOBJ_GEOM, g, fmt::format("can touch others, and its body '{}' has no mass", model_.bodies[body].name),
-          "give the body an <inertial>, or the geom contype=\"0\" conaffinity=\"0\"", "leaves its contacts out");
+      unsupported(mjOBJ_GEOM, g,
+                  fmt::format("can touch others, and its body '{}' has no mass", model_.bodies[body].name),
+                  R"(give the body an <inertial>, or the geom contype="0" conaffinity="0")", "leaves its contacts out");
     }
     return;
   }

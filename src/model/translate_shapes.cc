@@ -150,7 +150,7 @@ bool Translator::fill_shape(int g, Shape& shape) {
       break;
     default:
       unsupported(mjOBJ_GEOM, g, fmt::format("is a {}, which is not supported", geom_type_name(m_->geom_type[g])),
-                  "replace it, or make it visual with contype=\"0\" conaffinity=\"0\"", "leaves its contacts out");
+                  R"(replace it, or make it visual with contype="0" conaffinity="0")", "leaves its contacts out");
       return false;
   }
   inflation_.push_back(inflation);

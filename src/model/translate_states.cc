@@ -1,6 +1,7 @@
 // Keyframes, the initial state, and a last look at all numbers.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -28,12 +29,13 @@ void Translator::choose_initial_state() {
   size_t chosen = 0;
   if (!keyframe_.empty()) {
     std::vector<std::string> names;
+    names.reserve(model_.keyframes.size());
     for (const Keyframe& key : model_.keyframes) names.push_back(key.name);
     const auto named = std::ranges::find(names, keyframe_);
     const auto number = parse_integer(keyframe_);
     if (named != names.end()) {
       chosen = static_cast<size_t>(named - names.begin());
-    } else if (number && *number >= 0 && *number < static_cast<long long>(names.size())) {
+    } else if (number && *number >= 0 && std::cmp_less(*number, names.size())) {
       chosen = static_cast<size_t>(*number);
     } else {
       refuse(fmt::format("it has no keyframe '{}'{}", keyframe_, did_you_mean(keyframe_, names)),

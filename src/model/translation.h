@@ -19,7 +19,8 @@ struct TranslationInput {
   std::set<std::string> massless = {};
 };
 
-// Everything but Model::name, source, hash and the parser's warnings. Every problem is found, not only the first.
+// Everything but Model::name, source, hash and the parser's warnings. Every problem is found, not only the first; they
+// are in the file's order, those without a line first.
 LoadReport translate(const TranslationInput& input);
 
 }  // namespace assay

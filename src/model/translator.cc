@@ -58,6 +58,7 @@ LoadReport Translator::translate() {
   }
   LoadReport report;
   report.problems = std::move(problems_);
+  std::ranges::stable_sort(report.problems, {}, &Problem::line);
   if (!report.refused()) report.model = std::move(model_);
   return report;
 }

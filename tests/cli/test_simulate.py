@@ -254,7 +254,7 @@ class Physics(Csv):
         self.assertEqual(self.simulate("planar-chain", "mujoco-euler", "1", "0.2", *both)[1], rk4)
 
     def test_unsupported_element_is_left_out_with_a_word(self):
-        self.write("kite.xml", BALL.replace("<mujoco>", '<mujoco><option density="1000"/>', 1))
+        self.write("kite.xml", BALL.replace("<worldbody>", '<option density="1000"/><worldbody>'))
         common = ["simulate", "kite.xml", "--engine", "mujoco-euler", "--timestep", "1", "--duration", "0.1", "--out", "x.csv"]
         self.refused(*common, naming=["density 1000", "--drop-unsupported"])
         self.assertFalse((self.dir / "x.csv").exists())

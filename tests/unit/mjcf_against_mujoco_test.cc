@@ -328,7 +328,9 @@ class RandomTree {
 
   int condim() {
     const double kind = number(0, 1);
-    return kind < 0.2 ? 1 : kind < 0.6 ? 3 : kind < 0.8 ? 4 : 6;
+    if (kind < 0.2) return 1;
+    if (kind < 0.6) return 3;
+    return kind < 0.8 ? 4 : 6;
   }
 
   std::string geom(const std::string& type, const std::string& size) {
@@ -593,6 +595,40 @@ TEST(AgainstMujoco, ConnectAndWeldHoldWhatItHolds) {
     mj_forward(mujoco.m, mujoco.d);
     EXPECT_GT(open_by(mujoco), 0.01);
   }
+}
+
+// ---- margins --------------------------------------------------------------------------------------------------------
+
+// MuJoCo's contacts act where distance < margin: the inflated shapes touch at the same place.
+TEST(AgainstMujoco, MarginsInflateShapes) {
+  const std::string xml =
+      "<mujoco><worldbody><geom name='floor' type='plane' size='1 1 1' margin='0.02' euler='10 20 0'/>"
+      "<body name='a' pos='0.1 0.2 0.3'><freejoint/><geom name='ball' size='0.35' margin='0.03'/></body>"
+      "<body name='b' pos='0.3 0.2 0.9'><freejoint/><geom name='other' size='0.25' margin='0.05'/></body></worldbody>"
+      "</mujoco>";
+  const Mujoco mujoco(xml);
+  const Model model = load_model_text(xml, "margins");
+  mj_forward(mujoco.m, mujoco.d);
+  int compared = 0;
+  for (const ContactPair& pair : model.contacts) {
+    const Shape &a = model.shapes[pair.shape_a], &b = model.shapes[pair.shape_b];
+    const auto pose = [&](const Shape& shape) {
+      return shape.body == kWorld ? shape.X_BS
+                                  : body_pose(model.bodies[shape.body], model.initial.bodies[shape.body]) * shape.X_BS;
+    };
+    const Pose X_WA = pose(a), X_WB = pose(b);
+    const double ours = a.type == ShapeType::kPlane ? (X_WA.q * Vec3(0, 0, 1)).dot(X_WB.p - X_WA.p) - b.radius
+                                                    : (X_WA.p - X_WB.p).norm() - a.radius - b.radius;
+    for (int i = 0; i < mujoco.d->ncon; ++i) {
+      const mjContact& contact = mujoco.d->contact[i];
+      const std::set<std::string> theirs = {mj_id2name(mujoco.m, mjOBJ_GEOM, contact.geom[0]),
+                                            mj_id2name(mujoco.m, mjOBJ_GEOM, contact.geom[1])};
+      if (theirs != std::set<std::string>{a.name, b.name}) continue;
+      EXPECT_NEAR(ours, contact.dist - contact.includemargin, 1e-12);
+      ++compared;
+    }
+  }
+  EXPECT_EQ(compared, 2);
 }
 
 // ---- hulls ----------------------------------------------------------------------------------------------------------

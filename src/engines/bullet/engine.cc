@@ -57,9 +57,13 @@ void add_features(Capabilities& c, const Options& options) {
     add_approximated(c, Feature::kTorsionalFriction, "left out: contacts do not resist spin about their normal");
     add_approximated(c, Feature::kRollingFriction, "left out: contacts do not resist rolling");
   }
-  if (!options.multibody) return;
-  add_exact(c, {Feature::kSlide, Feature::kMassless, Feature::kDryFriction});
-  if (options.rk4) {
+  add_exact(c, {Feature::kSlide, Feature::kDryFriction});
+  if (options.multibody) {
+    add_exact(c, {Feature::kMassless});
+  } else {
+    add_lent_mass(c, options.lent_share);
+  }
+  if (options.multibody && options.rk4) {
     add_approximated(c, Feature::kBall,
                      "Bullet's Runge-Kutta adds up the stages' angular velocities: second order where their direction "
                      "changes");
@@ -159,7 +163,7 @@ class BulletEngine final : public Adapter {
     for (const Joint& hinge : model.joints) {
       if (hinge.armature != 0) limitations.push_back(armature_refused(hinge, "Bullet"));
       if (hinge.has_spring()) limitations.push_back(explicit_spring(hinge));
-      if (!options.multibody && spans_a_turn(hinge)) {
+      if (!options.multibody && !hinge.is_slide() && spans_a_turn(hinge)) {
         limitations.push_back({Fidelity::kRefused, joint_element(hinge, "range"),
                                "Bullet's hinge limits span less than a turn: narrow the range or remove it"});
       }

@@ -50,7 +50,9 @@ std::vector<Setting> declared_settings() {
            "sequential impulse: another order of constraints every sweep, from a fixed seed");
   list.add("solver_batch", 128LL, "", "islands are solved together until a batch has this many constraints", {}, 1,
            1000000);
-  return list.take();
+  std::vector<Setting> settings = list.take();
+  settings.push_back(lent_share_setting());
+  return settings;
 }
 
 Options read_options(const Settings& settings) {
@@ -78,6 +80,7 @@ Options read_options(const Settings& settings) {
   options.frame_offset = settings.get<bool>("frame_offset");
   options.randomize_order = settings.get<bool>("randomize_order");
   options.solver_batch = integer(settings, "solver_batch");
+  options.lent_share = settings.get<double>("lent_share");
   return options;
 }
 

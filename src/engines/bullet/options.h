@@ -6,6 +6,7 @@
 #include <LinearMath/btScalar.h>
 
 #include "engines/engine.h"
+#include "model/massless.h"
 
 namespace assay::bullet {
 
@@ -36,6 +37,7 @@ struct Options {
   bool frame_offset = true;
   bool randomize_order = false;
   int solver_batch = 128;
+  double lent_share = kLentShare;
 
   // Whether contacts have torsional and rolling friction: Bullet solves both where it has a circular cone.
   bool turns_resist() const { return multibody && solver == Solver::kSequentialImpulse && friction_cone; }

@@ -1,5 +1,7 @@
-// Bullet's rigid bodies: six coordinates each, hinges as constraints.
+// Bullet's rigid bodies: six coordinates each, joints as constraints. Massless bodies borrow mass.
 #include <BulletDynamics/ConstraintSolver/btHingeConstraint.h>
+#include <BulletDynamics/ConstraintSolver/btPoint2PointConstraint.h>
+#include <BulletDynamics/ConstraintSolver/btSliderConstraint.h>
 
 #include "convert.h"
 #include "world.h"
@@ -9,10 +11,20 @@ namespace {
 
 class RigidSimulation final : public BulletSimulation {
  public:
-  RigidSimulation(const Model& model, const State& state, const Options& options)
-      : BulletSimulation(model, state, options) {
+  // `state` is one of `lent.model`.
+  RigidSimulation(Lent lent, const State& state, const Options& options)
+      : BulletSimulation(lent.model, state, options), lent_(std::move(lent)) {
     make_bodies();
-    make_hinges();
+    ground_ = std::make_unique<btRigidBody>(real(0), nullptr, nullptr);
+    constraints_.reserve(model_.joints.size() + model_.balls.size());
+    for (const Joint& joint : model_.joints) {
+      constraints_.push_back(joint.is_slide() ? make_slide(joint) : make_hinge(joint));
+      world().addConstraint(constraints_.back().get());
+    }
+    for (const BallJoint& ball : model_.balls) {
+      constraints_.push_back(make_ball(ball));
+      world().addConstraint(constraints_.back().get());
+    }
   }
 
   ~RigidSimulation() override { destroy_world(); }
@@ -45,31 +57,54 @@ class RigidSimulation final : public BulletSimulation {
     }
   }
 
-  void make_hinges() {
-    ground_ = std::make_unique<btRigidBody>(real(0), nullptr, nullptr);
-    hinges_.reserve(model_.joints.size());
-    for (const Joint& hinge : model_.joints) {
-      const Body& body = model_.bodies[hinge.body];
-      // the hinge's frame has z along the axis and is the same in both bodies at the reference configuration
-      const Quat q_axis(Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), hinge.axis_B));
-      const Pose X_BJ{hinge.p_BJ, q_axis};
-      const Pose X_child = collision_.frame(hinge.body).X_BI.inverse() * X_BJ;
-      Pose X_parent = body.X_PB * X_BJ;
-      btRigidBody* parent = ground_.get();
-      if (body.parent != kWorld) {
-        X_parent = collision_.frame(body.parent).X_BI.inverse() * X_parent;
-        parent = bodies_[body.parent].get();
-      }
-      auto constraint =
-          std::make_unique<btHingeConstraint>(*bodies_[hinge.body], *parent, to_bt(X_child), to_bt(X_parent), false);
-      constraint->setUseFrameOffset(options_.frame_offset);
-      if (hinge.limited) {
-        // bias 1 and relaxation 0: corrected by ERP like the rest of the joint, and no bouncing off the limit
-        constraint->setLimit(real(hinge.lower - hinge.reference), real(hinge.upper - hinge.reference), 1, 1, 0);
-      }
-      world().addConstraint(constraint.get());
-      hinges_.push_back(std::move(constraint));
+  // A joint's two bodies and its frame in each; both frames are the same at the reference configuration.
+  struct Ends {
+    btRigidBody& child;
+    btRigidBody& parent;
+    Pose X_child, X_parent;
+  };
+  Ends ends(int b, const Vec3& p_BJ, const Quat& q_BJ) {
+    const Body& body = model_.bodies[b];
+    const Pose X_BJ{p_BJ, q_BJ};
+    const Pose X_child = collision_.frame(b).X_BI.inverse() * X_BJ;
+    const Pose X_parent = body.X_PB * X_BJ;
+    if (body.parent == kWorld) return {*bodies_[b], *ground_, X_child, X_parent};
+    return {*bodies_[b], *bodies_[body.parent], X_child, collision_.frame(body.parent).X_BI.inverse() * X_parent};
+  }
+
+  std::unique_ptr<btTypedConstraint> make_hinge(const Joint& hinge) {
+    const Quat q_axis(Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), hinge.axis_B));
+    const Ends e = ends(hinge.body, hinge.p_BJ, q_axis);
+    auto made = std::make_unique<btHingeConstraint>(e.child, e.parent, to_bt(e.X_child), to_bt(e.X_parent), false);
+    made->setUseFrameOffset(options_.frame_offset);
+    if (hinge.limited) {
+      // bias 1 and relaxation 0: corrected by ERP like the rest of the joint, and no bouncing off the limit
+      made->setLimit(real(hinge.lower - hinge.reference), real(hinge.upper - hinge.reference), 1, 1, 0);
     }
+    if (hinge.dry_friction != 0) made->enableAngularMotor(true, 0, real(hinge.dry_friction * options_.timestep));
+    return made;
+  }
+
+  std::unique_ptr<btTypedConstraint> make_slide(const Joint& slide) {
+    const Quat q_axis(Eigen::Quaterniond::FromTwoVectors(Vec3::UnitX(), slide.axis_B));
+    const Ends e = ends(slide.body, slide.p_BJ, q_axis);
+    auto made = std::make_unique<btSliderConstraint>(e.parent, e.child, to_bt(e.X_parent), to_bt(e.X_child), true);
+    made->setUseFrameOffset(options_.frame_offset);
+    made->setLowerAngLimit(0);
+    made->setUpperAngLimit(0);
+    made->setLowerLinLimit(real(slide.limited ? slide.lower - slide.reference : 1));  // lower above upper: none
+    made->setUpperLinLimit(real(slide.limited ? slide.upper - slide.reference : -1));
+    if (slide.dry_friction != 0) {
+      made->setPoweredLinMotor(true);
+      made->setTargetLinMotorVelocity(0);
+      made->setMaxLinMotorForce(real(slide.dry_friction));
+    }
+    return made;
+  }
+
+  std::unique_ptr<btTypedConstraint> make_ball(const BallJoint& ball) {
+    const Ends e = ends(ball.body, ball.p_BJ, Quat::Identity());
+    return std::make_unique<btPoint2PointConstraint>(e.child, e.parent, to_bt(e.X_child.p), to_bt(e.X_parent.p));
   }
 
   void read(State& out) const override {
@@ -82,18 +117,44 @@ class RigidSimulation final : public BulletSimulation {
     joints_from_bodies(model_, out);
   }
 
-  void apply(const std::vector<double>& torques, const std::vector<Vec3>& /*ball_torques*/) override {
+  void finish(State& out) const override { lent_.to_original(out); }
+
+  void apply(const std::vector<double>& torques, const std::vector<Vec3>& ball_torques) override {
     // forces hold nothing else between steps: Bullet adds gravity when it steps
     world().clearForces();
     for (size_t j = 0; j < torques.size(); ++j) {
       if (torques[j] == 0) continue;
-      btRigidBody& child = hinges_[j]->getRigidBodyA();
-      btRigidBody& parent = hinges_[j]->getRigidBodyB();
-      const btVector3 axis = child.getWorldTransform().getBasis() * hinges_[j]->getAFrame().getBasis().getColumn(2);
-      const btVector3 torque = axis * real(torques[j]);
-      child.applyTorque(torque);
-      if (&parent != ground_.get()) parent.applyTorque(-torque);
+      const btTypedConstraint& constraint = *constraints_[j];
+      if (model_.joints[j].is_slide()) {
+        const auto& slide = static_cast<const btSliderConstraint&>(constraint);
+        const btTransform& X_WI = slide.getRigidBodyB().getWorldTransform();
+        push(model_.joints[j].body,
+             X_WI.getBasis() * slide.getFrameOffsetB().getBasis().getColumn(0) * real(torques[j]));
+        continue;
+      }
+      const auto& hinge = static_cast<const btHingeConstraint&>(constraint);
+      const btMatrix3x3& R = hinge.getRigidBodyA().getWorldTransform().getBasis();
+      turn(model_.joints[j].body, R * hinge.getAFrame().getBasis().getColumn(2) * real(torques[j]));
     }
+    for (size_t i = 0; i < ball_torques.size(); ++i) {
+      if (ball_torques[i].isZero(0)) continue;
+      const int b = model_.balls[i].body;
+      const Vec3 torque_I = collision_.frame(b).X_BI.q.conjugate() * ball_torques[i];
+      turn(b, bodies_[b]->getWorldTransform().getBasis() * to_bt(torque_I));
+    }
+  }
+
+  // A torque or a force (in the world) on a body, and its opposite on the parent; a force along the same line.
+  void turn(int b, const btVector3& torque) {
+    bodies_[b]->applyTorque(torque);
+    if (const int parent = model_.bodies[b].parent; parent != kWorld) bodies_[parent]->applyTorque(-torque);
+  }
+  void push(int b, const btVector3& force) {
+    bodies_[b]->applyCentralForce(force);
+    const int parent = model_.bodies[b].parent;
+    if (parent == kWorld) return;
+    const btVector3& point = bodies_[b]->getWorldTransform().getOrigin();
+    bodies_[parent]->applyForce(-force, point - bodies_[parent]->getWorldTransform().getOrigin());
   }
 
   void view_parts(EngineView& out) const override {
@@ -104,31 +165,52 @@ class RigidSimulation final : public BulletSimulation {
       out.bodies[b].p_WBcm = from_bt(body.getWorldTransform().getOrigin());
       out.bodies[b].I_BBcm_W = R * from_bt(body.getLocalInertia()).asDiagonal() * R.transpose();
     }
-    for (size_t j = 0; j < hinges_.size(); ++j) {
-      const btHingeConstraint& constraint = *hinges_[j];
-      const Joint& hinge = model_.joints[j];
-      const btTransform X_WJ = constraint.getRigidBodyA().getWorldTransform() * constraint.getAFrame();
-      EngineJoint& seen = out.joints[j];
-      seen.p_WJ = from_bt(X_WJ.getOrigin());
-      seen.axis_W = from_bt(X_WJ.getBasis().getColumn(2));
-      seen.limited = constraint.hasLimit();
-      if (seen.limited) {
-        seen.lower = nearest_turn(constraint.getLowerLimit() + hinge.reference, hinge.lower);
-        seen.upper = nearest_turn(constraint.getUpperLimit() + hinge.reference, hinge.upper);
+    for (size_t j = 0; j < model_.joints.size(); ++j) {
+      if (model_.joints[j].is_slide()) {
+        view_slide(model_.joints[j], static_cast<btSliderConstraint&>(*constraints_[j]), out.joints[j]);
+      } else {
+        view_hinge(model_.joints[j], static_cast<const btHingeConstraint&>(*constraints_[j]), out.joints[j]);
       }
+    }
+    return_lent_mass(lent_, out);
+  }
+
+  static void view_hinge(const Joint& hinge, const btHingeConstraint& constraint, EngineJoint& seen) {
+    const btTransform X_WJ = constraint.getRigidBodyA().getWorldTransform() * constraint.getAFrame();
+    seen.p_WJ = from_bt(X_WJ.getOrigin());
+    seen.axis_W = from_bt(X_WJ.getBasis().getColumn(2));
+    seen.limited = constraint.hasLimit();
+    if (seen.limited) {
+      seen.lower = nearest_turn(constraint.getLowerLimit() + hinge.reference, hinge.lower);
+      seen.upper = nearest_turn(constraint.getUpperLimit() + hinge.reference, hinge.upper);
+    }
+  }
+
+  static void view_slide(const Joint& slide, btSliderConstraint& constraint, EngineJoint& seen) {
+    const btTransform X_WJ = constraint.getRigidBodyB().getWorldTransform() * constraint.getFrameOffsetB();
+    seen.p_WJ = from_bt(X_WJ.getOrigin());
+    seen.axis_W = from_bt(X_WJ.getBasis().getColumn(0));
+    seen.limited = constraint.getLowerLinLimit() <= constraint.getUpperLinLimit();
+    if (seen.limited) {
+      seen.lower = constraint.getLowerLinLimit() + slide.reference;
+      seen.upper = constraint.getUpperLinLimit() + slide.reference;
     }
   }
 
   btSphereShape no_shape_{real(1e-3)};  // Bullet wants a shape of every body; this one touches nothing
   std::vector<std::unique_ptr<btRigidBody>> bodies_;
-  std::unique_ptr<btRigidBody> ground_;  // the fixed world as the hinges of roots see it
-  std::vector<std::unique_ptr<btHingeConstraint>> hinges_;
+  std::unique_ptr<btRigidBody> ground_;                          // the fixed world as the joints of roots see it
+  std::vector<std::unique_ptr<btTypedConstraint>> constraints_;  // of Model::joints, then of Model::balls
+  Lent lent_;
 };
 
 }  // namespace
 
 std::unique_ptr<Simulation> make_rigid(const Model& model, const State& state, const Options& options) {
-  return std::make_unique<RigidSimulation>(model, state, options);
+  Lent lent = lend_mass(model, options.lent_share);
+  State start = with_joint_coordinates(model, state);
+  lent.to_copy(start);
+  return std::make_unique<RigidSimulation>(std::move(lent), start, options);
 }
 
 }  // namespace assay::bullet

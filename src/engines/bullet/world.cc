@@ -104,6 +104,7 @@ void BulletSimulation::read_state(State& out) const {
   read(last_);
   last_.time = clock_.time();
   out = last_;
+  finish(out);
 }
 
 void BulletSimulation::set_torques(std::span<const double> torques) {

@@ -36,6 +36,8 @@ class BulletSimulation : public Simulation {
  private:
   // Fills bodies, angles and rates of `out`, whose angles on entry are the last ones.
   virtual void read(State& out) const = 0;
+  // Makes what was read a state of the caller's model, where the simulation's is a copy.
+  virtual void finish(State& /*out*/) const {}
   virtual void view_parts(EngineView& out) const = 0;
   // Replaces the joint torques of the next step: of hinges and slides, and of ball joints (in child axes, on the
   // child).

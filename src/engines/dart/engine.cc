@@ -20,6 +20,22 @@ const char* const kSeriesReason =
 // DART treats pairs with at most this coefficient as frictionless.
 constexpr double kLeastFriction = 1e-3;
 
+bool is_mesh(const Shape& shape) { return shape.type == ShapeType::kHull || shape.type == ShapeType::kEllipsoid; }
+
+void add_features(Capabilities& c) {
+  add_exact(c, {Feature::kSlide, Feature::kBall, Feature::kMassless, Feature::kDryFriction, Feature::kBallDryFriction,
+                Feature::kBox, Feature::kCylinder});
+  add_approximated(c, Feature::kHull, "the surface of the hull, as triangles; two meshes are refused");
+  add_approximated(c, Feature::kEllipsoid,
+                   "the surface of a polyhedron of 162 vertices, as triangles: within 0.9 % of the ellipsoid; refused "
+                   "against meshes and ellipsoids");
+  add_approximated(c, Feature::kHeightField, "a surface of triangles");
+  add_approximated(c, Feature::kBallSpring, "explicit torque from the state at the step's start");
+  add_approximated(c, Feature::kTendonSpring, "explicit tension from the state at the step's start");
+  add_approximated(c, Feature::kTorsionalFriction, "left out: contacts do not resist spin about their normal");
+  add_approximated(c, Feature::kRollingFriction, "left out: contacts do not resist rolling");
+}
+
 class DartEngine final : public Adapter {
  public:
   std::vector<Setting> settings() const override { return declared_settings(); }
@@ -59,6 +75,7 @@ class DartEngine final : public Adapter {
     c.sleep = "none (it has none)";
     c.speed_limits = "none";
     c.other = "the distribution's build runs DART's assertions";
+    add_features(c);
     c.deviations = {{"gravity-direction", 3.3e-11, kSeriesReason}};
     return c;
   }
@@ -78,6 +95,13 @@ class DartEngine final : public Adapter {
       }
     }
     for (const ContactPair& pair : model.contacts) {
+      if (is_mesh(model.shapes[pair.shape_a]) && is_mesh(model.shapes[pair.shape_b])) {
+        limitations.push_back(
+            {Fidelity::kRefused,
+             fmt::format("contact of '{}' and '{}'", model.shapes[pair.shape_a].name, model.shapes[pair.shape_b].name),
+             "DART takes meshes and ellipsoids as surfaces of triangles, which do not hold each other "
+             "apart: exclude the pair or replace one by a box, capsule, cylinder or sphere"});
+      }
       if (pair.friction > 0 && pair.friction <= kLeastFriction) {
         limitations.push_back({Fidelity::kApproximated,
                                fmt::format("contact of '{}' and '{}', friction {:g}", model.shapes[pair.shape_a].name,

@@ -1,8 +1,10 @@
 #include "world.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdarg>
 #include <cstdio>
+#include <iostream>
 #include <limits>
 #include <mutex>
 #include <string>
@@ -14,7 +16,9 @@
 #include <dart/constraint/DantzigBoxedLcpSolver.hpp>
 #include <dart/constraint/JointConstraint.hpp>
 #include <dart/constraint/PgsBoxedLcpSolver.hpp>
+#include <dart/dynamics/BallJoint.hpp>
 #include <dart/dynamics/FreeJoint.hpp>
+#include <dart/dynamics/PrismaticJoint.hpp>
 #include <dart/dynamics/RevoluteJoint.hpp>
 #include <dart/dynamics/Skeleton.hpp>
 #include <dart/dynamics/WeldJoint.hpp>
@@ -29,8 +33,13 @@ namespace {
 
 using dart::dynamics::BodyNode;
 using dart::dynamics::FreeJoint;
+using dart::dynamics::PrismaticJoint;
 using dart::dynamics::RevoluteJoint;
 using Vec6 = Eigen::Matrix<double, 6, 1>;
+
+// Of a massless body, kg and kg m^2: DART's algorithm takes 0, but DART warns of it. Beside any other mass it rounds
+// away.
+constexpr double kNoMass = 1e-100;
 
 Eigen::Isometry3d isometry(const Vec3& p, const Quat& q) {
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
@@ -80,7 +89,9 @@ DartSimulation::DartSimulation(Model model, const State& state, const Options& o
     : options_(options),
       clock_{state.time, options.timestep},
       model_(std::move(model)),
-      explicit_springs_(model_.has_springs() && !options_.native_pd) {
+      explicit_springs_(model_.has_springs() && !options_.native_pd),
+      reads_state_(explicit_springs_ || std::ranges::any_of(model_.balls, &BallJoint::has_spring) ||
+                   std::ranges::any_of(model_.tendons, &Tendon::has_spring)) {
   model_.keyframes.clear();
   initialise_library();
   owner = this;
@@ -89,7 +100,10 @@ DartSimulation::DartSimulation(Model model, const State& state, const Options& o
   make_bodies();
   if (!model_.contacts.empty()) make_contacts();
   // with their shapes: the collision detector finds shapes that are added later in the order of their addresses
+  std::streambuf* const output = std::cout.rdbuf();
+  if (!model_.height_fields.empty()) std::cout.rdbuf(nullptr);  // DART prints the bounds of each field
   for (const dart::dynamics::SkeletonPtr& tree : trees_) world_->addSkeleton(tree);
+  if (!model_.height_fields.empty()) std::cout.rdbuf(output);
   set_state(with_joint_coordinates(model_, state));
 }
 
@@ -112,48 +126,75 @@ void DartSimulation::make_world() {
 // One skeleton a tree. A body's frame is the MJCF body's.
 void DartSimulation::make_bodies() {
   std::vector<dart::dynamics::SkeletonPtr> skeleton_of(model_.bodies.size());
-  hinges_.resize(model_.joints.size());
+  joints_.resize(model_.joints.size());
+  balls_.resize(model_.balls.size());
   for (size_t i = 0; i < model_.bodies.size(); ++i) {
     const Body& body = model_.bodies[i];
     if (body.parent == kWorld) trees_.push_back(dart::dynamics::Skeleton::create(fmt::format("tree {}", i)));
     skeleton_of[i] = body.parent == kWorld ? trees_.back() : skeleton_of[body.parent];
-    make_joint(static_cast<int>(i), skeleton_of[i]);
+    make_body(static_cast<int>(i), skeleton_of[i]);
   }
 }
 
-void DartSimulation::make_joint(int index, const dart::dynamics::SkeletonPtr& skeleton) {
+void DartSimulation::make_body(int index, const dart::dynamics::SkeletonPtr& skeleton) {
   const Body& body = model_.bodies[index];
   BodyNode::Properties node;
   node.mName = fmt::format("body {}", index);
-  node.mInertia = dart::dynamics::Inertia(body.mass, body.p_BBcm, body.I_BBcm_B);
+  node.mInertia = body.is_massless() ? dart::dynamics::Inertia(kNoMass, Vec3::Zero(), kNoMass * Mat3::Identity())
+                                     : dart::dynamics::Inertia(body.mass, body.p_BBcm, body.I_BBcm_B);
+  const std::string name = fmt::format("joint {}", index);
   if (body.is_free()) {
     // the joint's frame lies in the centre of mass: DART moves that point with the velocity of the step's end
     FreeJoint::Properties joint;
-    joint.mName = fmt::format("joint {}", index);
+    joint.mName = name;
     joint.mT_ChildBodyToJoint.translation() = body.p_BBcm;
     bodies_.push_back(skeleton->createJointAndBodyNodePair<FreeJoint>(nullptr, joint, node).second);
     return;
   }
-  const Joint& hinge = model_.joints[body.joint];
-  RevoluteJoint::Properties joint;
-  joint.mName = fmt::format("joint {}", index);
-  joint.mAxis = hinge.axis_B;
-  joint.mT_ChildBodyToJoint.translation() = hinge.p_BJ;
-  joint.mT_ParentBodyToJoint = isometry(body.X_PB.p, body.X_PB.q) * joint.mT_ChildBodyToJoint;
-  if (hinge.limited) {
-    joint.mPositionLowerLimits[0] = hinge.lower - hinge.reference;
-    joint.mPositionUpperLimits[0] = hinge.upper - hinge.reference;
-  }
-  joint.mIsPositionLimitEnforced = hinge.limited;
-  if (options_.native_pd) {
-    joint.mSpringStiffnesses[0] = hinge.stiffness;
-    joint.mRestPositions[0] = hinge.spring_reference - hinge.reference;
-    joint.mDampingCoefficients[0] = hinge.damping;
-  }
   BodyNode* parent = body.parent == kWorld ? nullptr : bodies_[body.parent];
-  const auto [made, child] = skeleton->createJointAndBodyNodePair<RevoluteJoint>(parent, joint, node);
-  hinges_[body.joint] = made;
-  bodies_.push_back(child);
+  const Eigen::Isometry3d X_PB = isometry(body.X_PB.p, body.X_PB.q);
+  if (body.ball >= 0) {
+    dart::dynamics::BallJoint::Properties joint;
+    joint.mName = name;
+    joint.mT_ChildBodyToJoint.translation() = model_.balls[body.ball].p_BJ;
+    joint.mT_ParentBodyToJoint = X_PB * joint.mT_ChildBodyToJoint;
+    joint.mFrictions.setConstant(model_.balls[body.ball].dry_friction);
+    const auto [made, child] = skeleton->createJointAndBodyNodePair<dart::dynamics::BallJoint>(parent, joint, node);
+    balls_[body.ball] = made;
+    bodies_.push_back(child);
+    return;
+  }
+  const auto add = [&]<typename JointClass>(JointClass* /*type*/) {
+    typename JointClass::Properties joint;
+    joint.mName = name;
+    set_properties(joint, model_.joints[body.joint], X_PB);
+    const auto [made, child] = skeleton->createJointAndBodyNodePair<JointClass>(parent, joint, node);
+    joints_[body.joint] = made;
+    bodies_.push_back(child);
+  };
+  if (model_.joints[body.joint].is_slide()) {
+    add(static_cast<PrismaticJoint*>(nullptr));
+  } else {
+    add(static_cast<RevoluteJoint*>(nullptr));
+  }
+}
+
+template <typename Properties>
+void DartSimulation::set_properties(Properties& joint, const Joint& model, const Eigen::Isometry3d& X_PB) const {
+  joint.mAxis = model.axis_B;
+  joint.mT_ChildBodyToJoint.translation() = model.p_BJ;
+  joint.mT_ParentBodyToJoint = X_PB * joint.mT_ChildBodyToJoint;
+  if (model.limited) {
+    joint.mPositionLowerLimits[0] = model.lower - model.reference;
+    joint.mPositionUpperLimits[0] = model.upper - model.reference;
+  }
+  joint.mIsPositionLimitEnforced = model.limited;
+  joint.mFrictions[0] = model.dry_friction;
+  if (options_.native_pd) {
+    joint.mSpringStiffnesses[0] = model.stiffness;
+    joint.mRestPositions[0] = model.spring_reference - model.reference;
+    joint.mDampingCoefficients[0] = model.damping;
+  }
 }
 
 void DartSimulation::make_contacts() {
@@ -178,21 +219,29 @@ void DartSimulation::set_state(const State& state) {
     joint->setPositions(FreeJoint::convertToPositions(isometry(s.p_WBcm, s.q_WB)));
     joint->setVelocities(twist);
   }
-  for (size_t j = 0; j < hinges_.size(); ++j) {
-    hinges_[j]->setPosition(0, state.position[j] - model_.joints[j].reference);
-    hinges_[j]->setVelocity(0, state.velocity[j]);
+  for (size_t j = 0; j < joints_.size(); ++j) {
+    joints_[j]->setPosition(0, state.position[j] - model_.joints[j].reference);
+    joints_[j]->setVelocity(0, state.velocity[j]);
+  }
+  for (size_t i = 0; i < balls_.size(); ++i) {
+    const int ball = static_cast<int>(i);
+    const Mat3 rotation = ball_rotation(model_, state, ball).toRotationMatrix();
+    balls_[i]->setPositions(dart::dynamics::BallJoint::convertToPositions(rotation));
+    balls_[i]->setVelocities(ball_velocity(model_, state, ball));
   }
 }
 
 void DartSimulation::set_torques(std::span<const double> torques) {
   // DART forgets a joint's force after the step, and a second call replaces the first
-  for (size_t j = 0; j < hinges_.size(); ++j) {
-    double torque = torques.empty() ? 0.0 : torques[j];
-    if (explicit_springs_) {
-      const Joint& hinge = model_.joints[j];
-      torque += spring_torque(hinge, hinges_[j]->getPosition(0) + hinge.reference, hinges_[j]->getVelocity(0));
-    }
-    hinges_[j]->setForce(0, torque);
+  if (reads_state_) read_state(scratch_);
+  collect_torques(model_, torques, explicit_springs_ ? &scratch_ : nullptr, torques_);
+  if (reads_state_) add_tendon_tensions(model_, scratch_, torques_);
+  for (size_t j = 0; j < joints_.size(); ++j) joints_[j]->setForce(0, torques_[j]);
+  if (!reads_state_) return;
+  for (size_t i = 0; i < balls_.size(); ++i) {
+    const int ball = static_cast<int>(i);
+    balls_[i]->setForces(ball_spring_torque(model_.balls[i], ball_rotation(model_, scratch_, ball),
+                                            ball_velocity(model_, scratch_, ball)));
   }
 }
 
@@ -216,11 +265,11 @@ void DartSimulation::advance(int count) {
 void DartSimulation::read_state(State& out) const {
   out.time = clock_.time();
   out.bodies.resize(bodies_.size());
-  out.position.resize(hinges_.size());
-  out.velocity.resize(hinges_.size());
-  for (size_t j = 0; j < hinges_.size(); ++j) {
-    out.position[j] = hinges_[j]->getPosition(0) + model_.joints[j].reference;
-    out.velocity[j] = hinges_[j]->getVelocity(0);
+  out.position.resize(joints_.size());
+  out.velocity.resize(joints_.size());
+  for (size_t j = 0; j < joints_.size(); ++j) {
+    out.position[j] = joints_[j]->getPosition(0) + model_.joints[j].reference;
+    out.velocity[j] = joints_[j]->getVelocity(0);
   }
   for (size_t i = 0; i < bodies_.size(); ++i) {
     if (!model_.bodies[i].is_free()) continue;
@@ -232,7 +281,12 @@ void DartSimulation::read_state(State& out) const {
                      .v_WBcm = X_WJ.linear() * twist.tail<3>(),
                      .w_WB = X_WJ.linear() * twist.head<3>()};
   }
-  bodies_from_joints(model_, out);
+  std::vector<BallCoordinates> balls(balls_.size());
+  for (size_t i = 0; i < balls_.size(); ++i) {
+    const Mat3 rotation = dart::dynamics::BallJoint::convertToRotation(Vec3(balls_[i]->getPositions()));
+    balls[i] = {Quat(rotation).normalized(), balls_[i]->getVelocities()};
+  }
+  bodies_from_joints(model_, balls, out);
 }
 
 EngineView DartSimulation::view() const {
@@ -243,18 +297,21 @@ EngineView DartSimulation::view() const {
     // the tensor that the dynamics uses is about the body frame's origin
     const Mat3 I_B = body->getSpatialInertia().topLeftCorner<3, 3>();
     const Vec3 com = body->getLocalCOM();
-    const double mass = body->getSpatialInertia()(5, 5);
+    const double held = body->getSpatialInertia()(5, 5);
+    const double mass = held > kNoMass ? held : 0;
     const Mat3 I_Bcm = I_B - mass * (com.squaredNorm() * Mat3::Identity() - com * com.transpose());
     const Mat3 R_WB = body->getWorldTransform().linear();
     view.bodies.push_back({.mass = mass, .p_WBcm = body->getCOM(), .I_BBcm_W = R_WB * I_Bcm * R_WB.transpose()});
   }
-  view.joints.reserve(hinges_.size());
-  for (size_t j = 0; j < hinges_.size(); ++j) {
-    const auto* joint = static_cast<const RevoluteJoint*>(hinges_[j]);
+  view.joints.reserve(joints_.size());
+  for (size_t j = 0; j < joints_.size(); ++j) {
+    const dart::dynamics::Joint* joint = joints_[j];
     const Eigen::Isometry3d X_WJ =
         joint->getChildBodyNode()->getWorldTransform() * joint->getTransformFromChildBodyNode();
+    const Vec3& axis = model_.joints[j].is_slide() ? static_cast<const PrismaticJoint*>(joint)->getAxis()
+                                                   : static_cast<const RevoluteJoint*>(joint)->getAxis();
     EngineJoint hinge{
-        .p_WJ = X_WJ.translation(), .axis_W = X_WJ.linear() * joint->getAxis(), .limited = joint->areLimitsEnforced()};
+        .p_WJ = X_WJ.translation(), .axis_W = X_WJ.linear() * axis, .limited = joint->areLimitsEnforced()};
     if (hinge.limited) {
       hinge.lower = joint->getPositionLowerLimit(0) + model_.joints[j].reference;
       hinge.upper = joint->getPositionUpperLimit(0) + model_.joints[j].reference;

@@ -23,18 +23,24 @@ class DartSimulation final : public Simulation {
  private:
   void make_world();
   void make_bodies();
-  void make_joint(int index, const dart::dynamics::SkeletonPtr& skeleton);
+  void make_body(int index, const dart::dynamics::SkeletonPtr& skeleton);
+  template <typename Properties>
+  void set_properties(Properties& joint, const Joint& model, const Eigen::Isometry3d& X_PB) const;
   void make_contacts();
   void set_state(const State& state);
 
   Options options_;
   Clock clock_;
-  Model model_;  // our own copy: the caller's need not live on
-  bool explicit_springs_;
+  Model model_;            // our own copy: the caller's need not live on
+  bool explicit_springs_;  // of hinges and slides; those of ball joints and tendons always are
+  bool reads_state_;       // whether set_torques() needs the state
   dart::simulation::WorldPtr world_;
   std::vector<dart::dynamics::SkeletonPtr> trees_;
   std::vector<dart::dynamics::BodyNode*> bodies_;  // owned by the world's skeletons
-  std::vector<dart::dynamics::Joint*> hinges_;     // of each Model::joints
+  std::vector<dart::dynamics::Joint*> joints_;     // of each Model::joints
+  std::vector<dart::dynamics::Joint*> balls_;      // of each Model::balls
+  State scratch_;
+  std::vector<double> torques_;
 };
 
 }  // namespace assay::dartsim

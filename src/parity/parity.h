@@ -1,0 +1,60 @@
+// Does a file mean the same robot in every engine? Black-box accelerations of each contender against Newton and Euler's
+// equations of the model: a table of errors by joint and kind of force, and the parameters that explain them.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "parity/experiments.h"
+
+namespace assay::parity {
+
+// Kinds of force that the experiments tell apart.
+enum class Part { kInertia, kCoriolis, kGravity, kSprings, kDamping, kDryFriction };
+inline constexpr int kParts = 6;
+const char* part_name(Part part);  // "inertia", ...
+
+// One error of a joint or free body: of the force, relative to the largest force of that kind there.
+struct PartError {
+  double error = 0;  // relative; 0 where the model has no such force and the contender neither
+  double noise = 0;  // of the same unit: what the extrapolation leaves open
+};
+
+struct JointErrors {
+  std::string element;           // "joint 'knee'", "body 'torso'"
+  std::vector<PartError> parts;  // by Part
+};
+
+// A parameter that explains what was seen.
+struct Cause {
+  std::string element;    // "joint 'ankle'", "body 'foot'"
+  std::string parameter;  // "armature", "axis", "mass", "torque", "upper limit", ...
+  std::string seen;       // in words: "0.0099 kg m^2 instead of 0.01", "turned by 0.57 degrees"
+  double change = 0;      // relative to the model's value where it has one, else absolute
+  double effect = 0;      // the largest force error that it explains, relative to the joint's inertia times 20 rad/s^2
+  double explains = 0;    // share of the squared error that was left before it
+};
+
+struct Certificate {
+  std::string contender, engine;
+  std::string raised;                    // solver settings that were raised for the examination; "" for none
+  std::vector<std::string> differences;  // what the adapter declares for this model: approximated, "element: how"
+  std::string failure;                   // why it could not be examined: refused or the engine's message; "" otherwise
+  std::vector<JointErrors> joints;
+  std::vector<LimitPlace> limits;
+  std::vector<Cause> causes;    // first cause first; empty when the robots agree
+  double error = 0, noise = 0;  // largest residual and its noise, relative to the bench's scale
+  double unexplained = 0;       // largest residual after the causes
+
+  bool settled() const { return failure.empty() && tolerance() <= 0.05; }
+  bool agrees() const { return failure.empty() && causes.empty() && error <= tolerance(); }
+  // Errors up to this are not told from rounding and the extrapolation's remainder.
+  double tolerance() const;
+  bool single_precision = false;
+};
+
+// Refusals and engine failures end in Certificate::failure.
+Certificate examine(const Model& model, const Bench& bench, const ResolvedContender& contender);
+
+}  // namespace assay::parity

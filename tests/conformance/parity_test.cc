@@ -1,0 +1,201 @@
+// Parity names what is wrong: small defects, put on purpose into one of five real engines.
+#include "parity/parity.h"
+
+#include <cmath>
+#include <cstdlib>
+#include <random>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "conformance/models.h"
+#include "faulty_engine.h"
+#include "model/kinematics.h"
+#include "parity/inverse_dynamics.h"
+#include "reference/smooth.h"
+
+namespace assay {
+namespace {
+
+using conformance::capsule_solid;
+
+constexpr const char* kContenders[] = {"mujoco-euler", "bullet-mb", "dart", "simbody-euler", "ode-step"};
+
+class Random {
+ public:
+  explicit Random(unsigned seed) : engine_(seed) {}
+  double between(double a, double b) { return a + (b - a) * (static_cast<double>(engine_() >> 11) * 0x1p-53); }
+  int below(int n) { return static_cast<int>(between(0, n)); }
+
+ private:
+  std::mt19937_64 engine_;
+};
+
+// A tree of hinges in which every joint has a damper and limits; about the size of an arm or a quadruped.
+Model robot(unsigned seed, bool armature) {
+  Random random(seed);
+  Model model;
+  model.name = fmt::format("robot {}", seed);
+  const bool floating = random.between(0, 1) < 0.5;
+  if (floating) {
+    conformance::add_free_body(model, "torso", capsule_solid(random.between(5, 10), 0.1, 0.2, Vec3::UnitX()));
+  }
+  const int joints = 4 + random.below(6);
+  for (int j = 0; j < joints; ++j) {
+    const int bodies = static_cast<int>(model.bodies.size());
+    const int parent = bodies == 0 ? kWorld : random.below(bodies);
+    const double length = random.between(0.1, 0.3);
+    const Vec3 axis =
+        Vec3(random.between(-1, 1), random.between(-1, 1), random.between(-1, 1) + 0.1 * (j % 2 == 0 ? 1 : -1))
+            .normalized();
+    conformance::Solid solid = capsule_solid(random.between(0.3, 3), 0.04, length, Vec3(1, 0.2, 0.1).normalized());
+    solid.p_BBcm = Vec3(length, random.between(-0.02, 0.02), random.between(-0.02, 0.02));
+    Joint& joint = conformance::add_hinged_body(
+        model, fmt::format("link{}", j), parent,
+        {Vec3(parent == kWorld ? 0 : 0.3, random.between(-0.1, 0.1), 0), Quat::Identity()}, solid, axis);
+    joint.name = fmt::format("j{}", j);
+    joint.damping = random.between(0.05, 0.5);
+    joint.limited = true;
+    joint.lower = -random.between(0.5, 1.5);
+    joint.upper = random.between(0.5, 1.5);
+    if (armature) joint.armature = random.between(0.01, 0.1);
+  }
+  return conformance::finished(std::move(model));
+}
+
+// One kind of defect, 1 % off, in one joint; `armature` needs an engine that has it.
+struct Defect {
+  std::string kind;
+  int joint = 0;
+  Fault fault;
+};
+
+Defect defect(const std::string& kind, int joint, const Model& model) {
+  const int body = model.joints[joint].body;
+  Defect made{.kind = kind, .joint = joint, .fault = {.name = kind}};
+  if (kind == "armature") {
+    made.fault.model = [joint](Model& m) { m.joints[joint].armature *= 1.01; };
+  } else if (kind == "damping") {
+    made.fault.model = [joint](Model& m) { m.joints[joint].damping *= 1.01; };
+  } else if (kind == "axis") {
+    made.fault.model = [joint](Model& m) {
+      Vec3& axis = m.joints[joint].axis_B;
+      axis = (axis + 0.01 * axis.unitOrthogonal()).normalized();
+    };
+  } else if (kind == "inertia") {
+    made.fault.model = [body](Model& m) { m.bodies[body].I_BBcm_B *= 1.01; };
+  } else if (kind == "mass") {
+    made.fault.model = [body](Model& m) { m.bodies[body].mass *= 1.01; };
+  } else if (kind == "upper limit") {
+    made.fault.model = [joint](Model& m) { m.joints[joint].upper *= 1.01; };
+  } else {  // the transmission's gear: the torque that arrives
+    made.fault.torques = [joint](std::vector<double>& torques) {
+      if (!torques.empty()) torques[joint] *= 1.01;
+    };
+  }
+  return made;
+}
+
+parity::Certificate examine(const Model& model, const std::string& contender, Fault fault) {
+  const ResolvedContender sound = Registry::instance().resolve(contender);
+  const FaultyEngine faulty(sound, std::move(fault));
+  const parity::Bench bench(model, {.samples = 4, .seed = 7});
+  return parity::examine(model, bench, faulty.contender());
+}
+
+// How many seeded defects of `count` are named, first cause, with their joint and their kind's words.
+int named(int count, std::string& missed) {
+  const std::vector<std::string> kinds = {"armature", "damping", "axis", "inertia", "upper limit", "torque"};
+  int found = 0;
+  for (int seed = 0; seed < count; ++seed) {
+    Random random(1000U + static_cast<unsigned>(seed));
+    const std::string kind = kinds[static_cast<size_t>(seed) % kinds.size()];
+    // only MuJoCo of the five has armature
+    const std::string contender = kind == "armature" ? "mujoco-euler" : kContenders[random.below(5)];
+    const bool armature = contender == "mujoco-euler";
+    const Model model = robot(static_cast<unsigned>(seed), armature);
+    const int joint = random.below(static_cast<int>(model.joints.size()));
+    const parity::Certificate certificate = examine(model, contender, defect(kind, joint, model).fault);
+    const std::string wanted = fmt::format("joint '{}'", model.joints[joint].name);
+    const bool hit =
+        !certificate.causes.empty() && certificate.causes.front().element.find(wanted) != std::string::npos;
+    found += hit ? 1 : 0;
+    if (!hit) {
+      missed += fmt::format("  seed {}: {} of {} in {}: {}\n", seed, kind, wanted, contender,
+                            !certificate.failure.empty() ? certificate.failure
+                            : certificate.causes.empty()
+                                ? "no cause"
+                                : certificate.causes.front().element + " " + certificate.causes.front().parameter);
+    }
+  }
+  return found;
+}
+
+// ASSAY_PARITY_DEFECTS=100 runs as many as docs/robots.md reports.
+int how_many(int usual) {
+  const char* asked = std::getenv("ASSAY_PARITY_DEFECTS");
+  return asked != nullptr ? std::atoi(asked) : usual;
+}
+
+TEST(Parity, NamesDefectsOfOnePercent) {
+  const int count = how_many(12);
+  std::string missed;
+  EXPECT_GE(named(count, missed), count * 95 / 100) << missed;
+}
+
+TEST(Parity, NoFalseAlarm) {
+  const int count = how_many(10);
+  for (int seed = 0; seed < count; ++seed) {
+    const std::string contender = kContenders[seed % 5];
+    const Model model = robot(static_cast<unsigned>(seed) + 500U, contender == "mujoco-euler");
+    const parity::Certificate certificate = examine(model, contender, {.name = "none"});
+    EXPECT_EQ(certificate.failure, "");
+    EXPECT_TRUE(certificate.agrees()) << seed << " " << contender << ": error " << certificate.error << ", tolerance "
+                                      << certificate.tolerance() << ", causes " << certificate.causes.size();
+  }
+}
+
+TEST(Parity, SaysHowMuch) {
+  const Model model = robot(3, true);
+  const parity::Certificate off =
+      examine(model, "mujoco-euler", {.name = "none", .model = [](Model& m) { m.joints[2].armature = 0; }});
+  ASSERT_FALSE(off.causes.empty());
+  EXPECT_EQ(off.causes[0].element, "joint 'j2'");
+  EXPECT_EQ(off.causes[0].parameter, "armature");
+  EXPECT_NEAR(off.causes[0].change, -1, 1e-4);
+  EXPECT_LT(off.unexplained, off.tolerance());
+
+  const parity::Certificate gravity = examine(model, "dart", {.name = "none", .model = [](Model& m) {
+                                                                for (Joint& joint : m.joints) joint.armature = 0;
+                                                                m.gravity *= 9.80665 / 9.81;
+                                                              }});
+  EXPECT_NE(gravity.failure, "");  // DART has no armature: refused, and said so
+}
+
+// The ruler itself, against the error-controlled reference solution: forces of an exact acceleration vanish.
+TEST(Parity, InverseDynamicsOfTheReferenceSolution) {
+  for (const bool armature : {false, true}) {
+    const Model model = [&] {
+      Model m = robot(11, armature);
+      for (Joint& joint : m.joints) joint.limited = false;
+      return m;
+    }();
+    const parity::SpeedLayout layout(model);
+    State state = model.initial;
+    for (size_t j = 0; j < state.velocity.size(); ++j) state.velocity[j] = 0.3 * static_cast<double>(j + 1);
+    bodies_from_joints(model, state);
+    const double h = 1e-4;
+    const std::vector<State> next = smooth_solution(model, state, {h, 2 * h});
+    const Eigen::VectorXd u0 = parity::speeds(model, layout, state), u1 = parity::speeds(model, layout, next[0]),
+                          u2 = parity::speeds(model, layout, next[1]);
+    // at the middle state, by the difference around it
+    const Eigen::VectorXd acceleration = (u2 - u0) / (2 * h);
+    EXPECT_GT(u1.norm(), 0);
+    const Eigen::VectorXd left = parity::inverse_dynamics(model, layout, next[0], acceleration);
+    EXPECT_LT(left.lpNorm<Eigen::Infinity>(), 1e-4) << armature;
+  }
+}
+
+}  // namespace
+}  // namespace assay
