@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include <BulletDynamics/Dynamics/btRigidBody.h>
 #include <fmt/format.h>
 
 #include "engines/adapter.h"
@@ -22,6 +23,21 @@ std::vector<Deviation> rk4_deviations() {
       "Bullet's Runge-Kutta uses the free base's orientation at the step's start in all stages: first order where a "
       "floating body rotates";
   return {{"torque-free-top", 5e-3, reason}, {"oblique-trees", 1.2e-4, reason}, {"torque-reaction", 6e-5, reason}};
+}
+
+// Bounds: 1.5 times what the tests measure.
+std::vector<Deviation> rigid_deviations(const Options& options) {
+  const std::string lent = fmt::format("massless bodies borrow {:g} % of the next body's mass: rigid bodies need mass",
+                                       100 * options.lent_share);
+  std::vector<Deviation> deviations = {
+      {"planar-root", 3.5e-3, lent}, {"massless-joints", 5e-3, lent}, {"random-massless-trees", 9e-3, lent}};
+  if (options.gyroscopic == BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_BODY) {
+    deviations.push_back({"random-trees", 1.2e-3,
+                          fmt::format("Bullet's implicit gyroscopic torque in body axes is none where the product of "
+                                      "the principal moments is below {:.2g} (kg m^2)^3",
+                                      SIMD_EPSILON)});
+  }
+  return deviations;
 }
 
 // A multibody's joint stands still while the inertia that it moves is below Bullet's epsilon, 1.2e-7 in float. The last
@@ -46,6 +62,22 @@ std::vector<Limitation> frozen_joints(const Model& model) {
   return frozen;
 }
 
+std::vector<Limitation> couplings_between_trees(const Model& model) {
+  const auto root = [&model](int joint) {
+    int body = model.joints[joint].body;
+    while (model.bodies[body].parent != kWorld) body = model.bodies[body].parent;
+    return body;
+  };
+  std::vector<Limitation> refused;
+  for (const Coupling& coupling : model.couplings) {
+    const auto elsewhere = [&](const JointTerm& term) { return root(term.joint) != root(coupling.joint); };
+    if (std::ranges::none_of(coupling.terms, elsewhere)) continue;
+    refused.push_back({Fidelity::kRefused, fmt::format("coupling '{}'", coupling.name),
+                       "the adapter couples joints of one tree: take another engine"});
+  }
+  return refused;
+}
+
 void add_features(Capabilities& c, const Options& options) {
   add_exact(c, {Feature::kBox, Feature::kCylinder, Feature::kEllipsoid, Feature::kHull});
   add_approximated(c, Feature::kHeightField,
@@ -59,7 +91,7 @@ void add_features(Capabilities& c, const Options& options) {
   }
   add_exact(c, {Feature::kSlide, Feature::kDryFriction});
   if (options.multibody) {
-    add_exact(c, {Feature::kMassless});
+    add_exact(c, {Feature::kMassless, Feature::kCoupling, Feature::kCouplingOfMany, Feature::kConnect, Feature::kWeld});
   } else {
     add_lent_mass(c, options.lent_share);
   }
@@ -142,6 +174,7 @@ class BulletEngine final : public Adapter {
       c.friction_cone =
           options.friction_directions == 1 ? "one tangent, along the slip" : "box, one side along the slip";
       c.gyroscopic = options.gyroscopic != 0;
+      c.deviations = rigid_deviations(options);
     }
     add_features(c, options);
     return c;
@@ -160,6 +193,7 @@ class BulletEngine final : public Adapter {
            "one tangent of a multibody's contact is fixed and leaves the other without friction: set 2"});
     }
     if (options.multibody) std::ranges::copy(frozen_joints(model), std::back_inserter(limitations));
+    if (options.multibody) std::ranges::copy(couplings_between_trees(model), std::back_inserter(limitations));
     for (const Joint& hinge : model.joints) {
       if (hinge.armature != 0) limitations.push_back(armature_refused(hinge, "Bullet"));
       if (hinge.has_spring()) limitations.push_back(explicit_spring(hinge));
