@@ -15,35 +15,38 @@
 namespace assay::bullet {
 namespace {
 
-// position of one joint - the others' shares = offset, of joints of one tree. Bullet's own gear couples two joints; its
-// row leaves out that an impulse on one moves the other, and is the slower for it.
+// position of one joint - the others' shares = offset, of joints of one or two trees. Bullet's own gear couples two
+// joints; its row leaves out that an impulse on one moves the other, and is the slower for it.
 class CouplingRow final : public btMultiBodyConstraint {
  public:
   struct Term {
+    btMultiBody* tree;
     int link;
     btScalar coefficient, reference;  // position = Bullet's + reference
   };
 
-  CouplingRow(btMultiBody* tree, std::vector<Term> terms, btScalar offset)
-      : btMultiBodyConstraint(tree, tree, terms.front().link, terms.front().link, 1, false,
+  // `other` is a term of the second tree, or of the first where there is none.
+  CouplingRow(std::vector<Term> terms, const Term& other, btScalar offset)
+      : btMultiBodyConstraint(terms.front().tree, other.tree, terms.front().link, other.link, 1, false,
                               MAX_MULTIBODY_CONSTRAINT_TYPE),
         terms_(std::move(terms)),
-        offset_(offset) {
-    setMaxAppliedImpulse(SIMD_INFINITY);
-  }
+        offset_(offset) {}
 
   void finalizeMultiDof() override {
     allocateJacobiansMultiDof();
-    for (const Term& term : terms_) jacobianA(0)[6 + m_bodyA->getLink(term.link).m_dofOffset] += term.coefficient;
+    for (const Term& term : terms_) {
+      btScalar* jacobian = term.tree == m_bodyA ? jacobianA(0) : jacobianB(0);
+      jacobian[6 + term.tree->getLink(term.link).m_dofOffset] += term.coefficient;
+    }
     m_numDofsFinalized = m_jacSizeBoth;
   }
   int getIslandIdA() const override { return m_bodyA->getLink(m_linkA).m_collider->getIslandTag(); }
-  int getIslandIdB() const override { return getIslandIdA(); }
+  int getIslandIdB() const override { return m_bodyB->getLink(m_linkB).m_collider->getIslandTag(); }
   void createConstraintRows(btMultiBodyConstraintArray& rows, btMultiBodyJacobianData& data,
                             const btContactSolverInfo& info) override {
     if (m_numDofsFinalized != m_jacSizeBoth) finalizeMultiDof();
     btScalar error = -offset_;
-    for (const Term& term : terms_) error += term.coefficient * (m_bodyA->getJointPos(term.link) + term.reference);
+    for (const Term& term : terms_) error += term.coefficient * (term.tree->getJointPos(term.link) + term.reference);
     btMultiBodySolverConstraint& row = rows.expandNonInitializing();
     const btVector3 none(0, 0, 0);
     fillMultiBodyConstraint(row, data, jacobianA(0), jacobianB(0), none, none, none, none, error, info,
@@ -235,12 +238,17 @@ class MultibodySimulation final : public BulletSimulation {
     has_rows_.assign(model_.bodies.size(), 0);
     for (const Coupling& coupling : model_.couplings) {
       const auto term = [&](int joint, double coefficient) -> CouplingRow::Term {
-        return {places_[model_.joints[joint].body].link, real(coefficient), real(model_.joints[joint].reference)};
+        const Place place = end_of(model_.joints[joint].body);
+        return {place.tree, place.link, real(coefficient), real(model_.joints[joint].reference)};
       };
       std::vector<CouplingRow::Term> terms = {term(coupling.joint, 1)};
       for (const JointTerm& other : coupling.terms) terms.push_back(term(other.joint, -other.coefficient));
-      const int body = model_.joints[coupling.joint].body;
-      add_row(body, std::make_unique<CouplingRow>(places_[body].tree, std::move(terms), real(coupling.offset)));
+      CouplingRow::Term other = terms.front();
+      for (const CouplingRow::Term& each : terms) {
+        if (each.tree != terms.front().tree) other = each;
+      }
+      add_row(model_.joints[coupling.joint].body,
+              std::make_unique<CouplingRow>(std::move(terms), other, real(coupling.offset)));
     }
     for (const Connect& connect : model_.connects) {
       const Place a = end_of(connect.body_a), b = end_of(connect.body_b);
