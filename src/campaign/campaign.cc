@@ -39,6 +39,11 @@ std::string joined_ms(const std::vector<double>& timesteps) {
   return join(labels, ", ");
 }
 
+// Paths count from the campaign's folder.
+std::string beside(const Section& section, const std::string& path) {
+  return (fs::absolute(section.source()).parent_path() / path).lexically_normal().string();
+}
+
 ControlSpec control_of(const Section& section, const Model& model) {
   ControlSpec spec;
   spec.kind = "passive";
@@ -46,11 +51,20 @@ ControlSpec control_of(const Section& section, const Model& model) {
   if (node == nullptr) return spec;
   if (const toml::table* table = node->as_table()) {
     const Section control(*table, "control", section.source());
-    std::vector<std::string> keys = {"kind"};
-    for (const SinePart& part : kSineParts) keys.emplace_back(part.name);
-    control.allow(keys);
     spec.kind = control.required_text("kind");
-    for (const SinePart& part : kSineParts) spec.*part.member = control.positive(part.name, spec.*part.member);
+    std::vector<std::string> keys = {"kind"};
+    if (spec.kind == "file") keys.emplace_back("path");
+    for (const ControlPart& part : kControlParts) {
+      if (spec.kind == part.kind) keys.emplace_back(part.name);
+    }
+    control.allow(keys);
+    for (const ControlPart& part : kControlParts) {
+      if (spec.kind == part.kind) spec.*part.member = control.positive(part.name, spec.*part.member);
+    }
+    if (spec.kind == "file") {
+      const std::string given = control.required_text("path");
+      spec.file = beside(section, given);
+    }
   } else {
     spec.kind = section.required_text("control");
   }
@@ -162,14 +176,48 @@ void check_grid(const Section& section, const CampaignSystem& system) {
   }
 }
 
+LoadOptions load_options_of(const Section& section) {
+  LoadOptions load;
+  const auto either = [&](const char* first, const char* second) {
+    const bool a = section.flag(first, false), b = section.flag(second, false);
+    if (a && b) section.fail(section.find(first), fmt::format("'{}' and '{}' contradict each other", first, second));
+    return std::pair(a, b);
+  };
+  load.drop_unsupported = section.flag("drop_unsupported", false);
+  const auto [floating, fixed] = either("floating_base", "fixed_base");
+  if (floating) load.root_joint = RootJoint::kFloating;
+  if (fixed) load.root_joint = RootJoint::kFixed;
+  const auto [plane, none] = either("ground", "no_ground");
+  if (plane) load.ground = Ground::kPlane;
+  if (none) load.ground = Ground::kNone;
+  load.keyframe = section.text("keyframe").value_or("");
+  if (const auto qpos = section.text("qpos")) load.qpos = beside(section, *qpos);
+  if (const toml::node* node = section.find("packages")) {
+    const toml::table* table = node->as_table();
+    if (table == nullptr)
+      section.fail(node, fmt::format("'packages' is {}: give {{name = \"folder\"}}", node_text(*node)));
+    for (const auto& [name, folder] : *table) {
+      const auto path = folder.value_exact<std::string>();
+      if (!path) section.fail(&folder, fmt::format("'packages' has {}: give a folder", node_text(folder)));
+      load.packages.emplace(name.str(), beside(section, *path));
+    }
+  }
+  return load;
+}
+
 CampaignSystem system_of(const Section& section, const Defaults& defaults, Roster& roster) {
-  section.allow({"name", "model", "duration_s", "sample_ms", "pieces", "piece_ms", "control", "contacts", "gravity",
-                 "measures", "timesteps_ms", "timing_ms", "reference_ms", "grasp", "family", "contenders",
-                 "violation_ms"});
+  section.allow({"name",          "model",        "duration_s",   "sample_ms",      "pieces",
+                 "piece_ms",      "control",      "contacts",     "gravity",        "measures",
+                 "timesteps_ms",  "timing_ms",    "reference_ms", "grasp",          "family",
+                 "contenders",    "violation_ms", "smooth",       "above_ground_m", "start_rates",
+                 "floating_base", "fixed_base",   "ground",       "no_ground",      "drop_unsupported",
+                 "keyframe",      "qpos",         "packages"});
   CampaignSystem system;
   system.name = section.required_text("name");
   const toml::node* model_node = section.find("model") != nullptr ? section.find("model") : section.find("name");
   std::string model = section.text("model").value_or(system.name);
+  system.load = load_options_of(section);
+  system.model_name = model;
   // A path counts from the campaign's folder, so that a campaign can be moved with its models.
   if (const fs::path beside = fs::path(section.source()).parent_path() / model;
       model.find('/') != std::string::npos && fs::path(model).is_relative() && fs::exists(beside)) {
@@ -177,12 +225,15 @@ CampaignSystem system_of(const Section& section, const Defaults& defaults, Roste
   }
   at_node(section, model_node, [&] {
     system.model_path = fs::absolute(find_model(model)).string();
-    system.model = load_model(system.model_path);
+    system.model = load_model(system.model_path, system.load);
   });
-  system.contacts = section.flag("contacts", true);
-  system.gravity = section.flag("gravity", true);
-  if (!system.contacts) system.model = without_contacts(std::move(system.model));
-  if (!system.gravity) system.model = without_gravity(std::move(system.model));
+  ModelVariant& variant = system.variant;
+  variant.contacts = section.flag("contacts", true);
+  variant.gravity = section.flag("gravity", true);
+  variant.smooth = section.flag("smooth", false);
+  variant.above_ground_m = section.positive("above_ground_m", variant.above_ground_m);
+  variant.start_rates = section.positive("start_rates", variant.start_rates);
+  system.model = variant_of(std::move(system.model), variant);
 
   const auto timesteps = section.timesteps("timesteps_ms");
   if (!timesteps && !defaults.timesteps_ms) {
@@ -262,6 +313,26 @@ nlohmann::json content_of(const CampaignSystem& system) {
   return content;
 }
 
+SearchTable search_of(const Section& root, const toml::node& node) {
+  const toml::table* table = node.as_table();
+  if (table == nullptr) root.fail(&node, "'search' is no table: write [search]");
+  const Section section(*table, "[search]", root.source());
+  section.allow({"minutes", "error", "penetration", "slip", "realtime", "limits"});
+  SearchTable search;
+  search.minutes = section.positive("minutes", search.minutes);
+  for (const char* key : {"error", "penetration", "slip", "realtime"}) {
+    if (auto text = section.text(key)) search.limits[key] = *std::move(text);
+  }
+  if (const toml::node* limits = section.find("limits")) {
+    for (const toml::node& entry : section.list("limits", *limits)) {
+      const auto limit = entry.value_exact<std::string>();
+      if (!limit) section.fail(&entry, fmt::format("'limits' has {}: give \"NAME=QUANTITY\"", node_text(entry)));
+      search.other_limits.push_back(*limit);
+    }
+  }
+  return search;
+}
+
 std::map<std::string, std::string> ratios_of(const Section& root, const std::vector<CampaignContender>& contenders) {
   std::vector<std::string> known;
   known.reserve(contenders.size());
@@ -327,7 +398,7 @@ Campaign parse_campaign(const std::string& toml_text, const std::string& source,
   }
   const Section root(table, "a campaign", source);
   root.allow({"name", "title", "contenders", "timesteps_ms", "reference_ms", "measures", "time_limit_s", "seed",
-              "timing", "system", "contender", "ratio"});
+              "timing", "system", "contender", "ratio", "search"});
   Campaign campaign;
   campaign.source = source;
   campaign.name = root.required_text("name");
@@ -345,6 +416,7 @@ Campaign parse_campaign(const std::string& toml_text, const std::string& source,
     campaign.timing.warmup = timing.count("warmup", campaign.timing.warmup, 0, 100000);
     campaign.timing.processes = timing.count("processes", campaign.timing.processes, 1, 100);
   }
+  if (const toml::node* node = root.find("search")) campaign.search = search_of(root, *node);
   const std::vector<Section> systems = root.sections("system");
   if (systems.empty()) root.fail(nullptr, "the campaign has no systems: give each as a table under [[system]]");
   Roster roster(root, registry);

@@ -19,6 +19,12 @@
 //   warmup = 5                                     # untimed steps after each
 //   processes = 5                                  # of a contender, used in turn by the rounds
 //
+//   [search]                                       # optional: measures only what can still win, the rest never
+//   minutes = 10                                   # the budget
+//   error = "1mm"                                  # limits, all optional: error, penetration, slip, realtime
+//   realtime = "5"
+//   limits = ["joint_dislocation=0.1mm"]           # of any error
+//
 //   [[system]]
 //   name = "planar-chain"
 //   model = "planar-chain"                         # a system that comes with assay, or a file; default: the name
@@ -28,14 +34,21 @@
 //   piece_ms = 128                                 # default 128
 //   control = "passive"                            # or {kind = "sine", amplitude = 2, frequency = 1}; default: passive
 //                                                  # "actuators": the model's own, with their sines (model/mjcf.h)
+//                                                  # "hold", "random" or {kind = "random", seed = 2, motion = 0.3}
+//                                                  # {kind = "file", path = "torques.csv"}, from the campaign's folder
 //   grasp = {object = "capsule", hand = "palm"}    # for 'grasp': bodies; drop_m = 0.1: how far the object may slip
 //   family = "capsules"                            # for 'scaling': systems that differ only in size
+//   floating_base = true                           # how the model's file is read, as the options of `assay check`:
+//   ground = true                                  # floating_base, fixed_base, ground, no_ground, drop_unsupported,
+//   keyframe = "home"                              # keyframe, qpos = "pose.txt", packages = {my_robot = "../my_robot"}
 //   contacts = true                                # false leaves all contact pairs out
 //   gravity = true
-//   measures = [...]                               # default: the campaign's
-//   timesteps_ms = [...]                           # default: the campaign's
-//   timing_ms = [...]                              # timesteps whose speed is measured; default: all
-//   violation_ms = [...]                           # timesteps whose violation is measured; default: all
+//   smooth = true                                  # leaves out contact pairs, limits and dry friction
+//   above_ground_m = 0.05                          # free bodies start with their lowest shape this high above the
+//   plane start_rates = 1                                # seeded random joint rates at the start, within +- this
+//   (rad/s, m/s) measures = [...]                               # default: the campaign's timesteps_ms = [...] #
+//   default: the campaign's timing_ms = [...]                              # timesteps whose speed is measured;
+//   default: all violation_ms = [...]                           # timesteps whose violation is measured; default: all
 //   reference_ms = "1/64"                          # default: the campaign's
 //   contenders = [...]                             # default: the campaign's list; may name others, which then take
 //                                                  # part only in the systems that name them
@@ -52,6 +65,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -59,7 +73,9 @@
 #include "controls/control.h"
 #include "engines/registry.h"
 #include "measures/grasp.h"
+#include "model/load_options.h"
 #include "model/model.h"
+#include "model/variant.h"
 
 namespace assay {
 
@@ -77,9 +93,11 @@ struct TimingOptions {
 
 struct CampaignSystem {
   std::string name;
+  std::string model_name;  // as the campaign names it
   std::string model_path;
-  Model model;  // as measured: without contacts or gravity where the campaign says so
-  bool contacts = true, gravity = true;
+  Model model;  // as measured: changed where the campaign says so
+  LoadOptions load;
+  ModelVariant variant;
   double duration_s = 0;
   double sample_ms = 0;
   int pieces = 10;
@@ -107,6 +125,13 @@ struct CampaignContender {
   std::string content() const;
 };
 
+// What a search is to find (search/search.h), as written in the file. It does not change what the cells give.
+struct SearchTable {
+  double minutes = 10;
+  std::map<std::string, std::string> limits;  // "error", "penetration", "slip", "realtime": 1mm, 5
+  std::vector<std::string> other_limits;      // NAME=QUANTITY
+};
+
 struct Campaign {
   std::string name, title;
   std::string source;  // the file
@@ -116,6 +141,7 @@ struct Campaign {
   TimingOptions timing;
   double time_limit_s = 600;
   long long seed = 1;
+  std::optional<SearchTable> search;  // not part of the hash
 
   // Content address of everything that decides which cells there are and what they give: systems by content, contenders
   // with their adapters' builds, timesteps, measures.

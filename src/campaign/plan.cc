@@ -20,13 +20,10 @@ namespace {
 // Raised when a measure or the way a run is made changes, so that old results are not taken for new ones.
 constexpr int kResultVersion = 2;
 
-nlohmann::json run_content(const CampaignSystem& system, const CampaignContender& contender, double timestep_ms) {
-  return {{"version", kResultVersion},
-          {"model", system.model.hash},
-          {"control", make_control(system.model, system.control)->description()},
-          {"duration_s", system.duration_s},
-          {"sample_ms", system.sample_ms},
-          {"contender", contender.content()},
+nlohmann::json run_content(const CampaignSystem& system, const std::string& control, const CampaignContender& contender,
+                           double timestep_ms) {
+  return {{"version", kResultVersion},       {"model", system.model.hash},    {"control", control},
+          {"duration_s", system.duration_s}, {"sample_ms", system.sample_ms}, {"contender", contender.content()},
           {"timestep_ms", timestep_ms}};
 }
 
@@ -91,17 +88,21 @@ Shard parse_shard(const std::string& text) {
 
 Plan make_plan(const Campaign& campaign, int shards) {
   Plan plan;
-  const auto reference_of = [](const CampaignSystem& system, const CampaignContender& contender) {
-    return content_hash(run_content(system, contender, system.reference_ms).dump());
-  };
   for (size_t s = 0; s < campaign.systems.size(); ++s) {
     const CampaignSystem& system = campaign.systems[s];
+    const std::string control = make_control(system.model, system.control)->description();
+    const auto run_of = [&](const CampaignContender& contender, double timestep_ms) {
+      return run_content(system, control, contender, timestep_ms);
+    };
+    const auto reference_of = [&](const CampaignContender& contender) {
+      return content_hash(run_of(contender, system.reference_ms).dump());
+    };
     // What agreement gives depends on which contenders are compared.
     nlohmann::json compared = nlohmann::json::array();
     if (system.has(Measure::kAgreement)) {
       for (const int c : system.contenders) {
         const CampaignContender& contender = campaign.contenders[static_cast<size_t>(c)];
-        if (contender.absent.empty()) compared.push_back({contender.resolved.name, reference_of(system, contender)});
+        if (contender.absent.empty()) compared.push_back({contender.resolved.name, reference_of(contender)});
       }
     }
     for (const int c : system.contenders) {
@@ -110,16 +111,13 @@ Plan make_plan(const Campaign& campaign, int shards) {
       // Timing starts from states of the reference run, too.
       const bool has_reference =
           system.has(Measure::kConsistency) || system.has(Measure::kRawSpeed) || system.has(Measure::kAgreement);
-      const std::string reference = reference_of(system, contender);
+      const std::string reference = reference_of(contender);
 
       const auto add = [&](const std::string& measure, double timestep_ms, const std::string& trajectory,
                            long long steps, const nlohmann::json& parameters) {
-        const nlohmann::json content = {{"run", run_content(system, contender, timestep_ms)},
-                                        {"system", system.name},
-                                        {"name", contender.resolved.name},
-                                        {"measure", measure},
-                                        {"limit_s", campaign.time_limit_s},
-                                        {"parameters", parameters}};
+        const nlohmann::json content = {{"run", run_of(contender, timestep_ms)}, {"system", system.name},
+                                        {"name", contender.resolved.name},       {"measure", measure},
+                                        {"limit_s", campaign.time_limit_s},      {"parameters", parameters}};
         plan.cells.push_back(
             {content_hash(content.dump()), static_cast<int>(s), c, timestep_ms, measure, trajectory, steps, 1});
       };
@@ -152,7 +150,7 @@ Plan make_plan(const Campaign& campaign, int shards) {
         for (const double timestep : system.timing_ms) {
           add("scaling", timestep, "", steps_of(run_ms, timestep), {});
           if (has_reference && same_timestep(timestep, system.reference_ms)) continue;  // all its states are kept
-          const nlohmann::json content = {{"final_state", 1}, {"run", run_content(system, contender, timestep)}};
+          const nlohmann::json content = {{"final_state", 1}, {"run", run_of(contender, timestep)}};
           plan.cells.back().final_state = content_hash(content.dump());
         }
       }

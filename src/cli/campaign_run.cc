@@ -72,13 +72,21 @@ void add_references(CLI::App& command, RunRequest& request) {
       ->type_name("DIR");
 }
 
-bool run_and_summarize(const RunRequest& request) {
+RunOptions run_options(const RunRequest& request) {
   RunOptions options;
   options.out = request.out;
   options.command = request.command;
   options.references = references_dir(request.references);
+  if (!options.references.empty()) {
+    options.suites = (std::filesystem::path(options.references).parent_path() / "conformance").string();
+  }
   if (request.jobs) options.jobs = parse_count("--jobs", *request.jobs, 1, kMostJobs);
   if (request.shard) options.shard = parse_shard(*request.shard);
+  return options;
+}
+
+bool run_and_summarize(const RunRequest& request) {
+  RunOptions options = run_options(request);
   const Campaign campaign = load_campaign(find_campaign(request.campaign));
   const auto progress = make_progress(stderr);
   options.progress = progress.get();

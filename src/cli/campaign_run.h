@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "cli/cli.h"
+#include "coordinator/run.h"
 
 namespace assay::cli {
 
@@ -30,6 +31,9 @@ std::vector<double> parse_replays(const std::vector<std::string>& replays);
 // For each system in `dir`: runs the contenders of the report's replays at each of `timesteps` (ms) that fits the
 // system's samples, and keeps their states. Skips runs that are kept already.
 void keep_replays(const std::string& dir, const std::vector<double>& timesteps);
+
+// How the coordinator is to run it. Throws InputError.
+RunOptions run_options(const RunRequest& request);
 
 // Runs the campaign and prints a summary. True when it is complete, false when it was interrupted.
 bool run_and_summarize(const RunRequest& request);

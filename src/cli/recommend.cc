@@ -1,5 +1,5 @@
 // `assay recommend`: the fastest contender and timestep within limits.
-#include "results/recommend.h"
+#include "cli/recommend.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -16,29 +16,18 @@
 namespace assay::cli {
 namespace {
 
-struct Options {
+struct Options : LimitOptions {
   std::vector<std::string> where;  // SYSTEM, or DIR SYSTEM
-  std::optional<std::string> error, measure, penetration, slip, realtime;
-  std::vector<std::string> limits;  // NAME=QUANTITY
   bool json = false;
-};
-
-// A limit as the user wrote it.
-struct Asked {
-  ValueInfo value;
-  double largest = 0;
-  std::string text;
-};
-
-struct Question {
-  std::vector<Asked> asked;
-  Limits limits;
 };
 
 std::string results_dir(const std::vector<std::string>& where) {
   if (where.size() == 2) return where.front();
   return std::filesystem::exists("assay.sqlite") ? "." : "results";
 }
+
+// The name that stands for all systems together.
+constexpr const char* kAll = "all";
 
 // ---- what is asked ----------------------------------------------------------------------------------------------------
 
@@ -57,7 +46,9 @@ const ValueInfo& limitable(const SystemAnswers& answers, const std::string& name
   return *known;
 }
 
-Question question_of(const Options& options, const SystemAnswers& answers) {
+}  // namespace
+
+Question question_of(const LimitOptions& options, const SystemAnswers& answers) {
   Question question;
   const auto ask = [&](const std::string& what, const std::string& name, const std::string& text) {
     const ValueInfo& value = limitable(answers, name);
@@ -71,8 +62,10 @@ Question question_of(const Options& options, const SystemAnswers& answers) {
   if (options.measure && !options.error) {
     throw InputError(fmt::format("--measure is '{}' without --error: add the largest error", *options.measure));
   }
-  if (options.error) {
+  if (options.error && (options.measure || answers.mains.empty())) {
     ask("--error", options.measure.value_or(answers.main), *options.error);
+  } else if (options.error) {
+    for (const std::string& main : answers.mains) ask("--error", main, *options.error);
   }
   if (options.penetration) ask("--penetration", "penetration_max", *options.penetration);
   if (options.slip) ask("--slip", "grasp_slip", *options.slip);
@@ -106,6 +99,8 @@ std::string limits_text(const Question& question) {
 std::string place_text(const Point& point) {
   return fmt::format("{} at {} ms", point.contender, timestep_label(point.timestep_ms));
 }
+
+namespace {
 
 std::string with_interval(const Interval& interval, const std::string& unit) {
   std::string text = quantity_text(interval.value, unit);
@@ -178,6 +173,8 @@ std::vector<LeftOut> left_out(const SystemAnswers& answers, const Question& ques
   return groups;
 }
 
+}  // namespace
+
 void print_left_out(const SystemAnswers& answers, const Question& question) {
   std::vector<LeftOut> groups = left_out(answers, question), single, shared;
   if (groups.empty()) return;
@@ -211,6 +208,8 @@ void print_left_out(const SystemAnswers& answers, const Question& question) {
     print(paragraph(fmt::format("  {} {}: {}", group.contender, steps, group.why), 4));
   }
 }
+
+namespace {
 
 // ---- the same as JSON -------------------------------------------------------------------------------------------------
 
@@ -280,13 +279,16 @@ Json answer_json(const SystemAnswers& answers, const Question& question, const R
 SystemAnswers answers_in(const std::string& dir, const std::string& system) {
   const Store store = Store::open(dir);
   const Results results(store);
-  if (std::ranges::find(results.systems(), system) == results.systems().end()) {
+  const bool named = std::ranges::find(results.systems(), system) != results.systems().end();
+  if (system == kAll && !named) return answers_together(results, results.systems(), kAll);
+  if (!named) {
     throw InputError(fmt::format("'{}' has no system '{}'{}", dir, system, did_you_mean(system, results.systems())));
   }
   return answers_of(results, system);
 }
 
-// The one that misses by the least, in one sentence.
+}  // namespace
+
 std::string nearest_text(const SystemAnswers& answers, const Question& question, const Recommendation& found) {
   if (!found.nearest) return "no point with these values is sound and was timed";
   const Candidate& candidate = answers.candidates[*found.nearest];
@@ -301,19 +303,7 @@ std::string nearest_text(const SystemAnswers& answers, const Question& question,
   return fmt::format("the nearest is {} with {}", place_text(point), join(parts, ", "));
 }
 
-int recommend_to(const Options& options) {
-  const SystemAnswers answers = answers_in(results_dir(options.where), options.where.back());
-  const Question question = question_of(options, answers);
-  const Recommendation found = recommend(answers, question.limits);
-  if (options.json) {
-    print_json(answer_json(answers, question, found));
-    return found.best ? kDone : kFailed;
-  }
-  if (!found.best) {
-    message(fmt::format("no contender on {} has {}: {}", answers.system, limits_text(question),
-                        nearest_text(answers, question, found)));
-    return kFailed;
-  }
+void print_best(const SystemAnswers& answers, const Question& question, const Recommendation& found) {
   const Candidate& best = answers.candidates[*found.best];
   const Point& point = answers.at(best);
   print(paragraph(heading(fmt::format("{}: {}, {} real time", answers.system, place_text(point),
@@ -349,7 +339,10 @@ int recommend_to(const Options& options) {
         10));
   }
   const auto truth = best.worst.find("truth_error");
-  if (!question.asked.empty() && question.asked.front().value.name == "consistency" && truth != best.worst.end()) {
+  const bool limits_truth =
+      std::ranges::any_of(question.asked, [](const Asked& asked) { return asked.value.name == "truth_error"; });
+  if (!question.asked.empty() && question.asked.front().value.name == "consistency" && !limits_truth &&
+      truth != best.worst.end()) {
     print(paragraph(fmt::format("  self-consistency is not accuracy: its error against the reference solution is {}; "
                                 "--measure truth limits that one",
                                 quantity_text(truth->second.value.value, "m")),
@@ -357,11 +350,43 @@ int recommend_to(const Options& options) {
   }
   print("\n" + paragraph(heading("Each contender at its fastest within the limits") + ":") +
         candidates_table(answers, question, found.contenders));
+}
+
+namespace {
+
+int recommend_to(const Options& options) {
+  const SystemAnswers answers = answers_in(results_dir(options.where), options.where.back());
+  const Question question = question_of(options, answers);
+  const Recommendation found = recommend(answers, question.limits);
+  if (options.json) {
+    print_json(answer_json(answers, question, found));
+    return found.best ? kDone : kFailed;
+  }
+  if (!found.best) {
+    message(fmt::format("no contender on {} has {}: {}", answers.system, limits_text(question),
+                        nearest_text(answers, question, found)));
+    return kFailed;
+  }
+  print_best(answers, question, found);
   print_left_out(answers, question);
   return kDone;
 }
 
 }  // namespace
+
+void add_limits(CLI::App& command, LimitOptions& options) {
+  command.add_option("--error", options.error, "The largest error, with its unit: 1mm, 0.5deg, 2%")->type_name("E");
+  command
+      .add_option("--measure", options.measure,
+                  "Measure or value that --error limits (default: truth where it was measured, else consistency)")
+      ->type_name("NAME");
+  command.add_option("--penetration", options.penetration, "The largest penetration: 2mm")->type_name("E");
+  command.add_option("--slip", options.slip, "The largest slip of a grasped object: 5mm")->type_name("E");
+  command.add_option("--realtime", options.realtime, "The least realtime factor: 5")->type_name("FACTOR");
+  command.add_option("--limit", options.limits, "The largest of any error, by its value's name")
+      ->type_name("NAME=E")
+      ->allow_extra_args(false);
+}
 
 void add_recommend(CLI::App& app, Action& action) {
   CLI::App* command = add_command(
@@ -371,21 +396,13 @@ void add_recommend(CLI::App& app, Action& action) {
        {"assay recommend results grasp --error 1mm --penetration 2mm --slip 5mm", "several limits at once"},
        {"assay recommend results planar-chain --limit energy_drift_relative=0.1%", "any measured error"}});
   const auto options = std::make_shared<Options>();
-  command->add_option("SYSTEM", options->where, "System, after the results directory (default: results, or here)")
+  command
+      ->add_option("SYSTEM", options->where,
+                   "System, or 'all' for all of them at once, after the results directory (default: results, or here)")
       ->required()
       ->expected(1, 2)
       ->type_name("[DIR] SYSTEM");
-  command->add_option("--error", options->error, "The largest error, with its unit: 1mm, 0.5deg, 2%")->type_name("E");
-  command
-      ->add_option("--measure", options->measure,
-                   "Measure or value that --error limits (default: truth where it was measured, else consistency)")
-      ->type_name("NAME");
-  command->add_option("--penetration", options->penetration, "The largest penetration: 2mm")->type_name("E");
-  command->add_option("--slip", options->slip, "The largest slip of a grasped object: 5mm")->type_name("E");
-  command->add_option("--realtime", options->realtime, "The least realtime factor: 5")->type_name("FACTOR");
-  command->add_option("--limit", options->limits, "The largest of any error, by its value's name")
-      ->type_name("NAME=E")
-      ->allow_extra_args(false);
+  add_limits(*command, *options);
   command->add_flag("--json", options->json, "Print JSON")->disable_flag_override();
   command->callback([&action, options] { action = [options] { return recommend_to(*options); }; });
 }

@@ -1,32 +1,117 @@
-// `assay run`: measures a campaign, or resumes it.
+// `assay run`: measures a campaign, or searches for the best contender for a robot; or resumes either.
+#include <filesystem>
+
 #include <fmt/format.h>
 
+#include "base/errors.h"
+#include "base/paths.h"
+#include "campaign/campaign.h"
 #include "cli/campaign_run.h"
 #include "cli/cli.h"
+#include "cli/run_robot.h"
 
 namespace assay::cli {
+namespace {
+
+struct Options : RobotRequest {
+  bool full = false;
+};
+
+// An option of a robot's run that a campaign's file has in its own table.
+void refuse_for_campaign(const char* option, bool given) {
+  if (given) {
+    throw InputError(
+        fmt::format("{} is for a robot's file: a campaign has it in its own tables, [search] and [[system]]", option));
+  }
+}
+
+// The command that goes on with what was begun.
+std::string resuming(const Options& options) {
+  std::string command = fmt::format("assay run {}", options.run.campaign);
+  if (!options.run.out.empty()) command += " --out " + options.run.out;
+  if (options.run.shard) command += " --shard " + *options.run.shard;
+  if (options.full) command += " --full";
+  const auto add = [&](const char* name, const std::optional<std::string>& value) {
+    if (value) command += fmt::format(" {} {}", name, *value);
+  };
+  for (const std::string& word : option_words(load_options(options.model))) command += " " + word;
+  add("--minutes", options.minutes);
+  add("--control", options.control);
+  add("--error", options.limits.error);
+  add("--penetration", options.limits.penetration);
+  add("--slip", options.limits.slip);
+  add("--realtime", options.limits.realtime);
+  for (const std::string& name : options.contenders) command += fmt::format(" --contenders '{}'", name);
+  for (const std::string& limit : options.limits.limits) command += " --limit " + limit;
+  return command;
+}
+
+int run(Options options) {
+  options.run.command = resuming(options);
+  if (is_robot(options.run.campaign)) {
+    if (options.full || options.run.shard) {
+      throw InputError(
+          "--full and --shard are for campaigns: a robot's run measures what can still win; its "
+          "campaign.toml can be run with them");
+    }
+    return run_robot(options);
+  }
+  refuse_for_campaign("--minutes", options.minutes.has_value());
+  refuse_for_campaign("--control", options.control.has_value());
+  refuse_for_campaign("how a model is read", load_options(options.model) != LoadOptions());
+  refuse_for_campaign("--contenders", !options.contenders.empty());
+  refuse_for_campaign("a limit", options.limits.any() || options.limits.measure);
+  if (options.run.out.empty()) throw InputError("--out is required: see 'assay run --help'");
+  const bool searched =
+      !options.full && !options.run.shard && load_campaign(find_campaign(options.run.campaign)).search.has_value();
+  if (searched) return run_searched(options.run);
+  return run_and_summarize(options.run) ? kDone : kFailed;
+}
+
+}  // namespace
 
 void add_run(CLI::App& app, Action& action) {
-  CLI::App* command =
-      add_command(app, "run", "Measure a campaign: systems x contenders x timesteps x measures",
-                  {{"assay run campaigns/quick.toml --out results", "after Ctrl-C or a kill the same command resumes"},
-                   {"assay run my_campaign.toml --out results --jobs 4", "four accuracy workers at a time"},
-                   {"assay run paper --out part2 --shard 2/8", "the second of eight parts, for a cluster"}});
-  const auto request = std::make_shared<RunRequest>();
-  command->add_option("CAMPAIGN", request->campaign, "TOML file, or the name of one in campaigns/")
+  CLI::App* command = add_command(
+      app, "run", "Find the best contender for a robot, or measure a campaign",
+      {{"assay run my_robot.urdf", "which engine, which settings, which timestep: ten minutes, then the answer"},
+       {"assay run my_robot.xml --minutes 3 --error 1mm --penetration 2mm --realtime 5", "several limits at once"},
+       {"assay run my_robot.xml --control torques.csv --out pushed", "under torques of your own: time,joint,..."},
+       {"assay run campaigns/quick.toml --out results", "after Ctrl-C or a kill the same command resumes"},
+       {"assay run paper --out part2 --shard 2/8", "the second of eight parts, for a cluster"}});
+  const auto options = std::make_shared<Options>();
+  RunRequest& request = options->run;
+  command
+      ->add_option("ROBOT|CAMPAIGN", request.campaign,
+                   "URDF or MJCF file, or a system's name; or a campaign's TOML file, or the name of one in campaigns/")
       ->required()
       ->type_name("");
-  command->add_option("--out", request->out, "Results directory; created if missing")->required()->type_name("DIR");
-  command->add_option("--jobs", request->jobs, "Accuracy workers at a time (default: one per core)")->type_name("N");
-  command->add_option("--shard", request->shard, "Measure only part I of N of the campaign")->type_name("I/N");
-  add_references(*command, *request);
-  command->callback([&action, request] {
-    action = [request] {
-      request->command = fmt::format("assay run {} --out {}", request->campaign, request->out);
-      if (request->shard) request->command += fmt::format(" --shard {}", *request->shard);
-      return run_and_summarize(*request) ? kDone : kFailed;
-    };
-  });
+  command
+      ->add_option("--out", request.out,
+                   "Results directory; created if missing (default for a robot: its file's name and -results)")
+      ->type_name("DIR");
+  command->add_option("--minutes", options->minutes, "Budget of a robot's run (default: 10)")->type_name("M");
+  command
+      ->add_option(
+          "--control", options->control,
+          "Torques of a robot's run: passive, hold, sine, random, actuators, or a CSV file of torques over time "
+          "(default: hold at the start pose)")
+      ->type_name("CONTROL");
+  command
+      ->add_option(
+          "--contenders", options->contenders,
+          "Contenders that take part in a robot's run, by name or pattern, as in 'mujoco-*' (default: all that "
+          "take the robot)")
+      ->type_name("NAME")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  add_limits(*command, options->limits);
+  add_load_options(*command, options->model);
+  command->add_option("--jobs", request.jobs, "Accuracy workers at a time (default: one per core)")->type_name("N");
+  command->add_option("--shard", request.shard, "Measure only part I of N of the campaign")->type_name("I/N");
+  command->add_flag("--full", options->full, "Measure every cell of a campaign that has a table [search]")
+      ->disable_flag_override();
+  add_references(*command, request);
+  command->callback([&action, options] { action = [options] { return run(*options); }; });
 }
 
 }  // namespace assay::cli

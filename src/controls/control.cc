@@ -2,17 +2,23 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <stdexcept>
+#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "base/errors.h"
 #include "base/text.h"
+#include "controls/hold.h"
+#include "controls/torque_file.h"
 #include "model/kinematics.h"
 
 namespace assay {
 namespace {
+
+constexpr std::string_view kPath = ",path=";
 
 double value_at(const Sine& sine, double time) {
   return sine.amplitude * std::sin(2 * std::numbers::pi * sine.frequency * time + sine.phase);
@@ -123,12 +129,14 @@ std::unique_ptr<Control> actuator_control(const Model& model, std::vector<double
   return std::make_unique<ActuatorControl>(model.actuators, std::move(control));
 }
 
-std::vector<std::string> control_kinds() { return {"passive", "sine", "actuators"}; }
+std::vector<std::string> control_kinds() { return {"passive", "sine", "actuators", "hold", "random", "file"}; }
 
 std::string control_text(const ControlSpec& spec) {
   std::string text = spec.kind;
-  if (spec.kind != "sine") return text;
-  for (const SinePart& part : kSineParts) text += fmt::format(",{}={}", part.name, shortest(spec.*part.member));
+  if (spec.kind == "file") return fmt::format("{}{}{}", text, kPath, spec.file);
+  for (const ControlPart& part : kControlParts) {
+    if (spec.kind == part.kind) text += fmt::format(",{}={}", part.name, shortest(spec.*part.member));
+  }
   return text;
 }
 
@@ -136,18 +144,29 @@ ControlSpec parse_control(const std::string& text) {
   ControlSpec spec;
   size_t at = std::min(text.find(','), text.size());
   spec.kind = text.substr(0, at);
+  if (spec.kind == "file" && text.compare(at, kPath.size(), kPath) == 0) {
+    spec.file = text.substr(at + kPath.size());
+    return spec;
+  }
+  if (text.ends_with(".csv")) {
+    spec.kind = "file";
+    spec.file = text;
+    return spec;
+  }
   while (at < text.size()) {
     const size_t next = std::min(text.find(',', at + 1), text.size());
     const std::string part = text.substr(at + 1, next - at - 1);
     at = next;
     const size_t sign = std::min(part.find('='), part.size());
     const std::string key = part.substr(0, sign);
-    const auto* found = std::ranges::find(kSineParts, key, &SinePart::name);
+    const auto* found = std::ranges::find_if(
+        kControlParts, [&](const ControlPart& each) { return spec.kind == each.kind && key == each.name; });
     const auto number = sign < part.size() ? parse_number(part.substr(sign + 1)) : std::nullopt;
-    if (spec.kind != "sine" || found == kSineParts.end() || !number) {
+    if (found == kControlParts.end() || !number) {
       throw InputError(
-          fmt::format("the control '{}' has '{}': only a sine has parameters, which are amplitude (Nm), "
-                      "frequency (Hz) and phase_step (rad), as in sine,amplitude=2,frequency=1",
+          fmt::format("the control '{}' has '{}': a sine has the parameters amplitude (Nm), frequency (Hz) and "
+                      "phase_step (rad), hold has natural_frequency (Hz), random has motion (rad) and seed, the others "
+                      "have none; write them as in sine,amplitude=2,frequency=1",
                       text, part));
     }
     spec.*(found->member) = *number;
@@ -156,18 +175,40 @@ ControlSpec parse_control(const std::string& text) {
 }
 
 std::unique_ptr<Control> make_control(const Model& model, const ControlSpec& spec) {
+  const std::vector<std::string> kinds = control_kinds();
+  if (std::ranges::find(kinds, spec.kind) == kinds.end()) {
+    throw InputError(fmt::format("there is no control '{}'{}; use one of {}", spec.kind,
+                                 nearest_name(spec.kind, kinds) ? did_you_mean(spec.kind, kinds) : "",
+                                 join(kinds, ", ")));
+  }
+  for (const ControlPart& part : kControlParts) {
+    const double value = spec.*part.member;
+    if (spec.kind == part.kind && !std::isfinite(value)) {
+      throw InputError(
+          fmt::format("the {} of the control '{}' is {}; give a finite number", part.name, spec.kind, value));
+    }
+  }
   if (spec.kind == "passive") return passive_control();
   if (spec.kind == "actuators") return actuator_control(model);
-  if (spec.kind != "sine") {
-    throw InputError(
-        fmt::format("there is no control '{}'{}; use one of {}", spec.kind,
-                    nearest_name(spec.kind, control_kinds()) ? did_you_mean(spec.kind, control_kinds()) : "",
-                    join(control_kinds(), ", ")));
-  }
-  for (const SinePart& part : kSineParts) {
-    if (const double value = spec.*part.member; !std::isfinite(value)) {
-      throw InputError(fmt::format("the sine's {} is {}; give a finite number", part.name, value));
+  if (spec.kind == "hold") {
+    if (spec.natural_frequency < 0) {
+      throw InputError(
+          fmt::format("the natural_frequency of the control 'hold' is {}; give a positive number of Hz, "
+                      "or 0 for one that fits the model",
+                      shortest(spec.natural_frequency)));
     }
+    return hold_control(model, spec.natural_frequency);
+  }
+  if (spec.kind == "random") {
+    if (spec.seed < 0 || spec.seed > 1e15 || spec.seed != std::floor(spec.seed)) {
+      throw InputError(fmt::format("the seed of the control 'random' is {}; give a whole number from 0 to 1e15",
+                                   shortest(spec.seed)));
+    }
+    return random_control(model, spec.motion, static_cast<std::uint64_t>(spec.seed));
+  }
+  if (spec.kind == "file") {
+    if (spec.file.empty()) throw InputError("the control 'file' has no path: write file,path=torques.csv");
+    return file_control(model, spec.file);
   }
   std::vector<Sine> sines;
   sines.reserve(model.joints.size());

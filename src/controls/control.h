@@ -65,25 +65,39 @@ struct ControlSpec {
   double amplitude = 1;                          // sine: Nm, at every hinge
   double frequency = 1;                          // sine: Hz, at every hinge
   double phase_step = 2 * std::numbers::pi / 5;  // sine: rad from one hinge to the next
+  double natural_frequency = 0;                  // hold: Hz; 0: as stiff as hold.h says
+  double motion = 0.3;                           // random: rad (m for slides) that a free joint would move about
+  double seed = 1;                               // random: a whole number
+  std::string file = {};                         // file: path of a CSV file of torques (torque_file.h)
 };
-// The numbers of a sine, as users and files name them.
-struct SinePart {
+// The numbers of a control, as users and files name them, and the kind that has them.
+struct ControlPart {
+  const char* kind;
   const char* name;
   double ControlSpec::* member;
 };
-inline constexpr std::array<SinePart, 3> kSineParts = {{{"amplitude", &ControlSpec::amplitude},
-                                                        {"frequency", &ControlSpec::frequency},
-                                                        {"phase_step", &ControlSpec::phase_step}}};
+inline constexpr std::array<ControlPart, 6> kControlParts = {
+    {{"sine", "amplitude", &ControlSpec::amplitude},
+     {"sine", "frequency", &ControlSpec::frequency},
+     {"sine", "phase_step", &ControlSpec::phase_step},
+     {"hold", "natural_frequency", &ControlSpec::natural_frequency},
+     {"random", "motion", &ControlSpec::motion},
+     {"random", "seed", &ControlSpec::seed}}};
 
-std::vector<std::string> control_kinds();  // "passive", "sine", "actuators"
+// "passive": no torque. "sine": one at every hinge. "actuators": the model's own, with their sines. "hold": a PD that
+// holds the start pose (hold.h). "random": seeded sums of sines (hold.h). "file": torques of a CSV file
+// (torque_file.h).
+std::vector<std::string> control_kinds();
 
-// A control as one word: its kind, and a sine's parameters: "passive", "sine,amplitude=2,frequency=1,phase_step=0.5".
-// parse_control() is the inverse; a sine's parameters may be left out. It throws InputError for an unknown parameter;
-// make_control() checks the kind.
+// A control as one word: its kind, and its parameters: "passive", "sine,amplitude=2,frequency=1,phase_step=0.5",
+// "random,seed=3", "file,path=torques.csv". parse_control() is the inverse; parameters that have a default may be left
+// out, and a word that ends in .csv is a file's path. It throws InputError for an unknown parameter; make_control()
+// checks the kind.
 std::string control_text(const ControlSpec& spec);
 ControlSpec parse_control(const std::string& text);
 
-// Throws InputError for an unknown kind (with the nearest name) or values that are not finite.
+// Throws InputError for an unknown kind (with the nearest name), values that are not finite, and a file that cannot be
+// used.
 std::unique_ptr<Control> make_control(const Model& model, const ControlSpec& spec);
 
 }  // namespace assay

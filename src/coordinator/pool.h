@@ -11,7 +11,7 @@
 
 namespace assay {
 
-// From construction to destruction SIGINT, SIGTERM and SIGHUP do not end the process: they are noted here.
+// From construction to destruction SIGINT, SIGTERM, SIGHUP and SIGALRM do not end the process: they are noted here.
 class Interrupts {
  public:
   Interrupts();

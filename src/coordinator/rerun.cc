@@ -89,16 +89,28 @@ CampaignSystem system_of(const Store& store, const std::string& name, const json
   // A system that comes with assay is found by its name, another one by its file in the current folder.
   const std::string file = facts.at("model");
   const std::string stem = fs::path(file).stem().string();
+  const bool of_packages = file.starts_with("robots:");
   const std::vector<std::string> known = system_names();
   const bool ours = std::ranges::find(known, stem) != known.end() || capsules_count(stem);
-  system.model_path = find_model(ours ? stem : "./" + file);
-  system.model = load_model(system.model_path);
-  system.contacts = facts.at("contacts");
-  if (!system.contacts) system.model = without_contacts(std::move(system.model));
+  system.model_path = find_model(ours ? stem : of_packages ? file : "./" + file);
+  if (const auto load = facts.find("load"); load != facts.end()) {
+    system.load = {load->at("drop_unsupported"),
+                   load->at("keyframe"),
+                   load->at("qpos"),
+                   load->at("packages"),
+                   static_cast<RootJoint>(load->at("root_joint").get<int>()),
+                   static_cast<Ground>(load->at("ground").get<int>())};
+  }
+  system.model = load_model(system.model_path, system.load);
+  ModelVariant& variant = system.variant;
+  variant.contacts = facts.at("contacts");
+  variant.smooth = facts.value("smooth", variant.smooth);
+  variant.above_ground_m = facts.value("above_ground_m", variant.above_ground_m);
+  variant.start_rates = facts.value("start_rates", variant.start_rates);
   const json& g = facts.at("gravity");
   const bool weightless = Vec3(g.at(0).get<double>(), g.at(1).get<double>(), g.at(2).get<double>()).isZero(0);
-  system.gravity = !weightless || system.model.gravity.isZero(0);
-  if (!system.gravity) system.model = without_gravity(std::move(system.model));
+  variant.gravity = !weightless || system.model.gravity.isZero(0);
+  system.model = variant_of(std::move(system.model), variant);
   if (system.model.hash != facts.at("model_hash").get<std::string>()) {
     throw InputError(
         fmt::format("'{}' is not the model that '{}' was measured with: leave --timestep out, for the "

@@ -46,22 +46,36 @@ SystemRow system_row(const CampaignSystem& system) {
   measures.reserve(system.measures.size());
   for (const Measure measure : system.measures) measures.emplace_back(measure_text(measure));
   json row = model_facts(model);
-  row.update({{"model", std::filesystem::path(system.model_path).filename().string()},
-              {"contacts", system.contacts},
-              {"control", make_control(model, system.control)->description()},
-              {"duration_s", system.duration_s},
-              {"sample_ms", system.sample_ms},
-              {"pieces", system.pieces},
-              {"piece_ms", system.piece_ms},
-              {"reference_ms", system.reference_ms},
-              {"timesteps_ms", system.timesteps_ms},
-              {"timing_ms", system.timing_ms},
-              {"measures", measures}});
+  const bool is_of_packages = system.model_name.starts_with("robots:");
+  row.update(
+      {{"model", is_of_packages ? system.model_name : std::filesystem::path(system.model_path).filename().string()},
+       {"contacts", system.variant.contacts && !system.variant.smooth},
+       {"control", make_control(model, system.control)->description()},
+       {"duration_s", system.duration_s},
+       {"sample_ms", system.sample_ms},
+       {"pieces", system.pieces},
+       {"piece_ms", system.piece_ms},
+       {"reference_ms", system.reference_ms},
+       {"timesteps_ms", system.timesteps_ms},
+       {"timing_ms", system.timing_ms},
+       {"measures", measures}});
   if (system.grasp.object >= 0) {
     row["grasp"] = {{"object", model.bodies[static_cast<size_t>(system.grasp.object)].name},
                     {"hand", model.bodies[static_cast<size_t>(system.grasp.hand)].name},
                     {"drop_m", system.grasp.drop_m}};
   }
+  const ModelVariant& variant = system.variant;
+  if (system.load != LoadOptions()) {
+    row["load"] = {{"drop_unsupported", system.load.drop_unsupported},
+                   {"root_joint", static_cast<int>(system.load.root_joint)},
+                   {"ground", static_cast<int>(system.load.ground)},
+                   {"keyframe", system.load.keyframe},
+                   {"qpos", system.load.qpos},
+                   {"packages", system.load.packages}};
+  }
+  if (variant.smooth) row["smooth"] = true;
+  if (variant.above_ground_m >= 0) row["above_ground_m"] = variant.above_ground_m;
+  if (variant.start_rates > 0) row["start_rates"] = variant.start_rates;
   if (!system.family.empty()) row["family"] = system.family;
   // The --control option with which `assay simulate` drives the model in the same way; its default is the actuators.
   const bool unasked =

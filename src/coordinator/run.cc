@@ -1,6 +1,8 @@
 #include "coordinator/run.h"
 
+#include <cmath>
 #include <sys/resource.h>
+#include <sys/time.h>
 
 #include "base/errors.h"
 #include "coordinator/runner.h"
@@ -15,6 +17,29 @@ double children_cpu_seconds() {
   return static_cast<double>(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) +
          1e-6 * static_cast<double>(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
 }
+
+// Sends SIGALRM after some seconds, if any are given.
+class Timer {
+ public:
+  explicit Timer(double seconds) : on_(seconds > 0) {
+    if (on_) set(std::max(seconds, 1e-3));
+  }
+  ~Timer() {
+    if (on_) set(0);
+  }
+  Timer(const Timer&) = delete;
+  Timer& operator=(const Timer&) = delete;
+
+ private:
+  static void set(double seconds) {
+    itimerval value{};
+    value.it_value.tv_sec = static_cast<time_t>(seconds);
+    value.it_value.tv_usec = static_cast<suseconds_t>(1e6 * (seconds - std::floor(seconds)));
+    ::setitimer(ITIMER_REAL, &value, nullptr);
+  }
+
+  bool on_;
+};
 
 }  // namespace
 
@@ -92,7 +117,7 @@ void Runner::choose() {
   std::set<std::pair<int, double>> timed_again;  // one cell of a round is missing: all of the round is repeated
   std::set<int> compared_again;                  // likewise for agreement, which compares all contenders
   for (const PlannedCell& cell : plan_.cells) {
-    if (cell.shard != options_.shard.index) continue;
+    if (cell.shard != options_.shard.index || (options_.wanted && !options_.wanted(cell))) continue;
     mine_.push_back(&cell);
     if (cell.measure == "raw_speed" && !std::ranges::binary_search(done, cell.key)) {
       timed_again.insert({cell.system, cell.timestep_ms});
@@ -141,12 +166,27 @@ std::vector<std::string> Runner::outline(const std::vector<PlannedCell>& ahead) 
   return lines;
 }
 
+// Contenders may have been measured before they had to pass the conformance suite: their cells then say that they did
+// not.
+void Runner::take_back_failed() {
+  std::map<std::string, const PlannedCell*> planned;
+  for (const PlannedCell& cell : plan_.cells) planned[cell.key] = &cell;
+  for (const Cell& cell : store_.cells()) {
+    const auto failed = failed_gate_.find(cell.contender);
+    if (failed == failed_gate_.end() || cell.outcome == Outcome::kUnsupported || !planned.contains(cell.key)) continue;
+    Cell replaced = cell_of(*planned.at(cell.key), failed->second);
+    replaced.started = replaced.finished = unix_time();
+    store_.put_cell(replaced);
+  }
+}
+
 RunSummary Runner::run() {
   const double cpu_before = children_cpu_seconds();
+  const Timer timer(options_.budget_s);
   choose();
   describe();
   if (!todo_.empty() && !interrupted()) conformance();
-  if (!todo_.empty() && !interrupted()) probe();
+  if (!todo_.empty() && !interrupted() && options_.probe) probe();
   if (!interrupted()) {
     std::vector<PlannedCell> ahead;
     ahead.reserve(todo_.size());

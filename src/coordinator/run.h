@@ -39,6 +39,20 @@ struct RunOptions {
   std::string command;  // the command that resumes the run, for the manifest; "" leaves it out
   // Where runs are kept for other campaigns (store/references.h); "": only in `out`.
   std::string references;
+  // Where verdicts of the conformance suite are kept for other campaigns, by contender, adapter build and program; "":
+  // only in `out`.
+  std::string suites;
+
+  // ---- parts of a campaign, one after the other (search/search.h) ----
+  std::function<bool(const PlannedCell&)> wanted;  // only these cells; all when empty
+  // false: contenders need not have passed the conformance suite yet. A later call with true replaces what was measured
+  // of one that fails.
+  bool gate = true;
+  bool probe = true;            // look at each contender's speed first, for the estimate of the time left
+  double budget_s = 0;          // ends like an interrupt, by SIGALRM; 0: none
+  double truth_limit_s = 3600;  // of a reference solution
+  // A reference solution that fails leaves the cells that need it out (RunSummary::without_truth).
+  bool truth_optional = false;
 };
 
 struct TimePair {
@@ -61,8 +75,9 @@ struct RunSummary {
   double engine_share_accuracy = 0;  // time inside engine steps / wall time of the cells, over this run's cells
   double engine_share_timing = 0;
   double engine_share_cpu = 0;  // time inside engine steps / processor time of all workers, of what was done now
-  bool interrupted = false;     // by SIGINT or SIGTERM: everything finished is stored, the same call resumes
-  int signal = 0;               // which
+  std::vector<std::string> without_truth;  // systems whose reference solution failed: "swing: why"
+  bool interrupted = false;                // by SIGINT or SIGTERM: everything finished is stored, the same call resumes
+  int signal = 0;                          // which
 };
 
 // Throws InputError when `out` holds something else (see Store::create), SystemError when it cannot be written or no

@@ -12,8 +12,6 @@ using nlohmann::json;
 
 namespace {
 
-constexpr double kTruthLimitSeconds = 3600;
-
 // Of the reference solution.
 std::string truth_address(const CampaignSystem& system) {
   return content_hash(json{{"truth", 1}, {"model", system.model.hash}, {"duration_s", system.duration_s}}.dump());
@@ -74,7 +72,7 @@ void Runner::plan_truths(std::map<std::string, Waiting>& producers) {
     waiting.job.request =
         TruthJob{model_spec(system(*cell)), system(*cell).duration_s, store_.trajectories_dir(), address};
     waiting.job.title = fmt::format("truth {}", system(*cell).name);
-    waiting.job.limit_s = kTruthLimitSeconds;
+    waiting.job.limit_s = options_.truth_limit_s;
     waiting.job.cost = 1e7;
     producers[address] = std::move(waiting);
   }
@@ -156,6 +154,18 @@ void Runner::plan_agreement(std::vector<Waiting>& jobs) {
   }
 }
 
+// Runs whose reference solution there is not are measured without it.
+void Runner::leave_truth_out(std::vector<Waiting>& waiting, const std::string& address) {
+  std::erase_if(waiting, [&](Waiting& one) {
+    auto* run = std::get_if<RunJob>(&one.job.request);
+    if (run == nullptr || run->truth != address) return false;
+    run->truth.clear();
+    std::erase(run->measures, "truth");
+    std::erase_if(one.cells, [](const PlannedCell* cell) { return cell->measure == "truth"; });
+    return one.cells.empty();
+  });
+}
+
 void Runner::accuracy() {
   progress_.phase("accuracy");
   for (const PlannedCell* cell : todo_) {
@@ -196,12 +206,21 @@ void Runner::accuracy() {
   };
   for (auto& [address, producer] : producers) {
     const bool is_run = std::holds_alternative<RunJob>(producer.job.request);
-    producer.job.on_end = [this, &release, is_run, address = address, cells = producer.cells](const JobEnd& end) {
+    producer.job.on_end = [this, &release, &waiting, is_run, address = address,
+                           cells = producer.cells](const JobEnd& end) {
       put_answer(cells, end);
       // A reference solution is no cell and has no result.
       Ending failure = end.answer && !is_run ? Ending() : end.result("reference").ending;
       if (failure.outcome == Outcome::kOk || failure.outcome == Outcome::kUnstable) {
         references_.keep(address, store_.trajectories_dir());
+        release(address, std::nullopt);
+      } else if (!is_run && options_.truth_optional) {
+        for (const Waiting& one : waiting) {
+          if (!one.needs.contains(address)) continue;
+          without_truth_.push_back(fmt::format("{}: {}", system(*one.cells.front()).name, failure.reason));
+          break;
+        }
+        leave_truth_out(waiting, address);
         release(address, std::nullopt);
       } else {
         failure.reason = fmt::format("its reference run: {}", failure.reason);

@@ -63,6 +63,9 @@ class Runner {
   void describe();
   void choose();
   void conformance();
+  std::string suite_file(const std::string& content) const;  // "" where no verdicts are kept
+  bool fetch_suite(const std::string& content);
+  void keep_suite(const std::string& content) const;
   void run_suite(const std::string& content, const std::vector<std::string>& tests, Pool& pool);
   void probe();
   void accuracy();
@@ -71,6 +74,7 @@ class Runner {
   RunJob run_job(const PlannedCell& cell, double timestep_ms) const;  // without measures
   std::vector<Waiting> plan_measures();
   void plan_agreement(std::vector<Waiting>& jobs);
+  static void leave_truth_out(std::vector<Waiting>& waiting, const std::string& address);
   bool has_run(const std::string& address) const;
   void scaling();
   void timing();
@@ -88,6 +92,7 @@ class Runner {
   double cost(const PlannedCell& cell) const;
   void count(const PlannedCell& cell);
   double remaining_s() const;
+  void take_back_failed();
   bool interrupted() const { return interrupts_.signal() != 0; }
 
   const Campaign& campaign_;
@@ -103,6 +108,7 @@ class Runner {
   std::vector<const PlannedCell*> mine_, todo_;
   std::map<std::string, Ending> failed_gate_;        // by contender: it failed the conformance suite
   std::map<std::string, Ending> failed_trajectory_;  // by address
+  std::vector<std::string> without_truth_;           // as in RunSummary
   std::map<std::pair<int, int>, double> step_us_;
   std::map<std::string, std::vector<ConformanceRow>> suite_rows_;  // by contender's content
   TimingFacts timing_facts_;

@@ -3,7 +3,7 @@
 namespace assay {
 
 ModelSpec model_spec(const CampaignSystem& system) {
-  return {system.model_path, system.model.hash, system.contacts, system.gravity};
+  return {system.model_path, system.model.hash, system.load, system.variant};
 }
 
 ContenderSpec contender_spec(const CampaignContender& contender) {

@@ -28,13 +28,21 @@ constexpr std::array<std::string_view, std::variant_size_v<Reply>> kReplyKinds =
 template <typename T, typename U>
 concept Of = std::same_as<std::remove_const_t<T>, U>;
 
+void fields(auto& is, Of<LoadOptions> auto& m) {
+  is("drop_unsupported", m.drop_unsupported)("keyframe", m.keyframe)("qpos", m.qpos)("packages", m.packages);
+  is("root_joint", m.root_joint)("ground", m.ground);
+}
+void fields(auto& is, Of<ModelVariant> auto& m) {
+  is("contacts", m.contacts)("gravity", m.gravity)("smooth", m.smooth);
+  is("above_ground_m", m.above_ground_m)("start_rates", m.start_rates);
+}
 void fields(auto& is, Of<ModelSpec> auto& m) {
-  is("path", m.path)("hash", m.hash)("contacts", m.contacts)("gravity", m.gravity);
+  is("path", m.path)("hash", m.hash)("load", m.load)("variant", m.variant);
 }
 void fields(auto& is, Of<ContenderSpec> auto& m) { is("name", m.name)("base", m.base)("overrides", m.overrides); }
 void fields(auto& is, Of<ControlSpec> auto& m) {
-  is("kind", m.kind);
-  for (const SinePart& part : kSineParts) is(part.name, m.*part.member);
+  is("kind", m.kind)("file", m.file);
+  for (const ControlPart& part : kControlParts) is(part.name, m.*part.member);
 }
 void fields(auto& is, Of<SubjectSpec> auto& m) {
   is("model", m.model)("control", m.control)("contender", m.contender);
@@ -111,6 +119,8 @@ struct Writer {
 
   static json written(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
   static json written(const std::optional<double>& value) { return value ? written(*value) : json(nullptr); }
+  static json written(RootJoint value) { return static_cast<int>(value); }
+  static json written(Ground value) { return static_cast<int>(value); }
   static json written(Outcome value) { return std::string(outcome_text(value)); }
   template <typename T>
   static json written(const std::vector<T>& values) {
@@ -167,6 +177,14 @@ class Reader {
     if (!fine) fail(where, fmt::format("is not {} ({})", wanted, from.type_name()));
   }
 
+  // An enumeration whose values are 0 to 2.
+  template <typename T>
+    requires std::same_as<T, RootJoint> || std::same_as<T, Ground>
+  static void read(const json& from, T& value, const std::string& where) {
+    const bool fine = from.is_number_integer() && from.get<int>() >= 0 && from.get<int>() <= 2;
+    expect(fine, from, "a number from 0 to 2", where);
+    value = static_cast<T>(from.get<int>());
+  }
   static void read(const json& from, bool& value, const std::string& where) {
     expect(from.is_boolean(), from, "a boolean", where);
     value = from.get<bool>();

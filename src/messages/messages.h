@@ -17,6 +17,8 @@
 #include "base/errors.h"
 #include "controls/control.h"
 #include "measures/grasp.h"
+#include "model/load_options.h"
+#include "model/variant.h"
 #include "store/store.h"
 
 namespace assay {
@@ -34,8 +36,9 @@ class MessageError : public SystemError {
 
 struct ModelSpec {
   std::string path;
-  std::string hash;  // of the model as the campaign read it, after the two switches
-  bool contacts = true, gravity = true;
+  std::string hash;  // of the model as the campaign read it and changed it
+  LoadOptions load;
+  ModelVariant variant;
 };
 
 struct ContenderSpec {

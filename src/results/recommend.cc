@@ -110,6 +110,7 @@ void add_contender(const Results& results, const std::string& contender, SystemA
                       ? fmt::format("at {} ms, {}", timestep_label(fails_ms), why)
                       : step.why;
     }
+    for (const auto& [name, error] : errors) point.worst.emplace(name, worst.at(name));
     std::string out = point.why;
     if (point.sound && errors.empty()) out = "no error was measured at this timestep";
     if (point.sound && !point.speed) {
@@ -117,8 +118,7 @@ void add_contender(const Results& results, const std::string& contender, SystemA
                                           : "the system was not timed";
     }
     if (out.empty() && point.speed) {
-      Candidate candidate{answers.points.size(), *point.speed, {}, margin_of(steps, i)};
-      for (const auto& [name, error] : errors) candidate.worst.emplace(name, worst.at(name));
+      Candidate candidate{answers.points.size(), *point.speed, point.worst, margin_of(steps, i)};
       answers.candidates.push_back(std::move(candidate));
     } else {
       answers.excluded.push_back({answers.points.size(), out});
@@ -167,6 +167,7 @@ void find_values(const Results& results, SystemAnswers& answers) {
     if (answers.main.empty() && std::ranges::count_if(results.contenders(), has) >= 2) answers.main = name;
   }
   if (answers.main.empty() && !answers.errors.empty()) answers.main = answers.errors.front();
+  if (!answers.main.empty()) answers.mains = {answers.main};
 }
 
 // Where the restart floor decides the self-consistency error it ranks nobody.
@@ -195,21 +196,130 @@ void find_fronts(const Results& results, SystemAnswers& answers) {
   }
 }
 
+// By speed; what is equally fast by its error, then as listed.
+void sort_candidates(SystemAnswers& answers) {
+  const auto main_error = [&](const Candidate& candidate) {
+    const auto found = candidate.worst.find(answers.main);
+    return found == candidate.worst.end() ? HUGE_VAL : found->second.value.value;
+  };
+  std::ranges::stable_sort(answers.candidates, [&](const Candidate& a, const Candidate& b) {
+    return std::tuple(-a.speed.factor.value, main_error(a)) < std::tuple(-b.speed.factor.value, main_error(b));
+  });
+}
+
+// The larger of each value, and the larger upper end.
+void merge_worst(std::map<std::string, Worst>& into, const std::map<std::string, Worst>& from) {
+  for (const auto& [name, worst] : from) {
+    const auto [at, fresh] = into.emplace(name, worst);
+    if (fresh) continue;
+    const double high = std::max(at->second.value.high, worst.value.high);
+    if (worst.value.value > at->second.value.value) at->second = worst;
+    at->second.value.high = high;
+  }
+}
+
+// What one contender's point is on all systems together. `margin` and `out` are of the candidate and of the excluded.
+struct Joined {
+  Point point;
+  std::string margin, out;
+};
+
+Joined joined_point(const Results& results, const std::vector<SystemAnswers>& each, const std::string& contender,
+                    double timestep_ms) {
+  Joined joined{{contender, timestep_ms, {}, true, "", 0, {}}, "", ""};
+  Point& point = joined.point;
+  double margin_ms = 0;
+  for (const SystemAnswers& answers : each) {
+    const auto own = std::ranges::find_if(answers.points, [&](const Point& other) {
+      return other.contender == contender && same_timestep(other.timestep_ms, timestep_ms);
+    });
+    if (own == answers.points.end()) {
+      if (joined.out.empty()) joined.out = fmt::format("not measured on {}", answers.system);
+      continue;
+    }
+    merge_worst(point.worst, own->worst);
+    if (!own->sound) {
+      point.sound = false;
+      point.fails_ms = point.fails_ms == 0 ? own->fails_ms : std::min(point.fails_ms, own->fails_ms);
+      if (point.why.empty()) point.why = fmt::format("on {}: {}", answers.system, own->why);
+    } else if (joined.out.empty() && own->worst.empty()) {
+      joined.out = fmt::format("no error was measured on {} at this timestep", answers.system);
+    }
+    if (results.timed(answers.system)) {
+      if (!own->speed && joined.out.empty()) {
+        joined.out = fmt::format("its speed on {} was not timed here, nor on both sides", answers.system);
+      }
+      if (own->speed && (!point.speed || own->speed->factor.value < point.speed->factor.value)) {
+        point.speed = own->speed;
+      }
+    }
+    // the system on which it fails first above this timestep
+    for (const Point& larger : answers.points) {
+      if (larger.contender != contender || larger.timestep_ms <= timestep_ms || larger.sound) continue;
+      if (margin_ms != 0 && larger.timestep_ms >= margin_ms) continue;
+      margin_ms = larger.timestep_ms;
+      joined.margin = fmt::format("fails at {} times this step ({} ms) on {}: {}",
+                                  shortest(std::round(100 * larger.timestep_ms / timestep_ms) / 100),
+                                  timestep_label(larger.timestep_ms), answers.system, larger.why);
+    }
+  }
+  if (!point.sound) joined.out = point.why;
+  if (joined.out.empty() && !point.speed) joined.out = "its speed was not timed";
+  if (joined.margin.empty()) joined.margin = "no larger timestep that was measured fails";
+  return joined;
+}
+
 }  // namespace
+
+SystemAnswers answers_together(const Results& results, const std::vector<std::string>& systems,
+                               const std::string& name) {
+  std::vector<SystemAnswers> each;
+  each.reserve(systems.size());
+  SystemAnswers together;
+  together.system = name;
+  std::set<std::string> values;
+  for (const std::string& system : systems) {
+    const SystemAnswers& answers = each.emplace_back(answers_of(results, system));
+    for (const ValueInfo& value : answers.values) {
+      if (values.insert(value.name).second) together.values.push_back(value);
+    }
+    for (const std::string& error : answers.errors) {
+      if (std::ranges::find(together.errors, error) == together.errors.end()) together.errors.push_back(error);
+    }
+    for (const std::string& main : answers.mains) {
+      if (std::ranges::find(together.mains, main) == together.mains.end()) together.mains.push_back(main);
+    }
+  }
+  if (!together.mains.empty()) together.main = together.mains.front();
+  for (const std::string& contender : results.contenders()) {
+    std::set<double> timesteps;
+    for (const SystemAnswers& answers : each) {
+      for (const Point& point : answers.points) {
+        if (point.contender == contender) timesteps.insert(point.timestep_ms);
+      }
+    }
+    for (const double timestep : timesteps) {
+      Joined joined = joined_point(results, each, contender, timestep);
+      if (joined.out.empty()) {
+        together.candidates.push_back(
+            {together.points.size(), *joined.point.speed, joined.point.worst, std::move(joined.margin)});
+      } else {
+        together.excluded.push_back({together.points.size(), std::move(joined.out)});
+      }
+      together.points.push_back(std::move(joined.point));
+    }
+  }
+  sort_candidates(together);
+  find_fronts(results, together);
+  return together;
+}
 
 SystemAnswers answers_of(const Results& results, const std::string& system) {
   SystemAnswers answers;
   answers.system = system;
   find_values(results, answers);
   for (const std::string& contender : results.contenders()) add_contender(results, contender, answers);
-  const auto main_error = [&](const Candidate& candidate) {
-    const auto found = candidate.worst.find(answers.main);
-    return found == candidate.worst.end() ? HUGE_VAL : found->second.value.value;
-  };
-  // By speed; what is equally fast by its error, then as listed.
-  std::ranges::stable_sort(answers.candidates, [&](const Candidate& a, const Candidate& b) {
-    return std::tuple(-a.speed.factor.value, main_error(a)) < std::tuple(-b.speed.factor.value, main_error(b));
-  });
+  sort_candidates(answers);
   find_fronts(results, answers);
   return answers;
 }

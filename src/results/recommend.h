@@ -19,19 +19,20 @@
 
 namespace assay {
 
+// The largest of a value at a timestep and all smaller ones.
+struct Worst {
+  Interval value;    // `high` is the largest upper end of all these timesteps
+  double at_ms = 0;  // where it is from
+};
+
 struct Point {
   std::string contender;
   double timestep_ms = 0;
   std::optional<Speed> speed;  // absent where it was not timed
   bool sound = true;
-  std::string why;      // it is not sound: "grasp: the object was dropped at 3.2 s"
-  double fails_ms = 0;  // the smallest timestep that is not; 0: none up to this one
-};
-
-// The largest of a value at a timestep and all smaller ones.
-struct Worst {
-  Interval value;    // `high` is the largest upper end of all these timesteps
-  double at_ms = 0;  // where it is from
+  std::string why;                          // it is not sound: "grasp: the object was dropped at 3.2 s"
+  double fails_ms = 0;                      // the smallest timestep that is not; 0: none up to this one
+  std::map<std::string, Worst> worst = {};  // of each value that can be limited and was measured at this timestep
 };
 
 struct Candidate {
@@ -52,6 +53,7 @@ struct SystemAnswers {
   std::vector<ValueInfo> values;                           // measured here, or tried; in the catalogue's order
   std::vector<std::string> errors;                         // of these the ones that can be limited and have a figure
   std::string main;                                        // the error that a plot begins with; "" when there is none
+  std::vector<std::string> mains;                          // that one; of several systems together each one's
   std::vector<Point> points;                               // by contender as listed, then timestep
   std::vector<Candidate> candidates;                       // the fastest first
   std::map<std::string, std::vector<FrontMember>> fronts;  // of candidates, by error; FrontMember::point into `points`
@@ -61,6 +63,12 @@ struct SystemAnswers {
 };
 
 SystemAnswers answers_of(const Results& results, const std::string& system);
+
+// One answer for all of `systems`, under the name `name`: a point is a candidate when it is sound on each of them, has
+// an error on each, and its speed is known on those that were timed, of which the slowest counts. Its errors are the
+// largest over the systems. Texts name the system where they speak of one.
+SystemAnswers answers_together(const Results& results, const std::vector<std::string>& systems,
+                               const std::string& name);
 
 struct Limits {
   std::vector<std::pair<std::string, double>> largest;  // value, the largest that is accepted, in its unit

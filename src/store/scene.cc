@@ -211,7 +211,8 @@ std::string scene_text(const Scene& scene) {
     shapes.push_back(std::move(added));
   }
   json control = {{"kind", scene.control.kind}};
-  for (const SinePart& part : kSineParts) control[part.name] = scene.control.*part.member;
+  for (const ControlPart& part : kControlParts) control[part.name] = scene.control.*part.member;
+  if (!scene.control.file.empty()) control["file"] = scene.control.file;
   json text = {{"bodies", std::move(bodies)},
                {"hinges", scene.joints},
                {"shapes", std::move(shapes)},
@@ -256,7 +257,11 @@ Scene parse_scene(const std::string& text) {
     }
     const json& control = parsed.at("control");
     scene.control.kind = control.at("kind");
-    for (const SinePart& part : kSineParts) scene.control.*part.member = control.at(part.name);
+    // Results of earlier versions hold fewer.
+    for (const ControlPart& part : kControlParts) {
+      scene.control.*part.member = control.value(part.name, scene.control.*part.member);
+    }
+    scene.control.file = control.value("file", "");
     return scene;
   } catch (const json::exception& error) {
     throw InputError(

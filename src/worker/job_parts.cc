@@ -37,9 +37,7 @@ ResolvedContender contender_of(const ContenderSpec& contender) {
 }
 
 Model model_of(const ModelSpec& spec) {
-  Model model = load_model(spec.path);
-  if (!spec.contacts) model = without_contacts(std::move(model));
-  if (!spec.gravity) model = without_gravity(std::move(model));
+  Model model = variant_of(load_model(spec.path, spec.load), spec.variant);
   if (model.hash != spec.hash) {
     throw InputError(fmt::format("'{}' has changed since the campaign was read: start it again", spec.path));
   }

@@ -1,14 +1,20 @@
 // The actuators' torques are compared with MuJoCo's in mjcf_against_mujoco_test.cc.
+#include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <limits>
 #include <numbers>
 #include <stdexcept>
 
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "base/errors.h"
 #include "controls/control.h"
+#include "controls/hold.h"
+#include "model/joint_inertia.h"
 #include "model/kinematics.h"
 
 namespace assay {
@@ -25,11 +31,13 @@ Model two_hinges() {
   model.bodies.push_back({.name = "lower", .parent = 0, .joint = 1, .X_PB = {}, .mass = 1});
   model.joints.push_back({.name = "shoulder", .body = 0});
   model.joints.push_back({.name = "elbow", .body = 1});
+  model.initial = reference_state(model);
   return model;
 }
 
 std::vector<double> torques(const Control& control, const State& state) {
-  std::vector<double> result(2, std::numeric_limits<double>::quiet_NaN());  // every entry has to be written
+  std::vector<double> result(state.position.size(),
+                             std::numeric_limits<double>::quiet_NaN());  // every entry has to be written
   control.torques(state, result);
   return result;
 }
@@ -114,7 +122,9 @@ TEST(Controls, MadeByName) {
   EXPECT_EQ(sine->description(), "sine, 4 Nm, 2 Hz");
   EXPECT_TRUE(make_control(model, {.kind = "passive"})->is_zero());
   EXPECT_TRUE(make_control(model, {.kind = "actuators"})->is_zero());
-  for (const std::string& kind : control_kinds()) EXPECT_NE(make_control(model, {.kind = kind}), nullptr);
+  for (const std::string& kind : control_kinds()) {
+    if (kind != "file") EXPECT_NE(make_control(model, {.kind = kind}), nullptr) << kind;
+  }
 }
 
 TEST(Controls, ATextIsReadBack) {
@@ -129,8 +139,15 @@ TEST(Controls, ATextIsReadBack) {
   EXPECT_EQ(read.phase_step, third.phase_step);
   EXPECT_EQ(parse_control("sine,frequency=3").amplitude, ControlSpec{}.amplitude) << "the rest as in a campaign";
   EXPECT_EQ(parse_control("actuators").kind, "actuators");
-  for (const char* wrong : {"sine,amplitude", "sine,amplitude=", "sine,amplitude=x", "sine,", "sine,ampltude=1",
-                            "passive,amplitude=1", "sine,amplitude=1,,frequency=2"}) {
+  EXPECT_EQ(control_text(parse_control("random,seed=3")), "random,motion=0.3,seed=3");
+  EXPECT_EQ(parse_control("hold,natural_frequency=2").natural_frequency, 2);
+  const ControlSpec file = parse_control("file,path=a,b=1.csv");
+  EXPECT_EQ(file.file, "a,b=1.csv") << "the rest of the text";
+  EXPECT_EQ(control_text(file), "file,path=a,b=1.csv");
+  EXPECT_EQ(control_text(parse_control("push.csv")), "file,path=push.csv");
+  for (const char* wrong :
+       {"sine,amplitude", "sine,amplitude=", "sine,amplitude=x", "sine,", "sine,ampltude=1", "passive,amplitude=1",
+        "sine,amplitude=1,,frequency=2", "random,amplitude=1", "file,seed=1"}) {
     EXPECT_THROW(parse_control(wrong), InputError) << wrong;
   }
 }
@@ -146,9 +163,178 @@ std::string refusal(const ControlSpec& spec) {
 
 TEST(Controls, UnknownNamesAndValuesAreRefused) {
   EXPECT_THAT(refusal({.kind = "sinus"}), HasSubstr("'sinus' (did you mean 'sine'?)"));
-  EXPECT_EQ(refusal({.kind = "quadratic"}), "there is no control 'quadratic'; use one of passive, sine, actuators");
-  EXPECT_THAT(refusal({.kind = "sine", .frequency = std::nan("")}), HasSubstr("frequency is nan"));
-  EXPECT_THAT(refusal({.kind = "sine", .amplitude = HUGE_VAL}), HasSubstr("amplitude is inf"));
+  EXPECT_EQ(refusal({.kind = "quadratic"}),
+            "there is no control 'quadratic'; use one of passive, sine, actuators, hold, random, file");
+  EXPECT_THAT(refusal({.kind = "sine", .frequency = std::nan("")}),
+              HasSubstr("frequency of the control 'sine' is nan"));
+  EXPECT_THAT(refusal({.kind = "sine", .amplitude = HUGE_VAL}), HasSubstr("amplitude of the control 'sine' is inf"));
+  EXPECT_THAT(refusal({.kind = "hold", .natural_frequency = -1}), HasSubstr("natural_frequency of the control 'hold'"));
+  EXPECT_THAT(refusal({.kind = "random", .seed = 0.5}), HasSubstr("seed of the control 'random' is 0.5"));
+  EXPECT_THAT(refusal({.kind = "file"}), HasSubstr("has no path"));
+  EXPECT_THAT(refusal({.kind = "file", .file = "/nowhere.csv"}), HasSubstr("'/nowhere.csv' cannot be read"));
+}
+
+// A pendulum has one inertia, so the gains and the free motion have closed forms.
+Model pendulum() {
+  Model model;
+  Body& body = model.bodies.emplace_back();
+  body.joint = 0;
+  body.mass = 2;
+  body.p_BBcm = {0, 0, -0.5};
+  body.I_BBcm_B = 0.1 * Mat3::Identity();
+  Joint& joint = model.joints.emplace_back();
+  joint.axis_B = Vec3::UnitY();
+  joint.armature = 0.4;
+  model.initial = reference_state(model);
+  return model;
+}
+
+TEST(Hold, GainsFollowFromTheInertia) {
+  Model model = pendulum();
+  const double inertia = 0.1 + 2 * 0.5 * 0.5 + 0.4, w = 2 * std::numbers::pi * 3;
+  EXPECT_NEAR(joint_inertia(model, model.initial)(0, 0), inertia, 1e-14);
+  State state = model.initial;
+  const auto hold = hold_control(model, 3);
+  state.position[0] = 0.01;
+  EXPECT_THAT(torques(*hold, state), ElementsAre(DoubleNear(-0.01 * inertia * w * w, 1e-12)));
+  state.position[0] = 0;
+  state.velocity[0] = 0.1;
+  EXPECT_THAT(torques(*hold, state), ElementsAre(DoubleNear(-0.1 * 2 * inertia * w, 1e-12)));
+  Actuator motor;
+  motor.terms = {{0, -2.0}};
+  motor.control_limited = true;
+  motor.control_lower = -3;
+  motor.control_upper = 1;
+  model.actuators = {motor};
+  EXPECT_THAT(effort_limits(model), ElementsAre(6)) << "gear times the larger control";
+  state.position[0] = 1;
+  EXPECT_THAT(torques(*hold_control(model, 3), state), ElementsAre(-6));
+}
+
+TEST(Hold, CoupledJointsAreHeldSofter) {
+  // Two links in a row: the elbow's reaction makes a mode that is stiffer than either joint by itself.
+  Model model = pendulum();
+  EXPECT_EQ(hold_frequency(model), 5);
+  model.joints[0].armature = 0;
+  Body tip = model.bodies[0];
+  tip.parent = 0;
+  tip.joint = 1;
+  tip.X_PB.p = {0, 0, -1};
+  tip.I_BBcm_B = 1e-3 * Mat3::Identity();
+  model.bodies.push_back(tip);
+  model.joints.push_back(model.joints[0]);
+  model.joints[1].body = 1;
+  model.initial = reference_state(model);
+  const Eigen::MatrixXd A = joint_inertia(model, model.initial);
+  EXPECT_NEAR(A(0, 1), A(1, 0), 1e-14);
+  const double frequency = hold_frequency(model);
+  EXPECT_LT(frequency, 5);
+  EXPECT_GT(frequency, 1);
+  const Eigen::MatrixXd decay =
+      2 * 2 * std::numbers::pi * frequency * A.inverse() * Eigen::MatrixXd(A.diagonal().asDiagonal());
+  EXPECT_NEAR(decay.eigenvalues().real().maxCoeff(), 250, 1e-6);
+}
+
+TEST(Hold, LeavesWhatNoActuatorDrives) {
+  // A cart on a slide that nothing drives, with a driven pendulum: it feels the inertia of both.
+  Model model;
+  Body& cart = model.bodies.emplace_back();
+  cart.joint = 0;
+  cart.mass = 2;
+  Body& pole = model.bodies.emplace_back();
+  pole.parent = 0;
+  pole.joint = 1;
+  pole.mass = 1;
+  pole.p_BBcm = {0, 0, -1};
+  pole.I_BBcm_B = 1e-9 * Mat3::Identity();
+  model.joints.resize(2);
+  model.joints[0].type = JointType::kSlide;
+  model.joints[0].axis_B = Vec3::UnitX();
+  model.joints[1].body = 1;
+  model.joints[1].axis_B = Vec3::UnitY();
+  Actuator motor;
+  motor.terms = {{1, 1.0}};
+  model.actuators = {motor};
+  model.initial = reference_state(model);
+  State state = model.initial;
+  state.position = {1, 0.01};
+  const double w = 2 * std::numbers::pi * 2, reduced = 1.0 * 2 / (1 + 2);
+  EXPECT_THAT(torques(*hold_control(model, 2), state), ElementsAre(0, DoubleNear(-0.01 * reduced * w * w, 1e-7)));
+  state.time = 0.3;
+  EXPECT_EQ(torques(*random_control(model, 0.3, 1), state)[0], 0);
+}
+
+TEST(Hold, AFreeBodyFollows) {
+  // A hinge between two equal free spheres' centres line moves both: half of the inertia that one side has when held.
+  Model model;
+  for (int i = 0; i < 2; ++i) {
+    Body& body = model.bodies.emplace_back();
+    body.mass = 1;
+    body.I_BBcm_B = 0.2 * Mat3::Identity();
+    body.parent = i - 1;
+  }
+  model.bodies[1].joint = 0;
+  Joint& joint = model.joints.emplace_back();
+  joint.body = 1;
+  model.initial = reference_state(model);
+  EXPECT_NEAR(joint_inertia(model, model.initial)(0, 0), 0.1, 1e-14);
+}
+
+TEST(Random, SeedsDecide) {
+  const Model model = pendulum();
+  State state = model.initial;
+  state.time = 0.3;
+  const auto at = [&](double seed) {
+    return torques(*make_control(model, {.kind = "random", .seed = seed}), state)[0];
+  };
+  EXPECT_EQ(at(1), at(1));
+  EXPECT_NE(at(1), at(2));
+  EXPECT_NE(at(0), 0);
+  double largest = 0;
+  for (int i = 0; i < 4000; ++i) {
+    state.time = i * 0.01;
+    largest = std::max(largest, std::abs(at(7)));
+  }
+  const double w = 2 * std::numbers::pi * 3, inertia = 1.0;
+  EXPECT_LE(largest, inertia * w * w * 0.3) << "three sines of a third each";
+  EXPECT_GT(largest, inertia * w * w * 0.3 / 100);
+}
+
+class TorqueFile : public testing::Test {
+ protected:
+  std::string file(const std::string& text) {
+    const std::string path = testing::TempDir() + "/torques.csv";
+    std::ofstream(path) << text;
+    return path;
+  }
+  std::string refused(const std::string& text) { return refusal({.kind = "file", .file = file(text)}); }
+};
+
+TEST_F(TorqueFile, IsInterpolated) {
+  const Model model = two_hinges();
+  const std::string& name = model.joints[1].name;
+  const auto control =
+      make_control(model, {.kind = "file", .file = file("time," + name + "\n0,1\n\n0.5, 3\r\n1,-1\n")});
+  State state = reference_state(model);
+  for (const auto& [time, torque] : {std::pair(0.0, 1.0), {0.25, 2.0}, {0.5, 3.0}, {0.75, 1.0}, {9.0, -1.0}}) {
+    state.time = time;
+    EXPECT_THAT(torques(*control, state), ElementsAre(0, DoubleNear(torque, 1e-15))) << time;
+  }
+  EXPECT_EQ(control->input(), ControlInput::kTime);
+  EXPECT_TRUE(make_control(model, {.kind = "file", .file = file("time," + name + "\n0,0\n")})->is_zero());
+}
+
+TEST_F(TorqueFile, ErrorsNameTheirLine) {
+  const std::string header = "time," + two_hinges().joints[0].name + "\n";
+  EXPECT_THAT(refused(header + "0,1\n1,2,3\n"), HasSubstr("torques.csv:3: there are 3 columns, but the header has 2"));
+  EXPECT_THAT(refused(header + "0,nan\n"), HasSubstr("torques.csv:2: column 2 is 'nan'"));
+  EXPECT_THAT(refused(header + "0,1\n0.5,2\n0.5,3\n"),
+              HasSubstr("torques.csv:4: the time 0.5 does not come after 0.5"));
+  EXPECT_THAT(refused("time,knee\n0,1\n"), HasSubstr("torques.csv:1: 'knee' is no hinge or slide"));
+  EXPECT_THAT(refused("t,knee\n"), HasSubstr("torques.csv:1: the header begins with 't'"));
+  EXPECT_THAT(refused("time\n0\n"), HasSubstr("the header names no joint"));
+  EXPECT_THAT(refused(header), HasSubstr("has only a header"));
+  EXPECT_THAT(refused(""), HasSubstr("is empty"));
 }
 
 }  // namespace

@@ -33,7 +33,10 @@ constexpr size_t member_count() {
 
 // ---- a message of each kind, no field at its default ----------------------------------------------------------------
 
-const ModelSpec kModel = {"models/chain.xml", "abc", false, false};
+const ModelSpec kModel = {"models/chain.xml",
+                          "abc",
+                          {true, "home", "pose.txt", {{"my_robot", "dir"}}, RootJoint::kFloating, Ground::kNone},
+                          {false, false, true, 0.05, 1}};
 const ContenderSpec kContender = {"A", "mujoco-euler", {{"iterations", "50"}, {"cone", "elliptic"}}};
 const SubjectSpec kSubject = {
     kModel, {.kind = "sine", .amplitude = 2, .frequency = 3, .phase_step = 0.1}, kContender, 1.5, 16};
@@ -118,6 +121,8 @@ TEST(Messages, EveryMemberIsWritten) {
   const json subject = json::parse(to_line(requests()[0])).at("subject");
   EXPECT_EQ(subject.size(), member_count<SubjectSpec>());
   EXPECT_EQ(subject.at("model").size(), member_count<ModelSpec>());
+  EXPECT_EQ(subject.at("model").at("load").size(), member_count<LoadOptions>());
+  EXPECT_EQ(subject.at("model").at("variant").size(), member_count<ModelVariant>());
   EXPECT_EQ(subject.at("control").size(), member_count<ControlSpec>());
   EXPECT_EQ(subject.at("contender").size(), member_count<ContenderSpec>());
 }

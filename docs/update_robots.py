@@ -1,0 +1,179 @@
+#!/usr/bin/env python3
+"""Writes the tables of docs/robots.md.
+
+    update_robots.py ASSAY [--results DIR] [--jobs N] [--page FILE]
+
+Without --results: reads every model file of the four packages (`./assay robots` fetches them) with `assay check --json`, and
+writes how many load. With --results: writes what campaigns/robots.toml gave in that directory.
+"""
+
+import argparse
+import concurrent.futures
+import json
+import math
+import os
+import pathlib
+import sqlite3
+import subprocess
+import sys
+import tempfile
+
+from update_claims import updated
+
+PAGE = pathlib.Path(__file__).with_name("robots.md")
+ENGINES = 5  # that have to take a model's contacts
+
+# Each package: its folder, and its robots' files below it. Scenes and parts that a robot's file includes are none.
+PACKAGES = {
+    "example-robot-data": ("example-robot-data-*", ["cmeel.prefix/share/example-robot-data/robots/**/*.urdf"], ()),
+    "gymnasium": ("gymnasium-[0-9]*", ["gymnasium/envs/mujoco/assets/*.xml"], ()),
+    "dm_control": ("dm_control-*", ["dm_control/suite/*.xml", "dm_control/locomotion/walkers/assets/humanoid_CMU_V*.xml",
+                                    "dm_control/locomotion/walkers/assets/rodent.xml"], ()),
+    "gymnasium-robotics": ("gymnasium-robotics-*", [f"gymnasium_robotics/envs/assets/{name}.xml" for name in (
+        "hand/reach", "hand/manipulate_block", "fetch/reach", "fetch/pick_and_place", "adroit_hand/adroit_door",
+        "adroit_hand/adroit_hammer")], ()),
+}
+SWITCHES = ["--drop-unsupported"]
+
+
+def cache():
+    own = os.environ.get("ASSAY_CACHE")
+    if own:
+        return pathlib.Path(own)
+    return pathlib.Path(os.environ.get("XDG_CACHE_HOME") or pathlib.Path.home() / ".cache") / "assay"
+
+
+def table(rows):
+    header, *body = rows
+    lines = [header, ["---"] * len(header), *body]
+    return "".join("| " + " | ".join(str(cell) for cell in line) + " |\n" for line in lines)
+
+
+def share(part, whole):
+    return f"{part} ({100 * part / whole:.0f} %)" if whole else "0"
+
+
+class Loads:
+    """What `assay check` says of files; each question is asked once."""
+
+    def __init__(self, program):
+        self.program = program
+
+    def check(self, file, options):
+        """The command's JSON, or its refusal as a sentence."""
+        done = subprocess.run([self.program, "check", file, *options, "--json"], capture_output=True, text=True, timeout=600)
+        try:
+            answer = json.loads(done.stdout)
+        except ValueError:
+            answer = None
+        if answer and answer.get("model"):
+            return answer
+        if answer and answer.get("problems"):
+            return "; ".join(str(problem.get("text", problem)) for problem in answer["problems"][:1])
+        lines = done.stderr.strip().splitlines()
+        return lines[-1] if lines else f"status {done.returncode}"
+
+    def repaired(self, file):
+        """Whether the file loads after `assay check --repair`."""
+        with tempfile.TemporaryDirectory() as folder:
+            mended = pathlib.Path(folder) / pathlib.Path(file).name
+            subprocess.run([self.program, "check", file, "--repair", mended], capture_output=True, text=True, timeout=600)
+            return mended.exists() and any(isinstance(self.check(mended, options), dict) for options in ([], SWITCHES))
+
+    def of(self, file):
+        plain = self.check(file, [])
+        switched = plain if isinstance(plain, dict) else self.check(file, SWITCHES)
+        row = {"file": file, "as it is": isinstance(plain, dict), "with a switch": isinstance(switched, dict), "contacts": 0,
+               "why": "" if isinstance(plain, dict) else plain, "repaired": False}
+        if isinstance(switched, dict):
+            options = [] if isinstance(plain, dict) else SWITCHES
+            grounded = self.check(file, [*options, "--ground"])
+            answer = grounded if isinstance(grounded, dict) else switched
+            if answer["model"]["contact_pairs"]:
+                row["contacts"] = len({engine["engine"] for engine in answer["engines"]
+                                       if engine["verdict"] != "refused" and engine["engine"] not in ("null", "skeleton")})
+        else:
+            row["repaired"] = self.repaired(file)
+            row["why"] = switched
+        return row
+
+
+def loads_table(program, jobs, folder):
+    loads = Loads(program)
+    rows = [["package", "files", "load as they are", "with a switch", f"of these with contacts in {ENGINES} engines",
+             "load after `--repair`"]]
+    failures, sums = [], [0] * 5
+    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
+        for package, (pattern, files, _) in PACKAGES.items():
+            roots = sorted(folder.glob(pattern))
+            if not roots:
+                sys.exit(f"{folder} has no {pattern}: fetch the robots with ./assay robots")
+            found = sorted({str(path) for each in files for path in roots[-1].glob(each)})
+            done = list(pool.map(loads.of, found))
+            counts = [len(done), sum(row["as it is"] for row in done), sum(row["with a switch"] for row in done),
+                      sum(row["contacts"] >= ENGINES for row in done), sum(row["repaired"] for row in done)]
+            sums = [a + b for a, b in zip(sums, counts)]
+            rows.append([package, counts[0], share(counts[1], counts[0]), share(counts[2], counts[0]),
+                         share(counts[3], counts[2]), counts[4]])
+            for row in done:
+                name = str(pathlib.Path(row["file"]).relative_to(roots[-1]))
+                print(package, name, {key: row[key] for key in row if key != "file"}, file=sys.stderr)
+                if not row["with a switch"]:
+                    why = row["why"].removeprefix("assay: ").replace(str(roots[-1]) + "/", "").replace("|", "\\|")
+                    failures.append([package, f"`{pathlib.Path(name).name}`", why, "yes" if row["repaired"] else "no"])
+    rows.append(["all", sums[0], share(sums[1], sums[0]), share(sums[2], sums[0]), share(sums[3], sums[2]), sums[4]])
+    text = table(rows)
+    if failures:
+        text += "\nThese do not load, with a switch either:\n\n" + table([["package", "file", "first reason", "after `--repair`"], *failures])
+    return text
+
+
+def campaign_table(results):
+    with sqlite3.connect(pathlib.Path(results) / "assay.sqlite") as db:
+        systems = [name for name, in db.execute("SELECT name FROM systems ORDER BY rowid")]
+        facts = {name: json.loads(text) for name, text in db.execute("SELECT name, json FROM systems")}
+        engine_of, double = {}, set()
+        for name, engine, capabilities in db.execute("SELECT name, engine, capabilities_json FROM contenders"):
+            engine_of[name] = engine
+            if "double" in json.loads(capabilities).get("precision", ""):
+                double.add(name)
+        cells = list(db.execute("SELECT id, system, contender, timestep_ms, measure, outcome FROM cells WHERE contender != 'null'"))
+        values = {(cell, name): value for cell, name, value in db.execute('SELECT cell_id, name, value FROM "values"')}
+    rows = [["robot", "DOF", "engines that take it", "sound for 2 s", "largest error at 1/64 ms", "fastest sound at 1 ms"]]
+    for system in systems:
+        if system.endswith("-swing"):
+            continue
+        own = [cell for cell in cells if cell[1] == system]
+        took = {engine_of[cell[2]] for cell in own if cell[4] == "violation" and cell[5] != "unsupported"}
+        sound_contenders = {cell[2] for cell in own if cell[4] == "violation" and cell[5] == "ok"}
+        sound = {engine_of[name] for name in sound_contenders}
+        errors = [(values.get((cell[0], "truth_error")), cell[2]) for cell in cells
+                  if cell[1] == f"{system}-swing" and cell[4] == "truth" and cell[5] == "ok" and cell[2] in double
+                  and math.isclose(cell[3], 1 / 64)]
+        errors = [error for error in errors if error[0] is not None]
+        speeds = [(values.get((cell[0], "realtime_factor")) or 0, cell[2]) for cell in own
+                  if cell[4] == "raw_speed" and cell[5] == "ok" and cell[2] in sound_contenders]
+        rows.append([system, facts[system]["dof"], len(took), len(sound),
+                     "{:.1e} m ({})".format(*max(errors)) if errors else "–",
+                     "{1}, {0:.0f}×".format(*max(speeds)) if speeds else "–"])
+    return table(rows)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("program", metavar="ASSAY")
+    parser.add_argument("--results")
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--page", type=pathlib.Path, default=PAGE)
+    parser.add_argument("--robots", type=pathlib.Path, default=cache() / "robots", help="folder of the packages")
+    options = parser.parse_args()
+    text = options.page.read_text(encoding="utf-8")
+    if options.results:
+        text = updated(text, {"campaign": "\n" + campaign_table(options.results) + "\n"})
+    else:
+        text = updated(text, {"loads": "\n" + loads_table(options.program, options.jobs, options.robots) + "\n"})
+    options.page.write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

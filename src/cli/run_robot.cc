@@ -1,0 +1,414 @@
+#include "cli/run_robot.h"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <set>
+#include <sstream>
+
+#include <fmt/format.h>
+
+#include "base/errors.h"
+#include "base/paths.h"
+#include "base/quantity.h"
+#include "base/text.h"
+#include "campaign/campaign.h"
+#include "model/mjcf.h"
+#include "results/results.h"
+#include "search/programme.h"
+#include "search/search.h"
+#include "store/store.h"
+
+namespace assay::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kMinutes = 10;
+// Of a search that was given no limits. The answer for the middle one is shown in full.
+constexpr std::array<const char*, 3> kErrors = {"10mm", "1mm", "0.1mm"};
+constexpr size_t kShownError = 1;
+
+// ---- the programme ----------------------------------------------------------------------------------------------------
+
+// `file` from the folder `dir`, so that both can be moved together.
+std::string relative_path(const std::string& file, const std::string& dir) {
+  const fs::path from = fs::weakly_canonical(fs::absolute(dir));
+  const std::string path = fs::weakly_canonical(fs::absolute(file)).lexically_relative(from).string();
+  return path.find('/') == std::string::npos ? "./" + path : path;
+}
+
+// How the model is read, as lines of a campaign's [[system]].
+std::vector<std::string> model_lines(const LoadOptions& load, const std::string& dir) {
+  std::vector<std::string> lines;
+  if (load.drop_unsupported) lines.emplace_back("drop_unsupported = true");
+  if (load.root_joint == RootJoint::kFloating) lines.emplace_back("floating_base = true");
+  if (load.root_joint == RootJoint::kFixed) lines.emplace_back("fixed_base = true");
+  if (load.ground == Ground::kPlane) lines.emplace_back("ground = true");
+  if (load.ground == Ground::kNone) lines.emplace_back("no_ground = true");
+  if (!load.keyframe.empty()) lines.push_back("keyframe = " + toml_text(load.keyframe));
+  if (!load.qpos.empty()) lines.push_back("qpos = " + toml_text(relative_path(load.qpos, dir)));
+  std::vector<std::string> packages;
+  for (const auto& [name, folder] : load.packages) {
+    packages.push_back(toml_text(name) + " = " + toml_text(relative_path(folder, dir)));
+  }
+  if (!packages.empty()) lines.push_back(fmt::format("packages = {{{}}}", join(packages, ", ")));
+  return lines;
+}
+
+std::string default_out(const std::string& robot) { return fs::path(robot).stem().string() + "-results"; }
+
+std::string text_of(const fs::path& file) {
+  std::ifstream stream(file);
+  std::ostringstream text;
+  text << stream.rdbuf();
+  return text.str();
+}
+
+// Writes the programme, or leaves one that measures the same, so that a search goes on.
+void write_programme(const std::string& dir, const Programme& programme) {
+  const fs::path file = fs::path(dir) / "campaign.toml";
+  if (fs::exists(file)) {
+    const std::string there = text_of(file);
+    if (there == programme.toml) return;
+    if (parse_campaign(there, file).hash() != parse_campaign(programme.toml, file).hash()) {
+      throw InputError(
+          fmt::format("'{}' is another programme: give another folder with --out, or go on with 'assay run "
+                      "{} --out {}'",
+                      file.string(), file.string(), dir));
+    }
+  }
+  std::error_code error;
+  fs::create_directories(dir, error);
+  std::ofstream stream(file);
+  if (!(stream << programme.toml) || !stream.flush()) {
+    throw SystemError(fmt::format("'{}' cannot be written: {}", file.string(), std::strerror(errno)));
+  }
+}
+
+// ---- what is searched for ---------------------------------------------------------------------------------------------
+
+// The values that --error limits: each system's error against the reference solution, else its self-consistency error.
+std::vector<std::string> errors_of(const Campaign& campaign) {
+  std::vector<std::string> values;
+  for (const CampaignSystem& system : campaign.systems) {
+    const char* value = system.has(Measure::kTruth)         ? "truth_error"
+                        : system.has(Measure::kConsistency) ? "consistency"
+                                                            : nullptr;
+    if (value != nullptr && std::ranges::find(values, value) == values.end()) values.emplace_back(value);
+  }
+  return values;
+}
+
+Limits limits_of(const Campaign& campaign, const LimitOptions& options) {
+  Limits limits;
+  const auto add = [&](const std::string& what, const std::string& name, const std::string& text) {
+    const ValueInfo value = value_info(name);
+    limits.largest.emplace_back(name, parse_quantity(what, text, value.unit.empty() ? "m" : value.unit));
+  };
+  if (options.error && options.measure) {
+    const std::string named = value_named(*options.measure);
+    add("--error", named.empty() ? *options.measure : named, *options.error);
+  } else if (options.error) {
+    for (const std::string& value : errors_of(campaign)) add("--error", value, *options.error);
+  }
+  if (options.penetration) add("--penetration", "penetration_max", *options.penetration);
+  if (options.slip) add("--slip", "grasp_slip", *options.slip);
+  for (const std::string& limit : options.limits) {
+    const size_t equals = limit.find('=');
+    if (equals == std::string::npos || equals == 0) {
+      throw InputError(fmt::format("--limit is '{}': write NAME=QUANTITY, as in truth_error=1mm", limit));
+    }
+    const std::string name = limit.substr(0, equals), named = value_named(name);
+    add("--limit " + name, named.empty() ? name : named, limit.substr(equals + 1));
+  }
+  if (options.realtime) limits.realtime = parse_positive("--realtime", *options.realtime, "times real time");
+  return limits;
+}
+
+LimitOptions limits_in(const SearchTable& table) {
+  LimitOptions options;
+  const auto text = [&](const char* key) -> std::optional<std::string> {
+    const auto found = table.limits.find(key);
+    return found == table.limits.end() ? std::nullopt : std::optional(found->second);
+  };
+  options.error = text("error");
+  options.penetration = text("penetration");
+  options.slip = text("slip");
+  options.realtime = text("realtime");
+  options.limits = table.other_limits;
+  return options;
+}
+
+// One set of limits, or one for each of the usual errors.
+std::vector<LimitOptions> goals_of(const LimitOptions& options) {
+  if (options.any()) return {options};
+  std::vector<LimitOptions> goals;
+  for (const char* error : kErrors) goals.emplace_back().error = error;
+  return goals;
+}
+
+// ---- the answer -------------------------------------------------------------------------------------------------------
+
+std::optional<Recommendation> answer_to(const LimitOptions& goal, const SystemAnswers& answers, Question& question,
+                                        std::string& why) {
+  try {
+    question = question_of(goal, answers);
+  } catch (const InputError& error) {
+    why = error.what();
+    return std::nullopt;
+  }
+  Recommendation found = recommend(answers, question.limits);
+  if (!found.best) {
+    why = fmt::format("no contender that was measured has {}: {}", limits_text(question),
+                      nearest_text(answers, question, found));
+    return std::nullopt;
+  }
+  return found;
+}
+
+std::string names_text(const SystemAnswers& answers, const std::vector<size_t>& candidates) {
+  std::vector<std::string> names;
+  names.reserve(candidates.size());
+  for (const size_t i : candidates) names.push_back(place_text(answers.at(answers.candidates[i])));
+  return names.empty() ? "" : join(names, ", ");
+}
+
+// A line for each of the usual errors.
+void print_goals(const std::vector<LimitOptions>& goals, const SystemAnswers& answers) {
+  std::vector<std::vector<std::string>> rows;
+  for (const LimitOptions& goal : goals) {
+    Question question;
+    std::string why;
+    const auto found = answer_to(goal, answers, question, why);
+    if (!found) {
+      rows.push_back({goal.error.value_or(""), "none yet", "", "", ""});
+      continue;
+    }
+    const Candidate& best = answers.candidates[*found->best];
+    const Point& point = answers.at(best);
+    rows.push_back({goal.error.value_or(""), point.contender, timestep_label(point.timestep_ms) + " ms",
+                    realtime_text(best.speed.factor.value), names_text(answers, found->alike)});
+  }
+  print("\n" + paragraph(heading("The fastest for an error") + ":") +
+        table({"error", "contender", "timestep", "real time", "not told apart"}, rows, {2, 3}));
+}
+
+// What the engine does not carry over exactly for this robot.
+void print_approximated(const Campaign& campaign, const std::string& contender) {
+  const auto own = std::ranges::find_if(campaign.contenders,
+                                        [&](const CampaignContender& each) { return each.resolved.name == contender; });
+  if (own == campaign.contenders.end() || own->resolved.engine == nullptr) return;
+  std::map<std::string, std::vector<std::string>> elements;  // by how
+  for (const CampaignSystem& system : campaign.systems) {
+    for (const Limitation& limitation : own->resolved.engine->check(system.model, own->resolved.settings)) {
+      if (limitation.fidelity != Fidelity::kApproximated) continue;
+      std::vector<std::string>& list = elements[limitation.how];
+      if (std::ranges::find(list, limitation.element) == list.end()) list.push_back(limitation.element);
+    }
+  }
+  print("\n" + heading(fmt::format("What {} approximates in this robot", contender)) + ":\n");
+  if (elements.empty()) print(paragraph("  nothing: it carries over the whole model", 4));
+  for (const auto& [how, list] : elements) {
+    const std::string more = list.size() > 1 ? fmt::format(" and {} more", list.size() - 1) : "";
+    print(paragraph(fmt::format("  {}{}: {}", list.front(), more, how), 4));
+  }
+}
+
+// Contenders that have no point within the limits, with their first failure.
+void print_failures(const SystemAnswers& answers, const Question& question, const Recommendation& found,
+                    const std::vector<std::string>& failed_gate) {
+  std::set<std::string> named;
+  for (const size_t i : found.contenders) named.insert(answers.at(answers.candidates[i]).contender);
+  std::vector<std::string> lines, slower;
+  for (const std::string& each : failed_gate) {
+    lines.push_back(each);
+    named.insert(each.substr(0, each.find(' ')));
+  }
+  for (const Point& point : answers.points) {
+    if (named.contains(point.contender)) continue;
+    if (!point.sound) {
+      lines.push_back(fmt::format("{} from {} ms: {}", point.contender, timestep_label(point.fails_ms), point.why));
+      named.insert(point.contender);
+    }
+  }
+  for (const Point& point : answers.points) {
+    if (named.contains(point.contender)) continue;
+    named.insert(point.contender);
+    const auto over = std::ranges::find_if(question.asked, [&](const Asked& asked) {
+      const auto worst = point.worst.find(asked.value.name);
+      return worst != point.worst.end() && worst->second.value.value > asked.largest;
+    });
+    if (over == question.asked.end()) {
+      slower.push_back(point.contender);
+      continue;
+    }
+    lines.push_back(fmt::format("{} at {} ms: {} {}", point.contender, timestep_label(point.timestep_ms),
+                                over->value.brief,
+                                quantity_text(point.worst.at(over->value.name).value.value, over->value.unit)));
+  }
+  if (lines.empty() && slower.empty()) return;
+  print("\n" + heading("What did not qualify, and why") + ":\n");
+  for (const std::string& line : lines) print(paragraph("  " + line, 4));
+  if (!slower.empty()) {
+    print(paragraph(
+        "  not measured further, because they could not be as fast or the budget ended: " + join(slower, ", "), 4));
+  }
+}
+
+void print_next(const Campaign& campaign, const std::string& dir, const std::optional<std::string>& contender) {
+  const std::string& first = campaign.systems.front().name;
+  print("\n" + heading("To run next") + ":\n");
+  const auto line = [](const std::string& command, const std::string& what) {
+    print(paragraph(fmt::format("  {}  # {}", command, what), 4));
+  };
+  line(fmt::format("assay recommend {} all --error 0.5mm --realtime 10", dir), "other limits, without measuring again");
+  if (contender) {
+    line(fmt::format("assay snapshot {} {} --contender {} --time 1 --out robot.png", dir, first, *contender),
+         "a picture of the run");
+  }
+  line(fmt::format("assay run {} --out {}-again", (fs::path(dir) / "campaign.toml").string(), dir),
+       "the same programme again, or as you have changed it");
+}
+
+int search_and_answer(const RunRequest& request, const Campaign& campaign, const std::vector<Refusal>& refusals) {
+  const SearchTable table = campaign.search.value_or(SearchTable());
+  const LimitOptions limits = limits_in(table);
+  const std::vector<LimitOptions> goals = goals_of(limits);
+  SearchOptions options;
+  options.run = run_options(request);
+  options.budget_s = 60 * table.minutes;
+  for (const LimitOptions& goal : goals) options.goals.push_back(limits_of(campaign, goal));
+  ProgressLine progress;
+  options.tell = [&](const std::string& sentence) { progress.show(sentence); };
+  const SearchSummary done = search(campaign, options);
+  progress.clear();
+  if (done.interrupted) {
+    message(fmt::format("stopped by {}: what was measured is stored in '{}'; '{}' goes on", strsignal(done.signal),
+                        request.out, request.command));
+    return kFailed;
+  }
+
+  const Store store = Store::open(request.out);
+  const Results results(store);
+  const SystemAnswers answers = answers_together(results, results.systems(), campaign.name);
+  Question question;
+  std::string why;
+  const auto found = answer_to(goals.size() > 1 ? goals[kShownError] : goals.front(), answers, question, why);
+  if (found) {
+    print_best(answers, question, *found);
+  } else {
+    print(paragraph(heading(campaign.name + ": no recommendation") + ": " + why, 2));
+  }
+  bool any = found.has_value();
+  if (goals.size() > 1) {
+    print_goals(goals, answers);
+    for (const LimitOptions& goal : goals) {
+      Question other;
+      any = any || answer_to(goal, answers, other, why).has_value();
+    }
+  }
+  std::optional<std::string> best;
+  if (found) best = answers.at(answers.candidates[*found->best]).contender;
+
+  print("\n" + heading("How sure this is") + ":\n");
+  print(paragraph(fmt::format("  {} of {} cells were measured in {}, {} of processor time", done.measured, done.cells,
+                              duration_label(done.wall_s), duration_label(done.cpu_s)),
+                  4));
+  if (done.undecided.empty()) {
+    print(paragraph("  no other contender can still win: each is slower, failed or exceeds a limit", 4));
+  } else {
+    print(paragraph(fmt::format("  the budget ended before these were decided, and they may be faster: {}; the same "
+                                "command goes on",
+                                join(done.undecided, ", ")),
+                    4));
+  }
+  for (const std::string& each : done.without_truth) {
+    print(paragraph("  no reference solution on " + each, 4));
+  }
+  if (best) print_approximated(campaign, *best);
+  print_failures(answers, question, found.value_or(Recommendation()), done.failed_gate);
+  if (!refusals.empty()) {
+    print("\n" + heading("Engines that refuse this robot") + ":\n");
+    for (const Refusal& refusal : refusals) {
+      print(paragraph(fmt::format("  {}: {} ({})", refusal.engine, refusal.text, join(refusal.contenders, ", ")), 4));
+    }
+  }
+  print("\n");
+  write_report_of(request.out);
+  print_next(campaign, request.out, best);
+  return any ? kDone : kFailed;
+}
+
+}  // namespace
+
+bool is_robot(const std::string& given) {
+  const std::string ending = fs::path(given).extension().string();
+  if (ending == ".toml") return false;
+  if (ending == ".urdf" || ending == ".xml" || ending == ".mjcf" || ending == ".xacro") return true;
+  if (given.starts_with("robots:")) return true;
+  std::error_code error;
+  if (fs::is_regular_file(given, error)) {
+    std::ifstream file(given);
+    char first = 0;
+    return file >> first && first == '<';
+  }
+  const auto has = [&](const std::vector<std::string>& names) {
+    return std::ranges::find(names, given) != names.end();
+  };
+  return !has(campaign_names()) && has(system_names());
+}
+
+int run_robot(const RobotRequest& request) {
+  RunRequest run = request.run;
+  if (run.out.empty()) run.out = default_out(run.campaign);
+  const std::string file = find_model(run.campaign);
+  const LoadOptions how = load_options(request.model);
+  const Model model = load_model(file, how);
+  ProgrammeOptions options;
+  options.model_lines = model_lines(how, run.out);
+  const std::vector<std::string> ours = system_names();
+  const bool by_name = std::ranges::find(ours, run.campaign) != ours.end();
+  options.model = by_name || run.campaign.starts_with("robots:") ? run.campaign : relative_path(file, run.out);
+  options.minutes = request.minutes ? parse_positive("--minutes", *request.minutes, "minutes") : kMinutes;
+  const LimitOptions& limits = request.limits;
+  if (limits.measure) {
+    throw InputError("--measure is for 'assay recommend': the programme limits every error that it measures");
+  }
+  for (const auto& [key, text] : {std::pair("error", limits.error),
+                                  {"penetration", limits.penetration},
+                                  {"slip", limits.slip},
+                                  {"realtime", limits.realtime}}) {
+    if (text) options.limits[key] = *text;
+  }
+  options.other_limits = limits.limits;
+  options.patterns = request.contenders;
+  if (request.control) {
+    options.control = parse_control(*request.control);
+    if (!options.control->file.empty()) {
+      make_control(model, *options.control);  // its errors name the file as given
+      options.control->file = relative_path(options.control->file, run.out);
+    }
+  }
+  options.command = run.command;
+  const Programme programme = programme_for(model, options);
+  write_programme(run.out, programme);
+  const std::string toml = (fs::path(run.out) / "campaign.toml").string();
+  const Campaign campaign = load_campaign(toml);
+  for (const std::string& note : model.notes) print(paragraph("note: " + note, 2));
+  print(paragraph("programme: " + toml, 2));
+  for (const std::string& system : programme.systems) print(paragraph("  " + system, 4));
+  print("\n");
+  flush_output();
+  return search_and_answer(run, campaign, programme.refusals);
+}
+
+int run_searched(const RunRequest& request) {
+  return search_and_answer(request, load_campaign(find_campaign(request.campaign)), {});
+}
+
+}  // namespace assay::cli

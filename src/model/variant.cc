@@ -1,0 +1,117 @@
+#include "model/variant.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <random>
+#include <utility>
+
+#include "model/kinematics.h"
+
+namespace assay {
+namespace {
+
+// How far the shape reaches against `direction` (unit, in the shape frame), from the origin of its frame.
+double reach(const Model& model, const Shape& shape, const Vec3& direction) {
+  const Vec3 d = direction.cwiseAbs();
+  switch (shape.type) {
+    case ShapeType::kSphere:
+      return shape.radius;
+    case ShapeType::kCapsule:
+      return shape.radius + shape.half_length * d.z();
+    case ShapeType::kCylinder:
+      return shape.radius * std::hypot(d.x(), d.y()) + shape.half_length * d.z();
+    case ShapeType::kBox:
+      return shape.half_size.dot(d);
+    case ShapeType::kEllipsoid:
+      return shape.half_size.cwiseProduct(d).norm();
+    case ShapeType::kHull: {
+      double lowest = 0;
+      for (const Vec3& vertex : model.hulls[static_cast<size_t>(shape.data)].vertices) {
+        lowest = std::min(lowest, vertex.dot(direction));
+      }
+      return -lowest;
+    }
+    case ShapeType::kPlane:
+    case ShapeType::kHeightField:
+      break;
+  }
+  return 0;
+}
+
+bool stands_free(const Model& model, int body) {
+  while (body != kWorld && !model.bodies[static_cast<size_t>(body)].is_free()) {
+    body = model.bodies[static_cast<size_t>(body)].parent;
+  }
+  return body != kWorld;
+}
+
+struct Ground {
+  double height = std::numeric_limits<double>::infinity();  // of the lowest shape above its plane
+  Vec3 normal_W = Vec3::UnitZ();                            // that plane's
+};
+
+// Of shapes that a free body carries with `free`, else of all.
+Ground ground_of(const Model& model, bool free) {
+  Ground lowest;
+  for (const ContactPair& pair : model.contacts) {
+    for (const auto& [a, b] : {std::pair(pair.shape_a, pair.shape_b), std::pair(pair.shape_b, pair.shape_a)}) {
+      const Shape& plane = model.shapes[static_cast<size_t>(a)];
+      const Shape& shape = model.shapes[static_cast<size_t>(b)];
+      if (plane.type != ShapeType::kPlane || shape.body == kWorld) continue;
+      if (free && !stands_free(model, shape.body)) continue;
+      const auto body = static_cast<size_t>(shape.body);
+      const Pose X_WS = body_pose(model.bodies[body], model.initial.bodies[body]) * shape.X_BS;
+      const Vec3 normal_W = plane.X_BS.q * Vec3::UnitZ();
+      const double height = (X_WS.p - plane.X_BS.p).dot(normal_W) - reach(model, shape, X_WS.q.conjugate() * normal_W);
+      if (height < lowest.height) lowest = {height, normal_W};
+    }
+  }
+  return lowest;
+}
+
+void raise(Model& model, double height) {
+  const Ground ground = ground_of(model, true);
+  if (!std::isfinite(ground.height)) return;
+  const Vec3 shift = (height - ground.height) * ground.normal_W;
+  for (size_t b = 0; b < model.bodies.size(); ++b) {
+    if (stands_free(model, static_cast<int>(b))) model.initial.bodies[b].p_WBcm += shift;
+  }
+}
+
+void set_rates(Model& model, double largest) {
+  std::mt19937_64 random(1);  // its sequence is the same everywhere, unlike the standard's distributions
+  const auto uniform = [&] { return largest * (2 * static_cast<double>(random() >> 11U) * 0x1p-53 - 1); };
+  State& state = model.initial;
+  for (double& rate : state.velocity) rate = uniform();
+  for (const Coupling& coupling : model.couplings) {
+    state.velocity[static_cast<size_t>(coupling.joint)] = sum_of_terms(coupling.terms, state.velocity);
+  }
+  for (size_t b = 0; b < model.bodies.size(); ++b) {
+    if (model.bodies[b].ball < 0) continue;
+    for (int axis = 0; axis < 3; ++axis) state.bodies[b].w_WB[axis] = uniform();
+  }
+  bodies_from_joints(model, state);
+}
+
+}  // namespace
+
+double height_above_ground(const Model& model) { return ground_of(model, false).height; }
+
+Model variant_of(Model model, const ModelVariant& variant) {
+  if (variant == ModelVariant()) return model;
+  if (variant.above_ground_m >= 0) raise(model, variant.above_ground_m);
+  if (!variant.contacts || variant.smooth) model.contacts.clear();
+  if (!variant.gravity) model.gravity.setZero();
+  if (variant.smooth) {
+    for (Joint& joint : model.joints) joint.limited = false, joint.dry_friction = 0;
+    for (BallJoint& ball : model.balls) ball.limited = false, ball.dry_friction = 0;
+    for (Tendon& tendon : model.tendons) tendon.limited = false, tendon.dry_friction = 0;
+  }
+  if (variant.start_rates > 0) set_rates(model, variant.start_rates);
+  model.hash = model_hash(model);
+  return model;
+}
+
+}  // namespace assay

@@ -1,0 +1,229 @@
+#include "search/programme.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <fnmatch.h>
+
+#include "base/errors.h"
+#include "base/text.h"
+#include "controls/hold.h"
+#include "model/variant.h"
+#include "reference/smooth.h"
+
+namespace assay {
+namespace {
+
+constexpr double kDropHeight = 0.05;  // m
+constexpr double kStartRates = 1;     // rad/s, m/s
+
+// "joint 'knee' armature" without the name, and the name.
+std::pair<std::string, std::string> kind_and_name(const std::string& element) {
+  const size_t opens = element.find(" '");
+  const size_t closes = opens == std::string::npos ? opens : element.find('\'', opens + 2);
+  if (closes == std::string::npos) return {element, ""};
+  return {element.substr(0, opens) + element.substr(closes + 1), element.substr(opens + 1, closes - opens)};
+}
+
+// The refusals of one contender: each kind of element once. "" when it takes the model.
+std::string refusal_text(const std::vector<Limitation>& limitations) {
+  struct Kind {
+    std::string kind, first, how;
+    int count = 0;
+  };
+  std::vector<Kind> kinds;
+  for (const Limitation& limitation : limitations) {
+    if (limitation.fidelity != Fidelity::kRefused) continue;
+    const auto [kind, name] = kind_and_name(limitation.element);
+    auto same = std::ranges::find_if(
+        kinds, [&, kind = kind](const Kind& other) { return other.kind == kind && other.how == limitation.how; });
+    if (same == kinds.end()) same = kinds.insert(kinds.end(), {kind, name, limitation.how, 0});
+    ++same->count;
+  }
+  std::vector<std::string> parts;
+  parts.reserve(kinds.size());
+  for (const Kind& kind : kinds) {
+    std::string where;
+    if (kind.count > 1) where = fmt::format(" ({} times, first {})", kind.count, kind.first);
+    if (kind.count == 1 && !kind.first.empty()) where = " of " + kind.first;
+    parts.push_back(fmt::format("refuses {}{}: {}", kind.kind, where, kind.how));
+  }
+  return join(parts, "; ");
+}
+
+void add_contenders(const Model& model, const std::vector<std::string>& patterns, const Registry& registry,
+                    Programme& programme) {
+  const std::vector<std::string> known = registry.contender_names();
+  const auto matches = [](const std::string& pattern, const std::string& name) {
+    return ::fnmatch(pattern.c_str(), name.c_str(), 0) == 0;
+  };
+  for (const std::string& pattern : patterns) {
+    if (std::ranges::none_of(known, [&](const std::string& name) { return matches(pattern, name); })) {
+      throw InputError(fmt::format("--contenders has '{}', which no contender of the installed engines matches{}",
+                                   pattern, did_you_mean(pattern, known)));
+    }
+  }
+  for (const std::string& name : known) {
+    const auto has_name = [&](const std::string& pattern) { return matches(pattern, name); };
+    if (!patterns.empty() && std::ranges::none_of(patterns, has_name)) continue;
+    const ResolvedContender contender = registry.resolve(name);
+    if (contender.engine->capabilities(contender.settings).order <= 0) continue;  // the one that does nothing
+    const std::string text = refusal_text(contender.engine->check(model, contender.settings));
+    if (text.empty()) {
+      programme.contenders.push_back(name);
+      continue;
+    }
+    const std::string engine = contender.engine->name();
+    auto same = std::ranges::find_if(
+        programme.refusals, [&](const Refusal& refusal) { return refusal.engine == engine && refusal.text == text; });
+    if (same == programme.refusals.end()) {
+      same = programme.refusals.insert(programme.refusals.end(), {engine, {}, text});
+    }
+    same->contenders.push_back(name);
+  }
+}
+
+std::string list_text(const std::vector<std::string>& texts) {
+  std::string list = "[\n";
+  std::string line = " ";
+  for (const std::string& text : texts) {
+    const std::string entry = " " + toml_text(text) + ",";
+    if (line.size() + entry.size() > 110) {
+      list += line + "\n";
+      line = " ";
+    }
+    line += entry;
+  }
+  return list + line + "\n]";
+}
+
+std::string control_line(const ControlSpec& spec) {
+  std::string table;
+  for (const ControlPart& part : kControlParts) {
+    if (spec.kind == part.kind && spec.*part.member != ControlSpec().*part.member) {
+      table += fmt::format(", {} = {}", part.name, shortest(spec.*part.member));
+    }
+  }
+  if (spec.kind == "file") table += ", path = " + toml_text(spec.file);
+  if (table.empty()) return fmt::format("control = {}", toml_text(spec.kind));
+  return fmt::format("control = {{kind = {}{}}}", toml_text(spec.kind), table);
+}
+
+struct SystemText {
+  std::string name, why;
+  std::vector<std::string> lines;
+};
+
+// Whether a joint of a root slides without an actuator: planar robots move freely in their plane by such joints.
+bool has_free_slide(const Model& model) {
+  const std::vector<double> limits = effort_limits(model);
+  return std::ranges::any_of(model.joints, [&](const Joint& joint) {
+    const Body& body = model.bodies[static_cast<size_t>(joint.body)];
+    const auto own = static_cast<size_t>(&joint - model.joints.data());
+    return joint.is_slide() && body.parent == kWorld && limits[own] == 0 && !joint.has_spring();
+  });
+}
+
+std::vector<SystemText> systems_of(const Model& model, const ProgrammeOptions& options) {
+  const bool moves = !model.joints.empty();
+  const bool is_free = std::ranges::any_of(model.bodies, &Body::is_free);
+  const bool floats = is_free || has_free_slide(model);
+  const bool drops = floats && std::isfinite(height_above_ground(model));
+  std::vector<SystemText> systems;
+
+  SystemText& work = systems.emplace_back();
+  ControlSpec control;
+  control.kind = moves ? "hold" : "passive";
+  if (options.control) control = *options.control;
+  // Throws where the model cannot have it. A file's path counts from the campaign, and the caller has read it.
+  if (control.file.empty()) make_control(model, control);
+  const std::string driven = control.kind == "hold"      ? "held at its start pose by a PD"
+                             : control.kind == "passive" ? "without torques"
+                                                         : fmt::format("with the control '{}'", control.kind);
+  work.name = drops ? "drop" : control.kind;
+  const std::string where = drops && is_free ? fmt::format("falls {} cm onto the ground", 100 * kDropHeight)
+                            : drops          ? "falls onto the ground from where its file puts it"
+                            : floats         ? "is free in space, without gravity"
+                                             : "stands on its fixed base";
+  work.why = fmt::format("{}: the robot {}, {}", work.name, where, driven);
+  if (drops && is_free) work.lines.push_back(fmt::format("above_ground_m = {}", shortest(kDropHeight)));
+  if (floats && !drops) work.lines.emplace_back("gravity = false");
+  work.lines.push_back(control_line(control));
+  work.lines.insert(work.lines.end(), {"measures = [\"raw_speed\", \"consistency\", \"violation\"]",
+                                       "duration_s = 1.024", "pieces = 6", "piece_ms = 64"});
+
+  if (moves && (drops || control.kind != "random")) {
+    SystemText& random = systems.emplace_back();
+    random.name = "random";
+    random.why = "random: no contacts, seeded random torques at every joint";
+    random.lines = {"contacts = false", "control = \"random\""};
+    if (floats) random.lines.emplace_back("gravity = false");
+    random.lines.insert(random.lines.end(), {"measures = [\"consistency\", \"violation\"]", "duration_s = 0.512",
+                                             "pieces = 4", "piece_ms = 64"});
+  }
+  const Model smooth = variant_of(model, {.smooth = true, .start_rates = kStartRates});
+  if (smooth_obstacle(smooth).empty()) {
+    SystemText& swing = systems.emplace_back();
+    swing.name = "swing";
+    swing.why =
+        "swing: no contacts, limits, dry friction and torques, random joint rates at the start; compared with "
+        "the reference solution";
+    swing.lines = {"smooth = true", fmt::format("start_rates = {}", shortest(kStartRates)), "measures = [\"truth\"]",
+                   "duration_s = 0.256"};
+  }
+  return systems;
+}
+
+}  // namespace
+
+std::string toml_text(const std::string& text) {
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') quoted += '\\';
+    if (static_cast<unsigned char>(c) < ' ') {
+      quoted += fmt::format("\\u{:04x}", static_cast<int>(c));
+    } else {
+      quoted += c;
+    }
+  }
+  return quoted + "\"";
+}
+
+Programme programme_for(const Model& model, const ProgrammeOptions& options, const Registry& registry) {
+  Programme programme;
+  add_contenders(model, options.patterns, registry, programme);
+  if (programme.contenders.empty()) {
+    throw InputError(
+        fmt::format("no installed engine takes '{}': see 'assay check {}' for the reasons", model.name, model.source));
+  }
+  const std::vector<SystemText> systems = systems_of(model, options);
+  std::string& toml = programme.toml;
+  toml = fmt::format("# Written by: {}\n# Change it and run it again: assay run THIS_FILE --out ANOTHER_FOLDER\n#\n",
+                     options.command);
+  for (const SystemText& system : systems) {
+    toml += fmt::format("# {}\n", system.why);
+    programme.systems.push_back(system.why);
+  }
+  for (const Refusal& refusal : programme.refusals) {
+    toml += fmt::format("# left out: {}, which {}\n", join(refusal.contenders, ", "), refusal.text);
+  }
+  toml += fmt::format("name = {}\ntitle = {}\n", toml_text(model.name),
+                      toml_text(fmt::format("{}: which engine, which settings, which timestep", model.name)));
+  toml += fmt::format("contenders = {}\n", list_text(programme.contenders));
+  toml += "timesteps_ms = [\"1/4\", \"1/2\", 1, 2, 4, 8, 16]\nreference_ms = \"1/16\"\n";
+  toml += fmt::format("time_limit_s = {}\n", shortest(std::clamp(std::round(options.minutes * 60 / 8), 5.0, 120.0)));
+  toml += "\n[timing]\nrounds = 8\nstates = 3\nwarmup = 3\nprocesses = 2\n";
+  toml += fmt::format("\n# Without this table all cells are measured.\n[search]\nminutes = {}\n",
+                      shortest(options.minutes));
+  for (const auto& [name, limit] : options.limits) toml += fmt::format("{} = {}\n", name, toml_text(limit));
+  if (!options.other_limits.empty()) toml += fmt::format("limits = {}\n", list_text(options.other_limits));
+  for (const SystemText& system : systems) {
+    toml += fmt::format("\n[[system]]\nname = {}\nmodel = {}\n", toml_text(system.name), toml_text(options.model));
+    for (const std::string& line : options.model_lines) toml += line + "\n";
+    for (const std::string& line : system.lines) toml += line + "\n";
+  }
+  return programme;
+}
+
+}  // namespace assay

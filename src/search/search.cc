@@ -1,0 +1,258 @@
+#include "search/search.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <map>
+#include <optional>
+#include <set>
+
+#include <fmt/format.h>
+
+#include "base/text.h"
+#include "search/knowledge.h"
+
+namespace assay {
+namespace {
+
+// A speed that was not timed may be this much larger in truth: two workers share the machine's caches.
+constexpr double kSpeedDoubt = 1.25;
+// A point whose expected error exceeds its limit by this factor is not tried.
+constexpr double kErrorDoubt = 4;
+constexpr std::array<CellGroup, 3> kInOrder = {CellGroup::kRuns, CellGroup::kPieces, CellGroup::kTimes};
+
+class Search {
+ public:
+  Search(const Campaign& campaign, const SearchOptions& options)
+      : campaign_(campaign), options_(options), plan_(make_plan(campaign)), known_(campaign, plan_) {
+    std::set<int> contenders;
+    for (const PlannedCell& cell : plan_.cells) contenders.insert(cell.contender);
+    for (const int c : contenders) {
+      if (supported(c)) contenders_.push_back(c);
+    }
+  }
+
+  SearchSummary run() {
+    summary_.contenders = contenders_.size();
+    summary_.cells = plan_.cells.size();
+    scan();
+    while (!over()) {
+      std::set<std::string> next = candidates();
+      if (next.empty()) next = confirmation();
+      if (next.empty()) {
+        summary_.ended_early = true;
+        break;
+      }
+      const size_t before = summary_.measured;
+      measure(next, true);
+      if (summary_.measured == before) break;  // nothing can be measured any more
+      tell_best();
+    }
+    for (const int c : contenders_) {
+      const bool open = std::ranges::any_of(options_.goals, [&](const Limits& goal) {
+        const auto point = next_point(c, goal);
+        return point && can_win(*point, best(goal));
+      });
+      if (open) summary_.undecided.push_back(name(c));
+    }
+    summary_.wall_s = elapsed();
+    return summary_;
+  }
+
+ private:
+  const std::string& name(int contender) const {
+    return campaign_.contenders[static_cast<size_t>(contender)].resolved.name;
+  }
+  double elapsed() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+  double left() const { return options_.budget_s - elapsed(); }
+  bool over() const { return summary_.interrupted || left() <= 0; }
+
+  // Whether the contender refuses none of the systems that it is to be measured on.
+  bool supported(int c) const {
+    const ResolvedContender& contender = campaign_.contenders[static_cast<size_t>(c)].resolved;
+    if (contender.engine == nullptr) return false;
+    return std::ranges::none_of(campaign_.systems, [&](const CampaignSystem& system) {
+      if (std::ranges::find(system.contenders, c) == system.contenders.end()) return false;
+      const std::vector<Limitation> found = contender.engine->check(system.model, contender.settings);
+      return std::ranges::find(found, Fidelity::kRefused, &Limitation::fidelity) != found.end();
+    });
+  }
+
+  void measure(const std::set<std::string>& keys, bool gate) {
+    RunOptions options = options_.run;
+    options.wanted = [&keys](const PlannedCell& cell) { return keys.contains(cell.key); };
+    options.gate = gate;
+    options.probe = false;
+    options.budget_s = std::max(left(), 1e-3);
+    options.truth_optional = true;
+    options.truth_limit_s = std::max(5.0, options_.budget_s / 8);
+    const RunSummary done = run_campaign(campaign_, options);
+    summary_.cpu_s += done.cpu_s;
+    summary_.failed_gate = done.failed_gate;
+    if (done.interrupted && done.signal != SIGALRM) {
+      summary_.interrupted = true;
+      summary_.signal = done.signal;
+    }
+    for (const std::string& why : done.without_truth) {
+      known_.leave_truth_out(why.substr(0, why.find(':')));
+      summary_.without_truth.push_back(why);
+    }
+    const Store store = Store::open(options_.run.out);
+    known_.update(store);
+    summary_.measured = store.cell_keys().size();
+  }
+
+  void tell(const std::string& sentence) const {
+    if (options_.tell) options_.tell(sentence);
+  }
+
+  // Every contender's cheap cells at the timestep nearest to 1 ms.
+  void scan() {
+    const std::vector<double>& steps = known_.timesteps_ms();
+    if (steps.empty()) return;
+    const auto nearest = std::ranges::min_element(steps, {}, [](double step) { return std::abs(std::log(step)); });
+    const auto step = static_cast<size_t>(nearest - steps.begin());
+    std::set<std::string> keys;
+    for (const int c : contenders_) {
+      for (const PlannedCell* cell : known_.missing({c, step}, CellGroup::kRuns)) keys.insert(cell->key);
+    }
+    tell(fmt::format("{} contenders take part; first all of them at {} ms", contenders_.size(),
+                     timestep_label(*nearest)));
+    measure(keys, false);
+  }
+
+  // The contender's largest timestep that is not excluded, unless that is known to be within the limits.
+  std::optional<PointAt> next_point(int c, const Limits& goal) const {
+    double limit = HUGE_VAL;
+    for (const auto& [value, largest] : goal.largest) {
+      if (value == "truth_error") limit = largest;
+    }
+    for (size_t i = known_.timesteps_ms().size(); i-- > 0;) {
+      const PointAt point{c, i};
+      const Verdict verdict = known_.verdict(point, goal);
+      if (verdict == Verdict::kOut) continue;
+      if (verdict == Verdict::kFeasible) return std::nullopt;
+      if (known_.expected_error(point) > kErrorDoubt * limit) continue;
+      if (goal.realtime && known_.speed(point).value_or(HUGE_VAL) * kSpeedDoubt < *goal.realtime) continue;
+      return point;
+    }
+    return std::nullopt;
+  }
+
+  // The realtime factor of the fastest point that is within the limits; 0 when there is none yet.
+  double best(const Limits& goal) const {
+    double best = 0;
+    for (const PointAt& point : feasible(goal)) best = std::max(best, known_.speed(point).value_or(0));
+    return best;
+  }
+  std::vector<PointAt> feasible(const Limits& goal) const {
+    std::vector<PointAt> points;
+    for (const int c : contenders_) {
+      for (size_t i = known_.timesteps_ms().size(); i-- > 0;) {
+        if (known_.verdict({c, i}, goal) != Verdict::kFeasible) continue;
+        points.push_back({c, i});
+        break;
+      }
+    }
+    return points;
+  }
+  bool can_win(const PointAt& point, double best) const {
+    return known_.speed(point).value_or(HUGE_VAL) * kSpeedDoubt > best;
+  }
+
+  // The next cells of a point: its cheapest group that is not complete.
+  std::vector<const PlannedCell*> next_cells(const PointAt& point) const {
+    for (const CellGroup group : kInOrder) {
+      std::vector<const PlannedCell*> cells = known_.missing(point, group);
+      if (!cells.empty()) return cells;
+    }
+    return {};
+  }
+
+  // Cells of the points that may win, the fastest first, for about an eighth of the time that is left.
+  std::set<std::string> candidates() {
+    std::set<std::string> keys;
+    double cost = 0;
+    const double enough = std::max(4.0, left() / 8);
+    for (const Limits& goal : options_.goals) {
+      const double fastest = best(goal);
+      std::vector<PointAt> points;
+      for (const int c : contenders_) {
+        if (const auto point = next_point(c, goal); point && can_win(*point, fastest)) points.push_back(*point);
+      }
+      std::ranges::stable_sort(points, std::greater(),
+                               [&](const PointAt& point) { return known_.speed(point).value_or(HUGE_VAL); });
+      double own = 0;
+      for (const PointAt& point : points) {
+        const std::vector<const PlannedCell*> cells = next_cells(point);
+        for (const PlannedCell* cell : cells) keys.insert(cell->key);
+        own += known_.cost_s(cells);
+        if (own > enough / static_cast<double>(options_.goals.size())) break;
+      }
+      cost += own;
+    }
+    if (!keys.empty())
+      tell(fmt::format("{} cells of points that may win, about {}", keys.size(), duration_label(cost)));
+    return keys;
+  }
+
+  // What makes the answers sure: the smaller timesteps of the best point and of those that are nearly as fast, and the
+  // next larger one, which gives the margin.
+  std::set<std::string> confirmation() {
+    constexpr double kNearly = 0.7;
+    std::set<std::string> keys;
+    for (const Limits& goal : options_.goals) {
+      const double fastest = best(goal);
+      for (const PointAt& point : feasible(goal)) {
+        if (known_.speed(point).value_or(0) < kNearly * fastest) continue;
+        const size_t last = std::min(point.step + 1, known_.timesteps_ms().size() - 1);
+        for (size_t i = last + 1; i-- > 0;) {
+          if (i == point.step) continue;
+          if (i > point.step && known_.verdict({point.contender, i}, goal) == Verdict::kOut) continue;
+          for (const CellGroup group : {CellGroup::kRuns, CellGroup::kPieces}) {
+            const std::vector<const PlannedCell*> cells = known_.missing({point.contender, i}, group);
+            for (const PlannedCell* cell : cells) keys.insert(cell->key);
+            if (!cells.empty()) break;
+          }
+        }
+      }
+    }
+    if (!keys.empty()) tell(fmt::format("{} cells that confirm the best points", keys.size()));
+    return keys;
+  }
+
+  void tell_best() const {
+    for (const Limits& goal : options_.goals) {
+      std::optional<PointAt> winner;
+      for (const PointAt& point : feasible(goal)) {
+        if (!winner || known_.speed(point).value_or(0) > known_.speed(*winner).value_or(0)) winner = point;
+      }
+      if (!winner) continue;
+      size_t open = 0;
+      for (const int c : contenders_) {
+        const auto point = next_point(c, goal);
+        open += point && can_win(*point, best(goal)) ? 1 : 0;
+      }
+      tell(fmt::format("after {}: {} at {} ms, {:.3g} times real time; {} may still be faster",
+                       duration_label(elapsed()), name(winner->contender),
+                       timestep_label(known_.timesteps_ms()[winner->step]), known_.speed(*winner).value_or(0), open));
+      return;
+    }
+  }
+
+  const Campaign& campaign_;
+  const SearchOptions& options_;
+  Plan plan_;
+  Knowledge known_;
+  std::vector<int> contenders_;
+  SearchSummary summary_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace
+
+SearchSummary search(const Campaign& campaign, const SearchOptions& options) { return Search(campaign, options).run(); }
+
+}  // namespace assay

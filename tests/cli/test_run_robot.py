@@ -1,0 +1,152 @@
+"""`assay run ROBOT`: from a model's file to a recommendation, with small robots and small budgets."""
+
+import signal
+import sqlite3
+import time
+import tomllib
+
+from harness import AssayTest, main
+
+ARM = """<mujoco model="arm">
+  <worldbody>
+    <body name="upper" pos="0 0 1">
+      <joint name="shoulder" axis="0 1 0" damping="0.1" range="-150 150" limited="true"/>
+      <geom type="capsule" size="0.05" fromto="0 0 0 0 0 -0.5" mass="2" contype="0" conaffinity="0"/>
+      <body name="lower" pos="0 0 -0.5">
+        <joint name="elbow" axis="0 1 0" damping="0.1"/>
+        <geom type="capsule" size="0.04" fromto="0 0 0 0 0 -0.4" mass="1" contype="0" conaffinity="0"/>
+      </body>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+HOPPER = """<mujoco model="hopper">
+  <worldbody>
+    <geom type="plane" size="0 0 1"/>
+    <body name="torso" pos="0 0 3">
+      <freejoint/>
+      <geom type="capsule" size="0.1" fromto="-0.2 0 0 0.2 0 0" mass="4"/>
+      <body name="leg" pos="0 0 -0.2">
+        <joint name="knee" axis="0 1 0" damping="0.2"/>
+        <geom type="sphere" size="0.08" pos="0 0 -0.3" mass="1"/>
+      </body>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+TWO = "mujoco-euler,mujoco-rk4"
+
+
+class RunRobot(AssayTest):
+    def cells(self, folder):
+        with sqlite3.connect(self.dir / folder / "assay.sqlite") as db:
+            return db.execute("SELECT system, contender, timestep_ms, measure, outcome FROM cells").fetchall()
+
+    def search(self, robot, *more, minutes="0.4"):
+        return self.assay("run", robot, "--minutes", minutes, "--contenders", TWO, *more)
+
+    def test_ends_with_a_recommendation(self):
+        self.write("robots/arm.xml", ARM)
+        text = self.search("robots/arm.xml", "--out", "found", "--error", "5mm", "--realtime", "2")
+        answer = self.assay_json("recommend", "found", "all", "--error", "5mm", "--realtime", "2", "--json")
+        best = answer["recommended"]
+        self.assertIn(f"{best['contender']} at {best['timestep_ms']:g} ms", text)
+        self.assertLessEqual(best["worst"]["truth_error"]["value"], 0.005)
+        self.assertLessEqual(best["worst"]["consistency"]["value"], 0.005)
+        self.assertGreaterEqual(best["realtime_factor"]["value"], 2)
+        for part in ["margin:", "What did not qualify, and why" if len(answer["contenders"]) < 2 else "real time", "To run next",
+                     "it carries over the whole model", "How sure this is"]:
+            self.assertIn(part, text)
+        self.assertTrue((self.dir / "found/report.html").exists())
+        # Some cells were not worth their time.
+        programme = tomllib.loads((self.dir / "found/campaign.toml").read_text())
+        self.assertEqual(programme["contenders"], TWO.split(","))
+        self.assertEqual([system["name"] for system in programme["system"]], ["hold", "random", "swing"])
+        self.assertEqual({system["model"] for system in programme["system"]}, {"../robots/arm.xml"})
+        self.assertEqual(programme["search"], {"minutes": 0.4, "error": "5mm", "realtime": "2"})
+        # The programme can be run again, from another folder.
+        again = self.assay("run", "found/campaign.toml", "--out", "again")
+        self.assertIn("real time", again)
+        # The same command finds everything there.
+        before = self.cells("found")
+        self.search("robots/arm.xml", "--out", "found", "--error", "5mm", "--realtime", "2")
+        self.assertGreaterEqual(len(self.cells("found")), len(before))
+
+    def test_what_a_robot_is_decides_what_is_measured(self):
+        self.write("hopper.xml", HOPPER)
+        done = self.run_assay("run", "hopper.xml", "--minutes", "0.001", "--contenders", TWO)
+        self.assertIn("falls 5 cm onto the ground", done.stdout)
+        programme = tomllib.loads((self.dir / "hopper-results/campaign.toml").read_text())
+        drop, random, swing = programme["system"]
+        self.assertEqual((drop["name"], drop["above_ground_m"], drop["control"]), ("drop", 0.05, "hold"))
+        self.assertEqual((random["contacts"], random["gravity"], random["control"]), (False, False, "random"))
+        self.assertEqual((swing["smooth"], swing["measures"]), (True, ["truth"]))
+        self.assertEqual(drop["model"], "../hopper.xml")
+
+    def test_a_budget_that_is_too_small_says_so_and_goes_on(self):
+        self.write("arm.xml", ARM)
+        done = self.run_assay("run", "arm.xml", "--minutes", "0.0005", "--contenders", TWO, "--out", "found")
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertIn("no recommendation", done.stdout)
+        self.assertIn("the budget ended before these were decided", done.stdout)
+        self.assertIn("real time", self.search("arm.xml", "--out", "found"))
+
+    def test_an_interrupted_run_goes_on(self):
+        self.write("hopper.xml", HOPPER)
+        arguments = ["run", "hopper.xml", "--minutes", "1", "--contenders", TWO, "--out", "found"]
+        process = self.start_assay(*arguments)
+        database = self.dir / "found/assay.sqlite"
+        until = time.monotonic() + 60
+        while time.monotonic() < until and process.poll() is None:
+            if database.exists() and database.stat().st_size > 60000:
+                break
+            time.sleep(0.02)
+        process.send_signal(signal.SIGINT)
+        output, errors = process.communicate(timeout=100)
+        if process.returncode != 0:  # it may have ended before
+            self.assertNotIn("Traceback", errors)
+        done = self.run_assay(*arguments)
+        self.assertIn(done.returncode, (0, 1), done.stderr)
+        self.assertIn("How sure this is", done.stdout)
+        self.assertEqual(len(self.cells("found")), len(set(self.cells("found"))))
+
+    def test_own_torques(self):
+        self.write("arm.xml", ARM)
+        self.write("data/push.csv", "time,elbow\n0,0\n0.5,1\n2,-1\n")
+        self.run_assay("run", "arm.xml", "--control", "data/push.csv", "--minutes", "0.02", "--contenders", TWO, "--out", "found")
+        programme = tomllib.loads((self.dir / "found/campaign.toml").read_text())
+        self.assertEqual(programme["system"][0]["control"], {"kind": "file", "path": "../data/push.csv"})
+        self.assertTrue(any(system == "file" for system, *_ in self.cells("found")))
+        for text, naming in [("time,elbow\n0,0\n1,2,3\n", ["push.csv:3", "3 columns", "has 2"]),
+                             ("time,elbow\n0,nan\n", ["push.csv:2", "'nan'"]),
+                             ("time,elbow\n1,0\n0.5,0\n", ["push.csv:3", "0.5", "sort the lines"]),
+                             ("time,elbov\n0,0\n", ["push.csv:1", "'elbov'", "did you mean 'elbow'?"])]:
+            self.write("data/push.csv", text)
+            self.refused("run", "arm.xml", "--control", "data/push.csv", "--contenders", TWO, "--out", "other", naming=naming)
+
+    def test_refusals_are_reported_for_each_engine(self):
+        self.write("arm.xml", ARM)
+        engines = self.assay_json("check", "arm.xml", "--json")["engines"]
+        refusing = [engine for engine in engines if engine["verdict"] == "refused"]
+        done = self.run_assay("run", "arm.xml", "--minutes", "0.001", "--out", "found")
+        programme = tomllib.loads((self.dir / "found/campaign.toml").read_text())
+        for engine in refusing:
+            self.assertFalse(set(engine["contenders"]) & set(programme["contenders"]))
+            self.assertIn(f"{engine['engine']}: refuses", done.stdout)
+
+    def test_wrong_use(self):
+        self.write("arm.xml", ARM)
+        self.refused("run", "arm.xml", "--minutes", "0", naming=["--minutes is 0"])
+        self.refused("run", "arm.xml", "--control", "hodl", naming=["'hodl'", "did you mean 'hold'?"])
+        self.refused("run", "arm.xml", "--contenders", "mujoko-*", naming=["'mujoko-*'"])
+        self.refused("run", "arm.xml", "--error", "1s", naming=["--error", "1s"])
+        self.refused("run", "arm.xml", "--shard", "1/2", naming=["--shard"])
+        self.refused("run", "quick", "--out", "x", "--minutes", "1", naming=["--minutes", "[search]"])
+        self.refused("run", "missing.urdf", naming=["'missing.urdf'", "does not exist"])
+        self.run_assay("run", "arm.xml", "--minutes", "0.001", "--contenders", "mujoco-euler", "--out", "found")
+        self.refused("run", "arm.xml", "--contenders", "mujoco-rk4", "--out", "found",
+                     naming=["found/campaign.toml", "another programme", "--out"])
+
+
+if __name__ == "__main__":
+    main()

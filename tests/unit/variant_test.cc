@@ -1,0 +1,84 @@
+#include "model/variant.h"
+
+#include <cmath>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "model/kinematics.h"
+#include "model/mjcf.h"
+
+namespace assay {
+namespace {
+
+using testing::DoubleNear;
+
+// A tilted capsule with a leg of a sphere, beside a thrown ball, above a plane that leans.
+Model robot() {
+  return load_model_text(R"(<mujoco>
+      <worldbody>
+        <geom type="plane" size="0 0 1" euler="10 0 0"/>
+        <body name="torso" pos="0 0 2" euler="0 60 0">
+          <freejoint/>
+          <geom type="capsule" size="0.1" fromto="-0.3 0 0 0.3 0 0" mass="3"/>
+          <body name="leg" pos="0.3 0 0">
+            <joint name="hip" axis="0 1 0" range="-10 40" limited="true" damping="1"/>
+            <geom type="sphere" size="0.05" pos="0 0 -0.4" mass="1"/>
+          </body>
+        </body>
+        <body name="ball" pos="0 3 1"><freejoint/><geom type="sphere" size="0.2" mass="1"/></body>
+      </worldbody>
+    </mujoco>)",
+                         "robot");
+}
+
+TEST(Variant, StandsAtTheHeight) {
+  const Model model = robot();
+  EXPECT_GT(height_above_ground(model), 0.3);
+  for (const double height : {0.0, 0.05, 4.0}) {
+    const Model moved = variant_of(model, {.above_ground_m = height});
+    EXPECT_NEAR(height_above_ground(moved), height, 1e-12);
+    EXPECT_NE(moved.hash, model.hash);
+    // all bodies move alike
+    const Vec3 shift = moved.initial.bodies[0].p_WBcm - model.initial.bodies[0].p_WBcm;
+    EXPECT_NEAR((moved.initial.bodies[1].p_WBcm - model.initial.bodies[1].p_WBcm - shift).norm(), 0, 1e-12);
+    EXPECT_THAT(shift.x(), DoubleNear(0, 1e-12));
+  }
+  EXPECT_TRUE(std::isinf(height_above_ground(without_contacts(model))));
+}
+
+TEST(Variant, ReachOfEveryShape) {
+  for (const auto& [shape, reach] :
+       {std::pair("type='sphere' size='0.1'", 0.1),
+        {"type='capsule' size='0.1 0.2' euler='60 0 0'", 0.1 + 0.2 * std::cos(M_PI / 3)}}) {
+    const Model model = load_model_text(
+        std::string(
+            "<mujoco><worldbody><geom type='plane' size='0 0 1'/><body pos='0 0 1'><freejoint/><geom mass='1' ") +
+            shape + "/></body></worldbody></mujoco>",
+        "shape");
+    EXPECT_NEAR(height_above_ground(model), 1 - reach, 1e-12) << shape;
+  }
+}
+
+TEST(Variant, SmoothPartHasNoContactsAndLimits) {
+  const Model smooth = variant_of(robot(), {.smooth = true});
+  EXPECT_TRUE(smooth.contacts.empty());
+  EXPECT_FALSE(smooth.has_limits());
+  EXPECT_EQ(smooth.joints[0].damping, 1) << "a damper is smooth";
+}
+
+TEST(Variant, RatesFitTheJoints) {
+  const Model model = robot(), moving = variant_of(model, {.start_rates = 2});
+  EXPECT_NE(moving.initial.velocity[0], 0);
+  EXPECT_LE(std::abs(moving.initial.velocity[0]), 2);
+  State from_bodies = moving.initial;
+  from_bodies.velocity.clear();
+  joints_from_bodies(moving, from_bodies);
+  EXPECT_NEAR(from_bodies.velocity[0], moving.initial.velocity[0], 1e-12);
+  EXPECT_EQ(variant_of(model, {.start_rates = 2}).hash, moving.hash) << "the same on every call";
+}
+
+TEST(Variant, NothingAskedNothingChanged) { EXPECT_EQ(variant_of(robot(), {}).hash, robot().hash); }
+
+}  // namespace
+}  // namespace assay
