@@ -157,8 +157,12 @@ class ArticulatedSimulation final : public PhysxSimulation {
     }
   }
 
-  // Dry friction: a drive that wants to stand still, with no more than that force.
-  static PxArticulationDrive brake(double force) { return {0, 0, real(force), PxArticulationDriveType::eVELOCITY}; }
+  // Dry friction: a damper so stiff that it stops the joint within a step, with no more than that force. PhysX leaves
+  // out drives without stiffness and damping, whatever their type.
+  static PxArticulationDrive brake(double force) {
+    constexpr float kDamping = 1e20F;  // N s/m, Nm s/rad
+    return {0, kDamping, real(force), PxArticulationDriveType::eFORCE};
+  }
 
   static PxArticulationAxis::Enum axis_of(const Joint& joint) {
     return joint.is_slide() ? PxArticulationAxis::eX : PxArticulationAxis::eTWIST;

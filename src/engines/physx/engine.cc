@@ -31,6 +31,14 @@ std::vector<Deviation> deviations(const Options& options) {
     // d6_drive_half_angle.cc
     list.push_back({"spring-damper", 0.03, "a D6 drive's torque is 2 k sin(angle / 2), not k angle"});
   }
+  if (!articulation && !options.tgs) {
+    // the copy with lent mass is another system: bounds are twice what the tests measure with the default share
+    const char* reason = "massless bodies have a share of mass, so the limit is that of a slightly different robot";
+    const double scale = options.lent_share / kDefaultLentShare;
+    list.push_back({"planar-root", 0.0025 * scale, reason});
+    list.push_back({"massless-joints", 0.004 * scale, reason});
+    list.push_back({"random-massless-trees", 0.0065 * scale, reason});
+  }
   return list;
 }
 
@@ -184,6 +192,11 @@ class PhysxEngine final : public Adapter {
     add_exact(c, {Feature::kSlide, Feature::kBall, Feature::kDryFriction, Feature::kBallDryFriction});
     add_lent_mass(c, options.lent_share, articulation ? "link_share" : "lent_share");
     if (articulation) add_exact(c, {Feature::kBallArmature});
+    if (!articulation && options.tgs) {
+      c.features.back() = {Feature::kMassless, Fidelity::kRefused,
+                           "temporal Gauss-Seidel does not hold bodies with so little mass together: set solver=pgs or "
+                           "joints=articulation"};
+    }
     add_exact(c, {Feature::kBox});
     add_approximated(
         c, Feature::kCylinder,

@@ -46,6 +46,7 @@ std::vector<Setting> declared_settings() {
            {}, 1e-6, kLargestLentShare);
   std::vector<Setting> settings = list.take();
   settings.push_back(lent_share_setting());
+  settings.back().default_value = kDefaultLentShare;
   return settings;
 }
 

@@ -11,6 +11,9 @@ namespace assay::px {
 enum class Joints { kD6, kRevolute, kArticulation };
 enum class Friction { kImprovedPatch, kPatch, kOneDirectional, kTwoDirectional };
 
+// Of massless bodies with joints: with less the solver converges too slowly, with more the model differs more.
+inline constexpr double kDefaultLentShare = 0.005;
+
 // What settings() declares, typed. The meaning of each is in its declaration in options.cc.
 struct Options {
   double timestep = 1e-3;  // s
@@ -24,7 +27,7 @@ struct Options {
   bool gyroscopic = true;
   double contact_offset = 0.02;
   double link_cfm = 0;
-  double lent_share = kLentShare;
+  double lent_share = kDefaultLentShare;
 };
 
 std::vector<Setting> declared_settings();
