@@ -32,10 +32,17 @@ std::vector<Deviation> rk4_deviations() {
 std::vector<Deviation> rigid_deviations(const Options& options) {
   const std::string lent = fmt::format("massless bodies borrow {:g} % of the next body's mass: rigid bodies need mass",
                                        100 * options.lent_share);
-  std::vector<Deviation> deviations = {
-      {"planar-root", 3.5e-3, lent}, {"massless-joints", 5e-3, lent}, {"random-massless-trees", 9e-3, lent}};
+  const std::string slides =
+      "a contact's friction acts along the slip at the step's start: a box that slides down a "
+      "plane turns";
+  const bool imprecise = !kDoublePrecision && options.solver == Solver::kDantzig;  // Dantzig's method in float
+  std::vector<Deviation> deviations = {{"planar-root", 3.5e-3, lent},
+                                       {"massless-joints", kDoublePrecision ? 5e-3 : 2.8e-2, lent},
+                                       {"random-massless-trees", imprecise ? 0.1 : 9e-3, lent},
+                                       {"box-slides", 0.018, slides},
+                                       {"hull-slides", 0.057, slides}};
   if (options.gyroscopic == BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_BODY) {
-    deviations.push_back({"random-trees", 1.2e-3,
+    deviations.push_back({"random-trees", imprecise ? 1.1 : 1.2e-3,
                           fmt::format("Bullet's implicit gyroscopic torque in body axes is none where the product of "
                                       "the principal moments is below {:.2g} (kg m^2)^3",
                                       SIMD_EPSILON)});
@@ -69,10 +76,11 @@ std::vector<Limitation> couplings_between_trees(const Model& model) {
   const auto root = [&model](int joint) {
     int body = model.joints[joint].body;
     while (model.bodies[body].parent != kWorld) body = model.bodies[body].parent;
-    return body;
+    return model.bodies[body].is_free() ? body : kWorld;  // trees on the fixed world can be one of Bullet's
   };
   std::vector<Limitation> refused;
   for (const Coupling& coupling : model.couplings) {
+    if (coupling.terms.size() < 2) continue;
     std::set<int> roots = {root(coupling.joint)};
     for (const JointTerm& term : coupling.terms) roots.insert(root(term.joint));
     if (roots.size() <= 2) continue;

@@ -1,5 +1,6 @@
 // Bullet's multibodies (Featherstone): every tree of the model is one btMultiBody, a single free body one without
 // links.
+#include <algorithm>
 #include <array>
 
 #include <BulletDynamics/Featherstone/btMultiBody.h>
@@ -68,7 +69,7 @@ class MultibodySimulation final : public BulletSimulation {
     balls_.resize(model_.balls.size());
     place_bodies();
     for (size_t b = 0; b < model_.bodies.size(); ++b) {
-      if (model_.bodies[b].parent == kWorld) make_tree(static_cast<int>(b));
+      if (places_[b].root == static_cast<int>(b)) make_tree(static_cast<int>(b));
     }
     make_limits();
     make_dry_friction();
@@ -90,12 +91,19 @@ class MultibodySimulation final : public BulletSimulation {
 
   btMultiBodyDynamicsWorld& multibody_world() const { return static_cast<btMultiBodyDynamicsWorld&>(world()); }
 
+  // Where a coupling has joints of several trees on the fixed world, these are one tree of Bullet's.
   void place_bodies() {
     places_.resize(model_.bodies.size());
     links_of_root_.assign(model_.bodies.size(), 0);
+    const bool joined = std::ranges::any_of(model_.couplings, [](const Coupling& c) { return c.terms.size() > 1; });
+    int first_fixed = -1;
     for (size_t b = 0; b < model_.bodies.size(); ++b) {
       const Body& body = model_.bodies[b];
       places_[b].root = body.parent == kWorld ? static_cast<int>(b) : places_[body.parent].root;
+      if (joined && body.parent == kWorld && !body.is_free()) {
+        if (first_fixed < 0) first_fixed = static_cast<int>(b);
+        places_[b].root = first_fixed;
+      }
       if (!body.is_free()) places_[b].link = links_of_root_[places_[b].root]++;
     }
   }
