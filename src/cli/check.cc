@@ -1,21 +1,30 @@
 // `assay check`: what each engine does with a model, before anything is run.
 #include <algorithm>
+#include <fstream>
+#include <iterator>
 #include <map>
+#include <optional>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "base/errors.h"
+#include "base/paths.h"
 #include "base/quantity.h"
 #include "base/text.h"
 #include "cli/cli.h"
 #include "cli/facts.h"
 #include "cli/model_options.h"
+#include "cli/output_file.h"
+#include "model/mjcf.h"
+#include "model/urdf.h"
 
 namespace assay::cli {
 namespace {
 
 struct Options {
   ModelOptions model;
+  std::optional<std::string> repair;
   bool json = false;
 };
 
@@ -204,8 +213,62 @@ void print_report(const Model& model, const std::vector<Verdict>& verdicts) {
   }
 }
 
+// ---- a file that is refused, and its repair --------------------------------------------------------------------------
+
+Json problem_json(const Problem& problem) {
+  return {{"severity", problem.severity == Severity::kRefused ? "refused" : "left out"},
+          {"element", problem.element},
+          {"line", problem.line > 0 ? Json(problem.line) : Json(nullptr)},
+          {"message", problem.message},
+          {"mend", problem.mend},
+          {"option", problem.option}};
+}
+
+// Several problems, each on a line of its own; one is an error like every other.
+int print_refusal(const std::string& file, const LoadReport& report, const Options& options) {
+  std::vector<const Problem*> refused;
+  for (const Problem& problem : report.problems) {
+    if (problem.severity == Severity::kRefused) refused.push_back(&problem);
+  }
+  if (options.json) {
+    Json problems = Json::array();
+    for (const Problem& problem : report.problems) problems.push_back(problem_json(problem));
+    print_json({{"file", file}, {"problems", problems}});
+    return kWrongInput;
+  }
+  if (refused.size() == 1) throw InputError(fmt::format("{}: {}", file, problem_text(*refused.front())));
+  message(fmt::format("{}: it is refused for {} problems", file, refused.size()));
+  for (const Problem* problem : refused) message("  " + problem_text(*problem));
+  return kWrongInput;
+}
+
+int repair(const std::string& file, const std::string& out) {
+  std::ifstream stream(file, std::ios::binary);
+  const std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+  if (root_element(text) != "robot") {
+    throw InputError(fmt::format("--repair mends URDF files, and '{}' is none: correct what assay check names", file));
+  }
+  std::vector<UrdfMend> mends;
+  const std::string mended = mend_urdf(text, file, mends);
+  if (mends.empty()) {
+    throw InputError(
+        fmt::format("--repair finds nothing in '{}' that it can mend: correct what assay check names", file));
+  }
+  OutputFile output(out);
+  output.write(mended);
+  output.finish();
+  for (const UrdfMend& mend : mends) message(fmt::format("line {}: {}", mend.line, mend.what));
+  message(fmt::format("{} changes are in {}; meshes with relative names are looked for from there", mends.size(), out));
+  return kDone;
+}
+
 int check(const Options& options) {
-  const Model model = load(options.model);
+  const LoadOptions how = load_options(options.model);
+  const std::string file = find_model(options.model.model);
+  if (options.repair) return repair(file, *options.repair);
+  const LoadReport report = inspect_model(file, how);
+  if (!report.model) return print_refusal(file, report, options);
+  const Model& model = *report.model;
   const std::vector<Verdict> verdicts = verdicts_on(model);
   if (options.json) {
     print_json(verdicts_json(model, verdicts));
@@ -218,13 +281,15 @@ int check(const Options& options) {
 }  // namespace
 
 void add_check(CLI::App& app, Action& action) {
-  CLI::App* command =
-      add_command(app, "check", "Show what each engine represents exactly, approximates or refuses in a model",
-                  {{"assay check planar-chain", "a system that comes with assay"},
-                   {"assay check my_robot.xml --drop-unsupported", "leaves out what no engine can be given, and names it"},
-                   {"assay check my_robot.urdf --json", "URDF files load the same way"}});
+  CLI::App* command = add_command(
+      app, "check", "Show what each engine represents exactly, approximates or refuses in a model",
+      {{"assay check planar-chain", "a system that comes with assay"},
+       {"assay check my_robot.xml --drop-unsupported", "leaves out what no engine can be given, and names it"},
+       {"assay check my_robot.urdf --json", "URDF files load the same way"}});
   const auto options = std::make_shared<Options>();
   add_model_options(*command, options->model);
+  command->add_option("--repair", options->repair, "Write a mended URDF file there and say what was changed")
+      ->type_name("OUT");
   command->add_flag("--json", options->json, "Print JSON")->disable_flag_override();
   command->callback([&action, options] { action = [options] { return check(*options); }; });
 }

@@ -5,6 +5,7 @@
 
 #include "cli/cli.h"
 #include "cli/facts.h"
+#include "cli/features.h"
 #include "engines/describe.h"
 #include "engines/registry.h"
 
@@ -53,6 +54,25 @@ void print_by_engine(const std::vector<ResolvedContender>& contenders) {
   print("\n" + table({"contender", "coordinates", "summary"}, rows));
 }
 
+struct Options {
+  bool json = false, features = false, markdown = false;
+};
+
+int list_features(const Options& options) {
+  const Registry& registry = Registry::instance();
+  std::vector<ResolvedContender> contenders;
+  for (const std::string& name : registry.contender_names()) {
+    if (name != "null") contenders.push_back(registry.resolve(name));
+  }
+  const std::vector<FeatureGroup> groups = feature_groups(contenders);
+  if (options.json) {
+    print_json(features_json(groups));
+  } else {
+    print(options.markdown ? features_markdown(groups) : features_text(groups));
+  }
+  return kDone;
+}
+
 int list_engines(bool as_json) {
   const Registry& registry = Registry::instance();
   std::vector<ResolvedContender> contenders;
@@ -76,11 +96,22 @@ void add_engines(CLI::App& app, Action& action) {
   CLI::App* command =
       add_command(app, "engines", "List the engines and their contenders",
                   {{"assay engines", "all contenders, and why an engine is absent"},
+                   {"assay engines --features", "which parts of a model each engine has exactly, approximately or not"},
                    {"assay engines --json | jq '.contenders[].settings'", "every setting with its meaning"}});
-  const auto as_json = std::make_shared<bool>(false);
-  command->add_flag("--json", *as_json, "Print JSON with all settings, capabilities and builds")
-      ->disable_flag_override();
-  command->callback([&action, as_json] { action = [as_json] { return list_engines(*as_json); }; });
+  const auto options = std::make_shared<Options>();
+  CLI::Option* json =
+      command->add_flag("--json", options->json, "Print JSON with all settings, capabilities and builds");
+  json->disable_flag_override();
+  CLI::Option* features =
+      command->add_flag("--features", options->features, "Print the table of features of models and engines");
+  features->disable_flag_override();
+  command->add_flag("--markdown", options->markdown, "Print that table for a document")
+      ->disable_flag_override()
+      ->needs(features)
+      ->excludes(json);
+  command->callback([&action, options] {
+    action = [options] { return options->features ? list_features(*options) : list_engines(options->json); };
+  });
 }
 
 }  // namespace assay::cli

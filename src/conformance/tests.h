@@ -48,6 +48,27 @@ Verdict ball_dry_friction(const Subject& subject);
 Verdict random_trees(const Subject& subject);
 Verdict random_massless_trees(const Subject& subject);
 
+// ---- couplings, connects, welds, tendons (constraint_tests.cc) ------------------------------------------------------
+Verdict coupling(const Subject& subject);
+Verdict coupling_of_many(const Subject& subject);
+Verdict connect(const Subject& subject);
+Verdict weld(const Subject& subject);
+Verdict tendon_spring(const Subject& subject);
+Verdict tendon_limit(const Subject& subject);
+Verdict tendon_dry_friction(const Subject& subject);
+
+// ---- shapes beyond balls, capsules and planes (shape_tests.cc) ------------------------------------------------------
+Verdict box_slides(const Subject& subject);
+Verdict box_tips(const Subject& subject);
+Verdict hull_slides(const Subject& subject);
+Verdict hull_tips(const Subject& subject);
+Verdict cylinder_rolls(const Subject& subject);
+Verdict ellipsoid_rocks(const Subject& subject);
+Verdict resting_shapes(const Subject& subject);
+Verdict height_field(const Subject& subject);
+Verdict torsional_friction(const Subject& subject);
+Verdict rolling_friction(const Subject& subject);
+
 // ---- limits and contact (contact_tests.cc) --------------------------------------------------------------------------
 Verdict joint_limit(const Subject& subject);
 Verdict sliding_capsule(const Subject& subject);

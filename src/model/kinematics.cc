@@ -218,7 +218,7 @@ void bodies_from_joints(const Model& model, State& state) {
   }
 }
 
-void bodies_from_joints(const Model& model, std::span<const BallCoordinates> balls, State& state) {
+void bodies_from_joints(const Model& model, const std::vector<BallCoordinates>& balls, State& state) {
   state.bodies.resize(model.bodies.size());
   for (size_t i = 0; i < model.bodies.size(); ++i) {
     const Body& body = model.bodies[i];

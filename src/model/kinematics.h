@@ -2,7 +2,6 @@
 // the world, joint position error.
 #pragma once
 
-#include <span>
 #include <vector>
 
 #include "model/model.h"
@@ -25,7 +24,7 @@ struct BallCoordinates {
 
 // The same with the ball joints' coordinates, in the order of Model::balls, in place of what `state.bodies` has: for
 // engines in joint coordinates.
-void bodies_from_joints(const Model& model, std::span<const BallCoordinates> balls, State& state);
+void bodies_from_joints(const Model& model, const std::vector<BallCoordinates>& balls, State& state);
 
 // Fills `position` and `velocity` from the bodies that have mass, and then the massless bodies, whose state on entry is
 // not read (except that of a massless free body). A hinge's position is the twist of the relative rotation about its

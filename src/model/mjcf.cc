@@ -3,6 +3,7 @@
 #include <array>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <optional>
 #include <utility>
 
@@ -10,9 +11,12 @@
 
 #include "base/errors.h"
 #include "base/paths.h"
+#include "model/adapt_spec.h"
 #include "model/capsules.h"
 #include "model/mujoco_messages.h"
+#include "model/start.h"
 #include "model/translation.h"
+#include "model/urdf.h"
 
 namespace assay {
 namespace {
@@ -41,7 +45,6 @@ std::string read_text(const std::string& path) {
 
 // URDF elements that MuJoCo's parser ignores.
 void note_urdf(const std::string& text, Model& model) {
-  if (text.find("<robot") == std::string::npos) return;
   for (const auto& [needle, what] :
        {std::pair{"velocity=", "velocity limits"}, std::pair{"<transmission", "transmissions"},
         std::pair{"<gazebo", "gazebo extensions"}}) {
@@ -51,17 +54,45 @@ void note_urdf(const std::string& text, Model& model) {
   }
 }
 
-// `parse` calls one of MuJoCo's parsers with a buffer for its message. `text` is what it parses.
+// Formats that people have beside MJCF and URDF, by their root element.
+bool refuse_other_format(const std::string& root, LoadReport& report) {
+  static const std::map<std::string, std::string> kOthers = {
+      {"sdf", "SDF; convert it to URDF or MJCF first"},
+      {"COLLADA", "a COLLADA mesh; name the URDF or MJCF file that uses it"},
+      {"world", "a world file; name the URDF or MJCF file of the robot"},
+      {"package", "a package.xml; name the URDF file of that package"},
+      {"launch", "a launch file; name the URDF or MJCF file of the robot"}};
+  const auto found = kOthers.find(root);
+  if (found == kOthers.end()) return false;
+  report.refuse(fmt::format("it is not MJCF or URDF but {}", found->second));
+  return true;
+}
+
+// A document on its way to the Model: `file` is where relative names count from, `parse` calls one of MuJoCo's parsers
+// with a buffer for its message, and `text` is what is parsed unless it is URDF.
 template <typename Parse>
-LoadReport load(const std::string& stem, const std::string& text, const LoadOptions& options, Parse parse) {
+LoadReport load(const std::string& stem, const std::string& file, const std::string& text, const LoadOptions& options,
+                Parse parse) {
   LoadReport report;
   if (text.find_first_not_of(" \t\r\n") == std::string::npos) {
     report.refuse("it is empty; an MJCF or URDF model is expected");
     return report;
   }
+  const std::string root = root_element(text);
+  if (refuse_other_format(root, report)) return report;
+  const bool is_urdf = root == "robot";
+  UrdfDocument urdf;
+  if (is_urdf) {
+    urdf = read_urdf(text, file, options);
+    report.problems = urdf.problems;
+    if (urdf.refused()) return report;
+  }
+
   const MessageGuard guard;
   std::array<char, 2000> error = {};
-  const SpecPtr spec(parse(error.data(), static_cast<int>(error.size())));
+  const int error_size = static_cast<int>(error.size());
+  const SpecPtr spec(is_urdf ? mj_parseXMLString(urdf.text.c_str(), nullptr, error.data(), error_size)
+                             : parse(error.data(), error_size));
   if (spec == nullptr) {
     report.refuse(fmt::format("MuJoCo cannot parse it: {}", one_line(error.data())));
     return report;
@@ -73,31 +104,48 @@ LoadReport load(const std::string& stem, const std::string& text, const LoadOpti
     }
   }
 
+  std::vector<std::string> notes = urdf.notes;
+  if (is_urdf) {
+    give_vertices(spec.get(), urdf.meshes);
+  } else {
+    const std::string folder = fs::path(file).parent_path().string();
+    leave_out_pictures(spec.get(), folder, report, notes);
+    apply_root_joint(spec.get(), options.root_joint, report, notes);
+  }
+  const std::string ground = options.ground == Ground::kPlane ? add_ground(spec.get(), notes) : "";
+  if (report.refused()) return report;
+
   // static bodies are fused here, where shapes keep their lines and names
   spec->compiler.fusestatic = false;
-  spec->compiler.usethread = false;
+  spec->compiler.usethread = true;
   const CompiledPtr compiled(mj_compile(spec.get(), nullptr));
   if (compiled == nullptr) {
     report.refuse(fmt::format("MuJoCo cannot compile it: {}", one_line(mjs_getError(spec.get()))));
     return report;
   }
-  report = translate({.spec = spec.get(),
-                      .compiled = compiled.get(),
-                      .drop_unsupported = options.drop_unsupported,
-                      .keyframe = options.keyframe,
-                      .massless = {}});
-  if (!report.model) return report;
+  LoadReport translated = translate({.spec = spec.get(),
+                                     .compiled = compiled.get(),
+                                     .drop_unsupported = options.drop_unsupported,
+                                     .keyframe = options.keyframe,
+                                     .massless = urdf.massless});
+  report.problems.insert(report.problems.end(), translated.problems.begin(), translated.problems.end());
+  if (!translated.model) return report;
+  report.model = std::move(translated.model);
   Model& model = *report.model;
 
   const std::string own_name = mjs_getString(spec->modelname);
   model.name = own_name.empty() || own_name == "MuJoCo Model" ? stem : own_name;
   for (int i = 0; i < mjs_numWarnings(spec.get()); ++i) {
-    model.notes.push_back(fmt::format("MuJoCo warns: {}", one_line(mjs_getWarning(spec.get(), i))));
+    notes.push_back(fmt::format("MuJoCo warns: {}", one_line(mjs_getWarning(spec.get(), i))));
   }
   for (const std::string& warning : MessageGuard::warnings()) {
-    model.notes.push_back(fmt::format("MuJoCo warns: {}", one_line(warning)));
+    notes.push_back(fmt::format("MuJoCo warns: {}", one_line(warning)));
   }
-  note_urdf(text, model);
+  model.notes.insert(model.notes.end(), notes.begin(), notes.end());
+  if (is_urdf) note_urdf(text, model);
+  if (!options.qpos.empty()) start_from(model, read_text(options.qpos), options.qpos);
+  if (!ground.empty()) put_under(model, ground);
+  if (options.ground == Ground::kNone) remove_planes(model);
   model.hash = model_hash(model);
   return report;
 }
@@ -122,7 +170,7 @@ LoadReport inspect_model(const std::string& path, const LoadOptions& options) {
   if (capsules && !fs::exists(path, error)) {
     report = inspect_model_text(capsules_mjcf(*capsules), path, options);
   } else {
-    report = load(fs::path(path).stem().string(), read_text(path), options,
+    report = load(fs::path(path).stem().string(), path, read_text(path), options,
                   [&](char* message, int size) { return mj_parseXML(path.c_str(), nullptr, message, size); });
   }
   if (report.model) report.model->source = path;
@@ -130,7 +178,7 @@ LoadReport inspect_model(const std::string& path, const LoadOptions& options) {
 }
 
 LoadReport inspect_model_text(const std::string& xml, const std::string& name, const LoadOptions& options) {
-  return load(name, xml, options,
+  return load(name, "", xml, options,
               [&](char* error, int size) { return mj_parseXMLString(xml.c_str(), nullptr, error, size); });
 }
 

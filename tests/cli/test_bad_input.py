@@ -74,7 +74,13 @@ class Models(AssayTest):
     def test_all_problems_are_counted(self):
         self.write("robot.xml", robot().replace("<worldbody>", '<option density="2"/><worldbody>').replace(
             'name="arm"', 'name="arm" gravcomp="1"'))
-        self.refused_by_all("robot.xml", ["density 2", "1 more"])
+        common = ["--engine", "mujoco-euler", "--timestep", "1", "--duration", "1", "--out", "x.csv"]
+        self.refused("simulate", "robot.xml", *common, naming=["1 more"])
+        done = self.run_assay("check", "robot.xml")
+        self.assertEqual((done.returncode, done.stdout), (2, ""))
+        self.assertIn("2 problems", done.stderr)
+        self.assertIn("density 2", done.stderr)
+        self.assertIn("gravity compensation", done.stderr)
 
     def test_unreadable_file(self):
         # as root every file is readable; a file that fails when it is read is one that is no file

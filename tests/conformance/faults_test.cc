@@ -270,6 +270,139 @@ std::vector<Case> motion_faults() {
   };
 }
 
+void every_ball(Model& model, const std::function<void(BallJoint&)>& edit) { std::ranges::for_each(model.balls, edit); }
+
+std::vector<Case> joint_faults() {
+  return {
+      {{.name = "slide along the opposite axis",
+        .model =
+            [](Model& m) {
+              every_hinge(m, [](Joint& j) {
+                if (j.is_slide()) j.axis_B = -j.axis_B;
+              });
+            }},
+       {"slide-force", "slide-limit", "tree-readback", "tree-round-trip", "planar-root", "random-massless-trees"}},
+      {{.name = "slide's spring pulls to 0",
+        .model = [](Model& m) { every_hinge(m, [](Joint& j) { j.spring_reference = 0; }); }},
+       {"slide-spring"}},
+      {{.name = "slide's armature ignored",
+        .model = [](Model& m) { every_hinge(m, [](Joint& j) { j.armature = 0; }); }},
+       {"slide-armature"}},
+      {{.name = "limits of slides ignored",
+        .model = [](Model& m) { every_hinge(m, [](Joint& j) { j.limited = false; }); }},
+       {"slide-limit", "tree-readback"}},
+      {{.name = "joints in a row lend 1 % of the mass",
+        .model =
+            [](Model& m) {
+              for (Body& b : m.bodies) b.mass *= 1.01;
+            }},
+       {"massless-joints", "tree-readback", "random-trees", "random-massless-trees"}},
+      {{.name = "hidden damping 0.001 in joints",
+        .model = [](Model& m) { every_hinge(m, [](Joint& j) { j.damping += 1e-3; }); }},
+       {"massless-joints", "planar-root", "random-trees"}},
+      {{.name = "anchor of ball joints 1 mm off",
+        .model = [](Model& m) { every_ball(m, [](BallJoint& b) { b.p_BJ.z() += 1e-3; }); }},
+       {"conical-pendulum", "ball-armature"}},
+      {{.name = "spring of ball joints without reference",
+        .model = [](Model& m) { every_ball(m, [](BallJoint& b) { b.spring_reference = Quat::Identity(); }); }},
+       {"ball-spring"}},
+      {{.name = "damper of ball joints 2 % too strong",
+        .model = [](Model& m) { every_ball(m, [](BallJoint& b) { b.damping *= 1.02; }); }},
+       {"ball-spring"}},
+      {{.name = "armature of ball joints 1 % too large",
+        .model = [](Model& m) { every_ball(m, [](BallJoint& b) { b.armature *= 1.01; }); }},
+       {"ball-armature"}},
+      {{.name = "limit of ball joints ignored",
+        .model = [](Model& m) { every_ball(m, [](BallJoint& b) { b.limited = false; }); }},
+       {"ball-limit"}},
+      {{.name = "dry friction 5 % too strong",
+        .model =
+            [](Model& m) {
+              every_hinge(m, [](Joint& j) { j.dry_friction *= 1.05; });
+              every_ball(m, [](BallJoint& b) { b.dry_friction *= 1.05; });
+              for (Tendon& t : m.tendons) t.dry_friction *= 1.05;
+            }},
+       {"dry-friction", "ball-dry-friction", "tendon-dry-friction"}},
+      {{.name = "slides and ball joints declared away",
+        .capabilities =
+            [](Capabilities& c) {
+              std::erase_if(c.features, [](const FeatureSupport& f) {
+                return f.feature == Feature::kSlide || f.feature == Feature::kBall;
+              });
+            }},
+       {"declared-features"}},
+  };
+}
+
+std::vector<Case> constraint_faults() {
+  return {
+      {{.name = "coupling's ratio 3 % off",
+        .model =
+            [](Model& m) {
+              for (Coupling& c : m.couplings) {
+                for (JointTerm& t : c.terms) t.coefficient *= 1.03;
+              }
+            }},
+       {"coupling", "coupling-of-many"}},
+      {{.name = "couplings ignored", .model = [](Model& m) { m.couplings.clear(); }}, {"coupling", "coupling-of-many"}},
+      {{.name = "connects ignored", .model = [](Model& m) { m.connects.clear(); }}, {"connect"}},
+      {{.name = "welds ignored", .model = [](Model& m) { m.welds.clear(); }}, {"weld"}},
+      {{.name = "tendon's spring at another length",
+        .model =
+            [](Model& m) {
+              for (Tendon& t : m.tendons) t.rest_lower = t.rest_upper = 0;
+            }},
+       {"tendon-spring"}},
+      {{.name = "limits of tendons ignored",
+        .model =
+            [](Model& m) {
+              for (Tendon& t : m.tendons) t.limited = false;
+            }},
+       {"tendon-limit"}},
+  };
+}
+
+std::vector<Case> shape_faults() {
+  const auto every_pair = [](Model& m, const std::function<void(ContactPair&)>& edit) {
+    std::ranges::for_each(m.contacts, edit);
+  };
+  return {
+      {{.name = "friction of shapes 1.5 times as large",
+        .model = [every_pair](Model& m) { every_pair(m, [](ContactPair& c) { c.friction *= 1.5; }); }},
+       {"box-slides", "hull-slides"}},
+      {{.name = "no friction of shapes",
+        .model = [every_pair](Model& m) { every_pair(m, [](ContactPair& c) { c.friction = 0; }); }},
+       {"box-slides", "hull-slides", "cylinder-rolls", "ellipsoid-rocks", "height-field"}},
+      {{.name = "shapes 5 mm too large",
+        .model =
+            [](Model& m) {
+              for (Shape& s : m.shapes) {
+                s.half_size.array() += 5e-3;
+                s.radius += 5e-3;
+              }
+            }},
+       {"resting-shapes", "height-field"}},
+      {{.name = "boxes and hulls a quarter wider",
+        .model =
+            [](Model& m) {
+              for (Shape& s : m.shapes) s.half_size.x() *= 1.25;
+              for (Hull& hull : m.hulls) {
+                for (Vec3& v : hull.vertices) v.x() *= 1.25;
+              }
+            }},
+       {"box-tips", "hull-tips"}},
+      {{.name = "torsional and rolling friction 10 % too strong",
+        .model =
+            [every_pair](Model& m) {
+              every_pair(m, [](ContactPair& c) {
+                c.torsional *= 1.1;
+                c.rolling *= 1.1;
+              });
+            }},
+       {"torsional-friction", "rolling-friction"}},
+  };
+}
+
 class Faults : public testing::TestWithParam<Case> {};
 
 TEST_P(Faults, AreCaught) {
@@ -294,6 +427,9 @@ std::string case_name(const testing::TestParamInfo<Case>& info) {
 INSTANTIATE_TEST_SUITE_P(SetUp, Faults, testing::ValuesIn(set_up_faults()), case_name);
 INSTANTIATE_TEST_SUITE_P(Contact, Faults, testing::ValuesIn(contact_faults()), case_name);
 INSTANTIATE_TEST_SUITE_P(States, Faults, testing::ValuesIn(state_faults()), case_name);
+INSTANTIATE_TEST_SUITE_P(Joints, Faults, testing::ValuesIn(joint_faults()), case_name);
+INSTANTIATE_TEST_SUITE_P(Constraints, Faults, testing::ValuesIn(constraint_faults()), case_name);
+INSTANTIATE_TEST_SUITE_P(Shapes, Faults, testing::ValuesIn(shape_faults()), case_name);
 INSTANTIATE_TEST_SUITE_P(Motion, Faults, testing::ValuesIn(motion_faults()), case_name);
 
 // A suite that nothing passes would catch every fault.
@@ -310,7 +446,8 @@ TEST(Suite, TheWrapperAloneIsSound) {
 // Every test can fail: some fault above is caught by it.
 TEST(Suite, EveryTestCatchesSomething) {
   std::vector<std::string> catching;
-  for (const auto& cases : {set_up_faults(), contact_faults(), state_faults(), motion_faults()}) {
+  for (const auto& cases : {set_up_faults(), contact_faults(), state_faults(), motion_faults(), joint_faults(),
+                            constraint_faults(), shape_faults()}) {
     for (const Case& c : cases) catching.insert(catching.end(), c.caught_by.begin(), c.caught_by.end());
   }
   for (const ConformanceTest& test : conformance_tests()) EXPECT_THAT(catching, testing::Contains(test.name));

@@ -178,7 +178,7 @@ void stir(Twin& twin, int seed) {
 // MuJoCo itself on the MJCF of a twin.
 class Direct {
  public:
-  Direct(const Twin& twin, int integrator) : twin_(twin) {
+  Direct(const Twin& twin, int integrator, int disabled) : twin_(twin) {
     char error[1000] = "";
     mjSpec* spec = mj_parseXMLString(twin.mjcf().c_str(), nullptr, error, sizeof error);
     if (spec == nullptr) throw std::runtime_error(fmt::format("{}\n{}", error, twin.mjcf()));
@@ -187,6 +187,7 @@ class Direct {
     mj_deleteSpec(spec);
     model_->opt.timestep = 1e-3;
     model_->opt.integrator = integrator;
+    model_->opt.disableflags |= disabled;
     model_->opt.jacobian = mjJAC_SPARSE;
     data_ = mj_makeData(model_);
     const Model& model = twin.model;
@@ -226,7 +227,8 @@ class Direct {
   void step() { mj_step(model_, data_); }
   void torque(size_t joint, double value) { data_->qfrc_applied[dof(twin_.model.joints[joint].name)] = value; }
 
-  // The largest difference of any position (m) or rotation (rad) of bodies with mass and of joint coordinates.
+  // The largest difference of any position (m) or rotation (rad) of bodies with mass, of joint coordinates and of ball
+  // joints' rates (rad/s).
   double distance(const State& state) const {
     mjData* now = mj_copyData(nullptr, model_, data_);
     mj_kinematics(model_, now);
@@ -241,6 +243,10 @@ class Direct {
     }
     for (size_t j = 0; j < twin_.model.joints.size(); ++j) {
       most = std::max(most, std::abs(now->qpos[qpos(twin_.model.joints[j].name)] - state.position[j]));
+    }
+    for (size_t b = 0; b < twin_.model.balls.size(); ++b) {
+      const Vec3 rate = Eigen::Map<const Vec3>(now->qvel + dof(twin_.model.balls[b].name));
+      most = std::max(most, (rate - ball_velocity(twin_.model, state, static_cast<int>(b))).norm());
     }
     mj_deleteData(now);
     return most;
@@ -263,10 +269,11 @@ struct Outcome {
   int constraints = 0, contacts = 0;
 };
 
-Outcome compare(const Twin& twin, int steps, const Settings& settings = {}, int integrator = mjINT_EULER) {
+Outcome compare(const Twin& twin, int steps, const Settings& settings = {}, int integrator = mjINT_EULER,
+                int disabled = 0) {
   ResolvedContender contender = Registry::instance().resolve("mujoco-euler", settings);
   const auto simulation = contender.engine->create(twin.model, twin.model.initial, contender.settings);
-  Direct direct(twin, integrator);
+  Direct direct(twin, integrator, disabled);
   Outcome outcome;
   State state;
   std::vector<double> torques(twin.model.joints.size(), 0);
@@ -295,6 +302,8 @@ TEST_P(MujocoTrees, MoveAsMuJoCosOwn) {
   EXPECT_LT(euler.distance, 1e-9);
   EXPECT_LT(compare(twin, 100, {{"integrator", "rk4"}}, mjINT_RK4).distance, 1e-9);
   EXPECT_LT(compare(twin, 100, {{"integrator", "implicitfast"}}, mjINT_IMPLICITFAST).distance, 1e-9);
+  const Settings explicit_pd = {{"pd", "explicit"}};
+  EXPECT_LT(compare(twin, 100, explicit_pd, mjINT_EULER, mjDSBL_EULERDAMP).distance, 1e-9);
   EXPECT_GT(euler.constraints, 0) << "no limit, no friction: the test shows less than it says";
 }
 
@@ -522,6 +531,62 @@ TEST(MujocoFeatures, ShapesTouchAsMuJoCosOwn) {
     }
   }
 }
+
+// What the capabilities and the README say of soft constraints, for a load that accelerates the free joint by `load`.
+class MujocoSoftness : public testing::TestWithParam<double> {
+ protected:
+  static Model hinged() {
+    Model model;
+    model.gravity.setZero();
+    Body body;
+    body.mass = 1;
+    body.I_BBcm_B = 0.5 * Mat3::Identity();
+    body.joint = 0;
+    model.bodies = {body};
+    model.joints.resize(1);
+    model.joints[0].axis_B = Vec3::UnitZ();
+    return model;
+  }
+  static State run(Model model, double torque) {
+    model.initial = reference_state(model);
+    const ResolvedContender contender = Registry::instance().resolve("mujoco-euler", {});
+    const auto simulation = contender.engine->create(model, model.initial, contender.settings);
+    const std::vector<double> torques(model.joints.size(), torque);
+    for (int i = 0; i < 2000; ++i) simulation->step(torques);
+    State state;
+    simulation->read_state(state);
+    return state;
+  }
+};
+
+TEST_P(MujocoSoftness, IsAsDeclared) {
+  const double load = GetParam(), torque = 0.5 * load;
+  Model dry = hinged();
+  dry.joints[0].dry_friction = 10 * torque;
+  EXPECT_NEAR(run(dry, torque).velocity[0], 1.06e-3 * load, 0.05e-3 * load);
+  Model held = hinged();
+  held.couplings = {{.name = "held", .joint = 0, .terms = {}, .offset = 0}};
+  const double way = run(held, torque).position[0];
+  EXPECT_LT(way, 4.5e-5 * load);
+  EXPECT_GT(way, 1.5e-5 * load);
+  Model limited = hinged();
+  limited.joints[0].limited = true;
+  limited.joints[0].lower = -1;
+  EXPECT_NEAR(run(limited, torque).position[0], way, 1e-3 * way);
+  for (const bool weld : {false, true}) {
+    Model hung;
+    hung.gravity = {0, 0, -load};
+    hung.bodies = hinged().bodies;
+    hung.bodies[0].joint = -1;
+    if (weld) hung.welds.emplace_back().name = "weld";
+    if (!weld) hung.connects.emplace_back().name = "connect";
+    const double sunk = -run(hung, 0).bodies[0].p_WBcm.z();
+    EXPECT_LT(sunk, 4.5e-5 * load) << weld;
+    EXPECT_GT(sunk, 1.5e-5 * load) << weld;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Loads, MujocoSoftness, testing::Values(1.0, 10.0, 100.0));
 
 TEST(MujocoFeatures, TorsionalAndRollingFrictionComeFromTheFilterAndFromTheList) {
   Twin twin = heap(false, 0.02, 0.003);

@@ -63,6 +63,106 @@ TEST(Simbody, OwnSpringsKeepTheIntegratorsOrder) {
   EXPECT_NEAR(observed_order(model, {{"integrator", "rkm"}, {"pd", "explicit"}}), 1, 0.35);
 }
 
+Body link(int parent, const Vec3& p_PB) {
+  Body body;
+  body.parent = parent;
+  body.X_PB = {p_PB, Quat(Eigen::AngleAxisd(0.4, Vec3(1, 2, 3).normalized()))};
+  body.mass = 1;
+  body.p_BBcm = {0.05, -0.02, -0.1};
+  body.I_BBcm_B = Vec3(0.02, 0.03, 0.025).asDiagonal();
+  return body;
+}
+
+void add_ball(Model& model, int body) {
+  model.bodies[body].ball = static_cast<int>(model.balls.size());
+  model.balls.push_back({.name = "ball", .body = body, .p_BJ = {0, 0, 0.2}});
+}
+
+Joint& add_joint(Model& model, int body, JointType type) {
+  model.bodies[body].joint = static_cast<int>(model.joints.size());
+  Joint& joint = model.joints.emplace_back();
+  joint.body = body;
+  joint.type = type;
+  joint.axis_B = Vec3(1, -1, 2).normalized();
+  joint.reference = 0.1;
+  return joint;
+}
+
+// A ball joint, then a slide and a hinge in one body, with springs in all and a tendon between the last two.
+Model all_joints() {
+  Model model;
+  model.bodies = {link(kWorld, {0, 0, 1}), link(0, {0, 0, -0.3}), link(1, Vec3::Zero())};
+  Body& between = model.bodies[1];
+  between.mass = 0;
+  between.p_BBcm.setZero();
+  between.I_BBcm_B.setZero();
+  model.bodies[2].X_PB = {};
+  add_ball(model, 0);
+  model.balls[0].stiffness = 5;
+  model.balls[0].damping = 0.1;
+  model.balls[0].spring_reference = Quat(Eigen::AngleAxisd(0.3, Vec3::UnitY()));
+  Joint& slide = add_joint(model, 1, JointType::kSlide);
+  slide.stiffness = 200;
+  slide.damping = 1;
+  Joint& hinge = add_joint(model, 2, JointType::kHinge);
+  hinge.axis_B = Vec3::UnitX();
+  hinge.p_BJ = {0, 0, 0.1};
+  model.tendons = {{.name = "tendon", .terms = {{0, 2}, {1, 0.5}}, .stiffness = 20, .damping = 0.2}};
+  model = conformance::finished(std::move(model));
+  model.initial = reference_state(model);
+  model.initial.velocity = {0.3, 2};
+  bodies_from_joints(model, {{Quat(Eigen::AngleAxisd(0.5, Vec3(1, 1, 0).normalized())), Vec3(1, 2, -1)}},
+                     model.initial);
+  return model;
+}
+
+TEST(Simbody, BallsSlidesMasslessBodiesAndTheirSpringsKeepTheIntegratorsOrder) {
+  const Model model = all_joints();
+  EXPECT_NEAR(observed_order(model, {{"integrator", "euler"}}), 1, 0.35);
+  EXPECT_THROW(run(model, {{"integrator", "verlet"}}, 1e-3, 0.01), UnsupportedError);  // ball joints
+  EXPECT_NEAR(observed_order(model, {{"integrator", "rkm"}}), 4, 0.6);
+  EXPECT_NEAR(observed_order(model, {{"integrator", "rkm"}, {"pd", "explicit"}}), 1, 0.35);
+}
+
+// A closed chain of two ball joints, a body welded to it, and a hinge that turns with a slide.
+Model constrained() {
+  Model model;
+  model.bodies = {link(kWorld, {0, 0, 1}), link(0, {0, 0, -0.3}),     link(kWorld, {0, 0, 0}),
+                  link(kWorld, {1, 0, 0}), link(kWorld, {1, 0, 0.3}), link(kWorld, {1, 0.5, 0})};
+  add_ball(model, 0);
+  add_ball(model, 1);
+  for (const auto& [body, type] : {std::pair{3, JointType::kSlide}, {4, JointType::kHinge}, {5, JointType::kHinge}}) {
+    add_joint(model, body, type);
+  }
+  model.joints[2].reference = 0.4;  // as the coupling of many has it
+  model.couplings = {{.name = "two", .joint = 1, .terms = {{0, 2}}, .offset = -0.1},
+                     {.name = "many", .joint = 2, .terms = {{0, 1}, {1, -1}}, .offset = 0.4}};
+  model = conformance::finished(std::move(model));
+  model.initial = reference_state(model);
+  model.initial.velocity = {0.2, 0.4, -0.2};
+  bodies_from_joints(model, std::vector<BallCoordinates>(2), model.initial);
+  const auto pose = [&](int body) { return body_pose(model.bodies[body], model.initial.bodies[body]); };
+  const Vec3 p_B(0.1, 0, -0.3);
+  model.connects = {{.name = "end", .body_a = kWorld, .body_b = 1, .p_A = pose(1) * p_B, .p_B = p_B}};
+  model.welds = {{.name = "weld", .body_a = 1, .body_b = 2, .X_AB = pose(1).inverse() * pose(2)}};
+  return model;
+}
+
+TEST(Simbody, HoldsCouplingsConnectsAndWelds) {
+  const Model model = constrained();
+  EXPECT_NEAR(observed_order(model, {{"integrator", "euler"}}), 1, 0.35);
+  EXPECT_NEAR(observed_order(model, {{"integrator", "rkm"}}), 4, 0.6);
+  const State end = run(model, {}, 1e-3, 0.5);
+  EXPECT_NEAR(end.position[1], -0.1 + 2 * end.position[0], 1e-10);
+  EXPECT_NEAR(end.position[2], 0.4 + end.position[0] - end.position[1], 1e-10);
+  EXPECT_GT(std::abs(end.position[0] - 0.1), 0.01) << "it did not move";
+  const auto pose = [&](int body) { return body_pose(model.bodies[body], end.bodies[body]); };
+  EXPECT_LT((pose(1) * model.connects[0].p_B - model.connects[0].p_A).norm(), 1e-10);
+  const Pose X_AB = pose(1).inverse() * pose(2);
+  EXPECT_LT((X_AB.p - model.welds[0].X_AB.p).norm(), 1e-10);
+  EXPECT_LT(X_AB.q.angularDistance(model.welds[0].X_AB.q), 1e-9);
+}
+
 TEST(Simbody, RefusesContact) {
   Model model;
   conformance::add_free_body(model, "ball", conformance::sphere_solid(1, 0.1), {Vec3(0, 0, 1), Quat::Identity()});

@@ -156,7 +156,7 @@ const std::vector<Case> kCases = {
      "<asset><mesh name='m' file='nowhere.stl'/></asset><worldbody><body><freejoint/><geom type='mesh' "
      "mesh='m'/></body>"
      "</worldbody>",
-     {"cannot compile", "nowhere.stl"}},
+     {"mesh 'm' (line 2) is not found", "nowhere.stl"}},
     {"Plugin",
      "<extension><plugin plugin='mujoco.pid'/></extension><worldbody><body><freejoint/><geom "
      "size='1'/></body></worldbody>",

@@ -1,9 +1,11 @@
 // Bullet as an engine of assay: what it is, what it can do, and which of its two formulations runs.
 #include <algorithm>
 #include <iterator>
+#include <set>
 #include <string>
 #include <vector>
 
+#include <BulletDynamics/Dynamics/btRigidBody.h>
 #include <fmt/format.h>
 
 #include "engines/adapter.h"
@@ -21,7 +23,24 @@ std::vector<Deviation> rk4_deviations() {
   const std::string reason =
       "Bullet's Runge-Kutta uses the free base's orientation at the step's start in all stages: first order where a "
       "floating body rotates";
-  return {{"torque-free-top", 5e-3, reason}, {"oblique-trees", 1.2e-4, reason}, {"torque-reaction", 6e-5, reason}};
+  return {{"torque-free-top", 5e-3, reason}, {"oblique-trees", 1.2e-4, reason},
+          {"torque-reaction", 6e-5, reason}, {"massless-joints", 7e-5, reason},
+          {"random-trees", 1.4e-4, reason},  {"random-massless-trees", 1.6e-4, reason}};
+}
+
+// Bounds: 1.5 times what the tests measure.
+std::vector<Deviation> rigid_deviations(const Options& options) {
+  const std::string lent = fmt::format("massless bodies borrow {:g} % of the next body's mass: rigid bodies need mass",
+                                       100 * options.lent_share);
+  std::vector<Deviation> deviations = {
+      {"planar-root", 3.5e-3, lent}, {"massless-joints", 5e-3, lent}, {"random-massless-trees", 9e-3, lent}};
+  if (options.gyroscopic == BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_BODY) {
+    deviations.push_back({"random-trees", 1.2e-3,
+                          fmt::format("Bullet's implicit gyroscopic torque in body axes is none where the product of "
+                                      "the principal moments is below {:.2g} (kg m^2)^3",
+                                      SIMD_EPSILON)});
+  }
+  return deviations;
 }
 
 // A multibody's joint stands still while the inertia that it moves is below Bullet's epsilon, 1.2e-7 in float. The last
@@ -46,6 +65,23 @@ std::vector<Limitation> frozen_joints(const Model& model) {
   return frozen;
 }
 
+std::vector<Limitation> couplings_between_trees(const Model& model) {
+  const auto root = [&model](int joint) {
+    int body = model.joints[joint].body;
+    while (model.bodies[body].parent != kWorld) body = model.bodies[body].parent;
+    return body;
+  };
+  std::vector<Limitation> refused;
+  for (const Coupling& coupling : model.couplings) {
+    std::set<int> roots = {root(coupling.joint)};
+    for (const JointTerm& term : coupling.terms) roots.insert(root(term.joint));
+    if (roots.size() <= 2) continue;
+    refused.push_back({Fidelity::kRefused, fmt::format("coupling '{}'", coupling.name),
+                       "Bullet's constraints act on two trees at most: take another engine"});
+  }
+  return refused;
+}
+
 void add_features(Capabilities& c, const Options& options) {
   add_exact(c, {Feature::kBox, Feature::kCylinder, Feature::kEllipsoid, Feature::kHull});
   add_approximated(c, Feature::kHeightField,
@@ -59,7 +95,7 @@ void add_features(Capabilities& c, const Options& options) {
   }
   add_exact(c, {Feature::kSlide, Feature::kDryFriction});
   if (options.multibody) {
-    add_exact(c, {Feature::kMassless});
+    add_exact(c, {Feature::kMassless, Feature::kCoupling, Feature::kCouplingOfMany, Feature::kConnect, Feature::kWeld});
   } else {
     add_lent_mass(c, options.lent_share);
   }
@@ -142,6 +178,7 @@ class BulletEngine final : public Adapter {
       c.friction_cone =
           options.friction_directions == 1 ? "one tangent, along the slip" : "box, one side along the slip";
       c.gyroscopic = options.gyroscopic != 0;
+      c.deviations = rigid_deviations(options);
     }
     add_features(c, options);
     return c;
@@ -160,6 +197,7 @@ class BulletEngine final : public Adapter {
            "one tangent of a multibody's contact is fixed and leaves the other without friction: set 2"});
     }
     if (options.multibody) std::ranges::copy(frozen_joints(model), std::back_inserter(limitations));
+    if (options.multibody) std::ranges::copy(couplings_between_trees(model), std::back_inserter(limitations));
     for (const Joint& hinge : model.joints) {
       if (hinge.armature != 0) limitations.push_back(armature_refused(hinge, "Bullet"));
       if (hinge.has_spring()) limitations.push_back(explicit_spring(hinge));

@@ -3,15 +3,63 @@
 #include <array>
 
 #include <BulletDynamics/Featherstone/btMultiBody.h>
+#include <BulletDynamics/Featherstone/btMultiBodyFixedConstraint.h>
 #include <BulletDynamics/Featherstone/btMultiBodyJointLimitConstraint.h>
 #include <BulletDynamics/Featherstone/btMultiBodyJointMotor.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
+#include <BulletDynamics/Featherstone/btMultiBodyPoint2Point.h>
 
 #include "convert.h"
 #include "world.h"
 
 namespace assay::bullet {
 namespace {
+
+// position of one joint - the others' shares = offset, of joints of one or two trees. Bullet's own gear couples two
+// joints; its row leaves out that an impulse on one moves the other, and is the slower for it.
+class CouplingRow final : public btMultiBodyConstraint {
+ public:
+  struct Term {
+    btMultiBody* tree;
+    int link;
+    btScalar coefficient, reference;  // position = Bullet's + reference
+  };
+
+  // `other` is a term of the second tree, or of the first where there is none.
+  CouplingRow(std::vector<Term> terms, const Term& other, btScalar offset)
+      : btMultiBodyConstraint(terms.front().tree, other.tree, terms.front().link, other.link, 1, false,
+                              MAX_MULTIBODY_CONSTRAINT_TYPE),
+        terms_(std::move(terms)),
+        offset_(offset) {}
+
+  void finalizeMultiDof() override {
+    allocateJacobiansMultiDof();
+    for (const Term& term : terms_) {
+      btScalar* jacobian = term.tree == m_bodyA ? jacobianA(0) : jacobianB(0);
+      jacobian[6 + term.tree->getLink(term.link).m_dofOffset] += term.coefficient;
+    }
+    m_numDofsFinalized = m_jacSizeBoth;
+  }
+  int getIslandIdA() const override { return m_bodyA->getLink(m_linkA).m_collider->getIslandTag(); }
+  int getIslandIdB() const override { return m_bodyB->getLink(m_linkB).m_collider->getIslandTag(); }
+  void createConstraintRows(btMultiBodyConstraintArray& rows, btMultiBodyJacobianData& data,
+                            const btContactSolverInfo& info) override {
+    if (m_numDofsFinalized != m_jacSizeBoth) finalizeMultiDof();
+    btScalar error = -offset_;
+    for (const Term& term : terms_) error += term.coefficient * (term.tree->getJointPos(term.link) + term.reference);
+    btMultiBodySolverConstraint& row = rows.expandNonInitializing();
+    const btVector3 none(0, 0, 0);
+    fillMultiBodyConstraint(row, data, jacobianA(0), jacobianB(0), none, none, none, none, error, info,
+                            -m_maxAppliedImpulse, m_maxAppliedImpulse);
+    row.m_orgConstraint = this;
+    row.m_orgDofIndex = 0;
+  }
+  void debugDraw(btIDebugDraw* /*drawer*/) override {}
+
+ private:
+  std::vector<Term> terms_;
+  btScalar offset_;
+};
 
 class MultibodySimulation final : public BulletSimulation {
  public:
@@ -24,6 +72,7 @@ class MultibodySimulation final : public BulletSimulation {
     }
     make_limits();
     make_dry_friction();
+    make_equalities();
     make_colliders();
   }
 
@@ -161,6 +210,62 @@ class MultibodySimulation final : public BulletSimulation {
     }
   }
 
+  void add_row(int body, std::unique_ptr<btMultiBodyConstraint> constraint) {
+    has_rows_[body] = 1;
+    constraint->setMaxAppliedImpulse(SIMD_INFINITY);
+    multibody_world().addMultiBodyConstraint(constraint.get());
+    equalities_.push_back(std::move(constraint));
+  }
+
+  // The body's tree and link, for a constraint; the world's is a tree of its own, which is fixed.
+  Place end_of(int body) {
+    if (body != kWorld) {
+      has_rows_[body] = 1;
+      return places_[body];
+    }
+    if (!world_tree_) {
+      world_tree_ = std::make_unique<btMultiBody>(0, real(0), btVector3(0, 0, 0), true, false);
+      world_tree_->finalizeMultiDof();
+      multibody_world().addMultiBody(world_tree_.get());
+    }
+    return {.tree = world_tree_.get()};
+  }
+  Pose in_bullet(int body, const Pose& X_BF) const {
+    return body == kWorld ? X_BF : collision_.frame(body).X_BI.inverse() * X_BF;
+  }
+
+  void make_equalities() {
+    has_rows_.assign(model_.bodies.size(), 0);
+    for (const Coupling& coupling : model_.couplings) {
+      const auto term = [&](int joint, double coefficient) -> CouplingRow::Term {
+        const Place place = end_of(model_.joints[joint].body);
+        return {place.tree, place.link, real(coefficient), real(model_.joints[joint].reference)};
+      };
+      std::vector<CouplingRow::Term> terms = {term(coupling.joint, 1)};
+      for (const JointTerm& other : coupling.terms) terms.push_back(term(other.joint, -other.coefficient));
+      CouplingRow::Term other = terms.front();
+      for (const CouplingRow::Term& each : terms) {
+        if (each.tree != terms.front().tree) other = each;
+      }
+      add_row(model_.joints[coupling.joint].body,
+              std::make_unique<CouplingRow>(std::move(terms), other, real(coupling.offset)));
+    }
+    for (const Connect& connect : model_.connects) {
+      const Place a = end_of(connect.body_a), b = end_of(connect.body_b);
+      add_row(connect.body_a == kWorld ? connect.body_b : connect.body_a,
+              std::make_unique<btMultiBodyPoint2Point>(
+                  a.tree, a.link, b.tree, b.link, to_bt(in_bullet(connect.body_a, {connect.p_A, Quat::Identity()}).p),
+                  to_bt(in_bullet(connect.body_b, {connect.p_B, Quat::Identity()}).p)));
+    }
+    for (const Weld& weld : model_.welds) {
+      const Place a = end_of(weld.body_a), b = end_of(weld.body_b);
+      const Pose X_a = in_bullet(weld.body_a, weld.X_AB), X_b = in_bullet(weld.body_b, {});
+      add_row(weld.body_a == kWorld ? weld.body_b : weld.body_a,
+              std::make_unique<btMultiBodyFixedConstraint>(a.tree, a.link, b.tree, b.link, to_bt(X_a.p), to_bt(X_b.p),
+                                                           btMatrix3x3(to_bt(X_a.q)), btMatrix3x3(to_bt(X_b.q))));
+    }
+  }
+
   // A collider for every body that can touch something, and for every link whose joint has rows: Bullet finds the
   // island of a limit or motor through the link's collider and skips one that has none.
   void make_colliders() {
@@ -168,7 +273,8 @@ class MultibodySimulation final : public BulletSimulation {
       const Place& place = places_[b];
       btCollisionShape* shape = collision_.body_shape(static_cast<int>(b));
       const int joint = model_.bodies[b].joint;
-      const bool has_rows = joint >= 0 && (limits_[joint] != nullptr || motors_[joint] != nullptr);
+      const bool has_rows =
+          has_rows_[b] != 0 || (joint >= 0 && (limits_[joint] != nullptr || motors_[joint] != nullptr));
       if (shape == nullptr && !has_rows) continue;
       auto collider = std::make_unique<btMultiBodyLinkCollider>(place.tree, place.link);
       collider->setCollisionShape(shape != nullptr ? shape : &no_shape_);
@@ -271,7 +377,10 @@ class MultibodySimulation final : public BulletSimulation {
   std::vector<std::unique_ptr<btMultiBodyLinkCollider>> colliders_;
   std::vector<std::unique_ptr<btMultiBodyJointLimitConstraint>> limits_;  // by Model::joints, null without a limit
   std::vector<std::unique_ptr<btMultiBodyJointMotor>> motors_;            // by Model::joints, null without dry friction
-  mutable std::vector<BallCoordinates> balls_;                            // scratch, by Model::balls
+  std::vector<std::unique_ptr<btMultiBodyConstraint>> equalities_;
+  std::unique_ptr<btMultiBody> world_tree_;     // the world's end of connects and welds
+  std::vector<char> has_rows_;                  // by Model::bodies: an equality's
+  mutable std::vector<BallCoordinates> balls_;  // scratch, by Model::balls
 };
 
 }  // namespace

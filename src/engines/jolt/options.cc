@@ -59,6 +59,7 @@ std::vector<Setting> declared_settings() {
       {"warm_start", true, "", "start from the impulses of the step before"},
       {"pair_cache", true, "",
        "keep the contact points of two bodies whose relative pose changed by less than 1 mm and 2 degrees"},
+      lent_share_setting(),
       {"gyroscopic", true, "", "gyroscopic torque (Jolt's own default is off); off is wrong for asymmetric bodies"},
   };
 }
@@ -78,6 +79,7 @@ Options read_options(const Settings& settings) {
   options.world.warm_start = flag("warm_start");
   options.world.pair_cache = flag("pair_cache");
   options.world.gyroscopic = flag("gyroscopic");
+  options.lent_share = settings.get<double>("lent_share");
   options.native_springs = is(settings, "pd", "native");
   return options;
 }

@@ -6,6 +6,7 @@
 #include <jolt_world.h>
 
 #include "engines/engine.h"
+#include "model/massless.h"
 
 namespace assay::jolt {
 
@@ -24,6 +25,7 @@ inline constexpr bool kWebAssembly = false;
 struct Options {
   jolt_settings world{};  // all but gravity, which is the model's
   bool native_springs = false;
+  double lent_share = kLentShare;
 };
 
 std::vector<Setting> declared_settings();

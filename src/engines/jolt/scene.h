@@ -14,8 +14,8 @@ struct FreeWorld {
 };
 using World = std::unique_ptr<jolt_world, FreeWorld>;
 
-// The angle at which Jolt's own is zero. Jolt knows an angle within a turn only, so a limited hinge counts from the
-// middle of its range, and one with a native spring from the spring's rest.
+// The position at which Jolt's own is zero. Jolt knows an angle within a turn only, and wants zero within limits, so a
+// limited joint counts from the middle of its range, and one with a native spring from the spring's rest.
 double zero_angle(const Joint& hinge, bool native_springs);
 
 // Jolt's body frame in the MJCF body frame, one for each body. Its origin is the centre of mass. Jolt's capsules lie

@@ -1,5 +1,7 @@
 #include "world.h"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 
 namespace assay::jolt {
@@ -8,25 +10,47 @@ namespace {
 Vec3 vec3(const double* v) { return {v[0], v[1], v[2]}; }
 Quat quat(const double* q) { return {q[0], q[1], q[2], q[3]}; }
 
+State of_copy(const Lent& lent, State state) {
+  lent.to_copy(state);
+  return state;
+}
+
 }  // namespace
 
 JoltSimulation::JoltSimulation(const Model& model, const State& state, const Options& options)
-    : model_(model),
+    : lent_(lend_mass(model, options.lent_share)),
+      model_(lent_.model),
       options_(options),
       clock_{state.time, options.world.timestep},
-      frames_(body_frames(model)),
-      springs_(model.has_springs() && !options.native_springs),
-      world_(make_world(model, state, frames_, options)),
+      frames_(body_frames(model_)),
+      joint_springs_(model.has_springs() && !options.native_springs),
+      springs_(joint_springs_ || std::ranges::any_of(model.tendons, &Tendon::has_spring) ||
+               std::ranges::any_of(model.balls, &BallJoint::has_spring)),
+      world_(make_world(model_, of_copy(lent_, state), frames_, options)),
       torques_(model.joints.size(), 0.0),
       bodies_(model.bodies.size()),
-      last_(with_joint_coordinates(model, state)) {
-  model_.keyframes.clear();
+      last_(of_copy(lent_, with_joint_coordinates(model, state))) {
+  lent_.model.keyframes.clear();
 }
 
 void JoltSimulation::set_torques(std::span<const double> torques) {
   if (springs_) read();
-  collect_torques(model_, torques, springs_ ? &last_ : nullptr, torques_);
+  collect_torques(model_, torques, joint_springs_ ? &last_ : nullptr, torques_);
+  if (springs_) add_tendon_tensions(model_, last_, torques_);
+  torques_.resize(model_.joints.size() + (3 * (model_.balls.size() + model_.connects.size())), 0.0);
+  if (springs_) add_ball_springs();
   jolt_set_torques(world_.get(), torques_.data());
+}
+
+void JoltSimulation::add_ball_springs() {
+  for (size_t b = 0; b < model_.balls.size(); ++b) {
+    const BallJoint& ball = model_.balls[b];
+    if (!ball.has_spring()) continue;
+    const int index = static_cast<int>(b);
+    const Vec3 torque = last_.bodies[ball.body].q_WB * ball_spring_torque(ball, ball_rotation(model_, last_, index),
+                                                                          ball_velocity(model_, last_, index));
+    std::copy_n(torque.data(), 3, torques_.data() + model_.joints.size() + (3 * b));
+  }
 }
 
 void JoltSimulation::advance(int count) {
@@ -40,12 +64,13 @@ void JoltSimulation::advance(int count) {
 void JoltSimulation::read_state(State& out) const {
   read();
   out = last_;
+  lent_.to_original(out);
 }
 
 EngineView JoltSimulation::view() const {
   EngineView out;
   std::vector<jolt_body_view> bodies(model_.bodies.size());
-  std::vector<jolt_hinge_view> hinges(model_.joints.size());
+  std::vector<jolt_joint_view> hinges(model_.joints.size());
   jolt_view(world_.get(), bodies.data(), hinges.data(), out.gravity.data());
   jolt_read(world_.get(), bodies_.data());
   for (size_t b = 0; b < bodies.size(); ++b) {
@@ -64,6 +89,7 @@ EngineView JoltSimulation::view() const {
     }
     out.joints.push_back(hinge);
   }
+  return_lent_mass(lent_, out);
   return out;
 }
 

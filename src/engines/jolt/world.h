@@ -21,16 +21,19 @@ class JoltSimulation final : public Simulation {
  private:
   // Fills last_, whose angles before unwrap the new ones.
   void read() const;
+  void add_ball_springs();
 
-  Model model_;  // our own copy: the caller's need not live on
+  Lent lent_;           // our own copy: the caller's need not live on
+  const Model& model_;  // lent_'s: every body has mass
   const Options options_;
   Clock clock_;
   const std::vector<Pose> frames_;
-  bool springs_;  // explicit ones
+  bool joint_springs_;  // explicit ones of hinges and slides
+  bool springs_;        // explicit ones of any kind
   World world_;
   std::vector<double> torques_;
   mutable std::vector<jolt_body_state> bodies_;  // scratch
-  mutable State last_;                           // of the last read
+  mutable State last_;                           // of the last read, lent_'s model's
 };
 
 }  // namespace assay::jolt

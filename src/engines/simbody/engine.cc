@@ -32,8 +32,8 @@ class SimbodySimulation final : public Simulation {
 
   void read_state(State& out) const override {
     out.time = clock_.time();
-    world_.read_joints(out);
-    bodies_from_joints(model_, out);
+    world_.read_joints(out, balls_);
+    bodies_from_joints(model_, balls_, out);
   }
 
   EngineView view() const override {
@@ -41,8 +41,8 @@ class SimbodySimulation final : public Simulation {
     EngineView view;
     view.gravity = held.gravity;
     for (const HeldBody& body : held.bodies) view.bodies.push_back({body.mass, body.p_WBcm, body.I_BBcm_W});
-    for (const HeldHinge& hinge : held.joints) {
-      view.joints.push_back({hinge.p_WJ, hinge.axis_W, hinge.limited, hinge.lower, hinge.upper});
+    for (const HeldJoint& joint : held.joints) {
+      view.joints.push_back({joint.p_WJ, joint.axis_W, joint.limited, joint.lower, joint.upper});
     }
     return view;
   }
@@ -51,6 +51,7 @@ class SimbodySimulation final : public Simulation {
   World world_;
   Model model_;  // our own copy: the caller's need not live on
   Clock clock_;
+  mutable std::vector<BallCoordinates> balls_;  // of the last read
 };
 
 class SimbodyEngine final : public Adapter {
@@ -85,6 +86,24 @@ class SimbodyEngine final : public Adapter {
     c.speed_limits = "none";
     if (c.joint_limits) {
       c.other = fmt::format("joint limits are springs that swing {:g} rad a step", options.limit_frequency);
+    }
+    add_exact(c, {Feature::kSlide, Feature::kBall, Feature::kMassless, Feature::kCoupling, Feature::kCouplingOfMany,
+                  Feature::kConnect, Feature::kWeld});
+    if (options.method == Method::kVerlet) {
+      std::erase_if(c.features, [](const FeatureSupport& support) { return support.feature == Feature::kBall; });
+      for (const Feature feature : {Feature::kBall, Feature::kBallSpring}) {
+        c.features.push_back({feature, Fidelity::kRefused,
+                              "Verlet's iteration for the velocities does not always converge with ball joints: choose "
+                              "another integrator"});
+      }
+    }
+    for (const Feature spring : {Feature::kBallSpring, Feature::kTendonSpring}) {
+      if (c.support(spring) != nullptr) continue;
+      if (options.native_pd) {
+        add_exact(c, {spring});
+      } else {
+        add_approximated(c, spring, "explicit torque from the state at the step's start");
+      }
     }
     return c;
   }

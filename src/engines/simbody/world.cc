@@ -1,6 +1,7 @@
 // Compiled as C++17: Simbody 3.7's headers are not valid C++20.
 #include "world.h"
 
+#include <algorithm>
 #include <limits>
 #include <string>
 #include <utility>
@@ -8,7 +9,6 @@
 #include <Simbody.h>
 
 #include "base/errors.h"
-#include "model/kinematics.h"
 
 namespace assay::simbody {
 namespace {
@@ -16,6 +16,8 @@ namespace {
 using SimTK::MobilizedBody;
 using SimTK::MobilizerQIndex;
 using SimTK::MobilizerUIndex;
+
+constexpr int kBallFreedoms = 3;
 
 SimTK::Vec3 simtk(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 SimTK::Rotation simtk(const Quat& q) { return SimTK::Rotation(SimTK::Quaternion(q.w(), q.x(), q.y(), q.z())); }
@@ -71,6 +73,24 @@ std::unique_ptr<SimTK::Integrator> make_integrator(Method method, const SimTK::S
   return integrator;
 }
 
+SimTK::Transform transform(const Quat& q, const Vec3& p) { return {simtk(q), simtk(p)}; }
+
+// A ball joint's coordinates: Simbody's rotation is from the pose X_PB, its speeds the relative angular velocity in the
+// parent's axes at that pose.
+BallCoordinates read_ball(const MobilizedBody& ball, const SimTK::State& state) {
+  const auto q = [&](int k) { return ball.getOneQ(state, k); };
+  const auto u = [&](int k) { return ball.getOneU(state, k); };
+  BallCoordinates result;
+  result.rotation = Quat(q(0), q(1), q(2), q(3)).normalized();
+  result.velocity = result.rotation.conjugate() * Vec3(u(0), u(1), u(2));
+  return result;
+}
+
+// The same of a torque in child axes.
+Vec3 ball_torque(const BallJoint& joint, const BallCoordinates& at) {
+  return at.rotation * ball_spring_torque(joint, at.rotation, at.velocity);
+}
+
 }  // namespace
 
 struct World::Parts {
@@ -80,11 +100,17 @@ struct World::Parts {
   }
 
   void make_bodies();
-  void make_joint_forces(const Joint& hinge, const MobilizedBody& pin);
+  void make_joint_forces(const Joint& joint, const MobilizedBody& mobilized);
+  void make_constraints();
+  double position(const SimTK::State& state, int joint) const;
+  double tension(const SimTK::State& state, const Tendon& tendon) const;
   void set_limit_stiffness(SimTK::State& state) const;
   void set_state(SimTK::State& out, const State& state) const;
   const MobilizedBody& body(size_t i) const { return matter.getMobilizedBody(index[i]); }
-  const MobilizedBody& hinged(const Joint& hinge) const { return body(hinge.body); }
+  const MobilizedBody& jointed(const Joint& joint) const { return body(joint.body); }
+  MobilizedBody& end(int body) {
+    return body == kWorld ? static_cast<MobilizedBody&>(matter.updGround()) : matter.updMobilizedBody(index[body]);
+  }
 
   Model model;  // our own copy: the caller's need not live on
   Options options;
@@ -94,50 +120,147 @@ struct World::Parts {
   SimTK::Force::DiscreteForces torques;
   std::unique_ptr<SimTK::Force::Gravity> gravity;                       // null: there is none
   std::vector<SimTK::MobilizedBodyIndex> index;                         // of each body
-  std::vector<std::pair<int, SimTK::Force::MobilityLinearStop>> stops;  // with their hinges
+  std::vector<std::pair<int, SimTK::Force::MobilityLinearStop>> stops;  // with their joints
   std::unique_ptr<SimTK::Integrator> integrator;
   bool torques_set = false;
   int failures = 0;
 };
+
+namespace {
+
+// Springs and dampers that Simbody has no force for, evaluated in every stage.
+class SpringForces final : public SimTK::Force::Custom::Implementation {
+ public:
+  explicit SpringForces(const World::Parts& parts) : parts_(parts) {}
+
+  void calcForce(const SimTK::State& state, SimTK::Vector_<SimTK::SpatialVec>& /*bodies*/,
+                 SimTK::Vector_<SimTK::Vec3>& /*particles*/, SimTK::Vector& mobilities) const override {
+    for (const BallJoint& ball : parts_.model.balls) {
+      if (!ball.has_spring()) continue;
+      const MobilizedBody& mobilized = parts_.body(ball.body);
+      const Vec3 torque = ball_torque(ball, read_ball(mobilized, state));
+      for (int k = 0; k < kBallFreedoms; ++k) {
+        mobilized.applyOneMobilityForce(state, MobilizerUIndex(k), torque[k], mobilities);
+      }
+    }
+    for (const Tendon& tendon : parts_.model.tendons) {
+      if (!tendon.has_spring()) continue;
+      const double tension = parts_.tension(state, tendon);
+      for (const JointTerm& term : tendon.terms) {
+        parts_.jointed(parts_.model.joints[term.joint])
+            .applyOneMobilityForce(state, MobilizerUIndex(0), term.coefficient * tension, mobilities);
+      }
+    }
+  }
+  SimTK::Real calcPotentialEnergy(const SimTK::State& /*state*/) const override { return 0; }  // asked by nobody
+
+ private:
+  const World::Parts& parts_;
+};
+
+bool needs_spring_forces(const Model& model) {
+  const auto has_spring = [](const auto& element) { return element.has_spring(); };
+  return std::any_of(model.balls.begin(), model.balls.end(), has_spring) ||
+         std::any_of(model.tendons.begin(), model.tendons.end(), has_spring);
+}
+
+}  // namespace
+
+double World::Parts::position(const SimTK::State& state, int joint) const {
+  return jointed(model.joints[joint]).getOneQ(state, 0) + model.joints[joint].reference;
+}
+
+double World::Parts::tension(const SimTK::State& state, const Tendon& tendon) const {
+  double length = 0, speed = 0;
+  for (const JointTerm& term : tendon.terms) {
+    length += term.coefficient * position(state, term.joint);
+    speed += term.coefficient * jointed(model.joints[term.joint]).getOneU(state, 0);
+  }
+  return tendon_tension(tendon, length, speed);
+}
 
 void World::Parts::make_bodies() {
   for (const Body& body : model.bodies) {
     const Mat3& I = body.I_BBcm_B;
     const SimTK::Inertia central(I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2));
     const SimTK::Vec3 com = simtk(body.p_BBcm);
-    const SimTK::Body::Rigid rigid(SimTK::MassProperties(body.mass, com, central.shiftFromMassCenter(com, body.mass)));
+    const SimTK::MassProperties mass(body.mass, com, central.shiftFromMassCenter(com, body.mass));
+    SimTK::Body rigid = SimTK::Body::Rigid(mass);
+    if (body.is_massless()) rigid = SimTK::Body::Massless();
     if (body.is_free()) {
       // the coordinates are the centre of mass's, which flies on a parabola
       const MobilizedBody::Free made(matter.updGround(), SimTK::Transform(), rigid, SimTK::Transform(com));
       index.push_back(made);
       continue;
     }
-    // a pin turns about the z axis of both its frames
-    const Joint& hinge = model.joints[body.joint];
-    const Quat q_BM = Quat::FromTwoVectors(Vec3::UnitZ(), hinge.axis_B);
-    const Vec3 p_PJ = body.X_PB * hinge.p_BJ;
-    MobilizedBody& parent = body.parent == kWorld ? static_cast<MobilizedBody&>(matter.updGround())
-                                                  : matter.updMobilizedBody(index[body.parent]);
-    const MobilizedBody::Pin pin(parent, SimTK::Transform(simtk(Quat(body.X_PB.q * q_BM)), simtk(p_PJ)), rigid,
-                                 SimTK::Transform(simtk(q_BM), simtk(hinge.p_BJ)));
-    index.push_back(pin);
-    make_joint_forces(hinge, pin);
+    MobilizedBody& parent = end(body.parent);
+    if (body.ball >= 0) {
+      const Vec3& p_BJ = model.balls[body.ball].p_BJ;
+      const MobilizedBody::Ball made(parent, transform(body.X_PB.q, body.X_PB * p_BJ), rigid,
+                                     SimTK::Transform(simtk(p_BJ)));
+      index.push_back(made);
+      continue;
+    }
+    // a pin turns about the z axis of both its frames, a slider moves along their x axis
+    const Joint& joint = model.joints[body.joint];
+    const Quat q_BM = Quat::FromTwoVectors(joint.is_slide() ? Vec3::UnitX() : Vec3::UnitZ(), joint.axis_B);
+    const Vec3 p_PJ = body.X_PB * joint.p_BJ;
+    const SimTK::Transform X_PF = transform(Quat(body.X_PB.q * q_BM), p_PJ), X_BM = transform(q_BM, joint.p_BJ);
+    if (joint.is_slide()) {
+      const MobilizedBody::Slider slider(parent, X_PF, rigid, X_BM);
+      index.push_back(slider);
+      make_joint_forces(joint, slider);
+    } else {
+      const MobilizedBody::Pin pin(parent, X_PF, rigid, X_BM);
+      index.push_back(pin);
+      make_joint_forces(joint, pin);
+    }
+  }
+  // Simbody owns it
+  if (options.native_pd && needs_spring_forces(model)) SimTK::Force::Custom(forces, new SpringForces(*this));
+}
+
+void World::Parts::make_constraints() {
+  for (const Coupling& coupling : model.couplings) {
+    // coordinates are counted from the reference
+    const int count = static_cast<int>(coupling.terms.size()) + 1;
+    SimTK::Vector coefficients(count + 1);
+    SimTK::Array_<SimTK::MobilizedBodyIndex> bodies(count);
+    SimTK::Array_<MobilizerQIndex> coordinates(count, MobilizerQIndex(0));
+    coefficients[0] = 1;
+    bodies[0] = index[model.joints[coupling.joint].body];
+    double constant = model.joints[coupling.joint].reference - coupling.offset;
+    for (int i = 1; i < count; ++i) {
+      const JointTerm& term = coupling.terms[i - 1];
+      coefficients[i] = -term.coefficient;
+      bodies[i] = index[model.joints[term.joint].body];
+      constant -= term.coefficient * model.joints[term.joint].reference;
+    }
+    coefficients[count] = constant;
+    SimTK::Constraint::CoordinateCoupler(matter, new SimTK::Function::Linear(coefficients), bodies, coordinates);
+  }
+  for (const Connect& connect : model.connects) {
+    SimTK::Constraint::Ball(end(connect.body_a), simtk(connect.p_A), end(connect.body_b), simtk(connect.p_B));
+  }
+  for (const Weld& weld : model.welds) {
+    SimTK::Constraint::Weld(end(weld.body_a), transform(weld.X_AB.q, weld.X_AB.p), end(weld.body_b),
+                            SimTK::Transform());
   }
 }
 
-void World::Parts::make_joint_forces(const Joint& hinge, const MobilizedBody& pin) {
-  if (hinge.stiffness != 0 && options.native_pd) {
-    SimTK::Force::MobilityLinearSpring(forces, pin, MobilizerQIndex(0), hinge.stiffness,
-                                       hinge.spring_reference - hinge.reference);
+void World::Parts::make_joint_forces(const Joint& joint, const MobilizedBody& mobilized) {
+  if (joint.stiffness != 0 && options.native_pd) {
+    SimTK::Force::MobilityLinearSpring(forces, mobilized, MobilizerQIndex(0), joint.stiffness,
+                                       joint.spring_reference - joint.reference);
   }
-  if (hinge.damping != 0 && options.native_pd) {
-    SimTK::Force::MobilityLinearDamper(forces, pin, MobilizerUIndex(0), hinge.damping);
+  if (joint.damping != 0 && options.native_pd) {
+    SimTK::Force::MobilityLinearDamper(forces, mobilized, MobilizerUIndex(0), joint.damping);
   }
-  if (hinge.limited) {
-    const int number = model.bodies[hinge.body].joint;
-    stops.emplace_back(number,
-                       SimTK::Force::MobilityLinearStop(forces, pin, MobilizerQIndex(0), 1, options.limit_dissipation,
-                                                        hinge.lower - hinge.reference, hinge.upper - hinge.reference));
+  if (joint.limited) {
+    const int number = model.bodies[joint.body].joint;
+    stops.emplace_back(
+        number, SimTK::Force::MobilityLinearStop(forces, mobilized, MobilizerQIndex(0), 1, options.limit_dissipation,
+                                                 joint.lower - joint.reference, joint.upper - joint.reference));
   }
 }
 
@@ -151,7 +274,7 @@ void World::Parts::set_limit_stiffness(SimTK::State& state) const {
   matter.calcMInv(state, inverse);
   const double frequency = options.limit_frequency / options.timestep;
   for (const auto& [number, stop] : stops) {
-    const int u = static_cast<int>(hinged(model.joints[number]).getFirstUIndex(state));
+    const int u = static_cast<int>(jointed(model.joints[number]).getFirstUIndex(state));
     stop.setMaterialProperties(state, frequency * frequency / inverse(u, u), options.limit_dissipation);
   }
 }
@@ -159,6 +282,14 @@ void World::Parts::set_limit_stiffness(SimTK::State& state) const {
 void World::Parts::set_state(SimTK::State& out, const State& state) const {
   for (size_t i = 0; i < model.bodies.size(); ++i) {
     const MobilizedBody& mobilized = body(i);
+    if (const int number = model.bodies[i].ball; number >= 0) {
+      const Quat rotation = ball_rotation(model, state, number);
+      const Vec3 speeds = rotation * ball_velocity(model, state, number);
+      const double q[4] = {rotation.w(), rotation.x(), rotation.y(), rotation.z()};
+      for (int k = 0; k < 4; ++k) mobilized.setOneQ(out, k, q[k]);
+      for (int k = 0; k < kBallFreedoms; ++k) mobilized.setOneU(out, k, speeds[k]);
+      continue;
+    }
     if (!model.bodies[i].is_free()) {
       const int number = model.bodies[i].joint;
       mobilized.setOneQ(out, 0, state.position[number] - model.joints[number].reference);
@@ -182,6 +313,7 @@ World::World(const Model& model, const State& state, const Options& options) try
     p.gravity = std::make_unique<SimTK::Force::Gravity>(p.forces, p.matter, simtk(model.gravity));
   }
   p.make_bodies();
+  p.make_constraints();
   p.system.realizeTopology();
   SimTK::State start = p.system.getDefaultState();
   p.system.realizeModel(start);
@@ -201,16 +333,34 @@ void World::set_torques(const double* torques) {
   Parts& p = *parts_;
   SimTK::State& state = p.integrator->updAdvancedState();
   const bool explicit_springs = !p.options.native_pd;
-  for (size_t j = 0; j < p.model.joints.size(); ++j) {
-    const Joint& hinge = p.model.joints[j];
-    const MobilizedBody& mobilized = p.hinged(hinge);
-    double torque = torques == nullptr ? 0.0 : torques[j];
+  std::vector<double> all(p.model.joints.size());
+  for (size_t j = 0; j < all.size(); ++j) {
+    const Joint& joint = p.model.joints[j];
+    const MobilizedBody& mobilized = p.jointed(joint);
+    all[j] = torques == nullptr ? 0.0 : torques[j];
     if (explicit_springs) {
-      torque += spring_torque(hinge, mobilized.getOneQ(state, 0) + hinge.reference, mobilized.getOneU(state, 0));
+      all[j] += spring_torque(joint, mobilized.getOneQ(state, 0) + joint.reference, mobilized.getOneU(state, 0));
     }
-    p.torques.setOneMobilityForce(state, mobilized, MobilizerUIndex(0), torque);
   }
-  p.torques_set = !p.model.joints.empty();
+  if (explicit_springs) {
+    for (const Tendon& tendon : p.model.tendons) {
+      if (!tendon.has_spring()) continue;
+      const double tension = p.tension(state, tendon);
+      for (const JointTerm& term : tendon.terms) all[term.joint] += term.coefficient * tension;
+    }
+    for (const BallJoint& ball : p.model.balls) {
+      if (!ball.has_spring()) continue;
+      const MobilizedBody& mobilized = p.body(ball.body);
+      const Vec3 torque = ball_torque(ball, read_ball(mobilized, state));
+      for (int k = 0; k < kBallFreedoms; ++k) {
+        p.torques.setOneMobilityForce(state, mobilized, MobilizerUIndex(k), torque[k]);
+      }
+    }
+  }
+  for (size_t j = 0; j < all.size(); ++j) {
+    p.torques.setOneMobilityForce(state, p.jointed(p.model.joints[j]), MobilizerUIndex(0), all[j]);
+  }
+  p.torques_set = !p.model.joints.empty() || !p.model.balls.empty();
 }
 
 void World::advance(int count) {
@@ -238,14 +388,19 @@ void World::advance(int count) {
   }
 }
 
-void World::read_joints(State& out) const {
+void World::read_joints(State& out, std::vector<BallCoordinates>& balls) const {
   const Parts& p = *parts_;
   const SimTK::State& state = p.integrator->getState();
   out.bodies.resize(p.model.bodies.size());
   out.position.resize(p.model.joints.size());
   out.velocity.resize(p.model.joints.size());
+  balls.resize(p.model.balls.size());
   for (size_t i = 0; i < p.model.bodies.size(); ++i) {
     const MobilizedBody& mobilized = p.body(i);
+    if (const int number = p.model.bodies[i].ball; number >= 0) {
+      balls[number] = read_ball(mobilized, state);
+      continue;
+    }
     if (!p.model.bodies[i].is_free()) {
       const int number = p.model.bodies[i].joint;
       out.position[number] = mobilized.getOneQ(state, 0) + p.model.joints[number].reference;
@@ -270,6 +425,10 @@ Held World::held() const {
   held.bodies.reserve(p.model.bodies.size());
   for (size_t i = 0; i < p.model.bodies.size(); ++i) {
     const MobilizedBody& mobilized = p.body(i);
+    if (p.model.bodies[i].is_massless()) {
+      held.bodies.emplace_back();
+      continue;
+    }
     const SimTK::MassProperties& mass = mobilized.getBodyMassProperties(state);
     const Mat3 R = mat3(mobilized.getBodyRotation(state).asMat33());
     const Mat3 I_B = mat3(mass.calcCentralInertia().toMat33());
@@ -277,16 +436,17 @@ Held World::held() const {
                            R * I_B * R.transpose()});
   }
   held.joints.reserve(p.model.joints.size());
-  for (const Joint& hinge : p.model.joints) {
-    const MobilizedBody& mobilized = p.hinged(hinge);
+  for (const Joint& joint : p.model.joints) {
+    const MobilizedBody& mobilized = p.jointed(joint);
     const SimTK::Transform X_GM = mobilized.getBodyTransform(state) * mobilized.getOutboardFrame(state);
-    held.joints.push_back({vec3(X_GM.p()), vec3(SimTK::Vec3(X_GM.z())), false, 0, 0});
+    const Vec3 axis = vec3(SimTK::Vec3(joint.is_slide() ? X_GM.x() : X_GM.z()));
+    held.joints.push_back({vec3(X_GM.p()), axis, false, 0, 0});
   }
   for (const auto& [number, stop] : p.stops) {
-    HeldHinge& hinge = held.joints[number];
-    hinge.limited = true;
-    hinge.lower = stop.getLowerBound(state) + p.model.joints[number].reference;
-    hinge.upper = stop.getUpperBound(state) + p.model.joints[number].reference;
+    HeldJoint& joint = held.joints[number];
+    joint.limited = true;
+    joint.lower = stop.getLowerBound(state) + p.model.joints[number].reference;
+    joint.upper = stop.getUpperBound(state) + p.model.joints[number].reference;
   }
   if (p.gravity) held.gravity = vec3(p.gravity->getGravityVector(state));
   return held;

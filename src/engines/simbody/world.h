@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "model/kinematics.h"
 #include "model/model.h"
 #include "options.h"
 
@@ -15,14 +16,14 @@ struct HeldBody {
   Vec3 p_WBcm = Vec3::Zero();
   Mat3 I_BBcm_W = Mat3::Zero();
 };
-struct HeldHinge {
+struct HeldJoint {
   Vec3 p_WJ = Vec3::Zero(), axis_W = Vec3::UnitZ();
   bool limited = false;
   double lower = 0, upper = 0;
 };
 struct Held {
   std::vector<HeldBody> bodies;
-  std::vector<HeldHinge> joints;
+  std::vector<HeldJoint> joints;
   Vec3 gravity = Vec3::Zero();
 };
 
@@ -33,15 +34,17 @@ class World {
   World(const World&) = delete;
   World& operator=(const World&) = delete;
 
-  // One torque per hinge, or null: none. Acts in the next step.
+  // One torque per hinge and force per slide, or null: none. Acts in the next step.
   void set_torques(const double* torques);
   void advance(int count);
-  // Angles, rates and free bodies; the hinged bodies follow from them.
-  void read_joints(State& out) const;
+  // Positions and velocities of hinges and slides, coordinates of ball joints, and free bodies; the other bodies follow
+  // from them.
+  void read_joints(State& out, std::vector<BallCoordinates>& balls) const;
   Held held() const;
 
- private:
   struct Parts;  // Simbody's objects
+
+ private:
   std::unique_ptr<Parts> parts_;
 };
 

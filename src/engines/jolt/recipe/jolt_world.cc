@@ -3,6 +3,7 @@
 #include "jolt_world.h"
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <vector>
 
@@ -14,15 +15,25 @@
 #include <Jolt/Core/JobSystemSingleThreaded.h>
 #include <Jolt/Core/TempAllocator.h>
 #include <Jolt/Physics/Body/BodyCreationSettings.h>
+#include <Jolt/Physics/Collision/Shape/BoxShape.h>
 #include <Jolt/Physics/Collision/Shape/CapsuleShape.h>
+#include <Jolt/Physics/Collision/Shape/ConvexHullShape.h>
+#include <Jolt/Physics/Collision/Shape/CylinderShape.h>
 #include <Jolt/Physics/Collision/Shape/EmptyShape.h>
+#include <Jolt/Physics/Collision/Shape/MeshShape.h>
 #include <Jolt/Physics/Collision/Shape/OffsetCenterOfMassShape.h>
 #include <Jolt/Physics/Collision/Shape/PlaneShape.h>
 #include <Jolt/Physics/Collision/Shape/RotatedTranslatedShape.h>
+#include <Jolt/Physics/Collision/Shape/ScaledShape.h>
 #include <Jolt/Physics/Collision/Shape/SphereShape.h>
 #include <Jolt/Physics/Collision/Shape/StaticCompoundShape.h>
 #include <Jolt/Physics/Collision/SimShapeFilter.h>
+#include <Jolt/Physics/Constraints/FixedConstraint.h>
 #include <Jolt/Physics/Constraints/HingeConstraint.h>
+#include <Jolt/Physics/Constraints/PointConstraint.h>
+#include <Jolt/Physics/Constraints/SixDOFConstraint.h>
+#include <Jolt/Physics/Constraints/SliderConstraint.h>
+#include <Jolt/Physics/PhysicsStepListener.h>
 #include <Jolt/Physics/PhysicsSystem.h>
 #include <Jolt/RegisterTypes.h>
 
@@ -152,7 +163,46 @@ class BroadPhaseLayers final : public JPH::BroadPhaseLayerInterface, public JPH:
   const Contacts& contacts_;
 };
 
-JPH::RefConst<JPH::Shape> primitive(const jolt_shape& shape, int row, double plane_half_extent) {
+// Corners are sharp: Jolt's convex radius would round them.
+constexpr float kConvexRadius = 0;
+constexpr float kHullTolerance = 1e-6f;  // of a hull's size
+
+// Jolt's builder gives up on triangles of less than 1 mm^2, so the hull is made at unit size and then scaled.
+JPH::RefConst<JPH::Shape> hull(const double* points, int count, int row) {
+  double size = 0;
+  for (int i = 0; i < 3 * count; ++i) size = std::max(size, std::abs(points[i]));
+  JPH::Array<JPH::Vec3> corners;
+  for (int i = 0; i < count; ++i) {
+    const double p[3] = {points[3 * i] / size, points[3 * i + 1] / size, points[3 * i + 2] / size};
+    corners.push_back(vec(p));
+  }
+  JPH::ConvexHullShapeSettings settings(corners, kConvexRadius);
+  settings.mHullTolerance = kHullTolerance;
+  settings.mUserData = static_cast<JPH::uint64>(row) + 1;
+  const JPH::Shape::ShapeResult result = settings.Create();
+  return result.IsValid() ? new JPH::ScaledShape(result.Get(), JPH::Vec3::sReplicate(real(size))) : nullptr;
+}
+
+JPH::RefConst<JPH::Shape> mesh(const double* numbers, const jolt_shape& shape, int row) {
+  JPH::VertexList vertices;
+  JPH::IndexedTriangleList triangles;
+  for (int i = 0; i < shape.points; ++i) {
+    const JPH::Vec3 p = vec(numbers + 3 * i);
+    vertices.push_back(JPH::Float3(p.GetX(), p.GetY(), p.GetZ()));
+  }
+  const double* corner = numbers + 3 * shape.points;
+  for (int i = 0; i < shape.triangles; ++i, corner += 3) {
+    triangles.push_back(JPH::IndexedTriangle(static_cast<JPH::uint32>(corner[0]), static_cast<JPH::uint32>(corner[1]),
+                                             static_cast<JPH::uint32>(corner[2]), 0));
+  }
+  JPH::MeshShapeSettings settings(std::move(vertices), std::move(triangles));
+  settings.mUserData = static_cast<JPH::uint64>(row) + 1;
+  const JPH::Shape::ShapeResult result = settings.Create();
+  return result.IsValid() ? JPH::RefConst<JPH::Shape>(result.Get()) : nullptr;
+}
+
+// Null when Jolt refuses it.
+JPH::RefConst<JPH::Shape> primitive(const jolt_shape& shape, const double* numbers, int row, double plane_half_extent) {
   JPH::Ref<JPH::Shape> made;
   switch (shape.type) {
     case JOLT_SPHERE:
@@ -161,6 +211,16 @@ JPH::RefConst<JPH::Shape> primitive(const jolt_shape& shape, int row, double pla
     case JOLT_CAPSULE:
       made = new JPH::CapsuleShape(real(shape.half_length), real(shape.radius));
       break;
+    case JOLT_BOX:
+      made = new JPH::BoxShape(vec(shape.half_size), kConvexRadius);
+      break;
+    case JOLT_CYLINDER:
+      made = new JPH::CylinderShape(real(shape.half_length), real(shape.radius), kConvexRadius);
+      break;
+    case JOLT_HULL:
+      return hull(numbers + shape.first, shape.points, row);
+    case JOLT_MESH:
+      return mesh(numbers + shape.first, shape, row);
     default:
       made = new JPH::PlaneShape(JPH::Plane(JPH::Vec3::sAxisY(), 0), nullptr, real(plane_half_extent));
       break;
@@ -174,19 +234,22 @@ bool is_at_origin(const jolt_shape& shape) {
 }
 
 // The shape of a body whose frame has its origin in the centre of mass, wherever the shapes' own centre is.
-JPH::RefConst<JPH::Shape> body_shape(const jolt_shape* shapes, const std::vector<int>& rows, double plane_half_extent) {
+JPH::RefConst<JPH::Shape> body_shape(const jolt_shape* shapes, const double* numbers, const std::vector<int>& rows,
+                                     double plane_half_extent) {
   if (rows.empty()) return new JPH::EmptyShape();
   JPH::RefConst<JPH::Shape> placed;
   if (rows.size() == 1) {
     const jolt_shape& shape = shapes[rows[0]];
-    placed = primitive(shape, rows[0], plane_half_extent);
+    placed = primitive(shape, numbers, rows[0], plane_half_extent);
+    if (placed == nullptr) return nullptr;
     if (!is_at_origin(shape))
       placed = new JPH::RotatedTranslatedShape(vec(shape.p), quat(shape.q).Normalized(), placed);
   } else {
     JPH::StaticCompoundShapeSettings settings;
     for (const int row : rows) {
-      settings.AddShape(vec(shapes[row].p), quat(shapes[row].q).Normalized(),
-                        primitive(shapes[row], row, plane_half_extent));
+      const JPH::RefConst<JPH::Shape> part = primitive(shapes[row], numbers, row, plane_half_extent);
+      if (part == nullptr) return nullptr;
+      settings.AddShape(vec(shapes[row].p), quat(shapes[row].q).Normalized(), part);
     }
     const JPH::Shape::ShapeResult result = settings.Create();
     if (result.HasError()) return nullptr;
@@ -199,13 +262,67 @@ JPH::RefConst<JPH::Shape> body_shape(const jolt_shape* shapes, const std::vector
 
 }  // namespace
 
+namespace {
+
+// A hinge or slide, whichever is there, with what a step needs of it.
+struct Coordinate {
+  JPH::Ref<JPH::HingeConstraint> hinge;
+  JPH::Ref<JPH::SliderConstraint> slide;
+  JPH::Vec3 axis_parent, axis_child, p_child;  // body frames
+  float damping, armature;
+};
+
+JPH::Vec3 velocity_at(const JPH::Body& body, JPH::RVec3Arg point) {
+  return body.IsDynamic() ? body.GetPointVelocity(point) : JPH::Vec3::sZero();
+}
+
+// Before each of Jolt's steps, substeps too. Armature a is a damper a / h towards the rate that the joint has now:
+// Jolt's motor then gives the torque -a (rate at the step's end - rate) / h.
+class Rotors final : public JPH::PhysicsStepListener {
+ public:
+  void add(const Coordinate& coordinate) { rotors_.push_back(coordinate); }
+  bool empty() const { return rotors_.empty(); }
+
+  void OnStep(const JPH::PhysicsStepListenerContext& context) override {
+    for (const Coordinate& rotor : rotors_) {
+      const float yielding = rotor.armature / context.mDeltaTime, share = yielding / (yielding + rotor.damping);
+      if (rotor.hinge != nullptr) {
+        const JPH::Body &parent = *rotor.hinge->GetBody1(), &child = *rotor.hinge->GetBody2();
+        const JPH::Vec3 axis = parent.GetRotation() * rotor.axis_parent;
+        const JPH::Vec3 w_parent = parent.IsDynamic() ? parent.GetAngularVelocity() : JPH::Vec3::sZero();
+        rotor.hinge->GetMotorSettings().mSpringSettings.mDamping = rotor.damping + yielding;
+        rotor.hinge->SetTargetAngularVelocity(share * axis.Dot(child.GetAngularVelocity() - w_parent));
+      } else {
+        const JPH::Body &parent = *rotor.slide->GetBody1(), &child = *rotor.slide->GetBody2();
+        const JPH::Vec3 axis = parent.GetRotation() * rotor.axis_parent;
+        const JPH::RVec3 p = child.GetCenterOfMassPosition() + child.GetRotation() * rotor.p_child;
+        rotor.slide->GetMotorSettings().mSpringSettings.mDamping = rotor.damping + yielding;
+        const float rate = axis.Dot(velocity_at(child, p) - velocity_at(parent, p));
+        // the step measures it along the axis of its start, while the bodies turn
+        const JPH::Vec3 w = child.GetAngularVelocity();
+        const JPH::Vec3 arm(child.GetCenterOfMassPosition() - parent.GetCenterOfMassPosition());
+        const float turning = parent.IsDynamic() ? axis.Dot(w.Cross(w.Cross(arm))) : 0;
+        rotor.slide->SetTargetVelocity(share * (rate + context.mDeltaTime * turning));
+      }
+    }
+  }
+
+ private:
+  std::vector<Coordinate> rotors_;
+};
+
+}  // namespace
+
 struct jolt_world {
   explicit jolt_world(const jolt_settings& settings) : settings(settings) {}
 
   ~jolt_world() {
     JPH::BodyInterface& bodies_of = system.GetBodyInterfaceNoLock();
-    for (const JPH::Ref<JPH::HingeConstraint>& hinge : hinges) system.RemoveConstraint(hinge);
-    hinges.clear();
+    if (!rotors.empty()) system.RemoveStepListener(&rotors);
+    for (const JPH::Ref<JPH::Constraint>& constraint : constraints) system.RemoveConstraint(constraint);
+    constraints.clear();
+    coordinates.clear();
+    balls.clear();
     for (JPH::Body* body : bodies) destroy(bodies_of, body);
     for (JPH::Body* body : statics) destroy(bodies_of, body);
   }
@@ -213,7 +330,8 @@ struct jolt_world {
   jolt_world& operator=(const jolt_world&) = delete;
 
   bool create(const jolt_body* body_list, int body_count, const jolt_shape* shapes, int shape_count,
-              const jolt_pair* pairs, int pair_count, const jolt_hinge* hinge_list, int hinge_count) {
+              const jolt_pair* pairs, int pair_count, const double* numbers, const jolt_joint* joints,
+              int joint_count) {
     contacts.set_up(shapes, shape_count, pairs, pair_count, body_count);
     const int moving_and_static = body_count + shape_count;
     // at most the model's pairs touch; the caches are sized for twice that
@@ -241,15 +359,16 @@ struct jolt_world {
       if (contacts.layer(s) != 0 && shapes[s].body >= 0) rows_of_body[shapes[s].body].push_back(s);
     }
     for (int b = 0; b < body_count; ++b) {
-      const JPH::RefConst<JPH::Shape> shape = body_shape(shapes, rows_of_body[b], settings.plane_half_extent);
+      const JPH::RefConst<JPH::Shape> shape = body_shape(shapes, numbers, rows_of_body[b], settings.plane_half_extent);
       if (shape == nullptr) return false;
       add_body(body_list[b], shape, rows_of_body[b].empty() ? JPH::ObjectLayer(0) : contacts.layer(rows_of_body[b][0]),
                rows_of_body[b].size() > 1);
     }
     for (int s = 0; s < shape_count; ++s) {
-      if (contacts.layer(s) != 0 && shapes[s].body < 0) add_static(shapes[s], s);
+      if (contacts.layer(s) != 0 && shapes[s].body < 0 && !add_static(shapes[s], numbers, s)) return false;
     }
-    for (int j = 0; j < hinge_count; ++j) add_hinge(hinge_list[j]);
+    for (int j = 0; j < joint_count; ++j) add_joint(joints[j]);
+    if (!rotors.empty()) system.AddStepListener(&rotors);
     system.OptimizeBroadPhase();
     return true;
   }
@@ -261,7 +380,11 @@ struct jolt_world {
   JPH::JobSystemSingleThreaded jobs{JPH::cMaxPhysicsJobs};
   JPH::PhysicsSystem system;
   std::vector<JPH::Body*> bodies, statics;
-  std::vector<JPH::Ref<JPH::HingeConstraint>> hinges;
+  std::vector<JPH::Ref<JPH::Constraint>> constraints;
+  std::vector<Coordinate> coordinates;  // the hinges and slides
+  std::vector<JPH::Ref<JPH::PointConstraint>> balls;
+  Rotors rotors;
+  bool has_slides = false;
 
  private:
   static void destroy(JPH::BodyInterface& interface, const JPH::Body* body) {
@@ -295,17 +418,79 @@ struct jolt_world {
     bodies.push_back(created);
   }
 
-  void add_static(const jolt_shape& shape, int row) {
-    JPH::BodyCreationSettings made(primitive(shape, row, settings.plane_half_extent).GetPtr(), point(shape.p),
-                                   quat(shape.q).Normalized(), JPH::EMotionType::Static, contacts.layer(row));
+  bool add_static(const jolt_shape& shape, const double* numbers, int row) {
+    const JPH::RefConst<JPH::Shape> part = primitive(shape, numbers, row, settings.plane_half_extent);
+    if (part == nullptr) return false;
+    JPH::BodyCreationSettings made(part.GetPtr(), point(shape.p), quat(shape.q).Normalized(), JPH::EMotionType::Static,
+                                   contacts.layer(row));
     made.mUserData = reinterpret_cast<uintptr_t>(&contacts);
     JPH::BodyInterface& interface = system.GetBodyInterfaceNoLock();
     JPH::Body* created = interface.CreateBody(made);
     interface.AddBody(created->GetID(), JPH::EActivation::DontActivate);
     statics.push_back(created);
+    return true;
   }
 
-  void add_hinge(const jolt_hinge& hinge) {
+  void add_constraint(JPH::Constraint* created) {
+    system.AddConstraint(created);
+    constraints.emplace_back(created);
+  }
+
+  void add_joint(const jolt_joint& joint) {
+    JPH::Body& parent = joint.parent < 0 ? JPH::Body::sFixedToWorld : *bodies[joint.parent];
+    JPH::Body& child = *bodies[joint.child];
+    if (joint.type == JOLT_BALL) {
+      JPH::PointConstraintSettings made;
+      made.mSpace = JPH::EConstraintSpace::LocalToBodyCOM;
+      made.mPoint1 = point(joint.p_parent);
+      made.mPoint2 = point(joint.p_child);
+      auto* created = static_cast<JPH::PointConstraint*>(made.Create(parent, child));
+      add_constraint(created);
+      balls.emplace_back(created);
+      return;
+    }
+    if (joint.type == JOLT_WELD) {
+      JPH::FixedConstraintSettings made;
+      made.mSpace = JPH::EConstraintSpace::LocalToBodyCOM;
+      made.mPoint1 = point(joint.p_parent);
+      made.mAxisX1 = vec(joint.axis_parent).Normalized();
+      made.mAxisY1 = vec(joint.normal_parent).Normalized();
+      made.mPoint2 = point(joint.p_child);
+      made.mAxisX2 = vec(joint.axis_child).Normalized();
+      made.mAxisY2 = vec(joint.normal_child).Normalized();
+      add_constraint(made.Create(parent, child));
+      return;
+    }
+    Coordinate coordinate{nullptr,
+                          nullptr,
+                          vec(joint.axis_parent).Normalized(),
+                          vec(joint.axis_child).Normalized(),
+                          vec(joint.p_child),
+                          real(joint.damping),
+                          real(joint.armature)};
+    if (joint.type == JOLT_SLIDE) {
+      coordinate.slide = add_slide(joint, parent, child);
+      has_slides = true;
+    } else {
+      coordinate.hinge = add_hinge(joint, parent, child);
+    }
+    coordinates.push_back(coordinate);
+    if (joint.armature != 0) rotors.add(coordinate);
+    // Jolt's own friction of a joint rests while its motor works
+    if (joint.friction != 0 && has_motor(joint)) add_friction(joint, parent, child);
+  }
+
+  static bool has_motor(const jolt_joint& joint) {
+    return joint.stiffness != 0 || joint.damping != 0 || joint.armature != 0;
+  }
+  static JPH::MotorSettings motor_of(const jolt_joint& joint) {
+    JPH::MotorSettings motor;
+    motor.mSpringSettings =
+        JPH::SpringSettings(JPH::ESpringMode::StiffnessAndDamping, real(joint.stiffness), real(joint.damping));
+    return motor;
+  }
+
+  JPH::HingeConstraint* add_hinge(const jolt_joint& hinge, JPH::Body& parent, JPH::Body& child) {
     JPH::HingeConstraintSettings made;
     made.mSpace = JPH::EConstraintSpace::LocalToBodyCOM;
     made.mPoint1 = point(hinge.p_parent);
@@ -318,30 +503,75 @@ struct jolt_world {
       made.mLimitsMin = real(hinge.lower);
       made.mLimitsMax = real(hinge.upper);
     }
-    const bool motor = hinge.stiffness != 0 || hinge.damping != 0;
+    const bool motor = has_motor(hinge);
     if (motor) {
-      made.mMotorSettings.mSpringSettings =
-          JPH::SpringSettings(JPH::ESpringMode::StiffnessAndDamping, real(hinge.stiffness), real(hinge.damping));
+      made.mMotorSettings = motor_of(hinge);
+    } else {
+      made.mMaxFrictionTorque = real(hinge.friction);
     }
-    JPH::Body& parent = hinge.parent < 0 ? JPH::Body::sFixedToWorld : *bodies[hinge.parent];
-    JPH::Ref<JPH::HingeConstraint> created =
-        static_cast<JPH::HingeConstraint*>(made.Create(parent, *bodies[hinge.child]));
+    auto* created = static_cast<JPH::HingeConstraint*>(made.Create(parent, child));
+    add_constraint(created);
     if (motor) {
       created->SetTargetAngle(real(hinge.target));
       created->SetTargetAngularVelocity(0);
       created->SetMotorState(JPH::EMotorState::PositionAndVelocity);
     }
-    system.AddConstraint(created);
-    hinges.push_back(created);
+    return created;
+  }
+
+  JPH::SliderConstraint* add_slide(const jolt_joint& slide, JPH::Body& parent, JPH::Body& child) {
+    JPH::SliderConstraintSettings made;
+    made.mSpace = JPH::EConstraintSpace::LocalToBodyCOM;
+    made.mPoint1 = point(slide.p_parent);
+    made.mSliderAxis1 = vec(slide.axis_parent).Normalized();
+    made.mNormalAxis1 = vec(slide.normal_parent).Normalized();
+    made.mPoint2 = point(slide.p_child);
+    made.mSliderAxis2 = vec(slide.axis_child).Normalized();
+    made.mNormalAxis2 = vec(slide.normal_child).Normalized();
+    if (slide.limited) {
+      made.mLimitsMin = real(slide.lower);
+      made.mLimitsMax = real(slide.upper);
+    }
+    const bool motor = has_motor(slide);
+    if (motor) {
+      made.mMotorSettings = motor_of(slide);
+    } else {
+      made.mMaxFrictionForce = real(slide.friction);
+    }
+    auto* created = static_cast<JPH::SliderConstraint*>(made.Create(parent, child));
+    add_constraint(created);
+    if (motor) {
+      created->SetTargetPosition(real(slide.target));
+      created->SetTargetVelocity(0);
+      created->SetMotorState(JPH::EMotorState::PositionAndVelocity);
+    }
+    return created;
+  }
+
+  // A joint that is free in all axes and has nothing but friction in one.
+  void add_friction(const jolt_joint& joint, JPH::Body& parent, JPH::Body& child) {
+    JPH::SixDOFConstraintSettings made;
+    made.mSpace = JPH::EConstraintSpace::LocalToBodyCOM;
+    made.mPosition1 = point(joint.p_parent);
+    made.mAxisX1 = vec(joint.axis_parent).Normalized();
+    made.mAxisY1 = vec(joint.normal_parent).Normalized();
+    made.mPosition2 = point(joint.p_child);
+    made.mAxisX2 = vec(joint.axis_child).Normalized();
+    made.mAxisY2 = vec(joint.normal_child).Normalized();
+    using Axes = JPH::SixDOFConstraintSettings;
+    made.mMaxFriction[joint.type == JOLT_SLIDE ? Axes::TranslationX : Axes::RotationX] = real(joint.friction);
+    add_constraint(made.Create(parent, child));
   }
 };
 
 jolt_world* jolt_create(const jolt_settings* settings, const jolt_body* bodies, int32_t body_count,
                         const jolt_shape* shapes, int32_t shape_count, const jolt_pair* pairs, int32_t pair_count,
-                        const jolt_hinge* hinges, int32_t hinge_count) {
+                        const double* numbers, int32_t /*number_count*/, const jolt_joint* joints,
+                        int32_t joint_count) {
   initialise_library();
   auto world = std::make_unique<jolt_world>(*settings);
-  if (!world->create(bodies, body_count, shapes, shape_count, pairs, pair_count, hinges, hinge_count)) return nullptr;
+  if (!world->create(bodies, body_count, shapes, shape_count, pairs, pair_count, numbers, joints, joint_count))
+    return nullptr;
   return world.release();
 }
 
@@ -371,18 +601,37 @@ void jolt_read(jolt_world* world, jolt_body_state* out) {
 
 void jolt_set_torques(jolt_world* world, const double* torques) {
   for (JPH::Body* body : world->bodies) body->ResetTorque();
-  for (const JPH::Ref<JPH::HingeConstraint>& hinge : world->hinges) {
+  if (world->has_slides) {
+    for (JPH::Body* body : world->bodies) body->ResetForce();
+  }
+  for (const Coordinate& coordinate : world->coordinates) {
     const float torque = real(*torques++);
     if (torque == 0) continue;
-    JPH::Body* child = hinge->GetBody2();
-    JPH::Body* parent = hinge->GetBody1();
-    const JPH::Vec3 about_axis = torque * (child->GetRotation() * hinge->GetLocalSpaceHingeAxis2());
-    child->AddTorque(about_axis);
-    if (parent->IsDynamic()) parent->AddTorque(-about_axis);
+    const bool hinge = coordinate.hinge != nullptr;
+    JPH::TwoBodyConstraint& constraint = hinge ? static_cast<JPH::TwoBodyConstraint&>(*coordinate.hinge)
+                                               : static_cast<JPH::TwoBodyConstraint&>(*coordinate.slide);
+    JPH::Body* child = constraint.GetBody2();
+    JPH::Body* parent = constraint.GetBody1();
+    const JPH::Vec3 along_axis = torque * (child->GetRotation() * coordinate.axis_child);
+    if (hinge) {
+      child->AddTorque(along_axis);
+      if (parent->IsDynamic()) parent->AddTorque(-along_axis);
+    } else {
+      const JPH::RVec3 p = child->GetCenterOfMassPosition() + child->GetRotation() * coordinate.p_child;
+      child->AddForce(along_axis, p);
+      if (parent->IsDynamic()) parent->AddForce(-along_axis, p);
+    }
+  }
+  for (const JPH::Ref<JPH::PointConstraint>& ball : world->balls) {
+    const JPH::Vec3 torque = vec(torques);
+    torques += 3;
+    if (torque == JPH::Vec3::sZero()) continue;
+    ball->GetBody2()->AddTorque(torque);
+    if (ball->GetBody1()->IsDynamic()) ball->GetBody1()->AddTorque(-torque);
   }
 }
 
-void jolt_view(jolt_world* world, jolt_body_view* bodies, jolt_hinge_view* hinges, double* gravity) {
+void jolt_view(jolt_world* world, jolt_body_view* bodies, jolt_joint_view* joints, double* gravity) {
   for (const JPH::Body* body : world->bodies) {
     const JPH::MotionProperties& motion = *body->GetMotionProperties();
     const JPH::Mat44 axes = JPH::Mat44::sRotation(body->GetRotation() * motion.GetInertiaRotation());
@@ -397,13 +646,24 @@ void jolt_view(jolt_world* world, jolt_body_view* bodies, jolt_hinge_view* hinge
     }
     ++bodies;
   }
-  for (const JPH::Ref<JPH::HingeConstraint>& hinge : world->hinges) {
-    store(hinge->GetLocalSpacePoint2(), hinges->p_child);
-    store(hinge->GetLocalSpaceHingeAxis2(), hinges->axis_child);
-    hinges->limited = hinge->HasLimits() ? 1 : 0;
-    hinges->lower = hinge->GetLimitsMin();
-    hinges->upper = hinge->GetLimitsMax();
-    ++hinges;
+  for (const Coordinate& coordinate : world->coordinates) {
+    if (coordinate.hinge != nullptr) {
+      const JPH::HingeConstraint& hinge = *coordinate.hinge;
+      store(hinge.GetLocalSpacePoint2(), joints->p_child);
+      store(hinge.GetLocalSpaceHingeAxis2(), joints->axis_child);
+      joints->limited = hinge.HasLimits() ? 1 : 0;
+      joints->lower = hinge.GetLimitsMin();
+      joints->upper = hinge.GetLimitsMax();
+    } else {
+      const JPH::SliderConstraint& slide = *coordinate.slide;
+      const JPH::Mat44 frame = slide.GetConstraintToBody2Matrix();
+      store(frame.GetTranslation(), joints->p_child);
+      store(frame.GetAxisX(), joints->axis_child);
+      joints->limited = slide.HasLimits() ? 1 : 0;
+      joints->lower = slide.GetLimitsMin();
+      joints->upper = slide.GetLimitsMax();
+    }
+    ++joints;
   }
   store(world->system.GetGravity(), gravity);
 }

@@ -10,7 +10,16 @@
 extern "C" {
 #endif
 
-enum { JOLT_SPHERE = 0, JOLT_CAPSULE = 1, JOLT_PLANE = 2 };
+enum {
+  JOLT_SPHERE = 0,
+  JOLT_CAPSULE = 1,
+  JOLT_PLANE = 2,
+  JOLT_BOX = 3,
+  JOLT_CYLINDER = 4,
+  JOLT_HULL = 5,
+  JOLT_MESH = 6
+};
+enum { JOLT_HINGE = 0, JOLT_SLIDE = 1, JOLT_BALL = 2, JOLT_WELD = 3 };
 
 typedef struct jolt_settings {
   double timestep;             /* s */
@@ -32,12 +41,18 @@ typedef struct jolt_body {
   double v[3], w[3];   /* world frame */
 } jolt_body;
 
-/* A capsule lies along its own y axis; a plane's normal is its own y axis and it belongs to the world. */
+/* Capsules and cylinders lie along their own y axis; a plane's normal is its own y axis. Planes and meshes belong to
+   the world. A hull is given by points, a mesh by points and triangles, whose corners are numbers of points,
+   counter-clockwise from outside; both lie in the list of numbers beside the shapes. */
 typedef struct jolt_shape {
   double p[3], q[4]; /* in the body frame, in the world for static shapes */
   double radius, half_length;
+  double half_size[3]; /* box */
   int32_t type;
-  int32_t body; /* -1: the world */
+  int32_t body;              /* -1: the world */
+  int32_t first;             /* of its numbers: 3 a point, then 3 a triangle */
+  int32_t points, triangles; /* how many */
+  int32_t unused;
 } jolt_shape;
 
 typedef struct jolt_pair {
@@ -45,16 +60,18 @@ typedef struct jolt_pair {
   int32_t shape_a, shape_b;
 } jolt_pair;
 
-/* Angle zero where the normals coincide. */
-typedef struct jolt_hinge {
+/* A hinge's or slide's position is zero where the normals coincide or the points do. A ball uses the points only, a
+   weld makes points, axes and normals coincide. Hinges and slides come first. */
+typedef struct jolt_joint {
   double p_parent[3], axis_parent[3], normal_parent[3]; /* parent's body frame, the world's for parent -1 */
   double p_child[3], axis_child[3], normal_child[3];
-  double lower, upper;               /* rad, in [-pi, 0] and [0, pi] */
-  double stiffness, damping, target; /* of Jolt's own motor; no motor when both are 0 */
+  double lower, upper;               /* rad, in [-pi, 0] and [0, pi]; m, not positive and not negative */
+  double stiffness, damping, target; /* of Jolt's own motor; no motor when these and armature are 0 */
+  double armature, friction;         /* kg m^2, kg; the largest torque or force of dry friction, Nm, N */
   int32_t parent, child;
   int32_t limited;
-  int32_t unused;
-} jolt_hinge;
+  int32_t type;
+} jolt_joint;
 
 typedef struct jolt_body_state {
   double p[3], q[4], v[3], w[3];
@@ -66,19 +83,20 @@ typedef struct jolt_body_view {
   double inertia[9]; /* world axes, row by row */
 } jolt_body_view;
 
-typedef struct jolt_hinge_view {
+typedef struct jolt_joint_view {
   double p_child[3], axis_child[3]; /* child's body frame */
   double lower, upper;
   int32_t limited;
   int32_t unused;
-} jolt_hinge_view;
+} jolt_joint_view;
 
 typedef struct jolt_world jolt_world;
 
-/* Null when the engine refuses a shape. */
+/* Null when the engine refuses a shape. Hulls of more corners than Jolt allows (256) lose those that stand out least.
+ */
 jolt_world* jolt_create(const jolt_settings* settings, const jolt_body* bodies, int32_t body_count,
                         const jolt_shape* shapes, int32_t shape_count, const jolt_pair* pairs, int32_t pair_count,
-                        const jolt_hinge* hinges, int32_t hinge_count);
+                        const double* numbers, int32_t number_count, const jolt_joint* joints, int32_t joint_count);
 void jolt_free(jolt_world* world);
 
 /* `count` calls of the engine's step function. Not 0: the bits of JPH::EPhysicsUpdateError, a cache was too small; -1:
@@ -88,11 +106,11 @@ int32_t jolt_step(jolt_world* world, int32_t count);
 /* One for each body, in the order of creation. */
 void jolt_read(jolt_world* world, jolt_body_state* out);
 
-/* Nm about each hinge's axis on the child, the opposite on the parent; replaces what was set before, acts for one step.
- */
+/* Nm about each hinge's axis or N along each slide's on the child, then Nm in world axes for each ball, 3 numbers; the
+   opposite acts on the parent. Replaces what was set before, acts for one step. */
 void jolt_set_torques(jolt_world* world, const double* torques);
 
-void jolt_view(jolt_world* world, jolt_body_view* bodies, jolt_hinge_view* hinges, double* gravity);
+void jolt_view(jolt_world* world, jolt_body_view* bodies, jolt_joint_view* joints, double* gravity);
 
 /* Major, minor, patch as 1000000, 1000, 1. */
 int32_t jolt_version(void);

@@ -63,27 +63,32 @@ struct jolt_world {
   w2c_jolt module{};
   u32 world = 0;
   u32 states = 0, torques = 0;  // buffers
-  int32_t body_count = 0, hinge_count = 0;
+  int32_t body_count = 0, coordinate_count = 0, torque_count = 0;
 };
 
 jolt_world* jolt_create(const jolt_settings* settings, const jolt_body* bodies, int32_t body_count,
                         const jolt_shape* shapes, int32_t shape_count, const jolt_pair* pairs, int32_t pair_count,
-                        const jolt_hinge* hinges, int32_t hinge_count) {
+                        const double* numbers, int32_t number_count, const jolt_joint* joints, int32_t joint_count) {
   auto made = std::make_unique<jolt_world>();
   try {
     w2c_jolt* module = &made->module;
     w2c_jolt_0x5Finitialize(module);
     const u32 at_settings = made->copy_in(settings, 1);
     const u32 at_bodies = made->copy_in(bodies, body_count), at_shapes = made->copy_in(shapes, shape_count);
-    const u32 at_pairs = made->copy_in(pairs, pair_count), at_hinges = made->copy_in(hinges, hinge_count);
+    const u32 at_pairs = made->copy_in(pairs, pair_count), at_joints = made->copy_in(joints, joint_count);
+    const u32 at_numbers = made->copy_in(numbers, number_count);
     made->world = w2c_jolt_jolt_create(module, at_settings, at_bodies, body_count, at_shapes, shape_count, at_pairs,
-                                       pair_count, at_hinges, hinge_count);
-    for (const u32 address : {at_settings, at_bodies, at_shapes, at_pairs, at_hinges}) w2c_jolt_free(module, address);
+                                       pair_count, at_numbers, number_count, at_joints, joint_count);
+    for (const u32 address : {at_settings, at_bodies, at_shapes, at_pairs, at_joints, at_numbers})
+      w2c_jolt_free(module, address);
     if (made->world == 0) return nullptr;
     made->states = made->allocate(sizeof(jolt_body_state) * body_count);
-    made->torques = made->allocate(sizeof(double) * hinge_count);
+    for (int32_t j = 0; j < joint_count; ++j) {
+      made->torque_count += joints[j].type == JOLT_BALL ? 3 : joints[j].type == JOLT_WELD ? 0 : 1;
+      made->coordinate_count += joints[j].type == JOLT_HINGE || joints[j].type == JOLT_SLIDE ? 1 : 0;
+    }
+    made->torques = made->allocate(sizeof(double) * made->torque_count);
     made->body_count = body_count;
-    made->hinge_count = hinge_count;
   } catch (const Trap&) {
     return nullptr;
   }
@@ -106,19 +111,19 @@ void jolt_read(jolt_world* world, jolt_body_state* out) {
 }
 
 void jolt_set_torques(jolt_world* world, const double* torques) {
-  world->write(torques, world->hinge_count, world->torques);
+  world->write(torques, world->torque_count, world->torques);
   w2c_jolt_jolt_set_torques(&world->module, world->world, world->torques);
 }
 
-void jolt_view(jolt_world* world, jolt_body_view* bodies, jolt_hinge_view* hinges, double* gravity) {
+void jolt_view(jolt_world* world, jolt_body_view* bodies, jolt_joint_view* joints, double* gravity) {
   const u32 at_bodies = world->allocate(sizeof(jolt_body_view) * world->body_count);
-  const u32 at_hinges = world->allocate(sizeof(jolt_hinge_view) * world->hinge_count);
+  const u32 at_joints = world->allocate(sizeof(jolt_joint_view) * world->coordinate_count);
   const u32 at_gravity = world->allocate(3 * sizeof(double));
-  w2c_jolt_jolt_view(&world->module, world->world, at_bodies, at_hinges, at_gravity);
+  w2c_jolt_jolt_view(&world->module, world->world, at_bodies, at_joints, at_gravity);
   world->read(at_bodies, bodies, world->body_count);
-  world->read(at_hinges, hinges, world->hinge_count);
+  world->read(at_joints, joints, world->coordinate_count);
   world->read(at_gravity, gravity, 3);
-  for (const u32 address : {at_bodies, at_hinges, at_gravity}) w2c_jolt_free(&world->module, address);
+  for (const u32 address : {at_bodies, at_joints, at_gravity}) w2c_jolt_free(&world->module, address);
 }
 
 int32_t jolt_version() {

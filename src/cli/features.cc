@@ -1,0 +1,174 @@
+#include "cli/features.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "base/text.h"
+#include "cli/facts.h"
+
+namespace assay::cli {
+namespace {
+
+constexpr const char* kLegend = "= exact, ~ approximated (how is below), - refused";
+
+bool same_support(const Capabilities& a, const Capabilities& b) {
+  return std::ranges::all_of(all_features(), [&](Feature feature) {
+    const FeatureSupport *left = a.support(feature), *right = b.support(feature);
+    if (left == nullptr || right == nullptr) return left == right;
+    return left->fidelity == right->fidelity && left->how == right->how;
+  });
+}
+
+Fidelity fidelity_of(const FeatureGroup& group, Feature feature) {
+  const FeatureSupport* support = group.capabilities.support(feature);
+  return support == nullptr ? Fidelity::kRefused : support->fidelity;
+}
+
+// What the contenders do instead of one feature, with the groups (counted from 1) that do it.
+struct Remark {
+  Fidelity fidelity = Fidelity::kApproximated;
+  std::string how;
+  std::vector<size_t> groups;
+};
+
+std::vector<Remark> remarks_of(const std::vector<FeatureGroup>& groups, Feature feature) {
+  std::vector<Remark> remarks;
+  for (size_t g = 0; g < groups.size(); ++g) {
+    const FeatureSupport* support = groups[g].capabilities.support(feature);
+    if (support == nullptr || support->how.empty()) continue;
+    const auto same = std::ranges::find_if(remarks, [&](const Remark& remark) {
+      return remark.how == support->how && remark.fidelity == support->fidelity;
+    });
+    if (same == remarks.end()) {
+      remarks.push_back({support->fidelity, support->how, {g + 1}});
+    } else {
+      same->groups.push_back(g + 1);
+    }
+  }
+  return remarks;
+}
+
+std::string numbers_text(const std::vector<size_t>& numbers) {
+  std::string text;
+  for (const size_t number : numbers) text += fmt::format("{}{}", text.empty() ? "" : ", ", number);
+  return text;
+}
+
+std::string names_text(const FeatureGroup& group) {
+  std::string names;
+  for (const std::string& name : group.contenders) names += (names.empty() ? "" : ", ") + name;
+  return names;
+}
+
+}  // namespace
+
+std::vector<FeatureGroup> feature_groups(const std::vector<ResolvedContender>& contenders) {
+  std::vector<FeatureGroup> groups;
+  std::vector<std::string> engines;  // of each group
+  for (const ResolvedContender& contender : contenders) {
+    const Capabilities can = contender.engine->capabilities(contender.settings);
+    const std::string engine = contender.engine->name();
+    size_t g = 0;
+    while (g < groups.size() && !(engines[g] == engine && same_support(groups[g].capabilities, can))) ++g;
+    if (g == groups.size()) {
+      groups.push_back({engine, {}, can});
+      engines.push_back(engine);
+    }
+    groups[g].contenders.push_back(contender.name);
+  }
+  for (size_t g = 0; g < groups.size(); ++g) {
+    if (std::ranges::count(engines, engines[g]) > 1) groups[g].label = groups[g].contenders.front();
+  }
+  return groups;
+}
+
+Json features_json(const std::vector<FeatureGroup>& groups) {
+  Json json = {{"features", Json::array()}, {"groups", Json::array()}};
+  for (const Feature feature : all_features()) {
+    json["features"].push_back({{"feature", feature_key(feature)}, {"name", feature_name(feature)}});
+  }
+  for (const FeatureGroup& group : groups) {
+    Json support = Json::object();
+    for (const Feature feature : all_features()) {
+      const FeatureSupport* found = group.capabilities.support(feature);
+      support[feature_key(feature)] = {{"fidelity", fidelity_text(fidelity_of(group, feature))},
+                                       {"how", found == nullptr ? "" : found->how}};
+    }
+    json["groups"].push_back({{"label", group.label}, {"contenders", group.contenders}, {"support", support}});
+  }
+  return json;
+}
+
+std::string features_text(const std::vector<FeatureGroup>& groups) {
+  std::string text;
+  for (size_t g = 0; g < groups.size(); ++g) {
+    text += paragraph(fmt::format("{:>2}  {}", g + 1, names_text(groups[g])), 4);
+  }
+  // columns of two characters, so that all engines stand side by side within 80 columns
+  size_t width = 0;
+  for (const Feature feature : all_features()) width = std::max(width, feature_key(feature).size());
+  const auto row = [&](const std::string& name, const auto& cell) {
+    std::string line = fmt::format("{:<{}}", name, width);
+    for (size_t g = 0; g < groups.size(); ++g) line += fmt::format(" {:>2}", cell(g));
+    return line + "\n";
+  };
+  text += "\n" + heading(row("feature", [](size_t g) { return std::to_string(g + 1); }));
+  for (const Feature feature : all_features()) {
+    text += row(feature_key(feature), [&](size_t g) {
+      const Fidelity fidelity = fidelity_of(groups[g], feature);
+      return std::string(fidelity == Fidelity::kExact ? "=" : fidelity == Fidelity::kApproximated ? "~" : "-");
+    });
+  }
+  text += std::string("\n") + kLegend + "\n";
+  for (const Feature feature : all_features()) {
+    const std::vector<Remark> remarks = remarks_of(groups, feature);
+    if (remarks.empty()) continue;
+    text += "\n" + heading(feature_name(feature)) + "\n";
+    for (const Remark& remark : remarks) {
+      text += paragraph(
+          fmt::format("  {} {}: {}", numbers_text(remark.groups), fidelity_text(remark.fidelity), remark.how), 4);
+    }
+  }
+  return text;
+}
+
+std::string features_markdown(const std::vector<FeatureGroup>& groups) {
+  std::string text =
+      "# Features of models and engines\n\n"
+      "What every contender does with the parts of a model beyond hinges, free bodies, spheres, capsules and planes: "
+      "✓ exact,\n≈ approximated, – refused. The columns are numbered below; contenders of an engine that do the same "
+      "share one. What is\napproximated, and by how much, follows the table. The adapters declare it, and the "
+      "[conformance suite](conformance.md)\ntests it.\n`./assay engines --features --markdown` writes this file.\n\n";
+  text += "| feature |";
+  for (size_t g = 0; g < groups.size(); ++g) text += fmt::format(" {} |", g + 1);
+  text += "\n| --- |";
+  for (size_t g = 0; g < groups.size(); ++g) text += " :-: |";
+  text += "\n";
+  for (const Feature feature : all_features()) {
+    text += fmt::format("| {} |", feature_name(feature));
+    for (const FeatureGroup& group : groups) {
+      const Fidelity fidelity = fidelity_of(group, feature);
+      text += fmt::format(" {} |", fidelity == Fidelity::kExact          ? "✓"
+                                   : fidelity == Fidelity::kApproximated ? "≈"
+                                                                         : "–");
+    }
+    text += "\n";
+  }
+  text += "\n| column | contenders |\n| --- | --- |\n";
+  for (size_t g = 0; g < groups.size(); ++g) text += fmt::format("| {} | {} |\n", g + 1, names_text(groups[g]));
+  text += "\n## What is approximated, and why something is refused\n";
+  for (const Feature feature : all_features()) {
+    const std::vector<Remark> remarks = remarks_of(groups, feature);
+    if (remarks.empty()) continue;
+    text += fmt::format("\n### {}\n\n", feature_name(feature));
+    for (const Remark& remark : remarks) {
+      std::string names;
+      for (const size_t g : remark.groups) names += (names.empty() ? "" : ", ") + groups[g - 1].label;
+      text += fmt::format("- {} {}: {}\n", names, fidelity_text(remark.fidelity), remark.how);
+    }
+  }
+  return text;
+}
+
+}  // namespace assay::cli

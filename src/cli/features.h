@@ -1,0 +1,27 @@
+// The table feature x engine: what each contender does with every feature of models (model/features.h).
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "cli/terminal.h"
+#include "engines/registry.h"
+
+namespace assay::cli {
+
+// Contenders of one engine that declare the same of every feature.
+struct FeatureGroup {
+  std::string label;  // the engine, or its first contender where the engine's contenders differ
+  std::vector<std::string> contenders;
+  Capabilities capabilities;
+};
+
+std::vector<FeatureGroup> feature_groups(const std::vector<ResolvedContender>& contenders);
+
+Json features_json(const std::vector<FeatureGroup>& groups);
+// For a terminal or a file: the table, and then how features are approximated and why they are refused.
+std::string features_text(const std::vector<FeatureGroup>& groups);
+// The document docs/features.md.
+std::string features_markdown(const std::vector<FeatureGroup>& groups);
+
+}  // namespace assay::cli

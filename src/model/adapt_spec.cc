@@ -1,0 +1,183 @@
+#include "model/adapt_spec.h"
+
+#include <filesystem>
+#include <set>
+
+#include <fmt/format.h>
+
+namespace assay {
+namespace {
+
+namespace fs = std::filesystem;
+
+template <typename As, typename Work>
+void for_each(mjSpec* spec, mjtObj type, As as, Work work) {
+  std::vector<mjsElement*> elements;  // before any is deleted
+  for (mjsElement* e = mjs_firstElement(spec, type); e != nullptr; e = mjs_nextElement(spec, e)) elements.push_back(e);
+  for (mjsElement* e : elements) work(as(e));
+}
+
+std::string text(const mjString* string) {
+  const char* value = string == nullptr ? nullptr : mjs_getString(string);
+  return value == nullptr ? "" : value;
+}
+
+std::string name_of(mjsElement* element) { return text(mjs_getName(element)); }
+
+int line_of(const mjString* info) {
+  const std::string words = text(info);
+  return words.starts_with("line ") ? std::atoi(words.c_str() + 5) : 0;
+}
+
+// The file that MuJoCo would open.
+fs::path mesh_path(const mjSpec* spec, const mjsMesh* mesh, const std::string& folder) {
+  const fs::path file = text(mesh->file);
+  return file.is_absolute() ? file : (fs::path(folder) / text(spec->compiler.meshdir) / file).lexically_normal();
+}
+
+std::string mesh_name(const mjsMesh* mesh) {
+  const std::string own = name_of(mesh->element);
+  return own.empty() ? fs::path(text(mesh->file)).stem().string() : own;
+}
+
+bool has_moving_part(const mjsBody* body) { return mjs_firstChild(body, mjOBJ_JOINT, 1) != nullptr; }
+
+}  // namespace
+
+void give_vertices(mjSpec* spec, const std::map<std::string, UrdfMesh>& meshes) {
+  for_each(spec, mjOBJ_MESH, mjs_asMesh, [&](mjsMesh* mesh) {
+    const auto found = meshes.find(name_of(mesh->element));
+    if (found == meshes.end()) return;
+    std::vector<float> vertices;
+    vertices.reserve(3 * found->second.data.vertices.size());
+    for (const Vec3& p : found->second.data.vertices) {
+      for (int k = 0; k < 3; ++k) vertices.push_back(static_cast<float>(p[k]));
+    }
+    mjs_setFloat(mesh->uservert, vertices.data(), static_cast<int>(vertices.size()));
+    mjs_setString(mesh->file, "");
+    mesh->inertia = mjMESH_INERTIA_CONVEX;
+  });
+}
+
+void leave_out_pictures(mjSpec* spec, const std::string& folder, LoadReport& report, std::vector<std::string>& notes) {
+  for_each(spec, mjOBJ_TEXTURE, mjs_asTexture, [](mjsTexture* texture) {
+    mjs_setString(texture->file, "");
+    mjs_setStringVec(texture->cubefiles, "");
+    texture->builtin = mjBUILTIN_FLAT;
+    texture->width = texture->height = 1;
+  });
+  for_each(spec, mjOBJ_SKIN, mjs_asSkin, [&](mjsSkin* skin) { mjs_delete(spec, skin->element); });
+
+  std::map<std::string, mjsMesh*> missing;
+  for_each(spec, mjOBJ_MESH, mjs_asMesh, [&](mjsMesh* mesh) {
+    std::error_code error;
+    if (!text(mesh->file).empty() && !fs::exists(mesh_path(spec, mesh, folder), error)) missing[mesh_name(mesh)] = mesh;
+  });
+  if (missing.empty()) return;
+  std::set<std::string> paired;
+  for_each(spec, mjOBJ_PAIR, mjs_asPair, [&](mjsPair* pair) {
+    paired.insert(text(pair->geomname1));
+    paired.insert(text(pair->geomname2));
+  });
+  std::set<std::string> needed;
+  std::vector<mjsGeom*> drawn;
+  for_each(spec, mjOBJ_GEOM, mjs_asGeom, [&](mjsGeom* geom) {
+    const std::string mesh = text(geom->meshname);
+    if (!missing.contains(mesh)) return;
+    const mjsBody* body = mjs_getParent(geom->element);
+    const bool weighs =
+        !body->explicitinertial && geom->mass != 0 && geom->density != 0 && name_of(body->element) != "world";
+    if (geom->contype == 0 && geom->conaffinity == 0 && !paired.contains(name_of(geom->element)) && !weighs) {
+      drawn.push_back(geom);
+    } else {
+      needed.insert(mesh);
+    }
+  });
+  for (const std::string& name : needed) {
+    const mjsMesh* mesh = missing.at(name);
+    report.problems.push_back(
+        {.severity = Severity::kRefused,
+         .element = fmt::format("mesh '{}'", name),
+         .line = line_of(mesh->info),
+         .message = fmt::format("is not found (looked for: {})", mesh_path(spec, mesh, folder).string()),
+         .mend = "put the file there, or correct its name",
+         .option = {}});
+  }
+  size_t left_out = 0;
+  for (mjsGeom* geom : drawn) {
+    if (needed.contains(text(geom->meshname))) continue;
+    mjs_delete(spec, geom->element);
+    ++left_out;
+  }
+  for (const auto& [name, mesh] : missing) {
+    if (!needed.contains(name)) mjs_delete(spec, mesh->element);
+  }
+  if (left_out > 0) {
+    notes.push_back(fmt::format("{} shapes that are only drawn are left out: their mesh files are missing", left_out));
+  }
+}
+
+void apply_root_joint(mjSpec* spec, RootJoint root, LoadReport& report, std::vector<std::string>& notes) {
+  if (root == RootJoint::kAsInFile) return;
+  const mjsBody* world = mjs_findBody(spec, "world");
+  std::vector<mjsBody*> roots;
+  for (mjsElement* e = mjs_firstChild(world, mjOBJ_BODY, 0); e != nullptr; e = mjs_nextChild(world, e, 0)) {
+    roots.push_back(mjs_asBody(e));
+  }
+  size_t changed = 0;
+  for (mjsBody* body : roots) {
+    mjsElement* first = mjs_firstChild(body, mjOBJ_JOINT, 0);
+    if (root == RootJoint::kFixed) {
+      if (first == nullptr || mjs_asJoint(first)->type != mjJNT_FREE) continue;
+      mjs_delete(spec, first);
+      ++changed;
+    } else if (first == nullptr && has_moving_part(body)) {
+      mjs_addFreeJoint(body);
+      ++changed;
+    }
+  }
+  const bool fixed = root == RootJoint::kFixed;
+  if (changed == 0) {
+    if (fixed) {
+      notes.emplace_back("--fixed-base changes nothing: no root has a free joint");
+    } else {
+      report.refuse("no root of the file is fixed to the world and carries moving bodies", "leave out --floating-base");
+    }
+    return;
+  }
+  size_t keys = 0;
+  for_each(spec, mjOBJ_KEY, mjs_asKey, [&](mjsKey* key) {
+    mjs_delete(spec, key->element);
+    ++keys;
+  });
+  if (keys > 0) notes.push_back(fmt::format("{} keyframes are left out: they are of another root joint", keys));
+}
+
+std::string add_ground(mjSpec* spec, std::vector<std::string>& notes) {
+  bool there = false;
+  std::set<std::string> names;
+  for_each(spec, mjOBJ_GEOM, mjs_asGeom, [&](mjsGeom* geom) {
+    names.insert(name_of(geom->element));
+    there = there || (geom->type == mjGEOM_PLANE && (geom->contype != 0 || geom->conaffinity != 0));
+  });
+  if (there) {
+    notes.emplace_back("--ground adds nothing: the file has a plane");
+    return "";
+  }
+  std::string name = "ground";
+  for (int i = 2; names.contains(name); ++i) name = fmt::format("ground_{}", i);
+  mjsGeom* plane = mjs_addGeom(mjs_findBody(spec, "world"), nullptr);
+  mjs_setName(plane->element, name.c_str());
+  plane->type = mjGEOM_PLANE;
+  plane->size[0] = plane->size[1] = 0;  // infinite
+  plane->size[2] = 1;
+  plane->contype = plane->conaffinity = 0x7fffffff;
+  // not those of the file's default class
+  plane->condim = 3;
+  plane->friction[0] = 1;
+  plane->priority = 0;
+  plane->margin = plane->gap = 0;
+  return name;
+}
+
+}  // namespace assay

@@ -1,0 +1,28 @@
+// What the loader changes in MuJoCo's parsed document before it is compiled.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "model/load_options.h"
+#include "model/mujoco_messages.h"
+#include "model/problems.h"
+#include "model/urdf.h"
+
+namespace assay {
+
+// Gives the meshes of a URDF document their vertices. Mass does not come from them, so that they need not be closed.
+void give_vertices(mjSpec* spec, const std::map<std::string, UrdfMesh>& meshes);
+
+// Textures and skins, which only pictures need, and missing mesh files of geoms that cannot collide and do not add to
+// an inertia, are left out; other missing mesh files become problems. `folder` is the model's.
+void leave_out_pictures(mjSpec* spec, const std::string& folder, LoadReport& report, std::vector<std::string>& notes);
+
+// --floating-base and --fixed-base for MJCF. Keyframes are left out, because their size is another.
+void apply_root_joint(mjSpec* spec, RootJoint root, LoadReport& report, std::vector<std::string>& notes);
+
+// Adds a plane that every shape with a contact bit touches; its name. Empty when the file has a plane in the world.
+std::string add_ground(mjSpec* spec, std::vector<std::string>& notes);
+
+}  // namespace assay

@@ -1,0 +1,170 @@
+#include "model/mesh_file.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <optional>
+#include <unordered_map>
+
+#include <Eigen/Eigenvalues>
+#include <assimp/Importer.hpp>
+#include <assimp/config.h>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+#include <fmt/format.h>
+
+#include "base/errors.h"
+
+namespace assay {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct PositionHash {
+  size_t operator()(const std::array<float, 3>& p) const {
+    std::uint64_t hash = 1469598103934665603U;
+    for (float value : p) {
+      value += 0.0F;  // -0 equals 0
+      std::uint32_t bits = 0;
+      std::memcpy(&bits, &value, sizeof bits);
+      hash = (hash ^ bits) * 1099511628211U;
+    }
+    return hash ^ (hash >> 29U);
+  }
+};
+
+// Collects triangles; their corners become indices of distinct vertices.
+class Builder {
+ public:
+  void triangle(const std::array<std::array<float, 3>, 3>& corners) {
+    std::array<int, 3> face{};
+    for (size_t k = 0; k < 3; ++k) face[k] = index(corners[k]);
+    mesh_.faces.push_back(face);
+  }
+  MeshData take() {
+    std::map<std::pair<int, int>, int> edges;
+    for (const auto& face : mesh_.faces) {
+      for (size_t k = 0; k < 3; ++k) ++edges[std::minmax(face[k], face[(k + 1) % 3])];
+    }
+    mesh_.open_edges = static_cast<size_t>(std::ranges::count_if(edges, [](const auto& e) { return e.second != 2; }));
+    return std::move(mesh_);
+  }
+
+ private:
+  int index(const std::array<float, 3>& p) {
+    if (!std::ranges::all_of(p, [](float value) { return std::isfinite(value); })) {
+      throw InputError("has a vertex that is not a finite number; export it again");
+    }
+    const auto [found, fresh] = numbers_.try_emplace(p, static_cast<int>(mesh_.vertices.size()));
+    if (fresh) mesh_.vertices.emplace_back(p[0], p[1], p[2]);
+    return found->second;
+  }
+
+  MeshData mesh_;
+  std::unordered_map<std::array<float, 3>, int, PositionHash> numbers_;
+};
+
+void require_size(size_t triangles) {
+  if (triangles == 0) throw InputError("has no triangles; export it again or remove it");
+  if (triangles > kMostTriangles) {
+    throw InputError(
+        fmt::format("has {} triangles, and at most {} are read; simplify it, because only its convex hull "
+                    "collides",
+                    triangles, kMostTriangles));
+  }
+}
+
+// A binary STL file: 80 bytes, the number of triangles, 50 bytes for each. Empty when the size says otherwise.
+std::optional<MeshData> read_binary_stl(const std::string& path) {
+  constexpr std::uintmax_t kHead = 84, kTriangle = 50;
+  std::error_code error;
+  const std::uintmax_t size = fs::file_size(path, error);
+  if (error || size < kHead) return std::nullopt;
+  std::ifstream file(path, std::ios::binary);
+  std::array<char, kHead> head{};
+  file.read(head.data(), head.size());
+  std::uint32_t count = 0;
+  std::memcpy(&count, head.data() + 80, sizeof count);
+  if (!file || kHead + kTriangle * count != size) return std::nullopt;
+  require_size(count);
+  std::vector<char> bytes(kTriangle * count);
+  file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  if (!file) return std::nullopt;
+  Builder builder;
+  for (size_t t = 0; t < count; ++t) {
+    std::array<std::array<float, 3>, 3> corners{};
+    std::memcpy(corners.data(), bytes.data() + t * kTriangle + 12, sizeof corners);
+    builder.triangle(corners);
+  }
+  return builder.take();
+}
+
+void add_node(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent, Builder& builder) {
+  const aiMatrix4x4 X = parent * node.mTransformation;
+  for (unsigned int m = 0; m < node.mNumMeshes; ++m) {
+    const aiMesh& mesh = *scene.mMeshes[node.mMeshes[m]];
+    for (unsigned int f = 0; f < mesh.mNumFaces; ++f) {
+      const aiFace& face = mesh.mFaces[f];
+      if (face.mNumIndices != 3) continue;  // points and lines
+      std::array<std::array<float, 3>, 3> corners{};
+      for (unsigned int k = 0; k < 3; ++k) {
+        const aiVector3D p = X * mesh.mVertices[face.mIndices[k]];
+        corners[k] = {p.x, p.y, p.z};
+      }
+      builder.triangle(corners);
+    }
+  }
+  for (unsigned int c = 0; c < node.mNumChildren; ++c) add_node(scene, *node.mChildren[c], X, builder);
+}
+
+}  // namespace
+
+double MeshData::flatness() const {
+  if (vertices.size() < 4) return 0;
+  Vec3 mean = Vec3::Zero();
+  for (const Vec3& p : vertices) mean += p / static_cast<double>(vertices.size());
+  Mat3 spread = Mat3::Zero();
+  for (const Vec3& p : vertices) spread += (p - mean) * (p - mean).transpose();
+  const Eigen::SelfAdjointEigenSolver<Mat3> solver(spread);
+  Vec3 extent = Vec3::Zero();
+  for (int axis = 0; axis < 3; ++axis) {
+    double lowest = 0, highest = 0;
+    for (const Vec3& p : vertices) {
+      const double x = (p - mean).dot(solver.eigenvectors().col(axis));
+      lowest = std::min(lowest, x);
+      highest = std::max(highest, x);
+    }
+    extent[axis] = highest - lowest;
+  }
+  return extent.maxCoeff() > 0 ? extent.minCoeff() / extent.maxCoeff() : 0;
+}
+
+MeshData read_mesh(const std::string& path) {
+  std::error_code error;
+  if (!fs::is_regular_file(path, error)) throw InputError("is not there; correct its name");
+  if (fs::file_size(path, error) == 0) throw InputError("is an empty file; export it again or remove it");
+  if (auto mesh = read_binary_stl(path)) return std::move(*mesh);
+
+  Assimp::Importer importer;
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
+  const aiScene* scene = importer.ReadFile(path, aiProcess_Triangulate);
+  if (scene == nullptr || scene->mRootNode == nullptr) {
+    std::string why = importer.GetErrorString();
+    std::ranges::replace(why, '\n', ' ');
+    throw InputError(fmt::format("cannot be read ({}); export it again", why));
+  }
+  size_t triangles = 0;
+  for (unsigned int m = 0; m < scene->mNumMeshes; ++m) triangles += scene->mMeshes[m]->mNumFaces;
+  require_size(triangles);
+  Builder builder;
+  add_node(*scene, *scene->mRootNode, aiMatrix4x4(), builder);
+  MeshData mesh = builder.take();
+  require_size(mesh.faces.size());
+  return mesh;
+}
+
+}  // namespace assay

@@ -1,0 +1,31 @@
+// Mesh files as triangles: what the loader needs of .stl (binary or text), .obj, .dae and the other formats that assimp
+// reads.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "model/geometry.h"
+
+namespace assay {
+
+// Vertices at equal positions are one. Of a .dae file the unit and the nodes' transformations are applied and the up
+// axis is not, as ROS does: URDF gives the pose of the mesh's own axes.
+struct MeshData {
+  std::vector<Vec3> vertices;             // m
+  std::vector<std::array<int, 3>> faces;  // indices into vertices
+  size_t open_edges = 0;                  // edges that do not belong to exactly two faces; 0 for a watertight mesh
+
+  // How thick the mesh is in its thinnest of three perpendicular directions, against its longest extent: 0 when flat.
+  double flatness() const;
+};
+
+inline constexpr size_t kMostTriangles = 1'000'000;
+
+// Throws InputError with the rest of a sentence that begins with the mesh's name: "cannot be read: ...; mend". It is
+// thrown for a file that is missing, broken or empty, that has more than kMostTriangles, or numbers that are not
+// finite.
+MeshData read_mesh(const std::string& path);
+
+}  // namespace assay

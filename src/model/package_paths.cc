@@ -1,0 +1,104 @@
+#include "model/package_paths.h"
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <sstream>
+#include <string_view>
+
+namespace assay {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_file(const fs::path& path) {
+  std::error_code error;
+  return fs::is_regular_file(path, error);
+}
+
+std::vector<std::string> folders_of(const char* variable) {
+  std::vector<std::string> folders;
+  const char* value = std::getenv(variable);
+  std::istringstream stream(value == nullptr ? "" : value);
+  for (std::string folder; std::getline(stream, folder, ':');) {
+    if (!folder.empty()) folders.push_back(folder);
+  }
+  return folders;
+}
+
+// The name that a package.xml gives.
+std::string package_name(const fs::path& manifest) {
+  std::ifstream file(manifest);
+  const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  constexpr std::string_view kOpen = "<name>";
+  const size_t begins = text.find(kOpen);
+  const size_t ends = begins == std::string::npos ? begins : text.find("</name>", begins);
+  if (ends == std::string::npos) return "";
+  std::istringstream words(text.substr(begins + kOpen.size(), ends - begins - kOpen.size()));
+  std::string name;
+  words >> name;
+  return name;
+}
+
+// Folders that may be the package `name`, nearest first.
+std::vector<fs::path> package_folders(const std::string& name, const fs::path& model_folder,
+                                      const std::map<std::string, std::string>& packages) {
+  std::vector<fs::path> folders;
+  if (const auto given = packages.find(name); given != packages.end()) folders.emplace_back(given->second);
+  for (fs::path folder = model_folder;; folder = folder.parent_path()) {
+    if (folder.filename() == name || package_name(folder / "package.xml") == name) folders.push_back(folder);
+    folders.push_back(folder / name);
+    if (folder == folder.parent_path()) break;
+  }
+  for (const std::string& folder : folders_of("ROS_PACKAGE_PATH")) {
+    if (fs::path(folder).filename() == name) folders.emplace_back(folder);
+    folders.push_back(fs::path(folder) / name);
+  }
+  for (const std::string& folder : folders_of("AMENT_PREFIX_PATH"))
+    folders.push_back(fs::path(folder) / "share" / name);
+  return folders;
+}
+
+std::optional<std::string> without(std::string_view prefix, const std::string& uri) {
+  if (!uri.starts_with(prefix)) return std::nullopt;
+  return uri.substr(prefix.size());
+}
+
+}  // namespace
+
+FoundFile find_resource(const std::string& uri, const std::string& from,
+                        const std::map<std::string, std::string>& packages) {
+  std::error_code error;
+  fs::path model_folder =
+      fs::canonical(fs::path(from).parent_path().empty() ? "." : fs::path(from).parent_path(), error);
+  if (error) model_folder = fs::absolute(fs::path(from)).parent_path();
+  std::vector<fs::path> candidates;
+  std::optional<std::string> inside = without("package://", uri);
+  if (!inside) inside = without("model://", uri);
+  if (inside) {
+    const size_t slash = inside->find('/');
+    const std::string name = inside->substr(0, slash);
+    const std::string rest = slash == std::string::npos ? "" : inside->substr(slash + 1);
+    for (const fs::path& folder : package_folders(name, model_folder, packages)) {
+      if (fs::is_directory(folder, error)) candidates.push_back(folder / rest);
+    }
+    if (candidates.empty()) {
+      return {"",
+              {"no folder of the package '" + name +
+               "' upward from the file, in ROS_PACKAGE_PATH or "
+               "AMENT_PREFIX_PATH"}};
+    }
+  } else {
+    const fs::path path = without("file://", uri).value_or(uri);
+    candidates.push_back(path.is_absolute() ? path : model_folder / path);
+  }
+  FoundFile found;
+  for (const fs::path& candidate : candidates) {
+    if (is_file(candidate)) return {candidate.lexically_normal().string(), {}};
+    found.looked.push_back(candidate.lexically_normal().string());
+  }
+  return found;
+}
+
+}  // namespace assay

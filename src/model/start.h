@@ -1,0 +1,24 @@
+// What --qpos, --ground and --no-ground do to a model that is loaded.
+#pragma once
+
+#include <string>
+
+#include "model/model.h"
+
+namespace assay {
+
+// Starts the model at rest in the configuration of the text of `file`: all numbers of MuJoCo's qpos in their order
+// (free joint: position of the body frame and quaternion w x y z; ball: quaternion; hinge or slide: one number),
+// separated by blanks, commas or lines; or lines JOINT=VALUE for hinges and slides, where the others keep theirs. `#`
+// begins a comment. Throws InputError with the line.
+void start_from(Model& model, const std::string& text, const std::string& file);
+
+// The lowest point of the collision shapes in the initial state, planes and height fields apart, m. Zero without any.
+double lowest_point(const Model& model);
+
+// Lowers or raises the static plane `name` to the lowest point of all others.
+void put_under(Model& model, const std::string& name);
+
+void remove_planes(Model& model);
+
+}  // namespace assay

@@ -1,0 +1,831 @@
+#include "model/urdf.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <optional>
+#include <sstream>
+#include <utility>
+
+#include <Eigen/Eigenvalues>
+#include <fmt/format.h>
+#include <tinyxml2.h>
+
+#include "base/errors.h"
+#include "base/text.h"
+#include "model/inertia.h"
+#include "model/package_paths.h"
+
+namespace assay {
+namespace {
+
+namespace fs = std::filesystem;
+namespace xml = tinyxml2;
+
+// ---- the document ---------------------------------------------------------------------------------------------------
+
+std::string escaped(std::string_view text) {
+  std::string result;
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        result += "&amp;";
+        break;
+      case '<':
+        result += "&lt;";
+        break;
+      case '>':
+        result += "&gt;";
+        break;
+      case '"':
+        result += "&quot;";
+        break;
+      default:
+        result += c;
+    }
+  }
+  return result;
+}
+
+// Writes an element and what is below it; each begins on the line that it has in its document, so that MuJoCo's
+// messages name the user's lines.
+void write_on_its_line(const xml::XMLElement& element, int& line, std::string& text) {
+  for (; line < element.GetLineNum(); ++line) text += '\n';
+  text += fmt::format("<{}", element.Name());
+  for (const xml::XMLAttribute* a = element.FirstAttribute(); a != nullptr; a = a->Next()) {
+    std::string value = escaped(a->Value());
+    std::ranges::replace(value, '\n', ' ');
+    text += fmt::format(" {}=\"{}\"", a->Name(), value);
+  }
+  text += '>';
+  for (const xml::XMLElement* e = element.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+    write_on_its_line(*e, line, text);
+  }
+  text += fmt::format("</{}>", element.Name());
+}
+
+std::string text_of(const xml::XMLElement* element, const char* attribute) {
+  const char* value = element == nullptr ? nullptr : element->Attribute(attribute);
+  return value == nullptr ? "" : value;
+}
+
+std::vector<double> numbers_of(const xml::XMLElement* element, const char* attribute) {
+  std::istringstream words(text_of(element, attribute));
+  std::vector<double> numbers;
+  for (std::string word; words >> word;) {
+    if (word.starts_with('+')) word.erase(0, 1);  // "+1" is a number to every reader of URDF
+    numbers.push_back(parse_number(word).value_or(std::nan("")));
+  }
+  return numbers;
+}
+
+double number_of(const xml::XMLElement* element, const char* attribute, double otherwise) {
+  const std::vector<double> numbers = numbers_of(element, attribute);
+  return numbers.empty() ? otherwise : numbers.front();
+}
+
+Vec3 vector_of(const xml::XMLElement* element, const char* attribute, const Vec3& otherwise) {
+  const std::vector<double> v = numbers_of(element, attribute);
+  return v.size() == 3 ? Vec3(v[0], v[1], v[2]) : otherwise;
+}
+
+Pose origin_of(const xml::XMLElement& element) {
+  const xml::XMLElement* origin = element.FirstChildElement("origin");
+  const Vec3 rpy = vector_of(origin, "rpy", Vec3::Zero());
+  const Quat q = Eigen::AngleAxisd(rpy.z(), Vec3::UnitZ()) * Eigen::AngleAxisd(rpy.y(), Vec3::UnitY()) *
+                 Eigen::AngleAxisd(rpy.x(), Vec3::UnitX());
+  return {vector_of(origin, "xyz", Vec3::Zero()), q};
+}
+
+Mat3 inertia_of(const xml::XMLElement& inertial) {
+  const xml::XMLElement* e = inertial.FirstChildElement("inertia");
+  const double xy = number_of(e, "ixy", 0), xz = number_of(e, "ixz", 0), yz = number_of(e, "iyz", 0);
+  Mat3 I;
+  I << number_of(e, "ixx", 0), xy, xz, xy, number_of(e, "iyy", 0), yz, xz, yz, number_of(e, "izz", 0);
+  return I;
+}
+
+std::string triple(const Vec3& v) { return fmt::format("{:.17g} {:.17g} {:.17g}", v.x(), v.y(), v.z()); }
+
+// ---- reading --------------------------------------------------------------------------------------------------------
+
+struct Link {
+  xml::XMLElement* element = nullptr;
+  std::string name;
+  int joint = -1;             // to its parent; -1 for the root
+  std::vector<int> children;  // joints
+  double mass = 0;
+  Mat3 I = Mat3::Zero();  // about the centre of mass, in the axes of X_LI
+  Pose X_LI;              // inertial frame in the link's
+};
+
+struct UrdfJoint {
+  xml::XMLElement* element = nullptr;
+  std::string name, type;
+  int parent = -1, child = -1;
+};
+
+// One reading of a document. Its steps run in the order of run(); a step that finds the tree broken ends it.
+class Reader {
+ public:
+  Reader(const std::string& text, std::string path, const LoadOptions& options)
+      : path_(std::move(path)), options_(options) {
+    document_.Parse(text.data(), text.size());
+  }
+
+  UrdfDocument run() {
+    if (document_.Error()) {
+      refuse("", document_.ErrorLineNum(), fmt::format("is not well-formed XML: {}", document_.ErrorName()),
+             "correct it at that line");
+      return std::move(result_);
+    }
+    robot_ = document_.FirstChildElement("robot");
+    if (!refuse_xacro() && read_elements() && check_numbers() && build_tree()) {
+      apply_root_joint();
+      read_inertia();
+      find_massless();
+      check_inertia();
+      write_inertia();
+      adapt_joints();
+      adapt_meshes();
+      write();
+    }
+    return std::move(result_);
+  }
+
+  // ---- repair
+
+  struct Edit {
+    const xml::XMLElement* element;
+    std::string attribute, value;
+  };
+  // What has to change for the inertia, the limits and the joints to be valid.
+  std::vector<Edit> edits(std::vector<UrdfMend>& mends) {
+    std::vector<Edit> edits;
+    if (document_.Error()) throw InputError(fmt::format("{}: it is not well-formed XML and cannot be mended", path_));
+    robot_ = document_.FirstChildElement("robot");
+    if (refuse_xacro() || !read_elements() || !check_numbers() || !build_tree()) {
+      throw InputError(fmt::format("{}: {}", path_, problem_text(result_.problems.front())));
+    }
+    read_inertia();
+    find_massless();
+    for (const Link& link : links_) mend_inertia(link, edits, mends);
+    for (const UrdfJoint& joint : joints_) mend_joint(joint, edits, mends);
+    return edits;
+  }
+
+ private:
+  void refuse(const std::string& element, int line, std::string message, std::string mend, std::string option = "") {
+    result_.problems.push_back({.severity = Severity::kRefused,
+                                .element = element,
+                                .line = line,
+                                .message = std::move(message),
+                                .mend = std::move(mend),
+                                .option = std::move(option)});
+  }
+  void leave_out(const std::string& element, int line, const std::string& message) {
+    result_.problems.push_back({.severity = Severity::kLeftOut,
+                                .element = element,
+                                .line = line,
+                                .message = message,
+                                .mend = {},
+                                .option = {}});
+    result_.notes.push_back(fmt::format("{} {}", element, message));
+  }
+
+  static const xml::XMLElement* xacro_in(const xml::XMLElement& element) {
+    if (std::string_view(element.Name()).starts_with("xacro:")) return &element;
+    for (const xml::XMLElement* e = element.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+      if (const xml::XMLElement* found = xacro_in(*e)) return found;
+    }
+    return nullptr;
+  }
+
+  bool refuse_xacro() {
+    const xml::XMLElement* macro = xacro_in(*robot_);
+    if (macro == nullptr) return false;
+    const std::string stem = fs::path(path_).stem().string();
+    refuse(fmt::format("element '{}'", macro->Name()), macro->GetLineNum(), "is a xacro macro, not URDF",
+           fmt::format("expand the file first: xacro {} > {}", path_, stem.ends_with(".urdf") ? stem : stem + ".urdf"));
+    return true;
+  }
+
+  bool read_elements() {
+    std::map<std::string, int> joint_lines;
+    for (xml::XMLElement* e = robot_->FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+      const std::string kind = e->Name(), name = text_of(e, "name");
+      if (kind != "link" && kind != "joint") continue;
+      if (name.empty()) {
+        refuse(fmt::format("a {}", kind), e->GetLineNum(), "has no name", "give it one");
+        continue;
+      }
+      if (kind == "link") {
+        if (const auto [other, fresh] = link_of_.try_emplace(name, static_cast<int>(links_.size())); !fresh) {
+          refuse(fmt::format("link '{}'", name), e->GetLineNum(),
+                 fmt::format("has the name of the link in line {}", links_[other->second].element->GetLineNum()),
+                 "rename one of the two");
+          continue;
+        }
+        links_.emplace_back();
+        links_.back().element = e;
+        links_.back().name = name;
+      } else {
+        if (const auto [other, fresh] = joint_lines.try_emplace(name, e->GetLineNum()); !fresh) {
+          refuse(fmt::format("joint '{}'", name), e->GetLineNum(),
+                 fmt::format("has the name of the joint in line {}", other->second), "rename one of the two");
+          continue;
+        }
+        joints_.push_back({e, name, text_of(e, "type"), -1, -1});
+      }
+    }
+    if (links_.empty() && result_.problems.empty()) {
+      refuse("", robot_->GetLineNum(), "the robot has no link", "give it a <link> and a <joint>");
+    }
+    return !result_.refused();
+  }
+
+  // Numbers that every URDF reader takes from these attributes.
+  void check_numbers_below(const xml::XMLElement& element, const std::string& owner) {
+    static const std::map<std::string, std::vector<std::pair<std::string, size_t>>> kAttributes = {
+        {"origin", {{"xyz", 3}, {"rpy", 3}}},
+        {"axis", {{"xyz", 3}}},
+        {"mass", {{"value", 1}}},
+        {"inertia", {{"ixx", 1}, {"ixy", 1}, {"ixz", 1}, {"iyy", 1}, {"iyz", 1}, {"izz", 1}}},
+        {"limit", {{"lower", 1}, {"upper", 1}, {"effort", 1}}},
+        {"dynamics", {{"damping", 1}, {"friction", 1}}},
+        {"mimic", {{"multiplier", 1}, {"offset", 1}}},
+        {"box", {{"size", 3}}},
+        {"cylinder", {{"radius", 1}, {"length", 1}}},
+        {"capsule", {{"radius", 1}, {"length", 1}}},
+        {"sphere", {{"radius", 1}}},
+        {"mesh", {{"scale", 3}}}};
+    if (const auto known = kAttributes.find(element.Name()); known != kAttributes.end()) {
+      for (const auto& [attribute, count] : known->second) {
+        if (element.Attribute(attribute.c_str()) == nullptr) continue;
+        const std::vector<double> numbers = numbers_of(&element, attribute.c_str());
+        if (numbers.size() == count && std::ranges::all_of(numbers, [](double v) { return std::isfinite(v); }))
+          continue;
+        refuse(fmt::format("<{}> of {}", element.Name(), owner), element.GetLineNum(),
+               fmt::format("has {}=\"{}\"", attribute, text_of(&element, attribute.c_str())),
+               fmt::format("give {} finite {}", count, count == 1 ? "number" : "numbers"));
+      }
+    }
+    for (const xml::XMLElement* e = element.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+      if (std::string_view(e->Name()) != "visual") check_numbers_below(*e, owner);
+    }
+  }
+
+  bool check_numbers() {
+    for (const Link& link : links_) check_numbers_below(*link.element, fmt::format("link '{}'", link.name));
+    for (const UrdfJoint& joint : joints_) check_numbers_below(*joint.element, fmt::format("joint '{}'", joint.name));
+    return !result_.refused();
+  }
+
+  int line_of(const UrdfJoint& joint) const { return joint.element->GetLineNum(); }
+  static std::string label(const UrdfJoint& joint) { return fmt::format("joint '{}'", joint.name); }
+
+  bool build_tree() {
+    static const std::set<std::string> kTypes = {"revolute", "continuous", "prismatic", "fixed",
+                                                 "floating", "planar",     "spherical"};
+    std::vector<std::string> names;
+    names.reserve(links_.size());
+    for (const Link& link : links_) names.push_back(link.name);
+    for (size_t j = 0; j < joints_.size(); ++j) {
+      UrdfJoint& joint = joints_[j];
+      if (!kTypes.contains(joint.type)) {
+        refuse(label(joint), line_of(joint), fmt::format("has the type '{}'", joint.type),
+               "use revolute, continuous, prismatic, fixed, floating or planar");
+      }
+      for (const auto& [end, index] : {std::pair("parent", &joint.parent), std::pair("child", &joint.child)}) {
+        const std::string link = text_of(joint.element->FirstChildElement(end), "link");
+        const auto found = link_of_.find(link);
+        if (found == link_of_.end()) {
+          refuse(label(joint), line_of(joint),
+                 link.empty() ? fmt::format("has no {} link", end)
+                              : fmt::format("names the unknown {} link '{}'{}", end, link, did_you_mean(link, names)),
+                 "correct it");
+        } else {
+          *index = found->second;
+        }
+      }
+      if (joint.parent < 0 || joint.child < 0) continue;
+      Link& child = links_[joint.child];
+      if (child.joint >= 0) {
+        refuse(fmt::format("link '{}'", child.name), child.element->GetLineNum(),
+               fmt::format("is the child of two joints, '{}' (line {}) and '{}' (line {})", joints_[child.joint].name,
+                           line_of(joints_[child.joint]), joint.name, line_of(joint)),
+               "remove one: a URDF is a tree");
+        continue;
+      }
+      child.joint = static_cast<int>(j);
+      links_[joint.parent].children.push_back(static_cast<int>(j));
+    }
+    if (result_.refused()) return false;
+    return find_order();
+  }
+
+  // Parents before children; what is not reached from a root is a cycle.
+  bool find_order() {
+    std::vector<int> roots;
+    for (size_t i = 0; i < links_.size(); ++i) {
+      if (links_[i].joint < 0) roots.push_back(static_cast<int>(i));
+    }
+    order_ = roots;
+    for (size_t k = 0; k < order_.size(); ++k) {
+      for (const int joint : links_[order_[k]].children) order_.push_back(joints_[joint].child);
+    }
+    if (order_.size() < links_.size()) {
+      std::set<int> reached(order_.begin(), order_.end());
+      for (const UrdfJoint& joint : joints_) {
+        if (reached.contains(joint.child)) continue;
+        refuse(label(joint), line_of(joint),
+               fmt::format("closes a cycle: link '{}' is its own ancestor", links_[joint.child].name),
+               "remove it: a URDF is a tree");
+        return false;
+      }
+    }
+    if (roots.size() > 1) {
+      refuse("", 0,
+             fmt::format("two links have no parent, '{}' (line {}) and '{}' (line {})", links_[roots[0]].name,
+                         links_[roots[0]].element->GetLineNum(), links_[roots[1]].name,
+                         links_[roots[1]].element->GetLineNum()),
+             "join them: a URDF has one root");
+      return false;
+    }
+    return true;
+  }
+
+  // ---- root
+
+  // --floating-base hangs the robot on the link "world", which MuJoCo takes for the world; --fixed-base fixes it there.
+  void apply_root_joint() {
+    Link& root = links_[order_.front()];
+    if (options_.root_joint == RootJoint::kFixed) {
+      for (const int j : root.children) {
+        if (joints_[j].type == "floating") set_type(joints_[j], "fixed");
+      }
+    }
+    if (options_.root_joint != RootJoint::kFloating) return;
+    if (root.name == "world") {
+      for (const int j : root.children) {
+        if (joints_[j].type == "fixed" && root.children.size() == 1) set_type(joints_[j], "floating");
+      }
+      return;
+    }
+    xml::XMLElement* world = document_.NewElement("link");
+    world->SetAttribute("name", "world");
+    robot_->InsertEndChild(world);
+    xml::XMLElement* joint = document_.NewElement("joint");
+    joint->SetAttribute("name", "floating_base");
+    joint->SetAttribute("type", "floating");
+    joint->InsertNewChildElement("parent")->SetAttribute("link", "world");
+    joint->InsertNewChildElement("child")->SetAttribute("link", root.name.c_str());
+    robot_->InsertEndChild(joint);
+    root.joint = static_cast<int>(joints_.size());
+    const int world_index = static_cast<int>(links_.size());
+    joints_.push_back({joint, "floating_base", "floating", world_index, order_.front()});
+    links_.emplace_back();
+    links_.back().element = world;
+    links_.back().name = "world";
+    links_.back().children = {root.joint};
+    order_.insert(order_.begin(), world_index);
+  }
+
+  static void set_type(UrdfJoint& joint, const char* type) {
+    joint.type = type;
+    joint.element->SetAttribute("type", type);
+  }
+
+  // ---- inertia
+
+  bool moves(const Link& link) const { return link.joint >= 0 && joints_[link.joint].type != "fixed"; }
+
+  void read_inertia() {
+    for (Link& link : links_) {
+      if (const xml::XMLElement* inertial = link.element->FirstChildElement("inertial")) {
+        link.mass = number_of(inertial->FirstChildElement("mass"), "value", 0);
+        link.I = inertia_of(*inertial);
+        link.X_LI = origin_of(*inertial);
+      }
+    }
+    update_groups();
+  }
+
+  // Links that are fixed to each other: head_ is the one that moves them all, X_HL_ a link's frame in the head's.
+  void update_groups() {
+    head_.assign(links_.size(), -1);
+    X_HL_.assign(links_.size(), Pose{});
+    for (const int i : order_) {
+      const Link& link = links_[i];
+      if (link.joint < 0 || moves(link)) {
+        head_[i] = i;
+        continue;
+      }
+      const int parent = joints_[link.joint].parent;
+      head_[i] = head_[parent];
+      X_HL_[i] = X_HL_[parent] * origin_of(*joints_[link.joint].element);
+    }
+    whole_.assign(links_.size(), RigidPart{});
+    for (const int i : order_) {
+      const Link& link = links_[i];
+      const Pose X_HI = X_HL_[i] * link.X_LI;
+      const Mat3 R = X_HI.q.toRotationMatrix();
+      whole_[head_[i]] = joined(whole_[head_[i]], {link.mass, X_HI.p, R * link.I * R.transpose()});
+    }
+  }
+
+  // Mass that a joint moves.
+  double carried_mass(int link) const {
+    double mass = links_[link].mass;
+    for (const int joint : links_[link].children) mass += carried_mass(joints_[joint].child);
+    return mass;
+  }
+
+  // Joints that move no mass: they have no dynamics.
+  void find_massless() {
+    for (const int i : order_) {
+      const Link& link = links_[i];
+      if (!moves(link) || carried_mass(i) > 0) continue;
+      idle_.insert(link.joint);
+    }
+  }
+
+  static std::string eigenvalues_text(const Vec3& e) { return fmt::format("{:.3g}, {:.3g}, {:.3g}", e[0], e[1], e[2]); }
+
+  bool is_static(int link) const { return head_[link] == order_.front(); }
+
+  void check_inertia() {
+    for (const int joint : idle_) {
+      UrdfJoint& j = joints_[joint];
+      if (options_.drop_unsupported) {
+        set_type(j, "fixed");
+        leave_out(label(j), line_of(j),
+                  "moves no mass and is fixed: it has no dynamics, and what is drawn there does not move");
+      } else {
+        refuse(label(j), line_of(j), "moves no mass: link '" + links_[j.child].name + "' and what it carries have none",
+               "give the link an <inertial>, or make the joint fixed", "--drop-unsupported fixes it");
+      }
+    }
+    if (!idle_.empty()) update_groups();
+    for (const int i : order_) check_link(i);
+  }
+
+  void check_link(int i) {
+    const Link& link = links_[i];
+    const xml::XMLElement* inertial = link.element->FirstChildElement("inertial");
+    const std::string name = fmt::format("link '{}'", link.name);
+    const int line = inertial == nullptr ? link.element->GetLineNum() : inertial->GetLineNum();
+    if (link.mass < 0) {
+      refuse(name, line, fmt::format("has the mass {} kg", shortest(link.mass)), "give a positive mass");
+      return;
+    }
+    if (is_static(i)) return;
+    if (head_[i] == i && whole_[i].mass == 0 && joints_[link.joint].type == "floating") {
+      refuse(name, line, "is free and has no mass", "give it an <inertial>, or leave out --floating-base");
+      return;
+    }
+    const bool whole_valid = whole_[head_[i]].mass == 0 || inertia_valid(whole_[head_[i]].I);
+    const Vec3 own = principal_moments(link.I);
+    const bool own_zero = link.I.isZero(0);
+    const bool own_valid = own_zero ? true : inertia_possible(link.I);
+    if (!own_valid || (link.mass == 0 && !own_zero)) {
+      const std::string fault =
+          link.mass == 0 ? "has inertia without mass"
+          : own[0] <= 0
+              ? fmt::format("has an inertia that is not positive (principal moments {} kg m^2)", eigenvalues_text(own))
+              : fmt::format(
+                    "has an inertia that breaks the triangle inequality (principal moments {} kg m^2: {:.3g} + "
+                    "{:.3g} < {:.3g})",
+                    eigenvalues_text(own), own[0], own[1], own[2]);
+      if (whole_valid) {
+        result_.notes.push_back(fmt::format(
+            "{} (line {}) {}; it stays, because the inertia of all links that are fixed to each other is valid", name,
+            line, fault));
+      } else {
+        refuse(name, line, fault, "correct <inertia>, or write a mended file with `assay check --repair OUT`");
+      }
+      return;
+    }
+    if (head_[i] == i && whole_[i].mass > 0 && !whole_valid) {
+      // every part may be possible and the whole still be a point or a line
+      for (size_t k = 0; k < links_.size(); ++k) {
+        if (head_[k] == i && (!inertia_possible(links_[k].I) && !links_[k].I.isZero(0))) return;  // named there
+      }
+      refuse(name, line,
+             fmt::format("has an inertia that is not positive (principal moments {} kg m^2)",
+                         eigenvalues_text(principal_moments(whole_[i].I))),
+             "correct <inertia>, or write a mended file with `assay check --repair OUT`");
+    }
+  }
+
+  // MuJoCo compiles links one by one: it gets the whole where a part would be refused, and a placeholder where there is
+  // no mass.
+  void write_inertia() {
+    for (const int h : order_) {
+      if (head_[h] != h) continue;
+      std::vector<int> parts;
+      for (const int i : order_) {
+        if (head_[i] == h) parts.push_back(i);
+      }
+      const bool fixed = h == order_.front();
+      const bool plain = std::ranges::all_of(parts, [&](int i) {
+        return links_[i].element->FirstChildElement("inertial") == nullptr ||
+               (links_[i].mass > 0 && inertia_valid(links_[i].I));
+      });
+      if (plain && !fixed && links_[h].mass > 0) continue;
+      for (const int i : parts) {
+        if (xml::XMLElement* own = links_[i].element->FirstChildElement("inertial"))
+          links_[i].element->DeleteChild(own);
+      }
+      if (fixed) continue;
+      RigidPart whole = whole_[h];
+      if (whole.mass == 0) {
+        result_.massless.insert(links_[h].name);
+        whole = {1, Vec3::Zero(), Mat3::Identity()};
+      }
+      add_inertial(links_[h].element, whole);
+    }
+  }
+
+  static void add_inertial(xml::XMLElement* link, const RigidPart& part) {
+    xml::XMLElement* inertial = link->InsertNewChildElement("inertial");
+    inertial->InsertNewChildElement("origin")->SetAttribute("xyz", triple(part.p).c_str());
+    inertial->InsertNewChildElement("mass")->SetAttribute("value", digits17(part.mass).c_str());
+    xml::XMLElement* inertia = inertial->InsertNewChildElement("inertia");
+    constexpr std::array<std::pair<const char*, std::pair<int, int>>, 6> kEntries = {
+        {{"ixx", {0, 0}}, {"ixy", {0, 1}}, {"ixz", {0, 2}}, {"iyy", {1, 1}}, {"iyz", {1, 2}}, {"izz", {2, 2}}}};
+    for (const auto& [name, at] : kEntries) {
+      inertia->SetAttribute(name, digits17(part.I(at.first, at.second)).c_str());
+    }
+  }
+
+  // ---- joints
+
+  void adapt_joints() {
+    bool efforts = false;
+    for (UrdfJoint& joint : joints_) {
+      xml::XMLElement* limit = joint.element->FirstChildElement("limit");
+      if (joint.type != "fixed" && limit != nullptr && number_of(limit, "effort", 0) != 0) efforts = true;
+      if (limit != nullptr && (joint.type == "continuous" || joint.type == "fixed" || joint.type == "floating")) {
+        limit->DeleteAttribute("lower");
+        limit->DeleteAttribute("upper");
+      } else if (limit != nullptr && (limit->Attribute("lower") != nullptr || limit->Attribute("upper") != nullptr)) {
+        const double lower = number_of(limit, "lower", 0), upper = number_of(limit, "upper", 0);
+        if (lower > upper) {
+          refuse(label(joint), limit->GetLineNum(),
+                 fmt::format("has a lower limit {} above its upper limit {}", shortest(lower), shortest(upper)),
+                 "swap them, or write a mended file with `assay check --repair OUT`");
+        }
+        if (limit->Attribute("lower") == nullptr) limit->SetAttribute("lower", "0");
+        if (limit->Attribute("upper") == nullptr) limit->SetAttribute("upper", "0");
+      }
+      const xml::XMLElement* axis = joint.element->FirstChildElement("axis");
+      if (joint.type != "fixed" && joint.type != "floating" && axis != nullptr &&
+          vector_of(axis, "xyz", Vec3::UnitX()).norm() < 1e-9) {
+        refuse(label(joint), axis->GetLineNum(), fmt::format("has the axis {}", text_of(axis, "xyz")),
+               "give a direction that is not zero");
+      }
+      if (joint.type == "floating" && joint.parent != order_.front()) {
+        refuse(label(joint), line_of(joint), "is floating and not at the root",
+               "make it fixed, or make its parent the root link");
+      }
+      adapt_mimic(joint);
+    }
+    if (efforts) {
+      result_.notes.emplace_back(
+          "URDF has no actuators: effort limits clamp nothing, and torques come from the control that you choose");
+    }
+  }
+
+  void adapt_mimic(UrdfJoint& joint) {
+    xml::XMLElement* mimic = joint.element->FirstChildElement("mimic");
+    if (mimic == nullptr) return;
+    const std::string target = text_of(mimic, "joint");
+    const auto found = std::ranges::find(joints_, target, &UrdfJoint::name);
+    if (joint.type == "fixed") {
+      joint.element->DeleteChild(mimic);
+    } else if (found == joints_.end()) {
+      std::vector<std::string> names;
+      names.reserve(joints_.size());
+      for (const UrdfJoint& other : joints_) names.push_back(other.name);
+      refuse(label(joint), mimic->GetLineNum(),
+             fmt::format("mimics the unknown joint '{}'{}", target, did_you_mean(target, names)), "correct <mimic>");
+    } else if (found->type == "fixed") {
+      if (options_.drop_unsupported) {
+        leave_out(label(joint), mimic->GetLineNum(),
+                  fmt::format("mimics joint '{}', which is fixed: it moves freely instead", target));
+        joint.element->DeleteChild(mimic);
+      } else {
+        refuse(label(joint), mimic->GetLineNum(), fmt::format("mimics joint '{}', which is fixed", target),
+               "make both fixed or remove <mimic>", "--drop-unsupported removes it");
+      }
+    }
+  }
+
+  // ---- meshes
+
+  void adapt_meshes() {
+    // a file's own compiler settings must not turn visual meshes into needed ones
+    for (xml::XMLElement* m = robot_->FirstChildElement("mujoco"); m != nullptr; m = m->NextSiblingElement("mujoco")) {
+      for (xml::XMLElement* c = m->FirstChildElement("compiler"); c != nullptr; c = c->NextSiblingElement("compiler")) {
+        for (const char* attribute : {"discardvisual", "meshdir", "strippath", "assetdir", "inertiafromgeom"}) {
+          c->DeleteAttribute(attribute);
+        }
+      }
+    }
+    for (Link& link : links_) {
+      xml::XMLElement* next = nullptr;
+      for (xml::XMLElement* c = link.element->FirstChildElement("collision"); c != nullptr; c = next) {
+        next = c->NextSiblingElement("collision");
+        xml::XMLElement* geometry = c->FirstChildElement("geometry");
+        xml::XMLElement* mesh = geometry == nullptr ? nullptr : geometry->FirstChildElement("mesh");
+        if (mesh != nullptr && !adapt_mesh(link, *mesh)) link.element->DeleteChild(c);
+      }
+    }
+  }
+
+  // False when the mesh cannot be used and was left out or refused.
+  bool adapt_mesh(const Link& link, xml::XMLElement& mesh) {
+    const std::string uri = text_of(&mesh, "filename");
+    const std::string element = fmt::format("collision mesh '{}' of link '{}'", uri, link.name);
+    const auto fail = [&](const std::string& message, const std::string& mend) {
+      if (options_.drop_unsupported) {
+        leave_out(element, mesh.GetLineNum(), message + "; it is left out, so this link does not collide there");
+      } else {
+        refuse(element, mesh.GetLineNum(), message, mend, "--drop-unsupported leaves it out");
+      }
+      return false;
+    };
+    const FoundFile found = find_resource(uri, path_, options_.packages);
+    if (found.path.empty()) {
+      const std::string package =
+          uri.substr(0, uri.find('/', uri.find("//") == std::string::npos ? 0 : uri.find("//") + 2));
+      return fail(fmt::format("is not found (looked for: {})", join(found.looked, ", ")),
+                  uri.find("://") == std::string::npos ? "put the file there"
+                                                       : fmt::format("name its package's folder with --package {}=DIR",
+                                                                     package.substr(package.find("//") + 2)));
+    }
+    const Vec3 scale = vector_of(&mesh, "scale", Vec3::Ones());
+    mesh.DeleteAttribute("scale");
+    const std::string key = fmt::format("{} {}", found.path, triple(scale));
+    const auto [known, fresh] = mesh_names_.try_emplace(key, "");
+    if (fresh) {
+      try {
+        known->second = add_mesh(found.path, scale);
+      } catch (const InputError& error) {
+        mesh_names_.erase(known);
+        const std::string text = error.what();
+        const size_t mend = text.rfind("; ");
+        return fail(text.substr(0, mend), mend == std::string::npos ? "export it again" : text.substr(mend + 2));
+      }
+    }
+    mesh.SetAttribute("filename", (known->second + ".stl").c_str());
+    return true;
+  }
+
+  std::string add_mesh(const std::string& path, const Vec3& scale) {
+    UrdfMesh mesh{path, read_mesh(path)};
+    for (Vec3& p : mesh.data.vertices) p = p.cwiseProduct(scale);
+    if (scale.prod() < 0) {
+      for (auto& face : mesh.data.faces) std::swap(face[1], face[2]);  // mirrored: outward stays outward
+    }
+    constexpr double kFlat = 1e-6;
+    if (mesh.data.flatness() < kFlat) {
+      throw InputError("is flat, so that it has no convex hull; give it a thickness, or use a thin box");
+    }
+    std::string stem = fs::path(path).stem().string();
+    std::ranges::replace(stem, '.', '_');  // MuJoCo takes what follows the last one for an ending
+    std::string name = stem;
+    for (int i = 2; result_.meshes.contains(name); ++i) name = fmt::format("{}_{}", stem, i);
+    result_.meshes.emplace(name, std::move(mesh));
+    return name;
+  }
+
+  void write() {
+    if (result_.refused()) return;
+    int line = 1;
+    write_on_its_line(*robot_, line, result_.text);
+    result_.text += '\n';
+  }
+
+  // ---- repair
+
+  void mend_inertia(const Link& link, std::vector<Edit>& edits, std::vector<UrdfMend>& mends) const {
+    const xml::XMLElement* inertial = link.element->FirstChildElement("inertial");
+    if (inertial == nullptr || link.mass <= 0 || inertia_possible(link.I)) {
+      // a mass without any inertia is a point: valid as a part, not as a whole
+      const bool point = inertial != nullptr && link.mass > 0 && link.I.isZero(0);
+      const int head = head_[link_of_.at(link.name)];
+      if (!point || inertia_valid(whole_[head].I) || links_[head].name != link.name) return;
+    }
+    const xml::XMLElement* inertia = inertial->FirstChildElement("inertia");
+    if (inertia == nullptr) return;
+    const Mat3 mended = nearest_valid_inertia(link.I, link.mass);
+    constexpr std::array<std::pair<const char*, std::pair<int, int>>, 6> kEntries = {
+        {{"ixx", {0, 0}}, {"ixy", {0, 1}}, {"ixz", {0, 2}}, {"iyy", {1, 1}}, {"iyz", {1, 2}}, {"izz", {2, 2}}}};
+    for (const auto& [name, at] : kEntries) {
+      const double value = mended(at.first, at.second);
+      if (value != link.I(at.first, at.second)) edits.push_back({inertia, name, shortest(value)});
+    }
+    mends.push_back({inertia->GetLineNum(), fmt::format("inertia of link '{}': principal moments {} -> {} kg m^2",
+                                                        link.name, eigenvalues_text(principal_moments(link.I)),
+                                                        eigenvalues_text(principal_moments(mended)))});
+  }
+
+  void mend_joint(const UrdfJoint& joint, std::vector<Edit>& edits, std::vector<UrdfMend>& mends) const {
+    if (idle_.contains(link_joint(joint))) {
+      edits.push_back({joint.element, "type", "fixed"});
+      mends.push_back({line_of(joint), fmt::format("joint '{}' moves no mass: {} -> fixed", joint.name, joint.type)});
+      return;
+    }
+    const xml::XMLElement* limit = joint.element->FirstChildElement("limit");
+    if (limit == nullptr || (joint.type != "revolute" && joint.type != "prismatic")) return;
+    const double lower = number_of(limit, "lower", 0), upper = number_of(limit, "upper", 0);
+    if (lower <= upper || limit->Attribute("lower") == nullptr || limit->Attribute("upper") == nullptr) return;
+    edits.push_back({limit, "lower", text_of(limit, "upper")});
+    edits.push_back({limit, "upper", text_of(limit, "lower")});
+    mends.push_back({limit->GetLineNum(), fmt::format("limits of joint '{}': swapped, {} to {}", joint.name,
+                                                      shortest(upper), shortest(lower))});
+  }
+
+  int link_joint(const UrdfJoint& joint) const { return links_[joint.child].joint; }
+
+  std::string path_;
+  const LoadOptions& options_;
+  xml::XMLDocument document_;
+  xml::XMLElement* robot_ = nullptr;
+  UrdfDocument result_;
+
+  std::vector<Link> links_;
+  std::vector<UrdfJoint> joints_;
+  std::map<std::string, int> link_of_;
+  std::vector<int> order_;                         // links, parents first
+  std::vector<int> head_;                          // link -> the link that it is fixed to and that moves
+  std::vector<Pose> X_HL_;                         // link -> its frame in its head's
+  std::vector<RigidPart> whole_;                   // head -> all links that are fixed to it, in its frame
+  std::set<int> idle_;                             // joints that move no mass
+  std::map<std::string, std::string> mesh_names_;  // path and scale -> name
+};
+
+// ---- text that keeps its form ----------------------------------------------------------------------------------------
+
+size_t start_of_line(const std::string& text, int line) {
+  size_t at = 0;
+  for (int i = 1; i < line && at != std::string::npos; ++i) {
+    at = text.find('\n', at);
+    if (at != std::string::npos) ++at;
+  }
+  return at;
+}
+
+// The value of one attribute of the element that begins in `line`; a missing attribute is added.
+void replace_attribute(std::string& text, int line, const std::string& element, const std::string& attribute,
+                       const std::string& value) {
+  size_t begins = text.find("<" + element, start_of_line(text, line));
+  const auto is_longer_name = [&] {  // <inertial> when <inertia> is meant
+    return begins != std::string::npos &&
+           std::string_view(" \t\r\n/>").find(text[begins + 1 + element.size()]) == std::string_view::npos;
+  };
+  while (is_longer_name()) begins = text.find("<" + element, begins + 1);
+  if (begins == std::string::npos) throw InputError(fmt::format("line {} has no <{}>", line, element));
+  const size_t ends = text.find('>', begins);
+  for (size_t at = begins; (at = text.find(attribute, at)) < ends; at += attribute.size()) {
+    size_t equals = text.find_first_not_of(" \t\r\n", at + attribute.size());
+    if (std::string_view(" \t\r\n").find(text[at - 1]) == std::string_view::npos || text[equals] != '=') continue;
+    const size_t quote = text.find_first_of("\"'", equals);
+    const size_t close = text.find(text[quote], quote + 1);
+    text.replace(quote + 1, close - quote - 1, value);
+    return;
+  }
+  text.insert(begins + 1 + element.size(), fmt::format(" {}=\"{}\"", attribute, value));
+}
+
+}  // namespace
+
+bool UrdfDocument::refused() const {
+  return std::ranges::any_of(problems, [](const Problem& p) { return p.severity == Severity::kRefused; });
+}
+
+std::string root_element(const std::string& text) {
+  xml::XMLDocument document;
+  document.Parse(text.data(), text.size());
+  return document.Error() || document.RootElement() == nullptr ? "" : document.RootElement()->Name();
+}
+
+UrdfDocument read_urdf(const std::string& text, const std::string& path, const LoadOptions& options) {
+  return Reader(text, path, options).run();
+}
+
+std::string mend_urdf(const std::string& text, const std::string& path, std::vector<UrdfMend>& mends) {
+  const LoadOptions options;
+  Reader reader(text, path, options);
+  std::string result = text;
+  // edits keep the number of lines, so lines stay those of the document
+  for (const Reader::Edit& edit : reader.edits(mends)) {
+    replace_attribute(result, edit.element->GetLineNum(), edit.element->Name(), edit.attribute, edit.value);
+  }
+  return result;
+}
+
+}  // namespace assay

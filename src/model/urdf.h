@@ -1,0 +1,56 @@
+// URDF in front of MuJoCo's parser, which reads only a part of it as URDF means it. This reads the document, finds its
+// mistakes with their lines, resolves files, and writes the document that the parser gets: the same elements on the
+// same lines, with these differences.
+// - Mesh files become names; the entry (mjcf.cc) gives MuJoCo their vertices.
+// - A link without <inertial> has no mass, as URDF says (MuJoCo would take its shapes' volume). Moving ones get a
+//   placeholder and are named in `massless`.
+// - Where links that are fixed to each other could not be compiled one by one (a mass without inertia), the inertia of
+//   the whole stands in the link that moves.
+// - A continuous joint has no limits; a missing bound of another is 0; <mimic> of a fixed joint is dropped.
+#pragma once
+
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "model/load_options.h"
+#include "model/mesh_file.h"
+#include "model/problems.h"
+
+namespace assay {
+
+// A collision mesh as it is compiled: scaled, in the geometry's frame.
+struct UrdfMesh {
+  std::string path;
+  MeshData data;
+};
+
+struct UrdfDocument {
+  std::string text;                        // for MuJoCo's parser
+  std::map<std::string, UrdfMesh> meshes;  // by the name of their <mesh> in `text`, without ending
+  std::set<std::string> massless;          // bodies whose inertia is a placeholder
+  std::vector<std::string> notes;
+  std::vector<Problem> problems;
+
+  bool refused() const;
+};
+
+// The document's root element: "robot", "mujoco", "sdf"; empty when it is no XML.
+std::string root_element(const std::string& text);
+
+// `path` is where the text comes from, for relative names. Every problem is found, not only the first.
+UrdfDocument read_urdf(const std::string& text, const std::string& path, const LoadOptions& options);
+
+// One change that makes a URDF file valid.
+struct UrdfMend {
+  int line = 0;
+  std::string what;  // "inertia of link 'foot': ..."
+};
+
+// The text with mended attributes and nothing else changed: inertia that is not positive or breaks the triangle
+// inequality becomes the nearest valid one about the same principal axes, swapped limits are swapped back, a joint that
+// moves no mass becomes fixed. Throws InputError for what cannot be mended.
+std::string mend_urdf(const std::string& text, const std::string& path, std::vector<UrdfMend>& mends);
+
+}  // namespace assay

@@ -1,0 +1,39 @@
+"""`assay engines --features`: which parts of a model each engine has."""
+
+from harness import SOURCE, AssayTest, main
+
+
+class Features(AssayTest):
+    def test_every_feature_of_every_contender_stands_in_the_table(self):
+        listed = self.assay_json("engines", "--json")["contenders"]
+        table = self.assay_json("engines", "--features", "--json")
+        contenders = [name for group in table["groups"] for name in group["contenders"]]
+        self.assertEqual(sorted(contenders), sorted(c["contender"] for c in listed if c["contender"] != "null"))
+        keys = [feature["feature"] for feature in table["features"]]
+        self.assertIn("slide", keys)
+        for group in table["groups"]:
+            self.assertEqual(list(group["support"]), keys)
+            for feature, support in group["support"].items():
+                with self.subTest(contender=group["label"], feature=feature):
+                    self.assertIn(support["fidelity"], ("exact", "approximated", "refused"))
+                    self.assertTrue(support["how"] or support["fidelity"] != "approximated", "does not say how")
+
+    def test_the_table_fits_a_terminal(self):
+        status, text = self.on_terminal("engines", "--features", columns=100, NO_COLOR="1")
+        self.assertEqual(status, 0)
+        rows = [line for line in text.splitlines() if line.startswith(("slide ", "torsional-friction "))]
+        self.assertEqual(len(rows), 2)
+        for row in rows:
+            self.assertLessEqual(len(row), 100)
+            self.assertLessEqual(set(row.split()[1:]), {"=", "~", "-"})
+
+    def test_the_document_is_up_to_date(self):
+        if self.assay_json("engines", "--json")["absent"]:
+            self.skipTest("an engine is absent: the document has all")
+        document = (SOURCE / "docs" / "features.md").read_text(encoding="utf-8")
+        self.assertEqual(document, self.assay("engines", "--features", "--markdown"),
+                         "run ./assay engines --features --markdown > docs/features.md")
+
+
+if __name__ == "__main__":
+    main()
