@@ -58,21 +58,21 @@ class DirectRapier final : public Direct {
       copy(start.bodies[b].v_WBcm, body.v_world_com);
       copy(start.bodies[b].w_WB, body.w_world);
     }
-    std::vector<RapierHinge> hinges;
+    std::vector<RapierJoint> hinges;
     for (size_t j = 0; j < model.joints.size(); ++j) {
       const Joint& from = model.joints[j];
       const Body& child = model.bodies[from.body];
       const Vec3 p_PPcm = child.parent == kWorld ? Vec3::Zero() : model.bodies[child.parent].p_BBcm;
       const Quat q_BJ = Quat::FromTwoVectors(Vec3::UnitX(), from.axis_B);
-      RapierHinge& hinge = hinges.emplace_back();
+      RapierJoint& hinge = hinges.emplace_back();
       hinge.parent = child.parent;
       hinge.child = from.body;
       copy(anchor_in_parent(model, static_cast<int>(j)) - p_PPcm, hinge.p_parent);
       copy(child.X_PB.q * q_BJ, hinge.q_parent);
       copy(from.p_BJ - child.p_BBcm, hinge.p_child);
       copy(q_BJ, hinge.q_child);
-      hinge.angle = start.position[j] - from.reference;
-      hinge.rate = start.velocity[j];
+      hinge.position[0] = start.position[j] - from.reference;
+      hinge.velocity[0] = start.velocity[j];
     }
     std::vector<RapierShape> shapes;
     for (const Shape& from : model.contacts.empty() ? std::vector<Shape>() : model.shapes) {

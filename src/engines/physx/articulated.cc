@@ -21,6 +21,7 @@ class ArticulatedSimulation final : public PhysxSimulation {
     for (size_t b = 0; b < model_.bodies.size(); ++b) {
       if (model_.bodies[b].parent == kWorld) make_root(static_cast<int>(b));
     }
+    make_constraints();
     finish_set_up();
   }
 

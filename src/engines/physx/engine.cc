@@ -212,6 +212,8 @@ class PhysxEngine final : public Adapter {
                      "base");
     add_approximated(c, Feature::kTorsionalFriction, "contacts at one point do not resist spin about the normal");
     add_approximated(c, Feature::kRollingFriction, "contacts do not resist rolling");
+    add_approximated(c, Feature::kConnect, "a D6 joint between the bodies, by the constraint solver");
+    add_approximated(c, Feature::kWeld, "a D6 joint between the bodies, by the constraint solver");
     add_approximated(c, Feature::kBallSpring, "explicit torque from the state at the step's start");
     add_approximated(c, Feature::kTendonSpring, "explicit tension from the state at the step's start");
   }

@@ -19,6 +19,7 @@ class MaximalSimulation final : public PhysxSimulation {
     for (size_t b = 0; b < model_.bodies.size(); ++b) make_dynamic(static_cast<int>(b));
     for (size_t j = 0; j < model_.joints.size(); ++j) make_joint(static_cast<int>(j));
     for (const BallJoint& ball : model_.balls) make_ball(ball);
+    make_constraints();
     finish_set_up();
   }
 

@@ -100,6 +100,30 @@ PxRigidDynamic& PhysxSimulation::make_dynamic(int body) {
   return *actor;
 }
 
+PxTransform PhysxSimulation::in_actor(int body, const Pose& X_BF) const {
+  return to_px(body == kWorld ? X_BF : collision_.frame(body).X_BI.inverse() * X_BF);
+}
+
+void PhysxSimulation::hold_together(int body_a, const Pose& X_AF, int body_b, const Pose& X_BF, bool weld) {
+  PxD6Joint* joint = PxD6JointCreate(sdk(), body_a == kWorld ? nullptr : actors_[body_a], in_actor(body_a, X_AF),
+                                     body_b == kWorld ? nullptr : actors_[body_b], in_actor(body_b, X_BF));
+  if (joint == nullptr) throw EngineError("PhysX made no joint: " + take_complaint());
+  constraints_.emplace_back(joint);
+  joint->setConstraintFlag(PxConstraintFlag::eCOLLISION_ENABLED, true);
+  if (weld) return;
+  for (const PxD6Axis::Enum axis : {PxD6Axis::eTWIST, PxD6Axis::eSWING1, PxD6Axis::eSWING2}) {
+    joint->setMotion(axis, PxD6Motion::eFREE);
+  }
+}
+
+void PhysxSimulation::make_constraints() {
+  for (const Connect& connect : model_.connects) {
+    hold_together(connect.body_a, {connect.p_A, Quat::Identity()}, connect.body_b, {connect.p_B, Quat::Identity()},
+                  /*weld=*/false);
+  }
+  for (const Weld& weld : model_.welds) hold_together(weld.body_a, weld.X_AB, weld.body_b, {}, /*weld=*/true);
+}
+
 void PhysxSimulation::finish_set_up() {
   if (has_complaint()) throw EngineError("PhysX: " + take_complaint());
 }

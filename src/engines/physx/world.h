@@ -26,6 +26,8 @@ class PhysxSimulation : public Simulation {
   physx::PxRigidDynamic& make_dynamic(int body);
   // Mass, inertia, shapes and what PhysX would do to a body that is in no model. Before it gets into the scene.
   void prepare(physx::PxRigidBody& actor, int body) const;
+  // Connect and weld constraints, as D6 joints between the actors of both bodies.
+  void make_constraints();
   // To be called when the scene has everything: throws what PhysX complained about.
   static void finish_set_up();
 
@@ -45,6 +47,12 @@ class PhysxSimulation : public Simulation {
   std::vector<physx::PxRigidBody*> actors_;  // by Model::bodies
 
  private:
+  // A frame of a body, or of the world, in its actor.
+  physx::PxTransform in_actor(int body, const Pose& X_BF) const;
+  void hold_together(int body_a, const Pose& X_AF, int body_b, const Pose& X_BF, bool weld);
+
+  std::vector<Owned<physx::PxJoint>> constraints_;  // by connect, then by weld
+
   // Fills bodies, angles and rates of `out`, whose angles on entry are the last ones.
   virtual void read(State& out) const = 0;
   virtual EngineJoint view_joint(int joint) const = 0;

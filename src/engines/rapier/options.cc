@@ -54,7 +54,12 @@ std::vector<Setting> declared_settings() {
       "springs and dampers of joints: explicit: a torque from the state at the step's start; native: the motor of an "
       "impulse joint, the implicit spring and damping of a multibody's",
       {"explicit", "native"});
-  return list.take();
+  list.add("link_share", kDefaultLinkShare, "",
+           "multibodies: part of a body's mass and inertia that each massless body before it borrows", {}, 1e-6,
+           kLargestLentShare);
+  std::vector<Setting> settings = list.take();
+  settings.push_back(lent_share_setting());
+  return settings;
 }
 
 Options read_options(const Settings& settings) {
@@ -63,6 +68,7 @@ Options read_options(const Settings& settings) {
   Options options;
   options.double_precision = is(settings, "precision", "f64");
   options.native_springs = is(settings, "pd", "native");
+  options.lent_share = number(is(settings, "joints", "multibody") ? "link_share" : "lent_share");
   RapierOptions& world = options.world;
   world.timestep = settings.timestep;
   world.multibody = is(settings, "joints", "multibody") ? 1 : 0;

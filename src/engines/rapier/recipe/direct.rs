@@ -7,7 +7,7 @@ pub struct Direct {
 }
 
 impl Direct {
-    fn new(options: &Options, bodies: &[Body], hinges: &[Hinge], shapes: &[ShapeSetup]) -> Self {
+    fn new(options: &Options, bodies: &[Body], hinges: &[JointSetup], shapes: &[ShapeSetup]) -> Self {
         let mut world = PhysicsWorld::new();
         world.gravity = vec3(&options.gravity);
         world.integration_parameters = parameters(options);
@@ -79,8 +79,8 @@ impl Direct {
             multibody.damping_mut().fill(0.0);
             let Some(link) = multibody.link_mut(id) else { continue };
             let dof = link.assembly_id();
-            link.joint.apply_displacement(&[hinge.angle]);
-            multibody.generalized_velocity_mut()[dof] = hinge.rate;
+            link.joint.apply_displacement(&[hinge.position[0]]);
+            multibody.generalized_velocity_mut()[dof] = hinge.velocity[0];
             multibody.forward_kinematics(&world.bodies, false);
             multibody.update_rigid_bodies(&mut world.bodies, true);
         }
@@ -114,7 +114,7 @@ unsafe extern "C" fn direct_create(
     options: &Options,
     bodies: *const Body,
     body_count: c_int,
-    hinges: *const Hinge,
+    hinges: *const JointSetup,
     hinge_count: c_int,
     shapes: *const ShapeSetup,
     shape_count: c_int,

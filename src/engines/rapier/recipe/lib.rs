@@ -48,7 +48,8 @@ pub struct Body {
 
 #[repr(C)]
 #[derive(Clone, Copy)]
-pub struct Hinge {
+pub struct JointSetup {
+    kind: c_int,
     parent: c_int,
     child: c_int,
     p_parent: [f64; 3],
@@ -59,11 +60,23 @@ pub struct Hinge {
     lower: f64,
     upper: f64,
     stiffness: f64,
-    spring_angle: f64,
+    spring_position: f64,
     damping: f64,
     armature: f64,
-    angle: f64,
-    rate: f64,
+    dry_friction: f64,
+    position: [f64; 3],
+    velocity: [f64; 3],
+}
+
+#[repr(C)]
+pub struct ConstraintSetup {
+    body_a: c_int,
+    body_b: c_int,
+    weld: c_int,
+    p_a: [f64; 3],
+    q_a: [f64; 4],
+    p_b: [f64; 3],
+    q_b: [f64; 4],
 }
 
 #[repr(C)]
@@ -74,6 +87,11 @@ pub struct ShapeSetup {
     q: [f64; 4],
     radius: f64,
     half_length: f64,
+    half_size: [f64; 3],
+    points: *const f64,
+    point_count: c_int,
+    triangles: *const c_int,
+    triangle_count: c_int,
     friction: f64,
     groups: c_uint,
     collides_with: c_uint,
@@ -99,7 +117,7 @@ pub struct HeldBody {
 }
 
 #[repr(C)]
-pub struct HeldHinge {
+pub struct HeldJoint {
     p_world: [f64; 3],
     axis_world: [f64; 3],
     limited: c_int,
@@ -114,16 +132,17 @@ pub struct Api<W> {
     create: extern "C" fn(&Options) -> *mut W,
     destroy: unsafe extern "C" fn(*mut W),
     add_body: extern "C" fn(&mut W, &Body) -> c_int,
-    add_hinge: extern "C" fn(&mut W, &Hinge) -> c_int,
-    add_shape: extern "C" fn(&mut W, &ShapeSetup) -> c_int,
+    add_joint: extern "C" fn(&mut W, &JointSetup) -> c_int,
+    add_constraint: extern "C" fn(&mut W, &ConstraintSetup) -> c_int,
+    add_shape: unsafe extern "C" fn(&mut W, &ShapeSetup) -> c_int,
     set_pairs: unsafe extern "C" fn(&mut W, *const f64, c_int) -> c_int,
     start: extern "C" fn(&mut W) -> c_int,
     step: extern "C" fn(&mut W, c_int) -> c_int,
     set_torques: unsafe extern "C" fn(&mut W, *const f64) -> c_int,
     read_bodies: unsafe extern "C" fn(&W, *mut State) -> c_int,
-    read_hinges: unsafe extern "C" fn(&W, *mut f64, *mut f64) -> c_int,
+    read_joints: unsafe extern "C" fn(&W, *mut f64, *mut f64) -> c_int,
     view_bodies: unsafe extern "C" fn(&W, *mut HeldBody) -> c_int,
-    view_hinges: unsafe extern "C" fn(&W, *mut HeldHinge) -> c_int,
+    view_joints: unsafe extern "C" fn(&W, *mut HeldJoint) -> c_int,
     view_gravity: unsafe extern "C" fn(&W, *mut f64),
 }
 
@@ -132,7 +151,15 @@ unsafe impl<W> Sync for Api<W> {}
 
 #[repr(C)]
 pub struct DirectApi<D> {
-    create: unsafe extern "C" fn(&Options, *const Body, c_int, *const Hinge, c_int, *const ShapeSetup, c_int) -> *mut D,
+    create: unsafe extern "C" fn(
+        &Options,
+        *const Body,
+        c_int,
+        *const JointSetup,
+        c_int,
+        *const ShapeSetup,
+        c_int,
+    ) -> *mut D,
     destroy: unsafe extern "C" fn(*mut D),
     run: unsafe extern "C" fn(&mut D, *const f64, c_int),
     positions: unsafe extern "C" fn(&D, *mut f64),

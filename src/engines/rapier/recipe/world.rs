@@ -7,7 +7,25 @@ use super::*;
 use rapier::math::{Pose, Real, Rotation, Vector};
 use rapier::prelude::*;
 
-const AXIS: usize = JointAxis::AngX as usize;
+const HINGE: c_int = 0;
+const SLIDE: c_int = 1;
+
+/// The free axis of a hinge or slide.
+fn axis(joint: &JointSetup) -> JointAxis {
+    if joint.kind == SLIDE {
+        JointAxis::LinX
+    } else {
+        JointAxis::AngX
+    }
+}
+
+fn free_axes(joint: &JointSetup) -> &'static [JointAxis] {
+    match joint.kind {
+        HINGE => &[JointAxis::AngX],
+        SLIDE => &[JointAxis::LinX],
+        _ => &[JointAxis::AngX, JointAxis::AngY, JointAxis::AngZ],
+    }
+}
 
 fn vec3(v: &[f64; 3]) -> Vector {
     Vector::new(v[0] as Real, v[1] as Real, v[2] as Real)
@@ -35,12 +53,12 @@ enum Joint {
     Multibody(MultibodyJointHandle),
 }
 
-struct HingeParts {
+struct JointParts {
     parent: Option<RigidBodyHandle>, // none: the world
     child: RigidBodyHandle,
-    axis: Vector, // in the child
+    frame: Pose, // in the child
     joint: Joint,
-    made_from: Hinge,
+    made_from: JointSetup,
 }
 
 /// Which shapes may touch and with what friction, where Rapier's groups and rules cannot say it. The colliders'
@@ -76,9 +94,9 @@ pub struct World {
     physics: PhysicsWorld,
     pairs: Pairs,
     handles: Vec<RigidBodyHandle>, // by body
-    hinges: Vec<HingeParts>,
-    hinged: Vec<RigidBodyHandle>, // bodies that a hinge's torque acts on, each once
-    torques_set: bool,            // since the last step
+    joints: Vec<JointParts>,
+    jointed: Vec<RigidBodyHandle>, // bodies that a joint's force acts on, each once
+    torques_set: bool,             // since the last step
 }
 
 fn parameters(options: &Options) -> IntegrationParameters {
@@ -103,6 +121,13 @@ fn parameters(options: &Options) -> IntegrationParameters {
     }
 }
 
+fn turn(bodies: &mut RigidBodySet, joint: &JointParts, torque: Vector) {
+    bodies[joint.child].add_torque(torque, false);
+    if let Some(parent) = joint.parent {
+        bodies[parent].add_torque(-torque, false);
+    }
+}
+
 impl World {
     fn new(options: &Options) -> Self {
         let mut physics = PhysicsWorld::new();
@@ -113,8 +138,8 @@ impl World {
             physics,
             pairs: Pairs::default(),
             handles: Vec::new(),
-            hinges: Vec::new(),
-            hinged: Vec::new(),
+            joints: Vec::new(),
+            jointed: Vec::new(),
             torques_set: false,
         }
     }
@@ -137,61 +162,105 @@ impl World {
         self.handles.push(self.physics.insert_body(rigid_body));
     }
 
-    fn add_hinge(&mut self, hinge: &Hinge) -> Result<(), String> {
-        let child = self.handles[hinge.child as usize];
-        let parent = usize::try_from(hinge.parent).ok().map(|parent| self.handles[parent]);
+    fn add_joint(&mut self, setup: &JointSetup) -> Result<(), String> {
+        let child = self.handles[setup.child as usize];
+        let parent = usize::try_from(setup.parent).ok().map(|parent| self.handles[parent]);
         // A fixed body for each: the trees of a shared one would be one multibody.
         let root = parent.unwrap_or_else(|| self.physics.bodies.insert(RigidBodyBuilder::fixed()));
 
-        let mut joint = GenericJointBuilder::new(JointAxesMask::LOCKED_REVOLUTE_AXES)
-            .local_frame1(pose(&hinge.p_parent, &hinge.q_parent))
-            .local_frame2(pose(&hinge.p_child, &hinge.q_child))
-            .softness(SpringCoefficients::new(
-                self.options.joint_frequency as Real,
-                self.options.joint_damping_ratio as Real,
-            ))
+        let locked = match setup.kind {
+            HINGE => JointAxesMask::LOCKED_REVOLUTE_AXES,
+            SLIDE => JointAxesMask::LOCKED_PRISMATIC_AXES,
+            _ => JointAxesMask::LOCKED_SPHERICAL_AXES,
+        };
+        let mut joint = GenericJointBuilder::new(locked)
+            .local_frame1(pose(&setup.p_parent, &setup.q_parent))
+            .local_frame2(pose(&setup.p_child, &setup.q_child))
+            .softness(self.softness())
             .build();
-        if hinge.limited != 0 {
-            joint.set_limits(JointAxis::AngX, [hinge.lower as Real, hinge.upper as Real]);
+        if setup.limited != 0 {
+            joint.set_limits(axis(setup), [setup.lower as Real, setup.upper as Real]);
         }
         let joint = if self.options.multibody != 0 {
             let handle = self.physics.multibody_joints.insert(root, child, joint, true);
             Joint::Multibody(handle.ok_or("Rapier refused a multibody joint")?)
         } else {
-            if self.options.native_springs != 0 && (hinge.stiffness != 0.0 || hinge.damping != 0.0) {
-                joint.set_motor_model(JointAxis::AngX, MotorModel::ForceBased);
+            if self.options.native_springs != 0 && (setup.stiffness != 0.0 || setup.damping != 0.0) {
+                joint.set_motor_model(axis(setup), MotorModel::ForceBased);
                 joint.set_motor(
-                    JointAxis::AngX,
-                    hinge.spring_angle as Real,
+                    axis(setup),
+                    setup.spring_position as Real,
                     0.0,
-                    hinge.stiffness as Real,
-                    hinge.damping as Real,
+                    setup.stiffness as Real,
+                    setup.damping as Real,
                 );
+            } else if setup.dry_friction != 0.0 {
+                // a motor that wants to stand still, with no more than that force
+                for free in free_axes(setup) {
+                    joint.set_motor_model(*free, MotorModel::ForceBased);
+                    joint.set_motor(*free, 0.0, 0.0, 0.0, 1e12);
+                    joint.set_motor_max_force(*free, setup.dry_friction as Real);
+                }
             }
             Joint::Impulse(self.physics.impulse_joints.insert(root, child, joint, true))
         };
         for body in parent.into_iter().chain([child]) {
-            if !self.hinged.contains(&body) {
-                self.hinged.push(body);
+            if !self.jointed.contains(&body) {
+                self.jointed.push(body);
             }
         }
-        self.hinges.push(HingeParts {
+        self.joints.push(JointParts {
             parent,
             child,
-            axis: rotation(&hinge.q_child) * Vector::X,
+            frame: pose(&setup.p_child, &setup.q_child),
             joint,
-            made_from: *hinge,
+            made_from: *setup,
         });
         Ok(())
     }
 
-    fn add_shape(&mut self, shape: &ShapeSetup) {
-        let in_body = pose(&shape.p, &shape.q);
-        let radius = shape.radius as Real;
+    fn softness(&self) -> SpringCoefficients<Real> {
+        SpringCoefficients::new(self.options.joint_frequency as Real, self.options.joint_damping_ratio as Real)
+    }
+
+    fn add_constraint(&mut self, setup: &ConstraintSetup) {
+        let mut body = |index: c_int| match usize::try_from(index) {
+            Ok(body) => self.handles[body],
+            Err(_) => self.physics.bodies.insert(RigidBodyBuilder::fixed()),
+        };
+        let (a, b) = (body(setup.body_a), body(setup.body_b));
+        let locked =
+            if setup.weld != 0 { JointAxesMask::LOCKED_FIXED_AXES } else { JointAxesMask::LOCKED_SPHERICAL_AXES };
+        let joint = GenericJointBuilder::new(locked)
+            .local_frame1(pose(&setup.p_a, &setup.q_a))
+            .local_frame2(pose(&setup.p_b, &setup.q_b))
+            .softness(self.softness())
+            .build();
+        self.physics.impulse_joints.insert(a, b, joint, true);
+    }
+
+    fn add_shape(&mut self, shape: &ShapeSetup, points: Vec<Vector>, triangles: Vec<[u32; 3]>) -> Result<(), String> {
+        let mut in_body = pose(&shape.p, &shape.q);
+        let (radius, half_length) = (shape.radius as Real, shape.half_length as Real);
         let builder = match shape.kind {
             0 => ColliderBuilder::ball(radius),
-            1 => ColliderBuilder::capsule_z(shape.half_length as Real, radius),
-            _ => ColliderBuilder::halfspace(rapier::na::Unit::new_unchecked(Vector::Z)),
+            1 => ColliderBuilder::capsule_z(half_length, radius),
+            2 => ColliderBuilder::halfspace(rapier::na::Unit::new_unchecked(Vector::Z)),
+            3 => {
+                let half = vec3(&shape.half_size);
+                ColliderBuilder::cuboid(half.x, half.y, half.z)
+            }
+            4 => {
+                // Rapier's lies along y
+                let half = std::f64::consts::FRAC_1_SQRT_2;
+                in_body *= pose(&[0.0; 3], &[half, 0.0, 0.0, half]);
+                ColliderBuilder::cylinder(half_length, radius)
+            }
+            5 => ColliderBuilder::convex_mesh(points.clone(), &triangles)
+                .or_else(|| ColliderBuilder::convex_hull(&points))
+                .ok_or("Rapier makes no convex body of a mesh")?,
+            _ => ColliderBuilder::trimesh_with_flags(points, triangles, TriMeshFlags::FIX_INTERNAL_EDGES)
+                .map_err(|error| format!("Rapier makes no surface of a height field: {error}"))?,
         };
         let mut hooks = ActiveHooks::empty();
         hooks.set(ActiveHooks::FILTER_CONTACT_PAIRS, shape.filter_pairs != 0);
@@ -219,6 +288,7 @@ impl World {
                 self.physics.colliders.insert(collider);
             }
         }
+        Ok(())
     }
 
     /// After this the world can be stepped and read.
@@ -235,25 +305,30 @@ impl World {
 
     fn start_multibodies(&mut self) -> Result<(), String> {
         // The first pass finds which roots are fixed, which changes the number of degrees of freedom.
-        for hinge in &self.hinges {
-            let Joint::Multibody(handle) = hinge.joint else { continue };
+        for parts in &self.joints {
+            let Joint::Multibody(handle) = parts.joint else { continue };
             let (multibody, _) = self.physics.multibody_joints.get_mut(handle).ok_or("a multibody joint is gone")?;
             multibody.forward_kinematics(&self.physics.bodies, true);
             multibody.damping_mut().fill(0.0); // Rapier gives every joint 0.1 Nms/rad
         }
-        for hinge in &self.hinges {
-            let Joint::Multibody(handle) = hinge.joint else { continue };
+        for parts in &self.joints {
+            let Joint::Multibody(handle) = parts.joint else { continue };
             let (multibody, id) = self.physics.multibody_joints.get_mut(handle).ok_or("a multibody joint is gone")?;
             let link = multibody.link_mut(id).ok_or("a multibody joint has no link")?;
             let dof = link.assembly_id();
-            let from = &hinge.made_from;
-            link.joint.apply_displacement(&[from.angle as Real]);
-            if self.options.native_springs != 0 {
-                link.joint.set_spring(AXIS, from.stiffness as Real, from.spring_angle as Real);
+            let from = &parts.made_from;
+            let dofs = free_axes(from).len();
+            let position = from.position.map(|number| number as Real);
+            link.joint.apply_displacement(&position[..dofs]);
+            if self.options.native_springs != 0 && dofs == 1 {
+                link.joint.set_spring(axis(from) as usize, from.stiffness as Real, from.spring_position as Real);
                 multibody.damping_mut()[dof] = from.damping as Real;
             }
-            multibody.armature_mut()[dof] = from.armature as Real;
-            multibody.generalized_velocity_mut()[dof] = from.rate as Real;
+            for k in 0..dofs {
+                multibody.armature_mut()[dof + k] = from.armature as Real;
+                multibody.frictions_mut()[dof + k] = from.dry_friction as Real;
+                multibody.generalized_velocity_mut()[dof + k] = from.velocity[k] as Real;
+            }
             if multibody.root().joint().ndofs() == 6 {
                 let body = &self.physics.bodies[multibody.root().rigid_body_handle()];
                 let (v, w) = (body.linvel(), body.angvel());
@@ -261,8 +336,8 @@ impl World {
                 velocity.as_mut_slice()[..6].copy_from_slice(&[v.x, v.y, v.z, w.x, w.y, w.z]);
             }
         }
-        for hinge in &self.hinges {
-            let Joint::Multibody(handle) = hinge.joint else { continue };
+        for parts in &self.joints {
+            let Joint::Multibody(handle) = parts.joint else { continue };
             let (multibody, _) = self.physics.multibody_joints.get_mut(handle).ok_or("a multibody joint is gone")?;
             multibody.forward_kinematics(&self.physics.bodies, false);
             multibody.update_rigid_bodies(&mut self.physics.bodies, true);
@@ -285,7 +360,8 @@ impl World {
     }
 
     fn reset_torques(&mut self) {
-        for handle in &self.hinged {
+        for handle in &self.jointed {
+            self.physics.bodies[*handle].reset_forces(false);
             self.physics.bodies[*handle].reset_torques(false);
         }
         self.torques_set = false;
@@ -295,16 +371,30 @@ impl World {
         if self.torques_set {
             self.reset_torques();
         }
-        for (hinge, torque) in self.hinges.iter().zip(torques) {
-            if *torque == 0.0 {
+        for (joint, torque) in self.joints.iter().zip(torques.chunks_exact(3)) {
+            if torque.iter().all(|number| *number == 0.0) {
                 continue;
             }
-            let torque = *self.physics.bodies[hinge.child].rotation() * hinge.axis * (*torque as Real);
-            self.physics.bodies[hinge.child].add_torque(torque, false);
-            if let Some(parent) = hinge.parent {
-                self.physics.bodies[parent].add_torque(-torque, false);
-            }
             self.torques_set = true;
+            let child = *self.physics.bodies[joint.child].position();
+            let axis = joint.frame.rotation * Vector::X;
+            match joint.made_from.kind {
+                SLIDE => {
+                    // both forces act on one line
+                    let force = child.rotation * axis * (torque[0] as Real);
+                    let point = child * joint.frame.translation;
+                    self.physics.bodies[joint.child].add_force_at_point(force, point, false);
+                    if let Some(parent) = joint.parent {
+                        self.physics.bodies[parent].add_force_at_point(-force, point, false);
+                    }
+                    continue;
+                }
+                HINGE => turn(&mut self.physics.bodies, joint, child.rotation * axis * (torque[0] as Real)),
+                _ => {
+                    let torque = Vector::new(torque[0] as Real, torque[1] as Real, torque[2] as Real);
+                    turn(&mut self.physics.bodies, joint, child.rotation * torque);
+                }
+            }
         }
     }
 
@@ -332,15 +422,17 @@ impl World {
         }
     }
 
-    fn read_hinges(&self, angles: &mut [f64], rates: &mut [f64]) -> Result<(), String> {
-        for (j, hinge) in self.hinges.iter().enumerate() {
-            let Joint::Multibody(handle) = hinge.joint else {
+    fn read_joints(&self, positions: &mut [f64], velocities: &mut [f64]) -> Result<(), String> {
+        for (j, parts) in self.joints.iter().enumerate() {
+            let Joint::Multibody(handle) = parts.joint else {
                 return Err("impulse joints have no coordinates".into());
             };
             let (multibody, id) = self.physics.multibody_joints.get(handle).ok_or("a multibody joint is gone")?;
             let link = multibody.link(id).ok_or("a multibody joint has no link")?;
-            angles[j] = link.joint().coords()[AXIS] as f64;
-            rates[j] = multibody.generalized_velocity()[link.assembly_id()] as f64;
+            positions[3 * j] = link.joint().coords()[axis(&parts.made_from) as usize] as f64;
+            for k in 0..free_axes(&parts.made_from).len() {
+                velocities[3 * j + k] = multibody.generalized_velocity()[link.assembly_id() + k] as f64;
+            }
         }
         Ok(())
     }
@@ -357,9 +449,9 @@ impl World {
         }
     }
 
-    fn view_hinges(&self, out: &mut [HeldHinge]) -> Result<(), String> {
-        for (hinge, held) in self.hinges.iter().zip(out) {
-            let data = match hinge.joint {
+    fn view_joints(&self, out: &mut [HeldJoint]) -> Result<(), String> {
+        for (parts, held) in self.joints.iter().zip(out) {
+            let data = match parts.joint {
                 Joint::Impulse(handle) => self.physics.impulse_joints.get(handle).map(|joint| &joint.data),
                 Joint::Multibody(handle) => {
                     let joint = self.physics.multibody_joints.get(handle);
@@ -367,11 +459,11 @@ impl World {
                 }
             };
             let data = data.ok_or("a joint is gone")?;
-            let frame = *self.physics.bodies[hinge.child].position() * data.local_frame2;
+            let frame = *self.physics.bodies[parts.child].position() * data.local_frame2;
             held.p_world = array3(frame.translation);
             held.axis_world = array3(frame.rotation * Vector::X);
             held.limited = 0;
-            if let Some(limits) = data.limits(JointAxis::AngX) {
+            if let Some(limits) = data.limits(axis(&parts.made_from)) {
                 held.limited = 1;
                 held.lower = limits.min as f64;
                 held.upper = limits.max as f64;
@@ -397,12 +489,26 @@ extern "C" fn add_body(world: &mut World, body: &Body) -> c_int {
     status(guarded(|| Ok(world.add_body(body))))
 }
 
-extern "C" fn add_hinge(world: &mut World, hinge: &Hinge) -> c_int {
-    status(guarded(|| world.add_hinge(hinge)))
+extern "C" fn add_joint(world: &mut World, joint: &JointSetup) -> c_int {
+    status(guarded(|| world.add_joint(joint)))
 }
 
-extern "C" fn add_shape(world: &mut World, shape: &ShapeSetup) -> c_int {
-    status(guarded(|| Ok(world.add_shape(shape))))
+extern "C" fn add_constraint(world: &mut World, constraint: &ConstraintSetup) -> c_int {
+    status(guarded(|| Ok(world.add_constraint(constraint))))
+}
+
+unsafe extern "C" fn add_shape(world: &mut World, shape: &ShapeSetup) -> c_int {
+    let mut points = Vec::new();
+    for i in 0..shape.point_count as usize {
+        let p = shape.points.add(3 * i);
+        points.push(vec3(&[*p, *p.add(1), *p.add(2)]));
+    }
+    let mut triangles = Vec::new();
+    for i in 0..shape.triangle_count as usize {
+        let t = shape.triangles.add(3 * i);
+        triangles.push([*t as u32, *t.add(1) as u32, *t.add(2) as u32]);
+    }
+    status(guarded(|| world.add_shape(shape, points, triangles)))
 }
 
 unsafe extern "C" fn set_pairs(world: &mut World, friction: *const f64, shapes: c_int) -> c_int {
@@ -421,7 +527,7 @@ extern "C" fn step(world: &mut World, count: c_int) -> c_int {
 }
 
 unsafe extern "C" fn set_torques(world: &mut World, torques: *const f64) -> c_int {
-    let torques = std::slice::from_raw_parts(torques, world.hinges.len());
+    let torques = std::slice::from_raw_parts(torques, 3 * world.joints.len());
     status(guarded(|| Ok(world.set_torques(torques))))
 }
 
@@ -430,10 +536,10 @@ unsafe extern "C" fn read_bodies(world: &World, out: *mut State) -> c_int {
     status(guarded(|| Ok(world.read_bodies(out))))
 }
 
-unsafe extern "C" fn read_hinges(world: &World, angles: *mut f64, rates: *mut f64) -> c_int {
-    let angles = std::slice::from_raw_parts_mut(angles, world.hinges.len());
-    let rates = std::slice::from_raw_parts_mut(rates, world.hinges.len());
-    status(guarded(|| world.read_hinges(angles, rates)))
+unsafe extern "C" fn read_joints(world: &World, positions: *mut f64, velocities: *mut f64) -> c_int {
+    let positions = std::slice::from_raw_parts_mut(positions, 3 * world.joints.len());
+    let velocities = std::slice::from_raw_parts_mut(velocities, 3 * world.joints.len());
+    status(guarded(|| world.read_joints(positions, velocities)))
 }
 
 unsafe extern "C" fn view_bodies(world: &World, out: *mut HeldBody) -> c_int {
@@ -441,9 +547,9 @@ unsafe extern "C" fn view_bodies(world: &World, out: *mut HeldBody) -> c_int {
     status(guarded(|| Ok(world.view_bodies(out))))
 }
 
-unsafe extern "C" fn view_hinges(world: &World, out: *mut HeldHinge) -> c_int {
-    let out = std::slice::from_raw_parts_mut(out, world.hinges.len());
-    status(guarded(|| world.view_hinges(out)))
+unsafe extern "C" fn view_joints(world: &World, out: *mut HeldJoint) -> c_int {
+    let out = std::slice::from_raw_parts_mut(out, world.joints.len());
+    status(guarded(|| world.view_joints(out)))
 }
 
 unsafe extern "C" fn view_gravity(world: &World, out: *mut f64) {
@@ -456,15 +562,16 @@ const API: Api<World> = Api {
     create,
     destroy,
     add_body,
-    add_hinge,
+    add_joint,
+    add_constraint,
     add_shape,
     set_pairs,
     start,
     step,
     set_torques,
     read_bodies,
-    read_hinges,
+    read_joints,
     view_bodies,
-    view_hinges,
+    view_joints,
     view_gravity,
 };
