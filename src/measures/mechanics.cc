@@ -4,6 +4,8 @@
 #include <cassert>
 #include <cmath>
 
+#include "model/kinematics.h"
+
 namespace assay {
 namespace {
 
@@ -18,6 +20,19 @@ bool touches_world(const Model& model) {
     return model.shapes[static_cast<size_t>(pair.shape_a)].body == kWorld ||
            model.shapes[static_cast<size_t>(pair.shape_b)].body == kWorld;
   });
+}
+
+// Whether a connect or a weld holds a body at the world.
+bool is_held(const Model& model) {
+  const auto at_world = [](const auto& constraint) {
+    return constraint.body_a == kWorld || constraint.body_b == kWorld;
+  };
+  return std::ranges::any_of(model.connects, at_world) || std::ranges::any_of(model.welds, at_world);
+}
+
+template <typename Element>
+bool loses_energy(const Element& element) {
+  return element.damping != 0 || element.dry_friction != 0;
 }
 
 std::optional<double> ratio(double deviation, double scale) {
@@ -39,6 +54,11 @@ double kinetic_energy(const Model& model, const State& state) {
   for (size_t j = 0; j < model.joints.size(); ++j) {
     if (model.joints[j].armature != 0) energy += 0.5 * model.joints[j].armature * state.velocity[j] * state.velocity[j];
   }
+  for (size_t b = 0; b < model.balls.size(); ++b) {
+    const BallJoint& ball = model.balls[b];
+    if (ball.armature == 0) continue;
+    energy += 0.5 * ball.armature * ball_velocity(model, state, static_cast<int>(b)).squaredNorm();
+  }
   return energy;
 }
 
@@ -53,6 +73,18 @@ double potential_energy(const Model& model, const State& state) {
     if (hinge.stiffness == 0) continue;
     const double stretch = state.position[j] - hinge.spring_reference;
     energy += 0.5 * hinge.stiffness * stretch * stretch;
+  }
+  for (size_t b = 0; b < model.balls.size(); ++b) {
+    const BallJoint& ball = model.balls[b];
+    if (ball.stiffness == 0) continue;
+    const Quat deflection = ball.spring_reference.conjugate() * ball_rotation(model, state, static_cast<int>(b));
+    energy += 0.5 * ball.stiffness * rotation_vector(deflection).squaredNorm();
+  }
+  for (const Tendon& tendon : model.tendons) {
+    if (tendon.stiffness == 0) continue;
+    const double length = sum_of_terms(tendon.terms, state.position);
+    const double stretch = length - std::clamp(length, tendon.rest_lower, tendon.rest_upper);
+    energy += 0.5 * tendon.stiffness * stretch * stretch;
   }
   return energy;
 }
@@ -75,12 +107,16 @@ Vec3 angular_momentum(const Model& model, const State& state, const Vec3& p_Wo) 
 
 Conserved conserved_quantities(const Model& model, bool driven) {
   Conserved conserved;
-  const bool damped = std::ranges::any_of(model.joints, [](const Joint& hinge) { return hinge.damping != 0; });
-  const bool limited = model.has_limits();
+  // damping or dry friction
+  const bool damped = std::ranges::any_of(model.joints, loses_energy<Joint>) ||
+                      std::ranges::any_of(model.balls, loses_energy<BallJoint>) ||
+                      std::ranges::any_of(model.tendons, loses_energy<Tendon>);
+  const bool limited = model.has_limits() || std::ranges::any_of(model.balls, &BallJoint::limited) ||
+                       std::ranges::any_of(model.tendons, &Tendon::limited);
   conserved.energy = model.contacts.empty() && !damped && !limited && !driven;
 
   const bool weightless = model.gravity.isZero(0);
-  const bool on_ground = touches_world(model);
+  const bool on_ground = touches_world(model) || is_held(model);
   int roots = 0, hinged_root = -1;
   for (size_t i = 0; i < model.bodies.size(); ++i) {
     if (model.bodies[i].parent != kWorld) continue;
@@ -92,10 +128,14 @@ Conserved conserved_quantities(const Model& model, bool driven) {
   }
   // The world exerts no moment about the axis of a tree's only hinge, unless that hinge has a spring, a damper, a limit
   // or armature.
-  if (hinged_root >= 0 && roots == 1 && !on_ground && !driven) {
+  const bool on_hinge =
+      hinged_root >= 0 && model.bodies[static_cast<size_t>(hinged_root)].joint >= 0 &&
+      !model.joints[static_cast<size_t>(model.bodies[static_cast<size_t>(hinged_root)].joint)].is_slide();
+  const bool other_forces = !model.couplings.empty() || !model.tendons.empty();
+  if (on_hinge && !other_forces && roots == 1 && !on_ground && !driven) {
     const Body& root = model.bodies[static_cast<size_t>(hinged_root)];
     const Joint& hinge = model.joints[static_cast<size_t>(root.joint)];
-    const bool free_turning = !hinge.has_spring() && !hinge.limited && hinge.armature == 0;
+    const bool free_turning = !hinge.has_spring() && !hinge.limited && hinge.armature == 0 && hinge.dry_friction == 0;
     Conserved::Axis axis{root.X_PB * hinge.p_BJ, root.X_PB.q * hinge.axis_B};
     const bool gravity_along_axis = model.gravity.cross(axis.axis_W).norm() <= 1e-12 * model.gravity.norm();
     if (free_turning && gravity_along_axis) conserved.angular_momentum_axis = axis;

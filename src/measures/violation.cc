@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 
 #include "measures/run_measures.h"
 #include "measures/statistics.h"
@@ -11,17 +12,47 @@
 namespace assay {
 namespace {
 
-// A sphere is a capsule of length zero. A plane has its point in `from` and its normal in `to`.
+// A sphere is a capsule of length zero. A plane has its point in `from` and its normal in `to`. Other shapes keep
+// their pose: their distance is known from planes alone.
 struct PlacedShape {
   Vec3 from, to;
   double radius = 0;
   bool is_plane = false;
+  const Shape* solid = nullptr;  // box, cylinder, ellipsoid, hull or height field
+  const Model* model = nullptr;
+  Quat q_WS = Quat::Identity();
 };
 
-PlacedShape place(const Shape& shape, const std::vector<Pose>& bodies) {
+// How far a solid reaches from the origin of its frame in the direction `n`, in the shape frame and unit.
+double reach(const Model& model, const Shape& shape, const Vec3& n) {
+  switch (shape.type) {
+    case ShapeType::kBox:
+      return n.cwiseAbs().dot(shape.half_size);
+    case ShapeType::kEllipsoid:
+      return n.cwiseProduct(shape.half_size).norm();
+    case ShapeType::kCylinder:
+      return shape.radius * std::hypot(n.x(), n.y()) + shape.half_length * std::abs(n.z());
+    case ShapeType::kHull: {
+      double most = -std::numeric_limits<double>::infinity();
+      for (const Vec3& v : model.hulls[static_cast<size_t>(shape.data)].vertices) most = std::max(most, n.dot(v));
+      return most;
+    }
+    case ShapeType::kSphere:
+    case ShapeType::kCapsule:
+    case ShapeType::kPlane:
+    case ShapeType::kHeightField:
+      break;
+  }
+  return -std::numeric_limits<double>::infinity();
+}
+
+PlacedShape place(const Model& model, const Shape& shape, const std::vector<Pose>& bodies) {
   const Pose X_WS = shape.body == kWorld ? shape.X_BS : bodies[static_cast<size_t>(shape.body)] * shape.X_BS;
   const Vec3 axis = X_WS.q * Vec3::UnitZ();
   if (shape.type == ShapeType::kPlane) return {X_WS.p, axis, 0, true};
+  if (shape.type != ShapeType::kSphere && shape.type != ShapeType::kCapsule) {
+    return {X_WS.p, X_WS.p, 0, false, &shape, &model, X_WS.q};
+  }
   const double half = shape.type == ShapeType::kCapsule ? shape.half_length : 0;
   return {X_WS.p - half * axis, X_WS.p + half * axis, shape.radius, false};
 }
@@ -47,7 +78,14 @@ double segment_segment(const PlacedShape& a, const PlacedShape& b) {
   return least;
 }
 
+// Infinite for pairs of a solid and anything but a plane.
 double distance(const PlacedShape& a, const PlacedShape& b) {
+  if (a.solid != nullptr || b.solid != nullptr) {
+    const PlacedShape &solid = a.solid != nullptr ? a : b, &plane = a.solid != nullptr ? b : a;
+    if (!plane.is_plane) return std::numeric_limits<double>::infinity();
+    const Vec3 down_S = solid.q_WS.conjugate() * -plane.to;
+    return (solid.from - plane.from).dot(plane.to) - reach(*solid.model, *solid.solid, down_S);
+  }
   if (a.is_plane) {
     return std::min((b.from - a.from).dot(a.to), (b.to - a.from).dot(a.to)) - b.radius;
   }
@@ -74,23 +112,37 @@ double deepest_penetration(const Model& model, const State& state) {
   const std::vector<Pose> bodies = body_poses(model, state);
   std::vector<PlacedShape> shapes;
   shapes.reserve(model.shapes.size());
-  for (const Shape& shape : model.shapes) shapes.push_back(place(shape, bodies));
+  for (const Shape& shape : model.shapes) shapes.push_back(place(model, shape, bodies));
   double deepest = 0;
   for (const ContactPair& pair : model.contacts) {
     const PlacedShape& a = shapes[static_cast<size_t>(pair.shape_a)];
     const PlacedShape& b = shapes[static_cast<size_t>(pair.shape_b)];
-    if (!a.is_plane && !b.is_plane && distance_bound(a, b) >= -deepest) continue;
+    if (a.solid == nullptr && b.solid == nullptr && !a.is_plane && !b.is_plane && distance_bound(a, b) >= -deepest)
+      continue;
     deepest = std::max(deepest, -distance(a, b));
   }
   return deepest;
+}
+
+Pose parent_pose(const Model& model, const State& state, const Body& body) {
+  if (body.parent == kWorld) return {};
+  const auto parent = static_cast<size_t>(body.parent);
+  return body_pose(model.bodies[parent], state.bodies[parent]);
+}
+
+// The angle by which the child of a slide has turned from the pose X_PB, rad.
+double slide_rotation(const Model& model, const State& state, const Joint& slide) {
+  const Body& body = model.bodies[static_cast<size_t>(slide.body)];
+  const Quat expected = parent_pose(model, state, body).q * body.X_PB.q;
+  return rotation_vector(expected.conjugate() * state.bodies[static_cast<size_t>(slide.body)].q_WB).norm();
 }
 
 }  // namespace
 
 double separation(const Model& model, const State& state, const ContactPair& pair) {
   const std::vector<Pose> bodies = body_poses(model, state);
-  return distance(place(model.shapes[static_cast<size_t>(pair.shape_a)], bodies),
-                  place(model.shapes[static_cast<size_t>(pair.shape_b)], bodies));
+  return distance(place(model, model.shapes[static_cast<size_t>(pair.shape_a)], bodies),
+                  place(model, model.shapes[static_cast<size_t>(pair.shape_b)], bodies));
 }
 
 Violation violation(const Model& model, const State& state) {
@@ -99,6 +151,13 @@ Violation violation(const Model& model, const State& state) {
   for (size_t j = 0; j < model.joints.size(); ++j) {
     const Joint& hinge = model.joints[j];
     const JointFrames frames = joint_frames(model, state, static_cast<int>(j));
+    if (hinge.is_slide()) {
+      // off the axis, and the whole relative rotation, which a slide does not allow
+      const Vec3 way = frames.p_WJ_child - frames.p_WJ_parent;
+      worst.dislocation = std::max(worst.dislocation, frames.axis_W_parent.cross(way).norm());
+      worst.misalignment = std::max(worst.misalignment, slide_rotation(model, state, hinge));
+      continue;
+    }
     worst.dislocation = std::max(worst.dislocation, (frames.p_WJ_child - frames.p_WJ_parent).norm());
     // exact for small angles, where the arc cosine loses all digits
     const double angle = std::atan2(frames.axis_W_parent.cross(frames.axis_W_child).norm(),
@@ -106,6 +165,17 @@ Violation violation(const Model& model, const State& state) {
     worst.misalignment = std::max(worst.misalignment, angle);
     if (hinge.limited)
       worst.limit = std::max({worst.limit, hinge.lower - state.position[j], state.position[j] - hinge.upper});
+  }
+  for (size_t b = 0; b < model.balls.size(); ++b) {
+    const BallJoint& ball = model.balls[b];
+    const Body& body = model.bodies[static_cast<size_t>(ball.body)];
+    const Vec3 child = body_pose(body, state.bodies[static_cast<size_t>(ball.body)]) * ball.p_BJ;
+    const Vec3 parent = parent_pose(model, state, body) * (body.X_PB * ball.p_BJ);
+    worst.dislocation = std::max(worst.dislocation, (child - parent).norm());
+    if (ball.limited) {
+      const double angle = rotation_vector(ball_rotation(model, state, static_cast<int>(b))).norm();
+      worst.limit = std::max(worst.limit, angle - ball.upper);
+    }
   }
   worst.penetration = deepest_penetration(model, state);
   return worst;
@@ -133,7 +203,9 @@ ViolationSummary violation_summary(const Model& model, const std::vector<State>&
 namespace {
 
 std::string violation_obstacle(const Model& model, bool /*passive*/) {
-  return model.joints.empty() && model.contacts.empty() ? "has neither joints nor contacts to violate" : "";
+  return model.joints.empty() && model.balls.empty() && model.contacts.empty()
+             ? "has neither joints nor contacts to violate"
+             : "";
 }
 
 // What the model has: joints, limits, contacts.
@@ -144,11 +216,14 @@ std::vector<RunValue> violation_values(const MeasuredRun& run) {
     values.push_back({name + "_max", unit, summary.largest.*kind, {}, {}});
     values.push_back({name + "_rms", unit, summary.rms.*kind, summary.rms_low.*kind, summary.rms_high.*kind});
   };
-  if (!run.model.joints.empty()) {
+  if (!run.model.joints.empty() || !run.model.balls.empty()) {
     add("joint_dislocation", "m", &Violation::dislocation);
     add("joint_misalignment", "rad", &Violation::misalignment);
   }
-  if (run.model.has_limits()) add("limit_violation", "rad", &Violation::limit);
+  const bool limits =
+      std::ranges::any_of(run.model.joints, [](const Joint& joint) { return joint.limited && !joint.is_slide(); }) ||
+      std::ranges::any_of(run.model.balls, &BallJoint::limited);
+  if (limits) add("limit_violation", "rad", &Violation::limit);
   if (!run.model.contacts.empty()) add("penetration", "m", &Violation::penetration);
   return values;
 }

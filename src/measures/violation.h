@@ -11,15 +11,17 @@ namespace assay {
 
 // The largest violation of each kind in one state; 0 where the model has no such constraint.
 struct Violation {
-  double dislocation = 0;   // m, joint position error: between the two anchors of a hinge
-  double misalignment = 0;  // rad, between the two axes of a hinge
-  double limit = 0;         // rad, of an angle beyond its limit
-  double penetration = 0;   // m, depth of two shapes of a contact pair in each other
+  double dislocation =
+      0;  // m, joint position error: between the two anchors of a hinge or ball joint, off a slide's axis
+  double misalignment = 0;  // rad, between the two axes of a hinge; of a slide the relative rotation
+  double limit = 0;         // rad, of a hinge's angle or a ball joint's deflection beyond its limit; not of slides
+  double penetration = 0;   // m, depth of two shapes of a contact pair in each other; solids count against planes
 };
 Violation violation(const Model& model, const State& state);
 
 // Signed distance of the surfaces of a pair, m. Negative for shapes that overlap: the distance by which they have to
-// move along the line between their axes' nearest points (or the plane's normal) until they only touch.
+// move along the line between their axes' nearest points (or the plane's normal) until they only touch. Infinite for a
+// box, cylinder, ellipsoid, hull or height field and anything but a plane.
 double separation(const Model& model, const State& state, const ContactPair& pair);
 
 // Over the samples of a run: the largest violation, and the root mean square of each state's largest with its 95 %

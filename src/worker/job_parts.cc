@@ -50,7 +50,10 @@ Subject subject_of(const SubjectSpec& spec) {
   subject.control = make_control(subject.model, spec.control);
   subject.contender = contender_of(spec.contender);
   subject.capabilities = subject.contender.engine->capabilities(subject.contender.settings);
-  const bool adapter_springs = subject.model.has_springs() && subject.capabilities.springs == SpringKind::kExplicit;
+  // the springs of ball joints and tendons may be the adapter's own whatever it does with those of hinges
+  const bool adapter_springs = (subject.model.has_springs() && subject.capabilities.springs == SpringKind::kExplicit) ||
+                               std::ranges::any_of(subject.model.balls, &BallJoint::has_spring) ||
+                               std::ranges::any_of(subject.model.tendons, &Tendon::has_spring);
   subject.free_running = subject.control->is_zero() && !adapter_springs;
   return subject;
 }

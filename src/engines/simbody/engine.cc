@@ -89,7 +89,16 @@ class SimbodyEngine final : public Adapter {
     }
     add_exact(c, {Feature::kSlide, Feature::kBall, Feature::kMassless, Feature::kCoupling, Feature::kCouplingOfMany,
                   Feature::kConnect, Feature::kWeld});
+    if (options.method == Method::kVerlet) {
+      std::erase_if(c.features, [](const FeatureSupport& support) { return support.feature == Feature::kBall; });
+      for (const Feature feature : {Feature::kBall, Feature::kBallSpring}) {
+        c.features.push_back({feature, Fidelity::kRefused,
+                              "Verlet's iteration for the velocities does not always converge with ball joints: choose "
+                              "another integrator"});
+      }
+    }
     for (const Feature spring : {Feature::kBallSpring, Feature::kTendonSpring}) {
+      if (c.support(spring) != nullptr) continue;
       if (options.native_pd) {
         add_exact(c, {spring});
       } else {
