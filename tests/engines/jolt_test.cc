@@ -136,7 +136,7 @@ TEST(Jolt, RefusesWhatItCannotHold) {
     }
     return std::string("taken");
   };
-  EXPECT_THAT(refusal([](Joint& hinge) { hinge.armature = 0.1; }), HasSubstr("armature"));
+  EXPECT_EQ(refusal([](Joint& hinge) { hinge.armature = 0.1; }), "taken");
   EXPECT_THAT(refusal([](Joint& hinge) {
                 hinge.limited = true;
                 hinge.lower = -std::numbers::pi;

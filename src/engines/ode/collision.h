@@ -66,7 +66,9 @@ class Collision {
   Space space_;  // null when nothing can touch
   Group contacts_;
   int max_contacts_ = 0;
-  std::vector<bool> has_faces_;  // by shape: whether its contacts with another may be many
+  std::vector<bool> has_faces_;      // by shape: whether its contacts with another may be many
+  std::vector<double> cfm_of_face_;  // by shape
+  double contact_cfm_ = 0;
   bool along_slip_ = false;
   std::vector<Friction> frictions_;           // the different coefficients
   std::vector<std::uint16_t> pair_friction_;  // shapes x shapes, into frictions_; small, so that it stays in the cache

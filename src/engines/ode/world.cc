@@ -142,15 +142,13 @@ void OdeSimulation::create_balls(const State& zero) {
 }
 
 void OdeSimulation::create_connects(const State& zero) {
-  const auto in_world = [&](int body, const Vec3& p) {
-    return body == kWorld ? p : body_pose(model_.bodies[body], zero.bodies[body]) * p;
-  };
   for (const Connect& connect : model_.connects) {
-    // ODE swaps the bodies when the first is the world
     const bool swapped = connect.body_a == kWorld;
     const int first = swapped ? connect.body_b : connect.body_a, second = swapped ? connect.body_a : connect.body_b;
-    const Vec3 p1 = in_world(first, swapped ? connect.p_B : connect.p_A);
-    const Vec3 p2 = in_world(second, swapped ? connect.p_A : connect.p_B);
+    const Vec3 p1 = body_pose(model_.bodies[first], zero.bodies[first]) * (swapped ? connect.p_B : connect.p_A);
+    // ODE takes the second anchor in the second body's own frame
+    Vec3 p2 = swapped ? connect.p_A : connect.p_B;
+    if (second != kWorld) p2 -= model_.bodies[second].p_BBcm;
     dxJoint* joint = dJointCreateBall(world_.get(), nullptr);
     dJointAttach(joint, bodies_[first], ode_body(second));
     dJointSetBallAnchor(joint, p1.x(), p1.y(), p1.z());
