@@ -399,6 +399,7 @@ int run_robot(const RobotRequest& request) {
   write_programme(run.out, programme);
   const std::string toml = (fs::path(run.out) / "campaign.toml").string();
   const Campaign campaign = load_campaign(toml);
+  for (const LimitOptions& goal : goals_of(limits)) limits_of(campaign, goal);  // their errors come before all else
   for (const std::string& note : model.notes) print(paragraph("note: " + note, 2));
   print(paragraph("programme: " + toml, 2));
   for (const std::string& system : programme.systems) print(paragraph("  " + system, 4));
