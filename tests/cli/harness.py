@@ -21,7 +21,7 @@ PROGRAM = os.environ.get("ASSAY_PROGRAM", "")
 MISHAP_ENGINE = os.environ.get("ASSAY_MISHAP_ENGINE", "")
 REFUSED_PLUGINS = os.environ.get("ASSAY_REFUSED_PLUGINS", "")
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
-COMMANDS = ["engines", "systems", "check", "simulate", "paper", "run", "report", "export", "movie", "snapshot", "recommend",
+COMMANDS = ["engines", "systems", "check", "simulate", "paper", "run", "report", "export", "movie", "snapshot", "recommend", "parity",
             "claims", "conformance"]
 CSV_HEADER = "time,body,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz"
 

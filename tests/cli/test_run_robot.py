@@ -55,7 +55,7 @@ class RunRobot(AssayTest):
         self.assertLessEqual(best["worst"]["consistency"]["value"], 0.005)
         self.assertGreaterEqual(best["realtime_factor"]["value"], 2)
         for part in ["margin:", "What did not qualify, and why" if len(answer["contenders"]) < 2 else "real time", "To run next",
-                     "it carries over the whole model", "How sure this is"]:
+                     "approximates in this robot", "How sure this is"]:
             self.assertIn(part, text)
         self.assertTrue((self.dir / "found/report.html").exists())
         # Some cells were not worth their time.

@@ -32,7 +32,7 @@ class Chains : public ::testing::Test {
 
   int add(int parent, double mass, std::optional<JointType> type) {
     const int index = static_cast<int>(model_.bodies.size());
-    Body body{.parent = parent, .X_PB = {vector(), Quat(uniform(), uniform(), uniform(), uniform()).normalized()}};
+    Body body{.name = "", .parent = parent, .X_PB = {vector(), Quat(uniform(), uniform(), uniform(), uniform()).normalized()}};
     body.mass = mass;
     body.I_BBcm_B.setZero();
     if (mass > 0) {
@@ -42,7 +42,8 @@ class Chains : public ::testing::Test {
     }
     if (type.has_value()) {
       body.joint = static_cast<int>(model_.joints.size());
-      model_.joints.push_back({.body = index,
+      model_.joints.push_back({.name = "",
+                               .body = index,
                                .p_BJ = 0.1 * vector(),
                                .axis_B = vector().normalized(),
                                .reference = 0.3 * uniform(),
@@ -167,7 +168,7 @@ TEST_F(Chains, StatesRoundTrip) {
 
 TEST_F(Chains, AModelWithoutMasslessBodiesStaysAsItIs) {
   Model model;
-  model.bodies.push_back({.mass = 2, .p_BBcm = {0.1, 0.2, 0.3}});
+  model.bodies.push_back({.name = "", .X_PB = {}, .mass = 2, .p_BBcm = {0.1, 0.2, 0.3}});
   model.hash = "h";
   const Lent lent = lend_mass(model);
   EXPECT_FALSE(lent.any);
@@ -181,9 +182,10 @@ TEST_F(Chains, AModelWithoutMasslessBodiesStaysAsItIs) {
 TEST_F(Chains, ALinkThatBranchesBorrowsFromTheHeaviestAndNobodyLendsMoreThanHalf) {
   Model model;
   const auto add = [&](int parent, double mass) {
-    Body body{.parent = parent, .joint = static_cast<int>(model.joints.size()), .mass = mass};
+    Body body{
+        .name = "", .parent = parent, .joint = static_cast<int>(model.joints.size()), .X_PB = {}, .mass = mass};
     body.I_BBcm_B = mass * Mat3::Identity();
-    model.joints.push_back({.body = static_cast<int>(model.bodies.size())});
+    model.joints.push_back({.name = "", .body = static_cast<int>(model.bodies.size())});
     model.bodies.push_back(body);
   };
   add(kWorld, 0);

@@ -173,7 +173,7 @@ void each_field(const json& part, const json::json_pointer& at,
   if (!part.is_object()) return;
   for (const auto& [key, value] : part.items()) {
     look(at, key);
-    if (key != "overrides") each_field(value, at / key, look);  // whose keys are free
+    if (key != "overrides" && key != "packages") each_field(value, at / key, look);  // whose keys are free
   }
 }
 

@@ -1,6 +1,7 @@
 #include "model/variant.h"
 
 #include <cmath>
+#include <numbers>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -34,7 +35,9 @@ Model robot() {
 
 TEST(Variant, StandsAtTheHeight) {
   const Model model = robot();
-  EXPECT_GT(height_above_ground(model), 0.3);
+  // the ball, above a plane that is turned by 10 degrees about x
+  const double tilt = 10 * std::numbers::pi / 180;
+  EXPECT_NEAR(height_above_ground(model), std::cos(tilt) - 3 * std::sin(tilt) - 0.2, 1e-12);
   for (const double height : {0.0, 0.05, 4.0}) {
     const Model moved = variant_of(model, {.above_ground_m = height});
     EXPECT_NEAR(height_above_ground(moved), height, 1e-12);

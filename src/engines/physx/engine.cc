@@ -37,7 +37,9 @@ std::vector<Deviation> deviations(const Options& options) {
     const double scale = options.lent_share / kDefaultLentShare;
     list.push_back({"planar-root", 0.0025 * scale, reason});
     list.push_back({"massless-joints", 0.004 * scale, reason});
-    list.push_back({"random-massless-trees", 0.0065 * scale, reason});
+    // with 4 iterations the joints of such trees are far from solved: the limit of small timesteps shows at 1/4 ms
+    const double few = options.position_iterations < 50 ? 6 : 1;
+    list.push_back({"random-massless-trees", 0.0065 * scale * few, reason});
   }
   return list;
 }

@@ -15,16 +15,24 @@ namespace {
 // Massless bodies have a share of mass, so the limit of small timesteps is that of a slightly different robot. Bounds:
 // twice what the tests measure with the default shares, 2 % with impulse joints and 1e-5 with multibodies.
 std::vector<Deviation> deviations(const Options& options) {
+  // measured, with the same figures in every contender; capsules, which touch at one point, slide right
+  const char* faces = "a face that slides on four contact points has 10 % too little friction; the cause is not isolated";
+  const char* polyhedron = "an ellipsoid is a polyhedron, which rocks from face to face";
+  std::vector<Deviation> list = {
+      {"box-slides", 0.11, faces}, {"hull-slides", 0.11, faces}, {"ellipsoid-rocks", 0.15, polyhedron}};
+  const auto add = [&list](const char* test, double bound, const char* why) { list.push_back({test, bound, why}); };
   const char* reason = "massless bodies have a share of mass, so the limit is that of a slightly different robot";
   const double scale = options.lent_share / (options.multibody() ? kDefaultLinkShare : kLentShare);
   if (options.multibody()) {
-    return {{"planar-root", 5e-6 * scale, reason},
-            {"massless-joints", 7e-6 * scale, reason},
-            {"random-massless-trees", 1.3e-5 * scale, reason}};
+    add("planar-root", 5e-6 * scale, reason);
+    add("massless-joints", 7e-6 * scale, reason);
+    add("random-massless-trees", 1.3e-5 * scale, reason);
+    return list;
   }
-  return {{"planar-root", 5e-3 * scale, reason},
-          {"massless-joints", 6.5e-3 * scale, reason},
-          {"random-massless-trees", 1.2e-2 * scale, reason}};
+  add("planar-root", 5e-3 * scale, reason);
+  add("massless-joints", 6.5e-3 * scale, reason);
+  add("random-massless-trees", 1.2e-2 * scale, reason);
+  return list;
 }
 
 class RapierEngine final : public Adapter {
@@ -133,8 +141,11 @@ class RapierEngine final : public Adapter {
  private:
   static void describe_features(Capabilities& c, const Options& options) {
     const bool multibody = options.multibody();
-    add_exact(c, {Feature::kSlide, Feature::kBall, Feature::kDryFriction, Feature::kBallDryFriction, Feature::kBox,
-                  Feature::kCylinder, Feature::kHull});
+    add_exact(c, {Feature::kSlide, Feature::kBall, Feature::kDryFriction, Feature::kBallDryFriction,
+                  Feature::kCylinder});
+    const char* faces = "its faces slide with up to 10 % too little friction";
+    add_approximated(c, Feature::kBox, faces);
+    add_approximated(c, Feature::kHull, faces);
     if (multibody) add_exact(c, {Feature::kBallArmature});
     add_lent_mass(c, options.lent_share, multibody ? "link_share" : "lent_share");
     add_approximated(c, Feature::kBallSpring, "explicit torque from the state at the step's start");
