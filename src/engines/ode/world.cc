@@ -20,7 +20,7 @@ double zero_angle(const Joint& hinge, const Options& options) {
   return middle_of_range(hinge, is_spring_stop(hinge, options) ? hinge.spring_reference : hinge.reference);
 }
 
-void set_param(dxJoint* joint, int parameter, double value) {
+void set_joint_param(dxJoint* joint, int parameter, double value) {
   if (dJointGetType(joint) == dJointTypeSlider) {
     dJointSetSliderParam(joint, parameter, value);
   } else {
@@ -179,11 +179,11 @@ void OdeSimulation::set_pose(int body, const Pose& X_WB) {
 void OdeSimulation::set_stops(dxJoint* joint, const Joint& hinge) const {
   if (hinge.limited) {
     const double half_range = (hinge.upper - hinge.lower) / 2;
-    set_param(joint, dParamLoStop, -half_range);
-    set_param(joint, dParamHiStop, half_range);
-    set_param(joint, dParamStopERP, options_.limit_erp);
-    set_param(joint, dParamStopCFM, options_.limit_cfm);
-    set_param(joint, dParamBounce, 0);
+    set_joint_param(joint, dParamLoStop, -half_range);
+    set_joint_param(joint, dParamHiStop, half_range);
+    set_joint_param(joint, dParamStopERP, options_.limit_erp);
+    set_joint_param(joint, dParamStopCFM, options_.limit_cfm);
+    set_joint_param(joint, dParamBounce, 0);
   } else if (is_spring_stop(hinge, options_)) {
     make_spring_stop(joint, hinge);
   }
@@ -193,11 +193,11 @@ void OdeSimulation::set_stops(dxJoint* joint, const Joint& hinge) const {
 // f = -k (angle + h v) - b v of the angle and rate at the step's end.
 void OdeSimulation::make_spring_stop(dxJoint* joint, const Joint& hinge) const {
   const double yielding = options_.timestep * hinge.stiffness + hinge.damping;
-  set_param(joint, dParamLoStop, 0);
-  set_param(joint, dParamHiStop, 0);
-  set_param(joint, dParamStopERP, options_.timestep * hinge.stiffness / yielding);
-  set_param(joint, dParamStopCFM, 1 / yielding);
-  set_param(joint, dParamBounce, 0);
+  set_joint_param(joint, dParamLoStop, 0);
+  set_joint_param(joint, dParamHiStop, 0);
+  set_joint_param(joint, dParamStopERP, options_.timestep * hinge.stiffness / yielding);
+  set_joint_param(joint, dParamStopCFM, 1 / yielding);
+  set_joint_param(joint, dParamBounce, 0);
 }
 
 void OdeSimulation::set_state(const State& state) {
