@@ -13,6 +13,7 @@ import json
 import math
 import os
 import pathlib
+import re
 import sqlite3
 import subprocess
 import sys
@@ -69,7 +70,10 @@ class Loads:
         if answer and answer.get("model"):
             return answer
         if answer and answer.get("problems"):
-            return "; ".join(str(problem.get("text", problem)) for problem in answer["problems"][:1])
+            refused = [problem for problem in answer["problems"] if problem["severity"] == "refused"]
+            first = (refused or answer["problems"])[0]
+            reason = re.sub(r" \(known: .*?\)", "", f"{first['element']} {first['message']}".strip())
+            return f"line {first['line']}: {reason}" if first.get("line") else reason
         lines = done.stderr.strip().splitlines()
         return lines[-1] if lines else f"status {done.returncode}"
 

@@ -44,8 +44,10 @@ std::vector<ResolvedContender> chosen(const Options& options, const Model& model
       return std::ranges::any_of(each.engine->check(without_contacts(model), each.settings),
                                  [](const Limitation& l) { return l.fidelity == Fidelity::kRefused; });
     };
-    const bool better = own.coordinates == Coordinates::kJoint &&
-                        known->engine->capabilities(known->settings).coordinates == Coordinates::kMaximal;
+    const Capabilities other = known->engine->capabilities(known->settings);
+    const bool better = (own.coordinates == Coordinates::kJoint && other.coordinates == Coordinates::kMaximal) ||
+                        (own.coordinates == other.coordinates && own.precision == Precision::kDouble &&
+                         other.precision == Precision::kSingle);
     if ((better && !refuses(contender)) || (refuses(*known) && !refuses(contender))) *known = std::move(contender);
   }
   return contenders;

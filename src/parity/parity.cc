@@ -257,8 +257,12 @@ Certificate examine(const Model& model, const Bench& bench, const ResolvedConten
       certificate.causes = find_causes(bench, responses, certificate.tolerance(), certificate.unexplained);
     }
     if (contender.engine->capabilities(contender.settings).joint_limits) {
-      certificate.limits = find_limits(model, contender, settings);
-      add_limit_causes(model, certificate.limits, certificate.causes);
+      try {
+        certificate.limits = find_limits(model, contender, settings);
+        add_limit_causes(model, certificate.limits, certificate.causes);
+      } catch (const UnsupportedError& error) {
+        certificate.differences.push_back(fmt::format("limits were not looked for: {}", error.what()));
+      }
     }
   } catch (const std::exception& error) {
     certificate.failure = error.what();
