@@ -61,7 +61,8 @@ int run(Options options) {
   refuse_for_campaign("how a model is read", load_options(options.model) != LoadOptions());
   refuse_for_campaign("--contenders", !options.contenders.empty());
   refuse_for_campaign("a limit", options.limits.any() || options.limits.measure);
-  if (options.run.out.empty()) throw InputError("--out is required, and it is missing or empty: see 'assay run --help'");
+  if (options.run.out.empty())
+    throw InputError("--out is required, and it is missing or empty: see 'assay run --help'");
   const bool searched =
       !options.full && !options.run.shard && load_campaign(find_campaign(options.run.campaign)).search.has_value();
   if (searched) return run_searched(options.run);

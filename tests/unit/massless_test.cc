@@ -32,7 +32,9 @@ class Chains : public ::testing::Test {
 
   int add(int parent, double mass, std::optional<JointType> type) {
     const int index = static_cast<int>(model_.bodies.size());
-    Body body{.name = "", .parent = parent, .X_PB = {vector(), Quat(uniform(), uniform(), uniform(), uniform()).normalized()}};
+    Body body{.name = "",
+              .parent = parent,
+              .X_PB = {vector(), Quat(uniform(), uniform(), uniform(), uniform()).normalized()}};
     body.mass = mass;
     body.I_BBcm_B.setZero();
     if (mass > 0) {
@@ -182,8 +184,7 @@ TEST_F(Chains, AModelWithoutMasslessBodiesStaysAsItIs) {
 TEST_F(Chains, ALinkThatBranchesBorrowsFromTheHeaviestAndNobodyLendsMoreThanHalf) {
   Model model;
   const auto add = [&](int parent, double mass) {
-    Body body{
-        .name = "", .parent = parent, .joint = static_cast<int>(model.joints.size()), .X_PB = {}, .mass = mass};
+    Body body{.name = "", .parent = parent, .joint = static_cast<int>(model.joints.size()), .X_PB = {}, .mass = mass};
     body.I_BBcm_B = mass * Mat3::Identity();
     model.joints.push_back({.name = "", .body = static_cast<int>(model.bodies.size())});
     model.bodies.push_back(body);

@@ -16,7 +16,8 @@ namespace {
 // twice what the tests measure with the default shares, 2 % with impulse joints and 1e-5 with multibodies.
 std::vector<Deviation> deviations(const Options& options) {
   // measured, with the same figures in every contender; capsules, which touch at one point, slide right
-  const char* faces = "a face that slides on four contact points has 10 % too little friction; the cause is not isolated";
+  const char* faces =
+      "a face that slides on four contact points has 10 % too little friction; the cause is not isolated";
   const char* polyhedron = "an ellipsoid is a polyhedron, which rocks from face to face";
   std::vector<Deviation> list = {
       {"box-slides", 0.11, faces}, {"hull-slides", 0.11, faces}, {"ellipsoid-rocks", 0.15, polyhedron}};
@@ -141,8 +142,8 @@ class RapierEngine final : public Adapter {
  private:
   static void describe_features(Capabilities& c, const Options& options) {
     const bool multibody = options.multibody();
-    add_exact(c, {Feature::kSlide, Feature::kBall, Feature::kDryFriction, Feature::kBallDryFriction,
-                  Feature::kCylinder});
+    add_exact(c,
+              {Feature::kSlide, Feature::kBall, Feature::kDryFriction, Feature::kBallDryFriction, Feature::kCylinder});
     const char* faces = "its faces slide with up to 10 % too little friction";
     add_approximated(c, Feature::kBox, faces);
     add_approximated(c, Feature::kHull, faces);

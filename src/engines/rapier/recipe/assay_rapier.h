@@ -1,9 +1,9 @@
 /* Rapier's API as far as the adapter needs it, for C++. The library has two tables of functions, one a precision;
  * numbers are doubles in both, SI units, quaternions (x, y, z, w).
  *
- * A world is built in this order: bodies, joints, constraints, shapes, start; indices count from 0 in the order of the calls. A
- * function that returns int returns 0, or 1 when Rapier panicked or switched off a body: then error() has the reason,
- * the world may only be destroyed. */
+ * A world is built in this order: bodies, joints, constraints, shapes, start; indices count from 0 in the order of the
+ * calls. A function that returns int returns 0, or 1 when Rapier panicked or switched off a body: then error() has the
+ * reason, the world may only be destroyed. */
 #ifndef ASSAY_RAPIER_H_
 #define ASSAY_RAPIER_H_
 
@@ -52,8 +52,8 @@ typedef struct RapierJoint {
   double stiffness, spring_position, damping;
   double armature;     /* multibody joints only */
   double dry_friction; /* N, or Nm about each axis that is free */
-  /* At the start; multibody joints only. A hinge and a slide have one number; of a ball joint they are the rotation vector
-   * and the velocity of the child's frame in the parent's. */
+  /* At the start; multibody joints only. A hinge and a slide have one number; of a ball joint they are the rotation
+   * vector and the velocity of the child's frame in the parent's. */
   double position[3], velocity[3];
 } RapierJoint;
 
@@ -77,8 +77,8 @@ enum {
 typedef struct RapierShape {
   int type;
   int body; /* -1: fixed to the world */
-  /* In the body's axes from its centre of mass, or in the world. z is the axis of a capsule and a cylinder and a plane's
-   * normal. */
+  /* In the body's axes from its centre of mass, or in the world. z is the axis of a capsule and a cylinder and a
+   * plane's normal. */
   double p[3], q[4];
   double radius, half_length, half_size[3];
   const double* points; /* three numbers each */
@@ -117,8 +117,8 @@ typedef struct RapierApi {
   int (*set_pairs)(RapierWorld*, const double*, int shapes);
   int (*start)(RapierWorld*);
   int (*step)(RapierWorld*, int count);
-  /* Three a joint: of a hinge the torque about its axis on the child, of a slide the force along it, of a ball joint the
-   * torque in the child's axes; the opposite acts on the parent. For the next step alone. */
+  /* Three a joint: of a hinge the torque about its axis on the child, of a slide the force along it, of a ball joint
+   * the torque in the child's axes; the opposite acts on the parent. For the next step alone. */
   int (*set_torques)(RapierWorld*, const double*);
   /* All bodies. The velocities of bodies on multibody joints are only right for a tree's first body. */
   int (*read_bodies)(const RapierWorld*, RapierState*);
