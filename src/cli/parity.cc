@@ -29,6 +29,7 @@ struct Options {
 std::vector<ResolvedContender> chosen(const Options& options, const Model& model) {
   const Registry& registry = Registry::instance();
   std::vector<ResolvedContender> contenders;
+  contenders.reserve(options.contenders.size());
   for (const std::string& name : options.contenders) contenders.push_back(registry.resolve(name));
   if (!contenders.empty()) return contenders;
   for (const std::string& name : registry.contender_names()) {

@@ -132,10 +132,9 @@ class Hypotheses {
   void body(int b) {
     const Body& body = model_.bodies[b];
     // a body is found by its joint
-    const std::string element =
-        body.joint >= 0  ? fmt::format("body '{}' of joint '{}'", body.name, model_.joints[body.joint].name)
-        : body.ball >= 0 ? fmt::format("body '{}' of joint '{}'", body.name, model_.balls[body.ball].name)
-                         : fmt::format("body '{}'", body.name);
+    std::string element = fmt::format("body '{}'", body.name);
+    if (body.joint >= 0) element += fmt::format(" of joint '{}'", model_.joints[body.joint].name);
+    if (body.ball >= 0) element += fmt::format(" of joint '{}'", model_.balls[body.ball].name);
     const double mass = body.mass;
     all_.push_back({.element = element,
                     .parameter = "mass",

@@ -246,9 +246,7 @@ std::vector<LimitPlace> find_limits(const Model& model, const ResolvedContender&
       3e-4;  // 1/s, of the range: above single precision's rounding, below any soft limit's pull
   Model limited = bench_model(model);
   limited.gravity.setZero();
-  for (size_t j = 0; j < limited.joints.size(); ++j) {
-    limited.joints[j].stiffness = limited.joints[j].damping = limited.joints[j].dry_friction = 0;
-  }
+  for (Joint& joint : limited.joints) joint.stiffness = joint.damping = joint.dry_friction = 0;
   limited.tendons.clear();
   std::vector<LimitPlace> places;
   for (size_t j = 0; j < model.joints.size(); ++j) {

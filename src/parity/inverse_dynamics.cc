@@ -17,7 +17,12 @@ struct Link {
   Vec3 moment = Vec3::Zero();                   // the same about the frame's origin
 };
 
-double sign(double value) { return value > 0 ? 1 : value < 0 ? -1 : 0; }
+double sign(double value) { return static_cast<double>(value > 0) - static_cast<double>(value < 0); }
+
+int speeds_of(const Body& body) {
+  if (body.is_free()) return 6;
+  return body.ball >= 0 ? 3 : 1;
+}
 
 }  // namespace
 
@@ -25,7 +30,7 @@ SpeedLayout::SpeedLayout(const Model& model) : of_joint(model.joints.size()) {
   for (const Body& body : model.bodies) {
     first.push_back(count);
     if (body.joint >= 0) of_joint[body.joint] = count;
-    count += body.is_free() ? 6 : body.ball >= 0 ? 3 : 1;
+    count += speeds_of(body);
   }
 }
 

@@ -91,6 +91,7 @@ std::vector<JointErrors> errors_of(const Bench& bench, const std::vector<Respons
   constexpr double kNone = 1e-3;  // forces below this share of the scale are no forces of that kind
   const std::vector<Element> elements = elements_of(bench);
   std::vector<JointErrors> errors;
+  errors.reserve(elements.size());
   for (const Element& element : elements) errors.push_back({element.name, std::vector<PartError>(kParts)});
   const auto put = [&](size_t row, Part part, double error, double noise, double reference) {
     const double scale = largest(bench.scale, elements[row]);
