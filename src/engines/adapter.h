@@ -220,6 +220,12 @@ inline void add_approximated(Capabilities& capabilities, Feature feature, std::s
   capabilities.features.push_back({feature, Fidelity::kApproximated, std::move(how)});
 }
 
+// Springs and dampers of ball joints and tendons that the adapter computes (ball_spring_torque, add_tendon_tensions).
+inline void add_explicit_springs(Capabilities& capabilities) {
+  add_approximated(capabilities, Feature::kBallSpring, "explicit torque from the state at the step's start");
+  add_approximated(capabilities, Feature::kTendonSpring, "explicit tension from the state at the step's start");
+}
+
 // "joint 'knee' armature"
 inline std::string joint_element(const Joint& hinge, const char* what) {
   return fmt::format("joint '{}' {}", hinge.name, what);

@@ -40,9 +40,6 @@ bool inertia_possible(const Mat3& I) {
 
 Mat3 nearest_valid_inertia(const Mat3& I, double mass) {
   const Eigen::SelfAdjointEigenSolver<Mat3> solver(I);
-  // moments are sums of two second moments of mass (x^2 + y^2 and so on), which must not be negative: J = L moments
-  // alternating projections onto the three half spaces a + b >= c and onto the floor (Dykstra's order does not matter
-  // here: at most one triangle inequality is broken)
   Vec3 m = solver.eigenvalues();
   // an inertia without any extent: a ball of a millimetre
   constexpr double kLeastRadius = 1e-3;
@@ -50,6 +47,7 @@ Mat3 nearest_valid_inertia(const Mat3& I, double mass) {
   const double least = m.maxCoeff() <= 0 ? 0.4 * mass * kLeastRadius * kLeastRadius : floor;
   m = m.cwiseMax(least);
   constexpr double kMargin = 1e-6;  // of the largest, against rounding in text
+  // the nearest point of the plane m0 + m1 = m2; only the largest moment can exceed the sum of the others
   if (const double excess = m[2] * (1 + kMargin) - m[0] - m[1]; excess > 0) {
     m[0] += excess / 3;
     m[1] += excess / 3;

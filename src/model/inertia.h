@@ -22,8 +22,9 @@ bool inertia_valid(const Mat3& I);
 // The same with zeros allowed: the inertia of a point or a line of mass, which is valid as a part of a body.
 bool inertia_possible(const Mat3& I);
 
-// The valid inertia with the same principal axes whose moments are nearest (least squares); `mass` gives the least
-// moment where there is none. Two thin parts of the result stay on the safe side of rounding in text.
+// A valid inertia with the same principal axes: moments that are too small are raised to a millionth of the largest
+// (without any, to those of a ball of 1 mm radius and that mass), then a broken triangle inequality is mended by the
+// least squares change of the moments. The result keeps a margin, so that it stays valid when it is written as text.
 Mat3 nearest_valid_inertia(const Mat3& I, double mass);
 
 }  // namespace assay

@@ -143,7 +143,7 @@ class Hypotheses {
                     .words = [=](const Eigen::VectorXd& x) { return instead(mass + x[0], mass, "kg"); },
                     .relative = [=](const Eigen::VectorXd& x) { return x[0] / mass; }});
     const Mat3 whole = body.I_BBcm_B;
-    const auto of_inertia = [whole](const Eigen::VectorXd& x) { return x[0]; };
+    const auto of_inertia = [](const Eigen::VectorXd& x) { return x[0]; };
     all_.push_back({.element = element,
                     .parameter = "inertia",
                     .changes = {[b, whole](Model& m, double x) { m.bodies[b].I_BBcm_B += x * whole; }},

@@ -224,14 +224,14 @@ std::vector<Response> respond(const Bench& bench, const ResolvedContender& conte
   responses.reserve(bench.experiments.size());
   Model like = bench.with_gravity;
   for (const Experiment& experiment : bench.experiments) {
-    Response response{.coarse = one_step(bench, experiment, contender, settings, step),
-                      .middle = one_step(bench, experiment, contender, settings, step / 2),
+    const Step coarse = one_step(bench, experiment, contender, settings, step);
+    Response response{.middle = one_step(bench, experiment, contender, settings, step / 2),
                       .fine = one_step(bench, experiment, contender, settings, step / 4),
                       .residual = {},
                       .noise = {}};
     const Eigen::VectorXd given = given_forces(bench, experiment);
     const Eigen::VectorXd first =
-        2 * bench.forces(like, experiment, response.middle) - bench.forces(like, experiment, response.coarse) - given;
+        2 * bench.forces(like, experiment, response.middle) - bench.forces(like, experiment, coarse) - given;
     response.residual = bench.forces(like, experiment, response) - given;
     response.noise = (first - response.residual).cwiseAbs();
     responses.push_back(std::move(response));

@@ -39,10 +39,10 @@ struct Step {
 
 // What the contender answered, at three timesteps.
 struct Response {
-  Step coarse, middle, fine;  // h, h/2, h/4
-  Eigen::VectorXd residual;   // forces that the model needs for that acceleration, less those that were given;
-                              // extrapolated to a timestep of 0
-  Eigen::VectorXd noise;      // of the residual: its change when the steps are halved
+  Step middle, fine;         // h/2, h/4
+  Eigen::VectorXd residual;  // forces that the model needs for that acceleration, less those that were given;
+                             // extrapolated to a timestep of 0
+  Eigen::VectorXd noise;     // of the residual: its change when the steps are halved
 };
 
 struct ExperimentOptions {

@@ -223,30 +223,33 @@ void System::set_kinematics(const Flat& y) {
     m.w = parent_w + m.axis * rate;
     m.bias_angular = parent_w.cross(m.axis * rate);
 
-    // the anchor moves with the parent
-    RVec3 v_J = RVec3::Zero(), bias_J = RVec3::Zero();
-    if (root) {
-      m.p_J = part.p_PJ;
-    } else {
-      const Moving& p = moving_[part.parent];
-      const RVec3 arm = p.q * (part.p_PJ - parts_[part.parent].p_BBcm);
-      m.p_J = p.p_cm + arm;
-      v_J = p.v_cm + p.w.cross(arm);
-      bias_J = p.bias_linear + p.bias_angular.cross(arm) + p.w.cross(p.w.cross(arm));
-      m.bias_angular += p.bias_angular;
-      m.angular = p.angular;
-      m.linear = p.linear;
-      for (int k = 0; k < part.group_speed; ++k) m.linear.col(k) += RVec3(p.angular.col(k)).cross(arm);
-    }
+    const Anchor anchor = carry_anchor(part, m);
     m.angular.col(part.group_speed) = m.axis;
-
-    // and the centre of mass turns about the anchor
-    const RVec3 arm = m.q * (part.p_BBcm - part.p_BJ);
-    m.p_cm = m.p_J + arm;
-    m.v_cm = v_J + m.w.cross(arm);
-    m.bias_linear = bias_J + m.bias_angular.cross(arm) + m.w.cross(m.w.cross(arm));
-    for (int k = 0; k <= part.group_speed; ++k) m.linear.col(k) += RVec3(m.angular.col(k)).cross(arm);
+    swing_about_anchor(part, anchor, 1, m);
   }
+}
+
+System::Anchor System::carry_anchor(const Part& part, Moving& m) const {
+  if (part.parent == kWorld) {
+    m.p_J = part.p_PJ;
+    return {};
+  }
+  const Moving& p = moving_[part.parent];
+  const RVec3 arm = p.q * (part.p_PJ - parts_[part.parent].p_BBcm);
+  m.p_J = p.p_cm + arm;
+  m.bias_angular += p.bias_angular;
+  m.angular = p.angular;
+  m.linear = p.linear;
+  for (int k = 0; k < part.group_speed; ++k) m.linear.col(k) += RVec3(p.angular.col(k)).cross(arm);
+  return {p.v_cm + p.w.cross(arm), p.bias_linear + p.bias_angular.cross(arm) + p.w.cross(p.w.cross(arm))};
+}
+
+void System::swing_about_anchor(const Part& part, const Anchor& anchor, int speeds, Moving& m) {
+  const RVec3 arm = m.q * (part.p_BBcm - part.p_BJ);
+  m.p_cm = m.p_J + arm;
+  m.v_cm = anchor.v + m.w.cross(arm);
+  m.bias_linear = anchor.bias + m.bias_angular.cross(arm) + m.w.cross(m.w.cross(arm));
+  for (int k = 0; k < part.group_speed + speeds; ++k) m.linear.col(k) += RVec3(m.angular.col(k)).cross(arm);
 }
 
 void System::move_ball(const Part& part, const Flat& y, Moving& m) {
@@ -259,27 +262,9 @@ void System::move_ball(const Part& part, const Flat& y, Moving& m) {
   m.w = parent_w + relative_w;
   m.bias_angular = parent_w.cross(relative_w);
 
-  RVec3 v_J = RVec3::Zero(), bias_J = RVec3::Zero();
-  if (root) {
-    m.p_J = part.p_PJ;
-  } else {
-    const Moving& p = moving_[part.parent];
-    const RVec3 arm = p.q * (part.p_PJ - parts_[part.parent].p_BBcm);
-    m.p_J = p.p_cm + arm;
-    v_J = p.v_cm + p.w.cross(arm);
-    bias_J = p.bias_linear + p.bias_angular.cross(arm) + p.w.cross(p.w.cross(arm));
-    m.bias_angular += p.bias_angular;
-    m.angular = p.angular;
-    m.linear = p.linear;
-    for (int k = 0; k < part.group_speed; ++k) m.linear.col(k) += RVec3(p.angular.col(k)).cross(arm);
-  }
+  const Anchor anchor = carry_anchor(part, m);
   for (int k = 0; k < 3; ++k) m.angular.col(part.group_speed + k) = m.q * RVec3(RVec3::Unit(k));
-
-  const RVec3 arm = m.q * (part.p_BBcm - part.p_BJ);
-  m.p_cm = m.p_J + arm;
-  m.v_cm = v_J + m.w.cross(arm);
-  m.bias_linear = bias_J + m.bias_angular.cross(arm) + m.w.cross(m.w.cross(arm));
-  for (int k = 0; k < part.group_speed + 3; ++k) m.linear.col(k) += RVec3(m.angular.col(k)).cross(arm);
+  swing_about_anchor(part, anchor, 3, m);
 }
 
 void System::move_slide(const Part& part, const Flat& y, Moving& m) {

@@ -102,6 +102,14 @@ class System {
  private:
   void set_kinematics(const Flat& y);
   void set_torques(const Flat& y, Real time);
+  // The joint's anchor, carried by the parent.
+  struct Anchor {
+    RVec3 v = RVec3::Zero(), bias = RVec3::Zero();
+  };
+  // Sets p_J and what `m` has of its parent's motion, of which its own angular quantities are already known.
+  Anchor carry_anchor(const Part& part, Moving& m) const;
+  // Moves the centre of mass about the anchor; the joint has `speeds` speeds.
+  static void swing_about_anchor(const Part& part, const Anchor& anchor, int speeds, Moving& m);
   void move_ball(const Part& part, const Flat& y, Moving& m);
   void move_slide(const Part& part, const Flat& y, Moving& m);
   RVec3 ball_spring(const Part& part, const Flat& y) const;

@@ -114,8 +114,7 @@ void add_features(Capabilities& c, const Options& options) {
   } else {
     add_exact(c, {Feature::kBall});
   }
-  add_approximated(c, Feature::kBallSpring, "explicit torque from the state at the step's start");
-  add_approximated(c, Feature::kTendonSpring, "explicit tension from the state at the step's start");
+  add_explicit_springs(c);
 }
 
 class BulletEngine final : public Adapter {

@@ -30,8 +30,7 @@ void add_features(Capabilities& c) {
                    "the surface of a polyhedron of 162 vertices, as triangles: within 0.9 % of the ellipsoid; refused "
                    "against meshes and ellipsoids");
   add_approximated(c, Feature::kHeightField, "a surface of triangles");
-  add_approximated(c, Feature::kBallSpring, "explicit torque from the state at the step's start");
-  add_approximated(c, Feature::kTendonSpring, "explicit tension from the state at the step's start");
+  add_explicit_springs(c);
   add_approximated(c, Feature::kTorsionalFriction, "left out: contacts do not resist spin about their normal");
   add_approximated(c, Feature::kRollingFriction, "left out: contacts do not resist rolling");
 }

@@ -51,8 +51,7 @@ void add_features(Capabilities& c, const Options& options) {
   using enum Feature;
   add_exact(c, {kSlide, kBall, kDryFriction, kConnect, kWeld, kBox, kCylinder});
   add_lent_mass(c, options.lent_share);
-  add_approximated(c, kBallSpring, "explicit torque from the state at the step's start");
-  add_approximated(c, kTendonSpring, "explicit tension from the state at the step's start");
+  add_explicit_springs(c);
   add_approximated(c, kHull, "as Havok's own hull of the same points");
   add_approximated(c, kEllipsoid, "a polyhedron of 162 vertices, within 1.3 % of the ellipsoid's size");
   add_approximated(c, kHeightField,

@@ -34,8 +34,7 @@ void add_features(Capabilities& c, const Options& options) {
   refuse(c, kCoupling,
          "Jolt's gears hold the absolute rates of two bodies, not the rates of their joints: remove the coupling or "
          "choose another engine");
-  add_approximated(c, kBallSpring, "explicit torque from the state at the step's start");
-  add_approximated(c, kTendonSpring, "explicit tension from the state at the step's start");
+  add_explicit_springs(c);
   add_lent_mass(c, options.lent_share);
   add_approximated(
       c, kHull,

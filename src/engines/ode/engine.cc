@@ -48,8 +48,7 @@ void add_features(Capabilities& c, const Options& options) {
   using enum Feature;
   add_exact(c, {kSlide, kBall, kBallLimit, kBallArmature, kDryFriction, kBallDryFriction, kConnect, kWeld, kBox,
                 kHeightField, kTorsionalFriction});
-  add_approximated(c, kBallSpring, "explicit torque from the state at the step's start");
-  add_approximated(c, kTendonSpring, "explicit tension from the state at the step's start");
+  add_explicit_springs(c);
   add_approximated(c, kRollingFriction, "a four-sided pyramid, as sliding friction");
   add_lent_mass(c, options.lent_share);
   if (!has_libccd()) return;

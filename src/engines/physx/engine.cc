@@ -216,8 +216,7 @@ class PhysxEngine final : public Adapter {
     add_approximated(c, Feature::kRollingFriction, "contacts do not resist rolling");
     add_approximated(c, Feature::kConnect, "a D6 joint between the bodies, by the constraint solver");
     add_approximated(c, Feature::kWeld, "a D6 joint between the bodies, by the constraint solver");
-    add_approximated(c, Feature::kBallSpring, "explicit torque from the state at the step's start");
-    add_approximated(c, Feature::kTendonSpring, "explicit tension from the state at the step's start");
+    add_explicit_springs(c);
   }
 
   // PhysX never lets a link of an articulation touch its parent.

@@ -149,8 +149,7 @@ class RapierEngine final : public Adapter {
     add_approximated(c, Feature::kHull, faces);
     if (multibody) add_exact(c, {Feature::kBallArmature});
     add_lent_mass(c, options.lent_share, multibody ? "link_share" : "lent_share");
-    add_approximated(c, Feature::kBallSpring, "explicit torque from the state at the step's start");
-    add_approximated(c, Feature::kTendonSpring, "explicit tension from the state at the step's start");
+    add_explicit_springs(c);
     add_approximated(c, Feature::kEllipsoid,
                      "a polyhedron of 1280 faces, its radius within 0.23 %, which rocks and rolls from face to face");
     add_approximated(c, Feature::kHeightField, "a surface of the same triangles, without sides and base");
