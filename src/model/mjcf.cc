@@ -13,6 +13,7 @@
 #include "base/paths.h"
 #include "model/adapt_spec.h"
 #include "model/capsules.h"
+#include "model/mesh_facts.h"
 #include "model/mujoco_messages.h"
 #include "model/start.h"
 #include "model/translation.h"
@@ -72,7 +73,7 @@ bool refuse_other_format(const std::string& root, LoadReport& report) {
 // with a buffer for its message, and `text` is what is parsed unless it is URDF.
 template <typename Parse>
 LoadReport load(const std::string& stem, const std::string& file, const std::string& text, const LoadOptions& options,
-                Parse parse) {
+                FileFacts* facts, Parse parse) {
   LoadReport report;
   if (text.find_first_not_of(" \t\r\n") == std::string::npos) {
     report.refuse("it is empty; an MJCF or URDF model is expected");
@@ -127,7 +128,8 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
                                      .compiled = compiled.get(),
                                      .drop_unsupported = options.drop_unsupported,
                                      .keyframe = options.keyframe,
-                                     .massless = urdf.massless});
+                                     .massless = urdf.massless,
+                                     .facts = facts});
   report.problems.insert(report.problems.end(), translated.problems.begin(), translated.problems.end());
   if (!translated.model) return report;
   report.model = std::move(translated.model);
@@ -146,6 +148,11 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
   if (!options.qpos.empty()) start_from(model, read_text(options.qpos), options.qpos);
   if (!ground.empty()) put_under(model, ground);
   if (options.ground == Ground::kNone) remove_planes(model);
+  if (facts != nullptr) {
+    facts->is_urdf = is_urdf;
+    facts->meshes = mesh_facts(model, spec.get(), compiled.get(), fs::path(file).parent_path().string(), urdf);
+    facts->without_effort = urdf.without_effort;
+  }
   model.hash = model_hash(model);
   return report;
 }
@@ -163,22 +170,23 @@ Model required(LoadReport report, const std::string& file) {
 
 }  // namespace
 
-LoadReport inspect_model(const std::string& path, const LoadOptions& options) {
+LoadReport inspect_model(const std::string& path, const LoadOptions& options, FileFacts* facts) {
   const std::optional<int> capsules = capsules_count(fs::path(path).stem().string());
   std::error_code error;
   LoadReport report;
   if (capsules && !fs::exists(path, error)) {
-    report = inspect_model_text(capsules_mjcf(*capsules), path, options);
+    report = inspect_model_text(capsules_mjcf(*capsules), path, options, facts);
   } else {
-    report = load(fs::path(path).stem().string(), path, read_text(path), options,
+    report = load(fs::path(path).stem().string(), path, read_text(path), options, facts,
                   [&](char* message, int size) { return mj_parseXML(path.c_str(), nullptr, message, size); });
   }
   if (report.model) report.model->source = path;
   return report;
 }
 
-LoadReport inspect_model_text(const std::string& xml, const std::string& name, const LoadOptions& options) {
-  return load(name, "", xml, options,
+LoadReport inspect_model_text(const std::string& xml, const std::string& name, const LoadOptions& options,
+                              FileFacts* facts) {
+  return load(name, "", xml, options, facts,
               [&](char* error, int size) { return mj_parseXMLString(xml.c_str(), nullptr, error, size); });
 }
 

@@ -123,10 +123,14 @@ class Translator {
   void note_open_constraints();
   void require_finite();
 
+  // ---- translate_facts.cc
+  void fill_lines(std::map<std::string, int>& lines) const;
+
   const mjModel* m_;
   bool drop_unsupported_;
   std::string keyframe_;
   std::set<std::string> massless_;
+  FileFacts* facts_;
   Model model_;
   std::vector<Problem> problems_;
 

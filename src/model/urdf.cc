@@ -566,7 +566,12 @@ class Reader {
     bool efforts = false;
     for (UrdfJoint& joint : joints_) {
       xml::XMLElement* limit = joint.element->FirstChildElement("limit");
-      if (joint.type != "fixed" && limit != nullptr && number_of(limit, "effort", 0) != 0) efforts = true;
+      const bool effort = limit != nullptr && number_of(limit, "effort", 0) != 0;
+      if (joint.type != "fixed" && effort) efforts = true;
+      const bool driven = joint.type == "revolute" || joint.type == "continuous" || joint.type == "prismatic";
+      if (driven && !effort && joint.element->FirstChildElement("mimic") == nullptr) {
+        result_.without_effort.push_back(joint.name);
+      }
       if (limit != nullptr && (joint.type == "continuous" || joint.type == "fixed" || joint.type == "floating")) {
         limit->DeleteAttribute("lower");
         limit->DeleteAttribute("upper");

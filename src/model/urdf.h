@@ -31,6 +31,7 @@ struct UrdfDocument {
   std::map<std::string, UrdfMesh> meshes;  // by the name of their <mesh> in `text`, without ending
   std::set<std::string> massless;          // bodies whose inertia is a placeholder
   std::vector<std::string> notes;
+  std::vector<std::string> without_effort;  // moving joints whose <limit> gives no effort
   std::vector<Problem> problems;
 
   bool refused() const;
