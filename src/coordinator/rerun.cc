@@ -90,13 +90,13 @@ CampaignSystem system_of(const Store& store, const std::string& name, const json
   const std::string file = facts.at("model");
   const std::string stem = fs::path(file).stem().string();
   const std::vector<std::string> known = system_names();
-  std::string name = "./" + file;
+  std::string found = "./" + file;
   if (std::ranges::find(known, stem) != known.end() || capsules_count(stem)) {
-    name = stem;
+    found = stem;
   } else if (file.starts_with("robots:")) {
-    name = file;
+    found = file;
   }
-  system.model_path = find_model(name);
+  system.model_path = find_model(found);
   if (const auto load = facts.find("load"); load != facts.end()) {
     system.load = {load->at("drop_unsupported"),
                    load->at("keyframe"),
