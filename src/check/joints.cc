@@ -41,8 +41,9 @@ void add_limits(const Model& model, const FileFacts& facts, std::vector<Finding>
     if (!ball.limited) unlimited.places.push_back({.element = label, .line = facts.line_of(label)});
   }
   unlimited.all = unlimited.places.size() == model.joints.size() + balls;
-  unlimited.advice = facts.is_urdf ? "type continuous; give type revolute and <limit> where the robot has stops"
-                                   : "give range where the robot has stops";
+  unlimited.advice = facts.is_urdf
+                         ? "continuous, or without lower < upper in <limit>: give both where the robot has stops"
+                         : "give range where the robot has stops";
   add(std::move(locked), out);
   add(std::move(unlimited), out);
 }
@@ -52,25 +53,18 @@ bool is_unbounded(const Actuator& actuator) {
 }
 
 void add_efforts(const Model& model, const FileFacts& facts, std::vector<Finding>& out) {
-  Finding finding = {.kind = "effort-missing", .title = "no effort limit", .advice = ""};
-  for (const std::string& joint : facts.without_effort) {
-    const std::string label = fmt::format("joint '{}'", joint);
-    if (std::ranges::find(model.joints, joint, &Joint::name) == model.joints.end()) continue;
-    finding.places.push_back({.element = label, .line = facts.line_of(label)});
-  }
-  finding.all = finding.places.size() == model.joints.size();
-  if (!finding.places.empty()) finding.advice = "give <limit effort=...>";
-  size_t actuators = 0;
+  Finding finding = {.kind = "effort-missing",
+                     .title = "no effort limit",
+                     .advice = facts.is_urdf ? "their motors have no bound: give <limit effort>"
+                                             : "their force has no bound: give forcerange"};
   for (const Actuator& actuator : model.actuators) {
     if (!is_unbounded(actuator)) continue;
-    const std::string label = fmt::format("actuator '{}'", actuator.name);
+    const std::string label = facts.is_urdf && actuator.terms.size() == 1
+                                  ? fmt::format("joint '{}'", model.joints[actuator.terms.front().joint].name)
+                                  : fmt::format("actuator '{}'", actuator.name);
     finding.places.push_back({.element = label, .line = facts.line_of(label)});
-    ++actuators;
   }
-  if (actuators > 0) {
-    finding.advice = "their force has no bound: give forcerange";
-    finding.all = actuators == model.actuators.size();
-  }
+  finding.all = finding.places.size() == model.actuators.size();
   add(std::move(finding), out);
 }
 

@@ -40,6 +40,7 @@ class Bounds {
  public:
   Bounds(const Model& model, const State& state) : model_(model), dynamics_(model) {
     inertia_ = dynamics_.mass_matrix(state);
+    find_coupled();
     basis_ = free_directions();
     const MatrixXd reduced = basis_.transpose() * inertia_ * basis_;
     // scaled to a unit diagonal, so that grams and kilograms are alike
@@ -135,12 +136,23 @@ class Bounds {
     return column;
   }
 
-  // Of one joint: with a force along `directions`, which may be scaled by a gear.
+  // Of one joint that others do not have to follow: with a force along `directions`, which may be scaled by a gear.
   double held_inertia(const MatrixXd& directions) const {
-    if ((directions.array() != 0).count() != 1) return 0;
+    if (directions.cols() != 1 || (directions.array() != 0).count() != 1) return 0;
     Eigen::Index row = 0;
     const double gear = directions.col(0).cwiseAbs().maxCoeff(&row);
-    return inertia_(row, row) / (gear * gear);
+    return coupled_[static_cast<size_t>(row)] ? 0 : inertia_(row, row) / (gear * gear);
+  }
+
+  void find_coupled() {
+    coupled_.assign(static_cast<size_t>(dynamics_.size()), false);
+    const auto mark = [&](int joint) {
+      coupled_[static_cast<size_t>(dynamics_.first_of(model_.joints[joint].body))] = true;
+    };
+    for (const Coupling& coupling : model_.couplings) {
+      mark(coupling.joint);
+      for (const JointTerm& term : coupling.terms) mark(term.joint);
+    }
   }
 
   // A basis of the velocities that couplings allow.
@@ -189,6 +201,7 @@ class Bounds {
   const Model& model_;
   Dynamics dynamics_;
   MatrixXd inertia_, basis_, whitened_;
+  std::vector<bool> coupled_;  // by generalized velocity
   bool singular_ = false;
 };
 

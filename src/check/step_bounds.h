@@ -21,7 +21,7 @@ namespace assay {
 struct ExplicitSpring {
   std::string element = {};  // "joint 'knee'", "tendon 'flexor'", "actuator 'knee_p'"
   double inertia = 0;        // kg m^2 (kg for slides), as it feels it while the other joints are free
-  double held_inertia = 0;   // the same while they are held; of a tendon or an actuator of several joints: not known, 0
+  double held_inertia = 0;   // the same while they are held; of several joints or a coupled one: not known, 0
   double stiffness = 0;      // F/u
   double damping = 0;        // F s/u
   double share = 0;          // of the mode that becomes unstable first, 0 to 1; all of StepBounds sum to 1

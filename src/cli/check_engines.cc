@@ -6,6 +6,7 @@
 #include <iterator>
 #include <map>
 #include <optional>
+#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
@@ -36,7 +37,12 @@ struct Element {
 
   explicit Element(const std::string& text) {
     const size_t opens = text.find(" '");
-    const size_t closes = opens == std::string::npos ? opens : text.find('\'', opens + 2);
+    size_t closes = opens == std::string::npos ? opens : text.find('\'', opens + 2);
+    // a pair has two names: "a' and 'b"
+    constexpr std::string_view kAnd = "' and '";
+    if (closes != std::string::npos && text.compare(closes, kAnd.size(), kAnd) == 0) {
+      closes = text.find('\'', closes + kAnd.size());
+    }
     if (closes == std::string::npos) {
       before = text;
       return;
@@ -50,13 +56,19 @@ struct Element {
 
 // "armature of all 22 joints", "limit of 2 joints ('knee', 'hip')".
 std::string elements_text(const Element& first, const std::vector<std::string>& names, const Model& model) {
-  constexpr size_t kMostNames = 6;
+  constexpr size_t kMostNames = 3;
   const size_t noun_begins = first.before.rfind(' ') + 1;  // 0 where there is one word
   const std::string noun = first.before.substr(noun_begins);
-  std::string text = first.after.empty() ? "" : first.after + " of ";
-  text += first.before.substr(0, noun_begins);
+  const bool pair = first.before == "contact of";
+  const bool sort_of_shape = first.after.starts_with('(');  // "geom 'foot' (box)"
+  std::string text = first.after.empty() || sort_of_shape ? "" : first.after + " of ";
+  if (!pair) text += first.before.substr(0, noun_begins);
   const bool all = noun == "joint" && names.size() == model.joints.size();
-  text += fmt::format("{}{} {}", all ? "all " : "", names.size(), noun == "body" ? "bodies" : noun + "s");
+  text += fmt::format("{}{} {}", all ? "all " : "", names.size(),
+                      pair             ? "contact pairs"
+                      : noun == "body" ? "bodies"
+                                       : noun + "s");
+  if (sort_of_shape) text += " " + first.after;
   if (all) return text;
   std::vector<std::string> shown;
   for (size_t i = 0; i < std::min(names.size(), kMostNames); ++i) shown.push_back(fmt::format("'{}'", names[i]));
@@ -113,9 +125,9 @@ std::string contenders_text(const std::vector<std::string>& contenders, const st
 
 // ---- elements -------------------------------------------------------------------------------------------------------
 
-constexpr const char *kHinges = "hinges", *kFree = "free bodies", *kLimits = "limits of joints",
-                     *kSprings = "springs and dampers of joints", *kArmature = "armature of joints",
-                     *kDryFriction = "dry friction of joints", *kContacts = "contact pairs", *kPlanes = "planes";
+constexpr const char *kHinges = "hinges", *kFree = "free bodies", *kLimits = "joint limits",
+                     *kSprings = "springs and dampers", *kArmature = "armature", *kDryFriction = "dry friction",
+                     *kContacts = "contact pairs", *kPlanes = "planes";
 
 std::string contact_label(const Model& model, const ContactPair& pair) {
   return fmt::format("contact of '{}' and '{}'", model.shapes[pair.shape_a].name, model.shapes[pair.shape_b].name);
@@ -146,11 +158,7 @@ class Index {
       if (element == kPlanes) return of_sort(kPlanes);
       return has_word(element, {"contact", "friction"}) ? of_sort(kContacts) : std::vector<size_t>();
     }
-    if (parts.before == "contact of") {
-      size_t end = 0;  // behind the second name
-      for (int quote = 0; quote < 4 && end != std::string::npos; ++quote) end = element.find('\'', end) + 1;
-      return with_label(element.substr(0, end));
-    }
+    if (parts.before == "contact of") return with_label(fmt::format("contact of '{}'", parts.name));
     const std::string respect = parts.before + " " + parts.after;
     const char* sort = has_word(respect, {"range", "limit"})                   ? kLimits
                        : has_word(respect, {"stiffness", "damping", "spring"}) ? kSprings
@@ -364,6 +372,14 @@ std::map<std::string, std::vector<std::string>> contenders_of_engines(const std:
   return of_engine;
 }
 
+// The same for a table, where print_statements() has the names.
+std::string brief(const std::vector<std::string>& contenders, const std::vector<std::string>& of_engine) {
+  constexpr size_t kMost = 3;
+  const std::string text = contenders_text(contenders, of_engine);
+  if (contenders.size() <= kMost || text.starts_with("all ")) return text;
+  return fmt::format("{} and {} more", contenders.front(), contenders.size() - 1);
+}
+
 }  // namespace
 
 void print_verdicts(const std::vector<Verdict>& verdicts) {
@@ -372,8 +388,7 @@ void print_verdicts(const std::vector<Verdict>& verdicts) {
   rows.reserve(verdicts.size());
   for (const Verdict& verdict : verdicts) {
     rows.push_back({verdict.engine, status(fidelity_text(verdict.worst())), verdict.count(Fidelity::kRefused),
-                    verdict.count(Fidelity::kApproximated),
-                    contenders_text(verdict.contenders, of_engine.at(verdict.engine))});
+                    verdict.count(Fidelity::kApproximated), brief(verdict.contenders, of_engine.at(verdict.engine))});
   }
   print("\n" + table({"engine", "verdict", "refused", "approximated", "contenders"}, rows, {2, 3}));
 }
@@ -384,6 +399,7 @@ void print_elements(const std::vector<Verdict>& verdicts, const std::vector<Mode
   std::ranges::copy_if(verdicts, std::back_inserter(counted_ones), [](const Verdict& v) { return !v.as_a_whole; });
   const auto of_engine = contenders_of_engines(counted_ones);
   std::vector<std::vector<std::string>> rows;
+  bool partly = false;
   for (const AlikeElements& group : alike_elements(counted_ones, elements)) {
     size_t exact = 0;
     std::map<Fidelity, std::vector<std::string>> engines;
@@ -395,8 +411,8 @@ void print_elements(const std::vector<Verdict>& verdicts, const std::vector<Mode
       if (counts[Fidelity::kExact] > 0) ++exact;
       for (const auto& [fidelity, count] : counts) {
         if (count == 0) continue;
-        engines[fidelity].push_back(
-            count == contenders.size() ? engine : fmt::format("{} ({} of {})", engine, count, contenders.size()));
+        engines[fidelity].push_back(count == contenders.size() ? engine : engine + "*");
+        if (fidelity != Fidelity::kExact && count != contenders.size()) partly = true;
       }
     }
     const bool by_all = engines[Fidelity::kApproximated].empty() && engines[Fidelity::kRefused].empty();
@@ -405,6 +421,7 @@ void print_elements(const std::vector<Verdict>& verdicts, const std::vector<Mode
                     join(engines[Fidelity::kApproximated], ", "), join(engines[Fidelity::kRefused], ", ")});
   }
   print("\n" + table({"elements", "number", "lines", "exact", "approximated by", "refused by"}, rows, {1, 2, 3}));
+  if (partly) print(paragraph("* by some of its contenders"));
 }
 
 void print_statements(const std::vector<Verdict>& verdicts, const Model& model) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include <fmt/format.h>
 
@@ -11,8 +12,9 @@
 namespace assay::cli {
 namespace {
 
-constexpr size_t kMostPlaces = 5;
+constexpr size_t kMostPlaces = 3;
 constexpr size_t kMostSprings = 5;
+constexpr double kOfInterest = 0.02;  // s; nobody steps a robot with more
 
 // ---- JSON -----------------------------------------------------------------------------------------------------------
 
@@ -45,39 +47,41 @@ Json bound_json(const StepBound& bound, const FileFacts& facts) {
 
 // ---- for people -----------------------------------------------------------------------------------------------------
 
-std::string place_text(const Place& place) {
-  std::string text = place.element;
+// "geom 'foot'" without "geom ", which stands before all of them.
+std::string place_text(const Place& place, const std::string& noun) {
+  std::string text = noun.empty() ? place.element : place.element.substr(noun.size() + 1);
   if (place.line > 0) text += fmt::format(" (line {})", place.line);
   if (!place.text.empty()) text += " " + place.text;
   return text;
 }
 
-// "5 joints", "all 22 joints": the noun of elements that are all of one sort.
-std::string count_text(const Finding& finding) {
+// The noun before the names of all places, "joint"; empty where they differ.
+std::string common_noun(const Finding& finding) {
   const std::string& first = finding.places.front().element;
   std::string noun = first.substr(0, first.find(" '"));
   const bool same =
       std::ranges::all_of(finding.places, [&](const Place& place) { return place.element.starts_with(noun + " '"); });
-  if (!same) noun = "element";
-  if (noun == "geoms") noun = "pair";
-  return fmt::format("{}{} {}", finding.all ? "all " : "", finding.places.size(),
-                     noun == "body"   ? "bodies"
-                     : noun == "mesh" ? "meshes"
-                                      : noun + "s");
+  return same ? noun : "";
+}
+
+std::string plural(const std::string& noun) {
+  if (noun == "geoms") return "pairs";
+  if (noun == "body") return "bodies";
+  return noun + (noun.ends_with("h") ? "es" : "s");
 }
 
 void print_finding(const Finding& finding) {
   std::string text = fmt::format("  {}: ", finding.title);
   const size_t count = finding.places.size();
+  const std::string noun = count > 1 ? common_noun(finding) : "";
   const bool plain = std::ranges::all_of(finding.places, [](const Place& place) { return place.text.empty(); });
-  if (finding.all && plain && count > 1) {
-    text += count_text(finding);
-  } else {
+  if (!noun.empty()) text += fmt::format("{}{} {}", finding.all && count > 1 ? "all " : "", count, plural(noun));
+  if (!finding.all || !plain || noun.empty()) {
     std::vector<std::string> shown;
-    for (size_t i = 0; i < std::min(count, kMostPlaces); ++i) shown.push_back(place_text(finding.places[i]));
-    if (count > kMostPlaces) text += count_text(finding) + ": ";
+    for (size_t i = 0; i < std::min(count, kMostPlaces); ++i) shown.push_back(place_text(finding.places[i], noun));
+    if (count > kMostPlaces) shown.push_back(fmt::format("{} more", count - kMostPlaces));
+    if (!noun.empty()) text += ", ";
     text += join(shown, ", ");
-    if (count > kMostPlaces) text += fmt::format(" and {} more", count - kMostPlaces);
   }
   if (!finding.advice.empty()) text += "; " + finding.advice;
   print(paragraph(text, 4));
@@ -85,26 +89,40 @@ void print_finding(const Finding& finding) {
 
 std::string step_text(double seconds) { return std::isfinite(seconds) ? quantity_text(seconds, "s") : ""; }
 
-void print_bound(const std::string& what, const StepBound& bound, const FileFacts& facts) {
+std::string bound_text(const StepBound& bound) {
   const ExplicitSpring* critical = bound.critical();
-  if (critical == nullptr) return;
-  std::string text = fmt::format("  {}: {}", what, step_text(bound.largest));
-  if (bound.springs.size() > 1) text += fmt::format(" for all {} together", bound.springs.size());
-  text += fmt::format("; {} is the stiffest", critical->element);
-  if (bound.frequency > 0)
-    text += fmt::format("; fastest oscillation {}", quantity_text(bound.frequency / 1000, "kHz"));
-  print(paragraph(text, 4));
+  std::string text = step_text(bound.largest);
+  if (bound.springs.size() > 1) {
+    text += fmt::format(" for all {} together, {} the stiffest", bound.springs.size(), critical->element);
+  } else {
+    text += fmt::format(" ({})", critical->element);
+  }
+  if (bound.frequency > 0) text += fmt::format("; fastest mode {}", quantity_text(bound.frequency / 1000, "kHz"));
+  return text;
+}
+
+// The springs and dampers that stand the least, each alone.
+void print_springs(const StepBound& bound, const FileFacts& facts) {
   std::vector<std::vector<std::string>> rows;
   for (size_t i = 0; i < std::min(bound.springs.size(), kMostSprings); ++i) {
     const ExplicitSpring& spring = bound.springs[i];
     const int line = facts.line_of(spring.element);
-    rows.push_back({"    " + spring.element, line > 0 ? std::to_string(line) : "",
-                    fmt::format("{:.3g}", spring.inertia), step_text(spring.damper_step()),
-                    step_text(spring.spring_step()), step_text(spring.held_damper_step())});
+    rows.push_back({spring.element, line > 0 ? std::to_string(line) : "", fmt::format("{:.3g}", spring.inertia),
+                    step_text(spring.damper_step()), step_text(spring.spring_step()),
+                    step_text(spring.held_damper_step())});
   }
-  print(table({"    alone", "line", "I", "2 I/B", "2/omega", "2 I/B, others held"}, rows, {1, 2, 3, 4, 5}));
+  std::vector<std::string> headings = {"each alone", "line", "I", "2I/B", "2/omega", "2I/B held"};
+  for (size_t column = headings.size(); column-- > 1;) {
+    if (std::ranges::any_of(rows, [&](const auto& row) { return !row[column].empty(); })) continue;
+    const auto at = static_cast<std::ptrdiff_t>(column);
+    headings.erase(headings.begin() + at);
+    for (auto& row : rows) row.erase(row.begin() + at);
+  }
+  std::vector<size_t> right(headings.size() - 1);
+  std::iota(right.begin(), right.end(), 1);
+  print("\n" + table(headings, rows, right));
   if (bound.springs.size() > kMostSprings) {
-    print(fmt::format("    and {} more that stand larger timesteps\n", bound.springs.size() - kMostSprings));
+    print(paragraph(fmt::format("and {} that stand larger timesteps", bound.springs.size() - kMostSprings)));
   }
 }
 
@@ -156,16 +174,19 @@ void print_findings(const std::vector<Finding>& findings, const std::vector<Prob
 }
 
 void print_bounds(const StepBounds& bounds, const FileFacts& facts) {
+  const bool springs = std::isfinite(bounds.joints.largest);
   if (bounds.singular || !std::isfinite(bounds.with_feedback.largest)) return;
-  print("\n" + heading("largest stable timestep of explicit springs and dampers, at the start pose") + "\n");
-  print_bound("springs and dampers", bounds.joints, facts);
-  if (!bounds.has_feedback) return;
   constexpr double kAlike = 1e-3;
-  if (bounds.with_feedback.largest > (1 - kAlike) * bounds.joints.largest) {
-    print("  the actuators' feedback does not lower it\n");
-  } else {
-    print_bound("with the actuators' feedback", bounds.with_feedback, facts);
+  const bool lower = bounds.has_feedback && bounds.with_feedback.largest < (1 - kAlike) * bounds.joints.largest;
+  print("\n" + heading("largest explicit timestep") + "\n");
+  if (springs) print(paragraph("  springs and dampers, at the start pose: " + bound_text(bounds.joints), 4));
+  if (lower) {
+    print(paragraph("  with the actuators' feedback: " + bound_text(bounds.with_feedback), 4));
+  } else if (bounds.has_feedback) {
+    print(paragraph("  the actuators' feedback does not lower it", 4));
   }
+  const StepBound& least = lower ? bounds.with_feedback : bounds.joints;
+  if (least.largest < kOfInterest) print_springs(least, facts);
 }
 
 void print_notes(const Model& model, const std::vector<Problem>& left_out) {

@@ -26,7 +26,6 @@ struct FileFacts {
   // 'knee'". What an included file holds or the loader made up is missing.
   std::map<std::string, int> lines;
   std::vector<MeshFacts> meshes;
-  std::vector<std::string> without_effort;  // URDF: moving joints whose <limit> gives no effort
 
   // Of an element as limitations name it, "joint 'knee' armature"; 0 when it is not known.
   int line_of(const std::string& element) const;

@@ -14,6 +14,7 @@
 #include "model/adapt_spec.h"
 #include "model/capsules.h"
 #include "model/mesh_facts.h"
+#include "model/mjcf_document.h"
 #include "model/mujoco_messages.h"
 #include "model/start.h"
 #include "model/translation.h"
@@ -44,17 +45,6 @@ std::string read_text(const std::string& path) {
   return text;
 }
 
-// URDF elements that MuJoCo's parser ignores.
-void note_urdf(const std::string& text, Model& model) {
-  for (const auto& [needle, what] :
-       {std::pair{"velocity=", "velocity limits"}, std::pair{"<transmission", "transmissions"},
-        std::pair{"<gazebo", "gazebo extensions"}}) {
-    if (text.find(needle) != std::string::npos) {
-      model.notes.push_back(fmt::format("{} of the URDF file are left out: MuJoCo's parser does not read them", what));
-    }
-  }
-}
-
 // Formats that people have beside MJCF and URDF, by their root element.
 bool refuse_other_format(const std::string& root, LoadReport& report) {
   static const std::map<std::string, std::string> kOthers = {
@@ -67,6 +57,16 @@ bool refuse_other_format(const std::string& root, LoadReport& report) {
   if (found == kOthers.end()) return false;
   report.refuse(fmt::format("it is not MJCF or URDF but {}", found->second));
   return true;
+}
+
+// MuJoCo's parser keeps no lines of a URDF document. A shape gets its link's.
+void add_urdf_lines(const Model& model, const UrdfDocument& urdf, std::map<std::string, int>& lines) {
+  lines = urdf.lines;
+  for (const Shape& shape : model.shapes) {
+    if (shape.body == kWorld) continue;
+    const auto link = lines.find(fmt::format("body '{}'", model.bodies[shape.body].name));
+    if (link != lines.end()) lines.emplace(fmt::format("geom '{}'", shape.name), link->second);
+  }
 }
 
 // A document on its way to the Model: `file` is where relative names count from, `parse` calls one of MuJoCo's parsers
@@ -95,7 +95,7 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
   const SpecPtr spec(is_urdf ? mj_parseXMLString(urdf.text.c_str(), nullptr, error.data(), error_size)
                              : parse(error.data(), error_size));
   if (spec == nullptr) {
-    report.refuse(fmt::format("MuJoCo cannot parse it: {}", one_line(error.data())));
+    report.refuse(fmt::format("MuJoCo cannot parse it: {}", one_line(error.data())), mend_of(error.data()));
     return report;
   }
   for (const std::string& warning : MessageGuard::warnings()) {
@@ -108,6 +108,7 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
   std::vector<std::string> notes = urdf.notes;
   if (is_urdf) {
     give_vertices(spec.get(), urdf.meshes);
+    add_motors(spec.get(), urdf.driven);
   } else {
     const std::string folder = fs::path(file).parent_path().string();
     leave_out_pictures(spec.get(), folder, report, notes);
@@ -118,10 +119,12 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
 
   // static bodies are fused here, where shapes keep their lines and names
   spec->compiler.fusestatic = false;
-  spec->compiler.usethread = true;
   const CompiledPtr compiled(mj_compile(spec.get(), nullptr));
   if (compiled == nullptr) {
-    report.refuse(fmt::format("MuJoCo cannot compile it: {}", one_line(mjs_getError(spec.get()))));
+    if (!is_urdf) report.problems = mjcf_faults(text, file);
+    if (report.refused()) return report;
+    const char* message = mjs_getError(spec.get());
+    report.refuse(fmt::format("MuJoCo cannot compile it: {}", one_line(message)), mend_of(message));
     return report;
   }
   LoadReport translated = translate({.spec = spec.get(),
@@ -144,14 +147,13 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
     notes.push_back(fmt::format("MuJoCo warns: {}", one_line(warning)));
   }
   model.notes.insert(model.notes.end(), notes.begin(), notes.end());
-  if (is_urdf) note_urdf(text, model);
   if (!options.qpos.empty()) start_from(model, read_text(options.qpos), options.qpos);
   if (!ground.empty()) put_under(model, ground);
   if (options.ground == Ground::kNone) remove_planes(model);
   if (facts != nullptr) {
     facts->is_urdf = is_urdf;
     facts->meshes = mesh_facts(model, spec.get(), compiled.get(), fs::path(file).parent_path().string(), urdf);
-    facts->without_effort = urdf.without_effort;
+    if (is_urdf) add_urdf_lines(model, urdf, facts->lines);
   }
   model.hash = model_hash(model);
   return report;

@@ -68,7 +68,7 @@ constexpr const char* kFinger =
     <geom fromto="0 0 0 0 0 .05" mass=".03"/>
     <body pos="0 0 .05" euler="0 .4 0"><joint name="middle" axis="0 1 0" damping="0.004" stiffness="0.4"/>
       <geom fromto="0 0 0 0 0 .03" mass=".01"/>
-      <body pos="0 0 .03" euler="0 .7 .3"><joint name="tip" axis="0 1 0" damping="0.002" stiffness="0.8" armature="1e-7"/>
+      <body pos="0 0 .03" euler="0 .7 .3"><joint name="tip" axis="0 1 0" damping="0.002" stiffness="0.8"/>
         <geom fromto="0 0 0 0 0 .02" mass=".005"/></body></body></body></worldbody></mujoco>)";
 
 class StepBounds : public testing::TestWithParam<const char*> {};
