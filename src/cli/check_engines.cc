@@ -398,7 +398,8 @@ void print_elements(const std::vector<Verdict>& verdicts, const std::vector<Mode
   std::vector<Verdict> counted_ones;
   std::ranges::copy_if(verdicts, std::back_inserter(counted_ones), [](const Verdict& v) { return !v.as_a_whole; });
   const auto of_engine = contenders_of_engines(counted_ones);
-  std::vector<std::vector<std::string>> rows;
+  std::vector<AlikeElements> shown;
+  std::map<std::vector<std::string>, size_t> row_of;
   bool partly = false;
   for (const AlikeElements& group : alike_elements(counted_ones, elements)) {
     size_t exact = 0;
@@ -416,9 +417,23 @@ void print_elements(const std::vector<Verdict>& verdicts, const std::vector<Mode
       }
     }
     const bool by_all = engines[Fidelity::kApproximated].empty() && engines[Fidelity::kRefused].empty();
-    rows.push_back({group.sort, std::to_string(group.elements.size()), lines_text(group, elements, facts),
-                    by_all ? "all" : fmt::format("{} of {}", exact, of_engine.size()),
-                    join(engines[Fidelity::kApproximated], ", "), join(engines[Fidelity::kRefused], ", ")});
+    const std::string exactly = by_all ? "all" : fmt::format("{} of {}", exact, of_engine.size());
+    std::vector<std::string> treatment = {group.sort, exactly, join(engines[Fidelity::kApproximated], ", "),
+                                          join(engines[Fidelity::kRefused], ", ")};
+    // groups whose difference lies within "some of its contenders" are one row
+    const auto [found, fresh] = row_of.try_emplace(std::move(treatment), shown.size());
+    if (fresh) shown.push_back({group.sort, {}});
+    auto& members = shown[found->second].elements;
+    members.insert(members.end(), group.elements.begin(), group.elements.end());
+  }
+  std::vector<std::vector<std::string>> rows(shown.size());
+  for (const auto& [treatment, row] : row_of) {
+    rows[row] = {treatment[0],
+                 std::to_string(shown[row].elements.size()),
+                 lines_text(shown[row], elements, facts),
+                 treatment[1],
+                 treatment[2],
+                 treatment[3]};
   }
   print("\n" + table({"elements", "number", "lines", "exact", "approximated by", "refused by"}, rows, {1, 2, 3}));
   if (partly) print(paragraph("* by some of its contenders"));
