@@ -62,7 +62,7 @@ class Bounds {
     MatrixXd K = MatrixXd::Zero(n, n), D = MatrixXd::Zero(n, n);
     std::vector<MatrixXd> seen;  // the elements' directions in those velocities
     for (Element& element : elements) {
-      seen.push_back(whitened_.transpose() * element.directions);
+      seen.emplace_back(whitened_.transpose() * element.directions);
       const MatrixXd outer = seen.back() * seen.back().transpose();
       K += element.spring.stiffness * outer;
       D += element.spring.damping * outer;

@@ -64,10 +64,9 @@ std::string elements_text(const Element& first, const std::vector<std::string>& 
   std::string text = first.after.empty() || sort_of_shape ? "" : first.after + " of ";
   if (!pair) text += first.before.substr(0, noun_begins);
   const bool all = noun == "joint" && names.size() == model.joints.size();
-  text += fmt::format("{}{} {}", all ? "all " : "", names.size(),
-                      pair             ? "contact pairs"
-                      : noun == "body" ? "bodies"
-                                       : noun + "s");
+  std::string nouns = noun == "body" ? "bodies" : noun + "s";
+  if (pair) nouns = "contact pairs";
+  text += fmt::format("{}{} {}", all ? "all " : "", names.size(), nouns);
   if (sort_of_shape) text += " " + first.after;
   if (all) return text;
   std::vector<std::string> shown;
@@ -144,6 +143,15 @@ bool has_word(const std::string& text, std::initializer_list<const char*> words)
   return std::ranges::any_of(words, [&](const char* word) { return text.find(word) != std::string::npos; });
 }
 
+// "range" of a joint: which of its sorts a word of an adapter is about; empty for the joint itself.
+std::string sort_of(const std::string& respect) {
+  if (has_word(respect, {"range", "limit"})) return kLimits;
+  if (has_word(respect, {"stiffness", "damping", "spring"})) return kSprings;
+  if (has_word(respect, {"armature"})) return kArmature;
+  if (has_word(respect, {"dry friction"})) return kDryFriction;
+  return "";
+}
+
 // Elements by label, to find those that a limitation of an adapter is about.
 class Index {
  public:
@@ -160,11 +168,7 @@ class Index {
     }
     if (parts.before == "contact of") return with_label(fmt::format("contact of '{}'", parts.name));
     const std::string respect = parts.before + " " + parts.after;
-    const char* sort = has_word(respect, {"range", "limit"})                   ? kLimits
-                       : has_word(respect, {"stiffness", "damping", "spring"}) ? kSprings
-                       : has_word(respect, {"armature"})                       ? kArmature
-                       : has_word(respect, {"dry friction"})                   ? kDryFriction
-                                                                               : "";
+    const std::string sort = sort_of(respect);
     std::vector<size_t> all = with_label(label_of(element)), found;
     std::ranges::copy_if(all, std::back_inserter(found), [&](size_t e) { return elements_[e].sort == sort; });
     // else a limitation of the element itself
@@ -195,8 +199,9 @@ size_t apply_features(const Capabilities& capabilities, const std::vector<ModelE
   std::vector<Fidelity> treatment = of_element;
   size_t count = 0;
   for (size_t e = 0; e < elements.size(); ++e) {
-    if (!elements[e].feature) continue;
-    const FeatureSupport* support = capabilities.support(*elements[e].feature);
+    const std::optional<Feature> feature = elements[e].feature;
+    if (!feature) continue;
+    const FeatureSupport* support = capabilities.support(*feature);
     treatment[e] = support == nullptr ? Fidelity::kRefused : support->fidelity;
     if (treatment[e] == Fidelity::kExact) continue;
     if (count == limitations.size() || !limitations[count].element.starts_with(elements[e].label)) return 0;
@@ -218,6 +223,7 @@ std::vector<AlikeElements> alike_elements(const std::vector<Verdict>& verdicts,
   std::map<std::pair<std::string, std::vector<Fidelity>>, size_t> group_of;
   for (size_t e = 0; e < elements.size(); ++e) {
     std::vector<Fidelity> treatment;
+    treatment.reserve(verdicts.size());
     for (const Verdict& verdict : verdicts) treatment.push_back(verdict.of_element[e]);
     const auto [found, fresh] = group_of.try_emplace({elements[e].sort, std::move(treatment)}, groups.size());
     if (fresh) groups.push_back({elements[e].sort, {}});
@@ -375,7 +381,7 @@ std::map<std::string, std::vector<std::string>> contenders_of_engines(const std:
 // The same for a table, where print_statements() has the names.
 std::string brief(const std::vector<std::string>& contenders, const std::vector<std::string>& of_engine) {
   constexpr size_t kMost = 3;
-  const std::string text = contenders_text(contenders, of_engine);
+  std::string text = contenders_text(contenders, of_engine);
   if (contenders.size() <= kMost || text.starts_with("all ")) return text;
   return fmt::format("{} and {} more", contenders.front(), contenders.size() - 1);
 }
