@@ -9,12 +9,45 @@
 namespace assay::bullet {
 namespace {
 
+// btMatrix3x3::solve33, which solves for the implicit gyroscopic torque, gives 0 where the determinant is not above
+// SIMD_EPSILON: bodies with a product of principal moments near it get no torque.
+constexpr btScalar kLeastDeterminant = 8 * SIMD_EPSILON;
+
+// The torque's change of the angular velocity does not depend on the scale of the inertia. So Bullet computes it for a
+// twin of the light body, as heavy as its solution needs, and the body gets it as a torque.
+class LightBody {
+ public:
+  explicit LightBody(btRigidBody& body)
+      : body_(body),
+        inertia_(body.getLocalInertia()),
+        twin_(1, nullptr, nullptr, inertia_ / inertia_[inertia_.maxAxis()]) {}
+
+  static bool is_light(const btVector3& inertia) { return inertia.x() * inertia.y() * inertia.z() < kLeastDeterminant; }
+
+  void apply_gyroscopic_torque(btScalar timestep, int mode) {
+    const btTransform& X_WI = body_.getWorldTransform();
+    twin_.setWorldTransform(X_WI);
+    twin_.setAngularVelocity(body_.getAngularVelocity());
+    const btVector3 gained = mode == BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_WORLD
+                                 ? twin_.computeGyroscopicImpulseImplicit_World(timestep)
+                                 : twin_.computeGyroscopicImpulseImplicit_Body(timestep);
+    const btVector3 gained_I = X_WI.getBasis().transpose() * gained;
+    body_.applyTorque(X_WI.getBasis() * (gained_I * inertia_) / timestep);
+  }
+
+ private:
+  btRigidBody& body_;
+  btVector3 inertia_;
+  btRigidBody twin_;
+};
+
 class RigidSimulation final : public BulletSimulation {
  public:
   // `state` is one of `lent.model`.
   RigidSimulation(Lent lent, const State& state, const Options& options)
       : BulletSimulation(lent.model, state, options), lent_(std::move(lent)) {
     make_bodies();
+    make_light_bodies();
     ground_ = std::make_unique<btRigidBody>(real(0), nullptr, nullptr);
     constraints_.reserve(model_.joints.size() + model_.balls.size());
     for (const Joint& joint : model_.joints) {
@@ -55,6 +88,24 @@ class RigidSimulation final : public BulletSimulation {
       }
       bodies_.push_back(std::move(body));
     }
+  }
+
+  void make_light_bodies() {
+    if (options_.gyroscopic != BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_BODY &&
+        options_.gyroscopic != BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_WORLD) {
+      return;
+    }
+    for (const auto& body : bodies_) {
+      if (!LightBody::is_light(body->getLocalInertia())) continue;
+      body->setFlags(0);
+      light_.push_back(std::make_unique<LightBody>(*body));
+    }
+    if (light_.empty()) return;
+    const auto at_start_of_step = [](btDynamicsWorld* world, btScalar timestep) {
+      const auto* self = static_cast<RigidSimulation*>(world->getWorldUserInfo());
+      for (const auto& body : self->light_) body->apply_gyroscopic_torque(timestep, self->options_.gyroscopic);
+    };
+    world().setInternalTickCallback(at_start_of_step, this, true);
   }
 
   // A joint's two bodies and its frame in each; both frames are the same at the reference configuration.
@@ -199,7 +250,8 @@ class RigidSimulation final : public BulletSimulation {
 
   btSphereShape no_shape_{real(1e-3)};  // Bullet wants a shape of every body; this one touches nothing
   std::vector<std::unique_ptr<btRigidBody>> bodies_;
-  std::unique_ptr<btRigidBody> ground_;                          // the fixed world as the joints of roots see it
+  std::vector<std::unique_ptr<LightBody>> light_;  // bodies whose gyroscopic torque Bullet itself leaves out
+  std::unique_ptr<btRigidBody> ground_;            // the fixed world as the joints of roots see it
   std::vector<std::unique_ptr<btTypedConstraint>> constraints_;  // of Model::joints, then of Model::balls
   Lent lent_;
 };
