@@ -21,6 +21,7 @@
 #include "results/results.h"
 #include "search/programme.h"
 #include "search/search.h"
+#include "search/stance.h"
 #include "store/store.h"
 
 namespace assay::cli {
@@ -53,6 +54,7 @@ std::vector<std::string> model_lines(const LoadOptions& load, const std::string&
   if (!load.keyframe.empty()) lines.push_back("keyframe = " + toml_text(load.keyframe));
   if (!load.qpos.empty()) lines.push_back("qpos = " + toml_text(relative_path(load.qpos, dir)));
   std::vector<std::string> packages;
+  packages.reserve(load.packages.size());
   for (const auto& [name, folder] : load.packages) {
     packages.push_back(toml_text(name) + " = " + toml_text(relative_path(folder, dir)));
   }
@@ -96,10 +98,9 @@ void write_programme(const std::string& dir, const Programme& programme) {
 std::vector<std::string> errors_of(const Campaign& campaign) {
   std::vector<std::string> values;
   for (const CampaignSystem& system : campaign.systems) {
-    const char* value = system.has(Measure::kTruth)         ? "truth_error"
-                        : system.has(Measure::kConsistency) ? "consistency"
-                                                            : nullptr;
-    if (value != nullptr && std::ranges::find(values, value) == values.end()) values.emplace_back(value);
+    if (!system.has(Measure::kTruth) && !system.has(Measure::kConsistency)) continue;
+    const char* const value = system.has(Measure::kTruth) ? "truth_error" : "consistency";
+    if (std::ranges::find(values, value) == values.end()) values.emplace_back(value);
   }
   return values;
 }
@@ -156,6 +157,10 @@ std::vector<LimitOptions> goals_of(const LimitOptions& options) {
 
 std::optional<Recommendation> answer_to(const LimitOptions& goal, const SystemAnswers& answers, Question& question,
                                         std::string& why) {
+  if (answers.mains.empty()) {
+    why = answers.points.empty() ? "nothing was measured" : "no contender's run ended well";
+    return std::nullopt;
+  }
   try {
     question = question_of(goal, answers);
   } catch (const InputError& error) {
@@ -189,7 +194,7 @@ void print_goals(const std::vector<LimitOptions>& goals, const SystemAnswers& an
       rows.push_back({goal.error.value_or(""), "none yet", "", "", ""});
       continue;
     }
-    const Candidate& best = answers.candidates[*found->best];
+    const Candidate& best = answers.candidates[found->contenders.front()];
     const Point& point = answers.at(best);
     rows.push_back({goal.error.value_or(""), point.contender, timestep_label(point.timestep_ms) + " ms",
                     realtime_text(best.speed.factor.value), names_text(answers, found->alike)});
@@ -313,7 +318,7 @@ int search_and_answer(const RunRequest& request, const Campaign& campaign, const
     }
   }
   std::optional<std::string> best;
-  if (found) best = answers.at(answers.candidates[*found->best]).contender;
+  if (found) best = answers.at(answers.candidates[found->contenders.front()]).contender;
 
   print("\n" + heading("How sure this is") + ":\n");
   print(paragraph(fmt::format("  {} of {} cells were measured in {}, {} of processor time", done.measured, done.cells,
@@ -367,10 +372,10 @@ int run_robot(const RobotRequest& request) {
   RunRequest run = request.run;
   if (run.out.empty()) run.out = default_out(run.campaign);
   const std::string file = find_model(run.campaign);
-  const LoadOptions how = load_options(request.model);
-  const Model model = load_model(file, how);
+  const auto [how, model, notes] = stand(file, load_options(request.model));
   ProgrammeOptions options;
   options.model_lines = model_lines(how, run.out);
+  options.notes = notes;
   const std::vector<std::string> ours = system_names();
   const bool by_name = std::ranges::find(ours, run.campaign) != ours.end();
   options.model = by_name || run.campaign.starts_with("robots:") ? run.campaign : relative_path(file, run.out);
@@ -402,6 +407,7 @@ int run_robot(const RobotRequest& request) {
   for (const LimitOptions& goal : goals_of(limits)) limits_of(campaign, goal);  // their errors come before all else
   for (const std::string& note : model.notes) print(paragraph("note: " + note, 2));
   print(paragraph("programme: " + toml, 2));
+  for (const std::string& decided : options.notes) print(paragraph("  " + decided, 4));
   for (const std::string& system : programme.systems) print(paragraph("  " + system, 4));
   print("\n");
   flush_output();
