@@ -132,7 +132,7 @@ Verdict spinning_bodies(const Subject& subject) {
       add_free_body(made.model, fmt::format("body_{}", i),
                     principal_solid(mass, 0.3 * size * draw.direction(), moments, draw.rotation()),
                     {Vec3(3.0 * i, 0, 0), draw.rotation()});
-      spins.push_back(draw.scale(10, 40) * draw.direction());
+      spins.emplace_back(draw.scale(10, 40) * draw.direction());
       made.turns.push_back(spins.back().norm() * kDuration);
       made.names.push_back(
           fmt::format("body of {:.2g} kg and {:.2g} m at {:.0f} rad/s", mass, size, spins.back().norm()));
@@ -255,7 +255,8 @@ Verdict inelastic_impact(const Subject& subject) {
     const int plane = add_shape(model, ShapeType::kPlane, kWorld);
     for (int i = 0; i < kPhases; ++i) {
       const double gap = kSpeed * timestep * (1.5 + static_cast<double>(i) / kPhases);
-      add_contact(model, plane, add_ball(model, 1, kRadius, {0.5 * (i % 10), 0.5 * (i / 10), kRadius + gap}, 1), 1);
+      const int row = i / 10, column = i % 10;
+      add_contact(model, plane, add_ball(model, 1, kRadius, {0.5 * column, 0.5 * row, kRadius + gap}, 1), 1);
     }
     model = finished(std::move(model));
     State start = model.initial;

@@ -51,12 +51,6 @@ std::vector<Deviation> rigid_deviations(const Options& options) {
       {"random-massless-trees", trees, few ? lent + ", and few iterations solve their joints" : lent},
       {"box-slides", few ? 0.039 : 0.018, slides},
       {"hull-slides", 0.057, slides}};
-  if (imprecise) {
-    deviations.push_back({"random-trees", 1.1,
-                          fmt::format("Bullet's LCP leaves out rows whose effective mass is below {:.2g} kg (kg m^2): "
-                                      "joints of small, light bodies come apart",
-                                      SIMD_EPSILON)});
-  }
   if (few) {
     deviations.push_back(
         {"stack-1000", 0.47, "few iterations do not carry a load of a thousand times the mass that bears it"});

@@ -1,4 +1,7 @@
 // Bullet's rigid bodies: six coordinates each, joints as constraints. Massless bodies borrow mass.
+#include <algorithm>
+#include <cmath>
+
 #include <BulletDynamics/ConstraintSolver/btHingeConstraint.h>
 #include <BulletDynamics/ConstraintSolver/btPoint2PointConstraint.h>
 #include <BulletDynamics/ConstraintSolver/btSliderConstraint.h>
@@ -40,6 +43,41 @@ class LightBody {
   btVector3 inertia_;
   btRigidBody twin_;
 };
+
+// Bullet's LCP leaves out rows whose effective mass is not above SIMD_EPSILON (btMLCPSolver::createMLCPFast). Counted
+// in a smaller unit, no mass is so small; a power of two changes no digit of any result.
+double mass_unit(const Model& model, const Options& options) {
+  if (options.solver != Solver::kDantzig) return 1;
+  constexpr double kLeast = 64 * SIMD_EPSILON, kLargest = 0.25 / SIMD_EPSILON;
+  double least = kLeast, largest = 0;
+  for (const Body& body : model.bodies) {
+    const Vec3 moments = principal_inertia(body.I_BBcm_B).diagonal;
+    least = std::min({least, body.mass, moments.minCoeff()});
+    largest = std::max({largest, body.mass, moments.maxCoeff()});
+  }
+  if (least >= kLeast || least <= 0) return 1;
+  // rows between heavy bodies have a least inverse mass too
+  return std::max(1.0,
+                  std::exp2(std::min(std::ceil(std::log2(kLeast / least)), std::floor(std::log2(kLargest / largest)))));
+}
+
+Model in_unit(Model model, double unit) {
+  for (Body& body : model.bodies) {
+    body.mass *= unit;
+    body.I_BBcm_B *= unit;
+  }
+  const auto scale = [unit](auto& list) {
+    for (auto& each : list) {
+      each.stiffness *= unit;
+      each.damping *= unit;
+      each.dry_friction *= unit;
+    }
+  };
+  scale(model.joints);
+  scale(model.balls);
+  scale(model.tendons);
+  return model;
+}
 
 class RigidSimulation final : public BulletSimulation {
  public:
@@ -212,9 +250,9 @@ class RigidSimulation final : public BulletSimulation {
     for (size_t b = 0; b < bodies_.size(); ++b) {
       const btRigidBody& body = *bodies_[b];
       const Mat3 R = from_bt(body.getWorldTransform().getBasis());
-      out.bodies[b].mass = 1 / body.getInvMass();
+      out.bodies[b].mass = 1 / body.getInvMass() / options_.mass_unit;
       out.bodies[b].p_WBcm = from_bt(body.getWorldTransform().getOrigin());
-      out.bodies[b].I_BBcm_W = R * from_bt(body.getLocalInertia()).asDiagonal() * R.transpose();
+      out.bodies[b].I_BBcm_W = R * (from_bt(body.getLocalInertia()) / options_.mass_unit).asDiagonal() * R.transpose();
     }
     for (size_t j = 0; j < model_.joints.size(); ++j) {
       if (model_.joints[j].is_slide()) {
@@ -262,7 +300,11 @@ std::unique_ptr<Simulation> make_rigid(const Model& model, const State& state, c
   Lent lent = lend_mass(model, options.lent_share);
   State start = with_joint_coordinates(model, state);
   lent.to_copy(start);
-  return std::make_unique<RigidSimulation>(std::move(lent), start, options);
+  Options own = options;
+  own.mass_unit = mass_unit(lent.model, options);
+  own.cfm /= real(own.mass_unit);
+  if (own.mass_unit != 1) lent.model = in_unit(std::move(lent.model), own.mass_unit);
+  return std::make_unique<RigidSimulation>(std::move(lent), start, own);
 }
 
 }  // namespace assay::bullet
