@@ -62,7 +62,9 @@ void put(std::string& bytes, const T& value) {
 template <typename T>
 bool take(std::string_view& bytes, T& value) {
   if (bytes.size() < sizeof value) return false;
-  std::memcpy(&value, bytes.data(), sizeof value);
+  std::array<char, sizeof value> raw;
+  bytes.copy(raw.data(), raw.size());
+  std::memcpy(&value, raw.data(), raw.size());
   bytes.remove_prefix(sizeof value);
   return true;
 }

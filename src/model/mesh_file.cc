@@ -124,10 +124,8 @@ std::optional<MeshData> read_msh(const std::string& path) {
   if (error || !read(counts.data(), sizeof counts) || std::ranges::any_of(counts, [](auto n) { return n < 0; })) {
     throw InputError(kBroken);
   }
-  const std::uintmax_t vertices = static_cast<std::uintmax_t>(counts[0]),
-                       faces = static_cast<std::uintmax_t>(counts[3]);
-  const std::uintmax_t between =
-      12 * static_cast<std::uintmax_t>(counts[1]) + 8 * static_cast<std::uintmax_t>(counts[2]);
+  const auto vertices = static_cast<std::uintmax_t>(counts[0]), faces = static_cast<std::uintmax_t>(counts[3]);
+  const auto between = 12 * static_cast<std::uintmax_t>(counts[1]) + 8 * static_cast<std::uintmax_t>(counts[2]);
   if (size != sizeof counts + 12 * vertices + between + 12 * faces) throw InputError(kBroken);
   require_size(faces);
   std::vector<std::array<float, 3>> points(vertices);
