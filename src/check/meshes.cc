@@ -37,7 +37,7 @@ void add_meshes(const Model& model, const FileFacts& facts, std::vector<Finding>
   Finding concave = {.kind = "mesh-concave",
                      .title = "hulls that are larger than their mesh",
                      .unit = "1",
-                     .advice = "contacts act where the robot has no surface: replace them by several convex shapes"};
+                     .advice = "contacts act where the robot has no surface: --decompose makes several hulls of each"};
   for (const MeshFacts& mesh : facts.meshes) {
     const std::string label = fmt::format("mesh '{}'", mesh.name);
     Place place = {.element = label, .line = mesh.line};

@@ -11,7 +11,7 @@ namespace assay {
 
 // The mesh that one of Model::hulls was computed from, as it is compiled (scaled).
 struct MeshFacts {
-  std::string name;          // Hull::name
+  std::string name;          // Hull::name; of a mesh in several hulls without their numbers
   std::string file;          // empty where the model's file holds the vertices
   int line = 0;              // of its first use or its asset; 0 when it is not known
   std::uintmax_t bytes = 0;  // of `file`

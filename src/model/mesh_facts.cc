@@ -50,6 +50,13 @@ MeshFacts compiled_mesh(const mjSpec* spec, const mjModel* m, int id, const std:
   return facts;
 }
 
+// The mesh of a hull; parts of a decomposed mesh have its name and a number.
+std::string mesh_name(const std::string& hull, const mjModel* compiled) {
+  const size_t number = hull.rfind('_');
+  const bool own = number == std::string::npos || mj_name2id(compiled, mjOBJ_MESH, hull.c_str()) >= 0;
+  return own ? hull : hull.substr(0, number);
+}
+
 }  // namespace
 
 size_t open_edges(const std::vector<Vec3>& vertices, const std::vector<std::array<int, 3>>& faces) {
@@ -100,21 +107,22 @@ std::vector<MeshFacts> mesh_facts(const Model& model, const mjSpec* spec, const 
   std::vector<MeshFacts> all;
   std::set<std::string> known;
   for (const Hull& hull : model.hulls) {
-    if (!known.insert(hull.name).second) continue;
+    const std::string name = mesh_name(hull.name, compiled);
+    if (!known.insert(name).second) continue;
     MeshFacts facts;
-    if (const auto found = urdf.meshes.find(hull.name); found != urdf.meshes.end()) {
+    if (const auto found = urdf.meshes.find(name); found != urdf.meshes.end()) {
       const MeshData& data = found->second.data;
       facts.file = found->second.path;
       facts.bytes = size_of(facts.file);
       facts.triangles = data.faces.size();
       facts.open_edges = data.open_edges;
       facts.volume = enclosed_volume(data.vertices, data.faces);
-    } else if (const int id = mj_name2id(compiled, mjOBJ_MESH, hull.name.c_str()); id >= 0) {
+    } else if (const int id = mj_name2id(compiled, mjOBJ_MESH, name.c_str()); id >= 0) {
       facts = compiled_mesh(spec, compiled, id, folder);
     } else {
       continue;
     }
-    facts.name = hull.name;
+    facts.name = name;
     all.push_back(std::move(facts));
   }
   return all;
