@@ -78,6 +78,7 @@ void print_finding(const Finding& finding) {
   if (!noun.empty()) text += fmt::format("{}{} {}", finding.all && count > 1 ? "all " : "", count, plural(noun));
   if (!finding.all || !plain || noun.empty()) {
     std::vector<std::string> shown;
+    shown.reserve(kMostPlaces + 1);
     for (size_t i = 0; i < std::min(count, kMostPlaces); ++i) shown.push_back(place_text(finding.places[i], noun));
     if (count > kMostPlaces) shown.push_back(fmt::format("{} more", count - kMostPlaces));
     if (!noun.empty()) text += ", ";
