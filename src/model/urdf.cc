@@ -492,8 +492,8 @@ class Reader {
         fault = fmt::format("has an inertia that is not positive (principal moments {} kg m^2)", eigenvalues_text(own));
       } else if (link.mass != 0) {
         fault = fmt::format(
-            "has an inertia that breaks the triangle inequality (principal moments {} kg m^2: {:.3g} + "
-            "{:.3g} < {:.3g})",
+            "has an inertia that breaks the triangle inequality (principal moments {} kg m^2: {:.3g} + {:.3g} < "
+            "{:.3g})",
             eigenvalues_text(own), own[0], own[1], own[2]);
       }
       if (whole_valid) {
