@@ -132,11 +132,15 @@ class Translator {
   void note_open_constraints();
   void require_finite();
 
+  // ---- translate_facts.cc
+  void fill_lines(std::map<std::string, int>& lines) const;
+
   const mjModel* m_;
   bool drop_unsupported_, decompose_;
   bool has_sprung_free_ = false;  // free joints as three slides and a ball
   std::string keyframe_;
   std::set<std::string> massless_;
+  FileFacts* facts_;
   Model model_;
   std::vector<Problem> problems_;
 
