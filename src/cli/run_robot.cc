@@ -21,6 +21,7 @@
 #include "results/results.h"
 #include "search/programme.h"
 #include "search/search.h"
+#include "search/stance.h"
 #include "store/store.h"
 
 namespace assay::cli {
@@ -156,6 +157,10 @@ std::vector<LimitOptions> goals_of(const LimitOptions& options) {
 
 std::optional<Recommendation> answer_to(const LimitOptions& goal, const SystemAnswers& answers, Question& question,
                                         std::string& why) {
+  if (answers.mains.empty()) {
+    why = answers.points.empty() ? "nothing was measured" : "no contender's run ended well";
+    return std::nullopt;
+  }
   try {
     question = question_of(goal, answers);
   } catch (const InputError& error) {
@@ -367,10 +372,10 @@ int run_robot(const RobotRequest& request) {
   RunRequest run = request.run;
   if (run.out.empty()) run.out = default_out(run.campaign);
   const std::string file = find_model(run.campaign);
-  const LoadOptions how = load_options(request.model);
-  const Model model = load_model(file, how);
+  const auto [how, model, notes] = stand(file, load_options(request.model));
   ProgrammeOptions options;
   options.model_lines = model_lines(how, run.out);
+  options.notes = notes;
   const std::vector<std::string> ours = system_names();
   const bool by_name = std::ranges::find(ours, run.campaign) != ours.end();
   options.model = by_name || run.campaign.starts_with("robots:") ? run.campaign : relative_path(file, run.out);
@@ -402,6 +407,7 @@ int run_robot(const RobotRequest& request) {
   for (const LimitOptions& goal : goals_of(limits)) limits_of(campaign, goal);  // their errors come before all else
   for (const std::string& note : model.notes) print(paragraph("note: " + note, 2));
   print(paragraph("programme: " + toml, 2));
+  for (const std::string& decided : options.notes) print(paragraph("  " + decided, 4));
   for (const std::string& system : programme.systems) print(paragraph("  " + system, 4));
   print("\n");
   flush_output();

@@ -143,14 +143,20 @@ void start_from(Model& model, const std::string& text, const std::string& file) 
   bodies_from_joints(model, model.initial);
 }
 
-double lowest_point(const Model& model) {
-  double lowest = std::numeric_limits<double>::infinity();
+std::vector<double> lowest_points(const Model& model) {
+  std::vector<double> lowest(model.bodies.size() + 1, std::numeric_limits<double>::infinity());
   for (const Shape& shape : model.shapes) {
     if (!shape.collides && shape.body != kWorld) continue;
     const Pose X_WB =
         shape.body == kWorld ? Pose{} : body_pose(model.bodies[shape.body], model.initial.bodies[shape.body]);
-    lowest = std::min(lowest, lowest_of(shape, X_WB * shape.X_BS, model));
+    double& own = shape.body == kWorld ? lowest.back() : lowest[shape.body];
+    own = std::min(own, lowest_of(shape, X_WB * shape.X_BS, model));
   }
+  return lowest;
+}
+
+double lowest_point(const Model& model) {
+  const double lowest = std::ranges::min(lowest_points(model));
   return std::isfinite(lowest) ? lowest : 0;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "model/model.h"
 
@@ -15,6 +16,9 @@ void start_from(Model& model, const std::string& text, const std::string& file);
 
 // The lowest point of the collision shapes in the initial state, planes and height fields apart, m. Zero without any.
 double lowest_point(const Model& model);
+
+// The same for each body and, behind them, for what is fixed to the world; infinite without shapes that collide.
+std::vector<double> lowest_points(const Model& model);
 
 // Lowers or raises the static plane `name` to the lowest point of all others.
 void put_under(Model& model, const std::string& name);

@@ -11,6 +11,7 @@
 #include "controls/hold.h"
 #include "model/variant.h"
 #include "reference/smooth.h"
+#include "search/stance.h"
 
 namespace assay {
 namespace {
@@ -115,21 +116,13 @@ struct SystemText {
   std::vector<std::string> lines;
 };
 
-// Whether a joint of a root slides without an actuator: planar robots move freely in their plane by such joints.
-bool has_free_slide(const Model& model) {
-  const std::vector<double> limits = effort_limits(model);
-  return std::ranges::any_of(model.joints, [&](const Joint& joint) {
-    const Body& body = model.bodies[static_cast<size_t>(joint.body)];
-    const auto own = static_cast<size_t>(&joint - model.joints.data());
-    return joint.is_slide() && body.parent == kWorld && limits[own] == 0 && !joint.has_spring();
-  });
-}
-
 std::vector<SystemText> systems_of(const Model& model, const ProgrammeOptions& options) {
   const bool moves = !model.joints.empty();
-  const bool is_free = std::ranges::any_of(model.bodies, &Body::is_free);
+  const bool is_free = has_free_base(model);
   const bool floats = is_free || has_free_slide(model);
-  const bool drops = floats && std::isfinite(height_above_ground(model));
+  const bool drops = floats && can_land(model);
+  // A height field or an obstacle may lie below: then it falls from where its file puts it.
+  const bool raised = drops && is_free && std::isfinite(height_above_ground(model));
   std::vector<SystemText> systems;
 
   SystemText& work = systems.emplace_back();
@@ -142,12 +135,12 @@ std::vector<SystemText> systems_of(const Model& model, const ProgrammeOptions& o
                              : control.kind == "passive" ? "without torques"
                                                          : fmt::format("with the control '{}'", control.kind);
   work.name = drops ? "drop" : control.kind;
-  const std::string where = drops && is_free ? fmt::format("falls {} cm onto the ground", 100 * kDropHeight)
-                            : drops          ? "falls onto the ground from where its file puts it"
-                            : floats         ? "is free in space, without gravity"
-                                             : "stands on its fixed base";
+  const std::string where = raised   ? fmt::format("falls {} cm onto the ground", 100 * kDropHeight)
+                            : drops  ? "falls onto the ground from where its file puts it"
+                            : floats ? "is free in space, without gravity"
+                                     : "stands on its fixed base";
   work.why = fmt::format("{}: the robot {}, {}", work.name, where, driven);
-  if (drops && is_free) work.lines.push_back(fmt::format("above_ground_m = {}", shortest(kDropHeight)));
+  if (raised) work.lines.push_back(fmt::format("above_ground_m = {}", shortest(kDropHeight)));
   if (floats && !drops) work.lines.emplace_back("gravity = false");
   work.lines.push_back(control_line(control));
   work.lines.insert(work.lines.end(), {"measures = [\"raw_speed\", \"consistency\", \"violation\"]",
@@ -201,6 +194,7 @@ Programme programme_for(const Model& model, const ProgrammeOptions& options, con
   std::string& toml = programme.toml;
   toml = fmt::format("# Written by: {}\n# Change it and run it again: assay run THIS_FILE --out ANOTHER_FOLDER\n#\n",
                      options.command);
+  for (const std::string& note : options.notes) toml += fmt::format("# {}\n", note);
   for (const SystemText& system : systems) {
     toml += fmt::format("# {}\n", system.why);
     programme.systems.push_back(system.why);

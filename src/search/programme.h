@@ -15,6 +15,7 @@ namespace assay {
 struct ProgrammeOptions {
   std::string model;                     // as the campaign's file names it
   std::vector<std::string> model_lines;  // further lines of each [[system]]: how the model is read
+  std::vector<std::string> notes;        // what was decided about how the model is read
   std::optional<ControlSpec> control;    // of the first system; default: what suits the robot
   std::vector<std::string> patterns;     // contenders that may take part, with * and ?; all when empty
   double minutes = 10;

@@ -37,6 +37,24 @@ HOPPER = """<mujoco model="hopper">
 TWO = "mujoco-euler,mujoco-rk4"
 
 
+def link(name, z, mass=1.0):
+    return f"""<link name="{name}">
+      <inertial><mass value="{mass}"/><origin xyz="0 0 {z}"/>
+        <inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>
+      <collision><origin xyz="0 0 {z}"/><geometry><box size="0.1 0.1 0.2"/></geometry></collision>
+    </link>
+    """
+
+
+def urdf(base_z, limbs):
+    """A base with a limb of one joint for each of `limbs`, the height of its box."""
+    text = '<robot name="robot">' + link("base", base_z, 5)
+    for i, z in enumerate(limbs):
+        text += link(f"limb{i}", z) + f"""<joint name="joint{i}" type="revolute"><parent link="base"/><child link="limb{i}"/>
+          <origin xyz="{0.3 * (i + 1)} 0 0"/><axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="9" velocity="9"/></joint>"""
+    return text + "</robot>"
+
+
 class RunRobot(AssayTest):
     def cells(self, folder):
         with sqlite3.connect(self.dir / folder / "assay.sqlite") as db:
@@ -82,6 +100,61 @@ class RunRobot(AssayTest):
         self.assertEqual((random["contacts"], random["gravity"], random["control"]), (False, False, "random"))
         self.assertEqual((swing["smooth"], swing["measures"]), (True, ["truth"]))
         self.assertEqual(drop["model"], "../hopper.xml")
+
+    def programme(self, file, *more):
+        """The output and the first system of the programme for a file."""
+        out = file.replace(".", "-")
+        done = self.run_assay("run", file, "--minutes", "0.001", "--contenders", "mujoco-euler", "--out", out, *more)
+        self.assertIn("programme: ", done.stdout, done.stderr)
+        systems = tomllib.loads((self.dir / out / "campaign.toml").read_text())["system"]
+        for key in ["floating_base", "fixed_base", "ground", "no_ground"]:
+            self.assertEqual(len({system.get(key) for system in systems}), 1)
+        return done.stdout, systems[0]
+
+    def test_where_a_file_does_not_say_how_the_robot_stands(self):
+        self.write("legs.urdf", urdf(0.5, [0, 0]))
+        text, first = self.programme("legs.urdf")
+        self.assertIn("its base is free, because it stands on 2 of its limbs", text)
+        self.assertIn("a ground plane lies under its lowest point", text)
+        self.assertEqual((first["name"], first["floating_base"], first["ground"]), ("drop", True, True))
+        self.write("held.urdf", urdf(0.5, [0, 0]))
+        text, first = self.programme("held.urdf", "--fixed-base")
+        self.assertEqual((first["name"], first["fixed_base"], "ground" in first), ("hold", True, False))
+
+        # An arm, and a torso whose limbs do not reach the ground, stay on their base.
+        for name, robot in [("arm.urdf", urdf(0, [0.5])), ("torso.urdf", urdf(0, [0.5, 0.5]))]:
+            self.write(name, robot)
+            text, first = self.programme(name)
+            self.assertIn("its base is fixed to the world", text)
+            self.assertEqual((first["name"], "ground" in first, "floating_base" in first), ("hold", False, False))
+
+        self.write("drone.urdf", urdf(0, []))
+        text, first = self.programme("drone.urdf")
+        self.assertIn("nothing else could move", text)
+        self.assertEqual((first["name"], first["floating_base"], first["ground"]), ("drop", True, True))
+
+    def test_a_free_base_gets_a_ground(self):
+        self.write("free.xml", HOPPER.replace('<geom type="plane" size="0 0 1"/>', ""))
+        text, first = self.programme("free.xml")
+        self.assertIn("a ground plane lies under its lowest point", text)
+        self.assertEqual((first["name"], first["ground"], first["above_ground_m"]), ("drop", True, 0.05))
+        done = self.run_assay("run", "free.xml", "--no-ground", "--minutes", "0.001", "--contenders", "mujoco-euler", "--out", "none")
+        self.assertIn("free in space, without gravity", done.stdout)
+        first = tomllib.loads((self.dir / "none/campaign.toml").read_text())["system"][0]
+        self.assertEqual((first["no_ground"], first["gravity"]), (True, False))
+        # Without gravity nothing falls.
+        self.write("space.xml", HOPPER.replace('<geom type="plane" size="0 0 1"/>', "").replace(
+            "<worldbody>", '<option gravity="0 0 0"/><worldbody>'))
+        text, first = self.programme("space.xml")
+        self.assertIn("free in space", text)
+        self.assertNotIn("ground", first)
+
+    def test_a_free_object_does_not_make_the_robot_fall(self):
+        ball = '<body name="ball" pos="0.3 0 0.5"><freejoint/><geom type="sphere" size="0.05" mass="0.1"/></body>'
+        self.write("juggler.xml", ARM.replace("<worldbody>", '<worldbody><geom type="plane" size="0 0 1"/>' + ball))
+        text, first = self.programme("juggler.xml")
+        self.assertIn("stands on its fixed base", text)
+        self.assertEqual((first["name"], "above_ground_m" in first), ("hold", False))
 
     def test_a_budget_that_is_too_small_says_so_and_goes_on(self):
         self.write("arm.xml", ARM)

@@ -17,6 +17,7 @@
 #include <thread>
 #include <unistd.h>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <poll.h>
@@ -46,7 +47,9 @@ std::string program() { return (fs::path(program_path()).parent_path() / "assay"
 const bool kMishapIsFound = [] {
   const std::string folder = (fs::path(program_path()).parent_path().parent_path() / "tests/mishap").string();
   // A sanitizer must not turn a worker's crash into an exit.
-  return ::setenv("ASSAY_ENGINE_PATH", folder.c_str(), 1) == 0 && ::setenv("ASAN_OPTIONS", "handle_segv=0", 0) == 0;
+  const char* const given = std::getenv("ASAN_OPTIONS");
+  const std::string sanitizer = given ? fmt::format("{}:handle_segv=0", given) : "handle_segv=0";
+  return ::setenv("ASSAY_ENGINE_PATH", folder.c_str(), 1) == 0 && ::setenv("ASAN_OPTIONS", sanitizer.c_str(), 1) == 0;
 }();
 
 class RunsTest : public TempFolderTest {
