@@ -87,15 +87,17 @@ class Loads:
     def of(self, file):
         plain = self.check(file, [])
         switched = plain if isinstance(plain, dict) else self.check(file, SWITCHES)
-        row = {"file": file, "as it is": isinstance(plain, dict), "with a switch": isinstance(switched, dict), "contacts": 0,
-               "why": "" if isinstance(plain, dict) else plain, "repaired": False}
+        row = {"file": file, "as it is": isinstance(plain, dict), "with a switch": isinstance(switched, dict), "touches": False,
+               "contacts": 0, "why": "" if isinstance(plain, dict) else plain, "repaired": False}
         if isinstance(switched, dict):
             options = [] if isinstance(plain, dict) else SWITCHES
             grounded = self.check(file, [*options, "--ground"])
             answer = grounded if isinstance(grounded, dict) else switched
             if answer["model"]["contact_pairs"]:
-                row["contacts"] = len({engine["engine"] for engine in answer["engines"]
-                                       if engine["verdict"] != "refused" and engine["engine"] not in ("null", "skeleton")})
+                row["touches"] = True
+                # builds of one engine count once: bullet-f32 and bullet-f64
+                row["contacts"] = len({engine["engine"].split("-")[0] for engine in answer["engines"]
+                                       if engine["verdict"] != "refused"} - {"null", "skeleton"})
         else:
             row["repaired"] = self.repaired(file)
             row["why"] = switched
@@ -104,9 +106,9 @@ class Loads:
 
 def loads_table(program, jobs, folder):
     loads = Loads(program)
-    rows = [["package", "files", "load as they are", "with a switch", f"of these with contacts in {ENGINES} engines",
+    rows = [["package", "files", "load as they are", "with a switch", "with contacts", f"with contacts in {ENGINES} engines",
              "load after `--repair`"]]
-    failures, sums = [], [0] * 5
+    failures, sums = [], [0] * 6
     with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
         for package, (pattern, files, _) in PACKAGES.items():
             roots = sorted(folder.glob(pattern))
@@ -115,20 +117,22 @@ def loads_table(program, jobs, folder):
             found = sorted({str(path) for each in files for path in roots[-1].glob(each)})
             done = list(pool.map(loads.of, found))
             counts = [len(done), sum(row["as it is"] for row in done), sum(row["with a switch"] for row in done),
-                      sum(row["contacts"] >= ENGINES for row in done), sum(row["repaired"] for row in done)]
+                      sum(row["touches"] for row in done), sum(row["contacts"] >= ENGINES for row in done),
+                      sum(row["repaired"] for row in done)]
             sums = [a + b for a, b in zip(sums, counts)]
-            rows.append([package, counts[0], share(counts[1], counts[0]), share(counts[2], counts[0]),
-                         share(counts[3], counts[2]), counts[4]])
+            rows.append([package, counts[0], share(counts[1], counts[0]), share(counts[2], counts[0]), counts[3],
+                         share(counts[4], counts[2]), counts[5]])
             for row in done:
                 name = str(pathlib.Path(row["file"]).relative_to(roots[-1]))
                 print(package, name, {key: row[key] for key in row if key != "file"}, file=sys.stderr)
                 if not row["with a switch"]:
                     why = row["why"].removeprefix("assay: ").replace(str(roots[-1]) + "/", "").replace("|", "\\|")
                     failures.append([package, f"`{pathlib.Path(name).name}`", why, "yes" if row["repaired"] else "no"])
-    rows.append(["all", sums[0], share(sums[1], sums[0]), share(sums[2], sums[0]), share(sums[3], sums[2]), sums[4]])
+    rows.append(["all", sums[0], share(sums[1], sums[0]), share(sums[2], sums[0]), sums[3], share(sums[4], sums[2]), sums[5]])
     text = table(rows)
     if failures:
-        text += "\nThese do not load, with a switch either:\n\n" + table([["package", "file", "first reason", "after `--repair`"], *failures])
+        text += "\nThese do not load, with a switch either:\n\n"
+        text += table([["package", "file", "first reason", "after `--repair`"], *failures])
     return text
 
 

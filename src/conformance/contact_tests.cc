@@ -96,7 +96,7 @@ Verdict wide_range(const Subject& subject) {
     for (const State& state : states) beyond = std::max(beyond, side * state.position[j] - end);
     checks.add(beyond, 0.02 * speed + 0.01,
                fmt::format("'{}' furthest beyond the limit, arriving at {:.2f} rad/s", model.joints[j].name, speed));
-    checks.add(std::abs(side * states.back().position[j] - end), 0.01,
+    checks.add(std::abs(side * states.back().position[j] - end), 0.01 * end,
                fmt::format("'{}' distance from the limit at the end, where it rests", model.joints[j].name));
   }
   return checks.worst();

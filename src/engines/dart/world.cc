@@ -254,18 +254,18 @@ void DartSimulation::set_torques(std::span<const double> torques) {
 }
 
 // DART's implicit damper D adds h D to the joint-space inertia's diagonal, and -D q' to the forces. With D = a / h and
-// the force put back, armature a is left.
+// the force put back, armature a is left. A joint's command is what set_torques() gave, and zero after a step.
 void DartSimulation::push_armature() {
   if (!has_armature_) return;
   for (size_t j = 0; j < joints_.size(); ++j) {
     const double armature = model_.joints[j].armature;
     if (armature == 0) continue;
-    joints_[j]->setForce(0, joints_[j]->getForce(0) + (armature / options_.timestep * joints_[j]->getVelocity(0)));
+    joints_[j]->setForce(0, joints_[j]->getCommand(0) + (armature / options_.timestep * joints_[j]->getVelocity(0)));
   }
   for (size_t i = 0; i < balls_.size(); ++i) {
     const double armature = model_.balls[i].armature;
     if (armature == 0) continue;
-    balls_[i]->setForces(balls_[i]->getForces() + (armature / options_.timestep * balls_[i]->getVelocities()));
+    balls_[i]->setForces(balls_[i]->getCommands() + (armature / options_.timestep * balls_[i]->getVelocities()));
   }
 }
 
