@@ -96,6 +96,8 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
 
   std::vector<std::string> notes = urdf.notes;
   if (is_urdf) {
+    // a link without <inertial> has no mass, whatever its shapes are
+    spec->compiler.inertiafromgeom = mjINERTIAFROMGEOM_FALSE;
     give_vertices(spec.get(), urdf.meshes);
     add_motors(spec.get(), urdf.driven);
   } else {
