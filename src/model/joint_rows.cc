@@ -80,7 +80,10 @@ void JointRows::refresh(const Model& model, const State& state) {
   if (!is_far_from_last(model, state)) return;
   position_ = state.position;
   rotations_.clear();
-  for (int b = 0; b < static_cast<int>(model.balls.size()); ++b) rotations_.push_back(ball_rotation(model, state, b));
+  rotations_.reserve(model.balls.size());
+  for (size_t b = 0; b < model.balls.size(); ++b) {
+    rotations_.push_back(ball_rotation(model, state, static_cast<int>(b)));
+  }
   Eigen::MatrixXd terms =
       Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(model.joints.size()), static_cast<Eigen::Index>(rows_.size()));
   for (size_t r = 0; r < rows_.size(); ++r) {
