@@ -18,7 +18,8 @@ bool is_finite(const BodyState& body) {
   return body.p_WBcm.allFinite() && body.q_WB.coeffs().allFinite() && body.v_WBcm.allFinite() && body.w_WB.allFinite();
 }
 
-// Largest distance of a body of a hinged tree from the root's anchor: the length of its stretched chain.
+// Largest distance of a body of a tree on the world from the root's anchor: the length of its stretched chain, slides
+// at their reference.
 std::vector<double> stretched(const Model& model) {
   std::vector<double> far(model.bodies.size(), 0), at_frame(model.bodies.size(), 0);
   for (size_t i = 0; i < model.bodies.size(); ++i) {
@@ -27,7 +28,8 @@ std::vector<double> stretched(const Model& model) {
       far[i] = body.p_BBcm.norm();
       continue;
     }
-    const Vec3& anchor = model.joints[static_cast<size_t>(body.joint)].p_BJ;
+    const Vec3& anchor = body.ball >= 0 ? model.balls[static_cast<size_t>(body.ball)].p_BJ
+                                        : model.joints[static_cast<size_t>(body.joint)].p_BJ;
     if (body.parent != kWorld) {
       const auto parent = static_cast<size_t>(body.parent);
       at_frame[i] = at_frame[parent] + (body.X_PB * anchor).norm();
@@ -36,6 +38,17 @@ std::vector<double> stretched(const Model& model) {
     at_frame[i] += anchor.norm();
   }
   return far;
+}
+
+// How far a slide may still go down at the start, at most `fall`; 0 for any other joint.
+double slides_down(const Model& model, const State& start, const Body& body, double fall) {
+  if (body.joint < 0) return 0;
+  const auto j = static_cast<size_t>(body.joint);
+  const Joint& joint = model.joints[j];
+  if (!joint.is_slide()) return 0;
+  if (!joint.limited) return fall;
+  const double position = start.position[j];
+  return std::min(fall, std::max({0.0, joint.upper - position, position - joint.lower}));
 }
 
 }  // namespace
@@ -64,10 +77,15 @@ Plausibility::Plausibility(const Model& model, const State& start, double durati
     const BodyState& state = start.bodies[i];
     extent = std::max(extent, state.p_WBcm.norm() + far[i]);
     fastest = std::max(fastest, state.v_WBcm.norm());
+    const double flight = state.v_WBcm.norm() * duration_s + fall;
     size_t root = i;
-    while (model.bodies[root].parent != kWorld) root = static_cast<size_t>(model.bodies[root].parent);
+    double slid = slides_down(model, start, body, flight);
+    while (model.bodies[root].parent != kWorld) {
+      root = static_cast<size_t>(model.bodies[root].parent);
+      slid += slides_down(model, start, model.bodies[root], flight);
+    }
     const double height = state.p_WBcm.dot(up);
-    double drop = model.bodies[root].is_free() ? state.v_WBcm.norm() * duration_s + fall : 2 * far[i];
+    double drop = model.bodies[root].is_free() ? flight : std::min(2 * far[i] + slid, std::max(flight, 2 * far[i]));
     if (std::isfinite(ground)) drop = std::min(drop, std::max(0.0, height - ground));
     available_energy_ += body.mass * g * drop;
   }
@@ -102,7 +120,9 @@ std::string Plausibility::impossibility(const State& state) const {
   }
   for (size_t j = 0; j < model_.joints.size(); ++j) {
     const JointFrames frames = joint_frames(model_, state, static_cast<int>(j));
-    const double gap = (frames.p_WJ_child - frames.p_WJ_parent).norm();
+    Vec3 apart = frames.p_WJ_child - frames.p_WJ_parent;
+    if (model_.joints[j].is_slide()) apart -= apart.dot(frames.axis_W_parent) * frames.axis_W_parent;
+    const double gap = apart.norm();
     if (gap > size_) return fmt::format("hinge '{}' is {:.3g} m apart", model_.joints[j].name, gap);
   }
   for (const ContactPair& pair : model_.contacts) {
@@ -115,7 +135,9 @@ std::string Plausibility::impossibility(const State& state) const {
     const auto body = static_cast<size_t>(other.body);
     const Vec3 normal = plane.X_BS.q * Vec3::UnitZ();
     const double height = normal.dot(state.bodies[body].p_WBcm - plane.X_BS.p);
-    if (height < 0) {
+    // a centre of mass may lie outside the body's shapes
+    const Vec3 centre = body_pose(model_.bodies[body], state.bodies[body]) * other.X_BS.p;
+    if (height < 0 && normal.dot(centre - plane.X_BS.p) < 0) {
       return fmt::format("the centre of body '{}' is {:.3g} m below the ground", model_.bodies[body].name, -height);
     }
   }

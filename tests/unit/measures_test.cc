@@ -389,6 +389,49 @@ TEST(Plausible, BelowTheGround) {
   EXPECT_NEAR(plausibility.available_energy(), 2 * 10 * 1, 1e-12) << "no deeper than the ground";
 }
 
+TEST(Plausible, ACentreOfMassMayLieOutsideItsShape) {
+  Model model = free_body();
+  Shape foot, floor;
+  foot.body = 0;
+  foot.radius = 0.1;
+  foot.X_BS.p = {0, 0, 0.2};
+  floor.type = ShapeType::kPlane;
+  model.shapes = {foot, floor};
+  model.contacts = {{0, 1, 1.0}};
+  State state = model.initial;
+  state.bodies[0].p_WBcm = model.bodies[0].p_BBcm + Vec3(0, 0, -0.1);  // the body frame 0.1 m below the floor
+  state.bodies[0].q_WB.setIdentity();
+  const Plausibility plausibility(model, model.initial, 10);
+  EXPECT_EQ(plausibility.impossibility(state), "") << "the ball rests on the floor";
+  state.bodies[0].p_WBcm.z() -= 0.2;
+  EXPECT_THAT(plausibility.impossibility(state), HasSubstr("below the ground"));
+}
+
+TEST(Plausible, ASlideMayMoveFarAndABallJointHasNoHinge) {
+  Model model;
+  for (int i = 0; i < 2; ++i) {
+    Body& body = model.bodies.emplace_back();
+    body.parent = i - 1;
+    body.mass = 1;
+  }
+  model.bodies[0].joint = 0;
+  model.bodies[1].ball = 0;
+  model.bodies[1].X_PB.p = {0.1, 0, 0};
+  Joint& slide = model.joints.emplace_back();
+  slide.name = "rail";
+  slide.type = JointType::kSlide;
+  model.balls.push_back({.name = "ball", .body = 1, .p_BJ = {0.1, 0, 0}});
+  model.initial = reference_state(model);
+  const Plausibility plausibility(model, model.initial, 1);
+  State state = model.initial;
+  state.position[0] = -2;  // down its axis
+  state.velocity[0] = -std::sqrt(2 * 9.81 * 2);
+  bodies_from_joints(model, state);
+  EXPECT_EQ(plausibility.impossibility(state), "") << "both bodies fell 2 m";
+  state.bodies[0].p_WBcm.x() += 1;
+  EXPECT_THAT(plausibility.impossibility(state), HasSubstr("'rail'")) << "aside";
+}
+
 TEST(Plausible, NonFiniteAndFarAwayAreDivergence) {
   const Model model = free_body();
   const Plausibility plausibility(model, model.initial, 2);

@@ -110,8 +110,10 @@ void add_features(Capabilities& c, const Options& options) {
   add_exact(c, {Feature::kSlide, Feature::kDryFriction});
   if (options.multibody) {
     add_exact(c, {Feature::kMassless, Feature::kCoupling, Feature::kCouplingOfMany, Feature::kConnect, Feature::kWeld});
+    add_approximated(c, Feature::kTendonLimit, kJointRow);
   } else {
     add_lent_mass(c, options.lent_share);
+    add_joint_rows(c);
   }
   if (options.multibody && options.rk4) {
     add_approximated(c, Feature::kBall,
@@ -218,10 +220,8 @@ class BulletEngine final : public Adapter {
     for (const Joint& hinge : model.joints) {
       if (hinge.armature != 0) limitations.push_back(armature_refused(hinge, "Bullet"));
       if (hinge.has_spring()) limitations.push_back(explicit_spring(hinge));
-      if (!options.multibody && !hinge.is_slide() && spans_a_turn(hinge)) {
-        limitations.push_back({Fidelity::kRefused, joint_element(hinge, "range"),
-                               "Bullet's hinge limits span less than a turn: narrow the range or remove it"});
-      }
+      if (options.multibody) continue;
+      if (const auto range = wide_range(hinge, "Bullet's hinge")) limitations.push_back(*range);
     }
     return limitations;
   }
