@@ -303,7 +303,7 @@ std::string nearest_text(const SystemAnswers& answers, const Question& question,
 }
 
 void add_best(const SystemAnswers& answers, const Question& question, const Recommendation& found, Answer& answer) {
-  const Candidate& best = answers.candidates[*found.best];
+  const Candidate& best = answers.candidates[found.contenders.front()];
   const Point& point = answers.at(best);
   answer.part(
       fmt::format("{}: {}, {} real time", answers.system, place_text(point), realtime_text(best.speed.factor.value)));

@@ -45,7 +45,7 @@ std::string limits_text(const Question& question);
 std::string nearest_text(const SystemAnswers& answers, const Question& question, const Recommendation& found);
 
 // Parts with the best point, its limits, speed, errors, margin and what is not told apart from it, and each contender's
-// own best. `found.best` has to be there.
+// own best. There has to be a best.
 void add_best(const SystemAnswers& answers, const Question& question, const Recommendation& found, Answer& answer);
 
 // "Not considered": contenders, timesteps and reasons.

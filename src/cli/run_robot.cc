@@ -56,6 +56,7 @@ std::vector<std::string> model_lines(const LoadOptions& load, const std::string&
   if (!load.keyframe.empty()) lines.push_back("keyframe = " + toml_text(load.keyframe));
   if (!load.qpos.empty()) lines.push_back("qpos = " + toml_text(relative_path(load.qpos, dir)));
   std::vector<std::string> packages;
+  packages.reserve(load.packages.size());
   for (const auto& [name, folder] : load.packages) {
     packages.push_back(toml_text(name) + " = " + toml_text(relative_path(folder, dir)));
   }
@@ -99,10 +100,9 @@ void write_programme(const std::string& dir, const Programme& programme) {
 std::vector<std::string> errors_of(const Campaign& campaign) {
   std::vector<std::string> values;
   for (const CampaignSystem& system : campaign.systems) {
-    const char* value = system.has(Measure::kTruth)         ? "truth_error"
-                        : system.has(Measure::kConsistency) ? "consistency"
-                                                            : nullptr;
-    if (value != nullptr && std::ranges::find(values, value) == values.end()) values.emplace_back(value);
+    if (!system.has(Measure::kTruth) && !system.has(Measure::kConsistency)) continue;
+    const char* const value = system.has(Measure::kTruth) ? "truth_error" : "consistency";
+    if (std::ranges::find(values, value) == values.end()) values.emplace_back(value);
   }
   return values;
 }
@@ -198,7 +198,7 @@ void add_goals(const std::vector<LimitOptions>& goals, const SystemAnswers& answ
       rows.push_back({goal.error.value_or(""), "none yet", "", "", ""});
       continue;
     }
-    const Candidate& best = answers.candidates[*found->best];
+    const Candidate& best = answers.candidates[found->contenders.front()];
     const Point& point = answers.at(best);
     rows.push_back({goal.error.value_or(""), point.contender, timestep_label(point.timestep_ms) + " ms",
                     realtime_text(best.speed.factor.value), names_text(answers, found->alike)});
@@ -374,7 +374,7 @@ int search_and_answer(const RunRequest& request, const Campaign& campaign, const
     const auto found = answer_to(goals.size() > 1 ? goals[kShownError] : goals.front(), answers, question, why);
     if (found) {
       add_best(answers, question, *found, answer);
-      best = answers.at(answers.candidates[*found->best]).contender;
+      best = answers.at(answers.candidates[found->contenders.front()]).contender;
     } else {
       answer.part(campaign.name + ": no recommendation");
       answer.line(why);
