@@ -429,7 +429,7 @@ int run_robot(const RobotRequest& request) {
   RunRequest run = request.run;
   if (run.out.empty()) run.out = default_out(run.campaign);
   const std::string file = find_model(run.campaign);
-  const auto [how, model, notes] = stand(file, load_options(request.model));
+  const auto [how, model, notes] = stand(file, load_options(request.model), run.out);
   ProgrammeOptions options;
   options.model_lines = model_lines(how, run.out);
   options.notes = notes;

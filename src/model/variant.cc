@@ -103,7 +103,7 @@ int body_named(const Model& model, const std::string& name) {
   if (name == "world") return kWorld;
   const auto found = std::ranges::find(model.bodies, name, &Body::name);
   if (found != model.bodies.end()) return static_cast<int>(found - model.bodies.begin());
-  std::vector<std::string> names;
+  std::vector<std::string> names = {"world"};
   for (const Body& body : model.bodies) names.push_back(body.name);
   throw InputError(fmt::format("'exclude' names '{}', and the model '{}' has no such body{}", name, model.name,
                                did_you_mean(name, names)));
