@@ -77,6 +77,7 @@ SystemRow system_row(const CampaignSystem& system) {
   if (variant.smooth) row["smooth"] = true;
   if (variant.above_ground_m >= 0) row["above_ground_m"] = variant.above_ground_m;
   if (variant.start_rates > 0) row["start_rates"] = variant.start_rates;
+  for (const BodyPair& pair : variant.exclude) row["exclude"].push_back({pair.a, pair.b});
   if (!system.family.empty()) row["family"] = system.family;
   // The --control option with which `assay simulate` drives the model in the same way; its default is the actuators.
   const bool unasked =

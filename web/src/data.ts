@@ -124,6 +124,15 @@ export interface GateResult {
   note: string;
 }
 
+// A part of what `assay run ROBOT` answered; columns in `right` hold numbers.
+export interface AnswerPart {
+  heading: string;
+  lines: string[];
+  columns: string[];
+  rows: string[][];
+  right: number[];
+}
+
 export interface ReportJson {
   format: number;
   manifest: { key: string; value: string }[];

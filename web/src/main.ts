@@ -11,6 +11,7 @@ import { sectionBar } from "./nav";
 import { Palette } from "./palette";
 import { canPick, picker } from "./picker";
 import { Pieces } from "./pieces";
+import { answerParts, recommendation } from "./recommendation";
 import { scalingPanel } from "./plots/scaling";
 import { fillSystem } from "./system";
 import { engines, fairness } from "./tables/fairness";
@@ -74,8 +75,10 @@ function build(report: Report, masthead: HTMLElement, nav: HTMLElement, page: HT
   const claims = report.json.claims ?? [];
   const pieces = new Pieces();
   const links: [string, string][] = [];
+  const answered = answerParts(report);
+  const title = (answered.length > 0 && report.manifest("campaign_title")) || "Physics engines, side by side";
   masthead.append(
-    el("div", { class: "title" }, el("p", { class: "wordmark" }, "assay"), el("h1", {}, "Physics engines, side by side")),
+    el("div", { class: "title" }, el("p", { class: "wordmark" }, "assay"), el("h1", {}, title)),
     el("p", { class: "lead" }, lead(report)),
     themeSwitch(),
   );
@@ -90,6 +93,10 @@ function build(report: Report, masthead: HTMLElement, nav: HTMLElement, page: HT
     if (now) draw();
     else pieces.add(section, draw);
   };
+  if (answered.length > 0) {
+    const text = "Of all systems together, as the command answered. Below: each system, its plots and replays.";
+    add(part("recommendation", "Recommendation", text), "Recommendation", () => [recommendation(answered)], true);
+  }
   if (report.answered.length > 0) {
     const text = "A contender is an engine with its settings. A timestep is sound when every measure ended well there and at every smaller one.";
     add(part("answers", "Which engine?", text), "Answers", () => [cards(report, palette)], true);
