@@ -4,6 +4,7 @@
 #include <set>
 #include <string>
 
+#include "model/drawing.h"
 #include "model/mujoco_messages.h"
 #include "model/problems.h"
 
@@ -17,6 +18,7 @@ struct TranslationInput {
   // Moving bodies whose mass and inertia in `compiled` are placeholders, because MuJoCo compiles no massless ones: they
   // become massless bodies.
   std::set<std::string> massless = {};
+  Drawing* drawing = nullptr;  // gets the links' places and the meshes of the compiled model, where it is wanted
 };
 
 // Everything but Model::name, source, hash and the parser's warnings. Every problem is found, not only the first; they

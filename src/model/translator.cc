@@ -30,7 +30,8 @@ Translator::Translator(const TranslationInput& input)
     : m_(input.compiled),
       drop_unsupported_(input.drop_unsupported),
       keyframe_(input.keyframe),
-      massless_(input.massless) {
+      massless_(input.massless),
+      drawing_(input.drawing) {
   read_lines(input.spec);
   for (int i = 0; i < m_->nbody; ++i) body_names_.insert(name(mjOBJ_BODY, i));
   for (int i = 0; i < m_->njnt; ++i) joint_names_.insert(name(mjOBJ_JOINT, i));
@@ -55,6 +56,7 @@ LoadReport Translator::translate() {
         "decides it",
         softened_);
     require_finite();
+    if (drawing_ != nullptr) translate_drawing(*drawing_);
   }
   LoadReport report;
   report.problems = std::move(problems_);

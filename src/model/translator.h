@@ -82,9 +82,13 @@ class Translator {
   bool contacts_disabled() const { return disabled(mjDSBL_CONTACT) || disabled(mjDSBL_CONSTRAINT); }
   bool may_collide(int g) const;
   void add_shape(int g, int body);
+  std::array<float, 4> colour_of(int g) const;
   bool fill_shape(int g, Shape& shape);
   int hull_of_mesh(int g);
   int height_field(int h);
+
+  // ---- translate_drawing.cc
+  void translate_drawing(Drawing& drawing);
 
   // ---- translate_contacts.cc
   void translate_contacts();
@@ -127,6 +131,7 @@ class Translator {
   bool drop_unsupported_;
   std::string keyframe_;
   std::set<std::string> massless_;
+  Drawing* drawing_;
   Model model_;
   std::vector<Problem> problems_;
 
