@@ -17,7 +17,7 @@
 #include "cli/model_options.h"
 #include "cli/output_file.h"
 #include "model/mjcf.h"
-#include "model/urdf.h"
+#include "model/repair.h"
 
 namespace assay::cli {
 namespace {
@@ -242,30 +242,27 @@ int print_refusal(const std::string& file, const LoadReport& report, const Optio
   return kWrongInput;
 }
 
-int repair(const std::string& file, const std::string& out) {
+int repair(const std::string& file, const std::string& out, const LoadOptions& how) {
   std::ifstream stream(file, std::ios::binary);
   const std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
-  if (root_element(text) != "robot") {
-    throw InputError(fmt::format("--repair mends URDF files, and '{}' is none: correct what assay check names", file));
-  }
-  std::vector<UrdfMend> mends;
-  const std::string mended = mend_urdf(text, file, mends);
-  if (mends.empty()) {
-    throw InputError(
-        fmt::format("--repair finds nothing in '{}' that it can mend: correct what assay check names", file));
-  }
+  std::vector<Mend> mends;
+  const std::string mended = mended_model(text, file, out, mends);
   OutputFile output(out);
   output.write(mended);
   output.finish();
-  for (const UrdfMend& mend : mends) message(fmt::format("line {}: {}", mend.line, mend.what));
-  message(fmt::format("{} changes are in {}; meshes with relative names are looked for from there", mends.size(), out));
-  return kDone;
+  for (const Mend& mend : mends) {
+    message(mend.line > 0 ? fmt::format("line {}: {}", mend.line, mend.what) : mend.what);
+  }
+  if (out == "-") return kDone;
+  const LoadReport report = inspect_model(out, how);
+  message(fmt::format("{} has {} changes{}", out, mends.size(), report.refused() ? "" : " and loads"));
+  return report.refused() ? print_refusal(out, report, {}) : kDone;
 }
 
 int check(const Options& options) {
   const LoadOptions how = load_options(options.model);
   const std::string file = find_model(options.model.model);
-  if (options.repair) return repair(file, *options.repair);
+  if (options.repair) return repair(file, *options.repair, how);
   const LoadReport report = inspect_model(file, how);
   if (!report.model) return print_refusal(file, report, options);
   const Model& model = *report.model;
@@ -288,7 +285,7 @@ void add_check(CLI::App& app, Action& action) {
        {"assay check my_robot.urdf --json", "URDF files load the same way"}});
   const auto options = std::make_shared<Options>();
   add_model_options(*command, options->model);
-  command->add_option("--repair", options->repair, "Write a mended URDF file there and say what was changed")
+  command->add_option("--repair", options->repair, "Write a mended URDF or MJCF file there and say what was changed")
       ->type_name("OUT");
   command->add_flag("--json", options->json, "Print JSON")->disable_flag_override();
   command->callback([&action, options] { action = [options] { return check(*options); }; });

@@ -49,6 +49,16 @@ std::vector<Remark> remarks_of(const std::vector<FeatureGroup>& groups, Feature 
   return remarks;
 }
 
+// Of exact, approximated and refused.
+struct Marks {
+  const char *exact, *approximated, *refused;
+};
+
+const char* mark(Fidelity fidelity, const Marks& marks) {
+  if (fidelity == Fidelity::kExact) return marks.exact;
+  return fidelity == Fidelity::kApproximated ? marks.approximated : marks.refused;
+}
+
 std::string numbers_text(const std::vector<size_t>& numbers) {
   std::string text;
   for (const size_t number : numbers) text += fmt::format("{}{}", text.empty() ? "" : ", ", number);
@@ -115,10 +125,8 @@ std::string features_text(const std::vector<FeatureGroup>& groups) {
   };
   text += "\n" + heading(row("feature", [](size_t g) { return std::to_string(g + 1); }));
   for (const Feature feature : all_features()) {
-    text += row(feature_key(feature), [&](size_t g) {
-      const Fidelity fidelity = fidelity_of(groups[g], feature);
-      return std::string(fidelity == Fidelity::kExact ? "=" : fidelity == Fidelity::kApproximated ? "~" : "-");
-    });
+    text += row(feature_key(feature),
+                [&](size_t g) { return std::string(mark(fidelity_of(groups[g], feature), {"=", "~", "-"})); });
   }
   text += std::string("\n") + kLegend + "\n";
   for (const Feature feature : all_features()) {
@@ -148,10 +156,7 @@ std::string features_markdown(const std::vector<FeatureGroup>& groups) {
   for (const Feature feature : all_features()) {
     text += fmt::format("| {} |", feature_name(feature));
     for (const FeatureGroup& group : groups) {
-      const Fidelity fidelity = fidelity_of(group, feature);
-      text += fmt::format(" {} |", fidelity == Fidelity::kExact          ? "✓"
-                                   : fidelity == Fidelity::kApproximated ? "≈"
-                                                                         : "–");
+      text += fmt::format(" {} |", mark(fidelity_of(group, feature), {"✓", "≈", "–"}));
     }
     text += "\n";
   }

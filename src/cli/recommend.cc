@@ -304,7 +304,7 @@ std::string nearest_text(const SystemAnswers& answers, const Question& question,
 }
 
 void print_best(const SystemAnswers& answers, const Question& question, const Recommendation& found) {
-  const Candidate& best = answers.candidates[*found.best];
+  const Candidate& best = answers.candidates[found.contenders.front()];
   const Point& point = answers.at(best);
   print(paragraph(heading(fmt::format("{}: {}, {} real time", answers.system, place_text(point),
                                       realtime_text(best.speed.factor.value))),

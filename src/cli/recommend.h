@@ -44,7 +44,7 @@ std::string limits_text(const Question& question);
 std::string nearest_text(const SystemAnswers& answers, const Question& question, const Recommendation& found);
 
 // The best point with its limits, speed, errors, margin and what is not told apart from it, and each contender's own
-// best. `found.best` has to be there.
+// best. There has to be a best.
 void print_best(const SystemAnswers& answers, const Question& question, const Recommendation& found);
 
 // "Not considered": contenders, timesteps and reasons.

@@ -54,6 +54,7 @@ std::vector<std::string> model_lines(const LoadOptions& load, const std::string&
   if (!load.keyframe.empty()) lines.push_back("keyframe = " + toml_text(load.keyframe));
   if (!load.qpos.empty()) lines.push_back("qpos = " + toml_text(relative_path(load.qpos, dir)));
   std::vector<std::string> packages;
+  packages.reserve(load.packages.size());
   for (const auto& [name, folder] : load.packages) {
     packages.push_back(toml_text(name) + " = " + toml_text(relative_path(folder, dir)));
   }
@@ -97,10 +98,9 @@ void write_programme(const std::string& dir, const Programme& programme) {
 std::vector<std::string> errors_of(const Campaign& campaign) {
   std::vector<std::string> values;
   for (const CampaignSystem& system : campaign.systems) {
-    const char* value = system.has(Measure::kTruth)         ? "truth_error"
-                        : system.has(Measure::kConsistency) ? "consistency"
-                                                            : nullptr;
-    if (value != nullptr && std::ranges::find(values, value) == values.end()) values.emplace_back(value);
+    if (!system.has(Measure::kTruth) && !system.has(Measure::kConsistency)) continue;
+    const char* const value = system.has(Measure::kTruth) ? "truth_error" : "consistency";
+    if (std::ranges::find(values, value) == values.end()) values.emplace_back(value);
   }
   return values;
 }
@@ -194,7 +194,7 @@ void print_goals(const std::vector<LimitOptions>& goals, const SystemAnswers& an
       rows.push_back({goal.error.value_or(""), "none yet", "", "", ""});
       continue;
     }
-    const Candidate& best = answers.candidates[*found->best];
+    const Candidate& best = answers.candidates[found->contenders.front()];
     const Point& point = answers.at(best);
     rows.push_back({goal.error.value_or(""), point.contender, timestep_label(point.timestep_ms) + " ms",
                     realtime_text(best.speed.factor.value), names_text(answers, found->alike)});
@@ -318,7 +318,7 @@ int search_and_answer(const RunRequest& request, const Campaign& campaign, const
     }
   }
   std::optional<std::string> best;
-  if (found) best = answers.at(answers.candidates[*found->best]).contender;
+  if (found) best = answers.at(answers.candidates[found->contenders.front()]).contender;
 
   print("\n" + heading("How sure this is") + ":\n");
   print(paragraph(fmt::format("  {} of {} cells were measured in {}, {} of processor time", done.measured, done.cells,

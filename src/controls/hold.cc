@@ -21,7 +21,7 @@ constexpr double kFastestDecay = 250;          // 1/s
 // The joint-space inertia of the driven joints while the others follow. Rows and columns of the others are zero but for
 // a 1 on the diagonal.
 Eigen::MatrixXd driven_inertia(const Model& model) {
-  const Eigen::MatrixXd all = joint_inertia(model, model.initial);
+  Eigen::MatrixXd all = joint_inertia(model, model.initial);
   const std::vector<double> limits = effort_limits(model);
   std::vector<Eigen::Index> driven, others;
   for (size_t j = 0; j < limits.size(); ++j) {

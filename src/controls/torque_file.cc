@@ -74,7 +74,7 @@ class FileControl final : public Control {
 
   void torques(const State& state, std::span<double> torques) const override {
     std::ranges::fill(torques, 0.0);
-    const auto above = static_cast<size_t>(std::upper_bound(time_.begin(), time_.end(), state.time) - time_.begin());
+    const auto above = static_cast<size_t>(std::ranges::upper_bound(time_, state.time) - time_.begin());
     const size_t low = above == 0 ? 0 : above - 1, high = std::min(above, time_.size() - 1);
     const double share = low == high ? 0 : (state.time - time_[low]) / (time_[high] - time_[low]);
     for (size_t i = 0; i < of_column_.size(); ++i) {

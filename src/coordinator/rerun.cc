@@ -89,10 +89,14 @@ CampaignSystem system_of(const Store& store, const std::string& name, const json
   // A system that comes with assay is found by its name, another one by its file in the current folder.
   const std::string file = facts.at("model");
   const std::string stem = fs::path(file).stem().string();
-  const bool of_packages = file.starts_with("robots:");
   const std::vector<std::string> known = system_names();
-  const bool ours = std::ranges::find(known, stem) != known.end() || capsules_count(stem);
-  system.model_path = find_model(ours ? stem : of_packages ? file : "./" + file);
+  std::string found = "./" + file;
+  if (std::ranges::find(known, stem) != known.end() || capsules_count(stem)) {
+    found = stem;
+  } else if (file.starts_with("robots:")) {
+    found = file;
+  }
+  system.model_path = find_model(found);
   if (const auto load = facts.find("load"); load != facts.end()) {
     system.load = {load->at("drop_unsupported"),
                    load->at("keyframe"),

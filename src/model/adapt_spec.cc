@@ -59,6 +59,15 @@ void give_vertices(mjSpec* spec, const std::map<std::string, UrdfMesh>& meshes) 
   });
 }
 
+void add_motors(mjSpec* spec, const std::vector<std::string>& joints) {
+  for (const std::string& joint : joints) {
+    mjsActuator* motor = mjs_addActuator(spec, nullptr);
+    mjs_setName(motor->element, joint.c_str());
+    mjs_setString(motor->target, joint.c_str());
+    motor->trntype = mjTRN_JOINT;
+  }
+}
+
 void leave_out_pictures(mjSpec* spec, const std::string& folder, LoadReport& report, std::vector<std::string>& notes) {
   for_each(spec, mjOBJ_TEXTURE, mjs_asTexture, [](mjsTexture* texture) {
     mjs_setString(texture->file, "");
@@ -131,7 +140,7 @@ void apply_root_joint(mjSpec* spec, RootJoint root, LoadReport& report, std::vec
       if (first == nullptr || mjs_asJoint(first)->type != mjJNT_FREE) continue;
       mjs_delete(spec, first);
       ++changed;
-    } else if (first == nullptr && has_moving_part(body)) {
+    } else if (first == nullptr && (has_moving_part(body) || roots.size() == 1)) {
       mjs_addFreeJoint(body);
       ++changed;
     }

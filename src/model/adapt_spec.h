@@ -15,6 +15,9 @@ namespace assay {
 // Gives the meshes of a URDF document their vertices. Mass does not come from them, so that they need not be closed.
 void give_vertices(mjSpec* spec, const std::map<std::string, UrdfMesh>& meshes);
 
+// A motor on each of these joints, named as the joint; the compiler clamps its force to the joint's actuatorfrcrange.
+void add_motors(mjSpec* spec, const std::vector<std::string>& joints);
+
 // Textures and skins, which only pictures need, and missing mesh files of geoms that cannot collide and do not add to
 // an inertia, are left out; other missing mesh files become problems. `folder` is the model's.
 void leave_out_pictures(mjSpec* spec, const std::string& folder, LoadReport& report, std::vector<std::string>& notes);

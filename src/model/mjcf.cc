@@ -14,6 +14,7 @@
 #include "model/adapt_spec.h"
 #include "model/capsules.h"
 #include "model/drawing.h"
+#include "model/mjcf_document.h"
 #include "model/mujoco_messages.h"
 #include "model/start.h"
 #include "model/translation.h"
@@ -42,17 +43,6 @@ std::string read_text(const std::string& path) {
   }
   if (!stream.eof()) throw InputError(fmt::format("'{}' cannot be read; check its permissions", path));
   return text;
-}
-
-// URDF elements that MuJoCo's parser ignores.
-void note_urdf(const std::string& text, Model& model) {
-  for (const auto& [needle, what] :
-       {std::pair{"velocity=", "velocity limits"}, std::pair{"<transmission", "transmissions"},
-        std::pair{"<gazebo", "gazebo extensions"}}) {
-    if (text.find(needle) != std::string::npos) {
-      model.notes.push_back(fmt::format("{} of the URDF file are left out: MuJoCo's parser does not read them", what));
-    }
-  }
 }
 
 // Formats that people have beside MJCF and URDF, by their root element.
@@ -110,6 +100,7 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
     // a link without <inertial> has no mass, whatever its shapes are
     spec->compiler.inertiafromgeom = mjINERTIAFROMGEOM_FALSE;
     give_vertices(spec.get(), urdf.meshes);
+    add_motors(spec.get(), urdf.driven);
   } else {
     const std::string folder = fs::path(file).parent_path().string();
     leave_out_pictures(spec.get(), folder, report, notes);
@@ -120,9 +111,10 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
 
   // static bodies are fused here, where shapes keep their lines and names
   spec->compiler.fusestatic = false;
-  spec->compiler.usethread = true;
   const CompiledPtr compiled(mj_compile(spec.get(), nullptr));
   if (compiled == nullptr) {
+    if (!is_urdf) report.problems = mjcf_faults(text, file);
+    if (report.refused()) return report;
     report.refuse(fmt::format("MuJoCo cannot compile it: {}", one_line(mjs_getError(spec.get()))));
     return report;
   }
@@ -146,7 +138,6 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
     notes.push_back(fmt::format("MuJoCo warns: {}", one_line(warning)));
   }
   model.notes.insert(model.notes.end(), notes.begin(), notes.end());
-  if (is_urdf) note_urdf(text, model);
   if (!options.qpos.empty()) start_from(model, read_text(options.qpos), options.qpos);
   if (!ground.empty()) put_under(model, ground);
   if (options.ground == Ground::kNone) remove_planes(model);

@@ -70,9 +70,14 @@ void Translator::translate_bodies() {
     }
   }
   if (model_.bodies.empty()) {
-    refuse("nothing in it can move",
-           "give at least one body a <freejoint/> or a <joint/>, or free a robot that is fixed to the world with "
-           "--floating-base");
+    if (m_->nbody == 1) {
+      refuse("it has no bodies, and nothing in it can move",
+             "name a file with bodies: some files get theirs from a program, which has to write them out first");
+    } else {
+      refuse("nothing in it can move",
+             "give at least one body a <freejoint/> or a <joint/>, or free a robot that is fixed to the world with "
+             "--floating-base");
+    }
     return;
   }
   note_list("bodies without a joint are fused, exactly", fused);
@@ -111,6 +116,10 @@ void Translator::freeze_weightless_leaves() {
 
 void Translator::add_moving_body(int b, const Pose& X_MpB) {
   const int joints = m_->body_jntnum[b];
+  if (const int j = m_->body_jntadr[b]; m_->jnt_type[j] == mjJNT_FREE && !is_plain_free(j)) {
+    add_sprung_free_body(b, j, X_MpB);
+    return;
+  }
   const std::string body_name = unique_name(name(mjOBJ_BODY, b), fmt::format("body{}", b), body_names_);
   int parent = body_of_[m_->body_parentid[b]];
   for (int k = 0; k < joints; ++k) {
@@ -127,14 +136,81 @@ void Translator::add_moving_body(int b, const Pose& X_MpB) {
           unique_name("", fmt::format("{}_{}", body_name, joint.empty() ? std::to_string(k + 1) : joint), body_names_);
     }
     add_joint(j, body);
-    parent = static_cast<int>(model_.bodies.size());
-    weld_parent_.push_back(k == joints - 1 ? body_of_[m_->body_parentid[b]] : kWorld);
-    joint_of_.push_back(j);
-    mujoco_body_.push_back(b);
-    body_of_joint_[j] = parent;
-    model_.bodies.push_back(std::move(body));
+    parent = add_body(std::move(body), b, j, k == joints - 1 ? body_of_[m_->body_parentid[b]] : kWorld);
   }
   body_of_[b] = parent;
+}
+
+int Translator::add_body(Body body, int b, int j, int weld_parent, int coordinate) {
+  const int index = static_cast<int>(model_.bodies.size());
+  model_.bodies.push_back(std::move(body));
+  weld_parent_.push_back(weld_parent);
+  joint_of_.push_back(j);
+  coordinate_of_.push_back(coordinate);
+  mujoco_body_.push_back(b);
+  body_of_joint_[j] = index;
+  return index;
+}
+
+// Whether a free joint has no spring, damper, armature and dry friction.
+bool Translator::is_plain_free(int j) const {
+  BallJoint all;  // the six coordinates have the same values
+  translate_passive(j, all);
+  return !all.has_spring() && all.armature == 0 && all.dry_friction == 0;
+}
+
+// The Model's free bodies have no springs and the like. MuJoCo's coordinates of a free joint are the frame's position
+// in the world and its turn in the body's axes, so three slides along the world's axes and a ball are the same joint,
+// exactly. At the reference the frame has the world's axes.
+void Translator::add_sprung_free_body(int b, int j, const Pose& X_WB) {
+  examine_joint(j);
+  has_sprung_free_ = true;
+  const std::string body_name = unique_name(name(mjOBJ_BODY, b), fmt::format("body{}", b), body_names_);
+  const std::string own = name(mjOBJ_JOINT, j);
+  const std::string joint_name = own.empty() ? unique_name("", body_name, joint_names_) : own;
+  int parent = kWorld;
+  for (int k = 0; k < 3; ++k) {
+    const std::string suffix = fmt::format("_{}", "xyz"[k]);
+    Joint slide;
+    slide.name = unique_name("", joint_name + suffix, joint_names_);
+    slide.type = JointType::kSlide;
+    slide.body = static_cast<int>(model_.bodies.size());
+    slide.axis_B = Vec3::Unit(k);
+    slide.reference = X_WB.p[k];
+    translate_passive(j, slide);
+    if (slide.stiffness != 0) slide.spring_reference = m_->qpos_spring[m_->jnt_qposadr[j] + k];
+    Body body;
+    body.name = unique_name("", body_name + suffix, body_names_);
+    body.parent = parent;
+    if (k == 0) body.X_PB.p = X_WB.p;
+    body.joint = static_cast<int>(model_.joints.size());
+    model_.joints.push_back(std::move(slide));
+    parent = add_body(std::move(body), b, j, kWorld, k);
+  }
+  BallJoint ball;
+  ball.name = joint_name;
+  ball.body = static_cast<int>(model_.bodies.size());
+  translate_passive(j, ball);
+  if (ball.stiffness != 0) ball.spring_reference = quat(m_->qpos_spring + m_->jnt_qposadr[j] + 3);
+  Body body;
+  body.name = body_name;
+  body.parent = parent;
+  body.ball = static_cast<int>(model_.balls.size());
+  model_.balls.push_back(std::move(ball));
+  body_of_[b] = add_body(std::move(body), b, j, kWorld, 3);
+  note(
+      fmt::format("{} has springs, damping, armature or dry friction: it is written, exactly, as three slides and a "
+                  "ball joint",
+                  label(mjOBJ_JOINT, j)));
+}
+
+template <typename AnyJoint>
+void Translator::translate_passive(int j, AnyJoint& joint) const {
+  const int dof = m_->jnt_dofadr[j];
+  if (!disabled(mjDSBL_SPRING)) joint.stiffness = m_->jnt_stiffness[j];
+  if (!disabled(mjDSBL_DAMPER)) joint.damping = m_->dof_damping[dof];
+  joint.armature = m_->dof_armature[dof];
+  if (has_dry_friction()) joint.dry_friction = m_->dof_frictionloss[dof];
 }
 
 // `body` becomes the next body; its joint gets the body's name where the file gives it none.
@@ -165,21 +241,17 @@ void Translator::add_joint(int j, Body& body) {
 }
 
 void Translator::translate_scalar(int j, Joint& joint) const {
-  const int dof = m_->jnt_dofadr[j], q = m_->jnt_qposadr[j];
+  const int q = m_->jnt_qposadr[j];
   joint.type = m_->jnt_type[j] == mjJNT_SLIDE ? JointType::kSlide : JointType::kHinge;
   joint.p_BJ = vec3(m_->jnt_pos, j);
   joint.axis_B = vec3(m_->jnt_axis, j).normalized();
   joint.reference = m_->qpos0[q];
   joint.limited = limited(j);
-  if (!disabled(mjDSBL_SPRING)) joint.stiffness = m_->jnt_stiffness[j];
+  translate_passive(j, joint);
   if (joint.stiffness != 0) joint.spring_reference = m_->qpos_spring[q];
-  if (!disabled(mjDSBL_DAMPER)) joint.damping = m_->dof_damping[dof];
-  joint.armature = m_->dof_armature[dof];
-  if (has_dry_friction()) joint.dry_friction = m_->dof_frictionloss[dof];
 }
 
 void Translator::translate_ball(int j, BallJoint& ball) {
-  const int dof = m_->jnt_dofadr[j];
   ball.p_BJ = vec3(m_->jnt_pos, j);
   ball.limited = limited(j);
   if (ball.limited) {
@@ -187,11 +259,8 @@ void Translator::translate_ball(int j, BallJoint& ball) {
     ball.upper = std::max(range[0], range[1]) - m_->jnt_margin[j];
     if (ball.upper < 0) refuse(mjOBJ_JOINT, j, "has a limit margin that is larger than its range", "remove margin");
   }
-  if (!disabled(mjDSBL_SPRING)) ball.stiffness = m_->jnt_stiffness[j];
+  translate_passive(j, ball);
   if (ball.stiffness != 0) ball.spring_reference = quat(m_->qpos_spring + m_->jnt_qposadr[j]);
-  if (!disabled(mjDSBL_DAMPER)) ball.damping = m_->dof_damping[dof];
-  ball.armature = m_->dof_armature[dof];
-  if (has_dry_friction()) ball.dry_friction = m_->dof_frictionloss[dof];
 }
 
 std::pair<double, double> Translator::narrowed(mjtObj type, int id, const mjtNum* range, double margin) {
@@ -219,16 +288,8 @@ void Translator::examine_joint(int j) {
     unsupported(mjOBJ_JOINT, j, "has a spring that yields, which is not supported", "remove springyield",
                 "lets the spring stay elastic");
   }
-  if (m_->jnt_type[j] == mjJNT_FREE) {
-    std::vector<std::string> extras;
-    if (springs && m_->jnt_stiffness[j] != 0) extras.emplace_back("a spring");
-    if (dampers && m_->dof_damping[dof] != 0) extras.emplace_back("damping");
-    if (m_->dof_armature[dof] != 0) extras.emplace_back("armature");
-    if (has_dry_friction() && m_->dof_frictionloss[dof] != 0) extras.emplace_back("dry friction");
-    if (!extras.empty()) {
-      unsupported(mjOBJ_JOINT, j, fmt::format("is a free joint with {}, which is not supported", join(extras, " and ")),
-                  "write <freejoint/>, which takes no values from defaults", "lets the body move freely");
-    }
+  if (const mjtNum* range = row(m_->jnt_range, 2, j); !m_->jnt_limited[j] && range[0] > range[1]) {
+    swapped_.push_back(label(mjOBJ_JOINT, j));
   }
   if (limited(j) && has_own_softness(row(m_->jnt_solref, mjNREF, j), row(m_->jnt_solimp, mjNIMP, j))) {
     soften(label(mjOBJ_JOINT, j));

@@ -45,6 +45,10 @@ void Translator::choose_initial_state() {
   }
   if (model_.keyframes.empty()) {
     model_.initial = reference_state(model_);
+    if (has_sprung_free_) {  // their reference has the world's axes
+      const std::vector<mjtNum> rest(static_cast<size_t>(m_->nv), 0);
+      model_.initial = state_at(m_->qpos0, rest.data());
+    }
     model_.control0.assign(model_.actuators.size(), 0.0);
   } else {
     model_.initial = model_.keyframes[chosen].state;
@@ -54,18 +58,21 @@ void Translator::choose_initial_state() {
 }
 
 State Translator::keyframe_state(int k) const {
-  const mjtNum* qpos = row(m_->key_qpos, m_->nq, k);
-  const mjtNum* qvel = row(m_->key_qvel, m_->nv, k);
-  State state;
+  State state = state_at(row(m_->key_qpos, m_->nq, k), row(m_->key_qvel, m_->nv, k));
   state.time = m_->key_time[k];
+  return state;
+}
+
+State Translator::state_at(const mjtNum* qpos, const mjtNum* qvel) const {
+  State state;
   state.bodies.resize(model_.bodies.size());
   state.position.resize(model_.joints.size());
   state.velocity.resize(model_.joints.size());
   std::vector<size_t> balls;
   for (size_t i = 0; i < model_.bodies.size(); ++i) {
     const Body& body = model_.bodies[i];
-    const mjtNum* q = qpos + m_->jnt_qposadr[joint_of_[i]];
-    const mjtNum* v = qvel + m_->jnt_dofadr[joint_of_[i]];
+    const mjtNum* q = qpos + m_->jnt_qposadr[joint_of_[i]] + coordinate_of_[i];
+    const mjtNum* v = qvel + m_->jnt_dofadr[joint_of_[i]] + coordinate_of_[i];
     if (body.joint >= 0) {
       state.position[body.joint] = q[0];
       state.velocity[body.joint] = v[0];
@@ -87,8 +94,8 @@ State Translator::keyframe_state(int k) const {
     const Body& body = model_.bodies[i];
     const BodyState parent = body.parent == kWorld ? BodyState{} : state.bodies[body.parent];
     BodyState& s = state.bodies[i];
-    s.q_WB = (parent.q_WB * body.X_PB.q * quat(qpos + m_->jnt_qposadr[joint_of_[i]])).normalized();
-    s.w_WB = parent.w_WB + s.q_WB * vec3(qvel + m_->jnt_dofadr[joint_of_[i]]);
+    s.q_WB = (parent.q_WB * body.X_PB.q * quat(qpos + m_->jnt_qposadr[joint_of_[i]] + coordinate_of_[i])).normalized();
+    s.w_WB = parent.w_WB + s.q_WB * vec3(qvel + m_->jnt_dofadr[joint_of_[i]] + coordinate_of_[i]);
   }
   bodies_from_joints(model_, state);
   return state;

@@ -51,6 +51,7 @@ LoadReport Translator::translate() {
     translate_actuators();
     translate_sines();
     translate_keyframes();
+    note_list("bounds of ranges are swapped, which MuJoCo reads as no limits (--repair swaps them back)", swapped_);
     note_list(
         "softness of limits, friction and constraints (solref, solimp, solmix, gap) is ignored, because the contender "
         "decides it",

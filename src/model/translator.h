@@ -65,6 +65,9 @@ class Translator {
   void freeze_points_of_flexes();
   void freeze_weightless_leaves();
   void add_moving_body(int b, const Pose& X_MpB);
+  bool is_plain_free(int j) const;
+  void add_sprung_free_body(int b, int j, const Pose& X_WB);
+  int add_body(Body body, int b, int j, int weld_parent, int coordinate = 0);
   void add_joint(int j, Body& body);
   void examine_joint(int j);
   void require_mass();
@@ -74,6 +77,9 @@ class Translator {
   bool has_dry_friction() const { return !disabled(mjDSBL_FRICTIONLOSS) && !disabled(mjDSBL_CONSTRAINT); }
   // The range that MuJoCo's limit holds: its margin keeps the coordinate that much inside.
   std::pair<double, double> narrowed(mjtObj type, int id, const mjtNum* range, double margin);
+  // What a coordinate of MuJoCo's joint `j` has beside its place: spring, damper, armature, dry friction.
+  template <typename AnyJoint>
+  void translate_passive(int j, AnyJoint& joint) const;
   void translate_scalar(int j, Joint& joint) const;
   void translate_ball(int j, BallJoint& ball);
 
@@ -123,12 +129,14 @@ class Translator {
   // ---- translate_states.cc
   void translate_keyframes();
   State keyframe_state(int k) const;
+  State state_at(const mjtNum* qpos, const mjtNum* qvel) const;
   void choose_initial_state();
   void note_open_constraints();
   void require_finite();
 
   const mjModel* m_;
   bool drop_unsupported_;
+  bool has_sprung_free_ = false;  // free joints as three slides and a ball
   std::string keyframe_;
   std::set<std::string> massless_;
   Drawing* drawing_;
@@ -139,17 +147,19 @@ class Translator {
   std::vector<bool> frozen_;                  // by MuJoCo body: its joints are left out
   std::vector<int> body_of_;                  // MuJoCo body -> index into Model::bodies, kWorld when static
   std::vector<Pose> X_MB_;                    // MuJoCo body's frame in that body (or the world)
-  std::vector<int> weld_parent_;        // Model body -> Model body of the MuJoCo parent (chains are one body there)
-  std::vector<int> joint_of_;           // Model body -> MuJoCo joint
-  std::vector<int> body_of_joint_;      // MuJoCo joint -> Model body, -1 when left out
-  std::vector<int> mujoco_body_;        // Model body -> MuJoCo body
-  std::vector<int> shape_of_;           // MuJoCo geom -> index into Model::shapes, -1 when left out
-  std::map<int, int> hull_of_;          // MuJoCo mesh -> index into Model::hulls
+  std::vector<int> weld_parent_;    // Model body -> Model body of the MuJoCo parent (chains are one body there)
+  std::vector<int> joint_of_;       // Model body -> MuJoCo joint
+  std::vector<int> coordinate_of_;  // Model body -> its first coordinate in that joint: 0, or 0 to 3 of a free joint
+  std::vector<int> body_of_joint_;  // MuJoCo joint -> Model body, -1 when left out
+  std::vector<int> mujoco_body_;    // Model body -> MuJoCo body
+  std::vector<int> shape_of_;       // MuJoCo geom -> index into Model::shapes, -1 when left out
+  std::map<int, int> hull_of_;      // MuJoCo mesh -> index into Model::hulls
   std::map<int, int> height_field_of_;  // MuJoCo height field -> index into Model::height_fields
   std::vector<int> actuator_of_;        // Model actuator -> MuJoCo actuator
   std::vector<double> inflation_;       // Model shape -> contact margin that its size contains, m
   std::set<std::string> body_names_, joint_names_, shape_names_, equality_names_;  // taken
   std::vector<std::string> odd_margins_;    // pairs whose margin is replaced by their geoms'
+  std::vector<std::string> swapped_;        // joints without limits, because their bounds are swapped
   std::vector<std::string> softened_;       // elements whose own softness is ignored
   std::set<std::pair<int, int>> examined_;  // (what, geom) that was examined already
 };

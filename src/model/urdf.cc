@@ -156,13 +156,9 @@ class Reader {
 
   // ---- repair
 
-  struct Edit {
-    const xml::XMLElement* element;
-    std::string attribute, value;
-  };
-  // What has to change for the inertia, the limits and the joints to be valid.
-  std::vector<Edit> edits(std::vector<UrdfMend>& mends) {
-    std::vector<Edit> edits;
+  // What has to change for the inertia, the limits and the joints to be valid, and for meshes to be found from `out`.
+  std::vector<AttributeEdit> edits(const std::string& out, std::vector<Mend>& mends) {
+    std::vector<AttributeEdit> edits;
     if (document_.Error()) throw InputError(fmt::format("{}: it is not well-formed XML and cannot be mended", path_));
     robot_ = document_.FirstChildElement("robot");
     if (refuse_xacro() || !read_elements() || !check_numbers() || !build_tree()) {
@@ -172,6 +168,7 @@ class Reader {
     find_massless();
     for (const Link& link : links_) mend_inertia(link, edits, mends);
     for (const UrdfJoint& joint : joints_) mend_joint(joint, edits, mends);
+    if (!mends.empty()) move_meshes(out, edits, mends);
     return edits;
   }
 
@@ -464,7 +461,7 @@ class Reader {
                   "moves no mass and is fixed: it has no dynamics, and what is drawn there does not move");
       } else {
         refuse(label(j), line_of(j), "moves no mass: link '" + links_[j.child].name + "' and what it carries have none",
-               "give the link an <inertial>, or make the joint fixed", "--drop-unsupported fixes it");
+               "give the link an <inertial>, or make the joint fixed", "--drop-unsupported, which fixes it");
       }
     }
     if (!idle_.empty()) update_groups();
@@ -563,10 +560,9 @@ class Reader {
   // ---- joints
 
   void adapt_joints() {
-    bool efforts = false;
+    size_t velocities = 0, unlimited = 0;
     for (UrdfJoint& joint : joints_) {
       xml::XMLElement* limit = joint.element->FirstChildElement("limit");
-      if (joint.type != "fixed" && limit != nullptr && number_of(limit, "effort", 0) != 0) efforts = true;
       if (limit != nullptr && (joint.type == "continuous" || joint.type == "fixed" || joint.type == "floating")) {
         limit->DeleteAttribute("lower");
         limit->DeleteAttribute("upper");
@@ -591,11 +587,30 @@ class Reader {
                "make it fixed, or make its parent the root link");
       }
       adapt_mimic(joint);
+      if (joint.type != "revolute" && joint.type != "continuous" && joint.type != "prismatic") continue;
+      if (limit != nullptr && limit->Attribute("velocity") != nullptr) ++velocities;
+      if (joint.element->FirstChildElement("mimic") != nullptr) continue;
+      result_.driven.push_back(joint.name);
+      if (number_of(limit, "effort", 0) <= 0) ++unlimited;
     }
-    if (efforts) {
-      result_.notes.emplace_back(
-          "URDF has no actuators: effort limits clamp nothing, and torques come from the control that you choose");
+    if (unlimited > 0) {
+      result_.notes.push_back(
+          fmt::format("{} joints have no effort limit above 0: their motors have no limit", unlimited));
     }
+    if (velocities > 0) {
+      result_.notes.push_back(
+          fmt::format("velocity limits of {} joints are not used: no engine here has them", velocities));
+    }
+    note_elements("transmission", "transmissions", "every joint that is not fixed and mimics none has a motor");
+    note_elements("gazebo", "gazebo extensions", "they are another program's");
+  }
+
+  void note_elements(const char* name, const char* plural, const char* why) {
+    size_t count = 0;
+    for (const xml::XMLElement* e = robot_->FirstChildElement(name); e != nullptr; e = e->NextSiblingElement(name)) {
+      ++count;
+    }
+    if (count > 0) result_.notes.push_back(fmt::format("{} {} are not read: {}", count, plural, why));
   }
 
   void adapt_mimic(UrdfJoint& joint) {
@@ -609,8 +624,15 @@ class Reader {
       std::vector<std::string> names;
       names.reserve(joints_.size());
       for (const UrdfJoint& other : joints_) names.push_back(other.name);
-      refuse(label(joint), mimic->GetLineNum(),
-             fmt::format("mimics the unknown joint '{}'{}", target, did_you_mean(target, names)), "correct <mimic>");
+      const std::string fault = fmt::format("mimics the unknown joint '{}'", target);
+      if (options_.drop_unsupported) {
+        leave_out(label(joint), mimic->GetLineNum(), fault + ": its <mimic> is left out, so that it moves freely");
+        joint.element->DeleteChild(mimic);
+      } else {
+        refuse(label(joint), mimic->GetLineNum(),
+               fault + (nearest_name(target, names) ? did_you_mean(target, names) : ""), "correct <mimic>",
+               "--drop-unsupported, which removes it, so that the joint moves freely");
+      }
     } else if (found->type == "fixed") {
       if (options_.drop_unsupported) {
         leave_out(label(joint), mimic->GetLineNum(),
@@ -618,7 +640,8 @@ class Reader {
         joint.element->DeleteChild(mimic);
       } else {
         refuse(label(joint), mimic->GetLineNum(), fmt::format("mimics joint '{}', which is fixed", target),
-               "make both fixed or remove <mimic>", "--drop-unsupported removes it");
+               "make both fixed or remove <mimic>",
+               "--drop-unsupported, which removes it, so that the joint moves freely");
       }
     }
   }
@@ -653,7 +676,7 @@ class Reader {
       if (options_.drop_unsupported) {
         leave_out(element, mesh.GetLineNum(), message + "; it is left out, so this link does not collide there");
       } else {
-        refuse(element, mesh.GetLineNum(), message, mend, "--drop-unsupported leaves it out");
+        refuse(element, mesh.GetLineNum(), message, mend, "--drop-unsupported, which leaves it out");
       }
       return false;
     };
@@ -711,7 +734,47 @@ class Reader {
 
   // ---- repair
 
-  void mend_inertia(const Link& link, std::vector<Edit>& edits, std::vector<UrdfMend>& mends) const {
+  // How many elements of its name begin in its line before it.
+  int index_of(const xml::XMLElement& element) const { return count_before(*robot_, element).first; }
+  // ... in what is below `root`, and whether the element is there.
+  static std::pair<int, bool> count_before(const xml::XMLElement& root, const xml::XMLElement& element) {
+    if (&root == &element) return {0, true};
+    const bool alike = root.GetLineNum() == element.GetLineNum() && std::string_view(root.Name()) == element.Name();
+    int count = alike ? 1 : 0;
+    for (const xml::XMLElement* e = root.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+      const auto [below, found] = count_before(*e, element);
+      count += below;
+      if (found) return {count, true};
+    }
+    return {count, false};
+  }
+
+  void change(const xml::XMLElement& element, const char* attribute, const std::string& value,
+              std::vector<AttributeEdit>& edits) const {
+    edits.push_back({element.GetLineNum(), index_of(element), element.Name(), attribute, value});
+  }
+
+  // Names of meshes that mean another file, or none, in the folder of `out`.
+  void move_meshes(const std::string& out, std::vector<AttributeEdit>& edits, std::vector<Mend>& mends) const {
+    size_t moved = 0;
+    for (const Link& link : links_) {
+      for (const char* kind : {"visual", "collision"}) {
+        for (const xml::XMLElement* e = link.element->FirstChildElement(kind); e != nullptr;
+             e = e->NextSiblingElement(kind)) {
+          const xml::XMLElement* geometry = e->FirstChildElement("geometry");
+          const xml::XMLElement* mesh = geometry == nullptr ? nullptr : geometry->FirstChildElement("mesh");
+          const std::string uri = text_of(mesh, "filename");
+          const std::string found = uri.empty() ? "" : find_resource(uri, path_, options_.packages).path;
+          if (found.empty() || find_resource(uri, out, options_.packages).path == found) continue;
+          change(*mesh, "filename", fs::absolute(found).lexically_normal().string(), edits);
+          ++moved;
+        }
+      }
+    }
+    if (moved > 0) mends.push_back({0, fmt::format("{} names of mesh files are absolute paths now", moved)});
+  }
+
+  void mend_inertia(const Link& link, std::vector<AttributeEdit>& edits, std::vector<Mend>& mends) const {
     const xml::XMLElement* inertial = link.element->FirstChildElement("inertial");
     if (inertial == nullptr || link.mass <= 0 || inertia_possible(link.I)) {
       // a mass without any inertia is a point: valid as a part, not as a whole
@@ -726,16 +789,16 @@ class Reader {
         {{"ixx", {0, 0}}, {"ixy", {0, 1}}, {"ixz", {0, 2}}, {"iyy", {1, 1}}, {"iyz", {1, 2}}, {"izz", {2, 2}}}};
     for (const auto& [name, at] : kEntries) {
       const double value = mended(at.first, at.second);
-      if (value != link.I(at.first, at.second)) edits.push_back({inertia, name, shortest(value)});
+      if (value != link.I(at.first, at.second)) change(*inertia, name, shortest(value), edits);
     }
     mends.push_back({inertia->GetLineNum(), fmt::format("inertia of link '{}': principal moments {} -> {} kg m^2",
                                                         link.name, eigenvalues_text(principal_moments(link.I)),
                                                         eigenvalues_text(principal_moments(mended)))});
   }
 
-  void mend_joint(const UrdfJoint& joint, std::vector<Edit>& edits, std::vector<UrdfMend>& mends) const {
+  void mend_joint(const UrdfJoint& joint, std::vector<AttributeEdit>& edits, std::vector<Mend>& mends) const {
     if (idle_.contains(link_joint(joint))) {
-      edits.push_back({joint.element, "type", "fixed"});
+      change(*joint.element, "type", "fixed", edits);
       mends.push_back({line_of(joint), fmt::format("joint '{}' moves no mass: {} -> fixed", joint.name, joint.type)});
       return;
     }
@@ -743,8 +806,8 @@ class Reader {
     if (limit == nullptr || (joint.type != "revolute" && joint.type != "prismatic")) return;
     const double lower = number_of(limit, "lower", 0), upper = number_of(limit, "upper", 0);
     if (lower <= upper || limit->Attribute("lower") == nullptr || limit->Attribute("upper") == nullptr) return;
-    edits.push_back({limit, "lower", text_of(limit, "upper")});
-    edits.push_back({limit, "upper", text_of(limit, "lower")});
+    change(*limit, "lower", text_of(limit, "upper"), edits);
+    change(*limit, "upper", text_of(limit, "lower"), edits);
     mends.push_back({limit->GetLineNum(), fmt::format("limits of joint '{}': swapped, {} to {}", joint.name,
                                                       shortest(upper), shortest(lower))});
   }
@@ -768,39 +831,6 @@ class Reader {
   std::map<std::string, std::string> mesh_names_;  // path and scale -> name
 };
 
-// ---- text that keeps its form ----------------------------------------------------------------------------------------
-
-size_t start_of_line(const std::string& text, int line) {
-  size_t at = 0;
-  for (int i = 1; i < line && at != std::string::npos; ++i) {
-    at = text.find('\n', at);
-    if (at != std::string::npos) ++at;
-  }
-  return at;
-}
-
-// The value of one attribute of the element that begins in `line`; a missing attribute is added.
-void replace_attribute(std::string& text, int line, const std::string& element, const std::string& attribute,
-                       const std::string& value) {
-  size_t begins = text.find("<" + element, start_of_line(text, line));
-  const auto is_longer_name = [&] {  // <inertial> when <inertia> is meant
-    return begins != std::string::npos &&
-           std::string_view(" \t\r\n/>").find(text[begins + 1 + element.size()]) == std::string_view::npos;
-  };
-  while (is_longer_name()) begins = text.find("<" + element, begins + 1);
-  if (begins == std::string::npos) throw InputError(fmt::format("line {} has no <{}>", line, element));
-  const size_t ends = text.find('>', begins);
-  for (size_t at = begins; (at = text.find(attribute, at)) < ends; at += attribute.size()) {
-    size_t equals = text.find_first_not_of(" \t\r\n", at + attribute.size());
-    if (std::string_view(" \t\r\n").find(text[at - 1]) == std::string_view::npos || text[equals] != '=') continue;
-    const size_t quote = text.find_first_of("\"'", equals);
-    const size_t close = text.find(text[quote], quote + 1);
-    text.replace(quote + 1, close - quote - 1, value);
-    return;
-  }
-  text.insert(begins + 1 + element.size(), fmt::format(" {}=\"{}\"", attribute, value));
-}
-
 }  // namespace
 
 bool UrdfDocument::refused() const {
@@ -817,15 +847,11 @@ UrdfDocument read_urdf(const std::string& text, const std::string& path, const L
   return Reader(text, path, options).run();
 }
 
-std::string mend_urdf(const std::string& text, const std::string& path, std::vector<UrdfMend>& mends) {
+std::string mend_urdf(const std::string& text, const std::string& path, const std::string& out,
+                      std::vector<Mend>& mends) {
   const LoadOptions options;
   Reader reader(text, path, options);
-  std::string result = text;
-  // edits keep the number of lines, so lines stay those of the document
-  for (const Reader::Edit& edit : reader.edits(mends)) {
-    replace_attribute(result, edit.element->GetLineNum(), edit.element->Name(), edit.attribute, edit.value);
-  }
-  return result;
+  return edited(text, reader.edits(out, mends));
 }
 
 }  // namespace assay

@@ -7,6 +7,7 @@
 // - Where links that are fixed to each other could not be compiled one by one (a mass without inertia), the inertia of
 //   the whole stands in the link that moves.
 // - A continuous joint has no limits; a missing bound of another is 0; <mimic> of a fixed joint is dropped.
+// URDF has no actuators: every joint that moves and mimics no other is driven by a motor within its effort limit.
 #pragma once
 
 #include <map>
@@ -17,6 +18,7 @@
 #include "model/load_options.h"
 #include "model/mesh_file.h"
 #include "model/problems.h"
+#include "model/repair.h"
 
 namespace assay {
 
@@ -30,6 +32,7 @@ struct UrdfDocument {
   std::string text;                        // for MuJoCo's parser
   std::map<std::string, UrdfMesh> meshes;  // by the name of their <mesh> in `text`, without ending
   std::set<std::string> massless;          // bodies whose inertia is a placeholder
+  std::vector<std::string> driven;         // joints that get a motor, whose force the effort limit clamps
   std::vector<std::string> notes;
   std::vector<Problem> problems;
 
@@ -42,15 +45,8 @@ std::string root_element(const std::string& text);
 // `path` is where the text comes from, for relative names. Every problem is found, not only the first.
 UrdfDocument read_urdf(const std::string& text, const std::string& path, const LoadOptions& options);
 
-// One change that makes a URDF file valid.
-struct UrdfMend {
-  int line = 0;
-  std::string what;  // "inertia of link 'foot': ..."
-};
-
-// The text with mended attributes and nothing else changed: inertia that is not positive or breaks the triangle
-// inequality becomes the nearest valid one about the same principal axes, swapped limits are swapped back, a joint that
-// moves no mass becomes fixed. Throws InputError for what cannot be mended.
-std::string mend_urdf(const std::string& text, const std::string& path, std::vector<UrdfMend>& mends);
+// The text without the faults that have one obvious mend, for mended_model().
+std::string mend_urdf(const std::string& text, const std::string& path, const std::string& out,
+                      std::vector<Mend>& mends);
 
 }  // namespace assay

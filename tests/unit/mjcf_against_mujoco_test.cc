@@ -80,12 +80,26 @@ Quat quat(const mjtNum* array, std::ptrdiff_t row = 0) {
   return {q[0], q[1], q[2], q[3]};
 }
 
-// MuJoCo's joint of a body of the model, which may be one of several in MuJoCo's body.
-int mujoco_joint(const Mujoco& mujoco, const Model& model, const Body& body) {
+// MuJoCo's joint of a body of the model, which may be one of several in MuJoCo's body, or a part of a free one.
+struct Coordinate {
+  int joint = -1;
+  int first = 0;  // of the joint's
+};
+Coordinate coordinate(const mjModel* m, const std::string& joint) {
+  const int own = mj_name2id(m, mjOBJ_JOINT, joint.c_str());
+  if (own >= 0) return {own, m->jnt_type[own] == mjJNT_FREE ? 3 : 0};
+  // a slide that stands for a free joint's x, y or z
+  return {mj_name2id(m, mjOBJ_JOINT, joint.substr(0, joint.size() - 2).c_str()), joint.back() - 'x'};
+}
+Coordinate coordinate(const Mujoco& mujoco, const Model& model, const Body& body) {
   const mjModel* m = mujoco.m;
-  if (body.joint >= 0) return mj_name2id(m, mjOBJ_JOINT, model.joints[body.joint].name.c_str());
-  if (body.ball >= 0) return mj_name2id(m, mjOBJ_JOINT, model.balls[body.ball].name.c_str());
-  return m->body_jntadr[mj_name2id(m, mjOBJ_BODY, body.name.c_str())];
+  if (body.joint >= 0) return coordinate(m, model.joints[body.joint].name);
+  if (body.ball >= 0) return coordinate(m, model.balls[body.ball].name);
+  return {m->body_jntadr[mj_name2id(m, mjOBJ_BODY, body.name.c_str())], 0};
+}
+int dof(const mjModel* m, const std::string& joint) {
+  const Coordinate at = coordinate(m, joint);
+  return m->jnt_dofadr[at.joint] + at.first;
 }
 
 // MuJoCo's coordinates as the uniform state; free bodies and balls from MuJoCo's own orientations and velocities.
@@ -98,9 +112,9 @@ State state_of(const Mujoco& mujoco, const Model& model) {
   state.velocity.resize(model.joints.size());
   for (size_t i = 0; i < model.bodies.size(); ++i) {
     const Body& body = model.bodies[i];
-    const int j = mujoco_joint(mujoco, model, body);
-    const mjtNum* q = d->qpos + m->jnt_qposadr[j];
-    const mjtNum* v = d->qvel + m->jnt_dofadr[j];
+    const auto [j, first] = coordinate(mujoco, model, body);
+    const mjtNum* q = d->qpos + m->jnt_qposadr[j] + first;
+    const mjtNum* v = d->qvel + m->jnt_dofadr[j] + first;
     BodyState& s = state.bodies[i];
     if (body.joint >= 0) {
       state.position[body.joint] = q[0];
@@ -171,10 +185,12 @@ void compare_motion(const Mujoco& mujoco, const Model& model) {
     SCOPED_TRACE(body.name);
     if (body.joint >= 0) {
       // also those of massless bodies, which MuJoCo has no frames of
-      const int j = mujoco_joint(mujoco, model, body);
+      const int j = coordinate(mujoco, model, body).joint;
       const JointFrames frames = joint_frames(model, state, body.joint);
-      EXPECT_LT((frames.p_WJ_parent - vec3(d->xanchor, j)).norm(), 1e-11);
-      EXPECT_LT((frames.axis_W_parent - vec3(d->xaxis, j)).norm(), 1e-12);
+      if (m->jnt_type[j] != mjJNT_FREE) {
+        EXPECT_LT((frames.p_WJ_parent - vec3(d->xanchor, j)).norm(), 1e-11);
+        EXPECT_LT((frames.axis_W_parent - vec3(d->xaxis, j)).norm(), 1e-12);
+      }
     }
     if (body.is_massless()) continue;
     const int b = mj_name2id(m, mjOBJ_BODY, body.name.c_str());
@@ -222,18 +238,18 @@ void compare_motion(const Mujoco& mujoco, const Model& model) {
     for (const JointTerm& term : tendon.terms) passive[term.joint] += term.coefficient * tension;
   }
   for (size_t j = 0; j < model.joints.size(); ++j) {
-    const int dof = m->jnt_dofadr[mj_name2id(m, mjOBJ_JOINT, model.joints[j].name.c_str())];
-    EXPECT_NEAR(passive[j], d->qfrc_passive[dof], 1e-10);
-    EXPECT_EQ(model.joints[j].dry_friction, m->dof_frictionloss[dof]);
+    const int at = dof(m, model.joints[j].name);
+    EXPECT_NEAR(passive[j], d->qfrc_passive[at], 1e-10);
+    EXPECT_EQ(model.joints[j].dry_friction, m->dof_frictionloss[at]);
   }
   for (size_t b = 0; b < model.balls.size(); ++b) {
     const BallJoint& ball = model.balls[b];
     const int index = static_cast<int>(b);
-    const int dof = m->jnt_dofadr[mj_name2id(m, mjOBJ_JOINT, ball.name.c_str())];
+    const int at = dof(m, ball.name);
     const Vec3 torque =
         ball_spring_torque(ball, ball_rotation(model, state, index), ball_velocity(model, state, index));
-    EXPECT_LT((torque - vec3(d->qfrc_passive + dof)).norm(), 1e-10);
-    EXPECT_EQ(ball.dry_friction, m->dof_frictionloss[dof]);
+    EXPECT_LT((torque - vec3(d->qfrc_passive + at)).norm(), 1e-10);
+    EXPECT_EQ(ball.dry_friction, m->dof_frictionloss[at]);
   }
   if (!model.actuators.empty()) {
     std::vector<double> torques(model.joints.size());
@@ -247,8 +263,7 @@ void compare_motion(const Mujoco& mujoco, const Model& model) {
     for (Actuator& a : without_sines.actuators) a.sine = {};
     actuator_control(without_sines, control)->torques(state, torques);
     for (size_t j = 0; j < model.joints.size(); ++j) {
-      const int joint = mj_name2id(m, mjOBJ_JOINT, model.joints[j].name.c_str());
-      EXPECT_NEAR(torques[j], d->qfrc_actuator[m->jnt_dofadr[joint]], 1e-10) << model.joints[j].name;
+      EXPECT_NEAR(torques[j], d->qfrc_actuator[dof(m, model.joints[j].name)], 1e-10) << model.joints[j].name;
     }
   }
 }
@@ -279,8 +294,9 @@ Pairs declared(const Model& model) {
   return pairs;
 }
 
-// Random trees of named bodies: free, jointless, or with one to three hinges, slides and balls; springs, references,
-// dry friction, fixed tendons, actuators, a keyframe; shapes so large that any two that may touch do.
+// Random trees of named bodies: free (plain or with springs), jointless, or with one to three hinges, slides and balls;
+// springs, references, dry friction, fixed tendons, actuators, a keyframe; shapes so large that any two that may touch
+// do.
 class RandomTree {
  public:
   explicit RandomTree(unsigned seed) : random_(seed) {}
@@ -351,7 +367,7 @@ class RandomTree {
     std::string text = fmt::format("<body name='{}' pos='{}' quat='{}'>", name, vector(3, 0.5), vector(4, 1));
     const double kind = number(0, 1);
     if (depth == 0 && kind < 0.4) {
-      text += "<freejoint/>";
+      text += chance(0.5) ? "<freejoint/>" : fmt::format("<joint name='free{}' type='free' {}/>", name, passive());
     } else if (kind < 0.8) {
       const int joints = 1 + (chance(0.4) ? 1 : 0) + (chance(0.2) ? 1 : 0);
       for (int k = 0; k < joints; ++k) text += joint(k == joints - 1);
@@ -367,12 +383,15 @@ class RandomTree {
     return text + "</body>";
   }
 
+  std::string passive() {
+    return fmt::format("stiffness='{}' damping='{}' armature='{}' frictionloss='{}'", chance(0.5) ? number(0, 5) : 0,
+                       chance(0.5) ? number(0, 5) : 0, chance(0.5) ? number(0, 1) : 0, chance(0.3) ? number(0, 1) : 0);
+  }
+
   // MuJoCo wants a ball to be the last that turns.
   std::string joint(bool last) {
-    const std::string common =
-        fmt::format("pos='{}' stiffness='{}' damping='{}' armature='{}' frictionloss='{}'", vector(3, 0.3),
-                    chance(0.5) ? number(0, 5) : 0, chance(0.5) ? number(0, 5) : 0, chance(0.5) ? number(0, 1) : 0,
-                    chance(0.3) ? number(0, 1) : 0);
+    const std::string place = vector(3, 0.3);
+    const std::string common = fmt::format("pos='{}' {}", place, passive());
     if (last && chance(0.25)) return fmt::format("<joint name='ball{}' type='ball' {}/>", balls_++, common);
     joints_.push_back(fmt::format("joint{}", joints_.size()));
     return fmt::format("<joint name='{}' type='{}' axis='{}' ref='{}' springref='{}' {}/>", joints_.back(),
@@ -583,7 +602,7 @@ TEST(AgainstMujoco, ConnectAndWeldHoldWhatItHolds) {
       X_WA.p += X_WB * model.connects[0].p_B - X_WA * model.connects[0].p_A;
     }
     mj_resetData(mujoco.m, mujoco.d);
-    const int joint = mujoco_joint(mujoco, model, model.bodies[a]);
+    const int joint = coordinate(mujoco, model, model.bodies[a]).joint;
     mjtNum* q = mujoco.d->qpos + mujoco.m->jnt_qposadr[joint];
     std::copy_n(X_WA.p.data(), 3, q);
     const Quat& o = X_WA.q;

@@ -62,13 +62,6 @@ const std::vector<Case> kCases = {
     {"LimitMargin",
      "<worldbody><body><joint name='j' range='-10 10' margin='0.2'/><geom size='1'/></body></worldbody>",
      {"joint 'j' (line 2)", "limit margin of 0.2", "widen the range"}},
-    {"DampedFreeJoint",
-     "<worldbody><body><joint name='j' type='free' damping='0.1' armature='1' frictionloss='1'/><geom size='1'/></body>"
-     "</worldbody>",
-     {"joint 'j'", "free joint with damping and armature and dry friction", "<freejoint/>", "--drop-unsupported"}},
-    {"SprungFreeJoint",
-     "<worldbody><body><joint name='j' type='free' stiffness='0.1'/><geom size='1'/></body></worldbody>",
-     {"joint 'j'", "free joint with a spring", "<freejoint/>", "lets the body move freely"}},
     {"GravityCompensation",
      "<worldbody><body name='kite' gravcomp='1'><freejoint/><geom size='1'/></body></worldbody>",
      {"body 'kite' (line 2)", "gravity compensation", "remove gravcomp"}},
@@ -134,7 +127,7 @@ const std::vector<Case> kCases = {
      "<worldbody><geom name='belt' type='plane' size='1 1 1' surfacevel='1 0 0 0 0 0'/><body><freejoint/>"
      "<geom size='1'/></body></worldbody>",
      {"geom 'belt'", "surface velocity", "remove surfacevel"}},
-    {"Empty", "", {"nothing in it can move", "<freejoint/>"}},
+    {"Empty", "", {"has no bodies", "name a file with bodies"}},
     {"NothingMoves",
      "<worldbody><geom type='plane' size='1 1 1'/><body><geom size='1'/></body></worldbody>",
      {"nothing in it can move", "<freejoint/>"}},
@@ -233,6 +226,13 @@ TEST(MjcfRefusal, UrdfJointsAndMimic) {
   EXPECT_EQ(refusal(robot("prismatic", "<limit lower='0' upper='1' effort='1' velocity='1'/>", "")), "");
   EXPECT_EQ(refusal(robot("continuous", "<dynamics friction='0.5'/>", "")), "");
   EXPECT_EQ(refusal(robot("continuous", "", "<mimic joint='j1'/>")), "");
+  const std::string unknown = robot("continuous", "", "\n<mimic joint='j'/>");
+  EXPECT_THAT(refusal(unknown),
+              AllOf(HasSubstr("joint 'j2' (line 2) mimics the unknown joint 'j' (did you mean 'j1'?)"),
+                    HasSubstr("correct <mimic>, or --drop-unsupported, which removes it")));
+  const Model dropped = load_model_text(unknown, "robot.urdf", {.drop_unsupported = true});
+  EXPECT_TRUE(dropped.couplings.empty());
+  EXPECT_THAT(dropped.notes, testing::Contains(HasSubstr("so that it moves freely")));
 }
 
 // Every problem is found, each with its element, and the exception counts the others.

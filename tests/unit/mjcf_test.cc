@@ -455,7 +455,18 @@ TEST_F(MjcfFile, Urdf) {
   EXPECT_DOUBLE_EQ(model.bodies[1].mass, 2);
   EXPECT_LT((model.bodies[1].p_BBcm - Vec3(0, 0, 0.2)).norm(), 1e-15);
   EXPECT_NEAR(model.bodies[1].I_BBcm_B(0, 0), 0.2 + 2 * 0.04, 1e-15);
-  EXPECT_THAT(model.notes, Contains(HasSubstr("velocity limits of the URDF file are left out")));
+  EXPECT_THAT(model.notes, Contains(HasSubstr("velocity limits of 1 joints are not used")));
+  // a motor for each joint, within the effort limit
+  ASSERT_EQ(model.actuators.size(), 2U);
+  EXPECT_EQ(model.actuators[0].name, "shoulder");
+  EXPECT_EQ(model.actuators[0].gain, 1);
+  EXPECT_EQ(model.actuators[0].bias, (std::array<double, 3>{0, 0, 0}));
+  EXPECT_TRUE(model.actuators[0].force_limited);
+  EXPECT_EQ(model.actuators[0].force_lower, -10);
+  EXPECT_EQ(model.actuators[0].force_upper, 10);
+  EXPECT_EQ(model.actuators[1].terms.at(0).joint, 1);
+  EXPECT_FALSE(model.actuators[1].force_limited);
+  EXPECT_EQ(model.control0, (std::vector<double>{0, 0}));
   // from a string it is the same robot
   EXPECT_EQ(load_model_text(kUrdf, "arm").hash, model.hash);
 }

@@ -1,6 +1,7 @@
 // What the loader makes of joints, shapes, margins, tendons and actuators beyond the hinge and the sphere, and what
 // --drop-unsupported leaves of the rest.
 #include <algorithm>
+#include <numbers>
 #include <string>
 
 #include <fmt/format.h>
@@ -60,6 +61,38 @@ TEST(MjcfTranslation, SeveralJointsAreAChainOfMasslessBodies) {
   EXPECT_EQ(model.shapes[1].body, 3);
   EXPECT_THAT(model.contacts, IsEmpty());  // base and hip are parent and child, however many joints are between
   EXPECT_EQ(model.dof(), 9);
+}
+
+// mjcf_against_mujoco_test.cc compares their motion with MuJoCo's.
+TEST(MjcfTranslation, FreeJointWithADamperIsThreeSlidesAndABall) {
+  const std::string free =
+      "<worldbody><body name='cup' pos='1 2 3' euler='0 0 90'><joint name='j' type='free' damping='0.5' armature='0.1' "
+      "frictionloss='0.2'/><geom size='1' pos='0.1 0 0'/></body></worldbody>";
+  const Model model = load(free);
+  EXPECT_THAT(names(model.bodies), ElementsAre("cup_x", "cup_y", "cup_z", "cup"));
+  EXPECT_THAT(names(model.joints), ElementsAre("j_x", "j_y", "j_z"));
+  EXPECT_THAT(names(model.balls), ElementsAre("j"));
+  EXPECT_EQ(model.dof(), 6);
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_TRUE(model.bodies[k].is_massless());
+    EXPECT_TRUE(model.joints[k].is_slide());
+    EXPECT_EQ(model.joints[k].axis_B, Vec3::Unit(k));
+    EXPECT_EQ(model.joints[k].damping, 0.5);
+    EXPECT_EQ(model.joints[k].armature, 0.1);
+    EXPECT_EQ(model.joints[k].dry_friction, 0.2);
+    EXPECT_EQ(model.initial.position[k], k + 1);  // where the body is, as in MuJoCo's qpos
+  }
+  EXPECT_EQ(model.balls[0].damping, 0.5);
+  // the body is where the file puts it, also from a keyframe
+  const auto expect_cup = [](const Model& loaded, const Vec3& p) {
+    const BodyState& cup = loaded.initial.bodies.at(3);
+    EXPECT_LT((cup.p_WBcm - (p + Vec3(0, 0.1, 0))).norm(), 1e-12);
+    EXPECT_LT(cup.q_WB.angularDistance(Quat(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3::UnitZ()))), 1e-7);
+  };
+  expect_cup(model, {1, 2, 3});
+  expect_cup(load(free + "<keyframe><key qpos='4 5 6 1 0 0 1'/></keyframe>"), {4, 5, 6});
+  // without values it stays a free body
+  EXPECT_TRUE(load("<worldbody><body><joint type='free'/><geom size='1'/></body></worldbody>").bodies[0].is_free());
 }
 
 TEST(MjcfTranslation, BallJointKeepsEverything) {

@@ -1,0 +1,266 @@
+#include "model/mjcf_document.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <memory>
+#include <set>
+#include <sstream>
+#include <string_view>
+#include <utility>
+
+#include <fmt/format.h>
+#include <tinyxml2.h>
+
+#include "base/errors.h"
+#include "base/text.h"
+#include "model/inertia.h"
+
+namespace assay {
+namespace {
+
+namespace fs = std::filesystem;
+namespace xml = tinyxml2;
+
+std::string text_of(const xml::XMLElement& element, const char* attribute) {
+  const char* value = element.Attribute(attribute);
+  return value == nullptr ? "" : value;
+}
+
+// Empty where one of the words is no number.
+std::vector<double> numbers_of(const xml::XMLElement& element, const char* attribute) {
+  std::istringstream words(text_of(element, attribute));
+  std::vector<double> numbers;
+  for (std::string word; words >> word;) {
+    const auto number = parse_number(word);
+    if (!number || !std::isfinite(*number)) return {};
+    numbers.push_back(*number);
+  }
+  return numbers;
+}
+
+std::string written(const std::vector<double>& numbers) {
+  std::vector<std::string> words;
+  words.reserve(numbers.size());
+  for (const double number : numbers) words.push_back(shortest(number));
+  return join(words, " ");
+}
+
+std::string moments_text(const Vec3& moments) {
+  return fmt::format("{:.3g}, {:.3g}, {:.3g}", moments[0], moments[1], moments[2]);
+}
+
+fs::path folder_of(const std::string& path) {
+  if (path.empty()) return fs::current_path();
+  std::error_code error;
+  return fs::weakly_canonical(fs::absolute(path), error).parent_path();
+}
+
+// One file of the document: the model's own, or one that it includes.
+struct Source {
+  std::string name;  // as the <include> writes it; empty for the model's own
+  std::string text;
+  xml::XMLDocument document;
+  std::map<std::pair<int, std::string>, int> counted;  // elements of a name that began in a line so far
+  std::vector<AttributeEdit> edits;
+  struct Include {
+    int line = 0, index = 0;
+    Source* source = nullptr;
+  };
+  std::vector<Include> includes;  // in the text's order
+};
+
+struct Fault {
+  Problem problem;
+  Mend mend;
+};
+
+class Document {
+ public:
+  Document(const std::string& text, const std::string& path) : folder_(folder_of(path)) { read("", text); }
+
+  const std::vector<Fault>& faults() const { return faults_; }
+
+  // The whole text with the faults mended, to be written into `out`.
+  std::string mended(const std::string& out) const {
+    const bool moved = folder_of(out) != folder_;
+    const bool flat = moved || std::ranges::any_of(sources_, [](const auto& source) {
+                        return !source->name.empty() && !source->edits.empty();
+                      });
+    const Source& own = *sources_.front();
+    std::string text = flat ? expanded(own) : edited(own.text, own.edits);
+    if (moved) {
+      const size_t end = text.rfind("</mujoco");
+      if (end != std::string::npos) {
+        text.insert(end, fmt::format("  <compiler meshdir=\"{}\" texturedir=\"{}\"/>\n", (folder_ / meshes_).string(),
+                                     (folder_ / textures_).string()));
+      }
+    }
+    return text;
+  }
+
+ private:
+  // Null for a file that is missing, no XML, or read already: MuJoCo's parser says so.
+  Source* read(const std::string& name, const std::string& text) {
+    auto source = std::make_unique<Source>();
+    source->name = name;
+    source->text = text;
+    source->document.Parse(text.data(), text.size());
+    const xml::XMLElement* root = source->document.RootElement();
+    if (source->document.Error() || root == nullptr) return nullptr;
+    sources_.push_back(std::move(source));
+    Source& kept = *sources_.back();
+    walk(kept, *root, "");
+    return &kept;
+  }
+
+  void walk(Source& source, const xml::XMLElement& element, const std::string& body) {
+    const std::string_view kind = element.Name();
+    const int index = source.counted[{element.GetLineNum(), element.Name()}]++;
+    std::string owner = body;
+    if (kind == "body" || kind == "worldbody") {
+      owner = kind == "body" ? fmt::format("body '{}'", text_of(element, "name")) : "the world";
+    } else if (kind == "include") {
+      include(source, element, index);
+      return;
+    } else if (kind == "compiler") {
+      read_compiler(element);
+    } else if (kind == "inertial") {
+      examine_inertial(source, element, index, body);
+    } else {
+      examine_ranges(source, element, index, body);
+    }
+    for (const xml::XMLElement* e = element.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+      walk(source, *e, owner);
+    }
+  }
+
+  void include(Source& source, const xml::XMLElement& element, int index) {
+    const std::string name = text_of(element, "file");
+    if (!included_.insert(name).second) return;
+    std::ifstream file(folder_ / name, std::ios::binary);
+    const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+    if (Source* other = read(name, text)) source.includes.push_back({element.GetLineNum(), index, other});
+  }
+
+  void read_compiler(const xml::XMLElement& element) {
+    if (const std::string folder = text_of(element, "assetdir"); !folder.empty()) meshes_ = textures_ = folder;
+    if (const std::string folder = text_of(element, "meshdir"); !folder.empty()) meshes_ = folder;
+    if (const std::string folder = text_of(element, "texturedir"); !folder.empty()) textures_ = folder;
+    if (text_of(element, "balanceinertia") == "true" || text_of(element, "inertiafromgeom") == "true") {
+      inertia_counts_ = false;  // MuJoCo mends or ignores it
+    }
+  }
+
+  void add(Source& source, const xml::XMLElement& element, int index, const std::string& what, const std::string& fault,
+           const std::string& mended, const char* attribute, const std::string& value) {
+    const int line = element.GetLineNum();
+    const bool own = source.name.empty();
+    Fault result;
+    result.problem.element = own ? what : fmt::format("{} ({}, line {})", what, source.name, line);
+    result.problem.line = own ? line : 0;
+    result.problem.message = fault;
+    result.problem.mend = "correct it, or write a mended file with `assay check --repair OUT`";
+    result.mend = {own ? line : 0, fmt::format("{}: {}", result.problem.element, mended)};
+    faults_.push_back(std::move(result));
+    source.edits.push_back({line, index, element.Name(), attribute, value});
+  }
+
+  void examine_inertial(Source& source, const xml::XMLElement& element, int index, const std::string& body) {
+    if (!inertia_counts_) return;
+    const bool full = element.Attribute("fullinertia") != nullptr;
+    const char* attribute = full ? "fullinertia" : "diaginertia";
+    const std::vector<double> n = numbers_of(element, attribute);
+    Mat3 I = Mat3::Zero();
+    if (full && n.size() == 6) {
+      I << n[0], n[3], n[4], n[3], n[1], n[5], n[4], n[5], n[2];
+    } else if (!full && n.size() == 3) {
+      I.diagonal() << n[0], n[1], n[2];
+    } else {
+      return;
+    }
+    const Vec3 moments = principal_moments(I);
+    const xml::XMLElement* owner = element.Parent()->ToElement();
+    const bool moves = owner->FirstChildElement("joint") != nullptr || owner->FirstChildElement("freejoint") != nullptr;
+    const bool positive = moments[0] > 0 || (!moves && moments[0] == 0);
+    const bool triangle = moments[0] + moments[1] >= moments[2];
+    const std::vector<double> mass = numbers_of(element, "mass");
+    if ((positive && triangle) || mass.size() != 1 || mass[0] <= 0) return;
+    const Mat3 mended = nearest_valid_inertia(I, mass[0]);
+    std::vector<double> values = {mended(0, 0), mended(1, 1), mended(2, 2)};
+    if (full) values.insert(values.end(), {mended(0, 1), mended(0, 2), mended(1, 2)});
+    const std::string fault =
+        !positive ? "has an inertia that is not positive" : "has an inertia that breaks the triangle inequality";
+    add(source, element, index, body, fmt::format("{} (principal moments {} kg m^2)", fault, moments_text(moments)),
+        fmt::format("principal moments of its inertia {} -> {} kg m^2", moments_text(moments),
+                    moments_text(principal_moments(mended))),
+        attribute, written(values));
+  }
+
+  // Bounds in the wrong order, of an element or of a default.
+  void examine_ranges(Source& source, const xml::XMLElement& element, int index, const std::string& body) {
+    for (const char* attribute : {"range", "ctrlrange", "forcerange", "actrange", "actuatorfrcrange", "lengthrange"}) {
+      const std::vector<double> n = numbers_of(element, attribute);
+      if (n.size() != 2 || n[0] <= n[1]) continue;
+      const std::string name = text_of(element, "name"), is = written(n), swapped = written({n[1], n[0]});
+      const std::string what = name.empty() ? fmt::format("a {}{}", element.Name(), body.empty() ? "" : " of " + body)
+                                            : fmt::format("{} '{}'", element.Name(), name);
+      add(source, element, index, what, fmt::format("has {}=\"{}\", whose bounds are swapped", attribute, is),
+          fmt::format("{} {} -> {}", attribute, is, swapped), attribute, swapped);
+    }
+  }
+
+  // The mended text of a source with what it includes in place.
+  static std::string expanded(const Source& source) {
+    std::string text = edited(source.text, source.edits);
+    // from the end, so that what comes before keeps its line
+    for (auto include = source.includes.rbegin(); include != source.includes.rend(); ++include) {
+      const size_t begin = element_begin(text, include->line, include->index, "include");
+      if (begin == std::string::npos) continue;
+      size_t end = tag_end(text, begin);
+      if (text[end - 1] != '/') end = text.find('>', text.find("</include", end));
+      text.replace(begin, end + 1 - begin,
+                   inside(expanded(*include->source), include->source->document.RootElement()->Name()));
+    }
+    return text;
+  }
+
+  // What stands between the tags of the root element.
+  static std::string inside(const std::string& text, const std::string& root) {
+    const size_t open = tag_end(text, element_begin(text, 1, 0, root));
+    const size_t close = text.rfind("</" + root);
+    return open == text.size() || text[open - 1] == '/' || close == std::string::npos
+               ? ""
+               : text.substr(open + 1, close - open - 1);
+  }
+
+  fs::path folder_;
+  std::vector<std::unique_ptr<Source>> sources_;
+  std::set<std::string> included_;
+  std::vector<Fault> faults_;
+  std::string meshes_, textures_;  // folders of files, from the model's
+  bool inertia_counts_ = true;
+};
+
+}  // namespace
+
+std::vector<Problem> mjcf_faults(const std::string& text, const std::string& path) {
+  const Document document(text, path);
+  std::vector<Problem> problems;
+  problems.reserve(document.faults().size());
+  for (const Fault& fault : document.faults()) problems.push_back(fault.problem);
+  return problems;
+}
+
+std::string mend_mjcf(const std::string& text, const std::string& path, const std::string& out,
+                      std::vector<Mend>& mends) {
+  const Document document(text, path);
+  for (const Fault& fault : document.faults()) mends.push_back(fault.mend);
+  return mends.empty() ? text : document.mended(out);
+}
+
+}  // namespace assay

@@ -1,0 +1,91 @@
+#include "model/repair.h"
+
+#include <string_view>
+
+#include <fmt/format.h>
+
+#include "base/errors.h"
+#include "model/mjcf_document.h"
+#include "model/urdf.h"
+
+namespace assay {
+namespace {
+
+constexpr std::string_view kBlanks = " \t\r\n";
+
+size_t start_of_line(const std::string& text, int line) {
+  size_t at = 0;
+  for (int i = 1; i < line && at != std::string::npos; ++i) {
+    at = text.find('\n', at);
+    if (at != std::string::npos) ++at;
+  }
+  return at;
+}
+
+void replace_attribute(std::string& text, size_t begin, const AttributeEdit& edit) {
+  const size_t end = tag_end(text, begin);
+  for (size_t at = begin; (at = text.find(edit.attribute, at)) < end; at += edit.attribute.size()) {
+    const size_t equals = text.find_first_not_of(kBlanks, at + edit.attribute.size());
+    if (kBlanks.find(text[at - 1]) == std::string_view::npos || text[equals] != '=') continue;
+    const size_t quote = text.find_first_of("\"'", equals);
+    const size_t close = text.find(text[quote], quote + 1);
+    text.replace(quote + 1, close - quote - 1, edit.value);
+    return;
+  }
+  text.insert(begin + 1 + edit.element.size(), fmt::format(" {}=\"{}\"", edit.attribute, edit.value));
+}
+
+}  // namespace
+
+size_t element_begin(const std::string& text, int line, int index, const std::string& element) {
+  constexpr std::string_view kComment = "<!--";
+  const std::string head = "<" + element;
+  size_t at = start_of_line(text, line);
+  while (at != std::string::npos && (at = text.find('<', at)) != std::string::npos) {
+    if (text.compare(at, kComment.size(), kComment) == 0) {
+      at = text.find("-->", at);
+      continue;
+    }
+    const size_t after = at + head.size();
+    const bool is_it =
+        text.compare(at, head.size(), head) == 0 && after < text.size() &&
+        (kBlanks.find(text[after]) != std::string_view::npos || text[after] == '/' || text[after] == '>');
+    if (is_it && index-- == 0) return at;
+    ++at;
+  }
+  return std::string::npos;
+}
+
+size_t tag_end(const std::string& text, size_t begin) {
+  for (size_t at = begin; (at = text.find_first_of("\"'>", at)) != std::string::npos; ++at) {
+    if (text[at] == '>') return at;
+    at = text.find(text[at], at + 1);
+    if (at == std::string::npos) break;
+  }
+  return text.size();
+}
+
+std::string edited(std::string text, const std::vector<AttributeEdit>& edits) {
+  for (const AttributeEdit& edit : edits) {
+    const size_t begin = element_begin(text, edit.line, edit.index, edit.element);
+    if (begin == std::string::npos) throw InputError(fmt::format("line {} has no <{}>", edit.line, edit.element));
+    replace_attribute(text, begin, edit);
+  }
+  return text;
+}
+
+std::string mended_model(const std::string& text, const std::string& path, const std::string& out,
+                         std::vector<Mend>& mends) {
+  const std::string root = root_element(text);
+  if (root != "robot" && root != "mujoco") {
+    throw InputError(fmt::format("--repair mends URDF and MJCF files, and '{}' is neither; name such a file", path));
+  }
+  std::string result = root == "robot" ? mend_urdf(text, path, out, mends) : mend_mjcf(text, path, out, mends);
+  if (mends.empty()) {
+    throw InputError(
+        fmt::format("--repair finds nothing in '{}' that it can mend; correct what assay check names", path));
+  }
+  return result;
+}
+
+}  // namespace assay
