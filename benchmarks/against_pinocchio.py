@@ -28,7 +28,7 @@ from update_robots import PACKAGES, SWITCHES, cache, table  # noqa: E402
 
 # Of each double-precision engine the integrators and joint solvers that treat a smooth robot differently.
 CONTENDERS = ["mujoco-euler", "mujoco-implicitfast", "mujoco-rk4", "bullet-mb", "bullet-si-f64", "dart", "simbody-euler",
-              "simbody-rkm", "ode-step", "jolt-f64", "rapier-multibody-f64", "rapier-impulse-f64"]
+              "ode-step", "jolt-f64", "rapier-multibody-f64", "rapier-impulse-f64"]
 LIMIT = 1e-4  # m, of a contender at the smallest timestep
 SETTLED = 1e-11  # m: Pinocchio's integration ends when halving its step changes the end by less
 MOST_STEPS = 1 << 17

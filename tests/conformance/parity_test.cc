@@ -33,8 +33,8 @@ class Random {
   std::mt19937_64 engine_;
 };
 
-// A tree in which every joint has a damper, and hinges and slides have limits; about the size of an arm or a quadruped. Of
-// hinges alone, or with slides and ball joints among them.
+// A tree in which every joint has a damper, and hinges and slides have limits; about the size of an arm or a quadruped.
+// Of hinges alone, or with slides and ball joints among them.
 Model robot(unsigned seed, bool armature, bool mixed = false) {
   Random random(seed);
   Model model;
@@ -129,8 +129,8 @@ parity::Certificate examine(const Model& model, const std::string& contender, Fa
   return parity::examine(model, bench, faulty.contender());
 }
 
-// How many seeded defects of `count` are named, first cause, with their joint. `mixed`: on trees with slides and balls, in
-// any joint of them.
+// How many seeded defects of `count` are named, first cause, with their joint. `mixed`: on trees with slides and balls,
+// in any joint of them.
 int named(int count, bool mixed, std::string& missed) {
   const std::vector<std::string> kinds = {"armature", "damping", "axis", "inertia", "upper limit", "torque"};
   int found = 0, tried = 0;
@@ -142,7 +142,8 @@ int named(int count, bool mixed, std::string& missed) {
     const bool armature = contender == "mujoco-euler";
     const Model model = robot(static_cast<unsigned>(seed), armature, mixed);
     const bool has_ball = kind == "armature" || kind == "damping" || kind == "inertia";
-    const int joints = static_cast<int>(model.joints.size()), balls = has_ball ? static_cast<int>(model.balls.size()) : 0;
+    const int joints = static_cast<int>(model.joints.size()),
+              balls = has_ball ? static_cast<int>(model.balls.size()) : 0;
     const int place = random.below(std::max(1, joints + balls));
     if (joints + balls == 0) continue;  // a tree of balls alone has no limit and no torque
     const Defect made = place < joints ? defect(kind, place, model) : ball_defect(kind, place - joints, model);
@@ -209,7 +210,9 @@ TEST(Parity, SaysHowMuch) {
   EXPECT_LT(off.unexplained, off.tolerance());
 
   // the joint's own row says so too, and no other joint's
-  const auto part = [&](size_t row, parity::Part which) { return off.joints[row].parts[static_cast<size_t>(which)].error; };
+  const auto part = [&](size_t row, parity::Part which) {
+    return off.joints[row].parts[static_cast<size_t>(which)].error;
+  };
   const bool floating = model.bodies[0].is_free();
   const size_t own = floating ? 3 : 2;
   EXPECT_EQ(off.joints[own].element, "joint 'j2'");
@@ -220,9 +223,10 @@ TEST(Parity, SaysHowMuch) {
     }
     EXPECT_LT(part(row, parity::Part::kTorque), 1e-6) << row;
   }
-  const parity::Certificate weak = examine(model, "mujoco-euler", {.name = "weak", .torques = [](std::vector<double>& t) {
-                                                                     if (!t.empty()) t[1] *= 0.97;
-                                                                   }});
+  const parity::Certificate weak =
+      examine(model, "mujoco-euler", {.name = "weak", .torques = [](std::vector<double>& t) {
+                                        if (!t.empty()) t[1] *= 0.97;
+                                      }});
   ASSERT_FALSE(weak.causes.empty());
   EXPECT_EQ(weak.causes[0].element, "joint 'j1'");
   EXPECT_EQ(weak.causes[0].parameter, "torque");

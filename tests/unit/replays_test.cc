@@ -126,7 +126,8 @@ Pictures ball_pictures(int subdivisions) {
   return pictures;
 }
 
-// Two systems of one robot hold its meshes once, and those that would need too much room lose triangles, not their shape.
+// Two systems of one robot hold its meshes once, and those that would need too much room lose triangles, not their
+// shape.
 TEST_F(ReplaysTest, PicturesArePackedOnceAndFit) {
   Store store = make({"x"});
   const Pictures pictures = ball_pictures(4);
