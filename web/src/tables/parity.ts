@@ -15,6 +15,9 @@ const kVerdicts: Record<ParityCertificate["verdict"], { sign: string; word: stri
 };
 const kLimitTolerance = 2e-3; // of the joint's range, as in src/parity/parity.cc
 
+// Bounds below this say nothing that a reader needs.
+const kNothing = 1e-5;
+
 function share(value: number): string {
   return `${plain(100 * value, 2)} %`;
 }
@@ -25,12 +28,13 @@ type Mark = { sign: string; style: string; text: string };
 function markOf(error: number, noise: number, certificate: ParityCertificate): Mark {
   const hidden = Math.max(4 * noise, certificate.tolerance);
   if (certificate.verdict === "not settled") return { sign: "?", style: "open", text: `< ${share(Math.max(hidden, error))}` };
-  return error > hidden ? { sign: "≠", style: "bad", text: share(error) } : { sign: "✓", style: "good", text: `< ${share(hidden)}` };
+  if (error > hidden) return { sign: "≠", style: "bad", text: share(error) };
+  return { sign: "✓", style: "good", text: hidden < kNothing ? "" : `< ${share(hidden)}` };
 }
 
 function markCell(mark: Mark | null): HTMLElement {
   if (!mark) return el("td", { class: "parity-cell none" }, "–");
-  return el("td", { class: `parity-cell ${mark.style}` }, el("span", { class: "sign" }, mark.sign), " ", mark.text);
+  return el("td", { class: `parity-cell ${mark.style}` }, el("span", { class: "sign" }, mark.sign), mark.text ? ` ${mark.text}` : null);
 }
 
 // The joint whose error stands out most.
@@ -105,6 +109,17 @@ function joints(certificate: ParityCertificate): HTMLElement {
   return scrollFrame(`Joints of ${certificate.contender}`, `Joints as ${certificate.contender} moves them.`, table);
 }
 
+// What is declared in the same words of several elements stands once.
+function declared(certificate: ParityCertificate): string[] {
+  const elements = new Map<string, string[]>();
+  for (const text of certificate.declared) {
+    const at = text.indexOf(": ");
+    const [element, how] = at < 0 ? ["", text] : [text.slice(0, at), text.slice(at + 2)];
+    elements.set(how, [...(elements.get(how) ?? []), element]);
+  }
+  return [...elements].map(([how, of]) => `${of.length > 3 ? `${of[0]} and ${of.length - 1} more` : sentenceList(of)}: ${how}`);
+}
+
 // Filled when it is first opened: a robot has many joints.
 function unfolding(certificate: ParityCertificate): HTMLElement | null {
   if (certificate.joints.length === 0) return null;
@@ -113,7 +128,7 @@ function unfolding(certificate: ParityCertificate): HTMLElement | null {
     if (!details.open || details.querySelector("table")) return;
     details.append(joints(certificate));
     if (certificate.declared.length > 0) {
-      details.append(el("p", { class: "sub" }, "Declared by its adapter:"), el("ul", {}, ...certificate.declared.map((text) => el("li", {}, text))));
+      details.append(el("p", { class: "sub" }, "Declared by its adapter:"), el("ul", {}, ...declared(certificate).map((text) => el("li", {}, text))));
     }
     if (certificate.raised) details.append(el("p", { class: "quiet" }, `Examined with ${certificate.raised}.`));
   });
