@@ -135,7 +135,7 @@ Pictures parse_pictures(const json& parsed) {
       const double step = each.at("step");
       const auto numbers = each.at("v").get<std::vector<double>>();
       for (size_t i = 0; i + 2 < numbers.size(); i += 3) {
-        mesh.vertices.push_back(step * Vec3(numbers[i], numbers[i + 1], numbers[i + 2]));
+        mesh.vertices.emplace_back(step * numbers[i], step * numbers[i + 1], step * numbers[i + 2]);
       }
       const auto corners = each.at("f").get<std::vector<int>>();
       for (size_t i = 0; i + 2 < corners.size(); i += 3) {

@@ -94,9 +94,10 @@ Defect defect(const std::string& kind, int joint, const Model& model) {
       Vec3& axis = m.joints[joint].axis_B;
       axis = (axis + 0.01 * axis.unitOrthogonal()).normalized();
     };
-  } else if (kind == "inertia") {
+  } else if (kind == "inertia" && !model.joints[joint].is_slide()) {
     made.fault.model = [body](Model& m) { m.bodies[body].I_BBcm_B *= 1.01; };
-  } else if (kind == "mass") {
+  } else if (kind == "inertia") {
+    // a slide's body turns with its parent: the rotational inertias of the two are not told apart, their masses are
     made.fault.model = [body](Model& m) { m.bodies[body].mass *= 1.01; };
   } else if (kind == "upper limit") {
     made.fault.model = [joint](Model& m) { m.joints[joint].upper *= 1.01; };
