@@ -122,6 +122,7 @@ inline void add_lent_mass(Capabilities& capabilities, double share, const char* 
 inline void return_lent_mass(const Lent& lent, EngineView& view) {
   if (!lent.any) return;
   std::vector<double> whole;  // by body
+  whole.reserve(view.bodies.size());
   for (const EngineBody& body : view.bodies) whole.push_back(body.mass);
   for (size_t i = 0; i < lent.lender.size(); ++i) {
     if (lent.lender[i] < 0) continue;

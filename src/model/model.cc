@@ -67,7 +67,9 @@ void add(Bytes& bytes, const Actuator& a) {
   const bool one = a.terms.size() == 1 && a.bias[0] == 0;
   const bool motor = one && a.gain == 1 && !a.has_feedback();
   const bool position = one && !motor && a.gain == kp;
-  bytes.add(motor ? 0 : position ? 1 : 2);
+  constexpr int kMotor = 0, kPosition = 1, kOther = 2;
+  const int servo = position ? kPosition : kOther;
+  bytes.add(motor ? kMotor : servo);
   if (motor || position) {
     bytes.add(a.terms[0].joint);
   } else {

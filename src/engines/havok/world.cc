@@ -28,7 +28,7 @@ Hull box_corners(const Vec3& half_size) {
   Hull hull;
   for (int corner = 0; corner < 8; ++corner) {
     const Vec3 signs((corner & 1) != 0 ? 1 : -1, (corner & 2) != 0 ? 1 : -1, (corner & 4) != 0 ? 1 : -1);
-    hull.vertices.push_back(half_size.cwiseProduct(signs));
+    hull.vertices.emplace_back(half_size.cwiseProduct(signs));
   }
   return hull;
 }
@@ -236,6 +236,7 @@ class HavokSimulation final : public Simulation {
 
   Id create_hull(const Hull& hull, const Pose& X) {
     std::vector<havok::Vector3> points;
+    points.reserve(hull.vertices.size());
     for (const Vec3& vertex : hull.vertices) points.push_back(vector3(X * vertex));
     Id id = 0;
     module_->call(Function::kShape_CreateConvexHull,

@@ -1,6 +1,7 @@
 #include "world.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "convert.h"
 #include "model/kinematics.h"
@@ -148,7 +149,7 @@ void PhysxSimulation::set_torques(std::span<const double> torques) {
   if (tendon_springs_) add_tendon_tensions(model_, last_, torques_);
   if (ball_springs_) {
     ball_torques_.clear();
-    for (int b = 0; b < static_cast<int>(model_.balls.size()); ++b) {
+    for (int b = 0; std::cmp_less(b, model_.balls.size()); ++b) {
       ball_torques_.push_back(
           ball_spring_torque(model_.balls[b], ball_rotation(model_, last_, b), ball_velocity(model_, last_, b)));
     }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "collision.h"
@@ -112,7 +113,7 @@ class RapierSimulation final : public Simulation {
     if (tendon_springs_) add_tendon_tensions(model_, last_, torques_);
     for (size_t j = 0; j < torques_.size(); ++j) rows_[3 * j] = torques_[j];
     if (ball_springs_) {
-      for (int b = 0; b < static_cast<int>(model_.balls.size()); ++b) {
+      for (int b = 0; std::cmp_less(b, model_.balls.size()); ++b) {
         copy(ball_spring_torque(model_.balls[b], ball_rotation(model_, last_, b), ball_velocity(model_, last_, b)),
              &rows_[3 * (torques_.size() + b)]);
       }
