@@ -234,6 +234,22 @@ const std::vector<Entry>& entries() {
        Need::kContact,
        conformance::rolling_friction,
        {.of = {kRollingFriction}, .exact = true}},
+      {"spinning-bodies", "bodies of 1 g to 100 kg and 1 mm to 2 m that spin fast converge to the reference solution",
+       Need::kNothing, conformance::spinning_bodies},
+      {"wide-trees", "random trees of any mass and size, fast, with springs and limits, converge", Need::kNothing,
+       conformance::wide_trees},
+      {"beyond-limit", "a joint that starts beyond its limit comes back", Need::kJointLimits,
+       conformance::beyond_limit},
+      {"far-from-origin", "friction is the same metres away from the origin", Need::kContact,
+       conformance::far_from_origin},
+      {"inelastic-impact", "a ball does not leave the ground at any phase of an impact within a step", Need::kContact,
+       conformance::inelastic_impact},
+      {"stick-and-slip", "capsules of 1 g to 100 kg hold and slide on either side of the friction's angle",
+       Need::kContact, conformance::stick_and_slip},
+      {"stack-10", "a bar rests on two bars of its mass, and of a tenth of it", Need::kContact,
+       conformance::stack_of_ten},
+      {"stack-1000", "a bar rests on two bars of a hundredth and a thousandth of its mass", Need::kContact,
+       conformance::stack_of_thousand},
   };
   return list;
 }

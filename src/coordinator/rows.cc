@@ -71,7 +71,8 @@ SystemRow system_row(const CampaignSystem& system) {
                    {"ground", static_cast<int>(system.load.ground)},
                    {"keyframe", system.load.keyframe},
                    {"qpos", system.load.qpos},
-                   {"packages", system.load.packages}};
+                   {"packages", system.load.packages},
+                   {"decompose", system.load.decompose}};
   }
   if (variant.smooth) row["smooth"] = true;
   if (variant.above_ground_m >= 0) row["above_ground_m"] = variant.above_ground_m;

@@ -44,7 +44,7 @@ bool has_moving_part(const mjsBody* body) { return mjs_firstChild(body, mjOBJ_JO
 
 }  // namespace
 
-void give_vertices(mjSpec* spec, const std::map<std::string, UrdfMesh>& meshes) {
+void give_vertices(mjSpec* spec, const std::map<std::string, UrdfMesh>& meshes, bool with_faces) {
   for_each(spec, mjOBJ_MESH, mjs_asMesh, [&](mjsMesh* mesh) {
     const auto found = meshes.find(name_of(mesh->element));
     if (found == meshes.end()) return;
@@ -54,6 +54,12 @@ void give_vertices(mjSpec* spec, const std::map<std::string, UrdfMesh>& meshes) 
       for (int k = 0; k < 3; ++k) vertices.push_back(static_cast<float>(p[k]));
     }
     mjs_setFloat(mesh->uservert, vertices.data(), static_cast<int>(vertices.size()));
+    if (with_faces) {
+      std::vector<int> faces;
+      faces.reserve(3 * found->second.data.faces.size());
+      for (const auto& face : found->second.data.faces) faces.insert(faces.end(), face.begin(), face.end());
+      mjs_setInt(mesh->userface, faces.data(), static_cast<int>(faces.size()));
+    }
     mjs_setString(mesh->file, "");
     mesh->inertia = mjMESH_INERTIA_CONVEX;
   });

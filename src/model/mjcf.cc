@@ -96,7 +96,9 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
 
   std::vector<std::string> notes = urdf.notes;
   if (is_urdf) {
-    give_vertices(spec.get(), urdf.meshes);
+    // a link without <inertial> has no mass, whatever its shapes are
+    spec->compiler.inertiafromgeom = mjINERTIAFROMGEOM_FALSE;
+    give_vertices(spec.get(), urdf.meshes, options.decompose);
     add_motors(spec.get(), urdf.driven);
   } else {
     const std::string folder = fs::path(file).parent_path().string();
@@ -118,6 +120,7 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
   LoadReport translated = translate({.spec = spec.get(),
                                      .compiled = compiled.get(),
                                      .drop_unsupported = options.drop_unsupported,
+                                     .decompose = options.decompose,
                                      .keyframe = options.keyframe,
                                      .massless = urdf.massless});
   report.problems.insert(report.problems.end(), translated.problems.begin(), translated.problems.end());

@@ -13,6 +13,7 @@ struct TranslationInput {
   const mjSpec* spec = nullptr;       // as parsed, for lines
   const mjModel* compiled = nullptr;  // of `spec`, with fusestatic off
   bool drop_unsupported = false;
+  bool decompose = false;     // LoadOptions::decompose
   std::string keyframe = {};  // name, or number from 0, of the one that gives the initial state; empty for the first
   // Moving bodies whose mass and inertia in `compiled` are placeholders, because MuJoCo compiles no massless ones: they
   // become massless bodies.

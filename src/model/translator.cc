@@ -29,6 +29,7 @@ LoadReport translate(const TranslationInput& input) { return Translator(input).t
 Translator::Translator(const TranslationInput& input)
     : m_(input.compiled),
       drop_unsupported_(input.drop_unsupported),
+      decompose_(input.decompose),
       keyframe_(input.keyframe),
       massless_(input.massless) {
   read_lines(input.spec);
@@ -50,6 +51,7 @@ LoadReport Translator::translate() {
     translate_actuators();
     translate_sines();
     translate_keyframes();
+    note_list("concave meshes are several convex hulls (--decompose)", decomposed_);
     note_list("bounds of ranges are swapped, which MuJoCo reads as no limits (--repair swaps them back)", swapped_);
     note_list(
         "softness of limits, friction and constraints (solref, solimp, solmix, gap) is ignored, because the contender "

@@ -279,7 +279,7 @@ class Reader {
     return !result_.refused();
   }
 
-  int line_of(const UrdfJoint& joint) const { return joint.element->GetLineNum(); }
+  static int line_of(const UrdfJoint& joint) { return joint.element->GetLineNum(); }
   static std::string label(const UrdfJoint& joint) { return fmt::format("joint '{}'", joint.name); }
 
   bool build_tree() {
@@ -487,14 +487,15 @@ class Reader {
     const bool own_zero = link.I.isZero(0);
     const bool own_valid = own_zero ? true : inertia_possible(link.I);
     if (!own_valid || (link.mass == 0 && !own_zero)) {
-      const std::string fault =
-          link.mass == 0 ? "has inertia without mass"
-          : own[0] <= 0
-              ? fmt::format("has an inertia that is not positive (principal moments {} kg m^2)", eigenvalues_text(own))
-              : fmt::format(
-                    "has an inertia that breaks the triangle inequality (principal moments {} kg m^2: {:.3g} + "
-                    "{:.3g} < {:.3g})",
-                    eigenvalues_text(own), own[0], own[1], own[2]);
+      std::string fault = "has inertia without mass";
+      if (link.mass != 0 && own[0] <= 0) {
+        fault = fmt::format("has an inertia that is not positive (principal moments {} kg m^2)", eigenvalues_text(own));
+      } else if (link.mass != 0) {
+        fault = fmt::format(
+            "has an inertia that breaks the triangle inequality (principal moments {} kg m^2: {:.3g} + {:.3g} < "
+            "{:.3g})",
+            eigenvalues_text(own), own[0], own[1], own[2]);
+      }
       if (whole_valid) {
         result_.notes.push_back(fmt::format(
             "{} (line {}) {}; it stays, because the inertia of all links that are fixed to each other is valid", name,

@@ -109,6 +109,11 @@ void BulletSimulation::read_state(State& out) const {
 
 void BulletSimulation::set_torques(std::span<const double> torques) {
   if (springs_) read(last_);
+  if (options_.mass_unit != 1) {
+    scaled_.assign(torques.begin(), torques.end());
+    for (double& torque : scaled_) torque *= options_.mass_unit;
+    torques = scaled_;
+  }
   collect_torques(model_, torques, springs_ ? &last_ : nullptr, torques_);
   if (springs_) {
     add_tendon_tensions(model_, last_, torques_);
