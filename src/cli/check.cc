@@ -255,7 +255,7 @@ int repair(const std::string& file, const std::string& out, const LoadOptions& h
   }
   if (out == "-") return kDone;
   const LoadReport report = inspect_model(out, how);
-  message(fmt::format("{} has {} changes{}", out, mends.size(), report.refused() ? "" : " and loads"));
+  message(fmt::format("{}: changes {}{}", out, mends.size(), report.refused() ? "" : ", and it loads"));
   return report.refused() ? print_refusal(out, report, {}) : kDone;
 }
 

@@ -253,8 +253,8 @@ std::vector<Hull> Translator::parts_of(int g, int mesh, const Hull& whole) {
     parts[k].name = fmt::format("{}_{}", whole.name, k + 1);
     sum += volume(parts[k]);
   }
-  decomposed_.push_back(fmt::format("mesh '{}' is {}, {:.0f} % of its one hull's volume", whole.name, parts.size(),
-                                    100 * sum / volume(whole)));
+  decomposed_.push_back(fmt::format("mesh '{}' is {} hulls with {:.0f} % of its one hull's volume", whole.name,
+                                    parts.size(), 100 * sum / volume(whole)));
   return parts;
 }
 

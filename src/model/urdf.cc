@@ -596,11 +596,11 @@ class Reader {
     }
     if (unlimited > 0) {
       result_.notes.push_back(
-          fmt::format("{} joints have no effort limit above 0: their motors have no limit", unlimited));
+          fmt::format("motors without a limit, because the effort limit is not above 0: {}", unlimited));
     }
     if (velocities > 0) {
       result_.notes.push_back(
-          fmt::format("velocity limits of {} joints are not used: no engine here has them", velocities));
+          fmt::format("velocity limits are not used, because no engine here has them: {}", velocities));
     }
     note_elements("transmission", "transmissions", "every joint that is not fixed and mimics none has a motor");
     note_elements("gazebo", "gazebo extensions", "they are another program's");
@@ -611,7 +611,7 @@ class Reader {
     for (const xml::XMLElement* e = robot_->FirstChildElement(name); e != nullptr; e = e->NextSiblingElement(name)) {
       ++count;
     }
-    if (count > 0) result_.notes.push_back(fmt::format("{} {} are not read: {}", count, plural, why));
+    if (count > 0) result_.notes.push_back(fmt::format("{} are not read ({}): {}", plural, count, why));
   }
 
   void adapt_mimic(UrdfJoint& joint) {
@@ -772,7 +772,7 @@ class Reader {
         }
       }
     }
-    if (moved > 0) mends.push_back({0, fmt::format("{} names of mesh files are absolute paths now", moved)});
+    if (moved > 0) mends.push_back({0, fmt::format("names of mesh files that are absolute paths now: {}", moved)});
   }
 
   void mend_inertia(const Link& link, std::vector<AttributeEdit>& edits, std::vector<Mend>& mends) const {

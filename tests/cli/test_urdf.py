@@ -142,7 +142,7 @@ class MjcfRepair(AssayTest):
         self.refused("check", "arm.xml", naming=["body 'b' (line 3)", "triangle inequality", "--repair"])
         done = self.run_assay("check", "arm.xml", "--repair", "mended.xml")
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertIn("mended.xml has 1 changes and loads", done.stderr)
+        self.assertIn("mended.xml: changes 1, and it loads", done.stderr)
         self.assay("check", "mended.xml")
 
 

@@ -456,7 +456,7 @@ TEST_F(MjcfFile, Urdf) {
   EXPECT_DOUBLE_EQ(model.bodies[1].mass, 2);
   EXPECT_LT((model.bodies[1].p_BBcm - Vec3(0, 0, 0.2)).norm(), 1e-15);
   EXPECT_NEAR(model.bodies[1].I_BBcm_B(0, 0), 0.2 + 2 * 0.04, 1e-15);
-  EXPECT_THAT(model.notes, Contains(HasSubstr("velocity limits of 1 joints are not used")));
+  EXPECT_THAT(model.notes, Contains(HasSubstr("velocity limits are not used, because no engine here has them: 1")));
   // a motor for each joint, within the effort limit
   ASSERT_EQ(model.actuators.size(), 2U);
   EXPECT_EQ(model.actuators[0].name, "shoulder");
