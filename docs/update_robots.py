@@ -101,8 +101,9 @@ class Loads:
             answer = grounded if isinstance(grounded, dict) else answer
             row["touches"] = answer["model"]["contact_pairs"] > 0
             if row["touches"]:
-                row["contacts"] = len({engine["engine"] for engine in answer["engines"]
-                                       if engine["verdict"] != "refused" and engine["engine"] not in ("null", "skeleton")})
+                # builds of one engine count once: bullet-f32 and bullet-f64
+                row["contacts"] = len({engine["engine"].split("-")[0] for engine in answer["engines"]
+                                       if engine["verdict"] != "refused"} - {"null", "skeleton"})
         if not row["valid"]:
             row["repaired"] = self.repaired(file)
         return row

@@ -13,6 +13,7 @@
 #include "base/paths.h"
 #include "model/adapt_spec.h"
 #include "model/capsules.h"
+#include "model/drawing.h"
 #include "model/mesh_facts.h"
 #include "model/mjcf_document.h"
 #include "model/mujoco_messages.h"
@@ -73,7 +74,7 @@ void add_urdf_lines(const Model& model, const UrdfDocument& urdf, std::map<std::
 // with a buffer for its message, and `text` is what is parsed unless it is URDF.
 template <typename Parse>
 LoadReport load(const std::string& stem, const std::string& file, const std::string& text, const LoadOptions& options,
-                FileFacts* facts, Parse parse) {
+                FileFacts* facts, Parse parse, Drawing* drawing = nullptr) {
   LoadReport report;
   if (text.find_first_not_of(" \t\r\n") == std::string::npos) {
     report.refuse("it is empty; an MJCF or URDF model is expected");
@@ -135,7 +136,8 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
                                      .decompose = options.decompose,
                                      .keyframe = options.keyframe,
                                      .massless = urdf.massless,
-                                     .facts = facts});
+                                     .facts = facts,
+                                     .drawing = drawing});
   report.problems.insert(report.problems.end(), translated.problems.begin(), translated.problems.end());
   if (!translated.model) return report;
   report.model = std::move(translated.model);
@@ -193,6 +195,19 @@ LoadReport inspect_model_text(const std::string& xml, const std::string& name, c
                               FileFacts* facts) {
   return load(name, "", xml, options, facts,
               [&](char* error, int size) { return mj_parseXMLString(xml.c_str(), nullptr, error, size); });
+}
+
+Drawing read_drawing(const std::string& path, const LoadOptions& options) {
+  Drawing drawing;
+  std::error_code error;
+  if (!fs::exists(path, error)) return drawing;  // generated models have capsules alone
+  const std::string text = read_text(path);
+  const LoadReport report = load(
+      fs::path(path).stem().string(), path, text, options, nullptr,
+      [&](char* message, int size) { return mj_parseXML(path.c_str(), nullptr, message, size); }, &drawing);
+  if (!report.model) return {};
+  if (root_element(text) == "robot") add_urdf_visuals(text, path, options, drawing);
+  return drawing;
 }
 
 Model load_model(const std::string& path, const LoadOptions& options) {

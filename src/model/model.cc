@@ -81,6 +81,11 @@ void add(Bytes& bytes, const Actuator& a) {
   if (a.sine.amplitude != 0) bytes.add(std::vector<double>{a.sine.amplitude, a.sine.frequency, a.sine.phase});
   bytes.add(a.control_limited);
   bytes.add(a.force_limited);
+  if (a.has_activation()) {
+    bytes.add(static_cast<int>(a.activation));
+    bytes.add(a.activation_limited);
+    bytes.add(std::vector<double>{a.time_constant, a.activation_start, a.activation_lower, a.activation_upper});
+  }
 }
 
 // What models had no words for at first: nothing is added for a model that does not use it.

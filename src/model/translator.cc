@@ -32,7 +32,8 @@ Translator::Translator(const TranslationInput& input)
       decompose_(input.decompose),
       keyframe_(input.keyframe),
       massless_(input.massless),
-      facts_(input.facts) {
+      facts_(input.facts),
+      drawing_(input.drawing) {
   read_lines(input.spec);
   for (int i = 0; i < m_->nbody; ++i) body_names_.insert(name(mjOBJ_BODY, i));
   for (int i = 0; i < m_->njnt; ++i) joint_names_.insert(name(mjOBJ_JOINT, i));
@@ -60,6 +61,7 @@ LoadReport Translator::translate() {
         softened_);
     require_finite();
     if (facts_ != nullptr) fill_lines(facts_->lines);
+    if (drawing_ != nullptr) translate_drawing(*drawing_);
   }
   LoadReport report;
   report.problems = std::move(problems_);

@@ -88,11 +88,15 @@ class Translator {
   bool contacts_disabled() const { return disabled(mjDSBL_CONTACT) || disabled(mjDSBL_CONSTRAINT); }
   bool may_collide(int g) const;
   void add_shape(int g, int body);
+  std::array<float, 4> colour_of(int g) const;
   bool fill_shape(int g, Shape& shape);
   const std::vector<int>& hulls_of_mesh(int g);
   std::optional<Hull> hull_of(int g, int mesh);
   std::vector<Hull> parts_of(int g, int mesh, const Hull& whole);
   int height_field(int h);
+
+  // ---- translate_drawing.cc
+  void translate_drawing(Drawing& drawing);
 
   // ---- translate_contacts.cc
   void translate_contacts();
@@ -141,6 +145,7 @@ class Translator {
   std::string keyframe_;
   std::set<std::string> massless_;
   FileFacts* facts_;
+  Drawing* drawing_;
   Model model_;
   std::vector<Problem> problems_;
 
