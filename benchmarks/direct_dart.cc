@@ -78,7 +78,8 @@ class DirectDart final : public Direct {
         std::make_unique<BoxedLcpConstraintSolver>(std::make_shared<DantzigBoxedLcpSolver>(), pgs));
     world->getConstraintSolver()->setCollisionDetector(dart::collision::OdeCollisionDetector::create());
     ContactConstraint::setErrorReductionParameter(settings.get<double>("contact_erp"));
-    ContactConstraint::setMaxErrorReductionVelocity(1e300);
+    const double cap = settings.get<double>("contact_max_correcting_velocity");
+    ContactConstraint::setMaxErrorReductionVelocity(cap > 0 ? cap : 1e300);
     ContactConstraint::setConstraintForceMixing(settings.get<double>("contact_cfm"));
     return world;
   }

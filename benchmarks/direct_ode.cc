@@ -23,6 +23,8 @@ class DirectOde final : public Direct {
     dWorldSetCFM(world_, settings.get<double>("cfm"));
     dWorldSetQuickStepNumIterations(world_, static_cast<int>(settings.get<long long>("iterations")));
     dWorldSetQuickStepW(world_, settings.get<double>("over_relaxation"));
+    const double cap = settings.get<double>("contact_max_correcting_velocity");
+    dWorldSetContactMaxCorrectingVel(world_, cap > 0 ? cap : dInfinity);
     dWorldSetContactSurfaceLayer(world_, settings.get<double>("contact_surface_layer"));
     dWorldSetAutoDisableFlag(world_, 0);
     dWorldSetStepIslandsProcessingMaxThreadCount(world_, 1);

@@ -35,7 +35,9 @@ PACKAGES = {
         "hand/reach", "hand/manipulate_block", "fetch/reach", "fetch/pick_and_place", "adroit_hand/adroit_door",
         "adroit_hand/adroit_hammer")], ()),
 }
-SWITCHES = ["--drop-unsupported"]
+SWITCHES = [["--drop-unsupported"], ["--floating-base"]]
+# Refusals that say that the file is wrong, not that assay lacks something.
+FAULTS = re.compile("is not positive|triangle inequality|unknown joint|has no link|has no bodies")
 
 
 def cache():
@@ -83,31 +85,35 @@ class Loads:
         with tempfile.TemporaryDirectory() as folder:
             mended = pathlib.Path(folder) / pathlib.Path(file).name
             subprocess.run([self.program, "check", file, "--repair", mended], capture_output=True, text=True, timeout=600)
-            return mended.exists() and any(isinstance(self.check(mended, options), dict) for options in ([], SWITCHES))
+            return mended.exists() and any(isinstance(self.check(mended, options), dict) for options in ([], *SWITCHES))
 
     def of(self, file):
         plain = self.check(file, [])
-        switched = plain if isinstance(plain, dict) else self.check(file, SWITCHES)
-        row = {"file": file, "as it is": isinstance(plain, dict), "with a switch": isinstance(switched, dict), "contacts": 0,
+        options, answer = [], plain
+        for switches in SWITCHES:
+            if not isinstance(answer, dict):
+                options, answer = switches, self.check(file, switches)
+        row = {"file": file, "valid": isinstance(plain, dict) or not FAULTS.search(plain), "as it is": isinstance(plain, dict),
+               "with a switch": isinstance(answer, dict), "switch": " ".join(options), "touches": False, "contacts": 0,
                "why": "" if isinstance(plain, dict) else plain, "repaired": False}
-        if isinstance(switched, dict):
-            options = [] if isinstance(plain, dict) else SWITCHES
+        if isinstance(answer, dict):
             grounded = self.check(file, [*options, "--ground"])
-            answer = grounded if isinstance(grounded, dict) else switched
-            if answer["model"]["contact_pairs"]:
-                row["contacts"] = len({engine["engine"] for engine in answer["engines"]
-                                       if engine["verdict"] != "refused" and engine["engine"] not in ("null", "skeleton")})
-        else:
+            answer = grounded if isinstance(grounded, dict) else answer
+            row["touches"] = answer["model"]["contact_pairs"] > 0
+            if row["touches"]:
+                # builds of one engine count once: bullet-f32 and bullet-f64
+                row["contacts"] = len({engine["engine"].split("-")[0] for engine in answer["engines"]
+                                       if engine["verdict"] != "refused"} - {"null", "skeleton"})
+        if not row["valid"]:
             row["repaired"] = self.repaired(file)
-            row["why"] = switched
         return row
 
 
 def loads_table(program, jobs, folder):
     loads = Loads(program)
-    rows = [["package", "files", "load as they are", "with a switch", f"of these with contacts in {ENGINES} engines",
-             "load after `--repair`"]]
-    failures, sums = [], [0] * 5
+    rows = [["package", "files", "valid", "valid ones load as they are", "with a switch", "have contacts",
+             f"... in {ENGINES} engines"]]
+    switched, invalid, few, sums = [], [], [], [0] * 6
     with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
         for package, (pattern, files, _) in PACKAGES.items():
             roots = sorted(folder.glob(pattern))
@@ -115,22 +121,39 @@ def loads_table(program, jobs, folder):
                 sys.exit(f"{folder} has no {pattern}: fetch the robots with ./assay robots")
             found = sorted({str(path) for each in files for path in roots[-1].glob(each)})
             done = list(pool.map(loads.of, found))
-            counts = [len(done), sum(row["as it is"] for row in done), sum(row["with a switch"] for row in done),
-                      sum(row["contacts"] >= ENGINES for row in done), sum(row["repaired"] for row in done)]
+            valid = [row for row in done if row["valid"]]
+            touching = [row for row in valid if row["touches"]]
+            counts = [len(done), len(valid), sum(row["as it is"] for row in valid), sum(row["with a switch"] for row in valid),
+                      len(touching), sum(row["contacts"] >= ENGINES for row in touching)]
             sums = [a + b for a, b in zip(sums, counts)]
-            rows.append([package, counts[0], share(counts[1], counts[0]), share(counts[2], counts[0]),
-                         share(counts[3], counts[2]), counts[4]])
+            rows.append(counts_row(package, counts))
             for row in done:
                 name = str(pathlib.Path(row["file"]).relative_to(roots[-1]))
                 print(package, name, {key: row[key] for key in row if key != "file"}, file=sys.stderr)
-                if not row["with a switch"]:
-                    why = row["why"].removeprefix("assay: ").replace(str(roots[-1]) + "/", "").replace("|", "\\|")
-                    failures.append([package, f"`{pathlib.Path(name).name}`", why, "yes" if row["repaired"] else "no"])
-    rows.append(["all", sums[0], share(sums[1], sums[0]), share(sums[2], sums[0]), share(sums[3], sums[2]), sums[4]])
+                why = row["why"].removeprefix("assay: ").replace(str(roots[-1]) + "/", "").replace("|", "\\|")
+                name = f"`{pathlib.Path(name).name}`"
+                loads_with = f"`{row['switch']}`" if row["with a switch"] else "no"
+                if not row["valid"]:
+                    invalid.append([package, name, why, loads_with, "yes" if row["repaired"] else "no"])
+                elif not row["as it is"]:
+                    switched.append([package, name, why, loads_with])
+                if row["valid"] and row["touches"] and row["contacts"] < ENGINES:
+                    few.append(f"{name} ({row['contacts']})")
+    rows.append(counts_row("all", sums))
     text = table(rows)
-    if failures:
-        text += "\nThese do not load, with a switch either:\n\n" + table([["package", "file", "first reason", "after `--repair`"], *failures])
+    if switched:
+        text += "\nValid files that do not load as they are:\n\n" + table([["package", "file", "first reason", "loads with"], *switched])
+    if invalid:
+        text += ("\nInvalid files; a file without links or bodies cannot be repaired:\n\n"
+                 + table([["package", "file", "first reason", "loads with", "loads after `--repair`"], *invalid]))
+    if few:
+        text += f"\nContacts in fewer than {ENGINES} engines: " + ", ".join(few) + ".\n"
     return text
+
+
+def counts_row(name, counts):
+    files, valid, plain, switched, touching, common = counts
+    return [name, files, valid, share(plain, valid), share(switched, valid), touching, share(common, touching)]
 
 
 def campaign_table(results, speeds_too):

@@ -5,7 +5,9 @@
 #     engines/<name>-<key>   what the recipe of src/engines/<name> made; the key covers recipe, flags and compiler
 #     python/<name>-<key>    virtual environments, by their pins
 #     downloads/<key>        what was fetched, by its pins
+#     libraries/<name>-<version> libraries that the program loads on request
 #     robots/<name>-<version> real robots, fetched on demand
+#     hulls/                 convex decompositions of meshes; the program keeps them itself
 #     references/            reference solutions; the program keeps them itself
 #   what belongs to this clone, in build/: the lock, logs, build folders, and the program that ./assay runs.
 #

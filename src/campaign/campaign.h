@@ -39,8 +39,9 @@
 //   grasp = {object = "capsule", hand = "palm"}    # for 'grasp': bodies; drop_m = 0.1: how far the object may slip
 //   family = "capsules"                            # for 'scaling': systems that differ only in size
 //   floating_base = true                           # how the model's file is read, as the options of `assay check`:
-//   ground = true                                  # floating_base, fixed_base, ground, no_ground, drop_unsupported,
-//   keyframe = "home"                              # keyframe, qpos = "pose.txt", packages = {my_robot = "../my_robot"}
+//   ground = true                                  # floating_base, fixed_base, ground, no_ground, decompose,
+//   keyframe = "home"                              # drop_unsupported, keyframe, qpos = "pose.txt",
+//                                                  # packages = {my_robot = "../my_robot"}
 //   contacts = true                                # false leaves all contact pairs out
 //   gravity = true
 //   smooth = true                                  # leaves out contact pairs, limits and dry friction

@@ -39,6 +39,8 @@ void add_load_options(CLI::App& command, ModelOptions& options) {
   flag("--fixed-base", options.fixed_base, "Fixes the robot's root to the world");
   flag("--ground", options.ground, "Adds a ground plane at the lowest point of the robot's shapes at its start");
   flag("--no-ground", options.no_ground, "Leaves out the file's planes");
+  flag("--decompose", options.decompose,
+       "Takes concave meshes for several convex hulls instead of one; seconds a mesh, kept for the next time");
   command
       .add_option("--keyframe", options.keyframe, "Keyframe to start from, by name or number from 0 (default: first)")
       ->group(kGroup)
@@ -64,6 +66,7 @@ LoadOptions load_options(const ModelOptions& options) {
   load.drop_unsupported = options.drop_unsupported;
   load.keyframe = options.keyframe.value_or("");
   load.qpos = options.qpos.value_or("");
+  load.decompose = options.decompose;
   if (options.floating_base) load.root_joint = RootJoint::kFloating;
   if (options.fixed_base) load.root_joint = RootJoint::kFixed;
   if (options.ground) load.ground = Ground::kPlane;
@@ -100,6 +103,7 @@ std::vector<std::string> option_words(const LoadOptions& options) {
   if (options.root_joint == RootJoint::kFixed) words.emplace_back("--fixed-base");
   if (options.ground == Ground::kPlane) words.emplace_back("--ground");
   if (options.ground == Ground::kNone) words.emplace_back("--no-ground");
+  if (options.decompose) words.emplace_back("--decompose");
   if (!options.keyframe.empty()) words.insert(words.end(), {"--keyframe", options.keyframe});
   if (!options.qpos.empty()) words.insert(words.end(), {"--qpos", options.qpos});
   return words;

@@ -18,6 +18,7 @@ struct ModelOptions {
   bool drop_unsupported = false;
   bool floating_base = false, fixed_base = false;
   bool ground = false, no_ground = false;
+  bool decompose = false;
   std::vector<std::string> packages;  // NAME=DIR
   std::optional<std::string> keyframe, qpos;
 };

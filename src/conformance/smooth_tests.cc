@@ -130,7 +130,8 @@ Verdict torque_free_top(const Subject& subject) {
   const Quat q_WI = start.bodies[0].q_WB * q_BI;
   start.bodies[0].w_WB = q_WI * w_I;
   const TorqueFreeTop top(moments, w_I);
-  const Quat q_WI_end = q_WI * top.orientation(kDuration);
+  static const Quat q_II_end = top.orientation(kDuration);  // a long quadrature, the same for all contenders
+  const Quat q_WI_end = q_WI * q_II_end;
   const Quat q_WB_end = q_WI_end * q_BI.conjugate();
   const Vec3 w_W_end = q_WI_end * top.angular_velocity(kDuration);
 

@@ -71,11 +71,22 @@ Verdict rolling_friction(const Subject& subject);
 
 // ---- limits and contact (contact_tests.cc) --------------------------------------------------------------------------
 Verdict joint_limit(const Subject& subject);
+Verdict wide_range(const Subject& subject);
 Verdict sliding_capsule(const Subject& subject);
 Verdict sphere_rolls(const Subject& subject);
 Verdict resting_height(const Subject& subject);
 Verdict bodies_collide(const Subject& subject);
 Verdict friction_per_pair(const Subject& subject);
 Verdict excluded_pairs(const Subject& subject);
+
+// ---- what scales away in tests of one size (wide_tests.cc) ----------------------------------------------------------
+Verdict spinning_bodies(const Subject& subject);
+Verdict wide_trees(const Subject& subject);
+Verdict far_from_origin(const Subject& subject);
+Verdict inelastic_impact(const Subject& subject);
+Verdict beyond_limit(const Subject& subject);
+Verdict stick_and_slip(const Subject& subject);
+Verdict stack_of_ten(const Subject& subject);
+Verdict stack_of_thousand(const Subject& subject);
 
 }  // namespace assay::conformance

@@ -119,10 +119,20 @@ class RandomControl final : public Control {
 
 // The largest force of an actuator; infinite when its feedback or its control has no bound.
 double largest_force(const Actuator& actuator) {
-  double largest = std::numeric_limits<double>::infinity();
-  if (actuator.control_limited && !actuator.has_feedback()) {
-    const double control = std::max(std::abs(actuator.control_lower), std::abs(actuator.control_upper));
-    largest = std::abs(actuator.gain) * control + std::abs(actuator.bias[0]);
+  constexpr double kNoBound = std::numeric_limits<double>::infinity();
+  const auto bound = [](bool limited, double lower, double upper) {
+    return limited ? std::max(std::abs(lower), std::abs(upper)) : kNoBound;
+  };
+  double largest = kNoBound;
+  if (!actuator.has_feedback()) {
+    double input = bound(actuator.control_limited, actuator.control_lower, actuator.control_upper);
+    if (actuator.activation == ActivationType::kIntegrator) input = kNoBound;
+    if (actuator.has_activation()) {
+      // a filter stays between its start and the control
+      input = std::min(std::max(input, std::abs(actuator.activation_start)),
+                       bound(actuator.activation_limited, actuator.activation_lower, actuator.activation_upper));
+    }
+    if (std::isfinite(input)) largest = std::abs(actuator.gain) * input + std::abs(actuator.bias[0]);
   }
   if (actuator.force_limited) {
     largest = std::min(largest, std::max(std::abs(actuator.force_lower), std::abs(actuator.force_upper)));

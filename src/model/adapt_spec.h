@@ -12,8 +12,9 @@
 
 namespace assay {
 
-// Gives the meshes of a URDF document their vertices. Mass does not come from them, so that they need not be closed.
-void give_vertices(mjSpec* spec, const std::map<std::string, UrdfMesh>& meshes);
+// Gives the meshes of a URDF document their vertices, and their faces where a hull does not need them `with_faces`.
+// Mass does not come from them, so that they need not be closed.
+void give_vertices(mjSpec* spec, const std::map<std::string, UrdfMesh>& meshes, bool with_faces);
 
 // A motor on each of these joints, named as the joint; the compiler clamps its force to the joint's actuatorfrcrange.
 void add_motors(mjSpec* spec, const std::vector<std::string>& joints);

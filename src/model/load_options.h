@@ -31,6 +31,7 @@ struct LoadOptions {
   std::map<std::string, std::string> packages = {};
   RootJoint root_joint = RootJoint::kAsInFile;
   Ground ground = Ground::kAsInFile;
+  bool decompose = false;  // concave meshes become several hulls (decomposition.h) instead of one
 
   bool operator==(const LoadOptions&) const = default;
 };

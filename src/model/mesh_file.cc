@@ -6,7 +6,6 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <map>
 #include <optional>
 #include <unordered_map>
 
@@ -46,11 +45,17 @@ class Builder {
     mesh_.faces.push_back(face);
   }
   MeshData take() {
-    std::map<std::pair<int, int>, int> edges;
+    std::vector<std::pair<int, int>> edges;
+    edges.reserve(3 * mesh_.faces.size());
     for (const auto& face : mesh_.faces) {
-      for (size_t k = 0; k < 3; ++k) ++edges[std::minmax(face[k], face[(k + 1) % 3])];
+      for (size_t k = 0; k < 3; ++k) edges.emplace_back(std::minmax(face[k], face[(k + 1) % 3]));
     }
-    mesh_.open_edges = static_cast<size_t>(std::ranges::count_if(edges, [](const auto& e) { return e.second != 2; }));
+    std::ranges::sort(edges);
+    for (auto edge = edges.begin(); edge != edges.end();) {
+      const auto next = std::find_if(edge, edges.end(), [&](const auto& other) { return other != *edge; });
+      if (next - edge != 2) ++mesh_.open_edges;
+      edge = next;
+    }
     return std::move(mesh_);
   }
 
@@ -103,6 +108,45 @@ std::optional<MeshData> read_binary_stl(const std::string& path) {
   return builder.take();
 }
 
+// MuJoCo's own binary format: the numbers of vertices, normals, texture coordinates and faces, then each of them.
+std::optional<MeshData> read_msh(const std::string& path) {
+  if (fs::path(path).extension() != ".msh") return std::nullopt;
+  std::ifstream file(path, std::ios::binary);
+  std::array<std::int32_t, 4> counts{};
+  const auto read = [&](void* data, std::uintmax_t bytes) {
+    file.read(static_cast<char*>(data), static_cast<std::streamsize>(bytes));
+    return static_cast<bool>(file);
+  };
+  const std::string kBroken =
+      "is no MuJoCo mesh: its size does not match its numbers of vertices and faces; export it again";
+  std::error_code error;
+  const std::uintmax_t size = fs::file_size(path, error);
+  if (error || !read(counts.data(), sizeof counts) || std::ranges::any_of(counts, [](auto n) { return n < 0; })) {
+    throw InputError(kBroken);
+  }
+  const auto vertices = static_cast<std::uintmax_t>(counts[0]), faces = static_cast<std::uintmax_t>(counts[3]);
+  const auto between = 12 * static_cast<std::uintmax_t>(counts[1]) + 8 * static_cast<std::uintmax_t>(counts[2]);
+  if (size != sizeof counts + 12 * vertices + between + 12 * faces) throw InputError(kBroken);
+  require_size(faces);
+  std::vector<std::array<float, 3>> points(vertices);
+  std::vector<std::array<std::int32_t, 3>> triangles(faces);
+  bool whole = read(points.data(), 12 * vertices);
+  file.seekg(static_cast<std::streamoff>(between), std::ios::cur);
+  whole = whole && read(triangles.data(), 12 * faces);
+  if (!whole) throw InputError(kBroken);
+  Builder builder;
+  for (const auto& triangle : triangles) {
+    std::array<std::array<float, 3>, 3> corners{};
+    for (size_t k = 0; k < 3; ++k) {
+      if (triangle[k] < 0 || triangle[k] >= counts[0])
+        throw InputError("has a face with an unknown vertex; export it again");
+      corners[k] = points[static_cast<size_t>(triangle[k])];
+    }
+    builder.triangle(corners);
+  }
+  return builder.take();
+}
+
 void add_node(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent, Builder& builder) {
   const aiMatrix4x4 X = parent * node.mTransformation;
   for (unsigned int m = 0; m < node.mNumMeshes; ++m) {
@@ -148,6 +192,7 @@ MeshData read_mesh(const std::string& path) {
   if (!fs::is_regular_file(path, error)) throw InputError("is not there; correct its name");
   if (fs::file_size(path, error) == 0) throw InputError("is an empty file; export it again or remove it");
   if (auto mesh = read_binary_stl(path)) return std::move(*mesh);
+  if (auto mesh = read_msh(path)) return std::move(*mesh);
 
   Assimp::Importer importer;
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);

@@ -1,5 +1,5 @@
-// Mesh files as triangles: what the loader needs of .stl (binary or text), .obj, .dae and the other formats that assimp
-// reads.
+// Mesh files as triangles: what the loader needs of .stl (binary or text), MuJoCo's .msh, .obj, .dae and the other
+// formats that assimp reads.
 #pragma once
 
 #include <array>

@@ -8,6 +8,7 @@
 #include <iterator>
 #include <map>
 #include <memory>
+#include <ranges>
 #include <set>
 #include <sstream>
 #include <string_view>
@@ -218,13 +219,13 @@ class Document {
   static std::string expanded(const Source& source) {
     std::string text = edited(source.text, source.edits);
     // from the end, so that what comes before keeps its line
-    for (auto include = source.includes.rbegin(); include != source.includes.rend(); ++include) {
-      const size_t begin = element_begin(text, include->line, include->index, "include");
+    for (const Source::Include& include : std::views::reverse(source.includes)) {
+      const size_t begin = element_begin(text, include.line, include.index, "include");
       if (begin == std::string::npos) continue;
       size_t end = tag_end(text, begin);
       if (text[end - 1] != '/') end = text.find('>', text.find("</include", end));
       text.replace(begin, end + 1 - begin,
-                   inside(expanded(*include->source), include->source->document.RootElement()->Name()));
+                   inside(expanded(*include.source), include.source->document.RootElement()->Name()));
     }
     return text;
   }

@@ -158,8 +158,14 @@ void Translator::add_contact(int g1, int g2, int condim, const Vec3& friction) {
   ContactPair pair = {.shape_a = a, .shape_b = b, .friction = condim == 1 ? 0 : friction[0]};
   if (condim >= 4) pair.torsional = friction[1];
   if (condim >= 6) pair.rolling = friction[2];
-  model_.shapes[a].collides = model_.shapes[b].collides = true;
-  model_.contacts.push_back(pair);
+  // a decomposed mesh is several shapes in a row
+  const auto [first, second] = shape_of_[g1] == a ? std::pair(g1, g2) : std::pair(g2, g1);
+  for (pair.shape_a = a; pair.shape_a < a + parts_[first]; ++pair.shape_a) {
+    for (pair.shape_b = b; pair.shape_b < b + parts_[second]; ++pair.shape_b) {
+      model_.shapes[pair.shape_a].collides = model_.shapes[pair.shape_b].collides = true;
+      model_.contacts.push_back(pair);
+    }
+  }
 }
 
 }  // namespace assay

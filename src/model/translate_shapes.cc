@@ -5,7 +5,9 @@
 
 #include <fmt/format.h>
 
+#include "base/errors.h"
 #include "base/text.h"
+#include "model/decomposition.h"
 #include "model/translator.h"
 
 namespace assay {
@@ -41,23 +43,30 @@ double signed_volume(const Hull& hull, const std::array<int, 3>& face) {
   return a.dot(b.cross(c)) / 6;
 }
 
+double volume(const Hull& hull) {
+  double sum = 0;
+  for (const auto& face : hull.faces) sum += signed_volume(hull, face);
+  return sum;
+}
+
 // Each edge has a face on either side that runs through it the other way, and the faces enclose a volume from outside.
 bool closed_and_outward(const Hull& hull) {
-  std::set<std::pair<int, int>> edges;
-  double volume = 0;
+  std::vector<std::pair<int, int>> edges;
   for (const auto& face : hull.faces) {
-    for (int k = 0; k < 3; ++k) {
-      if (!edges.emplace(face[k], face[(k + 1) % 3]).second) return false;
-    }
-    volume += signed_volume(hull, face);
+    for (int k = 0; k < 3; ++k) edges.emplace_back(face[k], face[(k + 1) % 3]);
   }
-  return volume > 0 && std::ranges::all_of(edges, [&](const auto& e) { return edges.contains({e.second, e.first}); });
+  std::ranges::sort(edges);
+  if (std::ranges::adjacent_find(edges) != edges.end()) return false;
+  return volume(hull) > 0 && std::ranges::all_of(edges, [&](const auto& e) {
+           return std::ranges::binary_search(edges, std::pair(e.second, e.first));
+         });
 }
 
 }  // namespace
 
 void Translator::translate_shapes() {
   shape_of_.assign(static_cast<size_t>(m_->ngeom), -1);
+  parts_.assign(static_cast<size_t>(m_->ngeom), 1);
   std::vector<std::string> drawn;
   for (int g = 0; g < m_->ngeom; ++g) {
     const int type = m_->geom_type[g];
@@ -90,14 +99,28 @@ void Translator::add_shape(int g, int body) {
   shape.collides = false;  // until a pair is found
   if (!fill_shape(g, shape)) return;
   shape.name = unique_name(name(mjOBJ_GEOM, g), fmt::format("{}_shape", owner), shape_names_);
-  // a geom of the default grey takes its material's colour
+  shape.rgba = colour_of(g);
+  shape_of_[g] = static_cast<int>(model_.shapes.size());
+  model_.shapes.push_back(shape);
+  if (shape.type != ShapeType::kHull) return;
+  const std::vector<int>& hulls = hulls_of_mesh(g);
+  parts_[g] = static_cast<int>(hulls.size());
+  const std::string first = shape.name;
+  for (size_t k = 1; k < hulls.size(); ++k) {
+    shape.data = hulls[k];
+    shape.name = unique_name("", fmt::format("{}_{}", first, k + 1), shape_names_);
+    inflation_.push_back(0);
+    model_.shapes.push_back(shape);
+  }
+}
+
+// A geom of the default grey takes its material's colour.
+std::array<float, 4> Translator::colour_of(int g) const {
   const float* rgba = row(m_->geom_rgba, 4, g);
   const std::array<float, 4> grey = {0.5f, 0.5f, 0.5f, 1.0f};
   if (m_->geom_matid[g] >= 0 && std::ranges::equal(grey, std::span(rgba, 4)))
     rgba = row(m_->mat_rgba, 4, m_->geom_matid[g]);
-  std::copy_n(rgba, 4, shape.rgba.begin());
-  shape_of_[g] = static_cast<int>(model_.shapes.size());
-  model_.shapes.push_back(std::move(shape));
+  return {rgba[0], rgba[1], rgba[2], rgba[3]};
 }
 
 // Type and size. False where there is no such shape.
@@ -136,8 +159,8 @@ bool Translator::fill_shape(int g, Shape& shape) {
     case mjGEOM_MESH:
       inflation = 0;
       shape.type = ShapeType::kHull;
-      shape.data = hull_of_mesh(g);
-      if (shape.data < 0) return false;
+      if (hulls_of_mesh(g).empty()) return false;
+      shape.data = hulls_of_mesh(g).front();
       break;
     case mjGEOM_HFIELD:
       shape.type = ShapeType::kHeightField;
@@ -157,16 +180,28 @@ bool Translator::fill_shape(int g, Shape& shape) {
   return true;
 }
 
-// MuJoCo's hull of the geom's mesh, in the frame that its geoms have; -1 where it has none.
-int Translator::hull_of_mesh(int g) {
+// The hulls that the geom's mesh stands for: its own, or with --decompose several. None where it has no hull.
+const std::vector<int>& Translator::hulls_of_mesh(int g) {
   const int mesh = m_->geom_dataid[g];
-  if (const auto found = hull_of_.find(mesh); found != hull_of_.end()) return found->second;
-  int& index = hull_of_[mesh] = -1;
+  const auto [found, fresh] = hulls_of_.try_emplace(mesh);
+  std::vector<int>& indices = found->second;
+  if (!fresh) return indices;
+  const std::optional<Hull> whole = hull_of(g, mesh);
+  if (!whole) return indices;
+  for (Hull& hull : decompose_ ? parts_of(g, mesh, *whole) : std::vector<Hull>{*whole}) {
+    indices.push_back(static_cast<int>(model_.hulls.size()));
+    model_.hulls.push_back(std::move(hull));
+  }
+  return indices;
+}
+
+// MuJoCo's hull of the mesh, in the frame that its geoms have.
+std::optional<Hull> Translator::hull_of(int g, int mesh) {
   const std::string mesh_name = name(mjOBJ_MESH, mesh);
   if (m_->mesh_graphadr[mesh] < 0) {
     unsupported(mjOBJ_GEOM, g, fmt::format("collides, and its mesh '{}' has no convex hull", mesh_name),
                 "give the mesh at least four points that are not in a plane", "leaves its contacts out");
-    return index;
+    return std::nullopt;
   }
   const int* graph = m_->mesh_graph + m_->mesh_graphadr[mesh];
   const int vertices = graph[0], faces = graph[1];
@@ -174,25 +209,57 @@ int Translator::hull_of_mesh(int g) {
   const int* face_of = vertex_of + vertices + (vertices + 3 * faces);
   Hull hull;
   hull.name = mesh_name;
-  std::map<int, int> hull_vertex;
+  std::vector<int> hull_vertex(static_cast<size_t>(m_->mesh_vertnum[mesh]), -1);
   for (int v = 0; v < vertices; ++v) {
     const float* p = row(m_->mesh_vert, 3, m_->mesh_vertadr[mesh] + vertex_of[v]);
-    hull_vertex[vertex_of[v]] = v;
+    hull_vertex[static_cast<size_t>(vertex_of[v])] = v;
     hull.vertices.emplace_back(p[0], p[1], p[2]);
   }
   for (int f = 0; f < faces; ++f) {
     std::array<int, 3> face = {};
-    for (int k = 0; k < 3; ++k) face[k] = hull_vertex.at(row(face_of, 3, f)[k]);
+    for (int k = 0; k < 3; ++k) face[k] = hull_vertex.at(static_cast<size_t>(row(face_of, 3, f)[k]));
     hull.faces.push_back(face);
   }
   if (!closed_and_outward(hull)) {
     unsupported(mjOBJ_GEOM, g, fmt::format("has a mesh '{}' whose convex hull degenerates", mesh_name),
                 "give the mesh a volume", "leaves its contacts out");
-    return index;
+    return std::nullopt;
   }
-  index = static_cast<int>(model_.hulls.size());
-  model_.hulls.push_back(std::move(hull));
-  return index;
+  return hull;
+}
+
+// The parts of a concave mesh, in the same frame; the whole hull where it is nearly as small as they are together.
+std::vector<Hull> Translator::parts_of(int g, int mesh, const Hull& whole) {
+  std::vector<Vec3> vertices;
+  std::vector<std::array<int, 3>> faces;
+  for (int v = 0; v < m_->mesh_vertnum[mesh]; ++v) {
+    const float* p = row(m_->mesh_vert, 3, m_->mesh_vertadr[mesh] + v);
+    vertices.emplace_back(p[0], p[1], p[2]);
+  }
+  for (int f = 0; f < m_->mesh_facenum[mesh]; ++f) {
+    const int* face = row(m_->mesh_face, 3, m_->mesh_faceadr[mesh] + f);
+    faces.push_back({face[0], face[1], face[2]});
+  }
+  std::vector<Hull> parts;
+  try {
+    parts = decomposed(vertices, faces);
+  } catch (const InputError& error) {
+    const std::string text = error.what();
+    const size_t mend = text.find("; ");
+    unsupported(mjOBJ_GEOM, g, fmt::format("has a mesh '{}' that {}", whole.name, text.substr(0, mend)),
+                mend == std::string::npos ? "" : text.substr(mend + 2), "keeps its one hull");
+    return {whole};
+  }
+  std::erase_if(parts, [](const Hull& part) { return !closed_and_outward(part); });
+  if (parts.size() < 2) return {whole};
+  double sum = 0;
+  for (size_t k = 0; k < parts.size(); ++k) {
+    parts[k].name = fmt::format("{}_{}", whole.name, k + 1);
+    sum += volume(parts[k]);
+  }
+  decomposed_.push_back(fmt::format("mesh '{}' is {} hulls with {:.0f} % of its one hull's volume", whole.name,
+                                    parts.size(), 100 * sum / volume(whole)));
+  return parts;
 }
 
 int Translator::height_field(int h) {

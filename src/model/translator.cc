@@ -29,8 +29,11 @@ LoadReport translate(const TranslationInput& input) { return Translator(input).t
 Translator::Translator(const TranslationInput& input)
     : m_(input.compiled),
       drop_unsupported_(input.drop_unsupported),
+      decompose_(input.decompose),
       keyframe_(input.keyframe),
-      massless_(input.massless) {
+      massless_(input.massless),
+      facts_(input.facts),
+      drawing_(input.drawing) {
   read_lines(input.spec);
   for (int i = 0; i < m_->nbody; ++i) body_names_.insert(name(mjOBJ_BODY, i));
   for (int i = 0; i < m_->njnt; ++i) joint_names_.insert(name(mjOBJ_JOINT, i));
@@ -50,12 +53,15 @@ LoadReport Translator::translate() {
     translate_actuators();
     translate_sines();
     translate_keyframes();
+    note_list("concave meshes are several convex hulls (--decompose)", decomposed_);
     note_list("bounds of ranges are swapped, which MuJoCo reads as no limits (--repair swaps them back)", swapped_);
     note_list(
         "softness of limits, friction and constraints (solref, solimp, solmix, gap) is ignored, because the contender "
         "decides it",
         softened_);
     require_finite();
+    if (facts_ != nullptr) fill_lines(facts_->lines);
+    if (drawing_ != nullptr) translate_drawing(*drawing_);
   }
   LoadReport report;
   report.problems = std::move(problems_);

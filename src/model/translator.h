@@ -88,9 +88,15 @@ class Translator {
   bool contacts_disabled() const { return disabled(mjDSBL_CONTACT) || disabled(mjDSBL_CONSTRAINT); }
   bool may_collide(int g) const;
   void add_shape(int g, int body);
+  std::array<float, 4> colour_of(int g) const;
   bool fill_shape(int g, Shape& shape);
-  int hull_of_mesh(int g);
+  const std::vector<int>& hulls_of_mesh(int g);
+  std::optional<Hull> hull_of(int g, int mesh);
+  std::vector<Hull> parts_of(int g, int mesh, const Hull& whole);
   int height_field(int h);
+
+  // ---- translate_drawing.cc
+  void translate_drawing(Drawing& drawing);
 
   // ---- translate_contacts.cc
   void translate_contacts();
@@ -130,11 +136,16 @@ class Translator {
   void note_open_constraints();
   void require_finite();
 
+  // ---- translate_facts.cc
+  void fill_lines(std::map<std::string, int>& lines) const;
+
   const mjModel* m_;
-  bool drop_unsupported_;
+  bool drop_unsupported_, decompose_;
   bool has_sprung_free_ = false;  // free joints as three slides and a ball
   std::string keyframe_;
   std::set<std::string> massless_;
+  FileFacts* facts_;
+  Drawing* drawing_;
   Model model_;
   std::vector<Problem> problems_;
 
@@ -148,14 +159,16 @@ class Translator {
   std::vector<int> body_of_joint_;  // MuJoCo joint -> Model body, -1 when left out
   std::vector<int> mujoco_body_;    // Model body -> MuJoCo body
   std::vector<int> shape_of_;       // MuJoCo geom -> index into Model::shapes, -1 when left out
-  std::map<int, int> hull_of_;      // MuJoCo mesh -> index into Model::hulls
-  std::map<int, int> height_field_of_;  // MuJoCo height field -> index into Model::height_fields
-  std::vector<int> actuator_of_;        // Model actuator -> MuJoCo actuator
-  std::vector<double> inflation_;       // Model shape -> contact margin that its size contains, m
+  std::vector<int> parts_;          // MuJoCo geom -> how many shapes it is, beginning there
+  std::map<int, std::vector<int>> hulls_of_;  // MuJoCo mesh -> indices into Model::hulls
+  std::map<int, int> height_field_of_;        // MuJoCo height field -> index into Model::height_fields
+  std::vector<int> actuator_of_;              // Model actuator -> MuJoCo actuator
+  std::vector<double> inflation_;             // Model shape -> contact margin that its size contains, m
   std::set<std::string> body_names_, joint_names_, shape_names_, equality_names_;  // taken
   std::vector<std::string> odd_margins_;    // pairs whose margin is replaced by their geoms'
   std::vector<std::string> swapped_;        // joints without limits, because their bounds are swapped
   std::vector<std::string> softened_;       // elements whose own softness is ignored
+  std::vector<std::string> decomposed_;     // meshes that are several hulls
   std::set<std::pair<int, int>> examined_;  // (what, geom) that was examined already
 };
 

@@ -142,6 +142,7 @@ class Reader {
     }
     robot_ = document_.FirstChildElement("robot");
     if (!refuse_xacro() && read_elements() && check_numbers() && build_tree()) {
+      note_lines();
       apply_root_joint();
       read_inertia();
       find_massless();
@@ -202,9 +203,12 @@ class Reader {
   bool refuse_xacro() {
     const xml::XMLElement* macro = xacro_in(*robot_);
     if (macro == nullptr) return false;
-    const std::string stem = fs::path(path_).stem().string();
+    // never the file itself: the shell empties it first
+    const fs::path own = fs::path(path_).filename();
+    std::string expanded = own.stem().extension() == ".urdf" ? own.stem().string() : own.stem().string() + ".urdf";
+    if (expanded == own) expanded = own.stem().string() + "-expanded.urdf";
     refuse(fmt::format("element '{}'", macro->Name()), macro->GetLineNum(), "is a xacro macro, not URDF",
-           fmt::format("expand the file first: xacro {} > {}", path_, stem.ends_with(".urdf") ? stem : stem + ".urdf"));
+           fmt::format("expand the file first: xacro {} > {}", path_, expanded));
     return true;
   }
 
@@ -279,7 +283,7 @@ class Reader {
     return !result_.refused();
   }
 
-  int line_of(const UrdfJoint& joint) const { return joint.element->GetLineNum(); }
+  static int line_of(const UrdfJoint& joint) { return joint.element->GetLineNum(); }
   static std::string label(const UrdfJoint& joint) { return fmt::format("joint '{}'", joint.name); }
 
   bool build_tree() {
@@ -351,6 +355,11 @@ class Reader {
       return false;
     }
     return true;
+  }
+
+  void note_lines() {
+    for (const Link& link : links_) result_.lines[fmt::format("body '{}'", link.name)] = link.element->GetLineNum();
+    for (const UrdfJoint& joint : joints_) result_.lines[label(joint)] = line_of(joint);
   }
 
   // ---- root
@@ -487,14 +496,15 @@ class Reader {
     const bool own_zero = link.I.isZero(0);
     const bool own_valid = own_zero ? true : inertia_possible(link.I);
     if (!own_valid || (link.mass == 0 && !own_zero)) {
-      const std::string fault =
-          link.mass == 0 ? "has inertia without mass"
-          : own[0] <= 0
-              ? fmt::format("has an inertia that is not positive (principal moments {} kg m^2)", eigenvalues_text(own))
-              : fmt::format(
-                    "has an inertia that breaks the triangle inequality (principal moments {} kg m^2: {:.3g} + "
-                    "{:.3g} < {:.3g})",
-                    eigenvalues_text(own), own[0], own[1], own[2]);
+      std::string fault = "has inertia without mass";
+      if (link.mass != 0 && own[0] <= 0) {
+        fault = fmt::format("has an inertia that is not positive (principal moments {} kg m^2)", eigenvalues_text(own));
+      } else if (link.mass != 0) {
+        fault = fmt::format(
+            "has an inertia that breaks the triangle inequality (principal moments {} kg m^2: {:.3g} + {:.3g} < "
+            "{:.3g})",
+            eigenvalues_text(own), own[0], own[1], own[2]);
+      }
       if (whole_valid) {
         result_.notes.push_back(fmt::format(
             "{} (line {}) {}; it stays, because the inertia of all links that are fixed to each other is valid", name,
@@ -595,11 +605,11 @@ class Reader {
     }
     if (unlimited > 0) {
       result_.notes.push_back(
-          fmt::format("{} joints have no effort limit above 0: their motors have no limit", unlimited));
+          fmt::format("motors without a limit, because the effort limit is not above 0: {}", unlimited));
     }
     if (velocities > 0) {
       result_.notes.push_back(
-          fmt::format("velocity limits of {} joints are not used: no engine here has them", velocities));
+          fmt::format("velocity limits are not used, because no engine here has them: {}", velocities));
     }
     note_elements("transmission", "transmissions", "every joint that is not fixed and mimics none has a motor");
     note_elements("gazebo", "gazebo extensions", "they are another program's");
@@ -610,7 +620,7 @@ class Reader {
     for (const xml::XMLElement* e = robot_->FirstChildElement(name); e != nullptr; e = e->NextSiblingElement(name)) {
       ++count;
     }
-    if (count > 0) result_.notes.push_back(fmt::format("{} {} are not read: {}", count, plural, why));
+    if (count > 0) result_.notes.push_back(fmt::format("{} are not read ({}): {}", plural, count, why));
   }
 
   void adapt_mimic(UrdfJoint& joint) {
@@ -771,7 +781,7 @@ class Reader {
         }
       }
     }
-    if (moved > 0) mends.push_back({0, fmt::format("{} names of mesh files are absolute paths now", moved)});
+    if (moved > 0) mends.push_back({0, fmt::format("names of mesh files that are absolute paths now: {}", moved)});
   }
 
   void mend_inertia(const Link& link, std::vector<AttributeEdit>& edits, std::vector<Mend>& mends) const {

@@ -85,7 +85,8 @@ void raise(Model& model, double height) {
 }
 
 void set_rates(Model& model, double largest) {
-  std::mt19937_64 random(1);  // its sequence is the same everywhere, unlike the standard's distributions
+  // The same every time and everywhere, unlike the standard's distributions.
+  std::mt19937_64 random(1);  // NOLINT(bugprone-random-generator-seed)
   const auto uniform = [&] { return largest * (2 * static_cast<double>(random() >> 11U) * 0x1p-53 - 1); };
   State& state = model.initial;
   for (double& rate : state.velocity) rate = uniform();

@@ -135,6 +135,17 @@ class Mistakes(AssayTest):
         self.assertIn('<mass value="1"/>', mended)
 
 
+class MjcfRepair(AssayTest):
+    def test_inertia_is_repaired(self):
+        self.write("arm.xml", '<mujoco>\n<worldbody><body name="b"><joint/>\n<inertial pos="0 0 0" mass="1" '
+                              'diaginertia="1 1 3"/></body></worldbody></mujoco>')
+        self.refused("check", "arm.xml", naming=["body 'b' (line 3)", "triangle inequality", "--repair"])
+        done = self.run_assay("check", "arm.xml", "--repair", "mended.xml")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("mended.xml: changes 1, and it loads", done.stderr)
+        self.assay("check", "mended.xml")
+
+
 class Options(AssayTest):
     def test_floating_base(self):
         self.write("arm.urdf", arm().replace('<link name="base"/>', f'<link name="base">{INERTIAL}</link>'))

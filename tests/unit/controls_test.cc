@@ -98,9 +98,12 @@ TEST(Controls, Clamps) {
                        .control_upper = 3,
                        .force_lower = -0.5,
                        .force_upper = 2};
-  EXPECT_EQ(actuator_force(motor, 1, 0, 0), 1);
-  EXPECT_EQ(actuator_force(motor, 9, 0, 0), 2);
-  EXPECT_EQ(actuator_force(motor, -9, 0, 0), -0.5);
+  const auto force = [](const Actuator& actuator, double control, double length, double speed) {
+    return actuator_force(actuator, actuator_input(actuator, control, 0), length, speed);
+  };
+  EXPECT_EQ(force(motor, 1, 0, 0), 1);
+  EXPECT_EQ(force(motor, 9, 0, 0), 2);
+  EXPECT_EQ(force(motor, -9, 0, 0), -0.5);
   const Actuator servo{.name = "servo",
                        .terms = {{0, 1}},
                        .gain = 10,
@@ -108,7 +111,58 @@ TEST(Controls, Clamps) {
                        .sine = {},
                        .control_limited = true,
                        .control_upper = 1};
-  EXPECT_EQ(actuator_force(servo, 5, 0.5, 7), 5);
+  EXPECT_EQ(force(servo, 5, 0.5, 7), 5);
+}
+
+// The closed forms against the differential equation, integrated in small steps by the midpoint rule.
+TEST(Controls, ActivationsFollowTheirEquation) {
+  for (const ActivationType type : {ActivationType::kFilter, ActivationType::kIntegrator}) {
+    for (const double frequency : {0.0, 0.7, 3.0}) {
+      Actuator actuator;
+      actuator.activation = type;
+      actuator.time_constant = 0.2;
+      actuator.activation_start = -0.5;
+      actuator.sine = {.amplitude = 0.8, .frequency = frequency, .phase = 0.4};
+      Actuator plain = actuator;  // its input is the control
+      plain.activation = ActivationType::kNone;
+      const double control = 1.5, h = 1e-3;
+      const auto rate = [&](double activation, double time) {
+        const double u = actuator_input(plain, control, time);
+        return type == ActivationType::kFilter ? (u - activation) / actuator.time_constant : u;
+      };
+      double activation = actuator.activation_start;
+      for (int i = 0; i < 2000; ++i) {
+        EXPECT_NEAR(actuator_input(actuator, control, i * h), activation, 1e-5);
+        activation += h * rate(activation + h / 2 * rate(activation, i * h), (i + 0.5) * h);
+      }
+    }
+  }
+}
+
+TEST(Controls, ActivationsAreLimited) {
+  Actuator actuator;
+  actuator.terms = {{0, 1}};
+  actuator.gain = 2;
+  actuator.activation = ActivationType::kIntegrator;
+  actuator.control_limited = actuator.activation_limited = true;
+  actuator.control_lower = -1;
+  actuator.control_upper = 1;
+  actuator.activation_lower = -3;
+  actuator.activation_upper = 0.5;
+  EXPECT_EQ(actuator_input(actuator, 10, 0.25), 0.25);
+  EXPECT_EQ(actuator_input(actuator, 10, 7), 0.5);
+  EXPECT_EQ(actuator_input(actuator, -10, 7), -3);
+  Model model = two_hinges();
+  model.actuators = {actuator};
+  model.control0 = {0};
+  EXPECT_TRUE(actuator_control(model)->is_zero());
+  EXPECT_FALSE(actuator_control(model, {1})->is_zero());
+  EXPECT_EQ(actuator_control(model, {1})->input(), ControlInput::kTime);
+  EXPECT_EQ(effort_limits(model).at(0), 6);
+  model.actuators[0].activation_limited = false;
+  EXPECT_EQ(effort_limits(model).at(0), std::numeric_limits<double>::infinity());
+  model.actuators[0].activation = ActivationType::kFilter;
+  EXPECT_EQ(effort_limits(model).at(0), 2);
 }
 
 TEST(Controls, MadeByName) {

@@ -273,7 +273,8 @@ TEST(Mjcf, JointForceLimitIsTheActuators) {
       d->ctrl[0] = u;
       mj_forward(m, d);
       const Actuator& a = model.actuators[0];
-      EXPECT_NEAR(a.terms[0].coefficient * actuator_force(a, u, 0, 0), d->qfrc_actuator[0], 1e-15) << u;
+      EXPECT_NEAR(a.terms[0].coefficient * actuator_force(a, actuator_input(a, u, 0), 0, 0), d->qfrc_actuator[0], 1e-15)
+          << u;
     }
     mj_deleteData(d);
     mj_deleteModel(m);
@@ -455,7 +456,7 @@ TEST_F(MjcfFile, Urdf) {
   EXPECT_DOUBLE_EQ(model.bodies[1].mass, 2);
   EXPECT_LT((model.bodies[1].p_BBcm - Vec3(0, 0, 0.2)).norm(), 1e-15);
   EXPECT_NEAR(model.bodies[1].I_BBcm_B(0, 0), 0.2 + 2 * 0.04, 1e-15);
-  EXPECT_THAT(model.notes, Contains(HasSubstr("velocity limits of 1 joints are not used")));
+  EXPECT_THAT(model.notes, Contains(HasSubstr("velocity limits are not used, because no engine here has them: 1")));
   // a motor for each joint, within the effort limit
   ASSERT_EQ(model.actuators.size(), 2U);
   EXPECT_EQ(model.actuators[0].name, "shoulder");
@@ -469,6 +470,32 @@ TEST_F(MjcfFile, Urdf) {
   EXPECT_EQ(model.control0, (std::vector<double>{0, 0}));
   // from a string it is the same robot
   EXPECT_EQ(load_model_text(kUrdf, "arm").hash, model.hash);
+}
+
+// Shapes have no mass in URDF: neither those of a link without <inertial>, nor those of a link whose inertia is joined
+// to that of the link that it is fixed to, because a third one there is an empty frame.
+TEST_F(MjcfFile, UrdfShapesWeighNothing) {
+  const Model model = load_model(write("hand.urdf", R"(<robot name="hand">
+    <link name="base"/>
+    <link name="palm"><inertial><mass value="1"/>
+      <inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/></inertial></link>
+    <link name="frame"><inertial><mass value="0"/>
+      <inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/></inertial></link>
+    <link name="gripper">
+      <inertial><mass value="3"/><inertia ixx="0.2" ixy="0" ixz="0" iyy="0.2" iyz="0" izz="0.2"/></inertial>
+      <collision><geometry><box size="0.1 0.1 0.1"/></geometry></collision></link>
+    <link name="cover"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
+    <joint name="wrist" type="revolute"><parent link="base"/><child link="palm"/><axis xyz="0 1 0"/>
+      <limit lower="-1" upper="1"/></joint>
+    <joint name="a" type="fixed"><parent link="palm"/><child link="frame"/></joint>
+    <joint name="b" type="fixed"><parent link="frame"/><child link="gripper"/><origin xyz="0 0 0.4"/></joint>
+    <joint name="c" type="fixed"><parent link="palm"/><child link="cover"/></joint>
+  </robot>)"));
+  ASSERT_EQ(model.bodies.size(), 1U);
+  EXPECT_DOUBLE_EQ(model.bodies[0].mass, 4);
+  EXPECT_LT((model.bodies[0].p_BBcm - Vec3(0, 0, 0.3)).norm(), 1e-15);
+  EXPECT_NEAR(model.bodies[0].I_BBcm_B(0, 0), 0.3 + 0.75 * 0.16, 1e-14);  // reduced mass 3/4 kg, 0.4 m apart
+  EXPECT_NEAR(model.bodies[0].I_BBcm_B(2, 2), 0.3, 1e-14);
 }
 
 // ---- the systems ----------------------------------------------------------------------------------------------------

@@ -127,8 +127,8 @@ TEST_F(Repair, UrdfMeshesAreFoundFromElsewhere) {
   EXPECT_THAT(mends_, SizeIs(1));
   EXPECT_THAT(beside.hulls, SizeIs(1));
   const Model moved = mended(from, path("mended.urdf"));
-  EXPECT_THAT(changes(),
-              ElementsAre(HasSubstr("2: inertia of link 'tip'"), "0: 1 names of mesh files are absolute paths now"));
+  EXPECT_THAT(changes(), ElementsAre(HasSubstr("2: inertia of link 'tip'"),
+                                     "0: names of mesh files that are absolute paths now: 1"));
   EXPECT_EQ(moved.hash, beside.hash);
 }
 

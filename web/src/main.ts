@@ -18,6 +18,7 @@ import { engines, fairness } from "./tables/fairness";
 import { failureTable } from "./tables/failures";
 import { gate } from "./tables/gate";
 import { harnessCost, manifestTable, stealSummary } from "./tables/manifest";
+import { parity } from "./tables/parity";
 import { valuesTable } from "./tables/values";
 import { themeSwitch } from "./theme";
 import { tooltip } from "./tooltip";
@@ -126,6 +127,10 @@ function build(report: Report, masthead: HTMLElement, nav: HTMLElement, page: HT
   }
   if (report.sizes.length > 0) {
     add(part("scaling", "Scaling", "Processor time of a whole run of systems that differ only in size."), "Scaling", () => [scalingPanel(report, palette)]);
+  }
+  if ((report.json.parity ?? []).length > 0) {
+    const text = "Whether the model's file means the same robot in every engine: the forces that explain each contender's accelerations, against Newton and Euler's equations of the file.";
+    add(part("parity", "The same robot?", text), "Parity", () => [parity(report)]);
   }
   const gated = "A contender is scored only when its adapter passes these tests against closed forms and independent solutions. A deviation caused by the engine itself is proven, declared and bounded.";
   add(part("gate", "Conformance suite", gated), "Conformance", () => [gate(report)]);

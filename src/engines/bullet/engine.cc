@@ -23,9 +23,16 @@ std::vector<Deviation> rk4_deviations() {
   const std::string reason =
       "Bullet's Runge-Kutta uses the free base's orientation at the step's start in all stages: first order where a "
       "floating body rotates";
-  return {{"torque-free-top", 5e-3, reason}, {"oblique-trees", 1.2e-4, reason},
-          {"torque-reaction", 6e-5, reason}, {"massless-joints", 7e-5, reason},
-          {"random-trees", 1.4e-4, reason},  {"random-massless-trees", 1.6e-4, reason}};
+  return {{"torque-free-top", 5e-3, reason},  {"oblique-trees", 1.2e-4, reason},
+          {"torque-reaction", 6e-5, reason},  {"massless-joints", 7e-5, reason},
+          {"random-trees", 1.4e-4, reason},   {"random-massless-trees", 1.6e-4, reason},
+          {"spinning-bodies", 2.6e-3, reason}};
+}
+
+// Shown by findings/bullet/multibody_contact.cc. Bound: what theory gives.
+Deviation multibody_impact(const Options& options) {
+  return {"inelastic-impact", 1.05 * options.contact_erp,
+          "contacts of multibodies have no split impulse: a body leaves an impact with up to ERP of its speed"};
 }
 
 // Bounds: 1.5 times what the tests measure.
@@ -35,17 +42,16 @@ std::vector<Deviation> rigid_deviations(const Options& options) {
   const std::string slides =
       "a contact's friction acts along the slip at the step's start: a box that slides down a "
       "plane turns";
-  const bool imprecise = !kDoublePrecision && options.solver == Solver::kDantzig;  // Dantzig's method in float
-  std::vector<Deviation> deviations = {{"planar-root", 3.5e-3, lent},
-                                       {"massless-joints", kDoublePrecision ? 5e-3 : 2.8e-2, lent},
-                                       {"random-massless-trees", imprecise ? 0.1 : 9e-3, lent},
-                                       {"box-slides", 0.018, slides},
-                                       {"hull-slides", 0.057, slides}};
-  if (options.gyroscopic == BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_BODY) {
-    deviations.push_back({"random-trees", imprecise ? 1.1 : 1.2e-3,
-                          fmt::format("Bullet's implicit gyroscopic torque in body axes is none where the product of "
-                                      "the principal moments is below {:.2g} (kg m^2)^3",
-                                      SIMD_EPSILON)});
+  const bool few = options.solver == Solver::kSequentialImpulse && options.iterations < 50;
+  std::vector<Deviation> deviations = {
+      {"planar-root", 3.5e-3, lent},
+      {"massless-joints", 5e-3, lent},
+      {"random-massless-trees", few ? 0.17 : 9e-3, few ? lent + ", and few iterations solve their joints" : lent},
+      {"box-slides", few ? 0.039 : 0.018, slides},
+      {"hull-slides", 0.057, slides}};
+  if (few) {
+    deviations.push_back(
+        {"stack-1000", 0.47, "few iterations do not carry a load of a thousand times the mass that bears it"});
   }
   return deviations;
 }
@@ -104,8 +110,10 @@ void add_features(Capabilities& c, const Options& options) {
   add_exact(c, {Feature::kSlide, Feature::kDryFriction});
   if (options.multibody) {
     add_exact(c, {Feature::kMassless, Feature::kCoupling, Feature::kCouplingOfMany, Feature::kConnect, Feature::kWeld});
+    add_approximated(c, Feature::kTendonLimit, kJointRow);
   } else {
     add_lent_mass(c, options.lent_share);
+    add_joint_rows(c);
   }
   if (options.multibody && options.rk4) {
     add_approximated(c, Feature::kBall,
@@ -158,7 +166,10 @@ class BulletEngine final : public Adapter {
     c.joint_solver = options.multibody ? "none (joint coordinates)" : solver;
     c.contact_model = fmt::format("rigid, ERP {:g}", options.contact_erp);
     if (options.split_impulse && !options.multibody) {
-      c.contact_model += fmt::format(", split impulse beyond {:g} m", options.split_impulse_depth);
+      c.contact_model += ", split impulse";
+      if (options.split_impulse_depth > 0) {
+        c.contact_model += fmt::format(" beyond {:g} m", options.split_impulse_depth);
+      }
     }
     c.friction_combine = "the pair's coefficient, set on every contact point";
     if (options.solver == Solver::kSequentialImpulse) {
@@ -179,6 +190,7 @@ class BulletEngine final : public Adapter {
       c.integrator = options.rk4 ? "Runge-Kutta 4, semi-implicit Euler where constraints act" : "semi-implicit Euler";
       c.order = options.rk4 ? 4 : 1;
       if (options.rk4) c.deviations = rk4_deviations();
+      c.deviations.push_back(multibody_impact(options));
       c.friction_cone = options.friction_cone ? "circular cone" : "box";
     } else {
       c.integrator = "semi-implicit Euler";
@@ -208,10 +220,8 @@ class BulletEngine final : public Adapter {
     for (const Joint& hinge : model.joints) {
       if (hinge.armature != 0) limitations.push_back(armature_refused(hinge, "Bullet"));
       if (hinge.has_spring()) limitations.push_back(explicit_spring(hinge));
-      if (!options.multibody && !hinge.is_slide() && spans_a_turn(hinge)) {
-        limitations.push_back({Fidelity::kRefused, joint_element(hinge, "range"),
-                               "Bullet's hinge limits span less than a turn: narrow the range or remove it"});
-      }
+      if (options.multibody) continue;
+      if (const auto range = wide_range(hinge, "Bullet's hinge")) limitations.push_back(*range);
     }
     return limitations;
   }

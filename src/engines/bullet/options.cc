@@ -25,9 +25,13 @@ std::vector<Setting> declared_settings() {
   list.add("erp", 0.2, "1/step", "share of a joint's position error that one step corrects", {}, 0, 1);
   list.add("contact_erp", 0.2, "1/step", "share of a penetration that one step corrects", {}, 0, 1);
   list.add("cfm", 0.0, "s/kg", "constraint force mixing of joints and contacts", {}, 0);
-  list.add("split_impulse", true, "",
-           "correct penetrations deeper than split_impulse_depth by moving bodies, not by velocity (rigid only)");
-  list.add("split_impulse_depth", 0.04, "m", "penetration from which split_impulse acts", {}, 0);
+  list.add(
+      "split_impulse", true, "",
+      "correct penetrations deeper than split_impulse_depth by moving bodies, not by velocity (rigid only: it takes "
+      "a multibody's limits their correction and does nothing for its contacts)");
+  list.add("split_impulse_depth", 0.0, "m",
+           "penetration from which split_impulse acts (Bullet's own default is 0.04; shallower ones bounce by ERP)", {},
+           0);
   list.add("linear_slop", 0.0, "m", "penetration that is left uncorrected", {}, 0);
   list.add("warmstarting", 0.85, "1",
            "share of the last step's contact impulses that the solver starts from (rigid only)", {}, 0, 1);
@@ -67,7 +71,7 @@ Options read_options(const Settings& settings) {
   options.erp = number("erp");
   options.contact_erp = number("contact_erp");
   options.cfm = number("cfm");
-  options.split_impulse = settings.get<bool>("split_impulse");
+  options.split_impulse = settings.get<bool>("split_impulse") && !options.multibody;
   options.split_impulse_depth = number("split_impulse_depth");
   options.linear_slop = number("linear_slop");
   options.warmstarting = number("warmstarting");

@@ -28,8 +28,8 @@ struct Options {
   btScalar residual = 0;
   btScalar erp = btScalar{0.2}, contact_erp = btScalar{0.2}, cfm = 0;
   bool split_impulse = true;
-  btScalar split_impulse_depth = btScalar{0.04};  // m
-  btScalar linear_slop = 0;                       // m
+  btScalar split_impulse_depth = 0;  // m
+  btScalar linear_slop = 0;          // m
   btScalar warmstarting = btScalar{0.85};
   int gyroscopic = 0;  // btRigidBodyFlags
   int friction_directions = 2;
@@ -38,6 +38,7 @@ struct Options {
   bool randomize_order = false;
   int solver_batch = 128;
   double lent_share = kLentShare;
+  double mass_unit = 1;  // what Bullet's numbers of mass count, 1/kg; not a setting: see make_rigid()
 
   // Whether contacts have torsional and rolling friction: Bullet solves both where it has a circular cone.
   bool turns_resist() const { return multibody && solver == Solver::kSequentialImpulse && friction_cone; }

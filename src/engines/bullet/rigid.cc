@@ -1,4 +1,7 @@
 // Bullet's rigid bodies: six coordinates each, joints as constraints. Massless bodies borrow mass.
+#include <algorithm>
+#include <cmath>
+
 #include <BulletDynamics/ConstraintSolver/btHingeConstraint.h>
 #include <BulletDynamics/ConstraintSolver/btPoint2PointConstraint.h>
 #include <BulletDynamics/ConstraintSolver/btSliderConstraint.h>
@@ -9,12 +12,80 @@
 namespace assay::bullet {
 namespace {
 
+// btMatrix3x3::solve33, which solves for the implicit gyroscopic torque, gives 0 where the determinant is not above
+// SIMD_EPSILON: bodies with a product of principal moments near it get no torque.
+constexpr btScalar kLeastDeterminant = 8 * SIMD_EPSILON;
+
+// The torque's change of the angular velocity does not depend on the scale of the inertia. So Bullet computes it for a
+// twin of the light body, as heavy as its solution needs, and the body gets it as a torque.
+class LightBody {
+ public:
+  explicit LightBody(btRigidBody& body)
+      : body_(body),
+        inertia_(body.getLocalInertia()),
+        twin_(1, nullptr, nullptr, inertia_ / inertia_[inertia_.maxAxis()]) {}
+
+  static bool is_light(const btVector3& inertia) { return inertia.x() * inertia.y() * inertia.z() < kLeastDeterminant; }
+
+  void apply_gyroscopic_torque(btScalar timestep, int mode) {
+    const btTransform& X_WI = body_.getWorldTransform();
+    twin_.setWorldTransform(X_WI);
+    twin_.setAngularVelocity(body_.getAngularVelocity());
+    const btVector3 gained = mode == BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_WORLD
+                                 ? twin_.computeGyroscopicImpulseImplicit_World(timestep)
+                                 : twin_.computeGyroscopicImpulseImplicit_Body(timestep);
+    const btVector3 gained_I = X_WI.getBasis().transpose() * gained;
+    body_.applyTorque(X_WI.getBasis() * (gained_I * inertia_) / timestep);
+  }
+
+ private:
+  btRigidBody& body_;
+  btVector3 inertia_;
+  btRigidBody twin_;
+};
+
+// Bullet's LCP leaves out rows whose effective mass is not above SIMD_EPSILON (btMLCPSolver::createMLCPFast). Counted
+// in a smaller unit, no mass is so small; a power of two changes no digit of any result.
+double mass_unit(const Model& model, const Options& options) {
+  if (options.solver != Solver::kDantzig) return 1;
+  constexpr double kLeast = 64 * SIMD_EPSILON, kLargest = 0.25 / SIMD_EPSILON;
+  double least = kLeast, largest = 0;
+  for (const Body& body : model.bodies) {
+    const Vec3 moments = principal_inertia(body.I_BBcm_B).diagonal;
+    least = std::min({least, body.mass, moments.minCoeff()});
+    largest = std::max({largest, body.mass, moments.maxCoeff()});
+  }
+  if (least >= kLeast || least <= 0) return 1;
+  // rows between heavy bodies have a least inverse mass too
+  return std::max(1.0,
+                  std::exp2(std::min(std::ceil(std::log2(kLeast / least)), std::floor(std::log2(kLargest / largest)))));
+}
+
+Model in_unit(Model model, double unit) {
+  for (Body& body : model.bodies) {
+    body.mass *= unit;
+    body.I_BBcm_B *= unit;
+  }
+  const auto scale = [unit](auto& list) {
+    for (auto& each : list) {
+      each.stiffness *= unit;
+      each.damping *= unit;
+      each.dry_friction *= unit;
+    }
+  };
+  scale(model.joints);
+  scale(model.balls);
+  scale(model.tendons);
+  return model;
+}
+
 class RigidSimulation final : public BulletSimulation {
  public:
   // `state` is one of `lent.model`.
   RigidSimulation(Lent lent, const State& state, const Options& options)
       : BulletSimulation(lent.model, state, options), lent_(std::move(lent)) {
     make_bodies();
+    make_light_bodies();
     ground_ = std::make_unique<btRigidBody>(real(0), nullptr, nullptr);
     constraints_.reserve(model_.joints.size() + model_.balls.size());
     for (const Joint& joint : model_.joints) {
@@ -55,6 +126,24 @@ class RigidSimulation final : public BulletSimulation {
       }
       bodies_.push_back(std::move(body));
     }
+  }
+
+  void make_light_bodies() {
+    if (options_.gyroscopic != BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_BODY &&
+        options_.gyroscopic != BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_WORLD) {
+      return;
+    }
+    for (const auto& body : bodies_) {
+      if (!LightBody::is_light(body->getLocalInertia())) continue;
+      body->setFlags(0);
+      light_.push_back(std::make_unique<LightBody>(*body));
+    }
+    if (light_.empty()) return;
+    const auto at_start_of_step = [](btDynamicsWorld* world, btScalar timestep) {
+      const auto* self = static_cast<RigidSimulation*>(world->getWorldUserInfo());
+      for (const auto& body : self->light_) body->apply_gyroscopic_torque(timestep, self->options_.gyroscopic);
+    };
+    world().setInternalTickCallback(at_start_of_step, this, true);
   }
 
   // A joint's two bodies and its frame in each; both frames are the same at the reference configuration.
@@ -161,9 +250,9 @@ class RigidSimulation final : public BulletSimulation {
     for (size_t b = 0; b < bodies_.size(); ++b) {
       const btRigidBody& body = *bodies_[b];
       const Mat3 R = from_bt(body.getWorldTransform().getBasis());
-      out.bodies[b].mass = 1 / body.getInvMass();
+      out.bodies[b].mass = 1 / body.getInvMass() / options_.mass_unit;
       out.bodies[b].p_WBcm = from_bt(body.getWorldTransform().getOrigin());
-      out.bodies[b].I_BBcm_W = R * from_bt(body.getLocalInertia()).asDiagonal() * R.transpose();
+      out.bodies[b].I_BBcm_W = R * (from_bt(body.getLocalInertia()) / options_.mass_unit).asDiagonal() * R.transpose();
     }
     for (size_t j = 0; j < model_.joints.size(); ++j) {
       if (model_.joints[j].is_slide()) {
@@ -199,7 +288,8 @@ class RigidSimulation final : public BulletSimulation {
 
   btSphereShape no_shape_{real(1e-3)};  // Bullet wants a shape of every body; this one touches nothing
   std::vector<std::unique_ptr<btRigidBody>> bodies_;
-  std::unique_ptr<btRigidBody> ground_;                          // the fixed world as the joints of roots see it
+  std::vector<std::unique_ptr<LightBody>> light_;  // bodies whose gyroscopic torque Bullet itself leaves out
+  std::unique_ptr<btRigidBody> ground_;            // the fixed world as the joints of roots see it
   std::vector<std::unique_ptr<btTypedConstraint>> constraints_;  // of Model::joints, then of Model::balls
   Lent lent_;
 };
@@ -210,7 +300,11 @@ std::unique_ptr<Simulation> make_rigid(const Model& model, const State& state, c
   Lent lent = lend_mass(model, options.lent_share);
   State start = with_joint_coordinates(model, state);
   lent.to_copy(start);
-  return std::make_unique<RigidSimulation>(std::move(lent), start, options);
+  Options own = options;
+  own.mass_unit = mass_unit(lent.model, options);
+  own.cfm /= real(own.mass_unit);
+  if (own.mass_unit != 1) lent.model = in_unit(std::move(lent.model), own.mass_unit);
+  return std::make_unique<RigidSimulation>(std::move(lent), start, own);
 }
 
 }  // namespace assay::bullet

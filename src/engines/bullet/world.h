@@ -28,6 +28,7 @@ class BulletSimulation : public Simulation {
   // For the world's destructor to run while what it points to is still there.
   void destroy_world() { world_.reset(); }
 
+  JointRows rows_;  // of the model
   const Model model_;
   const Options options_;
   const State start_;  // joint coordinates always filled
@@ -51,10 +52,10 @@ class BulletSimulation : public Simulation {
   std::unique_ptr<btMLCPSolverInterface> lcp_;
   std::unique_ptr<btConstraintSolver> solver_;
   std::unique_ptr<btDiscreteDynamicsWorld> world_;
-  mutable State last_;              // of the last read: unwraps angles
-  bool springs_;                    // of any kind: torques from the state at the step's start
-  std::vector<double> torques_;     // scratch
-  std::vector<Vec3> ball_torques_;  // by Model::balls; zero without springs
+  mutable State last_;                    // of the last read: unwraps angles
+  bool springs_;                          // of any kind: torques from the state at the step's start
+  std::vector<double> torques_, scaled_;  // scratch
+  std::vector<Vec3> ball_torques_;        // by Model::balls; zero without springs
   Clock clock_;
 };
 

@@ -28,9 +28,10 @@ std::vector<Setting> declared_settings() {
        0.0,
        1.0},
       {"contact_max_correcting_velocity",
-       0.0,
+       0.1,
        "m/s",
-       "cap of the speed that pushes bodies apart; 0: none (DART's own default is 0.001)",
+       "cap of the speed that pushes bodies apart; 0: none (DART's own default is 0.001). Without it a body leaves an "
+       "impact with up to contact_erp of its speed, by the impact's phase within a step",
        {},
        0.0,
        1e9},
