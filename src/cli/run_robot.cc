@@ -237,6 +237,7 @@ class Reasons {
     if (own == groups_.end()) own = groups_.insert(groups_.end(), {reason, {}});
     own->second.push_back(contender);
   }
+  bool empty() const { return groups_.empty(); }
   void write(Answer& answer) const {
     for (const auto& [reason, contenders] : groups_) answer.line(fmt::format("{}: {}", join(contenders, ", "), reason));
   }
@@ -276,6 +277,7 @@ void add_failures(const SystemAnswers& answers, const Question& question, const 
                                quantity_text(point.worst.at(worst->value.name).value.value, worst->value.unit),
                                timestep_label(point.timestep_ms)));
   }
+  if (failed.empty() && over.empty()) return;
   answer.part("What did not qualify, and why");
   failed.write(answer);
   over.write(answer);
@@ -341,7 +343,11 @@ void keep_pictures(const std::string& dir, const Campaign& campaign, const std::
     if (each.resolved.engine == nullptr || contenders.size() >= kMost) continue;
     if (engines.insert(each.resolved.engine->name()).second) contenders.push_back(each.resolved.name);
   }
-  if (fits_samples(store, system, kTimestep)) keep_runs(store, system, contenders, kTimestep);
+  try {
+    if (fits_samples(store, system, kTimestep)) keep_runs(store, system, contenders, kTimestep);
+  } catch (const InputError& error) {  // a budget that ended before anything was measured
+    message(fmt::format("no replays of other engines: {}", error.what()));
+  }
 }
 
 int search_and_answer(const RunRequest& request, const Campaign& campaign, const std::vector<Refusal>& refusals) {

@@ -42,7 +42,8 @@ double spring_energy(const Model& model, const State& state) {
   }
   for (const BallJoint& ball : model.balls) {
     const Body& body = model.bodies[static_cast<size_t>(ball.body)];
-    const Quat q_WP = body.parent == kWorld ? Quat::Identity() : state.bodies[static_cast<size_t>(body.parent)].q_WB;
+    const Quat q_WP =
+        body.parent == kWorld ? Quat(Quat::Identity()) : state.bodies[static_cast<size_t>(body.parent)].q_WB;
     const Quat rotation = (q_WP * body.X_PB.q).conjugate() * state.bodies[static_cast<size_t>(ball.body)].q_WB;
     add(ball.stiffness, rotation_vector(ball.spring_reference.conjugate() * rotation).norm());
   }
