@@ -63,7 +63,7 @@ class Loads:
         self.program = program
 
     def check(self, file, options):
-        """The command's JSON, or its refusal as a sentence."""
+        """The command's JSON, or one of its refusals as a sentence."""
         done = subprocess.run([self.program, "check", file, *options, "--json"], capture_output=True, text=True, timeout=600)
         try:
             answer = json.loads(done.stdout)
@@ -73,9 +73,11 @@ class Loads:
             return answer
         if answer and answer.get("problems"):
             refused = [problem for problem in answer["problems"] if problem["severity"] == "refused"]
-            first = (refused or answer["problems"])[0]
-            reason = re.sub(r" \(known: .*?\)", "", f"{first['element']} {first['message']}".strip())
-            return f"line {first['line']}: {reason}" if first.get("line") else reason
+            texts = [f"{problem['element']} {problem['message']}".strip() for problem in refused or answer["problems"]]
+            # a fault of the file before what assay lacks
+            at = next((i for i, text in enumerate(texts) if FAULTS.search(text)), 0)
+            line = (refused or answer["problems"])[at].get("line")
+            return f"line {line}: {texts[at]}" if line else texts[at]
         lines = done.stderr.strip().splitlines()
         return lines[-1] if lines else f"status {done.returncode}"
 
@@ -100,7 +102,8 @@ class Loads:
             answer = grounded if isinstance(grounded, dict) else answer
             row["touches"] = answer["model"]["contact_pairs"] > 0
             if row["touches"]:
-                row["contacts"] = len({engine["engine"] for engine in answer["engines"]
+                # builds of one engine in several precisions count once
+                row["contacts"] = len({engine["engine"].split("-")[0] for engine in answer["engines"]
                                        if engine["verdict"] != "refused" and engine["engine"] not in ("null", "skeleton")})
         if not row["valid"]:
             row["repaired"] = self.repaired(file)
