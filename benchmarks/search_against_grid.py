@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """How much of a whole campaign `assay run ROBOT` needs, and how near its answer is.
 
-    benchmarks/search_against_grid.py ROBOT... [--error 1mm] [--minutes 10] [--program ./assay] [--out DIR]
+    benchmarks/search_against_grid.py ROBOT... [--error 1mm] [--minutes 10] [--contenders NAME,...] [--program ./assay]
+        [--out DIR]
 
 For each robot: the search, then every cell of the programme that the search wrote. Prints the answers of both, the ratio
 of the realtime factors as the whole campaign timed them, and the ratio of the costs (processor time of all workers, with the
@@ -43,6 +44,7 @@ def main():
     parser.add_argument("robots", nargs="+")
     parser.add_argument("--error", default="1mm")
     parser.add_argument("--minutes", default="10")
+    parser.add_argument("--contenders", help="of both; default: all that take the robot")
     parser.add_argument("--program", default="./assay")
     parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("search-against-grid"))
     options = parser.parse_args()
@@ -52,8 +54,9 @@ def main():
         name = pathlib.Path(robot).stem
         search, grid = options.out / f"{name}-search", options.out / f"{name}-grid"
         shared = [options.program, "run"]
+        only = ["--contenders", options.contenders] if options.contenders else []
         subprocess.run([*shared, robot, "--minutes", options.minutes, "--error", options.error, "--out", search, "--references",
-                        "off"], check=False, stdout=subprocess.DEVNULL)
+                        "off", *only], check=False, stdout=subprocess.DEVNULL)
         subprocess.run([*shared, search / "campaign.toml", "--full", "--out", grid, "--references", "off"], check=True,
                        stdout=subprocess.DEVNULL)
         found, whole = (recommended(options.program, folder, options.error) for folder in (search, grid))

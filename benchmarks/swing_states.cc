@@ -55,22 +55,24 @@ Json to_json(const std::vector<JointTerm>& terms) {
   return list;
 }
 
+const char* kind_of(const Model& model, const Body& body) {
+  if (body.is_free()) return "free";
+  if (body.joint < 0) return "ball";
+  return model.joints[body.joint].is_slide() ? "slide" : "hinge";
+}
+
 Json model_json(const Model& model) {
   Json bodies = Json::array(), joints = Json::array(), balls = Json::array(), couplings = Json::array(),
        tendons = Json::array();
   for (const Body& body : model.bodies) {
     const bool one = body.joint >= 0;
-    const char* kind = body.is_free()                        ? "free"
-                       : !one                                ? "ball"
-                       : model.joints[body.joint].is_slide() ? "slide"
-                                                             : "hinge";
     Json inertia = Json::array();
     for (int r = 0; r < 3; ++r) {
       for (int c = 0; c < 3; ++c) inertia.push_back(body.I_BBcm_B(r, c));
     }
     bodies.push_back({{"name", body.name},
                       {"parent", body.parent},
-                      {"kind", kind},
+                      {"kind", kind_of(model, body)},
                       {"number", one ? body.joint : body.ball},
                       {"p", to_json(body.X_PB.p)},
                       {"q", to_json(body.X_PB.q)},
@@ -177,15 +179,20 @@ Json end_of(const Model& model, ResolvedContender contender, double timestep_ms,
 Json contender_json(const Model& model, const ResolvedContender& contender, const std::vector<double>& timesteps_ms,
                     double duration_s) {
   const Capabilities own = contender.engine->capabilities(contender.settings);
-  Json json = {{"name", contender.name}, {"order", own.order}, {"integrator", own.integrator}, {"refused", ""}};
-  json["approximated"] = Json::array();
+  std::string refused;
+  Json approximated = Json::array();
   for (const Limitation& limitation : contender.engine->check(model, contender.settings)) {
     const std::string text = limitation.element + ": " + limitation.how;
-    if (limitation.fidelity == Fidelity::kRefused && json["refused"] == "") json["refused"] = text;
-    if (limitation.fidelity == Fidelity::kApproximated) json["approximated"].push_back(text);
+    if (limitation.fidelity == Fidelity::kRefused && refused.empty()) refused = text;
+    if (limitation.fidelity == Fidelity::kApproximated) approximated.push_back(text);
   }
-  json["ends"] = Json::array();
-  if (json["refused"] != "") return json;
+  Json json = {{"name", contender.name},
+               {"order", own.order},
+               {"integrator", own.integrator},
+               {"refused", refused},
+               {"approximated", std::move(approximated)},
+               {"ends", Json::array()}};
+  if (!refused.empty()) return json;
   for (const double timestep_ms : timesteps_ms) {
     Json end = in_child([&] { return end_of(model, contender, timestep_ms, duration_s); });
     end["timestep_ms"] = timestep_ms;

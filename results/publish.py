@@ -1,8 +1,9 @@
-"""Makes a committed folder from a results directory: publish.py ASSAY RESULTS FOLDER.
+"""Makes a committed folder from a results directory: publish.py ASSAY RESULTS FOLDER [--compact].
 
 Writes values.csv, manifest.json, assay.sqlite.xz, report.html and figures/ to FOLDER. ASSAY writes the report again, with
 replays of the stored states; the states themselves stay in RESULTS. Where RESULTS has the database of FOLDER without states,
-only the report and the figures are written again, and the report keeps the replays that FOLDER's report has.
+only the report and the figures are written again, and the report keeps the replays that FOLDER's report has. With --compact
+FOLDER gets no report and no figures.
 """
 
 import contextlib
@@ -28,18 +29,20 @@ def keep_replays(old, new):
     return page
 
 
-def publish(program, results, folder):
+def publish(program, results, folder, compact):
     folder.mkdir(parents=True, exist_ok=True)
-    subprocess.run([program, "report", results], check=True)
-    if (folder / "report.html").exists() and not any((results / "trajectories").glob("*")):
+    if not compact:
+        subprocess.run([program, "report", results], check=True)
+    if not compact and (folder / "report.html").exists() and not any((results / "trajectories").glob("*")):
         page = keep_replays((folder / "report.html").read_text("utf-8"), (results / "report.html").read_text("utf-8"))
         (folder / "report.html").write_text(page, "utf-8")
         shutil.copytree(results / "figures", folder / "figures", dirs_exist_ok=True)
         return
     subprocess.run([program, "export", results, "--format", "csv", "--out", folder / "values.csv"], check=True)
-    shutil.copy(results / "report.html", folder)
-    shutil.rmtree(folder / "figures", ignore_errors=True)
-    shutil.copytree(results / "figures", folder / "figures")
+    if not compact:
+        shutil.copy(results / "report.html", folder)
+        shutil.rmtree(folder / "figures", ignore_errors=True)
+        shutil.copytree(results / "figures", folder / "figures")
     with contextlib.closing(sqlite3.connect(results / "assay.sqlite")) as db, tempfile.TemporaryDirectory() as scratch:
         manifest = dict(db.execute("SELECT key, value FROM manifest ORDER BY key"))
         manifest["cells"] = dict(db.execute("SELECT outcome, count(*) FROM cells GROUP BY outcome ORDER BY outcome"))
@@ -54,6 +57,7 @@ def publish(program, results, folder):
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 4:
-        sys.exit("usage: publish.py ASSAY RESULTS FOLDER")
-    publish(sys.argv[1], pathlib.Path(sys.argv[2]), pathlib.Path(sys.argv[3]))
+    given = [word for word in sys.argv[1:] if word != "--compact"]
+    if len(given) != 3:
+        sys.exit("usage: publish.py ASSAY RESULTS FOLDER [--compact]")
+    publish(given[0], pathlib.Path(given[1]), pathlib.Path(given[2]), "--compact" in sys.argv)

@@ -206,13 +206,32 @@ LoadOptions load_options_of(const Section& section) {
   return load;
 }
 
+// exclude = [["a", "b"], ...]: pairs of bodies.
+std::vector<BodyPair> excluded(const Section& section) {
+  std::vector<BodyPair> pairs;
+  const toml::node* node = section.find("exclude");
+  if (node == nullptr) return pairs;
+  for (const toml::node& entry : section.list("exclude", *node)) {
+    const toml::array* pair = entry.as_array();
+    const auto name = [&](size_t i) {
+      return pair == nullptr || pair->size() != 2 ? std::nullopt : pair->get(i)->value_exact<std::string>();
+    };
+    if (!name(0) || !name(1)) {
+      section.fail(&entry, fmt::format("'exclude' has {}: give pairs of bodies, as in [[\"thigh\", \"shank\"]]",
+                                       node_text(entry)));
+    }
+    pairs.push_back({*name(0), *name(1)});
+  }
+  return pairs;
+}
+
 CampaignSystem system_of(const Section& section, const Defaults& defaults, Roster& roster) {
   section.allow({"name",          "model",        "duration_s",   "sample_ms",      "pieces",
                  "piece_ms",      "control",      "contacts",     "gravity",        "measures",
                  "timesteps_ms",  "timing_ms",    "reference_ms", "grasp",          "family",
                  "contenders",    "violation_ms", "smooth",       "above_ground_m", "start_rates",
                  "floating_base", "fixed_base",   "ground",       "no_ground",      "drop_unsupported",
-                 "keyframe",      "qpos",         "packages",     "decompose"});
+                 "keyframe",      "qpos",         "packages",     "decompose",      "exclude"});
   CampaignSystem system;
   system.name = section.required_text("name");
   const toml::node* model_node = section.find("model") != nullptr ? section.find("model") : section.find("name");
@@ -234,7 +253,8 @@ CampaignSystem system_of(const Section& section, const Defaults& defaults, Roste
   variant.smooth = section.flag("smooth", false);
   variant.above_ground_m = section.positive("above_ground_m", variant.above_ground_m);
   variant.start_rates = section.positive("start_rates", variant.start_rates);
-  system.model = variant_of(std::move(system.model), variant);
+  variant.exclude = excluded(section);
+  at_node(section, section.find("exclude"), [&] { system.model = variant_of(std::move(system.model), variant); });
 
   const auto timesteps = section.timesteps("timesteps_ms");
   if (!timesteps && !defaults.timesteps_ms) {

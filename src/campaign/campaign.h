@@ -45,11 +45,13 @@
 //   contacts = true                                # false leaves all contact pairs out
 //   gravity = true
 //   smooth = true                                  # leaves out contact pairs, limits and dry friction
-//   above_ground_m = 0.05                          # free bodies start with their lowest shape this high above the
-//   plane start_rates = 1                                # seeded random joint rates at the start, within +- this
-//   (rad/s, m/s) measures = [...]                               # default: the campaign's timesteps_ms = [...] #
-//   default: the campaign's timing_ms = [...]                              # timesteps whose speed is measured;
-//   default: all violation_ms = [...]                           # timesteps whose violation is measured; default: all
+//   exclude = [["thigh", "shank"]]                 # bodies whose contact pairs with each other are left out
+//   above_ground_m = 0.05                          # free bodies start with their lowest shape this high above a plane
+//   start_rates = 1                                # seeded random joint rates at the start, rad/s or m/s, within +-
+//   measures = [...]                               # default: the campaign's
+//   timesteps_ms = [...]                           # default: the campaign's
+//   timing_ms = [...]                              # timesteps whose speed is measured; default: all
+//   violation_ms = [...]                           # timesteps whose violation is measured; default: all
 //   reference_ms = "1/64"                          # default: the campaign's
 //   contenders = [...]                             # default: the campaign's list; may name others, which then take
 //                                                  # part only in the systems that name them

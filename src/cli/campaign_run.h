@@ -7,6 +7,7 @@
 
 #include "cli/cli.h"
 #include "coordinator/run.h"
+#include "store/store.h"
 
 namespace assay::cli {
 
@@ -40,6 +41,9 @@ bool run_and_summarize(const RunRequest& request);
 
 // Prints a line for each of the paper's claims: number, verdict, title, figures.
 void print_claims(const std::string& dir);
+
+// Opens a results directory for writing, under the campaign that it holds.
+Store open_to_write(const std::string& dir);
 
 // Writes `dir`/report.html and prints its path.
 void write_report_of(const std::string& dir);

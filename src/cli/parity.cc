@@ -1,6 +1,9 @@
 // `assay parity`: does this file mean the same robot in every engine?
+#include "report/parity.h"
+
 #include <algorithm>
 #include <csignal>
+#include <filesystem>
 #include <fstream>
 
 #include <fmt/format.h>
@@ -77,11 +80,13 @@ void print_certificates(const Json& certificates) {
     }
     rows.push_back(std::move(row));
   }
-  print("\n" + table({"contender", "robot", "inertia", "Coriolis", "gravity", "springs", "damping", "dry friction"},
-                     rows, {2, 3, 4, 5, 6, 7}));
+  print("\n" + table({"contender", "robot", "inertia", "Coriolis", "gravity", "springs", "damping", "dry friction",
+                      "armature", "torque"},
+                     rows, {2, 3, 4, 5, 6, 7, 8, 9}));
   print(
-      paragraph("Largest error of a joint's force, relative to the joint's largest force of that kind; \"<\": not told "
-                "from rounding and the steps' own error.") +
+      paragraph(
+          "Largest error of a joint's force, relative to the joint's largest force of that kind; armature: relative to "
+          "the joint's inertia; torque: of its gain; \"<\": not told from rounding and the steps' own error.") +
       "\n");
   for (const Json& c : certificates) {
     const auto text = [&c](const char* key) { return c.at(key).get<std::string>(); };
@@ -119,6 +124,25 @@ void print_certificates(const Json& certificates) {
     if (!text("raised").empty()) print(paragraph("  examined with " + text("raised"), 4));
     print("\n");
   }
+}
+
+// The file, or in a folder of results the file that the report shows.
+void write_certificate(const Json& document, const std::string& out) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  const bool folder = out.ends_with('/') || fs::is_directory(out, error);
+  std::string path = out;
+  if (folder) {
+    path = parity_file(out, document.at("model").get<std::string>());
+    fs::create_directories(fs::path(path).parent_path(), error);
+  }
+  std::ofstream file(path);
+  file << document.dump(1) << "\n";
+  if (!file.flush()) throw SystemError(fmt::format("'{}' cannot be written; check the folder", path));
+  if (!folder) return;
+  message(fs::exists(fs::path(out) / "assay.sqlite", error)
+              ? fmt::format("the certificate is in '{}'; `assay report {}` shows it", path, out)
+              : fmt::format("the certificate is in '{}'", path));
 }
 
 int run_parity(const Options& options) {
@@ -160,11 +184,7 @@ int run_parity(const Options& options) {
                          {"samples", experiments.samples},
                          {"seed", experiments.seed},
                          {"certificates", certificates}};
-  if (!options.out.empty()) {
-    std::ofstream file(options.out);
-    file << document.dump(1) << "\n";
-    if (!file.flush()) throw SystemError(fmt::format("'{}' cannot be written; check the folder", options.out));
-  }
+  if (!options.out.empty()) write_certificate(document, options.out);
   if (options.json) {
     print_json(document);
   } else {
@@ -183,14 +203,19 @@ void add_parity(CLI::App& app, Action& action) {
   CLI::App* command = add_command(
       app, "parity", "Whether a model means the same robot in every engine, force by force",
       {{"assay parity my_robot.urdf", "one contender an engine against Newton and Euler's equations"},
-       {"assay parity humanoid mujoco-euler dart --out parity.json", "two contenders, the certificate as JSON"}});
+       {"assay parity humanoid mujoco-euler dart --out parity.json", "two contenders, the certificate as JSON"},
+       {"assay parity my_robot.urdf --out my_robot-results", "into results, whose report then shows it"}});
   const auto options = std::make_shared<Options>();
   add_model_options(*command, options->model);
   command->add_option("CONTENDER", options->contenders, "Contenders (default: one of each engine)")->type_name("");
   command->add_flag("--all", options->all, "All contenders of all engines")->disable_flag_override();
   command->add_option("--samples", options->samples, "Random configurations")->type_name("N")->capture_default_str();
   command->add_option("--seed", options->seed, "Of the random configurations")->type_name("N")->capture_default_str();
-  command->add_option("--out", options->out, "Write the certificate as JSON to this file too")->type_name("FILE");
+  command
+      ->add_option("--out", options->out,
+                   "Write the certificate as JSON to this file too; of a folder with results, "
+                   "the report shows it")
+      ->type_name("FILE|DIR");
   command->add_flag("--json", options->json, "Print JSON")->disable_flag_override();
   command->callback([&action, options] { action = [options] { return run_parity(*options); }; });
 }

@@ -116,8 +116,8 @@ std::string places_text(const SystemAnswers& answers, const std::vector<size_t>&
   return join(places, ", ");
 }
 
-std::string candidates_table(const SystemAnswers& answers, const Question& question,
-                             const std::vector<size_t>& candidates) {
+void add_candidates(const SystemAnswers& answers, const Question& question, const std::vector<size_t>& candidates,
+                    Answer& answer) {
   constexpr size_t kMostErrors = 3;  // columns that fit
   const size_t errors = std::min(question.asked.size(), kMostErrors);
   std::vector<std::string> headings = {"contender", "timestep", "real time"};
@@ -137,9 +137,8 @@ std::string candidates_table(const SystemAnswers& answers, const Question& quest
       row.push_back(own == candidate.worst.end() ? "" : quantity_text(own->second.value.value, value.unit));
     }
   }
-  std::string text = table(headings, rows, {1, 2, 3, 4, 5});
-  if (estimated) text += paragraph("~ interpolated between timed timesteps");
-  return text;
+  if (estimated) answer.line("~ interpolated between timed timesteps");
+  answer.table(headings, rows, {1, 2, 3, 4, 5});
 }
 
 // What is left out, by contender and reason.
@@ -303,53 +302,47 @@ std::string nearest_text(const SystemAnswers& answers, const Question& question,
   return fmt::format("the nearest is {} with {}", place_text(point), join(parts, ", "));
 }
 
-void print_best(const SystemAnswers& answers, const Question& question, const Recommendation& found) {
+void add_best(const SystemAnswers& answers, const Question& question, const Recommendation& found, Answer& answer) {
   const Candidate& best = answers.candidates[found.contenders.front()];
   const Point& point = answers.at(best);
-  print(paragraph(heading(fmt::format("{}: {}, {} real time", answers.system, place_text(point),
-                                      realtime_text(best.speed.factor.value))),
-                  2));
-  print(paragraph(fmt::format("  asked:  {}", limits_text(question)), 10));
-  print(paragraph(fmt::format("  speed:  {}, {}", with_interval(best.speed.factor, "1"),
-                              best.speed.timed ? "timed at this timestep"
-                                               : fmt::format("interpolated between {} and {} ms",
-                                                             timestep_label(best.speed.below_ms),
-                                                             timestep_label(best.speed.above_ms))),
-                  10));
+  answer.part(
+      fmt::format("{}: {}, {} real time", answers.system, place_text(point), realtime_text(best.speed.factor.value)));
+  answer.line("asked:  " + limits_text(question));
+  answer.line(fmt::format("speed:  {}, {}", with_interval(best.speed.factor, "1"),
+                          best.speed.timed
+                              ? "timed at this timestep"
+                              : fmt::format("interpolated between {} and {} ms", timestep_label(best.speed.below_ms),
+                                            timestep_label(best.speed.above_ms))));
   for (const Asked& asked : question.asked) {
     const Worst& worst = best.worst.at(asked.value.name);
-    print(paragraph(
-        fmt::format("  {}:  {}{}", asked.value.brief, with_interval(worst.value, asked.value.unit),
+    answer.line(
+        fmt::format("{}:  {}{}", asked.value.brief, with_interval(worst.value, asked.value.unit),
                     same_timestep(worst.at_ms, point.timestep_ms)
                         ? ""
-                        : fmt::format(", at {} ms, the largest up to this timestep", timestep_label(worst.at_ms))),
-        10));
+                        : fmt::format(", at {} ms, the largest up to this timestep", timestep_label(worst.at_ms))));
   }
-  print(paragraph("  margin: " + best.margin, 10));
-  if (!found.alike.empty()) {
-    print(paragraph("  not told apart by speed: " + places_text(answers, found.alike), 10));
-  }
+  answer.line("margin: " + best.margin);
+  if (!found.alike.empty()) answer.line("not told apart by speed: " + places_text(answers, found.alike));
   if (found.certain != found.best) {
-    print(paragraph(
-        fmt::format("  its 95 % interval reaches beyond the limit; {}",
-                    found.certain ? fmt::format("the fastest that stays within as a whole: {}, {}",
-                                                places_text(answers, {*found.certain}),
-                                                realtime_text(answers.candidates[*found.certain].speed.factor.value))
-                                  : "no contender stays within as a whole"),
-        10));
+    answer.line(fmt::format(
+        "its 95 % interval reaches beyond the limit; {}",
+        found.certain
+            ? fmt::format("the fastest that stays within as a whole: {}, {}", places_text(answers, {*found.certain}),
+                          realtime_text(answers.candidates[*found.certain].speed.factor.value))
+            : "no contender stays within as a whole"));
   }
   const auto truth = best.worst.find("truth_error");
   const bool limits_truth =
       std::ranges::any_of(question.asked, [](const Asked& asked) { return asked.value.name == "truth_error"; });
   if (!question.asked.empty() && question.asked.front().value.name == "consistency" && !limits_truth &&
       truth != best.worst.end()) {
-    print(paragraph(fmt::format("  self-consistency is not accuracy: its error against the reference solution is {}; "
-                                "--measure truth limits that one",
-                                quantity_text(truth->second.value.value, "m")),
-                    10));
+    answer.line(
+        fmt::format("self-consistency is not accuracy: its error against the reference solution is {}; "
+                    "--measure truth limits that one",
+                    quantity_text(truth->second.value.value, "m")));
   }
-  print("\n" + paragraph(heading("Each contender at its fastest within the limits") + ":") +
-        candidates_table(answers, question, found.contenders));
+  answer.part("Each contender at its fastest within the limits");
+  add_candidates(answers, question, found.contenders, answer);
 }
 
 namespace {
@@ -367,7 +360,9 @@ int recommend_to(const Options& options) {
                         nearest_text(answers, question, found)));
     return kFailed;
   }
-  print_best(answers, question, found);
+  Answer answer;
+  add_best(answers, question, found, answer);
+  answer.print();
   print_left_out(answers, question);
   return kDone;
 }

@@ -7,6 +7,7 @@
 
 #include <CLI/App.hpp>
 
+#include "cli/answer.h"
 #include "results/recommend.h"
 
 namespace assay::cli {
@@ -43,9 +44,9 @@ std::string limits_text(const Question& question);
 // The point that misses the limits by the least, in one sentence.
 std::string nearest_text(const SystemAnswers& answers, const Question& question, const Recommendation& found);
 
-// The best point with its limits, speed, errors, margin and what is not told apart from it, and each contender's own
-// best. There has to be a best.
-void print_best(const SystemAnswers& answers, const Question& question, const Recommendation& found);
+// Parts with the best point, its limits, speed, errors, margin and what is not told apart from it, and each contender's
+// own best. There has to be a best.
+void add_best(const SystemAnswers& answers, const Question& question, const Recommendation& found, Answer& answer);
 
 // "Not considered": contenders, timesteps and reasons.
 void print_left_out(const SystemAnswers& answers, const Question& question);

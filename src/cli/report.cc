@@ -23,13 +23,12 @@ struct Options {
   std::vector<std::string> replays;  // timesteps as given
 };
 
-// Opens a results directory for writing, under the campaign that it holds.
+}  // namespace
+
 Store open_to_write(const std::string& dir) {
   const Store store = Store::open(dir);
   return Store::create(dir, {store.manifest("campaign").value_or(""), store.manifest("campaign_hash").value_or("")});
 }
-
-}  // namespace
 
 void add_replays(CLI::App& command, std::vector<std::string>& replays) {
   command

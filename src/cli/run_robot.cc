@@ -17,6 +17,8 @@
 #include "base/quantity.h"
 #include "base/text.h"
 #include "campaign/campaign.h"
+#include "cli/answer.h"
+#include "coordinator/rerun.h"
 #include "model/mjcf.h"
 #include "results/results.h"
 #include "search/programme.h"
@@ -158,8 +160,10 @@ std::vector<LimitOptions> goals_of(const LimitOptions& options) {
 
 std::optional<Recommendation> answer_to(const LimitOptions& goal, const SystemAnswers& answers, Question& question,
                                         std::string& why) {
-  if (answers.mains.empty()) {
-    why = answers.points.empty() ? "nothing was measured" : "no contender's run ended well";
+  for (const std::string& main : answers.mains) {
+    if (std::ranges::find(answers.errors, main) != answers.errors.end()) continue;
+    why = answers.points.empty() ? "nothing was measured"
+                                 : fmt::format("no contender's {} was measured", value_info(main).brief);
     return std::nullopt;
   }
   try {
@@ -185,7 +189,7 @@ std::string names_text(const SystemAnswers& answers, const std::vector<size_t>& 
 }
 
 // A line for each of the usual errors.
-void print_goals(const std::vector<LimitOptions>& goals, const SystemAnswers& answers) {
+void add_goals(const std::vector<LimitOptions>& goals, const SystemAnswers& answers, Answer& answer) {
   std::vector<std::vector<std::string>> rows;
   for (const LimitOptions& goal : goals) {
     Question question;
@@ -200,12 +204,12 @@ void print_goals(const std::vector<LimitOptions>& goals, const SystemAnswers& an
     rows.push_back({goal.error.value_or(""), point.contender, timestep_label(point.timestep_ms) + " ms",
                     realtime_text(best.speed.factor.value), names_text(answers, found->alike)});
   }
-  print("\n" + paragraph(heading("The fastest for an error") + ":") +
-        table({"error", "contender", "timestep", "real time", "not told apart"}, rows, {2, 3}));
+  answer.part("The fastest for an error");
+  answer.table({"error", "contender", "timestep", "real time", "not told apart"}, std::move(rows), {2, 3});
 }
 
 // What the engine does not carry over exactly for this robot.
-void print_approximated(const Campaign& campaign, const std::string& contender) {
+void add_approximated(const Campaign& campaign, const std::string& contender, Answer& answer) {
   const auto own = std::ranges::find_if(campaign.contenders,
                                         [&](const CampaignContender& each) { return each.resolved.name == contender; });
   if (own == campaign.contenders.end() || own->resolved.engine == nullptr) return;
@@ -217,53 +221,64 @@ void print_approximated(const Campaign& campaign, const std::string& contender) 
       if (std::ranges::find(list, limitation.element) == list.end()) list.push_back(limitation.element);
     }
   }
-  print("\n" + heading(fmt::format("What {} approximates in this robot", contender)) + ":\n");
-  if (elements.empty()) print(paragraph("  nothing: it carries over the whole model", 4));
+  answer.part(fmt::format("What {} approximates in this robot", contender));
+  if (elements.empty()) answer.line("nothing: it carries over the whole model");
   for (const auto& [how, list] : elements) {
     const std::string more = list.size() > 1 ? fmt::format(" and {} more", list.size() - 1) : "";
-    print(paragraph(fmt::format("  {}{}: {}", list.front(), more, how), 4));
+    answer.line(fmt::format("{}{}: {}", list.front(), more, how));
   }
 }
 
-// Contenders that have no point within the limits, with their first failure.
-void print_failures(const SystemAnswers& answers, const Question& question, const Recommendation& found,
-                    const std::vector<std::string>& failed_gate) {
+// Contenders for one reason, in the order in which the reasons came.
+class Reasons {
+ public:
+  void add(const std::string& contender, const std::string& reason) {
+    auto own = std::ranges::find(groups_, reason, &std::pair<std::string, std::vector<std::string>>::first);
+    if (own == groups_.end()) own = groups_.insert(groups_.end(), {reason, {}});
+    own->second.push_back(contender);
+  }
+  void write(Answer& answer) const {
+    for (const auto& [reason, contenders] : groups_) answer.line(fmt::format("{}: {}", join(contenders, ", "), reason));
+  }
+
+ private:
+  std::vector<std::pair<std::string, std::vector<std::string>>> groups_;
+};
+
+// Contenders that have no point within the limits, with their first failure. Those in `undecided` are named elsewhere,
+// unless they failed.
+void add_failures(const SystemAnswers& answers, const Question& question, const Recommendation& found,
+                  const SearchSummary& done, Answer& answer) {
   std::set<std::string> named;
   for (const size_t i : found.contenders) named.insert(answers.at(answers.candidates[i]).contender);
-  std::vector<std::string> lines, slower;
-  for (const std::string& each : failed_gate) {
-    lines.push_back(each);
-    named.insert(each.substr(0, each.find(' ')));
+  Reasons failed, over;
+  for (const std::string& each : done.failed_gate) {
+    const std::string contender = each.substr(0, each.find(' '));
+    failed.add(contender, "does not pass the conformance suite" + each.substr(contender.size()));
+    named.insert(contender);
   }
   for (const Point& point : answers.points) {
-    if (named.contains(point.contender)) continue;
-    if (!point.sound) {
-      lines.push_back(fmt::format("{} from {} ms: {}", point.contender, timestep_label(point.fails_ms), point.why));
-      named.insert(point.contender);
-    }
-  }
-  for (const Point& point : answers.points) {
-    if (named.contains(point.contender)) continue;
+    if (point.sound || named.contains(point.contender)) continue;
+    failed.add(point.contender, fmt::format("fails from {} ms {}", timestep_label(point.fails_ms), point.why));
     named.insert(point.contender);
-    const auto over = std::ranges::find_if(question.asked, [&](const Asked& asked) {
-      const auto worst = point.worst.find(asked.value.name);
-      return worst != point.worst.end() && worst->second.value.value > asked.largest;
+  }
+  named.insert(done.undecided.begin(), done.undecided.end());
+  for (const Point& point : answers.points) {
+    if (!named.insert(point.contender).second) continue;
+    const auto worst = std::ranges::find_if(question.asked, [&](const Asked& asked) {
+      const auto own = point.worst.find(asked.value.name);
+      return own != point.worst.end() && own->second.value.value > asked.largest;
     });
-    if (over == question.asked.end()) {
-      slower.push_back(point.contender);
-      continue;
-    }
-    lines.push_back(fmt::format("{} at {} ms: {} {}", point.contender, timestep_label(point.timestep_ms),
-                                over->value.brief,
-                                quantity_text(point.worst.at(over->value.name).value.value, over->value.unit)));
+    over.add(point.contender,
+             worst == question.asked.end()
+                 ? std::string("within the limits where measured, and slower")
+                 : fmt::format("{} of {} at {} ms, and too slow at smaller timesteps", worst->value.brief,
+                               quantity_text(point.worst.at(worst->value.name).value.value, worst->value.unit),
+                               timestep_label(point.timestep_ms)));
   }
-  if (lines.empty() && slower.empty()) return;
-  print("\n" + heading("What did not qualify, and why") + ":\n");
-  for (const std::string& line : lines) print(paragraph("  " + line, 4));
-  if (!slower.empty()) {
-    print(paragraph(
-        "  not measured further, because they could not be as fast or the budget ended: " + join(slower, ", "), 4));
-  }
+  answer.part("What did not qualify, and why");
+  failed.write(answer);
+  over.write(answer);
 }
 
 void print_next(const Campaign& campaign, const std::string& dir, const std::optional<std::string>& contender) {
@@ -279,6 +294,54 @@ void print_next(const Campaign& campaign, const std::string& dir, const std::opt
   }
   line(fmt::format("assay run {} --out {}-again", (fs::path(dir) / "campaign.toml").string(), dir),
        "the same programme again, or as you have changed it");
+}
+
+// How much was measured, and what could still change the answer.
+void add_certainty(const SearchSummary& done, Answer& answer) {
+  constexpr size_t kNamed = 8;
+  answer.part("How sure this is");
+  answer.line(fmt::format("{} of {} cells were measured in {}, {} of processor time", done.measured, done.cells,
+                          duration_label(done.wall_s), duration_label(done.cpu_s)));
+  if (done.undecided.empty()) {
+    answer.line("no other contender can still win: each is slower, failed or exceeds a limit");
+  } else {
+    const size_t shown = done.undecided.size() > kNamed + 2 ? kNamed : done.undecided.size();
+    std::vector<std::string> names(done.undecided.begin(), done.undecided.begin() + static_cast<std::ptrdiff_t>(shown));
+    if (shown < done.undecided.size()) names.push_back(fmt::format("{} more", done.undecided.size() - shown));
+    answer.line(
+        fmt::format("the budget ended before these were decided, at this or a larger timestep, and they may be "
+                    "faster: {}; the same command goes on, also with more --minutes",
+                    join(names, ", ")));
+  }
+  for (const std::string& each : done.without_truth) answer.line("no reference solution on " + each);
+}
+
+// For the report's page.
+void keep_answer(const std::string& dir, const Answer& answer) {
+  open_to_write(dir).set_manifest({{"answer", answer.json().dump()}});
+}
+
+// Runs of one contender of each engine on the first system, for the report's replays: those that the search had no
+// reason to keep. They take seconds.
+void keep_pictures(const std::string& dir, const Campaign& campaign, const std::optional<std::string>& best) {
+  constexpr size_t kMost = 6;
+  constexpr double kTimestep = 1;  // ms
+  Store store = open_to_write(dir);
+  const std::string& system = campaign.systems.front().name;
+  std::vector<std::string> contenders;
+  std::set<std::string> engines;
+  if (best) contenders.push_back(*best);
+  for (const CampaignContender& each : campaign.contenders) {
+    if (each.resolved.engine == nullptr) continue;
+    const std::string engine = each.resolved.engine->name();
+    const bool is_best = best == each.resolved.name;
+    if (is_best) engines.insert(engine);
+  }
+  for (const CampaignContender& each : campaign.contenders) {
+    if (each.resolved.engine == nullptr || contenders.size() >= kMost) continue;
+    if (engines.insert(each.resolved.engine->name()).second) contenders.push_back(each.resolved.name);
+  }
+  if (fits_samples(store, system, kTimestep)) keep_runs(store, system, contenders, kTimestep);
 }
 
 int search_and_answer(const RunRequest& request, const Campaign& campaign, const std::vector<Refusal>& refusals) {
@@ -299,52 +362,46 @@ int search_and_answer(const RunRequest& request, const Campaign& campaign, const
     return kFailed;
   }
 
-  const Store store = Store::open(request.out);
-  const Results results(store);
-  const SystemAnswers answers = answers_together(results, results.systems(), campaign.name);
-  Question question;
-  std::string why;
-  const auto found = answer_to(goals.size() > 1 ? goals[kShownError] : goals.front(), answers, question, why);
-  if (found) {
-    print_best(answers, question, *found);
-  } else {
-    print(paragraph(heading(campaign.name + ": no recommendation") + ": " + why, 2));
-  }
-  bool any = found.has_value();
-  if (goals.size() > 1) {
-    print_goals(goals, answers);
-    for (const LimitOptions& goal : goals) {
-      Question other;
-      any = any || answer_to(goal, answers, other, why).has_value();
-    }
-  }
+  Answer answer;
   std::optional<std::string> best;
-  if (found) best = answers.at(answers.candidates[found->contenders.front()]).contender;
-
-  print("\n" + heading("How sure this is") + ":\n");
-  print(paragraph(fmt::format("  {} of {} cells were measured in {}, {} of processor time", done.measured, done.cells,
-                              duration_label(done.wall_s), duration_label(done.cpu_s)),
-                  4));
-  if (done.undecided.empty()) {
-    print(paragraph("  no other contender can still win: each is slower, failed or exceeds a limit", 4));
-  } else {
-    print(paragraph(fmt::format("  the budget ended before these were decided, and they may be faster: {}; the same "
-                                "command goes on",
-                                join(done.undecided, ", ")),
-                    4));
+  bool any = false;
+  {
+    const Store store = Store::open(request.out);
+    const Results results(store);
+    SystemAnswers answers = answers_together(results, results.systems(), campaign.name);
+    answers.mains = errors_of(campaign);  // also those that no contender has yet
+    Question question;
+    std::string why;
+    const auto found = answer_to(goals.size() > 1 ? goals[kShownError] : goals.front(), answers, question, why);
+    if (found) {
+      add_best(answers, question, *found, answer);
+      best = answers.at(answers.candidates[found->contenders.front()]).contender;
+    } else {
+      answer.part(campaign.name + ": no recommendation");
+      answer.line(why);
+    }
+    any = found.has_value();
+    if (goals.size() > 1) {
+      add_goals(goals, answers, answer);
+      for (const LimitOptions& goal : goals) {
+        Question other;
+        any = any || answer_to(goal, answers, other, why).has_value();
+      }
+    }
+    add_certainty(done, answer);
+    if (best) add_approximated(campaign, *best, answer);
+    add_failures(answers, question, found.value_or(Recommendation()), done, answer);
   }
-  for (const std::string& each : done.without_truth) {
-    print(paragraph("  no reference solution on " + each, 4));
-  }
-  if (best) print_approximated(campaign, *best);
-  print_failures(answers, question, found.value_or(Recommendation()), done.failed_gate);
   if (!refusals.empty()) {
-    print("\n" + heading("Engines that refuse this robot") + ":\n");
+    answer.part("Engines that refuse this robot");
     for (const Refusal& refusal : refusals) {
-      print(paragraph(fmt::format("  {}: {} ({})", refusal.engine, refusal.text, join(refusal.contenders, ", ")), 4));
+      answer.line(fmt::format("{}: {} ({})", refusal.engine, refusal.text, join(refusal.contenders, ", ")));
     }
   }
+  answer.print();
   print("\n");
+  keep_answer(request.out, answer);
+  keep_pictures(request.out, campaign, best);
   write_report_of(request.out);
   print_next(campaign, request.out, best);
   return any ? kDone : kFailed;
@@ -373,7 +430,7 @@ int run_robot(const RobotRequest& request) {
   RunRequest run = request.run;
   if (run.out.empty()) run.out = default_out(run.campaign);
   const std::string file = find_model(run.campaign);
-  const auto [how, model, notes] = stand(file, load_options(request.model));
+  const auto [how, model, notes] = stand(file, load_options(request.model), run.out);
   ProgrammeOptions options;
   options.model_lines = model_lines(how, run.out);
   options.notes = notes;

@@ -72,6 +72,8 @@ const std::vector<Entry>& entries() {
        conformance::spring_damper},
       {"joint-limit", "a bar that falls onto its joint's limit rests there", Need::kJointLimits,
        conformance::joint_limit},
+      {"wide-range", "a wheel under a torque turns more than once, to the end of its range, and rests there",
+       Need::kJointLimits, conformance::wide_range},
       {"resting-height", "balls and capsules rest on a plane and on fixed capsules at their radius", Need::kContact,
        conformance::resting_height},
       {"sliding-capsule", "a sliding capsule stops after v^2/(2 mu g)", Need::kContact, conformance::sliding_capsule},

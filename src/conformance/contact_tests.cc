@@ -1,5 +1,7 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numbers>
 
 #include <fmt/format.h>
 
@@ -61,6 +63,41 @@ Verdict joint_limit(const Subject& subject) {
     checks.add(beyond, 0.02 * speed + 0.01, fmt::format("furthest beyond the limit, arriving at {:.2f} rad/s", speed));
     checks.add(std::abs(side * states.back().position[j] - 1), 0.01,
                "distance from the limit at the end, where it rests");
+  }
+  return checks.worst();
+}
+
+Verdict wide_range(const Subject& subject) {
+  // engines that know an angle within one turn cannot hold ranges of two turns, or take one limit for the other
+  constexpr double kTorque = 0.2, kInertia = 0.02, kDuration = 2;
+  Model model;
+  model.name = "conformance-wide-range";
+  model.gravity.setZero();
+  const Solid wheel = principal_solid(1, Vec3::Zero(), {kInertia, kInertia, kInertia}, Quat::Identity());
+  const std::array<double, 2> halves = {2 * std::numbers::pi, std::numbers::pi - 0.005};
+  for (const double half : halves) {
+    for (const double side : {1.0, -1.0}) {
+      Joint& hinge = add_hinged_body(model, fmt::format("{} {:.4g}", side > 0 ? "up" : "down", half), kWorld,
+                                     {Vec3(half, side, 1), Quat::Identity()}, wheel, {2, 1, 2});
+      hinge.reference = 0.3;
+      hinge.limited = true;
+      hinge.lower = -half;
+      hinge.upper = half;
+    }
+  }
+  model = finished(std::move(model));
+  const std::vector<double> torques = {kTorque, -kTorque, kTorque, -kTorque};
+  const std::vector<State> states = subject.record(model, model.initial, kTimestep, kDuration, torques);
+  Checks checks("rad");
+  for (int j = 0; j < 4; ++j) {
+    const double side = j % 2 == 0 ? 1 : -1, end = halves[static_cast<size_t>(j / 2)];
+    const double speed = std::sqrt(2 * kTorque / kInertia * (end - side * model.joints[j].reference));
+    double beyond = 0;
+    for (const State& state : states) beyond = std::max(beyond, side * state.position[j] - end);
+    checks.add(beyond, 0.02 * speed + 0.01,
+               fmt::format("'{}' furthest beyond the limit, arriving at {:.2f} rad/s", model.joints[j].name, speed));
+    checks.add(std::abs(side * states.back().position[j] - end), 0.01 * end,
+               fmt::format("'{}' distance from the limit at the end, where it rests", model.joints[j].name));
   }
   return checks.worst();
 }

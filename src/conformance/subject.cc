@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "base/text.h"
+#include "model/joint_rows.h"
 
 namespace assay::conformance {
 namespace {
@@ -35,7 +36,7 @@ std::vector<double> extrapolated(const std::vector<double>& coarse, const std::v
 // Whether set_torques() has to be called before every step: it adds explicit springs.
 bool needs_torques(const Model& model) {
   return model.has_springs() || std::ranges::any_of(model.balls, &BallJoint::has_spring) ||
-         std::ranges::any_of(model.tendons, &Tendon::has_spring);
+         std::ranges::any_of(model.tendons, &Tendon::has_spring) || has_joint_rows(model);
 }
 
 }  // namespace

@@ -71,6 +71,7 @@ Verdict rolling_friction(const Subject& subject);
 
 // ---- limits and contact (contact_tests.cc) --------------------------------------------------------------------------
 Verdict joint_limit(const Subject& subject);
+Verdict wide_range(const Subject& subject);
 Verdict sliding_capsule(const Subject& subject);
 Verdict sphere_rolls(const Subject& subject);
 Verdict resting_height(const Subject& subject);

@@ -69,7 +69,7 @@ class ActuatorControl final : public Control {
     for (size_t i = 0; i < actuators_.size(); ++i) {
       const Actuator& actuator = actuators_[i];
       const double force =
-          actuator_force(actuator, control_[i] + value_at(actuator.sine, state.time),
+          actuator_force(actuator, actuator_input(actuator, control_[i], state.time),
                          sum_of_terms(actuator.terms, state.position), sum_of_terms(actuator.terms, state.velocity));
       for (const JointTerm& term : actuator.terms) torques[term.joint] += term.coefficient * force;
     }
@@ -77,14 +77,16 @@ class ActuatorControl final : public Control {
   ControlInput input() const override {
     const bool feedback = std::ranges::any_of(actuators_, [](const Actuator& a) { return a.has_feedback(); });
     if (feedback) return ControlInput::kState;
-    return sines() > 0 ? ControlInput::kTime : ControlInput::kNothing;
+    const bool activation = std::ranges::any_of(actuators_, [](const Actuator& a) { return a.has_activation(); });
+    return activation || sines() > 0 ? ControlInput::kTime : ControlInput::kNothing;
   }
   bool is_zero() const override {
     for (size_t i = 0; i < actuators_.size(); ++i) {
       const Actuator& actuator = actuators_[i];
-      if (actuator.has_feedback() || actuator.sine.amplitude != 0 || actuator_force(actuator, control_[i], 0, 0) != 0) {
-        return false;
-      }
+      if (actuator.has_feedback() || actuator.sine.amplitude != 0) return false;
+      // an activation that is no longer at its start after 1 s moves
+      const double start = actuator_input(actuator, control_[i], 0), later = actuator_input(actuator, control_[i], 1);
+      if (start != later || actuator_force(actuator, start, 0, 0) != 0) return false;
     }
     return true;
   }
@@ -105,11 +107,40 @@ class ActuatorControl final : public Control {
 
 }  // namespace
 
-double actuator_force(const Actuator& actuator, double u, double length, double speed) {
-  if (actuator.control_limited) u = std::clamp(u, actuator.control_lower, actuator.control_upper);
+double actuator_input(const Actuator& actuator, double control, double time) {
+  const Sine& sine = actuator.sine;
+  if (!actuator.has_activation()) {
+    const double u = control + value_at(sine, time);
+    return actuator.control_limited ? std::clamp(u, actuator.control_lower, actuator.control_upper) : u;
+  }
+  if (actuator.control_limited) control = std::clamp(control, actuator.control_lower, actuator.control_upper);
+  const double w = 2 * std::numbers::pi * sine.frequency;
+  double activation = actuator.activation_start;
+  if (actuator.activation == ActivationType::kFilter) {
+    const double decay = std::exp(-time / actuator.time_constant);
+    activation = control + (activation - control) * decay;
+    if (sine.amplitude != 0) {
+      const double lag = std::atan(w * actuator.time_constant);
+      activation +=
+          sine.amplitude * std::cos(lag) * (std::sin(w * time + sine.phase - lag) - std::sin(sine.phase - lag) * decay);
+    }
+  } else {
+    activation += control * time;
+    if (sine.amplitude != 0) {
+      activation += w == 0 ? sine.amplitude * std::sin(sine.phase) * time
+                           : sine.amplitude / w * (std::cos(sine.phase) - std::cos(w * time + sine.phase));
+    }
+  }
+  // without a sine it moves one way only, so that a clamp of the result equals one of the motion
+  return actuator.activation_limited ? std::clamp(activation, actuator.activation_lower, actuator.activation_upper)
+                                     : activation;
+}
+
+double actuator_force(const Actuator& actuator, double input, double length, double speed) {
   const auto& [constant, of_length, of_speed] = actuator.bias;
   // a position actuator's error first, so that a small one keeps its digits
-  double force = of_length == -actuator.gain ? actuator.gain * (u - length) : actuator.gain * u + of_length * length;
+  double force =
+      of_length == -actuator.gain ? actuator.gain * (input - length) : actuator.gain * input + of_length * length;
   force += of_speed * speed + constant;
   if (actuator.force_limited) force = std::clamp(force, actuator.force_lower, actuator.force_upper);
   return force;

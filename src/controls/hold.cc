@@ -6,7 +6,6 @@
 #include <numbers>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 
 #include "base/text.h"
@@ -15,8 +14,7 @@
 namespace assay {
 namespace {
 
-constexpr double kStiffest = 5, kSoftest = 1;  // Hz
-constexpr double kFastestDecay = 250;          // 1/s
+constexpr double kHoldFrequency = 10;  // Hz
 
 // The joint-space inertia of the driven joints while the others follow. Rows and columns of the others are zero but for
 // a 1 on the diagonal.
@@ -39,18 +37,19 @@ class HoldControl final : public Control {
  public:
   HoldControl(const Model& model, double frequency)
       : frequency_(frequency), start_(model.initial.position), limit_(effort_limits(model)) {
-    const Eigen::VectorXd inertia = driven_inertia(model).diagonal();
     const double w = 2 * std::numbers::pi * frequency;
-    for (const double own : inertia) {
-      stiffness_.push_back(own * w * w);
-      damping_.push_back(2 * own * w);
-    }
+    const Eigen::MatrixXd inertia = driven_inertia(model);
+    stiffness_ = w * w * inertia;
+    damping_ = 2 * w * inertia;
   }
 
   void torques(const State& state, std::span<double> torques) const override {
+    const auto count = static_cast<Eigen::Index>(start_.size());
+    using Column = Eigen::Map<const Eigen::VectorXd>;
+    const Eigen::VectorXd wanted = stiffness_ * (Column(start_.data(), count) - Column(state.position.data(), count)) -
+                                   damping_ * Column(state.velocity.data(), count);
     for (size_t j = 0; j < start_.size(); ++j) {
-      const double torque = stiffness_[j] * (start_[j] - state.position[j]) - damping_[j] * state.velocity[j];
-      torques[j] = std::clamp(torque, -limit_[j], limit_[j]);
+      torques[j] = std::clamp(wanted[static_cast<Eigen::Index>(j)], -limit_[j], limit_[j]);
     }
   }
   ControlInput input() const override { return start_.empty() ? ControlInput::kNothing : ControlInput::kState; }
@@ -61,7 +60,8 @@ class HoldControl final : public Control {
 
  private:
   double frequency_;
-  std::vector<double> start_, limit_, stiffness_, damping_;
+  std::vector<double> start_, limit_;
+  Eigen::MatrixXd stiffness_, damping_;
 };
 
 class RandomControl final : public Control {
@@ -119,10 +119,20 @@ class RandomControl final : public Control {
 
 // The largest force of an actuator; infinite when its feedback or its control has no bound.
 double largest_force(const Actuator& actuator) {
-  double largest = std::numeric_limits<double>::infinity();
-  if (actuator.control_limited && !actuator.has_feedback()) {
-    const double control = std::max(std::abs(actuator.control_lower), std::abs(actuator.control_upper));
-    largest = std::abs(actuator.gain) * control + std::abs(actuator.bias[0]);
+  constexpr double kNoBound = std::numeric_limits<double>::infinity();
+  const auto bound = [](bool limited, double lower, double upper) {
+    return limited ? std::max(std::abs(lower), std::abs(upper)) : kNoBound;
+  };
+  double largest = kNoBound;
+  if (!actuator.has_feedback()) {
+    double input = bound(actuator.control_limited, actuator.control_lower, actuator.control_upper);
+    if (actuator.activation == ActivationType::kIntegrator) input = kNoBound;
+    if (actuator.has_activation()) {
+      // a filter stays between its start and the control
+      input = std::min(std::max(input, std::abs(actuator.activation_start)),
+                       bound(actuator.activation_limited, actuator.activation_lower, actuator.activation_upper));
+    }
+    if (std::isfinite(input)) largest = std::abs(actuator.gain) * input + std::abs(actuator.bias[0]);
   }
   if (actuator.force_limited) {
     largest = std::min(largest, std::max(std::abs(actuator.force_lower), std::abs(actuator.force_upper)));
@@ -146,21 +156,8 @@ std::vector<double> effort_limits(const Model& model) {
   return limits;
 }
 
-double hold_frequency(const Model& model) {
-  Eigen::MatrixXd inertia = driven_inertia(model);
-  if (inertia.rows() == 0) return kStiffest;
-  // Gains in proportion to the inertia's diagonal D: the joints' fastest decay is 2 w times the largest eigenvalue of
-  // A^-1 D, the inverse of the smallest of D^-1/2 A D^-1/2.
-  const Eigen::VectorXd scale = inertia.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  inertia = scale.asDiagonal() * inertia * scale.asDiagonal();
-  const double smallest =
-      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(inertia, Eigen::EigenvaluesOnly).eigenvalues().minCoeff();
-  const double w = kFastestDecay / 2 * std::max(smallest, 0.0);
-  return std::clamp(w / (2 * std::numbers::pi), kSoftest, kStiffest);
-}
-
 std::unique_ptr<Control> hold_control(const Model& model, double natural_frequency) {
-  return std::make_unique<HoldControl>(model, natural_frequency > 0 ? natural_frequency : hold_frequency(model));
+  return std::make_unique<HoldControl>(model, natural_frequency > 0 ? natural_frequency : kHoldFrequency);
 }
 
 std::unique_ptr<Control> random_control(const Model& model, double motion, std::uint64_t seed) {

@@ -81,6 +81,14 @@ double sample_ms_of(const Store& store, const std::string& system) {
 CampaignSystem system_of(const Store& store, const std::string& name, const json& facts) {
   const std::vector<SceneRow> scenes = store.scenes();
   const Scene scene = parse_scene(row_named(scenes, name, &SceneRow::system, "scene of the system").json);
+  // A robot's results hold their campaign, which knows where its model is.
+  if (const fs::path own = fs::path(store.trajectories_dir()).parent_path() / "campaign.toml"; fs::exists(own)) {
+    for (CampaignSystem& system : load_campaign(own.string()).systems) {
+      if (system.name == name && system.model.hash == facts.at("model_hash").get<std::string>()) {
+        return std::move(system);
+      }
+    }
+  }
   CampaignSystem system;
   system.name = name;
   system.duration_s = facts.at("duration_s");
@@ -112,6 +120,7 @@ CampaignSystem system_of(const Store& store, const std::string& name, const json
   variant.smooth = facts.value("smooth", variant.smooth);
   variant.above_ground_m = facts.value("above_ground_m", variant.above_ground_m);
   variant.start_rates = facts.value("start_rates", variant.start_rates);
+  for (const json& pair : facts.value("exclude", json::array())) variant.exclude.push_back({pair.at(0), pair.at(1)});
   const json& g = facts.at("gravity");
   const bool weightless = Vec3(g.at(0).get<double>(), g.at(1).get<double>(), g.at(2).get<double>()).isZero(0);
   variant.gravity = !weightless || system.model.gravity.isZero(0);

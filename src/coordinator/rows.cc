@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "engines/describe.h"
+#include "store/pictures.h"
 #include "store/scene.h"
 
 namespace assay {
@@ -77,6 +78,7 @@ SystemRow system_row(const CampaignSystem& system) {
   if (variant.smooth) row["smooth"] = true;
   if (variant.above_ground_m >= 0) row["above_ground_m"] = variant.above_ground_m;
   if (variant.start_rates > 0) row["start_rates"] = variant.start_rates;
+  for (const BodyPair& pair : variant.exclude) row["exclude"].push_back({pair.a, pair.b});
   if (!system.family.empty()) row["family"] = system.family;
   // The --control option with which `assay simulate` drives the model in the same way; its default is the actuators.
   const bool unasked =
@@ -85,10 +87,20 @@ SystemRow system_row(const CampaignSystem& system) {
   return {system.name, row.dump()};
 }
 
-SceneRow scene_row(const CampaignSystem& system) {
+SceneRow scene_row(const CampaignSystem& system, const Drawing& drawing) {
+  constexpr size_t kDrawnTriangles = 24'000;  // of a robot
   Scene scene = scene_of(system.model);
   scene.control = system.control;
-  return {system.name, scene_text(scene)};
+  json text = json::parse(scene_text(scene));
+  for (size_t i = 0; i < system.model.shapes.size(); ++i) {
+    if (!system.model.shapes[i].collides) text["shapes"][i]["collides"] = false;
+  }
+  Pictures pictures;
+  for (const MeshData& mesh : drawing.meshes) pictures.meshes.push_back({mesh.vertices, mesh.faces});
+  for (const DrawnPart& part : drawing.parts) pictures.parts.push_back({part.mesh, part.body, part.X_BS, part.rgba});
+  simplify(pictures, kDrawnTriangles);
+  if (!pictures.parts.empty()) text["pictures"] = pictures_json(pictures);
+  return {system.name, text.dump()};
 }
 
 }  // namespace assay

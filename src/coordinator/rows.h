@@ -4,6 +4,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "campaign/campaign.h"
+#include "model/drawing.h"
 #include "store/store.h"
 
 namespace assay {
@@ -13,6 +14,8 @@ nlohmann::json model_facts(const Model& model);
 
 ContenderRow contender_row(const CampaignContender& contender);
 SystemRow system_row(const CampaignSystem& system);
-SceneRow scene_row(const CampaignSystem& system);
+// store/scene.h's text; shapes that are only drawn have "collides": false there. `drawing` is what the model's file
+// draws beside its shapes: simplified it becomes "pictures" (store/pictures.h).
+SceneRow scene_row(const CampaignSystem& system, const Drawing& drawing);
 
 }  // namespace assay

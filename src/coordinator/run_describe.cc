@@ -4,11 +4,13 @@
 #include <ctime>
 #include <optional>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "coordinator/machine.h"
 #include "coordinator/rows.h"
 #include "coordinator/runner.h"
+#include "model/drawing.h"
 
 namespace assay {
 
@@ -34,7 +36,17 @@ void Runner::describe() {
   // The owners of the stored states and how they are drawn: pictures of results need no model's file.
   std::vector<SceneRow> scenes;
   scenes.reserve(campaign_.systems.size());
-  for (const CampaignSystem& each : campaign_.systems) scenes.push_back(scene_row(each));
+  // several systems in a row show one robot
+  const CampaignSystem* drawn = nullptr;
+  Drawing drawing;
+  for (const CampaignSystem& each : campaign_.systems) {
+    if (drawn == nullptr || drawn->model_path != each.model_path || drawn->load != each.load) {
+      drawing = read_drawing(each.model_path, each.load);
+      for (const std::string& note : drawing.notes) progress_.message(fmt::format("note: {}", note));
+      drawn = &each;
+    }
+    scenes.push_back(scene_row(each, drawing));
+  }
   store_.set_scenes(scenes);
   std::vector<RunRow> runs;
   for (const PlannedCell& cell : plan_.cells) {

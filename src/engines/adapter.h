@@ -14,6 +14,7 @@
 #include <fmt/format.h>
 
 #include "engines/engine.h"
+#include "model/joint_rows.h"
 #include "model/kinematics.h"
 #include "model/massless.h"
 
@@ -122,6 +123,7 @@ inline void add_lent_mass(Capabilities& capabilities, double share, const char* 
 inline void return_lent_mass(const Lent& lent, EngineView& view) {
   if (!lent.any) return;
   std::vector<double> whole;  // by body
+  whole.reserve(view.bodies.size());
   for (const EngineBody& body : view.bodies) whole.push_back(body.mass);
   for (size_t i = 0; i < lent.lender.size(); ++i) {
     if (lent.lender[i] < 0) continue;
@@ -190,10 +192,6 @@ inline double middle_of_range(const Joint& hinge, double otherwise) {
   return hinge.limited ? (hinge.lower + hinge.upper) / 2 : otherwise;
 }
 
-inline bool spans_a_turn(const Joint& hinge) {
-  return hinge.limited && hinge.upper - hinge.lower >= 2 * std::numbers::pi;
-}
-
 // ---- limitations ----------------------------------------------------------------------------------------------------
 
 // What Capabilities::features say about `model`: how every adapter's check() begins.
@@ -226,6 +224,16 @@ inline void add_explicit_springs(Capabilities& capabilities) {
   add_approximated(capabilities, Feature::kTendonSpring, "explicit tension from the state at the step's start");
 }
 
+// Couplings and limits of tendons that the adapter holds (model/joint_rows.h).
+inline constexpr const char* kJointRow =
+    "a spring and a damper between the joints, as stiff as the timestep h stands: gives way by 5 h^2 times the "
+    "acceleration that it holds back";
+inline void add_joint_rows(Capabilities& capabilities) {
+  for (const Feature feature : {Feature::kCoupling, Feature::kCouplingOfMany, Feature::kTendonLimit}) {
+    add_approximated(capabilities, feature, kJointRow);
+  }
+}
+
 // "joint 'knee' armature"
 inline std::string joint_element(const Joint& hinge, const char* what) {
   return fmt::format("joint '{}' {}", hinge.name, what);
@@ -242,23 +250,15 @@ inline Limitation explicit_spring(const Joint& hinge, const char* remedy = "") {
           fmt::format("explicit torque from the state at the step's start{}", remedy)};
 }
 
-// How an engine holds a limited range when it knows the angle within one turn, counted from the range's middle. A limit
-// that is passed by more than half of what the range leaves of the turn is taken for the other limit.
-inline std::optional<Limitation> range_within_a_turn(const Joint& hinge, const char* engine) {
-  constexpr double kNarrow = 0.1;  // rad
-  if (!hinge.limited || hinge.is_slide()) return std::nullopt;
-  const double margin = std::numbers::pi - (hinge.upper - hinge.lower) / 2;
-  const std::string element = joint_element(hinge, "range");
-  if (margin <= 0) {
-    return Limitation{
-        Fidelity::kRefused, element,
-        fmt::format("{} knows an angle within one turn only: narrow the range below 2 pi or remove it", engine)};
-  }
-  if (margin >= kNarrow) return std::nullopt;
-  return Limitation{Fidelity::kApproximated, element,
-                    fmt::format("{} knows an angle within one turn only: a limit that is passed by more than {:g} rad "
-                                "is taken for the other one",
-                                engine, margin)};
+// A range that an engine which knows an angle within one turn cannot hold, and the adapter does (model/joint_rows.h).
+inline std::optional<Limitation> wide_range(const Joint& hinge, const char* engine) {
+  if (!is_wide(hinge)) return std::nullopt;
+  return Limitation{
+      Fidelity::kApproximated, joint_element(hinge, "range"),
+      fmt::format(
+          "{} knows an angle within one turn: a spring and a damper, as stiff as the timestep h stands, give way "
+          "by 5 h^2 times the acceleration that they hold back",
+          engine)};
 }
 
 // Joint springs and dampers in the fairness table: the engine's own, or explicit torques of the adapter.

@@ -231,7 +231,7 @@ class Engine {
 // ---- plugins --------------------------------------------------------------------------------------------------------
 
 // Raised with every change of this header or of model.h and state.h; a plugin of another version is refused by name.
-inline constexpr int kPluginVersion = 6;
+inline constexpr int kPluginVersion = 7;
 
 struct PluginEntry {
   int version;

@@ -18,7 +18,51 @@ bool is_finite(const BodyState& body) {
   return body.p_WBcm.allFinite() && body.q_WB.coeffs().allFinite() && body.v_WBcm.allFinite() && body.w_WB.allFinite();
 }
 
-// Largest distance of a body of a hinged tree from the root's anchor: the length of its stretched chain.
+// The anchor of a body's joint in its own frame.
+const Vec3& anchor_of(const Model& model, const Body& body) {
+  return body.ball >= 0 ? model.balls[static_cast<size_t>(body.ball)].p_BJ
+                        : model.joints[static_cast<size_t>(body.joint)].p_BJ;
+}
+
+// Whether the body, or one that carries it, is free or slides: then no chain holds it back.
+bool travels(const Model& model, size_t body) {
+  for (int b = static_cast<int>(body); b != kWorld; b = model.bodies[static_cast<size_t>(b)].parent) {
+    const Body& each = model.bodies[static_cast<size_t>(b)];
+    if (each.is_free() || (each.joint >= 0 && model.joints[static_cast<size_t>(each.joint)].is_slide())) return true;
+  }
+  return false;
+}
+
+// Energy of the springs in a state, J.
+double spring_energy(const Model& model, const State& state) {
+  double energy = 0;
+  const auto add = [&](double stiffness, double stretch) { energy += 0.5 * stiffness * stretch * stretch; };
+  for (size_t j = 0; j < model.joints.size(); ++j) {
+    add(model.joints[j].stiffness, state.position[j] - model.joints[j].spring_reference);
+  }
+  for (const BallJoint& ball : model.balls) {
+    const Body& body = model.bodies[static_cast<size_t>(ball.body)];
+    const Quat q_WP = body.parent == kWorld ? Quat::Identity() : state.bodies[static_cast<size_t>(body.parent)].q_WB;
+    const Quat rotation = (q_WP * body.X_PB.q).conjugate() * state.bodies[static_cast<size_t>(ball.body)].q_WB;
+    add(ball.stiffness, rotation_vector(ball.spring_reference.conjugate() * rotation).norm());
+  }
+  for (const Tendon& tendon : model.tendons) {
+    const double length = sum_of_terms(tendon.terms, state.position);
+    add(tendon.stiffness, length - std::clamp(length, tendon.rest_lower, tendon.rest_upper));
+  }
+  return energy;
+}
+
+// The middle of a shape in its own frame.
+Vec3 middle_of(const Model& model, const Shape& shape) {
+  if (shape.type != ShapeType::kHull) return Vec3::Zero();
+  const std::vector<Vec3>& vertices = model.hulls[static_cast<size_t>(shape.data)].vertices;
+  Vec3 sum = Vec3::Zero();
+  for (const Vec3& vertex : vertices) sum += vertex;
+  return sum / static_cast<double>(vertices.size());
+}
+
+// Largest distance of a body of a jointed tree from the root's anchor: the length of its stretched chain.
 std::vector<double> stretched(const Model& model) {
   std::vector<double> far(model.bodies.size(), 0), at_frame(model.bodies.size(), 0);
   for (size_t i = 0; i < model.bodies.size(); ++i) {
@@ -27,7 +71,7 @@ std::vector<double> stretched(const Model& model) {
       far[i] = body.p_BBcm.norm();
       continue;
     }
-    const Vec3& anchor = model.joints[static_cast<size_t>(body.joint)].p_BJ;
+    const Vec3& anchor = anchor_of(model, body);
     if (body.parent != kWorld) {
       const auto parent = static_cast<size_t>(body.parent);
       at_frame[i] = at_frame[parent] + (body.X_PB * anchor).norm();
@@ -64,17 +108,14 @@ Plausibility::Plausibility(const Model& model, const State& start, double durati
     const BodyState& state = start.bodies[i];
     extent = std::max(extent, state.p_WBcm.norm() + far[i]);
     fastest = std::max(fastest, state.v_WBcm.norm());
-    size_t root = i;
-    while (model.bodies[root].parent != kWorld) root = static_cast<size_t>(model.bodies[root].parent);
     const double height = state.p_WBcm.dot(up);
-    double drop = model.bodies[root].is_free() ? state.v_WBcm.norm() * duration_s + fall : 2 * far[i];
+    double drop = travels(model, i) ? state.v_WBcm.norm() * duration_s + fall : 2 * far[i];
     if (std::isfinite(ground)) drop = std::min(drop, std::max(0.0, height - ground));
     available_energy_ += body.mass * g * drop;
   }
+  available_energy_ += spring_energy(model, start);
   for (size_t j = 0; j < model.joints.size(); ++j) {
     const Joint& hinge = model.joints[j];
-    const double stretch = start.position[j] - hinge.spring_reference;
-    available_energy_ += 0.5 * hinge.stiffness * stretch * stretch;
     const auto child = static_cast<size_t>(hinge.body);
     size_ = std::max(size_, (model.bodies[child].p_BBcm - hinge.p_BJ).norm());
     if (const int parent = model.bodies[child].parent; parent != kWorld) {
@@ -102,8 +143,12 @@ std::string Plausibility::impossibility(const State& state) const {
   }
   for (size_t j = 0; j < model_.joints.size(); ++j) {
     const JointFrames frames = joint_frames(model_, state, static_cast<int>(j));
-    const double gap = (frames.p_WJ_child - frames.p_WJ_parent).norm();
-    if (gap > size_) return fmt::format("hinge '{}' is {:.3g} m apart", model_.joints[j].name, gap);
+    Vec3 apart = frames.p_WJ_child - frames.p_WJ_parent;
+    const bool is_slide = model_.joints[j].is_slide();
+    if (is_slide) apart -= apart.dot(frames.axis_W_parent) * frames.axis_W_parent;
+    if (const double gap = apart.norm(); gap > size_) {
+      return fmt::format("{} '{}' is {:.3g} m apart", is_slide ? "slide" : "hinge", model_.joints[j].name, gap);
+    }
   }
   for (const ContactPair& pair : model_.contacts) {
     const Shape& a = model_.shapes[static_cast<size_t>(pair.shape_a)];
@@ -115,7 +160,10 @@ std::string Plausibility::impossibility(const State& state) const {
     const auto body = static_cast<size_t>(other.body);
     const Vec3 normal = plane.X_BS.q * Vec3::UnitZ();
     const double height = normal.dot(state.bodies[body].p_WBcm - plane.X_BS.p);
-    if (height < 0) {
+    if (height >= 0) continue;
+    // The centre of mass of a link that holds more than its shapes show may lie outside of them.
+    const Vec3 middle_W = body_pose(model_.bodies[body], state.bodies[body]) * (other.X_BS * middle_of(model_, other));
+    if (normal.dot(middle_W - plane.X_BS.p) < 0) {
       return fmt::format("the centre of body '{}' is {:.3g} m below the ground", model_.bodies[body].name, -height);
     }
   }

@@ -32,9 +32,10 @@ void fields(auto& is, Of<LoadOptions> auto& m) {
   is("drop_unsupported", m.drop_unsupported)("keyframe", m.keyframe)("qpos", m.qpos)("packages", m.packages);
   is("root_joint", m.root_joint)("ground", m.ground)("decompose", m.decompose);
 }
+void fields(auto& is, Of<BodyPair> auto& m) { is("a", m.a)("b", m.b); }
 void fields(auto& is, Of<ModelVariant> auto& m) {
   is("contacts", m.contacts)("gravity", m.gravity)("smooth", m.smooth);
-  is("above_ground_m", m.above_ground_m)("start_rates", m.start_rates);
+  is("above_ground_m", m.above_ground_m)("start_rates", m.start_rates)("exclude", m.exclude);
 }
 void fields(auto& is, Of<ModelSpec> auto& m) {
   is("path", m.path)("hash", m.hash)("load", m.load)("variant", m.variant);

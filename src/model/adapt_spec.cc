@@ -1,7 +1,9 @@
 #include "model/adapt_spec.h"
 
+#include <charconv>
 #include <filesystem>
 #include <set>
+#include <string_view>
 
 #include <fmt/format.h>
 
@@ -14,7 +16,7 @@ template <typename As, typename Work>
 void for_each(mjSpec* spec, mjtObj type, As as, Work work) {
   std::vector<mjsElement*> elements;  // before any is deleted
   for (mjsElement* e = mjs_firstElement(spec, type); e != nullptr; e = mjs_nextElement(spec, e)) elements.push_back(e);
-  for (mjsElement* e : elements) work(as(e));
+  for (mjsElement* const e : elements) work(as(e));
 }
 
 std::string text(const mjString* string) {
@@ -26,7 +28,11 @@ std::string name_of(mjsElement* element) { return text(mjs_getName(element)); }
 
 int line_of(const mjString* info) {
   const std::string words = text(info);
-  return words.starts_with("line ") ? std::atoi(words.c_str() + 5) : 0;
+  constexpr std::string_view kBefore = "line ";
+  if (!words.starts_with(kBefore)) return 0;
+  int line = 0;  // what follows it is not a part of the number
+  std::from_chars(words.data() + kBefore.size(), words.data() + words.size(), line);
+  return line;
 }
 
 // The file that MuJoCo would open.
@@ -119,7 +125,7 @@ void leave_out_pictures(mjSpec* spec, const std::string& folder, LoadReport& rep
          .option = {}});
   }
   size_t left_out = 0;
-  for (mjsGeom* geom : drawn) {
+  for (const mjsGeom* geom : drawn) {
     if (needed.contains(text(geom->meshname))) continue;
     mjs_delete(spec, geom->element);
     ++left_out;

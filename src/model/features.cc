@@ -68,6 +68,7 @@ std::optional<std::pair<Feature, const char*>> shape_feature(ShapeType type) {
 const std::vector<Feature>& all_features() {
   static const std::vector<Feature> features = [] {
     std::vector<Feature> all;
+    all.reserve(kRows.size());
     for (const Row& each : kRows) all.push_back(each.feature);
     return all;
   }();

@@ -41,6 +41,6 @@ struct Lent {
 
 // `share` is at most kLargestLentShare; a body that several massless ones lead to lends each of them that share, but
 // never more than half of its mass in all.
-Lent lend_mass(Model model, double share = kLentShare);
+Lent lend_mass(Model original, double share = kLentShare);
 
 }  // namespace assay

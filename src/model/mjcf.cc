@@ -13,6 +13,8 @@
 #include "base/paths.h"
 #include "model/adapt_spec.h"
 #include "model/capsules.h"
+#include "model/drawing.h"
+#include "model/mesh_facts.h"
 #include "model/mjcf_document.h"
 #include "model/mujoco_messages.h"
 #include "model/start.h"
@@ -58,11 +60,21 @@ bool refuse_other_format(const std::string& root, LoadReport& report) {
   return true;
 }
 
+// MuJoCo's parser keeps no lines of a URDF document. A shape gets its link's.
+void add_urdf_lines(const Model& model, const UrdfDocument& urdf, std::map<std::string, int>& lines) {
+  lines = urdf.lines;
+  for (const Shape& shape : model.shapes) {
+    if (shape.body == kWorld) continue;
+    const auto link = lines.find(fmt::format("body '{}'", model.bodies[shape.body].name));
+    if (link != lines.end()) lines.emplace(fmt::format("geom '{}'", shape.name), link->second);
+  }
+}
+
 // A document on its way to the Model: `file` is where relative names count from, `parse` calls one of MuJoCo's parsers
 // with a buffer for its message, and `text` is what is parsed unless it is URDF.
 template <typename Parse>
 LoadReport load(const std::string& stem, const std::string& file, const std::string& text, const LoadOptions& options,
-                Parse parse) {
+                FileFacts* facts, Parse parse, Drawing* drawing = nullptr) {
   LoadReport report;
   if (text.find_first_not_of(" \t\r\n") == std::string::npos) {
     report.refuse("it is empty; an MJCF or URDF model is expected");
@@ -84,7 +96,7 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
   const SpecPtr spec(is_urdf ? mj_parseXMLString(urdf.text.c_str(), nullptr, error.data(), error_size)
                              : parse(error.data(), error_size));
   if (spec == nullptr) {
-    report.refuse(fmt::format("MuJoCo cannot parse it: {}", one_line(error.data())));
+    report.refuse(fmt::format("MuJoCo cannot parse it: {}", one_line(error.data())), mend_of(error.data()));
     return report;
   }
   for (const std::string& warning : MessageGuard::warnings()) {
@@ -114,7 +126,8 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
   if (compiled == nullptr) {
     if (!is_urdf) report.problems = mjcf_faults(text, file);
     if (report.refused()) return report;
-    report.refuse(fmt::format("MuJoCo cannot compile it: {}", one_line(mjs_getError(spec.get()))));
+    const char* message = mjs_getError(spec.get());
+    report.refuse(fmt::format("MuJoCo cannot compile it: {}", one_line(message)), mend_of(message));
     return report;
   }
   LoadReport translated = translate({.spec = spec.get(),
@@ -122,7 +135,9 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
                                      .drop_unsupported = options.drop_unsupported,
                                      .decompose = options.decompose,
                                      .keyframe = options.keyframe,
-                                     .massless = urdf.massless});
+                                     .massless = urdf.massless,
+                                     .facts = facts,
+                                     .drawing = drawing});
   report.problems.insert(report.problems.end(), translated.problems.begin(), translated.problems.end());
   if (!translated.model) return report;
   report.model = std::move(translated.model);
@@ -140,6 +155,11 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
   if (!options.qpos.empty()) start_from(model, read_text(options.qpos), options.qpos);
   if (!ground.empty()) put_under(model, ground);
   if (options.ground == Ground::kNone) remove_planes(model);
+  if (facts != nullptr) {
+    facts->is_urdf = is_urdf;
+    facts->meshes = mesh_facts(model, spec.get(), compiled.get(), fs::path(file).parent_path().string(), urdf);
+    if (is_urdf) add_urdf_lines(model, urdf, facts->lines);
+  }
   model.hash = model_hash(model);
   return report;
 }
@@ -157,23 +177,37 @@ Model required(LoadReport report, const std::string& file) {
 
 }  // namespace
 
-LoadReport inspect_model(const std::string& path, const LoadOptions& options) {
+LoadReport inspect_model(const std::string& path, const LoadOptions& options, FileFacts* facts) {
   const std::optional<int> capsules = capsules_count(fs::path(path).stem().string());
   std::error_code error;
   LoadReport report;
   if (capsules && !fs::exists(path, error)) {
-    report = inspect_model_text(capsules_mjcf(*capsules), path, options);
+    report = inspect_model_text(capsules_mjcf(*capsules), path, options, facts);
   } else {
-    report = load(fs::path(path).stem().string(), path, read_text(path), options,
+    report = load(fs::path(path).stem().string(), path, read_text(path), options, facts,
                   [&](char* message, int size) { return mj_parseXML(path.c_str(), nullptr, message, size); });
   }
   if (report.model) report.model->source = path;
   return report;
 }
 
-LoadReport inspect_model_text(const std::string& xml, const std::string& name, const LoadOptions& options) {
-  return load(name, "", xml, options,
+LoadReport inspect_model_text(const std::string& xml, const std::string& name, const LoadOptions& options,
+                              FileFacts* facts) {
+  return load(name, "", xml, options, facts,
               [&](char* error, int size) { return mj_parseXMLString(xml.c_str(), nullptr, error, size); });
+}
+
+Drawing read_drawing(const std::string& path, const LoadOptions& options) {
+  Drawing drawing;
+  std::error_code error;
+  if (!fs::exists(path, error)) return drawing;  // generated models have capsules alone
+  const std::string text = read_text(path);
+  const LoadReport report = load(
+      fs::path(path).stem().string(), path, text, options, nullptr,
+      [&](char* message, int size) { return mj_parseXML(path.c_str(), nullptr, message, size); }, &drawing);
+  if (!report.model) return {};
+  if (root_element(text) == "robot") add_urdf_visuals(text, path, options, drawing);
+  return drawing;
 }
 
 Model load_model(const std::string& path, const LoadOptions& options) {

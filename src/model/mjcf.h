@@ -15,6 +15,7 @@
 
 #include <string>
 
+#include "model/file_facts.h"
 #include "model/load_options.h"
 #include "model/model.h"
 #include "model/problems.h"
@@ -33,8 +34,9 @@ Model load_model(const std::string& path, const LoadOptions& options = {});
 Model load_model_text(const std::string& xml, const std::string& name, const LoadOptions& options = {});
 
 // The same, with every problem of the file and not only the first. Throws InputError only for a file that is missing or
-// cannot be read.
-LoadReport inspect_model(const std::string& path, const LoadOptions& options = {});
-LoadReport inspect_model_text(const std::string& xml, const std::string& name, const LoadOptions& options = {});
+// cannot be read. `facts`, where given, is filled for a model that is not refused.
+LoadReport inspect_model(const std::string& path, const LoadOptions& options = {}, FileFacts* facts = nullptr);
+LoadReport inspect_model_text(const std::string& xml, const std::string& name, const LoadOptions& options = {},
+                              FileFacts* facts = nullptr);
 
 }  // namespace assay

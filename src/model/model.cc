@@ -67,7 +67,9 @@ void add(Bytes& bytes, const Actuator& a) {
   const bool one = a.terms.size() == 1 && a.bias[0] == 0;
   const bool motor = one && a.gain == 1 && !a.has_feedback();
   const bool position = one && !motor && a.gain == kp;
-  bytes.add(motor ? 0 : position ? 1 : 2);
+  constexpr int kMotor = 0, kPosition = 1, kOther = 2;
+  const int servo = position ? kPosition : kOther;
+  bytes.add(motor ? kMotor : servo);
   if (motor || position) {
     bytes.add(a.terms[0].joint);
   } else {
@@ -79,6 +81,11 @@ void add(Bytes& bytes, const Actuator& a) {
   if (a.sine.amplitude != 0) bytes.add(std::vector<double>{a.sine.amplitude, a.sine.frequency, a.sine.phase});
   bytes.add(a.control_limited);
   bytes.add(a.force_limited);
+  if (a.has_activation()) {
+    bytes.add(static_cast<int>(a.activation));
+    bytes.add(a.activation_limited);
+    bytes.add(std::vector<double>{a.time_constant, a.activation_start, a.activation_lower, a.activation_upper});
+  }
 }
 
 // What models had no words for at first: nothing is added for a model that does not use it.

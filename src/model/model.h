@@ -175,12 +175,20 @@ struct Sine {
   double phase = 0;      // rad
 };
 
+// What stands between an actuator's control u and its force: an activation a that follows u and takes its place.
+enum class ActivationType {
+  kNone,        // a = u
+  kFilter,      // da/dt = (u - a) / time_constant
+  kIntegrator,  // da/dt = u
+};
+
 // Acts on one joint or, through a fixed tendon, on several: its length l is the sum of coefficient (there: gear) times
 // position over its terms, and each joint gets its coefficient times the force
-//   force = gain u + bias[0] + bias[1] l + bias[2] dl/dt,
-// clamped to [force_lower, force_upper] when force_limited, u to [control_lower, control_upper] when control_limited.
-// A motor has gain 1 and no bias, a position actuator gain kp and bias (0, -kp, -kv), a velocity actuator gain kv and
-// bias (0, 0, -kv). u is the keyframe's control plus `sine` at the state's time.
+//   force = gain a + bias[0] + bias[1] l + bias[2] dl/dt,
+// clamped to [force_lower, force_upper] when force_limited, u to [control_lower, control_upper] when control_limited,
+// a to [activation_lower, activation_upper] when activation_limited. A motor has gain 1 and no bias, a position
+// actuator gain kp and bias (0, -kp, -kv), a velocity actuator gain kv and bias (0, 0, -kv). u is the keyframe's
+// control plus `sine` at the state's time. An actuator with an activation and a sine has no limits of either.
 struct Actuator {
   std::string name;
   std::vector<JointTerm> terms;
@@ -190,7 +198,13 @@ struct Actuator {
   bool control_limited = false, force_limited = false;
   double control_lower = 0, control_upper = 0;
   double force_lower = 0, force_upper = 0;
+  ActivationType activation = ActivationType::kNone;
+  double time_constant = 0;     // s, positive; filter
+  double activation_start = 0;  // at time 0
+  bool activation_limited = false;
+  double activation_lower = 0, activation_upper = 0;
 
+  bool has_activation() const { return activation != ActivationType::kNone; }
   bool has_feedback() const { return bias[1] != 0 || bias[2] != 0; }
 };
 

@@ -41,4 +41,8 @@ class MessageGuard {
 // MuJoCo's messages have several lines; ours have one, without a full stop at the end.
 std::string one_line(std::string_view message);
 
+// What the user can do about an error of MuJoCo's parser or compiler: "rename one of the two"; empty where its message
+// says it.
+std::string mend_of(std::string_view message);
+
 }  // namespace assay

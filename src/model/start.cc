@@ -30,7 +30,10 @@ Quat unit_quaternion(const double* q, const std::string& file, const std::string
 // How many numbers MuJoCo's qpos has.
 size_t qpos_size(const Model& model) {
   size_t size = 0;
-  for (const Body& body : model.bodies) size += body.is_free() ? 7 : body.ball >= 0 ? 4 : 1;
+  for (const Body& body : model.bodies) {
+    const size_t of_joint = body.ball >= 0 ? 4 : 1;
+    size += body.is_free() ? 7 : of_joint;
+  }
   return size;
 }
 
@@ -110,6 +113,7 @@ void start_from(Model& model, const std::string& text, const std::string& file) 
       const auto joint = std::ranges::find(model.joints, name, &Joint::name);
       if (joint == model.joints.end()) {
         std::vector<std::string> names;
+        names.reserve(model.joints.size());
         for (const Joint& j : model.joints) names.push_back(j.name);
         throw InputError(fmt::format("{}:{}: the model has no hinge or slide '{}'{}", file, number, name,
                                      did_you_mean(name, names)));

@@ -15,11 +15,6 @@ constexpr const char* kNoForce = "leaves it out, so that it exerts no force";
 
 const char* dynamics_name(int type) {
   switch (type) {
-    case mjDYN_INTEGRATOR:
-      return "an integrator";
-    case mjDYN_FILTER:
-    case mjDYN_FILTEREXACT:
-      return "a filter";
     case mjDYN_MUSCLE:
       return "a muscle's activation";
     case mjDYN_DCMOTOR:
@@ -47,7 +42,8 @@ const char* transmission_name(int type) {
 // The least and largest force that an actuator can exert, where it is bounded.
 std::optional<std::pair<double, double>> force_bounds(const Actuator& actuator) {
   if (actuator.force_limited) return std::pair{actuator.force_lower, actuator.force_upper};
-  if (!actuator.control_limited || actuator.has_feedback() || actuator.sine.amplitude != 0) return std::nullopt;
+  const bool follows = !actuator.has_activation() && actuator.sine.amplitude == 0;
+  if (!actuator.control_limited || actuator.has_feedback() || !follows) return std::nullopt;
   return std::minmax({actuator.gain * actuator.control_lower + actuator.bias[0],
                       actuator.gain * actuator.control_upper + actuator.bias[0]});
 }
@@ -74,6 +70,13 @@ void Translator::translate_actuators() {
     if (actuator.force_limited) {
       actuator.force_lower = *row(m_->actuator_forcerange, 2, i);
       actuator.force_upper = row(m_->actuator_forcerange, 2, i)[1];
+    }
+    if (actuator.has_activation()) {
+      actuator.activation_limited = m_->actuator_actlimited[i];
+      if (actuator.activation_limited) {
+        actuator.activation_lower = *row(m_->actuator_actrange, 2, i);
+        actuator.activation_upper = row(m_->actuator_actrange, 2, i)[1];
+      }
     }
     fold_inertia_and_damping(i, actuator);
     actuator_of_.push_back(i);
@@ -144,10 +147,11 @@ bool Translator::has_supported_law(int i, Actuator& actuator) {
     return false;
   }
   if (dynamics == mjDYN_FILTER || dynamics == mjDYN_FILTEREXACT) {
-    unsupported(mjOBJ_ACTUATOR, i,
-                fmt::format("has {} with a time constant of {} s, which is not supported", dynamics_name(dynamics),
-                            shortest(*row(m_->actuator_dynprm, mjNDYN, i))),
-                "remove dyntype", "lets its force follow the control at once");
+    actuator.time_constant = *row(m_->actuator_dynprm, mjNDYN, i);
+    // MuJoCo takes none, or one below its smallest number, as no filter
+    if (actuator.time_constant > mjMINVAL) actuator.activation = ActivationType::kFilter;
+  } else if (dynamics == mjDYN_INTEGRATOR) {
+    actuator.activation = ActivationType::kIntegrator;
   } else if (dynamics != mjDYN_NONE) {
     unsupported(mjOBJ_ACTUATOR, i, fmt::format("has {}, which is not supported", dynamics_name(dynamics)),
                 "remove dyntype", kNoForce);
@@ -269,7 +273,14 @@ void Translator::translate_sines() {
     }
     const auto used = std::ranges::find(actuator_of_, actuator);
     if (used == actuator_of_.end()) continue;  // left out with a message
-    model_.actuators[static_cast<size_t>(used - actuator_of_.begin())].sine = {data[0], data[1], data[2]};
+    Actuator& driven = model_.actuators[static_cast<size_t>(used - actuator_of_.begin())];
+    if (driven.has_activation() && (driven.control_limited || driven.activation_limited)) {
+      refuse(mjOBJ_NUMERIC, n,
+             fmt::format("drives {}, whose activation follows a limited control", label(mjOBJ_ACTUATOR, actuator)),
+             "remove its ctrlrange and actrange, or its dyntype");
+      continue;
+    }
+    driven.sine = {data[0], data[1], data[2]};
   }
 }
 

@@ -99,12 +99,7 @@ void Translator::add_shape(int g, int body) {
   shape.collides = false;  // until a pair is found
   if (!fill_shape(g, shape)) return;
   shape.name = unique_name(name(mjOBJ_GEOM, g), fmt::format("{}_shape", owner), shape_names_);
-  // a geom of the default grey takes its material's colour
-  const float* rgba = row(m_->geom_rgba, 4, g);
-  const std::array<float, 4> grey = {0.5f, 0.5f, 0.5f, 1.0f};
-  if (m_->geom_matid[g] >= 0 && std::ranges::equal(grey, std::span(rgba, 4)))
-    rgba = row(m_->mat_rgba, 4, m_->geom_matid[g]);
-  std::copy_n(rgba, 4, shape.rgba.begin());
+  shape.rgba = colour_of(g);
   shape_of_[g] = static_cast<int>(model_.shapes.size());
   model_.shapes.push_back(shape);
   if (shape.type != ShapeType::kHull) return;
@@ -117,6 +112,15 @@ void Translator::add_shape(int g, int body) {
     inflation_.push_back(0);
     model_.shapes.push_back(shape);
   }
+}
+
+// A geom of the default grey takes its material's colour.
+std::array<float, 4> Translator::colour_of(int g) const {
+  const float* rgba = row(m_->geom_rgba, 4, g);
+  const std::array<float, 4> grey = {0.5f, 0.5f, 0.5f, 1.0f};
+  if (m_->geom_matid[g] >= 0 && std::ranges::equal(grey, std::span(rgba, 4)))
+    rgba = row(m_->mat_rgba, 4, m_->geom_matid[g]);
+  return {rgba[0], rgba[1], rgba[2], rgba[3]};
 }
 
 // Type and size. False where there is no such shape.

@@ -54,6 +54,13 @@ void Translator::choose_initial_state() {
     model_.initial = model_.keyframes[chosen].state;
     model_.initial.time = 0;
     model_.control0 = model_.keyframes[chosen].control;
+    for (size_t i = 0; i < actuator_of_.size(); ++i) {
+      const int activation = m_->actuator_actadr[actuator_of_[i]];
+      Actuator& actuator = model_.actuators[i];
+      if (actuator.has_activation() && activation >= 0) {
+        actuator.activation_start = row(m_->key_act, m_->na, chosen)[activation];
+      }
+    }
   }
 }
 

@@ -4,6 +4,8 @@
 #include <set>
 #include <string>
 
+#include "model/drawing.h"
+#include "model/file_facts.h"
 #include "model/mujoco_messages.h"
 #include "model/problems.h"
 
@@ -18,6 +20,8 @@ struct TranslationInput {
   // Moving bodies whose mass and inertia in `compiled` are placeholders, because MuJoCo compiles no massless ones: they
   // become massless bodies.
   std::set<std::string> massless = {};
+  FileFacts* facts = nullptr;  // where given, gets the lines
+  Drawing* drawing = nullptr;  // gets the links' places and the meshes of the compiled model, where it is wanted
 };
 
 // Everything but Model::name, source, hash and the parser's warnings. Every problem is found, not only the first; they

@@ -31,7 +31,9 @@ Translator::Translator(const TranslationInput& input)
       drop_unsupported_(input.drop_unsupported),
       decompose_(input.decompose),
       keyframe_(input.keyframe),
-      massless_(input.massless) {
+      massless_(input.massless),
+      facts_(input.facts),
+      drawing_(input.drawing) {
   read_lines(input.spec);
   for (int i = 0; i < m_->nbody; ++i) body_names_.insert(name(mjOBJ_BODY, i));
   for (int i = 0; i < m_->njnt; ++i) joint_names_.insert(name(mjOBJ_JOINT, i));
@@ -58,6 +60,8 @@ LoadReport Translator::translate() {
         "decides it",
         softened_);
     require_finite();
+    if (facts_ != nullptr) fill_lines(facts_->lines);
+    if (drawing_ != nullptr) translate_drawing(*drawing_);
   }
   LoadReport report;
   report.problems = std::move(problems_);

@@ -88,11 +88,15 @@ class Translator {
   bool contacts_disabled() const { return disabled(mjDSBL_CONTACT) || disabled(mjDSBL_CONSTRAINT); }
   bool may_collide(int g) const;
   void add_shape(int g, int body);
+  std::array<float, 4> colour_of(int g) const;
   bool fill_shape(int g, Shape& shape);
   const std::vector<int>& hulls_of_mesh(int g);
   std::optional<Hull> hull_of(int g, int mesh);
   std::vector<Hull> parts_of(int g, int mesh, const Hull& whole);
   int height_field(int h);
+
+  // ---- translate_drawing.cc
+  void translate_drawing(Drawing& drawing);
 
   // ---- translate_contacts.cc
   void translate_contacts();
@@ -132,11 +136,16 @@ class Translator {
   void note_open_constraints();
   void require_finite();
 
+  // ---- translate_facts.cc
+  void fill_lines(std::map<std::string, int>& lines) const;
+
   const mjModel* m_;
   bool drop_unsupported_, decompose_;
   bool has_sprung_free_ = false;  // free joints as three slides and a ball
   std::string keyframe_;
   std::set<std::string> massless_;
+  FileFacts* facts_;
+  Drawing* drawing_;
   Model model_;
   std::vector<Problem> problems_;
 

@@ -142,6 +142,7 @@ class Reader {
     }
     robot_ = document_.FirstChildElement("robot");
     if (!refuse_xacro() && read_elements() && check_numbers() && build_tree()) {
+      note_lines();
       apply_root_joint();
       read_inertia();
       find_massless();
@@ -202,9 +203,12 @@ class Reader {
   bool refuse_xacro() {
     const xml::XMLElement* macro = xacro_in(*robot_);
     if (macro == nullptr) return false;
-    const std::string stem = fs::path(path_).stem().string();
+    // never the file itself: the shell empties it first
+    const fs::path own = fs::path(path_).filename();
+    std::string expanded = own.stem().extension() == ".urdf" ? own.stem().string() : own.stem().string() + ".urdf";
+    if (expanded == own) expanded = own.stem().string() + "-expanded.urdf";
     refuse(fmt::format("element '{}'", macro->Name()), macro->GetLineNum(), "is a xacro macro, not URDF",
-           fmt::format("expand the file first: xacro {} > {}", path_, stem.ends_with(".urdf") ? stem : stem + ".urdf"));
+           fmt::format("expand the file first: xacro {} > {}", path_, expanded));
     return true;
   }
 
@@ -351,6 +355,11 @@ class Reader {
       return false;
     }
     return true;
+  }
+
+  void note_lines() {
+    for (const Link& link : links_) result_.lines[fmt::format("body '{}'", link.name)] = link.element->GetLineNum();
+    for (const UrdfJoint& joint : joints_) result_.lines[label(joint)] = line_of(joint);
   }
 
   // ---- root

@@ -34,6 +34,7 @@ struct UrdfDocument {
   std::set<std::string> massless;          // bodies whose inertia is a placeholder
   std::vector<std::string> driven;         // joints that get a motor, whose force the effort limit clamps
   std::vector<std::string> notes;
+  std::map<std::string, int> lines;  // of links and joints: "body 'foot'", "joint 'knee'"
   std::vector<Problem> problems;
 
   bool refused() const;

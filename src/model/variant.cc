@@ -7,6 +7,10 @@
 #include <random>
 #include <utility>
 
+#include <fmt/format.h>
+
+#include "base/errors.h"
+#include "base/text.h"
 #include "model/kinematics.h"
 
 namespace assay {
@@ -81,7 +85,8 @@ void raise(Model& model, double height) {
 }
 
 void set_rates(Model& model, double largest) {
-  std::mt19937_64 random(1);  // its sequence is the same everywhere, unlike the standard's distributions
+  // The same every time and everywhere, unlike the standard's distributions.
+  std::mt19937_64 random(1);  // NOLINT(bugprone-random-generator-seed)
   const auto uniform = [&] { return largest * (2 * static_cast<double>(random() >> 11U) * 0x1p-53 - 1); };
   State& state = model.initial;
   for (double& rate : state.velocity) rate = uniform();
@@ -95,12 +100,33 @@ void set_rates(Model& model, double largest) {
   bodies_from_joints(model, state);
 }
 
+int body_named(const Model& model, const std::string& name) {
+  if (name == "world") return kWorld;
+  const auto found = std::ranges::find(model.bodies, name, &Body::name);
+  if (found != model.bodies.end()) return static_cast<int>(found - model.bodies.begin());
+  std::vector<std::string> names = {"world"};
+  for (const Body& body : model.bodies) names.push_back(body.name);
+  throw InputError(fmt::format("'exclude' names '{}', and the model '{}' has no such body{}", name, model.name,
+                               did_you_mean(name, names)));
+}
+
+void exclude(Model& model, const BodyPair& pair) {
+  const int first = body_named(model, pair.a), second = body_named(model, pair.b);
+  const std::pair<int, int> bodies = std::minmax(first, second);
+  std::erase_if(model.contacts, [&](const ContactPair& contact) {
+    const int a = model.shapes[static_cast<size_t>(contact.shape_a)].body;
+    const int b = model.shapes[static_cast<size_t>(contact.shape_b)].body;
+    return bodies == std::pair<int, int>(std::minmax(a, b));
+  });
+}
+
 }  // namespace
 
 double height_above_ground(const Model& model) { return ground_of(model, false).height; }
 
 Model variant_of(Model model, const ModelVariant& variant) {
   if (variant == ModelVariant()) return model;
+  for (const BodyPair& pair : variant.exclude) exclude(model, pair);
   if (variant.above_ground_m >= 0) raise(model, variant.above_ground_m);
   if (!variant.contacts || variant.smooth) model.contacts.clear();
   if (!variant.gravity) model.gravity.setZero();

@@ -1,9 +1,19 @@
 // How a campaign may change a model before it is measured.
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "model/model.h"
 
 namespace assay {
+
+// Two bodies, or a body and "world".
+struct BodyPair {
+  std::string a, b;
+
+  bool operator==(const BodyPair&) const = default;
+};
 
 struct ModelVariant {
   bool contacts = true;  // false: no contact pairs
@@ -17,11 +27,13 @@ struct ModelVariant {
   // Seeded random rates at the start, uniform within +- this: rad/s of hinges and ball joints, m/s of slides. Joints
   // that a coupling names first follow it. 0: as the model has them.
   double start_rates = 0;
+  // Bodies whose contact pairs with each other are left out.
+  std::vector<BodyPair> exclude = {};
 
   bool operator==(const ModelVariant&) const = default;
 };
 
-// The changed model, with its hash.
+// The changed model, with its hash. Throws InputError for an excluded body that the model does not have.
 Model variant_of(Model model, const ModelVariant& variant);
 
 // How high the lowest shape that may touch a plane of the world is above it in the initial state, m; negative for a

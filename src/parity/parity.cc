@@ -5,6 +5,7 @@
 #include <functional>
 #include <numbers>
 
+#include <Eigen/QR>
 #include <fmt/format.h>
 
 #include "base/errors.h"
@@ -78,6 +79,8 @@ const Eigen::VectorXd& kind(const Kinds& kinds, Part part) {
       return kinds.dry;
     case Part::kSprings:
     case Part::kInertia:
+    case Part::kArmature:
+    case Part::kTorque:
       break;
   }
   return kinds.springs;
@@ -85,6 +88,26 @@ const Eigen::VectorXd& kind(const Kinds& kinds, Part part) {
 
 double largest(const Eigen::VectorXd& of, const Element& element) {
   return of.segment(element.first, element.count).cwiseAbs().maxCoeff();
+}
+
+// Of one hinge or slide: the share of its inertia that its residual has with its own acceleration, and the gain that it
+// has with its torque, both at once, in the least squares sense over all experiments.
+void put_own_row(const Bench& bench, const std::vector<Response>& responses, int joint, JointErrors& errors) {
+  const int u = bench.layout.of_joint[joint];
+  const auto count = static_cast<Eigen::Index>(responses.size());
+  Eigen::MatrixXd columns(count, 2);
+  Eigen::VectorXd residual(count), noise(count);
+  for (Eigen::Index e = 0; e < count; ++e) {
+    const Response& response = responses[static_cast<size_t>(e)];
+    columns(e, 0) = bench.inertia[u] * (2 * response.fine.acceleration[u] - response.middle.acceleration[u]);
+    columns(e, 1) = bench.experiments[static_cast<size_t>(e)].torques[joint];
+    residual[e] = response.residual[u];
+    noise[e] = response.noise[u];
+  }
+  const Eigen::MatrixXd inverse = columns.completeOrthogonalDecomposition().pseudoInverse();
+  const Eigen::VectorXd found = (inverse * residual).cwiseAbs(), open = inverse.cwiseAbs() * noise;
+  errors.parts[static_cast<size_t>(Part::kArmature)] = {found[0], open[0]};
+  errors.parts[static_cast<size_t>(Part::kTorque)] = {found[1], open[1]};
 }
 
 std::vector<JointErrors> errors_of(const Bench& bench, const std::vector<Response>& responses) {
@@ -140,6 +163,10 @@ std::vector<JointErrors> errors_of(const Bench& bench, const std::vector<Respons
             largest(kind(open[sample], part), elements[row]), most);
       }
     }
+  }
+  const Model& model = bench.with_gravity;
+  for (size_t b = 0; b < model.bodies.size(); ++b) {  // elements are in the order of the bodies
+    if (model.bodies[b].joint >= 0) put_own_row(bench, responses, model.bodies[b].joint, errors[b]);
   }
   return errors;
 }
@@ -218,6 +245,10 @@ const char* part_name(Part part) {
       return "damping";
     case Part::kDryFriction:
       return "dry friction";
+    case Part::kArmature:
+      return "armature";
+    case Part::kTorque:
+      return "torque";
   }
   return "";
 }

@@ -10,12 +10,15 @@
 
 namespace assay::parity {
 
-// Kinds of force that the experiments tell apart.
-enum class Part { kInertia, kCoriolis, kGravity, kSprings, kDamping, kDryFriction };
-inline constexpr int kParts = 6;
+// Kinds of force that the experiments tell apart. Armature and torque are what a joint's own row shows in all
+// experiments at once: how much of its residual goes with its own acceleration, and how much with the torque that its
+// actuators give it.
+enum class Part { kInertia, kCoriolis, kGravity, kSprings, kDamping, kDryFriction, kArmature, kTorque };
+inline constexpr int kParts = 8;
 const char* part_name(Part part);  // "inertia", ...
 
-// One error of a joint or free body: of the force, relative to the largest force of that kind there.
+// One error of a joint or free body: of the force, relative to the largest force of that kind there; of armature,
+// relative to the joint's inertia; of the torque, of its gain.
 struct PartError {
   double error = 0;  // relative; 0 where the model has no such force and the contender neither
   double noise = 0;  // of the same unit: what the extrapolation leaves open

@@ -60,7 +60,8 @@ std::vector<State> smooth_solution(const Model& model, const State& start, const
 
   Flat y = system.flatten(start);
   const System::Gap gap = system.constraint_gap(y);
-  if (!(gap.position <= kLargestGap && gap.velocity <= kLargestGap)) {
+  const bool met = gap.position <= kLargestGap && gap.velocity <= kLargestGap;  // false for NaN
+  if (!met) {
     throw InputError(
         fmt::format("model '{}' has no smooth solution: its initial state is {:.3g} (m or rad) off its equality "
                     "constraints, and moves off them at {:.3g} per second; give it a state that satisfies them",

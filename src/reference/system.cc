@@ -37,8 +37,10 @@ RVec3 turn_of(const RQuat& rotation) {
 
 }  // namespace
 
-System::System(const Model& model, JointTorques torques) : model_(model), given_torques_(std::move(torques)) {
-  constraint_rows_ = static_cast<int>(model.couplings.size() + 3 * model.connects.size() + 6 * model.welds.size());
+System::System(const Model& model, JointTorques torques)
+    : model_(model),
+      given_torques_(std::move(torques)),
+      constraint_rows_(static_cast<int>(model.couplings.size() + 3 * model.connects.size() + 6 * model.welds.size())) {
   // coordinates of all bodies come first; speeds after them
   for (const Body& body : model.bodies) {
     Part part;
@@ -145,7 +147,7 @@ void System::prepare(const Flat& y, Real time) {
   if (constraint_rows_ > 0) prepared_ = y;
 }
 
-RQuat System::relative_rotation(const Part& part, const Flat& y) const {
+RQuat System::relative_rotation(const Part& part, const Flat& y) {
   const Real* c = &y[part.coordinate];
   return RQuat(c[0], c[1], c[2], c[3]).normalized();
 }

@@ -50,8 +50,11 @@ struct Part {
   Real mass = 0;
   RMat3 inertia_B;
 
-  int coordinates() const { return kind == Kind::kFree ? 7 : kind == Kind::kBall ? 4 : 1; }
-  int speeds() const { return kind == Kind::kFree ? 6 : kind == Kind::kBall ? 3 : 1; }
+  int coordinates() const { return speeds() == 1 ? 1 : speeds() + 1; }  // rotations as quaternions
+  int speeds() const {
+    if (kind == Kind::kFree) return 6;
+    return kind == Kind::kBall ? 3 : 1;
+  }
 };
 
 // Quantities of one body while the equations are set up.
@@ -114,7 +117,7 @@ class System {
   void move_slide(const Part& part, const Flat& y, Moving& m);
   RVec3 ball_spring(const Part& part, const Flat& y) const;
   void add_tendons(const Flat& y, Vector& force) const;
-  RQuat relative_rotation(const Part& part, const Flat& y) const;
+  static RQuat relative_rotation(const Part& part, const Flat& y);
   Real position_of(int joint, const Flat& y) const { return y[joint_part(joint).coordinate]; }
   Real velocity_of(int joint, const Flat& y) const { return y[joint_part(joint).speed]; }
   const Part& joint_part(int joint) const { return parts_[model_.joints[joint].body]; }

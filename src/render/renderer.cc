@@ -80,7 +80,7 @@ std::string data_xml(const Scene& scene) {
     const HeightField& field = scene.height_fields[i];
     const auto columns = static_cast<size_t>(field.columns);
     std::string heights;
-    for (size_t row = static_cast<size_t>(field.rows); row-- > 0;) {  // MJCF begins with the last row
+    for (auto row = static_cast<size_t>(field.rows); row-- > 0;) {  // MJCF begins with the last row
       for (size_t column = 0; column < columns; ++column) {
         heights += fmt::format("{:.6g} ", field.heights[row * columns + column]);
       }

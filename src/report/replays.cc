@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -14,7 +15,7 @@
 #include "base/errors.h"
 #include "base/text.h"
 #include "results/line_up.h"
-#include "store/scene.h"
+#include "store/pictures.h"
 #include "store/store.h"
 #include "store/trajectory.h"
 
@@ -158,10 +159,38 @@ std::vector<Kept> kept_runs(const Store& store, const std::string& system, size_
   return kept;
 }
 
+// The meshes of each replay's scene, packed: the first replay of a robot gets the data, the others its number.
+void add_pictures(const std::vector<json>& pictures, size_t most_bytes, json& replays) {
+  std::map<std::string, size_t> first;  // replay by the meshes' text
+  std::map<size_t, std::string> packed;
+  size_t bytes = 0;
+  for (size_t i = 0; i < pictures.size(); ++i) {
+    if (pictures[i].is_null()) continue;
+    const std::string text = pictures[i].dump();
+    const auto [found, fresh] = first.try_emplace(text, i);
+    if (!fresh) {
+      replays[i]["pictures"] = {{"like", found->second}};
+      continue;
+    }
+    packed[i] = base64(deflated(text));
+    bytes += packed[i].size();
+  }
+  const double share = static_cast<double>(most_bytes) / static_cast<double>(std::max<size_t>(bytes, 1));
+  for (auto& [i, data] : packed) {
+    if (share < 1) {
+      Pictures fewer = parse_pictures(pictures[i]);
+      simplify(fewer, static_cast<size_t>(0.9 * share * static_cast<double>(fewer.triangles())));
+      data = base64(deflated(pictures_json(fewer).dump()));
+    }
+    replays[i]["pictures"] = {{"data", std::move(data)}};
+  }
+}
+
 }  // namespace
 
 json replays_data(const Store& store, const ReplayOptions& options) {
   json replays = json::array();
+  std::vector<json> pictures;           // of each replay
   std::vector<std::vector<Kept>> kept;  // of each replay
   for (const SceneRow& scene : store.scenes()) {
     json drawn = json::parse(scene.json, nullptr, /*allow_exceptions=*/false);
@@ -169,6 +198,8 @@ json replays_data(const Store& store, const ReplayOptions& options) {
     const size_t bodies = drawn.at("bodies").size();
     std::vector<Kept> runs = kept_runs(store, scene.system, bodies, options.most_contenders);
     if (runs.empty()) continue;
+    pictures.push_back(drawn.value("pictures", json()));
+    drawn.erase("pictures");
     replays.push_back({{"system", scene.system},
                        {"scene", std::move(drawn)},
                        {"frame_ms", 0},
@@ -182,6 +213,7 @@ json replays_data(const Store& store, const ReplayOptions& options) {
                        {"left_out", json::array()}});
     kept.push_back(std::move(runs));
   }
+  add_pictures(pictures, options.most_picture_bytes, replays);
   size_t bytes = 0;
   std::vector<const std::vector<State>*> base(kept.size(), nullptr);  // the first run on the page
   // The references of all systems come before any other run.

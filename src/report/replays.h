@@ -10,18 +10,21 @@ namespace assay {
 class Store;
 
 struct ReplayOptions {
-  size_t most_contenders = 12;         // of a system; the line-up's first (results/line_up.h)
-  double least_frame_ms = 15;          // no more frames a second than a screen shows
-  size_t most_bytes = 5'000'000;       // of all packed states together; the references come first
-  double position_step_m = 1e-5;       // of the quantised positions
-  double rotation_step = 1.0 / 16384;  // of the quantised quaternions' components
+  size_t most_contenders = 12;            // of a system; the line-up's first (results/line_up.h)
+  double least_frame_ms = 15;             // no more frames a second than a screen shows
+  size_t most_bytes = 5'000'000;          // of all packed states together; the references come first
+  size_t most_picture_bytes = 2'000'000;  // of all packed meshes together, which lose triangles to fit
+  double position_step_m = 1e-5;          // of the quantised positions
+  double rotation_step = 1.0 / 16384;     // of the quantised quaternions' components
 };
 
 // An array with an object for each system that has a kept run:
 //   {"system", "scene": see store/scene.h, "frame_ms", "frames", "bodies", "position_step_m", "rotation_step",
 //    "position_error_m", "rotation_error_rad",          what the packing changed at the most
+//    "pictures": {"data"} or {"like": number of another replay}, where there are meshes to draw,
 //    "runs": [{"contender", "timestep_ms", "frames", "distance_m", "data"}], "left_out": ["x", "y at 4 ms"] without
 //    room}
+// "data" of pictures is base64 of a zlib stream of JSON, store/pictures.h's; replays of one robot have it once.
 // "distance_m" is, frame by frame, the mean distance of the bodies from the first run's, unpacked.
 // Runs are ordered by timestep, then by the line-up; one that ended early has fewer frames. All runs of a system share
 // the clock: frame f is at f * frame_ms. `data` is base64 of a zlib stream of whole numbers:

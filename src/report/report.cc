@@ -10,6 +10,7 @@
 #include "claims/claims.h"
 #include "report/details.h"
 #include "report/page.h"
+#include "report/parity.h"
 #include "report/replays.h"
 #include "report/views.h"
 #include "report/write_file.h"
@@ -137,6 +138,7 @@ json report_data(const Store& store) {
           {"agreement", agreement_data(results)},
           {"replays", replays_data(store)},
           {"claims", claims_data(results)},
+          {"parity", parity_data(store.dir())},
           {"catalogue", catalogue_data(results)},
           {"units", units_data(results)},
           {"looks", looks_data(results)},

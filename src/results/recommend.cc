@@ -300,7 +300,7 @@ SystemAnswers answers_together(const Results& results, const std::vector<std::st
     }
     for (const double timestep : timesteps) {
       Joined joined = joined_point(results, each, contender, timestep);
-      if (joined.out.empty()) {
+      if (joined.out.empty() && joined.point.speed) {  // the first tells of the second
         together.candidates.push_back(
             {together.points.size(), *joined.point.speed, joined.point.worst, std::move(joined.margin)});
       } else {

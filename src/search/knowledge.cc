@@ -23,7 +23,8 @@ Knowledge::Knowledge(const Campaign& campaign, const Plan& plan) : campaign_(cam
     if (cell.measure == "raw_speed") timesteps_ms_.push_back(cell.timestep_ms);
   }
   std::ranges::sort(timesteps_ms_);
-  timesteps_ms_.erase(std::unique(timesteps_ms_.begin(), timesteps_ms_.end(), same_timestep), timesteps_ms_.end());
+  const auto repeated = std::ranges::unique(timesteps_ms_, same_timestep);
+  timesteps_ms_.erase(repeated.begin(), repeated.end());
   for (const PlannedCell& cell : plan.cells) {
     if (cell.measure == "reference") {
       references_[{cell.system, cell.contender}] = &cell;

@@ -200,13 +200,14 @@ Programme programme_for(const Model& model, const ProgrammeOptions& options, con
     programme.systems.push_back(system.why);
   }
   for (const Refusal& refusal : programme.refusals) {
-    toml += fmt::format("# left out: {}, which {}\n", join(refusal.contenders, ", "), refusal.text);
+    toml +=
+        fmt::format("# left out, because {} {}: {}\n", refusal.engine, refusal.text, join(refusal.contenders, ", "));
   }
   toml += fmt::format("name = {}\ntitle = {}\n", toml_text(model.name),
                       toml_text(fmt::format("{}: which engine, which settings, which timestep", model.name)));
   toml += fmt::format("contenders = {}\n", list_text(programme.contenders));
   toml += "timesteps_ms = [\"1/4\", \"1/2\", 1, 2, 4, 8, 16]\nreference_ms = \"1/16\"\n";
-  toml += fmt::format("time_limit_s = {}\n", shortest(std::clamp(std::round(options.minutes * 60 / 8), 5.0, 120.0)));
+  toml += "time_limit_s = 60\n";
   toml += "\n[timing]\nrounds = 8\nstates = 3\nwarmup = 3\nprocesses = 2\n";
   toml += fmt::format("\n# Without this table all cells are measured.\n[search]\nminutes = {}\n",
                       shortest(options.minutes));

@@ -1,7 +1,10 @@
 #include "search/stance.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
+#include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <limits>
@@ -11,7 +14,10 @@
 
 #include <fmt/format.h>
 
+#include "base/errors.h"
+#include "base/text.h"
 #include "controls/hold.h"
+#include "model/kinematics.h"
 #include "model/mjcf.h"
 #include "model/start.h"
 #include "model/urdf.h"
@@ -32,6 +38,57 @@ std::optional<Model> loaded(const std::string& file, const LoadOptions& load) {
 int root_of(const Model& model, int body) {
   for (int parent = body; parent != kWorld; parent = model.bodies[static_cast<size_t>(body)].parent) body = parent;
   return body;
+}
+
+// Puts joints that start beyond their limits at the limit, and joints that follow others where they belong. Does
+// nothing for a file that is refused: that is said later.
+void start_within_limits(const std::string& file, const std::string& folder, Stance& stance) {
+  constexpr double kBeyond = 1e-3;  // rad, m
+  LoadOptions load = stance.load;
+  std::optional<Model> model = loaded(file, load);
+  if (!model) return;
+  std::vector<double>& position = model->initial.position;
+  std::vector<size_t> moved;
+  std::string first;
+  const auto follows = [&](size_t j) {
+    return std::ranges::any_of(model->couplings,
+                               [&](const Coupling& coupling) { return static_cast<size_t>(coupling.joint) == j; });
+  };
+  for (size_t j = 0; j < position.size(); ++j) {
+    const Joint& joint = model->joints[j];
+    if (!joint.limited || follows(j)) continue;
+    const double within = std::clamp(position[j], joint.lower, joint.upper);
+    if (std::abs(within - position[j]) <= kBeyond) continue;
+    if (moved.empty()) {
+      first = fmt::format("'{}', {} instead of {}", joint.name, shortest(within), shortest(position[j]));
+    }
+    position[j] = within;
+    moved.push_back(j);
+  }
+  if (moved.empty()) return;
+  for (const Coupling& coupling : model->couplings) {
+    const auto own = static_cast<size_t>(coupling.joint);
+    position[own] = coupling.offset + sum_of_terms(coupling.terms, position);
+    moved.push_back(own);
+  }
+  std::string text = "# the start pose, with joints that the file starts beyond their limits at the limit\n";
+  for (const size_t j : moved) text += fmt::format("{}={:.17g}\n", model->joints[j].name, position[j]);
+  const std::filesystem::path path = std::filesystem::path(folder) / "start.txt";
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  std::ofstream stream(path);
+  if (!(stream << text) || !stream.flush()) {
+    throw SystemError(fmt::format("'{}' cannot be written: {}", path.string(), std::strerror(errno)));
+  }
+  const size_t count = moved.size() - model->couplings.size();
+  load.qpos = path.string();
+  stream.close();
+  if (!loaded(file, load)) return;
+  stance.load = load;
+  stance.notes.push_back(
+      fmt::format("{} joint{} beyond the limits in the file and {} at the limit (first {}; --qpos "
+                  "or --keyframe gives another pose)",
+                  count, count == 1 ? " is" : "s are", count == 1 ? "starts" : "start", first));
 }
 
 // How many limbs of the only root reach the ground while the root itself stays clear of it.
@@ -89,8 +146,10 @@ bool has_free_slide(const Model& model) {
   });
 }
 
-Stance stand(const std::string& file, const LoadOptions& load) {
-  Stance stance{load, {}, {}};
+Stance stand(const std::string& file, const LoadOptions& given, const std::string& folder) {
+  Stance stance{given, {}, {}};
+  if (given.qpos.empty() && given.keyframe.empty()) start_within_limits(file, folder, stance);
+  const LoadOptions load = stance.load;
   std::optional<Model> model;
   if (load.root_joint == RootJoint::kAsInFile && is_urdf(file)) {
     stance.load.root_joint = RootJoint::kFloating;

@@ -15,11 +15,13 @@ struct Stance {
   std::vector<std::string> notes;  // a sentence for each decision, with the switch that turns it off
 };
 
-// Loads `file` for a run. URDF has no word for a base that is free: it is taken to be free when the robot stands on two
-// or more of its limbs or wheels, or has no joint, and its root is not called 'world'. A robot with a free or sliding
-// base that gravity pulls down and that nothing in the world can stop gets a plane under its lowest point. Throws
-// InputError as load_model().
-Stance stand(const std::string& file, const LoadOptions& load);
+// Loads `file` for a run that keeps its files in `folder`. URDF has no word for a base that is free: it is taken to be
+// free when the robot stands on two or more of its limbs or wheels, or has no joint, and its root is not called
+// 'world'. A robot with a free or sliding base that gravity pulls down and that nothing in the world can stop gets a
+// plane under its lowest point. Joints that start beyond their limits, where no pose was asked for, are put at the
+// limit: `folder`/start.txt has the pose. Throws InputError as load_model(), SystemError where the pose cannot be
+// written.
+Stance stand(const std::string& file, const LoadOptions& load, const std::string& folder);
 
 // Whether a moving shape may touch one that is fixed to the world.
 bool can_land(const Model& model);

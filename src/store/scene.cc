@@ -118,7 +118,7 @@ SceneHull hull_of(const json& hull) {
   const double step = hull.at("step");
   SceneHull corners;
   for (size_t i = 0; i + 2 < numbers.size(); i += 3) {
-    corners.push_back(
+    corners.emplace_back(
         step * Vec3(numbers.at(i).get<double>(), numbers.at(i + 1).get<double>(), numbers.at(i + 2).get<double>()));
   }
   return corners;

@@ -28,7 +28,31 @@ duration_s = 0.256
 sample_ms = 32
 pieces = 2
 piece_ms = 32
+[[system]]
+name = "shapes"
+model = "shapes.xml"
+duration_s = 0.512
+sample_ms = 32
+pieces = 2
+piece_ms = 32
 `;
+// Every kind of shape, and two meshes: one that is only drawn, and one that collides and has nothing drawn beside it.
+const kShapes = `<mujoco model="shapes">
+  <asset>
+    <mesh name="wedge" vertex="0 0 0  0.3 0 0  0 0.3 0  0 0 0.3  0.3 0.3 0"/>
+    <mesh name="hat" vertex="-0.2 -0.2 0.2  0.2 -0.2 0.2  0.2 0.2 0.2  -0.2 0.2 0.2  0 0 0.6"/>
+    <hfield name="hills" nrow="5" ncol="5" size="1.5 1.5 0.2 0.1" elevation="0 0 0 0 0  0 1 0 1 0  0 0 0 0 0  0 1 0 1 0  0 0 0 0 0"/>
+  </asset>
+  <worldbody>
+    <geom type="hfield" hfield="hills" rgba="0.4 0.6 0.4 1"/>
+    <body name="box" pos="-0.9 -0.9 0.6"><freejoint/><geom type="box" size="0.2 0.15 0.1" rgba="0.8 0.3 0.2 1"/></body>
+    <body name="can" pos="0.9 -0.9 0.6"><freejoint/><geom type="cylinder" size="0.15 0.2" rgba="0.2 0.5 0.8 1"/></body>
+    <body name="egg" pos="-0.9 0.9 0.6"><freejoint/><geom type="ellipsoid" size="0.2 0.15 0.1" rgba="0.9 0.7 0.2 1"/></body>
+    <body name="stone" pos="0.9 0.9 0.6"><freejoint/><geom type="mesh" mesh="wedge" rgba="0.5 0.5 0.5 1"/></body>
+    <body name="head" pos="0 0 0.6"><freejoint/><geom type="sphere" size="0.2" rgba="0.7 0.6 0.5 1"/>
+      <geom type="mesh" mesh="hat" contype="0" conaffinity="0" mass="0" rgba="0.3 0.2 0.6 1"/></body>
+  </worldbody>
+</mujoco>`;
 const kPanel = '.replay-panel[data-system="planar-chain"]';
 
 const work = mkdtempSync(join(tmpdir(), "assay-replay-"));
@@ -102,6 +126,7 @@ async function drawnAsStored(page, contender, file, frame) {
 before(async () => {
   assert.ok(process.env.ASSAY, "ASSAY must name the program");
   writeFileSync(join(work, "replay.toml"), kCampaign);
+  writeFileSync(join(work, "shapes.xml"), kShapes);
   assay("run", "replay.toml", "--out", "results");
   assay("report", "results", "--replays", "4");
   assay("export", "results", "--trajectories", "csv", "--out", "states");
@@ -115,10 +140,10 @@ after(async () => {
 });
 
 test("every system with kept runs has a replay; bodies are drawn where the stored states say", async () => {
-  assert.deepEqual(replays.map((replay) => replay.system), ["planar-chain", "capsules-27"]);
+  assert.deepEqual(replays.map((replay) => replay.system), ["planar-chain", "capsules-27", "shapes"]);
   const replay = replays[0];
   const { page, trouble } = await open();
-  assert.equal((await page.$$(".replay-panel")).length, 2);
+  assert.equal((await page.$$(".replay-panel")).length, 3);
   for (const frame of [0, 1, 17, 32]) {
     await seek(page, frame);
     assert.ok(Math.abs((await stateOf(page)).time - 0.032 * frame) < 1e-9);
@@ -280,4 +305,42 @@ test("without WebGL the page says so in a line, and the distances stay", async (
   assert.ok(Math.abs((await stateOf(page)).time - 0.512) < 1e-9);
   assert.deepEqual(trouble, []);
   await page.close();
+});
+
+test("every kind of shape is drawn; meshes of the file instead of what collides, until the reader asks for it", async () => {
+  const panel = '.replay-panel[data-system="shapes"]';
+  const replay = replays.find((candidate) => candidate.system === "shapes");
+  assert.deepEqual(replay.scene.shapes.map((shape) => shape.type), ["height_field", "box", "cylinder", "ellipsoid", "hull", "sphere"]);
+  for (const looks of [{}, { dark: true }, { width: 400, phone: true }]) {
+    const { page, trouble } = await openReport(browser, report, { width: 1000, ...looks });
+    await page.$eval(panel, (node) => node.scrollIntoView({ block: "center", behavior: "instant" }));
+    await page.waitForSelector(`${panel}[data-ready]`);
+    await frames(page);
+    const pixels = () => page.$eval(panel, (node) => node.replay.pixels());
+    const places = () => page.$eval(panel, (node) => node.replay.places("mujoco-euler"));
+    const [drawn, drawnAt] = [await pixels(), await places()];
+    assert.equal(drawnAt.length, 5, "one for each body: the sphere is behind the hat");
+    if (process.env.ASSAY_SCREENSHOTS) {
+      await (await page.$(panel)).screenshot({ path: `${process.env.ASSAY_SCREENSHOTS}/shapes-${Object.keys(looks).join("-") || "desktop"}.png` });
+    }
+    await page.click(`${panel} [data-action="collision"]`);
+    await frames(page, 4);
+    const [shapes, shapesAt] = [await pixels(), await places()];
+    assert.equal(shapesAt.length, 5);
+    assert.notEqual(shapes, drawn, "the hat is gone and the sphere is there");
+    // the sphere's centre is that of its body; the hat's frame lies above it
+    const head = (list) => list.map(([x, y, z]) => ({ z, off: Math.hypot(x, y) })).sort((a, b) => a.off - b.off)[0];
+    assert.ok(head(drawnAt).z > head(shapesAt).z + 0.1);
+    await page.click(`${panel} [data-action="collision"]`);
+    await frames(page, 4);
+    assert.equal(await pixels(), drawn);
+    assert.deepEqual(trouble, []);
+    await page.close();
+  }
+  assert.equal(await (async () => {
+    const { page } = await open();
+    const found = await page.$$(`${kPanel} [data-action="collision"]`);
+    await page.close();
+    return found.length;
+  })(), 0, "a system without meshes has no such switch"); // prettier-ignore
 });

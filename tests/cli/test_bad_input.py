@@ -63,7 +63,6 @@ class Models(AssayTest):
                 ("rope", f'<mujoco>{two}<tendon><spatial name="rope"><site site="p"/><site site="q"/></spatial></tendon>'
                          "</mujoco>"),
                 ("biceps", f'<mujoco>{two}<actuator><muscle name="biceps" joint="a" lengthrange="0 1"/></actuator></mujoco>'),
-                ("elbow", robot(joint="free").replace('axis="0 1 0"', 'damping="1"')),
                 ("skin", robot(more='surfacevel="1 0 0 0 0 0"', rest="").replace(
                     "<worldbody>", '<worldbody><geom type="plane" size="1 1 1"/>')),
                 ("viscosity 2", robot().replace("<worldbody>", '<option viscosity="2"/><worldbody>'))]:

@@ -396,6 +396,14 @@ class BadCampaigns(AssayTest):
         self.refused_run(tiny().replace('"truth"', '"thruth"'), ["thruth", "truth"])
         self.refused_run(tiny().replace("pieces =", "peices ="), ["peices", "pieces"])
 
+    def test_excluded_bodies(self):
+        def excluding(pairs):
+            return tiny().replace("pieces =", f"exclude = {pairs}\npieces =", 1)
+
+        self.refused_run(excluding('[["link1", "wrld"]]'), ["'wrld'", "did you mean 'world'?"])
+        self.refused_run(excluding('[["link1"]]'), ["'exclude'", "pairs of bodies"])
+        self.refused_run(excluding('"link1"'), ["exclude"])
+
     def test_timesteps(self):
         self.refused_run(tiny().replace('["1/4", 1, 4]', '["1/4", -1, 4]'), ["-1"])
         self.refused_run(tiny().replace('["1/4", 1, 4]', '["1/4", 0, 4]'), ["0"])

@@ -1,5 +1,6 @@
 """`assay run ROBOT`: from a model's file to a recommendation, with small robots and small budgets."""
 
+import json
 import signal
 import sqlite3
 import time
@@ -75,7 +76,18 @@ class RunRobot(AssayTest):
         for part in ["margin:", "What did not qualify, and why" if len(answer["contenders"]) < 2 else "real time", "To run next",
                      "approximates in this robot", "How sure this is"]:
             self.assertIn(part, text)
-        self.assertTrue((self.dir / "found/report.html").exists())
+        report = (self.dir / "found/report.html").read_text()
+        self.assertIn("How sure this is", report)
+        with sqlite3.connect(self.dir / "found/assay.sqlite") as db:
+            kept = db.execute("SELECT value FROM manifest WHERE key = 'answer'").fetchone()[0]
+            replayed = db.execute("SELECT count(*) FROM runs WHERE system = 'hold' AND timestep_ms = 1").fetchone()[0]
+        parts = json.loads(kept)
+        self.assertIn(f"{best['contender']} at {best['timestep_ms']:g} ms", parts[0]["heading"])
+        for part in parts:
+            self.assertIn(part["heading"], text)
+            for row in part["rows"]:
+                self.assertEqual(len(row), len(part["columns"]))
+        self.assertGreaterEqual(replayed, 1)
         # Some cells were not worth their time.
         programme = tomllib.loads((self.dir / "found/campaign.toml").read_text())
         self.assertEqual(programme["contenders"], TWO.split(","))
@@ -161,6 +173,7 @@ class RunRobot(AssayTest):
         done = self.run_assay("run", "arm.xml", "--minutes", "0.0005", "--contenders", TWO, "--out", "found")
         self.assertEqual(done.returncode, 1, done.stderr)
         self.assertIn("no recommendation", done.stdout)
+        self.assertNotIn("joint position error", done.stdout)  # the error that is asked for does not depend on what is there
         self.assertIn("the budget ended before these were decided", done.stdout)
         self.assertIn("real time", self.search("arm.xml", "--out", "found"))
 

@@ -1,6 +1,7 @@
 // Parity names what is wrong: small defects, put on purpose into one of five real engines.
 #include "parity/parity.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <random>
@@ -32,8 +33,9 @@ class Random {
   std::mt19937_64 engine_;
 };
 
-// A tree of hinges in which every joint has a damper and limits; about the size of an arm or a quadruped.
-Model robot(unsigned seed, bool armature) {
+// A tree in which every joint has a damper, and hinges and slides have limits; about the size of an arm or a quadruped.
+// Of hinges alone, or with slides and ball joints among them.
+Model robot(unsigned seed, bool armature, bool mixed = false) {
   Random random(seed);
   Model model;
   model.name = fmt::format("robot {}", seed);
@@ -51,9 +53,18 @@ Model robot(unsigned seed, bool armature) {
             .normalized();
     conformance::Solid solid = capsule_solid(random.between(0.3, 3), 0.04, length, Vec3(1, 0.2, 0.1).normalized());
     solid.p_BBcm = Vec3(length, random.between(-0.02, 0.02), random.between(-0.02, 0.02));
-    Joint& joint = conformance::add_hinged_body(
-        model, fmt::format("link{}", j), parent,
-        {Vec3(parent == kWorld ? 0 : 0.3, random.between(-0.1, 0.1), 0), Quat::Identity()}, solid, axis);
+    const std::string name = fmt::format("link{}", j);
+    const Pose X_PB{Vec3(parent == kWorld ? 0 : 0.3, random.between(-0.1, 0.1), 0), Quat::Identity()};
+    const double kind = mixed ? random.between(0, 1) : 0;
+    if (kind > 0.8) {
+      BallJoint& ball = conformance::add_ball_body(model, name, parent, X_PB, solid);
+      ball.name = fmt::format("j{}", j);
+      ball.damping = random.between(0.05, 0.5);
+      if (armature) ball.armature = random.between(0.01, 0.1);
+      continue;
+    }
+    Joint& joint = kind > 0.5 ? conformance::add_sliding_body(model, name, parent, X_PB, solid, axis)
+                              : conformance::add_hinged_body(model, name, parent, X_PB, solid, axis);
     joint.name = fmt::format("j{}", j);
     joint.damping = random.between(0.05, 0.5);
     joint.limited = true;
@@ -64,16 +75,16 @@ Model robot(unsigned seed, bool armature) {
   return conformance::finished(std::move(model));
 }
 
-// One kind of defect, 1 % off, in one joint; `armature` needs an engine that has it.
+// One kind of defect, 1 % off, in one hinge or slide; `armature` needs an engine that has it.
 struct Defect {
   std::string kind;
-  int joint = 0;
+  std::string joint;  // its name
   Fault fault;
 };
 
 Defect defect(const std::string& kind, int joint, const Model& model) {
   const int body = model.joints[joint].body;
-  Defect made{.kind = kind, .joint = joint, .fault = {.name = kind}};
+  Defect made{.kind = kind, .joint = model.joints[joint].name, .fault = {.name = kind}};
   if (kind == "armature") {
     made.fault.model = [joint](Model& m) { m.joints[joint].armature *= 1.01; };
   } else if (kind == "damping") {
@@ -83,9 +94,10 @@ Defect defect(const std::string& kind, int joint, const Model& model) {
       Vec3& axis = m.joints[joint].axis_B;
       axis = (axis + 0.01 * axis.unitOrthogonal()).normalized();
     };
-  } else if (kind == "inertia") {
+  } else if (kind == "inertia" && !model.joints[joint].is_slide()) {
     made.fault.model = [body](Model& m) { m.bodies[body].I_BBcm_B *= 1.01; };
-  } else if (kind == "mass") {
+  } else if (kind == "inertia") {
+    // a slide's body turns with its parent: the rotational inertias of the two are not told apart, their masses are
     made.fault.model = [body](Model& m) { m.bodies[body].mass *= 1.01; };
   } else if (kind == "upper limit") {
     made.fault.model = [joint](Model& m) { m.joints[joint].upper *= 1.01; };
@@ -97,6 +109,20 @@ Defect defect(const std::string& kind, int joint, const Model& model) {
   return made;
 }
 
+// The same in a ball joint, for the kinds that it can have.
+Defect ball_defect(const std::string& kind, int ball, const Model& model) {
+  const int body = model.balls[ball].body;
+  Defect made{.kind = kind, .joint = model.balls[ball].name, .fault = {.name = kind}};
+  if (kind == "armature") {
+    made.fault.model = [ball](Model& m) { m.balls[ball].armature *= 1.01; };
+  } else if (kind == "damping") {
+    made.fault.model = [ball](Model& m) { m.balls[ball].damping *= 1.01; };
+  } else {
+    made.fault.model = [body](Model& m) { m.bodies[body].I_BBcm_B *= 1.01; };
+  }
+  return made;
+}
+
 parity::Certificate examine(const Model& model, const std::string& contender, Fault fault) {
   const ResolvedContender sound = Registry::instance().resolve(contender);
   const FaultyEngine faulty(sound, std::move(fault));
@@ -104,20 +130,27 @@ parity::Certificate examine(const Model& model, const std::string& contender, Fa
   return parity::examine(model, bench, faulty.contender());
 }
 
-// How many seeded defects of `count` are named, first cause, with their joint and their kind's words.
-int named(int count, std::string& missed) {
+// How many seeded defects of `count` are named, first cause, with their joint. `mixed`: on trees with slides and balls,
+// in any joint of them.
+int named(int count, bool mixed, std::string& missed) {
   const std::vector<std::string> kinds = {"armature", "damping", "axis", "inertia", "upper limit", "torque"};
-  int found = 0;
+  int found = 0, tried = 0;
   for (int seed = 0; seed < count; ++seed) {
     Random random(1000U + static_cast<unsigned>(seed));
     const std::string kind = kinds[static_cast<size_t>(seed) % kinds.size()];
     // only MuJoCo of the five has armature
     const std::string contender = kind == "armature" ? "mujoco-euler" : kContenders[random.below(5)];
     const bool armature = contender == "mujoco-euler";
-    const Model model = robot(static_cast<unsigned>(seed), armature);
-    const int joint = random.below(static_cast<int>(model.joints.size()));
-    const parity::Certificate certificate = examine(model, contender, defect(kind, joint, model).fault);
-    const std::string wanted = fmt::format("joint '{}'", model.joints[joint].name);
+    const Model model = robot(static_cast<unsigned>(seed), armature, mixed);
+    const bool has_ball = kind == "armature" || kind == "damping" || kind == "inertia";
+    const int joints = static_cast<int>(model.joints.size()),
+              balls = has_ball ? static_cast<int>(model.balls.size()) : 0;
+    const int place = random.below(std::max(1, joints + balls));
+    if (joints + balls == 0) continue;  // a tree of balls alone has no limit and no torque
+    const Defect made = place < joints ? defect(kind, place, model) : ball_defect(kind, place - joints, model);
+    ++tried;
+    const parity::Certificate certificate = examine(model, contender, made.fault);
+    const std::string wanted = fmt::format("joint '{}'", made.joint);
     const bool hit =
         !certificate.causes.empty() && certificate.causes.front().element.find(wanted) != std::string::npos;
     found += hit ? 1 : 0;
@@ -129,7 +162,7 @@ int named(int count, std::string& missed) {
                                 : certificate.causes.front().element + " " + certificate.causes.front().parameter);
     }
   }
-  return found;
+  return found + count - tried;
 }
 
 // ASSAY_PARITY_DEFECTS=100 runs as many as docs/robots.md reports.
@@ -141,7 +174,15 @@ int how_many(int usual) {
 TEST(Parity, NamesDefectsOfOnePercent) {
   const int count = how_many(12);
   std::string missed;
-  const int found = named(count, missed);
+  const int found = named(count, /*mixed=*/false, missed);
+  RecordProperty("named", found);
+  EXPECT_GE(found, count * 95 / 100) << missed;
+}
+
+TEST(Parity, NamesDefectsAmongSlidesAndBalls) {
+  const int count = how_many(12);
+  std::string missed;
+  const int found = named(count, /*mixed=*/true, missed);
   RecordProperty("named", found);
   EXPECT_GE(found, count * 95 / 100) << missed;
 }
@@ -150,7 +191,8 @@ TEST(Parity, NoFalseAlarm) {
   const int count = how_many(10);
   for (int seed = 0; seed < count; ++seed) {
     const std::string contender = kContenders[seed % 5];
-    const Model model = robot(static_cast<unsigned>(seed) + 500U, contender == "mujoco-euler");
+    const bool mixed = seed % 2 == 1;
+    const Model model = robot(static_cast<unsigned>(seed) + 500U, contender == "mujoco-euler", mixed);
     const parity::Certificate certificate = examine(model, contender, {.name = "none"});
     EXPECT_EQ(certificate.failure, "");
     EXPECT_TRUE(certificate.agrees()) << seed << " " << contender << ": error " << certificate.error << ", tolerance "
@@ -167,6 +209,29 @@ TEST(Parity, SaysHowMuch) {
   EXPECT_EQ(off.causes[0].parameter, "armature");
   EXPECT_NEAR(off.causes[0].change, -1, 1e-4);
   EXPECT_LT(off.unexplained, off.tolerance());
+
+  // the joint's own row says so too, and no other joint's
+  const auto part = [&](size_t row, parity::Part which) {
+    return off.joints[row].parts[static_cast<size_t>(which)].error;
+  };
+  const bool floating = model.bodies[0].is_free();
+  const size_t own = floating ? 3 : 2;
+  EXPECT_EQ(off.joints[own].element, "joint 'j2'");
+  EXPECT_GT(part(own, parity::Part::kArmature), 0.01);
+  for (size_t row = floating ? 1 : 0; row < off.joints.size(); ++row) {
+    if (row != own) {
+      EXPECT_LT(part(row, parity::Part::kArmature), 1e-6) << row;
+    }
+    EXPECT_LT(part(row, parity::Part::kTorque), 1e-6) << row;
+  }
+  const parity::Certificate weak =
+      examine(model, "mujoco-euler", {.name = "weak", .torques = [](std::vector<double>& t) {
+                                        if (!t.empty()) t[1] *= 0.97;
+                                      }});
+  ASSERT_FALSE(weak.causes.empty());
+  EXPECT_EQ(weak.causes[0].element, "joint 'j1'");
+  EXPECT_EQ(weak.causes[0].parameter, "torque");
+  EXPECT_NEAR(weak.joints[own - 1].parts[static_cast<size_t>(parity::Part::kTorque)].error, 0.03, 1e-4);
 
   const parity::Certificate gravity = examine(model, "dart", {.name = "none", .model = [](Model& m) {
                                                                 for (Joint& joint : m.joints) joint.armature = 0;

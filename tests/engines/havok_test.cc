@@ -181,7 +181,7 @@ TEST(Havok, ItsOwnSpringIsTheModels) {
   EXPECT_THAT(refusals(wheel.model, havok), HasSubstr("use pd=explicit"));
   EXPECT_EQ(refusals(wheel.model, resolve("havok")), "");
   hinge.upper = hinge.lower + 7;
-  EXPECT_THAT(refusals(wheel.model, resolve("havok")), HasSubstr("within one turn"));
+  EXPECT_EQ(refusals(wheel.model, resolve("havok")), "") << "the adapter holds it";
 }
 
 // End positions for h -> 0: the error of first order is taken away.

@@ -137,12 +137,12 @@ TEST(Jolt, RefusesWhatItCannotHold) {
     return std::string("taken");
   };
   EXPECT_EQ(refusal([](Joint& hinge) { hinge.armature = 0.1; }), "taken");
-  EXPECT_THAT(refusal([](Joint& hinge) {
-                hinge.limited = true;
-                hinge.lower = -std::numbers::pi;
-                hinge.upper = std::numbers::pi;
-              }),
-              HasSubstr("range"));
+  EXPECT_EQ(refusal([](Joint& hinge) {
+              hinge.limited = true;
+              hinge.lower = -std::numbers::pi;
+              hinge.upper = std::numbers::pi;
+            }),
+            "taken");
   EXPECT_THAT(refusal([](Joint& hinge) {
                 hinge.limited = true;
                 hinge.lower = -1;

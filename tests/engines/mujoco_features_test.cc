@@ -457,13 +457,15 @@ Twin heap(bool field, double torsional, double rolling) {
       "type='mesh' mesh='wedge'",        "type='sphere' size='0.1'",        "type='capsule' size='0.06 0.1'"};
   const std::vector<ShapeType> types = {ShapeType::kBox,  ShapeType::kCylinder, ShapeType::kEllipsoid,
                                         ShapeType::kHull, ShapeType::kSphere,   ShapeType::kCapsule};
-  const int condim = rolling > 0 ? 6 : torsional > 0 ? 4 : 3;
+  const int without_rolling = torsional > 0 ? 4 : 3;
+  const int condim = rolling > 0 ? 6 : without_rolling;
   const std::string contact = fmt::format("condim='{}' friction='0.6 {:.17g} {:.17g}'", condim, torsional, rolling);
   for (int i = 0; i < 6; ++i) {
     Body body;
     // on a field side by side, so that the time before roundings grow is enough for all to touch it
+    const int row = i / 3;
     const Vec3 start =
-        field ? Vec3(0.5 * (i % 3), 0.5 * (i / 3), 0.3) : Vec3(0.18 * (i % 2), 0.2 * (i % 3), 0.35 + 0.25 * i);
+        field ? Vec3(0.5 * (i % 3), 0.5 * row, 0.3) : Vec3(0.18 * (i % 2), 0.2 * (i % 3), 0.35 + 0.25 * i);
     body.X_PB = {start, random.rotation()};
     body.mass = 1;
     body.p_BBcm = random.vector(0.05);

@@ -186,7 +186,7 @@ TEST(Rapier, RefusesWhatImpulseJointsCannot) {
   model.joints[0].limited = true;
   model.joints[0].lower = -4;
   model.joints[0].upper = 4;
-  EXPECT_THROW(create(model, rapier("impulse")), UnsupportedError);
+  EXPECT_NO_THROW(create(model, rapier("impulse"))) << "a range beyond a turn, which the adapter holds";
   EXPECT_NO_THROW(create(model, rapier("multibody")));
 }
 

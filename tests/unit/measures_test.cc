@@ -389,6 +389,71 @@ TEST(Plausible, BelowTheGround) {
   EXPECT_NEAR(plausibility.available_energy(), 2 * 10 * 1, 1e-12) << "no deeper than the ground";
 }
 
+TEST(Plausible, ACentreOfMassOutsideOfItsShape) {
+  Model model = free_body();
+  Shape ball, floor;
+  ball.body = 0;
+  ball.radius = 0.1;
+  ball.X_BS.p = {0, 0, 0.3};
+  floor.type = ShapeType::kPlane;
+  model.shapes = {ball, floor};
+  model.contacts = {{0, 1, 1.0}};
+  State state = model.initial;
+  state.bodies[0].p_WBcm = {0, 0, -0.2};
+  const Plausibility plausibility(model, state, 10);
+  EXPECT_EQ(plausibility.impossibility(state), "");
+  state.bodies[0].p_WBcm.z() = -0.5;
+  EXPECT_THAT(plausibility.impossibility(state), HasSubstr("below the ground"));
+}
+
+TEST(Plausible, ASlideMayTravelAndFall) {
+  // A block on a rail that leads down: no chain holds it, and its anchors part along the rail.
+  Model model;
+  Body& block = model.bodies.emplace_back();
+  block.mass = 2;
+  block.joint = 0;
+  block.p_BBcm = {0, 0, 0.1};
+  Joint& rail = model.joints.emplace_back();
+  rail.name = "rail";
+  rail.type = JointType::kSlide;
+  rail.axis_B = Vec3::UnitZ();
+  model.gravity = {0, 0, -10};
+  model.initial = reference_state(model);
+  const Plausibility plausibility(model, model.initial, 2);
+  EXPECT_NEAR(plausibility.available_energy(), 2 * 10 * 20, 1e-9) << "2 s of free fall";
+  State state = model.initial;
+  state.position[0] = -5;
+  bodies_from_joints(model, state);
+  EXPECT_EQ(plausibility.impossibility(state), "");
+  state.bodies[0].p_WBcm.x() += 1;
+  EXPECT_THAT(plausibility.impossibility(state), HasSubstr("slide 'rail' is 1 m apart"));
+}
+
+TEST(Plausible, BallJointsAndTendonsHaveSprings) {
+  Model model;
+  Body& body = model.bodies.emplace_back();
+  body.mass = 1;
+  body.ball = 0;
+  body.p_BBcm = {0, 0, -0.5};
+  BallJoint& ball = model.balls.emplace_back();
+  ball.stiffness = 8;
+  ball.spring_reference = Quat(Eigen::AngleAxisd(0.5, Vec3::UnitX()));
+  Body& tip = model.bodies.emplace_back();
+  tip.mass = 1;
+  tip.parent = 0;
+  tip.joint = 0;
+  model.joints.emplace_back().body = 1;
+  Tendon& tendon = model.tendons.emplace_back();
+  tendon.terms = {{0, 2.0}};
+  tendon.stiffness = 3;
+  tendon.rest_lower = 1;
+  tendon.rest_upper = 2;
+  model.gravity.setZero();
+  model.initial = reference_state(model);
+  const Plausibility plausibility(model, model.initial, 1);
+  EXPECT_NEAR(plausibility.available_energy(), 0.5 * 8 * 0.5 * 0.5 + 0.5 * 3 * 1 * 1, 1e-12);
+}
+
 TEST(Plausible, NonFiniteAndFarAwayAreDivergence) {
   const Model model = free_body();
   const Plausibility plausibility(model, model.initial, 2);

@@ -564,6 +564,34 @@ TEST(AgainstMujoco, CouplingsHoldWhatItHolds) {
   }
 }
 
+// A constant control's activation: MuJoCo's exact filter and its integrator step it without an error.
+TEST(AgainstMujoco, ActivationsFollowAsItsDo) {
+  const std::string xml =
+      "<mujoco><option timestep='0.01' gravity='0 0 0'/><worldbody><body><joint name='j' damping='1'/><geom "
+      "size='0.1'/>"
+      "</body></worldbody><actuator><position name='filter' joint='j' kp='2' kv='0.1' timeconst='0.3' ctrlrange='-1 "
+      "1'/>"
+      "<intvelocity name='integrator' joint='j' kp='1' actrange='-0.5 0.5'/>"
+      "<general name='limited' joint='j' dyntype='filterexact' dynprm='0.1' actlimited='true' actrange='0 0.4'/>"
+      "</actuator><keyframe><key act='0.2 -0.1 0.3' ctrl='5 0.7 1'/></keyframe></mujoco>";
+  const Mujoco mujoco(xml);
+  const Model model = load_model_text(xml, "test");
+  mj_resetDataKeyframe(mujoco.m, mujoco.d, 0);
+  const std::unique_ptr<Control> control = actuator_control(model);
+  std::vector<double> torque(1);
+  for (int i = 0; i < 200; ++i) {
+    mj_forward(mujoco.m, mujoco.d);
+    for (size_t a = 0; a < 3; ++a) {
+      EXPECT_NEAR(actuator_input(model.actuators[a], model.control0[a], mujoco.d->time), mujoco.d->act[a], 1e-12);
+    }
+    State state = state_of(mujoco, model);
+    state.time = mujoco.d->time;
+    control->torques(state, torque);
+    EXPECT_NEAR(torque[0], mujoco.d->qfrc_actuator[0], 1e-12);
+    mj_step(mujoco.m, mujoco.d);
+  }
+}
+
 TEST(AgainstMujoco, ConnectAndWeldHoldWhatItHolds) {
   // bodies inside others without joints, so that what is held lies in fused bodies
   const std::string xml =

@@ -175,12 +175,8 @@ TEST_P(RefusedActuator, NamesItWithLineAndWayOut) {
 INSTANTIATE_TEST_SUITE_P(
     Mjcf, RefusedActuator,
     testing::ValuesIn(std::vector<ActuatorCase>{
-        {"Intvelocity", "<intvelocity name='a' joint='elbow' kp='1' actrange='0 1'/>", "has an integrator"},
         {"AffineGain", "<damper name='a' joint='elbow' kv='1' ctrlrange='0 1'/>", "no affine function of control"},
-        {"Cylinder", "<cylinder name='a' joint='elbow'/>", "has a filter with a time constant of 1 s"},
         {"Muscle", "<muscle name='a' joint='elbow' lengthrange='0 1'/>", "is a muscle"},
-        {"FilteredPosition", "<position name='a' joint='elbow' kp='1' timeconst='0.1'/>",
-         "lets its force follow the control at once"},
         {"Body", "<adhesion name='a' body='arm' ctrlrange='0 1'/>", "acts on a body (adhesion)"},
         {"NonlinearDamping", "<motor name='a' joint='elbow' damping='0.1 2'/>", "keeps its linear part"},
         {"Delay", "<motor name='a' joint='elbow' delay='0.1' nsample='4'/>", "has a delay"},
@@ -194,6 +190,16 @@ TEST(MjcfRefusal, MoreMemoryThanThereIs) {
   EXPECT_THAT(refusal("<mujoco><size memory='900000T'/><worldbody><body><freejoint/><geom size='1'/></body></worldbody>"
                       "</mujoco>"),
               AllOf(HasSubstr("robot.xml: MuJoCo cannot compile it"), HasSubstr("memory")));
+}
+
+// A clamp between a sine and what follows it has no closed form.
+TEST(MjcfRefusal, SineOfALimitedActivation) {
+  const std::string text = "<mujoco>" + std::string(kArm) +
+                           "<custom><numeric name='assay:sine:a' data='1 1 0'/></custom><actuator>"
+                           "<position name='a' joint='elbow' timeconst='0.1' {}/></actuator></mujoco>";
+  EXPECT_EQ(refusal(fmt::format(fmt::runtime(text), "")), "");
+  EXPECT_THAT(refusal(fmt::format(fmt::runtime(text), "ctrlrange='-1 1'")),
+              AllOf(HasSubstr("actuator 'a'"), HasSubstr("remove its ctrlrange and actrange, or its dyntype")));
 }
 
 TEST(MjcfRefusal, SharedForceLimit) {

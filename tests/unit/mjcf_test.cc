@@ -273,7 +273,8 @@ TEST(Mjcf, JointForceLimitIsTheActuators) {
       d->ctrl[0] = u;
       mj_forward(m, d);
       const Actuator& a = model.actuators[0];
-      EXPECT_NEAR(a.terms[0].coefficient * actuator_force(a, u, 0, 0), d->qfrc_actuator[0], 1e-15) << u;
+      EXPECT_NEAR(a.terms[0].coefficient * actuator_force(a, actuator_input(a, u, 0), 0, 0), d->qfrc_actuator[0], 1e-15)
+          << u;
     }
     mj_deleteData(d);
     mj_deleteModel(m);

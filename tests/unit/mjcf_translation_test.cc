@@ -310,14 +310,34 @@ TEST(MjcfTranslation, TendonForceLimitIsItsActuators) {
 
 // ---- what the switch leaves -----------------------------------------------------------------------------------------
 
-TEST(MjcfTranslation, DroppedActuatorsExertNoForceAndFilteredOnesActAtOnce) {
-  const Model model = load_dropped(
-      kTwoHinges +
-      "<actuator><muscle name='m' joint='a' lengthrange='0 1'/><position name='p' joint='a' kp='2' timeconst='0.1'/>"
-      "<intvelocity name='i' joint='b' kp='1' actrange='0 1'/><motor name='u' joint='b'/></actuator>");
-  EXPECT_THAT(names(model.actuators), ElementsAre("p", "u"));
+TEST(MjcfTranslation, DroppedActuatorsExertNoForceAndDelayedOnesActAtOnce) {
+  const Model model = load_dropped(kTwoHinges +
+                                   "<actuator><muscle name='m' joint='a' lengthrange='0 1'/>"
+                                   "<position name='p' joint='a' kp='2' delay='0.1' nsample='4'/></actuator>");
+  EXPECT_THAT(names(model.actuators), ElementsAre("p"));
   EXPECT_EQ(model.actuators[0].gain, 2);
   EXPECT_THAT(model.notes, Contains(HasSubstr("lets its force follow the control at once")));
+}
+
+TEST(MjcfTranslation, ActivationsKeepEverything) {
+  const Model model =
+      load(kTwoHinges +
+           "<actuator><position name='p' joint='a' kp='2' timeconst='0.1'/><intvelocity name='i' joint='b' kp='1' "
+           "actrange='0 1'/><motor name='u' joint='b'/><general name='g' joint='b' dyntype='filter' dynprm='0.3'/>"
+           "<position name='n' joint='a' timeconst='0'/></actuator>"
+           "<keyframe><key act='0.25 0.5 0.75'/></keyframe>");
+  ASSERT_THAT(names(model.actuators), ElementsAre("p", "i", "u", "g", "n"));
+  EXPECT_EQ(model.actuators[0].activation, ActivationType::kFilter);
+  EXPECT_EQ(model.actuators[0].time_constant, 0.1);
+  EXPECT_EQ(model.actuators[0].activation_start, 0.25);
+  EXPECT_EQ(model.actuators[1].activation, ActivationType::kIntegrator);
+  EXPECT_TRUE(model.actuators[1].activation_limited);
+  EXPECT_EQ(model.actuators[1].activation_upper, 1);
+  EXPECT_EQ(model.actuators[1].activation_start, 0.5);
+  EXPECT_FALSE(model.actuators[2].has_activation());
+  EXPECT_EQ(model.actuators[3].time_constant, 0.3);
+  EXPECT_EQ(model.actuators[3].activation_start, 0.75);
+  EXPECT_FALSE(model.actuators[4].has_activation());
 }
 
 TEST(MjcfTranslation, DroppedMocapBodyStaysWithoutItsWeld) {

@@ -8,7 +8,10 @@
 #include <nlohmann/json.hpp>
 #include <zlib.h>
 
+#include "base/errors.h"
+#include "model/ellipsoid.h"
 #include "results/line_up.h"
+#include "store/pictures.h"
 #include "store/scene.h"
 #include "store/store.h"
 #include "store/trajectory.h"
@@ -113,6 +116,75 @@ class ReplaysTest : public TempFolderTest {
     return store;
   }
 };
+
+// A ball of many triangles.
+Pictures ball_pictures(int subdivisions) {
+  const Hull ball = ellipsoid_hull(Vec3::Constant(0.2), subdivisions);
+  Pictures pictures;
+  pictures.meshes.push_back({ball.vertices, ball.faces});
+  pictures.parts.push_back({0, 1, {Vec3(1, 2, 3), Quat(0, 1, 0, 0)}, {0.25f, 0.5f, 1, 1}});
+  return pictures;
+}
+
+// Two systems of one robot hold its meshes once, and those that would need too much room lose triangles, not their
+// shape.
+TEST_F(ReplaysTest, PicturesArePackedOnceAndFit) {
+  Store store = make({"x"});
+  const Pictures pictures = ball_pictures(4);
+  EXPECT_EQ(pictures.triangles(), 20U * 256);
+  json scene = json::parse(store.scenes().front().json);
+  scene["pictures"] = pictures_json(pictures);
+  store.set_systems({{"pair", "{}"}, {"again", "{}"}});
+  store.set_scenes({{"pair", scene.dump()}, {"again", scene.dump()}});
+  std::vector<RunRow> runs = store.runs();
+  runs.push_back({"address-x", "again", "x", 0.125});
+  store.set_runs(runs);
+
+  for (const size_t room : {size_t{1'000'000}, size_t{8'000}}) {
+    ReplayOptions options;
+    options.most_picture_bytes = room;
+    const json replays = replays_data(store, options);
+    ASSERT_EQ(replays.size(), 2);
+    EXPECT_FALSE(replays[0].at("scene").contains("pictures"));
+    EXPECT_EQ(replays[1].at("pictures"), json({{"like", 0}}));
+    const std::string data = replays[0].at("pictures").at("data");
+    EXPECT_LT(data.size(), room * 5 / 4);
+    const Pictures back = parse_pictures(json::parse(inflated(from_base64(data))));
+    ASSERT_EQ(back.parts.size(), 1);
+    EXPECT_EQ(back.parts[0].body, 1);
+    EXPECT_LT((back.parts[0].X_BS.p - Vec3(1, 2, 3)).norm(), 1e-12);
+    if (room == 1'000'000) {
+      EXPECT_EQ(back.triangles(), pictures.triangles());
+    } else {
+      EXPECT_LT(back.triangles(), pictures.triangles() / 4);
+    }
+    for (const Vec3& p : back.meshes.at(0).vertices) EXPECT_NEAR(p.norm(), 0.2, 1e-3);
+  }
+}
+
+TEST(PicturesTest, DamagedOnesAreRefused) {
+  const json sound = pictures_json(ball_pictures(1));
+  EXPECT_EQ(parse_pictures(sound).meshes.at(0).faces.size(), 80);
+  json text = sound;
+  text["meshes"][0]["f"][2] = 42;  // an icosahedron divided once has that many points
+  EXPECT_THROW(parse_pictures(text), InputError);
+  text = sound;
+  text["parts"][0]["mesh"] = 1;
+  EXPECT_THROW(parse_pictures(text), InputError);
+  text = sound;
+  text.erase("parts");
+  EXPECT_THROW(parse_pictures(text), InputError);
+}
+
+TEST(PicturesTest, SmallMeshesStayAsTheyAre) {
+  Pictures pictures = ball_pictures(4);
+  const Hull small = ellipsoid_hull(Vec3::Constant(0.1), 0);
+  pictures.meshes.push_back({small.vertices, small.faces});
+  simplify(pictures, 1000);
+  EXPECT_LE(pictures.triangles(), 1100U);
+  EXPECT_GE(pictures.meshes[0].faces.size(), 500U);
+  EXPECT_EQ(pictures.meshes[1].faces, small.faces);
+}
 
 TEST_F(ReplaysTest, UnpackedStatesAreTheStoredOnesWithinTheStatedError) {
   const Store store = make({"x", "mujoco-euler"});

@@ -1,11 +1,13 @@
 #include "model/variant.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "base/errors.h"
 #include "model/kinematics.h"
 #include "model/mjcf.h"
 
@@ -31,6 +33,34 @@ Model robot() {
       </worldbody>
     </mujoco>)",
                          "robot");
+}
+
+TEST(Variant, ExcludesPairsOfBodies) {
+  const Model model = robot();
+  const Model apart = variant_of(model, {.exclude = {{"leg", "ball"}, {"torso", "world"}}});
+  const auto touch = [](const Model& of, const std::string& a, const std::string& b) {
+    const auto name = [&](int shape) {
+      const int body = of.shapes[static_cast<size_t>(shape)].body;
+      return body == kWorld ? "world" : of.bodies[static_cast<size_t>(body)].name;
+    };
+    return std::ranges::any_of(of.contacts, [&](const ContactPair& pair) {
+      const std::string first = name(pair.shape_a), second = name(pair.shape_b);
+      return (first == a && second == b) || (first == b && second == a);
+    });
+  };
+  for (const auto& [a, b] : {std::pair("leg", "ball"), std::pair("torso", "world")}) {
+    EXPECT_TRUE(touch(model, a, b));
+    EXPECT_FALSE(touch(apart, a, b));
+  }
+  EXPECT_EQ(apart.contacts.size(), model.contacts.size() - 2);
+  EXPECT_NE(apart.hash, model.hash);
+  try {
+    variant_of(model, {.exclude = {{"leg", "bal"}}});
+    FAIL() << "an unknown body was taken";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("'bal'"));
+    EXPECT_THAT(error.what(), testing::HasSubstr("did you mean 'ball'"));
+  }
 }
 
 TEST(Variant, StandsAtTheHeight) {

@@ -91,6 +91,48 @@ export interface Claim {
   figures: ClaimFigure[];
 }
 
+// A certificate of `assay parity`.
+export interface ParityPart {
+  error: number;
+  noise: number;
+}
+
+export interface ParityJoint {
+  element: string;
+  [kind: string]: ParityPart | string;
+}
+
+export interface ParityLimit {
+  joint: string;
+  upper: boolean;
+  expected: number;
+  found: boolean;
+  place: number | null;
+}
+
+export interface ParityCertificate {
+  contender: string;
+  engine: string;
+  verdict: "same" | "differs" | "unexplained" | "not settled" | "not examined";
+  error: number;
+  noise: number;
+  tolerance: number;
+  unexplained: number;
+  raised: string;
+  declared: string[];
+  failure: string;
+  joints: ParityJoint[];
+  limits: ParityLimit[];
+  causes: { element: string; parameter: string; seen: string; change: number; effect: number; explains: number }[];
+}
+
+export interface Parity {
+  model: string;
+  samples: number;
+  seed: number;
+  certificates: ParityCertificate[];
+}
+
 export interface Deviation {
   test: string;
   bound: number;
@@ -124,6 +166,15 @@ export interface GateResult {
   note: string;
 }
 
+// A part of what `assay run ROBOT` answered; columns in `right` hold numbers.
+export interface AnswerPart {
+  heading: string;
+  lines: string[];
+  columns: string[];
+  rows: string[][];
+  right: number[];
+}
+
 export interface ReportJson {
   format: number;
   manifest: { key: string; value: string }[];
@@ -134,6 +185,7 @@ export interface ReportJson {
   pictures?: Picture[];
   agreement?: Agreement[];
   claims?: Claim[];
+  parity?: Parity[];
   catalogue?: ValueInfo[];
   units?: Record<string, Unit[]>;
   looks?: Record<string, LookJson>;
@@ -441,6 +493,10 @@ export function readReport(): Report {
 }
 
 let replays: Replay[] | null = null;
+
+export function replayAt(index: number): Replay | undefined {
+  return replays?.[index];
+}
 
 // They stand behind the page's script: only when the document has been read whole are they there.
 export function replayOf(system: string): Replay | undefined {

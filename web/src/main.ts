@@ -11,12 +11,14 @@ import { sectionBar } from "./nav";
 import { Palette } from "./palette";
 import { canPick, picker } from "./picker";
 import { Pieces } from "./pieces";
+import { answerParts, recommendation } from "./recommendation";
 import { scalingPanel } from "./plots/scaling";
 import { fillSystem } from "./system";
 import { engines, fairness } from "./tables/fairness";
 import { failureTable } from "./tables/failures";
 import { gate } from "./tables/gate";
 import { harnessCost, manifestTable, stealSummary } from "./tables/manifest";
+import { parity } from "./tables/parity";
 import { valuesTable } from "./tables/values";
 import { themeSwitch } from "./theme";
 import { tooltip } from "./tooltip";
@@ -74,8 +76,10 @@ function build(report: Report, masthead: HTMLElement, nav: HTMLElement, page: HT
   const claims = report.json.claims ?? [];
   const pieces = new Pieces();
   const links: [string, string][] = [];
+  const answered = answerParts(report);
+  const title = (answered.length > 0 && report.manifest("campaign_title")) || "Physics engines, side by side";
   masthead.append(
-    el("div", { class: "title" }, el("p", { class: "wordmark" }, "assay"), el("h1", {}, "Physics engines, side by side")),
+    el("div", { class: "title" }, el("p", { class: "wordmark" }, "assay"), el("h1", {}, title)),
     el("p", { class: "lead" }, lead(report)),
     themeSwitch(),
   );
@@ -90,6 +94,10 @@ function build(report: Report, masthead: HTMLElement, nav: HTMLElement, page: HT
     if (now) draw();
     else pieces.add(section, draw);
   };
+  if (answered.length > 0) {
+    const text = "Of all systems together, as the command answered. Below: each system, its plots and replays.";
+    add(part("recommendation", "Recommendation", text), "Recommendation", () => [recommendation(answered)], true);
+  }
   if (report.answered.length > 0) {
     const text = "A contender is an engine with its settings. A timestep is sound when every measure ended well there and at every smaller one.";
     add(part("answers", "Which engine?", text), "Answers", () => [cards(report, palette)], true);
@@ -119,6 +127,10 @@ function build(report: Report, masthead: HTMLElement, nav: HTMLElement, page: HT
   }
   if (report.sizes.length > 0) {
     add(part("scaling", "Scaling", "Processor time of a whole run of systems that differ only in size."), "Scaling", () => [scalingPanel(report, palette)]);
+  }
+  if ((report.json.parity ?? []).length > 0) {
+    const text = "Whether the model's file means the same robot in every engine: the forces that explain each contender's accelerations, against Newton and Euler's equations of the file.";
+    add(part("parity", "The same robot?", text), "Parity", () => [parity(report)]);
   }
   const gated = "A contender is scored only when its adapter passes these tests against closed forms and independent solutions. A deviation caused by the engine itself is proven, declared and bounded.";
   add(part("gate", "Conformance suite", gated), "Conformance", () => [gate(report)]);

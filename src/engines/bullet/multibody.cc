@@ -2,6 +2,7 @@
 // links.
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include <BulletDynamics/Featherstone/btMultiBody.h>
 #include <BulletDynamics/Featherstone/btMultiBodyFixedConstraint.h>
@@ -69,7 +70,7 @@ class MultibodySimulation final : public BulletSimulation {
     balls_.resize(model_.balls.size());
     place_bodies();
     for (size_t b = 0; b < model_.bodies.size(); ++b) {
-      if (places_[b].root == static_cast<int>(b)) make_tree(static_cast<int>(b));
+      if (std::cmp_equal(places_[b].root, b)) make_tree(static_cast<int>(b));
     }
     make_limits();
     make_dry_friction();

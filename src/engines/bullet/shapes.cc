@@ -92,7 +92,7 @@ MadeShape make_height_field(const HeightField& field) {
   shape->setLocalScaling(to_bt(Vec3(2 * field.half_x / (field.columns - 1), 2 * field.half_y / (field.rows - 1), 1)));
   shape->setMargin(real(kMargin));
   made.shape = std::move(shape);
-  made.X_SB.p.z() = -double(made.shape->getMargin()) + (double{lowest} + double{highest}) / 2;
+  made.X_SB.p.z() = -static_cast<double>(made.shape->getMargin()) + (double{lowest} + double{highest}) / 2;
   return made;
 }
 

@@ -56,12 +56,13 @@ double nearest_turn(double angle, double guess) {
 }
 
 BulletSimulation::BulletSimulation(const Model& model, const State& state, const Options& options)
-    : model_(model),
+    : rows_(model, options.timestep, {.couplings = !options.multibody, .wide_ranges = !options.multibody}),
+      model_(options.multibody ? model : without_wide_ranges(model)),
       options_(options),
       start_(with_joint_coordinates(model, state)),
       collision_(model, options.turns_resist()),
       last_(start_),
-      springs_(has_explicit_springs(model)),
+      springs_(has_explicit_springs(model) || rows_.any()),
       ball_torques_(model.balls.size(), Vec3::Zero()),
       clock_{state.time, options.timestep} {
   make_world();
@@ -117,6 +118,7 @@ void BulletSimulation::set_torques(std::span<const double> torques) {
   collect_torques(model_, torques, springs_ ? &last_ : nullptr, torques_);
   if (springs_) {
     add_tendon_tensions(model_, last_, torques_);
+    rows_.add(model_, last_, torques_);
     for (size_t i = 0; i < ball_torques_.size(); ++i) {
       const int ball = static_cast<int>(i);
       ball_torques_[i] =

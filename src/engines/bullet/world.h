@@ -28,6 +28,7 @@ class BulletSimulation : public Simulation {
   // For the world's destructor to run while what it points to is still there.
   void destroy_world() { world_.reset(); }
 
+  JointRows rows_;  // of the model
   const Model model_;
   const Options options_;
   const State start_;  // joint coordinates always filled

@@ -1,5 +1,6 @@
 // DART: joint coordinates (articulated bodies), contacts and limits as a linear complementarity problem.
 // README.md says what is exact, what is approximated and which defaults are overridden.
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -25,15 +26,28 @@ constexpr double kLeastFriction = 1e-3;
 
 bool is_mesh(const Shape& shape) { return shape.type == ShapeType::kHull || shape.type == ShapeType::kEllipsoid; }
 
+// Shown by findings/dart/constraints_skip_damping.cc.
+const char* const kArmature =
+    "DART's contacts, joint limits and dry friction do not feel the armature that its implicit dampers add: leave "
+    "them out, set it to 0 or choose another engine";
+
+// Whether DART's constraints act on a model: with inverse inertias of their own, which hold no implicit terms.
+bool has_impulses(const Model& model) {
+  return !model.contacts.empty() || model.has_limits() ||
+         std::ranges::any_of(model.joints, [](const Joint& joint) { return joint.dry_friction != 0; }) ||
+         std::ranges::any_of(model.balls, [](const BallJoint& ball) { return ball.dry_friction != 0; });
+}
+
 void add_features(Capabilities& c) {
-  add_exact(c, {Feature::kSlide, Feature::kBall, Feature::kMassless, Feature::kDryFriction, Feature::kBallDryFriction,
-                Feature::kBox, Feature::kCylinder});
+  add_exact(c, {Feature::kSlide, Feature::kBall, Feature::kBallArmature, Feature::kMassless, Feature::kDryFriction,
+                Feature::kBallDryFriction, Feature::kBox, Feature::kCylinder});
   add_approximated(c, Feature::kHull, "the surface of the hull, as triangles; two meshes are refused");
   add_approximated(c, Feature::kEllipsoid,
                    "the surface of a polyhedron of 162 vertices, as triangles: within 0.9 % of the ellipsoid; refused "
                    "against meshes and ellipsoids");
   add_approximated(c, Feature::kHeightField, "a surface of triangles");
   add_explicit_springs(c);
+  add_joint_rows(c);
   add_approximated(c, Feature::kTorsionalFriction, "left out: contacts do not resist spin about their normal");
   add_approximated(c, Feature::kRollingFriction, "left out: contacts do not resist rolling");
 }
@@ -62,7 +76,7 @@ class DartEngine final : public Adapter {
             ? fmt::format("at most {}, relative change {:g}", options.pgs_iterations, options.pgs_tolerance)
             : fmt::format("{}", options.pgs_iterations);
     c.iterations = options.pgs ? iterations : fmt::format("direct; {} where PGS steps in", iterations);
-    c.contact = c.joint_limits = c.torques = true;
+    c.contact = c.joint_limits = c.torques = c.armature = true;
     c.contact_solver = options.pgs ? "projected Gauss-Seidel, no warm start"
                                    : "Dantzig's LCP method, projected Gauss-Seidel where it fails";
     c.contact_model =
@@ -88,7 +102,9 @@ class DartEngine final : public Adapter {
     const Options options = read_options(settings);
     std::vector<Limitation> limitations = feature_limitations("DART", model, capabilities(settings));
     for (const Joint& hinge : model.joints) {
-      if (hinge.armature != 0) limitations.push_back(armature_refused(hinge, "DART"));
+      if (hinge.armature != 0 && has_impulses(model)) {
+        limitations.push_back({Fidelity::kRefused, joint_element(hinge, "armature"), kArmature});
+      }
       if (options.native_pd && (hinge.stiffness < 0 || hinge.damping < 0)) {
         limitations.push_back({Fidelity::kRefused, joint_element(hinge, "stiffness and damping"),
                                "DART's own springs and dampers cannot be negative: set pd=explicit"});
@@ -97,6 +113,10 @@ class DartEngine final : public Adapter {
                                 "DART's own spring and damper, implicit in the step"};
         limitations.push_back(options.native_pd ? native : explicit_spring(hinge));
       }
+    }
+    for (const BallJoint& ball : model.balls) {
+      if (ball.armature == 0 || !has_impulses(model)) continue;
+      limitations.push_back({Fidelity::kRefused, fmt::format("ball joint '{}' armature", ball.name), kArmature});
     }
     for (const ContactPair& pair : model.contacts) {
       if (is_mesh(model.shapes[pair.shape_a]) && is_mesh(model.shapes[pair.shape_b])) {

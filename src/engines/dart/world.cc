@@ -88,10 +88,13 @@ void set_globals(const Options& options) {
 DartSimulation::DartSimulation(Model model, const State& state, const Options& options)
     : options_(options),
       clock_{state.time, options.timestep},
+      rows_(model, options.timestep, {.wide_ranges = false}),
       model_(std::move(model)),
       explicit_springs_(model_.has_springs() && !options_.native_pd),
+      has_armature_(model_.has_armature() ||
+                    std::ranges::any_of(model_.balls, [](const BallJoint& ball) { return ball.armature != 0; })),
       reads_state_(explicit_springs_ || std::ranges::any_of(model_.balls, &BallJoint::has_spring) ||
-                   std::ranges::any_of(model_.tendons, &Tendon::has_spring)) {
+                   std::ranges::any_of(model_.tendons, &Tendon::has_spring) || rows_.any()) {
   model_.keyframes.clear();
   initialise_library();
   owner = this;
@@ -159,6 +162,7 @@ void DartSimulation::make_body(int index, const dart::dynamics::SkeletonPtr& ske
     joint.mT_ChildBodyToJoint.translation() = model_.balls[body.ball].p_BJ;
     joint.mT_ParentBodyToJoint = X_PB * joint.mT_ChildBodyToJoint;
     joint.mFrictions.setConstant(model_.balls[body.ball].dry_friction);
+    joint.mDampingCoefficients.setConstant(model_.balls[body.ball].armature / options_.timestep);
     const auto [made, child] = skeleton->createJointAndBodyNodePair<dart::dynamics::BallJoint>(parent, joint, node);
     balls_[body.ball] = made;
     bodies_.push_back(child);
@@ -195,6 +199,7 @@ void DartSimulation::set_properties(Properties& joint, const Joint& model, const
     joint.mRestPositions[0] = model.spring_reference - model.reference;
     joint.mDampingCoefficients[0] = model.damping;
   }
+  joint.mDampingCoefficients[0] += model.armature / options_.timestep;  // see push_armature()
 }
 
 void DartSimulation::make_contacts() {
@@ -235,7 +240,10 @@ void DartSimulation::set_torques(std::span<const double> torques) {
   // DART forgets a joint's force after the step, and a second call replaces the first
   if (reads_state_) read_state(scratch_);
   collect_torques(model_, torques, explicit_springs_ ? &scratch_ : nullptr, torques_);
-  if (reads_state_) add_tendon_tensions(model_, scratch_, torques_);
+  if (reads_state_) {
+    add_tendon_tensions(model_, scratch_, torques_);
+    rows_.add(model_, scratch_, torques_);
+  }
   for (size_t j = 0; j < joints_.size(); ++j) joints_[j]->setForce(0, torques_[j]);
   if (!reads_state_) return;
   for (size_t i = 0; i < balls_.size(); ++i) {
@@ -245,13 +253,32 @@ void DartSimulation::set_torques(std::span<const double> torques) {
   }
 }
 
+// DART's implicit damper D adds h D to the joint-space inertia's diagonal, and -D q' to the forces. With D = a / h and
+// the force put back, armature a is left. A joint's command is what set_torques() gave, and zero after a step.
+void DartSimulation::push_armature() {
+  if (!has_armature_) return;
+  for (size_t j = 0; j < joints_.size(); ++j) {
+    const double armature = model_.joints[j].armature;
+    if (armature == 0) continue;
+    joints_[j]->setForce(0, joints_[j]->getCommand(0) + (armature / options_.timestep * joints_[j]->getVelocity(0)));
+  }
+  for (size_t i = 0; i < balls_.size(); ++i) {
+    const double armature = model_.balls[i].armature;
+    if (armature == 0) continue;
+    balls_[i]->setForces(balls_[i]->getCommands() + (armature / options_.timestep * balls_[i]->getVelocities()));
+  }
+}
+
 void DartSimulation::advance(int count) {
   if (owner != this) {
     owner = this;
     set_globals(options_);
   }
   try {
-    for (int i = 0; i < count; ++i) world_->step();
+    for (int i = 0; i < count; ++i) {
+      push_armature();
+      world_->step();
+    }
   } catch (const EngineError&) {
     keep(world_);
     throw;

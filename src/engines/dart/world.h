@@ -28,12 +28,15 @@ class DartSimulation final : public Simulation {
   void set_properties(Properties& joint, const Joint& model, const Eigen::Isometry3d& X_PB) const;
   void make_contacts();
   void set_state(const State& state);
+  void push_armature();
 
   Options options_;
   Clock clock_;
+  JointRows rows_;
   Model model_;            // our own copy: the caller's need not live on
   bool explicit_springs_;  // of hinges and slides; those of ball joints and tendons always are
-  bool reads_state_;       // whether set_torques() needs the state
+  bool has_armature_;
+  bool reads_state_;  // whether set_torques() needs the state
   dart::simulation::WorldPtr world_;
   std::vector<dart::dynamics::SkeletonPtr> trees_;
   std::vector<dart::dynamics::BodyNode*> bodies_;  // owned by the world's skeletons

@@ -55,6 +55,7 @@ void add_features(Capabilities& c, const Options& options) {
   add_exact(c, {kSlide, kBall, kDryFriction, kConnect, kWeld, kBox, kCylinder});
   add_lent_mass(c, options.lent_share);
   add_explicit_springs(c);
+  add_joint_rows(c);
   add_approximated(c, kHull, "as Havok's own hull of the same points");
   add_approximated(c, kEllipsoid, "a polyhedron of 162 vertices, within 1.3 % of the ellipsoid's size");
   add_approximated(c, kHeightField,
@@ -138,15 +139,17 @@ class HavokEngine final : public Adapter {
   static void check_hinge(const Joint& hinge, const Options& options, std::vector<Limitation>& limitations) {
     if (hinge.armature != 0) limitations.push_back(armature_refused(hinge, "Havok"));
     if (!hinge.limited || hinge.is_slide()) return;
+    if (const auto range = wide_range(hinge, "Havok")) {
+      limitations.push_back(*range);
+      return;
+    }
     const double zero = zero_angle(hinge, options);
     if (hinge.upper - zero >= std::numbers::pi || zero - hinge.lower >= std::numbers::pi) {
       limitations.push_back(
           {Fidelity::kRefused, joint_element(hinge, "range"),
-           spans_a_turn(hinge)
-               ? "Havok knows a hinge's angle within one turn only; narrow the range below 2 pi or remove it"
-               : "Havok's own spring rests at the middle of the turn in which it knows the angle, and a limit lies "
-                 "beyond; "
-                 "use pd=explicit"});
+           "Havok's own spring rests at the middle of the turn in which it knows the angle, and a limit lies "
+           "beyond; "
+           "use pd=explicit"});
     }
   }
 };

@@ -93,7 +93,7 @@ class NativeModule final : public Module {
   std::uint32_t copied(const Arg& arg) {
     const std::uint32_t address = w2c_havok_malloc(havok_, arg.size);
     if (address == 0) throw EngineError("Havok's heap has no room");
-    w2c_havok* module = havok_;
+    const w2c_havok* const module = havok_;
     std::memcpy(module->w2c_memory.data + address, arg.source, arg.size);
     return address;
   }

@@ -28,7 +28,7 @@ Hull box_corners(const Vec3& half_size) {
   Hull hull;
   for (int corner = 0; corner < 8; ++corner) {
     const Vec3 signs((corner & 1) != 0 ? 1 : -1, (corner & 2) != 0 ? 1 : -1, (corner & 4) != 0 ? 1 : -1);
-    hull.vertices.push_back(half_size.cwiseProduct(signs));
+    hull.vertices.emplace_back(half_size.cwiseProduct(signs));
   }
   return hull;
 }
@@ -42,12 +42,13 @@ class HavokSimulation final : public Simulation {
   HavokSimulation(Model model, const State& state, const Options& options)
       : options_(options),
         clock_{state.time, options.timestep},
-        lent_(lend_mass(std::move(model), options.lent_share)),
+        rows_(model, options.timestep, {}),
+        lent_(lend_mass(without_wide_ranges(std::move(model)), options.lent_share)),
         model_(lent_.model),
         module_(make_module()),
         joint_springs_(model_.has_springs() && !options_.native_springs),
         explicit_springs_(joint_springs_ || std::ranges::any_of(model_.balls, &BallJoint::has_spring) ||
-                          std::ranges::any_of(model_.tendons, &Tendon::has_spring)) {
+                          std::ranges::any_of(model_.tendons, &Tendon::has_spring) || rows_.any()) {
     lent_.model.keyframes.clear();
     set_up_world();
     if (!model_.contacts.empty()) create_shapes();
@@ -66,6 +67,7 @@ class HavokSimulation final : public Simulation {
     collect_torques(model_, torques, joint_springs_ ? &scratch_ : nullptr, torques_);
     if (explicit_springs_) {
       add_tendon_tensions(model_, scratch_, torques_);
+      rows_.add(model_, scratch_, torques_);
       add_ball_springs();
     }
     for (size_t j = 0; j < model_.joints.size(); ++j) {
@@ -236,6 +238,7 @@ class HavokSimulation final : public Simulation {
 
   Id create_hull(const Hull& hull, const Pose& X) {
     std::vector<havok::Vector3> points;
+    points.reserve(hull.vertices.size());
     for (const Vec3& vertex : hull.vertices) points.push_back(vector3(X * vertex));
     Id id = 0;
     module_->call(Function::kShape_CreateConvexHull,
@@ -496,6 +499,7 @@ class HavokSimulation final : public Simulation {
 
   Options options_;
   Clock clock_;
+  JointRows rows_;      // of the model
   Lent lent_;           // our own copy: the caller's need not live on
   const Model& model_;  // lent_'s: every body has mass
   std::unique_ptr<Module> module_;

@@ -31,10 +31,8 @@ void add_features(Capabilities& c, const Options& options) {
   refuse(c, kBallDryFriction,
          "Jolt's point constraint has no friction: set frictionloss to 0 or choose another engine");
   refuse(c, kBallArmature, "Jolt's point constraint has no motor: set armature to 0 or choose another engine");
-  refuse(c, kCoupling,
-         "Jolt's gears hold the absolute rates of two bodies, not the rates of their joints: remove the coupling or "
-         "choose another engine");
   add_explicit_springs(c);
+  add_joint_rows(c);  // Jolt's gears hold the absolute rates of two bodies, not the rates of their joints
   add_lent_mass(c, options.lent_share);
   add_approximated(
       c, kHull,
@@ -131,9 +129,9 @@ class JoltEngine final : public Adapter {
 
  private:
   static void check_hinge(const Joint& hinge, bool native_springs, std::vector<Limitation>& limitations) {
-    if (const auto range = range_within_a_turn(hinge, "Jolt")) limitations.push_back(*range);
+    if (const auto range = wide_range(hinge, "Jolt")) limitations.push_back(*range);
     if (!native_springs || hinge.stiffness == 0) return;
-    if (!hinge.limited) {
+    if (!hinge.limited || is_wide(hinge)) {
       if (hinge.is_slide()) return;
       limitations.push_back(
           {Fidelity::kApproximated, joint_element(hinge, "spring"),

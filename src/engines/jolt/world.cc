@@ -18,14 +18,15 @@ State of_copy(const Lent& lent, State state) {
 }  // namespace
 
 JoltSimulation::JoltSimulation(const Model& model, const State& state, const Options& options)
-    : lent_(lend_mass(model, options.lent_share)),
+    : rows_(model, options.world.timestep, {}),
+      lent_(lend_mass(without_wide_ranges(model), options.lent_share)),
       model_(lent_.model),
       options_(options),
       clock_{state.time, options.world.timestep},
       frames_(body_frames(model_)),
       joint_springs_(model.has_springs() && !options.native_springs),
       springs_(joint_springs_ || std::ranges::any_of(model.tendons, &Tendon::has_spring) ||
-               std::ranges::any_of(model.balls, &BallJoint::has_spring)),
+               std::ranges::any_of(model.balls, &BallJoint::has_spring) || rows_.any()),
       world_(make_world(model_, of_copy(lent_, state), frames_, options)),
       torques_(model.joints.size(), 0.0),
       bodies_(model.bodies.size()),
@@ -36,7 +37,10 @@ JoltSimulation::JoltSimulation(const Model& model, const State& state, const Opt
 void JoltSimulation::set_torques(std::span<const double> torques) {
   if (springs_) read();
   collect_torques(model_, torques, joint_springs_ ? &last_ : nullptr, torques_);
-  if (springs_) add_tendon_tensions(model_, last_, torques_);
+  if (springs_) {
+    add_tendon_tensions(model_, last_, torques_);
+    rows_.add(model_, last_, torques_);
+  }
   torques_.resize(model_.joints.size() + (3 * (model_.balls.size() + model_.connects.size())), 0.0);
   if (springs_) add_ball_springs();
   jolt_set_torques(world_.get(), torques_.data());

@@ -23,6 +23,7 @@ class JoltSimulation final : public Simulation {
   void read() const;
   void add_ball_springs();
 
+  JointRows rows_;      // of the model
   Lent lent_;           // our own copy: the caller's need not live on
   const Model& model_;  // lent_'s: every body has mass
   const Options options_;

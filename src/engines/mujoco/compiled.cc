@@ -234,13 +234,13 @@ class Builder {
   void add_tendon(size_t index) {
     const Tendon& tendon = model_.tendons[index];
     const bool spring = tendon.has_spring() && !explicit_springs_;
-    if (tendon.terms.empty() || !(spring || tendon.limited || tendon.dry_friction != 0)) return;
+    if (tendon.terms.empty() || (!spring && !tendon.limited && tendon.dry_friction == 0)) return;
     const std::string name = fmt::format("tendon{}", index);
     mjsTendon* out = add_path(tendon.terms, name);
     if (spring) {
       out->stiffness[0] = tendon.stiffness;
       out->damping[0] = tendon.damping;
-      rests_.push_back({out, &tendon});
+      rests_.emplace_back(out, &tendon);
     }
     out->limited = tendon.limited ? mjLIMITED_TRUE : mjLIMITED_FALSE;
     out->range[0] = tendon.lower;

@@ -1,6 +1,7 @@
 #include "tree.h"
 
 #include <cstddef>
+#include <utility>
 
 namespace assay::mujoco {
 namespace {
@@ -58,7 +59,7 @@ Tree share_bodies(const Model& model) {
     if (!tree.is_carrier(static_cast<int>(i))) continue;
     const Body& first = model.bodies[head[i]];
     tree.parent[i] = first.parent;
-    tree.X_PC[i] = head[i] == static_cast<int>(i) ? first.X_PB : first.X_PB * tree.X_BC[head[i]];
+    tree.X_PC[i] = std::cmp_equal(head[i], i) ? first.X_PB : first.X_PB * tree.X_BC[head[i]];
   }
   return tree;
 }

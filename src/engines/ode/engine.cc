@@ -20,7 +20,7 @@ Limitation spring_limitation(const Joint& hinge, const Options& options) {
   if (!options.native_springs) {
     return explicit_spring(hinge, "; --set pd=native is implicit");
   }
-  if (hinge.limited) {
+  if (hinge.limited && !is_wide(hinge)) {
     return {Fidelity::kRefused, element,
             "a joint has one pair of stops, for its limits or for its spring: set pd=explicit or remove the range"};
   }
@@ -51,6 +51,7 @@ void add_features(Capabilities& c, const Options& options) {
   add_exact(c, {kSlide, kBall, kBallLimit, kBallArmature, kDryFriction, kBallDryFriction, kConnect, kWeld, kBox,
                 kHeightField, kTorsionalFriction});
   add_explicit_springs(c);
+  add_joint_rows(c);
   add_approximated(c, kRollingFriction, "a four-sided pyramid, as sliding friction");
   add_lent_mass(c, options.lent_share);
   if (!has_libccd()) return;
@@ -130,7 +131,7 @@ class OdeEngine final : public Adapter {
     std::vector<Limitation> limitations = feature_limitations("ODE", model, capabilities(settings));
     for (const Joint& hinge : model.joints) {
       if (hinge.has_spring()) limitations.push_back(spring_limitation(hinge, options));
-      if (const auto range = range_within_a_turn(hinge, "ODE")) limitations.push_back(*range);
+      if (const auto range = wide_range(hinge, "ODE")) limitations.push_back(*range);
     }
     const bool friction =
         std::ranges::any_of(model.contacts, [](const ContactPair& pair) { return pair.friction > 0; });

@@ -38,7 +38,8 @@ double get_param(dxJoint* joint, int parameter) {
 OdeSimulation::OdeSimulation(Model model, const State& state, const Options& options)
     : options_(options),
       clock_{state.time, options.timestep},
-      lent_(lend_mass(std::move(model), options.lent_share)),
+      rows_(model, options.timestep, {}),
+      lent_(lend_mass(without_wide_ranges(std::move(model)), options.lent_share)),
       model_(lent_.model),
       world_(dWorldCreate(), {&failed_}),
       collision_(world_.get(), &failed_) {
@@ -52,7 +53,7 @@ OdeSimulation::OdeSimulation(Model model, const State& state, const Options& opt
   set_state(start);
   has_explicit_springs_ = (model_.has_springs() && !options_.native_springs) ||
                           std::ranges::any_of(model_.balls, &BallJoint::has_spring) ||
-                          std::ranges::any_of(model_.tendons, &Tendon::has_spring);
+                          std::ranges::any_of(model_.tendons, &Tendon::has_spring) || rows_.any();
   last_angle_ = state.position;
   // the number of this step counted from time zero, so that a run continued in the middle draws the same seeds
   first_step_ = std::llround(state.time / options_.timestep);
@@ -226,6 +227,7 @@ void OdeSimulation::set_torques(std::span<const double> torques) {
   collect_torques(model_, torques, joint_springs ? &scratch_ : nullptr, torques_);
   if (has_explicit_springs_) {
     add_tendon_tensions(model_, scratch_, torques_);
+    rows_.add(model_, scratch_, torques_);
     add_ball_springs();
   }
   for (size_t j = 0; j < joints_.size(); ++j) {

@@ -40,6 +40,7 @@ class OdeSimulation final : public Simulation {
   Options options_;
   Clock clock_;
   long long first_step_ = 0;
+  JointRows rows_;      // of the model
   Lent lent_;           // our own copy: the caller's need not live on
   const Model& model_;  // lent_'s: every body has mass
   bool failed_ = false;

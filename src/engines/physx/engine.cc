@@ -174,10 +174,8 @@ class PhysxEngine final : public Adapter {
       if (hinge.dry_friction != 0 && options.joints == Joints::kRevolute && !hinge.is_slide()) {
         refuse(joint_element(hinge, "dry friction"), "a PxRevoluteJoint has none: set joints=d6");
       }
-      if (!articulation && !hinge.is_slide() && spans_a_turn(hinge)) {
-        refuse(joint_element(hinge, "range"),
-               "a joint's limits span less than a turn: narrow the range or set joints=articulation");
-      }
+      if (articulation) continue;
+      if (const auto range = wide_range(hinge, "a D6 or revolute joint of PhysX")) limitations.push_back(*range);
     }
     if (articulation) refuse_neighbours(model, refuse);
     return limitations;
@@ -219,6 +217,7 @@ class PhysxEngine final : public Adapter {
     add_approximated(c, Feature::kConnect, "a D6 joint between the bodies, by the constraint solver");
     add_approximated(c, Feature::kWeld, "a D6 joint between the bodies, by the constraint solver");
     add_explicit_springs(c);
+    add_joint_rows(c);
   }
 
   // PhysX never lets a link of an articulation touch its parent.

@@ -141,7 +141,7 @@ class MaximalSimulation final : public PhysxSimulation {
         push(static_cast<int>(j), torques[j]);
         continue;
       }
-      PxRigidBody* child = actors_[model_.joints[j].body];
+      const PxRigidBody* const child = actors_[model_.joints[j].body];
       const PxVec3 axis =
           child->getGlobalPose().q.rotate(joints_[j]->getLocalPose(PxJointActorIndex::eACTOR1).q.getBasisVector0());
       turn(model_.joints[j].body, axis * real(torques[j]));

@@ -1,6 +1,7 @@
 #include "world.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "convert.h"
 #include "model/kinematics.h"
@@ -28,7 +29,9 @@ State start_of_copy(const Lent& lent, State state) {
 }  // namespace
 
 PhysxSimulation::PhysxSimulation(const Model& model, const State& state, const Options& options)
-    : lent_(lend_mass(model, options.lent_share)),
+    : rows_(model, options.timestep, {.wide_ranges = options.joints != Joints::kArticulation}),
+      lent_(
+          lend_mass(options.joints == Joints::kArticulation ? model : without_wide_ranges(model), options.lent_share)),
       model_(lent_.model),
       options_(options),
       start_(start_of_copy(lent_, with_joint_coordinates(model, state))),
@@ -143,12 +146,13 @@ void PhysxSimulation::advance(int count) {
 
 void PhysxSimulation::set_torques(std::span<const double> torques) {
   const bool springs = model_.has_springs() && !options_.native_pd;
-  if (springs || ball_springs_ || tendon_springs_) read(last_);
+  if (springs || ball_springs_ || tendon_springs_ || rows_.any()) read(last_);
   collect_torques(model_, torques, springs ? &last_ : nullptr, torques_);
   if (tendon_springs_) add_tendon_tensions(model_, last_, torques_);
+  if (rows_.any()) rows_.add(model_, last_, torques_);
   if (ball_springs_) {
     ball_torques_.clear();
-    for (int b = 0; b < static_cast<int>(model_.balls.size()); ++b) {
+    for (int b = 0; std::cmp_less(b, model_.balls.size()); ++b) {
       ball_torques_.push_back(
           ball_spring_torque(model_.balls[b], ball_rotation(model_, last_, b), ball_velocity(model_, last_, b)));
     }

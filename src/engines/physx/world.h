@@ -34,6 +34,7 @@ class PhysxSimulation : public Simulation {
   void read_dynamic(int body, BodyState& out) const;
   Pose body_frame(int body) const;  // where PhysX has the body's frame, X_WI
 
+  JointRows rows_;      // of the model
   const Lent lent_;     // massless bodies have a share of mass
   const Model& model_;  // the copy that PhysX gets
   const Options options_;

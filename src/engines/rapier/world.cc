@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "collision.h"
@@ -80,7 +81,8 @@ Surface surface_of(const Model& model, const Shape& shape) {
 class RapierSimulation final : public Simulation {
  public:
   RapierSimulation(const Model& model, const State& state, const Options& options)
-      : lent_(lend_mass(model, options.lent_share)),
+      : rows_(model, options.world.timestep, {.wide_ranges = !options.multibody()}),
+        lent_(lend_mass(options.multibody() ? model : without_wide_ranges(model), options.lent_share)),
         model_(lent_.model),
         options_(options),
         api_(options.api()),
@@ -101,23 +103,24 @@ class RapierSimulation final : public Simulation {
     ball_springs_ = std::ranges::any_of(model_.balls, &BallJoint::has_spring);
     tendon_springs_ = std::ranges::any_of(model_.tendons, &Tendon::has_spring);
     const size_t joints = model_.joints.size() + model_.balls.size();
-    rows_.assign(3 * joints, 0.0);
+    torque_rows_.assign(3 * joints, 0.0);
     positions_.assign(3 * joints, 0.0);
     velocities_.assign(3 * joints, 0.0);
   }
 
   void set_torques(std::span<const double> torques) override {
-    if (explicit_springs_ || ball_springs_ || tendon_springs_) read(last_);
+    if (explicit_springs_ || ball_springs_ || tendon_springs_ || rows_.any()) read(last_);
     collect_torques(model_, torques, explicit_springs_ ? &last_ : nullptr, torques_);
     if (tendon_springs_) add_tendon_tensions(model_, last_, torques_);
-    for (size_t j = 0; j < torques_.size(); ++j) rows_[3 * j] = torques_[j];
+    if (rows_.any()) rows_.add(model_, last_, torques_);
+    for (size_t j = 0; j < torques_.size(); ++j) torque_rows_[3 * j] = torques_[j];
     if (ball_springs_) {
-      for (int b = 0; b < static_cast<int>(model_.balls.size()); ++b) {
+      for (int b = 0; std::cmp_less(b, model_.balls.size()); ++b) {
         copy(ball_spring_torque(model_.balls[b], ball_rotation(model_, last_, b), ball_velocity(model_, last_, b)),
-             &rows_[3 * (torques_.size() + b)]);
+             &torque_rows_[3 * (torques_.size() + b)]);
       }
     }
-    require(api_.set_torques(world_.get(), rows_.data()));
+    require(api_.set_torques(world_.get(), torque_rows_.data()));
   }
 
   void advance(int count) override {
@@ -327,6 +330,7 @@ class RapierSimulation final : public Simulation {
     }
   }
 
+  JointRows rows_;      // of the model
   const Lent lent_;     // massless bodies have a share of mass
   const Model& model_;  // the copy that Rapier gets
   const Options options_;
@@ -335,7 +339,7 @@ class RapierSimulation final : public Simulation {
   Clock clock_;
   std::unique_ptr<RapierWorld, Destroy> world_{nullptr, {&api_}};
   bool explicit_springs_ = false, ball_springs_ = false, tendon_springs_ = false;
-  std::vector<double> torques_, rows_;                  // scratch
+  std::vector<double> torques_, torque_rows_;           // scratch
   mutable std::vector<double> positions_, velocities_;  // scratch, three a joint
   mutable std::vector<RapierState> states_;             // scratch
 };

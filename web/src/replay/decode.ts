@@ -1,7 +1,7 @@
 // Kept runs as src/report/replays.cc packs them, and their states.
 
 export interface ReplayShape {
-  type: "sphere" | "capsule" | "plane" | "box" | "cylinder" | "ellipsoid" | "hull" | "height_field";
+  type: "sphere" | "capsule" | "plane" | "box" | "cylinder" | "ellipsoid" | "hull" | "height_field" | "mesh";
   body: number; // -1: the world
   p: [number, number, number];
   q: [number, number, number, number]; // w, x, y, z
@@ -9,7 +9,8 @@ export interface ReplayShape {
   half_length: number;
   rgba: [number, number, number, number];
   half_size?: [number, number, number]; // box, ellipsoid
-  data?: number; // hull, height field: its place in the scene's list
+  data?: number; // hull, height field, mesh: its place in the scene's list
+  collides?: false; // only drawn
 }
 
 // Lengths are whole numbers of `step` m.
@@ -28,11 +29,30 @@ export interface ReplayHeightField {
   h: number[]; // row by row
 }
 
+// Triangles that are only looked at.
+export interface ReplayMesh extends ReplayHull {
+  f: number[]; // three corners of each
+}
+
+export interface ReplayPart {
+  mesh: number;
+  body: number;
+  p: [number, number, number];
+  q: [number, number, number, number];
+  rgba: [number, number, number, number];
+}
+
+export interface Pictures {
+  meshes: ReplayMesh[];
+  parts: ReplayPart[];
+}
+
 export interface ReplayScene {
   bodies: ReplayBody[];
   shapes: ReplayShape[];
   hulls?: ReplayHull[];
   height_fields?: ReplayHeightField[];
+  meshes?: ReplayMesh[]; // unpacked from the replay's pictures
 }
 
 export interface ReplayBody {
@@ -52,6 +72,7 @@ export interface ReplayRun {
 export interface Replay {
   system: string;
   scene: ReplayScene;
+  pictures?: { data: string } | { like: number }; // packed, or those of another replay
   frame_ms: number;
   frames: number;
   bodies: number;
@@ -79,6 +100,19 @@ async function inflate(base64: string): Promise<Uint8Array> {
   const packed = Uint8Array.from(atob(base64), (digit) => digit.charCodeAt(0));
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
   return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
+// The meshes of a robot's file as shapes of the replay's scene, and with them what else is seen of the robot: shapes that
+// are only drawn, and those of bodies that no mesh shows. Nothing where there are no meshes.
+export async function unpackPictures(replay: Replay, at: (index: number) => Replay | undefined): Promise<ReplayShape[]> {
+  let packed = replay.pictures;
+  if (packed && "like" in packed) packed = at(packed.like)?.pictures;
+  if (!packed || !("data" in packed)) return [];
+  const { meshes, parts } = JSON.parse(new TextDecoder().decode(await inflate(packed.data))) as Pictures;
+  replay.scene.meshes = meshes;
+  const seen = new Set(parts.map((part) => part.body));
+  const shapes = replay.scene.shapes.filter((shape) => shape.collides === false || !seen.has(shape.body));
+  return [...shapes, ...parts.map(({ mesh, body, p, q, rgba }): ReplayShape => ({ type: "mesh", body, p, q, rgba, radius: 0, half_length: 0, data: mesh }))];
 }
 
 export async function unpack(replay: Replay, run: ReplayRun): Promise<Motion> {

@@ -1,5 +1,5 @@
 // The replay of a system: its kept runs on one clock, their distances below.
-import { replayOf, type SystemView } from "../data";
+import { replayAt, replayOf, type SystemView } from "../data";
 import { replayHooks } from "../details";
 import { clear, el, uniqueId } from "../dom";
 import { quantity, timestep } from "../format";
@@ -9,7 +9,7 @@ import { picture } from "../plots/picture";
 import { markContenders, state } from "../state";
 import { onTheme } from "../theme";
 import { Clock } from "./clock";
-import { canUnpack, distances, farthest, Motions, type Motion, type Replay } from "./decode";
+import { canUnpack, distances, farthest, Motions, unpackPictures, type Motion, type Replay } from "./decode";
 import { DistancePlot } from "./distance_plot";
 import { openContext, resolveColor, Stage, type Mode } from "./stage";
 
@@ -42,6 +42,7 @@ class ReplayPanel {
   private readonly reference: HTMLSelectElement;
   private readonly step: HTMLSelectElement;
   private readonly trail: HTMLSelectElement;
+  private readonly collision = el("input", { type: "checkbox", "data-action": "collision" });
   private readonly modes: HTMLInputElement[] = [];
   private stage: Stage | null = null;
   private waiting = false;
@@ -87,6 +88,10 @@ class ReplayPanel {
       ...replay.scene.bodies.map((body, index) => el("option", { value: index }, body.name || `body ${index + 1}`)),
     );
     this.trail.addEventListener("change", () => this.setTrail());
+    this.collision.addEventListener("change", () => {
+      this.stage?.setCollision(this.collision.checked);
+      this.request();
+    });
     const home = el("button", { type: "button", class: "more", click: () => this.home() }, "Reset the view");
 
     this.element = el(
@@ -105,6 +110,7 @@ class ReplayPanel {
         this.steps.length > 1 ? el("label", { for: `${id}-step` }, "Timestep ", this.step) : null,
         el("label", { for: `${id}-reference` }, "Reference ", this.reference, this.steps.length > 1 ? ` at ${first}` : ""),
         el("label", { for: `${id}-trail` }, "Trail of ", this.trail),
+        replay.pictures ? el("label", {}, this.collision, " Collision shapes") : null,
         home,
       ),
       this.view,
@@ -218,7 +224,8 @@ class ReplayPanel {
     if (opened) {
       await pause();
       const motions = references.map((index) => this.motions.get(index)).filter((motion): motion is Motion => motion !== undefined);
-      this.stage = new Stage(this.canvas, opened.context, opened.coarse, this.replay, motions, () => this.request());
+      const pictures = await unpackPictures(this.replay, replayAt);
+      this.stage = new Stage(this.canvas, opened.context, opened.coarse, this.replay, pictures, motions, () => this.request());
       const first = motions[0];
       if (first) this.trail.value = String(farthest(first, this.replay.bodies));
       this.setTrail();

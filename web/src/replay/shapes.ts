@@ -1,8 +1,9 @@
 // Shapes as pieces of few geometries, each drawn in one call however many there are.
 import { BoxGeometry, BufferAttribute, BufferGeometry, CylinderGeometry, Matrix4, Quaternion, SphereGeometry, Vector3 } from "three";
 import { ConvexGeometry } from "three/examples/jsm/geometries/ConvexGeometry.js";
+import { toCreasedNormals } from "three/examples/jsm/utils/BufferGeometryUtils.js";
 
-import type { ReplayHeightField, ReplayHull, ReplayScene, ReplayShape } from "./decode";
+import type { ReplayHeightField, ReplayHull, ReplayMesh, ReplayScene, ReplayShape } from "./decode";
 
 // A geometry by its key and where it stands in the frame that its shape is given in.
 export interface Piece {
@@ -18,6 +19,14 @@ function hullGeometry(hull: ReplayHull): BufferGeometry {
     corners.push(new Vector3(hull.v[i], hull.v[i + 1], hull.v[i + 2]).multiplyScalar(hull.step));
   }
   return corners.length < 4 ? new BufferGeometry() : new ConvexGeometry(corners);
+}
+
+const kCrease = 0.6; // rad between faces, above which an edge is sharp
+
+function meshGeometry(mesh: ReplayMesh): BufferGeometry {
+  const geometry = new BufferGeometry().setAttribute("position", new BufferAttribute(Float32Array.from(mesh.v, (value) => value * mesh.step), 3));
+  geometry.setIndex(mesh.f);
+  return toCreasedNormals(geometry, kCrease);
 }
 
 // The surface; the solid below it is not drawn.
@@ -72,6 +81,8 @@ export class Geometries {
     const [list, number] = key.split(" ");
     const hull = list === "hull" ? this.scene.hulls?.[Number(number)] : undefined;
     if (hull) return hullGeometry(hull);
+    const mesh = list === "mesh" ? this.scene.meshes?.[Number(number)] : undefined;
+    if (mesh) return meshGeometry(mesh);
     const field = list === "height_field" ? this.scene.height_fields?.[Number(number)] : undefined;
     return field ? fieldGeometry(field) : new BufferGeometry();
   }
@@ -105,6 +116,7 @@ export function piecesOf(shape: ReplayShape, from: readonly [number, number, num
     case "box":
       return [piece("box", half)];
     case "hull":
+    case "mesh":
     case "height_field":
       return [piece(`${shape.type} ${shape.data ?? -1}`, new Vector3(1, 1, 1))];
     case "plane":
@@ -117,8 +129,8 @@ export function reachOf(shape: ReplayShape, scene: ReplayScene): number {
   if (shape.type === "box") return Math.hypot(...(shape.half_size ?? [0]));
   if (shape.type === "ellipsoid") return Math.max(...(shape.half_size ?? [0]));
   if (shape.type === "cylinder") return Math.hypot(shape.radius, shape.half_length);
-  if (shape.type === "hull") {
-    const hull = scene.hulls?.[shape.data ?? -1];
+  if (shape.type === "hull" || shape.type === "mesh") {
+    const hull = (shape.type === "hull" ? scene.hulls : scene.meshes)?.[shape.data ?? -1];
     let most = 0;
     for (let i = 0; hull && i < hull.v.length; i += 3) {
       most = Math.max(most, hull.step * Math.hypot(hull.v[i]!, hull.v[i + 1]!, hull.v[i + 2]!));

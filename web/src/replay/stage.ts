@@ -1,6 +1,6 @@
 // Runs drawn by WebGL: each in a view of its own, or all in one, as ghosts over the reference.
 import {
-  AmbientLight, BufferAttribute, BufferGeometry, Color, DirectionalLight, Group, InstancedMesh, LineBasicMaterial,
+  AmbientLight, BufferAttribute, BufferGeometry, Color, DirectionalLight, DoubleSide, Group, InstancedMesh, LineBasicMaterial,
   LineSegments, type Material, Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial, PerspectiveCamera, PlaneGeometry,
   Quaternion, Scene, Vector3, WebGLRenderer,
 } from "three"; // prettier-ignore
@@ -83,12 +83,13 @@ class Figure {
   constructor(
     readonly motion: Motion,
     private readonly replay: Replay,
+    shown: readonly ReplayShape[],
     solidMaterial: Material,
     geometries: Geometries,
   ) {
     this.state = new Float64Array(replay.bodies * kColumns);
     const pieces = new Map<string, { shape: ReplayShape; place: number; local: Matrix4 }[]>();
-    for (const shape of replay.scene.shapes) {
+    for (const shape of shown) {
       if (shape.body < 0) continue;
       const place = this.shapes++;
       for (const { geometry, local } of piecesOf(shape, replay.scene.bodies[shape.body]?.cm ?? [0, 0, 0])) {
@@ -112,6 +113,17 @@ class Figure {
     this.trailLength = Math.max(1, Math.round((1000 * kTrailSeconds) / replay.frame_ms));
     this.trail = new InstancedMesh(geometries.get("tube"), this.trailMaterial, this.trailLength);
     this.trail.frustumCulled = false;
+  }
+
+  dispose(): void {
+    for (const group of [this.solid, this.ghosts]) {
+      for (const mesh of group.children) (mesh as InstancedMesh).dispose();
+      group.removeFromParent();
+    }
+    this.trail.removeFromParent();
+    this.trail.dispose();
+    this.ghostMaterial.dispose();
+    this.trailMaterial.dispose();
   }
 
   // The way of a body; `thickness` in m.
@@ -198,6 +210,8 @@ export class Stage {
   private colors: Colors | null = null;
   private trailBody: number | null = null;
   private readonly ground = new Group();
+  private statics: Mesh[] = [];
+  private collision = false; // whether collision shapes are shown though there are pictures
   private readonly controls: OrbitControls;
   private shown: number[] = [];
   private reference = -1; // -1: none is drawn solid
@@ -214,6 +228,7 @@ export class Stage {
     context: WebGL2RenderingContext,
     private readonly coarse: boolean,
     private readonly replay: Replay,
+    private readonly pictures: readonly ReplayShape[],
     motions: Motion[],
     changed: () => void,
   ) {
@@ -224,7 +239,10 @@ export class Stage {
     this.geometries = new Geometries(replay.scene, coarse);
     this.look(motions);
     this.makeGround();
-    this.scene.add(this.ground, ...this.makeStatic());
+    // meshes of files are often open, or wound the wrong way round
+    if (pictures.length > 0) this.solid.side = DoubleSide;
+    this.scene.add(this.ground);
+    this.makeStatic();
     this.camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, canvas);
     // A finger that moves up or down scrolls the page.
@@ -258,7 +276,7 @@ export class Stage {
   // The view that shows all of most runs; a flat motion is seen from its thin side (src/render/renderer.cc).
   private look(motions: Motion[]): void {
     const reach = this.replay.scene.bodies.map(() => 0);
-    for (const shape of this.replay.scene.shapes) {
+    for (const shape of [...this.replay.scene.shapes, ...this.pictures]) {
       if (shape.body < 0) continue;
       const cm = this.replay.scene.bodies[shape.body]?.cm ?? [0, 0, 0];
       const far = Math.hypot(shape.p[0] - cm[0], shape.p[1] - cm[1], shape.p[2] - cm[2]) + reachOf(shape, this.replay.scene);
@@ -346,23 +364,44 @@ export class Stage {
   }
 
   // What belongs to the world, beside the floor.
-  private makeStatic(): Mesh[] {
-    return this.replay.scene.shapes
+  private makeStatic(): void {
+    for (const mesh of this.statics) {
+      mesh.removeFromParent();
+      (mesh.material as Material).dispose();
+    }
+    this.statics = this.shapes
       .filter((shape) => shape.body < 0)
       .flatMap((shape) =>
         piecesOf(shape, [0, 0, 0]).map(({ geometry, local }) => {
-          const mesh = new Mesh(this.geometries.get(geometry), new MeshLambertMaterial({ color: colorOf(shape) }));
+          const mesh = new Mesh(this.geometries.get(geometry), new MeshLambertMaterial({ color: colorOf(shape), side: this.solid.side }));
           mesh.matrixAutoUpdate = false;
           mesh.matrix.copy(local);
           return mesh;
         }),
       );
+    if (this.statics.length > 0) this.scene.add(...this.statics);
+  }
+
+  // What is drawn: the file's pictures where there are some, unless the collision shapes are asked for.
+  private get shapes(): readonly ReplayShape[] {
+    return this.pictures.length > 0 && !this.collision ? this.pictures : this.replay.scene.shapes;
+  }
+
+  // Shows the collision shapes or the file's pictures. The runs that were added are drawn anew.
+  setCollision(collision: boolean): void {
+    if (this.collision === collision) return;
+    this.collision = collision;
+    const motions = [...this.figures].map(([index, figure]) => ({ index, motion: figure.motion }));
+    for (const figure of this.figures.values()) figure.dispose();
+    this.figures.clear();
+    this.makeStatic();
+    for (const { index, motion } of motions) this.add(index, motion);
   }
 
   // Before a run is shown; again does nothing.
   add(index: number, motion: Motion): void {
     if (this.figures.has(index)) return;
-    const figure = new Figure(motion, this.replay, this.solid, this.geometries);
+    const figure = new Figure(motion, this.replay, this.shapes, this.solid, this.geometries);
     this.figures.set(index, figure);
     this.scene.add(figure.solid, figure.ghosts, figure.trail);
     figure.setTrail(this.trailBody, kTrailThickness * this.radius);

@@ -1,0 +1,115 @@
+// Joints and actuators: limits, efforts, damping.
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "check/model_check.h"
+
+namespace assay::findings {
+namespace {
+
+// A joint of a root that other joints compose with it: planar and floating bases have no stops.
+bool composes_root(const Model& model, const Joint& joint) {
+  int body = joint.body;
+  const bool leads_on = model.bodies[body].is_massless();
+  while (model.bodies[body].parent != kWorld) {
+    body = model.bodies[body].parent;
+    if (!model.bodies[body].is_massless()) return false;
+  }
+  return leads_on || body != joint.body;
+}
+
+void add_limits(const Model& model, const FileFacts& facts, std::vector<Finding>& out) {
+  Finding unlimited = {.kind = "joint-unlimited", .title = "no limits", .advice = ""};
+  Finding locked = {.level = Level::kMend,
+                    .kind = "joint-locked",
+                    .title = "limits that leave no way",
+                    .advice = "widen them, or make the joint fixed"};
+  size_t balls = 0;
+  for (const Joint& joint : model.joints) {
+    const std::string label = fmt::format("joint '{}'", joint.name);
+    if (!joint.limited && !composes_root(model, joint)) {
+      unlimited.places.push_back({.element = label, .line = facts.line_of(label)});
+    } else if (joint.limited && joint.lower >= joint.upper) {
+      locked.places.push_back(
+          {.element = label, .line = facts.line_of(label), .text = fmt::format("at {:.4g}", joint.lower)});
+    }
+  }
+  for (const BallJoint& ball : model.balls) {
+    ++balls;
+    const std::string label = fmt::format("joint '{}'", ball.name);
+    if (!ball.limited) unlimited.places.push_back({.element = label, .line = facts.line_of(label)});
+  }
+  unlimited.all = unlimited.places.size() == model.joints.size() + balls;
+  unlimited.advice = facts.is_urdf
+                         ? "continuous, or without lower < upper in <limit>: give both where the robot has stops"
+                         : "give range where the robot has stops";
+  add(std::move(locked), out);
+  add(std::move(unlimited), out);
+}
+
+bool is_unbounded(const Actuator& actuator) {
+  return !actuator.force_limited && (actuator.has_feedback() || !actuator.control_limited);
+}
+
+void add_efforts(const Model& model, const FileFacts& facts, std::vector<Finding>& out) {
+  Finding finding = {.kind = "effort-missing",
+                     .title = "no effort limit",
+                     .advice = facts.is_urdf ? "their motors have no bound: give <limit effort>"
+                                             : "their force has no bound: give forcerange"};
+  for (const Actuator& actuator : model.actuators) {
+    if (!is_unbounded(actuator)) continue;
+    const std::string label = facts.is_urdf && actuator.terms.size() == 1
+                                  ? fmt::format("joint '{}'", model.joints[actuator.terms.front().joint].name)
+                                  : fmt::format("actuator '{}'", actuator.name);
+    finding.places.push_back({.element = label, .line = facts.line_of(label)});
+  }
+  finding.all = finding.places.size() == model.actuators.size();
+  add(std::move(finding), out);
+}
+
+void add_damping(const Model& model, const FileFacts& facts, std::vector<Finding>& out) {
+  Finding finding = {.kind = "damping-missing",
+                     .title = "no damping and no dry friction",
+                     .advice = "only limits, contacts and torques stop them"};
+  const auto consider = [&](const std::string& name, double damping, double friction) {
+    const std::string label = fmt::format("joint '{}'", name);
+    if (damping == 0 && friction == 0) finding.places.push_back({.element = label, .line = facts.line_of(label)});
+  };
+  size_t candidates = model.balls.size();
+  for (const Joint& joint : model.joints) {
+    if (composes_root(model, joint)) continue;
+    ++candidates;
+    consider(joint.name, joint.damping, joint.dry_friction);
+  }
+  for (const BallJoint& ball : model.balls) consider(ball.name, ball.damping, ball.dry_friction);
+  finding.all = finding.places.size() == candidates && candidates == model.joints.size() + model.balls.size();
+  add(std::move(finding), out);
+}
+
+// Feedback that drives away from the set point grows with every timestep, in every engine.
+void add_unstable(const Model& model, const FileFacts& facts, std::vector<Finding>& out) {
+  Finding finding = {.level = Level::kMend,
+                     .kind = "actuator-unstable",
+                     .title = "feedback that drives the joint away",
+                     .advice = "kp and kv have to be positive, biasprm negative"};
+  for (const Actuator& actuator : model.actuators) {
+    if (actuator.bias[1] <= 0 && actuator.bias[2] <= 0) continue;
+    const std::string label = fmt::format("actuator '{}'", actuator.name);
+    finding.places.push_back({.element = label,
+                              .line = facts.line_of(label),
+                              .text = fmt::format("bias {:.4g}, {:.4g}", actuator.bias[1], actuator.bias[2])});
+  }
+  add(std::move(finding), out);
+}
+
+}  // namespace
+
+void add_joints(const Model& model, const FileFacts& facts, std::vector<Finding>& out) {
+  add_unstable(model, facts, out);
+  add_limits(model, facts, out);
+  add_efforts(model, facts, out);
+  add_damping(model, facts, out);
+}
+
+}  // namespace assay::findings

@@ -1,0 +1,149 @@
+// Masses and inertias: along chains, against what the suite tests, against the shapes.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "base/quantity.h"
+#include "check/extent.h"
+#include "check/model_check.h"
+#include "model/kinematics.h"
+
+namespace assay::findings {
+namespace {
+
+// Iterative solvers carry a heavy body on a light one the worse, the larger the ratio of their masses. docs/robots.md
+// has the figures behind this threshold.
+constexpr double kLargeRatio = 100;
+
+// What the conformance suite tests: docs/conformance.md.
+constexpr double kLightest = 1e-3, kHeaviest = 100;  // kg
+constexpr double kSmallest = 5e-3, kLargest = 2;     // m
+
+// A body whose mass lies within its shapes has radii of gyration up to the distance of their farthest point from the
+// centre of mass. Shapes that collide often cover only a part of a link, hence the factor.
+constexpr double kFar = 2;
+// A solid rod has 0.58 of that distance, a solid ball 0.63 of its radius; a tenth is a lump of mass in a large shape.
+constexpr double kNear = 0.1;
+
+// The next body with mass towards the world.
+int heavy_parent(const Model& model, int body) {
+  int parent = model.bodies[body].parent;
+  while (parent != kWorld && model.bodies[parent].is_massless()) parent = model.bodies[parent].parent;
+  return parent;
+}
+
+std::string kilograms(double mass) {
+  return mass < 1 ? fmt::format("{:.3g} g", mass * 1000) : fmt::format("{:.3g} kg", mass);
+}
+
+// How many times heavier what a joint carries is than the body that carries it, and than its own child.
+void add_ratios(const Model& model, const FileFacts& facts, std::vector<Finding>& out) {
+  Finding finding = {.kind = "mass-ratio", .title = "mass ratios of joined bodies", .unit = "1", .advice = ""};
+  Place largest;
+  for (size_t i = 0; i < model.bodies.size(); ++i) {
+    const Body& body = model.bodies[i];
+    const int parent = heavy_parent(model, static_cast<int>(i));
+    if (body.is_massless() || parent == kWorld) continue;
+    const Body& other = model.bodies[parent];
+    const double ratio = std::max(body.mass / other.mass, other.mass / body.mass);
+    const std::string label = fmt::format("body '{}'", body.name);
+    Place place = {.element = label,
+                   .line = facts.line_of(label),
+                   .value = ratio,
+                   .text = fmt::format("{} on '{}' of {}: {:.3g}", kilograms(body.mass), other.name,
+                                       kilograms(other.mass), ratio)};
+    if (ratio > largest.value) largest = place;
+    if (ratio > kLargeRatio) finding.places.push_back(std::move(place));
+  }
+  if (finding.places.empty() && largest.value > 0) {
+    finding.title = "largest mass ratio of joined bodies";
+    finding.places = {largest};
+  } else {
+    finding.advice = fmt::format(
+        "above {:g} iterative solvers need more iterations: prefer joint coordinates, or add armature to light links",
+        kLargeRatio);
+  }
+  sort_by_value(finding);
+  add(std::move(finding), out);
+}
+
+void add_ranges(const Model& model, const FileFacts& facts, std::vector<Finding>& out) {
+  Finding masses = {.kind = "mass-range",
+                    .title = fmt::format("masses outside {:g} g to {:g} kg", kLightest * 1000, kHeaviest),
+                    .unit = "kg",
+                    .advice = "the conformance suite tests none of them: check their unit"};
+  for (const Body& body : model.bodies) {
+    if (body.is_massless() || (body.mass >= kLightest && body.mass <= kHeaviest)) continue;
+    const std::string label = fmt::format("body '{}'", body.name);
+    masses.places.push_back(
+        {.element = label, .line = facts.line_of(label), .value = body.mass, .text = kilograms(body.mass)});
+  }
+  std::ranges::stable_sort(masses.places, {}, &Place::value);
+  add(std::move(masses), out);
+  Finding sizes = {.kind = "size-range",
+                   .title = fmt::format("shapes that collide outside {:g} mm to {:g} m", kSmallest * 1000, kLargest),
+                   .unit = "m",
+                   .advice = "the conformance suite tests none of them: check their unit"};
+  for (const Shape& shape : model.shapes) {
+    if (!shape.collides || is_ground(shape) || shape.body == kWorld) continue;
+    const double size = box_around(model, shape, {}).sizes().maxCoeff();
+    if (size >= kSmallest && size <= kLargest) continue;
+    const std::string label = fmt::format("geom '{}'", shape.name);
+    sizes.places.push_back(
+        {.element = label, .line = facts.line_of(label), .value = size, .text = quantity_text(size, "m")});
+  }
+  std::ranges::stable_sort(sizes.places, {}, &Place::value);
+  add(std::move(sizes), out);
+}
+
+void add_inertias(const Model& model, const FileFacts& facts, std::vector<Finding>& out) {
+  std::vector<double> farthest(model.bodies.size(), 0);  // point of the shapes from the centre of mass, m
+  for (const Shape& shape : model.shapes) {
+    if (shape.body == kWorld || is_ground(shape)) continue;
+    const Box box = box_around(model, shape, shape.X_BS);
+    const Vec3& centre = model.bodies[shape.body].p_BBcm;
+    const Vec3 corner = (box.max() - centre).cwiseAbs().cwiseMax((box.min() - centre).cwiseAbs());
+    farthest[shape.body] = std::max(farthest[shape.body], corner.norm());
+  }
+  Finding far = {.level = Level::kMend,
+                 .kind = "inertia-far",
+                 .title = "inertia of mass far outside the body's shapes",
+                 .unit = "m",
+                 .advice = "check the unit and the frame of <inertia>, and the mass"};
+  Finding near = {.kind = "inertia-near",
+                  .title = "inertia of a small lump in large shapes",
+                  .unit = "m",
+                  .advice = "check the unit of <inertia>, and the mass"};
+  for (size_t i = 0; i < model.bodies.size(); ++i) {
+    const Body& body = model.bodies[i];
+    if (body.is_massless() || farthest[i] == 0) continue;
+    const double gyration = std::sqrt(principal_inertia(body.I_BBcm_B).diagonal.maxCoeff() / body.mass);
+    const std::string label = fmt::format("body '{}'", body.name);
+    Place place = {.element = label,
+                   .line = facts.line_of(label),
+                   .value = gyration,
+                   .text = fmt::format("radius of gyration {}, shapes within {}", quantity_text(gyration, "m"),
+                                       quantity_text(farthest[i], "m"))};
+    if (gyration > kFar * farthest[i]) {
+      far.places.push_back(std::move(place));
+    } else if (gyration < kNear * farthest[i]) {
+      near.places.push_back(std::move(place));
+    }
+  }
+  sort_by_value(far);
+  std::ranges::stable_sort(near.places, {}, &Place::value);
+  add(std::move(far), out);
+  add(std::move(near), out);
+}
+
+}  // namespace
+
+void add_masses(const Model& model, const FileFacts& facts, std::vector<Finding>& out) {
+  add_inertias(model, facts, out);
+  add_ratios(model, facts, out);
+  add_ranges(model, facts, out);
+}
+
+}  // namespace assay::findings

@@ -1,0 +1,467 @@
+// Verdicts of engines on a model's elements.
+#include "cli/check_engines.h"
+
+#include <algorithm>
+#include <initializer_list>
+#include <iterator>
+#include <map>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "base/text.h"
+#include "cli/cli.h"
+#include "model/features.h"
+
+namespace assay::cli {
+namespace {
+
+bool alike(const std::vector<Limitation>& a, const std::vector<Limitation>& b) {
+  return std::ranges::equal(a, b, [](const Limitation& x, const Limitation& y) {
+    return x.fidelity == y.fidelity && x.element == y.element && x.how == y.how;
+  });
+}
+
+// Everything that engines treat in one way, and the contenders that do so.
+struct Statement {
+  Fidelity fidelity = Fidelity::kExact;
+  std::string what, how;
+  std::vector<std::pair<std::string, std::vector<std::string>>> contenders;  // by engine
+};
+
+// "joint 'knee' armature" as what stands before the name, the name, and what stands after it.
+struct Element {
+  std::string before, name, after;
+
+  explicit Element(const std::string& text) {
+    const size_t opens = text.find(" '");
+    size_t closes = opens == std::string::npos ? opens : text.find('\'', opens + 2);
+    // a pair has two names: "a' and 'b"
+    constexpr std::string_view kAnd = "' and '";
+    if (closes != std::string::npos && text.compare(closes, kAnd.size(), kAnd) == 0) {
+      closes = text.find('\'', closes + kAnd.size());
+    }
+    if (closes == std::string::npos) {
+      before = text;
+      return;
+    }
+    before = text.substr(0, opens);
+    name = text.substr(opens + 2, closes - opens - 2);
+    after = text.substr(closes + 1);
+    after.erase(0, after.find_first_not_of(' '));
+  }
+};
+
+// "armature of all 22 joints", "limit of 2 joints ('knee', 'hip')".
+std::string elements_text(const Element& first, const std::vector<std::string>& names, const Model& model) {
+  constexpr size_t kMostNames = 3;
+  const size_t noun_begins = first.before.rfind(' ') + 1;  // 0 where there is one word
+  const std::string noun = first.before.substr(noun_begins);
+  const bool pair = first.before == "contact of";
+  const bool sort_of_shape = first.after.starts_with('(');  // "geom 'foot' (box)"
+  std::string text = first.after.empty() || sort_of_shape ? "" : first.after + " of ";
+  if (!pair) text += first.before.substr(0, noun_begins);
+  const bool all = noun == "joint" && names.size() == model.joints.size();
+  std::string nouns = noun == "body" ? "bodies" : noun + "s";
+  if (pair) nouns = "contact pairs";
+  text += fmt::format("{}{} {}", all ? "all " : "", names.size(), nouns);
+  if (sort_of_shape) text += " " + first.after;
+  if (all) return text;
+  std::vector<std::string> shown;
+  for (size_t i = 0; i < std::min(names.size(), kMostNames); ++i) shown.push_back(fmt::format("'{}'", names[i]));
+  if (names.size() > kMostNames) shown.push_back(fmt::format("{} more", names.size() - kMostNames));
+  return text + fmt::format(" ({})", join(shown, ", "));
+}
+
+// Limitations that differ in the element's name only become one statement; so do contenders that state the same.
+std::vector<Statement> statements_of(const std::vector<Verdict>& verdicts, const Model& model) {
+  std::vector<Statement> statements;
+  for (const Verdict& verdict : verdicts) {
+    std::vector<Limitation> left = verdict.limitations;
+    while (!left.empty()) {
+      const Limitation first = left.front();
+      const Element element(first.element);
+      std::vector<std::string> names;
+      std::erase_if(left, [&](const Limitation& limitation) {
+        const Element other(limitation.element);
+        if (limitation.fidelity != first.fidelity || limitation.how != first.how || other.before != element.before ||
+            other.after != element.after) {
+          return false;
+        }
+        names.push_back(other.name);
+        return true;
+      });
+      const bool alone = names.size() == 1 || element.name.empty();
+      const std::string what = alone ? first.element : elements_text(element, names, model);
+      auto same = std::ranges::find_if(statements, [&](const Statement& statement) {
+        return statement.fidelity == first.fidelity && statement.what == what && statement.how == first.how;
+      });
+      if (same == statements.end()) {
+        same = statements.insert(same, {first.fidelity, what, first.how, {}});
+      }
+      auto& contenders = same->contenders;
+      if (contenders.empty() || contenders.back().first != verdict.engine) contenders.push_back({verdict.engine, {}});
+      auto& own = contenders.back().second;
+      own.insert(own.end(), verdict.contenders.begin(), verdict.contenders.end());
+    }
+  }
+  return statements;
+}
+
+// Some contenders of an engine, in as few words as name them: "all 12", "all but mujoco-rk4", their names.
+std::string contenders_text(const std::vector<std::string>& contenders, const std::vector<std::string>& of_engine) {
+  constexpr size_t kMostExceptions = 2;
+  std::vector<std::string> others = of_engine;
+  std::erase_if(others,
+                [&](const std::string& name) { return std::ranges::find(contenders, name) != contenders.end(); });
+  if (of_engine.size() == 1 || contenders.size() <= others.size() || others.size() > kMostExceptions) {
+    return join(contenders, ", ");
+  }
+  return others.empty() ? fmt::format("all {}", of_engine.size()) : "all but " + join(others, ", ");
+}
+
+// ---- elements -------------------------------------------------------------------------------------------------------
+
+constexpr const char *kHinges = "hinges", *kFree = "free bodies", *kLimits = "joint limits",
+                     *kSprings = "springs and dampers", *kArmature = "armature", *kDryFriction = "dry friction",
+                     *kContacts = "contact pairs", *kPlanes = "planes";
+
+std::string contact_label(const Model& model, const ContactPair& pair) {
+  return fmt::format("contact of '{}' and '{}'", model.shapes[pair.shape_a].name, model.shapes[pair.shape_b].name);
+}
+
+// "joint 'knee'" of "joint 'knee' armature", "geom 'foot'" of "geom 'foot' (box)".
+std::string label_of(const std::string& element) {
+  const Element parts(element);
+  const std::string noun = parts.before.substr(parts.before.rfind(' ') + 1);
+  return fmt::format("{} '{}'", noun, parts.name);
+}
+
+bool has_word(const std::string& text, std::initializer_list<const char*> words) {
+  return std::ranges::any_of(words, [&](const char* word) { return text.find(word) != std::string::npos; });
+}
+
+// "range" of a joint: which of its sorts a word of an adapter is about; empty for the joint itself.
+std::string sort_of(const std::string& respect) {
+  if (has_word(respect, {"range", "limit"})) return kLimits;
+  if (has_word(respect, {"stiffness", "damping", "spring"})) return kSprings;
+  if (has_word(respect, {"armature"})) return kArmature;
+  if (has_word(respect, {"dry friction"})) return kDryFriction;
+  return "";
+}
+
+// Elements by label, to find those that a limitation of an adapter is about.
+class Index {
+ public:
+  explicit Index(const std::vector<ModelElement>& elements) : elements_(elements) {
+    for (size_t e = 0; e < elements.size(); ++e) by_label_[elements[e].label].push_back(e);
+  }
+
+  // None for a limitation of the contender as a whole.
+  std::vector<size_t> meant_by(const std::string& element) const {
+    const Element parts(element);
+    if (parts.name.empty()) {
+      if (element == kPlanes) return of_sort(kPlanes);
+      return has_word(element, {"contact", "friction"}) ? of_sort(kContacts) : std::vector<size_t>();
+    }
+    if (parts.before == "contact of") return with_label(fmt::format("contact of '{}'", parts.name));
+    const std::string respect = parts.before + " " + parts.after;
+    const std::string sort = sort_of(respect);
+    std::vector<size_t> all = with_label(label_of(element)), found;
+    std::ranges::copy_if(all, std::back_inserter(found), [&](size_t e) { return elements_[e].sort == sort; });
+    // else a limitation of the element itself
+    return found.empty() ? all : found;
+  }
+
+ private:
+  std::vector<size_t> with_label(const std::string& label) const {
+    const auto found = by_label_.find(label);
+    return found == by_label_.end() ? std::vector<size_t>() : found->second;
+  }
+  std::vector<size_t> of_sort(const char* sort) const {
+    std::vector<size_t> found;
+    for (size_t e = 0; e < elements_.size(); ++e) {
+      if (elements_[e].sort == sort) found.push_back(e);
+    }
+    return found;
+  }
+
+  const std::vector<ModelElement>& elements_;
+  std::map<std::string, std::vector<size_t>> by_label_;
+};
+
+// The limitations of check() that say what Capabilities::features say, which come first: how many there are. They treat
+// the elements as the features, because their texts do not name the respect ("joint 'knee'").
+size_t apply_features(const Capabilities& capabilities, const std::vector<ModelElement>& elements,
+                      const std::vector<Limitation>& limitations, std::vector<Fidelity>& of_element) {
+  std::vector<Fidelity> treatment = of_element;
+  size_t count = 0;
+  for (size_t e = 0; e < elements.size(); ++e) {
+    const std::optional<Feature> feature = elements[e].feature;
+    if (!feature) continue;
+    const FeatureSupport* support = capabilities.support(*feature);
+    treatment[e] = support == nullptr ? Fidelity::kRefused : support->fidelity;
+    if (treatment[e] == Fidelity::kExact) continue;
+    if (count == limitations.size() || !limitations[count].element.starts_with(elements[e].label)) return 0;
+    ++count;
+  }
+  of_element = std::move(treatment);
+  return count;
+}
+
+// Elements of one sort that every contender treats alike.
+struct AlikeElements {
+  std::string sort;
+  std::vector<size_t> elements;
+};
+
+std::vector<AlikeElements> alike_elements(const std::vector<Verdict>& verdicts,
+                                          const std::vector<ModelElement>& elements) {
+  std::vector<AlikeElements> groups;
+  std::map<std::pair<std::string, std::vector<Fidelity>>, size_t> group_of;
+  for (size_t e = 0; e < elements.size(); ++e) {
+    std::vector<Fidelity> treatment;
+    treatment.reserve(verdicts.size());
+    for (const Verdict& verdict : verdicts) treatment.push_back(verdict.of_element[e]);
+    const auto [found, fresh] = group_of.try_emplace({elements[e].sort, std::move(treatment)}, groups.size());
+    if (fresh) groups.push_back({elements[e].sort, {}});
+    groups[found->second].elements.push_back(e);
+  }
+  return groups;
+}
+
+// "12", "12-40"; empty where no line is known.
+std::string lines_text(const AlikeElements& group, const std::vector<ModelElement>& elements, const FileFacts& facts) {
+  int first = 0, last = 0;
+  for (const size_t e : group.elements) {
+    const int line = facts.line_of(elements[e].label);
+    if (line == 0) continue;
+    if (first == 0 || line < first) first = line;
+    last = std::max(last, line);
+  }
+  if (first == 0) return "";
+  return first == last ? std::to_string(first) : fmt::format("{}-{}", first, last);
+}
+
+}  // namespace
+
+Fidelity Verdict::worst() const {
+  Fidelity worst = Fidelity::kExact;
+  for (const Limitation& limitation : limitations) worst = std::max(worst, limitation.fidelity);
+  return worst;
+}
+
+std::string Verdict::count(Fidelity fidelity) const {
+  const auto items = std::ranges::count(limitations, fidelity, &Limitation::fidelity);
+  return items == 0 ? "" : std::to_string(items);
+}
+
+std::vector<ModelElement> elements_of(const Model& model) {
+  std::vector<ModelElement> elements;
+  const auto add = [&](bool there, std::string sort, std::string label, std::optional<Feature> feature = {}) {
+    if (there) elements.push_back({std::move(sort), std::move(label), feature});
+  };
+  for (const Body& body : model.bodies) add(body.is_free(), kFree, fmt::format("body '{}'", body.name));
+  for (const auto& [sort, has] :
+       {std::pair<const char*, bool (*)(const Joint&)>{kHinges, [](const Joint& j) { return !j.is_slide(); }},
+        {kLimits, [](const Joint& j) { return j.limited; }},
+        {kSprings, [](const Joint& j) { return j.has_spring(); }},
+        {kArmature, [](const Joint& j) { return j.armature != 0; }}}) {
+    for (const Joint& joint : model.joints) add(has(joint), sort, fmt::format("joint '{}'", joint.name));
+  }
+  for (const FeatureUse& use : features_of(model)) {
+    const bool of_pair = use.feature == Feature::kTorsionalFriction || use.feature == Feature::kRollingFriction;
+    const bool dry = use.feature == Feature::kDryFriction;
+    add(true, dry ? kDryFriction : feature_name(use.feature), of_pair ? use.element : label_of(use.element),
+        use.feature);
+  }
+  for (const auto& [sort, type] : {std::pair{"spheres", ShapeType::kSphere}, std::pair{"capsules", ShapeType::kCapsule},
+                                   std::pair{kPlanes, ShapeType::kPlane}}) {
+    for (const Shape& shape : model.shapes) {
+      add(shape.collides && shape.type == type, sort, fmt::format("geom '{}'", shape.name));
+    }
+  }
+  for (const ContactPair& pair : model.contacts) add(true, kContacts, contact_label(model, pair));
+  return elements;
+}
+
+std::vector<Verdict> verdicts_on(const Model& model, const std::vector<ModelElement>& elements) {
+  const Registry& registry = Registry::instance();
+  const Index index(elements);
+  std::vector<Verdict> verdicts;
+  for (const std::string& name : registry.contender_names()) {
+    const ResolvedContender contender = registry.resolve(name);
+    std::vector<Limitation> limitations = contender.engine->check(model, contender.settings);
+    std::erase_if(limitations, [](const Limitation& limitation) { return limitation.fidelity == Fidelity::kExact; });
+    const auto same = std::ranges::find_if(verdicts, [&](const Verdict& verdict) {
+      return verdict.engine == contender.engine->name() && alike(verdict.limitations, limitations);
+    });
+    if (same != verdicts.end()) {
+      same->contenders.push_back(name);
+      continue;
+    }
+    Verdict verdict = {contender.engine->name(),
+                       {name},
+                       std::move(limitations),
+                       std::vector<Fidelity>(elements.size(), Fidelity::kExact)};
+    const size_t of_features = apply_features(contender.engine->capabilities(contender.settings), elements,
+                                              verdict.limitations, verdict.of_element);
+    for (size_t i = of_features; i < verdict.limitations.size(); ++i) {
+      const Limitation& limitation = verdict.limitations[i];
+      const std::vector<size_t> meant = index.meant_by(limitation.element);
+      verdict.as_a_whole = verdict.as_a_whole || meant.empty();
+      for (const size_t e : meant) {
+        verdict.of_element[e] = std::max(verdict.of_element[e], limitation.fidelity);
+      }
+    }
+    verdicts.push_back(std::move(verdict));
+  }
+  return verdicts;
+}
+
+// ---- JSON -----------------------------------------------------------------------------------------------------------
+
+namespace {
+
+Json line_json(int line) { return line > 0 ? Json(line) : Json(nullptr); }
+
+}  // namespace
+
+Json verdicts_json(const std::vector<Verdict>& verdicts, const FileFacts& facts) {
+  Json json = Json::array();
+  for (const Verdict& verdict : verdicts) {
+    Json limitations = Json::array();
+    for (const Limitation& limitation : verdict.limitations) {
+      limitations.push_back({{"fidelity", fidelity_text(limitation.fidelity)},
+                             {"element", limitation.element},
+                             {"how", limitation.how},
+                             {"line", line_json(facts.line_of(limitation.element))}});
+    }
+    json.push_back({{"engine", verdict.engine},
+                    {"contenders", verdict.contenders},
+                    {"verdict", fidelity_text(verdict.worst())},
+                    {"findings", limitations}});
+  }
+  return json;
+}
+
+Json elements_json(const std::vector<Verdict>& verdicts, const std::vector<ModelElement>& elements,
+                   const FileFacts& facts) {
+  Json json = Json::array();
+  for (const AlikeElements& group : alike_elements(verdicts, elements)) {
+    Json members = Json::array(), treatment = Json::array();
+    for (const size_t e : group.elements) {
+      members.push_back({{"element", elements[e].label}, {"line", line_json(facts.line_of(elements[e].label))}});
+    }
+    for (const Verdict& verdict : verdicts) {
+      treatment.push_back({{"engine", verdict.engine},
+                           {"contenders", verdict.contenders},
+                           {"fidelity", fidelity_text(verdict.of_element[group.elements.front()])}});
+    }
+    json.push_back({{"sort", group.sort}, {"elements", members}, {"engines", treatment}});
+  }
+  return json;
+}
+
+// ---- for people -----------------------------------------------------------------------------------------------------
+
+namespace {
+
+std::map<std::string, std::vector<std::string>> contenders_of_engines(const std::vector<Verdict>& verdicts) {
+  std::map<std::string, std::vector<std::string>> of_engine;
+  for (const Verdict& verdict : verdicts) {
+    auto& names = of_engine[verdict.engine];
+    names.insert(names.end(), verdict.contenders.begin(), verdict.contenders.end());
+  }
+  return of_engine;
+}
+
+// The same for a table, where print_statements() has the names.
+std::string brief(const std::vector<std::string>& contenders, const std::vector<std::string>& of_engine) {
+  constexpr size_t kMost = 3;
+  std::string text = contenders_text(contenders, of_engine);
+  if (contenders.size() <= kMost || text.starts_with("all ")) return text;
+  return fmt::format("{} and {} more", contenders.front(), contenders.size() - 1);
+}
+
+}  // namespace
+
+void print_verdicts(const std::vector<Verdict>& verdicts) {
+  const auto of_engine = contenders_of_engines(verdicts);
+  std::vector<std::vector<std::string>> rows;
+  rows.reserve(verdicts.size());
+  for (const Verdict& verdict : verdicts) {
+    rows.push_back({verdict.engine, status(fidelity_text(verdict.worst())), verdict.count(Fidelity::kRefused),
+                    verdict.count(Fidelity::kApproximated), brief(verdict.contenders, of_engine.at(verdict.engine))});
+  }
+  print("\n" + table({"engine", "verdict", "refused", "approximated", "contenders"}, rows, {2, 3}));
+}
+
+void print_elements(const std::vector<Verdict>& verdicts, const std::vector<ModelElement>& elements,
+                    const FileFacts& facts) {
+  std::vector<Verdict> counted_ones;
+  std::ranges::copy_if(verdicts, std::back_inserter(counted_ones), [](const Verdict& v) { return !v.as_a_whole; });
+  const auto of_engine = contenders_of_engines(counted_ones);
+  std::vector<AlikeElements> shown;
+  std::map<std::vector<std::string>, size_t> row_of;
+  bool partly = false;
+  for (const AlikeElements& group : alike_elements(counted_ones, elements)) {
+    size_t exact = 0;
+    std::map<Fidelity, std::vector<std::string>> engines;
+    for (const auto& [engine, contenders] : of_engine) {
+      std::map<Fidelity, size_t> counts;
+      for (const Verdict& verdict : counted_ones) {
+        if (verdict.engine == engine) counts[verdict.of_element[group.elements.front()]] += verdict.contenders.size();
+      }
+      if (counts[Fidelity::kExact] > 0) ++exact;
+      for (const auto& [fidelity, count] : counts) {
+        if (count == 0) continue;
+        engines[fidelity].push_back(count == contenders.size() ? engine : engine + "*");
+        if (fidelity != Fidelity::kExact && count != contenders.size()) partly = true;
+      }
+    }
+    const bool by_all = engines[Fidelity::kApproximated].empty() && engines[Fidelity::kRefused].empty();
+    const std::string exactly = by_all ? "all" : fmt::format("{} of {}", exact, of_engine.size());
+    std::vector<std::string> treatment = {group.sort, exactly, join(engines[Fidelity::kApproximated], ", "),
+                                          join(engines[Fidelity::kRefused], ", ")};
+    // groups whose difference lies within "some of its contenders" are one row
+    const auto [found, fresh] = row_of.try_emplace(std::move(treatment), shown.size());
+    if (fresh) shown.push_back({group.sort, {}});
+    auto& members = shown[found->second].elements;
+    members.insert(members.end(), group.elements.begin(), group.elements.end());
+  }
+  std::vector<std::vector<std::string>> rows(shown.size());
+  for (const auto& [treatment, row] : row_of) {
+    rows[row] = {treatment[0],
+                 std::to_string(shown[row].elements.size()),
+                 lines_text(shown[row], elements, facts),
+                 treatment[1],
+                 treatment[2],
+                 treatment[3]};
+  }
+  print("\n" + table({"elements", "number", "lines", "exact", "approximated by", "refused by"}, rows, {1, 2, 3}));
+  if (partly) print(paragraph("* by some of its contenders"));
+}
+
+void print_statements(const std::vector<Verdict>& verdicts, const Model& model) {
+  const auto of_engine = contenders_of_engines(verdicts);
+  const std::vector<Statement> statements = statements_of(verdicts, model);
+  for (const Fidelity fidelity : {Fidelity::kRefused, Fidelity::kApproximated}) {
+    bool first = true;
+    for (const Statement& statement : statements) {
+      if (statement.fidelity != fidelity) continue;
+      if (std::exchange(first, false)) print("\n" + status(fidelity_text(fidelity)) + "\n");
+      print(paragraph(fmt::format("  {}: {}", statement.what, statement.how), 4));
+      std::vector<std::string> parts;
+      for (const auto& [engine, contenders] : statement.contenders) {
+        const std::string names = contenders_text(contenders, of_engine.at(engine));
+        parts.push_back(names.starts_with("all ") ? fmt::format("{} ({})", engine, names) : names);
+      }
+      print(paragraph("    " + join(parts, ", "), 4));
+    }
+  }
+}
+
+}  // namespace assay::cli

@@ -1,0 +1,47 @@
+// What engines do with a model, element by element: the second half of `assay check`.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/facts.h"
+#include "model/file_facts.h"
+
+namespace assay::cli {
+
+// One engine's contenders that treat the model alike.
+struct Verdict {
+  std::string engine;
+  std::vector<std::string> contenders;
+  std::vector<Limitation> limitations;  // nothing of kind kExact
+  std::vector<Fidelity> of_element;     // in the order of elements_of()
+  bool as_a_whole = false;              // a limitation is about the contender as a whole: its elements say little
+
+  Fidelity worst() const;
+  std::string count(Fidelity fidelity) const;  // of limitations; empty for none
+};
+
+// One element of the model in one respect.
+struct ModelElement {
+  std::string sort;   // "hinge", "joint limit", "mesh": elements of one sort are shown together
+  std::string label;  // "joint 'knee'", as in FileFacts::lines; "contact of 'a' and 'b'"
+  std::optional<Feature> feature = {};
+};
+
+// Every element in every respect, sorted by sort as engines meet them.
+std::vector<ModelElement> elements_of(const Model& model);
+
+std::vector<Verdict> verdicts_on(const Model& model, const std::vector<ModelElement>& elements);
+
+Json verdicts_json(const std::vector<Verdict>& verdicts, const FileFacts& facts);
+Json elements_json(const std::vector<Verdict>& verdicts, const std::vector<ModelElement>& elements,
+                   const FileFacts& facts);
+
+// The verdicts, the elements that engines treat alike, and how.
+void print_verdicts(const std::vector<Verdict>& verdicts);
+void print_elements(const std::vector<Verdict>& verdicts, const std::vector<ModelElement>& elements,
+                    const FileFacts& facts);
+void print_statements(const std::vector<Verdict>& verdicts, const Model& model);
+
+}  // namespace assay::cli

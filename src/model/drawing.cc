@@ -1,0 +1,197 @@
+#include "model/drawing.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <sstream>
+#include <utility>
+
+#include <fmt/format.h>
+#include <tinyxml2.h>
+
+#include "base/errors.h"
+#include "base/text.h"
+#include "model/ellipsoid.h"
+#include "model/package_paths.h"
+
+namespace assay {
+namespace {
+
+namespace xml = tinyxml2;
+
+std::string text_of(const xml::XMLElement* element, const char* attribute) {
+  const char* value = element == nullptr ? nullptr : element->Attribute(attribute);
+  return value == nullptr ? "" : value;
+}
+
+// Numbers of an attribute; `otherwise` where there are not as many or one is none.
+template <size_t count>
+std::array<double, count> numbers_of(const xml::XMLElement* element, const char* attribute,
+                                     const std::array<double, count>& otherwise) {
+  std::istringstream words(text_of(element, attribute));
+  std::array<double, count> numbers{};
+  for (double& number : numbers) {
+    std::string word;
+    if (!(words >> word)) return otherwise;
+    const auto parsed = parse_number(word.starts_with('+') ? word.substr(1) : word);
+    if (!parsed || !std::isfinite(*parsed)) return otherwise;
+    number = *parsed;
+  }
+  return numbers;
+}
+
+Vec3 vector_of(const xml::XMLElement* element, const char* attribute, double otherwise) {
+  const auto v = numbers_of<3>(element, attribute, {otherwise, otherwise, otherwise});
+  return {v[0], v[1], v[2]};
+}
+
+Pose origin_of(const xml::XMLElement& element) {
+  const xml::XMLElement* origin = element.FirstChildElement("origin");
+  const Vec3 rpy = vector_of(origin, "rpy", 0);
+  const Quat q = Eigen::AngleAxisd(rpy.z(), Vec3::UnitZ()) * Eigen::AngleAxisd(rpy.y(), Vec3::UnitY()) *
+                 Eigen::AngleAxisd(rpy.x(), Vec3::UnitX());
+  return {vector_of(origin, "xyz", 0), q};
+}
+
+MeshData box_mesh(const Vec3& half) {
+  MeshData mesh;
+  for (int i = 0; i < 8; ++i) {
+    const Vec3 corner((i & 1) != 0 ? 1 : -1, (i & 2) != 0 ? 1 : -1, (i & 4) != 0 ? 1 : -1);
+    mesh.vertices.emplace_back(corner.cwiseProduct(half));
+  }
+  mesh.faces = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+                {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+  return mesh;
+}
+
+MeshData cylinder_mesh(double radius, double half_length) {
+  constexpr int kAround = 24;
+  MeshData mesh;
+  for (int i = 0; i < kAround; ++i) {
+    const double angle = 2 * std::numbers::pi * i / kAround;
+    const Vec3 rim(radius * std::cos(angle), radius * std::sin(angle), half_length);
+    mesh.vertices.push_back(rim);
+    mesh.vertices.emplace_back(rim.x(), rim.y(), -half_length);
+  }
+  mesh.vertices.emplace_back(0, 0, half_length);
+  mesh.vertices.emplace_back(0, 0, -half_length);
+  constexpr int kTop = 2 * kAround, kBottom = kTop + 1;
+  for (int i = 0; i < kAround; ++i) {
+    const int up = 2 * i, next = 2 * ((i + 1) % kAround);
+    mesh.faces.push_back({up, up + 1, next});
+    mesh.faces.push_back({next, up + 1, next + 1});
+    mesh.faces.push_back({kTop, up, next});
+    mesh.faces.push_back({kBottom, next + 1, up + 1});
+  }
+  return mesh;
+}
+
+class Visuals {
+ public:
+  Visuals(const std::string& path, const LoadOptions& options, Drawing& drawing)
+      : path_(path), options_(options), drawing_(drawing) {}
+
+  void add(const xml::XMLElement& robot) {
+    for (const auto* m = robot.FirstChildElement("material"); m != nullptr; m = m->NextSiblingElement("material")) {
+      if (const xml::XMLElement* colour = m->FirstChildElement("color"))
+        colours_[text_of(m, "name")] = rgba_of(*colour);
+    }
+    for (const auto* link = robot.FirstChildElement("link"); link != nullptr; link = link->NextSiblingElement("link")) {
+      const std::string name = text_of(link, "name");
+      const auto place = drawing_.links.find(name);
+      for (const auto* v = link->FirstChildElement("visual"); v != nullptr; v = v->NextSiblingElement("visual")) {
+        // the root link is the world there when it is fixed
+        add_visual(*v, name, place == drawing_.links.end() ? Drawing::Link{} : place->second);
+      }
+    }
+  }
+
+ private:
+  static std::array<float, 4> rgba_of(const xml::XMLElement& colour) {
+    const auto v = numbers_of<4>(&colour, "rgba", {0.7, 0.7, 0.7, 1});
+    return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2]), static_cast<float>(v[3])};
+  }
+
+  void add_visual(const xml::XMLElement& visual, const std::string& link, const Drawing::Link& place) {
+    const xml::XMLElement* geometry = visual.FirstChildElement("geometry");
+    const xml::XMLElement* shape = geometry == nullptr ? nullptr : geometry->FirstChildElement();
+    if (shape == nullptr) return;
+    DrawnPart part;
+    part.body = place.body;
+    part.X_BS = place.X_BL * origin_of(visual);
+    if (const xml::XMLElement* material = visual.FirstChildElement("material")) {
+      const xml::XMLElement* colour = material->FirstChildElement("color");
+      const auto known = colours_.find(text_of(material, "name"));
+      if (colour != nullptr) {
+        part.rgba = rgba_of(*colour);
+      } else if (known != colours_.end()) {
+        part.rgba = known->second;
+      }
+    }
+    if (part.rgba[3] == 0) return;  // not seen
+    try {
+      part.mesh = mesh_of(*shape);
+    } catch (const InputError& error) {
+      drawing_.notes.push_back(fmt::format("visual mesh '{}' of link '{}' is not drawn: it {}",
+                                           text_of(shape, "filename"), link, error.what()));
+      return;
+    }
+    if (part.mesh >= 0) drawing_.parts.push_back(part);
+  }
+
+  // Index into Drawing::meshes; -1 for what URDF does not know. Throws InputError.
+  int mesh_of(const xml::XMLElement& shape) {
+    const std::string type = shape.Name();
+    const double radius = numbers_of<1>(&shape, "radius", {0})[0], length = numbers_of<1>(&shape, "length", {0})[0];
+    const Vec3 size = vector_of(&shape, "size", 0), scale = vector_of(&shape, "scale", 1);
+    std::string file;
+    if (type == "mesh") {
+      const FoundFile found = find_resource(text_of(&shape, "filename"), path_, options_.packages);
+      if (found.path.empty()) throw InputError(fmt::format("is not found (looked for: {})", join(found.looked, ", ")));
+      file = found.path;
+    }
+    const std::string key = fmt::format("{} {} {} {} {} {} {} {} {} {}", type, file, radius, length, size.x(), size.y(),
+                                        size.z(), scale.x(), scale.y(), scale.z());
+    const auto known = numbers_.find(key);
+    if (known != numbers_.end()) return known->second;
+    MeshData mesh;
+    if (type == "box") {
+      mesh = box_mesh(size / 2);
+    } else if (type == "cylinder") {
+      mesh = cylinder_mesh(radius, length / 2);
+    } else if (type == "sphere") {
+      const Hull ball = ellipsoid_hull(Vec3::Constant(radius), 2);
+      mesh.vertices = ball.vertices;
+      mesh.faces = ball.faces;
+    } else if (type == "mesh") {
+      mesh = read_mesh(file);
+      for (Vec3& p : mesh.vertices) p = p.cwiseProduct(scale);
+      if (scale.prod() < 0) {
+        for (auto& face : mesh.faces) std::swap(face[1], face[2]);  // mirrored: outward stays outward
+      }
+    } else {
+      return -1;
+    }
+    drawing_.meshes.push_back(std::move(mesh));
+    return numbers_[key] = static_cast<int>(drawing_.meshes.size()) - 1;
+  }
+
+  const std::string& path_;
+  const LoadOptions& options_;
+  Drawing& drawing_;
+  std::map<std::string, std::array<float, 4>> colours_;  // of the robot's materials
+  std::map<std::string, int> numbers_;                   // of meshes that are there, by what they are made from
+};
+
+}  // namespace
+
+void add_urdf_visuals(const std::string& text, const std::string& path, const LoadOptions& options, Drawing& drawing) {
+  // collision meshes of URDF are drawn as the hulls that they stand for
+  drawing.meshes.clear();
+  drawing.parts.clear();
+  xml::XMLDocument document;
+  if (document.Parse(text.data(), text.size()) != xml::XML_SUCCESS) return;
+  if (const xml::XMLElement* robot = document.FirstChildElement("robot")) Visuals(path, options, drawing).add(*robot);
+}
+
+}  // namespace assay

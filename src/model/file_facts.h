@@ -1,0 +1,34 @@
+// What a model's file says and the neutral Model does not keep: where its elements are, and the meshes behind its
+// hulls. For messages about the model; no physics depends on it.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace assay {
+
+// The mesh that one of Model::hulls was computed from, as it is compiled (scaled).
+struct MeshFacts {
+  std::string name;          // Hull::name; of a mesh in several hulls without their numbers
+  std::string file;          // empty where the model's file holds the vertices
+  int line = 0;              // of its first use or its asset; 0 when it is not known
+  std::uintmax_t bytes = 0;  // of `file`
+  size_t triangles = 0;
+  size_t open_edges = 0;  // edges that do not belong to exactly two triangles: 0 for a watertight mesh
+  double volume = 0;      // m^3, enclosed by the triangles; only of a watertight mesh a volume
+};
+
+struct FileFacts {
+  bool is_urdf = false;
+  // Line of each body, joint, geom, actuator, tendon, coupling, connect and weld of the Model by its label, "joint
+  // 'knee'". What an included file holds or the loader made up is missing.
+  std::map<std::string, int> lines;
+  std::vector<MeshFacts> meshes;
+
+  // Of an element as limitations name it, "joint 'knee' armature"; 0 when it is not known.
+  int line_of(const std::string& element) const;
+};
+
+}  // namespace assay

@@ -1,0 +1,38 @@
+#include "report/parity.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+namespace assay {
+
+using nlohmann::json;
+namespace fs = std::filesystem;
+
+std::string parity_file(const std::string& dir, const std::string& model) {
+  std::string name = model;
+  std::ranges::replace_if(name, [](char c) { return c == '/' || static_cast<unsigned char>(c) < ' '; }, '_');
+  if (name.empty() || name.starts_with('.')) name = "_" + name;
+  return (fs::path(dir) / "parity" / (name + ".json")).string();
+}
+
+json parity_data(const std::string& dir) {
+  std::vector<fs::path> files;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(fs::path(dir) / "parity", error)) {
+    if (entry.path().extension() == ".json") files.push_back(entry.path());
+  }
+  std::ranges::sort(files);
+  json certificates = json::array();
+  for (const fs::path& file : files) {
+    std::ifstream stream(file);
+    json parsed = json::parse(stream, nullptr, /*allow_exceptions=*/false);
+    if (parsed.is_object() && parsed.contains("certificates")) certificates.push_back(std::move(parsed));
+  }
+  return certificates;
+}
+
+}  // namespace assay

@@ -1,0 +1,18 @@
+// Certificates of parity (docs/parity.md) that stand beside results.
+#pragma once
+
+#include <string>
+
+#include <nlohmann/json_fwd.hpp>
+
+namespace assay {
+
+// Where the results of `dir` keep the certificate of a model: DIR/parity/NAME.json, with what a file's name cannot hold
+// replaced.
+std::string parity_file(const std::string& dir, const std::string& model);
+
+// The certificates of `dir` by their files' names, each as `assay parity --json` prints it: {"model", "hash",
+// "samples", "seed", "certificates": see parity/certificate.h}. Files that are none are left out.
+nlohmann::json parity_data(const std::string& dir);
+
+}  // namespace assay

@@ -1,0 +1,169 @@
+"""What `assay check` says of a model itself: findings with element, line and value, the explicit timestep, elements."""
+
+import math
+import re
+
+from harness import BALL, AssayTest, main
+
+# Line by line: the floor is in line 4, the heavy arm in 5 and 6, the light tool in 7 to 9.
+ROBOT = """<mujoco model="robot">
+  <compiler angle="radian"/>
+  <worldbody>
+    <geom name="floor" type="plane" size="0 0 1"/>
+    <body name="arm" pos="0 0 .08"><joint name="shoulder" axis="0 1 0" range=".25 1" damping="2"/>
+      <geom name="ball" size=".1" mass="1"/>
+      <body name="tool" pos=".15 0 0">
+        <joint name="wrist" axis="0 1 0" stiffness="8"/>
+        <geom name="tip" size=".05" mass=".002"/></body></body>
+    <body name="box" pos=".16 0 .5"><freejoint/><geom name="cube" type="box" size=".1 .1 .1" mass="1"/></body>
+    <body name="other" pos=".33 0 .5"><freejoint/><geom name="die" type="box" size=".1 .1 .1" mass="1"/></body>
+  </worldbody>
+</mujoco>
+"""
+
+
+class Check(AssayTest):
+    def report(self, text=ROBOT):
+        self.write("robot.xml", text)
+        return self.assay_json("check", "robot.xml", "--json")
+
+    def places(self, report, kind):
+        found = [finding for finding in report["model_findings"] if finding["kind"] == kind]
+        self.assertEqual(len(found), 1, [finding["kind"] for finding in report["model_findings"]])
+        return found[0], found[0]["places"]
+
+    def test_findings_have_element_line_value_and_advice(self):
+        report = self.report()
+        for finding in report["model_findings"]:
+            self.assertIn(finding["level"], ("mend", "know"))
+            self.assertTrue(finding["kind"] and finding["title"] and finding["places"], finding)
+            for place in finding["places"]:
+                self.assertEqual(set(place), {"element", "line", "value", "text"})
+        limits, (shoulder,) = self.places(report, "start-beyond-limits")
+        self.assertEqual((limits["level"], limits["unit"], shoulder["element"], shoulder["line"]),
+                         ("mend", "rad", "joint 'shoulder'", 5))
+        self.assertAlmostEqual(shoulder["value"], 0.25)
+        _, (overlap,) = self.places(report, "start-overlap")
+        self.assertEqual((overlap["element"], overlap["line"]), ("geoms 'cube' and 'die'", 10))
+        self.assertAlmostEqual(overlap["value"], 0.03, places=6)
+        _, (below,) = self.places(report, "start-below-ground")
+        self.assertEqual((below["element"], below["line"]), ("geom 'ball'", 6))
+        self.assertAlmostEqual(below["value"], 0.02, places=9)
+        _, (ratio,) = self.places(report, "mass-ratio")
+        self.assertEqual((ratio["element"], ratio["line"]), ("body 'tool'", 7))
+        self.assertAlmostEqual(ratio["value"], 500)
+
+    def test_what_is_to_mend_comes_first(self):
+        levels = [finding["level"] for finding in self.report()["model_findings"]]
+        self.assertEqual(levels, sorted(levels, key=["mend", "know"].index))
+        text = self.assay("check", "robot.xml")
+        order = [text.index(f"\n{heading}") for heading in ("to mend", "to know", "largest explicit timestep", "engine ", "elements ")]
+        self.assertEqual(order, sorted(order))
+        for words in ("'shoulder' (line 5) 250 mrad beyond 0.25", "'ball' (line 6) 20.0 mm below 'floor'",
+                      "'cube' and 'die' (line 10) 30.0 mm", "2 g on 'arm' of 1 kg: 500"):
+            self.assertIn(words, text)
+
+    def test_explicit_timestep(self):
+        timestep = self.report()["timestep"]
+        self.assertEqual((timestep["pose"], timestep["singular"], timestep["with_feedback"]), ("start", False, None))
+        springs = {spring["element"]: spring for spring in timestep["springs"]["springs"]}
+        self.assertEqual(set(springs), {"joint 'shoulder'", "joint 'wrist'"})
+        wrist = springs["joint 'wrist'"]
+        inertia = 0.4 * 0.002 * 0.05**2
+        self.assertEqual((wrist["line"], wrist["damper_ms"]), (8, None))
+        self.assertAlmostEqual(wrist["inertia_held"], inertia)
+        self.assertAlmostEqual(wrist["spring_ms"], 2000 * math.sqrt(wrist["inertia"] / 8))
+        self.assertLessEqual(wrist["inertia"], inertia)
+        self.assertEqual(timestep["springs"]["critical"], "joint 'wrist'")
+        self.assertLessEqual(timestep["springs"]["largest_ms"], wrist["largest_ms"])
+
+    def test_every_element_has_a_treatment_by_every_contender(self):
+        report = self.report()
+        sorts = {}
+        for group in report["elements"]:
+            sorts.setdefault(group["sort"], []).extend(element["line"] for element in group["elements"])
+            judged = [name for engine in group["engines"] for name in engine["contenders"]]
+            self.assertEqual(sorted(judged), sorted(self.contenders()))
+            self.assertLessEqual({engine["fidelity"] for engine in group["engines"]}, {"exact", "approximated", "refused"})
+        self.assertEqual(sorted(sorts["hinges"]), [5, 8])
+        self.assertEqual(sorts["joint limits"], [5])
+        self.assertEqual(sorted(sorts["boxes"]), [10, 11])
+        self.assertEqual(len(sorts["contact pairs"]), report["model"]["contact_pairs"])
+        for engine in report["engines"]:
+            for finding in engine["findings"]:
+                if finding["element"].startswith("joint 'wrist'"):
+                    self.assertEqual(finding["line"], 8)
+
+    def test_clean_robot_fits_one_screen(self):
+        text = self.on_terminal("check", "planar-chain", columns=80)[1]
+        self.assertLess(len(text.splitlines()), 40, text)
+
+    def test_findings_fit_the_terminal(self):
+        self.write("robot.xml", ROBOT)
+        for columns in (80, 40):
+            status, text = self.on_terminal("check", "robot.xml", columns=columns)
+            self.assertEqual(status, 0)
+            for line in re.sub(r"\x1b\[[0-9;]*m", "", text).splitlines():
+                self.assertLessEqual(len(line), columns, line)
+
+    def test_findings_do_not_change_the_status(self):
+        self.write("robot.xml", ROBOT)
+        self.assertEqual(self.run_assay("check", "robot.xml").returncode, 0)
+
+    def test_what_was_left_out_comes_first(self):
+        self.write("kite.xml", BALL.replace('name="ball"', 'name="ball" gravcomp="0.5"'))
+        text = self.assay("check", "kite.xml", "--drop-unsupported")
+        self.assertIn("gravity compensation", text.split("\nleft out\n", 1)[1].split("\n\n", 1)[0])
+        self.assertEqual(text.count("gravity compensation"), 1)
+        (problem,) = self.assay_json("check", "kite.xml", "--drop-unsupported", "--json")["problems"]
+        self.assertEqual(problem["severity"], "left out")
+
+    def test_paper_grasp(self):
+        springs = self.assay_json("check", "grasp", "--json")["timestep"]["springs"]["springs"]
+        distal = next(spring for spring in springs if spring["element"] == "joint 'FFJ1'")
+        self.assertAlmostEqual(distal["damper_held_ms"], 1.34, places=2)
+
+
+class Refused(AssayTest):
+    """Files that cannot be used end in one sentence with the element, the line and a mend."""
+
+    LINK = ('<link name="{}"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+            "</link>\n")
+    JOINT = '<joint name="{}" type="continuous"><parent link="{}"/><child link="{}"/></joint>\n'
+
+    def urdf(self, *parts):
+        self.write("robot.urdf", '<robot name="r">\n' + "".join(parts) + "</robot>\n")
+
+    def test_trees(self):
+        link, joint = self.LINK.format, self.JOINT.format
+        for parts, naming in [
+                ((link("a"), link("b"), link("c"), joint("i", "b", "c"), joint("j", "c", "b")), ["line 5", "cycle"]),
+                ((link("a"), link("b"), link("a"), joint("j", "a", "b")), ["'a'", "line 4", "line 2", "rename"]),
+                ((link("a"), link("b"), link("c"), joint("j", "a", "b")), ["'a'", "'c'", "line 4", "one root"])]:
+            self.urdf(*parts)
+            self.refused("check", "robot.urdf", naming=naming)
+
+    def test_mjcf_messages_end_in_a_mend(self):
+        for text, naming in [
+                ('<mujoco>\n<include file="gone.xml"/></mujoco>', ["gone.xml", "line 2", "correct its name"]),
+                ('<mujoco><worldbody>\n<body name="a"><freejoint/><geom size="1"/></body>\n<body name="a"/></worldbody></mujoco>',
+                 ["'a'", "line 3", "rename"]),
+                ('<mujoco><worldbody>\n<body><freejoint/><geom size="big"/></body></worldbody></mujoco>',
+                 ["size", "line 2", "numbers"]),
+                ("<mujoco><worldbody>\n<body></worldbody></mujoco>", ["correct the XML"])]:
+            self.write("robot.xml", text)
+            self.refused("check", "robot.xml", naming=["robot.xml", *naming])
+
+    def test_an_include_from_another_folder_is_read(self):
+        self.write("part.xml", BALL)
+        (self.dir / "robot").mkdir()
+        self.write("robot/robot.xml", '<mujoco><include file="../part.xml"/></mujoco>')
+        self.assertEqual(self.assay_json("check", "robot/robot.xml", "--json")["model"]["bodies"], 1)
+
+    def test_expanded_xacro_is_another_file(self):
+        self.write("robot.urdf", '<robot name="r" xmlns:xacro="x"><xacro:macro name="m"/></robot>')
+        self.refused("check", "robot.urdf", naming=["xacro robot.urdf > robot-expanded.urdf"])
+
+
+if __name__ == "__main__":
+    main()
