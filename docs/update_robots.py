@@ -64,7 +64,7 @@ class Loads:
         self.program = program
 
     def check(self, file, options):
-        """The command's JSON, or its refusal as a sentence."""
+        """The command's JSON, or one of its refusals as a sentence."""
         done = subprocess.run([self.program, "check", file, *options, "--json"], capture_output=True, text=True, timeout=600)
         try:
             answer = json.loads(done.stdout)
@@ -74,9 +74,11 @@ class Loads:
             return answer
         if answer and answer.get("problems"):
             refused = [problem for problem in answer["problems"] if problem["severity"] == "refused"]
-            first = (refused or answer["problems"])[0]
-            reason = re.sub(r" \(known: .*?\)", "", f"{first['element']} {first['message']}".strip())
-            return f"line {first['line']}: {reason}" if first.get("line") else reason
+            texts = [f"{problem['element']} {problem['message']}".strip() for problem in refused or answer["problems"]]
+            # a fault of the file before what assay lacks
+            at = next((i for i, text in enumerate(texts) if FAULTS.search(text)), 0)
+            line = (refused or answer["problems"])[at].get("line")
+            return f"line {line}: {texts[at]}" if line else texts[at]
         lines = done.stderr.strip().splitlines()
         return lines[-1] if lines else f"status {done.returncode}"
 
