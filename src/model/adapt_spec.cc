@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include "model/spec_text.h"
+
 namespace assay {
 namespace {
 
@@ -19,15 +21,10 @@ void for_each(mjSpec* spec, mjtObj type, As as, Work work) {
   for (mjsElement* const e : elements) work(as(e));
 }
 
-std::string text(const mjString* string) {
-  const char* value = string == nullptr ? nullptr : mjs_getString(string);
-  return value == nullptr ? "" : value;
-}
-
-std::string name_of(mjsElement* element) { return text(mjs_getName(element)); }
+std::string name_of(mjsElement* element) { return spec_text(mjs_getName(element)); }
 
 int line_of(const mjString* info) {
-  const std::string words = text(info);
+  const std::string words = spec_text(info);
   constexpr std::string_view kBefore = "line ";
   if (!words.starts_with(kBefore)) return 0;
   int line = 0;  // what follows it is not a part of the number
@@ -37,13 +34,13 @@ int line_of(const mjString* info) {
 
 // The file that MuJoCo would open.
 fs::path mesh_path(const mjSpec* spec, const mjsMesh* mesh, const std::string& folder) {
-  const fs::path file = text(mesh->file);
-  return file.is_absolute() ? file : (fs::path(folder) / text(spec->compiler.meshdir) / file).lexically_normal();
+  const fs::path file = spec_text(mesh->file);
+  return file.is_absolute() ? file : (fs::path(folder) / spec_text(spec->compiler.meshdir) / file).lexically_normal();
 }
 
 std::string mesh_name(const mjsMesh* mesh) {
   const std::string own = name_of(mesh->element);
-  return own.empty() ? fs::path(text(mesh->file)).stem().string() : own;
+  return own.empty() ? fs::path(spec_text(mesh->file)).stem().string() : own;
 }
 
 bool has_moving_part(const mjsBody* body) { return mjs_firstChild(body, mjOBJ_JOINT, 1) != nullptr; }
@@ -92,18 +89,19 @@ void leave_out_pictures(mjSpec* spec, const std::string& folder, LoadReport& rep
   std::map<std::string, mjsMesh*> missing;
   for_each(spec, mjOBJ_MESH, mjs_asMesh, [&](mjsMesh* mesh) {
     std::error_code error;
-    if (!text(mesh->file).empty() && !fs::exists(mesh_path(spec, mesh, folder), error)) missing[mesh_name(mesh)] = mesh;
+    if (!spec_text(mesh->file).empty() && !fs::exists(mesh_path(spec, mesh, folder), error))
+      missing[mesh_name(mesh)] = mesh;
   });
   if (missing.empty()) return;
   std::set<std::string> paired;
   for_each(spec, mjOBJ_PAIR, mjs_asPair, [&](mjsPair* pair) {
-    paired.insert(text(pair->geomname1));
-    paired.insert(text(pair->geomname2));
+    paired.insert(spec_text(pair->geomname1));
+    paired.insert(spec_text(pair->geomname2));
   });
   std::set<std::string> needed;
   std::vector<mjsGeom*> drawn;
   for_each(spec, mjOBJ_GEOM, mjs_asGeom, [&](mjsGeom* geom) {
-    const std::string mesh = text(geom->meshname);
+    const std::string mesh = spec_text(geom->meshname);
     if (!missing.contains(mesh)) return;
     const mjsBody* body = mjs_getParent(geom->element);
     const bool weighs =
@@ -126,7 +124,7 @@ void leave_out_pictures(mjSpec* spec, const std::string& folder, LoadReport& rep
   }
   size_t left_out = 0;
   for (const mjsGeom* geom : drawn) {
-    if (needed.contains(text(geom->meshname))) continue;
+    if (needed.contains(spec_text(geom->meshname))) continue;
     mjs_delete(spec, geom->element);
     ++left_out;
   }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <sstream>
 #include <utility>
 
 #include <fmt/format.h>
@@ -13,45 +12,17 @@
 #include "base/text.h"
 #include "model/ellipsoid.h"
 #include "model/package_paths.h"
+#include "model/urdf_values.h"
 
 namespace assay {
 namespace {
 
 namespace xml = tinyxml2;
-
-std::string text_of(const xml::XMLElement* element, const char* attribute) {
-  const char* value = element == nullptr ? nullptr : element->Attribute(attribute);
-  return value == nullptr ? "" : value;
-}
-
-// Numbers of an attribute; `otherwise` where there are not as many or one is none.
-template <size_t count>
-std::array<double, count> numbers_of(const xml::XMLElement* element, const char* attribute,
-                                     const std::array<double, count>& otherwise) {
-  std::istringstream words(text_of(element, attribute));
-  std::array<double, count> numbers{};
-  for (double& number : numbers) {
-    std::string word;
-    if (!(words >> word)) return otherwise;
-    const auto parsed = parse_number(word.starts_with('+') ? word.substr(1) : word);
-    if (!parsed || !std::isfinite(*parsed)) return otherwise;
-    number = *parsed;
-  }
-  return numbers;
-}
-
-Vec3 vector_of(const xml::XMLElement* element, const char* attribute, double otherwise) {
-  const auto v = numbers_of<3>(element, attribute, {otherwise, otherwise, otherwise});
-  return {v[0], v[1], v[2]};
-}
-
-Pose origin_of(const xml::XMLElement& element) {
-  const xml::XMLElement* origin = element.FirstChildElement("origin");
-  const Vec3 rpy = vector_of(origin, "rpy", 0);
-  const Quat q = Eigen::AngleAxisd(rpy.z(), Vec3::UnitZ()) * Eigen::AngleAxisd(rpy.y(), Vec3::UnitY()) *
-                 Eigen::AngleAxisd(rpy.x(), Vec3::UnitX());
-  return {vector_of(origin, "xyz", 0), q};
-}
+using urdf::number_of;
+using urdf::numbers_of;
+using urdf::origin_of;
+using urdf::text_of;
+using urdf::vector_of;
 
 MeshData box_mesh(const Vec3& half) {
   MeshData mesh;
@@ -107,8 +78,12 @@ class Visuals {
   }
 
  private:
+  static constexpr const char* kNotFinite = "has numbers that are not finite";
+
   static std::array<float, 4> rgba_of(const xml::XMLElement& colour) {
-    const auto v = numbers_of<4>(&colour, "rgba", {0.7, 0.7, 0.7, 1});
+    std::vector<double> v = numbers_of(&colour, "rgba");
+    if (v.size() != 4 || !std::ranges::all_of(v, [](double each) { return std::isfinite(each); }))
+      v = {0.7, 0.7, 0.7, 1};
     return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2]), static_cast<float>(v[3])};
   }
 
@@ -130,6 +105,7 @@ class Visuals {
     }
     if (part.rgba[3] == 0) return;  // not seen
     try {
+      if (!part.X_BS.p.allFinite() || !part.X_BS.q.coeffs().allFinite()) throw InputError(kNotFinite);
       part.mesh = mesh_of(*shape);
     } catch (const InputError& error) {
       drawing_.notes.push_back(fmt::format("visual mesh '{}' of link '{}' is not drawn: it {}",
@@ -142,8 +118,10 @@ class Visuals {
   // Index into Drawing::meshes; -1 for what URDF does not know. Throws InputError.
   int mesh_of(const xml::XMLElement& shape) {
     const std::string type = shape.Name();
-    const double radius = numbers_of<1>(&shape, "radius", {0})[0], length = numbers_of<1>(&shape, "length", {0})[0];
-    const Vec3 size = vector_of(&shape, "size", 0), scale = vector_of(&shape, "scale", 1);
+    const double radius = number_of(&shape, "radius", 0), length = number_of(&shape, "length", 0);
+    const Vec3 size = vector_of(&shape, "size", Vec3::Zero()), scale = vector_of(&shape, "scale", Vec3::Ones());
+    const bool finite = std::isfinite(radius) && std::isfinite(length) && size.allFinite() && scale.allFinite();
+    if (!finite) throw InputError(kNotFinite);
     std::string file;
     if (type == "mesh") {
       const FoundFile found = find_resource(text_of(&shape, "filename"), path_, options_.packages);

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "base/text.h"
+#include "model/spec_text.h"
 
 namespace assay {
 namespace {
@@ -17,11 +18,6 @@ std::uintmax_t size_of(const std::string& file) {
   std::error_code error;
   const std::uintmax_t size = fs::file_size(file, error);
   return error ? 0 : size;
-}
-
-std::string text(const mjString* string) {
-  const char* value = string == nullptr ? nullptr : mjs_getString(string);
-  return value == nullptr ? "" : value;
 }
 
 // What MuJoCo compiled of a mesh of an MJCF file.
@@ -39,12 +35,12 @@ MeshFacts compiled_mesh(const mjSpec* spec, const mjModel* m, int id, const std:
   for (mjsElement* e = mjs_firstElement(spec, mjOBJ_MESH); e != nullptr; e = mjs_nextElement(spec, e)) {
     if (mjs_getId(e) != id) continue;
     const mjsMesh* mesh = mjs_asMesh(e);
-    const std::string info = text(mesh->info);
+    const std::string info = spec_text(mesh->info);
     if (info.starts_with("line ")) facts.line = static_cast<int>(parse_integer(info.substr(5)).value_or(0));
-    const fs::path file = text(mesh->file);
+    const fs::path file = spec_text(mesh->file);
     if (file.empty()) break;
     facts.file =
-        (file.is_absolute() ? file : fs::path(folder) / text(spec->compiler.meshdir) / file).lexically_normal();
+        (file.is_absolute() ? file : fs::path(folder) / spec_text(spec->compiler.meshdir) / file).lexically_normal();
     facts.bytes = size_of(facts.file);
   }
   return facts;
