@@ -12,7 +12,7 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/assayConfigVersion.cmake 
 install(FILES ${PROJECT_BINARY_DIR}/assayConfig.cmake ${PROJECT_BINARY_DIR}/assayConfigVersion.cmake
   DESTINATION ${package_dir})
 foreach(header base/errors.h base/hash.h base/text.h engines/adapter.h engines/engine.h model/ellipsoid.h model/features.h
-    model/geometry.h model/kinematics.h model/massless.h model/model.h model/state.h)
+    model/geometry.h model/joint_rows.h model/kinematics.h model/massless.h model/model.h model/state.h)
   get_filename_component(folder ${header} DIRECTORY)
   install(FILES ${PROJECT_SOURCE_DIR}/src/${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/assay/${folder})
 endforeach()
