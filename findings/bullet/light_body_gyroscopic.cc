@@ -25,15 +25,15 @@ btScalar change(btScalar scale, int mode) {
   btDiscreteDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration);
   world.setGravity(btVector3(0, 0, 0));
   world.getSolverInfo().m_maxGyroscopicForce = SIMD_INFINITY;
-  btSphereShape shape(btScalar(0.1));
-  btRigidBody body(1, nullptr, &shape, btVector3(1, 2, btScalar(2.5)) * scale);
+  btSphereShape shape(static_cast<btScalar>(0.1));
+  btRigidBody body(1, nullptr, &shape, btVector3(1, 2, static_cast<btScalar>(2.5)) * scale);
   body.setDamping(0, 0);
   body.setFlags(mode);
   body.setActivationState(DISABLE_DEACTIVATION);
   const btVector3 spin(10, -20, 15);
   body.setAngularVelocity(spin);
   world.addRigidBody(&body);
-  world.stepSimulation(btScalar(1e-3), 0);
+  world.stepSimulation(static_cast<btScalar>(1e-3), 0);
   world.removeRigidBody(&body);
   return (body.getAngularVelocity() - spin).length();
 }
@@ -42,17 +42,17 @@ btScalar change(btScalar scale, int mode) {
 
 int main() {
   // 1, and what puts the product of the moments on either side of SIMD_EPSILON
-  const btScalar edge = btPow(SIMD_EPSILON / 5, btScalar(1) / 3);
+  const btScalar edge = btPow(SIMD_EPSILON / 5, static_cast<btScalar>(1) / 3);
   bool so = true;
   for (const int mode : {BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_BODY, BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_WORLD,
                          BT_ENABLE_GYROSCOPIC_FORCE_EXPLICIT}) {
-    const btScalar heavy = change(1, mode), above = change(edge * btScalar(1.1), mode);
-    const btScalar below = change(edge * btScalar(0.9), mode);
+    const btScalar heavy = change(1, mode), above = change(edge * static_cast<btScalar>(1.1), mode);
+    const btScalar below = change(edge * static_cast<btScalar>(0.9), mode);
     std::printf("flag %d: %.6f rad/s in a step at 1 kg m^2, %.6f just above SIMD_EPSILON, %.6f below\n", mode,
-                double(heavy), double(above), double(below));
+                static_cast<double>(heavy), static_cast<double>(above), static_cast<double>(below));
     const auto alike = [heavy](btScalar other) { return btFabs(other - heavy) < heavy / 100; };
     const bool implicit = mode != BT_ENABLE_GYROSCOPIC_FORCE_EXPLICIT;
-    so = so && heavy > btScalar(0.1) && alike(above) && (implicit ? below < heavy / 1000 : alike(below));
+    so = so && heavy > static_cast<btScalar>(0.1) && alike(above) && (implicit ? below < heavy / 1000 : alike(below));
   }
   return so ? 0 : 1;
 }

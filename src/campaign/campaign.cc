@@ -213,14 +213,15 @@ std::vector<BodyPair> excluded(const Section& section) {
   if (node == nullptr) return pairs;
   for (const toml::node& entry : section.list("exclude", *node)) {
     const toml::array* pair = entry.as_array();
-    const auto name = [&](size_t i) {
-      return pair == nullptr || pair->size() != 2 ? std::nullopt : pair->get(i)->value_exact<std::string>();
-    };
-    if (!name(0) || !name(1)) {
-      section.fail(&entry, fmt::format("'exclude' has {}: give pairs of bodies, as in [[\"thigh\", \"shank\"]]",
+    std::vector<std::string> names;
+    for (size_t i = 0; pair != nullptr && i < pair->size(); ++i) {
+      if (const auto name = pair->get(i)->value_exact<std::string>()) names.push_back(*name);
+    }
+    if (names.size() != 2 || pair->size() != 2) {
+      section.fail(&entry, fmt::format(R"('exclude' has {}: give pairs of bodies, as in [["thigh", "shank"]])",
                                        node_text(entry)));
     }
-    pairs.push_back({*name(0), *name(1)});
+    pairs.push_back({names[0], names[1]});
   }
   return pairs;
 }
