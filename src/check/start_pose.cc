@@ -23,7 +23,7 @@ constexpr double kLeast = 1e-6, kNotable = 1e-3;  // rad or m
 
 std::string amount(double value, bool is_length) { return quantity_text(value, is_length ? "m" : "rad"); }
 
-void add_limits(const Model& model, const FileFacts& facts, std::vector<Finding>& out) {
+void add_start_beyond_limits(const Model& model, const FileFacts& facts, std::vector<Finding>& out) {
   for (const bool is_slide : {false, true}) {
     Finding finding = {.level = Level::kMend,
                        .kind = "start-beyond-limits",
@@ -117,7 +117,7 @@ void add_overlaps(const Model& model, const FileFacts& facts, std::vector<Findin
 }  // namespace
 
 void add_start(const Model& model, const FileFacts& facts, std::vector<Finding>& out) {
-  add_limits(model, facts, out);
+  add_start_beyond_limits(model, facts, out);
   add_overlaps(model, facts, out);
 }
 

@@ -97,6 +97,15 @@ std::vector<Case> set_up_faults() {
               });
             }},
        {"readback", "joint-limit"}},
+      {{.name = "limits within one turn",
+        .model =
+            [](Model& m) {
+              every_hinge(m, [](Joint& h) {
+                h.lower = std::max(h.lower, -std::numbers::pi);
+                h.upper = std::min(h.upper, std::numbers::pi);
+              });
+            }},
+       {"wide-range"}},
       {{.name = "armature ignored", .model = [](Model& m) { every_hinge(m, [](Joint& h) { h.armature = 0; }); }},
        {"armature"}},
       {{.name = "spring pulls to 0",
