@@ -1,5 +1,6 @@
 #include "model/adapt_spec.h"
 
+#include <algorithm>
 #include <charconv>
 #include <filesystem>
 #include <set>
@@ -18,7 +19,7 @@ template <typename As, typename Work>
 void for_each(mjSpec* spec, mjtObj type, As as, Work work) {
   std::vector<mjsElement*> elements;  // before any is deleted
   for (mjsElement* e = mjs_firstElement(spec, type); e != nullptr; e = mjs_nextElement(spec, e)) elements.push_back(e);
-  for (mjsElement* const e : elements) work(as(e));
+  std::ranges::for_each(elements, work, as);
 }
 
 std::string name_of(mjsElement* element) { return spec_text(mjs_getName(element)); }
