@@ -131,28 +131,28 @@ std::vector<SystemText> systems_of(const Model& model, const ProgrammeOptions& o
   if (options.control) control = *options.control;
   // Throws where the model cannot have it. A file's path counts from the campaign, and the caller has read it.
   if (control.file.empty()) make_control(model, control);
-  const std::string driven = control.kind == "hold"      ? "held at its start pose by a PD"
-                             : control.kind == "passive" ? "without torques"
-                                                         : fmt::format("with the control '{}'", control.kind);
+  std::string driven = fmt::format("with the control '{}'", control.kind);
+  if (control.kind == "hold") driven = "held at its start pose by a PD";
+  if (control.kind == "passive") driven = "without torques";
   work.name = drops ? "drop" : control.kind;
-  const std::string where = raised   ? fmt::format("falls {} cm onto the ground", 100 * kDropHeight)
-                            : drops  ? "falls onto the ground from where its file puts it"
-                            : floats ? "is free in space, without gravity"
-                                     : "stands on its fixed base";
+  std::string where = "stands on its fixed base";
+  if (floats) where = "is free in space, without gravity";
+  if (drops) where = "falls onto the ground from where its file puts it";
+  if (raised) where = fmt::format("falls {} cm onto the ground", 100 * kDropHeight);
   work.why = fmt::format("{}: the robot {}, {}", work.name, where, driven);
   if (raised) work.lines.push_back(fmt::format("above_ground_m = {}", shortest(kDropHeight)));
   if (floats && !drops) work.lines.emplace_back("gravity = false");
   work.lines.push_back(control_line(control));
-  work.lines.insert(work.lines.end(), {"measures = [\"raw_speed\", \"consistency\", \"violation\"]",
-                                       "duration_s = 1.024", "pieces = 6", "piece_ms = 64"});
+  work.lines.insert(work.lines.end(), {R"(measures = ["raw_speed", "consistency", "violation"])", "duration_s = 1.024",
+                                       "pieces = 6", "piece_ms = 64"});
 
   if (moves && (drops || control.kind != "random")) {
     SystemText& random = systems.emplace_back();
     random.name = "random";
     random.why = "random: no contacts, seeded random torques at every joint";
-    random.lines = {"contacts = false", "control = \"random\""};
+    random.lines = {"contacts = false", R"(control = "random")"};
     if (floats) random.lines.emplace_back("gravity = false");
-    random.lines.insert(random.lines.end(), {"measures = [\"consistency\", \"violation\"]", "duration_s = 0.512",
+    random.lines.insert(random.lines.end(), {R"(measures = ["consistency", "violation"])", "duration_s = 0.512",
                                              "pieces = 4", "piece_ms = 64"});
   }
   const Model smooth = variant_of(model, {.smooth = true, .start_rates = kStartRates});
