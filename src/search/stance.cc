@@ -52,7 +52,7 @@ void start_within_limits(const std::string& file, const std::string& folder, Sta
   std::string first;
   const auto follows = [&](size_t j) {
     return std::ranges::any_of(model->couplings,
-                               [&](const Coupling& coupling) { return static_cast<size_t>(coupling.joint) == j; });
+                               [&](const Coupling& coupling) { return std::cmp_equal(coupling.joint, j); });
   };
   for (size_t j = 0; j < position.size(); ++j) {
     const Joint& joint = model->joints[j];

@@ -21,7 +21,7 @@ struct Stance {
 // plane under its lowest point. Joints that start beyond their limits, where no pose was asked for, are put at the
 // limit: `folder`/start.txt has the pose. Throws InputError as load_model(), SystemError where the pose cannot be
 // written.
-Stance stand(const std::string& file, const LoadOptions& load, const std::string& folder);
+Stance stand(const std::string& file, const LoadOptions& given, const std::string& folder);
 
 // Whether a moving shape may touch one that is fixed to the world.
 bool can_land(const Model& model);

@@ -10,6 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "base/text.h"
 #include "conformance/models.h"
 #include "faulty_engine.h"
 #include "model/kinematics.h"
@@ -130,14 +131,20 @@ parity::Certificate examine(const Model& model, const std::string& contender, Fa
   return parity::examine(model, bench, faulty.contender());
 }
 
+std::string said(const parity::Certificate& certificate) {
+  if (!certificate.failure.empty()) return certificate.failure;
+  if (certificate.causes.empty()) return "no cause";
+  return certificate.causes.front().element + " " + certificate.causes.front().parameter;
+}
+
 // How many seeded defects of `count` are named, first cause, with their joint. `mixed`: on trees with slides and balls,
 // in any joint of them.
 int named(int count, bool mixed, std::string& missed) {
   const std::vector<std::string> kinds = {"armature", "damping", "axis", "inertia", "upper limit", "torque"};
   int found = 0, tried = 0;
-  for (int seed = 0; seed < count; ++seed) {
+  for (int seed = 0; tried < count; ++seed) {
     Random random(1000U + static_cast<unsigned>(seed));
-    const std::string kind = kinds[static_cast<size_t>(seed) % kinds.size()];
+    const std::string& kind = kinds[static_cast<size_t>(seed) % kinds.size()];
     // not all of the five have armature
     const std::string contender = kind == "armature" ? "mujoco-euler" : kContenders[random.below(5)];
     const bool armature = contender == "mujoco-euler";
@@ -155,20 +162,16 @@ int named(int count, bool mixed, std::string& missed) {
         !certificate.causes.empty() && certificate.causes.front().element.find(wanted) != std::string::npos;
     found += hit ? 1 : 0;
     if (!hit) {
-      missed += fmt::format("  seed {}: {} of {} in {}: {}\n", seed, kind, wanted, contender,
-                            !certificate.failure.empty() ? certificate.failure
-                            : certificate.causes.empty()
-                                ? "no cause"
-                                : certificate.causes.front().element + " " + certificate.causes.front().parameter);
+      missed += fmt::format("  seed {}: {} of {} in {}: {}\n", seed, kind, wanted, contender, said(certificate));
     }
   }
-  return found + count - tried;
+  return found;
 }
 
 // ASSAY_PARITY_DEFECTS=100 runs as many as docs/robots.md reports.
 int how_many(int usual) {
   const char* asked = std::getenv("ASSAY_PARITY_DEFECTS");
-  return asked != nullptr ? std::atoi(asked) : usual;
+  return static_cast<int>(parse_integer(asked == nullptr ? "" : asked).value_or(usual));
 }
 
 TEST(Parity, NamesDefectsOfOnePercent) {

@@ -362,7 +362,7 @@ TEST(Random, SeedsDecide) {
 
 class TorqueFile : public testing::Test {
  protected:
-  std::string file(const std::string& text) {
+  static std::string file(const std::string& text) {
     const std::string path = testing::TempDir() + "/torques.csv";
     std::ofstream(path) << text;
     return path;
