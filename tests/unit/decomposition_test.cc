@@ -38,7 +38,7 @@ class Decomposition : public TempFolderTest {
     fs::create_directories(dir_);
     ::setenv("ASSAY_CACHE", dir_.c_str(), 1);
   }
-  ~Decomposition() override {
+  void TearDown() override {
     if (before_.empty()) {
       ::unsetenv("ASSAY_CACHE");
     } else {

@@ -20,7 +20,6 @@
 namespace assay {
 namespace {
 
-using testing::DoubleNear;
 using testing::HasSubstr;
 
 struct Checked {
@@ -40,7 +39,7 @@ Checked check_text(const std::string& text) {
   Checked checked;
   const LoadReport report = inspect_model_text(text, "robot", {}, &checked.facts);
   EXPECT_TRUE(report.model) << (report.problems.empty() ? "" : problem_text(report.problems.front()));
-  checked.model = report.model.value();
+  if (report.model) checked.model = *report.model;
   checked.bounds = step_bounds(checked.model, checked.model.initial);
   checked.findings = check_model(checked.model, checked.facts, checked.bounds);
   return checked;

@@ -44,6 +44,7 @@ class Repair : public TempFolderTest {
   }
   std::vector<std::string> changes() const {
     std::vector<std::string> result;
+    result.reserve(mends_.size());
     for (const Mend& mend : mends_) result.push_back(fmt::format("{}: {}", mend.line, mend.what));
     return result;
   }
@@ -70,6 +71,7 @@ TEST_F(Repair, MjcfChangesWhatIsWrongOnly) {
   const LoadReport report = inspect_model(from);
   EXPECT_FALSE(report.model.has_value());
   std::vector<std::pair<std::string, int>> found;
+  found.reserve(report.problems.size());
   for (const Problem& problem : report.problems) found.emplace_back(problem.element, problem.line);
   EXPECT_THAT(found, ElementsAre(std::pair("a joint", 3), std::pair("joint 'b'", 5), std::pair("body 'upper'", 6),
                                  std::pair("body 'lower'", 7), std::pair("a motor", 10)));
