@@ -18,6 +18,7 @@ namespace fs = std::filesystem;
 template <typename As, typename Work>
 void for_each(mjSpec* spec, mjtObj type, As as, Work work) {
   std::vector<mjsElement*> elements;  // before any is deleted
+  // NOLINTNEXTLINE(misc-const-correctness): `work` changes them
   for (mjsElement* e = mjs_firstElement(spec, type); e != nullptr; e = mjs_nextElement(spec, e)) elements.push_back(e);
   std::ranges::for_each(elements, work, as);
 }
