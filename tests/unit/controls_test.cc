@@ -367,7 +367,7 @@ class TorqueFile : public testing::Test {
     std::ofstream(path) << text;
     return path;
   }
-  std::string refused(const std::string& text) { return refusal({.kind = "file", .file = file(text)}); }
+  static std::string refused(const std::string& text) { return refusal({.kind = "file", .file = file(text)}); }
 };
 
 TEST_F(TorqueFile, IsInterpolated) {
