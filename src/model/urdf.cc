@@ -360,13 +360,14 @@ class Reader {
     joint->InsertNewChildElement("parent")->SetAttribute("link", "world");
     joint->InsertNewChildElement("child")->SetAttribute("link", root.name.c_str());
     robot_->InsertEndChild(joint);
-    root.joint = static_cast<int>(joints_.size());
+    const int joint_index = static_cast<int>(joints_.size());
+    root.joint = joint_index;
     const int world_index = static_cast<int>(links_.size());
     joints_.push_back({joint, "floating_base", "floating", world_index, order_.front()});
-    links_.emplace_back();
-    links_.back().element = world;
-    links_.back().name = "world";
-    links_.back().children = {root.joint};
+    Link& added = links_.emplace_back();  // `root` may refer to nothing from here on
+    added.element = world;
+    added.name = "world";
+    added.children = {joint_index};
     order_.insert(order_.begin(), world_index);
   }
 
