@@ -25,22 +25,18 @@ void add_limits(const Model& model, const FileFacts& facts, std::vector<Finding>
                     .kind = "joint-locked",
                     .title = "limits that leave no way",
                     .advice = "widen them, or make the joint fixed"};
-  size_t balls = 0;
   for (const Joint& joint : model.joints) {
     const std::string label = fmt::format("joint '{}'", joint.name);
     if (!joint.limited && !composes_root(model, joint)) {
-      unlimited.places.push_back({.element = label, .line = facts.line_of(label)});
+      unlimited.places.push_back(place_at(facts, label));
     } else if (joint.limited && joint.lower >= joint.upper) {
-      locked.places.push_back(
-          {.element = label, .line = facts.line_of(label), .text = fmt::format("at {:.4g}", joint.lower)});
+      locked.places.push_back(place_at(facts, label, 0, fmt::format("at {:.4g}", joint.lower)));
     }
   }
   for (const BallJoint& ball : model.balls) {
-    ++balls;
-    const std::string label = fmt::format("joint '{}'", ball.name);
-    if (!ball.limited) unlimited.places.push_back({.element = label, .line = facts.line_of(label)});
+    if (!ball.limited) unlimited.places.push_back(place_at(facts, fmt::format("joint '{}'", ball.name)));
   }
-  unlimited.all = unlimited.places.size() == model.joints.size() + balls;
+  unlimited.all = unlimited.places.size() == model.joints.size() + model.balls.size();
   unlimited.advice = facts.is_urdf
                          ? "continuous, or without lower < upper in <limit>: give both where the robot has stops"
                          : "give range where the robot has stops";
@@ -62,7 +58,7 @@ void add_efforts(const Model& model, const FileFacts& facts, std::vector<Finding
     const std::string label = facts.is_urdf && actuator.terms.size() == 1
                                   ? fmt::format("joint '{}'", model.joints[actuator.terms.front().joint].name)
                                   : fmt::format("actuator '{}'", actuator.name);
-    finding.places.push_back({.element = label, .line = facts.line_of(label)});
+    finding.places.push_back(place_at(facts, label));
   }
   finding.all = finding.places.size() == model.actuators.size();
   add(std::move(finding), out);
@@ -73,8 +69,8 @@ void add_damping(const Model& model, const FileFacts& facts, std::vector<Finding
                      .title = "no damping and no dry friction",
                      .advice = "only limits, contacts and torques stop them"};
   const auto consider = [&](const std::string& name, double damping, double friction) {
-    const std::string label = fmt::format("joint '{}'", name);
-    if (damping == 0 && friction == 0) finding.places.push_back({.element = label, .line = facts.line_of(label)});
+    if (damping != 0 || friction != 0) return;
+    finding.places.push_back(place_at(facts, fmt::format("joint '{}'", name)));
   };
   size_t candidates = model.balls.size();
   for (const Joint& joint : model.joints) {
@@ -95,10 +91,8 @@ void add_unstable(const Model& model, const FileFacts& facts, std::vector<Findin
                      .advice = "kp and kv have to be positive, biasprm negative"};
   for (const Actuator& actuator : model.actuators) {
     if (actuator.bias[1] <= 0 && actuator.bias[2] <= 0) continue;
-    const std::string label = fmt::format("actuator '{}'", actuator.name);
-    finding.places.push_back({.element = label,
-                              .line = facts.line_of(label),
-                              .text = fmt::format("bias {:.4g}, {:.4g}", actuator.bias[1], actuator.bias[2])});
+    finding.places.push_back(place_at(facts, fmt::format("actuator '{}'", actuator.name), 0,
+                                      fmt::format("bias {:.4g}, {:.4g}", actuator.bias[1], actuator.bias[2])));
   }
   add(std::move(finding), out);
 }

@@ -48,12 +48,9 @@ void add_ratios(const Model& model, const FileFacts& facts, std::vector<Finding>
     if (body.is_massless() || parent == kWorld) continue;
     const Body& other = model.bodies[parent];
     const double ratio = std::max(body.mass / other.mass, other.mass / body.mass);
-    const std::string label = fmt::format("body '{}'", body.name);
-    Place place = {.element = label,
-                   .line = facts.line_of(label),
-                   .value = ratio,
-                   .text = fmt::format("{} on '{}' of {}: {:.3g}", kilograms(body.mass), other.name,
-                                       kilograms(other.mass), ratio)};
+    Place place = place_at(
+        facts, fmt::format("body '{}'", body.name), ratio,
+        fmt::format("{} on '{}' of {}: {:.3g}", kilograms(body.mass), other.name, kilograms(other.mass), ratio));
     if (ratio > largest.value) largest = place;
     if (ratio > kLargeRatio) finding.places.push_back(std::move(place));
   }
@@ -76,9 +73,7 @@ void add_ranges(const Model& model, const FileFacts& facts, std::vector<Finding>
                     .advice = "the conformance suite tests none of them: check their unit"};
   for (const Body& body : model.bodies) {
     if (body.is_massless() || (body.mass >= kLightest && body.mass <= kHeaviest)) continue;
-    const std::string label = fmt::format("body '{}'", body.name);
-    masses.places.push_back(
-        {.element = label, .line = facts.line_of(label), .value = body.mass, .text = kilograms(body.mass)});
+    masses.places.push_back(place_at(facts, fmt::format("body '{}'", body.name), body.mass, kilograms(body.mass)));
   }
   std::ranges::stable_sort(masses.places, {}, &Place::value);
   add(std::move(masses), out);
@@ -90,9 +85,7 @@ void add_ranges(const Model& model, const FileFacts& facts, std::vector<Finding>
     if (!shape.collides || is_ground(shape) || shape.body == kWorld) continue;
     const double size = box_around(model, shape, {}).sizes().maxCoeff();
     if (size >= kSmallest && size <= kLargest) continue;
-    const std::string label = fmt::format("geom '{}'", shape.name);
-    sizes.places.push_back(
-        {.element = label, .line = facts.line_of(label), .value = size, .text = quantity_text(size, "m")});
+    sizes.places.push_back(place_at(facts, fmt::format("geom '{}'", shape.name), size, quantity_text(size, "m")));
   }
   std::ranges::stable_sort(sizes.places, {}, &Place::value);
   add(std::move(sizes), out);
@@ -120,12 +113,9 @@ void add_inertias(const Model& model, const FileFacts& facts, std::vector<Findin
     const Body& body = model.bodies[i];
     if (body.is_massless() || farthest[i] == 0) continue;
     const double gyration = std::sqrt(principal_inertia(body.I_BBcm_B).diagonal.maxCoeff() / body.mass);
-    const std::string label = fmt::format("body '{}'", body.name);
-    Place place = {.element = label,
-                   .line = facts.line_of(label),
-                   .value = gyration,
-                   .text = fmt::format("radius of gyration {}, shapes within {}", quantity_text(gyration, "m"),
-                                       quantity_text(farthest[i], "m"))};
+    Place place = place_at(facts, fmt::format("body '{}'", body.name), gyration,
+                           fmt::format("radius of gyration {}, shapes within {}", quantity_text(gyration, "m"),
+                                       quantity_text(farthest[i], "m")));
     if (gyration > kFar * farthest[i]) {
       far.places.push_back(std::move(place));
     } else if (gyration < kNear * farthest[i]) {

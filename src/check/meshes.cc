@@ -5,6 +5,7 @@
 
 #include "base/quantity.h"
 #include "check/model_check.h"
+#include "model/mesh_facts.h"
 
 namespace assay::findings {
 namespace {
@@ -14,14 +15,6 @@ constexpr size_t kHugeTriangles = 100'000;
 constexpr std::uintmax_t kHugeBytes = 20'000'000;
 // A hull with half again the mesh's volume touches where the robot has no surface.
 constexpr double kConcave = 1.5;
-
-double volume(const Hull& hull) {
-  double sum = 0;
-  for (const auto& [a, b, c] : hull.faces) {
-    sum += hull.vertices[a].dot(hull.vertices[b].cross(hull.vertices[c])) / 6;
-  }
-  return sum;
-}
 
 }  // namespace
 
@@ -54,7 +47,7 @@ void add_meshes(const Model& model, const FileFacts& facts, std::vector<Finding>
     }
     const auto hull = std::ranges::find(model.hulls, mesh.name, &Hull::name);
     if (hull == model.hulls.end() || mesh.volume <= 0) continue;
-    const double ratio = volume(*hull) / mesh.volume;
+    const double ratio = enclosed_volume(hull->vertices, hull->faces) / mesh.volume;
     if (ratio < kConcave) continue;
     place.value = ratio;
     place.text = fmt::format("{:.3g} times its volume", ratio);

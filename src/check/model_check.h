@@ -49,6 +49,9 @@ void add_start(const Model& model, const FileFacts& facts, std::vector<Finding>&
 // mesh-open, mesh-huge, mesh-concave
 void add_meshes(const Model& model, const FileFacts& facts, std::vector<Finding>& out);
 
+// A place at an element of the file, "joint 'knee'", with its line.
+Place place_at(const FileFacts& facts, const std::string& element, double value = 0, std::string text = {});
+
 // Largest first.
 void sort_by_value(Finding& finding);
 // Adds a finding that has places.

@@ -36,24 +36,18 @@ void add_start_beyond_limits(const Model& model, const FileFacts& facts, std::ve
       const double q = model.initial.position[j];
       const double beyond = std::max(joint.lower - q, q - joint.upper);
       if (beyond <= kLeast) continue;
-      const std::string element = fmt::format("joint '{}'", joint.name);
       const double limit = q < joint.lower ? joint.lower : joint.upper;
-      finding.places.push_back({.element = element,
-                                .line = facts.line_of(element),
-                                .value = beyond,
-                                .text = fmt::format("{} beyond {:.4g}", amount(beyond, is_slide), limit)});
+      finding.places.push_back(place_at(facts, fmt::format("joint '{}'", joint.name), beyond,
+                                        fmt::format("{} beyond {:.4g}", amount(beyond, is_slide), limit)));
     }
     for (size_t b = 0; !is_slide && b < model.balls.size(); ++b) {
       const BallJoint& ball = model.balls[b];
       if (!ball.limited) continue;
       const double angle = rotation_vector(ball_rotation(model, model.initial, static_cast<int>(b))).norm();
       if (angle - ball.upper <= kLeast) continue;
-      const std::string element = fmt::format("joint '{}'", ball.name);
       finding.places.push_back(
-          {.element = element,
-           .line = facts.line_of(element),
-           .value = angle - ball.upper,
-           .text = fmt::format("{} beyond {:.4g}", amount(angle - ball.upper, false), ball.upper)});
+          place_at(facts, fmt::format("joint '{}'", ball.name), angle - ball.upper,
+                   fmt::format("{} beyond {:.4g}", amount(angle - ball.upper, false), ball.upper)));
     }
     sort_by_value(finding);
     if (!finding.places.empty() && finding.places.front().value < kNotable) finding.level = Level::kKnow;

@@ -1,10 +1,8 @@
 #include "model/adapt_spec.h"
 
 #include <algorithm>
-#include <charconv>
 #include <filesystem>
 #include <set>
-#include <string_view>
 
 #include <fmt/format.h>
 
@@ -24,21 +22,6 @@ void for_each(mjSpec* spec, mjtObj type, As as, Work work) {
 }
 
 std::string name_of(mjsElement* element) { return spec_text(mjs_getName(element)); }
-
-int line_of(const mjString* info) {
-  const std::string words = spec_text(info);
-  constexpr std::string_view kBefore = "line ";
-  if (!words.starts_with(kBefore)) return 0;
-  int line = 0;  // what follows it is not a part of the number
-  std::from_chars(words.data() + kBefore.size(), words.data() + words.size(), line);
-  return line;
-}
-
-// The file that MuJoCo would open.
-fs::path mesh_path(const mjSpec* spec, const mjsMesh* mesh, const std::string& folder) {
-  const fs::path file = spec_text(mesh->file);
-  return file.is_absolute() ? file : (fs::path(folder) / spec_text(spec->compiler.meshdir) / file).lexically_normal();
-}
 
 std::string mesh_name(const mjsMesh* mesh) {
   const std::string own = name_of(mesh->element);
@@ -91,7 +74,7 @@ void leave_out_pictures(mjSpec* spec, const std::string& folder, LoadReport& rep
   std::map<std::string, mjsMesh*> missing;
   for_each(spec, mjOBJ_MESH, mjs_asMesh, [&](mjsMesh* mesh) {
     std::error_code error;
-    if (!spec_text(mesh->file).empty() && !fs::exists(mesh_path(spec, mesh, folder), error))
+    if (!spec_text(mesh->file).empty() && !fs::exists(spec_mesh_path(spec, mesh, folder), error))
       missing[mesh_name(mesh)] = mesh;
   });
   if (missing.empty()) return;
@@ -119,8 +102,8 @@ void leave_out_pictures(mjSpec* spec, const std::string& folder, LoadReport& rep
     report.problems.push_back(
         {.severity = Severity::kRefused,
          .element = fmt::format("mesh '{}'", name),
-         .line = line_of(mesh->info),
-         .message = fmt::format("is not found (looked for: {})", mesh_path(spec, mesh, folder).string()),
+         .line = spec_line(mesh->info),
+         .message = fmt::format("is not found (looked for: {})", spec_mesh_path(spec, mesh, folder).string()),
          .mend = "put the file there, or correct its name",
          .option = {}});
   }

@@ -100,10 +100,7 @@ void JointRows::add(const Model& model, const State& state, std::vector<double>&
     const double length = sum_of_terms(row.terms, state.position), speed = sum_of_terms(row.terms, state.velocity);
     const auto index = static_cast<Eigen::Index>(r);
     // the speed at which the row may arrive at its bound, or has to come back to it
-    const auto towards = [&](double bound) {
-      const double way = bound - length;
-      return way / timestep_;
-    };
+    const auto towards = [&](double bound) { return (bound - length) / timestep_; };
     if (row.lower == row.upper) {
       pushes.push_back({index, 0, kPosition * towards(row.lower) - speed});
       continue;

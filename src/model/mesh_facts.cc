@@ -35,12 +35,10 @@ MeshFacts compiled_mesh(const mjSpec* spec, const mjModel* m, int id, const std:
   for (mjsElement* e = mjs_firstElement(spec, mjOBJ_MESH); e != nullptr; e = mjs_nextElement(spec, e)) {
     if (mjs_getId(e) != id) continue;
     const mjsMesh* mesh = mjs_asMesh(e);
-    const std::string info = spec_text(mesh->info);
-    if (info.starts_with("line ")) facts.line = static_cast<int>(parse_integer(info.substr(5)).value_or(0));
-    const fs::path file = spec_text(mesh->file);
+    facts.line = spec_line(mesh->info);
+    const fs::path file = spec_mesh_path(spec, mesh, folder);
     if (file.empty()) break;
-    facts.file =
-        (file.is_absolute() ? file : fs::path(folder) / spec_text(spec->compiler.meshdir) / file).lexically_normal();
+    facts.file = file.lexically_normal();
     facts.bytes = size_of(facts.file);
   }
   return facts;

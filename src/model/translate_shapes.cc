@@ -8,6 +8,7 @@
 #include "base/errors.h"
 #include "base/text.h"
 #include "model/decomposition.h"
+#include "model/mesh_facts.h"
 #include "model/translator.h"
 
 namespace assay {
@@ -38,17 +39,6 @@ const char* geom_type_name(int type) {
   }
 }
 
-double signed_volume(const Hull& hull, const std::array<int, 3>& face) {
-  const Vec3 &a = hull.vertices[face[0]], &b = hull.vertices[face[1]], &c = hull.vertices[face[2]];
-  return a.dot(b.cross(c)) / 6;
-}
-
-double volume(const Hull& hull) {
-  double sum = 0;
-  for (const auto& face : hull.faces) sum += signed_volume(hull, face);
-  return sum;
-}
-
 // Each edge has a face on either side that runs through it the other way, and the faces enclose a volume from outside.
 bool closed_and_outward(const Hull& hull) {
   std::vector<std::pair<int, int>> edges;
@@ -57,7 +47,7 @@ bool closed_and_outward(const Hull& hull) {
   }
   std::ranges::sort(edges);
   if (std::ranges::adjacent_find(edges) != edges.end()) return false;
-  return volume(hull) > 0 && std::ranges::all_of(edges, [&](const auto& e) {
+  return enclosed_volume(hull.vertices, hull.faces) > 0 && std::ranges::all_of(edges, [&](const auto& e) {
            return std::ranges::binary_search(edges, std::pair(e.second, e.first));
          });
 }
@@ -255,10 +245,10 @@ std::vector<Hull> Translator::parts_of(int g, int mesh, const Hull& whole) {
   double sum = 0;
   for (size_t k = 0; k < parts.size(); ++k) {
     parts[k].name = fmt::format("{}_{}", whole.name, k + 1);
-    sum += volume(parts[k]);
+    sum += enclosed_volume(parts[k].vertices, parts[k].faces);
   }
   decomposed_.push_back(fmt::format("mesh '{}' is {} hulls with {:.0f} % of its one hull's volume", whole.name,
-                                    parts.size(), 100 * sum / volume(whole)));
+                                    parts.size(), 100 * sum / enclosed_volume(whole.vertices, whole.faces)));
   return parts;
 }
 

@@ -7,6 +7,7 @@
 
 #include "base/errors.h"
 #include "base/text.h"
+#include "model/spec_text.h"
 
 namespace assay {
 
@@ -75,11 +76,7 @@ LoadReport Translator::translate() {
 void Translator::read_lines(const mjSpec* spec) {
   const auto note = [&](mjtObj type, auto as) {
     for (mjsElement* e = mjs_firstElement(spec, type); e != nullptr; e = mjs_nextElement(spec, e)) {
-      // the parser writes "line 12" here, line 0 in included files; MuJoCo owns the string, so use its accessor
-      int line = 0;
-      const std::string info = mjs_getString(as(e)->info);
-      if (info.starts_with("line ")) line = static_cast<int>(parse_integer(info.substr(5)).value_or(0));
-      lines_[{type, mjs_getId(e)}] = line;
+      lines_[{type, mjs_getId(e)}] = spec_line(as(e)->info);  // 0 in included files
     }
   };
   note(mjOBJ_BODY, mjs_asBody);
