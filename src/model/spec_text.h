@@ -25,7 +25,7 @@ inline int spec_line(const mjString* info) {
 
 // The file of a mesh that MuJoCo would open; `folder` is the model's. Empty where the mesh has none.
 inline std::filesystem::path spec_mesh_path(const mjSpec* spec, const mjsMesh* mesh, const std::string& folder) {
-  const std::filesystem::path file = spec_text(mesh->file);
+  std::filesystem::path file = spec_text(mesh->file);
   if (file.empty() || file.is_absolute()) return file;
   return (std::filesystem::path(folder) / spec_text(spec->compiler.meshdir) / file).lexically_normal();
 }

@@ -8,6 +8,7 @@
 
 #include "base/errors.h"
 #include "base/text.h"
+#include "check/overlaps.h"
 #include "controls/hold.h"
 #include "model/variant.h"
 #include "reference/smooth.h"
@@ -116,6 +117,46 @@ struct SystemText {
   std::vector<std::string> lines;
 };
 
+// Pairs of the robot's own bodies whose shapes overlap at the start.
+struct Overlapping {
+  std::vector<BodyPair> pairs;  // the deepest first
+  double depth = 0;             // m, of the deepest
+};
+
+Overlapping overlapping(const Model& model) {
+  constexpr double kLeast = 5e-4;  // m
+  // What is fixed to the world belongs to a robot on a fixed base.
+  const auto robot_of = [&](int body) {
+    const int root = body == kWorld ? kWorld : root_of(model, body);
+    return root == kWorld || !model.bodies[static_cast<size_t>(root)].is_free() ? kWorld : root;
+  };
+  const auto name = [&](int body) { return body == kWorld ? "world" : model.bodies[static_cast<size_t>(body)].name; };
+  const auto is_ground = [](const Shape& shape) {
+    return shape.type == ShapeType::kPlane || shape.type == ShapeType::kHeightField;
+  };
+  Overlapping found;
+  for (const Overlap& overlap : overlaps(model, model.initial, kLeast)) {
+    const ContactPair& pair = model.contacts[static_cast<size_t>(overlap.pair)];
+    const Shape& a = model.shapes[static_cast<size_t>(pair.shape_a)];
+    const Shape& b = model.shapes[static_cast<size_t>(pair.shape_b)];
+    if (is_ground(a) || is_ground(b) || robot_of(a.body) != robot_of(b.body)) continue;
+    const BodyPair bodies = {name(a.body), name(b.body)};
+    const auto same = [&](const BodyPair& other) {
+      return other == bodies || (other.a == bodies.b && other.b == bodies.a);
+    };
+    if (std::ranges::none_of(found.pairs, same)) found.pairs.push_back(bodies);
+    found.depth = std::max(found.depth, overlap.depth);
+  }
+  return found;
+}
+
+// "exclude = [...]", some pairs a line.
+std::string exclude_text(const std::vector<BodyPair>& pairs) {
+  std::string list = "exclude = [\n";
+  for (const BodyPair& pair : pairs) list += fmt::format("  [{}, {}],\n", toml_text(pair.a), toml_text(pair.b));
+  return list + "]";
+}
+
 std::vector<SystemText> systems_of(const Model& model, const ProgrammeOptions& options) {
   const bool moves = !model.joints.empty();
   const bool is_free = has_free_base(model);
@@ -142,6 +183,16 @@ std::vector<SystemText> systems_of(const Model& model, const ProgrammeOptions& o
   work.why = fmt::format("{}: the robot {}, {}", work.name, where, driven);
   if (raised) work.lines.push_back(fmt::format("above_ground_m = {}", shortest(kDropHeight)));
   if (floats && !drops) work.lines.emplace_back("gravity = false");
+  if (const Overlapping overlap = overlapping(model); !overlap.pairs.empty()) {
+    const BodyPair& first = overlap.pairs.front();
+    work.why += fmt::format(
+        "; contacts of {} with each other are left out, because their shapes overlap at the start, which would drive "
+        "them apart (the deepest: {} and {}, {:.3g} mm; see 'exclude')",
+        overlap.pairs.size() == 1 ? "a pair of its bodies"
+                                  : fmt::format("{} pairs of its bodies", overlap.pairs.size()),
+        first.a, first.b, 1e3 * overlap.depth);
+    work.lines.push_back(exclude_text(overlap.pairs));
+  }
   work.lines.push_back(control_line(control));
   work.lines.insert(work.lines.end(), {R"(measures = ["raw_speed", "consistency", "violation"])", "duration_s = 1.024",
                                        "pieces = 6", "piece_ms = 64"});

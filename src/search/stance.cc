@@ -35,11 +35,6 @@ std::optional<Model> loaded(const std::string& file, const LoadOptions& load) {
   return inspect_model(file, load).model;
 }
 
-int root_of(const Model& model, int body) {
-  for (int parent = body; parent != kWorld; parent = model.bodies[static_cast<size_t>(body)].parent) body = parent;
-  return body;
-}
-
 // Puts joints that start beyond their limits at the limit, and joints that follow others where they belong. Does
 // nothing for a file that is refused: that is said later.
 void start_within_limits(const std::string& file, const std::string& folder, Stance& stance) {
@@ -118,6 +113,11 @@ int limbs_on_ground(const Model& model) {
 }
 
 }  // namespace
+
+int root_of(const Model& model, int body) {
+  for (int parent = body; parent != kWorld; parent = model.bodies[static_cast<size_t>(body)].parent) body = parent;
+  return body;
+}
 
 bool can_land(const Model& model) {
   return std::ranges::any_of(model.contacts, [&](const ContactPair& pair) {

@@ -23,6 +23,9 @@ struct Stance {
 // written.
 Stance stand(const std::string& file, const LoadOptions& given, const std::string& folder);
 
+// The body of the world that carries `body`, or `body` itself.
+int root_of(const Model& model, int body);
+
 // Whether a moving shape may touch one that is fixed to the world.
 bool can_land(const Model& model);
 
