@@ -314,6 +314,105 @@ CampaignSystem system_of(const Section& section, const Defaults& defaults, Roste
   return system;
 }
 
+TimingOptions timing_of(const Section& section) {
+  section.allow({"rounds", "processes", "batch_ms", "windows", "warmup", "states", "states_of", "twins"});
+  TimingOptions timing;
+  timing.rounds = section.count("rounds", timing.rounds, 1, 100000);
+  timing.processes = section.count("processes", timing.processes, 1, 100);
+  timing.batch_ms = section.positive("batch_ms", timing.batch_ms);
+  timing.windows = section.count("windows", timing.windows, 1, 1000);
+  timing.warmup = section.count("warmup", timing.warmup, 0, 100000);
+  if (const toml::node* node = section.find("states")) {
+    const auto text = node->value_exact<std::string>();
+    if (!text || (*text != "own" && *text != "common")) {
+      section.fail(node,
+                   fmt::format("'states' is {}: give \"own\" or \"common\"; how many windows of the run are timed "
+                               "is 'windows'",
+                               node_text(*node)));
+    }
+    timing.common_states = *text == "common";
+  }
+  if (!timing.common_states && section.find("states_of") != nullptr) {
+    section.fail(section.find("states_of"), "'states_of' has no effect without states = \"common\": add it");
+  }
+  return timing;
+}
+
+int contender_index(const Section& section, const toml::node* node, const Campaign& campaign, const std::string& name) {
+  std::vector<std::string> known;
+  for (const CampaignContender& each : campaign.contenders) known.push_back(each.resolved.name);
+  const auto found = std::ranges::find(known, name);
+  if (found == known.end()) {
+    section.fail(node, fmt::format("'{}' is no contender of this campaign{}", name, did_you_mean(name, known)));
+  }
+  return static_cast<int>(found - known.begin());
+}
+
+// A twin is timed wherever its contender is.
+void add_twins(const Section& section, Campaign& campaign) {
+  const toml::node* node = section.find("twins");
+  if (node == nullptr) return;
+  for (const toml::node& entry : section.list("twins", *node)) {
+    const auto name = entry.value_exact<std::string>();
+    if (!name) section.fail(&entry, fmt::format("'twins' has {}: give a contender's name", node_text(entry)));
+    const int index = contender_index(section, &entry, campaign, *name);
+    CampaignContender twin = campaign.contenders[static_cast<size_t>(index)];
+    twin.resolved.name += "-twin";
+    twin.twin = true;
+    const auto taken = [&](const CampaignContender& each) { return each.resolved.name == twin.resolved.name; };
+    if (std::ranges::any_of(campaign.contenders, taken)) {
+      section.fail(&entry, fmt::format("there is a contender '{}' already: name each twin once", twin.resolved.name));
+    }
+    for (CampaignSystem& system : campaign.systems) {
+      if (std::ranges::find(system.contenders, index) == system.contenders.end()) continue;
+      system.contenders.push_back(static_cast<int>(campaign.contenders.size()));
+    }
+    campaign.contenders.push_back(std::move(twin));
+  }
+}
+
+Coordinates coordinates_of(const CampaignContender& contender) {
+  return contender.resolved.engine->capabilities(contender.resolved.settings).coordinates;
+}
+
+// Whose states all timings of the system start from. Joints come apart in maximal coordinates, and joint coordinates
+// cannot express that.
+void choose_states(const Section& section, const Campaign& campaign, CampaignSystem& system) {
+  if (!campaign.timing.common_states || !system.has(Measure::kRawSpeed)) return;
+  const auto of = [&](int index) -> const CampaignContender& {
+    return campaign.contenders[static_cast<size_t>(index)];
+  };
+  const auto present = [&](int index) { return of(index).absent.empty(); };
+  const toml::node* node = section.find("states_of");
+  if (const auto name = section.text("states_of")) {
+    system.states_of = contender_index(section, node, campaign, *name);
+    if (std::ranges::find(system.contenders, system.states_of) == system.contenders.end() ||
+        !present(system.states_of)) {
+      section.fail(node, fmt::format("'{}' does not take part in system '{}', so there are no states of it: give "
+                                     "another contender",
+                                     *name, system.name));
+    }
+  } else {
+    for (const int index : system.contenders) {
+      if (!present(index)) continue;
+      if (system.states_of < 0) system.states_of = index;
+      if (coordinates_of(of(index)) != Coordinates::kJoint) continue;
+      system.states_of = index;
+      break;
+    }
+  }
+  const bool joints = !system.model.joints.empty() || !system.model.balls.empty();
+  if (system.states_of < 0 || !joints || coordinates_of(of(system.states_of)) == Coordinates::kJoint) return;
+  for (const int index : system.contenders) {
+    if (!present(index) || coordinates_of(of(index)) != Coordinates::kJoint) continue;
+    section.fail(
+        node != nullptr ? node : section.find("states"),
+        fmt::format("'{}' cannot start from the states of '{}' on '{}': there joints come apart, and its joint "
+                    "coordinates cannot express that; give states_of = a contender in joint coordinates",
+                    of(index).resolved.name, of(system.states_of).resolved.name, system.name));
+  }
+}
+
 nlohmann::json content_of(const CampaignSystem& system) {
   std::vector<std::string> measures;
   measures.reserve(system.measures.size());
@@ -404,7 +503,8 @@ std::string Campaign::hash() const {
   for (const CampaignContender& contender : contenders) {
     content["contenders"].push_back({contender.resolved.name, contender.content()});
   }
-  content["timing"] = {timing.rounds, timing.batch_ms, timing.states, timing.warmup, timing.processes};
+  content["timing"] = {timing.rounds,  timing.processes, timing.batch_ms,
+                       timing.windows, timing.warmup,    timing.common_states};
   content["time_limit_s"] = time_limit_s;
   content["seed"] = seed;
   return content_hash(content.dump());
@@ -430,13 +530,7 @@ Campaign parse_campaign(const std::string& toml_text, const std::string& source,
   if (const toml::node* node = root.find("timing")) {
     if (!node->is_table())
       root.fail(node, fmt::format("'timing' is {}: write it as a table [timing]", node_text(*node)));
-    const Section timing(*node->as_table(), "[timing]", source);
-    timing.allow({"rounds", "batch_ms", "states", "warmup", "processes"});
-    campaign.timing.rounds = timing.count("rounds", campaign.timing.rounds, 1, 100000);
-    campaign.timing.batch_ms = timing.positive("batch_ms", campaign.timing.batch_ms);
-    campaign.timing.states = timing.count("states", campaign.timing.states, 1, 1000);
-    campaign.timing.warmup = timing.count("warmup", campaign.timing.warmup, 0, 100000);
-    campaign.timing.processes = timing.count("processes", campaign.timing.processes, 1, 100);
+    campaign.timing = timing_of(Section(*node->as_table(), "[timing]", source));
   }
   if (const toml::node* node = root.find("search")) campaign.search = search_of(root, *node);
   const std::vector<Section> systems = root.sections("system");
@@ -460,6 +554,11 @@ Campaign parse_campaign(const std::string& toml_text, const std::string& source,
     }
   }
   campaign.contenders = std::move(roster).contenders();
+  if (const toml::node* node = root.find("timing")) {
+    const Section timing(*node->as_table(), "[timing]", source);
+    add_twins(timing, campaign);
+    for (CampaignSystem& system : campaign.systems) choose_states(timing, campaign, system);
+  }
   campaign.ratios = ratios_of(root, campaign.contenders);
   return campaign;
 }

@@ -13,11 +13,15 @@
 //   seed = 1                                       # order of the contenders within a timing round, bootstrap
 //
 //   [timing]                                       # all optional
-//   rounds = 12                                    # in each of which every contender is measured once
-//   batch_ms = 20                                  # least time in the engine's steps of a contender's turn
-//   states = 4                                     # saved states that a turn starts from one after the other
-//   warmup = 5                                     # untimed steps after each
-//   processes = 5                                  # of a contender, used in turn by the rounds
+//   rounds = 24                                    # in each of which every contender is measured once
+//   processes = 8                                  # of a contender; each measures a row of rounds
+//   batch_ms = 100                                 # time in the engine's steps of a turn, in the mean over contenders
+//   windows = 32                                   # parts of the run that all contenders time
+//   warmup = 5                                     # untimed steps behind a saved state
+//   states = "own"                                 # where windows start: in states of each contender's own fine-step
+//                                                  # run, or "common": in those of one contender
+//   states_of = "mujoco-euler"                     # which; default: the system's first one in joint coordinates
+//   twins = ["mujoco-euler"]                       # contenders that are timed twice, under NAME and NAME-twin
 //
 //   [search]                                       # optional: measures only what can still win, the rest never
 //   minutes = 10                                   # the budget
@@ -87,11 +91,12 @@ enum class Measure { kRawSpeed, kConsistency, kTruth, kDrift, kViolation, kGrasp
 std::string_view measure_text(Measure measure);  // "raw_speed", ...
 
 struct TimingOptions {
-  int rounds = 12;
-  double batch_ms = 20;
-  int states = 4;
+  int rounds = 24;
+  int processes = 8;
+  double batch_ms = 100;
+  int windows = 32;
   int warmup = 5;
-  int processes = 5;
+  bool common_states = false;
 };
 
 struct CampaignSystem {
@@ -114,6 +119,7 @@ struct CampaignSystem {
   std::vector<double> violation_ms;  // ascending; some of timesteps_ms
   std::vector<int> contenders;       // indices into Campaign::contenders, ascending
   double reference_ms = 1.0 / 64;
+  int states_of = -1;  // index of the contender whose states all timings start from; -1: each from its own
 
   bool has(Measure measure) const;  // whether it is measured
 };
@@ -123,6 +129,7 @@ struct CampaignContender {
   std::map<std::string, std::string> overrides;
   std::string plugin_hash;  // content address of the adapter's library
   std::string absent;       // why the contender cannot be run here, "" when it can
+  bool twin = false;        // the same as another one: only timed, to show the error of the timing
 
   // Everything that decides what it computes except the timestep, as text; names do not count.
   std::string content() const;

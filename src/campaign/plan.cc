@@ -29,14 +29,13 @@ nlohmann::json run_content(const CampaignSystem& system, const std::string& cont
 
 long long steps_of(double length_ms, double timestep_ms) { return std::llround(length_ms / timestep_ms); }
 
-// Seconds of wall time that timing a cell takes: finding the batch's length, the samples, and for each
-// saved state an instance and its untimed steps.
+// Seconds of wall time that timing a cell takes: a look at the time of a step, the rounds and the single steps, and for
+// each saved state an instance and its untimed steps. In the mean over contenders: one that is slow takes longer turns.
 double timing_seconds(const Campaign& campaign, double step_s) {
-  constexpr double kInstanceSeconds = 5e-4, kSearchSeconds = 5e-3;
+  constexpr double kInstanceSeconds = 5e-4, kSearchSeconds = 2e-2, kPassesOfSingleSteps = 3;
   const TimingOptions& timing = campaign.timing;
   const double start_s = kInstanceSeconds + step_s * timing.warmup;
-  const double batch_s = std::max(1.1e-3 * timing.batch_ms, step_s * timing.states);
-  return kSearchSeconds + (timing.rounds + 1) * (batch_s + timing.states * start_s);
+  return kSearchSeconds + (timing.rounds + kPassesOfSingleSteps) * (1e-3 * timing.batch_ms + timing.windows * start_s);
 }
 
 // Gives the largest group to the least loaded shard first: the groups are few and their loads differ much.
@@ -102,15 +101,20 @@ Plan make_plan(const Campaign& campaign, int shards) {
     if (system.has(Measure::kAgreement)) {
       for (const int c : system.contenders) {
         const CampaignContender& contender = campaign.contenders[static_cast<size_t>(c)];
-        if (contender.absent.empty()) compared.push_back({contender.resolved.name, reference_of(contender)});
+        if (contender.absent.empty() && !contender.twin)
+          compared.push_back({contender.resolved.name, reference_of(contender)});
       }
     }
     for (const int c : system.contenders) {
       const CampaignContender& contender = campaign.contenders[static_cast<size_t>(c)];
       if (!contender.absent.empty()) continue;
+      // A twin shares the runs of the contender that it is one with.
+      const auto has = [&](Measure measure) {
+        return system.has(measure) && (!contender.twin || measure == Measure::kRawSpeed);
+      };
       // Timing starts from states of the reference run, too.
       const bool has_reference =
-          system.has(Measure::kConsistency) || system.has(Measure::kRawSpeed) || system.has(Measure::kAgreement);
+          has(Measure::kConsistency) || system.has(Measure::kRawSpeed) || has(Measure::kAgreement);
       const std::string reference = reference_of(contender);
 
       const auto add = [&](const std::string& measure, double timestep_ms, const std::string& trajectory,
@@ -122,10 +126,10 @@ Plan make_plan(const Campaign& campaign, int shards) {
             {content_hash(content.dump()), static_cast<int>(s), c, timestep_ms, measure, trajectory, steps, 1});
       };
       const double run_ms = system.duration_s * 1000;
-      if (has_reference) {
+      if (has_reference && !contender.twin) {
         add("reference", system.reference_ms, reference, steps_of(run_ms, system.reference_ms), {});
       }
-      if (system.has(Measure::kConsistency)) {
+      if (has(Measure::kConsistency)) {
         for (const double timestep : system.timesteps_ms) {
           add("consistency", timestep, reference, system.pieces * steps_of(system.piece_ms, timestep),
               {system.pieces, system.piece_ms, system.reference_ms, campaign.seed});
@@ -136,7 +140,7 @@ Plan make_plan(const Campaign& campaign, int shards) {
       for (const Measure measure : system.measures) {
         const bool reads_run = measure == Measure::kTruth || measure == Measure::kGrasp ||
                                find_run_measure(measure_text(measure)) != nullptr;
-        if (!reads_run) continue;
+        if (!reads_run || contender.twin) continue;
         nlohmann::json parameters;
         if (measure == Measure::kGrasp) parameters = {system.grasp.object, system.grasp.hand, system.grasp.drop_m};
         for (const double timestep : measure == Measure::kViolation ? system.violation_ms : system.timesteps_ms) {
@@ -145,8 +149,8 @@ Plan make_plan(const Campaign& campaign, int shards) {
               made.insert(timestep).second && !is_reference ? steps_of(run_ms, timestep) : 0, parameters);
         }
       }
-      if (system.has(Measure::kAgreement)) add("agreement", system.reference_ms, reference, 0, compared);
-      if (system.has(Measure::kScaling)) {
+      if (has(Measure::kAgreement)) add("agreement", system.reference_ms, reference, 0, compared);
+      if (has(Measure::kScaling)) {
         for (const double timestep : system.timing_ms) {
           add("scaling", timestep, "", steps_of(run_ms, timestep), {});
           if (has_reference && same_timestep(timestep, system.reference_ms)) continue;  // all its states are kept
@@ -156,10 +160,13 @@ Plan make_plan(const Campaign& campaign, int shards) {
       }
       if (system.has(Measure::kRawSpeed)) {
         const TimingOptions& timing = campaign.timing;
+        const bool own = system.states_of < 0;
+        const std::string states =
+            own ? reference : reference_of(campaign.contenders[static_cast<size_t>(system.states_of)]);
         for (const double timestep : system.timing_ms) {
-          add("raw_speed", timestep, reference, 0,
-              {timing.rounds, timing.batch_ms, timing.states, timing.warmup, timing.processes, system.reference_ms,
-               campaign.seed});
+          add("raw_speed", timestep, states, 0,
+              {timing.rounds, timing.batch_ms, timing.windows, timing.warmup, timing.processes, system.reference_ms,
+               campaign.seed, own ? "" : states});
         }
       }
     }

@@ -35,7 +35,15 @@ void print_summary(const RunSummary& summary, const std::string& out) {
                        timestep_label(pair.timestep_ms), pair.ratio, pair.low, pair.high));
     }
   };
-  print_pairs(summary.aa, "ratio of step times of one contender under two names");
+  constexpr size_t kFew = 6;
+  if (summary.aa.size() <= kFew) print_pairs(summary.aa, "ratio of step times of one contender under two names");
+  if (!summary.aa.empty()) {
+    const TwinSummary twins = summarised(summary.aa);
+    line(
+        fmt::format("one contender under two names: {} of {} ratios of step times within 1 % of 1, {} told apart "
+                    "(interval without 1)",
+                    twins.within_1_percent, twins.cells, twins.told_apart));
+  }
   print_pairs(summary.ratios, "ratio of step times");
   for (const std::string& warning : summary.warnings) line("warning: " + warning);
   if (summary.engine_share_timing > 0) {

@@ -229,6 +229,7 @@ Json candidate_json(const SystemAnswers& answers, const Question& question, size
           {"error", worst.contains(first) ? interval_json(candidate.worst.at(first).value) : Json(nullptr)},
           {"timed", candidate.speed.timed},
           {"between_ms", {candidate.speed.below_ms, candidate.speed.above_ms}},
+          {"coverage", candidate.speed.coverage ? Json(*candidate.speed.coverage) : Json(nullptr)},
           {"worst", std::move(worst)},
           {"margin", candidate.margin}};
 }
@@ -313,6 +314,7 @@ void add_best(const SystemAnswers& answers, const Question& question, const Reco
                               ? "timed at this timestep"
                               : fmt::format("interpolated between {} and {} ms", timestep_label(best.speed.below_ms),
                                             timestep_label(best.speed.above_ms))));
+  if (const std::string note = caveat(best.speed); !note.empty()) answer.line("        " + note);
   for (const Asked& asked : question.asked) {
     const Worst& worst = best.worst.at(asked.value.name);
     answer.line(

@@ -40,7 +40,7 @@ std::string caught_text() {
 
 // Steps the engine to the end, to its failure or to an interruption. Every sample is in the file before the next
 // begins.
-int run(const SimulateJob& job, OutputFile& file) {
+int run(const SimulateJob& job, bool time, OutputFile& file) {
   const Model& model = job.model;
   const auto simulation = job.contender.engine->create(model, model.initial, job.contender.settings);
   const Control& control = *job.control;
@@ -70,12 +70,16 @@ int run(const SimulateJob& job, OutputFile& file) {
   const Clock::time_point start = Clock::now();
   control.torques(state, torques);
   std::string divergence, impossible;
+  Clock::duration engine{};
   for (long long step = 0; step < job.steps;) {
     try {
       const long long sample_end = step + job.steps_per_sample;
       while (step < sample_end && divergence.empty() && !interrupted()) {
         if (feedback) control.torques(state, torques);
-        simulation->step(torques);
+        simulation->set_torques(torques);
+        const Clock::time_point before = Clock::now();
+        simulation->advance(1);
+        engine += Clock::now() - before;
         ++step;
         if (!feedback && step < sample_end) continue;
         simulation->read_state(state);
@@ -111,6 +115,11 @@ int run(const SimulateJob& job, OutputFile& file) {
   file.finish();
   if (!impossible.empty())
     message(fmt::format("note: the motion is physically impossible for this model: {}", impossible));
+  if (time) {
+    const double seconds_inside = std::chrono::duration<double>(engine).count();
+    message(fmt::format("inside engine steps: {:.6f} s in {} steps, {:.4f} us a step", seconds_inside, job.steps,
+                        1e6 * seconds_inside / static_cast<double>(job.steps)));
+  }
   return kDone;
 }
 
@@ -122,7 +131,7 @@ int simulate(const SimulateOptions& options) {
   bool came_to_end = false;
   const ChildEnd end = run_in_child(
       [&](const Send& send) {
-        const int status = guarded([&] { return run(job, file); });
+        const int status = guarded([&] { return run(job, options.time, file); });
         send("end");
         return status;
       },
@@ -170,6 +179,7 @@ void add_simulate(CLI::App& app, Action& action) {
   command->add_option("--set", options->set, "Overrides a setting of the contender; may be repeated")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
+  command->add_flag("--time", options->time, "Also print the time inside the engine's own step calls");
   command->add_option("--out", options->out, "CSV file to write; '-' is standard output")
       ->required()
       ->type_name("FILE");

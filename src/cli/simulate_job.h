@@ -20,6 +20,7 @@ struct SimulateOptions {
   std::optional<std::string> sample;
   std::string contacts = "on", gravity = "on", control = "actuators";
   std::vector<std::string> set;
+  bool time = false;
 };
 
 // Everything that is known before the first step.

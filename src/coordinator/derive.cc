@@ -16,6 +16,8 @@
 #include "measures/grasp.h"
 #include "measures/scaling.h"
 #include "measures/statistics.h"
+#include "measures/step_time.h"
+#include "store/timing_samples.h"
 
 namespace assay {
 namespace {
@@ -163,37 +165,15 @@ void warn_of_noise(const Store& store, const std::vector<Cell>& cells, std::vect
                   noisy, timed, 100 * kWideSpread, 100 * widest, where));
 }
 
-// Step time of `cell` over that of `first`, from rounds in which both were measured.
-std::optional<Interval> time_ratio(const Store& store, const Cell& cell, const Cell& first, std::uint64_t seed) {
-  const auto series_of = [&](const Cell& of, const std::string& name) {
-    for (const SampleSeries& series : store.samples(of.id)) {
-      if (series.name == name) return series.values;
-    }
-    return std::vector<double>();
-  };
-  const std::vector<double> a = series_of(first, "round_step_time_us"), b = series_of(cell, "round_step_time_us"),
-                            process = series_of(cell, "process");
-  // by process, as the intervals of the times themselves
-  std::map<double, std::vector<double>> ratios;
-  for (size_t round = 0; round < std::min({a.size(), b.size(), process.size()}); ++round) {
-    ratios[process[round]].push_back(b[round] / a[round]);
-  }
-  if (ratios.empty()) return std::nullopt;
-  std::vector<std::vector<double>> groups;
-  groups.reserve(ratios.size());
-  for (const auto& [number, rounds] : ratios) groups.push_back(rounds);
-  if (groups.size() == 1) {
-    const std::vector<double> rounds = groups.front();
-    groups.clear();
-    for (const double ratio : rounds) groups.push_back({ratio});
-  }
-  return bootstrap_median_of_rounds(groups, seed);
+// Step time of `cell` over that of `first`. Nothing for samples of version 0.1.
+std::optional<Interval> time_ratio(const Store& store, const Cell& cell, const Cell& first) {
+  const auto of = timed_rounds(store.samples(cell.id)), to = timed_rounds(store.samples(first.id));
+  return of && to ? step_time_ratio(*of, *to) : std::nullopt;
 }
 
 // Contenders that are the same engine with the same settings: their ratio shows the error of the timing. And the pairs
 // that the campaign asks for.
-void derive_ratios(const Store& store, const std::vector<Cell>& cells, std::uint64_t seed,
-                   std::vector<Store::Derived>& derived) {
+void derive_ratios(const Store& store, const std::vector<Cell>& cells, std::vector<Store::Derived>& derived) {
   std::map<std::tuple<std::string, std::string, std::string>, std::vector<std::string>> alike;
   for (const ContenderRow& row : store.contenders()) {
     if (!row.version.empty()) alike[{row.engine, row.settings, row.build_json}].push_back(row.name);
@@ -216,8 +196,11 @@ void derive_ratios(const Store& store, const std::vector<Cell>& cells, std::uint
       if (std::get<1>(at) != of) continue;
       const auto first = timed.find({std::get<0>(at), to, std::get<2>(at)});
       if (first == timed.end()) continue;
-      const auto ratio = time_ratio(store, *cell, *first->second, seed);
-      if (ratio) derived.push_back({cell->id, {name, "1", ratio->value, ratio->low, ratio->high}});
+      const auto ratio = time_ratio(store, *cell, *first->second);
+      if (!ratio) continue;
+      Value value = {name, "1", ratio->value, {}, {}};
+      if (std::isfinite(ratio->low)) std::tie(value.low, value.high) = std::pair(ratio->low, ratio->high);
+      derived.push_back({cell->id, std::move(value)});
     }
   }
 }
@@ -232,7 +215,7 @@ std::vector<std::string> derive_values(Store& store) {
   derive_consistency(cells, derived);
   derive_grasp(cells, derived);
   derive_scaling(store, cells, 1, derived);
-  derive_ratios(store, cells, 1, derived);
+  derive_ratios(store, cells, derived);
   warn_of_noise(store, cells, warnings);
   store.set_derived({"truth_order", "truth_floor", "consistency_floor", "aa_ratio", "time_ratio",
                      "largest_stable_timestep", "stable_up_to_timestep", "scaling_exponent"},

@@ -9,6 +9,7 @@
 #include <cstring>
 #include <fcntl.h>
 #include <fstream>
+#include <limits>
 #include <memory>
 #include <unistd.h>
 #include <utility>
@@ -80,11 +81,12 @@ int Interrupts::descriptor() const { return interrupt_pipe[0]; }
 int Interrupts::signal() const { return interrupt_signal; }
 // NOLINTEND(readability-convert-member-functions-to-static)
 
-CpuTimes CpuTimes::now() {
+CpuTimes CpuTimes::now(int core) {
   std::ifstream stat("/proc/stat");
+  const std::string wanted = core < 0 ? "cpu" : fmt::format("cpu{}", core);
   std::string cpu;
   CpuTimes times;
-  stat >> cpu;
+  while (stat >> cpu && cpu != wanted) stat.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
   // user nice system idle iowait irq softirq steal; the guests' after it are part of user and nice
   constexpr int kFields = 8;
   for (int field = 0; field < kFields; ++field) {

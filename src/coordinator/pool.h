@@ -23,11 +23,11 @@ class Interrupts {
   int signal() const;      // which; 0 for none
 };
 
-// Share of the machine's time that its host took for others, between two readings of /proc/stat. 0 where the host does
-// not report it.
+// Share of the machine's time that its host took for others, between two readings of /proc/stat, in whole ticks. 0
+// where the host does not report it.
 struct CpuTimes {
   double total = 0, steal = 0;
-  static CpuTimes now();
+  static CpuTimes now(int core = -1);  // of one core; -1: of all
 };
 double steal_share(const CpuTimes& from, const CpuTimes& to);
 

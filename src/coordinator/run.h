@@ -61,6 +61,14 @@ struct TimePair {
   double ratio = 0, low = 0, high = 0;  // of step times, b over a
 };
 
+// How far equal contenders under two names are apart: what the timing can resolve.
+struct TwinSummary {
+  int cells = 0;
+  int within_1_percent = 0;
+  int told_apart = 0;  // whose interval does not contain 1
+};
+TwinSummary summarised(const std::vector<TimePair>& twins);
+
 struct RunSummary {
   int cells = 0;        // of this shard
   int done_before = 0;  // already there

@@ -39,8 +39,13 @@ void Runner::plan_references(std::map<std::string, Waiting>& producers) {
   // Cells of equal contenders under several names share one run.
   std::map<std::string, std::vector<const PlannedCell*>> cells;
   std::map<std::string, const PlannedCell*> any;
+  // Whose run it is: timings may start from another contender's states.
+  const auto owner = [&](const PlannedCell& cell) -> const CampaignContender& {
+    const int of = cell.measure == "raw_speed" ? system(cell).states_of : -1;
+    return of < 0 ? contender(cell) : campaign_.contenders[static_cast<size_t>(of)];
+  };
   for (const PlannedCell* cell : todo_) {
-    if (cell->trajectory.empty() || failed_gate_.contains(contender(*cell).resolved.name)) continue;
+    if (cell->trajectory.empty() || failed_gate_.contains(owner(*cell).resolved.name)) continue;
     any[cell->trajectory] = cell;
     if (cell->measure == "reference") cells[cell->trajectory].push_back(cell);
   }
@@ -52,10 +57,11 @@ void Runner::plan_references(std::map<std::string, Waiting>& producers) {
     waiting.cells = cells[address];
     Job& job = waiting.job;
     RunJob run = run_job(*cell, system(*cell).reference_ms);
+    run.subject = subject_spec(system(*cell), owner(*cell));
     run.measures = {"reference"};
     (there ? run.use : run.save) = address;
     job.request = std::move(run);
-    job.title = fmt::format("reference {} {}", system(*cell).name, contender(*cell).resolved.name);
+    job.title = fmt::format("reference {} {}", system(*cell).name, owner(*cell).resolved.name);
     job.limit_s = campaign_.time_limit_s;
     // Others wait for these, so they come first, the dearest before the others.
     job.cost = 1e6 + (waiting.cells.empty() ? 0 : cost(*waiting.cells.front()));

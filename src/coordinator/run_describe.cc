@@ -28,6 +28,17 @@ std::string date_text(double unix_seconds) {
 
 }  // namespace
 
+TwinSummary summarised(const std::vector<TimePair>& twins) {
+  constexpr double kNear = 0.01;
+  TwinSummary summary;
+  for (const TimePair& pair : twins) {
+    ++summary.cells;
+    if (std::abs(pair.ratio - 1) <= kNear) ++summary.within_1_percent;
+    if (pair.low > 1 || (pair.high > 0 && pair.high < 1)) ++summary.told_apart;
+  }
+  return summary;
+}
+
 void Runner::describe() {
   std::vector<SystemRow> systems;
   systems.reserve(campaign_.systems.size());
@@ -86,10 +97,11 @@ void Runner::describe() {
   entries.push_back({"seed", std::to_string(campaign_.seed)});
   const TimingOptions& timing = campaign_.timing;
   entries.push_back(
-      {"timing", fmt::format("{} rounds of {} ms a contender in {} processes, from {} states of its reference "
-                             "run, {} untimed steps first",
-                             timing.rounds, shortest(timing.batch_ms), std::min(timing.processes, timing.rounds),
-                             timing.states, timing.warmup)});
+      {"timing",
+       fmt::format("{} rounds in {} processes, turns of {} ms in the mean over the contenders; {} windows of "
+                   "the run, the same for all, from states of {} fine-step run, {} untimed steps first",
+                   timing.rounds, std::min(timing.processes, timing.rounds), shortest(timing.batch_ms), timing.windows,
+                   timing.common_states ? "one contender's" : "each contender's own", timing.warmup)});
   if (!options_.command.empty()) entries.push_back({"command", options_.command});
   if (!store_.manifest("started")) entries.push_back({"started", date_text(unix_time())});
   if (!campaign_.ratios.empty()) entries.push_back({"ratios", json(campaign_.ratios).dump()});
@@ -110,7 +122,7 @@ void Runner::finish(RunSummary& summary, double wall_s, double cpu_s) {
     summary.failed_gate.push_back(fmt::format("{} ({})", name, failure.reason));
   }
   for (const CampaignContender& each : campaign_.contenders) {
-    if (!each.absent.empty()) summary.left_out.push_back(each.absent);
+    if (!each.absent.empty() && !each.twin) summary.left_out.push_back(each.absent);
   }
   std::set<std::string> keys;
   for (const PlannedCell* cell : mine_) keys.insert(cell->key);
@@ -163,6 +175,11 @@ void Runner::finish(RunSummary& summary, double wall_s, double cpu_s) {
   if (timing_wall > 0) entries.push_back({"engine_share_timing", fmt::format("{:.3f}", summary.engine_share_timing)});
   if (accuracy_cpu > 0) {
     entries.push_back({"engine_share_accuracy", fmt::format("{:.3f}", summary.engine_share_accuracy)});
+  }
+  if (!summary.aa.empty()) {
+    const TwinSummary twins = summarised(summary.aa);
+    entries.push_back({"twins", fmt::format("{} of {} cells of one contender under two names within 1 %, {} told apart",
+                                            twins.within_1_percent, twins.cells, twins.told_apart)});
   }
   if (timing_facts_.core >= 0) entries.push_back({"timing_core", std::to_string(timing_facts_.core)});
   if (timing_facts_.clock_s > 0) {

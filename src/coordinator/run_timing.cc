@@ -10,13 +10,7 @@ using nlohmann::json;
 
 TimingJob Runner::session_job(const CampaignSystem& timed, const CampaignContender& contender,
                               const std::string& reference) const {
-  const TimingOptions& timing = campaign_.timing;
-  return {subject_spec(timed, contender),
-          store_.trajectories_dir(),
-          reference,
-          timing.states,
-          timing.warmup,
-          timing.batch_ms};
+  return {subject_spec(timed, contender), store_.trajectories_dir(), reference, campaign_.timing.warmup};
 }
 
 void Runner::time_system(TimingPass& pass, int system_index) {
@@ -46,6 +40,14 @@ void Runner::time_system(TimingPass& pass, int system_index) {
         put_failed(*cell, failed->second);
         continue;
       }
+      if (timed.states_of >= 0) {
+        const std::string& of = campaign_.contenders[static_cast<size_t>(timed.states_of)].resolved.name;
+        if (const auto gate = failed_gate_.find(of); gate != failed_gate_.end()) {
+          put_failed(*cell, {Outcome::kUnsupported,
+                             fmt::format("there are no states of '{}' to start from: {}", of, gate->second.reason)});
+          continue;
+        }
+      }
       contenders.push_back({name, session_job(timed, contender(*cell), cell->trajectory)});
       keys[name] = cell->key;
       planned[name] = cell;
@@ -62,7 +64,7 @@ void Runner::time_system(TimingPass& pass, int system_index) {
       keys[kHarness] = key;
     }
     pass.measure(
-        timed, contenders, timestep, keys, with_harness ? kHarness : "",
+        timed, contenders, timestep, keys, with_harness ? kHarness : "", stored_share(timed.name, timestep),
         [&](const std::string& what) { progress_.started(what); },
         [&](const Cell& cell, const std::vector<SampleSeries>& samples) {
           if (has_harness && cell.contender == kHarness) {
@@ -74,6 +76,15 @@ void Runner::time_system(TimingPass& pass, int system_index) {
         });
     if (interrupted()) return;
   }
+}
+
+// The share of the run that contenders were timed in at this timestep, where some have been: others then time the same.
+std::optional<double> Runner::stored_share(const std::string& system, double timestep_ms) const {
+  for (const Cell& cell : store_.cells()) {
+    if (cell.measure != "raw_speed" || cell.system != system || !same_timestep(cell.timestep_ms, timestep_ms)) continue;
+    if (const Value* share = find_value(cell, "window_share")) return share->value;
+  }
+  return std::nullopt;
 }
 
 // Whole runs, one after the other, so that nothing else fills the caches meanwhile.

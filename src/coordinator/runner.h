@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <thread>
@@ -82,6 +83,7 @@ class Runner {
   TimingJob session_job(const CampaignSystem& timed, const CampaignContender& contender,
                         const std::string& reference) const;
   void time_system(TimingPass& pass, int system_index);
+  std::optional<double> stored_share(const std::string& system, double timestep_ms) const;
   void finish(RunSummary& summary, double wall_s, double cpu_s);
 
   std::uint64_t seed() const { return static_cast<std::uint64_t>(campaign_.seed); }

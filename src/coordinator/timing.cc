@@ -1,6 +1,7 @@
 #include "coordinator/timing.h"
 
 #include <algorithm>
+#include <cassert>
 #include <chrono>
 #include <cmath>
 #include <memory>
@@ -13,6 +14,9 @@
 #include "base/text.h"
 #include "coordinator/process.h"
 #include "measures/statistics.h"
+#include "measures/step_time.h"
+#include "measures/windows.h"
+#include "store/timing_samples.h"
 
 namespace assay {
 namespace {
@@ -25,8 +29,29 @@ void shuffle(std::vector<T>& items, std::mt19937_64& random) {
   for (size_t i = items.size(); i > 1; --i) std::swap(items[i - 1], items[(random() >> 32) * i >> 32]);
 }
 
+// The bounds within which a turn counts as undisturbed. A turn that lost more of its core to others than this is taken
+// again: its wall time is not the engine's.
+constexpr double kLeastCpuShare = 0.98;
+constexpr double kMostSteal = 0.02;
+constexpr double kMostSwitchesPerSecond = 50;
+
+// How often a round's turn is taken in all, and how many of a cell's turns may be repetitions.
+constexpr int kTurnsOfARound = 3;
+constexpr double kMostRepeated = 0.5;
+
+// Passes over short windows go on until a turn has this share of the mean turn.
+constexpr double kLeastTurn = 0.2;
+constexpr double kMostPasses = 50;
+
+std::optional<double> finite(double number) { return std::isfinite(number) ? std::optional(number) : std::nullopt; }
+
+Value value_of(const std::string& name, const std::string& unit, double value) { return {name, unit, value, {}, {}}; }
+
 Value inverse(const std::string& name, const std::string& unit, double scale, const Interval& interval) {
-  return {name, unit, scale / interval.value, scale / interval.high, scale / interval.low};
+  // an interval that reaches to zero says nothing about the inverse
+  const bool bounded = interval.low > 0;
+  return {name, unit, scale / interval.value, bounded ? finite(scale / interval.high) : std::nullopt,
+          bounded ? finite(scale / interval.low) : std::nullopt};
 }
 
 }  // namespace
@@ -38,43 +63,67 @@ struct TimingPass::Session {
 
 // What has been measured of one cell.
 struct TimingPass::Tally {
+  // A turn that counts.
+  struct Turn {
+    RoundFacts facts;
+    double wall_s = 0, input_us = 0;
+    std::vector<double> step_us;
+
+    bool disturbed() const {
+      return facts.cpu_share < kLeastCpuShare || facts.steal > kMostSteal ||
+             facts.switches > std::max(1.0, kMostSwitchesPerSecond * wall_s);
+    }
+  };
+
   Cell cell;
-  CpuTimes stolen_from;
-  double stolen = 0, total = 0;  // ticks
+  double stolen = 0, total = 0;  // ticks of the core
   bool over = false;             // no more samples: it failed
-  RoundPlan how;
-  double clock_share = 0;
-  std::vector<std::vector<double>> rounds;          // samples of each, us a step
-  std::vector<double> processes, steal, cpu_share;  // one a round
+  double step_s = 0;             // as prepared
+  TurnPlan how;
+  WindowLayout layout;
+  std::vector<TimingWindow> windows;
+  int rounds = 1;  // of each process
+  double clock_share = 0, clock_s = 0;
+  std::vector<Turn> turns;
+  int repeated = 0;
+  std::optional<SingleSteps> single;
 
   std::vector<SampleSeries> samples() const {
-    SampleSeries all = {"step_time_us", {}}, medians = {"round_step_time_us", {}};
-    for (const std::vector<double>& round : rounds) {
-      all.values.insert(all.values.end(), round.begin(), round.end());
-      medians.values.push_back(median(round));
+    std::vector<std::vector<double>> rounds_us;
+    std::vector<RoundFacts> facts;
+    for (const Turn& turn : turns) {
+      rounds_us.push_back(turn.step_us);
+      facts.push_back(turn.facts);
     }
-    return {all, medians, {"process", processes}, {"steal", steal}, {"cpu_share", cpu_share}};
+    return timing_samples(windows, rounds_us, facts);
   }
 
-  // Median over all samples; the bootstrap draws processes with all of their rounds, or rounds when there is one
-  // process.
-  std::vector<Value> values(std::uint64_t seed) const {
-    std::map<double, std::vector<double>> by_process;
-    for (size_t round = 0; round < rounds.size(); ++round) {
-      std::vector<double>& pooled = by_process[processes[round]];
-      pooled.insert(pooled.end(), rounds[round].begin(), rounds[round].end());
-    }
-    std::vector<std::vector<double>> groups;
-    groups.reserve(by_process.size());
-    for (const auto& [process, pooled] : by_process) groups.push_back(pooled);
-    const Interval step = bootstrap_median_of_rounds(groups.size() > 1 ? groups : rounds, seed);
-    std::vector<Value> found = {{"step_time", "us", step.value, step.low, step.high},
-                                {"sample_steps", "1", static_cast<double>(how.sample_steps), {}, {}},
-                                {"clock_share", "1", clock_share, {}, {}},
-                                {"engine_share", "1", cell.engine_s / cell.wall_s, {}, {}}};
-    if (step.low > 0) {
+  std::vector<Value> values() const {
+    const auto timed = timed_rounds(samples());
+    assert(timed);
+    const Interval step = step_time(*timed);
+    std::vector<double> inputs;
+    for (const Turn& turn : turns) inputs.push_back(turn.input_us);
+    const long long shortest = std::ranges::min_element(windows, {}, &TimingWindow::steps)->steps;
+    std::vector<Value> found = {
+        {"step_time", "us", step.value, finite(step.low), finite(step.high)},
+        value_of("coverage", "1", coverage(windows, layout)),
+        value_of("window_share", "1", layout.share),
+        value_of("input_time", "us", median(inputs)),
+        value_of("disturbed_rounds", "1", static_cast<double>(std::ranges::count_if(turns, &Turn::disturbed))),
+        value_of("repeated_rounds", "1", repeated),
+        value_of("sample_steps", "1", static_cast<double>(shortest)),
+        value_of("clock_share", "1", clock_share),
+        value_of("engine_share", "1", cell.engine_s / cell.wall_s)};
+    if (step.value > 0) {
       found.push_back(inverse("raw_speed", "kHz", 1e3, step));
       found.push_back(inverse("realtime_factor", "1", 1e3 * cell.timestep_ms, step));
+    }
+    if (single && single->p50_us > 0) {
+      found.push_back(value_of("step_p50", "us", single->p50_us));
+      found.push_back(value_of("step_p99", "us", single->p99_us));
+      found.push_back(value_of("step_worst", "us", single->worst_us));
+      found.push_back(value_of("step_clock_share", "1", 1e6 * clock_s / single->p50_us));
     }
     return found;
   }
@@ -128,7 +177,7 @@ std::optional<Answer> TimingPass::command(const TimedContender& contender, int p
                                           Tally& tally) {
   Session* held = session(contender, process, tally);
   const Clock::time_point start = Clock::now();
-  const CpuTimes before = CpuTimes::now();
+  const CpuTimes before = CpuTimes::now(facts_.core);
   std::optional<Answer> answer;
   if (held != nullptr) {
     held->worker.send(message);
@@ -141,7 +190,7 @@ std::optional<Answer> TimingPass::command(const TimedContender& contender, int p
       sessions_.erase({contender.name, process});
     }
   }
-  const CpuTimes after = CpuTimes::now();
+  const CpuTimes after = CpuTimes::now(facts_.core);
   tally.stolen += after.steal - before.steal;
   tally.total += after.total - before.total;
   tally.cell.wall_s += std::chrono::duration<double>(Clock::now() - start).count();
@@ -158,11 +207,82 @@ std::optional<Answer> TimingPass::command(const TimedContender& contender, int p
   return answer;
 }
 
+// Which windows all contenders time, how often each passes over them in a turn, and in how many rounds.
+void TimingPass::plan_turns(const CampaignSystem& system, const std::vector<TimedContender>& contenders,
+                            const std::string& harness, std::optional<double> share,
+                            std::vector<Tally>& tallies) const {
+  const TimingOptions& timing = campaign_.timing;
+  const int processes = std::min(timing.processes, timing.rounds);
+  const int rounds = (timing.rounds + processes - 1) / processes;
+  const double turn_s = 1e-3 * timing.batch_ms;
+  const double steps = 1e3 * system.duration_s / tallies.front().cell.timestep_ms;
+  std::vector<double> run_s;
+  for (size_t i = 0; i < tallies.size(); ++i) {
+    if (!tallies[i].over && contenders[i].name != harness) run_s.push_back(steps * tallies[i].step_s);
+  }
+  if (run_s.empty()) {
+    for (Tally& tally : tallies) tally.over = true;  // there is nothing that the harness's time could be compared with
+    return;
+  }
+  const TimingShare planned = timing_share(run_s, turn_s, rounds, share);
+  auto of = planned.rounds.begin();
+  for (size_t i = 0; i < tallies.size(); ++i) {
+    Tally& tally = tallies[i];
+    if (tally.over) continue;
+    const bool is_harness = contenders[i].name == harness;
+    tally.layout = {system.duration_s, system.sample_ms, tally.cell.timestep_ms, timing.windows,
+                    timing.warmup,     planned.share,    timing.common_states};
+    tally.windows = timing_windows(tally.layout);
+    tally.rounds = is_harness ? rounds : *of++;
+    const double pass_s = coverage(tally.windows, tally.layout) * steps * tally.step_s;
+    const double passes = is_harness ? 1 : std::clamp(std::ceil(kLeastTurn * turn_s / pass_s), 1.0, kMostPasses);
+    tally.how = {tally.cell.timestep_ms, timing.windows, planned.share, timing.common_states, static_cast<int>(passes)};
+  }
+}
+
+// One turn of each contender of `order`; `again`: in place of the one it took last, if it was disturbed less. Returns
+// those that were disturbed and may try again.
+std::vector<size_t> TimingPass::take_turns(const std::vector<TimedContender>& contenders,
+                                           const std::vector<size_t>& order, int process, bool again,
+                                           std::vector<Tally>& tallies) {
+  std::vector<size_t> disturbed;
+  for (const size_t i : order) {
+    Tally& tally = tallies[i];
+    if (tally.over) continue;
+    const double stolen = tally.stolen, total = tally.total;
+    auto answer = command<Sampled>(contenders[i], process, SampleCommand{tally.how}, tally);
+    if (interrupts_.signal() != 0) return {};
+    if (!answer || tally.over) continue;
+    if (answer->step_us.size() != tally.windows.size()) {
+      tally.fail(Outcome::kCrashed, "the worker timed other windows than it was asked for");
+      continue;
+    }
+    Tally::Turn turn;
+    turn.facts.process = process;
+    turn.facts.steal = tally.total > total ? (tally.stolen - stolen) / (tally.total - total) : 0;
+    turn.facts.cpu_share = answer->cpu_s / answer->wall_s;
+    turn.facts.switches = static_cast<double>(answer->switches);
+    turn.wall_s = answer->wall_s;
+    turn.input_us = answer->input_us;
+    turn.step_us = std::move(answer->step_us);
+    tally.clock_share = std::max(tally.clock_share, answer->clock_share);
+    const bool was_disturbed = turn.disturbed();
+    if (!again) {
+      tally.turns.push_back(std::move(turn));
+    } else {
+      ++tally.repeated;
+      Tally::Turn& kept = tally.turns.back();
+      if (!was_disturbed || turn.facts.cpu_share > kept.facts.cpu_share) kept = std::move(turn);
+    }
+    if (was_disturbed && tally.repeated < kMostRepeated * campaign_.timing.rounds) disturbed.push_back(i);
+  }
+  return disturbed;
+}
+
 void TimingPass::measure(const CampaignSystem& system, const std::vector<TimedContender>& contenders,
                          double timestep_ms, const std::map<std::string, std::string>& keys, const std::string& harness,
-                         const Started& started, const Put& put) {
+                         std::optional<double> share, const Started& started, const Put& put) {
   std::vector<Tally> tallies(contenders.size());
-  long long shortest = 0;
   for (size_t i = 0; i < contenders.size(); ++i) {
     Tally& tally = tallies[i];
     tally.cell.key = keys.at(contenders[i].name);
@@ -171,58 +291,49 @@ void TimingPass::measure(const CampaignSystem& system, const std::vector<TimedCo
     tally.cell.timestep_ms = timestep_ms;
     tally.cell.measure = "raw_speed";
     tally.cell.started = unix_time();
-  }
-  // The harness comes last: its samples are as short as the shortest of the others.
-  std::vector<size_t> order;
-  order.reserve(contenders.size());
-  for (const bool last : {false, true}) {
-    for (size_t i = 0; i < contenders.size(); ++i) {
-      if ((contenders[i].name == harness) == last) order.push_back(i);
-    }
-  }
-  for (const size_t i : order) {
-    const bool is_harness = contenders[i].name == harness;
     started(fmt::format("raw_speed {} at {} ms, setting up {}", system.name, timestep_label(timestep_ms),
                         contenders[i].name));
-    const PrepareCommand prepare = {timestep_ms, is_harness ? std::max(1LL, shortest) : 0};
-    const auto answer = command<Prepared>(contenders[i], 0, prepare, tallies[i]);
+    const auto answer = command<Prepared>(contenders[i], 0, PrepareCommand{timestep_ms}, tally);
     if (interrupts_.signal() != 0) return;
-    if (!answer || tallies[i].over) continue;
-    tallies[i].how = answer->how;
-    const long long steps = answer->how.sample_steps;
-    shortest = shortest == 0 ? steps : std::min(shortest, steps);
+    if (answer) tally.step_s = answer->step_s;
   }
+  plan_turns(system, contenders, harness, share, tallies);
   std::mt19937_64 random(static_cast<std::uint64_t>(campaign_.seed) * 1000003 +
                          static_cast<std::uint64_t>(std::llround(timestep_ms * 1e6)));
-  for (int round = 0; round < campaign_.timing.rounds; ++round) {
+  // A process's place in memory changes its speed a little for its whole life, so there are several processes. Each
+  // takes its rounds one after the other: then what the machine does for some time is in few of them, and their mean
+  // times differ as much as their interval has to say.
+  const int rounds = campaign_.timing.rounds, processes = std::min(campaign_.timing.processes, rounds);
+  for (int round = 0; round < rounds; ++round) {
     started(fmt::format("raw_speed {} at {} ms, round {} of {}", system.name, timestep_label(timestep_ms), round + 1,
-                        campaign_.timing.rounds));
-    shuffle(order, random);
-    for (const size_t i : order) {
-      Tally& tally = tallies[i];
-      if (tally.over) continue;
-      const double stolen = tally.stolen, total = tally.total;
-      // A process's place in memory changes its speed a little for its whole life, so there are several processes.
-      const int process = round % campaign_.timing.processes;
-      const auto answer = command<Sampled>(contenders[i], process, SampleCommand{tally.how}, tally);
-      if (interrupts_.signal() != 0) return;
-      if (!answer || tally.over) continue;
-      tally.rounds.push_back(answer->step_us);
-      tally.processes.push_back(process);
-      tally.steal.push_back(tally.total > total ? (tally.stolen - stolen) / (tally.total - total) : 0);
-      tally.cpu_share.push_back(answer->cpu_s / answer->wall_s);
-      tally.clock_share = std::max(tally.clock_share, answer->clock_share);
+                        rounds));
+    const int process = round * processes / rounds;
+    const int first = (process * rounds + processes - 1) / processes;  // round of the process
+    std::vector<size_t> order;
+    for (size_t i = 0; i < contenders.size(); ++i) {
+      if (round - first < tallies[i].rounds) order.push_back(i);
     }
+    shuffle(order, random);
+    for (int turn = 0; turn < kTurnsOfARound && !order.empty(); ++turn) {
+      order = take_turns(contenders, order, process, turn > 0, tallies);
+      if (interrupts_.signal() != 0) return;
+    }
+  }
+  started(fmt::format("raw_speed {} at {} ms, single steps", system.name, timestep_label(timestep_ms)));
+  for (size_t i = 0; i < contenders.size(); ++i) {
+    Tally& tally = tallies[i];
+    if (tally.over || contenders[i].name == harness) continue;
+    tally.clock_s = facts_.clock_s;
+    tally.single = command<SingleSteps>(contenders[i], 0, SingleStepsCommand{tally.how}, tally);
+    if (interrupts_.signal() != 0) return;
   }
   // The harness first: as long as a cell of the campaign is missing, the whole timestep is repeated.
   const auto put_tally = [&](Tally& tally) {
     tally.cell.finished = unix_time();
     tally.cell.steal = tally.total > 0 ? tally.stolen / tally.total : 0;
     std::vector<SampleSeries> samples;
-    if (!tally.rounds.empty()) samples = tally.samples();
-    if (!tally.over && !tally.rounds.empty()) {
-      tally.cell.values = tally.values(static_cast<std::uint64_t>(campaign_.seed));
-    }
+    if (!tally.turns.empty()) samples = tally.samples();
+    if (!tally.over && !tally.turns.empty()) tally.cell.values = tally.values();
     put(tally.cell, samples);
   };
   for (const bool first : {true, false}) {

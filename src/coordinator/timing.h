@@ -27,8 +27,9 @@ struct TimingFacts {
 };
 
 // Measures all of `contenders` on one system at one timestep (`keys`: cells' keys by contender's name). `put` is called
-// for each cell after the last round. The contender `harness`, if it is among them, is measured in samples as short as
-// the shortest of the others. Returns at an interrupt.
+// for each cell after the last round. The contender `harness`, if it is among them, times the same windows and has no
+// say in how long they are. `share`: of the run, where others have been timed; else as the campaign's time for a turn
+// allows. Returns at an interrupt.
 class TimingPass {
  public:
   TimingPass(const Campaign& campaign, std::string program, const Interrupts& interrupts)
@@ -37,8 +38,8 @@ class TimingPass {
   using Put = std::function<void(const Cell&, const std::vector<SampleSeries>&)>;
   using Started = std::function<void(const std::string&)>;
   void measure(const CampaignSystem& system, const std::vector<TimedContender>& contenders, double timestep_ms,
-               const std::map<std::string, std::string>& keys, const std::string& harness, const Started& started,
-               const Put& put);
+               const std::map<std::string, std::string>& keys, const std::string& harness, std::optional<double> share,
+               const Started& started, const Put& put);
 
   // Ends the sessions that measure() left open for the next timestep of the same system.
   void close() { sessions_.clear(); }
@@ -52,6 +53,10 @@ class TimingPass {
   Session* session(const TimedContender& contender, int process, Tally& tally);
   template <typename Answer>
   std::optional<Answer> command(const TimedContender& contender, int process, const Request& message, Tally& tally);
+  void plan_turns(const CampaignSystem& system, const std::vector<TimedContender>& contenders,
+                  const std::string& harness, std::optional<double> share, std::vector<Tally>& tallies) const;
+  std::vector<size_t> take_turns(const std::vector<TimedContender>& contenders, const std::vector<size_t>& order,
+                                 int process, bool again, std::vector<Tally>& tallies);
 
   const Campaign& campaign_;
   std::string program_;

@@ -28,10 +28,13 @@ Interval bootstrap_mean(std::span<const double> samples, std::uint64_t seed, int
 std::vector<double> resampled_means(std::span<const double> samples, std::uint64_t seed,
                                     int resamples = kBootstrapResamples);
 
-// Median over all samples of all rounds. The bootstrap draws whole rounds, because samples of one round share its
-// disturbances. No round may be empty (assert).
-Interval bootstrap_median_of_rounds(const std::vector<std::vector<double>>& rounds, std::uint64_t seed,
-                                    int resamples = kBootstrapResamples);
+// The 0.975 quantile of Student's t distribution with `freedom` degrees of freedom (at least 1).
+double student_t_975(int freedom);
+
+// Mean of a few samples, in the order in which they were taken, with its 95 % t-interval. It is wider where neighbours
+// are alike: the variance of the mean grows by 1 + 2 (n - 1) / n times their correlation (lag 1, its bias of -1/n taken
+// off, never negative). Fewer than two samples give no interval: both ends are NaN.
+Interval t_interval(std::span<const double> samples);
 
 // Root mean square of a series in time with a 95 % interval: a circular block bootstrap in blocks of sqrt(n) samples,
 // because neighbours are correlated. It estimates how far another stretch of the same motion would differ, and says

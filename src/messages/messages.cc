@@ -19,9 +19,10 @@ using nlohmann::json;
 // ---- the kinds, in the order of the variants ------------------------------------------------------------------------
 
 constexpr std::array<std::string_view, std::variant_size_v<Request>> kRequestKinds = {
-    "run", "truth", "pieces", "agreement", "scaling", "conformance", "probe", "timing", "prepare", "sample"};
+    "run",   "truth",  "pieces",  "agreement", "scaling",     "conformance",
+    "probe", "timing", "prepare", "sample",    "single-steps"};
 constexpr std::array<std::string_view, std::variant_size_v<Reply>> kReplyKinds = {
-    "done", "test", "error", "crash", "ready", "prepared", "sampled"};
+    "done", "test", "error", "crash", "ready", "prepared", "sampled", "single-stepped"};
 
 // ---- the fields of each message: one list, by which it is written and read --------------------------------------------
 
@@ -75,14 +76,14 @@ void fields(auto& is, Of<ProbeJob> auto& m) {
 }
 void fields(auto& is, Of<TimingJob> auto& m) {
   is("subject", m.subject)("trajectories", m.trajectories)("reference", m.reference);
-  is("states", m.states)("warmup", m.warmup)("batch_ms", m.batch_ms);
+  is("warmup", m.warmup);
 }
-void fields(auto& is, Of<RoundPlan> auto& m) {
-  is("timestep_ms", m.timestep_ms)("sample_steps", m.sample_steps)("batch_steps", m.batch_steps);
-  is("batches", m.batches);
+void fields(auto& is, Of<TurnPlan> auto& m) {
+  is("timestep_ms", m.timestep_ms)("windows", m.windows)("share", m.share)("restart", m.restart)("passes", m.passes);
 }
-void fields(auto& is, Of<PrepareCommand> auto& m) { is("timestep_ms", m.timestep_ms)("steps", m.steps); }
+void fields(auto& is, Of<PrepareCommand> auto& m) { is("timestep_ms", m.timestep_ms); }
 void fields(auto& is, Of<SampleCommand> auto& m) { is("how", m.how); }
+void fields(auto& is, Of<SingleStepsCommand> auto& m) { is("how", m.how); }
 
 void fields(auto& is, Of<Ending> auto& m) { is("outcome", m.outcome)("reason", m.reason); }
 void fields(auto& is, Of<Value> auto& m) {
@@ -101,10 +102,13 @@ void fields(auto& is, Of<TestResult> auto& m) {
 void fields(auto& is, Of<JobError> auto& m) { is("text", m.text)("input", m.input); }
 void fields(auto& is, Of<JobCrash> auto& m) { is("reason", m.reason); }
 void fields(auto& is, Of<SessionReady> auto& m) { is("core", m.core)("clock_s", m.clock_s); }
-void fields(auto& is, Of<Prepared> auto& m) { is("ending", m.ending)("engine_s", m.engine_s)("how", m.how); }
+void fields(auto& is, Of<Prepared> auto& m) { is("ending", m.ending)("engine_s", m.engine_s)("step_s", m.step_s); }
 void fields(auto& is, Of<Sampled> auto& m) {
   is("ending", m.ending)("engine_s", m.engine_s)("cpu_s", m.cpu_s)("wall_s", m.wall_s);
-  is("clock_share", m.clock_share)("step_us", m.step_us);
+  is("clock_share", m.clock_share)("input_us", m.input_us)("switches", m.switches)("step_us", m.step_us);
+}
+void fields(auto& is, Of<SingleSteps> auto& m) {
+  is("ending", m.ending)("engine_s", m.engine_s)("p50_us", m.p50_us)("p99_us", m.p99_us)("worst_us", m.worst_us);
 }
 
 // ---- writing --------------------------------------------------------------------------------------------------------

@@ -1,6 +1,6 @@
 // What the coordinator and its workers say to each other: one JSON object a line over the worker's socket, its "kind"
 // first. A worker is sent one job. It answers with any number of TestResult, then with JobDone, JobError or JobCrash.
-// A timing session answers with SessionReady, and then each command with Prepared or Sampled.
+// A timing session answers with SessionReady, and then each command with Prepared, Sampled or SingleSteps.
 //
 // to_line() and the parsers are the only code that knows the JSON. The parsers refuse unknown, missing and mistyped
 // fields.
@@ -123,28 +123,34 @@ struct TimingJob {
   SubjectSpec subject;
   std::string trajectories;
   std::string reference;  // address of the run that the saved states come from, "" for the initial state alone
-  int states = 0, warmup = 0;
-  double batch_ms = 0;
+  int warmup = 0;         // untimed steps behind a saved state
 };
 
-// How a round is taken at a timestep: found by one process of a contender, used by all.
-struct RoundPlan {
+// How a turn at a timestep is taken (measures/windows.h).
+struct TurnPlan {
   double timestep_ms = 0;
-  long long sample_steps = 0, batch_steps = 0;
-  int batches = 0;
+  int windows = 0;
+  double share = 0;      // of each window's part of the run
+  bool restart = false;  // every window starts from a saved state
+  int passes = 1;        // over all windows
 };
 
+// Asks for the time of a step.
 struct PrepareCommand {
   double timestep_ms = 0;
-  long long steps = 0;  // of a sample and of a batch; 0: as many as the times ask for
 };
 
 struct SampleCommand {
-  RoundPlan how;
+  TurnPlan how;
+};
+
+// Asks for the time of each single step.
+struct SingleStepsCommand {
+  TurnPlan how;
 };
 
 using Request = std::variant<RunJob, TruthJob, PiecesJob, AgreementJob, ScalingJob, ConformanceJob, ProbeJob, TimingJob,
-                             PrepareCommand, SampleCommand>;
+                             PrepareCommand, SampleCommand, SingleStepsCommand>;
 
 // ---- replies: worker to coordinator ---------------------------------------------------------------------------------
 
@@ -195,17 +201,27 @@ struct SessionReady {
 struct Prepared {
   Ending ending;
   double engine_s = 0;
-  RoundPlan how;
+  double step_s = 0;  // in the mean over saved states
 };
 
+// Of one turn.
 struct Sampled {
   Ending ending;
   double engine_s = 0, cpu_s = 0, wall_s = 0;
-  double clock_share = 0;       // of the time, spent reading the clock
-  std::vector<double> step_us;  // samples of the round
+  double clock_share = 0;       // of the timed span, spent reading the clock
+  double input_us = 0;          // a step, outside the clock: torques, springs of the adapter, angles for them
+  long long switches = 0;       // involuntary context switches
+  std::vector<double> step_us;  // of each window, the median over the passes
 };
 
-using Reply = std::variant<JobDone, TestResult, JobError, JobCrash, SessionReady, Prepared, Sampled>;
+// Steps timed one by one: of each the least of several passes, without the clock's own cost taken off.
+struct SingleSteps {
+  Ending ending;
+  double engine_s = 0;
+  double p50_us = 0, p99_us = 0, worst_us = 0;
+};
+
+using Reply = std::variant<JobDone, TestResult, JobError, JobCrash, SessionReady, Prepared, Sampled, SingleSteps>;
 
 // ---- the lines ------------------------------------------------------------------------------------------------------
 

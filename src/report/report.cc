@@ -114,6 +114,11 @@ json report_data(const Store& store) {
   }
 
   const Results results(store);
+  if (results.timed_by_pooled_median()) {
+    manifest.push_back(
+        {{"key", "timing_estimate"},
+         {"value", "version 0.1: a median over pooled slices of some states, not the mean over the run"}});
+  }
   json cells = json::array();
   for (const Cell& cell : results.cells()) cells.push_back(cell_json(cell, store.samples(cell.id)));
 

@@ -206,7 +206,25 @@ Figure Results::figure(const std::string& system, const std::string& contender, 
 
 std::optional<Speed> Results::speed(const std::string& system, const std::string& contender, double timestep_ms) const {
   const auto found = speeds_.find({system, contender});
-  return found == speeds_.end() ? std::nullopt : speed_at(found->second, timestep_ms);
+  std::optional<Speed> speed = found == speeds_.end() ? std::nullopt : speed_at(found->second, timestep_ms);
+  if (!speed) return speed;
+  for (const auto& [step, cell] : cells(system, contender, "raw_speed")) {
+    if (!same_timestep(step, speed->below_ms) && !same_timestep(step, speed->above_ms)) continue;
+    const Value* covered = find_value(*cell, "coverage");
+    if (covered == nullptr) {
+      speed->coverage = std::nullopt;
+      break;
+    }
+    speed->coverage = std::min(speed->coverage.value_or(*covered->value), *covered->value);
+  }
+  return speed;
+}
+
+bool Results::timed_by_pooled_median() const {
+  return std::ranges::any_of(cells_, [](const Cell& cell) {
+    return cell.measure == "raw_speed" && find_value(cell, "step_time") != nullptr &&
+           find_value(cell, "coverage") == nullptr;
+  });
 }
 
 }  // namespace assay

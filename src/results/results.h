@@ -98,6 +98,8 @@ class Results {
   // Whether any contender's speed on it was measured.
   bool timed(const std::string& system) const { return timed_.contains(system); }
   std::optional<Speed> speed(const std::string& system, const std::string& contender, double timestep_ms) const;
+  // Whether step times are of version 0.1's estimate (Speed::coverage).
+  bool timed_by_pooled_median() const;
 
  private:
   const Store* store_;

@@ -3,9 +3,18 @@
 #include <cmath>
 #include <iterator>
 
+#include <fmt/format.h>
+
 #include "base/text.h"
 
 namespace assay {
+
+std::string caveat(const Speed& speed) {
+  constexpr double kMuch = 0.25;
+  if (!speed.coverage) return "timed by version 0.1: a median over some moments of the run, not the mean over it";
+  if (*speed.coverage >= kMuch) return "";
+  return fmt::format("{:.2g} % of the run was timed", 100 * *speed.coverage);
+}
 
 std::optional<Speed> speed_at(const SpeedCurve& speeds, double timestep_ms) {
   for (const auto& [step, factor] : speeds) {

@@ -70,9 +70,21 @@ const std::vector<ValueInfo>& value_catalogue() {
       {"raw_speed", "kHz", "Raw speed", "raw speed", kHigh, "raw_speed", kNo, kNo,
        "the engine's own step calls per second"},
       {"step_time", "us", "Step time", "step time", kLow, "raw_speed", kNo, kNo,
-       "time of one call of the engine's step"},
+       "time of one call of the engine's step, in the mean over the run"},
       {"realtime_factor", "1", "Realtime factor", "speed", kHigh, "raw_speed", kNo, kNo,
        "simulated seconds per second of computing: timestep divided by step time"},
+      {"step_p50", "us", "Step time, median", "median step", kLow, "raw_speed", kNo, kNo,
+       "median over the run's steps, each timed by itself; the clock's own cost is included"},
+      {"step_p99", "us", "Step time, 99th percentile", "99th percentile step", kLow, "raw_speed", kNo, kNo,
+       "time that 99 of 100 steps of the run do not exceed, each timed by itself"},
+      {"step_worst", "us", "Step time, worst", "worst step", kLow, "raw_speed", kNo, kNo,
+       "longest step of the run; of each step the least of three passes, so that it is the engine's and not the "
+       "machine's"},
+      {"input_time", "us", "Input time", "input time", kLow, "raw_speed", kNo, kNo,
+       "time a step outside the clock: torques, the state that they are computed from, and springs of the adapter; an "
+       "engine's own springs cost step time instead"},
+      {"coverage", "1", "Coverage", "coverage", kNone, "raw_speed", kNo, kNo,
+       "share of the run that was timed; the same windows for all contenders of a system at a timestep"},
       {"restart_floor", "m", "Restart floor", "restart floor", kNone, "consistency", kNo, kNo,
        "self-consistency error at the fine-step run's own timestep: hidden state and rounding, not integration"},
       {"truth_floor", "m", "Error floor", "error floor", kNone, "truth", kNo, kNo,
@@ -91,8 +103,16 @@ const std::vector<ValueInfo>& value_catalogue() {
        "share of the timed span that reading the clock takes"},
       {"engine_share", "1", "Engine share", "engine share", kNone, "raw_speed", kNo, kNo,
        "share of the cell's wall time inside the engine's steps"},
-      {"sample_steps", "1", "Steps a sample", "steps a sample", kNone, "raw_speed", kNo, kNo,
-       "engine steps between two readings of the clock"}};
+      {"sample_steps", "1", "Steps a window", "steps a window", kNone, "raw_speed", kNo, kNo,
+       "engine steps of the shortest window that was timed"},
+      {"window_share", "1", "Share of each window", "share of each window", kNone, "raw_speed", kNo, kNo,
+       "share of each equal part of the run that was to be timed"},
+      {"repeated_rounds", "1", "Repeated turns", "repeated turns", kNone, "raw_speed", kNo, kNo,
+       "turns that were taken again because the machine did something else meanwhile"},
+      {"disturbed_rounds", "1", "Disturbed rounds", "disturbed rounds", kNone, "raw_speed", kNo, kNo,
+       "rounds whose turn was disturbed however often it was repeated; their times count all the same"},
+      {"step_clock_share", "1", "Clock share of single steps", "clock share of single steps", kNone, "raw_speed", kNo,
+       kNo, "share of the median step, timed by itself, that reading the clock takes"}};
   return kRows;
 }
 

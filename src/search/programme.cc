@@ -259,7 +259,7 @@ Programme programme_for(const Model& model, const ProgrammeOptions& options, con
   toml += fmt::format("contenders = {}\n", list_text(programme.contenders));
   toml += "timesteps_ms = [\"1/4\", \"1/2\", 1, 2, 4, 8, 16]\nreference_ms = \"1/16\"\n";
   toml += "time_limit_s = 60\n";
-  toml += "\n[timing]\nrounds = 8\nstates = 3\nwarmup = 3\nprocesses = 2\n";
+  toml += "\n[timing]\nrounds = 6\nprocesses = 6\nbatch_ms = 20\nwindows = 16\nwarmup = 3\n";
   toml += fmt::format("\n# Without this table all cells are measured.\n[search]\nminutes = {}\n",
                       shortest(options.minutes));
   for (const auto& [name, limit] : options.limits) toml += fmt::format("{} = {}\n", name, toml_text(limit));

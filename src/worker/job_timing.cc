@@ -1,8 +1,11 @@
 // Jobs whose figure is a time: whole runs for scaling, and the sessions of the timing pass.
 #include <algorithm>
 #include <cmath>
+#include <ctime>
 #include <limits>
+#include <optional>
 #include <sched.h>
+#include <sys/resource.h>
 #include <vector>
 
 #include <fmt/format.h>
@@ -11,6 +14,7 @@
 #include "controls/work.h"
 #include "measures/plausible.h"
 #include "measures/statistics.h"
+#include "measures/windows.h"
 #include "worker/job_parts.h"
 
 namespace assay::jobs {
@@ -42,22 +46,31 @@ double clock_cost() {
   return median(pairs);
 }
 
+long long involuntary_switches() {
+  rusage usage{};
+  ::getrusage(RUSAGE_SELF, &usage);
+  return usage.ru_nivcsw;
+}
+
+double process_cpu_seconds() {
+  timespec time{};
+  ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
 // One contender on one system, at one timestep after the other.
 class TimingSession {
  public:
   explicit TimingSession(const TimingJob& job)
       : subject_(subject_of(job.subject)),
-        batch_s_(1e-3 * job.batch_ms),
         warmup_(job.warmup),
-        duration_s_(job.subject.duration_s) {
+        duration_s_(job.subject.duration_s),
+        sample_ms_(job.subject.sample_ms) {
     if (job.reference.empty()) {  // the null engine has no run of its own
-      starts_ = {subject_.model.initial};
+      states_ = {subject_.model.initial};
     } else {
-      const Trajectory trajectory = load(job.trajectories, job.reference);
-      const size_t samples = trajectory.states.size() - 1;
-      for (int k = 0; k < job.states; ++k) {
-        starts_.push_back(trajectory.states[samples * static_cast<size_t>(k) / static_cast<size_t>(job.states)]);
-      }
+      states_ = load(job.trajectories, job.reference).states;
+      if (states_.size() > 1) states_.pop_back();  // nothing starts at the run's end
     }
     core_ = pin_to_core();
     clock_s_ = clock_cost();
@@ -66,137 +79,148 @@ class TimingSession {
   int core() const { return core_; }
   double clock_s() const { return clock_s_; }
 
-  // Finds how many steps make a sample and a batch, and how many batches a round; `steps` fixes the first two, 0
-  // leaves them free.
-  Prepared prepare(double timestep_ms, long long steps) {
-    timestep_ms_ = timestep_ms;
-    steps_ = 1;
-    batches_ = static_cast<int>(starts_.size());
-    const double timestep_s = 1e-3 * timestep_ms;
-    const double before = engine_s_;
-    Ending ending;
+  Prepared prepare(double timestep_ms) {
+    const double timestep_s = 1e-3 * timestep_ms, before = engine_s_;
+    Prepared prepared;
     try {
       check_supported(subject_, timestep_s);
-      const double step_s = step_time(timestep_s);
-      slice_ = steps > 0 ? steps : static_cast<long long>(std::clamp(std::ceil(kSliceSeconds / step_s), 1.0, 1e9));
-      ending = choose_steps(timestep_s, step_s, steps);
-      // Enough batches for the round's time; an engine that does nothing must not go on for ever.
-      constexpr double kMostBatches = 2000;
-      const double round_s = static_cast<double>(starts_.size()) * static_cast<double>(steps_) * step_s;
-      const double rounds = std::clamp(std::ceil(batch_s_ / round_s), 1.0, kMostBatches);
-      batches_ = static_cast<int>(rounds) * static_cast<int>(starts_.size());
+      prepared.step_s = step_time(timestep_s);
     } catch (const UnsupportedError& error) {
-      ending = {Outcome::kUnsupported, error.what()};
+      prepared.ending = {Outcome::kUnsupported, error.what()};
     } catch (const EngineError& error) {
-      ending = {Outcome::kCrashed, fmt::format("the engine failed to start: {}", error.what())};
+      prepared.ending = {Outcome::kCrashed, fmt::format("the engine failed to start: {}", error.what())};
     }
-    return {ending, engine_s_ - before, {timestep_ms_, std::min(slice_, steps_), steps_, batches_}};
+    prepared.engine_s = engine_s_ - before;
+    return prepared;
   }
 
-  // One round's samples: every saved state in turn until the time is spent. `how` is what prepare() answered, here or
-  // in another process.
-  Sampled sample(const RoundPlan& how) {
-    timestep_ms_ = how.timestep_ms;
-    slice_ = how.sample_steps;
-    steps_ = how.batch_steps;
-    batches_ = how.batches;
-    const double before = engine_s_, cpu_before = cpu_seconds();
+  // One turn: the windows of the run, several times where one pass is short.
+  Sampled sample(const TurnPlan& how) {
+    const double engine_before = engine_s_, cpu_before = process_cpu_seconds();
+    const long long switches_before = involuntary_switches();
     const Clock::time_point start = Clock::now();
     Sampled sampled;
-    double timed_s = 0;
-    long long clock_reads = 0;
-    for (int i = 0; i < batches_; ++i) {
-      const Batch done = batch(starts_[static_cast<size_t>(i) % starts_.size()]);
-      if (sampled.ending.outcome == Outcome::kOk) sampled.ending = done.ending;
-      if (done.ending.outcome == Outcome::kDiverged) {
-        sampled.ending = done.ending;
-        break;
-      }
-      sampled.step_us.insert(sampled.step_us.end(), done.step_us.begin(), done.step_us.end());
-      timed_s += done.timed_s;
-      clock_reads += done.clock_reads;
+    const std::vector<TimingWindow> windows = windows_of(how);
+    std::vector<std::vector<double>> times(windows.size());  // of each window, s a step, one a pass
+    double timed_s = 0, input_s = 0;
+    long long reads = 0, steps = 0;
+    for (int pass = 0; pass < how.passes && sampled.ending.outcome != Outcome::kDiverged; ++pass) {
+      const Ending ending = run_through(how, windows, [&](size_t window, Stepper& stepper) {
+        const double engine_s = stepper.engine_s(), outside_s = stepper.input_s();
+        const long long clock_reads = stepper.clock_reads();
+        stepper.advance(windows[window].steps);
+        const double spent_s = stepper.engine_s() - engine_s;
+        times[window].push_back(spent_s / static_cast<double>(windows[window].steps));
+        timed_s += spent_s;
+        input_s += stepper.input_s() - outside_s;
+        reads += stepper.clock_reads() - clock_reads;
+        steps += windows[window].steps;
+      });
+      if (sampled.ending.outcome == Outcome::kOk || ending.outcome == Outcome::kDiverged) sampled.ending = ending;
     }
-    sampled.engine_s = engine_s_ - before;
-    sampled.cpu_s = cpu_seconds() - cpu_before;
+    if (sampled.ending.outcome != Outcome::kDiverged) {
+      for (const std::vector<double>& of : times) sampled.step_us.push_back(1e6 * median(of));
+    }
+    sampled.engine_s = engine_s_ - engine_before;
+    sampled.cpu_s = process_cpu_seconds() - cpu_before;
     sampled.wall_s = seconds_since(start);
-    sampled.clock_share = timed_s > 0 ? static_cast<double>(clock_reads) * clock_s_ / timed_s : 0;
+    sampled.switches = involuntary_switches() - switches_before;
+    sampled.clock_share = timed_s > 0 ? static_cast<double>(reads) * clock_s_ / timed_s : 0;
+    sampled.input_us = steps > 0 ? 1e6 * input_s / static_cast<double>(steps) : 0;
     return sampled;
   }
 
- private:
-  // Seconds of engine time that one sample of the clock covers: long against the clock's cost, short against the time
-  // for which a busy machine takes the core away, so that such moments spoil few samples.
-  static constexpr double kSliceSeconds = 5e-4;
-
-  struct Batch {
-    std::vector<double> step_us;  // a sample for each slice
-    double timed_s = 0;
-    long long clock_reads = 0;
-    Ending ending;
-  };
-
-  // A batch covers its share of the run, so that a round covers the run. Without contacts a step's cost does not
-  // depend on where in the run it is, and a batch may go on for longer, as long as the motion stays plausible.
-  Ending choose_steps(double timestep_s, double step_s, long long given) {
-    const auto states = static_cast<double>(starts_.size());
-    const double share = duration_s_ / states;
-    std::vector<double> lengths = {share};
-    if (subject_.model.contacts.empty()) lengths = {10 * duration_s_, duration_s_, share};
-    Ending ending;
-    for (const double length : lengths) {
-      const double most = std::clamp(std::floor(length / timestep_s - warmup_), 1.0, 1e9);
-      steps_ = given > 0 ? given : static_cast<long long>(std::clamp(std::ceil(batch_s_ / states / step_s), 1.0, most));
-      ending = {};
-      for (const State& start : starts_) {
-        if (ending.outcome == Outcome::kOk) ending = batch(start).ending;
-      }
-      if (ending.outcome == Outcome::kOk) break;
+  // Every step of the windows by itself. The same step does the same work in each pass, so the least of its times is
+  // the one that the machine disturbed least.
+  SingleSteps single_steps(const TurnPlan& how) {
+    constexpr int kPasses = 3;
+    const double before = engine_s_;
+    SingleSteps found;
+    std::vector<double> least;
+    for (int pass = 0; pass < kPasses && found.ending.outcome != Outcome::kDiverged; ++pass) {
+      size_t at = 0;
+      const std::vector<TimingWindow> windows = windows_of(how);
+      const Ending ending = run_through(how, windows, [&](size_t window, Stepper& stepper) {
+        for (long long step = 0; step < windows[window].steps; ++step, ++at) {
+          const double engine_s = stepper.engine_s();
+          stepper.advance(1);
+          const double spent_s = stepper.engine_s() - engine_s;
+          if (at == least.size()) least.push_back(spent_s);
+          least[at] = std::min(least[at], spent_s);
+        }
+      });
+      if (found.ending.outcome == Outcome::kOk || ending.outcome == Outcome::kDiverged) found.ending = ending;
     }
+    if (found.ending.outcome != Outcome::kDiverged && !least.empty()) {
+      found.p50_us = 1e6 * median(least);
+      found.p99_us = 1e6 * quantile(least, 0.99);
+      found.worst_us = 1e6 * *std::ranges::max_element(least);
+    }
+    found.engine_s = engine_s_ - before;
+    return found;
+  }
+
+ private:
+  std::vector<TimingWindow> windows_of(const TurnPlan& how) const {
+    return timing_windows({duration_s_, sample_ms_, how.timestep_ms, how.windows, warmup_, how.share, how.restart});
+  }
+
+  // Calls `timed` for each window, with an instance that stands at its beginning. Input, untimed steps and looking at
+  // the state lie outside the clock. `timed` takes the window's steps.
+  template <typename Timed>
+  Ending run_through(const TurnPlan& how, const std::vector<TimingWindow>& windows, const Timed& timed) {
+    const double timestep_s = 1e-3 * how.timestep_ms;
+    Ending ending;
+    std::optional<Plausibility> plausibility;
+    std::optional<Stepper> stepper;
+    double start_s = 0, length_s = 0;  // of the instance
+    const auto end_instance = [&] {
+      if (stepper) engine_s_ += stepper->engine_s();
+      stepper.reset();
+    };
+    for (size_t window = 0; window < windows.size(); ++window) {
+      const TimingWindow& at = windows[window];
+      try {
+        if (at.state >= 0) {
+          end_instance();
+          const State& start = states_[std::min(static_cast<size_t>(at.state), states_.size() - 1)];
+          start_s = start.time;
+          length_s = timestep_s * static_cast<double>(at.untimed + at.steps);
+          for (size_t next = window + 1; next < windows.size() && windows[next].state < 0; ++next) {
+            length_s += timestep_s * static_cast<double>(windows[next].steps);
+          }
+          plausibility.emplace(subject_.model, start, length_s,
+                               largest_work(subject_.model, *subject_.control, length_s));
+          stepper.emplace(subject_, start, timestep_s);
+        }
+        if (at.untimed > 0) stepper->advance(at.untimed);
+        timed(window, *stepper);
+        const State& state = stepper->read();
+        if (std::string why = plausibility->divergence(state); !why.empty()) {
+          ending = {Outcome::kDiverged, fmt::format("by {:.4g} s: {}", state.time, why)};
+        } else if (why = plausibility->impossibility(state); !why.empty() && ending.outcome == Outcome::kOk) {
+          ending = {Outcome::kUnstable, fmt::format("by {:.4g} s: {}", state.time, why)};
+        }
+      } catch (const EngineError& error) {
+        ending = {Outcome::kDiverged, fmt::format("within {:.4g} s: {}", start_s + length_s, error.what())};
+      }
+      if (ending.outcome == Outcome::kDiverged) break;
+    }
+    end_instance();
     return ending;
   }
 
-  // Input, warming up and looking at the state lie outside the clock.
-  Batch batch(const State& start) {
-    const double length = 1e-3 * timestep_ms_ * static_cast<double>(steps_ + warmup_);
-    const Plausibility plausibility(subject_.model, start, length,
-                                    largest_work(subject_.model, *subject_.control, length));
-    Stepper stepper(subject_, start, 1e-3 * timestep_ms_);
-    Batch result;
-    try {
-      stepper.advance(warmup_);
-      const double warm_s = stepper.engine_s();
-      const long long reads = stepper.clock_reads();
-      const long long slices = std::max(1LL, (steps_ + slice_ / 2) / slice_);
-      result.step_us.reserve(static_cast<size_t>(slices));
-      for (long long slice = 0; slice < slices; ++slice) {
-        const long long steps = steps_ * (slice + 1) / slices - steps_ * slice / slices;
-        const double slice_before = stepper.engine_s();
-        stepper.advance(steps);
-        result.step_us.push_back(1e6 * (stepper.engine_s() - slice_before) / static_cast<double>(steps));
-      }
-      result.timed_s = stepper.engine_s() - warm_s;
-      result.clock_reads = stepper.clock_reads() - reads;
-      const State& state = stepper.read();
-      if (std::string why = plausibility.divergence(state); !why.empty()) {
-        result.ending = {Outcome::kDiverged, fmt::format("by {:.4g} s: {}", state.time, why)};
-      } else if (why = plausibility.impossibility(state); !why.empty()) {
-        result.ending = {Outcome::kUnstable, fmt::format("by {:.4g} s: {}", state.time, why)};
-      }
-    } catch (const EngineError& error) {
-      result.ending = {Outcome::kDiverged, fmt::format("within {:.4g} s: {}", start.time + length, error.what())};
-    }
-    engine_s_ += stepper.engine_s();
-    return result;
-  }
-
-  // Seconds of one step in the mean over the saved states; a step in a pile costs many times one in a fall.
+  // Seconds of one step in the mean over some saved states; a step in a pile costs many times one in a fall.
   double step_time(double timestep_s) {
+    constexpr size_t kStates = 8;
+    const size_t count = std::min(kStates, states_.size());
     double sum = 0;
-    for (const State& start : starts_) sum += step_time_at(start, timestep_s);
-    return std::clamp(sum / static_cast<double>(starts_.size()), 1e-12, 1e3);
+    for (size_t k = 0; k < count; ++k) sum += step_time_at(states_[states_.size() * k / count], timestep_s);
+    return std::clamp(sum / static_cast<double>(count), 1e-12, 1e3);
   }
 
-  // The least of several short batches: a moment in which the machine did something else must not shorten every sample.
+  // The least of several short spans: a moment in which the machine did something else must not decide how much is
+  // timed.
   double step_time_at(const State& start, double timestep_s) {
     constexpr double kLongEnough = 3e-4;
     constexpr int kTimes = 3;
@@ -218,24 +242,19 @@ class TimingSession {
           steps *= 4;
         }
       } catch (const EngineError&) {
-        break;  // the batches will report the reason
+        break;  // the turns will report the reason
       }
     }
     return std::isfinite(least) ? least : 1e-6;
   }
 
   Subject subject_;
-  double batch_s_;
   int warmup_;
-  double duration_s_;
-  std::vector<State> starts_;
+  double duration_s_, sample_ms_;
+  std::vector<State> states_;  // of the run, at regular distances from its start
   int core_ = -1;
   double clock_s_ = 0;
   double engine_s_ = 0;
-  double timestep_ms_ = 1;
-  long long steps_ = 1;  // of a batch
-  long long slice_ = 1;  // of a sample
-  int batches_ = 1;      // of a round
 };
 
 }  // namespace
@@ -284,9 +303,11 @@ JobDone do_job(const TimingJob& job, const Report& report, const Next& next) {
   report(SessionReady{session.core(), session.clock_s()});
   while (const auto command = next()) {
     if (const auto* prepare = std::get_if<PrepareCommand>(&*command)) {
-      report(session.prepare(prepare->timestep_ms, prepare->steps));
+      report(session.prepare(prepare->timestep_ms));
     } else if (const auto* sample = std::get_if<SampleCommand>(&*command)) {
       report(session.sample(sample->how));
+    } else if (const auto* steps = std::get_if<SingleStepsCommand>(&*command)) {
+      report(session.single_steps(steps->how));
     } else {
       throw SystemError("a timing session was sent a second job");
     }

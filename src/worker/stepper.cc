@@ -39,6 +39,7 @@ void Stepper::advance(long long steps) {
 
 void Stepper::take(long long steps) {
   constexpr long long kMostAtOnce = 1 << 30;
+  Clock::time_point end = Clock::now();
   while (steps > 0) {
     const long long count = subject_.free_running ? std::min(steps, kMostAtOnce) : 1;
     if (!subject_.free_running) {
@@ -48,7 +49,9 @@ void Stepper::take(long long steps) {
     }
     const Clock::time_point start = Clock::now();
     simulation_->advance(static_cast<int>(count));
-    engine_s_ += seconds_since(start);
+    if (!subject_.free_running) input_s_ += std::chrono::duration<double>(start - end).count();
+    end = Clock::now();
+    engine_s_ += std::chrono::duration<double>(end - start).count();
     ++clock_reads_;
     steps -= count;
   }

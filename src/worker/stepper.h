@@ -42,6 +42,9 @@ class Stepper {
   const State& read();
 
   double engine_s() const { return engine_s_; }  // since construction
+  // Seconds since construction that steps with inputs have spent outside the clock: the state that a control reads,
+  // torques, and the springs that the adapter computes.
+  double input_s() const { return input_s_; }
   long long clock_reads() const { return clock_reads_; }
 
  private:
@@ -51,7 +54,7 @@ class Stepper {
   std::unique_ptr<Simulation> simulation_;
   State state_;
   std::vector<double> torques_;
-  double engine_s_ = 0;
+  double engine_s_ = 0, input_s_ = 0;
   long long clock_reads_ = 0;
 };
 

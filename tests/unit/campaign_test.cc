@@ -2,12 +2,14 @@
 #include "campaign/campaign.h"
 
 #include <algorithm>
+#include <set>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "base/errors.h"
 #include "base/paths.h"
+#include "campaign/plan.h"
 
 namespace assay {
 namespace {
@@ -130,6 +132,59 @@ TEST(Campaign, MistakesNameFileLineValueAndTheNearestName) {
   EXPECT_THAT(error_of(""), HasSubstr("'name'"));
 }
 
+TEST(Campaign, TwinsAreOnlyTimedAndWhereverTheirContenderIs) {
+  const std::string text = std::string(kGood) + "\n[timing]\ntwins = [\"A\"]\n";
+  const Campaign campaign = parse_campaign(text, "f");
+  ASSERT_EQ(campaign.contenders.size(), 3U);
+  EXPECT_EQ(campaign.contenders[2].resolved.name, "A-twin");
+  EXPECT_EQ(campaign.contenders[2].content(), campaign.contenders[1].content());
+  for (const CampaignSystem& system : campaign.systems) EXPECT_THAT(system.contenders, ElementsAre(0, 1, 2));
+  std::set<std::string> measures;
+  for (const PlannedCell& cell : make_plan(campaign).cells) {
+    if (cell.contender == 2) measures.insert(cell.measure);
+  }
+  EXPECT_THAT(measures, ElementsAre("raw_speed"));
+  EXPECT_THAT(error_of(std::string(kGood) + "\n[timing]\ntwins = [\"B\"]\n"),
+              AllOf(HasSubstr("'B' is no contender"), HasSubstr("'A'")));
+  EXPECT_THAT(error_of(std::string(kGood) + "\n[timing]\ntwins = [\"A\", \"A\"]\n"), HasSubstr("'A-twin' already"));
+}
+
+TEST(Campaign, CommonStatesAreOfOneContenderAndRefusedWhereAnotherCannotStartFromThem) {
+  const std::string text = R"(
+name = "common"
+contenders = ["ode-quick", "mujoco-euler", "mujoco-rk4"]
+timesteps_ms = ["1/4", 1]
+reference_ms = "1/4"
+measures = ["raw_speed"]
+[timing]
+states = "common"
+[[system]]
+name = "planar-chain"
+duration_s = 1
+)";
+  const Campaign campaign = parse_campaign(text, "f");
+  EXPECT_TRUE(campaign.timing.common_states);
+  EXPECT_EQ(campaign.systems[0].states_of, 1) << "the first one in joint coordinates";
+  const Plan plan = make_plan(campaign);
+  std::set<std::string> starts, own;
+  for (const PlannedCell& cell : plan.cells) {
+    if (cell.measure == "raw_speed") starts.insert(cell.trajectory);
+    if (cell.measure == "reference" && cell.contender == 1) own.insert(cell.trajectory);
+  }
+  EXPECT_EQ(starts, own) << "all start from the states of that contender's run";
+  EXPECT_NE(campaign.hash(), parse_campaign(with(text, "states = \"common\"", "states = \"own\""), "f").hash());
+  EXPECT_THAT(error_of(with(text, "\"common\"\n", "\"common\"\nstates_of = \"ode-quick\"\n")),
+              AllOf(StartsWith("dir/file.toml:9: "), HasSubstr("'mujoco-euler' cannot start from the states of "
+                                                               "'ode-quick' on 'planar-chain'")));
+  // free bodies have no joints that could come apart
+  const std::string pile =
+      with(with(text, "planar-chain", "capsules-27"), "\"common\"\n", "\"common\"\nstates_of = \"ode-quick\"\n");
+  EXPECT_EQ(parse_campaign(pile, "f").systems[0].states_of, 0);
+  EXPECT_THAT(error_of(with(text, "\"common\"", "4")), HasSubstr("'windows'"));
+  EXPECT_THAT(error_of(with(text, "\"common\"\n", "\"own\"\nstates_of = \"ode-quick\"\n")), HasSubstr("no effect"));
+  EXPECT_THAT(error_of(with(text, "\"common\"\n", "\"common\"\nstates_of = \"dart\"\n")), HasSubstr("'dart'"));
+}
+
 TEST(Campaign, RatiosAreOfItsContenders) {
   const std::string ratio = "\n[[ratio]]\nof = \"A\"\nto = \"null\"\n";
   EXPECT_EQ(parse_campaign(kGood + ratio, "f").ratios, (std::map<std::string, std::string>{{"A", "null"}}));
@@ -248,7 +303,7 @@ TEST(Campaign, OursAreSound) {
     }
   }
   const Campaign aa = load_campaign(find_campaign("aa"));
-  EXPECT_EQ(aa.contenders.at(0).content(), aa.contenders.at(1).content());
+  EXPECT_EQ(aa.contenders.at(0).content(), aa.contenders.at(4).content()) << "a twin";
 }
 
 }  // namespace

@@ -97,25 +97,6 @@ TEST(Statistics, BootstrapIntervalCoversTheTruth) {
   EXPECT_LT(covered, kTrials * 0.99);
 }
 
-TEST(Statistics, RoundsAreDrawnAsAWhole) {
-  // Samples of a round agree, rounds do not: drawing samples would give too narrow an interval.
-  std::vector<std::vector<double>> rounds;
-  std::vector<double> all;
-  std::mt19937_64 random(5);  // NOLINT(bugprone-random-generator-seed): the same test each time
-  std::normal_distribution<double> normal(10, 1);
-  for (int round = 0; round < 9; ++round) {
-    rounds.emplace_back(50, normal(random));
-    all.insert(all.end(), rounds.back().begin(), rounds.back().end());
-  }
-  const Interval by_round = bootstrap_median_of_rounds(rounds, 1), by_sample = bootstrap_median(all, 1);
-  EXPECT_EQ(by_round.value, median(all));
-  EXPECT_GT(by_round.high - by_round.low, 2 * (by_sample.high - by_sample.low));
-  EXPECT_LE(by_round.low, by_round.value);
-  EXPECT_GE(by_round.high, by_round.value);
-  EXPECT_EQ(bootstrap_median_of_rounds({{1, 4}, {2, 3}}, 1).value, 2.5);
-  EXPECT_EQ(bootstrap_median_of_rounds({{7}}, 1).high, 7);
-}
-
 TEST(Statistics, OneSampleHasNoWidth) {
   const Interval interval = bootstrap_median(std::vector{2.5}, 1);
   EXPECT_EQ(interval.low, 2.5);

@@ -40,7 +40,7 @@ const ModelSpec kModel = {"models/chain.xml",
 const ContenderSpec kContender = {"A", "mujoco-euler", {{"iterations", "50"}, {"cone", "elliptic"}}};
 const SubjectSpec kSubject = {
     kModel, {.kind = "sine", .amplitude = 2, .frequency = 3, .phase_step = 0.1}, kContender, 1.5, 16};
-const RoundPlan kHow = {0.25, 17, 170, 8};
+const TurnPlan kHow = {0.25, 17, 0.5, true, 8};
 const Ending kEnding = {Outcome::kUnstable, "at 1 s: \"too fast\"\nsecond line \xc3\xa9"};
 
 std::vector<Request> requests() {
@@ -51,9 +51,10 @@ std::vector<Request> requests() {
           ScalingJob{kSubject, 0.25, 7, "dir", "s", 5, 2.5},
           ConformanceJob{kContender, {"free-fall", "sliding"}},
           ProbeJob{kSubject, 0.25, true},
-          TimingJob{kSubject, "dir", "r", 4, 5, 20},
-          PrepareCommand{0.25, 12},
-          SampleCommand{kHow}};
+          TimingJob{kSubject, "dir", "r", 5},
+          PrepareCommand{0.25},
+          SampleCommand{kHow},
+          SingleStepsCommand{kHow}};
 }
 
 std::vector<Reply> replies() {
@@ -68,8 +69,9 @@ std::vector<Reply> replies() {
           JobError{"no such file", true},
           JobCrash{"exception: why"},
           SessionReady{3, 2e-8},
-          Prepared{kEnding, 0.5, kHow},
-          Sampled{kEnding, 0.5, 0.6, 0.7, 0.01, {1, 2, 3}}};
+          Prepared{kEnding, 0.5, 1e-5},
+          Sampled{kEnding, 0.5, 0.6, 0.7, 0.01, 0.25, 3, {1, 2, 3}},
+          SingleSteps{kEnding, 0.5, 1, 2, 3}};
 }
 
 // Every message, as its line and as the function that reads such a line and writes it once more.

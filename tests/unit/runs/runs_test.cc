@@ -26,6 +26,8 @@
 #include "base/paths.h"
 #include "coordinator/rerun.h"
 #include "coordinator/run.h"
+#include "measures/step_time.h"
+#include "store/timing_samples.h"
 #include "store/trajectory.h"
 #include "temp_folder.h"
 
@@ -340,14 +342,23 @@ TEST_F(RunsTest, ValuesAreWhatTheyClaim) {
     EXPECT_LE(each.low, each.value) << each.name;
     EXPECT_GE(each.high, each.value) << each.name;
   }
-  EXPECT_THAT(store.samples(timed.id), SizeIs(5));
-  for (const SampleSeries& series : store.samples(timed.id)) {
-    if (series.name == "step_time_us") {
-      EXPECT_GE(series.values.size(), 3U) << "at least one a round";
-    } else {
-      EXPECT_THAT(series.values, SizeIs(3)) << series.name << ": one a round";
-    }
+  const std::vector<SampleSeries> samples = store.samples(timed.id);
+  const auto rounds = timed_rounds(samples);
+  ASSERT_TRUE(rounds);
+  EXPECT_THAT(rounds->rounds, SizeIs(3));
+  EXPECT_NEAR(step_time(*rounds).value, step_us, 1e-9) << "it follows from the stored samples";
+  for (const char* contender : {"first", "second", "fourth-order"}) {
+    const auto others = timed_rounds(store.samples(find(store, contender, "raw_speed", 1).id));
+    ASSERT_TRUE(others);
+    EXPECT_EQ(others->weights, rounds->weights) << contender << ": the same windows";
+    EXPECT_EQ(number(find(store, contender, "raw_speed", 1), "coverage"), number(timed, "coverage"));
   }
+  EXPECT_GT(number(timed, "coverage"), 0);
+  EXPECT_LE(number(timed, "step_p50"), number(timed, "step_p99"));
+  EXPECT_LE(number(timed, "step_p99"), number(timed, "step_worst"));
+  EXPECT_GE(number(timed, "disturbed_rounds"), 0);
+  EXPECT_GE(number(timed, "repeated_rounds"), number(timed, "disturbed_rounds") > 0 ? 1 : 0);
+  EXPECT_EQ(number(timed, "input_time"), 0) << "a passive chain without springs has no inputs";
   EXPECT_LT(number(timed, "clock_share"), 0.005);
   EXPECT_GT(timed.engine_s, 0);
   EXPECT_GE(timed.wall_s, timed.engine_s);

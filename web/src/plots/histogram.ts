@@ -4,7 +4,8 @@ import { el, svg } from "../dom";
 import { quantity } from "../format";
 
 const kTitles: Record<string, [title: string, unit: string]> = {
-  step_time_us: ["Time of a step", "us"],
+  window_step_time_us: ["Time of a step, by round and part of the run", "us"],
+  step_time_us: ["Time of a step", "us"], // of version 0.1
   run_time_s: ["Time of the whole run", "s"],
   piece_error_m: ["Error of each piece", "m"],
 };

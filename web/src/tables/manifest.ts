@@ -71,6 +71,8 @@ const kGroups: [string, [string, string, ((value: string) => string)?][]][] = [
     "Quality of the timing",
     [
       ["timing", "Scheme"],
+      ["timing_estimate", "Estimate"],
+      ["twins", "One contender under two names"],
       ["timing_core", "Core"],
       ["clock_cost_ns", "Reading the clock", (value) => quantity(Number(value), "ns")],
       ["harness", "Harness overhead"],
