@@ -389,6 +389,42 @@ TEST_F(RunsTest, ValuesAreWhatTheyClaim) {
   EXPECT_LT(harness_us, 0.1 * step_us);
 }
 
+// An engine that waits within its step has little of the processor's time, as one that others disturb.
+TEST_F(RunsTest, DisturbedTurnsAreRepeatedAndCounted) {
+  const Campaign campaign = parse_campaign(
+      "name = \"disturbed\"\ntimesteps_ms = [4]\nreference_ms = 4\nmeasures = [\"raw_speed\"]\n"
+      "[timing]\nrounds = 6\nprocesses = 2\nbatch_ms = 20\n"
+      "[[contender]]\nname = \"waits\"\nbase = \"mishap\"\nset = {fault = \"slow\"}\n"
+      "[[system]]\nname = \"planar-chain\"\nduration_s = 0.128\n",
+      "disturbed.toml");
+  run_scored(campaign, dir());
+  const Store store = Store::open(dir());
+  const Cell timed = find(store, "waits", "raw_speed", 4);
+  EXPECT_EQ(number(timed, "disturbed_rounds"), 6) << "repeating does not help";
+  EXPECT_EQ(number(timed, "repeated_rounds"), 3) << "half of the rounds";
+  EXPECT_GT(number(timed, "step_time"), 4900) << "they count all the same";
+  for (const SampleSeries& series : store.samples(timed.id)) {
+    if (series.name == "cpu_share") {
+      EXPECT_THAT(series.values, testing::Each(testing::Lt(0.5)));
+    }
+  }
+}
+
+TEST_F(RunsTest, CommonStatesAreThoseOfOneContender) {
+  const Campaign campaign = parse_campaign(
+      "name = \"common\"\ncontenders = [\"mujoco-euler\", \"ode-quick\"]\ntimesteps_ms = [1]\nreference_ms = 1\n"
+      "measures = [\"raw_speed\"]\n[timing]\nrounds = 2\nprocesses = 2\nbatch_ms = 5\nwindows = 4\n"
+      "states = \"common\"\n[[system]]\nname = \"planar-chain\"\nduration_s = 0.128\nsample_ms = 4\n",
+      "common.toml");
+  run_scored(campaign, dir());
+  const Store store = Store::open(dir());
+  for (const char* contender : {"mujoco-euler", "ode-quick"}) {
+    const Cell timed = find(store, contender, "raw_speed", 1);
+    EXPECT_EQ(timed.outcome, Outcome::kOk) << timed.reason;
+    EXPECT_GT(number(timed, "coverage"), 0);
+  }
+}
+
 TEST_F(RunsTest, DerivedValuesFlagAnErrorThatDoesNotDependOnTheTimestep) {
   Store store = Store::create(dir(), {"c", "h"});
   double timestep = 1.0 / 64;
