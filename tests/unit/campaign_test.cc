@@ -151,7 +151,7 @@ TEST(Campaign, TwinsAreOnlyTimedAndWhereverTheirContenderIs) {
 
 TEST(Campaign, CommonStatesAreOfOneContenderAndRefusedWhereAnotherCannotStartFromThem) {
   const std::string text = R"(
-name = "common"
+name = "shared"
 contenders = ["ode-quick", "mujoco-euler", "mujoco-rk4"]
 timesteps_ms = ["1/4", 1]
 reference_ms = "1/4"

@@ -71,7 +71,9 @@ TEST(TimingWindows, APartLiesInEveryStratumOfTheRun) {
             1e-12);
       }
       // whole steps: no less than one, else no more than the share
-      if (windows.front().steps > 1) EXPECT_LE(coverage(windows, layout), share * (1 + 1e-9));
+      if (windows.front().steps > 1) {
+        EXPECT_LE(coverage(windows, layout), share * (1 + 1e-9));
+      }
     }
   }
 }
@@ -169,7 +171,9 @@ TEST(StepTime, SamplesOfTheStoreGiveItBack) {
   EXPECT_THAT(timed->rounds, ElementsAre(ElementsAre(1, 2), ElementsAre(3, 4), ElementsAre(5, 6)));
   EXPECT_THAT(timed->processes, ElementsAre(0, 0, 1));
   for (const SampleSeries& series : samples) {
-    if (series.name == "round_step_time_us") EXPECT_THAT(series.values, ElementsAre(1.75, 3.75, 5.75));
+    if (series.name == "round_step_time_us") {
+      EXPECT_THAT(series.values, ElementsAre(1.75, 3.75, 5.75));
+    }
   }
   EXPECT_FALSE(timed_rounds({{"step_time_us", {1, 2, 3}}, {"process", {0}}})) << "version 0.1";
 }
@@ -252,7 +256,7 @@ INSTANTIATE_TEST_SUITE_P(Noises, Coverage,
                                          NoiseCase{"rounds", {0.002, 0.01, 0, 0.005, 0, 0}},
                                          NoiseCase{"drift", {0.01, 0.01, 0.5, 0.005, 0, 0}},
                                          NoiseCase{"disturbed", {0.01, 0.005, 0.3, 0.005, 0.05, 0.05}}),
-                         [](const auto& info) { return info.param.name; });
+                         [](const auto& each) { return each.param.name; });
 
 }  // namespace
 }  // namespace assay
