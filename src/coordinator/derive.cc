@@ -224,6 +224,17 @@ void derive_ratios(const Store& store, const std::vector<Cell>& cells, std::uint
 
 }  // namespace
 
+const std::vector<std::string>& derived_values() {
+  static const std::vector<std::string> kNames = {"truth_order", "truth_floor",
+                                                  "consistency_floor",
+                                                  "aa_ratio",
+                                                  "time_ratio",
+                                                  "largest_stable_timestep",
+                                                  "stable_up_to_timestep",
+                                                  "scaling_exponent"};
+  return kNames;
+}
+
 std::vector<std::string> derive_values(Store& store) {
   const std::vector<Cell> cells = store.cells();
   std::vector<Store::Derived> derived;
@@ -234,9 +245,7 @@ std::vector<std::string> derive_values(Store& store) {
   derive_scaling(store, cells, 1, derived);
   derive_ratios(store, cells, 1, derived);
   warn_of_noise(store, cells, warnings);
-  store.set_derived({"truth_order", "truth_floor", "consistency_floor", "aa_ratio", "time_ratio",
-                     "largest_stable_timestep", "stable_up_to_timestep", "scaling_exponent"},
-                    derived);
+  store.set_derived(derived_values(), derived);
   return warnings;
 }
 

@@ -62,6 +62,11 @@ std::vector<Cell> Store::cells() const {
                   "LEFT JOIN systems s ON s.name = c.system LEFT JOIN contenders n ON n.name = c.contender "
                   "ORDER BY s.rowid, c.system, n.rowid, c.contender, c.measure, c.timestep_ms, c.key");
   Statement values(db_.get(), "SELECT name, unit, value, low, high FROM \"values\" WHERE cell_id = ? ORDER BY name");
+  std::map<std::string, std::string> nodes;  // by cell's key
+  if (sql::has_table(db_.get(), "measured_on")) {
+    Statement measured(db_.get(), "SELECT key, node FROM measured_on");
+    while (measured.step()) nodes.emplace(measured.text(0), measured.text(1));
+  }
   while (query.step()) {
     Cell cell;
     cell.id = query.integer(0);
@@ -83,6 +88,7 @@ std::vector<Cell> Store::cells() const {
     cell.steal = query.number(11);
     cell.started = query.number(12);
     cell.finished = query.number(13);
+    if (const auto found = nodes.find(cell.key); found != nodes.end()) cell.node = found->second;
     values.bind(0, cell.id);
     while (values.step()) {
       cell.values.push_back({values.text(0), values.text(1), values.optional_number(2), values.optional_number(3),

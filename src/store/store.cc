@@ -60,6 +60,10 @@ constexpr const char* kLaterSchema = R"sql(
   CREATE TABLE IF NOT EXISTS runs(address TEXT NOT NULL, system TEXT NOT NULL, contender TEXT NOT NULL,
     timestep_ms REAL NOT NULL, PRIMARY KEY(system, contender, timestep_ms)) WITHOUT ROWID;
   CREATE TABLE IF NOT EXISTS scenes(system TEXT PRIMARY KEY, json TEXT NOT NULL) WITHOUT ROWID;
+  CREATE TABLE IF NOT EXISTS nodes(id TEXT PRIMARY KEY, json TEXT NOT NULL) WITHOUT ROWID;
+  CREATE TABLE IF NOT EXISTS measured_on(key TEXT PRIMARY KEY, node TEXT NOT NULL) WITHOUT ROWID;
+  CREATE TABLE IF NOT EXISTS plan(key TEXT PRIMARY KEY, shard INTEGER NOT NULL, cost_s REAL NOT NULL,
+    accuracy INTEGER NOT NULL) WITHOUT ROWID;
 )sql";
 
 std::string database_path(const std::string& dir) { return dir + "/assay.sqlite"; }
@@ -147,12 +151,16 @@ Store::Store(std::string dir, std::unique_ptr<sqlite3, Deleter> db, int lock)
     : dir_(std::move(dir)), db_(std::move(db)), lock_(lock) {}
 
 Store::Store(Store&& other) noexcept
-    : dir_(std::move(other.dir_)), db_(std::move(other.db_)), lock_(std::exchange(other.lock_, -1)) {}
+    : dir_(std::move(other.dir_)),
+      db_(std::move(other.db_)),
+      lock_(std::exchange(other.lock_, -1)),
+      node_(std::move(other.node_)) {}
 
 Store& Store::operator=(Store&& other) noexcept {
   std::swap(dir_, other.dir_);
   std::swap(db_, other.db_);
   std::swap(lock_, other.lock_);
+  std::swap(node_, other.node_);
   return *this;
 }
 

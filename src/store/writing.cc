@@ -76,6 +76,9 @@ std::int64_t Store::put_cell(const Cell& cell, const std::vector<SampleSeries>& 
                std::optional(cell.started), std::optional(cell.finished))
       .run();
   const std::int64_t id = sqlite3_last_insert_rowid(db_.get());
+  if (const std::string& node = cell.node.empty() ? node_ : cell.node; !node.empty()) {
+    Statement(db_.get(), "INSERT OR REPLACE INTO measured_on VALUES(?, ?)").bind_all(cell.key, node).run();
+  }
   Statement put_value(db_.get(), "INSERT INTO \"values\" VALUES(?, ?, ?, ?, ?, ?)");
   for (const Value& value : cell.values) {
     put_value.bind_all(id, value.name, value.unit, value.value, value.low, value.high).run();
