@@ -29,7 +29,7 @@ namespace assay {
 struct CompareOptions {
   double threshold = 0.02;        // of practical significance, relative
   double level = 0.05;            // of corrected p-values
-  std::string control;            // contender whose times the others' are divided by; "" for none
+  std::string control = {};       // contender whose times the others' are divided by; "" for none
   bool across_machines = false;   // accuracy alone
   bool across_programs = false;   // another version or build of assay is accepted
 };

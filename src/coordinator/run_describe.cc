@@ -118,7 +118,6 @@ void Runner::describe() {
   }
   constexpr size_t kDigits = 16;
   node_.id = content_hash(fmt::format("{} {} {}", part, node_name(), machine_facts().front().value)).substr(0, kDigits);
-  describe_node(/*finished=*/false, 0, 0);
   if (!options_.wanted) {  // a search decides as it goes
     std::vector<PlanRow> planned;
     planned.reserve(mine_.size());
@@ -128,6 +127,7 @@ void Runner::describe() {
     }
     store_.set_plan(planned);
   }
+  describe_node(/*finished=*/false, 0, 0);  // after the plan: where there is a node, it is known what it was to do
 
   std::vector<ManifestEntry> entries = machine_facts();
   const auto before = store_.manifest("cpu");

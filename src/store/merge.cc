@@ -215,15 +215,14 @@ class Merge {
       nodes.push_back({unnamed_node_, facts.dump()});
     }
     Statement put(db_, "INSERT OR REPLACE INTO nodes VALUES(?, ?)");
-    Statement there(db_, "SELECT json FROM nodes WHERE id = ?");
     const auto order = [](const std::string& text) {  // the later state of a part's work comes last
       return std::pair(parsed_object(text).value("finished", ""), text);
     };
     for (const NodeRow& node : nodes) {
+      Statement there(db_, "SELECT json FROM nodes WHERE id = ?");
       there.bind(0, node.id);
       const bool known = there.step();
       const std::string before = known ? there.text(0) : "";
-      if (known) there.run();
       if (!known || order(before) < order(node.json)) put.bind_all(node.id, node.json).run();
     }
   }

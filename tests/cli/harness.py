@@ -22,7 +22,7 @@ MISHAP_ENGINE = os.environ.get("ASSAY_MISHAP_ENGINE", "")
 REFUSED_PLUGINS = os.environ.get("ASSAY_REFUSED_PLUGINS", "")
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 COMMANDS = ["engines", "systems", "check", "simulate", "paper", "run", "report", "export", "movie", "snapshot", "recommend", "parity",
-            "claims", "conformance", "merge", "status", "compare", "history"]
+            "claims", "conformance", "merge", "status", "compare", "history", "submit"]
 CSV_HEADER = "time,body,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz"
 
 # A ball that was thrown, far above the ground.

@@ -117,7 +117,7 @@ class CompareTest : public TempFolderTest {
     double noise = 0.01;                  // of processes, relative
     int processes = 10;
     double drift = 1;                     // the machine's, of all times
-    std::string model = "1", settings, commit = "abc", cpu = "EPYC", plugin = "p1";
+    std::string model = "1", settings = {}, commit = "abc", cpu = "EPYC", plugin = "p1";
     Outcome outcome = Outcome::kOk;       // of engine-a's truth
     std::string started = "2026-01-01";
   };
