@@ -18,6 +18,7 @@
 #include "base/errors.h"
 #include "base/hash.h"
 #include "base/text.h"
+#include "store/cell_hash.h"
 #include "store/database.h"
 #include "store/differences.h"
 #include "store/trajectory.h"
@@ -109,6 +110,7 @@ class Merge {
   void add(const std::string& dir, MergeSummary& summary) {
     dir_ = dir;
     const Store source = Store::open(dir);
+    (void)source.cells();  // throws for one that is damaged
     const Attached attached(db_, dir);
     Transaction transaction(db_);
     merge_manifest(source);
@@ -120,6 +122,7 @@ class Merge {
     const std::int64_t added = merge_cells();
     merge_lists();
     refuse_mixed_machines();
+    for (const auto& [table, order] : sql::hashed_tables()) sql::put_table_hash(db_, table);
     summary.trajectories += copy_files("trajectories", ".bin");
     summary.trajectories += copy_files("parity", ".json");
     transaction.commit();
@@ -291,7 +294,6 @@ class Merge {
 
   // Of two equal cells the one that was measured first stays, whichever comes first here.
   std::int64_t merge_cells() {
-    const bool has_nodes = attached_has(db_, "measured_on");
     execute(db_, "DROP TABLE IF EXISTS temp.merged");
     execute(db_, "CREATE TEMP TABLE merged(old INTEGER PRIMARY KEY, key TEXT NOT NULL)");
     execute(db_,
@@ -299,8 +301,7 @@ class Merge {
             "WHERE m.id IS NULL OR (s.started, s.finished, s.wall_s) < (m.started, m.finished, m.wall_s)");
     std::int64_t fresh = 0;
     {
-      Statement query(db_,
-                      "SELECT count(*) FROM temp.merged WHERE key NOT IN (SELECT key FROM main.cells)");
+      Statement query(db_, "SELECT count(*) FROM temp.merged WHERE key NOT IN (SELECT key FROM main.cells)");
       if (query.step()) fresh = query.integer(0);
     }
     execute(db_, "DELETE FROM main.cells WHERE key IN (SELECT key FROM temp.merged)");
@@ -311,23 +312,38 @@ class Merge {
                      .c_str());
     for (const char* table : {"values", "samples"}) {
       const std::string columns = common_columns(db_, table, "cell_id");
+      const std::string where =
+          std::string_view(table) == "values" ? fmt::format(" WHERE name NOT IN ({})", derived_) : "";
       execute(db_, fmt::format("INSERT INTO main.\"{0}\"(cell_id, {1}) SELECT m.id, {1} FROM temp.merged t "
-                               "JOIN main.cells m ON m.key = t.key JOIN src.\"{0}\" v ON v.cell_id = t.old {2}",
-                               table, columns,
-                               std::string_view(table) == "values" ? fmt::format("WHERE name NOT IN ({})", derived_) : "")
+                               "JOIN main.cells m ON m.key = t.key JOIN src.\"{0}\" v ON v.cell_id = t.old{2}",
+                               table, columns, where)
                        .c_str());
     }
-    if (has_nodes) {
-      execute(db_,
-              "INSERT OR REPLACE INTO main.measured_on SELECT o.key, o.node FROM src.measured_on o "
-              "JOIN temp.merged t ON t.key = o.key");
-    } else {
-      Statement(db_, "INSERT OR REPLACE INTO main.measured_on SELECT key, ? FROM temp.merged")
+    hash_cells();
+    execute(db_, "DROP TABLE temp.merged");
+    return fresh;
+  }
+
+  // Cells keep the hashes that they were written with, but for those that are not quite what they were.
+  void hash_cells() {
+    if (!unnamed_node_.empty()) {
+      Statement(db_, "UPDATE main.cells SET node = ? WHERE key IN (SELECT key FROM temp.merged)")
           .bind_all(unnamed_node_)
           .run();
     }
-    execute(db_, "DROP TABLE temp.merged");
-    return fresh;
+    std::vector<std::int64_t> changed, unhashed;
+    {
+      Statement query(db_, fmt::format("SELECT m.id, m.hash IS NULL FROM temp.merged t JOIN main.cells m ON m.key = t.key "
+                                       "WHERE {} OR m.hash IS NULL OR EXISTS(SELECT 1 FROM src.\"values\" v WHERE "
+                                       "v.cell_id = t.old AND v.name IN ({}))",
+                                       unnamed_node_.empty() ? "0" : "1", derived_));
+      while (query.step()) {
+        changed.push_back(query.integer(0));
+        if (query.integer(1) != 0) unhashed.push_back(query.integer(0));
+      }
+    }
+    for (const std::int64_t id : unhashed) sql::put_samples_hash(db_, id);
+    for (const std::int64_t id : changed) sql::put_cell_hash(db_, id);
   }
 
   void merge_lists() {
@@ -351,8 +367,8 @@ class Merge {
             "main.conformance.test AND (s.figure, s.note) < (main.conformance.figure, main.conformance.note))");
     if (attached_has(db_, "runs")) {
       execute(db_,
-              "INSERT OR IGNORE INTO main.runs(address, system, contender, timestep_ms) SELECT address, system, "
-              "contender, timestep_ms FROM src.runs");
+              "INSERT OR IGNORE INTO main.runs(system, contender, timestep_ms, address) SELECT system, contender, "
+              "timestep_ms, address FROM src.runs");
     }
     if (attached_has(db_, "scenes")) {
       execute(db_, "INSERT OR IGNORE INTO main.scenes(system, json) SELECT system, json FROM src.scenes");
@@ -368,7 +384,7 @@ class Merge {
   void refuse_mixed_machines() {
     Statement query(db_,
                     "SELECT c.system, json_extract(n.json, '$.name'), json_extract(n.json, '$.cpu') FROM main.cells c "
-                    "JOIN main.measured_on o ON o.key = c.key JOIN main.nodes n ON n.id = o.node "
+                    "JOIN main.nodes n ON n.id = c.node "
                     "WHERE c.measure IN ('raw_speed', 'scaling') GROUP BY 1, 2, 3 ORDER BY 1, 2, 3");
     std::string system, machine;
     while (query.step()) {

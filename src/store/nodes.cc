@@ -4,6 +4,7 @@
 #include <sys/file.h>
 #include <unistd.h>
 
+#include "store/cell_hash.h"
 #include "store/database.h"
 #include "store/store.h"
 
@@ -16,6 +17,8 @@ using sql::Transaction;
 std::vector<NodeRow> Store::nodes() const {
   std::vector<NodeRow> rows;
   if (!sql::has_table(db_.get(), "nodes")) return rows;
+  const sql::Snapshot snapshot(db_.get());
+  verify("nodes");
   Statement query(db_.get(), "SELECT id, json FROM nodes ORDER BY id");
   while (query.step()) rows.push_back({query.text(0), query.text(1)});
   return rows;
@@ -63,6 +66,7 @@ bool Store::is_written(const std::string& dir) {
 void Store::set_node(const NodeRow& row) {
   Transaction transaction(db_.get());
   Statement(db_.get(), "INSERT OR REPLACE INTO nodes VALUES(?, ?)").bind_all(row.id, row.json).run();
+  sql::put_table_hash(db_.get(), "nodes");
   transaction.commit();
   node_ = row.id;
 }

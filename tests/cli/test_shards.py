@@ -38,10 +38,10 @@ class Shards(CampaignTest):
             nodes = dict(db.execute("SELECT id, json FROM nodes"))
             names = {json.loads(text)["name"] for text in nodes.values()}
             self.assertEqual(names, {"node-1", "node-2"})
-            measured = db.execute("SELECT count(*) FROM cells JOIN measured_on USING(key)").fetchone()[0]
+            measured = db.execute("SELECT count(*) FROM cells JOIN nodes ON nodes.id = cells.node").fetchone()[0]
             self.assertEqual(measured, db.execute("SELECT count(*) FROM cells").fetchone()[0])
             timed = {nodes[node] for (node,) in db.execute(
-                "SELECT node FROM cells JOIN measured_on USING(key) WHERE measure = 'raw_speed'")}
+                "SELECT node FROM cells WHERE measure = 'raw_speed'")}
             self.assertEqual(len(timed), 1, "all timings of a system are of one machine")
 
     def test_status_counts_what_is_there_and_names_what_is_missing(self):
@@ -126,7 +126,7 @@ class Shards(CampaignTest):
         self.assertIn("planar-chain was timed on 'one'", done.stderr)
         with contextlib.closing(sqlite3.connect(self.dir / "part/assay.sqlite")) as db:
             names = {json.loads(text)["name"] for (text,) in db.execute(
-                "SELECT DISTINCT n.json FROM cells c JOIN measured_on o USING(key) JOIN nodes n ON n.id = o.node "
+                "SELECT DISTINCT n.json FROM cells c JOIN nodes n ON n.id = c.node "
                 "WHERE c.measure = 'raw_speed'")}
         self.assertEqual(names, {"other"})
         # nothing is missing: nothing is measured again
@@ -147,12 +147,10 @@ class Refusals(CampaignTest):
         (self.dir / "empty").mkdir()
         self.refused("merge", "a", "empty", "--out", "merged", naming=["'empty'", "holds no results"])
         self.refused("status", "nowhere", naming=["'nowhere'"])
-        with contextlib.closing(sqlite3.connect(self.dir / "b/assay.sqlite")) as db, db:
-            db.execute("""UPDATE cells SET key = key""")
         shutil.copytree(self.dir / "a", self.dir / "changed")
         with contextlib.closing(sqlite3.connect(self.dir / "changed/assay.sqlite")) as db, db:
-            db.execute("""UPDATE cells SET outcome = 'timeout' WHERE id = (SELECT min(id) FROM cells)""")
-        self.refused("merge", "a", "changed", "--out", "merged", naming=["changed", "'timeout'", "'ok'"])
+            db.execute("""UPDATE "values" SET value = 2 * value WHERE name = 'truth_error'""")
+        self.refused("merge", "a", "changed", "--out", "merged", naming=["changed", "damaged", "truth of planar-chain"])
         self.assertEqual(self.content("a"), before)
 
     def test_a_merge_that_was_killed_is_finished_by_the_same_command(self):

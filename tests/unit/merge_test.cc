@@ -270,19 +270,33 @@ TEST_F(MergeTest, DirectoriesWithoutNodesGetTheirMachineFromTheManifest) {
   {
     Store old = Store::create(path("old"), kCampaign);
     old.set_manifest({{"cpu", "EPYC"}, {"kernel", "6"}, {"started", "2025-01-01 10:00"}});
-    old.put_cell(cell("k1", "consistency", 1, 10));
+    old.put_cell(cell("k1", "consistency", 1, 10), {{"piece_error_m", {1, 2}}});
   }
   sqlite3* db = nullptr;
   ASSERT_EQ(sqlite3_open((path("old") + "/assay.sqlite").c_str(), &db), SQLITE_OK);
-  for (const char* table : {"nodes", "measured_on", "plan"}) {
-    ASSERT_EQ(sqlite3_exec(db, fmt::format("DROP TABLE {}", table).c_str(), nullptr, nullptr, nullptr), SQLITE_OK);
+  for (const char* sql : {"DROP TABLE nodes", "DROP TABLE plan", "DROP TABLE hashes", "ALTER TABLE cells DROP COLUMN node",
+                          "ALTER TABLE cells DROP COLUMN hash", "ALTER TABLE cells DROP COLUMN samples_hash",
+                          "PRAGMA user_version = 1"}) {
+    ASSERT_EQ(sqlite3_exec(db, sql, nullptr, nullptr, nullptr), SQLITE_OK) << sql;
   }
   sqlite3_close(db);
   merge({"old"}, "out");
   const Store out = Store::open(path("out"));
   ASSERT_EQ(out.nodes().size(), 1U);
   EXPECT_THAT(out.nodes()[0].json, HasSubstr("EPYC"));
+  ASSERT_EQ(out.cells().size(), 1U);
   EXPECT_EQ(out.cells()[0].node, out.nodes()[0].id);
+  EXPECT_EQ(out.samples(out.cells()[0].id).size(), 1U) << "with hashes of its own";
+}
+
+TEST_F(MergeTest, DamageIsNotTakenOver) {
+  three_parts();
+  sqlite3* db = nullptr;
+  ASSERT_EQ(sqlite3_open((path("a") + "/assay.sqlite").c_str(), &db), SQLITE_OK);
+  ASSERT_EQ(sqlite3_exec(db, "UPDATE \"values\" SET value = 2 * value WHERE name = 'consistency'", nullptr, nullptr, nullptr),
+            SQLITE_OK);
+  sqlite3_close(db);
+  EXPECT_THAT(refusal([&] { merge({"bb", "a"}, "out"); }), AllOf(HasSubstr("damaged"), HasSubstr("consistency of chain")));
 }
 
 TEST(Differences, SayWhatIsNotTheSame) {
