@@ -1,5 +1,6 @@
 // Writes results directories as a large campaign leaves them, with made-up figures: for measuring what reads and unites
-// them, best in memory (/dev/shm), because each cell is a transaction. `assay_synthetic_store DIR --cells 100000 --runs 10000 --shards 100` makes DIR/shards/1 to 100.
+// them, best in memory (/dev/shm), because each cell is a transaction. `assay_synthetic_store DIR --cells 100000 --runs
+// 10000 --shards 100` makes DIR/shards/1 to 100.
 #include <cmath>
 #include <cstdio>
 #include <random>
@@ -44,7 +45,8 @@ void describe(Store& store) {
   store.set_systems(systems);
   std::vector<ContenderRow> contenders;
   for (int c = 0; c < kContenders; ++c) {
-    contenders.push_back({contender_name(c), fmt::format("engine-{}", c / 4), "1.0", contender_name(c), "", "{}", "{}"});
+    contenders.push_back(
+        {contender_name(c), fmt::format("engine-{}", c / 4), "1.0", contender_name(c), "", "{}", "{}"});
   }
   store.set_contenders(contenders);
   store.set_manifest({{"cpu", "Synthetic"}, {"cores", "2"}, {"seed", "1"}, {"commit", "0"}, {"started", "2026-01-01"}});
@@ -54,7 +56,8 @@ void describe(Store& store) {
 Cell make_cell(long long index, long long cells, std::mt19937_64& random, std::vector<SampleSeries>& samples) {
   std::normal_distribution<double> normal;
   const long long per_system = (cells + kSystems - 1) / kSystems;
-  const long long of_system = index % per_system, contender = of_system % kContenders, of_pair = of_system / kContenders;
+  const long long of_system = index % per_system, contender = of_system % kContenders,
+                  of_pair = of_system / kContenders;
   Cell cell;
   cell.key = content_hash(std::to_string(index));
   cell.system = system_name(index / per_system);
@@ -95,20 +98,22 @@ void write(const Asked& asked) {
   run.states.resize(16);
   for (State& state : run.states) state.bodies.resize(20);
   for (int shard = 1; shard <= asked.shards; ++shard) {
-    Store store = Store::create(fmt::format("{}/shards/{}", asked.dir, shard), {"synthetic", content_hash("synthetic")});
+    Store store =
+        Store::create(fmt::format("{}/shards/{}", asked.dir, shard), {"synthetic", content_hash("synthetic")});
     describe(store);
-    store.set_node({fmt::format("node-{:04}", shard),
-                    nlohmann::json{{"name", fmt::format("node-{:04}", shard)},
-                                   {"cpu", "Synthetic"},
-                                   {"cores", "2"},
-                                   {"shard", fmt::format("{}/{}", shard, asked.shards)},
-                                   {"cells", "all"},
-                                   {"jobs", 1},
-                                   {"started", "2026-01-01"},
-                                   {"finished", "2026-01-02"},
-                                   {"wall_s", "10.0"}}
-                        .dump()});
-    // A shard has whole systems where there are fewer shards than systems; else the timings of one system stay together.
+    store.set_node(
+        {fmt::format("node-{:04}", shard), nlohmann::json{{"name", fmt::format("node-{:04}", shard)},
+                                                          {"cpu", "Synthetic"},
+                                                          {"cores", "2"},
+                                                          {"shard", fmt::format("{}/{}", shard, asked.shards)},
+                                                          {"cells", "all"},
+                                                          {"jobs", 1},
+                                                          {"started", "2026-01-01"},
+                                                          {"finished", "2026-01-02"},
+                                                          {"wall_s", "10.0"}}
+                                               .dump()});
+    // A shard has whole systems where there are fewer shards than systems; else the timings of one system stay
+    // together.
     std::mt19937_64 random(static_cast<std::uint64_t>(shard));
     std::vector<SampleSeries> samples;
     std::vector<PlanRow> plan;

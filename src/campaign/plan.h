@@ -43,8 +43,8 @@ inline constexpr double kScalingEnoughSeconds = 2;
 // Cells whose figure is a time: measured alone on the machine.
 inline bool is_timed(const PlannedCell& cell) { return cell.measure == "raw_speed" || cell.measure == "scaling"; }
 
-// The cells of each system's contenders that are not absent, divided into `shards` (campaign/shards.h). Cells of the kind
-// that `cells` leaves out are in shard 0.
+// The cells of each system's contenders that are not absent, divided into `shards` (campaign/shards.h). Cells of the
+// kind that `cells` leaves out are in shard 0.
 Plan make_plan(const Campaign& campaign, int shards = 1, ShardCells cells = ShardCells::kAll);
 
 // The time of a step on a system of `size` bodies, from the positive times on others of its family, by number of

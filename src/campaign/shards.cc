@@ -29,8 +29,7 @@ constexpr StepCost kUsualCost = {"", 2, 4};
 
 double step_us_per_body(const CampaignContender& contender, bool contacts) {
   for (const std::string& name : {contender.resolved.name, contender.resolved.base}) {
-    const auto* found =
-        std::ranges::find_if(kStepCosts, [&](const StepCost& cost) { return name == cost.contender; });
+    const auto* found = std::ranges::find_if(kStepCosts, [&](const StepCost& cost) { return name == cost.contender; });
     if (found == kStepCosts.end()) continue;
     const double us = contacts ? found->contact_us : found->free_us;
     if (us > 0) return us;
@@ -77,7 +76,7 @@ std::optional<std::string> variable(const char* name) {
 // Of a scheduler's array of jobs.
 struct ArrayVariables {
   const char* index;
-  int first;  // the index of the first part
+  int first;          // the index of the first part
   const char* last;   // variable with the index of the last part, "" for none
   const char* count;  // variable with the number of parts, "" for none
 };
@@ -100,8 +99,8 @@ Shard checked(long long index, std::optional<long long> told, std::optional<long
   const std::optional<long long> count = given ? given : told;
   if (!count) throw InputError(fmt::format("{} does not tell the number of parts: give --shard auto/N", from));
   if (index < 1 || index > *count || *count > kMostShards) {
-    throw InputError(fmt::format("{} names part {} of {}: parts count from 1 to N, at most {}", from, index, *count,
-                                 kMostShards));
+    throw InputError(
+        fmt::format("{} names part {} of {}: parts count from 1 to N, at most {}", from, index, *count, kMostShards));
   }
   return {static_cast<int>(index), static_cast<int>(*count)};
 }
@@ -148,8 +147,7 @@ Shard shard_of_environment(std::optional<long long> count) {
 Shard parse_shard(const std::string& text) {
   const size_t slash = text.find('/');
   const std::string before = text.substr(0, slash);
-  const auto count =
-      slash == std::string::npos ? std::optional<long long>() : parse_integer(text.substr(slash + 1));
+  const auto count = slash == std::string::npos ? std::optional<long long>() : parse_integer(text.substr(slash + 1));
   if (before == "auto" && (slash == std::string::npos || count)) return shard_of_environment(count);
   const auto index = parse_integer(before);
   if (index && count && 1 <= *index && *index <= *count && *count <= kMostShards) {
@@ -170,9 +168,12 @@ std::string shard_text(const Shard& shard) { return fmt::format("{}/{}", shard.i
 
 std::string_view shard_cells_text(ShardCells cells) {
   switch (cells) {
-    case ShardCells::kAccuracy: return "accuracy";
-    case ShardCells::kTiming: return "timing";
-    case ShardCells::kAll: break;
+    case ShardCells::kAccuracy:
+      return "accuracy";
+    case ShardCells::kTiming:
+      return "timing";
+    case ShardCells::kAll:
+      break;
   }
   return "all";
 }

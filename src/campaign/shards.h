@@ -10,8 +10,9 @@
 
 namespace assay {
 
-// "2/8", or "auto" for the part that a scheduler's variables in the environment name, or "auto/8" where they do not tell
-// the number of parts. Throws InputError for anything else, and where the environment names no part or an impossible one.
+// "2/8", or "auto" for the part that a scheduler's variables in the environment name, or "auto/8" where they do not
+// tell the number of parts. Throws InputError for anything else, and where the environment names no part or an
+// impossible one.
 //   ASSAY_SHARD                                       "2/8": before all others
 //   SLURM_ARRAY_TASK_ID, _MIN, _MAX, _COUNT           Slurm, `sbatch --array=1-8`
 //   JOB_COMPLETION_INDEX                              Kubernetes, an indexed job: from 0, without a count
@@ -21,8 +22,8 @@ Shard parse_shard(const std::string& text);
 
 // "all", "accuracy" or "timing". Throws InputError.
 ShardCells parse_shard_cells(const std::string& text);
-std::string shard_text(const Shard& shard);             // "2/8"
-std::string_view shard_cells_text(ShardCells cells);    // "all", ...
+std::string shard_text(const Shard& shard);           // "2/8"
+std::string_view shard_cells_text(ShardCells cells);  // "all", ...
 
 // Microseconds of a step of each contender on each system, as far as known before anything is measured: measured times
 // per body on another machine (step_costs.inc), which depend on whether there are contacts, else a usual time.

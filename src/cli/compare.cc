@@ -45,8 +45,8 @@ void write(const std::optional<std::string>& out, const std::string& text) {
 }
 
 std::string row_text(const CellChange& row) {
-  const std::string ratio = row.ratio ? fmt::format("{:.3f}", row.ratio->value)
-                                      : fmt::format("{} → {}", row.outcome_a, row.outcome_b);
+  const std::string ratio =
+      row.ratio ? fmt::format("{:.3f}", row.ratio->value) : fmt::format("{} → {}", row.outcome_a, row.outcome_b);
   return fmt::format("{} of {} on {} at {} ms: {}", row.value, row.contender, row.system,
                      timestep_label(row.timestep_ms), ratio);
 }
@@ -59,14 +59,16 @@ int run_compare(const CompareCommand& command) {
   const std::optional<double> limit =
       command.fail ? std::optional(parse_share("--fail-on-regression", *command.fail)) : std::nullopt;
   const Comparison found = compare(Store::open(command.a), Store::open(command.b), compare_options(command.flags));
-  write(command.out, format == "json"  ? comparison_json(found).dump(1, ' ', false, Json::error_handler_t::replace) + "\n"
+  write(command.out, format == "json"
+                         ? comparison_json(found).dump(1, ' ', false, Json::error_handler_t::replace) + "\n"
                      : format == "csv" ? comparison_csv(found)
                                        : comparison_markdown(found));
   if (!limit) return kDone;
   const std::vector<const CellChange*> worse = regressions(found, *limit);
   if (worse.empty()) return kDone;
-  message(fmt::format("{} by at least {:.3g} %, the first is {}", counted(worse.size(), "value is worse", "values are worse"),
-                      100 * *limit, row_text(*worse.front())));
+  message(fmt::format("{} by at least {:.3g} %, the first is {}",
+                      counted(worse.size(), "value is worse", "values are worse"), 100 * *limit,
+                      row_text(*worse.front())));
   return kFailed;
 }
 
@@ -86,8 +88,9 @@ int run_history(const HistoryCommand& command) {
 void add_compare_flags(CLI::App& command, CompareFlags& flags) {
   command.add_option("--threshold", flags.threshold, "Smaller changes do not count (default: 2%)")->type_name("SHARE");
   command
-      .add_option("--control", flags.control,
-                  "A contender that did not change: times are divided by its own, so that a slower machine does not count")
+      .add_option(
+          "--control", flags.control,
+          "A contender that did not change: times are divided by its own, so that a slower machine does not count")
       ->type_name("CONTENDER");
   command.add_flag("--across-machines", flags.across_machines, "Compare accuracy alone, measured on any machine")
       ->disable_flag_override();
@@ -125,10 +128,11 @@ void add_compare(CLI::App& app, Action& action) {
 }
 
 void add_history(CLI::App& app, Action& action) {
-  CLI::App* command = add_command(
-      app, "history", "Follow contenders over results in the order of time, and name where they changed",
-      {{"assay history nightly/*", "the changes of all contenders"},
-       {"assay history nightly/* --control ode-step --format json", "times relative to a contender that did not change"}});
+  CLI::App* command =
+      add_command(app, "history", "Follow contenders over results in the order of time, and name where they changed",
+                  {{"assay history nightly/*", "the changes of all contenders"},
+                   {"assay history nightly/* --control ode-step --format json",
+                    "times relative to a contender that did not change"}});
   const auto options = std::make_shared<HistoryCommand>();
   command->add_option("DIR", options->dirs, "Results directories, in any order")->required()->type_name("");
   add_compare_flags(*command, options->flags);

@@ -8,8 +8,8 @@
 
 namespace assay::cli {
 
-// The results directories that `dirs` name: each itself, or, where it holds no results, the directories in it that do, by
-// name; "shards" in it counts too. Throws InputError for one without results.
+// The results directories that `dirs` name: each itself, or, where it holds no results, the directories in it that do,
+// by name; "shards" in it counts too. Throws InputError for one without results.
 std::vector<std::string> parts_of(const std::vector<std::string>& dirs);
 
 // What the plan has and the results lack, a phrase each: "part 3 of 4", "12 cells of part 2".

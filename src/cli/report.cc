@@ -108,7 +108,8 @@ void add_report(CLI::App& app, Action& action) {
   command->add_option("--against", options->against, "Earlier results: adds a section on what changed since then")
       ->type_name("DIR");
   command
-      ->add_option("--history", options->history, "Other results of the same campaign: adds the contenders' courses over all")
+      ->add_option("--history", options->history,
+                   "Other results of the same campaign: adds the contenders' courses over all")
       ->type_name("DIR");
   add_compare_flags(*command, options->compare);
   command->callback([&action, options] {

@@ -64,8 +64,7 @@ int run(Options options) {
   refuse_for_campaign("a limit", options.limits.any() || options.limits.measure);
   if (options.run.out.empty())
     throw InputError("--out is required, and it is missing or empty: see 'assay run --help'");
-  const bool searched =
-      !options.full && !options.run.shard && !options.run.cells &&
+  const bool searched = !options.full && !options.run.shard && !options.run.cells &&
                         load_campaign(find_campaign(options.run.campaign)).search.has_value();
   if (searched) return run_searched(options.run);
   return run_and_summarize(options.run) ? kDone : kFailed;
@@ -116,8 +115,9 @@ void add_run(CLI::App& app, Action& action) {
                    "environment (docs/clusters.md)")
       ->type_name("I/N");
   command
-      ->add_option("--cells", request.cells,
-                   "Measure only accuracy cells, which may share a machine, or only timings, which need one of their own")
+      ->add_option(
+          "--cells", request.cells,
+          "Measure only accuracy cells, which may share a machine, or only timings, which need one of their own")
       ->type_name("accuracy|timing");
   command->add_flag("--full", options->full, "Measure every cell of a campaign that has a table [search]")
       ->disable_flag_override();

@@ -104,10 +104,10 @@ int status(const Options& options) {
                     part.done == part.planned ? "" : duration_label(part.left_s), std::string(part.state())});
   }
   print(table({"directory", "part", "node", "cells", "left", "state"}, rows, {3}));
-  print(paragraph(fmt::format("{} of {} cells{}", done, planned,
-                              done < planned ? fmt::format("; about {} left where all parts run side by side",
-                                                           duration_label(longest_s))
-                                             : "")));
+  print(paragraph(fmt::format(
+      "{} of {} cells{}", done, planned,
+      done < planned ? fmt::format("; about {} left where all parts run side by side", duration_label(longest_s))
+                     : "")));
   for (const std::string& each : missing) print(paragraph("missing: " + each, 2));
   return kDone;
 }

@@ -64,7 +64,8 @@ SlurmRequest request_of(const Options& options) {
 std::string jobs_text(const SlurmRequest& request, const Parts& parts, const SlurmJobs& jobs) {
   std::vector<std::string> texts;
   if (!jobs.accuracy.empty()) {
-    texts.push_back(fmt::format("job {}: {}", jobs.accuracy, counted(parts.accuracy.size(), "accuracy part", "accuracy parts")));
+    texts.push_back(
+        fmt::format("job {}: {}", jobs.accuracy, counted(parts.accuracy.size(), "accuracy part", "accuracy parts")));
   }
   if (!jobs.timing.empty()) {
     texts.push_back(fmt::format("job {}: {}, each alone on a node", jobs.timing,
@@ -74,8 +75,8 @@ std::string jobs_text(const SlurmRequest& request, const Parts& parts, const Slu
   return fmt::format("{}; 'assay status {}' tells how far they are", join(texts, ", "), request.out);
 }
 
-// What the last job does, and what a user may do by hand at any time: parts that were lost are submitted again as long as
-// tries are left, then what there is becomes the union.
+// What the last job does, and what a user may do by hand at any time: parts that were lost are submitted again as long
+// as tries are left, then what there is becomes the union.
 int resume(const Options& options) {
   const SlurmRequest request = read_request(options.out);
   const bool by_hand = !options.attempt;
@@ -99,22 +100,26 @@ int resume(const Options& options) {
                               counted(summary.sources, "part", "parts"))));
   write_report_of(request.out);
   if (lost.empty()) return kDone;
-  message(fmt::format("lost after {}: accuracy parts {}, timing parts {}; 'assay submit --resume --out {}' tries them again",
-                      counted(static_cast<size_t>(request.tries), "try", "tries"),
-                      lost.accuracy.empty() ? "none" : array_text(lost.accuracy),
-                      lost.timing.empty() ? "none" : array_text(lost.timing), request.out));
+  message(fmt::format(
+      "lost after {}: accuracy parts {}, timing parts {}; 'assay submit --resume --out {}' tries them again",
+      counted(static_cast<size_t>(request.tries), "try", "tries"),
+      lost.accuracy.empty() ? "none" : array_text(lost.accuracy),
+      lost.timing.empty() ? "none" : array_text(lost.timing), request.out));
   return kFailed;
 }
 
 int submit(const Options& options) {
   if (options.out.empty()) throw InputError("--out is required, and it is empty: give a directory that all nodes see");
   if (options.resume) return resume(options);
-  if (!options.slurm) throw InputError("give --slurm: the scheduler that the campaign is submitted to (docs/clusters.md has others)");
+  if (!options.slurm)
+    throw InputError("give --slurm: the scheduler that the campaign is submitted to (docs/clusters.md has others)");
   const SlurmRequest request = request_of(options);
   if (options.dry_run) {
-    for (const auto& [name, text] : slurm_scripts(request)) print(fmt::format("# {}/jobs/{}\n{}\n", request.out, name, text));
+    for (const auto& [name, text] : slurm_scripts(request))
+      print(fmt::format("# {}/jobs/{}\n{}\n", request.out, name, text));
     const Parts all = all_parts(request);
-    if (!all.accuracy.empty()) print(fmt::format("sbatch --parsable --array={} jobs/accuracy.sh\n", array_text(all.accuracy)));
+    if (!all.accuracy.empty())
+      print(fmt::format("sbatch --parsable --array={} jobs/accuracy.sh\n", array_text(all.accuracy)));
     if (!all.timing.empty()) {
       print(fmt::format("sbatch --parsable --array={}%{} --dependency=afterany:ACCURACY jobs/timing.sh\n",
                         array_text(all.timing), request.nodes));
@@ -136,19 +141,23 @@ void add_submit(CLI::App& app, Action& action) {
        {"assay submit --slurm paper --out results --dry-run", "only prints the scripts"},
        {"assay submit --resume --out results", "submits parts that were lost again, or unites what there is"}});
   const auto options = std::make_shared<Options>();
-  command->add_option("CAMPAIGN", options->campaign, "A campaign's TOML file, or the name of one in campaigns/")->type_name("");
+  command->add_option("CAMPAIGN", options->campaign, "A campaign's TOML file, or the name of one in campaigns/")
+      ->type_name("");
   command->add_option("--out", options->out, "Results directory, on a file system that all nodes share")
       ->required()
       ->type_name("DIR");
   command->add_flag("--slurm", options->slurm, "The scheduler is Slurm")->disable_flag_override();
-  command->add_option("--partition", options->partition, "Slurm's partition (default: its own default)")->type_name("P");
+  command->add_option("--partition", options->partition, "Slurm's partition (default: its own default)")
+      ->type_name("P");
   command->add_option("--account", options->account, "Slurm's account")->type_name("NAME");
   command->add_option("--time", options->time, "Time limit of each job, as Slurm writes it")->type_name("TIME");
   command->add_option("--nodes", options->nodes, "Nodes that measure times side by side (default: 1)")->type_name("N");
   command->add_option("--shards", options->shards, "Accuracy parts (default: 4 a node)")->type_name("K");
   command->add_option("--cpus", options->cpus, "Processors of an accuracy part (default: 1)")->type_name("N");
   command->add_flag("--resume", options->resume, "Goes on with what was submitted to --out")->disable_flag_override();
-  command->add_option("--attempt", options->attempt, "Of the job that finishes: the try that has ended")->type_name("N")->group("");
+  command->add_option("--attempt", options->attempt, "Of the job that finishes: the try that has ended")
+      ->type_name("N")
+      ->group("");
   command->add_flag("--dry-run", options->dry_run, "Prints what would be submitted")->disable_flag_override();
   command->callback([&action, options] { action = [options] { return submit(*options); }; });
 }

@@ -34,9 +34,10 @@ std::string options_of(const SlurmRequest& request, const std::string& title, bo
 }
 
 std::string part_command(const SlurmRequest& request, const std::string& kind, int parts) {
-  return fmt::format("exec {} run {} --shard \"${{SLURM_ARRAY_TASK_ID}}/{}\" --cells {} --references {} --out {}/shards/{}-",
-                     shell_word(request.program), shell_word(request.campaign), parts, kind,
-                     shell_word(request.out + "/references"), shell_word(request.out), kind) +
+  return fmt::format(
+             "exec {} run {} --shard \"${{SLURM_ARRAY_TASK_ID}}/{}\" --cells {} --references {} --out {}/shards/{}-",
+             shell_word(request.program), shell_word(request.campaign), parts, kind,
+             shell_word(request.out + "/references"), shell_word(request.out), kind) +
          "\"${SLURM_ARRAY_TASK_ID}\"";
 }
 
@@ -127,10 +128,9 @@ std::string array_text(const std::vector<int>& parts) {
 std::map<std::string, std::string> slurm_scripts(const SlurmRequest& request) {
   std::map<std::string, std::string> scripts;
   if (request.accuracy_parts > 0) {
-    scripts["accuracy.sh"] = options_of(request, "accuracy", true) +
-                             fmt::format("#SBATCH --cpus-per-task={}\n", request.cpus) +
-                             part_command(request, "accuracy", request.accuracy_parts) +
-                             fmt::format(" --jobs {}\n", request.cpus);
+    scripts["accuracy.sh"] =
+        options_of(request, "accuracy", true) + fmt::format("#SBATCH --cpus-per-task={}\n", request.cpus) +
+        part_command(request, "accuracy", request.accuracy_parts) + fmt::format(" --jobs {}\n", request.cpus);
   }
   if (request.timing_parts > 0) {
     // assay pins the engine's process to one core of the node, which nobody else uses meanwhile
@@ -207,7 +207,8 @@ SlurmRequest read_request(const std::string& out) {
   const std::string path = jobs_dir(out) + "/request.json";
   std::ifstream file(path);
   if (!file) {
-    throw InputError(fmt::format("'{}' is not there: give the directory that 'assay submit' was given with --out", path));
+    throw InputError(
+        fmt::format("'{}' is not there: give the directory that 'assay submit' was given with --out", path));
   }
   const std::string text{std::istreambuf_iterator<char>(file), {}};
   try {

@@ -5,9 +5,9 @@
 //   OUT/jobs/request.json             what was asked for, so that a later job can go on
 //   OUT/jobs/*.log                    what the jobs said
 //   OUT/assay.sqlite, report.html     the union
-// The file system has to be one that all nodes share. Accuracy parts share nodes, timings have theirs alone. The last job
-// finds parts that were lost (killed, a node that failed), submits these again, at most `tries` times in all, and unites
-// what there is.
+// The file system has to be one that all nodes share. Accuracy parts share nodes, timings have theirs alone. The last
+// job finds parts that were lost (killed, a node that failed), submits these again, at most `tries` times in all, and
+// unites what there is.
 #pragma once
 
 #include <map>
@@ -20,10 +20,10 @@
 namespace assay {
 
 struct SlurmRequest {
-  std::string program;    // assay, as the nodes find it
-  std::string campaign;   // its file, absolute
-  std::string out;        // absolute
-  std::string partition;  // "": Slurm's default
+  std::string program;              // assay, as the nodes find it
+  std::string campaign;             // its file, absolute
+  std::string out;                  // absolute
+  std::string partition;            // "": Slurm's default
   std::string account, time_limit;  // "": Slurm's default
   int accuracy_parts = 0, timing_parts = 0;
   int cpus = 1;   // of an accuracy part

@@ -103,9 +103,12 @@ std::optional<Difference> obstacle(const std::vector<Difference>& found, const C
 
 std::string advice(const Difference& difference) {
   switch (difference.kind) {
-    case DifferenceKind::kMachine: return "speeds compare on one machine only: --across-machines compares accuracy alone";
-    case DifferenceKind::kProgram: return "--across-programs accepts that";
-    default: return "measure both with the same models, campaign and settings";
+    case DifferenceKind::kMachine:
+      return "speeds compare on one machine only: --across-machines compares accuracy alone";
+    case DifferenceKind::kProgram:
+      return "--across-programs accepts that";
+    default:
+      return "measure both with the same models, campaign and settings";
   }
 }
 
@@ -157,7 +160,8 @@ class Comparer {
       if (cell.contender != kHarness && !by_name_a_.contains(name_of(cell))) ++found_.only_b;
     }
     if (both == 0) {
-      throw InputError(fmt::format("'{}' and '{}' have no cell in common: nothing can be compared", a_.dir(), b_.dir()));
+      throw InputError(
+          fmt::format("'{}' and '{}' have no cell in common: nothing can be compared", a_.dir(), b_.dir()));
     }
     judge_times();
     return std::move(found_);
@@ -318,11 +322,16 @@ class Comparer {
 
 std::string_view change_text(Change change) {
   switch (change) {
-    case Change::kWithin: return "within";
-    case Change::kBetter: return "better";
-    case Change::kWorse: return "worse";
-    case Change::kOther: return "other";
-    case Change::kNone: break;
+    case Change::kWithin:
+      return "within";
+    case Change::kBetter:
+      return "better";
+    case Change::kWorse:
+      return "worse";
+    case Change::kOther:
+      return "other";
+    case Change::kNone:
+      break;
   }
   return "none";
 }

@@ -1,17 +1,17 @@
 // What changed from results A to results B, cell by cell.
 //
 // Times: the ratio of the mean step times (B over A) with the 95 % interval of Welch's t on the logarithms of the
-// processes' times, and a rank test (measures/rank_test.h) on the same. A process is one sample, because its rounds share
-// its place in memory; where there is one process, its rounds are the samples. The p-values of all times are corrected
-// together for their number. A time has changed when its corrected p-value is at most `level`, its interval lies on one
-// side of 1, and its ratio is at least the practical threshold away from 1.
+// processes' times, and a rank test (measures/rank_test.h) on the same. A process is one sample, because its rounds
+// share its place in memory; where there is one process, its rounds are the samples. The p-values of all times are
+// corrected together for their number. A time has changed when its corrected p-value is at most `level`, its interval
+// lies on one side of 1, and its ratio is at least the practical threshold away from 1.
 //
-// Accuracy is deterministic: a value is equal to the last bit, or it changed, and the ratio says how much. A change that
-// is smaller than the threshold counts as "within the threshold".
+// Accuracy is deterministic: a value is equal to the last bit, or it changed, and the ratio says how much. A change
+// that is smaller than the threshold counts as "within the threshold".
 //
 // Both runs' samples say nothing of what happened between the runs: a machine that is slower on another day slows all
-// contenders. A control is a contender that is known not to have changed: times are then divided by its time in the same
-// process of the same run.
+// contenders. A control is a contender that is known not to have changed: times are then divided by its time in the
+// same process of the same run.
 #pragma once
 
 #include <optional>
@@ -27,19 +27,19 @@
 namespace assay {
 
 struct CompareOptions {
-  double threshold = 0.02;        // of practical significance, relative
-  double level = 0.05;            // of corrected p-values
-  std::string control = {};       // contender whose times the others' are divided by; "" for none
-  bool across_machines = false;   // accuracy alone
-  bool across_programs = false;   // another version or build of assay is accepted
+  double threshold = 0.02;       // of practical significance, relative
+  double level = 0.05;           // of corrected p-values
+  std::string control = {};      // contender whose times the others' are divided by; "" for none
+  bool across_machines = false;  // accuracy alone
+  bool across_programs = false;  // another version or build of assay is accepted
 };
 
 enum class Change {
-  kNone,       // equal to the last bit, or no difference found
-  kWithin,     // it differs, by less than the threshold
+  kNone,    // equal to the last bit, or no difference found
+  kWithin,  // it differs, by less than the threshold
   kBetter,
   kWorse,
-  kOther,      // it differs, and neither is better
+  kOther,  // it differs, and neither is better
 };
 std::string_view change_text(Change change);  // "none", "within", "better", "worse", "other"
 
@@ -52,28 +52,28 @@ struct CellChange {
   bool time = false;
   // of times
   size_t samples_a = 0, samples_b = 0;
-  bool rounds = false;               // samples are rounds of one process
+  bool rounds = false;  // samples are rounds of one process
   double p = 1, p_corrected = 1;
   Change change = Change::kNone;
 };
 
 struct Comparison {
-  std::string a, b;                   // directories
+  std::string a, b;  // directories
   CompareOptions options;
-  std::vector<Difference> builds;     // engines' versions and plugins that differ: what the comparison may be about
-  std::vector<Difference> coverage;   // systems and contenders that one of them lacks
-  std::vector<Difference> ignored;    // other machines or programs that the options accept
-  std::vector<CellChange> rows;       // as stored, times and accuracy; cells that only one of them has are left out
-  size_t only_a = 0, only_b = 0;      // cells
+  std::vector<Difference> builds;    // engines' versions and plugins that differ: what the comparison may be about
+  std::vector<Difference> coverage;  // systems and contenders that one of them lacks
+  std::vector<Difference> ignored;   // other machines or programs that the options accept
+  std::vector<CellChange> rows;      // as stored, times and accuracy; cells that only one of them has are left out
+  size_t only_a = 0, only_b = 0;     // cells
   // The median ratio of all times, where there are at least three contenders: far from 1 it is rather the machine's.
   std::optional<double> common_ratio;
   // The smallest p-value that the samples can give is too large for the number of times that are compared.
   bool too_few_samples = false;
 };
 
-// Throws InputError that names the first difference when the two cannot be compared: another model, method or settings of
-// a contender that both have; another machine or program that the options do not accept; no cell in common; a control
-// that one of them lacks.
+// Throws InputError that names the first difference when the two cannot be compared: another model, method or settings
+// of a contender that both have; another machine or program that the options do not accept; no cell in common; a
+// control that one of them lacks.
 Comparison compare(const Store& a, const Store& b, const CompareOptions& options);
 
 // Rows that are worse: times whose ratio is at least 1 + `limit`, accuracy whose error grew by at least `limit` of

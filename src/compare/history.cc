@@ -162,9 +162,7 @@ class Courses {
     size_t from = 0;
     for (size_t i = 0; i < changes.size(); ++i) {
       const size_t at = changes[i], to = i + 1 < changes.size() ? changes[i + 1] : logs.size();
-      const auto level = [&](size_t begin, size_t end) {
-        return mean(std::span(logs).subspan(begin, end - begin));
-      };
+      const auto level = [&](size_t begin, size_t end) { return mean(std::span(logs).subspan(begin, end - begin)); };
       const double ratio = std::exp(level(at, to) - level(from, at));
       if (std::abs(ratio - 1) >= history_.options.threshold) add_change(course, runs[at], ratio, ratio > 1);
       from = at;
@@ -173,12 +171,12 @@ class Courses {
 
   static void add_change(Course& course, size_t run, double ratio, bool larger) {
     const Better better = value_info(course.value).better;
-    const Change change = better == Better::kNone                  ? Change::kOther
-                          : larger == (better == Better::kLow)     ? Change::kWorse
-                                                                   : Change::kBetter;
-    const std::string text = ratio <= 0                   ? "from zero"
-                             : ratio > 10 || ratio < 0.1  ? fmt::format("× {:.3g}", ratio)
-                                                          : fmt::format("{:+.1f} %", 100 * (ratio - 1));
+    const Change change = better == Better::kNone              ? Change::kOther
+                          : larger == (better == Better::kLow) ? Change::kWorse
+                                                               : Change::kBetter;
+    const std::string text = ratio <= 0                  ? "from zero"
+                             : ratio > 10 || ratio < 0.1 ? fmt::format("× {:.3g}", ratio)
+                                                         : fmt::format("{:+.1f} %", 100 * (ratio - 1));
     course.changes.push_back({run, ratio, change, text});
   }
 
@@ -189,8 +187,8 @@ class Courses {
 }  // namespace
 
 double change_penalty(size_t runs, size_t courses) {
-  // Under equal levels the largest gain of one change grows like twice the logarithm of the places that it may have, and
-  // with it that of many courses. The noise is estimated from as many figures: its own error is allowed for.
+  // Under equal levels the largest gain of one change grows like twice the logarithm of the places that it may have,
+  // and with it that of many courses. The noise is estimated from as many figures: its own error is allowed for.
   const auto n = static_cast<double>(std::max<size_t>(runs, 2));
   const double few = 1 + 12 / n;
   return few * (6 + 2 * std::log(n) + 2 * std::log(static_cast<double>(std::max<size_t>(courses, 1))));
@@ -222,7 +220,8 @@ std::string history_markdown(const History& history) {
             rows + fmt::format("\n{} other courses did not change.\n", steady);
   }
   text += fmt::format(
-      "\nLevels of step times by optimal partitioning, practical threshold {:.2g} %{}. A change that only the last run shows "
+      "\nLevels of step times by optimal partitioning, practical threshold {:.2g} %{}. A change that only the last run "
+      "shows "
       "is for `assay compare`.\n",
       100 * history.options.threshold,
       history.options.control.empty() ? "" : fmt::format(", relative to the control {}", history.options.control));

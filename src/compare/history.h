@@ -23,10 +23,10 @@ struct CoursePoint {
 };
 
 struct CourseChange {
-  size_t run = 0;     // the first one that is different
-  double ratio = 1;   // the level after over that before; 0 where an outcome changed
+  size_t run = 0;    // the first one that is different
+  double ratio = 1;  // the level after over that before; 0 where an outcome changed
   Change change = Change::kOther;
-  std::string text;   // "+5.1 % slower", "ok → diverged"
+  std::string text;  // "+5.1 % slower", "ok → diverged"
 };
 
 struct Course {
@@ -47,7 +47,8 @@ struct History {
   CompareOptions options;
 };
 
-// Throws InputError that names the first difference when the runs cannot be compared (compare.h), and for fewer than two.
+// Throws InputError that names the first difference when the runs cannot be compared (compare.h), and for fewer than
+// two.
 History history(const std::vector<std::string>& dirs, const CompareOptions& options);
 
 // How costly a change is among so many runs and courses.

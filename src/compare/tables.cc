@@ -73,9 +73,9 @@ std::string counts_text(const Counts& counts, const char* better, const char* wo
 
 std::string comparison_summary(const Comparison& comparison) {
   const Counts times = count(comparison, true), others = count(comparison, false);
-  std::string text = fmt::format("times: {}, {}; accuracy and outcomes: {}, {}", times.all,
-                                 counts_text(times, "faster", "slower"), others.all,
-                                 counts_text(others, "better", "worse"));
+  std::string text =
+      fmt::format("times: {}, {}; accuracy and outcomes: {}, {}", times.all, counts_text(times, "faster", "slower"),
+                  others.all, counts_text(others, "better", "worse"));
   if (comparison.only_a + comparison.only_b > 0) {
     text += fmt::format("; {} cells only in '{}', {} only in '{}'", comparison.only_a, comparison.a, comparison.only_b,
                         comparison.b);
@@ -96,7 +96,8 @@ std::string comparison_markdown(const Comparison& comparison) {
   list("Not in both:", comparison.coverage);
   if (comparison.common_ratio) {
     text += fmt::format(
-        "\nThe median of all times' ratios is {:.3f}. What all contenders have in common is rather the machine's: name one "
+        "\nThe median of all times' ratios is {:.3f}. What all contenders have in common is rather the machine's: name "
+        "one "
         "that did not change with `--control`.\n",
         *comparison.common_ratio);
   }
@@ -111,13 +112,15 @@ std::string comparison_markdown(const Comparison& comparison) {
                         ratio_text(row), row.time ? fmt::format("{:.2g}", row.p_corrected) : "exact");
   }
   if (!rows.empty()) {
-    text += "\n| change | system | contender | ms | value | A | B | B against A | p, corrected |\n"
-            "| --- | --- | --- | --- | --- | --- | --- | --- | --- |\n" +
-            rows;
+    text +=
+        "\n| change | system | contender | ms | value | A | B | B against A | p, corrected |\n"
+        "| --- | --- | --- | --- | --- | --- | --- | --- | --- |\n" +
+        rows;
   }
   const CompareOptions& options = comparison.options;
   text += fmt::format(
-      "\nTimes: ratios of means with Welch's 95 % interval, rank test over processes, p-values corrected for their number "
+      "\nTimes: ratios of means with Welch's 95 % interval, rank test over processes, p-values corrected for their "
+      "number "
       "(Benjamini and Hochberg) at {:.2g}; practical threshold {:.2g} %{}. Accuracy is deterministic.\n",
       options.level, 100 * options.threshold,
       options.control.empty() ? "" : fmt::format("; relative to the control {}", options.control));
@@ -133,9 +136,9 @@ std::string comparison_csv(const Comparison& comparison) {
     };
     const auto p = [&](double value) { return row.time ? csv_number(value) : ""; };
     text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", quoted(row.system), quoted(row.contender),
-                        shortest(row.timestep_ms), row.measure, row.value, row.unit, csv_number(row.a), csv_number(row.b),
-                        bound(&Interval::value), bound(&Interval::low), bound(&Interval::high), p(row.p),
-                        p(row.p_corrected), change_text(row.change), row.outcome_a, row.outcome_b);
+                        shortest(row.timestep_ms), row.measure, row.value, row.unit, csv_number(row.a),
+                        csv_number(row.b), bound(&Interval::value), bound(&Interval::low), bound(&Interval::high),
+                        p(row.p), p(row.p_corrected), change_text(row.change), row.outcome_a, row.outcome_b);
   }
   return text;
 }

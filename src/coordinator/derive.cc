@@ -225,7 +225,8 @@ void derive_ratios(const Store& store, const std::vector<Cell>& cells, std::uint
 }  // namespace
 
 const std::vector<std::string>& derived_values() {
-  static const std::vector<std::string> kNames = {"truth_order", "truth_floor",
+  static const std::vector<std::string> kNames = {"truth_order",
+                                                  "truth_floor",
                                                   "consistency_floor",
                                                   "aa_ratio",
                                                   "time_ratio",

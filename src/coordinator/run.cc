@@ -124,16 +124,17 @@ void Runner::time_again_elsewhere(std::set<std::pair<int, double>>& timed_again,
   }
   if (elsewhere.empty() || (timed_again.empty() && scaled_again.empty())) return;
   std::set<std::string> systems, families;
-  for (const auto& [index, timestep_ms] : timed_again) systems.insert(campaign_.systems[static_cast<size_t>(index)].name);
+  for (const auto& [index, timestep_ms] : timed_again)
+    systems.insert(campaign_.systems[static_cast<size_t>(index)].name);
   for (const int index : scaled_again) families.insert(campaign_.systems[static_cast<size_t>(index)].family);
   std::map<std::string, std::string> moved;  // system: machine
   for (const Cell& cell : store_.cells()) {
     const auto other = elsewhere.find(cell.node);
     if (other == elsewhere.end()) continue;
     const auto system = std::ranges::find(campaign_.systems, cell.system, &CampaignSystem::name);
-    const bool again = (cell.measure == "raw_speed" && systems.contains(cell.system)) ||
-                       (cell.measure == "scaling" && system != campaign_.systems.end() &&
-                        families.contains(system->family));
+    const bool again =
+        (cell.measure == "raw_speed" && systems.contains(cell.system)) ||
+        (cell.measure == "scaling" && system != campaign_.systems.end() && families.contains(system->family));
     if (!again) continue;
     timed_elsewhere_.insert(cell.key);
     moved[cell.system] = other->second;
@@ -142,9 +143,10 @@ void Runner::time_again_elsewhere(std::set<std::pair<int, double>>& timed_again,
     }
   }
   for (const auto& [system, machine] : moved) {
-    progress_.message(fmt::format("{} was timed on '{}', whose speeds do not compare with this machine's: its timings are "
-                                  "measured again",
-                                  system, machine));
+    progress_.message(
+        fmt::format("{} was timed on '{}', whose speeds do not compare with this machine's: its timings are "
+                    "measured again",
+                    system, machine));
   }
 }
 

@@ -115,7 +115,7 @@ class Runner {
   std::map<std::pair<int, int>, double> step_us_;
   std::map<std::string, std::vector<ConformanceRow>> suite_rows_;  // by contender's content
   TimingFacts timing_facts_;
-  NodeRow node_;                          // this machine and its part of the work
+  NodeRow node_;                           // this machine and its part of the work
   std::set<std::string> timed_elsewhere_;  // keys of stored timings of another machine
   int done_now_ = 0;
   double engine_now_s_ = 0;  // inside engine steps, of the cells that were done now

@@ -11,7 +11,8 @@ constexpr size_t kMostExactPairs = 400;
 
 // The number of orders of n + m samples in which U is at most `u`, over that of all orders.
 double exact_tail(size_t n, size_t m, size_t u) {
-  // counts of (i samples of a among the first, U so far), sample by sample: f(i, j, u) = f(i - 1, j, u - j) + f(i, j - 1, u)
+  // counts of (i samples of a among the first, U so far), sample by sample: f(i, j, u) = f(i - 1, j, u - j) + f(i, j -
+  // 1, u)
   const size_t values = n * m + 1;
   std::vector<std::vector<double>> share(n + 1, std::vector<double>(values, 0));
   for (size_t i = 0; i <= n; ++i) share[i][0] = 1;  // without samples of b

@@ -14,11 +14,12 @@ namespace {
 using nlohmann::json;
 
 // Of the manifest.
-constexpr std::array<std::string_view, 5> kProgramFacts = {"assay_version", "commit", "compiler", "flags", "build_type"};
+constexpr std::array<std::string_view, 5> kProgramFacts = {"assay_version", "commit", "compiler", "flags",
+                                                           "build_type"};
 constexpr std::array<std::string_view, 2> kMethodFacts = {"timing", "seed"};
 
 // Facts of a system's row that say which model it is, not how it is measured; and those that say neither.
-constexpr std::array<std::string_view, 10> kModelFacts = {"model_hash", "dof",    "bodies",   "hinges",  "shapes",
+constexpr std::array<std::string_view, 10> kModelFacts = {"model_hash",    "dof",     "bodies",  "hinges",   "shapes",
                                                           "contact_pairs", "mass_kg", "gravity", "contacts", "control"};
 constexpr std::array<std::string_view, 4> kSilentFacts = {"model", "load", "measures", "family"};
 
@@ -71,8 +72,8 @@ void compare_contenders(const ContenderRow& a, const ContenderRow& b, std::vecto
 }
 
 template <typename Row, typename Compare>
-void compare_rows(const std::vector<Row>& a, const std::vector<Row>& b, const char* kind, std::vector<Difference>& found,
-                  Compare compare) {
+void compare_rows(const std::vector<Row>& a, const std::vector<Row>& b, const char* kind,
+                  std::vector<Difference>& found, Compare compare) {
   const auto missing = [&](const std::vector<Row>& from, const std::vector<Row>& in, bool in_a) {
     for (const Row& row : from) {
       const auto same = std::ranges::find(in, row.name, &Row::name);
@@ -117,7 +118,8 @@ std::vector<std::string> machines(const Store& store) {
 std::vector<Difference> differences(const Store& a, const Store& b) {
   std::vector<Difference> found;
   const auto of_manifest = [&](DifferenceKind kind, std::string_view key, const std::string& what) {
-    const std::string in_a = a.manifest(std::string(key)).value_or(""), in_b = b.manifest(std::string(key)).value_or("");
+    const std::string in_a = a.manifest(std::string(key)).value_or(""),
+                      in_b = b.manifest(std::string(key)).value_or("");
     if (in_a != in_b) found.push_back({kind, "", what, in_a, in_b});
   };
   for (const std::string_view key : kProgramFacts) {

@@ -1,4 +1,5 @@
-// In what two results directories differ besides their figures: what was measured, with which program, on which machine.
+// In what two results directories differ besides their figures: what was measured, with which program, on which
+// machine.
 #pragma once
 
 #include <string>
@@ -9,13 +10,13 @@
 namespace assay {
 
 enum class DifferenceKind {
-  kProgram,    // assay itself: version, commit, compiler, flags
-  kMachine,    // processor, cores, kernel, or which nodes measured
-  kModel,      // a system's model
-  kMethod,     // how it is measured: duration, pieces, timing, seed
-  kSettings,   // a contender's settings
-  kBuild,      // a contender's engine: version or plugin
-  kCoverage,   // a system or contender that one of them lacks
+  kProgram,   // assay itself: version, commit, compiler, flags
+  kMachine,   // processor, cores, kernel, or which nodes measured
+  kModel,     // a system's model
+  kMethod,    // how it is measured: duration, pieces, timing, seed
+  kSettings,  // a contender's settings
+  kBuild,     // a contender's engine: version or plugin
+  kCoverage,  // a system or contender that one of them lacks
 };
 
 struct Difference {

@@ -33,10 +33,23 @@ using sql::Statement;
 using sql::Transaction;
 
 // Entries of the manifest that belong to a machine's part of the work. The union has them of all nodes together.
-constexpr std::array<std::string_view, 15> kNodeFacts = {
-    "cpu",     "cores", "governor", "virtual_machine", "memory",      "kernel",        "started",              "finished",
-    "wall_s",  "cpu_s", "engine_s", "timing_core",     "clock_cost_ns", "engine_share_timing", "engine_share_accuracy"};
-// And those of one directory: the command that resumes it, a search's answer, the token that its nodes' names come from.
+constexpr std::array<std::string_view, 15> kNodeFacts = {"cpu",
+                                                         "cores",
+                                                         "governor",
+                                                         "virtual_machine",
+                                                         "memory",
+                                                         "kernel",
+                                                         "started",
+                                                         "finished",
+                                                         "wall_s",
+                                                         "cpu_s",
+                                                         "engine_s",
+                                                         "timing_core",
+                                                         "clock_cost_ns",
+                                                         "engine_share_timing",
+                                                         "engine_share_accuracy"};
+// And those of one directory: the command that resumes it, a search's answer, the token that its nodes' names come
+// from.
 constexpr std::array<std::string_view, 3> kDirectoryFacts = {"command", "answer", "part"};
 
 template <size_t kCount>
@@ -237,8 +250,9 @@ class Merge {
 
   static std::string advice(const std::string& measure) {
     const bool timed = measure == "raw_speed" || measure == "scaling";
-    return timed ? "a timing that was measured twice: leave one of the two out"
-                 : "the same run gave two results, so engines, processors or libraries differ: leave one of the two out";
+    return timed
+               ? "a timing that was measured twice: leave one of the two out"
+               : "the same run gave two results, so engines, processors or libraries differ: leave one of the two out";
   }
 
   void refuse_other_cells() {
@@ -273,9 +287,10 @@ class Merge {
 
   void refuse_other_runs() {
     if (!attached_has(db_, "runs")) return;
-    Statement query(db_,
-                    "SELECT s.system, s.contender, s.timestep_ms FROM src.runs s JOIN main.runs m ON m.system = s.system "
-                    "AND m.contender = s.contender AND m.timestep_ms = s.timestep_ms WHERE s.address <> m.address LIMIT 1");
+    Statement query(
+        db_,
+        "SELECT s.system, s.contender, s.timestep_ms FROM src.runs s JOIN main.runs m ON m.system = s.system "
+        "AND m.contender = s.contender AND m.timestep_ms = s.timestep_ms WHERE s.address <> m.address LIMIT 1");
     if (query.step()) {
       refuse(fmt::format("the kept run of {} on {} at {} ms is another", query.text(1), query.text(0),
                          timestep_label(query.number(2))));
@@ -333,10 +348,11 @@ class Merge {
     }
     std::vector<std::int64_t> changed, unhashed;
     {
-      Statement query(db_, fmt::format("SELECT m.id, m.hash IS NULL FROM temp.merged t JOIN main.cells m ON m.key = t.key "
-                                       "WHERE {} OR m.hash IS NULL OR EXISTS(SELECT 1 FROM src.\"values\" v WHERE "
-                                       "v.cell_id = t.old AND v.name IN ({}))",
-                                       unnamed_node_.empty() ? "0" : "1", derived_));
+      Statement query(db_,
+                      fmt::format("SELECT m.id, m.hash IS NULL FROM temp.merged t JOIN main.cells m ON m.key = t.key "
+                                  "WHERE {} OR m.hash IS NULL OR EXISTS(SELECT 1 FROM src.\"values\" v WHERE "
+                                  "v.cell_id = t.old AND v.name IN ({}))",
+                                  unnamed_node_.empty() ? "0" : "1", derived_));
       while (query.step()) {
         changed.push_back(query.integer(0));
         if (query.integer(1) != 0) unhashed.push_back(query.integer(0));
@@ -349,22 +365,25 @@ class Merge {
   void merge_lists() {
     // systems and contenders as the campaign lists them; rows of one campaign are equal but for paths
     execute(db_, "INSERT OR IGNORE INTO main.systems SELECT name, json FROM src.systems ORDER BY rowid");
-    execute(db_,
-            "UPDATE main.systems SET json = (SELECT s.json FROM src.systems s WHERE s.name = main.systems.name) "
-            "WHERE EXISTS (SELECT 1 FROM src.systems s WHERE s.name = main.systems.name AND s.json < main.systems.json)");
+    execute(
+        db_,
+        "UPDATE main.systems SET json = (SELECT s.json FROM src.systems s WHERE s.name = main.systems.name) "
+        "WHERE EXISTS (SELECT 1 FROM src.systems s WHERE s.name = main.systems.name AND s.json < main.systems.json)");
     const std::string contenders = common_columns(db_, "contenders", "");
     execute(db_, fmt::format("INSERT OR IGNORE INTO main.contenders({0}) SELECT {0} FROM src.contenders ORDER BY rowid",
                              contenders)
                      .c_str());
     const std::string verdicts = common_columns(db_, "conformance", "");
-    execute(db_, fmt::format("INSERT OR IGNORE INTO main.conformance({0}) SELECT {0} FROM src.conformance ORDER BY rowid",
-                             verdicts)
-                     .c_str());
     execute(db_,
-            "UPDATE main.conformance SET (figure, tolerance, unit, note) = (SELECT s.figure, s.tolerance, s.unit, s.note "
-            "FROM src.conformance s WHERE s.contender = main.conformance.contender AND s.test = main.conformance.test) "
-            "WHERE EXISTS (SELECT 1 FROM src.conformance s WHERE s.contender = main.conformance.contender AND s.test = "
-            "main.conformance.test AND (s.figure, s.note) < (main.conformance.figure, main.conformance.note))");
+            fmt::format("INSERT OR IGNORE INTO main.conformance({0}) SELECT {0} FROM src.conformance ORDER BY rowid",
+                        verdicts)
+                .c_str());
+    execute(
+        db_,
+        "UPDATE main.conformance SET (figure, tolerance, unit, note) = (SELECT s.figure, s.tolerance, s.unit, s.note "
+        "FROM src.conformance s WHERE s.contender = main.conformance.contender AND s.test = main.conformance.test) "
+        "WHERE EXISTS (SELECT 1 FROM src.conformance s WHERE s.contender = main.conformance.contender AND s.test = "
+        "main.conformance.test AND (s.figure, s.note) < (main.conformance.figure, main.conformance.note))");
     if (attached_has(db_, "runs")) {
       execute(db_,
               "INSERT OR IGNORE INTO main.runs(system, contender, timestep_ms, address) SELECT system, contender, "
@@ -390,9 +409,10 @@ class Merge {
     while (query.step()) {
       const std::string name = query.text(1), here = name.empty() ? query.text(2) : name;
       if (query.text(0) == system) {
-        refuse(fmt::format("the timings of '{}' would be of two machines, '{}' and '{}', whose speeds do not compare: "
-                           "measure them in one shard",
-                           system, machine, here));
+        refuse(
+            fmt::format("the timings of '{}' would be of two machines, '{}' and '{}', whose speeds do not compare: "
+                        "measure them in one shard",
+                        system, machine, here));
       }
       system = query.text(0);
       machine = here;
@@ -430,8 +450,7 @@ class Merge {
     while (one && other) {
       one.read(left.data(), left.size());
       other.read(right.data(), right.size());
-      if (one.gcount() != other.gcount() ||
-          !std::equal(left.begin(), left.begin() + one.gcount(), right.begin())) {
+      if (one.gcount() != other.gcount() || !std::equal(left.begin(), left.begin() + one.gcount(), right.begin())) {
         return false;
       }
     }
@@ -474,13 +493,14 @@ void refuse_another_campaign(const Store& first, const Store& other) {
       return same ? each.kind == DifferenceKind::kProgram
                   : each.kind != DifferenceKind::kProgram && each.kind != DifferenceKind::kMachine;
     });
-    why = difference != found.end()  ? difference->text(first.dir(), other.dir())
+    why = difference != found.end()   ? difference->text(first.dir(), other.dir())
           : of_program != found.end() ? of_program->text(first.dir(), other.dir())
                                       : "the campaign's time limit or timesteps differ";
   }
-  throw InputError(fmt::format("'{}' and '{}' are no parts of one campaign: {}; measure both again with one program and "
-                               "one campaign file",
-                               first.dir(), other.dir(), why));
+  throw InputError(
+      fmt::format("'{}' and '{}' are no parts of one campaign: {}; measure both again with one program and "
+                  "one campaign file",
+                  first.dir(), other.dir(), why));
 }
 
 bool same_directory(const std::string& a, const std::string& b) {
@@ -500,8 +520,8 @@ MergeSummary merge_results(const std::vector<std::string>& sources, const std::s
   if (fs::exists(fs::path(out) / "assay.sqlite")) refuse_another_campaign(first, Store::open(out));
 
   MergeSummary summary;
-  Store result = Store::create(
-      out, {first.manifest("campaign").value_or(""), first.manifest("campaign_hash").value_or("")});
+  Store result =
+      Store::create(out, {first.manifest("campaign").value_or(""), first.manifest("campaign_hash").value_or("")});
   {
     const std::unique_ptr<sqlite3, CloseDatabase> db(
         sql::open_database(sql::uri_of(out + "/assay.sqlite"), SQLITE_OPEN_READWRITE | SQLITE_OPEN_URI));

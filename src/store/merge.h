@@ -17,10 +17,10 @@ struct MergeSummary {
   size_t trajectories = 0;  // files that were added
 };
 
-// Adds the results of `sources` to those of `out`, which is made when it is not there. One transaction a source, so what
-// was interrupted goes on with the same call. Memory does not grow with the sources. A source may be still written to;
-// its finished cells are taken. Values named in `derived` follow from several cells: they are neither compared nor taken,
-// because the caller computes them anew from the union. `begin` is told each source.
+// Adds the results of `sources` to those of `out`, which is made when it is not there. One transaction a source, so
+// what was interrupted goes on with the same call. Memory does not grow with the sources. A source may be still written
+// to; its finished cells are taken. Values named in `derived` follow from several cells: they are neither compared nor
+// taken, because the caller computes them anew from the union. `begin` is told each source.
 //
 // Throws InputError that names the directories and what differs, with the source's results not taken, when a source is
 // of another campaign, program or schema; has a cell, a run or a verdict of the conformance suite with another result;

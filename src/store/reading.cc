@@ -88,11 +88,12 @@ std::vector<ConformanceRow> Store::conformance() const {
 std::vector<Cell> Store::read_cells(std::vector<Cell>& damaged) const {
   const Snapshot snapshot(db_.get());
   std::vector<Cell> cells;
-  Statement query(db_.get(), fmt::format("SELECT {}, {} FROM cells c "
-                                         "LEFT JOIN systems s ON s.name = c.system LEFT JOIN contenders n ON n.name = "
-                                         "c.contender ORDER BY s.rowid, c.system, n.rowid, c.contender, c.measure, "
-                                         "c.timestep_ms, c.key",
-                                         sql::kCellColumns, hashed_ ? "c.node, c.samples_hash, c.hash" : "NULL, NULL, NULL"));
+  Statement query(db_.get(),
+                  fmt::format("SELECT {}, {} FROM cells c "
+                              "LEFT JOIN systems s ON s.name = c.system LEFT JOIN contenders n ON n.name = "
+                              "c.contender ORDER BY s.rowid, c.system, n.rowid, c.contender, c.measure, "
+                              "c.timestep_ms, c.key",
+                              sql::kCellColumns, hashed_ ? "c.node, c.samples_hash, c.hash" : "NULL, NULL, NULL"));
   Statement values(db_.get(), sql::kValuesQuery);
   std::string bytes;
   while (query.step()) {

@@ -17,8 +17,8 @@
 //   hashes(name, hash): of the content of each table but cells, values, samples, plan
 // A cell's `hash` covers its columns but the id, its values and `samples_hash`, which covers its samples. What is read
 // is compared with its hash: bits that changed on the disk are found, deliberate changes are not. Version 1 has no
-// hashes, nodes and plan, `address` comes first in `runs`, and `runs` and `scenes` may be missing. It is read as it is; create() makes
-// it version 2.
+// hashes, nodes and plan, `address` comes first in `runs`, and `runs` and `scenes` may be missing. It is read as it is;
+// create() makes it version 2.
 #pragma once
 
 #include <cstdint>
@@ -206,7 +206,7 @@ class Store {
   void set_contenders(const std::vector<ContenderRow>& rows);    // replaces all
   void set_runs(const std::vector<RunRow>& rows);                // replaces all
   void set_scenes(const std::vector<SceneRow>& rows);            // replaces all
-  void set_node(const NodeRow& row);               // replaces that of the same id; cells that follow are measured on it
+  void set_node(const NodeRow& row);  // replaces that of the same id; cells that follow are measured on it
   void set_plan(const std::vector<PlanRow>& rows);  // replaces all
   // Replaces the contender's rows.
   void set_conformance(const std::string& contender, const std::vector<ConformanceRow>& rows);

@@ -111,14 +111,14 @@ TEST(ChangePoints, NoiseIsThatBetweenNeighbours) {
 class CompareTest : public TempFolderTest {
  protected:
   struct Made {
-    double slower = 1;                    // the times of "engine-a"
-    double error = 1e-3;                  // of "engine-a"
+    double slower = 1;    // the times of "engine-a"
+    double error = 1e-3;  // of "engine-a"
     std::uint64_t seed = 1;
-    double noise = 0.01;                  // of processes, relative
+    double noise = 0.01;  // of processes, relative
     int processes = 10;
-    double drift = 1;                     // the machine's, of all times
+    double drift = 1;  // the machine's, of all times
     std::string model = "1", settings = {}, commit = "abc", cpu = "EPYC", plugin = "p1";
-    Outcome outcome = Outcome::kOk;       // of engine-a's truth
+    Outcome outcome = Outcome::kOk;  // of engine-a's truth
     std::string started = "2026-01-01";
   };
 
@@ -288,9 +288,10 @@ TEST_F(CompareTest, FivePercentAreFoundAndNothingIsFoundInNothing) {
     make(same, {.seed = seed + 3, .noise = 0.015});
     found += row(compared(a, b), "engine-a", "step_time").change == Change::kWorse ? 1 : 0;
     const Comparison nothing = compared(a, same);
-    false_alarms += std::ranges::any_of(nothing.rows, [](const CellChange& each) {
-                      return each.change == Change::kWorse || each.change == Change::kBetter;
-                    })
+    false_alarms += std::ranges::any_of(nothing.rows,
+                                        [](const CellChange& each) {
+                                          return each.change == Change::kWorse || each.change == Change::kBetter;
+                                        })
                         ? 1
                         : 0;
   }

@@ -101,8 +101,8 @@ class MergeTest : public TempFolderTest {
                         {"part", name}});
     store.set_systems({{"chain", R"({"model_hash": "1"})"}, {"pile", R"({"model_hash": "2"})"}});
     store.set_contenders({{"ode-quick", "ode", "0.16", "ode-quick", more, "{}", "{}"}});
-    store.set_conformance("ode-quick", {{"", "free-fall", "pass", 1e-6, 1e-5, "m", ""},
-                                        {"", "bounce", "pass", 1e-6, 1e-5, "m", ""}});
+    store.set_conformance(
+        "ode-quick", {{"", "free-fall", "pass", 1e-6, 1e-5, "m", ""}, {"", "bounce", "pass", 1e-6, 1e-5, "m", ""}});
     store.set_node({"node-" + name, fmt::format(R"({{"name":"{}","cpu":"EPYC","wall_s":"3.0","cpu_s":"2.0",)"
                                                 R"("started":"2026-01-0{} 10:00","finished":"2026-01-02 10:00"}})",
                                                 machine, 1 + name.size() % 2)});
@@ -242,7 +242,9 @@ TEST_F(MergeTest, ACampaignThatChangedIsRefusedAndTheChangeNamed) {
 
 TEST_F(MergeTest, AnotherProgramIsRefused) {
   three_parts();
-  { part("d", "n1").set_manifest({{"commit", "def"}}); }
+  {
+    part("d", "n1").set_manifest({{"commit", "def"}});
+  }
   EXPECT_THAT(refusal([&] { merge({"a", "d"}, "out"); }), HasSubstr("assay's commit is abc"));
 }
 
@@ -260,7 +262,9 @@ TEST_F(MergeTest, ARunWithOtherStatesIsRefused) {
 
 TEST_F(MergeTest, ATestThatPassedAndFailedIsRefused) {
   three_parts();
-  { part("d", "n1").set_conformance("ode-quick", {{"", "free-fall", "fail", 1, 1e-5, "m", ""}}); }
+  {
+    part("d", "n1").set_conformance("ode-quick", {{"", "free-fall", "fail", 1, 1e-5, "m", ""}});
+  }
   EXPECT_THAT(refusal([&] { merge({"a", "d"}, "out"); }),
               AllOf(HasSubstr("free-fall"), HasSubstr("'fail'"), HasSubstr("'pass'")));
 }
@@ -274,9 +278,9 @@ TEST_F(MergeTest, DirectoriesWithoutNodesGetTheirMachineFromTheManifest) {
   }
   sqlite3* db = nullptr;
   ASSERT_EQ(sqlite3_open((path("old") + "/assay.sqlite").c_str(), &db), SQLITE_OK);
-  for (const char* sql : {"DROP TABLE nodes", "DROP TABLE plan", "DROP TABLE hashes", "ALTER TABLE cells DROP COLUMN node",
-                          "ALTER TABLE cells DROP COLUMN hash", "ALTER TABLE cells DROP COLUMN samples_hash",
-                          "PRAGMA user_version = 1"}) {
+  for (const char* sql : {"DROP TABLE nodes", "DROP TABLE plan", "DROP TABLE hashes",
+                          "ALTER TABLE cells DROP COLUMN node", "ALTER TABLE cells DROP COLUMN hash",
+                          "ALTER TABLE cells DROP COLUMN samples_hash", "PRAGMA user_version = 1"}) {
     ASSERT_EQ(sqlite3_exec(db, sql, nullptr, nullptr, nullptr), SQLITE_OK) << sql;
   }
   sqlite3_close(db);
@@ -293,10 +297,12 @@ TEST_F(MergeTest, DamageIsNotTakenOver) {
   three_parts();
   sqlite3* db = nullptr;
   ASSERT_EQ(sqlite3_open((path("a") + "/assay.sqlite").c_str(), &db), SQLITE_OK);
-  ASSERT_EQ(sqlite3_exec(db, "UPDATE \"values\" SET value = 2 * value WHERE name = 'consistency'", nullptr, nullptr, nullptr),
-            SQLITE_OK);
+  ASSERT_EQ(
+      sqlite3_exec(db, "UPDATE \"values\" SET value = 2 * value WHERE name = 'consistency'", nullptr, nullptr, nullptr),
+      SQLITE_OK);
   sqlite3_close(db);
-  EXPECT_THAT(refusal([&] { merge({"bb", "a"}, "out"); }), AllOf(HasSubstr("damaged"), HasSubstr("consistency of chain")));
+  EXPECT_THAT(refusal([&] { merge({"bb", "a"}, "out"); }),
+              AllOf(HasSubstr("damaged"), HasSubstr("consistency of chain")));
 }
 
 TEST(Differences, SayWhatIsNotTheSame) {
