@@ -6,6 +6,7 @@
 
 #include "base/errors.h"
 #include "base/paths.h"
+#include "base/text.h"
 #include "campaign/campaign.h"
 #include "campaign/shards.h"
 #include "cli/campaign_run.h"

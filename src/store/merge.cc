@@ -503,6 +503,14 @@ void refuse_another_campaign(const Store& first, const Store& other) {
                   first.dir(), other.dir(), why));
 }
 
+// False for a database that a process which was killed had only begun.
+bool has_content(const std::string& path) {
+  std::error_code error;
+  if (!fs::is_regular_file(path, error)) return false;
+  const std::unique_ptr<sqlite3, CloseDatabase> db(sql::open_database(path, SQLITE_OPEN_READONLY));
+  return sql::pragma(db.get(), "schema_version") != 0 || sql::pragma(db.get(), "application_id") != 0;
+}
+
 bool same_directory(const std::string& a, const std::string& b) {
   std::error_code error;
   return fs::equivalent(a, b, error);
@@ -517,7 +525,7 @@ MergeSummary merge_results(const std::vector<std::string>& sources, const std::s
   // Before anything is written.
   const Store first = Store::open(sources.front());
   for (const std::string& source : sources) refuse_another_campaign(first, Store::open(source));
-  if (fs::exists(fs::path(out) / "assay.sqlite")) refuse_another_campaign(first, Store::open(out));
+  if (has_content(out + "/assay.sqlite")) refuse_another_campaign(first, Store::open(out));
 
   MergeSummary summary;
   Store result =
