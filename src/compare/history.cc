@@ -87,7 +87,8 @@ class Courses {
     for (const Cell& cell : cells) {
       if (control.empty() || cell.contender != control) continue;
       const Value* time = find_value(cell, cell.measure == "scaling" ? "run_time" : "step_time");
-      if (time != nullptr) controls[{cell.system, cell.timestep_ms, cell.measure}] = *time->value;
+      if (time != nullptr)
+        controls[{cell.system, cell.timestep_ms, cell.measure}] = level_of(store, cell, *time->value);
     }
     for (const Cell& cell : cells) {
       if (cell.contender == kHarness || cell.contender == control) continue;
@@ -100,6 +101,10 @@ class Courses {
         if (!value.value || timing != time || value_info(value.name).better == Better::kNone) continue;
         Course& course = course_of(cell, value);
         Interval figure = {*value.value, value.low.value_or(*value.value), value.high.value_or(*value.value)};
+        if (timing) {
+          const double scale = level_of(store, cell, figure.value) / figure.value;
+          figure = {figure.value * scale, figure.low * scale, figure.high * scale};
+        }
         if (timing && relative != controls.end()) {
           figure = {figure.value / relative->second, figure.low / relative->second, figure.high / relative->second};
         }
@@ -107,6 +112,14 @@ class Courses {
       }
       if (cell.values.empty()) add_failure(cell, run);
     }
+  }
+
+  // The median over processes: one that was disturbed is no change of level. The stored mean where there are no
+  // samples.
+  static double level_of(const Store& store, const Cell& cell, double stored) {
+    std::vector<double> times;
+    for (const auto& [number, time] : time_samples(store.samples(cell.id)).times) times.push_back(time);
+    return times.empty() ? stored : median(times);
   }
 
   Course& course_of(const Cell& cell, const Value& value) {
