@@ -51,13 +51,14 @@ def planned(program, robot, options, folder):
 
 def dropped(program, robot, name, folder):
     """The robot's [[system]], or why there is none."""
-    why = "it does not load"
+    why = ""
     for options in ([], *SWITCHES):
-        free = [*options, "--ground"] if "--floating-base" in options else [*options, "--floating-base", "--ground"]
+        free = [*options, *({"--floating-base", "--ground"} - set(options))]
         for more in (options, free):
-            system = planned(program, robot, more, folder / name)
+            # a folder keeps one plan
+            system = planned(program, robot, more, folder / name / ("as-it-is" + "".join(more)))
             if isinstance(system, str):
-                why = system.removeprefix("assay: ") if why == "it does not load" else why
+                why = why or system.removeprefix("assay: ")
             elif system["name"] == "drop":
                 return {**system, "name": name, "model": str(pathlib.Path(robot).resolve()), "measures": ["violation"],
                         "duration_s": DURATION_S, "sample_ms": 16}
@@ -102,19 +103,19 @@ def summary(folder):
     with sqlite3.connect(folder / "assay.sqlite") as db:
         systems = [name for name, in db.execute("SELECT name FROM systems ORDER BY rowid")]
         engine_of = dict(db.execute("SELECT name, engine FROM contenders"))
-        cells = list(db.execute("SELECT system, contender, outcome, reason FROM cells WHERE measure = 'reference'"))
+        cells = list(db.execute("SELECT system, contender, outcome, reason FROM cells WHERE measure IN ('reference', 'violation')"))
     left_out = json.loads((folder / "left-out.json").read_text(encoding="utf-8"))
     took, sound, reasons = (collections.defaultdict(set) for _ in range(3))
-    for system, contender, outcome, reason in cells:
-        # builds of one engine count once
-        engine = engine_of[contender].split("-")[0]
-        if engine == "null" or outcome == "unsupported":
-            continue
+    ran = {(system, contender) for system, contender, outcome, _ in cells if outcome != "unsupported" and engine_of[contender] != "null"}
+    failed = {(system, contender): reason or outcome for system, contender, outcome, reason in cells
+              if (system, contender) in ran and outcome != "ok"}
+    for system, contender in sorted(ran):
+        engine = engine_of[contender].split("-")[0]  # builds of one engine count once
         took[system].add(engine)
-        if outcome == "ok":
-            sound[system].add(engine)
+        if (system, contender) in failed:
+            reasons[system].add(f"{contender}: {failed[system, contender]}")
         else:
-            reasons[system].add(f"{contender}: {reason or outcome}")
+            sound[system].add(engine)
     engines = sorted({engine for each in took.values() for engine in each})
     enough = [system for system in systems if len(sound[system]) >= ENGINES]
     text = (f"\n{len(enough)} of {len(systems)} robots that can meet a ground ({100 * len(enough) / len(systems):.0f} %) stay sound in "
