@@ -178,7 +178,7 @@ Model required(LoadReport report, const std::string& file) {
 }  // namespace
 
 LoadReport inspect_model(const std::string& path, const LoadOptions& options, FileFacts* facts) {
-  const std::optional<int> capsules = capsules_count(fs::path(path).stem().string());
+  const std::optional<CapsulesName> capsules = capsules_named(fs::path(path).stem().string());
   std::error_code error;
   LoadReport report;
   if (capsules && !fs::exists(path, error)) {

@@ -18,26 +18,35 @@ namespace assay::figures {
 namespace {
 
 struct Scaling {
-  std::map<double, Interval> seconds;  // by number of bodies
+  std::map<double, Interval> seconds;  // by number of bodies; of several seeds the median, from the least to the most
   std::optional<Interval> exponent;
 };
 
 // Of a contender on a family of sizes, contacts on or off.
 Scaling scaling_of(const Results& results, const std::string& contender, bool contacts) {
   Scaling scaling;
+  std::map<double, std::vector<Interval>> seeds;
   for (const std::string& system : results.systems()) {
     const std::string family = results.family(system);
     if (family.empty() || (results.fact_flag(system, "contacts") != contacts)) continue;
     for (const auto& [step, cell] : results.cells(system, contender, "scaling")) {
       const auto time = interval_of(*cell, "run_time");
-      if (time && cell->outcome == Outcome::kOk) scaling.seconds[results.fact(system, "bodies")] = *time;
+      if (time && cell->outcome == Outcome::kOk) seeds[results.fact(system, "bodies")].push_back(*time);
       if (const auto exponent = interval_of(*cell, "scaling_exponent")) scaling.exponent = exponent;
     }
+  }
+  for (const auto& [bodies, times] : seeds) {
+    std::vector<double> values;
+    values.reserve(times.size());
+    for (const Interval& time : times) values.push_back(time.value);
+    scaling.seconds[bodies] = {median(values), std::ranges::min(times, {}, &Interval::low).low,
+                               std::ranges::max(times, {}, &Interval::high).high};
   }
   return scaling;
 }
 
-constexpr std::array kSolvers = {std::pair{"mujoco-euler", "MuJoCo, sparse"},
+// Its sparse solver of then worked without the Hessian, as conjugate gradients do.
+constexpr std::array kSolvers = {std::pair{"mujoco-euler-cg", "MuJoCo, sparse"},
                                  std::pair{"mujoco-euler-dense", "MuJoCo, dense"}};
 
 void scaling_plot(Canvas& canvas, const Results& results, const Box& box, const std::string& contender,
