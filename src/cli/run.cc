@@ -80,6 +80,7 @@ int run(Options options) {
   refuse_for_campaign("--control", options.control.has_value());
   refuse_for_campaign("how a model is read", load_options(options.model) != LoadOptions());
   refuse_for_campaign("--contenders", !options.contenders.empty());
+  refuse_for_campaign("--plan", options.plan_only);
   refuse_for_campaign("a limit", options.limits.any() || options.limits.measure);
   if (options.run.out.empty())
     throw InputError("--out is required, and it is missing or empty: see 'assay run --help'");
@@ -126,6 +127,10 @@ void add_run(CLI::App& app, Action& action) {
       ->type_name("NAME")
       ->delimiter(',')
       ->allow_extra_args(false);
+  command
+      ->add_flag("--plan", options->plan_only,
+                 "Only write a robot's campaign, to be changed and run: what would be measured, and how")
+      ->disable_flag_override();
   add_limits(*command, options->limits);
   add_load_options(*command, options->model);
   command->add_option("--jobs", request.jobs, "Accuracy workers at a time (default: one per core)")->type_name("N");

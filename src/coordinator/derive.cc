@@ -126,7 +126,11 @@ void derive_scaling(const Store& store, const std::vector<Cell>& cells, std::uin
     const auto& [family, size] = found->second;
     Group& group = groups[{family, cell.contender, cell.timestep_ms}];
     for (const SampleSeries& series : store.samples(cell.id)) {
-      if (series.name == "run_time_s") group.points.push_back({size, series.values});
+      if (series.name != "run_time_s") continue;
+      // Systems of one size differ in their seed: more runs of that size.
+      auto same = std::ranges::find(group.points, size, &TimeAtSize::size);
+      if (same == group.points.end()) same = group.points.insert(same, {size, {}});
+      same->seconds.insert(same->seconds.end(), series.values.begin(), series.values.end());
     }
     if (size <= group.size) continue;
     group.size = size;
