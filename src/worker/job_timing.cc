@@ -69,7 +69,7 @@ class TimingSession {
     if (job.reference.empty()) {  // the null engine has no run of its own
       states_ = {subject_.model.initial};
     } else {
-      states_ = load(job.trajectories, job.reference).states;
+      states_ = load(job.trajectories, job.reference, subject_.model).states;
       if (states_.size() > 1) states_.pop_back();  // nothing starts at the run's end
     }
     core_ = pin_to_core();
