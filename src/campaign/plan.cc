@@ -18,7 +18,7 @@ namespace assay {
 namespace {
 
 // Raised when a measure or the way a run is made changes, so that old results are not taken for new ones.
-constexpr int kResultVersion = 2;
+constexpr int kResultVersion = 3;
 
 nlohmann::json run_content(const CampaignSystem& system, const std::string& control, const CampaignContender& contender,
                            double timestep_ms) {

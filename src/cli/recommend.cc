@@ -33,7 +33,7 @@ constexpr const char* kAll = "all";
 
 // A value of the system that can be limited, by its name or its measure's.
 const ValueInfo& limitable(const SystemAnswers& answers, const std::string& name) {
-  const std::string own = value_named(name).empty() ? name : value_named(name);
+  const std::string named = value_named(name, answers.values), own = named.empty() ? name : named;
   const auto known = std::ranges::find(answers.values, own, &ValueInfo::name);
   const std::string near = did_you_mean(name, answers.errors);
   if (known == answers.values.end()) {
@@ -72,7 +72,7 @@ Question question_of(const LimitOptions& options, const SystemAnswers& answers) 
   for (const std::string& limit : options.limits) {
     const size_t equals = limit.find('=');
     if (equals == std::string::npos || equals == 0) {
-      throw InputError(fmt::format("--limit is '{}': write NAME=QUANTITY, as in truth_error=1mm", limit));
+      throw InputError(fmt::format("--limit is '{}': write NAME=QUANTITY, as in truth_error_max=1mm", limit));
     }
     ask("--limit " + limit.substr(0, equals), limit.substr(0, equals), limit.substr(equals + 1));
   }
@@ -331,9 +331,9 @@ void add_best(const SystemAnswers& answers, const Question& question, const Reco
                           realtime_text(answers.candidates[*found.certain].speed.factor.value))
             : "no contender stays within as a whole"));
   }
-  const auto truth = best.worst.find("truth_error");
+  const auto truth = best.worst.find(value_named("truth", answers.values));
   const bool limits_truth =
-      std::ranges::any_of(question.asked, [](const Asked& asked) { return asked.value.name == "truth_error"; });
+      std::ranges::any_of(question.asked, [](const Asked& asked) { return asked.value.measure == "truth"; });
   if (!question.asked.empty() && question.asked.front().value.name == "consistency" && !limits_truth &&
       truth != best.worst.end()) {
     answer.line(

@@ -46,12 +46,15 @@ std::map<std::pair<std::string, std::string>, Curve> curves(const std::vector<Ce
 void derive_truth(const std::vector<Cell>& cells, std::vector<Store::Derived>& derived,
                   std::vector<std::string>& warnings) {
   for (const auto& [name, curve] : curves(cells, "truth")) {
+    // Over the whole run; results of an earlier version have only the run's end.
+    const bool whole = std::ranges::all_of(curve, [](const Cell* cell) { return value_of(*cell, "truth_error_max"); });
+    const char* const kind = whole ? "truth_error_max" : "truth_error";
     std::vector<ErrorAt> errors;
     for (size_t i = 0; i < curve.size(); ++i) {
-      const auto error = value_of(*curve[i], "truth_error");
+      const auto error = value_of(*curve[i], kind);
       if (!error) continue;
       errors.push_back({curve[i]->timestep_ms, *error, value_of(*curve[i], "truth_rounding").value_or(0)});
-      const auto finer = i > 0 ? value_of(*curve[i - 1], "truth_error") : std::nullopt;
+      const auto finer = i > 0 ? value_of(*curve[i - 1], kind) : std::nullopt;
       if (!finer) continue;
       if (const auto order = observed_order(curve[i - 1]->timestep_ms, *finer, curve[i]->timestep_ms, *error)) {
         derived.push_back({curve[i]->id, {"truth_order", "1", order, {}, {}}});

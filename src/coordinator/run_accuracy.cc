@@ -14,7 +14,11 @@ namespace {
 
 // Of the reference solution.
 std::string truth_address(const CampaignSystem& system) {
-  return content_hash(json{{"truth", 1}, {"model", system.model.hash}, {"duration_s", system.duration_s}}.dump());
+  return content_hash(json{{"truth", 2},
+                           {"model", system.model.hash},
+                           {"duration_s", system.duration_s},
+                           {"sample_ms", system.sample_ms}}
+                          .dump());
 }
 
 }  // namespace
@@ -69,8 +73,9 @@ void Runner::plan_truths(std::map<std::string, Waiting>& producers) {
     const std::string address = truth_address(system(*cell));
     if (producers.contains(address) || has_run(address)) continue;
     Waiting waiting;
+    const CampaignSystem& of = system(*cell);
     waiting.job.request =
-        TruthJob{model_spec(system(*cell)), system(*cell).duration_s, store_.trajectories_dir(), address};
+        TruthJob{model_spec(of), of.duration_s, of.sample_ms, store_.trajectories_dir(), address};
     waiting.job.title = fmt::format("truth {}", system(*cell).name);
     waiting.job.limit_s = options_.truth_limit_s;
     waiting.job.cost = 1e7;

@@ -14,6 +14,19 @@ double position_error(const State& a, const State& b) {
   return sum / static_cast<double>(a.bodies.size());
 }
 
+ErrorOverTime error_over_time(const std::vector<State>& run, const std::vector<State>& reference) {
+  assert(run.size() >= 2 && run.size() == reference.size());
+  ErrorOverTime error;
+  double squares = 0;
+  for (size_t i = 1; i < run.size(); ++i) {
+    error.at_end = position_error(run[i], reference[i]);
+    error.largest = std::max(error.largest, error.at_end);
+    squares += error.at_end * error.at_end;
+  }
+  error.rms = std::sqrt(squares / static_cast<double>(run.size() - 1));
+  return error;
+}
+
 std::optional<double> observed_order(double h1, double error1, double h2, double error2) {
   assert(h1 > 0 && h2 > 0 && h1 != h2);
   if (!std::isfinite(error1) || !std::isfinite(error2) || error1 <= 0 || error2 <= 0) return std::nullopt;

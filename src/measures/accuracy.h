@@ -12,6 +12,13 @@ namespace assay {
 // Mean over bodies of the distance between their centres of mass, m. Both states belong to one model (assert).
 double position_error(const State& a, const State& b);
 
+// Position errors of a run's samples against a reference at the same moments, m. The first sample, from which both start,
+// does not count. Both have the same number of states, at least 2 (assert).
+struct ErrorOverTime {
+  double at_end = 0, rms = 0, largest = 0;
+};
+ErrorOverTime error_over_time(const std::vector<State>& run, const std::vector<State>& reference);
+
 // log(E(h2)/E(h1)) / log(h2/h1). Empty when an error is not positive and finite.
 std::optional<double> observed_order(double h1, double error1, double h2, double error2);
 

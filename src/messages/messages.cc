@@ -55,7 +55,8 @@ void fields(auto& is, Of<RunJob> auto& m) {
   is("save", m.save)("use", m.use)("truth", m.truth)("seed", m.seed)("grasp", m.grasp)("partial", m.partial);
 }
 void fields(auto& is, Of<TruthJob> auto& m) {
-  is("model", m.model)("duration_s", m.duration_s)("trajectories", m.trajectories)("save", m.save);
+  is("model", m.model)("duration_s", m.duration_s)("sample_ms", m.sample_ms);
+  is("trajectories", m.trajectories)("save", m.save);
 }
 void fields(auto& is, Of<PiecesJob> auto& m) {
   is("subject", m.subject)("timestep_ms", m.timestep_ms)("trajectories", m.trajectories)("reference", m.reference);

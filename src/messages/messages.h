@@ -70,10 +70,10 @@ struct RunJob {
   bool partial = false;  // keep a run that diverges too, as far as it went
 };
 
-// The reference solution of a smooth system: no engine takes part.
+// The reference solution of a smooth system, at the moments of a run's samples: no engine takes part.
 struct TruthJob {
   ModelSpec model;
-  double duration_s = 0;
+  double duration_s = 0, sample_ms = 0;
   std::string trajectories, save;
 };
 

@@ -159,7 +159,8 @@ void find_values(const Results& results, SystemAnswers& answers) {
     answers.values.back().measure = own.second;
   }
   // A figure that two contenders at least can be compared by.
-  for (const char* name : {"truth_error", "consistency"}) {
+  for (const std::string_view error : kJudgedErrors) {
+    const std::string name(error);
     const auto has = [&](const std::string& contender) {
       return std::ranges::any_of(results.figures(answers.system, contender, name, true),
                                  [](const Figure& figure) { return figure.found == Found::kThere; });

@@ -15,8 +15,12 @@ const std::vector<ValueInfo>& value_catalogue() {
   using enum Better;
   constexpr bool kPlot = true, kLimit = true, kNo = false;
   static const std::vector<ValueInfo> kRows = {
-      {"truth_error", "m", "Error against the reference solution", "error", kLow, "truth", kPlot, kLimit,
-       "mean distance of the bodies from an independent, error-controlled solution at the end of the run"},
+      {"truth_error_max", "m", "Error against the reference solution", "error", kLow, "truth", kPlot, kLimit,
+       "mean distance of the bodies from an independent, error-controlled solution, the largest of the run's samples"},
+      {"truth_error_rms", "m", "Error against the reference solution, RMS", "error (RMS)", kLow, "truth", kPlot, kLimit,
+       "mean distance of the bodies from an independent, error-controlled solution, root mean square over the run"},
+      {"truth_error", "m", "Error against the reference solution, at the end", "error at the end", kLow, "truth", kPlot,
+       kLimit, "mean distance of the bodies from an independent, error-controlled solution at the end of the run"},
       {"consistency", "m", "Self-consistency error", "self-consistency error", kLow, "consistency", kPlot, kLimit,
        "mean distance of the bodies from the contender's own fine-step run, over short pieces of it"},
       {"energy_drift", "J", "Energy drift", "energy drift", kLow, "drift", kPlot, kLimit,
@@ -67,6 +71,12 @@ const std::vector<ValueInfo>& value_catalogue() {
        kLow, "drift", kNo, kLimit, "angular momentum drift divided by the momentum's scale"},
       {"linear_momentum_drift_relative", "1", "Linear momentum drift, relative", "relative linear momentum drift", kLow,
        "drift", kNo, kLimit, "linear momentum drift divided by the momentum's scale"},
+      {"energy_drift_rate", "W", "Secular energy drift", "secular energy drift", kNone, "drift", kNo, kNo,
+       "slope of the total energy over the whole run, by robust regression: what an oscillation does not add to"},
+      {"angular_momentum_drift_rate", "N m", "Secular angular momentum drift", "secular angular momentum drift", kNone,
+       "drift", kNo, kNo, "slope of the conserved angular momentum over the whole run, by robust regression"},
+      {"linear_momentum_drift_rate", "N", "Secular linear momentum drift", "secular linear momentum drift", kNone,
+       "drift", kNo, kNo, "slope of the linear momentum over the whole run, by robust regression"},
       {"raw_speed", "kHz", "Raw speed", "raw speed", kHigh, "raw_speed", kNo, kNo,
        "the engine's own step calls per second"},
       {"step_time", "us", "Step time", "step time", kLow, "raw_speed", kNo, kNo,
@@ -125,6 +135,17 @@ std::string value_named(std::string_view name) {
     if (found != rows.end()) return found->name;
   }
   return "";
+}
+
+std::string value_named(std::string_view name, const std::vector<ValueInfo>& measured) {
+  if (find_value_info(name) == nullptr) {
+    for (const ValueInfo& row : value_catalogue()) {
+      if (row.measure == name && std::ranges::find(measured, row.name, &ValueInfo::name) != measured.end()) {
+        return row.name;
+      }
+    }
+  }
+  return value_named(name);
 }
 
 const std::vector<Term>& glossary() {

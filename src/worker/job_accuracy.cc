@@ -38,13 +38,23 @@ Ending judge(const Subject& subject, const Trajectory& trajectory) {
 
 CellResult truth_cell(const Subject& subject, const Run& run, const Trajectory& truth, double steps) {
   if (run.ending.outcome == Outcome::kDiverged) return {"truth", run.ending, {}, {}};
-  const double error = position_error(run.trajectory.states.back(), truth.states.back());
+  if (run.trajectory.states.size() != truth.states.size()) {
+    throw SystemError(fmt::format("the run has {} samples and the reference solution {}", run.trajectory.states.size(),
+                                  truth.states.size()));
+  }
+  const ErrorOverTime error = error_over_time(run.trajectory.states, truth.states);
   double extent = 0;
   for (const State& state : truth.states) {
     for (const BodyState& body : state.bodies) extent = std::max(extent, body.p_WBcm.cwiseAbs().maxCoeff());
   }
   const double rounding = rounding_error(subject.capabilities.precision == Precision::kSingle, extent, steps);
-  return {"truth", run.ending, {{"truth_error", "m", error, {}, {}}, {"truth_rounding", "m", rounding, {}, {}}}, {}};
+  return {"truth",
+          run.ending,
+          {{"truth_error_max", "m", error.largest, {}, {}},
+           {"truth_error_rms", "m", error.rms, {}, {}},
+           {"truth_error", "m", error.at_end, {}, {}},
+           {"truth_rounding", "m", rounding, {}, {}}},
+          {}};
 }
 
 CellResult run_cell(const RunMeasure& measure, const Subject& subject, const Run& run, std::uint64_t seed) {
@@ -113,7 +123,14 @@ JobDone do_job(const RunJob& job) {
 JobDone do_job(const TruthJob& job) {
   const Model model = model_of(job.model);
   Trajectory truth;
-  truth.states = {model.initial, smooth_solution(model, model.initial, model.initial.time + job.duration_s)};
+  const long long samples = std::llround(1000 * job.duration_s / job.sample_ms);
+  std::vector<double> times;
+  times.reserve(static_cast<size_t>(samples));
+  for (long long i = 1; i <= samples; ++i) {
+    times.push_back(model.initial.time + job.duration_s * static_cast<double>(i) / static_cast<double>(samples));
+  }
+  truth.states = smooth_solution(model, model.initial, times);
+  truth.states.insert(truth.states.begin(), model.initial);
   save(job.trajectories, job.save, truth);
   return job_done({}, 0);
 }

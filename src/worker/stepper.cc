@@ -24,7 +24,7 @@ void engines_own(const Work& work) {
 }  // namespace
 
 Stepper::Stepper(const Subject& subject, const State& start, double timestep_s)
-    : subject_(subject), torques_(subject.model.joints.size(), 0.0) {
+    : subject_(subject), timestep_s_(timestep_s), torques_(subject.model.joints.size(), 0.0) {
   Settings settings = subject.contender.settings;
   settings.timestep = timestep_s;
   engines_own([&] {
@@ -43,7 +43,7 @@ void Stepper::take(long long steps) {
     const long long count = subject_.free_running ? std::min(steps, kMostAtOnce) : 1;
     if (!subject_.free_running) {
       if (subject_.control->input() != ControlInput::kNothing) simulation_->read_state(state_);
-      subject_.control->torques(state_, torques_);
+      torques_of_step(*subject_.control, state_, timestep_s_, torques_);
       simulation_->set_torques(torques_);
     }
     const Clock::time_point start = Clock::now();

@@ -48,6 +48,7 @@ class Stepper {
   void take(long long steps);
 
   const Subject& subject_;
+  double timestep_s_;
   std::unique_ptr<Simulation> simulation_;
   State state_;
   std::vector<double> torques_;

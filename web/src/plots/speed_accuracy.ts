@@ -365,7 +365,7 @@ export class SpeedAccuracy {
     const drawn = series.filter((one) => one.floor !== null && one.floor > lowest && one.floor < highest);
     if (drawn.length > 0) notes.push("Faint horizontal lines: restart floors, near which an error says nothing of the timestep.");
     if (everything.some((point) => isNearFloor(point, this.name))) notes.push("Pale markers: too close to the restart floor to tell timesteps apart.");
-    const flat = this.name === "truth_error" ? series.filter((one) => this.view.single(one.contender, "truth_floor") !== null) : [];
+    const flat = this.name.startsWith("truth_error") ? series.filter((one) => this.view.single(one.contender, "truth_floor") !== null) : [];
     if (flat.length > 0) {
       notes.push(
         `Flagged: the error of ${sentenceList(flat.map((one) => one.contender))} stops shrinking with the timestep, far above what rounding explains.`,
@@ -511,7 +511,7 @@ export class SpeedAccuracy {
         ["real time", point.speed && realtime(point.speed.value) + (point.speed.timed || !point.speed.between ? "" : ` (timed at ${point.speed.between.map(timestep).join(" and ")} ms)`)],
         ["interval", point.speed && interval("realtime_factor", point.speed.low, point.speed.high, "1")],
         ["raw speed", speed ? quantity(speed.value, speed.unit) : null],
-        ["truth floor", this.name === "truth_error" && this.view.single(point.contender, "truth_floor") !== null ? quantity(this.view.single(point.contender, "truth_floor"), unit) : null],
+        ["truth floor", this.name.startsWith("truth_error") && this.view.single(point.contender, "truth_floor") !== null ? quantity(this.view.single(point.contender, "truth_floor"), unit) : null],
         ["outcome", point.cell.outcome === "ok" || point.error === null ? null : point.cell.outcome],
         ["reason", point.cell.reason],
         ["not sound", point.sound || point.cell.outcome !== "ok" ? null : this.view.point(point.contender, point.timestep)?.why],
