@@ -108,6 +108,11 @@ std::string with_interval(const Interval& interval, const std::string& unit) {
   return fmt::format("{} ({} to {})", text, quantity_text(interval.low, unit), quantity_text(interval.high, unit));
 }
 
+// "<= 3 um" for an upper bound.
+std::string worst_text(const Worst& worst, const std::string& unit) {
+  return (worst.is_bound ? "<= " : "") + quantity_text(worst.value.value, unit);
+}
+
 // Several of them as one sentence's end.
 std::string places_text(const SystemAnswers& answers, const std::vector<size_t>& candidates) {
   std::vector<std::string> places;
@@ -134,7 +139,7 @@ void add_candidates(const SystemAnswers& answers, const Question& question, cons
     for (size_t error = 0; error < errors; ++error) {
       const ValueInfo& value = question.asked[error].value;
       const auto own = candidate.worst.find(value.name);
-      row.push_back(own == candidate.worst.end() ? "" : quantity_text(own->second.value.value, value.unit));
+      row.push_back(own == candidate.worst.end() ? "" : worst_text(own->second, value.unit));
     }
   }
   if (estimated) answer.line("~ interpolated between timed timesteps");
@@ -221,6 +226,7 @@ Json candidate_json(const SystemAnswers& answers, const Question& question, size
   for (const auto& [name, of] : candidate.worst) {
     worst[name] = interval_json(of.value);
     worst[name]["at_ms"] = of.at_ms;
+    if (of.is_bound) worst[name]["bound"] = true;
   }
   const std::string first = question.asked.empty() ? answers.main : question.asked.front().value.name;
   return {{"contender", point.contender},
@@ -295,8 +301,8 @@ std::string nearest_text(const SystemAnswers& answers, const Question& question,
   std::vector<std::string> parts;
   parts.reserve(question.asked.size() + 1);
   for (const Asked& asked : question.asked) {
-    parts.push_back(fmt::format("{} {}", asked.value.brief,
-                                quantity_text(candidate.worst.at(asked.value.name).value.value, asked.value.unit)));
+    parts.push_back(
+        fmt::format("{} {}", asked.value.brief, worst_text(candidate.worst.at(asked.value.name), asked.value.unit)));
   }
   if (question.limits.realtime) parts.push_back(realtime_text(candidate.speed.factor.value) + " real time");
   return fmt::format("the nearest is {} with {}", place_text(point), join(parts, ", "));
@@ -316,10 +322,16 @@ void add_best(const SystemAnswers& answers, const Question& question, const Reco
   for (const Asked& asked : question.asked) {
     const Worst& worst = best.worst.at(asked.value.name);
     answer.line(
-        fmt::format("{}:  {}{}", asked.value.brief, with_interval(worst.value, asked.value.unit),
+        fmt::format("{}:  {}{}", asked.value.brief,
+                    worst.is_bound ? worst_text(worst, asked.value.unit) + " (near the floor of its fine-step run)"
+                                   : with_interval(worst.value, asked.value.unit),
                     same_timestep(worst.at_ms, point.timestep_ms)
                         ? ""
                         : fmt::format(", at {} ms, the largest up to this timestep", timestep_label(worst.at_ms))));
+  }
+  if (point.held) {
+    answer.line(fmt::format("grasp:  held from every initial state; at 95 % from at least {:.0f} % of such states",
+                            100 * point.held->low));
   }
   answer.line("margin: " + best.margin);
   if (!found.alike.empty()) answer.line("not told apart by speed: " + places_text(answers, found.alike));

@@ -20,7 +20,7 @@
 namespace assay {
 namespace {
 
-// Errors below this many restart floors come from the restart more than from the timestep.
+// Errors below this many floors come from the floor as much as from the timestep.
 constexpr double kNearFloor = 3;
 
 // Timings whose middle half is wider than this are noisy.
@@ -70,19 +70,31 @@ void derive_truth(const std::vector<Cell>& cells, std::vector<Store::Derived>& d
   }
 }
 
+// The floor of a curve: the error of a restart at the fine-step run's own timestep, or where the curve stops falling,
+// whichever is larger. Errors near it are bounds of what the timestep costs: by the triangle inequality at most the
+// measured distance and the floor.
 void derive_consistency(const std::vector<Cell>& cells, std::vector<Store::Derived>& derived) {
   for (const auto& [name, curve] : curves(cells, "consistency")) {
-    const auto floor = value_of(*curve.front(), "restart_floor");
-    if (!floor) continue;
+    const auto restart = value_of(*curve.front(), "restart_floor");
+    std::vector<ErrorAt> errors;
     for (const Cell* cell : curve) {
       const auto error = value_of(*cell, "consistency");
-      if (cell == curve.front() || !error || *error > kNearFloor * *floor) continue;
+      if (error && !value_of(*cell, "restart_floor")) errors.push_back({cell->timestep_ms, *error, 0});
+    }
+    const auto flat = plateau(errors);
+    if (!restart && !flat) continue;
+    const double floor = std::max(restart.value_or(0), flat.value_or(0));
+    for (const Cell* cell : curve) {
+      const Value* error = find_value(*cell, "consistency");
+      if (error == nullptr || value_of(*cell, "restart_floor") || *error->value > kNearFloor * floor) continue;
       derived.push_back({cell->id, {"consistency_floor", "m", floor, {}, {}}});
+      derived.push_back({cell->id, {"consistency_bound", "m", error->high.value_or(*error->value) + floor, {}, {}}});
     }
   }
 }
 
-// A run that failed did not hold its object. An unsupported one is left out.
+// A run that failed did not hold its object, nor did one that dropped it from some initial state. An unsupported one is
+// left out.
 void derive_grasp(const std::vector<Cell>& cells, std::vector<Store::Derived>& derived) {
   std::map<std::pair<std::string, std::string>, Curve> tried;
   for (const Cell& cell : cells) {
@@ -237,7 +249,7 @@ std::vector<std::string> derive_values(Store& store) {
   derive_scaling(store, cells, 1, derived);
   derive_ratios(store, cells, 1, derived);
   warn_of_noise(store, cells, warnings);
-  store.set_derived({"truth_order", "truth_floor", "consistency_floor", "aa_ratio", "time_ratio",
+  store.set_derived({"truth_order", "truth_floor", "consistency_floor", "consistency_bound", "aa_ratio", "time_ratio",
                      "largest_stable_timestep", "stable_up_to_timestep", "scaling_exponent"},
                     derived);
   return warnings;

@@ -38,24 +38,40 @@ double rounding_error(bool single_precision, double extent, double steps) {
   return unit * extent * steps;
 }
 
-std::optional<double> error_floor(const std::vector<ErrorAt>& curve) {
-  constexpr double kShrinks = 1.3;      // a first-order method shrinks 4 times over the range below
-  constexpr double kRange = 4 * 0.999;  // of timesteps
-  constexpr double kAboveRounding = 10;
+namespace {
+
+std::vector<ErrorAt> usable_points(const std::vector<ErrorAt>& curve) {
   std::vector<ErrorAt> points;
   std::ranges::copy_if(curve, std::back_inserter(points),
                        [](const ErrorAt& at) { return std::isfinite(at.error) && at.error > 0; });
-  if (points.size() < 3 || points.front().error <= kAboveRounding * points.front().rounding) return std::nullopt;
+  return points;
+}
+
+}  // namespace
+
+std::optional<double> plateau(const std::vector<ErrorAt>& curve) {
+  constexpr double kShrinks = 1.3;      // a first-order method shrinks 4 times over the range below
+  constexpr double kRange = 4 * 0.999;  // of timesteps
+  const std::vector<ErrorAt> points = usable_points(curve);
+  if (points.size() < 3) return std::nullopt;
   // The range of timesteps, from the smallest, over which the error stays the same in either direction.
-  double low = points.front().error, high = low;
+  double low = points.front().error, high = low, flat_high = high;
   size_t flat = 0;
   for (size_t i = 1; i < points.size(); ++i) {
     low = std::min(low, points[i].error);
     high = std::max(high, points[i].error);
     if (high > kShrinks * low) break;
     flat = i;
+    flat_high = high;
   }
   if (points[flat].timestep_ms < kRange * points.front().timestep_ms) return std::nullopt;
+  return flat_high;
+}
+
+std::optional<double> error_floor(const std::vector<ErrorAt>& curve) {
+  constexpr double kAboveRounding = 10;
+  const std::vector<ErrorAt> points = usable_points(curve);
+  if (!plateau(points) || points.front().error <= kAboveRounding * points.front().rounding) return std::nullopt;
   return points.front().error;
 }
 

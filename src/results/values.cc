@@ -89,8 +89,12 @@ const std::vector<ValueInfo>& value_catalogue() {
        "error that stays however small the timestep, far above rounding: not an integration error"},
       {"truth_rounding", "m", "Rounding part of the error", "rounding", kNone, "truth", kNo, kNo,
        "estimate of the part of the error against the reference solution that rounding explains"},
-      {"consistency_floor", "m", "Near the restart floor", "restart floor", kNone, "consistency", kNo, kNo,
-       "restart floor, given where the self-consistency error is so close to it that it says little of the timestep"},
+      {"consistency_floor", "m", "Near the floor", "floor", kNone, "consistency", kNo, kNo,
+       "restart floor, or the error at which the curve stops falling, given where the self-consistency error is so "
+       "close "
+       "to it that it says little of the timestep"},
+      {"consistency_bound", "m", "Bound of the self-consistency error", "bound", kNone, "consistency", kNo, kNo,
+       "upper bound of the self-consistency error near the floor: the measured distance and the floor together"},
       {"aa_ratio", "1", "A/A ratio", "A/A ratio", kNone, "raw_speed", kNo, kNo,
        "step time of one contender measured under two names: its distance from 1 is the error of the timing"},
       {"time_ratio", "1", "Step time ratio", "step time ratio", kNone, "raw_speed", kNo, kNo,
@@ -112,13 +116,21 @@ const ValueInfo* find_value_info(std::string_view name) {
   return found == rows.end() ? nullptr : &*found;
 }
 
-bool can_limit(std::string_view name) {
-  const ValueInfo* row = find_value_info(name);
-  return row != nullptr && row->limit;
-}
+bool can_limit(std::string_view name) { return value_info(name).limit; }
 
 ValueInfo value_info(std::string_view name) {
   if (const ValueInfo* row = find_value_info(name)) return *row;
+  // The self-consistency error of pieces of another length: "consistency_8ms".
+  constexpr std::string_view kLength = "consistency_", kUnit = "ms";
+  if (name.starts_with(kLength) && name.ends_with(kUnit) &&
+      std::isdigit(static_cast<unsigned char>(name[kLength.size()])) != 0) {
+    const std::string length(name.substr(kLength.size(), name.size() - kLength.size() - kUnit.size()));
+    ValueInfo info = *find_value_info("consistency");
+    info.name = name;
+    info.label += ", pieces of " + length + " ms";
+    info.brief += ", pieces of " + length + " ms";
+    return info;
+  }
   std::string words(name);
   std::ranges::replace(words, '_', ' ');
   ValueInfo info;
