@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <numeric>
 
 #include <fmt/format.h>
 
@@ -124,9 +125,19 @@ std::string places_text(const SystemAnswers& answers, const std::vector<size_t>&
 void add_candidates(const SystemAnswers& answers, const Question& question, const std::vector<size_t>& candidates,
                     Answer& answer) {
   constexpr size_t kMostErrors = 3;  // columns that fit
-  const size_t errors = std::min(question.asked.size(), kMostErrors);
+  std::vector<ValueInfo> errors;
+  for (const Asked& asked : question.asked) {
+    if (errors.size() < kMostErrors) errors.push_back(asked.value);
+  }
+  // An error of a motion with contacts says little without how deep the contacts give way: a soft one is easy to
+  // repeat.
+  for (const char* name : {"penetration_max", "grasp_slip"}) {
+    const auto measured = std::ranges::find(answers.values, name, &ValueInfo::name);
+    const bool shown = std::ranges::find(errors, name, &ValueInfo::name) != errors.end();
+    if (measured != answers.values.end() && !shown && !errors.empty()) errors.push_back(*measured);
+  }
   std::vector<std::string> headings = {"contender", "timestep", "real time"};
-  for (size_t i = 0; i < errors; ++i) headings.push_back(question.asked[i].value.brief);
+  for (const ValueInfo& value : errors) headings.push_back(value.brief);
   std::vector<std::vector<std::string>> rows;
   bool estimated = false;
   for (const size_t i : candidates) {
@@ -136,14 +147,15 @@ void add_candidates(const SystemAnswers& answers, const Question& question, cons
     std::vector<std::string>& row = rows.emplace_back();
     row = {point.contender, timestep_label(point.timestep_ms) + " ms",
            (candidate.speed.timed ? "" : "~ ") + realtime_text(candidate.speed.factor.value)};
-    for (size_t error = 0; error < errors; ++error) {
-      const ValueInfo& value = question.asked[error].value;
+    for (const ValueInfo& value : errors) {
       const auto own = candidate.worst.find(value.name);
       row.push_back(own == candidate.worst.end() ? "" : worst_text(own->second, value.unit));
     }
   }
   if (estimated) answer.line("~ interpolated between timed timesteps");
-  answer.table(headings, rows, {1, 2, 3, 4, 5});
+  std::vector<size_t> right(headings.size() - 1);
+  std::iota(right.begin(), right.end(), 1);
+  answer.table(headings, rows, right);
 }
 
 // What is left out, by contender and reason.

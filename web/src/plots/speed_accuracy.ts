@@ -5,7 +5,7 @@ import { onRestored } from "../address";
 import { isReference, valueInfo, type Cell, type Outcome, type Speed, type SystemView } from "../data";
 import { clear, el, onWidth, svg, textWidth, uniqueId } from "../dom";
 import { downloads, type CsvRow } from "../download";
-import { hasPrefixes, interval, named, quantity, realtime, sentenceList, timestep, timestepRange, unitText } from "../format";
+import { figure, hasPrefixes, interval, named, quantity, realtime, sentenceList, timestep, timestepRange, unitText } from "../format";
 import type { Palette } from "../palette";
 import { markContenders, state } from "../state";
 import { facts, tooltip } from "../tooltip";
@@ -512,6 +512,11 @@ export class SpeedAccuracy {
         ["timestep", `${timestep(point.timestep)} ms`],
         [info.label.toLowerCase(), point.error === null ? point.cell.outcome : (isBound(point, this.name) ? "≤ " : "") + named(this.name, point.error, unit)],
         ["interval", interval(this.name, point.low, point.high, unit)],
+        // an error of contacts says little without how far they give way
+        ...["penetration_max", "grasp_slip"].filter((name) => name !== this.name).map((name): [string, string | null] => {
+          const value = this.view.entry(point.contender, point.timestep, name)?.value;
+          return [valueInfo(name).short, value ? figure(value) : null];
+        }),
         ["restart floor", this.name === "consistency" ? quantity(this.view.single(point.contender, "restart_floor"), unit) : null],
         ["real time", point.speed && realtime(point.speed.value) + (point.speed.timed || !point.speed.between ? "" : ` (timed at ${point.speed.between.map(timestep).join(" and ")} ms)`)],
         ["interval", point.speed && interval("realtime_factor", point.speed.low, point.speed.high, "1")],

@@ -63,7 +63,7 @@ export function valuesTable(report: Report): HTMLElement {
   const count = el("p", { class: "sub", "aria-live": "polite" });
   const body = el("tbody");
   const more = el("button", { type: "button", class: "more" }, "Show more");
-  let order: keyof Row | null = null;
+  let order: Exclude<keyof Row, "bound"> | null = null;
   let descending = false;
   let limit = kAtOnce;
   let found: Row[] = all;
@@ -102,7 +102,7 @@ export function valuesTable(report: Report): HTMLElement {
     );
     more.hidden = part.length === found.length;
   };
-  const heads: [string, keyof Row, string][] = [
+  const heads: [string, Exclude<keyof Row, "bound">, string][] = [
     ["System", "system", ""], ["Contender", "contender", ""], ["Timestep", "timestep_ms", "figure"], ["Value", "value", ""],
     ["Figure", "figure", "figure"], ["95 % interval", "low", "figure"], ["Outcome", "outcome", ""],
   ]; // prettier-ignore
