@@ -47,7 +47,8 @@ void derive_truth(const std::vector<Cell>& cells, std::vector<Store::Derived>& d
                   std::vector<std::string>& warnings) {
   for (const auto& [name, curve] : curves(cells, "truth")) {
     // Over the whole run; results of an earlier version have only the run's end.
-    const bool whole = std::ranges::all_of(curve, [](const Cell* cell) { return value_of(*cell, "truth_error_max"); });
+    const bool whole =
+        std::ranges::all_of(curve, [](const Cell* cell) { return value_of(*cell, "truth_error_max").has_value(); });
     const char* const kind = whole ? "truth_error_max" : "truth_error";
     std::vector<ErrorAt> errors;
     for (size_t i = 0; i < curve.size(); ++i) {

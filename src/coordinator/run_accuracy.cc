@@ -107,9 +107,9 @@ std::vector<Runner::Waiting> Runner::plan_measures() {
     waiting.cells.push_back(cell);
     if (!cell->trajectory.empty()) waiting.needs.insert(cell->trajectory);
     waiting.needs.insert(cell->other_states.begin(), cell->other_states.end());
-    std::vector<std::string> runs;
-    if (!cell->trajectory.empty()) runs = {cell->trajectory};
-    runs.insert(runs.end(), cell->other_states.begin(), cell->other_states.end());
+    std::vector<std::string> addresses;
+    if (!cell->trajectory.empty()) addresses = {cell->trajectory};
+    addresses.insert(addresses.end(), cell->other_states.begin(), cell->other_states.end());
     const int states = system(*cell).initial_states.count;
     if (!shared) {
       job.title = title(*cell);
@@ -124,7 +124,7 @@ std::vector<Runner::Waiting> Runner::plan_measures() {
       job.request = PiecesJob{subject_spec(of, contender(*cell)),
                               cell->timestep_ms,
                               store_.trajectories_dir(),
-                              std::move(runs),
+                              std::move(addresses),
                               of.pieces,
                               std::move(lengths),
                               of.reference_of(contender(*cell)),
@@ -138,7 +138,7 @@ std::vector<Runner::Waiting> Runner::plan_measures() {
     }
     auto& run = std::get<RunJob>(job.request);
     run.measures.push_back(cell->measure);
-    if (runs.size() > run.use.size()) run.use = std::move(runs);
+    if (addresses.size() > run.use.size()) run.use = std::move(addresses);
     if (cell->measure != "truth") run.states = states;
     if (cell->measure == "truth") {
       run.truth = truth_address(system(*cell));
