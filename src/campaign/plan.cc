@@ -173,7 +173,7 @@ Plan make_plan(const Campaign& campaign, int shards) {
         if (measure == Measure::kGrasp) parameters = {system.grasp.object, system.grasp.hand, system.grasp.drop_m};
         for (const double timestep : measure == Measure::kViolation ? system.violation_ms : system.timesteps_ms) {
           const bool is_reference = has_reference && same_timestep(timestep, reference_ms);
-          const bool from_all = reads_states(std::string(measure_text(measure)));
+          const bool from_all = states == 1 || reads_states(std::string(measure_text(measure)));
           const bool first = from_all ? made.insert(timestep).second : !made.contains(timestep);
           // of the states' runs at the reference's timestep only the first exists where there are no pieces
           const long long runs = from_all ? states : 1;

@@ -151,8 +151,8 @@ void torques_of_step(const Control& control, const State& state, double timestep
     control.torques(state, torques);
     return;
   }
-  State middle;  // such a control reads nothing else
-  middle.time = state.time + 0.5 * timestep_s;
+  State middle = state;  // of which such a control uses the time alone
+  middle.time += 0.5 * timestep_s;
   control.torques(middle, torques);
 }
 

@@ -162,6 +162,16 @@ TEST(StepTorques, OfTimeAloneAreThoseOfTheMiddle) {
   state.time = 0.3;
   sine->torques(state, middle);
   EXPECT_EQ(held, middle);
+  const Model astronaut = shipped("astronaut");  // motors with sines, which read lengths that have no part in the force
+  const auto motors = make_control(astronaut, {});
+  ASSERT_EQ(motors->input(), ControlInput::kTime);
+  std::vector<double> of_step(astronaut.joints.size()), of_middle = of_step;
+  State start = astronaut.initial;
+  torques_of_step(*motors, start, 0.1, of_step);
+  start.time = 0.05;
+  motors->torques(start, of_middle);
+  EXPECT_EQ(of_step, of_middle);
+  state = model.initial;
   const auto hold = make_control(model, {.kind = "hold"});
   torques_of_step(*hold, state, 0.1, held);
   hold->torques(state, middle);
