@@ -17,6 +17,7 @@ struct RunRequest {
   std::optional<std::string> jobs;        // as given; default: one a core
   std::optional<std::string> shard;       // as given; default: all
   std::optional<std::string> references;  // as given; see add_references()
+  bool retry = false;                     // see RunOptions
   std::string command;                    // what resumes it
 };
 
@@ -36,7 +37,12 @@ void keep_replays(const std::string& dir, const std::vector<double>& timesteps);
 // How the coordinator is to run it. Throws InputError.
 RunOptions run_options(const RunRequest& request);
 
-// Runs the campaign and prints a summary. True when it is complete, false when it was interrupted.
+// Reads the campaign's file, its models, and what its contenders say of them, in a process of its own
+// (cli/contained.h): throws InputError for what the program itself would not survive.
+void rehearse_campaign(const std::string& campaign);
+
+// Runs the campaign and prints a summary. True when it is complete, false when it was interrupted or could
+// not measure all cells.
 bool run_and_summarize(const RunRequest& request);
 
 // Prints a line for each of the paper's claims: number, verdict, title, figures.

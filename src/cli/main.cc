@@ -1,6 +1,7 @@
 // `assay`: one program with subcommands. Reads the command line, runs the subcommand and turns what it throws into one
 // sentence and a status.
 #include <algorithm>
+#include <array>
 #include <csignal>
 #include <cstdio>
 #include <memory>
@@ -11,6 +12,7 @@
 #include "base/errors.h"
 #include "base/text.h"
 #include "cli/cli.h"
+#include "cli/contained.h"
 #include "cli/help.h"
 #include "worker/worker.h"
 
@@ -132,7 +134,12 @@ int run(int argc, char** argv) {
     std::fwrite(help.data(), 1, help.size(), stderr);
     return kWrongInput;
   }
-  return action();
+  // They read models and load plugins, and write no results: they do it in a process of their own. The others rehearse
+  // that part.
+  constexpr std::array<std::string_view, 7> kContained = {"engines",     "systems",  "check", "parity",
+                                                          "conformance", "snapshot", "movie"};
+  const bool is_contained = std::ranges::find(kContained, called(app)->get_name()) != kContained.end();
+  return is_contained ? contained(action) : action();
 }
 
 }  // namespace

@@ -3,12 +3,16 @@
 
 #include <fmt/format.h>
 
+#include "base/activity.h"
 #include "base/errors.h"
 #include "base/paths.h"
 #include "campaign/campaign.h"
 #include "cli/campaign_run.h"
 #include "cli/cli.h"
+#include "cli/contained.h"
 #include "cli/run_robot.h"
+#include "engines/registry.h"
+#include "model/mjcf.h"
 
 namespace assay::cli {
 namespace {
@@ -46,9 +50,24 @@ std::string resuming(const Options& options) {
   return command;
 }
 
+// The user's files, and what every contender says of a model.
+void rehearse_robot(const std::string& robot, const LoadOptions& how) {
+  rehearse(fmt::format("reading '{}'", robot), [&] {
+    const LoadReport report = inspect_model(find_model(robot), how);
+    const Registry& registry = Registry::instance();
+    for (const std::string& name : registry.contender_names()) {
+      const ResolvedContender contender = registry.resolve(name);
+      const Activity asking(fmt::format("asking {} what it does with '{}'", name, robot));
+      static_cast<void>(contender.engine->capabilities(contender.settings));
+      if (report.model) static_cast<void>(contender.engine->check(*report.model, contender.settings));
+    }
+  });
+}
+
 int run(Options options) {
   options.run.command = resuming(options);
   if (is_robot(options.run.campaign)) {
+    rehearse_robot(options.run.campaign, load_options(options.model));
     if (options.full || options.run.shard) {
       throw InputError(
           "--full and --shard are for campaigns: a robot's run measures what can still win; its "
@@ -63,6 +82,7 @@ int run(Options options) {
   refuse_for_campaign("a limit", options.limits.any() || options.limits.measure);
   if (options.run.out.empty())
     throw InputError("--out is required, and it is missing or empty: see 'assay run --help'");
+  rehearse_campaign(options.run.campaign);
   const bool searched =
       !options.full && !options.run.shard && load_campaign(find_campaign(options.run.campaign)).search.has_value();
   if (searched) return run_searched(options.run);
@@ -109,6 +129,10 @@ void add_run(CLI::App& app, Action& action) {
   add_load_options(*command, options->model);
   command->add_option("--jobs", request.jobs, "Accuracy workers at a time (default: one per core)")->type_name("N");
   command->add_option("--shard", request.shard, "Measure only part I of N of the campaign")->type_name("I/N");
+  command
+      ->add_flag("--retry", request.retry,
+                 "Measure again what is stored as crashed or timed out, or is damaged in the database")
+      ->disable_flag_override();
   command->add_flag("--full", options->full, "Measure every cell of a campaign that has a table [search]")
       ->disable_flag_override();
   add_references(*command, request);

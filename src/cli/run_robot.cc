@@ -54,6 +54,7 @@ std::vector<std::string> model_lines(const LoadOptions& load, const std::string&
   if (load.ground == Ground::kPlane) lines.emplace_back("ground = true");
   if (load.ground == Ground::kNone) lines.emplace_back("no_ground = true");
   if (load.decompose) lines.emplace_back("decompose = true");
+  if (load.allow_external_files) lines.emplace_back("allow_external_files = true");
   if (!load.keyframe.empty()) lines.push_back("keyframe = " + toml_text(load.keyframe));
   if (!load.qpos.empty()) lines.push_back("qpos = " + toml_text(relative_path(load.qpos, dir)));
   std::vector<std::string> packages;

@@ -1,6 +1,7 @@
 #include "coordinator/run.h"
 
 #include <cmath>
+#include <iterator>
 #include <sys/resource.h>
 #include <sys/time.h>
 
@@ -71,6 +72,7 @@ void Runner::put_failed(const PlannedCell& planned, const Ending& failure) {
 
 // An answer has a result for each measure. Cells that are one under two contenders' names get the same result.
 void Runner::put_answer(const std::vector<const PlannedCell*>& cells, const JobEnd& end) {
+  if (end.outside) return;  // nothing is known of them: they are measured at the next start
   for (const PlannedCell* planned : cells) {
     CellResult result = end.result(planned->measure);
     Cell cell = cell_of(*planned, result.ending);
@@ -110,10 +112,33 @@ void Runner::count(const PlannedCell& cell) {
   share.done_s += cost(cell);
 }
 
+// Keys of stored cells that are measured again although they are there.
+std::vector<std::string> Runner::retried() {
+  std::vector<std::string> keys;
+  if (!options_.retry) return keys;
+  const std::vector<std::string> damaged = store_.remove_damaged_cells();
+  if (!damaged.empty()) {
+    progress_.message(fmt::format("{} damaged cells are measured again: {}", damaged.size(), join(damaged, "; ")));
+  }
+  for (const ConformanceRow& row : store_.conformance()) {
+    const auto begins = [&](const char* text) { return row.note.starts_with(text); };
+    if (row.status != "pass" && (begins("crashed: ") || begins("timeout: "))) suite_again_.insert(row.contender);
+  }
+  for (const Cell& cell : store_.cells()) {
+    const bool failed = cell.outcome == Outcome::kCrashed || cell.outcome == Outcome::kTimeout;
+    const bool unscored = cell.outcome == Outcome::kUnsupported && suite_again_.contains(cell.contender);
+    if (failed || unscored) keys.push_back(cell.key);
+  }
+  std::ranges::sort(keys);
+  return keys;
+}
+
 // Which cells belong to this shard, and which of them are still to do.
 void Runner::choose() {
   plan_ = make_plan(campaign_, options_.shard.count);
-  const std::vector<std::string> done = store_.cell_keys();
+  const std::vector<std::string> again_keys = retried();
+  std::vector<std::string> done;
+  std::ranges::set_difference(store_.cell_keys(), again_keys, std::back_inserter(done));
   std::set<std::pair<int, double>> timed_again;  // one cell of a round is missing: all of the round is repeated
   std::set<int> compared_again;                  // likewise for agreement, which compares all contenders
   for (const PlannedCell& cell : plan_.cells) {
@@ -137,6 +162,7 @@ void Runner::choose() {
   for (const Cell& cell : store_.cells()) {
     const auto found = references.find(cell.key);
     if (found == references.end() || cell.outcome == Outcome::kOk || cell.outcome == Outcome::kUnstable) continue;
+    if (std::ranges::binary_search(again_keys, cell.key)) continue;
     failed_trajectory_[found->second->trajectory] = {cell.outcome, cell.reason};
   }
 }

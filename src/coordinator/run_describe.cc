@@ -115,8 +115,10 @@ void Runner::finish(RunSummary& summary, double wall_s, double cpu_s) {
   std::set<std::string> keys;
   for (const PlannedCell* cell : mine_) keys.insert(cell->key);
   double timing_engine = 0, timing_wall = 0, accuracy_engine = 0, accuracy_cpu = 0;
+  int stored = 0;
   for (const Cell& cell : store_.cells()) {
     if (!keys.contains(cell.key)) continue;
+    ++stored;
     ++summary.outcomes[std::string(outcome_text(cell.outcome))];
     if (cell.measure == "scaling") continue;  // neither waits for a clock nor shares the machine
     (cell.measure == "raw_speed" ? timing_engine : accuracy_engine) += cell.engine_s;
@@ -134,6 +136,7 @@ void Runner::finish(RunSummary& summary, double wall_s, double cpu_s) {
                             value.high.value_or(0)});
     }
   }
+  if (!summary.interrupted && without_truth_.empty()) summary.unmeasured = static_cast<int>(keys.size()) - stored;
   for (TimePair& pair : summary.aa) {
     const auto content = [&](const std::string& name) {
       const auto found = std::ranges::find_if(

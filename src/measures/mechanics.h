@@ -32,10 +32,10 @@ struct Conserved {
 };
 Conserved conserved_quantities(const Model& model, bool driven = false);
 
-// Of each conserved quantity the largest absolute deviation from the first state's value over a run, the same relative to the first state's
-// kinetic energy (energy) or to the momentum's scale there: sum m |v| (linear), sum m |x - o| |v| + |I w| (angular),
-// which is not zero when momenta of moving bodies cancel, and the deviation over time. Only conserved quantities are
-// listed.
+// Of each conserved quantity the largest absolute deviation from the first state's value over a run, the same relative
+// to the first state's kinetic energy (energy) or to the momentum's scale there: sum m |v| (linear), sum m |x - o| |v|
+// + |I w| (angular), which is not zero when momenta of moving bodies cancel, and the deviation over time. Only
+// conserved quantities are listed.
 struct Drift {
   struct Quantity {
     std::string name;  // "energy", "linear_momentum", "angular_momentum"

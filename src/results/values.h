@@ -42,8 +42,8 @@ std::string value_named(std::string_view name);
 // The same among values that were measured: of a measure the first that is there. When none is, as above.
 std::string value_named(std::string_view name, const std::vector<ValueInfo>& measured);
 
-// The one rule by which error a contender is judged where none is named, for recommendations, the report and claims: the
-// first of these that the results have.
+// The one rule by which error a contender is judged where none is named, for recommendations, the report and claims:
+// the first of these that the results have.
 // 1. The largest error against the reference solution over the run. A limit is a promise for the whole motion, and the
 //    error of one instant is luck of phase: an oscillating error passes through small values at any timestep. The root
 //    mean square is stored beside it; it hides short excursions, and shrinks when a run is extended by a quiet end.

@@ -42,10 +42,6 @@ Ending judge(const Subject& subject, const Trajectory& trajectory) {
 
 CellResult truth_cell(const Subject& subject, const Run& run, const Trajectory& truth, double steps) {
   if (run.ending.outcome == Outcome::kDiverged) return {"truth", run.ending, {}, {}};
-  if (run.trajectory.states.size() != truth.states.size()) {
-    throw SystemError(fmt::format("the run has {} samples and the reference solution {}", run.trajectory.states.size(),
-                                  truth.states.size()));
-  }
   const ErrorOverTime error = error_over_time(run.trajectory.states, truth.states);
   double extent = 0;
   for (const State& state : truth.states) {
@@ -150,6 +146,13 @@ CellResult over_states(std::vector<CellResult> cells, std::uint64_t seed) {
 
 // A run that exists may have more samples than are wanted: every so many of them are kept.
 void thin(std::vector<State>& states, long long samples) {
+  const long long extra = (std::ssize(states) - 1) % samples;
+  if (extra != 0 || std::ssize(states) <= samples) {
+    throw SystemError(
+        fmt::format("a kept run has {} states, which are no multiple of {} samples: remove the results' "
+                    "trajectories and start the same command again",
+                    states.size(), samples));
+  }
   const auto stride = (states.size() - 1) / static_cast<size_t>(samples);
   if (stride <= 1) return;
   std::vector<State> kept;
@@ -172,7 +175,7 @@ JobDone do_job(const RunJob& job) {
     try {
       check_supported(subject, 1e-3 * job.timestep_ms);
       if (!use.empty()) {
-        run.trajectory = load(dir, use);
+        run.trajectory = load(dir, use, subject.model);
         thin(run.trajectory.states, samples);
         run.ending = judge(subject, run.trajectory);
       } else {
@@ -196,7 +199,8 @@ JobDone do_job(const RunJob& job) {
       if (measure == "reference" || !ran) {
         cells.push_back({measure, run.ending, {}, {}});
       } else if (measure == "truth") {
-        cells.push_back(truth_cell(subject, run, load(dir, job.truth), static_cast<double>(samples * per_sample)));
+        cells.push_back(truth_cell(subject, run, load(dir, job.truth, subject.model, samples + 1),
+                                   static_cast<double>(samples * per_sample)));
       } else if (measure == "grasp") {
         cells.push_back(grasp_cell(run, job.grasp));
       } else {
@@ -261,7 +265,10 @@ struct PieceErrors {
 class Pieces {
  public:
   Pieces(const PiecesJob& job, const Subject& subject) : job_(job), subject_(subject) {
-    for (const std::string& address : job.references) references_.push_back(load(job.trajectories, address));
+    const long long samples = std::llround(1000 * job.subject.duration_s / job.grid_ms);
+    for (const std::string& address : job.references) {
+      references_.push_back(load(job.trajectories, address, subject.model, samples + 1));
+    }
     // Timesteps that the samples of the reference runs cannot resolve are compared at the system's own.
     sample_ms_ = is_multiple(job.grid_ms, job.timestep_ms) ? job.grid_ms : job.subject.sample_ms;
     for (const double length : job.piece_ms) {
@@ -384,7 +391,9 @@ JobDone do_job(const AgreementJob& job) {
   CellResult cell = {"agreement", {}, {}, {}};
   std::vector<double> at_end, parted;
   for (const AgreementJob::Other& other : job.others) {
-    const std::vector<double> apart = distances(own.states, load(job.trajectories, other.address).states);
+    const State& like = own.states.front();
+    const std::vector<double> apart =
+        distances(own.states, load(job.trajectories, other.address, like.bodies.size(), like.position.size()).states);
     at_end.push_back(apart.back());
     parted.push_back(parting_time(time, apart).value_or(duration_s));
     cell.samples.push_back({"distance_m " + other.name, thinned(apart)});

@@ -334,7 +334,7 @@ TEST_F(RecommendTest, TheReportSaysTheSame) {
   EXPECT_EQ(answer["id"], "fastest-1mm");
   EXPECT_EQ(answer["contender"], "fast");
   EXPECT_EQ(answer["timestep_ms"], 1);
-  EXPECT_EQ(answer["text"], "fast at 1 ms: 20.0× real time, error 1.00 mm");
+  EXPECT_EQ(answer["text"], "fast at 1 ms: 20.0× real time, error at the end 1.00 mm");
   EXPECT_THAT(catalogue_data(results).dump(), HasSubstr("truth_error"));
 }
 
