@@ -182,7 +182,7 @@ def campaign_table(results, speeds_too):
         swings = [cell for cell in cells
                   if cell[1] == f"{system}-swing" and cell[4] == "truth" and cell[5] not in ("unsupported", "timeout")
                   and cell[2] in double and math.isclose(cell[3], 1 / 64)]
-        errors = [(values.get((cell[0], "truth_error")), cell[2]) for cell in swings if cell[5] == "ok"]
+        errors = [(values.get((cell[0], "truth_error_max"), values.get((cell[0], "truth_error"))), cell[2]) for cell in swings if cell[5] == "ok"]
         errors = [error for error in errors if error[0] is not None]
         speeds = [(values.get((cell[0], "realtime_factor")) or 0, cell[2]) for cell in own
                   if cell[4] == "raw_speed" and cell[5] == "ok" and cell[2] in sound_contenders]

@@ -136,13 +136,68 @@ struct Defaults {
   std::optional<std::vector<double>> timesteps_ms;
   std::optional<std::vector<Measure>> measures;
   double reference_ms = 1.0 / 64;
+  std::optional<double> reference_single_ms;
   std::vector<int> contenders;
 };
+
+// piece_ms = 128, or a list of lengths.
+void read_pieces(const Section& section, CampaignSystem& system) {
+  system.pieces = section.count("pieces", system.pieces, 1, 1000);
+  const toml::node* node = section.find("piece_ms");
+  if (node == nullptr || !node->is_array()) {
+    system.piece_ms = section.positive("piece_ms", system.piece_ms);
+    return;
+  }
+  std::vector<double> lengths;
+  for (const toml::node& entry : section.list("piece_ms", *node)) {
+    const double length = section.positive("piece_ms", entry);
+    if (std::ranges::find(lengths, length) != lengths.end()) {
+      section.fail(&entry, fmt::format("'piece_ms' has {} ms twice: leave one out", shortest(length)));
+    }
+    lengths.push_back(length);
+  }
+  if (lengths.empty()) section.fail(node, "'piece_ms' is empty: give the length of a piece in milliseconds");
+  system.piece_ms = lengths.front();
+  system.more_pieces_ms.assign(lengths.begin() + 1, lengths.end());
+}
+
+void read_initial_states(const Section& section, long long seed, CampaignSystem& system) {
+  InitialStates& states = system.initial_states;
+  states.count = section.count("initial_states", 1, 1, 1000);
+  states.seed = static_cast<std::uint64_t>(seed);
+  if (const toml::node* node = section.find("perturbation")) {
+    const toml::table* table = node->as_table();
+    if (table == nullptr) {
+      section.fail(node, fmt::format("'perturbation' is {}: give {{joint_rate = 0.5}}", node_text(*node)));
+    }
+    const Section around(*table, "perturbation", section.source());
+    std::vector<std::string> keys;
+    for (const PerturbationPart& part : kPerturbationParts) keys.emplace_back(part.name);
+    around.allow(keys);
+    for (const PerturbationPart& part : kPerturbationParts) {
+      const toml::node* width = around.find(part.name);
+      if (width == nullptr) continue;
+      const bool zero = width->value<double>() == 0.0;
+      states.around.*part.member = zero ? 0 : around.positive(part.name, *width);
+    }
+    if (states.count == 1) section.fail(node, "'perturbation' without initial_states: give their number");
+  }
+  if (states.count == 1) return;
+  if (const std::string obstacle = perturbation_obstacle(system.model); !obstacle.empty()) {
+    section.fail(section.find("initial_states"),
+                 fmt::format("system '{}' {}: leave 'initial_states' out", system.name, obstacle));
+  }
+  if (system.has(Measure::kConsistency) && system.pieces < states.count) {
+    section.fail(section.find("initial_states"),
+                 fmt::format("{} pieces are fewer than {} initial states: give pieces = {} or more", system.pieces,
+                             states.count, states.count));
+  }
+}
 
 // A run whose states fit into no memory, or whose steps nobody can wait for, is a slip of the file.
 void check_size(const Section& section, const CampaignSystem& system) {
   constexpr double kMostBytes = 4e9, kMostSteps = 1e12, kBodyBytes = 13 * sizeof(double);
-  const double samples = 1000 * system.duration_s / system.sample_ms;
+  const double samples = 1000 * system.duration_s / system.grid_ms();
   const double state_bytes = kBodyBytes * static_cast<double>(system.model.bodies.size() + 1);
   const double steps = 1000 * system.duration_s / std::min(system.reference_ms, system.timesteps_ms.front());
   const toml::node* where = section.find("duration_s");
@@ -150,7 +205,7 @@ void check_size(const Section& section, const CampaignSystem& system) {
     section.fail(where,
                  fmt::format("duration_s = {} takes {:.3g} samples of {} ms, which are {:.3g} GB: give at most "
                              "{:.3g} s, or a longer sample_ms",
-                             shortest(system.duration_s), samples, timestep_label(system.sample_ms),
+                             shortest(system.duration_s), samples, timestep_label(system.grid_ms()),
                              1e-9 * samples * state_bytes, system.duration_s * kMostBytes / (samples * state_bytes)));
   }
   if (steps > kMostSteps) {
@@ -182,6 +237,25 @@ void check_grid(const Section& section, const CampaignSystem& system) {
                              timestep_label(system.sample_ms), timestep_label(system.reference_ms)));
   }
   const bool pieces = system.has(Measure::kConsistency);
+  const double grid_ms = system.grid_ms();
+  for (const double length : pieces ? system.more_pieces_ms : std::vector<double>()) {
+    const bool fits = (whole(length, system.sample_ms) || whole(system.sample_ms, length)) && whole(length, grid_ms) &&
+                      whole(system.sample_ms, grid_ms) && whole(grid_ms, system.reference_ms) &&
+                      whole(grid_ms, system.reference_single_ms) && length <= system.duration_s * 1000 * 1.000001;
+    if (fits) continue;
+    section.fail(section.find("piece_ms"),
+                 fmt::format("pieces of {} ms do not fit samples of {} ms, reference timesteps of {} and {} ms and the "
+                             "duration of {} s: give multiples or whole parts of the samples",
+                             shortest(length), timestep_label(system.sample_ms), timestep_label(system.reference_ms),
+                             timestep_label(system.reference_single_ms), shortest(system.duration_s)));
+  }
+  if (!whole(system.reference_single_ms, system.reference_ms) || !whole(system.sample_ms, system.reference_single_ms)) {
+    section.fail(section.find("reference_single_ms"),
+                 fmt::format("reference_single_ms = {} is no whole number of reference_ms = {}, of which samples of {} "
+                             "ms are whole numbers: change one",
+                             timestep_label(system.reference_single_ms), timestep_label(system.reference_ms),
+                             timestep_label(system.sample_ms)));
+  }
   if (pieces && (!whole(system.piece_ms, system.sample_ms) || system.piece_ms > system.duration_s * 1000 * 1.000001)) {
     section.fail(
         section.find("piece_ms"),
@@ -249,7 +323,7 @@ std::vector<BodyPair> excluded(const Section& section) {
   return pairs;
 }
 
-CampaignSystem system_of(const Section& section, const Defaults& defaults, Roster& roster) {
+CampaignSystem system_of(const Section& section, const Defaults& defaults, long long seed, Roster& roster) {
   section.allow({"name",
                  "model",
                  "duration_s",
@@ -280,6 +354,9 @@ CampaignSystem system_of(const Section& section, const Defaults& defaults, Roste
                  "packages",
                  "decompose",
                  "exclude",
+                 "initial_states",
+                 "perturbation",
+                 "reference_single_ms",
                  "allow_external_files"});
   CampaignSystem system;
   system.name = section.required_text("name");
@@ -320,14 +397,16 @@ CampaignSystem system_of(const Section& section, const Defaults& defaults, Roste
   }
   system.measures = measures ? *measures : *defaults.measures;
   system.reference_ms = section.positive("reference_ms", defaults.reference_ms);
+  system.reference_single_ms =
+      section.positive("reference_single_ms", std::max(defaults.reference_single_ms.value_or(0), system.reference_ms));
   system.sample_ms = section.positive("sample_ms", system.timesteps_ms.back());
   if (section.find("duration_s") == nullptr) {
     section.fail(nullptr,
                  fmt::format("system '{}' has no 'duration_s': give the run's length in seconds", system.name));
   }
   system.duration_s = section.positive("duration_s", 0);
-  system.pieces = section.count("pieces", system.pieces, 1, 1000);
-  system.piece_ms = section.positive("piece_ms", system.piece_ms);
+  read_pieces(section, system);
+  read_initial_states(section, seed, system);
   check_size(section, system);
   check_grid(section, system);
   if (system.has(Measure::kConsistency) && !whole(system.timesteps_ms.front(), system.reference_ms)) {
@@ -336,6 +415,13 @@ CampaignSystem system_of(const Section& section, const Defaults& defaults, Roste
   // The restart floor is the error at the reference's own timestep.
   if (system.has(Measure::kConsistency) && system.timesteps_ms.front() > system.reference_ms * (1 + 1e-9)) {
     system.timesteps_ms.insert(system.timesteps_ms.begin(), system.reference_ms);
+  }
+  if (system.has(Measure::kConsistency) && std::ranges::none_of(system.timesteps_ms, [&](double each) {
+        return same_timestep(each, system.reference_single_ms);
+      })) {
+    section.fail(section.find("reference_single_ms"),
+                 fmt::format("reference_single_ms = {} is none of the system's timesteps: {} ms",
+                             timestep_label(system.reference_single_ms), joined_ms(system.timesteps_ms)));
   }
   system.timing_ms = section.timesteps("timing_ms").value_or(system.timesteps_ms);
   system.violation_ms = section.timesteps("violation_ms").value_or(system.timesteps_ms);
@@ -479,6 +565,9 @@ nlohmann::json content_of(const CampaignSystem& system) {
                             {"reference_ms", system.reference_ms}};
   if (system.grasp.object >= 0) content["grasp"] = {system.grasp.object, system.grasp.hand, system.grasp.drop_m};
   if (!system.family.empty()) content["family"] = system.family;
+  if (!system.more_pieces_ms.empty()) content["more_pieces_ms"] = system.more_pieces_ms;
+  if (system.initial_states.count > 1) content["initial_states"] = initial_states_content(system.initial_states);
+  if (system.reference_single_ms != system.reference_ms) content["reference_single_ms"] = system.reference_single_ms;
   if (system.violation_ms.size() < system.timesteps_ms.size()) content["violation_ms"] = system.violation_ms;
   return content;
 }
@@ -528,6 +617,25 @@ std::map<std::string, std::string> ratios_of(const Section& root, const std::vec
 
 bool CampaignSystem::has(Measure measure) const { return std::ranges::find(measures, measure) != measures.end(); }
 
+double CampaignSystem::reference_of(const CampaignContender& contender) const {
+  const ResolvedContender& resolved = contender.resolved;
+  if (resolved.engine == nullptr || reference_single_ms == reference_ms) return reference_ms;
+  const bool single = resolved.engine->capabilities(resolved.settings).precision == Precision::kSingle;
+  return single ? reference_single_ms : reference_ms;
+}
+
+double CampaignSystem::grid_ms() const {
+  double grid = sample_ms;
+  for (const double length : more_pieces_ms) grid = std::min(grid, length);
+  return has(Measure::kConsistency) ? grid : sample_ms;
+}
+
+nlohmann::json initial_states_content(const InitialStates& states) {
+  nlohmann::json content = {{"count", states.count}, {"seed", states.seed}};
+  for (const PerturbationPart& part : kPerturbationParts) content[part.name] = states.around.*part.member;
+  return content;
+}
+
 std::string CampaignContender::content() const {
   if (resolved.engine == nullptr) return "absent";
   nlohmann::json settings = nlohmann::json::object();
@@ -570,7 +678,7 @@ Campaign parse_campaign(const std::string& toml_text, const std::string& source,
   }
   const Section root(table, "a campaign", source);
   root.allow({"name", "title", "contenders", "timesteps_ms", "reference_ms", "measures", "time_limit_s", "seed",
-              "timing", "system", "contender", "ratio", "search"});
+              "reference_single_ms", "timing", "system", "contender", "ratio", "search"});
   Campaign campaign;
   campaign.source = source;
   campaign.name = root.required_text("name");
@@ -600,8 +708,10 @@ Campaign parse_campaign(const std::string& toml_text, const std::string& source,
   defaults.timesteps_ms = root.timesteps("timesteps_ms");
   defaults.measures = root.measures("measures");
   defaults.reference_ms = root.positive("reference_ms", defaults.reference_ms);
+  if (root.find("reference_single_ms") != nullptr)
+    defaults.reference_single_ms = root.positive("reference_single_ms", 1);
   for (const Section& section : systems) {
-    campaign.systems.push_back(system_of(section, defaults, roster));
+    campaign.systems.push_back(system_of(section, defaults, campaign.seed, roster));
     const std::string& name = campaign.systems.back().name;
     if (std::ranges::count(campaign.systems, name, &CampaignSystem::name) > 1) {
       section.fail(section.find("name"),

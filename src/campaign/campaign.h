@@ -7,6 +7,7 @@
 //                                                  # that match contenders of the installed engines
 //   timesteps_ms = ["1/64", "1/4", 1, 4]           # numbers, or fractions as text
 //   reference_ms = "1/64"                          # timestep of the reference runs; default 1/64
+//   reference_single_ms = "1/16"                   # the same of contenders in single precision; default: as above
 //   measures = ["raw_speed", "consistency"]        # raw_speed, consistency, truth, drift, violation, grasp, agreement,
 //                                                  # scaling
 //   time_limit_s = 600                             # of one cell; default 600
@@ -35,7 +36,11 @@
 //   duration_s = 2                                 # a whole number of samples
 //   sample_ms = 16                                 # distance of the states that drift reads; default: largest timestep
 //   pieces = 10                                    # consistency; default 10
-//   piece_ms = 128                                 # default 128
+//   piece_ms = 128                                 # default 128; or a list: the main length first, and others, whose
+//                                                  # values have the length in their names
+//   initial_states = 20                            # consistency, violation, drift and grasp start from this many: the
+//                                                  # model's own and seeded ones around it; default 1
+//   perturbation = {joint_rate = 0.5}              # how far around it (measures/initial_states.h), all optional
 //   control = "passive"                            # or {kind = "sine", amplitude = 2, frequency = 1}; default: passive
 //                                                  # "actuators": the model's own, with their sines (model/mjcf.h)
 //                                                  # "hold", "random" or {kind = "random", seed = 2, motion = 0.3}
@@ -56,7 +61,7 @@
 //   timesteps_ms = [...]                           # default: the campaign's
 //   timing_ms = [...]                              # timesteps whose speed is measured; default: all
 //   violation_ms = [...]                           # timesteps whose violation is measured; default: all
-//   reference_ms = "1/64"                          # default: the campaign's
+//   reference_ms = "1/64"                          # default: the campaign's; so reference_single_ms
 //   contenders = [...]                             # default: the campaign's list; may name others, which then take
 //                                                  # part only in the systems that name them
 //
@@ -77,9 +82,12 @@
 #include <string_view>
 #include <vector>
 
+#include <nlohmann/json_fwd.hpp>
+
 #include "controls/control.h"
 #include "engines/registry.h"
 #include "measures/grasp.h"
+#include "measures/initial_states.h"
 #include "model/load_options.h"
 #include "model/model.h"
 #include "model/variant.h"
@@ -99,6 +107,8 @@ struct TimingOptions {
   bool common_states = false;
 };
 
+struct CampaignContender;
+
 struct CampaignSystem {
   std::string name;
   std::string model_name;  // as the campaign names it
@@ -109,7 +119,9 @@ struct CampaignSystem {
   double duration_s = 0;
   double sample_ms = 0;
   int pieces = 10;
-  double piece_ms = 128;
+  double piece_ms = 128;               // the main length
+  std::vector<double> more_pieces_ms;  // other lengths, as the file lists them
+  InitialStates initial_states;
   ControlSpec control;
   GraspBodies grasp;
   std::string family;                // of systems that differ only in size, "" for none
@@ -120,8 +132,13 @@ struct CampaignSystem {
   std::vector<int> contenders;       // indices into Campaign::contenders, ascending
   double reference_ms = 1.0 / 64;
   int states_of = -1;  // index of the contender whose states all timings start from; -1: each from its own
+  double reference_single_ms = 1.0 / 64;  // of contenders in single precision
 
   bool has(Measure measure) const;  // whether it is measured
+  // Timestep of the contender's reference runs.
+  double reference_of(const CampaignContender& contender) const;
+  // Distance of the samples of reference runs, ms: sample_ms, or a part of it that the shortest pieces need.
+  double grid_ms() const;
 };
 
 struct CampaignContender {
@@ -134,6 +151,9 @@ struct CampaignContender {
   // Everything that decides what it computes except the timestep, as text; names do not count.
   std::string content() const;
 };
+
+// Everything that decides which states they are, but for the model.
+nlohmann::json initial_states_content(const InitialStates& states);
 
 // What a search is to find (search/search.h), as written in the file. It does not change what the cells give.
 struct SearchTable {

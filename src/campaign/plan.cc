@@ -18,13 +18,27 @@ namespace assay {
 namespace {
 
 // Raised when a measure or the way a run is made changes, so that old results are not taken for new ones.
-constexpr int kResultVersion = 2;
+constexpr int kResultVersion = 3;
 
 nlohmann::json run_content(const CampaignSystem& system, const std::string& control, const CampaignContender& contender,
-                           double timestep_ms) {
-  return {{"version", kResultVersion},       {"model", system.model.hash},    {"control", control},
-          {"duration_s", system.duration_s}, {"sample_ms", system.sample_ms}, {"contender", contender.content()},
+                           double timestep_ms, double sample_ms) {
+  return {{"version", kResultVersion},       {"model", system.model.hash}, {"control", control},
+          {"duration_s", system.duration_s}, {"sample_ms", sample_ms},     {"contender", contender.content()},
           {"timestep_ms", timestep_ms}};
+}
+
+// Whether a measure's cells take a run from every initial state.
+bool reads_states(const std::string& measure) {
+  return measure == "consistency" || measure == "grasp" || find_run_measure(measure) != nullptr;
+}
+
+// Simulated steps of the pieces of all lengths that a timestep has (worker/job_accuracy.cc).
+long long piece_steps(const CampaignSystem& system, double timestep_ms) {
+  double simulated_ms = system.pieces * system.piece_ms;
+  for (const double length : system.more_pieces_ms) {
+    if (length > system.piece_ms) simulated_ms += std::max(length, system.pieces * system.piece_ms);
+  }
+  return std::llround(simulated_ms / timestep_ms);
 }
 
 long long steps_of(double length_ms, double timestep_ms) { return std::llround(length_ms / timestep_ms); }
@@ -46,11 +60,19 @@ Plan make_plan(const Campaign& campaign, int shards, ShardCells cells) {
     const CampaignSystem& system = campaign.systems[s];
     const std::string control = make_control(system.model, system.control)->description();
     const auto run_of = [&](const CampaignContender& contender, double timestep_ms) {
-      return run_content(system, control, contender, timestep_ms);
+      return run_content(system, control, contender, timestep_ms, system.sample_ms);
     };
-    const auto reference_of = [&](const CampaignContender& contender) {
-      return content_hash(run_of(contender, system.reference_ms).dump());
+    const InitialStates& states_of = system.initial_states;
+    const auto reference_of = [&](const CampaignContender& contender, int state = 0) {
+      nlohmann::json content =
+          run_content(system, control, contender, system.reference_of(contender), system.grid_ms());
+      // how many there are does not change one of them
+      if (state > 0) content["initial_state"] = initial_states_content({state, states_of.seed, states_of.around});
+      return content_hash(content.dump());
     };
+    const int states = system.initial_states.count;
+    nlohmann::json from_states;  // what several initial states add to a cell's content
+    if (states > 1) from_states = initial_states_content(system.initial_states);
     // What agreement gives depends on which contenders are compared.
     nlohmann::json compared = nlohmann::json::array();
     if (system.has(Measure::kAgreement)) {
@@ -71,23 +93,33 @@ Plan make_plan(const Campaign& campaign, int shards, ShardCells cells) {
       const bool has_reference =
           has(Measure::kConsistency) || system.has(Measure::kRawSpeed) || has(Measure::kAgreement);
       const std::string reference = reference_of(contender);
+      const double reference_ms = system.reference_of(contender);
+      std::vector<std::string> other_states;
+      for (int state = 1; state < states; ++state) other_states.push_back(reference_of(contender, state));
 
       const auto add = [&](const std::string& measure, double timestep_ms, const std::string& trajectory,
                            long long steps, const nlohmann::json& parameters) {
-        const nlohmann::json content = {{"run", run_of(contender, timestep_ms)}, {"system", system.name},
-                                        {"name", contender.resolved.name},       {"measure", measure},
-                                        {"limit_s", campaign.time_limit_s},      {"parameters", parameters}};
+        nlohmann::json content = {{"run", run_of(contender, timestep_ms)}, {"system", system.name},
+                                  {"name", contender.resolved.name},       {"measure", measure},
+                                  {"limit_s", campaign.time_limit_s},      {"parameters", parameters}};
+        if (!from_states.is_null() && reads_states(measure)) content["initial_states"] = from_states;
         plan.cells.push_back(
             {content_hash(content.dump()), static_cast<int>(s), c, timestep_ms, measure, trajectory, steps, 1});
       };
       const double run_ms = system.duration_s * 1000;
       if (has_reference && !contender.twin) {
-        add("reference", system.reference_ms, reference, steps_of(run_ms, system.reference_ms), {});
+        // with the runs from the other states, which are no cells of their own
+        const int runs = system.has(Measure::kConsistency) ? states : 1;
+        add("reference", reference_ms, reference, runs * steps_of(run_ms, reference_ms), {});
       }
       if (has(Measure::kConsistency)) {
         for (const double timestep : system.timesteps_ms) {
-          add("consistency", timestep, reference, system.pieces * steps_of(system.piece_ms, timestep),
-              {system.pieces, system.piece_ms, system.reference_ms, campaign.seed});
+          // a run with smaller steps than the reference's has none
+          if (timestep < reference_ms * (1 - 1e-9)) continue;
+          nlohmann::json parameters = {system.pieces, system.piece_ms, reference_ms, campaign.seed};
+          if (!system.more_pieces_ms.empty()) parameters.push_back(system.more_pieces_ms);
+          add("consistency", timestep, reference, piece_steps(system, timestep), parameters);
+          plan.cells.back().other_states = other_states;
         }
       }
       // These measures read one run a timestep: the first of them makes it.
@@ -99,16 +131,24 @@ Plan make_plan(const Campaign& campaign, int shards, ShardCells cells) {
         nlohmann::json parameters;
         if (measure == Measure::kGrasp) parameters = {system.grasp.object, system.grasp.hand, system.grasp.drop_m};
         for (const double timestep : measure == Measure::kViolation ? system.violation_ms : system.timesteps_ms) {
-          const bool is_reference = has_reference && same_timestep(timestep, system.reference_ms);
+          const bool is_reference = has_reference && same_timestep(timestep, reference_ms);
+          const bool from_all = states == 1 || reads_states(std::string(measure_text(measure)));
+          const bool first = from_all ? made.insert(timestep).second : !made.contains(timestep);
+          // of the states' runs at the reference's timestep only the first exists where there are no pieces
+          const long long runs = from_all ? states : 1;
+          const long long there = !is_reference ? 0 : system.has(Measure::kConsistency) ? runs : 1;
           add(std::string(measure_text(measure)), timestep, is_reference ? reference : "",
-              made.insert(timestep).second && !is_reference ? steps_of(run_ms, timestep) : 0, parameters);
+              first ? (runs - there) * steps_of(run_ms, timestep) : 0, parameters);
+          if (is_reference && from_all && system.has(Measure::kConsistency)) {
+            plan.cells.back().other_states = other_states;
+          }
         }
       }
-      if (has(Measure::kAgreement)) add("agreement", system.reference_ms, reference, 0, compared);
+      if (has(Measure::kAgreement)) add("agreement", reference_ms, reference, 0, compared);
       if (has(Measure::kScaling)) {
         for (const double timestep : system.timing_ms) {
           add("scaling", timestep, "", steps_of(run_ms, timestep), {});
-          if (has_reference && same_timestep(timestep, system.reference_ms)) continue;  // all its states are kept
+          if (has_reference && same_timestep(timestep, reference_ms)) continue;  // all its states are kept
           const nlohmann::json content = {{"final_state", 1}, {"run", run_of(contender, timestep)}};
           plan.cells.back().final_state = content_hash(content.dump());
         }
@@ -116,12 +156,12 @@ Plan make_plan(const Campaign& campaign, int shards, ShardCells cells) {
       if (system.has(Measure::kRawSpeed)) {
         const TimingOptions& timing = campaign.timing;
         const bool own = system.states_of < 0;
-        const std::string states =
-            own ? reference : reference_of(campaign.contenders[static_cast<size_t>(system.states_of)]);
+        const CampaignContender& whose = own ? contender : campaign.contenders[static_cast<size_t>(system.states_of)];
+        const std::string states_from = reference_of(whose);
         for (const double timestep : system.timing_ms) {
-          add("raw_speed", timestep, states, 0,
-              {timing.rounds, timing.batch_ms, timing.windows, timing.warmup, timing.processes, system.reference_ms,
-               campaign.seed, own ? "" : states});
+          add("raw_speed", timestep, states_from, 0,
+              {timing.rounds, timing.batch_ms, timing.windows, timing.warmup, timing.processes,
+               system.reference_of(whose), campaign.seed, own ? "" : states_from});
         }
       }
     }

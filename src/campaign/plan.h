@@ -29,6 +29,8 @@ struct PlannedCell {
   long long steps = 0;  // engine steps that it takes, without timing
   int shard = 1;        // that measures it, 0 for none
   std::string final_state = {};  // content address of the last state that the cell keeps of its run, "" for none
+  // Content addresses of the reference runs from the system's other initial states that the cell reads.
+  std::vector<std::string> other_states = {};
 };
 
 struct Plan {

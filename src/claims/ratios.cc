@@ -60,7 +60,7 @@ Ratio Ratios::at_timestep(const std::string& system, const std::string& first, c
 
 // Errors of the pieces of the motion whose mean the figure is.
 std::vector<double> Ratios::pieces_of(const Figure& figure, const std::string& value) const {
-  if (value != "consistency" || figure.cell == 0) return {};
+  if (value != "consistency" || figure.cell == 0 || figure.is_bound) return {};
   for (SampleSeries& series : results_->store().samples(figure.cell)) {
     if (series.name == "piece_error_m") return std::move(series.values);
   }

@@ -78,7 +78,11 @@ class Values {
   static std::string now_text(const ClaimTest& test, const std::string& who, const std::string& system,
                               const Interval& value) {
     if (test.value == "grasp_held") {
-      return fmt::format("{} {} the object on {}", who, value.value == 1 ? "holds" : "drops", system);
+      if (value.low == value.high) {
+        return fmt::format("{} {} the object on {}", who, value.value == 1 ? "holds" : "drops", system);
+      }
+      return fmt::format("{} holds the object on {} from {:.0f} % of the initial states ({:.0f} to {:.0f} %)", who,
+                         system, 100 * value.value, 100 * value.low, 100 * value.high);
     }
     return fmt::format("the {}{} of {} on {} is {}", test.kind == ClaimTest::Kind::kSlope ? "slope of the " : "",
                        value_text(test.value, false), who, system, interval_text(value));

@@ -10,6 +10,7 @@
 #include "cli/csv.h"
 #include "cli/export_trajectories.h"
 #include "cli/output_file.h"
+#include "results/results.h"
 #include "store/store.h"
 
 namespace assay::cli {
@@ -23,7 +24,7 @@ struct Options {
 // One value of a cell, or a cell that failed before it had one.
 struct Row {
   const Cell* cell;
-  const Value* value;  // null: the cell has none
+  std::optional<Value> value;  // absent: the cell has none
 };
 
 // Numbers that are missing or not finite are empty in CSV and null in JSON.
@@ -38,7 +39,7 @@ std::string as_csv(const std::vector<Row>& rows) {
   std::string text = "system,contender,timestep_ms,measure,value,unit,outcome,low,high\n";
   for (const auto& [cell, value] : rows) {
     const Value none{cell->measure, "", {}, {}, {}};
-    const Value& shown = value != nullptr ? *value : none;
+    const Value& shown = value ? *value : none;
     text +=
         fmt::format("{},{},{},{},{},{},{},{},{}\n", csv_field(cell->system), csv_field(cell->contender),
                     shortest(cell->timestep_ms), csv_field(shown.name), csv_number(shown.value), csv_field(shown.unit),
@@ -51,7 +52,7 @@ std::string as_json(const std::vector<Row>& rows) {
   Json json = Json::array();
   for (const auto& [cell, value] : rows) {
     const Value none{cell->measure, "", {}, {}, {}};
-    const Value& shown = value != nullptr ? *value : none;
+    const Value& shown = value ? *value : none;
     json.push_back({{"system", cell->system},
                     {"contender", cell->contender},
                     {"timestep_ms", cell->timestep_ms},
@@ -72,9 +73,13 @@ int export_values(const Options& options, const std::string& format) {
   const std::vector<Cell> cells = Store::open(options.dir).cells();
   std::vector<Row> rows;
   for (const Cell& cell : cells) {
-    for (const Value& value : cell.values) rows.push_back({&cell, &value});
+    for (const Value& value : cell.values) {
+      // a bound has no value: it lies between 0 and the upper end
+      const auto bound = bound_of(cell, value.name);
+      rows.push_back({&cell, bound ? Value{value.name, value.unit, {}, 0, bound} : value});
+    }
     // a reference run has no value of its own: it is listed only if it failed
-    if (cell.values.empty() && cell.outcome != Outcome::kOk) rows.push_back({&cell, nullptr});
+    if (cell.values.empty() && cell.outcome != Outcome::kOk) rows.push_back({&cell, std::nullopt});
   }
   OutputFile file(options.out.value_or("-"));
   file.write(format == "csv" ? as_csv(rows) : as_json(rows));

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <numeric>
 
 #include <fmt/format.h>
 
@@ -33,7 +34,7 @@ constexpr const char* kAll = "all";
 
 // A value of the system that can be limited, by its name or its measure's.
 const ValueInfo& limitable(const SystemAnswers& answers, const std::string& name) {
-  const std::string own = value_named(name).empty() ? name : value_named(name);
+  const std::string named = value_named(name, answers.values), own = named.empty() ? name : named;
   const auto known = std::ranges::find(answers.values, own, &ValueInfo::name);
   const std::string near = did_you_mean(name, answers.errors);
   if (known == answers.values.end()) {
@@ -72,7 +73,7 @@ Question question_of(const LimitOptions& options, const SystemAnswers& answers) 
   for (const std::string& limit : options.limits) {
     const size_t equals = limit.find('=');
     if (equals == std::string::npos || equals == 0) {
-      throw InputError(fmt::format("--limit is '{}': write NAME=QUANTITY, as in truth_error=1mm", limit));
+      throw InputError(fmt::format("--limit is '{}': write NAME=QUANTITY, as in truth_error_max=1mm", limit));
     }
     ask("--limit " + limit.substr(0, equals), limit.substr(0, equals), limit.substr(equals + 1));
   }
@@ -108,6 +109,11 @@ std::string with_interval(const Interval& interval, const std::string& unit) {
   return fmt::format("{} ({} to {})", text, quantity_text(interval.low, unit), quantity_text(interval.high, unit));
 }
 
+// "<= 3 um" for an upper bound.
+std::string worst_text(const Worst& worst, const std::string& unit) {
+  return (worst.is_bound ? "<= " : "") + quantity_text(worst.value.value, unit);
+}
+
 // Several of them as one sentence's end.
 std::string places_text(const SystemAnswers& answers, const std::vector<size_t>& candidates) {
   std::vector<std::string> places;
@@ -119,9 +125,19 @@ std::string places_text(const SystemAnswers& answers, const std::vector<size_t>&
 void add_candidates(const SystemAnswers& answers, const Question& question, const std::vector<size_t>& candidates,
                     Answer& answer) {
   constexpr size_t kMostErrors = 3;  // columns that fit
-  const size_t errors = std::min(question.asked.size(), kMostErrors);
+  std::vector<ValueInfo> errors;
+  for (const Asked& asked : question.asked) {
+    if (errors.size() < kMostErrors) errors.push_back(asked.value);
+  }
+  // An error of a motion with contacts says little without how deep the contacts give way: a soft one is easy to
+  // repeat.
+  for (const char* name : {"penetration_max", "grasp_slip"}) {
+    const auto measured = std::ranges::find(answers.values, name, &ValueInfo::name);
+    const bool shown = std::ranges::find(errors, name, &ValueInfo::name) != errors.end();
+    if (measured != answers.values.end() && !shown && !errors.empty()) errors.push_back(*measured);
+  }
   std::vector<std::string> headings = {"contender", "timestep", "real time"};
-  for (size_t i = 0; i < errors; ++i) headings.push_back(question.asked[i].value.brief);
+  for (const ValueInfo& value : errors) headings.push_back(value.brief);
   std::vector<std::vector<std::string>> rows;
   bool estimated = false;
   for (const size_t i : candidates) {
@@ -131,14 +147,15 @@ void add_candidates(const SystemAnswers& answers, const Question& question, cons
     std::vector<std::string>& row = rows.emplace_back();
     row = {point.contender, timestep_label(point.timestep_ms) + " ms",
            (candidate.speed.timed ? "" : "~ ") + realtime_text(candidate.speed.factor.value)};
-    for (size_t error = 0; error < errors; ++error) {
-      const ValueInfo& value = question.asked[error].value;
+    for (const ValueInfo& value : errors) {
       const auto own = candidate.worst.find(value.name);
-      row.push_back(own == candidate.worst.end() ? "" : quantity_text(own->second.value.value, value.unit));
+      row.push_back(own == candidate.worst.end() ? "" : worst_text(own->second, value.unit));
     }
   }
   if (estimated) answer.line("~ interpolated between timed timesteps");
-  answer.table(headings, rows, {1, 2, 3, 4, 5});
+  std::vector<size_t> right(headings.size() - 1);
+  std::iota(right.begin(), right.end(), 1);
+  answer.table(headings, rows, right);
 }
 
 // What is left out, by contender and reason.
@@ -221,6 +238,7 @@ Json candidate_json(const SystemAnswers& answers, const Question& question, size
   for (const auto& [name, of] : candidate.worst) {
     worst[name] = interval_json(of.value);
     worst[name]["at_ms"] = of.at_ms;
+    if (of.is_bound) worst[name]["bound"] = true;
   }
   const std::string first = question.asked.empty() ? answers.main : question.asked.front().value.name;
   return {{"contender", point.contender},
@@ -296,8 +314,8 @@ std::string nearest_text(const SystemAnswers& answers, const Question& question,
   std::vector<std::string> parts;
   parts.reserve(question.asked.size() + 1);
   for (const Asked& asked : question.asked) {
-    parts.push_back(fmt::format("{} {}", asked.value.brief,
-                                quantity_text(candidate.worst.at(asked.value.name).value.value, asked.value.unit)));
+    parts.push_back(
+        fmt::format("{} {}", asked.value.brief, worst_text(candidate.worst.at(asked.value.name), asked.value.unit)));
   }
   if (question.limits.realtime) parts.push_back(realtime_text(candidate.speed.factor.value) + " real time");
   return fmt::format("the nearest is {} with {}", place_text(point), join(parts, ", "));
@@ -318,10 +336,16 @@ void add_best(const SystemAnswers& answers, const Question& question, const Reco
   for (const Asked& asked : question.asked) {
     const Worst& worst = best.worst.at(asked.value.name);
     answer.line(
-        fmt::format("{}:  {}{}", asked.value.brief, with_interval(worst.value, asked.value.unit),
+        fmt::format("{}:  {}{}", asked.value.brief,
+                    worst.is_bound ? worst_text(worst, asked.value.unit) + " (near the floor of its fine-step run)"
+                                   : with_interval(worst.value, asked.value.unit),
                     same_timestep(worst.at_ms, point.timestep_ms)
                         ? ""
                         : fmt::format(", at {} ms, the largest up to this timestep", timestep_label(worst.at_ms))));
+  }
+  if (point.held) {
+    answer.line(fmt::format("grasp:  held from every initial state; at 95 % from at least {:.0f} % of such states",
+                            100 * point.held->low));
   }
   answer.line("margin: " + best.margin);
   if (!found.alike.empty()) answer.line("not told apart by speed: " + places_text(answers, found.alike));
@@ -333,9 +357,9 @@ void add_best(const SystemAnswers& answers, const Question& question, const Reco
                           realtime_text(answers.candidates[*found.certain].speed.factor.value))
             : "no contender stays within as a whole"));
   }
-  const auto truth = best.worst.find("truth_error");
+  const auto truth = best.worst.find(value_named("truth", answers.values));
   const bool limits_truth =
-      std::ranges::any_of(question.asked, [](const Asked& asked) { return asked.value.name == "truth_error"; });
+      std::ranges::any_of(question.asked, [](const Asked& asked) { return asked.value.measure == "truth"; });
   if (!question.asked.empty() && question.asked.front().value.name == "consistency" && !limits_truth &&
       truth != best.worst.end()) {
     answer.line(

@@ -103,7 +103,7 @@ std::vector<std::string> errors_of(const Campaign& campaign) {
   std::vector<std::string> values;
   for (const CampaignSystem& system : campaign.systems) {
     if (!system.has(Measure::kTruth) && !system.has(Measure::kConsistency)) continue;
-    const char* const value = system.has(Measure::kTruth) ? "truth_error" : "consistency";
+    const std::string_view value = system.has(Measure::kTruth) ? kTruthError : "consistency";
     if (std::ranges::find(values, value) == values.end()) values.emplace_back(value);
   }
   return values;
@@ -126,7 +126,7 @@ Limits limits_of(const Campaign& campaign, const LimitOptions& options) {
   for (const std::string& limit : options.limits) {
     const size_t equals = limit.find('=');
     if (equals == std::string::npos || equals == 0) {
-      throw InputError(fmt::format("--limit is '{}': write NAME=QUANTITY, as in truth_error=1mm", limit));
+      throw InputError(fmt::format("--limit is '{}': write NAME=QUANTITY, as in truth_error_max=1mm", limit));
     }
     const std::string name = limit.substr(0, equals), named = value_named(name);
     add("--limit " + name, named.empty() ? name : named, limit.substr(equals + 1));

@@ -81,14 +81,15 @@ int run(const SimulateJob& job, bool time, OutputFile& file) {
   write_sample(0);
   ProgressLine progress;
   const Clock::time_point start = Clock::now();
-  control.torques(state, torques);
+  const double timestep_s = 1e-3 * job.timestep_ms;
+  torques_of_step(control, state, timestep_s, torques);
   std::string divergence, impossible;
   Clock::duration engine{};
   for (long long step = 0; step < job.steps;) {
     try {
       const long long sample_end = step + job.steps_per_sample;
       while (step < sample_end && divergence.empty() && !interrupted()) {
-        if (feedback) control.torques(state, torques);
+        if (feedback) torques_of_step(control, state, timestep_s, torques);
         simulation->set_torques(torques);
         const Clock::time_point before = Clock::now();
         simulation->advance(1);

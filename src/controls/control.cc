@@ -146,6 +146,16 @@ double actuator_force(const Actuator& actuator, double input, double length, dou
   return force;
 }
 
+void torques_of_step(const Control& control, const State& state, double timestep_s, std::span<double> torques) {
+  if (control.input() != ControlInput::kTime) {
+    control.torques(state, torques);
+    return;
+  }
+  State middle = state;  // of which such a control uses the time alone
+  middle.time += 0.5 * timestep_s;
+  control.torques(middle, torques);
+}
+
 std::unique_ptr<Control> passive_control() { return std::make_unique<PassiveControl>(); }
 
 std::unique_ptr<Control> sine_control(const Model& model, std::vector<Sine> sines) {

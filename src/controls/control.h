@@ -28,8 +28,8 @@ class Control {
   Control(const Control&) = delete;
   Control& operator=(const Control&) = delete;
 
-  // Torques for the step that begins in `state`, held for that step: one per hinge, Nm, about the hinge's axis on the
-  // child. `torques` has one entry per hinge and is overwritten.
+  // Torques in `state`: one per hinge, Nm, about the hinge's axis on the child. `torques` has one entry per hinge and is
+  // overwritten.
   virtual void torques(const State& state, std::span<double> torques) const = 0;
 
   virtual ControlInput input() const = 0;
@@ -43,6 +43,11 @@ class Control {
  protected:
   Control() = default;
 };
+
+// Torques that are held during the step of `timestep_s` that begins in `state`: the one rule for all engines. A control
+// that reads only the time is asked at the middle of the step, because torques of the step's start would be an error of
+// first order whatever the engine's method; one that reads the state knows that of the start.
+void torques_of_step(const Control& control, const State& state, double timestep_s, std::span<double> torques);
 
 // No torque.
 std::unique_ptr<Control> passive_control();

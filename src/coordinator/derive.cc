@@ -22,7 +22,7 @@
 namespace assay {
 namespace {
 
-// Errors below this many restart floors come from the restart more than from the timestep.
+// Errors below this many floors come from the floor as much as from the timestep.
 constexpr double kNearFloor = 3;
 
 // Timings whose middle half is wider than this are noisy.
@@ -48,12 +48,16 @@ std::map<std::pair<std::string, std::string>, Curve> curves(const std::vector<Ce
 void derive_truth(const std::vector<Cell>& cells, std::vector<Store::Derived>& derived,
                   std::vector<std::string>& warnings) {
   for (const auto& [name, curve] : curves(cells, "truth")) {
+    // Over the whole run; results of an earlier version have only the run's end.
+    const bool whole =
+        std::ranges::all_of(curve, [](const Cell* cell) { return value_of(*cell, "truth_error_max").has_value(); });
+    const char* const kind = whole ? "truth_error_max" : "truth_error";
     std::vector<ErrorAt> errors;
     for (size_t i = 0; i < curve.size(); ++i) {
-      const auto error = value_of(*curve[i], "truth_error");
+      const auto error = value_of(*curve[i], kind);
       if (!error) continue;
       errors.push_back({curve[i]->timestep_ms, *error, value_of(*curve[i], "truth_rounding").value_or(0)});
-      const auto finer = i > 0 ? value_of(*curve[i - 1], "truth_error") : std::nullopt;
+      const auto finer = i > 0 ? value_of(*curve[i - 1], kind) : std::nullopt;
       if (!finer) continue;
       if (const auto order = observed_order(curve[i - 1]->timestep_ms, *finer, curve[i]->timestep_ms, *error)) {
         derived.push_back({curve[i]->id, {"truth_order", "1", order, {}, {}}});
@@ -69,19 +73,31 @@ void derive_truth(const std::vector<Cell>& cells, std::vector<Store::Derived>& d
   }
 }
 
+// The floor of a curve: the error of a restart at the fine-step run's own timestep, or where the curve stops falling,
+// whichever is larger. Errors near it are bounds of what the timestep costs: by the triangle inequality at most the
+// measured distance and the floor.
 void derive_consistency(const std::vector<Cell>& cells, std::vector<Store::Derived>& derived) {
   for (const auto& [name, curve] : curves(cells, "consistency")) {
-    const auto floor = value_of(*curve.front(), "restart_floor");
-    if (!floor) continue;
+    const auto restart = value_of(*curve.front(), "restart_floor");
+    std::vector<ErrorAt> errors;
     for (const Cell* cell : curve) {
       const auto error = value_of(*cell, "consistency");
-      if (cell == curve.front() || !error || *error > kNearFloor * *floor) continue;
-      derived.push_back({cell->id, {"consistency_floor", "m", floor, {}, {}}});
+      if (error && !value_of(*cell, "restart_floor")) errors.push_back({cell->timestep_ms, *error, 0});
+    }
+    const auto flat = plateau(errors);
+    if (!restart && !flat) continue;
+    const double floor = std::max(restart.value_or(0), flat.value_or(0));
+    for (const Cell* cell : curve) {
+      const Value* error = find_value(*cell, "consistency");
+      if (error == nullptr || value_of(*cell, "restart_floor") || *error->value > kNearFloor * floor) continue;
+      derived.push_back({cell->id, {"consistency_floor", "consistency_bound", "m", floor, {}, {}}});
+      derived.push_back({cell->id, {"consistency_bound", "m", error->high.value_or(*error->value) + floor, {}, {}}});
     }
   }
 }
 
-// A run that failed did not hold its object. An unsupported one is left out.
+// A run that failed did not hold its object, nor did one that dropped it from some initial state. An unsupported one is
+// left out.
 void derive_grasp(const std::vector<Cell>& cells, std::vector<Store::Derived>& derived) {
   std::map<std::pair<std::string, std::string>, Curve> tried;
   for (const Cell& cell : cells) {

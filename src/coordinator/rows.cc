@@ -66,6 +66,9 @@ SystemRow system_row(const CampaignSystem& system) {
                     {"drop_m", system.grasp.drop_m}};
   }
   const ModelVariant& variant = system.variant;
+  if (!system.more_pieces_ms.empty()) row["more_pieces_ms"] = system.more_pieces_ms;
+  if (system.reference_single_ms != system.reference_ms) row["reference_single_ms"] = system.reference_single_ms;
+  if (system.initial_states.count > 1) row["initial_states"] = initial_states_content(system.initial_states);
   if (system.load != LoadOptions()) {
     row["load"] = {{"drop_unsupported", system.load.drop_unsupported},
                    {"root_joint", static_cast<int>(system.load.root_joint)},

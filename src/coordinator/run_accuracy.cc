@@ -16,7 +16,9 @@ namespace {
 
 // Of the reference solution.
 std::string truth_address(const CampaignSystem& system) {
-  return content_hash(json{{"truth", 1}, {"model", system.model.hash}, {"duration_s", system.duration_s}}.dump());
+  return content_hash(json{
+      {"truth", 2}, {"model", system.model.hash}, {"duration_s", system.duration_s}, {"sample_ms", system.sample_ms}}
+                          .dump());
 }
 
 }  // namespace
@@ -56,7 +58,7 @@ RunJob Runner::run_job(const PlannedCell& cell, double timestep_ms) const {
 void Runner::plan_references(std::map<std::string, Waiting>& producers) {
   // Cells of equal contenders under several names share one run.
   std::map<std::string, std::vector<const PlannedCell*>> cells;
-  std::map<std::string, const PlannedCell*> any;
+  std::map<std::string, std::pair<const PlannedCell*, int>> any;  // and from which initial state
   // Whose run it is: timings may start from another contender's states.
   const auto owner = [&](const PlannedCell& cell) -> const CampaignContender& {
     const int of = cell.measure == "raw_speed" ? system(cell).states_of : -1;
@@ -64,25 +66,36 @@ void Runner::plan_references(std::map<std::string, Waiting>& producers) {
   };
   for (const PlannedCell* cell : todo_) {
     if (cell->trajectory.empty() || failed_gate_.contains(owner(*cell).resolved.name)) continue;
-    any[cell->trajectory] = cell;
+    any[cell->trajectory] = {cell, 0};
     if (cell->measure == "reference") cells[cell->trajectory].push_back(cell);
+    for (size_t i = 0; i < cell->other_states.size(); ++i) {
+      any[cell->other_states[i]] = {cell, static_cast<int>(i) + 1};
+    }
   }
-  for (const auto& [address, cell] : any) {
+  for (const auto& [address, from] : any) {
+    const auto& [cell, state] = from;
     if (failed_trajectory_.contains(address)) continue;
     const bool there = has_run(address);
     if (there && !cells.contains(address)) continue;
     Waiting waiting;
     waiting.cells = cells[address];
     Job& job = waiting.job;
-    RunJob run = run_job(*cell, system(*cell).reference_ms);
+    RunJob run = run_job(*cell, system(*cell).reference_of(owner(*cell)));
     run.subject = subject_spec(system(*cell), owner(*cell));
+    run.subject.sample_ms = system(*cell).grid_ms();
     run.measures = {"reference"};
-    (there ? run.use : run.save) = address;
+    run.state = state;
+    if (there) {
+      run.use = {address};
+    } else {
+      run.save = address;
+    }
     job.request = std::move(run);
-    job.title = fmt::format("reference {} {}", system(*cell).name, owner(*cell).resolved.name);
+    job.title = fmt::format("reference {} {}{}", system(*cell).name, owner(*cell).resolved.name,
+                            state == 0 ? "" : fmt::format(", initial state {}", state + 1));
     job.limit_s = campaign_.time_limit_s;
     // Others wait for these, so they come first, the dearest before the others.
-    job.cost = 1e6 + (waiting.cells.empty() ? 0 : cost(*waiting.cells.front()));
+    job.cost = 1e6 + (waiting.cells.empty() ? 0 : cost(*waiting.cells.front())) - state;
     producers[address] = std::move(waiting);
   }
 }
@@ -93,8 +106,8 @@ void Runner::plan_truths(std::map<std::string, Waiting>& producers) {
     const std::string address = truth_address(system(*cell));
     if (producers.contains(address) || has_run(address)) continue;
     Waiting waiting;
-    waiting.job.request =
-        TruthJob{model_spec(system(*cell)), system(*cell).duration_s, store_.trajectories_dir(), address};
+    const CampaignSystem& of = system(*cell);
+    waiting.job.request = TruthJob{model_spec(of), of.duration_s, of.sample_ms, store_.trajectories_dir(), address};
     waiting.job.title = fmt::format("truth {}", system(*cell).name);
     waiting.job.limit_s = std::min(options_.truth_limit_s, campaign_.time_limit_s);
     waiting.job.cost = 1e7;
@@ -117,31 +130,40 @@ std::vector<Runner::Waiting> Runner::plan_measures() {
     Job& job = waiting.job;
     waiting.cells.push_back(cell);
     if (!cell->trajectory.empty()) waiting.needs.insert(cell->trajectory);
+    waiting.needs.insert(cell->other_states.begin(), cell->other_states.end());
+    std::vector<std::string> addresses;
+    if (!cell->trajectory.empty()) addresses = {cell->trajectory};
+    addresses.insert(addresses.end(), cell->other_states.begin(), cell->other_states.end());
+    const int states = system(*cell).initial_states.count;
     if (!shared) {
       job.title = title(*cell);
-      job.limit_s = campaign_.time_limit_s;
+      // the limit is that of one motion
+      job.limit_s = campaign_.time_limit_s * states;
       job.cost = cost(*cell);
     }
     if (!is_run) {
       const CampaignSystem& of = system(*cell);
+      std::vector<double> lengths = {of.piece_ms};
+      lengths.insert(lengths.end(), of.more_pieces_ms.begin(), of.more_pieces_ms.end());
       job.request = PiecesJob{subject_spec(of, contender(*cell)),
                               cell->timestep_ms,
                               store_.trajectories_dir(),
-                              cell->trajectory,
+                              std::move(addresses),
                               of.pieces,
-                              of.piece_ms,
-                              of.reference_ms,
+                              std::move(lengths),
+                              of.reference_of(contender(*cell)),
+                              of.grid_ms(),
                               seed()};
       continue;
     }
     if (!shared) {
       runs[at] = jobs.size() - 1;
-      RunJob run = run_job(*cell, cell->timestep_ms);
-      run.use = cell->trajectory;
-      job.request = std::move(run);
+      job.request = run_job(*cell, cell->timestep_ms);
     }
     auto& run = std::get<RunJob>(job.request);
     run.measures.push_back(cell->measure);
+    if (addresses.size() > run.use.size()) run.use = std::move(addresses);
+    if (cell->measure != "truth") run.states = states;
     if (cell->measure == "truth") {
       run.truth = truth_address(system(*cell));
       waiting.needs.insert(run.truth);

@@ -4,6 +4,7 @@
 #include "measures/damping.h"
 #include "measures/mechanics.h"
 #include "measures/run_measures.h"
+#include "measures/trend.h"
 
 namespace assay {
 namespace {
@@ -26,12 +27,24 @@ std::optional<Interval> hidden_damping(const MeasuredRun& run) {
   return damping_rate(time, energy, run.seed);
 }
 
+// The unit of a quantity a second.
+std::string rate_unit(const std::string& unit) {
+  if (unit == "J") return "W";
+  return unit == "kg m/s" ? "N" : "N m";
+}
+
 std::vector<RunValue> drift_values(const MeasuredRun& run) {
   std::vector<RunValue> values;
+  std::vector<double> time;
+  time.reserve(run.states.size());
+  for (const State& state : run.states) time.push_back(state.time);
   const Conserved conserved = conserved_quantities(run.model, !run.passive);
   for (const Drift::Quantity& quantity : drift(run.model, conserved, run.states).quantities) {
     values.push_back({quantity.name + "_drift", quantity.unit, quantity.absolute, {}, {}});
     if (quantity.relative) values.push_back({quantity.name + "_drift_relative", "1", quantity.relative, {}, {}});
+    if (const auto rate = robust_slope(time, quantity.deviation, run.seed)) {
+      values.push_back({quantity.name + "_drift_rate", rate_unit(quantity.unit), rate->value, rate->low, rate->high});
+    }
   }
   if (conserved.energy) {
     if (const auto rate = hidden_damping(run)) {

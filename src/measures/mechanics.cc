@@ -143,44 +143,86 @@ Conserved conserved_quantities(const Model& model, bool driven) {
   return conserved;
 }
 
+namespace {
+
+// The component of each vector along the direction of their least-squares slope over time.
+std::vector<double> along_slope(const std::vector<State>& states, const std::vector<Vec3>& vectors) {
+  double mean_time = 0;
+  for (const State& state : states) mean_time += state.time / static_cast<double>(states.size());
+  Vec3 slope = Vec3::Zero();
+  for (size_t i = 0; i < states.size(); ++i) slope += (states[i].time - mean_time) * vectors[i];
+  const double length = slope.norm();
+  const Vec3 direction = length > 0 ? Vec3(slope / length) : Vec3::UnitX();
+  std::vector<double> along;
+  along.reserve(vectors.size());
+  for (const Vec3& each : vectors) along.push_back(each.dot(direction));
+  return along;
+}
+
+double largest_size(const std::vector<double>& deviations) {
+  double largest = 0;
+  for (const double each : deviations) largest = std::max(largest, std::abs(each));
+  return largest;
+}
+
+double largest_length(const std::vector<Vec3>& vectors) {
+  double largest = 0;
+  for (const Vec3& each : vectors) largest = std::max(largest, each.norm());
+  return largest;
+}
+
+}  // namespace
+
 Drift drift(const Model& model, const Conserved& conserved, const std::vector<State>& states) {
   assert(!states.empty());
   Drift result;
   const State& start = states.front();
+  const auto vectors = [&](const auto& quantity) {
+    const Vec3 first = quantity(start);
+    std::vector<Vec3> changes;
+    changes.reserve(states.size());
+    for (const State& state : states) changes.push_back(quantity(state) - first);
+    return changes;
+  };
   if (conserved.energy) {
     const double energy0 = kinetic_energy(model, start) + potential_energy(model, start);
-    double largest = 0;
+    std::vector<double> changes;
+    changes.reserve(states.size());
     for (const State& state : states) {
-      largest = std::max(largest, std::abs(kinetic_energy(model, state) + potential_energy(model, state) - energy0));
+      changes.push_back(kinetic_energy(model, state) + potential_energy(model, state) - energy0);
     }
-    result.quantities.push_back({"energy", "J", largest, ratio(largest, kinetic_energy(model, start))});
+    const double largest = largest_size(changes);
+    result.quantities.push_back(
+        {"energy", "J", largest, ratio(largest, kinetic_energy(model, start)), std::move(changes)});
   }
   if (conserved.linear_momentum) {
-    const Vec3 momentum0 = linear_momentum(model, start);
-    double largest = 0, scale = 0;
-    for (const State& state : states) {
-      largest = std::max(largest, (linear_momentum(model, state) - momentum0).norm());
-    }
+    const std::vector<Vec3> changes = vectors([&](const State& state) { return linear_momentum(model, state); });
+    double scale = 0;
     for (size_t i = 0; i < model.bodies.size(); ++i) scale += model.bodies[i].mass * start.bodies[i].v_WBcm.norm();
-    result.quantities.push_back({"linear_momentum", "kg m/s", largest, ratio(largest, scale)});
+    const double largest = largest_length(changes);
+    result.quantities.push_back(
+        {"linear_momentum", "kg m/s", largest, ratio(largest, scale), along_slope(states, changes)});
   }
   if (conserved.angular_momentum || conserved.angular_momentum_axis) {
     const Vec3 about = conserved.angular_momentum_axis ? conserved.angular_momentum_axis->p_Wo : Vec3::Zero();
-    const auto deviation = [&](const Vec3& difference) {
-      return conserved.angular_momentum_axis ? std::abs(difference.dot(conserved.angular_momentum_axis->axis_W))
-                                             : difference.norm();
-    };
-    const Vec3 momentum0 = angular_momentum(model, start, about);
-    double largest = 0, scale = 0;
-    for (const State& state : states) {
-      largest = std::max(largest, deviation(angular_momentum(model, state, about) - momentum0));
-    }
+    const std::vector<Vec3> changes =
+        vectors([&](const State& state) { return angular_momentum(model, state, about); });
+    double scale = 0;
     for (size_t i = 0; i < model.bodies.size(); ++i) {
       const BodyState& body = start.bodies[i];
       scale += model.bodies[i].mass * (body.p_WBcm - about).norm() * body.v_WBcm.norm() +
                (inertia_in_world(model.bodies[i], body) * body.w_WB).norm();
     }
-    result.quantities.push_back({"angular_momentum", "kg m^2/s", largest, ratio(largest, scale)});
+    std::vector<double> along;
+    double largest = 0;
+    if (conserved.angular_momentum_axis) {
+      for (const Vec3& each : changes) along.push_back(each.dot(conserved.angular_momentum_axis->axis_W));
+      largest = largest_size(along);
+    } else {
+      along = along_slope(states, changes);
+      largest = largest_length(changes);
+    }
+    result.quantities.push_back({"angular_momentum", "kg m^2/s", largest, ratio(largest, scale), std::move(along)});
   }
   return result;
 }

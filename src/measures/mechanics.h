@@ -32,15 +32,19 @@ struct Conserved {
 };
 Conserved conserved_quantities(const Model& model, bool driven = false);
 
-// Largest absolute deviation from the first state's value over a run, and the same relative to the first state's
-// kinetic energy (energy) or to the momentum's scale there: sum m |v| (linear), sum m |x - o| |v| + |I w| (angular),
-// which is not zero when momenta of moving bodies cancel. Only conserved quantities are listed.
+// Of each conserved quantity the largest absolute deviation from the first state's value over a run, the same relative
+// to the first state's kinetic energy (energy) or to the momentum's scale there: sum m |v| (linear), sum m |x - o| |v|
+// + |I w| (angular), which is not zero when momenta of moving bodies cancel, and the deviation over time. Only
+// conserved quantities are listed.
 struct Drift {
   struct Quantity {
     std::string name;  // "energy", "linear_momentum", "angular_momentum"
     std::string unit;  // of `absolute`
     double absolute = 0;
     std::optional<double> relative;  // empty when nothing moves at the start
+    // In each state, with its sign. Of a vector: its component along the direction in which the vector moves over the
+    // whole run, so that a drift adds up and an oscillation does not.
+    std::vector<double> deviation;
   };
   std::vector<Quantity> quantities;
 };

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "measures/mechanics.h"
+#include "measures/violation.h"
 #include "model/kinematics.h"
 
 namespace assay {
@@ -52,15 +53,6 @@ double spring_energy(const Model& model, const State& state) {
     add(tendon.stiffness, length - std::clamp(length, tendon.rest_lower, tendon.rest_upper));
   }
   return energy;
-}
-
-// The middle of a shape in its own frame.
-Vec3 middle_of(const Model& model, const Shape& shape) {
-  if (shape.type != ShapeType::kHull) return Vec3::Zero();
-  const std::vector<Vec3>& vertices = model.hulls[static_cast<size_t>(shape.data)].vertices;
-  Vec3 sum = Vec3::Zero();
-  for (const Vec3& vertex : vertices) sum += vertex;
-  return sum / static_cast<double>(vertices.size());
 }
 
 // Largest distance of a body of a jointed tree from the root's anchor: the length of its stretched chain.
@@ -160,12 +152,11 @@ std::string Plausibility::impossibility(const State& state) const {
     if (other.body == kWorld) continue;
     const auto body = static_cast<size_t>(other.body);
     const Vec3 normal = plane.X_BS.q * Vec3::UnitZ();
-    const double height = normal.dot(state.bodies[body].p_WBcm - plane.X_BS.p);
-    if (height >= 0) continue;
-    // The centre of mass of a link that holds more than its shapes show may lie outside of them.
-    const Vec3 middle_W = body_pose(model_.bodies[body], state.bodies[body]) * (other.X_BS * middle_of(model_, other));
-    if (normal.dot(middle_W - plane.X_BS.p) < 0) {
-      return fmt::format("the centre of body '{}' is {:.3g} m below the ground", model_.bodies[body].name, -height);
+    const Pose X_WS = body_pose(model_.bodies[body], state.bodies[body]) * other.X_BS;
+    const double top = normal.dot(X_WS.p - plane.X_BS.p) + shape_reach(model_, other, X_WS.q.conjugate() * normal);
+    if (std::isfinite(top) && top < 0) {
+      return fmt::format("a shape of body '{}' lies wholly below the ground, by {:.3g} m", model_.bodies[body].name,
+                         -top);
     }
   }
   return "";

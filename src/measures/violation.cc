@@ -62,7 +62,7 @@ double distance(const PlacedShape& a, const PlacedShape& b) {
     const PlacedShape &solid = a.solid != nullptr ? a : b, &plane = a.solid != nullptr ? b : a;
     if (!plane.is_plane) return std::numeric_limits<double>::infinity();
     const Vec3 down_S = solid.q_WS.conjugate() * -plane.to;
-    return (solid.from - plane.from).dot(plane.to) - reach(*solid.model, *solid.solid, down_S);
+    return (solid.from - plane.from).dot(plane.to) - shape_reach(*solid.model, *solid.solid, down_S);
   }
   if (a.is_plane) {
     return std::min((b.from - a.from).dot(a.to), (b.to - a.from).dot(a.to)) - b.radius;
@@ -116,6 +116,30 @@ double slide_rotation(const Model& model, const State& state, const Joint& slide
 }
 
 }  // namespace
+
+double shape_reach(const Model& model, const Shape& shape, const Vec3& n) {
+  switch (shape.type) {
+    case ShapeType::kSphere:
+      return shape.radius;
+    case ShapeType::kCapsule:
+      return shape.radius + shape.half_length * std::abs(n.z());
+    case ShapeType::kBox:
+      return n.cwiseAbs().dot(shape.half_size);
+    case ShapeType::kEllipsoid:
+      return n.cwiseProduct(shape.half_size).norm();
+    case ShapeType::kCylinder:
+      return shape.radius * std::hypot(n.x(), n.y()) + shape.half_length * std::abs(n.z());
+    case ShapeType::kHull: {
+      double most = -std::numeric_limits<double>::infinity();
+      for (const Vec3& v : model.hulls[static_cast<size_t>(shape.data)].vertices) most = std::max(most, n.dot(v));
+      return most;
+    }
+    case ShapeType::kPlane:
+    case ShapeType::kHeightField:
+      break;
+  }
+  return -std::numeric_limits<double>::infinity();
+}
 
 double separation(const Model& model, const State& state, const ContactPair& pair) {
   const std::vector<Pose> bodies = body_poses(model, state);

@@ -19,6 +19,10 @@ struct Violation {
 };
 Violation violation(const Model& model, const State& state);
 
+// How far the shape reaches from the origin of its frame in the direction `n`, a unit vector in the shape frame, m.
+// Minus infinity for a plane and a height field.
+double shape_reach(const Model& model, const Shape& shape, const Vec3& n);
+
 // Signed distance of the surfaces of a pair, m. Negative for shapes that overlap: the distance by which they have to
 // move along the line between their axes' nearest points (or the plane's normal) until they only touch. Infinite for a
 // box, cylinder, ellipsoid, hull or height field and anything but a plane.

@@ -47,21 +47,28 @@ void fields(auto& is, Of<ControlSpec> auto& m) {
   is("kind", m.kind)("file", m.file);
   for (const ControlPart& part : kControlParts) is(part.name, m.*part.member);
 }
+void fields(auto& is, Of<Perturbation> auto& m) {
+  for (const PerturbationPart& part : kPerturbationParts) is(part.name, m.*part.member);
+}
+void fields(auto& is, Of<InitialStates> auto& m) { is("count", m.count)("seed", m.seed)("around", m.around); }
 void fields(auto& is, Of<SubjectSpec> auto& m) {
   is("model", m.model)("control", m.control)("contender", m.contender);
-  is("duration_s", m.duration_s)("sample_ms", m.sample_ms);
+  is("duration_s", m.duration_s)("sample_ms", m.sample_ms)("states", m.states);
 }
 void fields(auto& is, Of<GraspBodies> auto& m) { is("object", m.object)("hand", m.hand)("drop_m", m.drop_m); }
 void fields(auto& is, Of<RunJob> auto& m) {
   is("subject", m.subject)("timestep_ms", m.timestep_ms)("measures", m.measures)("trajectories", m.trajectories);
+  is("state", m.state)("states", m.states);
   is("save", m.save)("use", m.use)("truth", m.truth)("seed", m.seed)("grasp", m.grasp)("partial", m.partial);
 }
 void fields(auto& is, Of<TruthJob> auto& m) {
-  is("model", m.model)("duration_s", m.duration_s)("trajectories", m.trajectories)("save", m.save);
+  is("model", m.model)("duration_s", m.duration_s)("sample_ms", m.sample_ms);
+  is("trajectories", m.trajectories)("save", m.save);
 }
 void fields(auto& is, Of<PiecesJob> auto& m) {
-  is("subject", m.subject)("timestep_ms", m.timestep_ms)("trajectories", m.trajectories)("reference", m.reference);
-  is("pieces", m.pieces)("piece_ms", m.piece_ms)("reference_ms", m.reference_ms)("seed", m.seed);
+  is("subject", m.subject)("timestep_ms", m.timestep_ms)("trajectories", m.trajectories)("references", m.references);
+  is("pieces", m.pieces)("piece_ms", m.piece_ms)("reference_ms", m.reference_ms)("grid_ms", m.grid_ms);
+  is("seed", m.seed);
 }
 void fields(auto& is, Of<AgreementJob::Other> auto& m) { is("name", m.name)("address", m.address); }
 void fields(auto& is, Of<AgreementJob> auto& m) {

@@ -19,6 +19,7 @@
 #include "base/errors.h"
 #include "controls/control.h"
 #include "measures/grasp.h"
+#include "measures/initial_states.h"
 #include "model/load_options.h"
 #include "model/variant.h"
 #include "store/store.h"
@@ -54,39 +55,46 @@ struct SubjectSpec {
   ControlSpec control;
   ContenderSpec contender;
   double duration_s = 0, sample_ms = 0;
+  InitialStates states;
 };
 
 // ---- jobs: coordinator to worker ------------------------------------------------------------------------------------
 // `trajectories` is a folder; trajectories in it are named by their addresses (store/trajectory.h).
 
-// A run from the initial state, and the measures that read it.
+// Runs from initial states of the subject, and the measures that read them. A value over several states is their mean
+// with an interval.
 struct RunJob {
   SubjectSpec subject;
   double timestep_ms = 0;
   std::vector<std::string> measures;  // as stored; "reference" has no values
   std::string trajectories;
-  std::string save;   // address under which the run is kept, "" for not at all
-  std::string use;    // address of the run when it exists already, "" to make it
+  int state = 0, states = 1;  // the first of the initial states, and how many
+  std::string save;           // address under which the run is kept, "" for not at all; of one state
+  // Of each state the address of its run when it exists already, "" to make it; empty: all are made. A run that is
+  // used may have more samples than the subject asks for.
+  std::vector<std::string> use;
   std::string truth;  // address of the reference solution, "" when 'truth' is not measured
   std::uint64_t seed = 1;
   GraspBodies grasp;
   bool partial = false;  // keep a run that diverges too, as far as it went
 };
 
-// The reference solution of a smooth system: no engine takes part.
+// The reference solution of a smooth system, at the moments of a run's samples: no engine takes part.
 struct TruthJob {
   ModelSpec model;
-  double duration_s = 0;
+  double duration_s = 0, sample_ms = 0;
   std::string trajectories, save;
 };
 
-// Self-consistency: pieces of a reference run, each started from one of its states.
+// Self-consistency: pieces of reference runs, each started from one of their states.
 struct PiecesJob {
   SubjectSpec subject;
   double timestep_ms = 0;
-  std::string trajectories, reference;
-  int pieces = 0;
-  double piece_ms = 0, reference_ms = 0;
+  std::string trajectories;
+  std::vector<std::string> references;   // addresses, one of each initial state
+  int pieces = 0;                        // over all initial states
+  std::vector<double> piece_ms;          // lengths, the main one first
+  double reference_ms = 0, grid_ms = 0;  // of the reference runs: timestep, distance of their samples
   std::uint64_t seed = 1;
 };
 

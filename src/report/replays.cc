@@ -156,6 +156,17 @@ std::vector<Kept> kept_runs(const Store& store, const std::string& system, size_
     if (!trajectory || trajectory->states.size() < 2 || trajectory->states.front().bodies.size() != bodies) continue;
     kept.push_back({row, std::move(trajectory->states)});
   }
+  // Fine-step runs may have more samples than the others.
+  const auto spacing = [](const Kept& run) { return run.states[1].time - run.states[0].time; };
+  double coarsest = 0;
+  for (const Kept& run : kept) coarsest = std::max(coarsest, spacing(run));
+  for (Kept& run : kept) {
+    const auto stride = static_cast<size_t>(std::max(1.0, std::round(coarsest / spacing(run))));
+    if (stride == 1) continue;
+    std::vector<State> fewer;
+    for (size_t i = 0; i < run.states.size(); i += stride) fewer.push_back(std::move(run.states[i]));
+    run.states = std::move(fewer);
+  }
   return kept;
 }
 

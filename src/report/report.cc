@@ -43,8 +43,13 @@ json rounded(std::optional<double> value) {
 json cell_json(const Cell& cell, const std::vector<SampleSeries>& samples) {
   json values = json::array();
   for (const Value& value : cell.values) {
-    json& one = values.emplace_back(json{{"name", value.name}, {"value", number(value.value)}});
+    const auto bound = bound_of(cell, value.name);
+    json& one = values.emplace_back(json{{"name", value.name}, {"value", number(bound ? bound : value.value)}});
     if (value.unit != value_info(value.name).unit) one["unit"] = value.unit;  // else the catalogue has it
+    if (bound) {
+      one["bound"] = true;  // the value is an upper bound
+      continue;
+    }
     if (value.low) one["low"] = number(value.low);
     if (value.high) one["high"] = number(value.high);
   }

@@ -49,7 +49,8 @@ json candidate_data(const Candidate& candidate) {
   json worst = json::object();
   for (const auto& [name, of] : candidate.worst) {
     worst[name] = {{"value", of.value.value}, {"at_ms", of.at_ms}};
-    if (of.value.low == of.value.high) continue;
+    if (of.is_bound) worst[name]["bound"] = true;
+    if (of.value.low == of.value.high || of.is_bound) continue;
     worst[name]["low"] = of.value.low;
     worst[name]["high"] = of.value.high;
   }

@@ -23,6 +23,10 @@ std::string fault(const Cell& cell) {
   const Value* held = find_value(cell, "grasp_held");
   if (held == nullptr || held->value == 1) return "";
   const Value* dropped = find_value(cell, "drop_time");
+  if (held->low && held->high) {
+    return fmt::format("{}: held from {:.0f} % of the initial states only ({:.0f} to {:.0f} %)", cell.measure,
+                       100 * held->value.value_or(0), 100 * *held->low, 100 * *held->high);
+  }
   return fmt::format("{}: the object was dropped{}", cell.measure,
                      dropped == nullptr ? "" : " at " + quantity_text(dropped->value.value_or(0), "s"));
 }
@@ -61,13 +65,14 @@ std::vector<Step> steps_of(const std::vector<const Cell*>& cells) {
 }
 
 // Figures of one step's values that can be limited.
-std::map<std::string, Interval> errors_at(const Step& step) {
-  std::map<std::string, Interval> errors;
+std::map<std::string, Worst> errors_at(const Step& step) {
+  std::map<std::string, Worst> errors;
   for (const Cell* cell : step.cells) {
     for (const Value& value : cell->values) {
       if (!value.value || !can_limit(value.name)) continue;
       if (cell->measure == "consistency" && is_reference(*cell)) continue;
-      errors.emplace(value.name, interval_of(value));
+      errors.emplace(value.name, Worst{interval_of(*cell, value.name).value_or(Interval{}), step.timestep_ms,
+                                       bound_of(*cell, value.name).has_value()});
     }
   }
   return errors;
@@ -88,17 +93,18 @@ std::string margin_of(const std::vector<Step>& steps, size_t at) {
 void add_contender(const Results& results, const std::string& contender, SystemAnswers& answers) {
   const std::vector<Step> steps = steps_of(results.cells(answers.system, contender));
   std::map<std::string, Worst> worst;
+  std::optional<Interval> held;
   double fails_ms = 0;
   std::string why;
   for (size_t i = 0; i < steps.size(); ++i) {
     const Step& step = steps[i];
     if (fails_ms == 0 && !step.why.empty()) fails_ms = step.timestep_ms, why = step.why;
-    const std::map<std::string, Interval> errors = errors_at(step);
+    const std::map<std::string, Worst> errors = errors_at(step);
     for (const auto& [name, error] : errors) {
-      const auto [at, fresh] = worst.emplace(name, Worst{error, step.timestep_ms});
+      const auto [at, fresh] = worst.emplace(name, error);
       if (fresh) continue;
-      const double high = std::max(at->second.value.high, error.high);
-      if (error.value >= at->second.value.value) at->second = {error, step.timestep_ms};
+      const double high = std::max(at->second.value.high, error.value.high);
+      if (error.value.value >= at->second.value.value) at->second = error;
       at->second.value.high = high;
     }
     // Whole runs of growing systems alone are no point of a plot.
@@ -111,6 +117,11 @@ void add_contender(const Results& results, const std::string& contender, SystemA
                       : step.why;
     }
     for (const auto& [name, error] : errors) point.worst.emplace(name, worst.at(name));
+    for (const Cell* cell : step.cells) {
+      const Value* own = find_value(*cell, "grasp_held");
+      if (own != nullptr && own->low && (!held || *own->low < held->low)) held = interval_of(*own);
+    }
+    point.held = held;
     std::string out = point.why;
     if (point.sound && errors.empty()) out = "no error was measured at this timestep";
     if (point.sound && !point.speed) {
@@ -157,9 +168,11 @@ void find_values(const Results& results, SystemAnswers& answers) {
     answers.values.push_back(value_info(name));
     answers.values.back().unit = own.first;
     answers.values.back().measure = own.second;
+    if (answers.values.back().limit) answers.errors.push_back(name);
   }
   // A figure that two contenders at least can be compared by.
-  for (const char* name : {"truth_error", "consistency"}) {
+  for (const std::string_view error : kJudgedErrors) {
+    const std::string name(error);
     const auto has = [&](const std::string& contender) {
       return std::ranges::any_of(results.figures(answers.system, contender, name, true),
                                  [](const Figure& figure) { return figure.found == Found::kThere; });

@@ -21,8 +21,9 @@ namespace assay {
 
 // The largest of a value at a timestep and all smaller ones.
 struct Worst {
-  Interval value;    // `high` is the largest upper end of all these timesteps
-  double at_ms = 0;  // where it is from
+  Interval value;         // `high` is the largest upper end of all these timesteps
+  double at_ms = 0;       // where it is from
+  bool is_bound = false;  // the value is an upper bound (results.h: bound_of)
 };
 
 struct Point {
@@ -33,6 +34,9 @@ struct Point {
   std::string why;                          // it is not sound: "grasp: the object was dropped at 3.2 s"
   double fails_ms = 0;                      // the smallest timestep that is not; 0: none up to this one
   std::map<std::string, Worst> worst = {};  // of each value that can be limited and was measured at this timestep
+  // Probability of holding the object, where several initial states were tried: the one with the smallest lower end at
+  // this timestep and all smaller ones.
+  std::optional<Interval> held = {};
 };
 
 struct Candidate {

@@ -17,8 +17,9 @@ Figure figure_of(const Cell& cell, const Value* value) {
   figure.cell = cell.id;
   if (cell.outcome == Outcome::kOk && value != nullptr) {
     figure.found = Found::kThere;
-    figure.value = interval_of(*value);
-    figure.has_interval = value->low && value->high;
+    figure.value = interval_of(cell, value->name).value_or(Interval{});
+    figure.is_bound = bound_of(cell, value->name).has_value();
+    figure.has_interval = figure.is_bound || (value->low && value->high);
     figure.unit = value->unit;
     return figure;
   }
@@ -41,7 +42,14 @@ Interval interval_of(const Value& value) {
   return {middle, value.low.value_or(middle), value.high.value_or(middle)};
 }
 
+std::optional<double> bound_of(const Cell& cell, std::string_view value) {
+  if (value != "consistency") return std::nullopt;
+  const Value* bound = find_value(cell, "consistency_bound");
+  return bound == nullptr ? std::nullopt : bound->value;
+}
+
 std::optional<Interval> interval_of(const Cell& cell, std::string_view value) {
+  if (const auto bound = bound_of(cell, value)) return Interval{*bound, 0, *bound};
   const Value* found = find_value(cell, value);
   return found == nullptr ? std::nullopt : std::optional(interval_of(*found));
 }

@@ -21,6 +21,9 @@ namespace assay {
 // A value and its 95 % interval; one of no width where none is stored.
 Interval interval_of(const Value& value);
 std::optional<Interval> interval_of(const Cell& cell, std::string_view value);
+// The upper bound that stands in place of a cell's value near a floor; empty where the value counts. interval_of() then
+// goes from 0 to the bound, and its value is the bound.
+std::optional<double> bound_of(const Cell& cell, std::string_view value);
 
 // Whether there is a figure.
 enum class Found {
@@ -34,6 +37,7 @@ struct Figure {
   std::string why;
   Interval value;
   bool has_interval = false;
+  bool is_bound = false;  // the value is an upper bound (bound_of)
   std::string unit;
   double timestep_ms = 0;
   std::int64_t cell = 0;  // the store's id of where it is from; 0: from no single cell

@@ -15,8 +15,12 @@ const std::vector<ValueInfo>& value_catalogue() {
   using enum Better;
   constexpr bool kPlot = true, kLimit = true, kNo = false;
   static const std::vector<ValueInfo> kRows = {
-      {"truth_error", "m", "Error against the reference solution", "error", kLow, "truth", kPlot, kLimit,
-       "mean distance of the bodies from an independent, error-controlled solution at the end of the run"},
+      {"truth_error_max", "m", "Error against the reference solution", "error", kLow, "truth", kPlot, kLimit,
+       "mean distance of the bodies from an independent, error-controlled solution, the largest of the run's samples"},
+      {"truth_error_rms", "m", "Error against the reference solution, RMS", "error (RMS)", kLow, "truth", kPlot, kLimit,
+       "mean distance of the bodies from an independent, error-controlled solution, root mean square over the run"},
+      {"truth_error", "m", "Error against the reference solution, at the end", "error at the end", kLow, "truth", kPlot,
+       kLimit, "mean distance of the bodies from an independent, error-controlled solution at the end of the run"},
       {"consistency", "m", "Self-consistency error", "self-consistency error", kLow, "consistency", kPlot, kLimit,
        "mean distance of the bodies from the contender's own fine-step run, over short pieces of it"},
       {"energy_drift", "J", "Energy drift", "energy drift", kLow, "drift", kPlot, kLimit,
@@ -67,6 +71,12 @@ const std::vector<ValueInfo>& value_catalogue() {
        kLow, "drift", kNo, kLimit, "angular momentum drift divided by the momentum's scale"},
       {"linear_momentum_drift_relative", "1", "Linear momentum drift, relative", "relative linear momentum drift", kLow,
        "drift", kNo, kLimit, "linear momentum drift divided by the momentum's scale"},
+      {"energy_drift_rate", "W", "Secular energy drift", "secular energy drift", kNone, "drift", kNo, kNo,
+       "slope of the total energy over the whole run, by robust regression: what an oscillation does not add to"},
+      {"angular_momentum_drift_rate", "N m", "Secular angular momentum drift", "secular angular momentum drift", kNone,
+       "drift", kNo, kNo, "slope of the conserved angular momentum over the whole run, by robust regression"},
+      {"linear_momentum_drift_rate", "N", "Secular linear momentum drift", "secular linear momentum drift", kNone,
+       "drift", kNo, kNo, "slope of the linear momentum over the whole run, by robust regression"},
       {"raw_speed", "kHz", "Raw speed", "raw speed", kHigh, "raw_speed", kNo, kNo,
        "the engine's own step calls per second"},
       {"step_time", "us", "Step time", "step time", kLow, "raw_speed", kNo, kNo,
@@ -91,8 +101,12 @@ const std::vector<ValueInfo>& value_catalogue() {
        "error that stays however small the timestep, far above rounding: not an integration error"},
       {"truth_rounding", "m", "Rounding part of the error", "rounding", kNone, "truth", kNo, kNo,
        "estimate of the part of the error against the reference solution that rounding explains"},
-      {"consistency_floor", "m", "Near the restart floor", "restart floor", kNone, "consistency", kNo, kNo,
-       "restart floor, given where the self-consistency error is so close to it that it says little of the timestep"},
+      {"consistency_floor", "m", "Near the floor", "floor", kNone, "consistency", kNo, kNo,
+       "restart floor, or the error at which the curve stops falling, given where the self-consistency error is so "
+       "close "
+       "to it that it says little of the timestep"},
+      {"consistency_bound", "m", "Bound of the self-consistency error", "bound", kNone, "consistency", kNo, kNo,
+       "upper bound of the self-consistency error near the floor: the measured distance and the floor together"},
       {"aa_ratio", "1", "A/A ratio", "A/A ratio", kNone, "raw_speed", kNo, kNo,
        "step time of one contender measured under two names: its distance from 1 is the error of the timing"},
       {"time_ratio", "1", "Step time ratio", "step time ratio", kNone, "raw_speed", kNo, kNo,
@@ -122,13 +136,21 @@ const ValueInfo* find_value_info(std::string_view name) {
   return found == rows.end() ? nullptr : &*found;
 }
 
-bool can_limit(std::string_view name) {
-  const ValueInfo* row = find_value_info(name);
-  return row != nullptr && row->limit;
-}
+bool can_limit(std::string_view name) { return value_info(name).limit; }
 
 ValueInfo value_info(std::string_view name) {
   if (const ValueInfo* row = find_value_info(name)) return *row;
+  // The self-consistency error of pieces of another length: "consistency_8ms".
+  constexpr std::string_view kLength = "consistency_", kUnit = "ms";
+  if (name.starts_with(kLength) && name.ends_with(kUnit) &&
+      std::isdigit(static_cast<unsigned char>(name[kLength.size()])) != 0) {
+    const std::string length(name.substr(kLength.size(), name.size() - kLength.size() - kUnit.size()));
+    ValueInfo info = *find_value_info("consistency");
+    info.name = name;
+    info.label += ", pieces of " + length + " ms";
+    info.brief += ", pieces of " + length + " ms";
+    return info;
+  }
   std::string words(name);
   std::ranges::replace(words, '_', ' ');
   ValueInfo info;
@@ -145,6 +167,17 @@ std::string value_named(std::string_view name) {
     if (found != rows.end()) return found->name;
   }
   return "";
+}
+
+std::string value_named(std::string_view name, const std::vector<ValueInfo>& measured) {
+  if (find_value_info(name) == nullptr) {
+    for (const ValueInfo& row : value_catalogue()) {
+      if (row.measure == name && std::ranges::find(measured, row.name, &ValueInfo::name) != measured.end()) {
+        return row.name;
+      }
+    }
+  }
+  return value_named(name);
 }
 
 const std::vector<Term>& glossary() {

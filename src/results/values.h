@@ -2,6 +2,7 @@
 // values.cc; a name without a row is shown by its words and cannot be limited.
 #pragma once
 
+#include <array>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -38,6 +39,18 @@ ValueInfo value_info(std::string_view name);
 // The value that `name` stands for: a value's own name, else the first value of the measure of this name ("truth").
 // Empty when it is neither.
 std::string value_named(std::string_view name);
+// The same among values that were measured: of a measure the first that is there. When none is, as above.
+std::string value_named(std::string_view name, const std::vector<ValueInfo>& measured);
+
+// The one rule by which error a contender is judged where none is named, for recommendations, the report and claims:
+// the first of these that the results have.
+// 1. The largest error against the reference solution over the run. A limit is a promise for the whole motion, and the
+//    error of one instant is luck of phase: an oscillating error passes through small values at any timestep. The root
+//    mean square is stored beside it; it hides short excursions, and shrinks when a run is extended by a quiet end.
+// 2. That error at the run's end, in results of before version 0.2, which have no other.
+// 3. The self-consistency error, where there is no reference solution.
+inline constexpr std::string_view kTruthError = "truth_error_max";
+inline constexpr std::array<std::string_view, 3> kJudgedErrors = {kTruthError, "truth_error", "consistency"};
 
 // The terms of docs/glossary.md.
 struct Term {

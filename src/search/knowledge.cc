@@ -163,7 +163,7 @@ double Knowledge::expected_error(const PointAt& point) const {
     for (const PlannedCell* cell : found->second[static_cast<size_t>(CellGroup::kRuns)].cells) {
       const auto stored = stored_.find(cell->key);
       if (cell->measure != "truth" || stored == stored_.end()) continue;
-      const Value* error = find_value(stored->second, "truth_error");
+      const Value* error = find_value(stored->second, kTruthError);
       if (error != nullptr && error->value) errors[cell->system].emplace_back(timesteps_ms_[step], *error->value);
     }
   }

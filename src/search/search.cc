@@ -127,7 +127,7 @@ class Search {
   std::optional<PointAt> next_point(int c, const Limits& goal) const {
     double limit = HUGE_VAL;
     for (const auto& [value, largest] : goal.largest) {
-      if (value == "truth_error") limit = largest;
+      if (value == kTruthError) limit = largest;
     }
     for (size_t i = known_.timesteps_ms().size(); i-- > 0;) {
       const PointAt point{c, i};

@@ -1,6 +1,8 @@
 // Jobs of the accuracy pass: runs from the initial state, reference solutions, pieces, agreement.
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -10,7 +12,9 @@
 #include "controls/work.h"
 #include "measures/accuracy.h"
 #include "measures/agreement.h"
+#include "measures/clusters.h"
 #include "measures/grasp.h"
+#include "measures/initial_states.h"
 #include "measures/plausible.h"
 #include "measures/run_measures.h"
 #include "measures/statistics.h"
@@ -38,13 +42,19 @@ Ending judge(const Subject& subject, const Trajectory& trajectory) {
 
 CellResult truth_cell(const Subject& subject, const Run& run, const Trajectory& truth, double steps) {
   if (run.ending.outcome == Outcome::kDiverged) return {"truth", run.ending, {}, {}};
-  const double error = position_error(run.trajectory.states.back(), truth.states.back());
+  const ErrorOverTime error = error_over_time(run.trajectory.states, truth.states);
   double extent = 0;
   for (const State& state : truth.states) {
     for (const BodyState& body : state.bodies) extent = std::max(extent, body.p_WBcm.cwiseAbs().maxCoeff());
   }
   const double rounding = rounding_error(subject.capabilities.precision == Precision::kSingle, extent, steps);
-  return {"truth", run.ending, {{"truth_error", "m", error, {}, {}}, {"truth_rounding", "m", rounding, {}, {}}}, {}};
+  return {"truth",
+          run.ending,
+          {{"truth_error_max", "m", error.largest, {}, {}},
+           {"truth_error_rms", "m", error.rms, {}, {}},
+           {"truth_error", "m", error.at_end, {}, {}},
+           {"truth_rounding", "m", rounding, {}, {}}},
+          {}};
 }
 
 CellResult run_cell(const RunMeasure& measure, const Subject& subject, const Run& run, std::uint64_t seed) {
@@ -68,6 +78,88 @@ CellResult grasp_cell(const Run& run, const GraspBodies& bodies) {
   return cell;
 }
 
+// ---- several initial states ---------------------------------------------------------------------------------------------
+
+// The worst of the endings, and from how many states it is.
+Ending worst_of(const std::vector<CellResult>& cells) {
+  Ending worst;
+  size_t first = 0, count = 0;
+  for (size_t i = 0; i < cells.size(); ++i) {
+    const Ending& ending = cells[i].ending;
+    if (ending.outcome == Outcome::kOk) continue;
+    ++count;
+    if (worst.outcome < ending.outcome) worst = ending, first = i;
+  }
+  if (count > 0 && cells.size() > 1) {
+    worst.reason =
+        fmt::format("{} of {} initial states, first number {}: {}", count, cells.size(), first + 1, worst.reason);
+  }
+  return worst;
+}
+
+// The numbers that the states' cells have for a value.
+std::vector<double> of_states(const std::vector<CellResult>& cells, const std::string& name) {
+  std::vector<double> numbers;
+  for (const CellResult& cell : cells) {
+    for (const Value& value : cell.values) {
+      if (value.name == name && value.value) numbers.push_back(*value.value);
+    }
+  }
+  return numbers;
+}
+
+Value mean_over_states(const std::vector<double>& numbers, const Value& like, std::uint64_t seed) {
+  std::vector<std::vector<double>> groups;
+  groups.reserve(numbers.size());
+  for (const double number : numbers) groups.push_back({number});
+  const Interval mean = bootstrap_mean_of_groups(groups, seed);
+  return {like.name, like.unit, mean.value, mean.low, mean.high};
+}
+
+// One measure's cells from several initial states as one: each value is the mean over the states with an interval, and
+// the states' own numbers are its samples. Of a grasp the share that held is a probability, and a drop the earliest.
+CellResult over_states(std::vector<CellResult> cells, std::uint64_t seed) {
+  if (cells.size() == 1) return std::move(cells.front());
+  CellResult all = {cells.front().measure, worst_of(cells), {}, {}};
+  const bool diverged = all.ending.outcome == Outcome::kDiverged;
+  std::vector<std::string> done;
+  for (const CellResult& cell : cells) {
+    for (const Value& value : cell.values) {
+      if (std::ranges::find(done, value.name) != done.end()) continue;
+      done.push_back(value.name);
+      const std::vector<double> numbers = of_states(cells, value.name);
+      if (numbers.empty()) continue;
+      all.samples.push_back({value.name + " of states", numbers});
+      if (value.name == "grasp_held") {
+        const auto held = static_cast<int>(std::ranges::count(numbers, 1.0));
+        const Interval share = probability(held, static_cast<int>(cells.size()));
+        all.values.push_back({value.name, value.unit, share.value, share.low, share.high});
+      } else if (value.name == "drop_time") {
+        all.values.push_back({value.name, value.unit, std::ranges::min(numbers), {}, {}});
+      } else if (!diverged) {
+        all.values.push_back(mean_over_states(numbers, value, seed));
+      }
+    }
+  }
+  return all;
+}
+
+// A run that exists may have more samples than are wanted: every so many of them are kept.
+void thin(std::vector<State>& states, long long samples) {
+  const long long extra = (std::ssize(states) - 1) % samples;
+  if (extra != 0 || std::ssize(states) <= samples) {
+    throw SystemError(
+        fmt::format("a kept run has {} states, which are no multiple of {} samples: remove the results' "
+                    "trajectories and start the same command again",
+                    states.size(), samples));
+  }
+  const auto stride = (states.size() - 1) / static_cast<size_t>(samples);
+  if (stride <= 1) return;
+  std::vector<State> kept;
+  for (size_t i = 0; i < states.size(); i += stride) kept.push_back(std::move(states[i]));
+  states = std::move(kept);
+}
+
 }  // namespace
 
 JobDone do_job(const RunJob& job) {
@@ -75,92 +167,208 @@ JobDone do_job(const RunJob& job) {
   const std::string& dir = job.trajectories;
   const long long per_sample = std::llround(job.subject.sample_ms / job.timestep_ms);
   const long long samples = std::llround(1000 * job.subject.duration_s / job.subject.sample_ms);
+  std::map<std::string, std::vector<CellResult>> found;  // by measure, of each state
+  double engine_s = 0;
+  for (int i = 0; i < job.states; ++i) {
+    const std::string use = std::cmp_less(i, job.use.size()) ? job.use[static_cast<size_t>(i)] : "";
+    Run run;
+    try {
+      check_supported(subject, 1e-3 * job.timestep_ms);
+      if (!use.empty()) {
+        run.trajectory = load(dir, use, subject.model);
+        thin(run.trajectory.states, samples);
+        run.ending = judge(subject, run.trajectory);
+      } else {
+        const State start = initial_state(subject.model, subject.states, job.state + i);
+        run = run_sampled(subject, start, job.timestep_ms, samples, per_sample);
+      }
+    } catch (const UnsupportedError& error) {
+      run.ending = {Outcome::kUnsupported, error.what()};
+    } catch (const EngineError& error) {
+      run.ending = {Outcome::kCrashed, fmt::format("the engine failed to start: {}", error.what())};
+    }
+    engine_s += run.engine_s;
+    const bool ended = run.ending.outcome == Outcome::kOk || run.ending.outcome == Outcome::kUnstable;
+    const bool partial = job.partial && !run.trajectory.states.empty();
+    if ((ended || partial) && !job.save.empty()) save(dir, job.save, run.trajectory);
+    for (const std::string& measure : job.measures) {
+      std::vector<CellResult>& cells = found[measure];
+      // the reference solution is that of the model's own initial state
+      if (measure == "truth" && job.state + i > 0) continue;
+      const bool ran = ended || run.ending.outcome == Outcome::kDiverged;
+      if (measure == "reference" || !ran) {
+        cells.push_back({measure, run.ending, {}, {}});
+      } else if (measure == "truth") {
+        cells.push_back(truth_cell(subject, run, load(dir, job.truth, subject.model, samples + 1),
+                                   static_cast<double>(samples * per_sample)));
+      } else if (measure == "grasp") {
+        cells.push_back(grasp_cell(run, job.grasp));
+      } else {
+        const RunMeasure* of_run = find_run_measure(measure);
+        if (of_run == nullptr) throw InputError(fmt::format("no measure '{}' reads a run", measure));
+        cells.push_back(run_cell(*of_run, subject, run, job.seed));
+      }
+    }
+    if (run.ending.outcome == Outcome::kUnsupported) break;  // from every state
+  }
   std::vector<CellResult> cells;
-  Run run;
-  try {
-    check_supported(subject, 1e-3 * job.timestep_ms);
-    if (!job.use.empty()) {
-      run.trajectory = load(dir, job.use, subject.model, samples + 1);
-      run.ending = judge(subject, run.trajectory);
-    } else {
-      run = run_sampled(subject, subject.model.initial, job.timestep_ms, samples, per_sample);
-    }
-  } catch (const UnsupportedError& error) {
-    run.ending = {Outcome::kUnsupported, error.what()};
-  } catch (const EngineError& error) {
-    run.ending = {Outcome::kCrashed, fmt::format("the engine failed to start: {}", error.what())};
-  }
-  const bool ended = run.ending.outcome == Outcome::kOk || run.ending.outcome == Outcome::kUnstable;
-  const bool partial = job.partial && !run.trajectory.states.empty();
-  if ((ended || partial) && !job.save.empty()) save(dir, job.save, run.trajectory);
-  for (const std::string& measure : job.measures) {
-    const bool ran = ended || run.ending.outcome == Outcome::kDiverged;
-    if (measure == "reference" || !ran) {
-      cells.push_back({measure, run.ending, {}, {}});
-    } else if (measure == "truth") {
-      cells.push_back(
-          truth_cell(subject, run, load(dir, job.truth, subject.model), static_cast<double>(samples * per_sample)));
-    } else if (measure == "grasp") {
-      cells.push_back(grasp_cell(run, job.grasp));
-    } else {
-      const RunMeasure* of_run = find_run_measure(measure);
-      if (of_run == nullptr) throw InputError(fmt::format("no measure '{}' reads a run", measure));
-      cells.push_back(run_cell(*of_run, subject, run, job.seed));
-    }
-  }
-  return job_done(std::move(cells), run.engine_s);
+  cells.reserve(job.measures.size());
+  for (const std::string& measure : job.measures) cells.push_back(over_states(std::move(found[measure]), job.seed));
+  return job_done(std::move(cells), engine_s);
 }
 
 JobDone do_job(const TruthJob& job) {
   const Model model = model_of(job.model);
   Trajectory truth;
-  truth.states = {model.initial, smooth_solution(model, model.initial, model.initial.time + job.duration_s)};
+  const long long samples = std::llround(1000 * job.duration_s / job.sample_ms);
+  std::vector<double> times;
+  times.reserve(static_cast<size_t>(samples));
+  for (long long i = 1; i <= samples; ++i) {
+    times.push_back(model.initial.time + job.duration_s * static_cast<double>(i) / static_cast<double>(samples));
+  }
+  truth.states = smooth_solution(model, model.initial, times);
+  truth.states.insert(truth.states.begin(), model.initial);
   save(job.trajectories, job.save, truth);
   return job_done({}, 0);
 }
 
 // ---- consistency ----------------------------------------------------------------------------------------------------
 
+namespace {
+
+struct Piece {
+  int state = 0;        // number of the initial state whose reference run it is part of
+  long long start = 0;  // sample of that run
+};
+
+// Spread evenly over the runs, each next one in the next state's.
+std::vector<Piece> spread(long long total, long long length, int pieces, int states) {
+  std::vector<Piece> all;
+  for (const long long start : piece_starts(total, length, pieces)) {
+    all.push_back({static_cast<int>(all.size()) % states, start});
+  }
+  return all;
+}
+
+// Whether `a` is a whole number of `b`, up to the rounding of decimal fractions.
+bool is_multiple(double a, double b) {
+  const double ratio = a / b;
+  return ratio > 0.5 && std::abs(ratio - std::round(ratio)) <= 1e-9 * std::max(1.0, ratio);
+}
+
+// Errors of the pieces of one length.
+struct PieceErrors {
+  double length_ms = 0;
+  std::vector<double> errors, states;
+};
+
+class Pieces {
+ public:
+  Pieces(const PiecesJob& job, const Subject& subject) : job_(job), subject_(subject) {
+    const long long samples = std::llround(1000 * job.subject.duration_s / job.grid_ms);
+    for (const std::string& address : job.references) {
+      references_.push_back(load(job.trajectories, address, subject.model, samples + 1));
+    }
+    // Timesteps that the samples of the reference runs cannot resolve are compared at the system's own.
+    sample_ms_ = is_multiple(job.grid_ms, job.timestep_ms) ? job.grid_ms : job.subject.sample_ms;
+    for (const double length : job.piece_ms) {
+      if (is_multiple(length, sample_ms_)) lengths_.push_back({length, {}, {}});
+    }
+  }
+
+  // The main length's pieces serve all shorter ones too: these end on the way. A longer one has as many pieces as take
+  // about the same simulated time. Throws as Engine::create.
+  void run() {
+    const double main = job_.piece_ms.front();
+    run_pieces(main, job_.pieces);
+    for (const PieceErrors& each : lengths_) {
+      if (each.length_ms <= main || ending_.outcome == Outcome::kDiverged) continue;
+      run_pieces(each.length_ms,
+                 std::clamp(static_cast<int>(std::llround(job_.pieces * main / each.length_ms)), 1, job_.pieces));
+    }
+  }
+
+  const Ending& ending() const { return ending_; }
+  double engine_s() const { return engine_s_; }
+  const std::vector<PieceErrors>& lengths() const { return lengths_; }
+  std::string where() const {
+    if (references_.size() == 1) return fmt::format("piece {}", piece_);
+    return fmt::format("piece {} (from initial state {})", piece_, state_ + 1);
+  }
+
+ private:
+  void run_pieces(double length_ms, int count) {
+    const bool main = length_ms == job_.piece_ms.front();
+    const long long samples = std::llround(length_ms / sample_ms_);
+    const long long stride = std::llround(sample_ms_ / job_.grid_ms);
+    const long long per_sample = std::llround(sample_ms_ / job_.timestep_ms);
+    const auto total = (static_cast<long long>(references_.front().states.size()) - 1) / stride;
+    piece_ = 0;
+    for (const Piece& piece : spread(total, samples, count, static_cast<int>(references_.size()))) {
+      ++piece_;
+      state_ = piece.state;
+      const std::vector<State>& reference = references_[static_cast<size_t>(piece.state)].states;
+      const auto at = [&](long long sample) -> const State& { return reference[static_cast<size_t>(stride * sample)]; };
+      const Run run = run_sampled(subject_, at(piece.start), job_.timestep_ms, samples, per_sample);
+      engine_s_ += run.engine_s;
+      if (run.ending.outcome != Outcome::kOk && ending_.outcome != Outcome::kDiverged) {
+        ending_ = {run.ending.outcome,
+                   fmt::format("{}{}, {}", where(), main ? "" : fmt::format(" of {} ms", shortest(length_ms)),
+                               run.ending.reason)};
+      }
+      if (run.ending.outcome == Outcome::kDiverged) return;
+      for (PieceErrors& each : lengths_) {
+        if (main ? each.length_ms > length_ms : each.length_ms != length_ms) continue;
+        const long long end = std::llround(each.length_ms / sample_ms_);
+        each.errors.push_back(position_error(run.trajectory.states[static_cast<size_t>(end)], at(piece.start + end)));
+        each.states.push_back(piece.state);
+      }
+    }
+  }
+
+  const PiecesJob& job_;
+  const Subject& subject_;
+  std::vector<Trajectory> references_;
+  double sample_ms_ = 0;
+  std::vector<PieceErrors> lengths_;
+  Ending ending_;
+  double engine_s_ = 0;
+  int piece_ = 0, state_ = 0;
+};
+
+}  // namespace
+
 JobDone do_job(const PiecesJob& job) {
   const Subject subject = subject_of(job.subject);
-  const Trajectory reference = load(job.trajectories, job.reference, subject.model,
-                                    std::llround(1000 * job.subject.duration_s / job.subject.sample_ms) + 1);
-  const auto total = static_cast<long long>(reference.states.size()) - 1;
-  const long long samples = std::llround(job.piece_ms / job.subject.sample_ms);
-  const long long per_sample = std::llround(job.subject.sample_ms / job.timestep_ms);
+  Pieces pieces(job, subject);
   CellResult cell = {"consistency", {}, {}, {}};
-  Ending& ending = cell.ending;
-  std::vector<double> errors;
-  double engine_s = 0;
-  int piece = 0;
   try {
     check_supported(subject, 1e-3 * job.timestep_ms);
-    for (const long long start : piece_starts(total, samples, job.pieces)) {
-      ++piece;
-      const Run run =
-          run_sampled(subject, reference.states[static_cast<size_t>(start)], job.timestep_ms, samples, per_sample);
-      engine_s += run.engine_s;
-      if (run.ending.outcome != Outcome::kOk && ending.outcome != Outcome::kDiverged) {
-        ending = {run.ending.outcome, fmt::format("piece {}, {}", piece, run.ending.reason)};
-      }
-      if (run.ending.outcome == Outcome::kDiverged) break;
-      errors.push_back(
-          position_error(run.trajectory.states.back(), reference.states[static_cast<size_t>(start + samples)]));
-    }
+    pieces.run();
+    cell.ending = pieces.ending();
   } catch (const UnsupportedError& error) {
-    ending = {Outcome::kUnsupported, error.what()};
+    cell.ending = {Outcome::kUnsupported, error.what()};
   } catch (const EngineError& error) {
-    ending = {Outcome::kCrashed, fmt::format("piece {}: the engine failed to start: {}", piece, error.what())};
+    cell.ending = {Outcome::kCrashed, fmt::format("{}: the engine failed to start: {}", pieces.where(), error.what())};
   }
-  if (ending.outcome == Outcome::kOk || ending.outcome == Outcome::kUnstable) {
-    const Interval error = bootstrap_mean(errors, job.seed);
-    cell.values.push_back({"consistency", "m", error.value, error.low, error.high});
-    if (same_timestep(job.timestep_ms, job.reference_ms)) {
-      cell.values.push_back({"restart_floor", "m", error.value, error.low, error.high});
+  if (cell.ending.outcome == Outcome::kOk || cell.ending.outcome == Outcome::kUnstable) {
+    for (const PieceErrors& each : pieces.lengths()) {
+      const bool main = each.length_ms == job.piece_ms.front();
+      // pieces of one motion depend on each other: where there are several motions, these are drawn
+      const Interval error = job.references.size() == 1
+                                 ? bootstrap_mean(each.errors, job.seed)
+                                 : bootstrap_mean_of_groups(grouped(each.errors, each.states), job.seed);
+      cell.values.push_back({main ? "consistency" : fmt::format("consistency_{}ms", shortest(each.length_ms)), "m",
+                             error.value, error.low, error.high});
+      if (main && same_timestep(job.timestep_ms, job.reference_ms)) {
+        cell.values.push_back({"restart_floor", "m", error.value, error.low, error.high});
+      }
+      cell.samples.push_back(
+          {main ? "piece_error_m" : fmt::format("piece_error_m {} ms", shortest(each.length_ms)), each.errors});
+      if (main && job.references.size() > 1) cell.samples.push_back({"piece_state", each.states});
     }
-    cell.samples = {{"piece_error_m", errors}};
   }
-  return job_done({std::move(cell)}, engine_s);
+  return job_done({std::move(cell)}, pieces.engine_s());
 }
 
 // ---- agreement --------------------------------------------------------------------------------------------------------

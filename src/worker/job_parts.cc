@@ -57,6 +57,7 @@ Subject subject_of(const SubjectSpec& spec) {
                                std::ranges::any_of(subject.model.tendons, &Tendon::has_spring) ||
                                has_joint_rows(subject.model);
   subject.free_running = subject.control->is_zero() && !adapter_springs;
+  subject.states = spec.states;
   return subject;
 }
 

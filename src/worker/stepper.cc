@@ -64,7 +64,7 @@ void Stepper::take(long long steps) {
     const long long count = subject_.free_running ? std::min(steps, kMostAtOnce) : 1;
     if (!subject_.free_running) {
       if (subject_.control->input() != ControlInput::kNothing) read_state();
-      subject_.control->torques(state_, torques_);
+      torques_of_step(*subject_.control, state_, timestep_s_, torques_);
       simulation_->set_torques(torques_);
     }
     const Clock::time_point start = Clock::now();

@@ -9,6 +9,7 @@
 
 #include "controls/control.h"
 #include "engines/registry.h"
+#include "measures/initial_states.h"
 #include "model/model.h"
 
 namespace assay {
@@ -28,6 +29,7 @@ struct Subject {
   // No torque is ever applied, neither by the control nor by the adapter for a joint's spring: steps may be taken many
   // at a time.
   bool free_running = true;
+  InitialStates states;
 };
 
 // The adapter breaks its interface: a state of another model's size, or of another time than was asked for. The text

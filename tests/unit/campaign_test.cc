@@ -306,5 +306,34 @@ TEST(Campaign, OursAreSound) {
   EXPECT_EQ(aa.contenders.at(0).content(), aa.contenders.at(4).content()) << "a twin";
 }
 
+TEST(Campaign, InitialStatesAndLengthsOfPieces) {
+  const std::string text = with(kGood, "piece_ms = 100", "piece_ms = [100, 2, 200]\ninitial_states = 3");
+  const Campaign campaign = parse_campaign(text, "file.toml");
+  const CampaignSystem& pile = campaign.systems[1];
+  EXPECT_EQ(pile.piece_ms, 100);
+  EXPECT_THAT(pile.more_pieces_ms, ElementsAre(2, 200));
+  EXPECT_EQ(pile.initial_states.count, 3);
+  EXPECT_EQ(pile.grid_ms(), 2) << "samples of the reference runs";
+  EXPECT_NE(campaign.hash(), parse_campaign(kGood, "file.toml").hash());
+  const auto refusal = [&](const std::string& from, const std::string& to) { return error_of(with(text, from, to)); };
+  EXPECT_THAT(refusal("[100, 2, 200]", "[100, 3]"), HasSubstr("pieces of 3 ms do not fit samples of 4 ms"));
+  EXPECT_THAT(refusal("[100, 2, 200]", "[100, 600]"), HasSubstr("pieces of 600 ms"));
+  EXPECT_THAT(refusal("[100, 2, 200]", "[]"), HasSubstr("at least one"));
+  EXPECT_THAT(refusal("[100, 2, 200]", "[100, 100]"), HasSubstr("100 ms twice"));
+  EXPECT_THAT(refusal("initial_states = 3", "initial_states = 4"), HasSubstr("give pieces = 4 or more"));
+  EXPECT_THAT(refusal("initial_states = 3", "initial_states = 0"), HasSubstr("from 1 to 1000"));
+  EXPECT_THAT(refusal("initial_states = 3", "perturbation = {velocity = 1}"), HasSubstr("without initial_states"));
+  EXPECT_THAT(refusal("initial_states = 3", "initial_states = 3\nperturbation = {velocty = 1}"),
+              HasSubstr("did you mean 'velocity'"));
+  EXPECT_THAT(refusal("initial_states = 3", "initial_states = 3\nperturbation = {velocity = -1}"),
+              HasSubstr("positive number"));
+  EXPECT_EQ(error_of("reference_ms = \"1/16\"", "reference_ms = \"1/16\"\nreference_single_ms = \"1/4\""),
+            "(accepted)");
+  EXPECT_THAT(error_of("reference_ms = \"1/16\"", "reference_ms = \"1/16\"\nreference_single_ms = \"1/10\""),
+              HasSubstr("reference_single_ms = 0.1 is no whole number"));
+  EXPECT_THAT(error_of("reference_ms = \"1/16\"", "reference_ms = \"1/16\"\nreference_single_ms = \"1/8\""),
+              HasSubstr("none of the system's timesteps"));
+}
+
 }  // namespace
 }  // namespace assay

@@ -306,6 +306,24 @@ TEST(Accuracy, FloorIsFlaggedOnlyWhereTheErrorStopsShrinking) {
   EXPECT_FALSE(error_floor({}));
 }
 
+TEST(Accuracy, APlateauIsWhereACurveStopsFallingWhateverTheReason) {
+  EXPECT_FALSE(plateau(curve({1e-4, 2e-4, 4e-4, 8e-4}, 0)));
+  EXPECT_EQ(plateau(curve({2.4e-4, 2.6e-4, 2.5e-4, 7e-4, 2e-3}, 0)), 2.6e-4) << "the largest of the flat part";
+  EXPECT_EQ(plateau(curve({2.4e-4, 2.6e-4, 2.5e-4}, 1)), 2.6e-4) << "rounding explains it: a plateau nevertheless";
+  EXPECT_FALSE(plateau(curve({2.4e-4, 2.6e-4, 7e-4, 2e-3}, 0))) << "over a factor of two it may be chance";
+}
+
+// x = t, the reference 0: the error is the time.
+TEST(Accuracy, ErrorOverARunIsNotThatOfItsEnd) {
+  std::vector<State> run(5, free_body().initial), reference = run;
+  const std::vector<double> errors = {7, 0.3, 0.4, 0, 0.1};
+  for (size_t i = 0; i < run.size(); ++i) run[i].bodies[0].p_WBcm.x() += errors[i];
+  const ErrorOverTime error = error_over_time(run, reference);
+  EXPECT_NEAR(error.at_end, 0.1, 1e-15);
+  EXPECT_NEAR(error.largest, 0.4, 1e-15) << "the common start does not count";
+  EXPECT_NEAR(error.rms, std::sqrt((0.09 + 0.16 + 0.01) / 4), 1e-15);
+}
+
 TEST(Accuracy, RoundingGrowsWithStepsAndPrecision) {
   EXPECT_NEAR(rounding_error(false, 2, 1000), 2 * 1000 * 2.220446049250313e-16, 1e-25);
   EXPECT_GT(rounding_error(true, 2, 1000), 1e8 * rounding_error(false, 2, 1000));
@@ -365,8 +383,10 @@ TEST(Plausible, BelowTheGround) {
   State state = start;
   state.bodies[0].p_WBcm.z() = 0.01;
   EXPECT_EQ(plausibility.impossibility(state), "");
-  state.bodies[0].p_WBcm.z() = -0.01;
-  EXPECT_THAT(plausibility.impossibility(state), HasSubstr("below the ground"));
+  state.bodies[0].p_WBcm.z() = -0.09;
+  EXPECT_EQ(plausibility.impossibility(state), "") << "deep, but the ground still holds a part of it: a penetration";
+  state.bodies[0].p_WBcm.z() = -0.11;
+  EXPECT_THAT(plausibility.impossibility(state), HasSubstr("wholly below the ground, by 0.01 m"));
   EXPECT_NEAR(plausibility.available_energy(), 2 * 10 * 1, 1e-12) << "no deeper than the ground";
 }
 

@@ -42,13 +42,20 @@ TEST(Values, OneRowEachAndAMeasureStandsForItsFirst) {
     EXPECT_TRUE(!info.limit || info.better == Better::kLow) << info.name << ": only an error has an upper limit";
     EXPECT_TRUE(!info.plot || info.limit) << info.name;
   }
-  EXPECT_EQ(value_named("truth"), "truth_error");
+  EXPECT_EQ(value_named("truth"), "truth_error_max");
+  EXPECT_EQ(value_named("truth", {value_info("truth_error")}), "truth_error")
+      << "what results of an earlier version have";
+  EXPECT_EQ(value_named("truth_error", {value_info("truth_error_max")}), "truth_error") << "a value's own name";
   EXPECT_EQ(value_named("drift"), "energy_drift");
   EXPECT_EQ(value_named("violation"), "joint_dislocation_max");
   EXPECT_EQ(value_named("penetration_rms"), "penetration_rms");
   EXPECT_EQ(value_named("unheard_of"), "");
   EXPECT_EQ(value_info("unheard_of").label, "Unheard of");
   EXPECT_FALSE(value_info("unheard_of").limit);
+  EXPECT_EQ(value_info("consistency_8ms").label, "Self-consistency error, pieces of 8 ms");
+  EXPECT_TRUE(can_limit("consistency_8ms"));
+  EXPECT_FALSE(can_limit("consistency_ms"));
+  EXPECT_FALSE(can_limit("consistency_floor"));
 }
 
 // ---- speed ------------------------------------------------------------------------------------------------------------------
@@ -217,6 +224,48 @@ TEST_F(RecommendTest, EveryOutcomeButOkIsOutAndSoIsADrop) {
   EXPECT_EQ(best(answers(), within(1)), "fast at 4");
 }
 
+TEST_F(RecommendTest, AGraspQualifiesOnlyWhereAllInitialStatesHeld) {
+  line("fast");
+  put("fast", 1, "grasp", {{"grasp_held", "1", 1, 0.83, 1}});
+  put("fast", 2, "grasp", {{"grasp_held", "1", 1, 0.75, 1}});
+  put("fast", 4, "grasp", {{"grasp_held", "1", 0.95, 0.75, 0.999}, {"drop_time", "s", 3.2, {}, {}}});
+  const SystemAnswers all = answers();
+  EXPECT_EQ(best(all, within(1)), "fast at 2");
+  EXPECT_EQ(why(all, "fast", 4), "grasp: held from 95 % of the initial states only (75 to 100 %)");
+  EXPECT_EQ(all.points[0].held.value_or(Interval{}).low, 0.83);
+  EXPECT_EQ(all.points[1].held.value_or(Interval{}).low, 0.75) << "the least up to there";
+}
+
+TEST_F(RecommendTest, TheLargestErrorOverTheRunCountsNotTheOneAtItsEnd) {
+  line("fast");
+  for (const double step : {1.0, 2.0, 4.0}) {
+    put("fast", step, "truth",
+        {{"truth_error_max", "m", 1e-2 * step, {}, {}}, {"truth_error", "m", 1e-3 * step, {}, {}}});
+    put("slow", step, "truth", {{"truth_error_max", "m", 2e-2 * step, {}, {}}});
+  }
+  const SystemAnswers all = answers();
+  EXPECT_EQ(all.main, kTruthError);
+  EXPECT_EQ(best(all, {{{all.main, 1.5e-2}}, {}}), "fast at 1");
+}
+
+// Near a floor an error is an upper bound: it qualifies by the bound, and is on no front.
+TEST_F(RecommendTest, AnErrorNearItsFloorIsABound) {
+  speed("fast", 1, 10);
+  put("fast", 1, "consistency",
+      {{"consistency", "m", 2e-4, 1e-4, 3e-4},
+       {"consistency_floor", "m", 2e-4, {}, {}},
+       {"consistency_bound", "m", 5e-4, {}, {}}});
+  const SystemAnswers all = answers();
+  EXPECT_EQ(best(all, {{{"consistency", 5e-4}}, {}}), "fast at 1");
+  EXPECT_EQ(best(all, {{{"consistency", 4e-4}}, {}}), "nobody") << "2e-4 was measured, and says nothing below 5e-4";
+  EXPECT_TRUE(all.candidates.at(0).worst.at("consistency").is_bound);
+  EXPECT_FALSE(all.fronts.contains("consistency"));
+  const Figure figure = Results(store_).figure("s", "fast", "consistency", 1.0);
+  EXPECT_TRUE(figure.is_bound);
+  EXPECT_EQ(figure.value.low, 0);
+  EXPECT_EQ(figure.value.high, 5e-4);
+}
+
 TEST_F(RecommendTest, TheErrorIsTheLargestUpToTheStep) {
   line("slow");
   error("slow", 2, 1.0);  // worse than at 4 ms
@@ -285,7 +334,7 @@ TEST_F(RecommendTest, TheReportSaysTheSame) {
   EXPECT_EQ(answer["id"], "fastest-1mm");
   EXPECT_EQ(answer["contender"], "fast");
   EXPECT_EQ(answer["timestep_ms"], 1);
-  EXPECT_EQ(answer["text"], "fast at 1 ms: 20.0× real time, error 1.00 mm");
+  EXPECT_EQ(answer["text"], "fast at 1 ms: 20.0× real time, error at the end 1.00 mm");
   EXPECT_THAT(catalogue_data(results).dump(), HasSubstr("truth_error"));
 }
 

@@ -9,6 +9,7 @@ export interface Value {
   value: number | null;
   low: number | null;
   high: number | null;
+  bound?: boolean; // the value is an upper bound: near a floor
 }
 
 export interface Cell {
@@ -527,13 +528,19 @@ export class SystemView {
     return null;
   }
 
-  // Timesteps at which a value is an error of integration; at the reference's own timestep it is a restart floor.
+  // Timesteps at which a value is an error of integration for some contender; at a reference's own timestep it is a restart
+  // floor.
   errorTimesteps(name: string): number[] {
     const steps = this.timesteps(name);
-    if (name !== "consistency") return steps;
-    const reference = this.cells.find((cell) => cell.values.some((value) => value.name === "restart_floor"))?.timestep_ms;
-    return steps.filter((step) => step !== reference);
+    if (!name.startsWith("consistency")) return steps;
+    const own = this.cells.filter((cell) => cell.values.some((value) => value.name === name));
+    return steps.filter((step) => own.some((cell) => cell.timestep_ms === step && !isReference(cell)));
   }
+}
+
+// A cell in which a fine-step run was compared with itself.
+export function isReference(cell: Cell): boolean {
+  return cell.values.some((value) => value.name === "restart_floor");
 }
 
 export function readReport(): Report {

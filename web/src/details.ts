@@ -2,7 +2,7 @@
 import { type Cell, type Report, valueInfo } from "./data";
 import { simulateCommand } from "./command";
 import { clear, el, type Child } from "./dom";
-import { interval, named, percent, realtime, seconds, timestep } from "./format";
+import { figure, interval, percent, realtime, seconds, timestep } from "./format";
 import type { Palette } from "./palette";
 import { histogram } from "./plots/histogram";
 import { swatch } from "./plots/legend";
@@ -34,7 +34,7 @@ function values(cells: Cell[]): HTMLElement {
           "tr",
           { "data-value": value.name },
           el("th", { scope: "row", title: valueInfo(value.name).meaning }, valueInfo(value.name).label),
-          el("td", { class: "figure" }, named(value.name, value.value, value.unit), range ? el("span", { class: "range" }, range) : null),
+          el("td", { class: "figure" }, figure(value), range ? el("span", { class: "range" }, range) : null),
         ),
       );
     }

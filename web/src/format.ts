@@ -94,6 +94,11 @@ export function named(name: string, value: number | null | undefined, unit: stri
   return name === "realtime_factor" ? realtime(value) : quantity(value, unit);
 }
 
+// A stored value; an upper bound is shown as one.
+export function figure(value: { name: string; value: number | null; unit: string; bound?: boolean }): string {
+  return (value.bound ? "≤ " : "") + named(value.name, value.value, value.unit);
+}
+
 export function interval(name: string, low: number | null, high: number | null, unit: string): string {
   if (low === null || high === null || !Number.isFinite(low) || !Number.isFinite(high)) return "";
   return `${named(name, low, unit)} to ${named(name, high, unit)}`;

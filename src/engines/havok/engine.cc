@@ -113,7 +113,7 @@ class HavokEngine final : public Adapter {
     });
     if (plane) {
       limitations.push_back({Fidelity::kApproximated, "planes",
-                             fmt::format("a box whose upper side is {0:g} m x {0:g} m", options.ground_size)});
+                             fmt::format("a box whose upper side is at least {0:g} m x {0:g} m", options.ground_size)});
     }
     if (const Filters filters = find_filters(model); filters.of.empty()) {
       limitations.push_back({Fidelity::kRefused, "contact pairs",

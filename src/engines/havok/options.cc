@@ -33,7 +33,13 @@ std::vector<Setting> declared_settings() {
        1.0,
        1e9},
       lent_share_setting(),
-      {"ground_size", 1000.0, "m", "side of the box that replaces a plane, which Havok does not have", {}, 1.0, 1e5},
+      {"ground_size",
+       100.0,
+       "m",
+       "least side of the box that replaces a plane, which Havok does not have",
+       {},
+       1.0,
+       1e5},
       {"ground_thickness", 10.0, "m", "thickness of that box", {}, 0.1, 1e4},
   };
 }

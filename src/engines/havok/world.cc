@@ -199,6 +199,13 @@ class HavokSimulation final : public Simulation {
     }
   }
 
+  // How far from `center` a body starts, m.
+  double farthest_start(const Vec3& center) const {
+    double farthest = 0;
+    for (const BodyState& body : model_.initial.bodies) farthest = std::max(farthest, (body.p_WBcm - center).norm());
+    return farthest;
+  }
+
   Id create_shape(const Shape& shape) {
     Id id = 0;
     const Vec3 center = shape.body == kWorld ? shape.X_BS.p : Vec3(shape.X_BS.p - model_.bodies[shape.body].p_BBcm);
@@ -213,7 +220,8 @@ class HavokSimulation final : public Simulation {
         break;
       }
       case ShapeType::kPlane: {
-        const Vec3 size(options_.ground_size, options_.ground_size, options_.ground_thickness);
+        const double side = std::max(options_.ground_size, 4 * farthest_start(shape.X_BS.p));
+        const Vec3 size(side, side, options_.ground_thickness);
         module_->call(Function::kShape_CreateBox, {in(vector3(Vec3(0, 0, -size.z() / 2))),
                                                    in(quaternion(Quat::Identity())), in(vector3(size)), out(id)});
         break;

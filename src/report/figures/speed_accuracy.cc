@@ -13,6 +13,7 @@ namespace {
 struct Curve {
   std::string contender;
   std::vector<Canvas::Point> points;  // realtime factor, error
+  std::vector<bool> bounds;           // whether the error is an upper bound, of each point
   std::optional<double> fails_at;     // realtime factor of the first timestep above them that gave nothing
 };
 
@@ -21,7 +22,7 @@ std::vector<Curve> curves_of(const Results& results, const std::string& system, 
   const bool timed = results.timed(system);
   std::vector<Curve> curves;
   for (const std::string& contender : results.papers()) {
-    Curve curve{contender, {}, {}};
+    Curve curve{contender, {}, {}, {}};
     for (const auto& [step, cell] : results.cells(system, contender, measure)) {
       std::optional<double> speed = step;
       if (timed) {
@@ -33,6 +34,7 @@ std::vector<Curve> curves_of(const Results& results, const std::string& system, 
       const auto error = interval_of(*cell, name);
       if (speed && error && std::abs(error->value) > 0 && cell->outcome == Outcome::kOk) {
         curve.points.push_back({*speed, std::abs(error->value)});
+        curve.bounds.push_back(bound_of(*cell, name).has_value());
         curve.fails_at.reset();
       } else if (cell->outcome != Outcome::kOk && !curve.fails_at) {
         // Straight above the last point where a run that failed could not be timed.
@@ -56,7 +58,14 @@ void draw_curve(Canvas& canvas, const Box& box, const LogAxis& x, const LogAxis&
     if (!path.empty()) canvas.line(path.back().x, path.back().y, end.x, end.y, look.color, 0.5, {1, 1.5});
     canvas.cross(end, 4.5, look.color);
   }
-  for (const Canvas::Point& point : path) canvas.mark(look.mark, point, 3.4, look.color);
+  for (size_t i = 0; i < path.size(); ++i) {
+    const Canvas::Point& point = path[i];
+    canvas.mark(look.mark, point, 3.4, look.color);
+    if (!curve.bounds[i]) continue;
+    canvas.line(point.x, point.y + 2, point.x, point.y + 6, look.color, 0.6);
+    canvas.line(point.x - 1.5, point.y + 4.3, point.x, point.y + 6, look.color, 0.6);
+    canvas.line(point.x + 1.5, point.y + 4.3, point.x, point.y + 6, look.color, 0.6);
+  }
 }
 
 // Draws or only measures; returns the height.

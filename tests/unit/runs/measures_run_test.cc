@@ -11,6 +11,8 @@
 #include "base/paths.h"
 #include "campaign/plan.h"
 #include "coordinator/run.h"
+#include "measures/clusters.h"
+#include "measures/initial_states.h"
 #include "store/trajectory.h"
 #include "temp_folder.h"
 
@@ -133,6 +135,72 @@ TEST_F(MeasuresRunTest, AGraspIsHeldOrDroppedWhenItHasToBe) {
   for (const double timestep : {1.0, 4.0, 16.0}) {
     EXPECT_FALSE(value(find("out", "lost", "mujoco-euler", "grasp", timestep), "largest_stable_timestep"));
   }
+}
+
+// The ball and the hand fly apart with the difference of their perturbed velocities.
+TEST_F(MeasuresRunTest, AGraspFromSeveralInitialStatesIsAProbability) {
+  write("held.xml", drifting(1));
+  const Campaign many = campaign(
+      "name = \"grasp\"\ncontenders = [\"mujoco-euler\"]\ntimesteps_ms = [1, 16]\nmeasures = [\"grasp\"]\n"
+      "[[system]]\nname = \"held\"\nmodel = \"./held.xml\"\ninitial_states = 12\nduration_s = 0.512\n"
+      "perturbation = {velocity = 0.5, spin = 0, rotation = 0, position = 0}\n"
+      "grasp = {object = \"ball\", hand = \"hand\", drop_m = 0.25}\n");
+  run(many, "out");
+  const CampaignSystem& system = many.systems.front();
+  int held = 0;
+  for (int i = 0; i < 12; ++i) {
+    const State start = initial_state(system.model, system.initial_states, i);
+    const Vec3 apart = start.bodies[1].v_WBcm - start.bodies[0].v_WBcm;
+    if (0.512 * apart.norm() < 0.25) ++held;
+  }
+  ASSERT_TRUE(0 < held && held < 12) << held;
+  const Cell cell = find("out", "held", "mujoco-euler", "grasp", 16);
+  EXPECT_EQ(cell.outcome, Outcome::kOk);
+  EXPECT_DOUBLE_EQ(number(cell, "grasp_held"), held / 12.0);
+  const Interval expected = probability(held, 12);
+  const Value* share = find_value(cell, "grasp_held");
+  ASSERT_NE(share, nullptr);
+  EXPECT_EQ(share->low, expected.low);
+  EXPECT_EQ(share->high, expected.high);
+  EXPECT_EQ(samples("out", cell, "grasp_held of states").size(), 12U);
+  EXPECT_EQ(samples("out", cell, "grasp_held of states").front(), 1) << "the model's own state";
+  EXPECT_FALSE(value(cell, "largest_stable_timestep")) << "it did not hold from all of them";
+}
+
+TEST_F(MeasuresRunTest, PiecesOfSeveralLengthsFromSeveralInitialStates) {
+  const Campaign pieces = campaign(
+      "name = \"pieces\"\ncontenders = [\"mujoco-euler\", \"bullet-si-f32\"]\ntimesteps_ms = [\"1/2\", 1, 4, 16]\n"
+      "reference_ms = \"1/2\"\nreference_single_ms = 1\nmeasures = [\"consistency\", \"violation\"]\n"
+      "[[system]]\nname = \"planar-chain\"\nduration_s = 0.256\ninitial_states = 3\npieces = 7\n"
+      "piece_ms = [64, 8, 128]\n");
+  const RunSummary first = run(pieces, "out");
+  for (const auto& [outcome, count] : first.outcomes) EXPECT_EQ(outcome, "ok") << count;
+  const Cell cell = find("out", "planar-chain", "mujoco-euler", "consistency", 4);
+  EXPECT_EQ(samples("out", cell, "piece_error_m").size(), 7U);
+  EXPECT_THAT(samples("out", cell, "piece_state"), ::testing::ElementsAre(0, 1, 2, 0, 1, 2, 0));
+  EXPECT_EQ(samples("out", cell, "piece_error_m 8 ms").size(), 7U) << "on the way of the main ones";
+  EXPECT_EQ(samples("out", cell, "piece_error_m 128 ms").size(), 4U) << "about as much simulated time";
+  EXPECT_LT(number(cell, "consistency_8ms"), number(cell, "consistency"));
+  EXPECT_LT(number(cell, "consistency"), number(cell, "consistency_128ms"));
+  EXPECT_FALSE(value(find("out", "planar-chain", "mujoco-euler", "consistency", 16), "consistency_8ms"))
+      << "shorter than a step";
+  // The precision's own reference.
+  EXPECT_LT(number(find("out", "planar-chain", "mujoco-euler", "consistency", 0.5), "restart_floor"), 1e-12);
+  EXPECT_FALSE(value(find("out", "planar-chain", "mujoco-euler", "consistency", 1), "restart_floor"));
+  EXPECT_TRUE(value(find("out", "planar-chain", "bullet-si-f32", "consistency", 1), "restart_floor"));
+  const Store store = Store::open(path("out"));
+  for (const Cell& each : store.cells()) {
+    EXPECT_FALSE(each.contender == "bullet-si-f32" && each.measure == "consistency" && each.timestep_ms < 1);
+  }
+  const Cell violation = find("out", "planar-chain", "bullet-si-f32", "violation", 4);
+  EXPECT_EQ(samples("out", violation, "joint_dislocation_max of states").size(), 3U);
+  const Value* mean = find_value(violation, "joint_dislocation_max");
+  ASSERT_NE(mean, nullptr);
+  EXPECT_LE(mean->low.value_or(1), *mean->value);
+  EXPECT_GE(mean->high.value_or(0), *mean->value);
+  // Each state's fine-step run is kept, so that what was interrupted goes on from there.
+  EXPECT_EQ(std::distance(fs::directory_iterator(store.trajectories_dir()), fs::directory_iterator()), 6);
+  EXPECT_EQ(run(pieces, "out").done_now, 0);
 }
 
 TEST_F(MeasuresRunTest, AGraspNamesItsBodies) {

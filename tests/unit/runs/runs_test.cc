@@ -510,6 +510,14 @@ TEST_F(RunsTest, ValuesAreWhatTheyClaim) {
     EXPECT_LT(number(find(store, contender, "consistency", 1), "consistency"),
               number(find(store, contender, "consistency", 4), "consistency"));
   }
+  // Over the whole run the error is at least that at its end.
+  for (const char* contender : {"first", "cartesian", "fourth-order"}) {
+    const Cell truth = find(store, contender, "truth", 4);
+    EXPECT_GE(number(truth, "truth_error_max"), number(truth, "truth_error")) << contender;
+    EXPECT_GE(number(truth, "truth_error_max"), number(truth, "truth_error_rms")) << contender;
+    EXPECT_GT(number(truth, "truth_error_rms"), 0) << contender;
+    EXPECT_TRUE(value(find(store, contender, "drift", 4), "energy_drift_rate")) << contender;
+  }
   // Orders of convergence: between this timestep and the next smaller one.
   EXPECT_NEAR(number(find(store, "first", "truth", 4), "truth_order"), 1, 0.1);
   EXPECT_NEAR(number(find(store, "fourth-order", "truth", 4), "truth_order"), 4, 0.3);
@@ -652,7 +660,32 @@ TEST_F(RunsTest, DerivedValuesMarkErrorsNearTheRestartFloor) {
   derive_values(store);
   EXPECT_FALSE(value(find(store, "c", "consistency", 0.1), "consistency_floor"));
   EXPECT_EQ(value(find(store, "c", "consistency", 0.2), "consistency_floor"), 1e-5);
+  EXPECT_EQ(value(find(store, "c", "consistency", 0.2), "consistency_bound"), 3e-5) << "the distance and the floor";
   EXPECT_FALSE(value(find(store, "c", "consistency", 0.4), "consistency_floor"));
+  EXPECT_FALSE(value(find(store, "c", "consistency", 0.4), "consistency_bound"));
+}
+
+// A restart that is exact hides that the fine-step run itself is rounded: the curve stops falling.
+TEST_F(RunsTest, DerivedValuesMarkErrorsOnAPlateau) {
+  Store store = Store::create(dir(), {"c", "h"});
+  double timestep = 1.0 / 64;
+  for (const double error : {0.0, 2.4e-4, 2.6e-4, 2.5e-4, 2.6e-4, 9e-4}) {
+    Cell cell;
+    cell.key = std::to_string(timestep);
+    cell.system = "chain";
+    cell.contender = "c";
+    cell.timestep_ms = timestep;
+    cell.measure = "consistency";
+    cell.values = {{"consistency", "m", error, error, 1.5 * error}};
+    if (error == 0) cell.values.push_back({"restart_floor", "m", error, {}, {}});
+    store.put_cell(cell);
+    timestep *= 2;
+  }
+  derive_values(store);
+  EXPECT_FALSE(value(find(store, "c", "consistency", 1.0 / 64), "consistency_bound")) << "the reference itself";
+  EXPECT_EQ(value(find(store, "c", "consistency", 1.0 / 8), "consistency_floor"), 2.6e-4);
+  EXPECT_NEAR(value(find(store, "c", "consistency", 1.0 / 8), "consistency_bound").value_or(0), 6.35e-4, 1e-12);
+  EXPECT_FALSE(value(find(store, "c", "consistency", 0.5), "consistency_bound")) << "beyond three floors";
 }
 
 TEST_F(RunsTest, ShardsTogetherAreTheWhole) {

@@ -2,10 +2,10 @@
 import { line } from "d3-shape";
 
 import { onRestored } from "../address";
-import { valueInfo, type Cell, type Outcome, type Speed, type SystemView } from "../data";
+import { isReference, valueInfo, type Cell, type Outcome, type Speed, type SystemView } from "../data";
 import { clear, el, onWidth, svg, textWidth, uniqueId } from "../dom";
 import { downloads, type CsvRow } from "../download";
-import { hasPrefixes, interval, named, quantity, realtime, sentenceList, timestep, timestepRange, unitText } from "../format";
+import { figure, hasPrefixes, interval, named, quantity, realtime, sentenceList, timestep, timestepRange, unitText } from "../format";
 import type { Palette } from "../palette";
 import { markContenders, state } from "../state";
 import { facts, tooltip } from "../tooltip";
@@ -60,7 +60,7 @@ function collect(view: SystemView, name: string): { series: Series[]; unplaced: 
     const outcomes = new Set<string>();
     for (const step of view.errorTimesteps(name)) {
       const entry = view.entry(contender, step, name);
-      if (!entry || entry.cell.outcome === "unsupported") continue;
+      if (!entry || entry.cell.outcome === "unsupported" || (name.startsWith("consistency") && isReference(entry.cell))) continue;
       const speed = view.speed(contender, step);
       if (timed && !speed) {
         if (entry.value) noSpeed.push(step);
@@ -83,6 +83,10 @@ function collect(view: SystemView, name: string): { series: Series[]; unplaced: 
 
 function isNearFloor(point: Point, name: string): boolean {
   return name === "consistency" && point.cell.values.some((value) => value.name === "consistency_floor");
+}
+
+function isBound(point: Point, name: string): boolean {
+  return point.cell.values.some((value) => value.name === name && value.bound);
 }
 
 // Lines of slope 1, 2 and 4 from the emptiest corner: how an error of that order falls with the timestep. In a narrow
@@ -338,6 +342,7 @@ export class SpeedAccuracy {
         group.append(
           svg("path", { class: `mark${hollow ? " hollow" : ""}${pale ? " pale" : ""}${point.sound ? "" : " unsound"}`, d: look.path(46 * (point.timestep === 1 ? 2 : 1)), transform: `translate(${point.x},${point.y}) rotate(${look.turn})`, "data-timestep": point.timestep }),
         );
+        if (isBound(point, this.name)) group.append(svg("path", { class: "bound", d: "M0,5V13M-3,9.5L0,13L3,9.5", transform: `translate(${point.x},${point.y})` }));
         if (!point.sound) group.append(svg("path", { class: "strike", d: "M-5.5,5.5L5.5,-5.5", transform: `translate(${point.x},${point.y})` }));
       }
       drawing.append(group);
@@ -364,8 +369,8 @@ export class SpeedAccuracy {
     }
     const drawn = series.filter((one) => one.floor !== null && one.floor > lowest && one.floor < highest);
     if (drawn.length > 0) notes.push("Faint horizontal lines: restart floors, near which an error says nothing of the timestep.");
-    if (everything.some((point) => isNearFloor(point, this.name))) notes.push("Pale markers: too close to the restart floor to tell timesteps apart.");
-    const flat = this.name === "truth_error" ? series.filter((one) => this.view.single(one.contender, "truth_floor") !== null) : [];
+    if (everything.some((point) => isNearFloor(point, this.name))) notes.push("Pale markers: too close to the floor to tell timesteps apart. An arrow downward marks an upper bound.");
+    const flat = this.name.startsWith("truth_error") ? series.filter((one) => this.view.single(one.contender, "truth_floor") !== null) : [];
     if (flat.length > 0) {
       notes.push(
         `Flagged: the error of ${sentenceList(flat.map((one) => one.contender))} stops shrinking with the timestep, far above what rounding explains.`,
@@ -505,13 +510,18 @@ export class SpeedAccuracy {
       el("strong", {}, point.contender),
       facts([
         ["timestep", `${timestep(point.timestep)} ms`],
-        [info.label.toLowerCase(), point.error === null ? point.cell.outcome : named(this.name, point.error, unit)],
+        [info.label.toLowerCase(), point.error === null ? point.cell.outcome : (isBound(point, this.name) ? "≤ " : "") + named(this.name, point.error, unit)],
         ["interval", interval(this.name, point.low, point.high, unit)],
+        // an error of contacts says little without how far they give way
+        ...["penetration_max", "grasp_slip"].filter((name) => name !== this.name).map((name): [string, string | null] => {
+          const value = this.view.entry(point.contender, point.timestep, name)?.value;
+          return [valueInfo(name).short, value ? figure(value) : null];
+        }),
         ["restart floor", this.name === "consistency" ? quantity(this.view.single(point.contender, "restart_floor"), unit) : null],
         ["real time", point.speed && realtime(point.speed.value) + (point.speed.timed || !point.speed.between ? "" : ` (timed at ${point.speed.between.map(timestep).join(" and ")} ms)`)],
         ["interval", point.speed && interval("realtime_factor", point.speed.low, point.speed.high, "1")],
         ["raw speed", speed ? quantity(speed.value, speed.unit) : null],
-        ["truth floor", this.name === "truth_error" && this.view.single(point.contender, "truth_floor") !== null ? quantity(this.view.single(point.contender, "truth_floor"), unit) : null],
+        ["truth floor", this.name.startsWith("truth_error") && this.view.single(point.contender, "truth_floor") !== null ? quantity(this.view.single(point.contender, "truth_floor"), unit) : null],
         ["outcome", point.cell.outcome === "ok" || point.error === null ? null : point.cell.outcome],
         ["reason", point.cell.reason],
         ["not sound", point.sound || point.cell.outcome !== "ok" ? null : this.view.point(point.contender, point.timestep)?.why],

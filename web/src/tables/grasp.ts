@@ -1,7 +1,7 @@
 // Which contender holds the object at which timestep: every mark is a cell, so that a hole in the range shows.
 import type { Cell, SystemView } from "../data";
 import { el, svg, type Child } from "../dom";
-import { quantity, timestep } from "../format";
+import { percent, quantity, timestep } from "../format";
 import type { Palette } from "../palette";
 import { swatch } from "../plots/legend";
 import { state } from "../state";
@@ -37,8 +37,11 @@ export function graspTable(view: SystemView, palette: Palette): HTMLElement | nu
     const cell = at(contender, step);
     if (!cell) return "";
     const grip = gripOf(cell);
+    const share = cell.values.find((value) => value.name === "grasp_held");
+    const tried = share?.value !== null && share?.low !== null && share?.low !== undefined && share.high !== null;
+    const states = tried ? `, held from ${percent(share!.value!)} of the initial states (95 % interval ${percent(share!.low!)} to ${percent(share!.high!)})` : "";
     const dropped = cell.values.find((value) => value.name === "drop_time")?.value;
-    const text = `${contender} at ${timestep(step)} ms: ${grip === "failed" ? cell.outcome : kWords[grip]}${dropped ? ` after ${quantity(dropped, "s")}` : ""}`;
+    const text = `${contender} at ${timestep(step)} ms: ${grip === "failed" ? cell.outcome : kWords[grip]}${dropped ? ` after ${quantity(dropped, "s")}` : ""}${states}`;
     const button = el("button", { type: "button", class: "grip-cell", title: cell.reason || text, "aria-label": text, "data-grip": grip, "data-timestep": step, "data-contender-of": contender }, gripMark(grip));
     button.addEventListener("click", () => state.choose({ system: view.system, contender, timestep: step }));
     return button;

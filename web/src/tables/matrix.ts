@@ -1,7 +1,7 @@
 // Contender x timestep of one value. A click on a figure opens everything that is known of it below the row.
 import { valueInfo, type Entry, type SystemView } from "../data";
 import { clear, el, type Child } from "../dom";
-import { interval, named, percent, seconds, timestep, timestepRange } from "../format";
+import { figure, interval, named, percent, seconds, timestep, timestepRange } from "../format";
 import type { Palette } from "../palette";
 import { swatch } from "../plots/legend";
 import { state } from "../state";
@@ -91,7 +91,7 @@ export class Matrix {
     const entry = this.view.entry(contender, step, name);
     if (!entry) return el("span", { class: "quiet" }, "–");
     const { cell, value } = entry;
-    const text = value ? named(name, value.value, value.unit) : cell.outcome === "unsupported" ? "not scored" : cell.outcome;
+    const text = value ? figure(value) : cell.outcome === "unsupported" ? "not scored" : cell.outcome;
     const range = value ? interval(name, value.low, value.high, value.unit) : "";
     const sound = cell.outcome === "ok";
     const button = el(
@@ -130,7 +130,7 @@ export class Matrix {
     const { cell } = entry;
     const values = cell.values.map((value): [string, string] => {
       const range = interval(value.name, value.low, value.high, value.unit);
-      return [valueInfo(value.name).label, named(value.name, value.value, value.unit) + (range ? `  (${range})` : "")];
+      return [valueInfo(value.name).label, figure(value) + (range ? `  (${range})` : "")];
     });
     const speed = this.view.speed(cell.contender, cell.timestep_ms ?? 0);
     return [

@@ -16,6 +16,7 @@ interface Row {
   figure: number | null;
   low: number | null;
   high: number | null;
+  bound?: boolean;
   reason: string;
 }
 
@@ -26,7 +27,7 @@ export function valueRows(report: Report): Row[] {
   for (const cell of report.json.cells) {
     const common = { system: cell.system, contender: cell.contender, timestep_ms: cell.timestep_ms, measure: cell.measure, outcome: cell.outcome, reason: cell.reason };
     for (const value of cell.values) {
-      rows.push({ ...common, value: value.name, unit: value.unit, figure: value.value, low: value.low, high: value.high });
+      rows.push({ ...common, value: value.name, unit: value.unit, figure: value.value, low: value.low, high: value.high, bound: value.bound });
     }
     if (cell.values.length === 0 && cell.outcome !== "ok") rows.push({ ...common, value: "", unit: "", figure: null, low: null, high: null });
   }
@@ -38,7 +39,9 @@ const kFields = ["system", "contender", "timestep_ms", "measure", "value", "unit
 
 function exported(row: Row): Record<(typeof kFields)[number], string | number | null> {
   const { system, contender, timestep_ms, unit, outcome, low, high } = row;
-  return { system, contender, timestep_ms, measure: row.value || row.measure, value: row.figure, unit: unit || null, outcome, low, high };
+  const common = { system, contender, timestep_ms, measure: row.value || row.measure, unit: unit || null, outcome };
+  if (row.bound) return { ...common, value: null, low: 0, high: row.figure };
+  return { ...common, value: row.figure, low, high };
 }
 
 export function asCsv(rows: Row[]): string {
@@ -60,7 +63,7 @@ export function valuesTable(report: Report): HTMLElement {
   const count = el("p", { class: "sub", "aria-live": "polite" });
   const body = el("tbody");
   const more = el("button", { type: "button", class: "more" }, "Show more");
-  let order: keyof Row | null = null;
+  let order: Exclude<keyof Row, "bound"> | null = null;
   let descending = false;
   let limit = kAtOnce;
   let found: Row[] = all;
@@ -91,7 +94,7 @@ export function valuesTable(report: Report): HTMLElement {
           el("th", { scope: "row" }, report.title(row.contender)),
           el("td", { class: "figure" }, row.timestep_ms === null ? "" : `${timestep(row.timestep_ms)} ms`),
           el("td", {}, row.value ? valueInfo(row.value).label : row.measure.replace(/_/g, " ")),
-          el("td", { class: "figure number" }, row.value ? named(row.value, row.figure, row.unit) : "–"),
+          el("td", { class: "figure number" }, row.value ? (row.bound ? "≤ " : "") + named(row.value, row.figure, row.unit) : "–"),
           el("td", { class: "figure" }, interval(row.value, row.low, row.high, row.unit)),
           el("td", { title: row.reason || null }, row.outcome === "ok" ? "ok" : el("b", { class: "bad" }, row.outcome)),
         ),
@@ -99,7 +102,7 @@ export function valuesTable(report: Report): HTMLElement {
     );
     more.hidden = part.length === found.length;
   };
-  const heads: [string, keyof Row, string][] = [
+  const heads: [string, Exclude<keyof Row, "bound">, string][] = [
     ["System", "system", ""], ["Contender", "contender", ""], ["Timestep", "timestep_ms", "figure"], ["Value", "value", ""],
     ["Figure", "figure", "figure"], ["95 % interval", "low", "figure"], ["Outcome", "outcome", ""],
   ]; // prettier-ignore
