@@ -17,6 +17,7 @@
 #include "base/text.h"
 #include "campaign/roster.h"
 #include "campaign/section.h"
+#include "campaign/sweep.h"
 #include "measures/run_measures.h"
 #include "model/mjcf.h"
 #include "reference/smooth.h"
@@ -420,7 +421,7 @@ Campaign parse_campaign(const std::string& toml_text, const std::string& source,
   }
   const Section root(table, "a campaign", source);
   root.allow({"name", "title", "contenders", "timesteps_ms", "reference_ms", "measures", "time_limit_s", "seed",
-              "timing", "system", "contender", "ratio", "search"});
+              "timing", "system", "contender", "ratio", "search", "sweep"});
   Campaign campaign;
   campaign.source = source;
   campaign.name = root.required_text("name");
@@ -460,6 +461,7 @@ Campaign parse_campaign(const std::string& toml_text, const std::string& source,
     }
   }
   campaign.contenders = std::move(roster).contenders();
+  add_variants(root, registry, campaign);
   campaign.ratios = ratios_of(root, campaign.contenders);
   return campaign;
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <initializer_list>
+#include <map>
 #include <numbers>
 #include <optional>
 #include <span>
@@ -48,6 +49,52 @@ class SettingList {
  private:
   std::vector<Setting> settings_;
 };
+
+// Says what a declared setting decides (SettingRole), and the values of others without which it does nothing. One
+// setting a role.
+inline void give_role(std::vector<Setting>& settings, const std::string& name, SettingRole role,
+                      std::map<std::string, std::string> only_with = {}) {
+  Setting& setting = *std::ranges::find(settings, name, &Setting::name);
+  setting.role = role;
+  setting.only_with = std::move(only_with);
+}
+
+// A contact point as a spring and damper along its normal, which only push: force k r + d r' at the depth r.
+struct ContactCompliance {
+  double stiffness = 0, damping = 0;  // N/m, N s/m; stiffness 0: the engine's own contacts
+
+  bool is_set() const { return stiffness > 0; }
+  // What makes a constraint with error reduction and force mixing this spring and damper in steps of `h` seconds,
+  // implicitly (manual of the Open Dynamics Engine, "How to use ERP and CFM"). `cfm` counts against forces, s/kg.
+  double erp(double h) const { return h * stiffness / (h * stiffness + damping); }
+  double cfm(double h) const { return 1 / (h * stiffness + damping); }
+};
+
+// The two settings of an adapter that can give contacts a compliance. `instead` says what they switch off.
+inline void add_contact_compliance(std::vector<Setting>& settings, const std::string& instead,
+                                   const std::map<std::string, std::string>& only_with = {}) {
+  settings.push_back({.name = "contact_stiffness",
+                      .default_value = 0.0,
+                      .unit = "N/m",
+                      .meaning = fmt::format("stiffness of each contact point along its normal, with contact_damping, "
+                                             "instead of {}; 0: off",
+                                             instead),
+                      .minimum = 0,
+                      .maximum = 1e12,
+                      .role = SettingRole::kContactStiffness,
+                      .only_with = only_with});
+  settings.push_back({.name = "contact_damping",
+                      .default_value = 0.0,
+                      .unit = "N s/m",
+                      .meaning = "damping of each contact point along its normal; acts with contact_stiffness",
+                      .minimum = 0,
+                      .maximum = 1e12,
+                      .role = SettingRole::kContactDamping,
+                      .only_with = only_with});
+}
+inline ContactCompliance contact_compliance(const Settings& settings) {
+  return {settings.get<double>("contact_stiffness"), settings.get<double>("contact_damping")};
+}
 
 // The value of a declared setting as engines want it; whether a setting of text has the value `choice`.
 inline int integer(const Settings& settings, const std::string& name) {

@@ -102,9 +102,14 @@ json report_data(const Store& store) {
   json systems = json::array();
   for (const SystemRow& row : store.systems()) systems.push_back({{"name", row.name}, {"facts", object(row.json)}});
 
+  const Results results(store);
   json contenders = json::array();
   for (const ContenderRow& row : store.contenders()) {
+    json changes = json::array();
+    for (const SettingChange& change : results.changes(row.name)) changes.push_back(change_text(change));
     contenders.push_back({{"name", row.name},
+                          {"varies", results.varied(row.name)},
+                          {"changes", std::move(changes)},
                           {"engine", row.engine},
                           {"version", row.version},
                           {"base", row.base},
@@ -113,7 +118,6 @@ json report_data(const Store& store) {
                           {"build", object(row.build_json)}});
   }
 
-  const Results results(store);
   json cells = json::array();
   for (const Cell& cell : results.cells()) cells.push_back(cell_json(cell, store.samples(cell.id)));
 

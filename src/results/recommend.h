@@ -1,6 +1,6 @@
 // Which contender at which timestep: the one rule for the command line and the report's page.
 //
-// A point is a contender at a timestep. It is sound when every cell of that contender at that timestep, and at every
+// A point is a contender, with its settings, at a timestep. It is sound when every cell of that contender at that timestep, and at every
 // smaller one that was measured, ended well and held what it was to hold. It is a candidate when it is sound and its
 // speed was timed there, or between two timed timesteps. Its error is the largest at its timestep or any smaller one,
 // so that no luck of phase wins.
@@ -33,6 +33,7 @@ struct Point {
   std::string why;                          // it is not sound: "grasp: the object was dropped at 3.2 s"
   double fails_ms = 0;                      // the smallest timestep that is not; 0: none up to this one
   std::map<std::string, Worst> worst = {};  // of each value that can be limited and was measured at this timestep
+  std::string varies = {};                  // the contender that this one is a setting of, else its own name
 };
 
 struct Candidate {
@@ -57,7 +58,11 @@ struct SystemAnswers {
   std::vector<Point> points;                               // by contender as listed, then timestep
   std::vector<Candidate> candidates;                       // the fastest first
   std::map<std::string, std::vector<FrontMember>> fronts;  // of candidates, by error; FrontMember::point into `points`
-  std::vector<Excluded> excluded;                          // points that are no candidates
+  std::map<std::string, std::vector<SettingChange>> changes;  // by contender: what differs from its adapter's defaults
+  // Of contenders whose settings a sweep varied: the front of each over all its timesteps and settings, by error, then
+  // by the contender that was varied.
+  std::map<std::string, std::map<std::string, std::vector<FrontMember>>> swept;
+  std::vector<Excluded> excluded;  // points that are no candidates
 
   const Point& at(const Candidate& candidate) const { return points[candidate.point]; }
 };
@@ -77,7 +82,8 @@ struct Limits {
 
 struct Recommendation {
   std::optional<size_t> best;      // index into SystemAnswers::candidates: the fastest within all limits
-  std::vector<size_t> contenders;  // each contender's fastest within them, the fastest first
+  std::vector<size_t> contenders;  // each contender's fastest within them, the fastest first; of what a sweep varied
+                                   // the fastest of all its settings
   std::vector<size_t> alike;       // of these, but for the best, whose speed's interval reaches into the best's
   std::optional<size_t> certain;   // the fastest whose intervals lie within the limits as a whole
   std::optional<size_t> nearest;   // when nothing is within them: the one that misses by the least factor

@@ -56,6 +56,9 @@ std::vector<Setting> declared_settings() {
            1000000);
   std::vector<Setting> settings = list.take();
   settings.push_back(lent_share_setting());
+  give_role(settings, "iterations", SettingRole::kIterations, {{"solver", "si"}});
+  give_role(settings, "residual_threshold", SettingRole::kTolerance, {{"solver", "si"}});
+  give_role(settings, "contact_erp", SettingRole::kContactSoftness);
   return settings;
 }
 

@@ -12,7 +12,7 @@ constexpr double kPlaneHalfExtent = 1e5;  // m
 }  // namespace
 
 std::vector<Setting> declared_settings() {
-  return {
+  std::vector<Setting> settings = {
       {"velocity_steps",
        50LL,
        "",
@@ -62,6 +62,9 @@ std::vector<Setting> declared_settings() {
       lent_share_setting(),
       {"gyroscopic", true, "", "gyroscopic torque (Jolt's own default is off); off is wrong for asymmetric bodies"},
   };
+  give_role(settings, "velocity_steps", SettingRole::kIterations);
+  give_role(settings, "baumgarte", SettingRole::kContactSoftness);
+  return settings;
 }
 
 Options read_options(const Settings& settings) {

@@ -155,6 +155,9 @@ std::vector<Setting> declared_settings() {
                                                "creeps less",
                                     .minimum = 1e-4,
                                     .maximum = 0.9999}});
+  give_role(settings, "iterations", SettingRole::kIterations);
+  give_role(settings, "tolerance", SettingRole::kTolerance);
+  give_role(settings, "contact_timeconst", SettingRole::kContactSoftness);
   return settings;
 }
 

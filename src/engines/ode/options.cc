@@ -5,7 +5,7 @@
 namespace assay::ode {
 
 std::vector<Setting> declared_settings() {
-  return {
+  std::vector<Setting> settings = {
       {"solver",
        "quick",
        "",
@@ -91,6 +91,9 @@ std::vector<Setting> declared_settings() {
        "turn bodies by the exact finite rotation of a step instead of a normalised first-order update"},
       {"gyroscopic", true, "", "gyroscopic torque, which ODE computes implicitly; off is wrong for asymmetric bodies"},
   };
+  give_role(settings, "iterations", SettingRole::kIterations, {{"solver", "quick"}});
+  give_role(settings, "contact_erp", SettingRole::kContactSoftness);
+  return settings;
 }
 
 Options read_options(const Settings& s) {

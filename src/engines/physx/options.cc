@@ -47,6 +47,8 @@ std::vector<Setting> declared_settings() {
   std::vector<Setting> settings = list.take();
   settings.push_back(lent_share_setting());
   settings.back().default_value = kDefaultLentShare;
+  give_role(settings, "position_iterations", SettingRole::kIterations);
+  give_role(settings, "link_cfm", SettingRole::kContactSoftness, {{"joints", "articulation"}});
   return settings;
 }
 

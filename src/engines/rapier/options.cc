@@ -59,6 +59,8 @@ std::vector<Setting> declared_settings() {
            kLargestLentShare);
   std::vector<Setting> settings = list.take();
   settings.push_back(lent_share_setting());
+  give_role(settings, "solver_iterations", SettingRole::kIterations);
+  give_role(settings, "contact_natural_frequency", SettingRole::kContactSoftness);
   return settings;
 }
 
