@@ -171,8 +171,8 @@ std::vector<size_t> swept(const Sweep& sweep, const Campaign& campaign) {
     if (found.size() > before || std::ranges::any_of(found, [&](size_t c) { return matches(pattern, known[c]); })) {
       continue;
     }
-    sweep.section.fail(node, fmt::format("a sweep's '{}' is no contender of the campaign{}", pattern,
-                                         did_you_mean(pattern, known)));
+    sweep.section.fail(
+        node, fmt::format("a sweep's '{}' is no contender of the campaign{}", pattern, did_you_mean(pattern, known)));
   }
   return {found.begin(), found.end()};
 }
@@ -220,9 +220,7 @@ void add_variants(const Section& root, const Registry& registry, Campaign& campa
       }
       for (CampaignContender& variant : variants_of(sweep, mapped.names, own, registry)) {
         systems[variant.resolved.name].insert(there.begin(), there.end());
-        const auto same = [&](const CampaignContender& other) {
-          return other.resolved.name == variant.resolved.name;
-        };
+        const auto same = [&](const CampaignContender& other) { return other.resolved.name == variant.resolved.name; };
         if (std::ranges::any_of(campaign.contenders, same)) {
           section.fail(nullptr, fmt::format("a sweep makes a contender '{}', and there is one: rename that one",
                                             variant.resolved.name));

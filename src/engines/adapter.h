@@ -68,6 +68,11 @@ struct ContactCompliance {
   // implicitly (manual of the Open Dynamics Engine, "How to use ERP and CFM"). `cfm` counts against forces, s/kg.
   double erp(double h) const { return h * stiffness / (h * stiffness + damping); }
   double cfm(double h) const { return 1 / (h * stiffness + damping); }
+
+  // For Capabilities::contact_model: this where it is set, else `otherwise`.
+  std::string text(const std::string& otherwise) const {
+    return is_set() ? fmt::format("spring of {:g} N/m, damper of {:g} N s/m", stiffness, damping) : otherwise;
+  }
 };
 
 // The two settings of an adapter that can give contacts a compliance. `instead` says what they switch off.

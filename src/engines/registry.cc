@@ -223,9 +223,7 @@ ResolvedContender Registry::resolve(const std::string& name,
                                did_you_mean(name, contender_names()), note));
 }
 
-std::string setting_role_text(SettingRole role) {
-  return std::string(kRoleNames.at(static_cast<size_t>(role)));
-}
+std::string setting_role_text(SettingRole role) { return std::string(kRoleNames.at(static_cast<size_t>(role))); }
 
 std::vector<std::string> setting_role_names() { return {kRoleNames.begin() + 1, kRoleNames.end()}; }
 

@@ -1,9 +1,9 @@
 // Which contender at which timestep: the one rule for the command line and the report's page.
 //
-// A point is a contender, with its settings, at a timestep. It is sound when every cell of that contender at that timestep, and at every
-// smaller one that was measured, ended well and held what it was to hold. It is a candidate when it is sound and its
-// speed was timed there, or between two timed timesteps. Its error is the largest at its timestep or any smaller one,
-// so that no luck of phase wins.
+// A point is a contender, with its settings, at a timestep. It is sound when every cell of that contender at that
+// timestep, and at every smaller one that was measured, ended well and held what it was to hold. It is a candidate when
+// it is sound and its speed was timed there, or between two timed timesteps. Its error is the largest at its timestep
+// or any smaller one, so that no luck of phase wins.
 #pragma once
 
 #include <cstddef>

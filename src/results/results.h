@@ -119,7 +119,7 @@ class Results {
   std::vector<Cell> cells_;
   std::vector<std::string> systems_, contenders_, papers_;
   std::map<std::string, Look> looks_;
-  std::map<std::string, std::string> varied_;  // of contenders that a sweep made
+  std::map<std::string, std::string> varied_;    // of contenders that a sweep made
   mutable std::map<std::string, Scene> scenes_;  // read when asked for
   std::vector<ContenderRow> rows_;
   std::map<std::string, nlohmann::json> facts_;

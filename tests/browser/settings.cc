@@ -62,7 +62,8 @@ std::string name_of(const Made& contender, const Setting& setting) {
 ContenderRow row_of(const Made& contender, const Setting& setting) {
   json changes = json::array();
   const auto add = [&](const std::string& name, const std::string& value, const char* otherwise, const char* meaning) {
-    changes.push_back({{"setting", name}, {"value", value}, {"default", otherwise}, {"unit", ""}, {"meaning", meaning}});
+    changes.push_back(
+        {{"setting", name}, {"value", value}, {"default", otherwise}, {"unit", ""}, {"meaning", meaning}});
   };
   if (setting.iterations != 50) {
     add(contender.iterations, std::to_string(setting.iterations), "50", "sweeps of the constraint solver in a step");
@@ -76,7 +77,12 @@ ContenderRow row_of(const Made& contender, const Setting& setting) {
                        {"deviations", json::array()},
                        {"changes", changes}};
   if (!changes.empty()) capabilities["varies"] = contender.name;
-  return {name_of(contender, setting), contender.engine, "1.2.3", contender.name, "", capabilities.dump(),
+  return {name_of(contender, setting),
+          contender.engine,
+          "1.2.3",
+          contender.name,
+          "",
+          capabilities.dump(),
           json{{"version", "1.2.3"}, {"source", "fixture"}}.dump()};
 }
 

@@ -157,18 +157,21 @@ TEST(Sweep, MakesEveryCombinationBehindWhatItVariesAndTheUnchangedOneOnce) {
 }
 
 TEST(Sweep, EachEngineTakesTheValuesByItsOwnSettingOfThatRole) {
-  const std::map<std::string, std::string> own = {{"mujoco-euler", "iterations"},   {"bullet-si-f64", "iterations"},
-                                                  {"ode-quick", "iterations"},      {"physx-d6-pgs", "position_iterations"},
-                                                  {"jolt-f32", "velocity_steps"},   {"dart-pgs", "pgs_iterations"},
+  const std::map<std::string, std::string> own = {{"mujoco-euler", "iterations"},
+                                                  {"bullet-si-f64", "iterations"},
+                                                  {"ode-quick", "iterations"},
+                                                  {"physx-d6-pgs", "position_iterations"},
+                                                  {"jolt-f32", "velocity_steps"},
+                                                  {"dart-pgs", "pgs_iterations"},
                                                   {"rapier-impulse-f64", "solver_iterations"}};
   const std::vector<std::string> known = Registry::instance().contender_names();
   for (const auto& [name, setting] : own) {
     if (std::ranges::find(known, name) == known.end()) continue;  // an engine that is not there
-    const Campaign campaign = parse_campaign(
-        "name = \"s\"\ncontenders = [\"" + name +
-            "\"]\ntimesteps_ms = [1]\nmeasures = [\"drift\"]\n[[sweep]]\ncontenders = [\"" + name +
-            "\"]\niterations = [7]\n[[system]]\nname = \"planar-chain\"\nduration_s = 1\n",
-        "file.toml");
+    const Campaign campaign =
+        parse_campaign("name = \"s\"\ncontenders = [\"" + name +
+                           "\"]\ntimesteps_ms = [1]\nmeasures = [\"drift\"]\n[[sweep]]\ncontenders = [\"" + name +
+                           "\"]\niterations = [7]\n[[system]]\nname = \"planar-chain\"\nduration_s = 1\n",
+                       "file.toml");
     ASSERT_EQ(campaign.contenders.size(), 2U) << name;
     EXPECT_EQ(campaign.contenders[1].resolved.name, name + " it=7");
     EXPECT_EQ(setting_text(campaign.contenders[1].resolved.settings.values.at(setting)), "7") << name;

@@ -171,6 +171,7 @@ class BulletEngine final : public Adapter {
         c.contact_model += fmt::format(" beyond {:g} m", options.split_impulse_depth);
       }
     }
+    c.contact_model = options.compliance.text(c.contact_model);
     c.friction_combine = "the pair's coefficient, set on every contact point";
     if (options.solver == Solver::kSequentialImpulse) {
       c.iterations = std::to_string(options.iterations);

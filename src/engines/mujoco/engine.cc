@@ -145,6 +145,7 @@ class MujocoEngine final : public Adapter {
                                   shortest(settings.get<double>("contact_impedance_min")),
                                   shortest(settings.get<double>("contact_impedance_max")),
                                   shortest(settings.get<double>("contact_impedance_width")));
+    c.contact_model = contact_compliance(settings).text(c.contact_model);
     c.friction_cone = settings.get<std::string>("cone") == "elliptic" ? "elliptic" : "pyramid inside the cone, 4 sides";
     c.friction_combine = "larger of two, as the model's pairs; explicit pairs where they differ";
     c.contact = true;

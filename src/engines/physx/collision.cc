@@ -65,6 +65,11 @@ void Collision::make_materials(const Model& model, const Options& options) {
     if (material == nullptr) throw EngineError("PhysX made no material: " + take_complaint());
     material->setFrictionCombineMode(PxCombineMode::eMAX);
     material->setFlag(PxMaterialFlag::eIMPROVED_PATCH_FRICTION, options.friction == Friction::kImprovedPatch);
+    if (options.compliance.is_set()) {  // of two materials alike PhysX takes the mean
+      material->setFlag(PxMaterialFlag::eCOMPLIANT_CONTACT, true);
+      material->setRestitution(real(-options.compliance.stiffness));
+      material->setDamping(real(options.compliance.damping));
+    }
     materials_.emplace_back(material);
   }
 }

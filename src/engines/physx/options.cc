@@ -47,6 +47,7 @@ std::vector<Setting> declared_settings() {
   std::vector<Setting> settings = list.take();
   settings.push_back(lent_share_setting());
   settings.back().default_value = kDefaultLentShare;
+  add_contact_compliance(settings, "contacts that do not give way");
   give_role(settings, "position_iterations", SettingRole::kIterations);
   give_role(settings, "link_cfm", SettingRole::kContactSoftness, {{"joints", "articulation"}});
   return settings;
@@ -70,6 +71,7 @@ Options read_options(const Settings& settings) {
   options.gyroscopic = settings.get<bool>("gyroscopic");
   options.contact_offset = settings.get<double>("contact_offset");
   options.link_cfm = settings.get<double>("link_cfm");
+  options.compliance = contact_compliance(settings);
   options.lent_share = settings.get<double>(options.joints == Joints::kArticulation ? "link_share" : "lent_share");
   return options;
 }
