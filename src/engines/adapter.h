@@ -184,7 +184,7 @@ inline void return_lent_mass(const Lent& lent, EngineView& view) {
   }
   for (size_t i = 0; i < whole.size(); ++i) {
     EngineBody& body = view.bodies[i];
-    if (whole[i] > 0) body.I_BBcm_W *= whole[i] / body.mass;
+    body.I_BBcm_W /= lent.inertia_kept[i];
     body.mass = whole[i];
   }
 }

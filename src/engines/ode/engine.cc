@@ -20,9 +20,12 @@ Limitation spring_limitation(const Joint& hinge, const Options& options) {
   if (!options.native_springs) {
     return explicit_spring(hinge, "; --set pd=native is implicit");
   }
-  if (hinge.limited && !is_wide(hinge)) {
+  if (hinge.limited && hinge.is_slide()) {
     return {Fidelity::kRefused, element,
-            "a joint has one pair of stops, for its limits or for its spring: set pd=explicit or remove the range"};
+            "a slide has one pair of stops, for its limits or for its spring: set pd=explicit or remove the range"};
+  }
+  if (hinge.limited && !is_wide(hinge)) {
+    return {Fidelity::kApproximated, element, "implicit, of first order in the timestep"};
   }
   return {Fidelity::kApproximated, element,
           "a spring knows its angle within half a turn from its rest; beyond, it pulls the other way"};
@@ -111,7 +114,8 @@ class OdeEngine final : public Adapter {
     c.armature = true;
     add_features(c, options);
     describe_springs(c, options.native_springs,
-                     "implicit: stops at the rest angle with ERP = hK / (hK + B), CFM = 1 / (hK + B)");
+                     "implicit: stops at the rest angle with ERP = hK / (hK + B), CFM = 1 / (hK + B); on a limited hinge a "
+                     "motor with these beside its stops");
     c.gyroscopic = options.gyroscopic;
     if (!options.exact) c.iterations = std::to_string(options.iterations);
     c.sleep = "off";
