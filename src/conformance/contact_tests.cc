@@ -304,9 +304,13 @@ Verdict contact_compliance(const Subject& subject) {
   const auto height = [&](double timestep) {
     return std::vector{soft.run(model, start, timestep, kDuration).bodies[0].p_WBcm.z()};
   };
-  const Verdict decay = converges(
-      soft, height, {expected},
-      {.duration = kDuration, .unit = "m", .order = 1, .scale = kRadius, .floor = 2e-3 * kAmplitude, .time_scale = 1});
+  const Verdict decay = converges(soft, height, {expected},
+                                  {.duration = kDuration,
+                                   .unit = "m",
+                                   .order = 1,
+                                   .scale = kRadius,
+                                   .floor = 2e-3 * kAmplitude,
+                                   .time_scale = 0.25});
   checks.add(decay.figure, decay.tolerance, "height of the decaying oscillation: " + decay.note);
   return checks.worst();
 }

@@ -205,7 +205,8 @@ TEST_F(Chains, ALinkThatBranchesBorrowsFromTheHeaviestAndNobodyLendsMoreThanHalf
   EXPECT_DOUBLE_EQ(lent.model.bodies[10].mass, 0.5);
 }
 
-// Armature of the borrower's hinge hides borrowed inertia: more of it changes what turns about the hinge by the same share.
+// Armature of the borrower's hinge hides borrowed inertia: more of it changes what turns about the hinge by the same
+// share.
 TEST(LentInertia, GrowsWithTheArmatureThatHidesIt) {
   constexpr double kShare = 0.01, kInertia = 0.02, kArmature = 0.08;
   for (const double armature : {0.0, kArmature, 1e6}) {
@@ -229,7 +230,8 @@ TEST(LentInertia, GrowsWithTheArmatureThatHidesIt) {
     EXPECT_NEAR(lent.model.bodies[1].I_BBcm_B(2, 2), (1 - part) * kInertia, 1e-15) << armature;
     EXPECT_NEAR(lent.model.bodies[1].I_BBcm_B(2, 2) / lent.inertia_kept[1], kInertia, 1e-15) << armature;
     const double turned = kInertia + armature;
-    if (part < kLargestLentShare) EXPECT_NEAR(part * kInertia / turned, kShare, 1e-12) << "of what turns about the hinge";
+    if (part < kLargestLentShare)
+      EXPECT_NEAR(part * kInertia / turned, kShare, 1e-12) << "of what turns about the hinge";
   }
 }
 

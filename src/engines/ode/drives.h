@@ -1,6 +1,6 @@
-// Rows beside a joint's own: dry friction, armature, native springs of limited hinges, and the limit of a ball joint, each
-// a motor of ODE on the joint's two bodies. A hinge or slide has one set of stops and motor, which its limits or its
-// spring need.
+// Rows beside a joint's own: dry friction, armature, native springs of limited hinges, and the limit of a ball joint,
+// each a motor of ODE on the joint's two bodies. A hinge or slide has one set of stops and motor, which its limits or
+// its spring need.
 #pragma once
 
 #include <vector>
@@ -18,8 +18,8 @@ class Drives {
   void create(dxWorld* world, const Model& model, const std::vector<dxBody*>& bodies,
               const std::vector<dxJoint*>& joints, const Options& options);
 
-  // Before each step: springs pull towards their rest, armature keeps the joint's present rate but for the torque that this takes, limits of balls turn
-  // with the deflection.
+  // Before each step: springs pull towards their rest, armature keeps the joint's present rate but for the torque that
+  // this takes, limits of balls turn with the deflection.
   void update();
 
  private:

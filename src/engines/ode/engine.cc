@@ -113,9 +113,10 @@ class OdeEngine final : public Adapter {
     c.joint_limits = true;
     c.armature = true;
     add_features(c, options);
-    describe_springs(c, options.native_springs,
-                     "implicit: stops at the rest angle with ERP = hK / (hK + B), CFM = 1 / (hK + B); on a limited hinge a "
-                     "motor with these beside its stops");
+    describe_springs(
+        c, options.native_springs,
+        "implicit: stops at the rest angle with ERP = hK / (hK + B), CFM = 1 / (hK + B); on a limited hinge a "
+        "motor with these beside its stops");
     c.gyroscopic = options.gyroscopic;
     if (!options.exact) c.iterations = std::to_string(options.iterations);
     c.sleep = "off";
