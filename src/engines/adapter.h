@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <initializer_list>
 #include <map>
 #include <numbers>
@@ -12,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include <Eigen/Geometry>
 #include <fmt/format.h>
 
 #include "engines/engine.h"
@@ -234,6 +236,58 @@ inline ShapeFriction shape_friction(const Model& model, FrictionRule rule) {
     }
   }
   return friction;
+}
+
+// ---- margins of contacts ---------------------------------------------------------------------------------------------
+
+// The largest extent of a shape, m; 0 for planes and height fields.
+inline double shape_extent(const Model& model, const Shape& shape) {
+  switch (shape.type) {
+    case ShapeType::kSphere:
+      return 2 * shape.radius;
+    case ShapeType::kCapsule:
+      return 2 * (shape.radius + shape.half_length);
+    case ShapeType::kCylinder:
+      return 2 * std::max(shape.radius, shape.half_length);
+    case ShapeType::kBox:
+    case ShapeType::kEllipsoid:
+      return 2 * shape.half_size.maxCoeff();
+    case ShapeType::kHull: {
+      Eigen::AlignedBox3d box;
+      for (const Vec3& vertex : model.hulls[shape.data].vertices) box.extend(vertex);
+      return box.sizes().maxCoeff();
+    }
+    case ShapeType::kPlane:
+    case ShapeType::kHeightField:
+      break;
+  }
+  return 0;
+}
+
+// Mean extent of the shapes of moving bodies that can touch something, m; 1 without any.
+inline double mean_extent(const Model& model) {
+  const ContactShapes touching = contact_shapes(model);
+  double sum = 0;
+  int count = 0;
+  for (size_t s = 0; s < model.shapes.size(); ++s) {
+    if (!touching.contains(s) || model.shapes[s].body == kWorld) continue;
+    sum += shape_extent(model, model.shapes[s]);
+    ++count;
+  }
+  return count > 0 ? sum / count : 1;
+}
+
+// The distance at which an engine that looks ahead begins a contact of two shapes, m: a fiftieth of their size, and
+// what a body moves within a step of `h` seconds at the speed that it has fallen through the model's own height with.
+inline double contact_margin(const Model& model, double h) {
+  const double g = model.gravity.norm();
+  double low = 0, high = 0;  // of the bodies' centres at the start along gravity, from the first one's
+  for (const BodyState& body : model.initial.bodies) {
+    const double height = g > 0 ? (body.p_WBcm - model.initial.bodies.front().p_WBcm).dot(model.gravity) / g : 0;
+    low = std::min(low, height);
+    high = std::max(high, height);
+  }
+  return 0.02 * mean_extent(model) + h * std::sqrt(2 * g * (high - low));
 }
 
 // ---- angles within one turn -----------------------------------------------------------------------------------------

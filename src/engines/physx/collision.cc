@@ -19,14 +19,7 @@ Collision::Collision(const Model& model, const Options& options) : shapes_(model
   const ContactShapes touching = contact_shapes(model);
   row_of_shape_ = touching.row;
   rows_ = touching.count;
-  double sum = 0;
-  int sized = 0;
-  for (size_t s = 0; s < shapes_.size(); ++s) {
-    if (row_of_shape_[s] < 0 || shapes_[s].body == kWorld) continue;
-    sum += extent(model, shapes_[s]);
-    ++sized;
-  }
-  if (sized > 0) size_ = sum / sized;
+  size_ = mean_extent(model);
   contact_offset_ = real(options.contact_offset * size_);
   std::vector<bool> on_field(shapes_.size(), false);
   for (const ContactPair& pair : model.contacts) {
