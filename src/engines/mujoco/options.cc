@@ -17,6 +17,9 @@ constexpr std::array<std::pair<const char*, mjtIntegrator>, 5> kIntegrators = {{
 constexpr std::array<std::pair<const char*, mjtSolver>, 3> kSolvers = {
     {{"newton", mjSOL_NEWTON}, {"cg", mjSOL_CG}, {"pgs", mjSOL_PGS}}};
 
+constexpr std::array<std::pair<const char*, mjtJacobian>, 3> kJacobians = {
+    {{"sparse", mjJAC_SPARSE}, {"dense", mjJAC_DENSE}, {"auto", mjJAC_AUTO}}};
+
 constexpr std::array kSolverNames = {"projected Gauss-Seidel", "conjugate gradients", "Newton"};  // by mjtSolver
 
 // A compliant contact's impedance is the least that MuJoCo has (compliant_reference), and that of its friction follows
@@ -46,8 +49,8 @@ std::vector<Setting> declared_settings() {
       {.name = "jacobian",
        .default_value = std::string("sparse"),
        .unit = "",
-       .meaning = "form of the constraint Jacobian; MuJoCo itself takes dense below 60 DOF and sparse above",
-       .choices = {"sparse", "dense"}},
+       .meaning = "form of the constraint Jacobian; auto is MuJoCo's own: dense below 60 DOF and sparse above",
+       .choices = {"sparse", "dense", "auto"}},
       {.name = "cone",
        .default_value = std::string("pyramidal"),
        .unit = "",
@@ -172,7 +175,7 @@ void set_options(const Settings& s, const Vec3& gravity, mjOption& option) {
   Eigen::Map<Vec3>(option.gravity) = gravity;
   option.integrator = choice(kIntegrators, s.get<std::string>("integrator"));
   option.solver = choice(kSolvers, s.get<std::string>("solver"));
-  option.jacobian = is(s, "jacobian", "dense") ? mjJAC_DENSE : mjJAC_SPARSE;
+  option.jacobian = choice(kJacobians, s.get<std::string>("jacobian"));
   option.cone = is(s, "cone", "elliptic") ? mjCONE_ELLIPTIC : mjCONE_PYRAMIDAL;
   option.iterations = integer(s, "iterations");
   option.tolerance = s.get<double>("tolerance");

@@ -79,6 +79,9 @@ class OdeEngine final : public Adapter {
     return {
         {"ode-quick", "ODE, iterative solver (dWorldQuickStep), 50 iterations", {}},
         {"ode-quick20", "ODE, iterative solver (dWorldQuickStep), 20 iterations", {{"iterations", 20LL}}},
+        {"ode-default",
+         "ODE's own defaults: iterative solver, 20 iterations, no cap of the correcting speed",
+         {{"iterations", 20LL}, {"contact_max_correcting_velocity", 0.0}}},
         {"ode-quick200", "ODE, iterative solver (dWorldQuickStep), 200 iterations", {{"iterations", 200LL}}},
         {"ode-quick-native-pd",
          "ODE, iterative solver (dWorldQuickStep), 50 iterations, springs and dampers by ERP and CFM",
@@ -106,6 +109,7 @@ class OdeEngine final : public Adapter {
     if (options.max_correcting_velocity > 0) {
       c.contact_model += fmt::format(", apart at most at {:g} m/s", options.max_correcting_velocity);
     }
+    c.contact_model = options.compliance.text(c.contact_model);
     c.friction_cone = options.along_slip ? "pyramid, 4 sides, first direction along the slip"
                                          : "pyramid, 4 sides, directions fixed by the normal";
     c.friction_combine = "the pair's own coefficient, set for each contact point";
