@@ -59,7 +59,7 @@ void Lent::to_original(State& state) const {
 
 Lent lend_mass(Model original, double share) {
   assert(share > 0 && share <= kLargestLentShare);
-  Lent lent{.model = std::move(original), .lender = {}};
+  Lent lent{.model = std::move(original), .lender = {}, .inertia_kept = {}};
   lent.lender = find_lenders(lent.model);
   const std::vector<Body> bodies = lent.model.bodies;
   std::vector<int> borrowers(bodies.size(), 0);

@@ -51,7 +51,9 @@ std::vector<Setting> declared_settings() {
       {"speculative_distance",
        0.02,
        "m",
-       "distance at which a contact is made, which acts only if it would be closed within the step",
+       "distance at which a contact is made, which acts only if it would be closed within the step; 0: a fiftieth of "
+       "the "
+       "shapes' size and a step's way at the speed of a fall through the model's height",
        {},
        0.0,
        1.0},

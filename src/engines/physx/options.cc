@@ -35,9 +35,10 @@ std::vector<Setting> declared_settings() {
   list.add(
       "contact_offset", 0.02, "1",
       "distance from which a shape makes contacts, over the mean size of the model's shapes (PhysX's own default is "
-      "0.02 "
-      "m)",
-      {}, 1e-6, 10);
+      "0.02 m); 0: half of a fiftieth of the shapes' size and of a step's way at the speed of a fall through the "
+      "model's "
+      "height",
+      {}, 0, 10);
   list.add("link_cfm", 0.0, "1/kg",
            "constraint force mixing of an articulation's contacts and limits (PhysX's own is 0.025)", {}, 0, 1);
   list.add("link_share", 1e-5, "",
