@@ -93,7 +93,7 @@ constexpr const char* kSweep = R"(
 name = "sweep"
 contenders = ["null", "mujoco-euler", "mujoco-rk4"]
 timesteps_ms = [1]
-measures = ["drift"]
+measures = ["raw_speed"]
 
 [[contender]]
 name = "A"
