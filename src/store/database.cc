@@ -1,7 +1,13 @@
 #include "store/database.h"
 
+#include <array>
 #include <cctype>
+#include <chrono>
 #include <cstring>
+#include <fstream>
+#include <set>
+#include <sys/stat.h>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -32,14 +38,13 @@ void fail(sqlite3* db) {
   if (code == SQLITE_FULL) {
     throw SystemError(fmt::format("cannot write '{}': the disk is full; what was finished is kept", path));
   }
+  if (code == SQLITE_NOTADB && looks_like_results(path)) {
+    throw InputError(damaged_text(path, "its first page is not that of a database"));
+  }
   if (code == SQLITE_NOTADB) {
     throw InputError(fmt::format("'{}' is not a results database of assay: give another directory", path));
   }
-  if (code == SQLITE_CORRUPT) {
-    throw InputError(
-        fmt::format("'{}' is damaged ({}): restore it from a copy, or measure again into another directory", path,
-                    sqlite3_errmsg(db)));
-  }
+  if (code == SQLITE_CORRUPT) throw InputError(damaged_text(path, sqlite3_errmsg(db)));
   const int why = sqlite3_system_errno(db);
   throw SystemError(fmt::format("cannot use '{}': {}{}", path, sqlite3_errmsg(db),
                                 why != 0 ? fmt::format(" ({})", std::strerror(why)) : ""));
@@ -58,6 +63,109 @@ bool has_table(sqlite3* db, const std::string& name) {
   Statement query(db, "SELECT 1 FROM sqlite_schema WHERE type = 'table' AND name = ?");
   query.bind(0, name);
   return query.step();
+}
+
+void Statement::append_to(std::string& bytes, int column) const {
+  const auto append = [&](char type, const void* from, size_t size) {
+    bytes += type;
+    bytes.append(static_cast<const char*>(from), size);
+  };
+  switch (sqlite3_column_type(statement_, column)) {
+    case SQLITE_NULL:
+      bytes += 'n';
+      break;
+    case SQLITE_INTEGER: {
+      const std::int64_t value = integer(column);
+      append('i', &value, sizeof value);
+      break;
+    }
+    case SQLITE_FLOAT: {
+      const double value = number(column);
+      append('f', &value, sizeof value);
+      break;
+    }
+    default: {
+      const std::string value = text(column);
+      const std::uint64_t size = value.size();
+      append('t', &size, sizeof size);
+      bytes += value;
+    }
+  }
+}
+
+std::string damaged_text(const std::string& path, const std::string& what) {
+  return fmt::format("'{}' is damaged ({}): restore it from a copy, or measure again into another directory", path,
+                     what);
+}
+
+bool looks_like_results(const std::string& path) {
+  // The schema's text lies in the first pages.
+  std::string bytes(1 << 17, '\0');
+  std::ifstream file(path, std::ios::binary);
+  file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  bytes.resize(static_cast<size_t>(file.gcount()));
+  return bytes.find("CREATE TABLE cells(") != std::string::npos &&
+         bytes.find("CREATE TABLE samples(") != std::string::npos;
+}
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+int is_over(void* end) { return Clock::now() >= *static_cast<const Clock::time_point*>(end) ? 1 : 0; }
+
+// Within a long statement: ends it after some seconds.
+class TimeLimit {
+ public:
+  TimeLimit(sqlite3* db, double seconds)
+      : db_(db),
+        end_(Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds))) {
+    constexpr int kInstructions = 1000;
+    sqlite3_progress_handler(db_, kInstructions, is_over, &end_);
+  }
+  ~TimeLimit() { sqlite3_progress_handler(db_, 0, nullptr, nullptr); }
+  TimeLimit(const TimeLimit&) = delete;
+  TimeLimit& operator=(const TimeLimit&) = delete;
+
+ private:
+  sqlite3* db_;
+  Clock::time_point end_;
+};
+
+}  // namespace
+
+void check_integrity(sqlite3* db, const std::string& path, double seconds, const std::string& false_alarm) {
+  // Once for each state of the file: a command may open it several times.
+  static std::set<std::string> checked;
+  struct stat facts{};
+  std::string state;
+  if (::stat(path.c_str(), &facts) == 0) {
+    state =
+        fmt::format("{} {} {} {}.{}", path, facts.st_ino, facts.st_size, facts.st_mtim.tv_sec, facts.st_mtim.tv_nsec);
+    if (checked.contains(state)) return;
+  }
+  const TimeLimit limit(db, seconds);
+  std::vector<std::string> found;
+  sqlite3_stmt* check = nullptr;
+  if (sqlite3_prepare_v2(db, "PRAGMA integrity_check(100000)", -1, &check, nullptr) != SQLITE_OK) fail(db);
+  int code = SQLITE_OK;
+  while ((code = sqlite3_step(check)) == SQLITE_ROW) {
+    const auto* bytes = reinterpret_cast<const char*>(sqlite3_column_text(check, 0));
+    const std::string line = bytes == nullptr ? "" : bytes;
+    if (line != "ok" && line != false_alarm) found.push_back(line);
+  }
+  sqlite3_finalize(check);
+  if (found.empty() && (code == SQLITE_DONE || code == SQLITE_INTERRUPT)) {
+    if (!state.empty()) checked.insert(state);
+    return;
+  }
+  if (found.empty()) fail(db);
+  std::string what = found.front();
+  for (char& c : what) {
+    if (c == '\n') c = ' ';
+  }
+  if (found.size() > 1) what += fmt::format("; {} more", found.size() - 1);
+  throw InputError(damaged_text(path, what));
 }
 
 }  // namespace assay::sql

@@ -64,6 +64,8 @@ class Statement {
   }
   std::int64_t integer(int column) const { return sqlite3_column_int64(statement_, column); }
   double number(int column) const { return sqlite3_column_double(statement_, column); }
+  // The column's type and bytes behind those of others, so that equal texts are equal rows.
+  void append_to(std::string& bytes, int column) const;
   std::optional<double> optional_number(int column) const {
     if (sqlite3_column_type(statement_, column) == SQLITE_NULL) return std::nullopt;
     return number(column);
@@ -81,6 +83,32 @@ class Statement {
 void execute(sqlite3* db, const char* sql);
 std::int64_t pragma(sqlite3* db, const std::string& name);
 bool has_table(sqlite3* db, const std::string& name);
+
+// Throws InputError that names the damage which SQLite finds in the file within `seconds`. `false_alarm` is a finding
+// that does not count.
+void check_integrity(sqlite3* db, const std::string& path, double seconds, const std::string& false_alarm = "");
+
+// Whether the beginning of a file that SQLite does not take for a database is one of a results database.
+bool looks_like_results(const std::string& path);
+
+// "'DIR/assay.sqlite' is damaged (what): restore it from a copy, or ..."
+std::string damaged_text(const std::string& path, const std::string& what);
+
+// What is read between construction and destruction is of one moment, whoever writes meanwhile.
+class Snapshot {
+ public:
+  explicit Snapshot(sqlite3* db) : db_(sqlite3_get_autocommit(db) != 0 ? db : nullptr) {
+    if (db_ != nullptr) execute(db_, "BEGIN");
+  }
+  ~Snapshot() {
+    if (db_ != nullptr) sqlite3_exec(db_, "ROLLBACK", nullptr, nullptr, nullptr);
+  }
+  Snapshot(const Snapshot&) = delete;
+  Snapshot& operator=(const Snapshot&) = delete;
+
+ private:
+  sqlite3* db_;
+};
 
 // All or nothing of what is written between construction and commit() is kept.
 class Transaction {

@@ -1,15 +1,37 @@
 // What a results directory says.
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
 #include <fmt/format.h>
 
 #include "base/errors.h"
+#include "base/hash.h"
+#include "base/text.h"
+#include "store/cell_hash.h"
 #include "store/database.h"
 #include "store/store.h"
 
 namespace assay {
 
+using sql::Snapshot;
 using sql::Statement;
 
+// Throws InputError when the table is not what was written.
+void Store::verify(const std::string& table) const {
+  if (!hashed_) return;
+  Statement query(db_.get(), "SELECT hash FROM hashes WHERE name = ?");
+  query.bind(0, table);
+  // A table that was never written has no hash and no rows.
+  const bool written = query.step();
+  const std::string hash = written ? query.text(0) : content_hash("");
+  if (sql::table_hash(db_.get(), table) == hash) return;
+  throw InputError(sql::damaged_text(database(), fmt::format("the table '{}' is not what was written", table)));
+}
+
 std::vector<ManifestEntry> Store::manifest() const {
+  const Snapshot snapshot(db_.get());
+  verify("manifest");
   std::vector<ManifestEntry> entries;
   Statement query(db_.get(), "SELECT key, value FROM manifest ORDER BY key");
   while (query.step()) entries.push_back({query.text(0), query.text(1)});
@@ -17,6 +39,8 @@ std::vector<ManifestEntry> Store::manifest() const {
 }
 
 std::optional<std::string> Store::manifest(const std::string& key) const {
+  const Snapshot snapshot(db_.get());
+  verify("manifest");
   Statement query(db_.get(), "SELECT value FROM manifest WHERE key = ?");
   query.bind(0, key);
   if (!query.step()) return std::nullopt;
@@ -24,6 +48,8 @@ std::optional<std::string> Store::manifest(const std::string& key) const {
 }
 
 std::vector<SystemRow> Store::systems() const {
+  const Snapshot snapshot(db_.get());
+  verify("systems");
   std::vector<SystemRow> rows;
   Statement query(db_.get(), "SELECT name, json FROM systems ORDER BY rowid");
   while (query.step()) rows.push_back({query.text(0), query.text(1)});
@@ -31,6 +57,8 @@ std::vector<SystemRow> Store::systems() const {
 }
 
 std::vector<ContenderRow> Store::contenders() const {
+  const Snapshot snapshot(db_.get());
+  verify("contenders");
   std::vector<ContenderRow> rows;
   Statement query(db_.get(),
                   "SELECT name, engine, version, base, settings, capabilities_json, build_json FROM contenders "
@@ -43,6 +71,8 @@ std::vector<ContenderRow> Store::contenders() const {
 }
 
 std::vector<ConformanceRow> Store::conformance() const {
+  const Snapshot snapshot(db_.get());
+  verify("conformance");
   std::vector<ConformanceRow> rows;
   Statement query(db_.get(),
                   "SELECT c.contender, c.test, c.status, c.figure, c.tolerance, c.unit, c.note FROM conformance c "
@@ -54,14 +84,17 @@ std::vector<ConformanceRow> Store::conformance() const {
   return rows;
 }
 
-std::vector<Cell> Store::cells() const {
+// Cells in their order; those that are not what was written go to `damaged`.
+std::vector<Cell> Store::read_cells(std::vector<Cell>& damaged) const {
+  const Snapshot snapshot(db_.get());
   std::vector<Cell> cells;
-  Statement query(db_.get(),
-                  "SELECT c.id, c.key, c.system, c.contender, c.timestep_ms, c.measure, c.outcome, c.reason, c.wall_s, "
-                  "c.cpu_s, c.engine_s, c.steal, c.started, c.finished FROM cells c "
-                  "LEFT JOIN systems s ON s.name = c.system LEFT JOIN contenders n ON n.name = c.contender "
-                  "ORDER BY s.rowid, c.system, n.rowid, c.contender, c.measure, c.timestep_ms, c.key");
-  Statement values(db_.get(), "SELECT name, unit, value, low, high FROM \"values\" WHERE cell_id = ? ORDER BY name");
+  Statement query(db_.get(), fmt::format("SELECT {}, {} FROM cells c "
+                                         "LEFT JOIN systems s ON s.name = c.system LEFT JOIN contenders n ON n.name = "
+                                         "c.contender ORDER BY s.rowid, c.system, n.rowid, c.contender, c.measure, "
+                                         "c.timestep_ms, c.key",
+                                         sql::kCellColumns, hashed_ ? "c.samples_hash, c.hash" : "NULL, NULL"));
+  Statement values(db_.get(), sql::kValuesQuery);
+  std::string bytes;
   while (query.step()) {
     Cell cell;
     cell.id = query.integer(0);
@@ -71,11 +104,7 @@ std::vector<Cell> Store::cells() const {
     cell.timestep_ms = query.number(4);
     cell.measure = query.text(5);
     const std::optional<Outcome> outcome = parse_outcome(query.text(6));
-    if (!outcome) {
-      throw InputError(fmt::format("'{}' has a cell of the unknown outcome '{}': it was written by another program",
-                                   dir_ + "/assay.sqlite", query.text(6)));
-    }
-    cell.outcome = *outcome;
+    cell.outcome = outcome.value_or(Outcome::kCrashed);
     cell.reason = query.text(7);
     cell.wall_s = query.number(8);
     cell.cpu_s = query.number(9);
@@ -83,50 +112,102 @@ std::vector<Cell> Store::cells() const {
     cell.steal = query.number(11);
     cell.started = query.number(12);
     cell.finished = query.number(13);
+    bytes.clear();
+    for (int column = 1; column <= sql::kCellColumnCount; ++column) query.append_to(bytes, column);
     values.bind(0, cell.id);
     while (values.step()) {
       cell.values.push_back({values.text(0), values.text(1), values.optional_number(2), values.optional_number(3),
                              values.optional_number(4)});
+      for (int column = 0; column < sql::kValueColumnCount; ++column) values.append_to(bytes, column);
     }
     values.run();  // steps past the end, which resets it
+    if (hashed_ && content_hash(bytes) != query.text(sql::kCellColumnCount + 1)) {
+      damaged.push_back(std::move(cell));
+      continue;
+    }
+    if (!outcome) {
+      throw InputError(fmt::format("'{}' has a cell of the unknown outcome '{}': it was written by another program",
+                                   database(), query.text(6)));
+    }
+    if (!std::isfinite(cell.timestep_ms) || cell.timestep_ms <= 0) {
+      throw InputError(
+          fmt::format("'{}' has a cell ({}) whose timestep of {} ms cannot be: it was written by another "
+                      "program",
+                      database(), sql::cell_title(cell), shortest(cell.timestep_ms)));
+    }
     cells.push_back(std::move(cell));
   }
   return cells;
 }
 
+std::vector<Cell> Store::cells() const {
+  std::vector<Cell> damaged;
+  std::vector<Cell> cells = read_cells(damaged);
+  if (damaged.empty()) return cells;
+  const std::string what =
+      fmt::format("{} of {} cells {} not what was written, the first is {}", damaged.size(),
+                  damaged.size() + cells.size(), damaged.size() == 1 ? "is" : "are", sql::cell_title(damaged.front()));
+  throw InputError(
+      fmt::format("'{}' is damaged ({}): restore it from a copy, or add --retry to the command that "
+                  "measured it, which measures these cells again",
+                  database(), what));
+}
+
 std::vector<std::string> Store::cell_keys() const {
   std::vector<std::string> keys;
-  Statement query(db_.get(), "SELECT key FROM cells ORDER BY key");
+  // of the table itself: an index is not covered by the cells' hashes
+  Statement query(db_.get(), "SELECT key FROM cells NOT INDEXED");
   while (query.step()) keys.push_back(query.text(0));
+  std::ranges::sort(keys);
   return keys;
 }
 
 std::vector<SampleSeries> Store::samples(std::int64_t cell_id) const {
+  const Snapshot snapshot(db_.get());
   std::vector<SampleSeries> series;
-  Statement query(db_.get(), "SELECT name, value FROM samples WHERE cell_id = ? ORDER BY name, idx");
+  Statement query(db_.get(), sql::kSamplesQuery);
   query.bind(0, cell_id);
+  std::string bytes;
   while (query.step()) {
     const std::string name = query.text(0);
     if (series.empty() || series.back().name != name) series.push_back({name, {}});
-    series.back().values.push_back(query.number(1));
+    series.back().values.push_back(query.number(2));
+    for (int column = 0; column < 3; ++column) query.append_to(bytes, column);
   }
-  return series;
+  if (!hashed_) return series;
+  Statement hash(db_.get(), "SELECT samples_hash, measure, system, contender FROM cells WHERE id = ?");
+  hash.bind(0, cell_id);
+  if (hash.step() && hash.text(0) == content_hash(bytes)) return series;
+  throw InputError(
+      sql::damaged_text(database(), fmt::format("the samples of the cell {} ({} of {}, {}) are not what was written",
+                                                cell_id, hash.text(1), hash.text(2), hash.text(3))));
 }
 
 std::vector<RunRow> Store::runs() const {
   std::vector<RunRow> rows;
   if (!sql::has_table(db_.get(), "runs")) return rows;
+  const Snapshot snapshot(db_.get());
+  verify("runs");
   Statement query(db_.get(),
                   "SELECT r.address, r.system, r.contender, r.timestep_ms FROM runs r "
                   "LEFT JOIN systems s ON s.name = r.system LEFT JOIN contenders n ON n.name = r.contender "
                   "ORDER BY s.rowid, r.system, n.rowid, r.contender, r.timestep_ms");
-  while (query.step()) rows.push_back({query.text(0), query.text(1), query.text(2), query.number(3)});
+  while (query.step()) {
+    rows.push_back({query.text(0), query.text(1), query.text(2), query.number(3)});
+    if (std::isfinite(rows.back().timestep_ms) && rows.back().timestep_ms > 0) continue;
+    throw InputError(
+        fmt::format("'{}' lists a run of {} whose timestep of {} ms cannot be: it was written by another "
+                    "program",
+                    database(), rows.back().contender, shortest(rows.back().timestep_ms)));
+  }
   return rows;
 }
 
 std::vector<SceneRow> Store::scenes() const {
   std::vector<SceneRow> rows;
   if (!sql::has_table(db_.get(), "scenes")) return rows;
+  const Snapshot snapshot(db_.get());
+  verify("scenes");
   Statement query(db_.get(),
                   "SELECT c.system, c.json FROM scenes c LEFT JOIN systems s ON s.name = c.system "
                   "ORDER BY s.rowid, c.system");

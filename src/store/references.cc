@@ -40,7 +40,7 @@ bool References::fetch(const std::string& address, const std::string& results) c
   if (dir_.empty() || !has_trajectory(dir_, address)) return false;
   const std::string kept = trajectory_path(dir_, address);
   const auto trajectory = read_trajectory(dir_, address);
-  if (!trajectory || trajectory->states.empty()) {
+  if (!trajectory || trajectory->states.empty() || !trajectory_fault(dir_, address).empty()) {
     std::error_code error;
     fs::remove(kept, error);
     return false;

@@ -15,6 +15,7 @@
 #include <fmt/format.h>
 
 #include "base/errors.h"
+#include "store/cell_hash.h"
 #include "store/database.h"
 
 namespace assay {
@@ -48,19 +49,40 @@ constexpr const char* kSchema = R"sql(
     tolerance REAL, unit TEXT NOT NULL, note TEXT NOT NULL, PRIMARY KEY(contender, test));
   CREATE TABLE cells(id INTEGER PRIMARY KEY, key TEXT NOT NULL UNIQUE, system TEXT NOT NULL, contender TEXT NOT NULL,
     timestep_ms REAL NOT NULL, measure TEXT NOT NULL, outcome TEXT NOT NULL, reason TEXT NOT NULL, wall_s REAL,
-    cpu_s REAL, engine_s REAL, steal REAL, started REAL, finished REAL);
+    cpu_s REAL, engine_s REAL, steal REAL, started REAL, finished REAL, samples_hash TEXT, hash TEXT);
   CREATE TABLE "values"(cell_id INTEGER NOT NULL REFERENCES cells(id) ON DELETE CASCADE, name TEXT NOT NULL,
     unit TEXT NOT NULL, value REAL, low REAL, high REAL, PRIMARY KEY(cell_id, name)) WITHOUT ROWID;
   CREATE TABLE samples(cell_id INTEGER NOT NULL REFERENCES cells(id) ON DELETE CASCADE, name TEXT NOT NULL,
     idx INTEGER NOT NULL, value REAL, PRIMARY KEY(cell_id, name, idx)) WITHOUT ROWID;
+  CREATE TABLE runs(system TEXT NOT NULL, contender TEXT NOT NULL, timestep_ms REAL NOT NULL, address TEXT NOT NULL,
+    PRIMARY KEY(system, contender, timestep_ms)) WITHOUT ROWID;
+  CREATE TABLE scenes(system TEXT PRIMARY KEY, json TEXT NOT NULL) WITHOUT ROWID;
+  CREATE TABLE hashes(name TEXT PRIMARY KEY, hash TEXT NOT NULL) WITHOUT ROWID;
 )sql";
 
-// Tables that were added without a new version: made where they are missing.
-constexpr const char* kLaterSchema = R"sql(
+// Of version 1: in its runs a column that is no key came first, which SQLite's integrity check takes for damage.
+constexpr const char* kFalseAlarm = "NULL value in runs.address";
+
+// From version 1, whose tables runs and scenes came later.
+constexpr const char* kMigration = R"sql(
   CREATE TABLE IF NOT EXISTS runs(address TEXT NOT NULL, system TEXT NOT NULL, contender TEXT NOT NULL,
     timestep_ms REAL NOT NULL, PRIMARY KEY(system, contender, timestep_ms)) WITHOUT ROWID;
+  ALTER TABLE runs RENAME TO old_runs;
+  CREATE TABLE runs(system TEXT NOT NULL, contender TEXT NOT NULL, timestep_ms REAL NOT NULL, address TEXT NOT NULL,
+    PRIMARY KEY(system, contender, timestep_ms)) WITHOUT ROWID;
+  INSERT INTO runs SELECT system, contender, timestep_ms, address FROM old_runs;
+  DROP TABLE old_runs;
   CREATE TABLE IF NOT EXISTS scenes(system TEXT PRIMARY KEY, json TEXT NOT NULL) WITHOUT ROWID;
+  CREATE TABLE hashes(name TEXT PRIMARY KEY, hash TEXT NOT NULL) WITHOUT ROWID;
+  ALTER TABLE cells ADD COLUMN samples_hash TEXT;
+  ALTER TABLE cells ADD COLUMN hash TEXT;
 )sql";
+
+// What version 2 has beyond version 1.
+bool is_new_in_2(const std::string& table, const std::string& column) {
+  return table == "hashes" || table == "runs" || table == "scenes" ||
+         (table == "cells" && (column == "hash" || column == "samples_hash"));
+}
 
 std::string database_path(const std::string& dir) { return dir + "/assay.sqlite"; }
 
@@ -73,10 +95,13 @@ std::set<std::pair<std::string, std::string>> columns_of(sqlite3* db) {
   return columns;
 }
 
-// Throws InputError for a database that this program cannot read. An empty file has version 0.
-void check_readable(sqlite3* db, const std::string& path) {
+// Throws InputError for a database that this program cannot read. An empty file has version 0. Returns the version.
+std::int64_t check_readable(sqlite3* db, const std::string& path) {
   const std::int64_t application = pragma(db, "application_id"), version = pragma(db, "user_version");
   if (application != kApplicationId) {
+    if (sql::looks_like_results(path)) {
+      throw InputError(sql::damaged_text(path, "its header does not say that it is a results database"));
+    }
     throw InputError(fmt::format("'{}' is not a results database of assay: give another directory", path));
   }
   std::string writer;
@@ -84,23 +109,46 @@ void check_readable(sqlite3* db, const std::string& path) {
     Statement query(db, "SELECT value FROM manifest WHERE key = 'assay_version'");
     if (query.step()) writer = fmt::format(", written by assay {}", query.text(0));
   }
-  if (version != kSchemaVersion) {
-    throw InputError(fmt::format("'{}' has results of schema version {}{}, and this assay reads version {}: {}", path,
-                                 version, writer, kSchemaVersion,
+  if (version < 1 || version > kSchemaVersion) {
+    throw InputError(fmt::format("'{}' has results of schema version {}{}, and this assay reads versions 1 to {}: {}",
+                                 path, version, writer, kSchemaVersion,
                                  version > kSchemaVersion ? "use the assay that wrote them, or a newer one"
                                                           : "measure again into another directory"));
   }
+  sql::check_integrity(db, path, Store::kIntegritySeconds, version == 1 ? kFalseAlarm : "");
   const std::unique_ptr<sqlite3, int (*)(sqlite3*)> model(
       open_database(":memory:", SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE), sqlite3_close_v2);
   execute(model.get(), kSchema);
   const auto present = columns_of(db);
   for (const auto& [table, column] : columns_of(model.get())) {
-    if (present.contains({table, column})) continue;
+    if (present.contains({table, column}) || (version == 1 && is_new_in_2(table, column))) continue;
     throw InputError(
         fmt::format("'{}' has no column '{}' in the table '{}'{}: it is damaged, or another assay's; measure again "
                     "into another directory",
                     path, column, table, writer));
   }
+  return version;
+}
+
+void set_version(sqlite3* db) {
+  execute(db,
+          fmt::format("PRAGMA application_id = {}; PRAGMA user_version = {}", kApplicationId, kSchemaVersion).c_str());
+}
+
+// All or nothing: a version 1 that was not migrated to its end stays one.
+void migrate(sqlite3* db) {
+  Transaction transaction(db);
+  execute(db, kMigration);
+  std::vector<std::int64_t> cells;
+  Statement query(db, "SELECT id FROM cells");
+  while (query.step()) cells.push_back(query.integer(0));
+  for (const std::int64_t id : cells) {
+    sql::put_samples_hash(db, id);
+    sql::put_cell_hash(db, id);
+  }
+  for (const auto& [table, order] : sql::hashed_tables()) sql::put_table_hash(db, table);
+  set_version(db);
+  transaction.commit();
 }
 
 // The writer's lock ends with the process that holds it, however that ends.
@@ -147,12 +195,16 @@ Store::Store(std::string dir, std::unique_ptr<sqlite3, Deleter> db, int lock)
     : dir_(std::move(dir)), db_(std::move(db)), lock_(lock) {}
 
 Store::Store(Store&& other) noexcept
-    : dir_(std::move(other.dir_)), db_(std::move(other.db_)), lock_(std::exchange(other.lock_, -1)) {}
+    : dir_(std::move(other.dir_)),
+      db_(std::move(other.db_)),
+      lock_(std::exchange(other.lock_, -1)),
+      hashed_(other.hashed_) {}
 
 Store& Store::operator=(Store&& other) noexcept {
   std::swap(dir_, other.dir_);
   std::swap(db_, other.db_);
   std::swap(lock_, other.lock_);
+  std::swap(hashed_, other.hashed_);
   return *this;
 }
 
@@ -184,8 +236,10 @@ Store Store::create(const std::string& dir, const Identity& identity) {
   sqlite3* db = store.db_.get();
 
   const bool fresh = pragma(db, "schema_version") == 0 && pragma(db, "application_id") == 0;
+  std::int64_t version = kSchemaVersion;
   if (!fresh) {
-    check_readable(db, path);
+    version = check_readable(db, path);
+    store.hashed_ = version >= kSchemaVersion;
     const std::string campaign = store.manifest("campaign").value_or("");
     if (campaign != identity.campaign) {
       throw InputError(fmt::format("'{}' holds results of the campaign '{}' and this is '{}': give another directory",
@@ -204,15 +258,15 @@ Store Store::create(const std::string& dir, const Identity& identity) {
   if (fresh) {
     Transaction transaction(db);
     execute(db, kSchema);
-    execute(
-        db,
-        fmt::format("PRAGMA application_id = {}; PRAGMA user_version = {}", kApplicationId, kSchemaVersion).c_str());
+    set_version(db);
     Statement put(db, "INSERT INTO manifest VALUES(?, ?)");
     put.bind_all(std::string("campaign"), identity.campaign).run();
     put.bind_all(std::string("campaign_hash"), identity.campaign_hash).run();
+    sql::put_table_hash(db, "manifest");
     transaction.commit();
   }
-  execute(db, kLaterSchema);
+  if (version < kSchemaVersion) migrate(db);
+  store.hashed_ = true;
   return store;
 }
 
@@ -231,7 +285,7 @@ Store Store::open(const std::string& dir) {
   if ((sqlite3_errcode(store.db_.get()) & 0xff) == SQLITE_CANTOPEN) {
     store.db_.reset(open_database(sql::uri_of(path) + "?immutable=1", SQLITE_OPEN_READONLY | SQLITE_OPEN_URI));
   }
-  check_readable(store.db_.get(), path);
+  store.hashed_ = check_readable(store.db_.get(), path) >= kSchemaVersion;
   return store;
 }
 

@@ -1,18 +1,22 @@
 // The results directory: DIR/assay.sqlite holds everything a table or a plot needs, DIR/trajectories/ the runs that
 // were kept. One process writes (Store::create), any number read (Store::open), also while it writes.
 //
-// Schema, version kSchemaVersion (SQLite's user_version). An absent number is NULL, never NaN:
+// Schema, version kSchemaVersion (SQLite's user_version). An absent number is NULL, never NaN. Key columns come first:
 //   manifest(key, value)
 //   systems(name, json)
 //   contenders(name, engine, version, base, settings, capabilities_json, build_json)
 //   conformance(contender, test, status, figure, tolerance, unit, note)
 //   cells(id, key UNIQUE, system, contender, timestep_ms, measure, outcome, reason, wall_s, cpu_s, engine_s, steal,
-//         started, finished)
+//         started, finished, samples_hash, hash)
 //   "values"(cell_id, name, unit, value, low, high)
 //   samples(cell_id, name, idx, value)
-//   runs(address, system, contender, timestep_ms): owners of the states in trajectories/
+//   runs(system, contender, timestep_ms, address): owners of the states in trajectories/
 //   scenes(system, json): what a picture of the system needs (store/scene.h)
-// The last two were added later: in older directories they are missing and read as empty.
+//   hashes(name, hash): of the content of each table but cells, values, samples
+// A cell's `hash` covers its columns but the id, its values and `samples_hash`, which covers its samples. What is read
+// is compared with its hash: bits that changed on the disk are found, deliberate changes are not. Version 1 has no
+// hashes, `address` comes first in `runs`, and `runs` and `scenes` may be missing. It is read as it is; create() makes
+// it version 2.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +30,7 @@ struct sqlite3;
 
 namespace assay {
 
-inline constexpr int kSchemaVersion = 1;
+inline constexpr int kSchemaVersion = 2;
 
 // The contender that does nothing: it measures the harness itself and takes part in no comparison.
 inline constexpr const char* kHarness = "null";
@@ -122,13 +126,14 @@ class Store {
  public:
   // Opens `dir` for writing: makes the directory and the database when they are not there, goes on when they are.
   // Throws InputError when `dir` holds another campaign's results, results that open() refuses, something else
-  // under the name assay.sqlite, or when another process is writing to it; nothing is changed then. Throws SystemError
-  // when the directory cannot be written or the disk is full.
+  // under the name assay.sqlite, or when another process is writing to it; nothing is changed then. Results of version
+  // 1 become version 2. Throws SystemError when the directory cannot be written or the disk is full.
   static Store create(const std::string& dir, const Identity& identity);
 
   // Opens the results of `dir` for reading, on a read-only medium too. Throws InputError when it holds none, or those
-  // of another schema version, or a table or column is missing. A database that is damaged elsewhere throws InputError
-  // when the damaged part is read.
+  // of an unknown schema version, or a table or column is missing. A damaged database throws InputError that says where
+  // the damage is: here, as far as SQLite's integrity check comes in kIntegritySeconds, or when the damaged part is
+  // read. Cells whose outcome or timestep cannot be are refused when they are read.
   static Store open(const std::string& dir);
 
   Store(Store&& other) noexcept;
@@ -136,6 +141,8 @@ class Store {
   Store(const Store&) = delete;
   Store& operator=(const Store&) = delete;
   ~Store();
+
+  static constexpr double kIntegritySeconds = 1;
 
   const std::string& dir() const { return dir_; }
   std::string trajectories_dir() const { return dir_ + "/trajectories"; }
@@ -171,6 +178,9 @@ class Store {
     Value value;
   };
   void set_derived(const std::vector<std::string>& names, const std::vector<Derived>& values);
+  // Removes the cells that are not what was written, so that they are measured again. Returns a title each: "drift of
+  // chain, ode-quick at 1 ms".
+  std::vector<std::string> remove_damaged_cells();
 
  private:
   struct Deleter {
@@ -178,9 +188,14 @@ class Store {
   };
   Store(std::string dir, std::unique_ptr<sqlite3, Deleter> db, int lock);
 
+  std::string database() const { return dir_ + "/assay.sqlite"; }
+  void verify(const std::string& table) const;
+  std::vector<Cell> read_cells(std::vector<Cell>& damaged) const;
+
   std::string dir_;
   std::unique_ptr<sqlite3, Deleter> db_;
-  int lock_ = -1;  // descriptor that holds the writer's lock
+  int lock_ = -1;       // descriptor that holds the writer's lock
+  bool hashed_ = true;  // false: version 1, opened for reading
 };
 
 }  // namespace assay

@@ -2,11 +2,13 @@
 
 #include <array>
 #include <cerrno>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <fcntl.h>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <string_view>
 #include <sys/stat.h>
 #include <type_traits>
@@ -22,12 +24,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// File: magic, counts of states, bodies and hinges (u64, little-endian as the machines this runs on), then for each
-// state its time, 13 numbers a body (position, quaternion w x y z, velocity, angular velocity), angles, rates, all
-// double; at the end the content_hash of everything before it.
-constexpr std::string_view kMagic = "assay-trajectory-1\n";
+// File: magic, the address (its length as u64, then its bytes), counts of states, bodies and hinges (u64, little-endian
+// as the machines this runs on), then for each state its time, 13 numbers a body (position, quaternion w x y z,
+// velocity, angular velocity), angles, rates, all double; at the end the content_hash of everything before it. The
+// older format has no address.
+constexpr std::string_view kMagic = "assay-trajectory-2\n";
+constexpr std::string_view kOlderMagic = "assay-trajectory-1\n";
+static_assert(kMagic.size() == kOlderMagic.size());
+constexpr std::uint64_t kMostBytes = std::uint64_t{8} << 30;  // of a file that is read
+constexpr std::uint64_t kMostCount = 1 << 24;                 // bodies and hinges of a model
 constexpr size_t kHashDigits = 32;
 constexpr size_t kBodyNumbers = 13;
+constexpr const char* kOlderFormat = "is of an older format, which does not say whose run it holds";
 
 template <typename T>
 void put(std::string& out, T value) {
@@ -62,8 +70,10 @@ class Reader {
   size_t at_ = 0;
 };
 
-std::string encode(const Trajectory& trajectory) {
+std::string encode(const Trajectory& trajectory, const std::string& address) {
   std::string out(kMagic);
+  put<std::uint64_t>(out, address.size());
+  out += address;
   const size_t bodies = trajectory.states.empty() ? 0 : trajectory.states.front().bodies.size();
   const size_t hinges = trajectory.states.empty() ? 0 : trajectory.states.front().position.size();
   out.reserve(out.size() + 64 + trajectory.states.size() * 8 * (1 + kBodyNumbers * bodies + 2 * hinges));
@@ -84,20 +94,61 @@ std::string encode(const Trajectory& trajectory) {
   return out + content_hash(out);
 }
 
-std::optional<Trajectory> decode(std::string_view bytes) {
-  constexpr size_t kHeader = kMagic.size() + 3 * sizeof(std::uint64_t);
-  if (bytes.size() < kHeader + kHashDigits || !bytes.starts_with(kMagic)) return std::nullopt;
+// A file's content up to its states.
+struct Opened {
+  std::string fault;  // as trajectory_fault()
+  std::uint64_t count = 0, bodies = 0, hinges = 0;
+  std::string_view states;
+};
+
+Opened open_content(std::string_view bytes, const std::string& address) {
+  const auto damaged = [](const char* how) {
+    Opened opened;
+    opened.fault = fmt::format("is damaged ({})", how);
+    return opened;
+  };
+  constexpr size_t kCounts = 3 * sizeof(std::uint64_t);
+  const bool older = bytes.starts_with(kOlderMagic);
+  if (!older && !bytes.starts_with(kMagic)) return damaged("it does not begin as a trajectory does");
+  if (bytes.size() < kMagic.size() + sizeof(std::uint64_t) + kCounts + kHashDigits) return damaged("it is cut off");
   const std::string_view content = bytes.substr(0, bytes.size() - kHashDigits);
-  if (content_hash(content) != bytes.substr(content.size())) return std::nullopt;
-  Reader reader(content.substr(kMagic.size()));
-  const auto count = reader.take<std::uint64_t>(), bodies = reader.take<std::uint64_t>(),
-             hinges = reader.take<std::uint64_t>();
-  if (reader.left() != count * sizeof(double) * (1 + kBodyNumbers * bodies + 2 * hinges)) return std::nullopt;
+  if (content_hash(content) != bytes.substr(content.size())) return damaged("its checksum is wrong");
+  std::string_view rest = content.substr(kMagic.size());
+  Opened opened;
+  if (older) {
+    opened.fault = kOlderFormat;
+  } else {
+    const auto length = Reader(rest).take<std::uint64_t>();
+    rest.remove_prefix(sizeof(std::uint64_t));
+    if (length > rest.size()) return damaged("its address is longer than the file");
+    if (const std::string_view own = rest.substr(0, length); own != address) {
+      opened.fault = fmt::format("holds the run {}", own);
+      return opened;
+    }
+    rest.remove_prefix(length);
+  }
+  if (rest.size() < kCounts) return damaged("it is cut off");
+  Reader reader(rest);
+  opened.count = reader.take<std::uint64_t>();
+  opened.bodies = reader.take<std::uint64_t>();
+  opened.hinges = reader.take<std::uint64_t>();
+  opened.states = rest.substr(kCounts);
+  if (opened.bodies > kMostCount || opened.hinges > kMostCount)
+    return damaged("it counts more bodies than a model has");
+  const std::uint64_t state_bytes = sizeof(double) * (1 + kBodyNumbers * opened.bodies + 2 * opened.hinges);
+  if (opened.states.size() / state_bytes != opened.count || opened.states.size() % state_bytes != 0) {
+    return damaged("its size is not that of its states");
+  }
+  return opened;
+}
+
+Trajectory decode(const Opened& opened) {
+  Reader reader(opened.states);
   Trajectory trajectory;
-  trajectory.states.resize(count);
+  trajectory.states.resize(opened.count);
   for (State& state : trajectory.states) {
     state.time = reader.take<double>();
-    state.bodies.resize(bodies);
+    state.bodies.resize(opened.bodies);
     for (BodyState& body : state.bodies) {
       body.p_WBcm = reader.take_vec3();
       const auto w = reader.take<double>(), x = reader.take<double>(), y = reader.take<double>(),
@@ -106,12 +157,24 @@ std::optional<Trajectory> decode(std::string_view bytes) {
       body.v_WBcm = reader.take_vec3();
       body.w_WB = reader.take_vec3();
     }
-    state.position.resize(hinges);
-    state.velocity.resize(hinges);
+    state.position.resize(opened.hinges);
+    state.velocity.resize(opened.hinges);
     for (double& angle : state.position) angle = reader.take<double>();
     for (double& rate : state.velocity) rate = reader.take<double>();
   }
   return trajectory;
+}
+
+// What in decoded states cannot be.
+std::string states_fault(const Trajectory& trajectory) {
+  double time = -std::numeric_limits<double>::infinity();
+  for (const State& state : trajectory.states) {
+    std::string fault = state_value_fault(state);
+    if (fault.empty() && state.time < time) fault = "time that runs backwards";
+    if (!fault.empty()) return fmt::format("is damaged (it has {})", fault);
+    time = state.time;
+  }
+  return "";
 }
 
 [[noreturn]] void fail(const std::string& what, const std::string& path, int error) {
@@ -127,6 +190,37 @@ void write_all(int file, std::string_view bytes, const std::string& path) {
   }
 }
 
+// Empty when there is no such file.
+std::optional<std::string> read_bytes(const std::string& path) {
+  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (file < 0) {
+    if (errno == ENOENT || errno == ENOTDIR) return std::nullopt;
+    fail("read", path, errno);
+  }
+  std::string bytes;
+  struct stat facts{};
+  if (::fstat(file, &facts) == 0) {
+    if (static_cast<std::uint64_t>(facts.st_size) > kMostBytes) {
+      ::close(file);
+      fail("read", path, EFBIG);
+    }
+    bytes.reserve(static_cast<size_t>(facts.st_size));
+  }
+  std::array<char, 1 << 16> buffer{};
+  ssize_t got = 0;
+  while ((got = ::read(file, buffer.data(), buffer.size())) != 0) {
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) {
+      const int why = errno;
+      ::close(file);
+      fail("read", path, why);
+    }
+    bytes.append(buffer.data(), static_cast<size_t>(got));
+  }
+  ::close(file);
+  return bytes;
+}
+
 }  // namespace
 
 std::string trajectory_path(const std::string& dir, const std::string& address) { return dir + "/" + address + ".bin"; }
@@ -140,7 +234,7 @@ void write_trajectory(const std::string& dir, const std::string& address, const 
   const int file = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   if (file < 0) fail("write", temporary, errno);
   try {
-    write_all(file, encode(trajectory), temporary);
+    write_all(file, encode(trajectory, address), temporary);
     if (::fsync(file) != 0) fail("write", temporary, errno);
   } catch (...) {
     ::close(file);
@@ -156,28 +250,47 @@ void write_trajectory(const std::string& dir, const std::string& address, const 
 }
 
 std::optional<Trajectory> read_trajectory(const std::string& dir, const std::string& address) {
-  const std::string path = trajectory_path(dir, address);
-  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (file < 0) {
-    if (errno == ENOENT || errno == ENOTDIR) return std::nullopt;
-    fail("read", path, errno);
+  const std::optional<std::string> bytes = read_bytes(trajectory_path(dir, address));
+  if (!bytes) return std::nullopt;
+  const Opened opened = open_content(*bytes, address);
+  if (!opened.fault.empty() && opened.fault != kOlderFormat) return std::nullopt;
+  Trajectory trajectory = decode(opened);
+  if (!states_fault(trajectory).empty()) return std::nullopt;
+  return trajectory;
+}
+
+std::string trajectory_fault(const std::string& dir, const std::string& address) {
+  const std::optional<std::string> bytes = read_bytes(trajectory_path(dir, address));
+  if (!bytes) return "";
+  const Opened opened = open_content(*bytes, address);
+  return opened.fault.empty() ? states_fault(decode(opened)) : opened.fault;
+}
+
+std::string state_shape_fault(const State& state, size_t bodies, size_t joints) {
+  const auto counts = [](size_t found, size_t wanted, const char* what) {
+    return fmt::format("{} {} where the model has {}", found, what, wanted);
+  };
+  if (state.bodies.size() != bodies) return counts(state.bodies.size(), bodies, "bodies");
+  if (state.position.size() != joints) return counts(state.position.size(), joints, "joint positions");
+  if (state.velocity.size() != joints) return counts(state.velocity.size(), joints, "joint velocities");
+  return "";
+}
+
+std::string state_value_fault(const State& state) {
+  bool finite = std::isfinite(state.time);
+  for (const double number : state.position) finite = finite && std::isfinite(number);
+  for (const double number : state.velocity) finite = finite && std::isfinite(number);
+  for (const BodyState& body : state.bodies) {
+    finite = finite && body.p_WBcm.allFinite() && body.q_WB.coeffs().allFinite() && body.v_WBcm.allFinite() &&
+             body.w_WB.allFinite();
   }
-  std::string bytes;
-  struct stat facts{};
-  if (::fstat(file, &facts) == 0) bytes.reserve(static_cast<size_t>(facts.st_size));
-  std::array<char, 1 << 16> buffer{};
-  ssize_t got = 0;
-  while ((got = ::read(file, buffer.data(), buffer.size())) != 0) {
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) {
-      const int why = errno;
-      ::close(file);
-      fail("read", path, why);
-    }
-    bytes.append(buffer.data(), static_cast<size_t>(got));
+  if (!finite) return "a non-finite number";
+  for (const BodyState& body : state.bodies) {
+    constexpr double kLengthTolerance = 1e-2;  // far above what single precision loses
+    const double length = body.q_WB.norm();
+    if (std::abs(length - 1) > kLengthTolerance) return fmt::format("an orientation of length {:.3g}", length);
   }
-  ::close(file);
-  return decode(bytes);
+  return "";
 }
 
 bool has_trajectory(const std::string& dir, const std::string& address) {
@@ -186,9 +299,19 @@ bool has_trajectory(const std::string& dir, const std::string& address) {
 
 size_t count_states(const std::string& dir, const std::string& address) {
   std::ifstream file(trajectory_path(dir, address), std::ios::binary);
-  std::string header(kMagic.size() + sizeof(std::uint64_t), '\0');
-  if (!file.read(header.data(), static_cast<std::streamsize>(header.size())) || !header.starts_with(kMagic)) return 0;
-  return Reader(std::string_view(header).substr(kMagic.size())).take<std::uint64_t>();
+  const auto take = [&](size_t size) {
+    std::string bytes(size, '\0');
+    file.read(bytes.data(), static_cast<std::streamsize>(size));
+    return file ? bytes : "";
+  };
+  const std::string magic = take(kMagic.size());
+  if (magic != kMagic && magic != kOlderMagic) return 0;
+  std::string number = take(sizeof(std::uint64_t));
+  if (magic == kMagic && !number.empty()) {
+    if (Reader(number).take<std::uint64_t>() != address.size() || take(address.size()) != address) return 0;
+    number = take(sizeof(std::uint64_t));
+  }
+  return number.empty() ? 0 : Reader(number).take<std::uint64_t>();
 }
 
 }  // namespace assay

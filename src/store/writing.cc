@@ -1,4 +1,7 @@
 // Writing into a results directory: one transaction a call.
+#include <set>
+
+#include "store/cell_hash.h"
 #include "store/database.h"
 #include "store/store.h"
 
@@ -12,6 +15,7 @@ void Store::set_manifest(const std::vector<ManifestEntry>& entries) {
   Transaction transaction(db_.get());
   Statement put(db_.get(), "INSERT OR REPLACE INTO manifest VALUES(?, ?)");
   for (const ManifestEntry& entry : entries) put.bind_all(entry.key, entry.value).run();
+  sql::put_table_hash(db_.get(), "manifest");
   transaction.commit();
 }
 
@@ -20,6 +24,7 @@ void Store::set_systems(const std::vector<SystemRow>& rows) {
   execute(db_.get(), "DELETE FROM systems");
   Statement put(db_.get(), "INSERT INTO systems VALUES(?, ?)");
   for (const SystemRow& row : rows) put.bind_all(row.name, row.json).run();
+  sql::put_table_hash(db_.get(), "systems");
   transaction.commit();
 }
 
@@ -31,16 +36,18 @@ void Store::set_contenders(const std::vector<ContenderRow>& rows) {
     put.bind_all(row.name, row.engine, row.version, row.base, row.settings, row.capabilities_json, row.build_json)
         .run();
   }
+  sql::put_table_hash(db_.get(), "contenders");
   transaction.commit();
 }
 
 void Store::set_runs(const std::vector<RunRow>& rows) {
   Transaction transaction(db_.get());
   execute(db_.get(), "DELETE FROM runs");
-  Statement put(db_.get(), "INSERT OR REPLACE INTO runs VALUES(?, ?, ?, ?)");
+  Statement put(db_.get(), "INSERT OR REPLACE INTO runs(address, system, contender, timestep_ms) VALUES(?, ?, ?, ?)");
   for (const RunRow& row : rows) {
     put.bind_all(row.address, row.system, row.contender, std::optional(row.timestep_ms)).run();
   }
+  sql::put_table_hash(db_.get(), "runs");
   transaction.commit();
 }
 
@@ -49,6 +56,7 @@ void Store::set_scenes(const std::vector<SceneRow>& rows) {
   execute(db_.get(), "DELETE FROM scenes");
   Statement put(db_.get(), "INSERT INTO scenes VALUES(?, ?)");
   for (const SceneRow& row : rows) put.bind_all(row.system, row.json).run();
+  sql::put_table_hash(db_.get(), "scenes");
   transaction.commit();
 }
 
@@ -61,6 +69,7 @@ void Store::set_conformance(const std::string& contender, const std::vector<Conf
                  row.note)
         .run();
   }
+  sql::put_table_hash(db_.get(), "conformance");
   transaction.commit();
 }
 
@@ -86,19 +95,44 @@ std::int64_t Store::put_cell(const Cell& cell, const std::vector<SampleSeries>& 
       put_sample.bind_all(id, series.name, static_cast<std::int64_t>(i), std::optional(series.values[i])).run();
     }
   }
+  sql::put_samples_hash(db_.get(), id);
+  sql::put_cell_hash(db_.get(), id);
   transaction.commit();
   return id;
 }
 
 void Store::set_derived(const std::vector<std::string>& names, const std::vector<Derived>& values) {
   Transaction transaction(db_.get());
+  std::set<std::int64_t> changed;
+  Statement owners(db_.get(), "SELECT cell_id FROM \"values\" WHERE name = ?");
   Statement remove(db_.get(), "DELETE FROM \"values\" WHERE name = ?");
-  for (const std::string& name : names) remove.bind_all(name).run();
+  for (const std::string& name : names) {
+    owners.bind_all(name);
+    while (owners.step()) changed.insert(owners.integer(0));
+    owners.run();  // steps past the end, which resets it
+    remove.bind_all(name).run();
+  }
   Statement put(db_.get(), "INSERT INTO \"values\" VALUES(?, ?, ?, ?, ?, ?)");
   for (const auto& [cell_id, value] : values) {
     put.bind_all(cell_id, value.name, value.unit, value.value, value.low, value.high).run();
+    changed.insert(cell_id);
+  }
+  for (const std::int64_t id : changed) sql::put_cell_hash(db_.get(), id);
+  transaction.commit();
+}
+
+std::vector<std::string> Store::remove_damaged_cells() {
+  std::vector<Cell> damaged;
+  read_cells(damaged);
+  std::vector<std::string> titles;
+  Transaction transaction(db_.get());
+  Statement remove(db_.get(), "DELETE FROM cells WHERE id = ?");
+  for (const Cell& cell : damaged) {
+    titles.push_back(sql::cell_title(cell));
+    remove.bind_all(cell.id).run();
   }
   transaction.commit();
+  return titles;
 }
 
 }  // namespace assay

@@ -1,0 +1,75 @@
+#include "store/cell_hash.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "base/hash.h"
+#include "base/text.h"
+
+namespace assay::sql {
+
+const std::vector<std::pair<std::string, std::string>>& hashed_tables() {
+  // Where rows have a rowid, it is the order in which the campaign lists them.
+  static const std::vector<std::pair<std::string, std::string>> tables = {{"manifest", "key"},
+                                                                          {"systems", "rowid"},
+                                                                          {"contenders", "rowid"},
+                                                                          {"conformance", "rowid"},
+                                                                          {"runs", "system, contender, timestep_ms"},
+                                                                          {"scenes", "system"}};
+  return tables;
+}
+
+std::string samples_hash(sqlite3* db, std::int64_t cell_id) {
+  Statement query(db, kSamplesQuery);
+  query.bind(0, cell_id);
+  std::string bytes;
+  while (query.step()) {
+    for (int column = 0; column < 3; ++column) query.append_to(bytes, column);
+  }
+  return content_hash(bytes);
+}
+
+std::string table_hash(sqlite3* db, const std::string& table) {
+  const auto found = std::ranges::find(hashed_tables(), table, &std::pair<std::string, std::string>::first);
+  Statement columns(db, "SELECT name FROM pragma_table_info(?) ORDER BY name");
+  columns.bind(0, table);
+  std::vector<std::string> names;
+  while (columns.step()) names.push_back(columns.text(0));
+  Statement query(db, fmt::format("SELECT {} FROM {} ORDER BY {}", join(names, ", "), table, found->second));
+  std::string bytes;
+  while (query.step()) {
+    for (int column = 0; column < static_cast<int>(names.size()); ++column) query.append_to(bytes, column);
+  }
+  return content_hash(bytes);
+}
+
+void put_samples_hash(sqlite3* db, std::int64_t cell_id) {
+  Statement(db, "UPDATE cells SET samples_hash = ? WHERE id = ?").bind_all(samples_hash(db, cell_id), cell_id).run();
+}
+
+void put_cell_hash(sqlite3* db, std::int64_t cell_id) {
+  Statement query(db, fmt::format("SELECT {}, c.samples_hash FROM cells c WHERE c.id = ?", kCellColumns));
+  query.bind(0, cell_id);
+  std::string bytes;
+  if (query.step()) {
+    for (int column = 1; column <= kCellColumnCount; ++column) query.append_to(bytes, column);
+  }
+  Statement values(db, kValuesQuery);
+  values.bind(0, cell_id);
+  while (values.step()) {
+    for (int column = 0; column < kValueColumnCount; ++column) values.append_to(bytes, column);
+  }
+  Statement(db, "UPDATE cells SET hash = ? WHERE id = ?").bind_all(content_hash(bytes), cell_id).run();
+}
+
+void put_table_hash(sqlite3* db, const std::string& table) {
+  Statement(db, "INSERT OR REPLACE INTO hashes VALUES(?, ?)").bind_all(table, table_hash(db, table)).run();
+}
+
+std::string cell_title(const Cell& cell) {
+  return fmt::format("{} of {}, {} at {} ms", cell.measure, cell.system, cell.contender,
+                     timestep_label(cell.timestep_ms));
+}
+
+}  // namespace assay::sql

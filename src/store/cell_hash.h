@@ -1,0 +1,39 @@
+// Hashes by which a database notices that its content is not what was written. Internal to src/store.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "store/database.h"
+#include "store/store.h"
+
+namespace assay::sql {
+
+// Columns of the query that `cell_hash` continues: all that is hashed but `id`, which comes first, in this order.
+inline constexpr const char* kCellColumns =
+    "c.id, c.key, c.system, c.contender, c.timestep_ms, c.measure, c.outcome, c.reason, c.wall_s, c.cpu_s, c.engine_s, "
+    "c.steal, c.started, c.finished";
+inline constexpr int kCellColumnCount = 14;
+inline constexpr const char* kValuesQuery =
+    "SELECT name, unit, value, low, high FROM \"values\" WHERE cell_id = ? ORDER BY name";
+inline constexpr int kValueColumnCount = 5;
+inline constexpr const char* kSamplesQuery =
+    "SELECT name, idx, value FROM samples WHERE cell_id = ? ORDER BY name, idx";
+
+// Tables with a hash of their own, and the order in which their rows count.
+const std::vector<std::pair<std::string, std::string>>& hashed_tables();
+
+// Compute what is stored now, and store its hash. Call them within the transaction of the change.
+void put_samples_hash(sqlite3* db, std::int64_t cell_id);
+void put_cell_hash(sqlite3* db, std::int64_t cell_id);  // after its samples' hash
+void put_table_hash(sqlite3* db, const std::string& table);
+
+std::string samples_hash(sqlite3* db, std::int64_t cell_id);
+std::string table_hash(sqlite3* db, const std::string& table);
+
+// "drift of chain, ode-quick at 1 ms"
+std::string cell_title(const Cell& cell);
+
+}  // namespace assay::sql
