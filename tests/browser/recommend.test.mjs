@@ -123,3 +123,38 @@ test("where settings were swept, both answer with settings, one for each contend
   const sweeps = await compare(settings, 30);
   assert.ok(sweeps > 5, `${sweeps} answers with settings that a sweep made`);
 });
+
+test("where settings were swept, plots and legend have one line for each contender that was varied", { timeout: 100000 }, async () => {
+  const data = dataIn(join(settings, "report.html"));
+  const { page, trouble } = await openReport(browser, join(settings, "report.html"));
+  const lines = new Set(data.contenders.map((contender) => contender.varies));
+  assert.ok(lines.size < data.contenders.length / 3, `${lines.size} lines of ${data.contenders.length} settings`);
+  for (const view of data.views) {
+    const at = `[id="${view.system}"]`;
+    const shown = await page.evaluate((section) => {
+      const all = (selector) => [...document.querySelectorAll(`${section} ${selector}`)];
+      return {
+        legend: all(".legend-item").map((item) => item.dataset.contender),
+        series: all("svg.accuracy .series").map((group) => ({ name: group.dataset.contender, paths: group.querySelectorAll("path.line").length, marks: group.querySelectorAll(".mark").length, dots: group.querySelectorAll(".setting").length })),
+        bars: all("svg.bars .bar").length,
+      };
+    }, at);
+    assert.deepEqual(new Set(shown.legend), lines);
+    assert.equal(shown.legend.length, lines.size);
+    assert.equal(shown.bars, lines.size);
+    assert.deepEqual(new Set(shown.series.map(({ name }) => name)), lines);
+    for (const { name, paths, marks, dots } of shown.series) {
+      const front = view.swept[view.main][name];
+      assert.ok(paths <= 1, `${name} has ${paths} lines`);
+      if (!front) continue; // one setting only
+      assert.equal(marks, front.length, `${name}: the markers are the front's points`);
+      assert.ok(dots > 0, `${name}: what is not on the front is a dot`);
+    }
+  }
+  // the legend hides all settings of a contender together
+  const system = data.views[0].system;
+  await page.$eval(`[id="${system}"] .legend-item[data-contender="mujoco-euler"]`, (item) => item.click());
+  assert.equal(await page.$eval(`[id="${system}"] svg.accuracy .series[data-contender="mujoco-euler"]`, (group) => getComputedStyle(group).display), "none");
+  assert.deepEqual(trouble, []);
+  await page.close();
+});

@@ -211,13 +211,13 @@ Softness softness(const Settings& s, const std::string& kind) {
 }
 
 // MuJoCo's contact holds f = (-b v - k r - a) / R along its normal, with its acceleration a, R = (1 - d) / d times the
-// inverse mass that it reckons with, k = -solref1 / d^2 and b = -solref2 / d for a constant impedance d. So it is a
+// inverse mass that it reckons with, k = -solref1 / d and b = -solref2 / d for a constant impedance d. So it is a
 // spring of k / R and a damper of b / R beside a mass of 1 / R, which the least d makes negligible.
 void make_compliant(const ContactCompliance& compliance, double inverse_mass, mjtNum* reference, mjtNum* impedance,
                     mjtNum* friction_reference) {
   constexpr double d = mjMINIMP, R_of_mass = (1 - d) / d;
   const double R = R_of_mass * inverse_mass;
-  reference[0] = -compliance.stiffness * R * d * d;
+  reference[0] = -compliance.stiffness * R * d;
   reference[1] = -compliance.damping * R * d;
   mjtNum standard[mjNREF] = {}, ignored[mjNIMP] = {};
   mj_defaultSolRefImp(standard, ignored);
