@@ -48,7 +48,7 @@ std::vector<Setting> declared_settings() {
   std::vector<Setting> settings = list.take();
   settings.push_back(lent_share_setting());
   settings.back().default_value = kDefaultLentShare;
-  add_contact_compliance(settings, "contacts that do not give way");
+  add_contact_compliance(settings, "contacts that do not give way", {{"solver", "pgs"}});
   give_role(settings, "position_iterations", SettingRole::kIterations);
   give_role(settings, "link_cfm", SettingRole::kContactSoftness, {{"joints", "articulation"}});
   return settings;
