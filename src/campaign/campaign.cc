@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <toml++/toml.h>
 
+#include "base/activity.h"
 #include "base/errors.h"
 #include "base/hash.h"
 #include "base/paths.h"
@@ -139,6 +140,27 @@ struct Defaults {
   std::vector<int> contenders;
 };
 
+// A run whose states fit into no memory, or whose steps nobody can wait for, is a slip of the file.
+void check_size(const Section& section, const CampaignSystem& system) {
+  constexpr double kMostBytes = 4e9, kMostSteps = 1e12, kBodyBytes = 13 * sizeof(double);
+  const double samples = 1000 * system.duration_s / system.sample_ms;
+  const double state_bytes = kBodyBytes * static_cast<double>(system.model.bodies.size() + 1);
+  const double steps = 1000 * system.duration_s / std::min(system.reference_ms, system.timesteps_ms.front());
+  const toml::node* where = section.find("duration_s");
+  if (samples * state_bytes > kMostBytes) {
+    section.fail(where,
+                 fmt::format("duration_s = {} takes {:.3g} samples of {} ms, which are {:.3g} GB: give at most "
+                             "{:.3g} s, or a longer sample_ms",
+                             shortest(system.duration_s), samples, timestep_label(system.sample_ms),
+                             1e-9 * samples * state_bytes, system.duration_s * kMostBytes / (samples * state_bytes)));
+  }
+  if (steps > kMostSteps) {
+    section.fail(where,
+                 fmt::format("duration_s = {} takes {:.3g} steps at the smallest timestep: give at most {:.3g} s",
+                             shortest(system.duration_s), steps, system.duration_s * kMostSteps / steps));
+  }
+}
+
 // Each of these has to be a whole number of the next, or a run could not be sampled where it is compared.
 void check_grid(const Section& section, const CampaignSystem& system) {
   if (!whole(system.duration_s * 1000, system.sample_ms)) {
@@ -186,6 +208,7 @@ LoadOptions load_options_of(const Section& section) {
   };
   load.drop_unsupported = section.flag("drop_unsupported", false);
   load.decompose = section.flag("decompose", false);
+  load.allow_external_files = section.flag("allow_external_files", false);
   const auto [floating, fixed] = either("floating_base", "fixed_base");
   if (floating) load.root_joint = RootJoint::kFloating;
   if (fixed) load.root_joint = RootJoint::kFixed;
@@ -228,12 +251,37 @@ std::vector<BodyPair> excluded(const Section& section) {
 }
 
 CampaignSystem system_of(const Section& section, const Defaults& defaults, Roster& roster) {
-  section.allow({"name",          "model",        "duration_s",   "sample_ms",      "pieces",
-                 "piece_ms",      "control",      "contacts",     "gravity",        "measures",
-                 "timesteps_ms",  "timing_ms",    "reference_ms", "grasp",          "family",
-                 "contenders",    "violation_ms", "smooth",       "above_ground_m", "start_rates",
-                 "floating_base", "fixed_base",   "ground",       "no_ground",      "drop_unsupported",
-                 "keyframe",      "qpos",         "packages",     "decompose",      "exclude"});
+  section.allow({"name",
+                 "model",
+                 "duration_s",
+                 "sample_ms",
+                 "pieces",
+                 "piece_ms",
+                 "control",
+                 "contacts",
+                 "gravity",
+                 "measures",
+                 "timesteps_ms",
+                 "timing_ms",
+                 "reference_ms",
+                 "grasp",
+                 "family",
+                 "contenders",
+                 "violation_ms",
+                 "smooth",
+                 "above_ground_m",
+                 "start_rates",
+                 "floating_base",
+                 "fixed_base",
+                 "ground",
+                 "no_ground",
+                 "drop_unsupported",
+                 "keyframe",
+                 "qpos",
+                 "packages",
+                 "decompose",
+                 "exclude",
+                 "allow_external_files"});
   CampaignSystem system;
   system.name = section.required_text("name");
   const toml::node* model_node = section.find("model") != nullptr ? section.find("model") : section.find("name");
@@ -281,6 +329,7 @@ CampaignSystem system_of(const Section& section, const Defaults& defaults, Roste
   system.duration_s = section.positive("duration_s", 0);
   system.pieces = section.count("pieces", system.pieces, 1, 1000);
   system.piece_ms = section.positive("piece_ms", system.piece_ms);
+  check_size(section, system);
   check_grid(section, system);
   if (system.has(Measure::kConsistency) && !whole(system.timesteps_ms.front(), system.reference_ms)) {
     section.fail(section.find("reference_ms"), "the smallest timestep is not a whole number of the reference's");
@@ -414,6 +463,7 @@ std::string Campaign::hash() const {
 Campaign parse_campaign(const std::string& toml_text, const std::string& source, const Registry& registry) {
   toml::table table;
   try {
+    const Activity reading(fmt::format("reading the campaign '{}'", source));
     table = toml::parse(toml_text, source);
   } catch (const toml::parse_error& error) {
     throw InputError(
@@ -427,6 +477,11 @@ Campaign parse_campaign(const std::string& toml_text, const std::string& source,
   campaign.name = root.required_text("name");
   campaign.title = root.text("title").value_or(campaign.name);
   campaign.time_limit_s = root.positive("time_limit_s", campaign.time_limit_s);
+  constexpr double kMostSeconds = 1e7;  // four months
+  if (campaign.time_limit_s > kMostSeconds) {
+    root.fail(root.find("time_limit_s"), fmt::format("'time_limit_s' is {}: give at most {} seconds for one cell",
+                                                     shortest(campaign.time_limit_s), shortest(kMostSeconds)));
+  }
   campaign.seed = root.count("seed", 1, 0, 1'000'000'000);
   if (const toml::node* node = root.find("timing")) {
     if (!node->is_table())

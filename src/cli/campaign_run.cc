@@ -7,8 +7,13 @@
 
 #include <fmt/format.h>
 
+#include "base/activity.h"
 #include "base/paths.h"
 #include "base/text.h"
+#include "campaign/shards.h"
+#include "cli/contained.h"
+#include "coordinator/pool.h"
+#include "coordinator/rows.h"
 #include "coordinator/run.h"
 #include "report/figures.h"
 #include "report/report.h"
@@ -82,7 +87,19 @@ RunOptions run_options(const RunRequest& request) {
   }
   if (request.jobs) options.jobs = parse_count("--jobs", *request.jobs, 1, kMostJobs);
   if (request.shard) options.shard = parse_shard(*request.shard);
+  if (request.cells) options.shard.cells = parse_shard_cells(*request.cells);
+  options.retry = request.retry;
   return options;
+}
+
+void rehearse_campaign(const std::string& campaign) {
+  rehearse(fmt::format("reading the campaign '{}'", campaign), [&] {
+    const Campaign read = load_campaign(find_campaign(campaign));
+    for (const CampaignContender& contender : read.contenders) {
+      const Activity asking(fmt::format("asking {} what it can do", contender.resolved.name));
+      if (contender.absent.empty()) static_cast<void>(contender_row(contender));
+    }
+  });
 }
 
 bool run_and_summarize(const RunRequest& request) {
@@ -98,12 +115,17 @@ bool run_and_summarize(const RunRequest& request) {
     return false;
   }
   print_summary(summary, request.out);
-  return true;
+  if (summary.unmeasured == 0) return true;
+  message(fmt::format(
+      "{} not measured: their workers were ended from outside, {} times each (out of memory?); '{}' "
+      "tries them again, --jobs 1 needs the least memory",
+      counted(static_cast<size_t>(summary.unmeasured), "cell is", "cells are"), Pool::kMostTries, request.command));
+  return false;
 }
 
-void write_report_of(const std::string& dir) {
+void write_report_of(const std::string& dir, const nlohmann::json& more) {
   const std::string file = (std::filesystem::path(dir) / "report.html").string();
-  write_report(dir, file);
+  write_report(dir, file, more);
   print(paragraph("report: " + file, 2));
   const std::string figures = (std::filesystem::path(dir) / "figures").string();
   if (!write_figures(Store::open(dir), figures).empty()) print(paragraph("figures: " + figures, 2));

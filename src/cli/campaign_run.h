@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "cli/cli.h"
+#include "cli/parts.h"
 #include "coordinator/run.h"
 #include "store/store.h"
 
@@ -16,7 +17,9 @@ struct RunRequest {
   std::string out;                        // results directory
   std::optional<std::string> jobs;        // as given; default: one a core
   std::optional<std::string> shard;       // as given; default: all
+  std::optional<std::string> cells;       // of which shards are made, as given; default: all
   std::optional<std::string> references;  // as given; see add_references()
+  bool retry = false;                     // see RunOptions
   std::string command;                    // what resumes it
 };
 
@@ -36,16 +39,18 @@ void keep_replays(const std::string& dir, const std::vector<double>& timesteps);
 // How the coordinator is to run it. Throws InputError.
 RunOptions run_options(const RunRequest& request);
 
-// Runs the campaign and prints a summary. True when it is complete, false when it was interrupted.
+// Reads the campaign's file, its models, and what its contenders say of them, in a process of its own
+// (cli/contained.h): throws InputError for what the program itself would not survive.
+void rehearse_campaign(const std::string& campaign);
+
+// Runs the campaign and prints a summary. True when it is complete, false when it was interrupted or could
+// not measure all cells.
 bool run_and_summarize(const RunRequest& request);
 
 // Prints a line for each of the paper's claims: number, verdict, title, figures.
 void print_claims(const std::string& dir);
 
-// Opens a results directory for writing, under the campaign that it holds.
-Store open_to_write(const std::string& dir);
-
-// Writes `dir`/report.html and prints its path.
-void write_report_of(const std::string& dir);
+// Writes `dir`/report.html and prints its path. `more`: see report/report.h.
+void write_report_of(const std::string& dir, const nlohmann::json& more = nlohmann::json::object());
 
 }  // namespace assay::cli

@@ -11,6 +11,7 @@
 
 #include <fmt/format.h>
 
+#include "base/activity.h"
 #include "base/text.h"
 #include "cli/cli.h"
 #include "model/features.h"
@@ -293,6 +294,7 @@ std::vector<Verdict> verdicts_on(const Model& model, const std::vector<ModelElem
   std::vector<Verdict> verdicts;
   for (const std::string& name : registry.contender_names()) {
     const ResolvedContender contender = registry.resolve(name);
+    const Activity asking(fmt::format("asking {} what it does with '{}'", name, model.name));
     std::vector<Limitation> limitations = contender.engine->check(model, contender.settings);
     std::erase_if(limitations, [](const Limitation& limitation) { return limitation.fidelity == Fidelity::kExact; });
     const auto same = std::ranges::find_if(verdicts, [&](const Verdict& verdict) {

@@ -115,11 +115,19 @@ int export_trajectories(const std::string& dir, const std::string& format, const
   make_folder(folder);
   std::string index = "file,system,contender,timestep_ms,samples,bodies\n";
   std::set<std::string> taken;
-  size_t written = 0;
+  size_t written = 0, damaged = 0;
   for (const RunRow& run : runs) {
-    const auto trajectory = read_trajectory(store.trajectories_dir(), run.address);
     const auto scene = scenes.find(run.system);
-    if (!trajectory || scene == scenes.end() || !fits(*trajectory, scene->second)) continue;
+    if (scene == scenes.end() || !has_trajectory(store.trajectories_dir(), run.address)) continue;
+    const auto trajectory = read_trajectory(store.trajectories_dir(), run.address);
+    if (!trajectory || !fits(*trajectory, scene->second)) {
+      ++damaged;
+      message(fmt::format("'{}' {}: the run of {} on {} at {} ms is left out",
+                          trajectory_path(store.trajectories_dir(), run.address),
+                          trajectory ? "is another system's" : trajectory_fault(store.trajectories_dir(), run.address),
+                          run.contender, run.system, timestep_label(run.timestep_ms)));
+      continue;
+    }
     make_folder(fmt::format("{}/{}", folder, file_name(run.system)));
     std::string file = fmt::format("{}/{}", file_name(run.system), file_name(run.contender));
     // The reference run comes first; names of runs at other timesteps hold the timestep.
@@ -138,11 +146,15 @@ int export_trajectories(const std::string& dir, const std::string& format, const
   OutputFile file(folder + "/index.csv");
   file.write(index);
   file.finish();
-  message(fmt::format("{} written to '{}'{}", counted(written, "run", "runs"), folder,
-                      written == runs.size() ? std::string()
-                                             : fmt::format("; {} failed or not measured yet",
-                                                           counted(runs.size() - written, "run", "runs"))));
-  return kDone;
+  const size_t missing = runs.size() - written - damaged;
+  std::string rest =
+      missing == 0 ? "" : fmt::format("; {} failed or not measured yet", counted(missing, "run", "runs"));
+  if (damaged > 0) {
+    rest +=
+        fmt::format("; {} damaged: the command that measured them makes them again", counted(damaged, "run", "runs"));
+  }
+  message(fmt::format("{} written to '{}'{}", counted(written, "run", "runs"), folder, rest));
+  return damaged == 0 ? kDone : kFailed;
 }
 
 }  // namespace assay::cli

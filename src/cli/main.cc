@@ -1,6 +1,7 @@
 // `assay`: one program with subcommands. Reads the command line, runs the subcommand and turns what it throws into one
 // sentence and a status.
 #include <algorithm>
+#include <array>
 #include <csignal>
 #include <cstdio>
 #include <memory>
@@ -11,6 +12,7 @@
 #include "base/errors.h"
 #include "base/text.h"
 #include "cli/cli.h"
+#include "cli/contained.h"
 #include "cli/help.h"
 #include "worker/worker.h"
 
@@ -31,8 +33,9 @@ struct Group {
 };
 const std::vector<Group> kGroups = {
     {"Engines and models", {add_engines, add_systems, add_check, add_parity, add_conformance}},
-    {"Measurements", {add_simulate, add_run, add_paper}},
-    {"Results", {add_recommend, add_report, add_claims, add_export, add_movie, add_snapshot}}};
+    {"Measurements", {add_simulate, add_run, add_paper, add_submit, add_status, add_merge}},
+    {"Results",
+     {add_recommend, add_report, add_compare, add_history, add_claims, add_export, add_movie, add_snapshot}}};
 
 // The subcommand that was called, or the program itself.
 const CLI::App* called(const CLI::App& app) {
@@ -132,7 +135,12 @@ int run(int argc, char** argv) {
     std::fwrite(help.data(), 1, help.size(), stderr);
     return kWrongInput;
   }
-  return action();
+  // They read models and load plugins, and write no results: they do it in a process of their own. The others rehearse
+  // that part.
+  constexpr std::array<std::string_view, 7> kContained = {"engines",     "systems",  "check", "parity",
+                                                          "conformance", "snapshot", "movie"};
+  const bool is_contained = std::ranges::find(kContained, called(app)->get_name()) != kContained.end();
+  return is_contained ? contained(action) : action();
 }
 
 }  // namespace

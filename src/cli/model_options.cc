@@ -35,6 +35,8 @@ void add_load_options(CLI::App& command, ModelOptions& options) {
       ->group(kGroup)
       ->type_name("NAME=DIR")
       ->allow_extra_args(false);
+  flag("--allow-external-files", options.allow_external_files,
+       "Takes includes, meshes and other assets from anywhere and not only from below the model's folder");
   flag("--floating-base", options.floating_base, "Gives the robot's root a free joint");
   flag("--fixed-base", options.fixed_base, "Fixes the robot's root to the world");
   flag("--ground", options.ground, "Adds a ground plane at the lowest point of the robot's shapes at its start");
@@ -67,6 +69,7 @@ LoadOptions load_options(const ModelOptions& options) {
   load.keyframe = options.keyframe.value_or("");
   load.qpos = options.qpos.value_or("");
   load.decompose = options.decompose;
+  load.allow_external_files = options.allow_external_files;
   if (options.floating_base) load.root_joint = RootJoint::kFloating;
   if (options.fixed_base) load.root_joint = RootJoint::kFixed;
   if (options.ground) load.ground = Ground::kPlane;
@@ -104,6 +107,7 @@ std::vector<std::string> option_words(const LoadOptions& options) {
   if (options.ground == Ground::kPlane) words.emplace_back("--ground");
   if (options.ground == Ground::kNone) words.emplace_back("--no-ground");
   if (options.decompose) words.emplace_back("--decompose");
+  if (options.allow_external_files) words.emplace_back("--allow-external-files");
   if (!options.keyframe.empty()) words.insert(words.end(), {"--keyframe", options.keyframe});
   if (!options.qpos.empty()) words.insert(words.end(), {"--qpos", options.qpos});
   return words;

@@ -19,6 +19,7 @@ struct ModelOptions {
   bool floating_base = false, fixed_base = false;
   bool ground = false, no_ground = false;
   bool decompose = false;
+  bool allow_external_files = false;
   std::vector<std::string> packages;  // NAME=DIR
   std::optional<std::string> keyframe, qpos;
 };

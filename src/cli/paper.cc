@@ -32,6 +32,7 @@ void add_paper(CLI::App& app, Action& action) {
       request->campaign = *quick ? "quick" : "paper";
       request->command = fmt::format("assay paper {}--out {}", *quick ? "--quick " : "", request->out);
       if (!replays->empty()) request->command += " --replays " + join(*replays, ",");
+      rehearse_campaign(request->campaign);
       if (!run_and_summarize(*request)) return kFailed;
       keep_replays(request->out, timesteps);
       write_report_of(request->out);

@@ -3,12 +3,16 @@
 
 #include <fmt/format.h>
 
+#include "base/activity.h"
 #include "base/errors.h"
 #include "base/paths.h"
 #include "campaign/campaign.h"
 #include "cli/campaign_run.h"
 #include "cli/cli.h"
+#include "cli/contained.h"
 #include "cli/run_robot.h"
+#include "engines/registry.h"
+#include "model/mjcf.h"
 
 namespace assay::cli {
 namespace {
@@ -30,6 +34,7 @@ std::string resuming(const Options& options) {
   std::string command = fmt::format("assay run {}", options.run.campaign);
   if (!options.run.out.empty()) command += " --out " + options.run.out;
   if (options.run.shard) command += " --shard " + *options.run.shard;
+  if (options.run.cells) command += " --cells " + *options.run.cells;
   if (options.full) command += " --full";
   const auto add = [&](const char* name, const std::optional<std::string>& value) {
     if (value) command += fmt::format(" {} {}", name, *value);
@@ -46,12 +51,27 @@ std::string resuming(const Options& options) {
   return command;
 }
 
+// The user's files, and what every contender says of a model.
+void rehearse_robot(const std::string& robot, const LoadOptions& how) {
+  rehearse(fmt::format("reading '{}'", robot), [&] {
+    const LoadReport report = inspect_model(find_model(robot), how);
+    const Registry& registry = Registry::instance();
+    for (const std::string& name : registry.contender_names()) {
+      const ResolvedContender contender = registry.resolve(name);
+      const Activity asking(fmt::format("asking {} what it does with '{}'", name, robot));
+      static_cast<void>(contender.engine->capabilities(contender.settings));
+      if (report.model) static_cast<void>(contender.engine->check(*report.model, contender.settings));
+    }
+  });
+}
+
 int run(Options options) {
   options.run.command = resuming(options);
   if (is_robot(options.run.campaign)) {
-    if (options.full || options.run.shard) {
+    rehearse_robot(options.run.campaign, load_options(options.model));
+    if (options.full || options.run.shard || options.run.cells) {
       throw InputError(
-          "--full and --shard are for campaigns: a robot's run measures what can still win; its "
+          "--full, --shard and --cells are for campaigns: a robot's run measures what can still win; its "
           "campaign.toml can be run with them");
     }
     return run_robot(options);
@@ -60,11 +80,13 @@ int run(Options options) {
   refuse_for_campaign("--control", options.control.has_value());
   refuse_for_campaign("how a model is read", load_options(options.model) != LoadOptions());
   refuse_for_campaign("--contenders", !options.contenders.empty());
+  refuse_for_campaign("--plan", options.plan_only);
   refuse_for_campaign("a limit", options.limits.any() || options.limits.measure);
   if (options.run.out.empty())
     throw InputError("--out is required, and it is missing or empty: see 'assay run --help'");
-  const bool searched =
-      !options.full && !options.run.shard && load_campaign(find_campaign(options.run.campaign)).search.has_value();
+  rehearse_campaign(options.run.campaign);
+  const bool searched = !options.full && !options.run.shard && !options.run.cells &&
+                        load_campaign(find_campaign(options.run.campaign)).search.has_value();
   if (searched) return run_searched(options.run);
   return run_and_summarize(options.run) ? kDone : kFailed;
 }
@@ -78,7 +100,7 @@ void add_run(CLI::App& app, Action& action) {
        {"assay run my_robot.xml --minutes 3 --error 1mm --penetration 2mm --realtime 5", "several limits at once"},
        {"assay run my_robot.xml --control torques.csv --out pushed", "under torques of your own: time,joint,..."},
        {"assay run campaigns/quick.toml --out results", "after Ctrl-C or a kill the same command resumes"},
-       {"assay run paper --out part2 --shard 2/8", "the second of eight parts, for a cluster"}});
+       {"assay run paper --out part2 --shard 2/8", "the second of eight parts, for 'assay merge'"}});
   const auto options = std::make_shared<Options>();
   RunRequest& request = options->run;
   command
@@ -105,10 +127,27 @@ void add_run(CLI::App& app, Action& action) {
       ->type_name("NAME")
       ->delimiter(',')
       ->allow_extra_args(false);
+  command
+      ->add_flag("--plan", options->plan_only,
+                 "Only write a robot's campaign, to be changed and run: what would be measured, and how")
+      ->disable_flag_override();
   add_limits(*command, options->limits);
   add_load_options(*command, options->model);
   command->add_option("--jobs", request.jobs, "Accuracy workers at a time (default: one per core)")->type_name("N");
-  command->add_option("--shard", request.shard, "Measure only part I of N of the campaign")->type_name("I/N");
+  command
+      ->add_option("--shard", request.shard,
+                   "Measure only part I of N of the campaign; 'auto' or 'auto/N' takes the part from the scheduler's "
+                   "environment (docs/clusters.md)")
+      ->type_name("I/N");
+  command
+      ->add_option(
+          "--cells", request.cells,
+          "Measure only accuracy cells, which may share a machine, or only timings, which need one of their own")
+      ->type_name("accuracy|timing");
+  command
+      ->add_flag("--retry", request.retry,
+                 "Measure again what is stored as crashed or timed out, or is damaged in the database")
+      ->disable_flag_override();
   command->add_flag("--full", options->full, "Measure every cell of a campaign that has a table [search]")
       ->disable_flag_override();
   add_references(*command, request);

@@ -54,6 +54,7 @@ std::vector<std::string> model_lines(const LoadOptions& load, const std::string&
   if (load.ground == Ground::kPlane) lines.emplace_back("ground = true");
   if (load.ground == Ground::kNone) lines.emplace_back("no_ground = true");
   if (load.decompose) lines.emplace_back("decompose = true");
+  if (load.allow_external_files) lines.emplace_back("allow_external_files = true");
   if (!load.keyframe.empty()) lines.push_back("keyframe = " + toml_text(load.keyframe));
   if (!load.qpos.empty()) lines.push_back("qpos = " + toml_text(relative_path(load.qpos, dir)));
   std::vector<std::string> packages;
@@ -350,6 +351,14 @@ void keep_pictures(const std::string& dir, const Campaign& campaign, const std::
   }
 }
 
+void add_refusals(const std::vector<Refusal>& refusals, Answer& answer) {
+  if (refusals.empty()) return;
+  answer.part("Engines that refuse this robot");
+  for (const Refusal& refusal : refusals) {
+    answer.line(fmt::format("{}: {} ({})", refusal.engine, refusal.text, join(refusal.contenders, ", ")));
+  }
+}
+
 int search_and_answer(const RunRequest& request, const Campaign& campaign, const std::vector<Refusal>& refusals) {
   const SearchTable table = campaign.search.value_or(SearchTable());
   const LimitOptions limits = limits_in(table);
@@ -398,12 +407,7 @@ int search_and_answer(const RunRequest& request, const Campaign& campaign, const
     if (best) add_approximated(campaign, *best, answer);
     add_failures(answers, question, found.value_or(Recommendation()), done, answer);
   }
-  if (!refusals.empty()) {
-    answer.part("Engines that refuse this robot");
-    for (const Refusal& refusal : refusals) {
-      answer.line(fmt::format("{}: {} ({})", refusal.engine, refusal.text, join(refusal.contenders, ", ")));
-    }
-  }
+  add_refusals(refusals, answer);
   answer.print();
   print("\n");
   keep_answer(request.out, answer);
@@ -474,6 +478,14 @@ int run_robot(const RobotRequest& request) {
   for (const std::string& decided : options.notes) print(paragraph("  " + decided, 4));
   for (const std::string& system : programme.systems) print(paragraph("  " + system, 4));
   print("\n");
+  if (request.plan_only) {
+    Answer answer;
+    add_refusals(programme.refusals, answer);
+    answer.part("To measure it");
+    answer.line(fmt::format("assay run {} --out {}", toml, run.out));
+    answer.print();
+    return kDone;
+  }
   flush_output();
   return search_and_answer(run, campaign, programme.refusals);
 }

@@ -1,19 +1,24 @@
 // `assay simulate`: one run of one contender as a table of states.
 #include <chrono>
+#include <cstdio>
 #include <memory>
+#include <unistd.h>
 
 #include <fmt/format.h>
 
+#include "base/activity.h"
 #include "base/errors.h"
 #include "base/text.h"
 #include "cli/child.h"
 #include "cli/cli.h"
+#include "cli/contained.h"
 #include "cli/csv.h"
 #include "cli/output_file.h"
 #include "cli/simulate_job.h"
 #include "cli/state_rows.h"
 #include "controls/work.h"
 #include "measures/plausible.h"
+#include "store/trajectory.h"
 
 namespace assay::cli {
 namespace {
@@ -63,8 +68,16 @@ int run(const SimulateJob& job, OutputFile& file) {
     file.write({text.data(), text.size()});
   };
 
+  // A state of another size has no place in the table; one whose values cannot be has diverged.
+  const auto read_state = [&] {
+    simulation->read_state(state);
+    const std::string shape = state_shape_fault(state, model.bodies.size(), model.joints.size());
+    if (!shape.empty()) throw std::runtime_error(fmt::format("the engine gave {}", shape));
+    const std::string value = state_value_fault(state);
+    return value.empty() ? "" : fmt::format("the engine gave {}", value);
+  };
   file.write(kStateHeader);
-  simulation->read_state(state);
+  if (const std::string fault = read_state(); !fault.empty()) throw EngineError(fault);
   write_sample(0);
   ProgressLine progress;
   const Clock::time_point start = Clock::now();
@@ -78,8 +91,8 @@ int run(const SimulateJob& job, OutputFile& file) {
         simulation->step(torques);
         ++step;
         if (!feedback && step < sample_end) continue;
-        simulation->read_state(state);
-        divergence = plausibility.divergence(state);
+        divergence = read_state();
+        if (divergence.empty()) divergence = plausibility.divergence(state);
       }
     } catch (...) {
       progress.clear();
@@ -115,6 +128,11 @@ int run(const SimulateJob& job, OutputFile& file) {
 }
 
 int simulate(const SimulateOptions& options) {
+  rehearse(fmt::format("reading '{}'", options.model.model), [&] {
+    const SimulateJob job = prepare(options);
+    const Activity asking(fmt::format("asking {} what it does with '{}'", job.contender.name, job.model.name));
+    static_cast<void>(job.contender.engine->check(job.model, job.contender.settings));
+  });
   const SimulateJob job = prepare(options);
   check_fidelity(job);
   OutputFile file(options.out);
@@ -122,6 +140,9 @@ int simulate(const SimulateOptions& options) {
   bool came_to_end = false;
   const ChildEnd end = run_in_child(
       [&](const Send& send) {
+        // what the engine prints is not part of the table
+        fflush(stdout);
+        ::dup2(STDERR_FILENO, STDOUT_FILENO);
         const int status = guarded([&] { return run(job, file); });
         send("end");
         return status;

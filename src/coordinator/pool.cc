@@ -18,7 +18,6 @@
 
 #include "base/errors.h"
 #include "base/text.h"
-#include "coordinator/process.h"
 
 namespace assay {
 namespace {
@@ -46,10 +45,13 @@ struct Running {
   Clock::time_point start, deadline;
   CpuTimes times;
   double started = 0;
+  bool tested = false;  // a test's result has come
 };
 
+// A limit beyond the clock's range is none.
 Clock::duration seconds(double s) {
-  return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(s));
+  constexpr double kMostSeconds = 1e9;
+  return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(std::min(s, kMostSeconds)));
 }
 
 }  // namespace
@@ -120,7 +122,10 @@ double unix_time() {
 }
 
 Pool::Pool(std::string program, int workers, const Interrupts& interrupts)
-    : program_(std::move(program)), workers_(static_cast<size_t>(std::max(1, workers))), interrupts_(interrupts) {}
+    : program_(std::move(program)),
+      workers_(static_cast<size_t>(std::max(1, workers))),
+      limits_(WorkerLimits::of_share(workers)),
+      interrupts_(interrupts) {}
 
 void Pool::add(Job job) { waiting_.push(std::move(job)); }
 
@@ -140,6 +145,7 @@ void Pool::run(const std::function<void(const std::string&)>& on_start) {
       throw_worker_error(*reply);
       if (const auto* test = std::get_if<TestResult>(&*reply)) {
         job.deadline = Clock::now() + seconds(job.job.limit_s);
+        job.tested = true;
         if (job.job.on_test) job.job.on_test(*test);
         continue;
       }
@@ -155,7 +161,14 @@ void Pool::run(const std::function<void(const std::string&)>& on_start) {
       return true;
     }
     if (job.worker->gone()) {
-      finish(job, {.answer = {}, .failure = {Outcome::kCrashed, job.worker->end()}});
+      JobEnd end = {.answer = {}, .failure = {Outcome::kCrashed, job.worker->end()}};
+      end.outside = job.worker->ended_from_outside();
+      if (end.outside && ++job.job.lost < kMostTries && !job.tested) {
+        job.worker.reset();
+        waiting_.push(std::move(job.job));
+        return true;
+      }
+      finish(job, std::move(end));
       return true;
     }
     if (Clock::now() >= job.deadline) {
@@ -177,7 +190,7 @@ void Pool::run(const std::function<void(const std::string&)>& on_start) {
       next.times = CpuTimes::now();
       next.start = Clock::now();
       next.deadline = next.start + seconds(next.job.limit_s);
-      next.worker = std::make_unique<WorkerProcess>(program_);
+      next.worker = std::make_unique<WorkerProcess>(program_, limits_);
       next.worker->send(next.job.request);
       running.push_back(std::move(next));
     }

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "coordinator/process.h"
 #include "messages/messages.h"
 
 namespace assay {
@@ -35,6 +36,7 @@ double steal_share(const CpuTimes& from, const CpuTimes& to);
 struct JobEnd {
   std::optional<JobDone> answer;
   Ending failure;
+  bool outside = false;  // somebody else ended the workers: the failure says nothing of the contender
   double wall_s = 0, steal = 0;
   double started = 0, finished = 0;  // seconds since 1970
 
@@ -47,13 +49,18 @@ struct Job {
   std::string title;
   double limit_s = 600;  // between two replies
   double cost = 0;       // the dearest is started first
+  int lost = 0;          // workers of this job that somebody else ended
   std::function<void(const TestResult&)> on_test = {};
   std::function<void(const JobEnd&)> on_end = {};  // may add jobs
 };
 
+// A job whose worker is ended by somebody else (the out-of-memory killer, a scheduler) is started again, unless it has
+// reported tests: then its owner goes on from there.
 class Pool {
  public:
   Pool(std::string program, int workers, const Interrupts& interrupts);
+
+  static constexpr int kMostTries = 3;  // of one job
 
   void add(Job job);
 
@@ -68,6 +75,7 @@ class Pool {
 
   std::string program_;
   size_t workers_;
+  WorkerLimits limits_;
   const Interrupts& interrupts_;
   std::priority_queue<Job, std::vector<Job>, Dearer> waiting_;
 };

@@ -7,10 +7,16 @@
 #include <csignal>
 #include <cstring>
 #include <fcntl.h>
+#include <filesystem>
 #include <sys/prctl.h>
+#include <sys/random.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 #include <poll.h>
@@ -26,21 +32,40 @@ constexpr size_t kKeptOutput = 4096;
   throw SystemError(fmt::format("cannot start a worker ({}): {}", what, std::strerror(errno)));
 }
 
+void limit(int resource, std::uint64_t most) {
+  rlimit before{};
+  if (most == 0 || ::getrlimit(static_cast<__rlimit_resource>(resource), &before) != 0) return;
+  const rlim_t value = before.rlim_max == RLIM_INFINITY ? most : std::min<rlim_t>(most, before.rlim_max);
+  const rlimit limited = {value, value};
+  ::setrlimit(static_cast<__rlimit_resource>(resource), &limited);
+}
+
+struct Ends {
+  int socket = -1, output = -1, status = -1, failure = -1;
+};
+
 // Between fork and exec: only system calls. When exec fails, its error is written to `failure`.
-[[noreturn]] void become_worker(const char* program, int socket, int output, int failure, pid_t parent) {
+[[noreturn]] void become_worker(const char* program, Ends ends, const WorkerLimits& limits, pid_t parent) {
   constexpr int kCannotExec = 127;
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (::getppid() != parent) ::_exit(kCannotExec);  // it died before prctl
   ::setpgid(0, 0);                                  // Ctrl-C reaches only the parent
   const int nothing = ::open("/dev/null", O_RDONLY);
   if (nothing >= 0) ::dup2(nothing, STDIN_FILENO);
-  ::dup2(output, STDOUT_FILENO);
-  ::dup2(output, STDERR_FILENO);
-  if (socket == kWorkerSocket) {
-    ::fcntl(socket, F_SETFD, 0);
-  } else {
-    ::dup2(socket, kWorkerSocket);
-  }
+  ::dup2(ends.output, STDOUT_FILENO);
+  ::dup2(ends.output, STDERR_FILENO);
+  // away from the numbers that they are to have
+  constexpr int kAbove = 10;
+  ends.socket = ::fcntl(ends.socket, F_DUPFD_CLOEXEC, kAbove);
+  ends.status = ::fcntl(ends.status, F_DUPFD_CLOEXEC, kAbove);
+  ends.failure = ::fcntl(ends.failure, F_DUPFD_CLOEXEC, kAbove);
+  ::dup2(ends.socket, kWorkerSocket);
+  ::dup2(ends.status, kWorkerStatus);
+#ifndef __SANITIZE_ADDRESS__  // its shadow memory counts
+  limit(RLIMIT_DATA, limits.memory_bytes);
+#endif
+  limit(RLIMIT_FSIZE, limits.file_bytes);
+  limit(RLIMIT_NPROC, limits.tasks);
   std::array<char, 7> worker = {'w', 'o', 'r', 'k', 'e', 'r', '\0'};
   std::array<char*, 3> arguments = {const_cast<char*>(program), worker.data(), nullptr};
   sigset_t none;
@@ -49,7 +74,7 @@ constexpr size_t kKeptOutput = 4096;
   ::signal(SIGPIPE, SIG_DFL);
   ::execv(program, arguments.data());
   const int error = errno;
-  (void)!::write(failure, &error, sizeof error);
+  (void)!::write(ends.failure, &error, sizeof error);
   ::_exit(kCannotExec);
 }
 
@@ -63,50 +88,99 @@ int exec_error(int failure) {
   return got == sizeof error ? error : 0;
 }
 
-void close_all(const std::array<int, 6>& descriptors) {
+void close_all(const std::vector<int>& descriptors) {
   for (const int descriptor : descriptors) {
     if (descriptor >= 0) ::close(descriptor);
   }
 }
 
+std::string random_secret() {
+  std::array<unsigned char, 16> bytes{};
+  if (::getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size())) fail("random numbers");
+  std::string text;
+  for (const unsigned char byte : bytes) text += fmt::format("{:02x}", byte);
+  return text;
+}
+
+// Processes and threads of this process's user.
+std::uint64_t tasks_of_user() {
+  namespace fs = std::filesystem;
+  std::uint64_t tasks = 0;
+  std::error_code error;
+  for (fs::directory_iterator it("/proc", error), end; !error && it != end; it.increment(error)) {
+    const std::string name = it->path().filename();
+    struct stat facts{};
+    if (name.find_first_not_of("0123456789") != std::string::npos) continue;
+    if (::stat(it->path().c_str(), &facts) != 0 || facts.st_uid != ::getuid()) continue;
+    std::error_code gone;
+    for (fs::directory_iterator task(it->path() / "task", gone); !gone && task != end; task.increment(gone)) ++tasks;
+  }
+  return tasks;
+}
+
+// Signals by which somebody else ends a process; an engine's faults send others.
+bool is_from_outside(int signal) {
+  constexpr std::array kOutside = {SIGKILL, SIGTERM, SIGINT, SIGHUP, SIGQUIT, SIGPWR};
+  return std::ranges::find(kOutside, signal) != kOutside.end();
+}
+
+// Whether `descriptor` becomes readable within `seconds`.
+bool readable_within(int descriptor, double seconds) {
+  pollfd polled = {descriptor, POLLIN, 0};
+  return ::poll(&polled, 1, static_cast<int>(1000 * seconds)) > 0;
+}
+
 }  // namespace
 
-WorkerProcess::WorkerProcess(const std::string& program) {
-  std::array<int, 2> sockets = {-1, -1}, pipes = {-1, -1}, failures = {-1, -1};
+WorkerLimits WorkerLimits::of_share(int jobs) {
+  constexpr std::uint64_t kGiB = std::uint64_t{1} << 30, kMoreTasks = 512;
+  const auto pages = static_cast<std::uint64_t>(std::max(0L, ::sysconf(_SC_PHYS_PAGES)));
+  const auto page = static_cast<std::uint64_t>(std::max(0L, ::sysconf(_SC_PAGESIZE)));
+  WorkerLimits limits;
+  limits.memory_bytes =
+      std::clamp(pages * page / 5 * 4 / static_cast<std::uint64_t>(std::max(1, jobs)), kGiB, 4 * kGiB);
+  limits.tasks = tasks_of_user() + kMoreTasks;
+  return limits;
+}
+
+WorkerProcess::WorkerProcess(const std::string& program, const WorkerLimits& limits) : secret_(random_secret()) {
+  std::array<int, 2> sockets = {-1, -1}, pipes = {-1, -1}, failures = {-1, -1}, statuses = {-1, -1};
   const auto give_up = [&](const char* what) {
     const int error = errno;
-    close_all({sockets[0], sockets[1], pipes[0], pipes[1], failures[0], failures[1]});
+    close_all({sockets[0], sockets[1], pipes[0], pipes[1], failures[0], failures[1], statuses[0], statuses[1]});
     errno = error;
     fail(what);
   };
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, sockets.data()) != 0) give_up("socket");
   if (::pipe2(pipes.data(), O_CLOEXEC | O_NONBLOCK) != 0) give_up("pipe");
   if (::pipe2(failures.data(), O_CLOEXEC) != 0) give_up("pipe");
+  if (::pipe2(statuses.data(), O_CLOEXEC) != 0) give_up("pipe");
   // The worker blocks when it prints too much; the reading end does not block.
   ::fcntl(pipes[1], F_SETFL, 0);
   const pid_t parent = ::getpid();
-  pid_ = ::fork();
-  if (pid_ < 0) give_up("fork");
-  if (pid_ == 0) become_worker(program.c_str(), sockets[1], pipes[1], failures[1], parent);
-  ::close(sockets[1]);
-  ::close(pipes[1]);
-  ::close(failures[1]);
-  sockets[1] = pipes[1] = failures[1] = -1;
+  guard_ = ::fork();
+  if (guard_ < 0) give_up("fork");
+  if (guard_ == 0) become_worker(program.c_str(), {sockets[1], pipes[1], statuses[1], failures[1]}, limits, parent);
+  close_all({sockets[1], pipes[1], statuses[1], failures[1]});
+  sockets[1] = pipes[1] = statuses[1] = failures[1] = -1;
   // The machine's fault, not an engine's.
   if (const int error = exec_error(failures[0])) {
-    ::waitpid(pid_, nullptr, 0);
+    ::waitpid(guard_, nullptr, 0);
     errno = error;
     give_up(program.c_str());
   }
   ::close(failures[0]);
   socket_ = sockets[0];
   output_ = pipes[0];
+  status_ = statuses[0];
+  send_line(secret_ + "\n");
 }
 
 WorkerProcess::~WorkerProcess() { end(); }
 
-void WorkerProcess::send(const Request& message) const {
-  const std::string line = to_line(message);
+void WorkerProcess::send(const Request& message) const { send_line(to_line(message)); }
+
+void WorkerProcess::send_line(const std::string& line) const {
   std::string_view left = line;
   while (!left.empty() && socket_ >= 0) {
     const ssize_t sent = ::send(socket_, left.data(), left.size(), MSG_NOSIGNAL);
@@ -122,6 +196,14 @@ void WorkerProcess::read_socket() {
     const ssize_t got = ::recv(socket_, buffer.data(), buffer.size(), MSG_DONTWAIT);
     if (got > 0) {
       received_.append(buffer.data(), static_cast<size_t>(got));
+      // no reply is as long: nothing more is taken
+      too_long_ = received_.size() > kMostReplyBytes && received_.find('\n') == std::string::npos;
+      if (too_long_ || received_.size() > 2 * kMostReplyBytes) {
+        too_long_ = true;
+        received_ = {};
+        ::close(socket_);
+        socket_ = -1;
+      }
     } else if (got < 0 && errno == EINTR) {
       continue;
     } else if (got < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) {
@@ -134,8 +216,10 @@ void WorkerProcess::read_socket() {
 }
 
 void WorkerProcess::read_output() {
-  std::array<char, kKeptOutput> buffer;
-  while (output_ >= 0) {
+  std::array<char, 1 << 16> buffer;
+  // A worker that prints without end must not hold its parent.
+  constexpr int kMostReads = 64;
+  for (int reads = 0; output_ >= 0 && reads < kMostReads; ++reads) {
     const ssize_t got = ::read(output_, buffer.data(), buffer.size());
     if (got > 0) {
       printed_.append(buffer.data(), static_cast<size_t>(got));
@@ -157,12 +241,18 @@ void WorkerProcess::read_available() {
 }
 
 std::optional<Reply> WorkerProcess::take_reply() {
+  if (std::exchange(too_long_, false)) {
+    return JobCrash{fmt::format("the worker's answer is longer than {} MiB", kMostReplyBytes >> 20)};
+  }
   const size_t end = received_.find('\n');
   if (end == std::string::npos) return std::nullopt;
   const std::string line = received_.substr(0, end);
   received_.erase(0, end + 1);
+  if (!line.starts_with(secret_ + " ")) {
+    return JobCrash{"something other than the worker wrote to its socket: what came from there is not used"};
+  }
   try {
-    return parse_reply(line);
+    return parse_reply(std::string_view(line).substr(secret_.size() + 1));
   } catch (const MessageError& error) {
     return JobCrash{fmt::format("the worker's answer is damaged: {}", error.what())};
   }
@@ -170,7 +260,8 @@ std::optional<Reply> WorkerProcess::take_reply() {
 
 std::optional<Reply> WorkerProcess::wait_reply(double seconds, int interrupt) {
   using Clock = std::chrono::steady_clock;
-  const auto deadline = Clock::now() + std::chrono::duration<double>(seconds);
+  constexpr double kMostSeconds = 1e9;  // more is no limit
+  const auto deadline = Clock::now() + std::chrono::duration<double>(std::min(seconds, kMostSeconds));
   while (true) {
     if (auto reply = take_reply()) return reply;
     if (gone()) return std::nullopt;
@@ -194,27 +285,33 @@ std::string WorkerProcess::last_line() const {
 }
 
 std::string WorkerProcess::end() {
-  if (pid_ < 0) return "";
-  int status = 0;
+  if (guard_ < 0) return "";
   // It may be about to end by itself: its socket is closed before its exit status is there.
-  pid_t ended = 0;
-  for (int i = 0; i < 200 && gone() && ended == 0; ++i) {
-    ended = ::waitpid(pid_, &status, WNOHANG);
-    if (ended == 0) ::usleep(5000);
+  constexpr double kPatience = 1, kMostPatience = 10;  // s
+  const bool was_gone = gone();
+  const bool by_us = !was_gone || !readable_within(status_, kPatience);
+  if (by_us) {
+    ::kill(guard_, SIGTERM);  // it ends the worker and all that the worker has started
+    if (!readable_within(status_, kMostPatience)) ::kill(-guard_, SIGKILL);
   }
-  if (ended == 0) {
-    ::kill(pid_, SIGKILL);
-    while (::waitpid(pid_, &status, 0) < 0 && errno == EINTR) {
-    }
+  int status = 0;
+  ssize_t got = 0;
+  do {
+    got = ::read(status_, &status, sizeof status);
+  } while (got < 0 && errno == EINTR);
+  int guard_status = 0;
+  while (::waitpid(guard_, &guard_status, 0) < 0 && errno == EINTR) {
   }
-  pid_ = -1;
+  guard_ = -1;
+  if (got != sizeof status) status = guard_status;  // the guard was ended with it
   read_output();
-  if (socket_ >= 0) ::close(socket_);
-  if (output_ >= 0) ::close(output_);
-  socket_ = output_ = -1;
+  close_all({socket_, output_, status_});
+  socket_ = output_ = status_ = -1;
+  outside_ = !by_us && WIFSIGNALED(status) && is_from_outside(WTERMSIG(status));
   std::string how = "no exit status";
   if (WIFSIGNALED(status)) how = fmt::format("signal {} ({})", WTERMSIG(status), ::strsignal(WTERMSIG(status)));
   if (WIFEXITED(status)) how = fmt::format("exit status {}", WEXITSTATUS(status));
+  if (by_us && was_gone) how = "it closed its socket and did not end";
   const std::string printed = last_line();
   return printed.empty() ? how : fmt::format("{}, last line printed: {}", how, printed);
 }

@@ -1,6 +1,7 @@
 // A worker process as its parent sees it: messages over a socket, its printed output, its end.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <sys/types.h>
@@ -9,11 +10,24 @@
 
 namespace assay {
 
-// The process ends with its parent (PR_SET_PDEATHSIG), however that ends, and with this object.
+// What a worker and all processes that its engine starts may take of the machine.
+struct WorkerLimits {
+  // 0: no limit
+  std::uint64_t memory_bytes = 0;  // of writable memory of each process (RLIMIT_DATA: reserved addresses do not count)
+  std::uint64_t file_bytes = std::uint64_t{4} << 30;  // of each file that is written
+  std::uint64_t tasks = 0;                            // of the user, threads count (RLIMIT_NPROC; root has none)
+
+  // For one of `jobs` workers at a time: its share of four fifths of the machine's memory, from 1 to 4 GiB, and 512
+  // tasks beyond those that there are.
+  static WorkerLimits of_share(int jobs);
+};
+
+// The process ends with its parent (PR_SET_PDEATHSIG), however that ends, and with this object; so do all processes
+// that its engine has started (worker/guard.h).
 class WorkerProcess {
  public:
   // Starts `program worker`. Throws SystemError when the process or the program cannot be started.
-  explicit WorkerProcess(const std::string& program);
+  explicit WorkerProcess(const std::string& program, const WorkerLimits& limits = {});
   ~WorkerProcess();
   WorkerProcess(const WorkerProcess&) = delete;
   WorkerProcess& operator=(const WorkerProcess&) = delete;
@@ -28,8 +42,8 @@ class WorkerProcess {
   // Takes in what there is to read, without waiting.
   void read_available();
 
-  // The next whole reply, if one has come. A line that is no reply is a JobCrash: an engine has written to the socket,
-  // or the worker's memory is damaged.
+  // The next whole reply, if one has come. A line that is no reply, lacks this worker's secret or is longer than
+  // kMostReplyBytes is a JobCrash: an engine has written to the socket, or the worker's memory is damaged.
   std::optional<Reply> take_reply();
 
   // Waits for a reply at most `seconds`, or until the worker is gone, or `interrupt` (a descriptor, -1 for none)
@@ -43,16 +57,24 @@ class WorkerProcess {
   // the last line that it printed.
   std::string end();
 
-  pid_t pid() const { return pid_; }
+  // After end(): the worker was ended by a signal that an engine's fault does not send and we did not either, as the
+  // kernel's out-of-memory killer or a scheduler does.
+  bool ended_from_outside() const { return outside_; }
+
+  static constexpr std::size_t kMostReplyBytes = std::size_t{64} << 20;
 
  private:
+  void send_line(const std::string& line) const;
   void read_socket();
   void read_output();
   std::string last_line() const;
 
-  pid_t pid_ = -1;
-  int socket_ = -1, output_ = -1;
+  pid_t guard_ = -1;
+  int socket_ = -1, output_ = -1, status_ = -1;
+  std::string secret_;  // begins each of the worker's replies
   std::string received_;
+  bool too_long_ = false;  // a reply
+  bool outside_ = false;
   std::string printed_;  // the tail of it
 };
 

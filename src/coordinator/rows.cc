@@ -76,7 +76,8 @@ SystemRow system_row(const CampaignSystem& system) {
                    {"keyframe", system.load.keyframe},
                    {"qpos", system.load.qpos},
                    {"packages", system.load.packages},
-                   {"decompose", system.load.decompose}};
+                   {"decompose", system.load.decompose},
+                   {"allow_external_files", system.load.allow_external_files}};
   }
   if (variant.smooth) row["smooth"] = true;
   if (variant.above_ground_m >= 0) row["above_ground_m"] = variant.above_ground_m;

@@ -1,8 +1,11 @@
 #include "coordinator/run.h"
 
 #include <cmath>
+#include <iterator>
 #include <sys/resource.h>
 #include <sys/time.h>
+
+#include <nlohmann/json.hpp>
 
 #include "base/errors.h"
 #include "coordinator/runner.h"
@@ -71,6 +74,7 @@ void Runner::put_failed(const PlannedCell& planned, const Ending& failure) {
 
 // An answer has a result for each measure. Cells that are one under two contenders' names get the same result.
 void Runner::put_answer(const std::vector<const PlannedCell*>& cells, const JobEnd& end) {
+  if (end.outside) return;  // nothing is known of them: they are measured at the next start
   for (const PlannedCell* planned : cells) {
     CellResult result = end.result(planned->measure);
     Cell cell = cell_of(*planned, result.ending);
@@ -110,12 +114,74 @@ void Runner::count(const PlannedCell& cell) {
   share.done_s += cost(cell);
 }
 
+// Times of one system compare only if one machine measured them: where some are missing and the others are another
+// machine's, all of the system's (for scaling, of its family's) are measured again.
+void Runner::time_again_elsewhere(std::set<std::pair<int, double>>& timed_again, std::set<int>& scaled_again) {
+  std::map<std::string, std::string> elsewhere;  // by node: its machine's name
+  for (const NodeRow& row : store_.nodes()) {
+    const auto facts = nlohmann::json::parse(row.json, nullptr, false);
+    if (!facts.is_object()) continue;
+    const std::string name = facts.value("name", "");
+    if (name != node_name() || facts.value("cpu", "") != machine_facts().front().value) elsewhere[row.id] = name;
+  }
+  if (elsewhere.empty() || (timed_again.empty() && scaled_again.empty())) return;
+  std::set<std::string> systems, families;
+  for (const auto& [index, timestep_ms] : timed_again)
+    systems.insert(campaign_.systems[static_cast<size_t>(index)].name);
+  for (const int index : scaled_again) families.insert(campaign_.systems[static_cast<size_t>(index)].family);
+  std::map<std::string, std::string> moved;  // system: machine
+  for (const Cell& cell : store_.cells()) {
+    const auto other = elsewhere.find(cell.node);
+    if (other == elsewhere.end()) continue;
+    const auto system = std::ranges::find(campaign_.systems, cell.system, &CampaignSystem::name);
+    const bool again =
+        (cell.measure == "raw_speed" && systems.contains(cell.system)) ||
+        (cell.measure == "scaling" && system != campaign_.systems.end() && families.contains(system->family));
+    if (!again) continue;
+    timed_elsewhere_.insert(cell.key);
+    moved[cell.system] = other->second;
+    if (cell.measure == "raw_speed" && system != campaign_.systems.end()) {
+      timed_again.insert({static_cast<int>(system - campaign_.systems.begin()), cell.timestep_ms});
+    }
+  }
+  for (const auto& [system, machine] : moved) {
+    progress_.message(
+        fmt::format("{} was timed on '{}', whose speeds do not compare with this machine's: its timings are "
+                    "measured again",
+                    system, machine));
+  }
+}
+
+// Keys of stored cells that are measured again although they are there.
+std::vector<std::string> Runner::retried() {
+  std::vector<std::string> keys;
+  if (!options_.retry) return keys;
+  const std::vector<std::string> damaged = store_.remove_damaged_cells();
+  if (!damaged.empty()) {
+    progress_.message(fmt::format("{} damaged cells are measured again: {}", damaged.size(), join(damaged, "; ")));
+  }
+  for (const ConformanceRow& row : store_.conformance()) {
+    const auto begins = [&](const char* text) { return row.note.starts_with(text); };
+    if (row.status != "pass" && (begins("crashed: ") || begins("timeout: "))) suite_again_.insert(row.contender);
+  }
+  for (const Cell& cell : store_.cells()) {
+    const bool failed = cell.outcome == Outcome::kCrashed || cell.outcome == Outcome::kTimeout;
+    const bool unscored = cell.outcome == Outcome::kUnsupported && suite_again_.contains(cell.contender);
+    if (failed || unscored) keys.push_back(cell.key);
+  }
+  std::ranges::sort(keys);
+  return keys;
+}
+
 // Which cells belong to this shard, and which of them are still to do.
 void Runner::choose() {
-  plan_ = make_plan(campaign_, options_.shard.count);
-  const std::vector<std::string> done = store_.cell_keys();
+  plan_ = make_plan(campaign_, options_.shard.count, options_.shard.cells);
+  const std::vector<std::string> again_keys = retried();
+  std::vector<std::string> done;
+  std::ranges::set_difference(store_.cell_keys(), again_keys, std::back_inserter(done));
   std::set<std::pair<int, double>> timed_again;  // one cell of a round is missing: all of the round is repeated
   std::set<int> compared_again;                  // likewise for agreement, which compares all contenders
+  std::set<int> scaled_again;                    // systems whose runs for scaling are all repeated
   for (const PlannedCell& cell : plan_.cells) {
     if (cell.shard != options_.shard.index || (options_.wanted && !options_.wanted(cell))) continue;
     mine_.push_back(&cell);
@@ -123,10 +189,13 @@ void Runner::choose() {
       timed_again.insert({cell.system, cell.timestep_ms});
     }
     if (cell.measure == "agreement" && !std::ranges::binary_search(done, cell.key)) compared_again.insert(cell.system);
+    if (cell.measure == "scaling" && !std::ranges::binary_search(done, cell.key)) scaled_again.insert(cell.system);
   }
+  time_again_elsewhere(timed_again, scaled_again);
   for (const PlannedCell* cell : mine_) {
     const bool again = (cell->measure == "raw_speed" && timed_again.contains({cell->system, cell->timestep_ms})) ||
-                       (cell->measure == "agreement" && compared_again.contains(cell->system));
+                       (cell->measure == "agreement" && compared_again.contains(cell->system)) ||
+                       timed_elsewhere_.contains(cell->key);
     if (again || !std::ranges::binary_search(done, cell->key)) todo_.push_back(cell);
   }
   // A reference that failed earlier still fails what depends on it.
@@ -137,6 +206,7 @@ void Runner::choose() {
   for (const Cell& cell : store_.cells()) {
     const auto found = references.find(cell.key);
     if (found == references.end() || cell.outcome == Outcome::kOk || cell.outcome == Outcome::kUnstable) continue;
+    if (std::ranges::binary_search(again_keys, cell.key)) continue;
     failed_trajectory_[found->second->trajectory] = {cell.outcome, cell.reason};
   }
 }

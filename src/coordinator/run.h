@@ -42,6 +42,9 @@ struct RunOptions {
   // Where verdicts of the conformance suite are kept for other campaigns, by contender, adapter build and program; "":
   // only in `out`.
   std::string suites;
+  // Measures again what is stored as crashed or timed out (also contenders whose conformance suite ended so), and cells
+  // that are damaged in the database.
+  bool retry = false;
 
   // ---- parts of a campaign, one after the other (search/search.h) ----
   std::function<bool(const PlannedCell&)> wanted;  // only these cells; all when empty
@@ -76,6 +79,7 @@ struct RunSummary {
   double engine_share_timing = 0;
   double engine_share_cpu = 0;  // time inside engine steps / processor time of all workers, of what was done now
   std::vector<std::string> without_truth;  // systems whose reference solution failed: "swing: why"
+  int unmeasured = 0;                      // cells whose workers somebody else ended: the same call tries them again
   bool interrupted = false;                // by SIGINT or SIGTERM: everything finished is stored, the same call resumes
   int signal = 0;                          // which
 };
@@ -88,5 +92,7 @@ RunSummary run_campaign(const Campaign& campaign, const RunOptions& options);
 // the largest timestep that holds an object, exponents of scaling.
 // run_campaign() calls it at its end. A union of shards has to call it too. Returns warnings, a sentence each.
 std::vector<std::string> derive_values(Store& store);
+// The names of these values.
+const std::vector<std::string>& derived_values();
 
 }  // namespace assay

@@ -1,4 +1,6 @@
 // Every cell that is not a timing: on all cores.
+#include <filesystem>
+
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
@@ -19,9 +21,25 @@ std::string truth_address(const CampaignSystem& system) {
 
 }  // namespace
 
-// Whether the trajectory is in the results directory or could be fetched from another campaign.
-bool Runner::has_run(const std::string& address) const {
-  return has_trajectory(store_.trajectories_dir(), address) || references_.fetch(address, store_.trajectories_dir());
+// Whether the trajectory is in the results directory or could be fetched from another campaign. A file that is damaged
+// or holds another run is removed: it is made again like one that is missing.
+bool Runner::has_run(const std::string& address) {
+  const auto known = run_is_there_.find(address);
+  if (known != run_is_there_.end()) return known->second;
+  const std::string dir = store_.trajectories_dir();
+  if (const std::string fault = trajectory_fault(dir, address); !fault.empty()) {
+    damaged_runs_.push_back(fmt::format("'{}' {}", trajectory_path(dir, address), fault));
+    std::error_code error;
+    std::filesystem::remove(trajectory_path(dir, address), error);
+  }
+  return run_is_there_[address] = has_trajectory(dir, address) || references_.fetch(address, dir);
+}
+
+// All of them at once.
+void Runner::say_damaged_runs() {
+  if (damaged_runs_.empty()) return;
+  progress_.message(fmt::format("{} stored {} not used and made again: {}", damaged_runs_.size(),
+                                damaged_runs_.size() == 1 ? "run is" : "runs are", join(damaged_runs_, "; ")));
 }
 
 RunJob Runner::run_job(const PlannedCell& cell, double timestep_ms) const {
@@ -72,7 +90,7 @@ void Runner::plan_truths(std::map<std::string, Waiting>& producers) {
     waiting.job.request =
         TruthJob{model_spec(system(*cell)), system(*cell).duration_s, store_.trajectories_dir(), address};
     waiting.job.title = fmt::format("truth {}", system(*cell).name);
-    waiting.job.limit_s = options_.truth_limit_s;
+    waiting.job.limit_s = std::min(options_.truth_limit_s, campaign_.time_limit_s);
     waiting.job.cost = 1e7;
     producers[address] = std::move(waiting);
   }
@@ -176,6 +194,7 @@ void Runner::accuracy() {
   plan_references(producers);
   plan_truths(producers);
   std::vector<Waiting> waiting = plan_measures();
+  say_damaged_runs();
 
   Pool pool(program_, jobs_, interrupts_);
   const auto start = [&](Waiting& ready) {
@@ -204,10 +223,19 @@ void Runner::accuracy() {
       waiting.erase(waiting.begin() + static_cast<std::ptrdiff_t>(i));
     }
   };
+  // Somebody else ended the workers that were to make it: what needs it is left for the next start.
+  const auto leave = [&](const std::string& address) {
+    lost_trajectory_.insert(address);
+    std::erase_if(waiting, [&](const Waiting& one) { return one.needs.contains(address); });
+  };
   for (auto& [address, producer] : producers) {
     const bool is_run = std::holds_alternative<RunJob>(producer.job.request);
-    producer.job.on_end = [this, &release, &waiting, is_run, address = address,
+    producer.job.on_end = [this, &release, &leave, &waiting, is_run, address = address,
                            cells = producer.cells](const JobEnd& end) {
+      if (end.outside) {
+        leave(address);
+        return;
+      }
       put_answer(cells, end);
       // A reference solution is no cell and has no result.
       Ending failure = end.answer && !is_run ? Ending() : end.result("reference").ending;

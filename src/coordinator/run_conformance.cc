@@ -27,7 +27,8 @@ const std::string& scored_as(const CampaignContender& contender) {
 }  // namespace
 
 // Runs the tests in one worker; when that dies in a test, the test has failed and the rest goes on in another.
-void Runner::run_suite(const std::string& content, const std::vector<std::string>& tests, Pool& pool) {
+// `lost` counts workers that somebody else ended: a test is not blamed for that.
+void Runner::run_suite(const std::string& content, const std::vector<std::string>& tests, Pool& pool, int lost) {
   const auto found = std::ranges::find_if(campaign_.contenders,
                                           [&](const CampaignContender& each) { return each.content() == content; });
   Job job;
@@ -35,14 +36,24 @@ void Runner::run_suite(const std::string& content, const std::vector<std::string
   job.title = fmt::format("conformance {}", found->resolved.name);
   job.limit_s = std::clamp(campaign_.time_limit_s, kTestLeastSeconds, kTestMostSeconds);
   job.cost = 1;
+  job.lost = lost;
   const size_t before = suite_rows_[content].size();
   job.on_test = [this, content](const TestResult& result) {
     suite_rows_[content].push_back({"", result.test, result.status, result.figure.value_or(0),
                                     result.tolerance.value_or(0), result.unit, result.note});
   };
-  job.on_end = [this, content, tests, before, &pool](const JobEnd& end) {
+  job.on_end = [this, content, tests, before, lost, &pool](const JobEnd& end) {
     std::vector<ConformanceRow>& rows = suite_rows_[content];
     const size_t ran = rows.size() - before;
+    if (end.outside && lost + 1 < Pool::kMostTries) {
+      run_suite(content, {tests.begin() + static_cast<std::ptrdiff_t>(ran), tests.end()}, pool, lost + 1);
+      return;
+    }
+    if (end.outside) {
+      lost_suite_.insert(content);
+      suite_rows_.erase(content);
+      return;
+    }
     if (!end.answer && ran < tests.size()) {
       const std::string fail(status_text(ConformanceStatus::kFail));
       rows.push_back({"", tests[ran], fail, 0, 0, "",
@@ -54,7 +65,7 @@ void Runner::run_suite(const std::string& content, const std::vector<std::string
               {"", tests[i], fail, 0, 0, "", fmt::format("not tried: {} did not come to an end", tests[ran])});
         }
       } else if (ran + 1 < tests.size()) {
-        run_suite(content, {tests.begin() + static_cast<std::ptrdiff_t>(ran) + 1, tests.end()}, pool);
+        run_suite(content, {tests.begin() + static_cast<std::ptrdiff_t>(ran) + 1, tests.end()}, pool, lost);
         return;
       }
     }
@@ -109,12 +120,18 @@ void Runner::conformance() {
     for (const PlannedCell* cell : todo_) scored.insert(scored_as(contender(*cell)));
   }
   std::set<std::string> known;
-  for (const ConformanceRow& row : store_.conformance()) known.insert(row.contender);
+  for (const ConformanceRow& row : store_.conformance()) {
+    if (!suite_again_.contains(row.contender)) known.insert(row.contender);
+  }
   std::set<std::string> contents;
   for (const CampaignContender& each : campaign_.contenders) {
     if (scored.contains(each.resolved.name) && !known.contains(each.resolved.name)) contents.insert(each.content());
   }
-  std::erase_if(contents, [this](const std::string& content) { return fetch_suite(content); });
+  std::set<std::string> again;
+  for (const CampaignContender& each : campaign_.contenders) {
+    if (suite_again_.contains(each.resolved.name)) again.insert(each.content());
+  }
+  std::erase_if(contents, [&](const std::string& content) { return !again.contains(content) && fetch_suite(content); });
   if (!contents.empty()) {
     progress_.phase(fmt::format("conformance suite, {} contenders", contents.size()));
     std::vector<std::string> tests;
@@ -126,6 +143,7 @@ void Runner::conformance() {
       for (const std::string& content : contents) keep_suite(content);
     }
   }
+  std::erase_if(todo_, [this](const PlannedCell* cell) { return lost_suite_.contains(contender(*cell).content()); });
   std::map<std::string, std::vector<std::string>> failures;
   for (const ConformanceRow& row : store_.conformance()) {
     if (row.status == status_text(ConformanceStatus::kFail)) failures[row.contender].push_back(row.test);

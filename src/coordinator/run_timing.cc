@@ -40,7 +40,7 @@ void Runner::time_system(TimingPass& pass, int system_index) {
     for (const PlannedCell* cell : todo_) {
       if (cell->measure != "raw_speed" || cell->system != system_index || cell->timestep_ms != timestep) continue;
       const std::string& name = contender(*cell).resolved.name;
-      if (failed_gate_.contains(name)) continue;
+      if (failed_gate_.contains(name) || lost_trajectory_.contains(cell->trajectory)) continue;
       const auto failed = failed_trajectory_.find(cell->trajectory);
       if (failed != failed_trajectory_.end()) {
         put_failed(*cell, failed->second);
@@ -54,7 +54,8 @@ void Runner::time_system(TimingPass& pass, int system_index) {
     const std::string key =
         content_hash(json{{"harness", campaign_.name}, {"system", timed.name}, {"h", timestep}}.dump());
     // When a run is resumed, the harness's finished cell is not measured again either.
-    const bool with_harness = has_harness && !std::ranges::binary_search(stored, key);
+    const bool with_harness =
+        has_harness && (timed_elsewhere_.contains(key) || !std::ranges::binary_search(stored, key));
     if (with_harness) {
       CampaignContender harness;
       harness.resolved = Registry::instance().resolve(kHarness);

@@ -14,6 +14,7 @@
 
 #include "base/paths.h"
 #include "base/text.h"
+#include "coordinator/machine.h"
 #include "coordinator/pool.h"
 #include "coordinator/run.h"
 #include "coordinator/subject.h"
@@ -61,12 +62,15 @@ class Runner {
   }
 
   void describe();
+  void describe_node(bool finished, double wall_s, double cpu_s);
   void choose();
+  void time_again_elsewhere(std::set<std::pair<int, double>>& timed_again, std::set<int>& scaled_again);
+  std::vector<std::string> retried();
   void conformance();
   std::string suite_file(const std::string& content) const;  // "" where no verdicts are kept
   bool fetch_suite(const std::string& content);
   void keep_suite(const std::string& content) const;
-  void run_suite(const std::string& content, const std::vector<std::string>& tests, Pool& pool);
+  void run_suite(const std::string& content, const std::vector<std::string>& tests, Pool& pool, int lost = 0);
   void probe();
   void accuracy();
   void plan_references(std::map<std::string, Waiting>& producers);
@@ -75,7 +79,8 @@ class Runner {
   std::vector<Waiting> plan_measures();
   void plan_agreement(std::vector<Waiting>& jobs);
   static void leave_truth_out(std::vector<Waiting>& waiting, const std::string& address);
-  bool has_run(const std::string& address) const;
+  bool has_run(const std::string& address);
+  void say_damaged_runs();
   void scaling();
   void timing();
   std::vector<std::string> outline(const std::vector<PlannedCell>& ahead) const;
@@ -108,10 +113,17 @@ class Runner {
   std::vector<const PlannedCell*> mine_, todo_;
   std::map<std::string, Ending> failed_gate_;        // by contender: it failed the conformance suite
   std::map<std::string, Ending> failed_trajectory_;  // by address
-  std::vector<std::string> without_truth_;           // as in RunSummary
+  // Of runs, suites (by contender's content) whose workers somebody else ended: what needs them is not measured now.
+  std::set<std::string> lost_trajectory_, lost_suite_;
+  std::set<std::string> suite_again_;         // contenders whose conformance suite is tried again
+  std::map<std::string, bool> run_is_there_;  // by address, as it was found first
+  std::vector<std::string> damaged_runs_;     // a text each
+  std::vector<std::string> without_truth_;    // as in RunSummary
   std::map<std::pair<int, int>, double> step_us_;
   std::map<std::string, std::vector<ConformanceRow>> suite_rows_;  // by contender's content
   TimingFacts timing_facts_;
+  NodeRow node_;                           // this machine and its part of the work
+  std::set<std::string> timed_elsewhere_;  // keys of stored timings of another machine
   int done_now_ = 0;
   double engine_now_s_ = 0;  // inside engine steps, of the cells that were done now
   Clock::time_point start_ = Clock::now();

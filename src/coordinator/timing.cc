@@ -32,7 +32,7 @@ Value inverse(const std::string& name, const std::string& unit, double scale, co
 }  // namespace
 
 struct TimingPass::Session {
-  explicit Session(const std::string& program) : worker(program) {}
+  explicit Session(const std::string& program) : worker(program, WorkerLimits::of_share(1)) {}
   WorkerProcess worker;
 };
 
@@ -42,6 +42,8 @@ struct TimingPass::Tally {
   CpuTimes stolen_from;
   double stolen = 0, total = 0;  // ticks
   bool over = false;             // no more samples: it failed
+  int lost = 0;                  // workers that somebody else ended
+  bool outside = false;          // so many of them that nothing is known of the contender
   RoundPlan how;
   double clock_share = 0;
   std::vector<std::vector<double>> rounds;          // samples of each, us a step
@@ -89,7 +91,10 @@ struct TimingPass::Tally {
   void fail(WorkerProcess& worker, const std::optional<Reply>& reply, const std::string& too_long) {
     const bool gone = worker.gone();
     std::string end = worker.end();
-    if (const auto* crash = reply ? std::get_if<JobCrash>(&*reply) : nullptr) {
+    if (gone && worker.ended_from_outside()) {
+      outside = ++lost >= Pool::kMostTries;
+      over = outside;
+    } else if (const auto* crash = reply ? std::get_if<JobCrash>(&*reply) : nullptr) {
       fail(Outcome::kCrashed, crash->reason);
     } else if (reply) {
       fail(Outcome::kCrashed, fmt::format("the worker answered with '{}'", kind_of(*reply)));
@@ -126,6 +131,7 @@ TimingPass::Session* TimingPass::session(const TimedContender& contender, int pr
 template <typename Answer>
 std::optional<Answer> TimingPass::command(const TimedContender& contender, int process, const Request& message,
                                           Tally& tally) {
+  const int lost = tally.lost;
   Session* held = session(contender, process, tally);
   const Clock::time_point start = Clock::now();
   const CpuTimes before = CpuTimes::now();
@@ -145,6 +151,8 @@ std::optional<Answer> TimingPass::command(const TimedContender& contender, int p
   tally.stolen += after.steal - before.steal;
   tally.total += after.total - before.total;
   tally.cell.wall_s += std::chrono::duration<double>(Clock::now() - start).count();
+  // Somebody else ended the worker: once more with another one.
+  if (!answer && tally.lost > lost && !tally.over) return command<Answer>(contender, process, message, tally);
   if (!answer) return answer;
   tally.cell.engine_s += answer->engine_s;
   if constexpr (std::is_same_v<Answer, Sampled>) tally.cell.cpu_s += answer->cpu_s;
@@ -216,6 +224,7 @@ void TimingPass::measure(const CampaignSystem& system, const std::vector<TimedCo
   }
   // The harness first: as long as a cell of the campaign is missing, the whole timestep is repeated.
   const auto put_tally = [&](Tally& tally) {
+    if (tally.outside) return;
     tally.cell.finished = unix_time();
     tally.cell.steal = tally.total > 0 ? tally.stolen / tally.total : 0;
     std::vector<SampleSeries> samples;

@@ -13,6 +13,7 @@
 #include <fmt/format.h>
 
 #include "base/text.h"
+#include "engines/plugin_trial.h"
 
 namespace assay {
 namespace {
@@ -111,6 +112,22 @@ void require_compliance(const std::string& contender, const std::vector<Setting>
   }
 }
 
+std::string name_of(const std::string& plugin) {
+  return fs::path(plugin).stem().string().substr(std::string_view(kPluginPrefix).size());
+}
+
+// Everything that is asked of an engine without a model.
+void ask(const Engine& engine) {
+  static_cast<void>(engine.build());
+  Settings settings;
+  for (const Setting& setting : engine.settings()) settings.values[setting.name] = setting.default_value;
+  for (const Contender& contender : engine.contenders()) {
+    Settings its_own = settings;
+    for (const auto& [key, value] : contender.set) its_own.values.at(key) = value;
+    static_cast<void>(engine.capabilities(its_own));
+  }
+}
+
 }  // namespace
 
 const Registry& Registry::instance() {
@@ -119,6 +136,7 @@ const Registry& Registry::instance() {
 }
 
 Registry::Registry() {
+  std::vector<std::string> plugins;
   for (const std::string& folder : search_path()) {
     std::error_code error;
     std::vector<std::string> files;
@@ -127,7 +145,21 @@ Registry::Registry() {
       if (entry.path().extension() == ".so" && stem.starts_with(kPluginPrefix)) files.push_back(entry.path());
     }
     std::ranges::sort(files);
-    for (const std::string& file : files) load(file);
+    plugins.insert(plugins.end(), files.begin(), files.end());
+  }
+  const std::map<std::string, std::string> dropped = refused_plugins(plugins, [this](const std::string& plugin) {
+    const size_t before = engines_.size();
+    load(plugin);
+    if (engines_.size() > before) ask(*engines_.back());
+  });
+  for (const std::string& plugin : plugins) {
+    const auto found = dropped.find(plugin);
+    if (found == dropped.end()) {
+      load(plugin);
+    } else {
+      const std::string name = name_of(plugin);
+      if (!paths_.contains(name)) absent_.push_back({name, fmt::format("'{}' {}", plugin, found->second)});
+    }
   }
   std::ranges::sort(engines_, {}, [](const Engine* engine) { return rank(engine->name()); });
   for (const KnownEngine& known : known_engines()) {
@@ -140,7 +172,7 @@ Registry::Registry() {
 }
 
 void Registry::load(const std::string& path) {
-  const std::string name = fs::path(path).stem().string().substr(std::string(kPluginPrefix).size());
+  const std::string name = name_of(path);
   if (paths_.contains(name)) return;
   // RTLD_LOCAL keeps two builds of one engine apart; the handle is never closed, engines have static state
   void* library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);

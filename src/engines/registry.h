@@ -31,7 +31,8 @@ class Registry {
  public:
   // Loads every plugin of the search path: the folders of ASSAY_ENGINE_PATH (colon-separated), then `engines` beside
   // the program's own folder and `lib/assay/engines` beside it (installed). The first plugin of a name wins. Never
-  // throws for a bad plugin: it is listed in absent(). Engines stay loaded until the process ends.
+  // throws for a bad plugin: it is listed in absent(). Engines stay loaded until the process ends. Each plugin is tried
+  // in a process of its own first (engines/plugin_trial.h).
   static const Registry& instance();
 
   const std::vector<const Engine*>& engines() const { return engines_; }

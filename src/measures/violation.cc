@@ -7,6 +7,7 @@
 
 #include "measures/run_measures.h"
 #include "measures/statistics.h"
+#include "model/extent.h"
 #include "model/kinematics.h"
 
 namespace assay {
@@ -22,29 +23,6 @@ struct PlacedShape {
   const Model* model = nullptr;
   Quat q_WS = Quat::Identity();
 };
-
-// How far a solid reaches from the origin of its frame in the direction `n`, in the shape frame and unit.
-double reach(const Model& model, const Shape& shape, const Vec3& n) {
-  switch (shape.type) {
-    case ShapeType::kBox:
-      return n.cwiseAbs().dot(shape.half_size);
-    case ShapeType::kEllipsoid:
-      return n.cwiseProduct(shape.half_size).norm();
-    case ShapeType::kCylinder:
-      return shape.radius * std::hypot(n.x(), n.y()) + shape.half_length * std::abs(n.z());
-    case ShapeType::kHull: {
-      double most = -std::numeric_limits<double>::infinity();
-      for (const Vec3& v : model.hulls[static_cast<size_t>(shape.data)].vertices) most = std::max(most, n.dot(v));
-      return most;
-    }
-    case ShapeType::kSphere:
-    case ShapeType::kCapsule:
-    case ShapeType::kPlane:
-    case ShapeType::kHeightField:
-      break;
-  }
-  return -std::numeric_limits<double>::infinity();
-}
 
 PlacedShape place(const Model& model, const Shape& shape, const std::vector<Pose>& bodies) {
   const Pose X_WS = shape.body == kWorld ? shape.X_BS : bodies[static_cast<size_t>(shape.body)] * shape.X_BS;

@@ -1,6 +1,8 @@
 // What the coordinator and its workers say to each other: one JSON object a line over the worker's socket, its "kind"
-// first. A worker is sent one job. It answers with any number of TestResult, then with JobDone, JobError or JobCrash.
-// A timing session answers with SessionReady, and then each command with Prepared or Sampled.
+// first. The first line that a worker is sent is a secret, the second one its job. It answers with any number of
+// TestResult, then with JobDone, JobError or JobCrash. A timing session answers with SessionReady, and then each
+// command with Prepared or Sampled. Before each of its lines the worker writes the secret and a space: an engine that
+// writes to the socket does not know it.
 //
 // to_line() and the parsers are the only code that knows the JSON. The parsers refuse unknown, missing and mistyped
 // fields.
@@ -23,8 +25,9 @@
 
 namespace assay {
 
-// The descriptor on which a worker finds its socket.
-inline constexpr int kWorkerSocket = 3;
+// The descriptors on which a worker finds its socket, and the pipe for its exit status (an int as waitpid() gives it),
+// which its guard writes.
+inline constexpr int kWorkerSocket = 3, kWorkerStatus = 4;
 
 // A line that is not a message. The text names the kind and the field.
 class MessageError : public SystemError {

@@ -11,6 +11,7 @@
 #include "base/errors.h"
 #include "base/text.h"
 #include "model/ellipsoid.h"
+#include "model/outside_files.h"
 #include "model/package_paths.h"
 #include "model/urdf_values.h"
 
@@ -126,6 +127,9 @@ class Visuals {
     if (type == "mesh") {
       const FoundFile found = find_resource(text_of(&shape, "filename"), path_, options_.packages);
       if (found.path.empty()) throw InputError(fmt::format("is not found (looked for: {})", join(found.looked, ", ")));
+      if (!found.in_package && !options_.allow_external_files && !is_below(found.path, model_root(path_))) {
+        throw InputError("lies outside the model's folder; --allow-external-files takes it");
+      }
       file = found.path;
     }
     const std::string key = fmt::format("{} {} {} {} {} {} {} {} {} {}", type, file, radius, length, size.x(), size.y(),

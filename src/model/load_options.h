@@ -32,6 +32,9 @@ struct LoadOptions {
   RootJoint root_joint = RootJoint::kAsInFile;
   Ground ground = Ground::kAsInFile;
   bool decompose = false;  // concave meshes become several hulls (decomposition.h) instead of one
+  // Included files, meshes and other assets may lie anywhere and not only below the model's folder
+  // (model/outside_files.h).
+  bool allow_external_files = false;
 
   bool operator==(const LoadOptions&) const = default;
 };

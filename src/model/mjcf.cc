@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include "base/activity.h"
 #include "base/errors.h"
 #include "base/paths.h"
 #include "model/adapt_spec.h"
@@ -17,6 +18,7 @@
 #include "model/mesh_facts.h"
 #include "model/mjcf_document.h"
 #include "model/mujoco_messages.h"
+#include "model/outside_files.h"
 #include "model/start.h"
 #include "model/translation.h"
 #include "model/urdf.h"
@@ -88,6 +90,9 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
     urdf = read_urdf(text, file, options);
     report.problems = urdf.problems;
     if (urdf.refused()) return report;
+  } else {
+    report.problems = document_refusals(text, file, options);
+    if (report.refused()) return report;
   }
 
   const MessageGuard guard;
@@ -175,10 +180,19 @@ Model required(LoadReport report, const std::string& file) {
   throw InputError(fmt::format("{} (and {} more; `assay check {}` lists all)", first, texts.size() - 1, file));
 }
 
+// Decomposing meshes takes long.
+ActivityLimits limits_of(const LoadOptions& options) {
+  constexpr double kLong = 1800;  // s
+  ActivityLimits limits;
+  if (options.decompose) limits.cpu_s = limits.wall_s = kLong;
+  return limits;
+}
+
 }  // namespace
 
 LoadReport inspect_model(const std::string& path, const LoadOptions& options, FileFacts* facts) {
-  const std::optional<int> capsules = capsules_count(fs::path(path).stem().string());
+  const Activity reading(fmt::format("reading '{}'", path), limits_of(options));
+  const std::optional<CapsulesName> capsules = capsules_named(fs::path(path).stem().string());
   std::error_code error;
   LoadReport report;
   if (capsules && !fs::exists(path, error)) {

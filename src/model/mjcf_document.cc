@@ -143,6 +143,8 @@ class Document {
   void include(Source& source, const xml::XMLElement& element, int index) {
     const std::string name = text_of(element, "file");
     if (!included_.insert(name).second) return;
+    std::error_code error;
+    if (!fs::is_regular_file(folder_ / name, error)) return;
     std::ifstream file(folder_ / name, std::ios::binary);
     const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
     if (Source* other = read(name, text)) source.includes.push_back({element.GetLineNum(), index, other});

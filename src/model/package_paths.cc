@@ -85,6 +85,7 @@ FoundFile find_resource(const std::string& uri, const std::string& from,
     }
     if (candidates.empty()) {
       return {"",
+              false,
               {"no folder of the package '" + name +
                "' upward from the file, in ROS_PACKAGE_PATH or "
                "AMENT_PREFIX_PATH"}};
@@ -95,7 +96,9 @@ FoundFile find_resource(const std::string& uri, const std::string& from,
   }
   FoundFile found;
   for (const fs::path& candidate : candidates) {
-    if (is_file(candidate)) return {candidate.lexically_normal().string(), {}};
+    // "package://NAME/../x" is in no package
+    const bool in_package = inside && inside->find("..") == std::string::npos;
+    if (is_file(candidate)) return {candidate.lexically_normal().string(), in_package, {}};
     found.looked.push_back(candidate.lexically_normal().string());
   }
   return found;

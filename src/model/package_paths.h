@@ -9,6 +9,7 @@ namespace assay {
 
 struct FoundFile {
   std::string path;                 // empty when there is none
+  bool in_package = false;          // below the folder of the package that the URI names
   std::vector<std::string> looked;  // paths that were tried, in order, when there is none
 };
 

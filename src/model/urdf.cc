@@ -14,6 +14,7 @@
 #include "base/errors.h"
 #include "base/text.h"
 #include "model/inertia.h"
+#include "model/outside_files.h"
 #include "model/package_paths.h"
 #include "model/urdf_values.h"
 
@@ -671,6 +672,10 @@ class Reader {
                   uri.find("://") == std::string::npos ? "put the file there"
                                                        : fmt::format("name its package's folder with --package {}=DIR",
                                                                      package.substr(package.find("//") + 2)));
+    }
+    if (!found.in_package && !options_.allow_external_files && !is_below(found.path, model_root(path_))) {
+      return fail(fmt::format("lies outside the model's folder '{}'", model_root(path_)),
+                  "copy it there, or give --allow-external-files if you trust the model");
     }
     const Vec3 scale = vector_of(&mesh, "scale", Vec3::Ones());
     mesh.DeleteAttribute("scale");

@@ -80,7 +80,7 @@ JobDone do_job(const RunJob& job) {
   try {
     check_supported(subject, 1e-3 * job.timestep_ms);
     if (!job.use.empty()) {
-      run.trajectory = load(dir, job.use);
+      run.trajectory = load(dir, job.use, subject.model, samples + 1);
       run.ending = judge(subject, run.trajectory);
     } else {
       run = run_sampled(subject, subject.model.initial, job.timestep_ms, samples, per_sample);
@@ -98,7 +98,8 @@ JobDone do_job(const RunJob& job) {
     if (measure == "reference" || !ran) {
       cells.push_back({measure, run.ending, {}, {}});
     } else if (measure == "truth") {
-      cells.push_back(truth_cell(subject, run, load(dir, job.truth), static_cast<double>(samples * per_sample)));
+      cells.push_back(
+          truth_cell(subject, run, load(dir, job.truth, subject.model), static_cast<double>(samples * per_sample)));
     } else if (measure == "grasp") {
       cells.push_back(grasp_cell(run, job.grasp));
     } else {
@@ -122,7 +123,8 @@ JobDone do_job(const TruthJob& job) {
 
 JobDone do_job(const PiecesJob& job) {
   const Subject subject = subject_of(job.subject);
-  const Trajectory reference = load(job.trajectories, job.reference);
+  const Trajectory reference = load(job.trajectories, job.reference, subject.model,
+                                    std::llround(1000 * job.subject.duration_s / job.subject.sample_ms) + 1);
   const auto total = static_cast<long long>(reference.states.size()) - 1;
   const long long samples = std::llround(job.piece_ms / job.subject.sample_ms);
   const long long per_sample = std::llround(job.subject.sample_ms / job.timestep_ms);
@@ -181,7 +183,9 @@ JobDone do_job(const AgreementJob& job) {
   CellResult cell = {"agreement", {}, {}, {}};
   std::vector<double> at_end, parted;
   for (const AgreementJob::Other& other : job.others) {
-    const std::vector<double> apart = distances(own.states, load(job.trajectories, other.address).states);
+    const State& like = own.states.front();
+    const std::vector<double> apart =
+        distances(own.states, load(job.trajectories, other.address, like.bodies.size(), like.position.size()).states);
     at_end.push_back(apart.back());
     parted.push_back(parting_time(time, apart).value_or(duration_s));
     cell.samples.push_back({"distance_m " + other.name, thinned(apart)});

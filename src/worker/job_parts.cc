@@ -97,8 +97,13 @@ Run run_sampled(const Subject& subject, const State& start, double timestep_ms, 
     // With torques at each step only the wall clock is cheap enough to measure the engine's part.
     const double cpu_s = thread_cpu_seconds() - cpu_before;
     run.engine_s += subject.free_running ? cpu_s : std::min(cpu_s, stepper.engine_s() - engine_before);
-    const State& state = stepper.read();
-    if (const std::string divergence = plausibility.divergence(state); !divergence.empty()) why = divergence;
+    try {
+      if (why.empty()) stepper.read();
+    } catch (const EngineError& error) {
+      why = error.what();
+    }
+    const State& state = stepper.state();
+    if (why.empty()) why = plausibility.divergence(state);
     if (!why.empty()) {
       run.ending = {Outcome::kDiverged, fmt::format("by {:.4g} s: {}", time, why)};
       break;
@@ -113,20 +118,44 @@ Run run_sampled(const Subject& subject, const State& start, double timestep_ms, 
   return run;
 }
 
+namespace {
+
+// The coordinator examined the file a moment ago. The next start computes it again.
+[[noreturn]] void refuse(const std::string& dir, const std::string& address, const std::string& fault) {
+  std::error_code error;
+  std::filesystem::remove(trajectory_path(dir, address), error);
+  throw SystemError(fmt::format("the trajectory '{}' {} and was removed: start the same command again",
+                                trajectory_path(dir, address), fault));
+}
+
+}  // namespace
+
 void save(const std::string& dir, const std::string& address, const Trajectory& trajectory) {
   if (!has_trajectory(dir, address)) write_trajectory(dir, address, trajectory);
 }
 
 Trajectory load(const std::string& dir, const std::string& address) {
+  std::string fault = trajectory_fault(dir, address);
   auto trajectory = read_trajectory(dir, address);
-  if (!trajectory || trajectory->states.empty()) {
-    // The coordinator saw the file a moment ago. The next start computes it again.
-    std::error_code error;
-    std::filesystem::remove(trajectory_path(dir, address), error);
-    throw SystemError(fmt::format("the trajectory '{}' is damaged and was removed: start the same command again",
-                                  trajectory_path(dir, address)));
-  }
+  if (fault.empty() && !trajectory) fault = "is missing";
+  if (fault.empty() && trajectory->states.empty()) fault = "has no states";
+  if (!fault.empty()) refuse(dir, address, fault);
   return *std::move(trajectory);
+}
+
+Trajectory load(const std::string& dir, const std::string& address, size_t bodies, size_t joints) {
+  Trajectory trajectory = load(dir, address);
+  const std::string fault = state_shape_fault(trajectory.states.front(), bodies, joints);
+  if (!fault.empty()) refuse(dir, address, "is another system's (it has " + fault + ")");
+  return trajectory;
+}
+
+Trajectory load(const std::string& dir, const std::string& address, const Model& model, long long states) {
+  Trajectory trajectory = load(dir, address, model.bodies.size(), model.joints.size());
+  if (states > 0 && std::ssize(trajectory.states) != states) {
+    refuse(dir, address, fmt::format("has {} states and not {}", trajectory.states.size(), states));
+  }
+  return trajectory;
 }
 
 }  // namespace assay::jobs

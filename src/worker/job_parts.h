@@ -58,7 +58,10 @@ Run run_sampled(const Subject& subject, const State& start, double timestep_ms, 
 
 // Does nothing when the file exists: the same address means the same content.
 void save(const std::string& dir, const std::string& address, const Trajectory& trajectory);
-// Throws SystemError for a damaged file, and removes it.
+// Throws SystemError for a file that is damaged or holds another run, and removes it.
 Trajectory load(const std::string& dir, const std::string& address);
+// The same for states of another size, or of another number than `states` (0: any).
+Trajectory load(const std::string& dir, const std::string& address, size_t bodies, size_t joints);
+Trajectory load(const std::string& dir, const std::string& address, const Model& model, long long states = 0);
 
 }  // namespace assay::jobs

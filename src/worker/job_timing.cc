@@ -53,7 +53,7 @@ class TimingSession {
     if (job.reference.empty()) {  // the null engine has no run of its own
       starts_ = {subject_.model.initial};
     } else {
-      const Trajectory trajectory = load(job.trajectories, job.reference);
+      const Trajectory trajectory = load(job.trajectories, job.reference, subject_.model);
       const size_t samples = trajectory.states.size() - 1;
       for (int k = 0; k < job.states; ++k) {
         starts_.push_back(trajectory.states[samples * static_cast<size_t>(k) / static_cast<size_t>(job.states)]);

@@ -1,9 +1,13 @@
 #include "worker/stepper.h"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
+#include <fmt/format.h>
+
 #include "base/errors.h"
+#include "store/trajectory.h"
 
 namespace assay {
 namespace {
@@ -24,13 +28,29 @@ void engines_own(const Work& work) {
 }  // namespace
 
 Stepper::Stepper(const Subject& subject, const State& start, double timestep_s)
-    : subject_(subject), torques_(subject.model.joints.size(), 0.0) {
+    : subject_(subject), torques_(subject.model.joints.size(), 0.0), start_s_(start.time), timestep_s_(timestep_s) {
   Settings settings = subject.contender.settings;
   settings.timestep = timestep_s;
-  engines_own([&] {
-    simulation_ = subject.contender.engine->create(subject.model, start, settings);
-    simulation_->read_state(state_);
-  });
+  engines_own([&] { simulation_ = subject.contender.engine->create(subject.model, start, settings); });
+  read_state();
+}
+
+void Stepper::read_state() {
+  engines_own([&] { simulation_->read_state(state_); });
+  const Model& model = subject_.model;
+  if (const std::string fault = state_shape_fault(state_, model.bodies.size(), model.joints.size()); !fault.empty()) {
+    throw AdapterFault(fmt::format("the engine gave {}", fault));
+  }
+  if (const std::string fault = state_value_fault(state_); !fault.empty()) {
+    throw EngineError(fmt::format("the engine gave {}", fault));
+  }
+  // An engine may sum up its timesteps, but not lose or repeat one.
+  constexpr double kRounding = 1e-3;
+  const double elapsed = timestep_s_ * static_cast<double>(steps_), asked = start_s_ + elapsed;
+  if (std::abs(state_.time - asked) > 0.5 * timestep_s_ + kRounding * elapsed) {
+    throw AdapterFault(
+        fmt::format("the engine gave the time {:.6g} s where {:.6g} s was asked for", state_.time, asked));
+  }
 }
 
 void Stepper::advance(long long steps) {
@@ -42,7 +62,7 @@ void Stepper::take(long long steps) {
   while (steps > 0) {
     const long long count = subject_.free_running ? std::min(steps, kMostAtOnce) : 1;
     if (!subject_.free_running) {
-      if (subject_.control->input() != ControlInput::kNothing) simulation_->read_state(state_);
+      if (subject_.control->input() != ControlInput::kNothing) read_state();
       subject_.control->torques(state_, torques_);
       simulation_->set_torques(torques_);
     }
@@ -50,12 +70,13 @@ void Stepper::take(long long steps) {
     simulation_->advance(static_cast<int>(count));
     engine_s_ += seconds_since(start);
     ++clock_reads_;
+    steps_ += count;
     steps -= count;
   }
 }
 
 const State& Stepper::read() {
-  engines_own([&] { simulation_->read_state(state_); });
+  read_state();
   return state_;
 }
 

@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -29,28 +30,42 @@ struct Subject {
   bool free_running = true;
 };
 
+// The adapter breaks its interface: a state of another model's size, or of another time than was asked for. The text
+// begins with "the engine gave".
+class AdapterFault : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+// Every state that the worker reads from an engine is read and examined here.
 class Stepper {
  public:
   // Throws UnsupportedError and EngineError as Engine::create does. Here and below an engine's InputError or
-  // SystemError becomes a std::runtime_error.
+  // SystemError becomes a std::runtime_error, and a state that cannot be is an AdapterFault, or an EngineError where
+  // its shape and time are right: "the engine gave a non-finite number".
   Stepper(const Subject& subject, const State& start, double timestep_s);
 
   // Takes `steps` steps. The clock runs over the engine's own calls alone. Throws EngineError.
   void advance(long long steps);
 
-  // The state now; the vectors of the same object are reused.
+  // The state now; the vectors of the same object are reused. Throws as above.
   const State& read();
+  // The last one that was read.
+  const State& state() const { return state_; }
 
   double engine_s() const { return engine_s_; }  // since construction
   long long clock_reads() const { return clock_reads_; }
 
  private:
   void take(long long steps);
+  void read_state();
 
   const Subject& subject_;
   std::unique_ptr<Simulation> simulation_;
   State state_;
   std::vector<double> torques_;
+  double start_s_, timestep_s_;
+  long long steps_ = 0;
   double engine_s_ = 0;
   long long clock_reads_ = 0;
 };

@@ -5,6 +5,8 @@
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
+#include <fcntl.h>
+#include <new>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -16,32 +18,32 @@
 
 #include "base/errors.h"
 #include "messages/messages.h"
+#include "worker/guard.h"
 #include "worker/jobs.h"
+#include "worker/stepper.h"
 
 namespace assay {
 namespace {
 
 class Channel {
  public:
-  // Empty when the parent is gone.
-  std::optional<Request> receive() {
-    size_t end = std::string::npos;
-    while ((end = received_.find('\n')) == std::string::npos) {
-      std::array<char, 1 << 14> buffer;
-      const ssize_t got = ::recv(kWorkerSocket, buffer.data(), buffer.size(), 0);
-      if (got < 0 && errno == EINTR) continue;
-      if (got <= 0) return std::nullopt;
-      received_.append(buffer.data(), static_cast<size_t>(got));
-    }
-    Request request = parse_request(std::string_view(received_).substr(0, end));
-    received_.erase(0, end + 1);
-    return request;
+  // Takes the socket away from its well-known number, and from programs that an engine starts.
+  Channel() : socket_(::fcntl(kWorkerSocket, F_DUPFD_CLOEXEC, kAbove)) {
+    ::close(kWorkerSocket);
+    secret_ = receive_line().value_or("");
   }
 
-  static void send(const Reply& reply) {
-    const std::string line = to_line(reply);
+  // Empty when the parent is gone.
+  std::optional<Request> receive() {
+    const std::optional<std::string> line = receive_line();
+    if (!line) return std::nullopt;
+    return parse_request(*line);
+  }
+
+  void send(const Reply& reply) const {
+    const std::string line = fmt::format("{} {}", secret_, to_line(reply));
     for (size_t at = 0; at < line.size();) {
-      const ssize_t sent = ::send(kWorkerSocket, line.data() + at, line.size() - at, MSG_NOSIGNAL);
+      const ssize_t sent = ::send(socket_, line.data() + at, line.size() - at, MSG_NOSIGNAL);
       if (sent < 0 && errno == EINTR) continue;
       if (sent < 0) return;
       at += static_cast<size_t>(sent);
@@ -49,8 +51,52 @@ class Channel {
   }
 
  private:
-  std::string received_;
+  static constexpr int kAbove = 100;
+
+  std::optional<std::string> receive_line() {
+    size_t end = std::string::npos;
+    while ((end = received_.find('\n')) == std::string::npos) {
+      std::array<char, 1 << 14> buffer;
+      const ssize_t got = ::recv(socket_, buffer.data(), buffer.size(), 0);
+      if (got < 0 && errno == EINTR) continue;
+      if (got <= 0) return std::nullopt;
+      received_.append(buffer.data(), static_cast<size_t>(got));
+    }
+    std::string line = received_.substr(0, end);
+    received_.erase(0, end + 1);
+    return line;
+  }
+
+  int socket_;
+  std::string secret_, received_;
 };
+
+int serve() {
+  Channel channel;
+  Reply answer;
+  try {
+    const std::optional<Request> job = channel.receive();
+    if (!job) return 1;
+    answer = do_job(*job, [&](const Reply& reply) { channel.send(reply); }, [&] { return channel.receive(); });
+  } catch (const InputError& error) {
+    answer = JobError{error.what(), true};
+  } catch (const SystemError& error) {
+    answer = JobError{error.what(), false};
+  } catch (const AdapterFault& error) {
+    answer = JobCrash{error.what()};
+  } catch (const std::bad_alloc&) {
+    answer = JobCrash{"out of memory: it takes more than a worker may"};
+  } catch (const std::exception& error) {
+    // An adapter threw what it must not.
+    answer = JobCrash{fmt::format("exception: {}", error.what())};
+  } catch (...) {
+    answer = JobCrash{"exception: of a type that is no std::exception"};
+  }
+  channel.send(answer);
+  // No destructors: an engine that crashes in them must not spoil the answer.
+  std::fflush(nullptr);
+  return 0;
+}
 
 }  // namespace
 
@@ -67,26 +113,7 @@ int worker_main(int /*argc*/, char** /*argv*/) {
   const rlimit no_core = {0, 0};
   ::setrlimit(RLIMIT_CORE, &no_core);
 
-  Channel channel;
-  Reply answer;
-  try {
-    const std::optional<Request> job = channel.receive();
-    if (!job) return 1;
-    answer = do_job(*job, Channel::send, [&] { return channel.receive(); });
-  } catch (const InputError& error) {
-    answer = JobError{error.what(), true};
-  } catch (const SystemError& error) {
-    answer = JobError{error.what(), false};
-  } catch (const std::exception& error) {
-    // An adapter threw what it must not.
-    answer = JobCrash{fmt::format("exception: {}", error.what())};
-  } catch (...) {
-    answer = JobCrash{"exception: of a type that is no std::exception"};
-  }
-  Channel::send(answer);
-  // No destructors: an engine that crashes in them must not spoil the answer.
-  std::fflush(nullptr);
-  ::_exit(0);
+  run_guarded(serve);
 }
 
 }  // namespace assay

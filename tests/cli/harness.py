@@ -3,6 +3,7 @@
 import csv
 import ctypes
 import fcntl
+import hashlib
 import io
 import json
 import os
@@ -20,9 +21,11 @@ import unittest
 PROGRAM = os.environ.get("ASSAY_PROGRAM", "")
 MISHAP_ENGINE = os.environ.get("ASSAY_MISHAP_ENGINE", "")
 REFUSED_PLUGINS = os.environ.get("ASSAY_REFUSED_PLUGINS", "")
+DEADLY_PLUGINS = os.environ.get("ASSAY_DEADLY_PLUGINS", "")
+RELIABILITY = os.environ.get("ASSAY_RELIABILITY", "")  # folder for lines of docs/reliability.md
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 COMMANDS = ["engines", "systems", "check", "simulate", "paper", "run", "report", "export", "movie", "snapshot", "recommend", "parity",
-            "claims", "conformance"]
+            "claims", "conformance", "merge", "status", "compare", "history", "submit"]
 CSV_HEADER = "time,body,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz"
 
 # A ball that was thrown, far above the ground.
@@ -162,6 +165,15 @@ class AssayTest(unittest.TestCase):
 
     def contenders(self):
         return [row["contender"] for row in self.assay_json("engines", "--json")["contenders"]]
+
+
+def reliability(fault, tries, outcome, lost):
+    """A line of docs/reliability.md (docs/update_reliability.py): call it at the end of a test."""
+    if RELIABILITY:
+        name = hashlib.sha256(fault.encode()).hexdigest()[:16]
+        line = {"fault": fault, "tries": tries, "outcome": outcome, "lost": lost}
+        pathlib.Path(RELIABILITY).mkdir(parents=True, exist_ok=True)
+        (pathlib.Path(RELIABILITY) / f"{name}.json").write_text(json.dumps(line) + "\n", encoding="utf-8")
 
 
 def read_csv(text):

@@ -16,7 +16,7 @@ import sqlite3
 import subprocess
 import time
 
-from harness import PROGRAM, REFUSED_PLUGINS, AssayTest, data_folder, main, obey_permissions
+from harness import PROGRAM, REFUSED_PLUGINS, AssayTest, data_folder, main, obey_permissions, reliability
 
 TINY = """
 name = "{name}"
@@ -211,6 +211,8 @@ class Interrupted(CampaignTest):
         self.assertGreater(kills, 0, f"seed {seed}: no run was killed")
         self.run_tiny()
         self.assertEqual(self.table(), self.table("clean"), f"seed {seed}")
+        reliability("SIGKILL of `assay run` at random moments", kills, "the same command goes on; the same values",
+                    "running cells")
 
     def test_no_worker_outlives_a_killed_run(self):
         process = self.start_assay("run", "tiny.toml", "--out", "results", start_new_session=True)
@@ -229,6 +231,8 @@ class Interrupted(CampaignTest):
         self.run_tiny("clean")
         for number, pause in [(signal.SIGINT, 0.5), (signal.SIGTERM, 1.5)]:
             process = self.start_assay("run", "tiny.toml", "--out", "results", start_new_session=True)
+            while not (self.dir / "results/assay.sqlite").exists() and process.poll() is None:
+                time.sleep(0.01)  # it reads the campaign
             time.sleep(pause)
             os.killpg(process.pid, number)
             out, err = process.communicate(timeout=60)
@@ -256,6 +260,7 @@ class Interrupted(CampaignTest):
             self.check_sentence(second.stderr, ["results"])
         first.communicate()
         self.assertEqual(first.returncode, 0)
+        reliability("two runs write into one directory", 1, "the second one is refused, the first one goes on", "nothing")
 
 
 class FullDisk(CampaignTest):
@@ -279,6 +284,8 @@ class FullDisk(CampaignTest):
         self.assay("run", "tiny.toml", "--out", "disk/results")
         self.run_tiny("clean")
         self.assertEqual(self.table("disk/results"), self.table("clean"))
+        reliability("a full disk (tmpfs of 96 kB)", 1, "one sentence, exit status 1; with room again it goes on",
+                    "running cells")
 
     def test_report_and_export_are_whole_or_not_at_all(self):
         self.make_disk("1m")
@@ -469,6 +476,7 @@ class BadDirectories(CampaignTest):
         done = self.run_assay("run", "tiny.toml", "--out", "locked/results", preexec_fn=obey_permissions)
         self.assertEqual(done.returncode, 1, done.stderr)
         self.check_sentence(done.stderr, ["locked/results"])
+        reliability("a folder that may not be written", 1, "one sentence, exit status 1", "nothing")
 
 
 class Workers(AssayTest):

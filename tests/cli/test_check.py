@@ -154,11 +154,13 @@ class Refused(AssayTest):
             self.write("robot.xml", text)
             self.refused("check", "robot.xml", naming=["robot.xml", *naming])
 
-    def test_an_include_from_another_folder_is_read(self):
+    def test_an_include_from_another_folder_is_read_on_request(self):
         self.write("part.xml", BALL)
         (self.dir / "robot").mkdir()
         self.write("robot/robot.xml", '<mujoco><include file="../part.xml"/></mujoco>')
-        self.assertEqual(self.assay_json("check", "robot/robot.xml", "--json")["model"]["bodies"], 1)
+        self.refused("check", "robot/robot.xml", naming=["part.xml", "--allow-external-files"])
+        self.assertEqual(
+            self.assay_json("check", "robot/robot.xml", "--json", "--allow-external-files")["model"]["bodies"], 1)
 
     def test_expanded_xacro_is_another_file(self):
         self.write("robot.urdf", '<robot name="r" xmlns:xacro="x"><xacro:macro name="m"/></robot>')

@@ -53,10 +53,10 @@ def mesh(uri, scale=""):
 
 
 class Meshes(AssayTest):
-    def ground_height(self, text):
+    def ground_height(self, text, *options):
         """Where --ground puts the plane: the lowest point of the hull."""
         self.write("ws/my_robot/urdf/arm.urdf", text)
-        model = self.assay_json("check", "ws/my_robot/urdf/arm.urdf", "--ground", "--json")["model"]
+        model = self.assay_json("check", "ws/my_robot/urdf/arm.urdf", "--ground", "--json", *options)["model"]
         self.assertEqual(model["planes"], 1)
         return model["contact_pairs"], model["hash"]
 
@@ -68,7 +68,10 @@ class Meshes(AssayTest):
         pairs, first = self.ground_height(arm(mesh("package://my_robot/meshes/box.stl")))
         self.assertEqual(pairs, 1)
         self.assertNotEqual(self.ground_height(arm(mesh("package://my_robot/meshes/box.stl", ' scale="1 1 2"')))[1], first)
-        self.assertEqual(self.ground_height(arm(mesh("../meshes/box.stl")))[1], first)
+        beside = arm(mesh("../meshes/box.stl"))
+        self.assertEqual(self.ground_height(beside, "--allow-external-files")[1], first)
+        self.write("ws/my_robot/package.xml", "<package><name>my_robot</name></package>")
+        self.assertEqual(self.ground_height(beside)[1], first, "the file's package is its folder")
 
     def test_missing_mesh_names_where_it_was_looked_for(self):
         self.write("arm.urdf", arm(mesh("package://elsewhere/box.stl")))

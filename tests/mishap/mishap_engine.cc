@@ -3,13 +3,19 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <exception>
+#include <fcntl.h>
 #include <limits>
 #include <memory>
+#include <new>
+#include <string>
 #include <string_view>
+#include <sys/socket.h>
+#include <sys/stat.h>
 #include <thread>
 #include <unistd.h>
 #include <utility>
@@ -51,10 +57,59 @@ volatile bool ever = false;
 }
 // NOLINTEND(cppcoreguidelines-no-malloc)
 
-// Writes where the worker answers.
+// Writes where the worker answers, whatever descriptor that is.
 void answer(std::string_view line) {
-  constexpr int kWorkerSocket = 3;
-  [[maybe_unused]] const ssize_t ignored = ::write(kWorkerSocket, line.data(), line.size());
+  constexpr int kMostDescriptors = 1024;
+  for (int descriptor = 3; descriptor < kMostDescriptors; ++descriptor) {
+    int type = 0;
+    socklen_t size = sizeof type;
+    if (::getsockopt(descriptor, SOL_SOCKET, SO_TYPE, &type, &size) != 0) continue;
+    [[maybe_unused]] const ssize_t ignored = ::write(descriptor, line.data(), line.size());
+  }
+}
+
+// Of the environment: where a fault that others see leaves its mark.
+const char* mark_file() {
+  const char* file = std::getenv("ASSAY_MISHAP_MARK");
+  return file == nullptr ? "/dev/null" : file;
+}
+
+// SIGKILL, as the kernel sends it when memory runs out, so many times in all processes together.
+void be_killed(long long times) {
+  const int file = ::open(mark_file(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
+  struct stat facts{};
+  if (file < 0 || ::fstat(file, &facts) != 0) return;
+  if (facts.st_size < times && ::write(file, "k", 1) == 1) ::kill(::getpid(), SIGKILL);
+  ::close(file);
+}
+
+// A process that leaves the worker's group and session and goes on for minutes; its number is in the file.
+void leave_a_process() {
+  const pid_t child = ::fork();
+  if (child != 0) return;
+  ::setsid();
+  if (::fork() != 0) ::_exit(0);
+  const int file = ::open(mark_file(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
+  const std::string text = std::to_string(::getpid()) + "\n";
+  [[maybe_unused]] const ssize_t written = ::write(file, text.data(), text.size());
+  ::close(file);
+  constexpr unsigned kSeconds = 300;
+  ::sleep(kSeconds);
+  ::_exit(0);
+}
+
+// Memory that is hardly used, so that it takes no time, until there is no more.
+void hoard() {
+  constexpr size_t kBlock = size_t{64} << 20;
+  while (!ever) {
+    *static_cast<volatile char*>(::operator new(kBlock)) = 1;
+  }
+}
+
+// Bytes without a line's end, for ever.
+void flood() {
+  const std::string block(1 << 20, 'x');
+  while (!ever) answer(block);
 }
 
 class MishapSimulation final : public Simulation {
@@ -68,7 +123,22 @@ class MishapSimulation final : public Simulation {
     for (int i = 0; i < count; ++i) step();
   }
 
-  void read_state(State& out) const override { out = state_; }
+  void read_state(State& out) const override {
+    out = state_;
+    const auto& fault = settings_.get<std::string>("fault");
+    if (steps_ < settings_.get<long long>("at_step")) return;
+    if (fault == "wrong-size") {
+      out.bodies.pop_back();
+    } else if (fault == "zero-orientation") {
+      out.bodies[0].q_WB = Quat(0, 0, 0, 0);
+    } else if (fault == "backward") {
+      out.time = start_ - static_cast<double>(steps_) * settings_.timestep;
+    } else if (fault == "nan-time") {
+      out.time = std::numeric_limits<double>::quiet_NaN();
+    } else if (fault == "nan-angle") {
+      for (double& angle : out.position) angle = std::numeric_limits<double>::quiet_NaN();
+    }
+  }
   EngineView view() const override { return {}; }
 
  private:
@@ -127,6 +197,25 @@ class MishapSimulation final : public Simulation {
       throw SystemError("the machine is to blame");
     } else if (fault == "garble") {
       answer("{\"kind\": \"done\"}\n");
+    } else if (fault == "killed") {
+      be_killed(settings_.get<long long>("times"));
+    } else if (fault == "leave") {
+      leave_a_process();
+    } else if (fault == "hoard") {
+      hoard();
+    } else if (fault == "flood") {
+      flood();
+    } else if (fault == "forge-done") {
+      answer(
+          "{\"kind\": \"done\", \"cells\": [{\"measure\": \"drift\", \"ending\": {\"outcome\": \"ok\", \"reason\": "
+          "\"\"}, \"values\": [], \"samples\": []}], \"engine_s\": 0, \"cpu_s\": 0, \"step_us\": 0}\n");
+    } else if (fault == "forge-tests") {
+      while (!ever) {
+        answer(
+            "{\"kind\": \"test\", \"test\": \"x\", \"status\": \"pass\", \"figure\": null, \"tolerance\": null, "
+            "\"unit\": \"\", \"note\": \"\"}\n");
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+      }
     } else if (fault == "forge") {
       answer("{\"kind\": \"ready\", \"core\": 0, \"clock_s\": 1}\n");
     } else if (fault == "chatter") {
@@ -147,6 +236,7 @@ class MishapEngine final : public Engine {
   std::vector<Setting> settings() const override {
     return {{"fault", std::string("none"), "", "what happens", faults()},
             {"at_step", 10LL, "", "when it happens, in steps of an instance"},
+            {"times", 1LL, "", "how often, where it counts over all processes"},
             {"from_ms", 0.0, "ms", "the smallest timestep at which it happens"},
             {"loud", false, "", "say so on standard output before"}};
   }
@@ -164,6 +254,8 @@ class MishapEngine final : public Engine {
     const auto& fault = settings.get<std::string>("fault");
     const std::string element = "body '" + model.bodies.front().name + "'";
     if (fault == "refuse") return {{Fidelity::kRefused, element, "give it to somebody else"}};
+    if (fault == "abort-in-check") std::abort();
+    if (fault == "exit-in-check") std::exit(0);
     if (fault == "inexact") return {{Fidelity::kApproximated, element, "rounded"}};
     return {};
   }
@@ -174,11 +266,26 @@ class MishapEngine final : public Engine {
 
  private:
   static std::vector<std::string> faults() {
-    return {"none",         "slow",        "crash",        "abort",        "exit",     "exit-as-if-done",
-            "exit-at-once", "terminate",   "free-twice",   "write-beyond", "overflow", "loop",
-            "hang",         "nan",         "far",          "fast",         "throw",    "throw-foreign",
-            "throw-number", "throw-input", "throw-system", "chatter",      "refuse",   "inexact",
-            "garble",       "forge"};
+    return {"none",         "slow",
+            "crash",        "abort",
+            "exit",         "exit-as-if-done",
+            "exit-at-once", "terminate",
+            "free-twice",   "write-beyond",
+            "overflow",     "loop",
+            "hang",         "nan",
+            "far",          "fast",
+            "throw",        "throw-foreign",
+            "throw-number", "throw-input",
+            "throw-system", "chatter",
+            "refuse",       "inexact",
+            "garble",       "forge",
+            "forge-done",   "forge-tests",
+            "killed",       "leave",
+            "hoard",        "flood",
+            "wrong-size",   "zero-orientation",
+            "backward",     "nan-time",
+            "nan-angle",    "abort-in-check",
+            "exit-in-check"};
   }
 };
 

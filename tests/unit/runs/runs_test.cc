@@ -26,6 +26,7 @@
 #include "base/paths.h"
 #include "coordinator/rerun.h"
 #include "coordinator/run.h"
+#include "reliability.h"
 #include "store/trajectory.h"
 #include "temp_folder.h"
 
@@ -167,6 +168,9 @@ TEST_P(FaultTest, IsAnOutcomeWithAReason) {
     EXPECT_EQ(value(broken, "energy_drift").has_value(),
               GetParam().outcome == Outcome::kUnstable || GetParam().outcome == Outcome::kOk);
   }
+  if (GetParam().outcome == Outcome::kOk) return;
+  reliability(fmt::format("an engine's fault: {}", GetParam().name), 2,
+              fmt::format("{}: {}", outcome_text(GetParam().outcome), GetParam().reason), "that cell");
 }
 
 // The C library aborts on a heap that was damaged; the address sanitizer sees the damage first and exits.
@@ -191,8 +195,16 @@ INSTANTIATE_TEST_SUITE_P(
         Fault{"throw-number", Outcome::kCrashed, "no std::exception"},
         Fault{"throw-input", Outcome::kCrashed, "the user is to blame"},
         Fault{"throw-system", Outcome::kCrashed, "the machine is to blame"}, Fault{"chatter", Outcome::kOk, ""},
-        Fault{"garble", Outcome::kCrashed, "the worker's answer is damaged: 'done.cells' is missing"},
-        Fault{"forge", Outcome::kCrashed, "the worker answered with 'ready'"},
+        Fault{"garble", Outcome::kCrashed, "something other than the worker wrote"},
+        Fault{"forge", Outcome::kCrashed, "something other than the worker wrote"},
+        Fault{"forge-done", Outcome::kCrashed, "something other than the worker wrote"},
+        Fault{"forge-tests", Outcome::kCrashed, "something other than the worker wrote"},
+        Fault{"flood", Outcome::kCrashed, "longer than 64 MiB"},
+        Fault{"wrong-size", Outcome::kCrashed, "the engine gave 4 bodies where the model has 5"},
+        Fault{"backward", Outcome::kCrashed, "was asked for"},
+        Fault{"nan-time", Outcome::kDiverged, "the engine gave a non-finite number"},
+        Fault{"nan-angle", Outcome::kDiverged, "the engine gave a non-finite number"},
+        Fault{"zero-orientation", Outcome::kDiverged, "the engine gave an orientation of length 0"},
         Fault{"refuse", Outcome::kUnsupported, "give it to somebody else"}),
     [](const auto& test) {
       std::string name = test.param.name;
@@ -244,6 +256,179 @@ TEST_F(RunsTest, FaultsWhileTiming) {
   }
 }
 
+// ---- what comes from outside, and what is left behind -------------------------------------------------------------------
+
+pid_t start_run(const Campaign& campaign, const RunOptions& options, const std::string& mark);
+Campaign real_campaign(const std::string& measures = R"("raw_speed", "consistency", "truth", "drift")");
+
+void write_mark(const std::string& path, size_t size) { std::ofstream(path) << std::string(size, 'k'); }
+
+// Where faults that other processes see leave their mark.
+std::string mark_here(const std::string& path) {
+  ::setenv("ASSAY_MISHAP_MARK", path.c_str(), 1);
+  return path;
+}
+
+// SIGKILL, as the kernel sends it when memory runs out: the cell is measured by another worker.
+TEST_F(RunsTest, AKilledWorkerIsReplaced) {
+  for (const char* measures : {R"("drift")", R"("consistency", "drift")", R"("raw_speed")"}) {
+    const std::string out = dir(fmt::format("out{}", std::string_view(measures).size()));
+    const std::string mark = mark_here(out + ".mark");
+    const Campaign campaign = faulty_campaign("killed", ", times = 2, at_step = 3", measures);
+    const RunSummary summary = run_scored(campaign, out);
+    EXPECT_EQ(fs::file_size(mark), 2U) << "workers were killed";
+    EXPECT_EQ(summary.unmeasured, 0);
+    for (const Cell& cell : Store::open(out).cells()) {
+      EXPECT_EQ(cell.outcome, Outcome::kOk) << cell.contender << " " << cell.measure << ": " << cell.reason;
+    }
+  }
+  reliability("SIGKILL of a worker (as the out-of-memory killer sends it)", 6, "another worker measures the cell",
+              "the time of that worker");
+}
+
+// Killed each time: nothing is said of the contender, and the next start tries again.
+TEST_F(RunsTest, AWorkerThatIsAlwaysKilledIsNotMeasuredAndNotBlamed) {
+  mark_here(dir("mark"));
+  const Campaign campaign = faulty_campaign("killed", ", times = 1000, at_step = 3", R"("consistency", "raw_speed")");
+  const RunSummary summary = run_scored(campaign, dir());
+  EXPECT_EQ(summary.unmeasured, 5) << "reference, two of consistency, two of raw_speed";
+  {
+    const Store store = Store::open(dir());
+    for (const Cell& cell : store.cells()) EXPECT_NE(cell.contender, "broken") << cell.measure;
+    EXPECT_EQ(find(store, "sound", "consistency", 4).outcome, Outcome::kOk);
+  }
+  write_mark(dir("mark"), 1000);  // the memory is there again
+  const RunSummary again = run_campaign(campaign, options(dir()));
+  EXPECT_EQ(again.unmeasured, 0);
+  for (const Cell& cell : Store::open(dir()).cells()) EXPECT_EQ(cell.outcome, Outcome::kOk) << cell.reason;
+  reliability("SIGKILL of every worker of a contender", 9, "not measured, exit status 1; the next start measures it",
+              "nothing");
+}
+
+TEST_F(RunsTest, AKilledConformanceSuiteIsNotBlamedEither) {
+  mark_here(dir("mark"));
+  const Campaign campaign = faulty_campaign("killed", ", times = 1, at_step = 3");
+  run_campaign(campaign, options(dir()));
+  const std::vector<ConformanceRow> rows = Store::open(dir()).conformance();
+  EXPECT_FALSE(rows.empty());
+  for (const ConformanceRow& row : rows) EXPECT_EQ(row.note.find("signal 9"), std::string::npos) << row.test;
+  // The same verdicts as of an equal contender whose worker nobody killed.
+  std::map<std::string, std::string> verdicts;
+  for (const ConformanceRow& row : rows) {
+    const auto [found, fresh] = verdicts.emplace(row.test, row.status);
+    if (!fresh) {
+      EXPECT_EQ(found->second, row.status) << row.test;
+    }
+  }
+  reliability("SIGKILL of a worker within the conformance suite", 1, "the suite goes on from that test",
+              "the time of that test");
+}
+
+TEST_F(RunsTest, FailedCellsAreMeasuredAgainOnRequest) {
+  const Campaign campaign = faulty_campaign("none", "", R"("consistency", "drift")");
+  run_scored(campaign, dir());
+  const std::string whole = table(dir());
+  {
+    Store store = Store::create(dir(), {campaign.name, campaign.hash()});
+    for (Cell cell : store.cells()) {
+      if (cell.contender != "broken") continue;
+      cell.outcome = cell.timestep_ms == 4 ? Outcome::kTimeout : Outcome::kCrashed;
+      cell.reason = "signal 9 (Killed)";
+      cell.values.clear();
+      store.put_cell(cell);
+    }
+  }
+  EXPECT_NE(table(dir()), whole);
+  EXPECT_EQ(run_campaign(campaign, options(dir())).done_now, 0) << "what is stored stays";
+  RunOptions retry = options(dir());
+  retry.retry = true;
+  EXPECT_EQ(run_campaign(campaign, retry).done_now, 5);
+  EXPECT_EQ(table(dir()), whole);
+  EXPECT_EQ(run_campaign(campaign, retry).done_now, 0) << "nothing is left to try again";
+}
+
+TEST_F(RunsTest, WhatAnEngineStartsEndsWithItsWorker) {
+  const std::string mark = mark_here(dir("mark"));
+  run_scored(faulty_campaign("leave"), dir());
+  std::ifstream file(mark);
+  int left = 0;
+  for (pid_t process = 0; file >> process; ++left) {
+    bool gone = false;
+    for (int i = 0; i < 500 && !gone; ++i) {
+      gone = ::kill(process, 0) != 0;
+      if (!gone) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    EXPECT_TRUE(gone) << "process " << process << " outlives its worker";
+  }
+  EXPECT_GE(left, 2) << "one for each timestep, and of the look at the speed";
+  reliability("an engine starts a process that leaves its group and session", 2, "it ends with the worker", "nothing");
+}
+
+TEST_F(RunsTest, WhatAnEngineStartsEndsWithAKilledParent) {
+  const std::string mark = mark_here(dir("mark"));
+  const Campaign campaign = faulty_campaign("leave", ", at_step = 1");
+  pass_gate(campaign, dir());
+  const pid_t run = start_run(campaign, options(dir()), dir());
+  pid_t left = 0;
+  for (int i = 0; i < 1000 && left == 0; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    std::ifstream(mark) >> left;
+  }
+  ::kill(run, SIGKILL);
+  ::waitpid(run, nullptr, 0);
+  ASSERT_GT(left, 0);
+  bool gone = false;
+  for (int i = 0; i < 500 && !gone; ++i) {
+    gone = ::kill(left, 0) != 0;
+    if (!gone) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  EXPECT_TRUE(gone) << "process " << left << " outlives the killed run";
+  reliability("SIGKILL of the parent while an engine has a process of its own", 1, "it ends with the worker",
+              "nothing");
+}
+
+#ifndef __SANITIZE_ADDRESS__  // memory has no limit there
+TEST_F(RunsTest, AnEngineThatTakesAllMemoryFailsAlone) {
+  run_scored(faulty_campaign("hoard"), dir());
+  const Store store = Store::open(dir());
+  const Cell broken = find(store, "broken", "drift", 4);
+  EXPECT_EQ(outcome_text(broken.outcome), "crashed") << broken.reason;
+  EXPECT_THAT(broken.reason, HasSubstr("out of memory"));
+  EXPECT_EQ(find(store, "sound", "drift", 4).outcome, Outcome::kOk);
+  reliability("an engine takes all memory", 2, "crashed: out of memory, at 1 to 4 GiB a worker", "that cell");
+}
+#endif
+
+// Kept runs that were damaged or swapped since: all are found at one start, and are made again.
+TEST_F(RunsTest, DamagedRunsAreAllMadeAgainAtOneStart) {
+  const Campaign campaign = real_campaign(R"("consistency", "drift")");
+  run_scored(campaign, dir("whole"));
+  const std::string whole = table(dir("whole"));
+  // as if only the references had been reached
+  pass_gate(campaign, dir());
+  fs::copy(dir("whole") + "/trajectories", dir() + "/trajectories", fs::copy_options::recursive);
+  {
+    const Store store = Store::open(dir("whole"));
+    Store copy = Store::create(dir(), {campaign.name, campaign.hash()});
+    for (const Cell& cell : store.cells()) {
+      if (cell.measure == "reference") copy.put_cell(cell, store.samples(cell.id));
+    }
+  }
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(dir() + "/trajectories")) files.push_back(entry.path());
+  ASSERT_GE(files.size(), 3U);
+  const fs::path aside = dir("aside");
+  fs::rename(files[0], aside);
+  fs::rename(files[1], files[0]);
+  fs::rename(aside, files[1]);
+  fs::resize_file(files[2], 100);
+  const RunSummary summary = run_campaign(campaign, options(dir()));
+  EXPECT_FALSE(summary.interrupted);
+  EXPECT_EQ(table(dir()), whole);
+  reliability("kept runs are swapped and cut off between two starts", 3, "made again at one start, same values",
+              "the time of these runs");
+}
+
 // ---- the conformance suite -----------------------------------------------------------------------------------------------------------
 
 TEST_F(RunsTest, AContenderThatFailsTheConformanceSuiteIsNotScored) {
@@ -290,7 +475,7 @@ TEST_F(RunsTest, AContenderThatCrashesInTheConformanceSuiteFailsOnlyThoseTests) 
 
 // ---- values ---------------------------------------------------------------------------------------------------------------
 
-Campaign real_campaign(const std::string& measures = R"("raw_speed", "consistency", "truth", "drift")") {
+Campaign real_campaign(const std::string& measures) {
   return parse_campaign("name = \"real\"\ntimesteps_ms = [\"1/4\", 1, 4]\nreference_ms = \"1/8\"\nmeasures = [" +
                             measures +
                             "]\n[timing]\nrounds = 3\nbatch_ms = 2\n"
@@ -534,6 +719,49 @@ TEST_F(RunsTest, KilledAtRandomMomentsItEndsWithTheSameTable) {
   EXPECT_EQ(status, 0);
   EXPECT_GT(kills, 0);
   EXPECT_EQ(table(out), table(dir("whole"))) << "seed " << used_seed;
+  reliability("SIGKILL of the parent at random moments", kills, "the same command goes on; the same values",
+              "running cells");
+}
+
+// The worker processes of a run, below their guards.
+std::vector<pid_t> workers_of(pid_t run) {
+  const auto children = [](pid_t parent) {
+    std::vector<pid_t> found;
+    std::ifstream file(fmt::format("/proc/{0}/task/{0}/children", parent));
+    for (pid_t child = 0; file >> child;) found.push_back(child);
+    return found;
+  };
+  std::vector<pid_t> workers;
+  for (const pid_t guard : children(run)) {
+    for (const pid_t worker : children(guard)) workers.push_back(worker);
+  }
+  return workers;
+}
+
+// Workers are killed, and their guards: the run does not even stop.
+TEST_F(RunsTest, WorkersKilledAtRandomMomentsLeaveTheSameTable) {
+  const Campaign campaign = real_campaign();
+  run_scored(campaign, dir("whole"));
+  pass_gate(campaign, dir());
+  const unsigned used_seed = std::random_device{}();
+  std::mt19937 random(used_seed);
+  const pid_t run = start_run(campaign, options(dir()), dir());
+  constexpr int kMostKills = 25;
+  int kills = 0, status = 0;
+  while (::waitpid(run, &status, WNOHANG) == 0) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50 + random() % 150));
+    const std::vector<pid_t> workers = workers_of(run);
+    if (workers.empty() || kills >= kMostKills) continue;
+    // rarely enough that no job is lost three times
+    if (::kill(workers[random() % workers.size()], random() % 4 == 0 ? SIGTERM : SIGKILL) == 0) ++kills;
+  }
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+  EXPECT_GT(kills, 0);
+  int starts = 0;
+  while (run_campaign(campaign, options(dir())).unmeasured > 0 && starts < 3) ++starts;
+  EXPECT_EQ(table(dir()), table(dir("whole"))) << "seed " << used_seed;
+  reliability("SIGKILL and SIGTERM of workers at random moments", kills, "measured by other workers; the same values",
+              "the time of these workers");
 }
 
 TEST_F(RunsTest, AnInterruptStopsPolitely) {
@@ -558,6 +786,7 @@ TEST_F(RunsTest, AnInterruptStopsPolitely) {
     EXPECT_FALSE(rest.interrupted) << "the signal is forgotten";
     EXPECT_EQ(rest.done_before + rest.done_now, rest.cells);
   }
+  reliability("SIGINT and SIGTERM of the parent", 2, "stops within moments, the same command goes on", "running cells");
 }
 
 TEST_F(RunsTest, AFullDiskIsAnErrorThatLosesNothing) {
@@ -590,6 +819,8 @@ TEST_F(RunsTest, AFullDiskIsAnErrorThatLosesNothing) {
   // With room again the same call goes on.
   run_campaign(campaign, options(dir()));
   EXPECT_EQ(table(dir()), table(dir("whole")));
+  reliability("a full disk, or a limit of file sizes", 1, "a sentence, exit status 1; with room again it goes on",
+              "running cells");
 }
 
 TEST_F(RunsTest, AProgramThatCannotBeStartedIsSaid) {

@@ -1,0 +1,21 @@
+// Commands that read strangers' models and load plugins, in a process of their own: whatever becomes of that, the user
+// gets one sentence and a status.
+#pragma once
+
+#include <functional>
+#include <string>
+
+namespace assay::cli {
+
+// Runs `work`, a whole command, in a forked process and returns its status. Work that crashes, hangs or ends the
+// process is status kFailed, or kWrongInput where an Activity (base/activity.h) was reading a file, with a sentence on
+// standard error. SIGINT, SIGTERM and SIGHUP reach the work; the child ends with its parent.
+int contained(const std::function<int()>& work);
+
+// Runs `work` in a forked process, prints nothing, and throws what it throws: InputError with its text, and for any
+// other exception SystemError. Work that crashes, hangs, ends the process or takes too much memory is an InputError.
+// Where nothing is thrown, the caller can do the same work himself. `what` begins the sentence where no Activity does:
+// "reading the campaign 'x'".
+void rehearse(const std::string& what, const std::function<void()>& work);
+
+}  // namespace assay::cli

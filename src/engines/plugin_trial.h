@@ -1,0 +1,19 @@
+// Plugins are native code: one that is truncated, aborts or ends the process takes with it whoever loads it. So each is
+// loaded in a process of its own first.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace assay {
+
+// Calls `use` with each plugin, in order, in forked processes without output. Returns the plugins with which the
+// process did not go on, and why, as the end of a sentence: "ends the process that loads it (signal 7, Bus error)".
+// What `use` throws is such a reason too. The result is left in the environment, so that processes which this one
+// starts need not try again.
+std::map<std::string, std::string> refused_plugins(const std::vector<std::string>& plugins,
+                                                   const std::function<void(const std::string&)>& use);
+
+}  // namespace assay

@@ -1,0 +1,280 @@
+"""Strangers' files, deadly plugins and damaged results: each ends in one sentence and a status, in a few seconds."""
+
+import contextlib
+import os
+import pathlib
+import shutil
+import sqlite3
+import time
+
+from harness import BALL, DEADLY_PLUGINS, AssayTest, main, read_csv, reliability
+
+# Longer than any of them may take, on a machine that does other things too.
+PATIENCE = 60
+
+CAMPAIGN = """name = "faults"
+contenders = ["null"]
+timesteps_ms = [1]
+reference_ms = 1
+measures = ["drift"]
+[[system]]
+name = "ball"
+model = "./ball.xml"
+duration_s = 0.01
+contacts = false
+"""
+
+
+def mjcf(inside, attributes=""):
+    return f"<mujoco{attributes}>{inside}</mujoco>"
+
+
+def in_world(inside):
+    return mjcf(f"<worldbody>{inside}</worldbody>")
+
+
+FREE_BALL = '<body><freejoint/><geom size=".1"/></body>'
+
+HOSTILE = {
+    "a class name that is a format": in_world('<body><freejoint/><geom class="%s%n" size=".1"/></body>'),
+    "a class name that prints addresses": in_world('<body><freejoint/><geom class="%p%p" size=".1"/></body>'),
+    "a model that contains itself": mjcf('<asset><model name="m" file="hostile.xml"/></asset>'
+                                         '<worldbody><attach model="m" body="b" prefix="p"/></worldbody>'),
+    "a file that includes itself": mjcf('<include file="hostile.xml"/>'),
+    "2,000,000,000 numbers for each body": mjcf(f'<size nuser_body="2000000000"/><worldbody>{FREE_BALL}</worldbody>'),
+    "2,000,000,000 keyframes": mjcf(f'<size nkey="2000000000"/><worldbody>{FREE_BALL}</worldbody>'),
+    "a height field of 100,000 x 100,000": mjcf('<asset><hfield name="h" nrow="100000" ncol="100000" size="1 1 1 1"/>'
+                                                '</asset><worldbody><geom type="hfield" hfield="h"/></worldbody>'),
+    "50,000 free bodies": in_world(FREE_BALL * 50000),
+    "an element with 200,000 attributes": in_world("<body " + " ".join(f'a{i}="1"' for i in range(200000)) + "/>"),
+    "100,000 nested bodies": in_world("<body>" * 100000 + "</body>" * 100000),
+}
+
+
+class StrangersModels(AssayTest):
+    """Crashes, hangs and floods of MuJoCo's parser, which stay in the process that parses."""
+
+    def quickly_refused(self, *arguments, naming=()):
+        start = time.monotonic()
+        sentence = self.refused(*arguments, naming=naming)
+        self.assertLess(time.monotonic() - start, PATIENCE, sentence)
+        self.assertLess(len(sentence), 2000)
+        return sentence
+
+    def test_every_command_that_reads_a_model(self):
+        for name, text in HOSTILE.items():
+            with self.subTest(name):
+                self.write("hostile.xml", text)
+                self.quickly_refused("check", "hostile.xml", naming=["hostile.xml"])
+        reliability("models that crash, hang or flood the parser: " + ", ".join(HOSTILE), len(HOSTILE),
+                    "one sentence, exit status 2", "nothing")
+
+    def test_simulate_and_run_are_as_safe(self):
+        self.write("hostile.xml", HOSTILE["a class name that is a format"])
+        self.quickly_refused("simulate", "hostile.xml", "--engine", "null", "--timestep", 1, "--duration", 1, "--out",
+                             "-", naming=["hostile.xml", "class"])
+        self.quickly_refused("run", "hostile.xml", naming=["hostile.xml"])
+        self.write("ball.xml", HOSTILE["50,000 free bodies"])
+        self.write("faults.toml", CAMPAIGN)
+        self.quickly_refused("run", "faults.toml", "--out", "results", naming=["ball.xml"])
+
+    def test_include_that_is_a_pipe(self):
+        os.mkfifo(self.dir / "pipe.xml")
+        self.write("hostile.xml", mjcf('<include file="pipe.xml"/>'))
+        self.quickly_refused("check", "hostile.xml", naming=["pipe.xml", "regular file"])
+
+    def test_long_chain_of_links(self):
+        links = "".join(f'<link name="l{i}"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" '
+                        f'iyz="0"/></inertial></link>' for i in range(3000))
+        joints = "".join(f'<joint name="j{i}" type="revolute"><parent link="l{i}"/><child link="l{i + 1}"/>'
+                         f'<limit lower="-1" upper="1" effort="1" velocity="1"/></joint>' for i in range(2999))
+        self.write("long.urdf", f'<robot name="long">{links}{joints}</robot>')
+        start = time.monotonic()
+        done = self.run_assay("check", "long.urdf", "--json")
+        self.assertLess(time.monotonic() - start, PATIENCE)
+        if done.returncode != 0:
+            self.check_sentence(done.stderr, ["long.urdf"])
+
+    def test_campaign_with_a_key_of_many_dots(self):
+        self.write("deep.toml", "a" + ".a" * 100000 + " = 1\n")
+        self.quickly_refused("run", "deep.toml", "--out", "results", naming=["deep.toml"])
+        self.write("deep.toml", "a = " + "[" * 100000 + "]" * 100000 + "\n")
+        self.quickly_refused("run", "deep.toml", "--out", "results", naming=["deep.toml"])
+
+    def test_family_names_its_limit(self):
+        self.refused("check", "capsules-1000000", naming=["capsules-1000000", "10000"])
+
+
+class OutsideFiles(AssayTest):
+    """A model's files lie below its folder, unless the user says otherwise."""
+
+    def setUp(self):
+        super().setUp()
+        self.write("secret/part.xml", in_world(FREE_BALL))
+        self.write("secret/cube.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+
+    def test_includes_and_meshes(self):
+        models = {
+            "include": mjcf('<include file="../secret/part.xml"/>'),
+            "absolute": mjcf(f'<include file="{self.dir}/secret/part.xml"/>'),
+            "mesh": mjcf('<asset><mesh name="m" file="../secret/cube.obj"/></asset><worldbody><body><freejoint/>'
+                         '<geom type="mesh" mesh="m"/></body></worldbody>'),
+            "folder": mjcf('<compiler meshdir="../secret"/><asset><mesh name="m" file="cube.obj"/></asset><worldbody>'
+                           '<body><freejoint/><geom type="mesh" mesh="m"/></body></worldbody>'),
+        }
+        for name, text in models.items():
+            with self.subTest(name):
+                self.write("mine/robot.xml", text)
+                self.refused("check", "mine/robot.xml",
+                             naming=["secret", "outside the model's folder", "--allow-external-files"])
+                self.assay("check", "mine/robot.xml", "--allow-external-files")
+        (self.dir / "mine/link.xml").symlink_to(self.dir / "secret/part.xml")
+        self.write("mine/robot.xml", mjcf('<include file="link.xml"/>'))
+        self.refused("check", "mine/robot.xml", naming=["link.xml", "outside the model's folder"])
+
+    def test_urdf(self):
+        body = ('<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+                '<collision><geometry><mesh filename="{}"/></geometry></collision>')
+        robot = '<robot name="r"><link name="base">' + body + "</link></robot>"
+        self.write("mine/robot.urdf", robot.format("../secret/cube.obj"))
+        self.refused("check", "mine/robot.urdf", "--floating-base",
+                     naming=["cube.obj", "outside the model's folder", "--allow-external-files"])
+        self.assay("check", "mine/robot.urdf", "--floating-base", "--allow-external-files")
+        self.write("mine/robot.urdf", robot.format("package://parts/cube.obj"))
+        self.assay("check", "mine/robot.urdf", "--floating-base", "--package", f"parts={self.dir}/secret")
+        self.write("mine/robot.urdf", robot.format("package://parts/../secret/cube.obj"))
+        self.refused("check", "mine/robot.urdf", "--floating-base", "--package", f"parts={self.dir}/secret",
+                     naming=["outside the model's folder"])
+
+
+class DeadlyPlugins(AssayTest):
+    """A plugin that ends the process which loads it is left out by name, and nothing else is."""
+
+    def test_each_is_named_and_the_others_work(self):
+        expected = {"aborter": "signal 6", "exiter": "exit status 0", "nameaborter": "signal 6",
+                    "exitlister": "exit status 0", "unable": "nothing is known"}
+        folder = self.dir / "plugins"
+        shutil.copytree(DEADLY_PLUGINS, folder)
+        # a file that ends in the middle: a page that is not there
+        whole = pathlib.Path(DEADLY_PLUGINS) / "assay-engine-unable.so"
+        (folder / "assay-engine-cut.so").write_bytes(whole.read_bytes()[:6000])
+        self.env["ASSAY_ENGINE_PATH"] = str(folder)
+        listed = self.assay_json("engines", "--json")
+        absent = {row["engine"]: row["reason"] for row in listed["absent"]}
+        for name, reason in expected.items():
+            self.assertIn(reason, absent[name], name)
+        self.assertIn("cut", absent)
+        self.assertIn("null", [row["contender"] for row in listed["contenders"]])
+        self.write("ball.xml", BALL)
+        self.write("faults.toml", CAMPAIGN)
+        self.assay("check", "ball.xml")
+        self.assay("simulate", "ball.xml", "--engine", "null", "--timestep", 1, "--duration", 0.01, "--out", "-")
+        self.assay("run", "faults.toml", "--out", "results")
+        self.refused("simulate", "ball.xml", "--engine", "exiter", "--timestep", 1, "--duration", 1, "--out", "-",
+                     naming=["exiter", "absent"])
+        reliability("plugins that abort, exit(0), throw or are cut off: when loaded, in name(), contenders(), capabilities()",
+                    len(expected) + 1, "left out, by name and reason", "that engine")
+
+    def test_an_engine_that_ends_the_process_when_it_is_asked_about_a_model(self):
+        self.use_mishap_engine()
+        self.write("ball.xml", BALL)
+        for fault in ("abort", "exit"):
+            with self.subTest(fault):
+                contender = f"mishap-{fault}-in-check"
+                self.refused("simulate", "ball.xml", "--engine", contender, "--timestep", 1, "--duration", 1, "--out", "-",
+                             naming=["asking", contender])
+        # they ask every contender
+        self.refused("run", "ball.xml", naming=["asking mishap-"])
+        self.refused("check", "ball.xml", naming=["asking mishap-"])
+        reliability("an engine aborts or calls exit(0) in check()", 2, "one sentence, exit status 2", "nothing")
+
+
+class EnginesOutput(AssayTest):
+    def test_what_an_engine_prints_is_not_in_the_table(self):
+        self.use_mishap_engine()
+        self.write("ball.xml", BALL)
+        done = self.run_assay("simulate", "ball.xml", "--engine", "mishap-chatter", "--timestep", 1, "--duration", 0.02,
+                              "--out", "-")
+        self.assertEqual(done.returncode, 0, done.stderr[-1000:])
+        self.assertEqual(len(read_csv(done.stdout)), 21)
+        self.assertEqual(done.stdout.count("\n"), 22)
+        self.assertIn("very many lines", done.stderr)
+
+    def test_states_that_cannot_be_are_no_rows(self):
+        self.use_mishap_engine()
+        self.write("ball.xml", BALL)
+        for fault, says in {"wrong-size": "0 bodies where the model has 1", "zero-orientation": "length 0",
+                            "nan-time": "non-finite"}.items():
+            done = self.run_assay("simulate", "ball.xml", "--engine", f"mishap-{fault}", "--timestep", 1, "--duration",
+                                  0.02, "--out", "run.csv")
+            self.assertEqual(done.returncode, 1, fault)
+            self.check_sentence(done.stderr, ["the engine gave", says])
+
+
+class Escapes(AssayTest):
+    def test_names_do_not_reach_the_terminal_raw(self):
+        self.write("ball.xml", BALL.replace('name="ball"', 'name="b&#27;[31m&#7;"'))
+        status, shown = self.on_terminal("check", "ball.xml", NO_COLOR="1")
+        self.assertEqual(status, 0, shown)
+        self.assertNotIn("\x1b[31m", shown)
+        self.assertNotIn("\x07", shown)
+        status, shown = self.on_terminal("check", "no\x1b[31mfile.xml", NO_COLOR="1")
+        self.assertEqual(status, 2)
+        self.assertNotIn("\x1b[31m", shown)
+
+
+class Numbers(AssayTest):
+    def campaign(self, **changes):
+        text = CAMPAIGN
+        for old, new in changes.values():
+            self.assertIn(old, text)
+            text = text.replace(old, new)
+        self.write("ball.xml", BALL)
+        self.write("faults.toml", text)
+
+    def test_limits_that_overflow(self):
+        self.campaign(limit=("timesteps_ms", "time_limit_s = 1e10\ntimesteps_ms"))
+        self.refused("run", "faults.toml", "--out", "results", naming=["time_limit_s", "10000000000", "at most"])
+
+    def test_durations_that_nobody_can_wait_for(self):
+        self.campaign(long=("duration_s = 0.01", "duration_s = 1e12"))
+        self.refused("run", "faults.toml", "--out", "results", naming=["duration_s", "at most"])
+        self.campaign(long=("duration_s = 0.01", "duration_s = 1e12\nsample_ms = 1e12\ntiming_ms = [1]"))
+        self.refused("run", "faults.toml", "--out", "results", naming=["duration_s", "at most"])
+
+
+class DamagedResults(AssayTest):
+    def setUp(self):
+        super().setUp()
+        self.write("ball.xml", BALL)
+        self.write("faults.toml", CAMPAIGN.replace('["null"]', '["mujoco-euler"]').replace(
+            '["drift"]', '["consistency"]').replace("0.01", "0.128\npiece_ms = 64"))
+        self.assay("run", "faults.toml", "--out", "results")
+
+    def test_damaged_runs_are_named_by_the_export(self):
+        files = list((self.dir / "results/trajectories").glob("*.bin"))
+        self.assertTrue(files)
+        for file in files:
+            file.write_bytes(file.read_bytes()[:-1])
+        done = self.run_assay("export", "results", "--trajectories", "csv", "--out", "states")
+        self.assertEqual(done.returncode, 1, done.stderr)
+        for file in files:
+            self.assertIn(file.name, done.stderr)
+        self.assertIn("damaged", done.stderr)
+
+    def test_damaged_cells_are_named_and_measured_again(self):
+        values = self.assay("export", "results", "--format", "csv")
+        with contextlib.closing(sqlite3.connect(self.dir / "results/assay.sqlite")) as db:
+            db.execute("UPDATE \"values\" SET value = value + 1 WHERE name = 'consistency'")
+            db.commit()
+        self.refused("export", "results", "--format", "csv", naming=["damaged", "consistency of ball", "--retry"])
+        self.refused("report", "results", naming=["damaged"])
+        self.refused("run", "faults.toml", "--out", "results", naming=["damaged", "--retry"])
+        self.assay("run", "faults.toml", "--out", "results", "--retry")
+        self.assertEqual(self.assay("export", "results", "--format", "csv"), values)
+        reliability("a stored value changes on the disk", 1, "named when it is read; --retry measures the cell again",
+                    "that cell")
+
+
+if __name__ == "__main__":
+    main()
