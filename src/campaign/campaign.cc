@@ -18,6 +18,7 @@
 #include "base/text.h"
 #include "campaign/roster.h"
 #include "campaign/section.h"
+#include "campaign/sweep.h"
 #include "measures/run_measures.h"
 #include "model/mjcf.h"
 #include "reference/smooth.h"
@@ -678,7 +679,7 @@ Campaign parse_campaign(const std::string& toml_text, const std::string& source,
   }
   const Section root(table, "a campaign", source);
   root.allow({"name", "title", "contenders", "timesteps_ms", "reference_ms", "measures", "time_limit_s", "seed",
-              "reference_single_ms", "timing", "system", "contender", "ratio", "search"});
+              "reference_single_ms", "timing", "system", "contender", "ratio", "search", "sweep"});
   Campaign campaign;
   campaign.source = source;
   campaign.name = root.required_text("name");
@@ -719,6 +720,7 @@ Campaign parse_campaign(const std::string& toml_text, const std::string& source,
     }
   }
   campaign.contenders = std::move(roster).contenders();
+  add_variants(root, registry, campaign);
   if (const toml::node* node = root.find("timing")) {
     const Section timing(*node->as_table(), "[timing]", source);
     add_twins(timing, campaign);

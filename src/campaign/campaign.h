@@ -71,6 +71,10 @@
 //   base = "mujoco-euler"
 //   set = {iterations = 50}                        # optional: settings that differ from the base's
 //
+//   [[sweep]]                                      # optional: contenders over lists of their settings (sweep.h)
+//   contenders = ["mujoco-*"]
+//   iterations = [2, 10, 50]
+//
 //   [[ratio]]                                      # optional: a contender's step time over another's, with an interval
 //   of = "jolt-f32-wasm"
 //   to = "jolt-f32"
@@ -147,6 +151,7 @@ struct CampaignContender {
   std::string plugin_hash;  // content address of the adapter's library
   std::string absent;       // why the contender cannot be run here, "" when it can
   bool twin = false;        // the same as another one: only timed, to show the error of the timing
+  std::string varies;       // the contender of which a sweep made it by other settings; "" when none did
 
   // Everything that decides what it computes except the timestep, as text; names do not count.
   std::string content() const;
@@ -172,6 +177,7 @@ struct Campaign {
   double time_limit_s = 600;
   long long seed = 1;
   std::optional<SearchTable> search;  // not part of the hash
+  std::vector<std::string> notes;     // what a reader should know before it runs: one sentence each
 
   // Content address of everything that decides which cells there are and what they give: systems by content, contenders
   // with their adapters' builds, timesteps, measures.

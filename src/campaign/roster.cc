@@ -55,19 +55,11 @@ std::map<std::string, std::string> overrides_of(const Section& section) {
   const toml::table* table = node->as_table();
   if (table == nullptr) section.fail(node, fmt::format("'set' is {}: give {{key = value, ...}}", node_text(*node)));
   for (const auto& [key, value] : *table) {
-    std::string text;
-    if (const auto* boolean = value.as_boolean()) {
-      text = boolean->get() ? "on" : "off";
-    } else if (const auto* integer = value.as_integer()) {
-      text = std::to_string(integer->get());
-    } else if (const auto* number = value.as_floating_point()) {
-      text = shortest(number->get());
-    } else if (const auto* string = value.as_string()) {
-      text = string->get();
-    } else {
+    const auto text = setting_value_text(value);
+    if (!text) {
       section.fail(&value, fmt::format("setting '{}' is {}: give one value", std::string_view(key), node_text(value)));
     }
-    overrides[std::string(key.str())] = text;
+    overrides[std::string(key.str())] = *text;
   }
   return overrides;
 }

@@ -50,6 +50,14 @@ std::vector<std::string> measure_names() {
   return names;
 }
 
+std::optional<std::string> setting_value_text(const toml::node& node) {
+  if (const auto* boolean = node.as_boolean()) return boolean->get() ? "on" : "off";
+  if (const auto* integer = node.as_integer()) return std::to_string(integer->get());
+  if (const auto* number = node.as_floating_point()) return shortest(number->get());
+  if (const auto* string = node.as_string()) return string->get();
+  return std::nullopt;
+}
+
 std::string node_text(const toml::node& node) {
   std::ostringstream out;
   node.visit([&](const auto& value) {

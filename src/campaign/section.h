@@ -17,6 +17,9 @@ namespace assay {
 // Every measure's name in campaigns.
 std::vector<std::string> measure_names();
 
+// One value of an engine's setting as in `--set`; nothing where the node is a list, a table or a date.
+std::optional<std::string> setting_value_text(const toml::node& node);
+
 // A value as messages show it.
 std::string node_text(const toml::node& node);
 

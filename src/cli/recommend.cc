@@ -240,11 +240,21 @@ Json candidate_json(const SystemAnswers& answers, const Question& question, size
     worst[name]["at_ms"] = of.at_ms;
     if (of.is_bound) worst[name]["bound"] = true;
   }
+  Json settings = Json::array();
+  for (const SettingChange& change : answers.changes.at(point.contender)) {
+    settings.push_back({{"setting", change.setting},
+                        {"value", change.value},
+                        {"default", change.otherwise.empty() ? Json(nullptr) : Json(change.otherwise)},
+                        {"unit", change.unit},
+                        {"meaning", change.meaning}});
+  }
   const std::string first = question.asked.empty() ? answers.main : question.asked.front().value.name;
   return {{"contender", point.contender},
           {"timestep_ms", point.timestep_ms},
           {"realtime_factor", interval_json(candidate.speed.factor)},
           {"error", worst.contains(first) ? interval_json(candidate.worst.at(first).value) : Json(nullptr)},
+          {"varies", point.varies},
+          {"settings", std::move(settings)},
           {"timed", candidate.speed.timed},
           {"between_ms", {candidate.speed.below_ms, candidate.speed.above_ms}},
           {"coverage", candidate.speed.coverage ? Json(*candidate.speed.coverage) : Json(nullptr)},
@@ -327,6 +337,9 @@ void add_best(const SystemAnswers& answers, const Question& question, const Reco
   answer.part(
       fmt::format("{}: {}, {} real time", answers.system, place_text(point), realtime_text(best.speed.factor.value)));
   answer.line("asked:  " + limits_text(question));
+  const std::vector<SettingChange>& changes = answers.changes.at(point.contender);
+  if (changes.empty()) answer.line("settings:  the adapter's defaults");
+  for (const SettingChange& change : changes) answer.line("setting:  " + change_text(change));
   answer.line(fmt::format("speed:  {}, {}", with_interval(best.speed.factor, "1"),
                           best.speed.timed
                               ? "timed at this timestep"

@@ -16,7 +16,8 @@ using conformance::Subject;
 using conformance::Verdict;
 
 // The capability that a test requires of a contender.
-enum class Need { kNothing, kTorques, kSprings, kArmature, kJointLimits, kContact };
+// kRigidContact: contacts that do not give way more than the engine's own do.
+enum class Need { kNothing, kTorques, kSprings, kArmature, kJointLimits, kContact, kRigidContact, kCompliance };
 
 // The features of models that a test requires: all of them declared, or with kAny one. An approximated one counts,
 // unless the test is `exact`; the contender then declares a deviation where its approximation exceeds the tolerance.
@@ -74,13 +75,14 @@ const std::vector<Entry>& entries() {
        conformance::joint_limit},
       {"wide-range", "a wheel under a torque turns more than once, to the end of its range, and rests there",
        Need::kJointLimits, conformance::wide_range},
-      {"resting-height", "balls and capsules rest on a plane and on fixed capsules at their radius", Need::kContact,
-       conformance::resting_height},
-      {"sliding-capsule", "a sliding capsule stops after v^2/(2 mu g)", Need::kContact, conformance::sliding_capsule},
-      {"sphere-rolls", "a sliding ball rolls at 5/7 of its speed", Need::kContact, conformance::sphere_rolls},
+      {"resting-height", "balls and capsules rest on a plane and on fixed capsules at their radius",
+       Need::kRigidContact, conformance::resting_height},
+      {"sliding-capsule", "a sliding capsule stops after v^2/(2 mu g)", Need::kRigidContact,
+       conformance::sliding_capsule},
+      {"sphere-rolls", "a sliding ball rolls at 5/7 of its speed", Need::kRigidContact, conformance::sphere_rolls},
       {"friction-per-pair", "each pair has the model's friction, however the shapes' own would combine", Need::kContact,
        conformance::friction_per_pair},
-      {"bodies-collide", "moving balls and capsules stop each other and keep their momentum", Need::kContact,
+      {"bodies-collide", "moving balls and capsules stop each other and keep their momentum", Need::kRigidContact,
        conformance::bodies_collide},
       {"excluded-pairs", "what is no contact pair of the model does not collide", Need::kContact,
        conformance::excluded_pairs},
@@ -196,44 +198,48 @@ const std::vector<Entry>& entries() {
        {.of = {kTendonDryFriction}}},
       {"resting-shapes",
        "boxes, hulls, cylinders and ellipsoids rest on a plane and on a fixed box",
-       Need::kContact,
+       Need::kRigidContact,
        conformance::resting_shapes,
        {.of = {kBox, kHull, kCylinder, kEllipsoid}, .any = true}},
       {"box-slides",
        "a box on a slope slides where tan(angle) exceeds mu",
-       Need::kContact,
+       Need::kRigidContact,
        conformance::box_slides,
        {.of = {kBox}}},
       {"box-tips",
        "a box on a slope tips where tan(angle) exceeds width over height",
-       Need::kContact,
+       Need::kRigidContact,
        conformance::box_tips,
        {.of = {kBox}}},
-      {"hull-slides", "the hull of a box slides as the box", Need::kContact, conformance::hull_slides, {.of = {kHull}}},
-      {"hull-tips", "the hull of a box tips as the box", Need::kContact, conformance::hull_tips, {.of = {kHull}}},
+      {"hull-slides",
+       "the hull of a box slides as the box",
+       Need::kRigidContact,
+       conformance::hull_slides,
+       {.of = {kHull}}},
+      {"hull-tips", "the hull of a box tips as the box", Need::kRigidContact, conformance::hull_tips, {.of = {kHull}}},
       {"cylinder-rolls",
        "a cylinder rolls down a slope at 2/3 g sin(angle)",
-       Need::kContact,
+       Need::kRigidContact,
        conformance::cylinder_rolls,
        {.of = {kCylinder}}},
       {"ellipsoid-rocks",
        "an ellipsoid rocks about its flat side in the right period",
-       Need::kContact,
+       Need::kRigidContact,
        conformance::ellipsoid_rocks,
        {.of = {kEllipsoid}}},
       {"height-field",
        "a flat height field is a plane, one with a slope a tilted plane",
-       Need::kContact,
+       Need::kRigidContact,
        conformance::height_field,
        {.of = {kHeightField}}},
       {"torsional-friction",
        "torsional friction stops a spinning ball in time",
-       Need::kContact,
+       Need::kRigidContact,
        conformance::torsional_friction,
        {.of = {kTorsionalFriction}, .exact = true}},
       {"rolling-friction",
        "rolling friction stops a rolling ball in time",
-       Need::kContact,
+       Need::kRigidContact,
        conformance::rolling_friction,
        {.of = {kRollingFriction}, .exact = true}},
       {"spinning-bodies", "bodies of 1 g to 100 kg and 1 mm to 2 m that spin fast converge to the reference solution",
@@ -242,16 +248,19 @@ const std::vector<Entry>& entries() {
        conformance::wide_trees},
       {"beyond-limit", "a joint that starts beyond its limit comes back", Need::kJointLimits,
        conformance::beyond_limit},
-      {"far-from-origin", "friction is the same metres away from the origin", Need::kContact,
+      {"far-from-origin", "friction is the same metres away from the origin", Need::kRigidContact,
        conformance::far_from_origin},
-      {"inelastic-impact", "a ball does not leave the ground at any phase of an impact within a step", Need::kContact,
-       conformance::inelastic_impact},
+      {"inelastic-impact", "a ball does not leave the ground at any phase of an impact within a step",
+       Need::kRigidContact, conformance::inelastic_impact},
       {"stick-and-slip", "capsules of 1 g to 100 kg hold and slide on either side of the friction's angle",
-       Need::kContact, conformance::stick_and_slip},
-      {"stack-10", "a bar rests on two bars of its mass, and of a tenth of it", Need::kContact,
+       Need::kRigidContact, conformance::stick_and_slip},
+      {"stack-10", "a bar rests on two bars of its mass, and of a tenth of it", Need::kRigidContact,
        conformance::stack_of_ten},
-      {"stack-1000", "a bar rests on two bars of a hundredth and a thousandth of its mass", Need::kContact,
+      {"stack-1000", "a bar rests on two bars of a hundredth and a thousandth of its mass", Need::kRigidContact,
        conformance::stack_of_thousand},
+      {"contact-compliance",
+       "contacts with a given stiffness and damping: a ball sinks by m g / k, and its oscillation decays as it has to",
+       Need::kCompliance, conformance::contact_compliance},
   };
   return list;
 }
@@ -270,6 +279,10 @@ const char* need_text(Need need) {
       return "joint limits";
     case Need::kContact:
       return "contact";
+    case Need::kRigidContact:
+      return "contact without a given stiffness";
+    case Need::kCompliance:
+      return "a stiffness of contacts";
   }
   return "";
 }
@@ -284,7 +297,7 @@ std::string needs_text(const Entry& entry) {
   return text;
 }
 
-bool has(const Capabilities& can, Need need) {
+bool has(const Subject& subject, const Capabilities& can, Need need) {
   switch (need) {
     case Need::kNothing:
       return true;
@@ -298,6 +311,10 @@ bool has(const Capabilities& can, Need need) {
       return can.joint_limits;
     case Need::kContact:
       return can.contact;
+    case Need::kRigidContact:
+      return can.contact && !subject.is_compliant();
+    case Need::kCompliance:
+      return can.contact && subject.with_compliance(1, 1).has_value();
   }
   return false;
 }
@@ -324,7 +341,7 @@ ConformanceResult judge(const Entry& entry, const Subject& subject) {
   result.test = entry.name;
   try {
     const Capabilities can = subject.capabilities();
-    if (!has(can, entry.need)) {
+    if (!has(subject, can, entry.need)) {
       result.status = ConformanceStatus::kNotApplicable;
       result.note = fmt::format("the contender does not declare {}", need_text(entry.need));
       return result;

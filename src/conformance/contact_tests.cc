@@ -274,4 +274,45 @@ Verdict excluded_pairs(const Subject& subject) {
   return checks.worst();
 }
 
+Verdict contact_compliance(const Subject& subject) {
+  // a ball of 1 kg that sinks by about 1 mm
+  constexpr double kStiffness = 1e4, kMass = 1, kSink = kMass * kGravity / kStiffness;
+  const double critical = 2 * std::sqrt(kStiffness * kMass), frequency = std::sqrt(kStiffness / kMass);
+  Model model;
+  model.name = "conformance-compliance";
+  const int plane = add_shape(model, ShapeType::kPlane, kWorld);
+  add_contact(model, plane, add_sphere(model, "ball", {0, 0, kRadius}), 1);
+  model = finished(std::move(model));
+  Checks checks("m");
+  // put onto the plane, it comes to rest where the spring carries it, whatever the timestep
+  const auto resting = subject.with_compliance(kStiffness, critical);
+  for (const double timestep : {4e-3, 1e-3, 2.5e-4}) {
+    const State end = Subject(*resting).run(model, model.initial, timestep, 0.6);
+    checks.add(std::abs(kRadius - end.bodies[0].p_WBcm.z() - kSink), 0.01 * kSink,
+               fmt::format("depth at rest against m g / k = {:.3g} m, at {:g} ms", kSink, 1e3 * timestep));
+  }
+  // deeper by less than the contact carries, it swings about that place without leaving the plane
+  constexpr double kDamping = 0.1, kAmplitude = 0.5 * kSink, kDuration = 0.096;
+  const auto swinging = subject.with_compliance(kStiffness, kDamping * critical);
+  State start = model.initial;
+  start.bodies[0].p_WBcm.z() = kRadius - kSink - kAmplitude;
+  const double rate = kDamping * frequency, damped = frequency * std::sqrt(1 - kDamping * kDamping);
+  const double expected = kRadius - kSink -
+                          kAmplitude * std::exp(-rate * kDuration) *
+                              (std::cos(damped * kDuration) + rate / damped * std::sin(damped * kDuration));
+  const Subject soft(*swinging);
+  const auto height = [&](double timestep) {
+    return std::vector{soft.run(model, start, timestep, kDuration).bodies[0].p_WBcm.z()};
+  };
+  const Verdict decay = converges(soft, height, {expected},
+                                  {.duration = kDuration,
+                                   .unit = "m",
+                                   .order = 1,
+                                   .scale = kRadius,
+                                   .floor = 2e-3 * kAmplitude,
+                                   .time_scale = 0.25});
+  checks.add(decay.figure, decay.tolerance, "height of the decaying oscillation: " + decay.note);
+  return checks.worst();
+}
+
 }  // namespace assay::conformance

@@ -56,6 +56,24 @@ void Checks::add(double figure, double tolerance, const std::string& what) {
   worst_.note = what;
 }
 
+bool Subject::is_compliant() const {
+  const std::vector<Setting> declared = contender_.engine->settings();
+  const Setting* stiffness = setting_with_role(declared, SettingRole::kContactStiffness);
+  return stiffness != nullptr && contender_.settings.get<double>(stiffness->name) > 0;
+}
+
+std::optional<ResolvedContender> Subject::with_compliance(double stiffness, double damping) const {
+  const std::vector<Setting> declared = contender_.engine->settings();
+  ResolvedContender compliant = contender_;
+  for (const auto& [role, value] :
+       {std::pair(SettingRole::kContactStiffness, stiffness), std::pair(SettingRole::kContactDamping, damping)}) {
+    const Setting* setting = setting_with_role(declared, role);
+    if (setting == nullptr || !missing_condition(*setting, contender_.settings).empty()) return std::nullopt;
+    compliant.settings.values[setting->name] = value;
+  }
+  return compliant;
+}
+
 bool Subject::is_exact(Feature feature) const {
   const Capabilities can = capabilities();
   const FeatureSupport* support = can.support(feature);

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -37,6 +38,11 @@ class Checks {
 class Subject {
  public:
   explicit Subject(const ResolvedContender& contender) : contender_(contender) {}
+
+  // Whether the contender's contacts were given a stiffness.
+  bool is_compliant() const;
+  // The contender with this compliance of its contacts (N/m, N s/m); nothing where it cannot have one.
+  std::optional<ResolvedContender> with_compliance(double stiffness, double damping) const;
 
   Capabilities capabilities() const { return contender_.engine->capabilities(contender_.settings); }
 

@@ -78,6 +78,7 @@ Verdict resting_height(const Subject& subject);
 Verdict bodies_collide(const Subject& subject);
 Verdict friction_per_pair(const Subject& subject);
 Verdict excluded_pairs(const Subject& subject);
+Verdict contact_compliance(const Subject& subject);
 
 // ---- what scales away in tests of one size (wide_tests.cc) ----------------------------------------------------------
 Verdict spinning_bodies(const Subject& subject);

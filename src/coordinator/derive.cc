@@ -231,6 +231,7 @@ const std::vector<std::string>& derived_values() {
   static const std::vector<std::string> kNames = {"truth_order",
                                                   "truth_floor",
                                                   "consistency_floor",
+                                                  "consistency_bound",
                                                   "aa_ratio",
                                                   "time_ratio",
                                                   "largest_stable_timestep",

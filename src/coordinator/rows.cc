@@ -27,12 +27,15 @@ ContenderRow contender_row(const CampaignContender& contender) {
     return {resolved.name, "", "", resolved.base, "", "{}", json{{"absent", contender.absent}}.dump()};
   }
   const BuildFacts build = resolved.engine->build();
+  json capabilities = describe(resolved.engine->capabilities(resolved.settings));
+  capabilities["changes"] = describe_changes(resolved.engine->settings(), resolved.settings);
+  if (!contender.varies.empty()) capabilities["varies"] = contender.varies;
   return {resolved.name,
           resolved.engine->name(),
           build.version,
           resolved.base,
           settings_text(*resolved.engine, resolved.settings),
-          json(describe(resolved.engine->capabilities(resolved.settings))).dump(),
+          capabilities.dump(),
           json{{"version", build.version},
                {"source", build.source},
                {"compiler", build.compiler},

@@ -253,6 +253,7 @@ void Runner::take_back_failed() {
 RunSummary Runner::run() {
   const double cpu_before = children_cpu_seconds();
   const Timer timer(options_.budget_s);
+  for (const std::string& note : campaign_.notes) progress_.message("note: " + note);
   choose();
   describe();
   if (!todo_.empty() && !interrupted()) conformance();

@@ -18,6 +18,12 @@ namespace {
 
 constexpr double kTestLeastSeconds = 30, kTestMostSeconds = 300;  // limits of one test of the suite
 
+// The contender whose verdict counts. What a sweep varies stands on that of the contender it varies: the suite asks
+// whether an adapter carries a model over, and what few iterations or soft contacts cost is what the sweep measures.
+const std::string& scored_as(const CampaignContender& contender) {
+  return contender.varies.empty() ? contender.resolved.name : contender.varies;
+}
+
 }  // namespace
 
 // Runs the tests in one worker; when that dies in a test, the test has failed and the rest goes on in another.
@@ -111,7 +117,7 @@ void Runner::keep_suite(const std::string& content) const {
 void Runner::conformance() {
   std::set<std::string> scored;
   if (options_.gate) {
-    for (const PlannedCell* cell : todo_) scored.insert(contender(*cell).resolved.name);
+    for (const PlannedCell* cell : todo_) scored.insert(scored_as(contender(*cell)));
   }
   std::set<std::string> known;
   for (const ConformanceRow& row : store_.conformance()) {
@@ -144,6 +150,10 @@ void Runner::conformance() {
   }
   for (const auto& [name, tests] : failures) {
     failed_gate_[name] = {Outcome::kUnsupported, fmt::format("failed the conformance suite: {}", join(tests, ", "))};
+  }
+  for (const CampaignContender& each : campaign_.contenders) {
+    const auto failed = failed_gate_.find(scored_as(each));
+    if (failed != failed_gate_.end()) failed_gate_.emplace(each.resolved.name, failed->second);
   }
   if (options_.gate) take_back_failed();
 }

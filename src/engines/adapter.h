@@ -3,7 +3,9 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <initializer_list>
+#include <map>
 #include <numbers>
 #include <optional>
 #include <span>
@@ -11,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include <Eigen/Geometry>
 #include <fmt/format.h>
 
 #include "engines/engine.h"
@@ -48,6 +51,57 @@ class SettingList {
  private:
   std::vector<Setting> settings_;
 };
+
+// Says what a declared setting decides (SettingRole), and the values of others without which it does nothing. One
+// setting a role.
+inline void give_role(std::vector<Setting>& settings, const std::string& name, SettingRole role,
+                      std::map<std::string, std::string> only_with = {}) {
+  Setting& setting = *std::ranges::find(settings, name, &Setting::name);
+  setting.role = role;
+  setting.only_with = std::move(only_with);
+}
+
+// A contact point as a spring and damper along its normal, which only push: force k r + d r' at the depth r.
+struct ContactCompliance {
+  double stiffness = 0, damping = 0;  // N/m, N s/m; stiffness 0: the engine's own contacts
+
+  bool is_set() const { return stiffness > 0; }
+  // What makes a constraint with error reduction and force mixing this spring and damper in steps of `h` seconds,
+  // implicitly (manual of the Open Dynamics Engine, "How to use ERP and CFM"). `cfm` counts against forces, s/kg.
+  double erp(double h) const { return h * stiffness / (h * stiffness + damping); }
+  double cfm(double h) const { return 1 / (h * stiffness + damping); }
+
+  // For Capabilities::contact_model: this where it is set, else `otherwise`.
+  std::string text(const std::string& otherwise) const {
+    return is_set() ? fmt::format("spring of {:g} N/m, damper of {:g} N s/m", stiffness, damping) : otherwise;
+  }
+};
+
+// The two settings of an adapter that can give contacts a compliance. `instead` says what they switch off.
+inline void add_contact_compliance(std::vector<Setting>& settings, const std::string& instead,
+                                   const std::map<std::string, std::string>& only_with = {}) {
+  settings.push_back({.name = "contact_stiffness",
+                      .default_value = 0.0,
+                      .unit = "N/m",
+                      .meaning = fmt::format("stiffness of each contact point along its normal, with contact_damping, "
+                                             "instead of {}; 0: off",
+                                             instead),
+                      .minimum = 0,
+                      .maximum = 1e12,
+                      .role = SettingRole::kContactStiffness,
+                      .only_with = only_with});
+  settings.push_back({.name = "contact_damping",
+                      .default_value = 0.0,
+                      .unit = "N s/m",
+                      .meaning = "damping of each contact point along its normal; acts with contact_stiffness",
+                      .minimum = 0,
+                      .maximum = 1e12,
+                      .role = SettingRole::kContactDamping,
+                      .only_with = only_with});
+}
+inline ContactCompliance contact_compliance(const Settings& settings) {
+  return {settings.get<double>("contact_stiffness"), settings.get<double>("contact_damping")};
+}
 
 // The value of a declared setting as engines want it; whether a setting of text has the value `choice`.
 inline int integer(const Settings& settings, const std::string& name) {
@@ -132,7 +186,7 @@ inline void return_lent_mass(const Lent& lent, EngineView& view) {
   }
   for (size_t i = 0; i < whole.size(); ++i) {
     EngineBody& body = view.bodies[i];
-    if (whole[i] > 0) body.I_BBcm_W *= whole[i] / body.mass;
+    body.I_BBcm_W /= lent.inertia_kept[i];
     body.mass = whole[i];
   }
 }
@@ -182,6 +236,58 @@ inline ShapeFriction shape_friction(const Model& model, FrictionRule rule) {
     }
   }
   return friction;
+}
+
+// ---- margins of contacts ---------------------------------------------------------------------------------------------
+
+// The largest extent of a shape, m; 0 for planes and height fields.
+inline double shape_extent(const Model& model, const Shape& shape) {
+  switch (shape.type) {
+    case ShapeType::kSphere:
+      return 2 * shape.radius;
+    case ShapeType::kCapsule:
+      return 2 * (shape.radius + shape.half_length);
+    case ShapeType::kCylinder:
+      return 2 * std::max(shape.radius, shape.half_length);
+    case ShapeType::kBox:
+    case ShapeType::kEllipsoid:
+      return 2 * shape.half_size.maxCoeff();
+    case ShapeType::kHull: {
+      Eigen::AlignedBox3d box;
+      for (const Vec3& vertex : model.hulls[shape.data].vertices) box.extend(vertex);
+      return box.sizes().maxCoeff();
+    }
+    case ShapeType::kPlane:
+    case ShapeType::kHeightField:
+      break;
+  }
+  return 0;
+}
+
+// Mean extent of the shapes of moving bodies that can touch something, m; 1 without any.
+inline double mean_extent(const Model& model) {
+  const ContactShapes touching = contact_shapes(model);
+  double sum = 0;
+  int count = 0;
+  for (size_t s = 0; s < model.shapes.size(); ++s) {
+    if (!touching.contains(s) || model.shapes[s].body == kWorld) continue;
+    sum += shape_extent(model, model.shapes[s]);
+    ++count;
+  }
+  return count > 0 ? sum / count : 1;
+}
+
+// The distance at which an engine that looks ahead begins a contact of two shapes, m: a fiftieth of their size, and
+// what a body moves within a step of `h` seconds at the speed that it has fallen through the model's own height with.
+inline double contact_margin(const Model& model, double h) {
+  const double g = model.gravity.norm();
+  double low = 0, high = 0;  // of the bodies' centres at the start along gravity, from the first one's
+  for (const BodyState& body : model.initial.bodies) {
+    const double height = g > 0 ? (body.p_WBcm - model.initial.bodies.front().p_WBcm).dot(model.gravity) / g : 0;
+    low = std::min(low, height);
+    high = std::max(high, height);
+  }
+  return 0.02 * mean_extent(model) + h * std::sqrt(2 * g * (high - low));
 }
 
 // ---- angles within one turn -----------------------------------------------------------------------------------------

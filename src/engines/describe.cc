@@ -1,5 +1,7 @@
 #include "engines/describe.h"
 
+#include "engines/registry.h"
+
 namespace assay {
 
 std::string precision_text(Precision precision) { return precision == Precision::kSingle ? "single" : "double"; }
@@ -48,6 +50,20 @@ nlohmann::ordered_json describe(const Capabilities& capabilities) {
           {"other", capabilities.other},
           {"threads", capabilities.threads},
           {"deviations", deviations}};
+}
+
+nlohmann::ordered_json describe_changes(const std::vector<Setting>& declared, const Settings& settings) {
+  auto changes = nlohmann::ordered_json::array();
+  for (const Setting& setting : declared) {
+    const SettingValue& value = settings.values.at(setting.name);
+    if (value == setting.default_value) continue;
+    changes.push_back({{"setting", setting.name},
+                       {"value", setting_text(value)},
+                       {"default", setting_text(setting.default_value)},
+                       {"unit", setting.unit},
+                       {"meaning", setting.meaning}});
+  }
+  return changes;
 }
 
 }  // namespace assay

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
@@ -15,5 +16,9 @@ std::string springs_text(SpringKind springs);           // "none", "explicit", "
 
 // Every field under its own name, in the order of the fairness ledger.
 nlohmann::ordered_json describe(const Capabilities& capabilities);
+
+// What in `settings` differs from the adapter's defaults, in the order of the declaration:
+// [{"setting", "value", "default", "unit", "meaning"}], values as in `--set`.
+nlohmann::ordered_json describe_changes(const std::vector<Setting>& declared, const Settings& settings);
 
 }  // namespace assay

@@ -26,6 +26,17 @@ namespace assay {
 
 using SettingValue = std::variant<bool, long long, double, std::string>;
 
+// What a setting decides where engines have it in common, whatever each calls it. Campaigns vary it under one name
+// (setting_role_text).
+enum class SettingRole {
+  kNone,
+  kIterations,        // most iterations of the constraint solver in a step
+  kTolerance,         // at which the constraint solver stops before them
+  kContactSoftness,   // how contacts give way, in the engine's own measure: a time constant, an ERP, a frequency
+  kContactStiffness,  // of a contact point along its normal, N/m; 0: the engine's own contacts
+  kContactDamping,    // of the same, N s/m
+};
+
 // One knob of an engine as its user may set it. The default is the adapter's choice for a fair comparison, which need
 // not be the engine's own; the meaning says so where they differ.
 struct Setting {
@@ -35,6 +46,9 @@ struct Setting {
   std::string meaning;                               // one line
   std::vector<std::string> choices = {};             // for text: the values allowed
   std::optional<double> minimum = {}, maximum = {};  // for numbers: inclusive
+  SettingRole role = SettingRole::kNone;
+  // Values of other settings, as in `--set`, without which this one does nothing.
+  std::map<std::string, std::string> only_with = {};
 };
 
 // Values for one simulation. Always complete: every declared setting has a value.
@@ -231,7 +245,7 @@ class Engine {
 // ---- plugins --------------------------------------------------------------------------------------------------------
 
 // Raised with every change of this header or of model.h and state.h; a plugin of another version is refused by name.
-inline constexpr int kPluginVersion = 7;
+inline constexpr int kPluginVersion = 8;
 
 struct PluginEntry {
   int version;

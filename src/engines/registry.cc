@@ -90,6 +90,28 @@ void check_range(const Setting& setting, Number value) {
   }
 }
 
+constexpr std::array<std::string_view, 6> kRoleNames = {  // by SettingRole
+    "", "iterations", "tolerance", "contact_softness", "contact_stiffness", "contact_damping"};
+
+// A compliance that would have no effect is not left out in silence: contenders are compared by it.
+void require_compliance(const std::string& contender, const std::vector<Setting>& declared, const Settings& settings) {
+  const auto value = [&](SettingRole role) {
+    const Setting* setting = setting_with_role(declared, role);
+    return setting == nullptr ? 0.0 : settings.get<double>(setting->name);
+  };
+  const double stiffness = value(SettingRole::kContactStiffness), damping = value(SettingRole::kContactDamping);
+  if (stiffness == 0 && damping == 0) return;
+  const Setting& setting = *setting_with_role(declared, SettingRole::kContactStiffness);
+  if (stiffness == 0) {
+    throw InputError(fmt::format("'{}' has a contact_damping of {} N s/m without a stiffness: give '{}' too", contender,
+                                 damping, setting.name));
+  }
+  if (const std::string missing = missing_condition(setting, settings); !missing.empty()) {
+    throw InputError(fmt::format("'{}' cannot be given a contact stiffness: '{}' does nothing without {}", contender,
+                                 setting.name, missing));
+  }
+}
+
 std::string name_of(const std::string& plugin) {
   return fs::path(plugin).stem().string().substr(std::string_view(kPluginPrefix).size());
 }
@@ -207,12 +229,16 @@ ResolvedContender Registry::resolve(const std::string& name,
       for (const auto& [key, value] : contender.set) resolved.settings.values.at(key) = value;
       for (const auto& [key, text] : overrides) {
         const auto setting = std::ranges::find(declared, key, &Setting::name);
+        if (setting == declared.end() && parse_setting_role(key)) {
+          throw InputError(fmt::format("'{}' cannot be given a {}: its engine has no setting for it", name, key));
+        }
         if (setting == declared.end()) {
           throw InputError(
               fmt::format("'{}' has no setting '{}'{}", name, key, did_you_mean(key, setting_names(declared))));
         }
         resolved.settings.values[key] = parse_setting(*setting, text);
       }
+      require_compliance(name, declared, resolved.settings);
       return resolved;
     }
   }
@@ -227,6 +253,29 @@ ResolvedContender Registry::resolve(const std::string& name,
       absent == absent_.end() ? "" : fmt::format("; engine '{}' is absent: {}", absent->name, absent->reason);
   throw InputError(fmt::format("unknown contender '{}'{}; `assay engines` lists them{}", name,
                                did_you_mean(name, contender_names()), note));
+}
+
+std::string setting_role_text(SettingRole role) { return std::string(kRoleNames.at(static_cast<size_t>(role))); }
+
+std::vector<std::string> setting_role_names() { return {kRoleNames.begin() + 1, kRoleNames.end()}; }
+
+std::optional<SettingRole> parse_setting_role(const std::string& name) {
+  const auto* found = std::ranges::find(kRoleNames, name);
+  if (name.empty() || found == kRoleNames.end()) return std::nullopt;
+  return static_cast<SettingRole>(found - kRoleNames.begin());
+}
+
+const Setting* setting_with_role(const std::vector<Setting>& declared, SettingRole role) {
+  const auto found = std::ranges::find(declared, role, &Setting::role);
+  return found == declared.end() ? nullptr : &*found;
+}
+
+std::string missing_condition(const Setting& setting, const Settings& settings) {
+  std::vector<std::string> missing;
+  for (const auto& [name, text] : setting.only_with) {
+    if (setting_text(settings.values.at(name)) != text) missing.push_back(fmt::format("{}={}", name, text));
+  }
+  return join(missing, " and ");
 }
 
 SettingValue parse_setting(const Setting& setting, const std::string& text) {

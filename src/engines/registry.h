@@ -4,6 +4,7 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -54,6 +55,18 @@ class Registry {
   std::vector<AbsentEngine> absent_;
   std::map<std::string, std::string> paths_;
 };
+
+// How campaigns name a role: "iterations", "tolerance", "contact_softness", "contact_stiffness", "contact_damping"; ""
+// for none.
+std::string setting_role_text(SettingRole role);
+std::vector<std::string> setting_role_names();  // of all but none
+std::optional<SettingRole> parse_setting_role(const std::string& name);
+
+// The setting among `declared` that decides this; null where the engine has none.
+const Setting* setting_with_role(const std::vector<Setting>& declared, SettingRole role);
+
+// "solver=quick" where `setting` does nothing because another setting has another value; "" where it acts.
+std::string missing_condition(const Setting& setting, const Settings& settings);
 
 // Parses `text` as the setting's type and checks choices and range. Throws InputError.
 SettingValue parse_setting(const Setting& setting, const std::string& text);

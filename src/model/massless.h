@@ -32,6 +32,7 @@ struct Lent {
   Model model;  // the copy: the same bodies, joints and shapes; the original's where it has no massless body
   std::vector<int> lender;  // by body: which body a massless one borrows from; -1 for a body that has its own mass
   bool any = false;         // whether there is a massless body
+  std::vector<double> inertia_kept = {};  // by body: the part of its inertia that a lender keeps, 1 for the others
 
   // A state of the original as one of the copy, and back. They differ in the centres of the massless bodies, which are
   // their frames' origins in the original; joint coordinates are the same.

@@ -107,9 +107,14 @@ json report_data(const Store& store) {
   json systems = json::array();
   for (const SystemRow& row : store.systems()) systems.push_back({{"name", row.name}, {"facts", object(row.json)}});
 
+  const Results results(store);
   json contenders = json::array();
   for (const ContenderRow& row : store.contenders()) {
+    json changes = json::array();
+    for (const SettingChange& change : results.changes(row.name)) changes.push_back(change_text(change));
     contenders.push_back({{"name", row.name},
+                          {"varies", results.varied(row.name)},
+                          {"changes", std::move(changes)},
                           {"engine", row.engine},
                           {"version", row.version},
                           {"base", row.base},
@@ -118,7 +123,6 @@ json report_data(const Store& store) {
                           {"build", object(row.build_json)}});
   }
 
-  const Results results(store);
   if (results.timed_by_pooled_median()) {
     manifest.push_back(
         {{"key", "timing_estimate"},

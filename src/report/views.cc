@@ -73,12 +73,19 @@ json view_data(const Results& results, const std::string& system) {
     for (const FrontMember& member : members) front.push_back({{"point", member.point}, {"equals", member.equals}});
     fronts[name] = std::move(front);
   }
+  json swept = json::object();
+  for (const auto& [name, lines] : answers.swept) {
+    for (const auto& [own, members] : lines) {
+      for (const FrontMember& member : members) swept[name][own].push_back(member.point);
+    }
+  }
   return {{"system", system},
           {"main", answers.main.empty() ? json(nullptr) : json(answers.main)},
           {"values", std::move(values)},
           {"errors", answers.errors},
           {"points", std::move(points)},
           {"fronts", std::move(fronts)},
+          {"swept", std::move(swept)},
           {"candidates", std::move(candidates)},
           {"excluded", std::move(excluded)},
           {"card", card_data(results, answers)}};

@@ -25,6 +25,7 @@ nlohmann::json glossary_data();
 //    "points": [{"contender", "timestep_ms", "speed": {"value", "low", "high", "timed", "between": [ms, ms]} or null,
 //                "sound", "why"}],
 //    "fronts": {error: [{"point", "equals": [name]}]},
+//    "swept": {error: {contender: [point]}},
 //    "candidates": [{"point", "worst": {error: {"value", "at_ms", "low", "high"}}, "margin"}],
 //    "excluded": [{"contender", "timestep_ms", "why"}],
 //    "card": see cards.h}

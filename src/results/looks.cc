@@ -74,12 +74,17 @@ std::vector<std::string> family_colors(bool dark) {
   return colors;
 }
 
+std::string variant_of(const ContenderRow& row) {
+  const auto facts = nlohmann::json::parse(row.capabilities_json, nullptr, false);
+  return facts.is_object() ? facts.value("varies", "") : "";
+}
+
 std::map<std::string, Look> looks_of(const std::vector<ContenderRow>& all) {
   std::vector<ContenderRow> contenders;
   std::vector<std::string> names;
   std::map<std::string, std::set<bool>> kinds;  // of coordinates, by engine
   for (const ContenderRow& row : all) {
-    if (row.engine == kHarness) continue;
+    if (row.engine == kHarness || !variant_of(row).empty()) continue;
     contenders.push_back(row);
     names.push_back(row.name);
     kinds[engine_of(row)].insert(is_joint(row));
@@ -121,6 +126,9 @@ std::map<std::string, Look> looks_of(const std::vector<ContenderRow>& all) {
       if (part > 0) look.dash.push_back(part);
     }
     look.first = std::ranges::find(shown, row.name) != shown.end();
+  }
+  for (const ContenderRow& row : all) {
+    if (const auto own = looks.find(variant_of(row)); own != looks.end()) looks[row.name] = own->second;
   }
   return looks;
 }

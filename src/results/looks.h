@@ -23,7 +23,10 @@ struct Look {
   bool first = true;  // shown when a plot of all contenders opens
 };
 
-// Of all contenders of a report, by name.
+// The contender of which a sweep made this one by other settings, as its row tells; "" when none did.
+std::string variant_of(const ContenderRow& row);
+
+// Of all contenders of a report, by name. What a sweep made looks like the contender that it varies.
 std::map<std::string, Look> looks_of(const std::vector<ContenderRow>& all);
 
 // Colours of the families in the order in which engines without a place of their own take them, for tests.

@@ -116,6 +116,7 @@ void add_contender(const Results& results, const std::string& contender, SystemA
                       ? fmt::format("at {} ms, {}", timestep_label(fails_ms), why)
                       : step.why;
     }
+    point.varies = results.varied(contender);
     for (const auto& [name, error] : errors) point.worst.emplace(name, worst.at(name));
     for (const Cell* cell : step.cells) {
       const Value* own = find_value(*cell, "grasp_held");
@@ -192,6 +193,9 @@ bool near_floor(const Results& results, const std::string& system, const Point& 
 }
 
 void find_fronts(const Results& results, SystemAnswers& answers) {
+  std::map<std::string, std::set<std::string>> families;  // contenders by what they are settings of
+  for (const Point& point : answers.points) families[point.varies].insert(point.contender);
+  std::erase_if(families, [](const auto& family) { return family.second.size() < 2; });
   for (const ValueInfo& value : answers.values) {
     std::vector<FrontPoint> points;
     std::vector<size_t> indices;
@@ -203,10 +207,27 @@ void find_fronts(const Results& results, SystemAnswers& answers) {
       indices.push_back(candidate.point);
     }
     if (points.empty()) continue;
-    std::vector<FrontMember> front = pareto_front(points, error_resolution(value.unit));
-    for (FrontMember& member : front) member.point = indices[member.point];
-    answers.fronts.emplace(value.name, std::move(front));
+    const auto front_of = [&](const std::vector<FrontPoint>& some, const std::vector<size_t>& their) {
+      std::vector<FrontMember> front = pareto_front(some, error_resolution(value.unit));
+      for (FrontMember& member : front) member.point = their[member.point];
+      return front;
+    };
+    answers.fronts.emplace(value.name, front_of(points, indices));
+    for (const auto& [own, names] : families) {
+      std::vector<FrontPoint> some;
+      std::vector<size_t> their;
+      for (size_t i = 0; i < points.size(); ++i) {
+        if (!names.contains(points[i].contender)) continue;
+        some.push_back(points[i]);
+        their.push_back(indices[i]);
+      }
+      if (!some.empty()) answers.swept[value.name].emplace(own, front_of(some, their));
+    }
   }
+}
+
+void add_changes(const Results& results, SystemAnswers& answers) {
+  for (const std::string& contender : results.contenders()) answers.changes[contender] = results.changes(contender);
 }
 
 // By speed; what is equally fast by its error, then as listed.
@@ -239,7 +260,7 @@ struct Joined {
 
 Joined joined_point(const Results& results, const std::vector<SystemAnswers>& each, const std::string& contender,
                     double timestep_ms) {
-  Joined joined{{contender, timestep_ms, {}, true, "", 0, {}}, "", ""};
+  Joined joined{{contender, timestep_ms, {}, true, "", 0, {}, results.varied(contender)}, "", ""};
   Point& point = joined.point;
   double margin_ms = 0;
   for (const SystemAnswers& answers : each) {
@@ -303,6 +324,7 @@ SystemAnswers answers_together(const Results& results, const std::vector<std::st
       if (std::ranges::find(together.mains, main) == together.mains.end()) together.mains.push_back(main);
     }
   }
+  add_changes(results, together);
   if (!together.mains.empty()) together.main = together.mains.front();
   for (const std::string& contender : results.contenders()) {
     std::set<double> timesteps;
@@ -330,6 +352,7 @@ SystemAnswers answers_together(const Results& results, const std::vector<std::st
 SystemAnswers answers_of(const Results& results, const std::string& system) {
   SystemAnswers answers;
   answers.system = system;
+  add_changes(results, answers);
   find_values(results, answers);
   for (const std::string& contender : results.contenders()) add_contender(results, contender, answers);
   sort_candidates(answers);
@@ -364,7 +387,7 @@ Recommendation recommend(const SystemAnswers& answers, const Limits& limits) {
       continue;
     }
     if (!found.certain && excess(candidate, limits, true) == 0) found.certain = i;
-    if (!seen.insert(answers.at(candidate).contender).second) continue;
+    if (!seen.insert(answers.at(candidate).varies).second) continue;
     found.contenders.push_back(i);
   }
   if (found.contenders.empty()) return found;

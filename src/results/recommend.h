@@ -1,9 +1,9 @@
 // Which contender at which timestep: the one rule for the command line and the report's page.
 //
-// A point is a contender at a timestep. It is sound when every cell of that contender at that timestep, and at every
-// smaller one that was measured, ended well and held what it was to hold. It is a candidate when it is sound and its
-// speed was timed there, or between two timed timesteps. Its error is the largest at its timestep or any smaller one,
-// so that no luck of phase wins.
+// A point is a contender, with its settings, at a timestep. It is sound when every cell of that contender at that
+// timestep, and at every smaller one that was measured, ended well and held what it was to hold. It is a candidate when
+// it is sound and its speed was timed there, or between two timed timesteps. Its error is the largest at its timestep
+// or any smaller one, so that no luck of phase wins.
 #pragma once
 
 #include <cstddef>
@@ -37,6 +37,7 @@ struct Point {
   // Probability of holding the object, where several initial states were tried: the one with the smallest lower end at
   // this timestep and all smaller ones.
   std::optional<Interval> held = {};
+  std::string varies = {};                  // the contender that this one is a setting of, else its own name
 };
 
 struct Candidate {
@@ -61,7 +62,11 @@ struct SystemAnswers {
   std::vector<Point> points;                               // by contender as listed, then timestep
   std::vector<Candidate> candidates;                       // the fastest first
   std::map<std::string, std::vector<FrontMember>> fronts;  // of candidates, by error; FrontMember::point into `points`
-  std::vector<Excluded> excluded;                          // points that are no candidates
+  std::map<std::string, std::vector<SettingChange>> changes;  // by contender: what differs from its adapter's defaults
+  // Of contenders whose settings a sweep varied: the front of each over all its timesteps and settings, by error, then
+  // by the contender that was varied.
+  std::map<std::string, std::map<std::string, std::vector<FrontMember>>> swept;
+  std::vector<Excluded> excluded;  // points that are no candidates
 
   const Point& at(const Candidate& candidate) const { return points[candidate.point]; }
 };
@@ -81,7 +86,8 @@ struct Limits {
 
 struct Recommendation {
   std::optional<size_t> best;      // index into SystemAnswers::candidates: the fastest within all limits
-  std::vector<size_t> contenders;  // each contender's fastest within them, the fastest first
+  std::vector<size_t> contenders;  // each contender's fastest within them, the fastest first; of what a sweep varied
+                                   // the fastest of all its settings
   std::vector<size_t> alike;       // of these, but for the best, whose speed's interval reaches into the best's
   std::optional<size_t> certain;   // the fastest whose intervals lie within the limits as a whole
   std::optional<size_t> nearest;   // when nothing is within them: the one that misses by the least factor

@@ -54,6 +54,19 @@ std::optional<Interval> interval_of(const Cell& cell, std::string_view value) {
   return found == nullptr ? std::nullopt : std::optional(interval_of(*found));
 }
 
+std::string change_text(const SettingChange& change) {
+  const auto with_unit = [&](const std::string& value) {
+    return change.unit.empty() || change.unit == "1" ? value : value + " " + change.unit;
+  };
+  std::string text = fmt::format("{} {}", change.setting, with_unit(change.value));
+  if (!change.otherwise.empty()) text += " instead of " + with_unit(change.otherwise);
+  // what the setting is, without its choices and remarks
+  const std::string meaning = change.meaning.substr(0, change.meaning.find_first_of("(:;"));
+  const size_t end = meaning.find_last_not_of(' ');
+  if (!change.meaning.empty()) text += fmt::format(" ({})", meaning.substr(0, end + 1));
+  return text;
+}
+
 bool is_reference(const Cell& cell) { return find_value(cell, "restart_floor") != nullptr; }
 
 Results::Results(const Store& store) : store_(&store), cells_(store.cells()), rows_(store.contenders()) {
@@ -65,6 +78,7 @@ Results::Results(const Store& store) : store_(&store), cells_(store.cells()), ro
   std::erase_if(rows_, [](const ContenderRow& row) { return row.name == kHarness || row.engine == kHarness; });
   for (const ContenderRow& row : rows_) {
     contenders_.push_back(row.name);
+    if (std::string of = variant_of(row); !of.empty()) varied_[row.name] = std::move(of);
     if (row.version.empty()) absent_.insert(row.name);
   }
   std::set<std::string> harness = {kHarness};
@@ -94,6 +108,36 @@ Results::Results(const Store& store) : store_(&store), cells_(store.cells()), ro
     drawn.push_back({name, name.substr(0, name.find('-')), "", name, "", "", ""});
   }
   looks_ = looks_of(drawn);
+}
+
+const std::string& Results::varied(const std::string& contender) const {
+  const auto found = varied_.find(contender);
+  return found == varied_.end() ? contender : found->second;
+}
+
+std::vector<SettingChange> Results::changes(const std::string& contender) const {
+  std::vector<SettingChange> changes;
+  const auto row = std::ranges::find(rows_, contender, &ContenderRow::name);
+  if (row == rows_.end()) return changes;
+  const auto described = nlohmann::json::parse(row->capabilities_json, nullptr, false);
+  if (described.is_object() && described.contains("changes") && described["changes"].is_array()) {
+    for (const nlohmann::json& each : described["changes"]) {
+      if (!each.is_object()) continue;
+      changes.push_back({each.value("setting", ""), each.value("value", ""), each.value("default", ""),
+                         each.value("unit", ""), each.value("meaning", "")});
+    }
+    return changes;
+  }
+  // Results of before tell "key=value key=value".
+  for (size_t at = 0; at < row->settings.size();) {
+    const size_t end = std::min(row->settings.find(' ', at), row->settings.size());
+    const std::string word = row->settings.substr(at, end - at);
+    if (const size_t equals = word.find('='); equals != std::string::npos) {
+      changes.push_back({word.substr(0, equals), word.substr(equals + 1)});
+    }
+    at = end + 1;
+  }
+  return changes;
 }
 
 const Look& Results::look(const std::string& contender) const {

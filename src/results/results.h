@@ -43,6 +43,15 @@ struct Figure {
   std::int64_t cell = 0;  // the store's id of where it is from; 0: from no single cell
 };
 
+// A setting of a contender that differs from its adapter's default.
+struct SettingChange {
+  std::string setting, value;  // as in `--set`
+  std::string otherwise = {};  // the default; "" in results that do not tell it
+  std::string unit = {}, meaning = {};
+};
+// "iterations 10 instead of 50 (sweeps over all constraints a step)".
+std::string change_text(const SettingChange& change);
+
 class Results {
  public:
   // Reads all cells; raw samples are read when they are asked for. The store has to outlive it.
@@ -66,6 +75,12 @@ class Results {
   std::string family(const std::string& system) const;             // "" for none
   bool fact_flag(const std::string& system, const char* name) const;
   std::vector<std::string> family_members(const std::string& family) const;
+
+  // The contender that this one is a setting of: itself, unless a sweep made it (campaign/sweep.h). What has one of
+  // these in common is one curve over timesteps and settings, looks alike, and is recommended once.
+  const std::string& varied(const std::string& contender) const;
+  // What of its settings differs from the adapter's defaults, in the order of their declaration.
+  std::vector<SettingChange> changes(const std::string& contender) const;
 
   // The paper's line-up, as far as it was measured (line_up.h), and how contenders look.
   const std::vector<std::string>& papers() const { return papers_; }
@@ -110,6 +125,7 @@ class Results {
   std::vector<Cell> cells_;
   std::vector<std::string> systems_, contenders_, papers_;
   std::map<std::string, Look> looks_;
+  std::map<std::string, std::string> varied_;    // of contenders that a sweep made
   mutable std::map<std::string, Scene> scenes_;  // read when asked for
   std::vector<ContenderRow> rows_;
   std::map<std::string, nlohmann::json> facts_;

@@ -1,5 +1,5 @@
 // Makes a results directory whose figures are known, for the tests of the page, and its report:
-//   browser_fixture full|programme|empty|started|failed DIR
+//   browser_fixture full|programme|settings|empty|started|failed DIR
 // The figures have the shape of real ones (orders of convergence, floors, a contender that fails), so that the page's
 // layout meets what it is made for. They are no measurements and never leave the tests.
 #include <cmath>
@@ -15,6 +15,7 @@
 #include "programme.h"
 #include "report/figures.h"
 #include "report/report.h"
+#include "settings.h"
 #include "store/store.h"
 
 namespace {
@@ -233,9 +234,11 @@ void describe(Store& store) {
 int make(const std::string& kind, const std::string& dir) {
   {
     Store store = Store::create(dir, {"fixture", kind});
-    if (kind != "empty" && kind != "programme") describe(store);
+    if (kind != "empty" && kind != "programme" && kind != "settings") describe(store);
     if (kind == "programme") {
       put_programme(store);
+    } else if (kind == "settings") {
+      assay::put_settings(store);
     } else if (kind == "full") {
       chain(store);
       pile(store);
@@ -261,7 +264,7 @@ int make(const std::string& kind, const std::string& dir) {
 
 int main(int argc, char** argv) {
   if (argc != 3) {
-    fmt::print(stderr, "usage: browser_fixture full|programme|empty|started|failed DIR\n");
+    fmt::print(stderr, "usage: browser_fixture full|programme|settings|empty|started|failed DIR\n");
     return 2;
   }
   try {

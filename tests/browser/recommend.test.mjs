@@ -1,5 +1,6 @@
-// The picker of the page against `assay recommend`, pair by pair, on the committed full run.
+// The picker of the page against `assay recommend`, pair by pair, on the committed full run and on a sweep of settings.
 //   ASSAY          the program assay
+//   ASSAY_FIXTURE  the program browser_fixture
 //   ASSAY_RESULTS  the folder results/
 import assert from "node:assert/strict";
 import { execFile, execFileSync } from "node:child_process";
@@ -17,16 +18,18 @@ const kRates = [1, 5, 20, 100];
 
 const work = mkdtempSync(join(tmpdir(), "assay-recommend-"));
 const results = join(work, "results");
+const settings = join(work, "settings");
 let browser;
 
 before(async () => {
-  assert.ok(process.env.ASSAY && process.env.ASSAY_RESULTS, "ASSAY must name the program, ASSAY_RESULTS the folder results/");
+  assert.ok(process.env.ASSAY && process.env.ASSAY_RESULTS && process.env.ASSAY_FIXTURE, "ASSAY and ASSAY_FIXTURE must name the programs, ASSAY_RESULTS the folder results/");
   const [machine] = readdirSync(process.env.ASSAY_RESULTS).filter((name) => /cores$/.test(name));
   mkdirSync(results);
   const database = openSync(join(results, "assay.sqlite"), "w");
   execFileSync("xz", ["-dc", join(process.env.ASSAY_RESULTS, machine, "assay.sqlite.xz")], { stdio: ["ignore", database, "inherit"] });
   closeSync(database);
   execFileSync(process.env.ASSAY, ["report", results], { stdio: ["ignore", "ignore", "inherit"] });
+  execFileSync(process.env.ASSAY_FIXTURE, ["settings", settings], { stdio: "inherit" });
   browser = await launch();
 });
 
@@ -53,32 +56,33 @@ function questions(view) {
   return list;
 }
 
-async function said(data, { system, limits, realtime }) {
+async function said(dir, data, { system, limits, realtime }) {
   const words = limits.flatMap(([name, largest]) => {
     const { unit } = data.catalogue.find((info) => info.name === name);
     const { text, scale } = data.units[unit].find((each) => each.scale === 1) ?? data.units[unit][0];
     return ["--limit", `${name}=${largest / scale}${text}`];
   });
   if (realtime !== null) words.push("--realtime", String(realtime));
-  const answer = promisify(execFile)(process.env.ASSAY, ["recommend", results, system, ...words, "--json"], { maxBuffer: 1 << 26 });
+  const answer = promisify(execFile)(process.env.ASSAY, ["recommend", dir, system, ...words, "--json"], { maxBuffer: 1 << 26 });
   const { stdout } = await answer.catch((error) => error); // the status says whether there is an answer
   assert.ok(stdout, `assay recommend ${system} ${words.join(" ")}`);
   return JSON.parse(stdout);
 }
 
-test("page and command give the same answer to every question", { timeout: 500000 }, async () => {
-  const data = dataIn(join(results, "report.html"));
-  const { page, trouble } = await openReport(browser, join(results, "report.html"));
+async function compare(dir, least) {
+  const data = dataIn(join(dir, "report.html"));
+  const { page, trouble } = await openReport(browser, join(dir, "report.html"));
   const all = data.views.filter((view) => view.candidates.length > 0).flatMap(questions);
-  assert.ok(all.length >= 100, `${all.length} questions`);
+  assert.ok(all.length >= least, `${all.length} questions`);
   let answered = 0;
+  let sweeps = 0;
   for (const question of all) {
     const { system, limits, realtime } = question;
     const words = [`pick=${system}`, limits.length > 0 ? `limit=${limits.map((limit) => limit.join(":")).join()}` : "", realtime === null ? "" : `realtime=${realtime}`];
     const hash = `pick&${words.filter(Boolean).join("&")}`;
     const place = ({ contender, timestep_ms: step }) => `${contender} at ${step}`;
     const [expected, shown] = await Promise.all([
-      said(data, question),
+      said(dir, data, question),
       page.evaluate(async (address) => {
         await new Promise((done) => {
           window.addEventListener("hashchange", done, { once: true });
@@ -89,18 +93,68 @@ test("page and command give the same answer to every question", { timeout: 50000
         return {
           system: document.querySelector("#pick-system").value,
           best: best ? `${best.contenderOf} at ${best.timestep}` : null,
-          alike: [...(document.querySelector(".pick-alike")?.textContent ?? "").matchAll(/([\w-]+) at /g)].map((match) => match[1]),
+          alike: [...(document.querySelector(".pick-alike")?.textContent ?? "").replace(/^[^:]*: /, "").matchAll(/([\w-][^,]*) at /g)].map((match) => match[1]),
+          settings: document.querySelector(".pick-settings")?.textContent.replace(/^Settings: /, "") ?? null,
           passing: [...document.querySelectorAll('.pick-answer table[aria-label="Contenders within the limits"] tbody tr')].map((row) => row.cells[0].textContent),
         };
       }, hash),
     ]);
     assert.equal(shown.system, system, hash);
     assert.equal(shown.best, expected.recommended === null ? null : place(expected.recommended), hash);
+    for (const { setting, value, default: otherwise } of expected.recommended?.settings ?? []) {
+      assert.ok(shown.settings.includes(otherwise === null ? `${setting} ${value}` : `${setting} ${value} instead of ${otherwise}`), `${hash}: ${shown.settings}`);
+    }
+    if (expected.recommended !== null) sweeps += expected.recommended.varies === expected.recommended.contender ? 0 : 1;
     assert.deepEqual(shown.alike, expected.not_told_apart.map(({ contender }) => contender), hash);
     assert.deepEqual(shown.passing, expected.contenders.map(({ contender }) => contender), hash);
     if (expected.recommended !== null) answered += 1;
   }
   assert.ok(answered > all.length / 2, `${answered} of ${all.length} questions have an answer`);
+  assert.deepEqual(trouble, []);
+  await page.close();
+  return sweeps;
+}
+
+test("page and command give the same answer to every question", { timeout: 500000 }, async () => {
+  await compare(results, 100);
+});
+
+test("where settings were swept, both answer with settings, one for each contender that was varied", { timeout: 300000 }, async () => {
+  const sweeps = await compare(settings, 30);
+  assert.ok(sweeps > 5, `${sweeps} answers with settings that a sweep made`);
+});
+
+test("where settings were swept, plots and legend have one line for each contender that was varied", { timeout: 100000 }, async () => {
+  const data = dataIn(join(settings, "report.html"));
+  const { page, trouble } = await openReport(browser, join(settings, "report.html"));
+  const lines = new Set(data.contenders.map((contender) => contender.varies));
+  assert.ok(lines.size < data.contenders.length / 3, `${lines.size} lines of ${data.contenders.length} settings`);
+  for (const view of data.views) {
+    const at = `[id="${view.system}"]`;
+    const shown = await page.evaluate((section) => {
+      const all = (selector) => [...document.querySelectorAll(`${section} ${selector}`)];
+      return {
+        legend: all(".legend-item").map((item) => item.dataset.contender),
+        series: all("svg.accuracy .series").map((group) => ({ name: group.dataset.contender, paths: group.querySelectorAll("path.line").length, marks: group.querySelectorAll(".mark").length, dots: group.querySelectorAll(".setting").length })),
+        bars: all("svg.bars .bar").length,
+      };
+    }, at);
+    assert.deepEqual(new Set(shown.legend), lines);
+    assert.equal(shown.legend.length, lines.size);
+    assert.equal(shown.bars, lines.size);
+    assert.deepEqual(new Set(shown.series.map(({ name }) => name)), lines);
+    for (const { name, paths, marks, dots } of shown.series) {
+      const front = view.swept[view.main][name];
+      assert.ok(paths <= 1, `${name} has ${paths} lines`);
+      if (!front) continue; // one setting only
+      assert.equal(marks, front.length, `${name}: the markers are the front's points`);
+      assert.ok(dots > 0, `${name}: what is not on the front is a dot`);
+    }
+  }
+  // the legend hides all settings of a contender together
+  const system = data.views[0].system;
+  await page.$eval(`[id="${system}"] .legend-item[data-contender="mujoco-euler"]`, (item) => item.click());
+  assert.equal(await page.$eval(`[id="${system}"] svg.accuracy .series[data-contender="mujoco-euler"]`, (group) => getComputedStyle(group).display), "none");
   assert.deepEqual(trouble, []);
   await page.close();
 });

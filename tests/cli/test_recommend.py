@@ -158,6 +158,44 @@ class RecommendTest(AssayTest):
         self.assertRegex(done.stderr, r"planar-chain: 2 contenders; .*consistency 8.*raw_speed 2.*; about \d")
         self.assertRegex(done.stdout, r"inside engine steps: [0-9.]+ % of the campaign's processor time")
 
+    def test_settings_are_a_curve_and_the_answer_names_them(self):
+        """campaigns/quick-settings.toml, the quick part of settings.toml."""
+        known = {row["contender"]: row for row in self.assay_json("engines", "--json")["contenders"]}
+        done = self.run_assay("run", "quick-settings", "--out", "results", "--references", "off")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        if "havok" in known:  # before anything is measured
+            self.assertIn("note: a sweep leaves 'havok' as it is: its engine has no setting for 'iterations'", done.stderr)
+        depths = self.values("penetration_max")
+        names = {name for name, _ in depths}
+        swept = {"mujoco-euler", "mujoco-euler it=2", "mujoco-euler it=10", "mujoco-euler contact_timeconst=0.005"}
+        self.assertLessEqual(swept, names)
+        self.assertLess(depths["mujoco-euler contact_timeconst=0.005", 1.0], 0.8 * depths["mujoco-euler", 1.0],
+                        "stiffer contacts sink less")
+        # each contender that was varied once, with the settings that it takes
+        told = self.assay_json("recommend", "results", "capsules-8", "--error", "1m", "--measure", "consistency", "--json")
+        lines = [row["varies"] for row in told["contenders"]]
+        self.assertEqual(len(lines), len(set(lines)), lines)
+        self.assertEqual(set(lines), {name for name in ("mujoco-euler", "ode-quick", "havok") if name in known})
+        for row in told["contenders"]:
+            self.assertEqual(row["contender"].split(" ")[0], row["varies"])
+            changed = {each["setting"]: each["value"] for each in row["settings"]}
+            for word in row["contender"].split(" ")[1:]:
+                name, value = word.split("=")
+                self.assertEqual(changed[{"it": "iterations"}.get(name, name)], value)
+        # within what only the stiff contacts keep, the answer is one of their points
+        stiff = max(depth for (name, step), depth in depths.items()
+                    if name == "mujoco-euler contact_timeconst=0.005" and step <= 1)
+        told = self.assay_json("recommend", "results", "capsules-8", "--penetration", f"{stiff * 1.001}m", "--realtime", "1e-6",
+                               "--json")
+        row = next(row for row in told["contenders"] if row["varies"] == "mujoco-euler")
+        self.assertEqual(row["contender"], "mujoco-euler contact_timeconst=0.005")
+        change = next(each for each in row["settings"] if each["setting"] == "contact_timeconst")
+        self.assertEqual((change["value"], change["default"], change["unit"]), ("0.005", "0.02", "s"))
+        text = self.assay("recommend", "results", "capsules-8", "--penetration", f"{stiff * 1.001}m")
+        if told["recommended"]["contender"] == row["contender"]:
+            self.assertIn("contact_timeconst 0.005 s instead of 0.02 s", text)
+        self.assertRegex(text, r"settings?:  ")
+
 
 if __name__ == "__main__":
     main()

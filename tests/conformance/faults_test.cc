@@ -18,10 +18,13 @@ namespace {
 // The contender that carries the faults: it passes the whole suite, joint limits, springs, armature and contact
 // included, but for what its soft contacts are declared to do.
 constexpr const char* kSound = "mujoco-euler";
-// It has torsional and rolling friction only approximately; this one has them exactly.
+// It has torsional and rolling friction only approximately, and no stiffness of contacts with its pyramids of friction;
+// this one has both.
 constexpr const char* kSoundInSpin = "bullet-mb";
 
-bool about_spin(const std::string& test) { return test == "torsional-friction" || test == "rolling-friction"; }
+bool about_spin(const std::string& test) {
+  return test == "torsional-friction" || test == "rolling-friction" || test == "contact-compliance";
+}
 
 struct Case {
   Fault fault;
@@ -125,6 +128,13 @@ std::vector<Case> set_up_faults() {
 
 std::vector<Case> contact_faults() {
   return {
+      {{.name = "compliant contacts that carry 3 % more",
+        .model =
+            [](Model& m) {
+              for (Body& b : m.bodies) b.mass *= 1.03;
+            }},
+       {"contact-compliance"}},
+      {{.name = "compliant contacts that swing 1 % too fast", .timestep_factor = 1.01}, {"contact-compliance"}},
       {{.name = "friction doubled",
         .model =
             [](Model& m) {

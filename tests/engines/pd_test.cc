@@ -163,21 +163,44 @@ TEST(Pd, AWrongValueNamesTheNearest) {
   }
 }
 
-// A hinge of ODE has one pair of stops.
-TEST(Pd, OdeRefusesANativeSpringOnALimitedHinge) {
+// A joint of ODE has one pair of stops: the spring of a limited hinge is a motor beside it, with the same row.
+TEST(Pd, OdesNativeSpringOfALimitedHingeFollowsTheSameLaw) {
+  const auto names = Registry::instance().contender_names();
+  if (std::ranges::find(names, "ode-step") == names.end()) GTEST_SKIP() << "ODE is absent";
+  for (const char* name : {"ode-step-native-pd", "ode-quick-native-pd"}) {
+    ResolvedContender native = Registry::instance().resolve(name);
+    Model model = sprung_wheel();
+    EXPECT_FALSE(native.engine->create(model, model.initial, native.settings)->view().joints[0].limited);
+    model.joints[0].limited = true;
+    model.joints[0].lower = -1;
+    model.joints[0].upper = 2;
+    EXPECT_TRUE(native.engine->create(model, model.initial, native.settings)->view().joints[0].limited) << name;
+    const double x = model.initial.position[0] - kRest, v = model.initial.velocity[0];
+    for (const double h : {1e-4, 1e-3, 16e-3}) {
+      native.settings.timestep = h;
+      const double law = implicit_law(h, x, v);
+      EXPECT_NEAR(after(native, model, 1).velocity[0], law, 1e-7 * std::abs(law)) << name << " at " << h;
+    }
+    // the stop holds where the spring would pull through it
+    model.joints[0].lower = 0.5;
+    native.settings.timestep = 1e-3;
+    EXPECT_GT(after(native, model, 200).position[0], 0.4) << name;
+    EXPECT_LT(after(native, model, 200).position[0], 0.51) << name;
+  }
+}
+
+TEST(Pd, OdeRefusesANativeSpringOnALimitedSlide) {
   const auto names = Registry::instance().contender_names();
   if (std::ranges::find(names, "ode-step") == names.end()) GTEST_SKIP() << "ODE is absent";
   const ResolvedContender native = Registry::instance().resolve("ode-step-native-pd");
-  const ResolvedContender plain = Registry::instance().resolve("ode-step");
   Model model = sprung_wheel();
-  EXPECT_FALSE(native.engine->create(model, model.initial, native.settings)->view().joints[0].limited);
+  model.joints[0].type = JointType::kSlide;
   model.joints[0].limited = true;
   model.joints[0].lower = -1;
   model.joints[0].upper = 1;
-  EXPECT_NO_THROW(plain.engine->create(model, model.initial, plain.settings));
+  model.initial = reference_state(model);
   EXPECT_THROW(native.engine->create(model, model.initial, native.settings), UnsupportedError);
-  // without a spring the stops are free
-  model.joints[0].stiffness = model.joints[0].damping = 0;
+  model.joints[0].stiffness = model.joints[0].damping = 0;  // without a spring the stops are free
   EXPECT_TRUE(native.engine->create(model, model.initial, native.settings)->view().joints[0].limited);
 }
 

@@ -89,6 +89,129 @@ TEST(Campaign, SaysWhatItSays) {
   EXPECT_EQ(pile.pieces, 3);
 }
 
+// ---- sweeps -----------------------------------------------------------------------------------------------------------
+
+constexpr const char* kSweep = R"(
+name = "sweep"
+contenders = ["null", "mujoco-euler", "mujoco-rk4"]
+timesteps_ms = [1]
+measures = ["raw_speed"]
+
+[[contender]]
+name = "A"
+base = "mujoco-euler"
+set = {contact_dampratio = 0.5}
+
+[[sweep]]
+contenders = ["*"]
+iterations = [2, 100]
+set = {contact_timeconst = [0.02, 0.005]}
+
+[[sweep]]
+contenders = ["mujoco-rk4"]
+tolerance = [1e-4]
+systems = ["pile"]
+
+[[system]]
+name = "planar-chain"
+duration_s = 2
+
+[[system]]
+name = "pile"
+model = "capsules-8"
+duration_s = 0.5
+contenders = ["mujoco-euler", "mujoco-rk4"]
+)";
+
+std::vector<std::string> names_on(const Campaign& campaign, size_t system) {
+  std::vector<std::string> names;
+  for (const int c : campaign.systems[system].contenders) {
+    names.push_back(campaign.contenders[static_cast<size_t>(c)].resolved.name);
+  }
+  return names;
+}
+
+TEST(Sweep, MakesEveryCombinationBehindWhatItVariesAndTheUnchangedOneOnce) {
+  const Campaign campaign = parse_campaign(kSweep, "file.toml");
+  EXPECT_THAT(names_on(campaign, 0),
+              ElementsAre("null", "mujoco-euler", "mujoco-euler it=2", "mujoco-euler it=2 contact_timeconst=0.005",
+                          "mujoco-euler contact_timeconst=0.005", "mujoco-rk4", "mujoco-rk4 it=2",
+                          "mujoco-rk4 it=2 contact_timeconst=0.005", "mujoco-rk4 contact_timeconst=0.005", "A",
+                          "A it=2", "A it=2 contact_timeconst=0.005", "A contact_timeconst=0.005"));
+  EXPECT_THAT(names_on(campaign, 1),
+              ElementsAre("mujoco-euler", "mujoco-euler it=2", "mujoco-euler it=2 contact_timeconst=0.005",
+                          "mujoco-euler contact_timeconst=0.005", "mujoco-rk4", "mujoco-rk4 it=2",
+                          "mujoco-rk4 it=2 contact_timeconst=0.005", "mujoco-rk4 contact_timeconst=0.005",
+                          "mujoco-rk4 tol=0.0001"))
+      << "a system has the settings of the contenders that it lists";
+  const auto named = [&](const std::string& name) {
+    return *std::ranges::find_if(campaign.contenders,
+                                 [&](const CampaignContender& each) { return each.resolved.name == name; });
+  };
+  const CampaignContender varied = named("A it=2");
+  EXPECT_EQ(varied.varies, "A");
+  EXPECT_EQ(varied.resolved.base, "mujoco-euler");
+  EXPECT_EQ(setting_text(varied.resolved.settings.values.at("iterations")), "2");
+  EXPECT_EQ(setting_text(varied.resolved.settings.values.at("contact_dampratio")), "0.5") << "what A has set stays";
+  EXPECT_EQ(named("A").varies, "");
+  EXPECT_THAT(campaign.notes, ElementsAre(AllOf(HasSubstr("'null'"), HasSubstr("'iterations'"))));
+  EXPECT_NE(parse_campaign(with(kSweep, "[2, 100]", "[3, 100]"), "a.toml").hash(), campaign.hash());
+}
+
+TEST(Sweep, EachEngineTakesTheValuesByItsOwnSettingOfThatRole) {
+  const std::map<std::string, std::string> own = {{"mujoco-euler", "iterations"},
+                                                  {"bullet-si-f64", "iterations"},
+                                                  {"ode-quick", "iterations"},
+                                                  {"physx-d6-pgs", "position_iterations"},
+                                                  {"jolt-f32", "velocity_steps"},
+                                                  {"dart-pgs", "pgs_iterations"},
+                                                  {"rapier-impulse-f64", "solver_iterations"}};
+  const std::vector<std::string> known = Registry::instance().contender_names();
+  for (const auto& [name, setting] : own) {
+    if (std::ranges::find(known, name) == known.end()) continue;  // an engine that is not there
+    const Campaign campaign =
+        parse_campaign("name = \"s\"\ncontenders = [\"" + name +
+                           "\"]\ntimesteps_ms = [1]\nmeasures = [\"drift\"]\n[[sweep]]\ncontenders = [\"" + name +
+                           "\"]\niterations = [7]\n[[system]]\nname = \"planar-chain\"\nduration_s = 1\n",
+                       "file.toml");
+    ASSERT_EQ(campaign.contenders.size(), 2U) << name;
+    EXPECT_EQ(campaign.contenders[1].resolved.name, name + " it=7");
+    EXPECT_EQ(setting_text(campaign.contenders[1].resolved.settings.values.at(setting)), "7") << name;
+  }
+}
+
+TEST(Sweep, MistakesAreSaidByName) {
+  const auto error = [](const std::string& from, const std::string& to) { return error_of(with(kSweep, from, to)); };
+  EXPECT_THAT(error("[\"*\"]", "[\"null\"]"),
+              AllOf(StartsWith("dir/file.toml:13: "), HasSubstr("'null'"), HasSubstr("no setting for 'iterations'")));
+  EXPECT_THAT(error("[\"*\"]", "[\"mujoco-eule\"]"), AllOf(HasSubstr("'mujoco-eule'"), HasSubstr("'mujoco-euler'")));
+  EXPECT_THAT(error("[\"*\"]", "[\"ode-*\"]"), HasSubstr("'ode-*' is no contender of the campaign"));
+  EXPECT_THAT(error("contact_timeconst = [", "contact_timecons = ["), AllOf(HasSubstr("(accepted)")))
+      << "a pattern's contenders without it stay as they are, and the notes say so";
+  EXPECT_THAT(error("[1e-4]", "[\"small\"]"), AllOf(HasSubstr("'mujoco-rk4'"), HasSubstr("'small'")));
+  EXPECT_THAT(error("[2, 100]", "[2, 2]"), HasSubstr("2 twice"));
+  EXPECT_THAT(error("[2, 100]", "[]"), HasSubstr("empty"));
+  EXPECT_THAT(error("iterations = [2", "iteration = [2"), HasSubstr("'iterations'"));
+  EXPECT_THAT(error("systems = [\"pile\"]", "systems = [\"pil\"]"), AllOf(HasSubstr("'pil'"), HasSubstr("'pile'")));
+  EXPECT_THAT(error("tolerance = [1e-4]", ""), HasSubstr("varies nothing"));
+  EXPECT_THAT(error("name = \"A\"\n", "name = \"mujoco-euler it=2\"\n"), HasSubstr("'mujoco-euler it=2'"));
+}
+
+// What cannot be given a compliance is named before anything runs.
+TEST(Sweep, AComplianceThatAnEngineCannotHaveIsRefused) {
+  const std::vector<std::string> known = Registry::instance().contender_names();
+  const auto has = [&](const char* name) { return std::ranges::find(known, name) != known.end(); };
+  const auto set = [&](const std::string& base, const std::string& settings) {
+    return error_of(with(with(kGood, "mujoco-euler", base), "{jacobian = \"dense\"}", settings));
+  };
+  EXPECT_THAT(set("null", "{contact_stiffness = 1000}"),
+              AllOf(HasSubstr("'null'"), HasSubstr("cannot be given a contact_stiffness")));
+  if (has("havok")) {
+    EXPECT_THAT(set("havok", "{contact_stiffness = 1000}"),
+                AllOf(HasSubstr("'havok'"), HasSubstr("cannot be given a contact_stiffness")));
+  }
+}
+
 TEST(Campaign, HashChangesWithWhatDecidesAResultAndWithNothingElse) {
   const std::string hash = parse_campaign(kGood, "a.toml").hash();
   EXPECT_EQ(parse_campaign(std::string("# a comment\ntitle = \"T\"\n") + kGood, "elsewhere/b.toml").hash(), hash);

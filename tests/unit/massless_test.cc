@@ -205,5 +205,35 @@ TEST_F(Chains, ALinkThatBranchesBorrowsFromTheHeaviestAndNobodyLendsMoreThanHalf
   EXPECT_DOUBLE_EQ(lent.model.bodies[10].mass, 0.5);
 }
 
+// Armature of the borrower's hinge hides borrowed inertia: more of it changes what turns about the hinge by the same
+// share.
+TEST(LentInertia, GrowsWithTheArmatureThatHidesIt) {
+  constexpr double kShare = 0.01, kInertia = 0.02, kArmature = 0.08;
+  for (const double armature : {0.0, kArmature, 1e6}) {
+    Model model;
+    for (int i = 0; i < 2; ++i) {
+      Body& body = model.bodies.emplace_back();
+      body.parent = i - 1;
+      body.joint = i;
+      Joint& joint = model.joints.emplace_back();
+      joint.body = i;
+      joint.axis_B = Vec3::UnitZ();
+      body.mass = i;
+      body.I_BBcm_B = kInertia * i * Mat3::Identity();
+    }
+    model.joints[0].armature = armature;
+    model.initial = reference_state(model);
+    const Lent lent = lend_mass(model, kShare);
+    const double part = std::min(kLargestLentShare, kShare * (1 + armature / kInertia));
+    EXPECT_NEAR(lent.model.bodies[0].mass, kShare, 1e-15) << armature;
+    EXPECT_NEAR(lent.model.bodies[0].I_BBcm_B(2, 2), part * kInertia, 1e-15) << armature;
+    EXPECT_NEAR(lent.model.bodies[1].I_BBcm_B(2, 2), (1 - part) * kInertia, 1e-15) << armature;
+    EXPECT_NEAR(lent.model.bodies[1].I_BBcm_B(2, 2) / lent.inertia_kept[1], kInertia, 1e-15) << armature;
+    const double turned = kInertia + armature;
+    if (part < kLargestLentShare)
+      EXPECT_NEAR(part * kInertia / turned, kShare, 1e-12) << "of what turns about the hinge";
+  }
+}
+
 }  // namespace
 }  // namespace assay

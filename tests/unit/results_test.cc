@@ -338,6 +338,80 @@ TEST_F(RecommendTest, TheReportSaysTheSame) {
   EXPECT_THAT(catalogue_data(results).dump(), HasSubstr("truth_error"));
 }
 
+// "slow" in three settings: of one line, and recommended once.
+class SweptTest : public RecommendTest {
+ protected:
+  void SetUp() override {
+    RecommendTest::SetUp();
+    std::vector<ContenderRow> rows = {{"fast", "fast", "1", "fast", "", "{}", "{}"},
+                                      {"slow", "slow", "1", "slow", "", R"({"changes": []})", "{}"}};
+    for (const std::string it : {"2", "10"}) {
+      const nlohmann::json described = {{"varies", "slow"},
+                                        {"changes",
+                                         {{{"setting", "iterations"},
+                                           {"value", it},
+                                           {"default", "50"},
+                                           {"unit", ""},
+                                           {"meaning", "sweeps over all constraints a step (own default: 20)"}}}}};
+      rows.push_back({"slow it=" + it, "slow", "1", "slow", "iterations=" + it, described.dump(), "{}"});
+    }
+    store_.set_contenders(rows);
+    line("fast", 0.5);
+    line("slow");
+    for (const double step : {1.0, 2.0, 4.0}) {
+      error("slow it=10", step, 1.5e-3 * step);
+      speed("slow it=10", step, 30 * step);
+      error("slow it=2", step, 10e-3 * step);  // neither faster than it=10 nor more accurate
+      speed("slow it=2", step, 25 * step);
+    }
+  }
+};
+
+TEST_F(SweptTest, AnAnswerHasSettingsAndOneForEachContenderThatWasVaried) {
+  const SystemAnswers all = answers();
+  const Recommendation found = recommend(all, within(2e-3));
+  EXPECT_EQ(best(all, within(2e-3)), "slow it=10 at 1") << "30, before slow at 2 with 20";
+  std::vector<std::string> lines;
+  for (const size_t i : found.contenders) lines.push_back(all.at(all.candidates[i]).contender);
+  EXPECT_THAT(lines, ElementsAre("slow it=10", "fast"));
+  ASSERT_THAT(all.changes.at("slow it=10"), SizeIs(1));
+  EXPECT_EQ(change_text(all.changes.at("slow it=10").front()),
+            "iterations 10 instead of 50 (sweeps over all constraints a step)");
+  EXPECT_THAT(all.changes.at("slow"), IsEmpty());
+}
+
+TEST_F(SweptTest, TheFrontOfWhatWasVariedIsOverTimestepsAndSettings) {
+  const SystemAnswers all = answers();
+  ASSERT_TRUE(all.swept.contains("truth_error"));
+  EXPECT_THAT(all.swept.at("truth_error"), SizeIs(1)) << "nothing else was varied";
+  std::vector<std::string> front;
+  for (const FrontMember& member : all.swept.at("truth_error").at("slow")) {
+    const Point& point = all.points[member.point];
+    front.push_back(point.contender + " at " + std::to_string(static_cast<int>(point.timestep_ms)));
+  }
+  EXPECT_THAT(front, ElementsAre("slow it=10 at 4", "slow it=10 at 2", "slow it=10 at 1", "slow at 1"))
+      << "slow at 2 is as fast as no other, and less accurate than slow it=10 at 1";
+}
+
+TEST_F(SweptTest, SettingsOfAContenderLookAlikeAndCountOnce) {
+  const Results results(store_);
+  EXPECT_EQ(results.varied("slow it=2"), "slow");
+  EXPECT_EQ(results.varied("fast"), "fast");
+  EXPECT_EQ(results.look("slow it=2").light, results.look("slow").light);
+  EXPECT_EQ(results.look("slow it=2").mark, results.look("slow").mark);
+  const nlohmann::json view = views_data(results)[0];
+  EXPECT_THAT(view["swept"]["truth_error"]["slow"], SizeIs(4));
+}
+
+TEST_F(RecommendTest, ResultsOfBeforeTellTheirSettingsAsTheyStoredThem) {
+  store_.set_contenders({{"old", "old", "1", "old", "iterations=10 cone=elliptic", "{}", "{}"}});
+  const Results results(store_);
+  const std::vector<SettingChange> changes = results.changes("old");
+  ASSERT_THAT(changes, SizeIs(2));
+  EXPECT_EQ(change_text(changes[0]), "iterations 10");
+  EXPECT_EQ(change_text(changes[1]), "cone elliptic");
+}
+
 // ---- looks --------------------------------------------------------------------------------------------------------------------
 
 // As people without green cones see it: Machado, Oliveira, Fernandes, "A Physiologically-based Model for Simulation of

@@ -32,7 +32,7 @@ export class Address {
     report: Report,
     private readonly first: string[],
   ) {
-    this.everyone = report.contenders.map((contender) => contender.name);
+    this.everyone = [...new Set(report.contenders.map((contender) => report.varied(contender.name)))];
     this.seen = location.hash;
     this.restore();
     state.kept = () => this.write();

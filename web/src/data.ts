@@ -193,6 +193,8 @@ export interface Contender {
   version: string;
   base: string;
   settings: string;
+  varies?: string; // the contender of which a sweep made this one by other settings; else its own name
+  changes?: string[]; // in words: its settings that differ from the adapter's defaults
   capabilities: Record<string, unknown>;
   build: Record<string, unknown>;
 }
@@ -319,6 +321,7 @@ export interface ViewJson {
   errors: string[];
   points: ViewPoint[];
   fronts: Record<string, { point: number; equals: string[] }[]>;
+  swept?: Record<string, Record<string, number[]>>; // by value, then contender whose settings were varied: its front's points, the fastest first
   candidates: Candidate[];
   excluded: { contender: string; timestep_ms: number; why: string }[];
   card: { answers: Answer[]; caveat: string };
@@ -384,6 +387,11 @@ export class Report {
         json.systems.push({ name: cell.system, facts: {} });
       }
     }
+  }
+
+  // The contender that this one is a setting of: its own name, unless a sweep made it. These share a line and a look.
+  varied(contender: string): string {
+    return this.contenderByName.get(contender)?.varies || contender;
   }
 
   isHarness(contender: string): boolean {
@@ -457,6 +465,21 @@ export class SystemView {
     }
     const present = new Set(this.cells.map((cell) => cell.contender));
     this.contenders = report.contenders.map((contender) => contender.name).filter((name) => present.has(name));
+  }
+
+  // What has a line of its own: a contender, or all settings of one that were swept.
+  get lines(): string[] {
+    return [...new Set(this.contenders.map((name) => this.report.varied(name)))];
+  }
+
+  // The contenders of a line; several where its settings were swept.
+  settingsOf(line: string): string[] {
+    return this.contenders.filter((name) => this.report.varied(name) === line);
+  }
+
+  // The one that stands for a line where there is room for one: with the settings that were not varied, if it took part.
+  standIn(line: string): string {
+    return this.contenders.includes(line) ? line : (this.settingsOf(line)[0] ?? line);
   }
 
   // All cells of a contender at a timestep.

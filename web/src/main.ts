@@ -13,6 +13,7 @@ import { canPick, picker } from "./picker";
 import { Pieces } from "./pieces";
 import { answerParts, recommendation } from "./recommendation";
 import { scalingPanel } from "./plots/scaling";
+import { state } from "./state";
 import { fillSystem } from "./system";
 import { changes } from "./tables/changes";
 import { courses } from "./tables/courses";
@@ -50,7 +51,9 @@ function lead(report: Report): string {
   const engineNames = new Set(report.contenders.filter((c) => contenders.has(c.name) && c.engine).map((c) => c.engine.replace(/-(f32|f64)$/, "")));
   if (cells.length === 0) return "These results are empty: no cell of the campaign has been measured yet.";
   const systems = report.json.systems.length;
-  const body = `${contenders.size} contenders of ${engineNames.size} engines on ${systems} ${systems === 1 ? "system" : "systems"}`;
+  const lines = new Set([...contenders].map((name) => report.varied(name))).size;
+  const swept = lines < contenders.size ? ` in ${contenders.size} settings` : "";
+  const body = `${lines} contenders of ${engineNames.size} engines${swept} on ${systems} ${systems === 1 ? "system" : "systems"}`;
   return good === 0 ? `${body}: none of the ${cells.length} cells has a sound result.` : `${body}; ${good} of ${cells.length} cells have a sound result.`;
 }
 
@@ -72,6 +75,7 @@ function part(id: string, title: string, text: string): HTMLElement {
 }
 
 function build(report: Report, masthead: HTMLElement, nav: HTMLElement, page: HTMLElement): void {
+  state.lineOf = (contender) => report.varied(contender);
   const palette = new Palette(report);
   const address = new Address(report, palette.first);
   const measured = report.json.cells.some((cell) => !report.isHarness(cell.contender));

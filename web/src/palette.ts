@@ -50,7 +50,7 @@ export class Palette {
 
   // Contenders shown when the report opens.
   get first(): string[] {
-    const names = this.report.contenders.map((contender) => contender.name);
+    const names = [...new Set(this.report.contenders.map((contender) => this.report.varied(contender.name)))];
     return names.filter((name) => this.report.json.looks?.[name]?.first ?? true);
   }
 }

@@ -25,13 +25,14 @@ export function pick(view: SystemView, question: Question): Picked {
   const seen = new Set<string>();
   for (const candidate of view.json.candidates) {
     const point = view.json.points[candidate.point];
-    if (!point?.speed || seen.has(point.contender)) continue;
+    const line = point ? view.report.varied(point.contender) : "";
+    if (!point?.speed || seen.has(line)) continue;
     const within = question.limits.every(([name, largest]) => {
       const worst = candidate.worst[name];
       return worst !== undefined && worst.value <= largest;
     });
     if (!within || (question.realtime !== null && point.speed.value < question.realtime)) continue;
-    seen.add(point.contender);
+    seen.add(line);
     passing.push({ candidate, point, speed: point.speed });
   }
   const best = passing[0];
@@ -136,6 +137,10 @@ export function picker(report: Report, palette: Palette): HTMLElement {
     state.setShown([one.point.contender], true);
     state.choose({ system: question.system, contender: one.point.contender, timestep: one.point.timestep_ms });
   };
+  const settings = (one: Pick) => {
+    const changes = report.contenderByName.get(one.point.contender)?.changes;
+    return changes ? el("li", { class: "pick-settings" }, changes.length > 0 ? `Settings: ${changes.join("; ")}` : "Settings: the adapter's defaults") : null;
+  };
   const draw = () => {
     clear(found);
     const view = viewOf(question.system);
@@ -156,7 +161,7 @@ export function picker(report: Report, palette: Palette): HTMLElement {
       const details = el("button", { type: "button", class: "link", click: () => open(best) }, "Details");
       found.append(
         el("p", { class: "pick-best", "data-contender-of": best.point.contender, "data-timestep": best.point.timestep_ms }, swatch(palette, best.point.contender), " ", el("strong", {}, `${best.point.contender} at ${timestep(best.point.timestep_ms)} ms`), ` runs at ${speedText(best.speed)}. `, details),
-        el("ul", { class: "pick-facts" }, ...question.limits.map(([name]) => el("li", {}, `${valueInfo(name).label}: ${worstText(name, best.candidate.worst[name], best.point.timestep_ms)}, the largest at this or any smaller timestep`)), best.candidate.margin ? el("li", {}, `Margin: ${best.candidate.margin}`) : null),
+        el("ul", { class: "pick-facts" }, settings(best), ...question.limits.map(([name]) => el("li", {}, `${valueInfo(name).label}: ${worstText(name, best.candidate.worst[name], best.point.timestep_ms)}, the largest at this or any smaller timestep`)), best.candidate.margin ? el("li", {}, `Margin: ${best.candidate.margin}`) : null),
       );
       if (alike.length > 0) {
         found.append(el("p", { class: "pick-alike" }, "Not told apart in speed: ", alike.map((one) => `${one.point.contender} at ${timestep(one.point.timestep_ms)} ms`).join(", "), "."));

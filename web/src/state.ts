@@ -18,6 +18,8 @@ export interface Question {
 
 class State {
   private readonly hidden = new Set<string>();
+  // The contender whose line another one is on (Report.varied): settings of one are shown, hidden and lit together.
+  lineOf: (contender: string) => string = (contender) => contender;
   readonly measures = new Map<string, string>(); // the value that each system's plot shows, where the reader chose one
   question: Question | null = null;
   claim: number | null = null; // the one that is open
@@ -53,7 +55,7 @@ class State {
   }
 
   isHidden(contender: string): boolean {
-    return this.hidden.has(contender);
+    return this.hidden.has(this.lineOf(contender));
   }
 
   get highlight(): string | null {
@@ -61,13 +63,15 @@ class State {
   }
 
   setHighlight(contender: string | null): void {
-    if (this.highlighted === contender) return;
-    this.highlighted = contender;
+    const line = contender === null ? null : this.lineOf(contender);
+    if (this.highlighted === line) return;
+    this.highlighted = line;
     this.changed();
   }
 
   toggle(contender: string): void {
-    if (!this.hidden.delete(contender)) this.hidden.add(contender);
+    const line = this.lineOf(contender);
+    if (!this.hidden.delete(line)) this.hidden.add(line);
     this.changed();
     this.kept();
   }
@@ -75,8 +79,8 @@ class State {
   // Shows or hides some and leaves the others as they are.
   setShown(contenders: string[], shown: boolean): void {
     for (const name of contenders) {
-      if (shown) this.hidden.delete(name);
-      else this.hidden.add(name);
+      if (shown) this.hidden.delete(this.lineOf(name));
+      else this.hidden.add(this.lineOf(name));
     }
     this.changed();
     this.kept();
@@ -84,7 +88,8 @@ class State {
 
   show(contenders: string[], all: string[]): void {
     this.hidden.clear();
-    for (const name of all) if (!contenders.includes(name)) this.hidden.add(name);
+    const lines = contenders.map((name) => this.lineOf(name));
+    for (const name of all) if (!lines.includes(this.lineOf(name))) this.hidden.add(this.lineOf(name));
     this.changed();
     this.kept();
   }
@@ -104,7 +109,7 @@ export const state = new State();
 // Marks elements that belong to a contender as hidden, dimmed or highlighted.
 export function markContenders(root: ParentNode): void {
   for (const node of root.querySelectorAll<HTMLElement | SVGElement>("[data-contender]")) {
-    const name = node.dataset.contender ?? "";
+    const name = state.lineOf(node.dataset.contender ?? "");
     node.classList.toggle("off", state.isHidden(name));
     node.classList.toggle("lit", state.highlight === name);
     node.classList.toggle("dim", state.highlight !== null && state.highlight !== name);

@@ -28,7 +28,8 @@ bool is_identity(const Pose& X, double length) {
 
 }  // namespace
 
-Collision::Collision(const Model& model, bool turning_friction) : turning_friction_(turning_friction) {
+Collision::Collision(const Model& model, bool turning_friction, const ContactCompliance& compliance)
+    : turning_friction_(turning_friction), compliance_(compliance) {
   // rows: the shapes that can touch something
   ContactShapes shapes = contact_shapes(model);
   row_of_shape_ = std::move(shapes.row);
@@ -147,6 +148,10 @@ void Collision::mark(btCollisionObject& object, int number) const {
   object.setUserPointer(const_cast<Collision*>(this));
   object.setUserIndex(number);
   object.setRestitution(0);
+  // Bullet puts the springs of two objects in a row, and their dampers side by side
+  if (compliance_.is_set()) {
+    object.setContactStiffnessAndDamping(real(2 * compliance_.stiffness), real(compliance_.damping / 2));
+  }
   if (by_shape_[number]) {
     object.setCollisionFlags(object.getCollisionFlags() | btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK);
   }

@@ -9,6 +9,7 @@
 
 #include <btBulletCollisionCommon.h>
 
+#include "engines/adapter.h"
 #include "model/kinematics.h"
 #include "model/model.h"
 #include "shapes.h"
@@ -23,8 +24,9 @@ struct BodyFrame {
 
 class Collision : public btOverlapFilterCallback {
  public:
-  // `turning_friction`: whether pairs have their torsional and rolling friction, else they have none.
-  Collision(const Model& model, bool turning_friction);
+  // `turning_friction`: whether pairs have their torsional and rolling friction, else they have none. `compliance` in
+  // the unit of mass of the simulation.
+  Collision(const Model& model, bool turning_friction, const ContactCompliance& compliance);
 
   const BodyFrame& frame(int body) const { return frames_[body]; }
 
@@ -74,6 +76,7 @@ class Collision : public btOverlapFilterCallback {
                              const btCollisionObjectWrapper* b, int part_b, int child_b);
 
   bool turning_friction_;
+  ContactCompliance compliance_;
   std::vector<BodyFrame> frames_;
   std::vector<int> row_of_shape_;  // by Model::shapes; -1: touches nothing
   int rows_ = 0;

@@ -56,6 +56,10 @@ std::vector<Setting> declared_settings() {
            1000000);
   std::vector<Setting> settings = list.take();
   settings.push_back(lent_share_setting());
+  add_contact_compliance(settings, "contact_erp, cfm and split_impulse", {{"solver", "si"}});
+  give_role(settings, "iterations", SettingRole::kIterations, {{"solver", "si"}});
+  give_role(settings, "residual_threshold", SettingRole::kTolerance, {{"solver", "si"}});
+  give_role(settings, "contact_erp", SettingRole::kContactSoftness);
   return settings;
 }
 
@@ -85,6 +89,8 @@ Options read_options(const Settings& settings) {
   options.randomize_order = settings.get<bool>("randomize_order");
   options.solver_batch = integer(settings, "solver_batch");
   options.lent_share = settings.get<double>("lent_share");
+  options.compliance = contact_compliance(settings);
+  if (options.compliance.is_set()) options.split_impulse = false;
   return options;
 }
 

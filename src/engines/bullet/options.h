@@ -5,7 +5,7 @@
 
 #include <LinearMath/btScalar.h>
 
-#include "engines/engine.h"
+#include "engines/adapter.h"
 #include "model/massless.h"
 
 namespace assay::bullet {
@@ -38,6 +38,7 @@ struct Options {
   bool randomize_order = false;
   int solver_batch = 128;
   double lent_share = kLentShare;
+  ContactCompliance compliance;
   double mass_unit = 1;  // what Bullet's numbers of mass count, 1/kg; not a setting: see make_rigid()
 
   // Whether contacts have torsional and rolling friction: Bullet solves both where it has a circular cone.

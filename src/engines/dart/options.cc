@@ -5,7 +5,7 @@
 namespace assay::dartsim {
 
 std::vector<Setting> declared_settings() {
-  return {
+  std::vector<Setting> settings = {
       {"lcp",
        "dantzig",
        "",
@@ -44,6 +44,10 @@ std::vector<Setting> declared_settings() {
        "step's start",
        {"native", "explicit"}},
   };
+  give_role(settings, "pgs_iterations", SettingRole::kIterations, {{"lcp", "pgs"}});
+  give_role(settings, "pgs_tolerance", SettingRole::kTolerance, {{"lcp", "pgs"}});
+  give_role(settings, "contact_erp", SettingRole::kContactSoftness);
+  return settings;
 }
 
 Options read_options(const Settings& s) {

@@ -52,6 +52,9 @@ class JoltEngine final : public Adapter {
     if (kDoublePositions) return {{"jolt-f64", "Jolt, positions in double precision, 50 velocity iterations", {}}};
     return {{"jolt-f32", "Jolt, single precision, 50 velocity iterations", {}},
             {"jolt-f32-10", "the same with Jolt's own 10 velocity iterations", {{"velocity_steps", 10LL}}},
+            {"jolt-default",
+             "Jolt's own defaults: 10 velocity iterations, a slop of 2 cm",
+             {{"velocity_steps", 10LL}, {"penetration_slop", 0.02}}},
             {"jolt-f32-native-pd", "the same, joint springs and dampers by the hinge's motor", {{"pd", "native"}}}};
   }
 

@@ -12,7 +12,7 @@ constexpr double kPlaneHalfExtent = 1e5;  // m
 }  // namespace
 
 std::vector<Setting> declared_settings() {
-  return {
+  std::vector<Setting> settings = {
       {"velocity_steps",
        50LL,
        "",
@@ -51,7 +51,9 @@ std::vector<Setting> declared_settings() {
       {"speculative_distance",
        0.02,
        "m",
-       "distance at which a contact is made, which acts only if it would be closed within the step",
+       "distance at which a contact is made, which acts only if it would be closed within the step; 0: a fiftieth of "
+       "the "
+       "shapes' size and a step's way at the speed of a fall through the model's height",
        {},
        0.0,
        1.0},
@@ -62,6 +64,9 @@ std::vector<Setting> declared_settings() {
       lent_share_setting(),
       {"gyroscopic", true, "", "gyroscopic torque (Jolt's own default is off); off is wrong for asymmetric bodies"},
   };
+  give_role(settings, "velocity_steps", SettingRole::kIterations);
+  give_role(settings, "baumgarte", SettingRole::kContactSoftness);
+  return settings;
 }
 
 Options read_options(const Settings& settings) {

@@ -241,6 +241,7 @@ std::vector<Pose> body_frames(const Model& model) {
 World make_world(const Model& model, const State& state, const std::vector<Pose>& frames, const Options& options) {
   jolt_settings settings = options.world;
   store(model.gravity, settings.gravity);
+  if (settings.speculative_distance == 0) settings.speculative_distance = contact_margin(model, settings.timestep);
   std::vector<jolt_body> bodies;
   std::vector<jolt_shape> shapes;
   std::vector<jolt_pair> pairs;

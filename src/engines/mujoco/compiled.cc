@@ -57,6 +57,7 @@ class Builder {
   Builder(const Model& model, const Settings& settings, bool explicit_springs)
       : model_(model),
         soft_(settings),
+        compliance_(contact_compliance(settings)),
         explicit_springs_(explicit_springs),
         tree_(share_bodies(model)),
         spec_(mj_makeSpec()),
@@ -67,7 +68,8 @@ class Builder {
     spec_->compiler.inertiafromgeom = mjINERTIAFROMGEOM_FALSE;
     spec_->compiler.usethread = false;
     set_options(settings, model.gravity, spec_->option);
-    const ContactPlan plan = plan_contacts(model, tree_, settings.get<std::string>("contact_pairs") == "explicit");
+    const bool listed = compliance_.is_set() || settings.get<std::string>("contact_pairs") == "explicit";
+    const ContactPlan plan = plan_contacts(model, tree_, listed);
     if (!plan.filter_parents) spec_->option.disableflags |= mjDSBL_FILTERPARENT;
     for (size_t i = 0; i < model.bodies.size(); ++i) add_joint(static_cast<int>(i));
     add_shape_data(spec_.get(), model, plan);
@@ -298,6 +300,12 @@ class Builder {
       copy_quat(address.q_BC.conjugate() * model_.balls[b].spring_reference * address.q_BC,
                 m.qpos_spring + address.qpos);
     }
+    for (int p = 0; compliance_.is_set() && p < m.npair; ++p) {
+      const auto inverse_mass = [&](int geom) { return m.body_invweight0[ptrdiff_t{2} * m.geom_bodyid[geom]]; };
+      make_compliant(compliance_, inverse_mass(m.pair_geom1[p]) + inverse_mass(m.pair_geom2[p]),
+                     m.pair_solref + ptrdiff_t{mjNREF} * p, m.pair_solimp + ptrdiff_t{mjNIMP} * p,
+                     m.pair_solreffriction + ptrdiff_t{mjNREF} * p);
+    }
     for (const auto& [tendon, own] : rests_) {  // a spec takes -1, -1 for the length at the reference
       mjtNum* rest = m.tendon_lengthspring + ptrdiff_t{2} * mjs_getId(tendon->element);
       rest[0] = own->rest_lower;
@@ -307,6 +315,7 @@ class Builder {
 
   const Model& model_;
   Softnesses soft_;
+  ContactCompliance compliance_;
   bool explicit_springs_;
   Tree tree_;
   SpecPtr spec_;

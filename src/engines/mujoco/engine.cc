@@ -85,29 +85,37 @@ class MujocoEngine final : public Adapter {
   std::vector<Setting> settings() const override { return declared_settings(); }
 
   std::vector<Contender> contenders() const override {
-    using Set = std::map<std::string, std::string>;
+    using Set = std::map<std::string, SettingValue>;
+    const auto text = [](const char* value) { return std::string(value); };
     const auto contender = [](const char* name, const char* summary, const Set& set) {
-      return Contender{.name = name, .summary = summary, .set = {set.begin(), set.end()}};
+      return Contender{.name = name, .summary = summary, .set = set};
     };
     return {
         contender("mujoco-euler", "semi-implicit Euler, Newton solver, sparse", {}),
-        contender("mujoco-rk4", "Runge-Kutta 4, Newton solver, sparse", {{"integrator", "rk4"}}),
+        contender("mujoco-default", "MuJoCo's own defaults: semi-implicit Euler, Newton solver, Jacobian by size",
+                  {{"jacobian", text("auto")}}),
+        contender("mujoco-rk4", "Runge-Kutta 4, Newton solver, sparse", {{"integrator", text("rk4")}}),
         contender("mujoco-implicitfast", "implicit in velocity without Coriolis derivatives, Newton solver, sparse",
-                  {{"integrator", "implicitfast"}}),
-        contender("mujoco-implicit", "implicit in velocity, Newton solver, sparse", {{"integrator", "implicit"}}),
-        contender("mujoco-euler-dense", "semi-implicit Euler, Newton solver, dense", {{"jacobian", "dense"}}),
-        contender("mujoco-euler-pgs", "semi-implicit Euler, projected Gauss-Seidel, sparse", {{"solver", "pgs"}}),
+                  {{"integrator", text("implicitfast")}}),
+        contender("mujoco-implicit", "implicit in velocity, Newton solver, sparse", {{"integrator", text("implicit")}}),
+        contender("mujoco-euler-dense", "semi-implicit Euler, Newton solver, dense", {{"jacobian", text("dense")}}),
+        contender("mujoco-euler-pgs", "semi-implicit Euler, projected Gauss-Seidel, sparse", {{"solver", text("pgs")}}),
         contender("mujoco-euler-pgs-dense", "semi-implicit Euler, projected Gauss-Seidel, dense",
-                  {{"solver", "pgs"}, {"jacobian", "dense"}}),
-        contender("mujoco-euler-cg", "semi-implicit Euler, conjugate gradients, sparse", {{"solver", "cg"}}),
+                  {{"solver", text("pgs")}, {"jacobian", text("dense")}}),
+        contender("mujoco-euler-cg", "semi-implicit Euler, conjugate gradients, sparse", {{"solver", text("cg")}}),
         contender("mujoco-euler-cg-dense", "semi-implicit Euler, conjugate gradients, dense",
-                  {{"solver", "cg"}, {"jacobian", "dense"}}),
+                  {{"solver", text("cg")}, {"jacobian", text("dense")}}),
         contender("mujoco-euler-elliptic", "semi-implicit Euler, Newton solver, sparse, elliptic friction cone",
-                  {{"cone", "elliptic"}}),
+                  {{"cone", text("elliptic")}}),
+        contender(
+            "mujoco-euler-noslip",
+            "semi-implicit Euler, Newton solver, elliptic friction cone, impratio 10, 10 iterations without slip",
+            {{"jacobian", text("auto")}, {"cone", text("elliptic")}, {"impratio", 10.0}, {"noslip_iterations", 10LL}}),
         contender("mujoco-euler-explicit-pd",
-                  "semi-implicit Euler, Newton solver, sparse, explicit springs and dampers", {{"pd", "explicit"}}),
+                  "semi-implicit Euler, Newton solver, sparse, explicit springs and dampers",
+                  {{"pd", text("explicit")}}),
         contender("mujoco-rk4-explicit-pd", "Runge-Kutta 4, Newton solver, sparse, explicit springs and dampers",
-                  {{"integrator", "rk4"}, {"pd", "explicit"}}),
+                  {{"integrator", text("rk4")}, {"pd", text("explicit")}}),
     };
   }
 
@@ -145,6 +153,7 @@ class MujocoEngine final : public Adapter {
                                   shortest(settings.get<double>("contact_impedance_min")),
                                   shortest(settings.get<double>("contact_impedance_max")),
                                   shortest(settings.get<double>("contact_impedance_width")));
+    c.contact_model = contact_compliance(settings).text(c.contact_model);
     c.friction_cone = settings.get<std::string>("cone") == "elliptic" ? "elliptic" : "pyramid inside the cone, 4 sides";
     c.friction_combine = "larger of two, as the model's pairs; explicit pairs where they differ";
     c.contact = true;

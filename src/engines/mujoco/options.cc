@@ -17,7 +17,14 @@ constexpr std::array<std::pair<const char*, mjtIntegrator>, 5> kIntegrators = {{
 constexpr std::array<std::pair<const char*, mjtSolver>, 3> kSolvers = {
     {{"newton", mjSOL_NEWTON}, {"cg", mjSOL_CG}, {"pgs", mjSOL_PGS}}};
 
+constexpr std::array<std::pair<const char*, mjtJacobian>, 3> kJacobians = {
+    {{"sparse", mjJAC_SPARSE}, {"dense", mjJAC_DENSE}, {"auto", mjJAC_AUTO}}};
+
 constexpr std::array kSolverNames = {"projected Gauss-Seidel", "conjugate gradients", "Newton"};  // by mjtSolver
+
+// A compliant contact's impedance is the least that MuJoCo has (compliant_reference), and that of its friction follows
+// from it by impratio: with this factor friction is as stiff as with the contacts' own impedance of 0.9.
+constexpr double kFrictionOfCompliance = (0.9 / (1 - 0.9)) / (mjMINIMP / (1 - mjMINIMP));
 
 template <typename Table>
 auto choice(const Table& table, const std::string& name) {
@@ -42,8 +49,8 @@ std::vector<Setting> declared_settings() {
       {.name = "jacobian",
        .default_value = std::string("sparse"),
        .unit = "",
-       .meaning = "form of the constraint Jacobian; MuJoCo itself takes dense below 60 DOF and sparse above",
-       .choices = {"sparse", "dense"}},
+       .meaning = "form of the constraint Jacobian; auto is MuJoCo's own: dense below 60 DOF and sparse above",
+       .choices = {"sparse", "dense", "auto"}},
       {.name = "cone",
        .default_value = std::string("pyramidal"),
        .unit = "",
@@ -155,6 +162,11 @@ std::vector<Setting> declared_settings() {
                                                "creeps less",
                                     .minimum = 1e-4,
                                     .maximum = 0.9999}});
+  add_contact_compliance(settings, "the contact_ settings above, each pair from a list (contact_pairs=explicit)",
+                         {{"cone", "elliptic"}});
+  give_role(settings, "iterations", SettingRole::kIterations);
+  give_role(settings, "tolerance", SettingRole::kTolerance);
+  give_role(settings, "contact_timeconst", SettingRole::kContactSoftness);
   return settings;
 }
 
@@ -163,7 +175,7 @@ void set_options(const Settings& s, const Vec3& gravity, mjOption& option) {
   Eigen::Map<Vec3>(option.gravity) = gravity;
   option.integrator = choice(kIntegrators, s.get<std::string>("integrator"));
   option.solver = choice(kSolvers, s.get<std::string>("solver"));
-  option.jacobian = is(s, "jacobian", "dense") ? mjJAC_DENSE : mjJAC_SPARSE;
+  option.jacobian = choice(kJacobians, s.get<std::string>("jacobian"));
   option.cone = is(s, "cone", "elliptic") ? mjCONE_ELLIPTIC : mjCONE_PYRAMIDAL;
   option.iterations = integer(s, "iterations");
   option.tolerance = s.get<double>("tolerance");
@@ -171,6 +183,7 @@ void set_options(const Settings& s, const Vec3& gravity, mjOption& option) {
   option.ls_tolerance = s.get<double>("ls_tolerance");
   option.noslip_iterations = integer(s, "noslip_iterations");
   option.impratio = s.get<double>("impratio");
+  if (contact_compliance(s).is_set()) option.impratio *= kFrictionOfCompliance;
 
   // without the automatic reset a blow-up stays visible instead of starting again from the reference state
   option.disableflags = mjDSBL_AUTORESET;
@@ -195,6 +208,23 @@ Softness softness(const Settings& s, const std::string& kind) {
   result.impedance[1] = number("_impedance_max");
   result.impedance[2] = number("_impedance_width");
   return result;
+}
+
+// MuJoCo's contact holds f = (-b v - k r - a) / R along its normal, with its acceleration a, R = (1 - d) / d times the
+// inverse mass that it reckons with, k = -solref1 / d and b = -solref2 / d for a constant impedance d. So it is a
+// spring of k / R and a damper of b / R beside a mass of 1 / R, which the least d makes negligible.
+void make_compliant(const ContactCompliance& compliance, double inverse_mass, mjtNum* reference, mjtNum* impedance,
+                    mjtNum* friction_reference) {
+  constexpr double d = mjMINIMP, R_of_mass = (1 - d) / d;
+  const double R = R_of_mass * inverse_mass;
+  reference[0] = -compliance.stiffness * R * d;
+  reference[1] = -compliance.damping * R * d;
+  mjtNum standard[mjNREF] = {}, ignored[mjNIMP] = {};
+  mj_defaultSolRefImp(standard, ignored);
+  impedance[0] = impedance[1] = d;
+  // friction's rate, 2 / (0.95 solref1) with MuJoCo's own impedance
+  friction_reference[0] = 0;
+  friction_reference[1] = -2 / (0.95 * standard[0]) * d;
 }
 
 Softness dry_friction_softness(const Settings& s) {

@@ -7,7 +7,7 @@
 
 #include <mujoco/mujoco.h>
 
-#include "engines/engine.h"
+#include "engines/adapter.h"
 
 namespace assay::mujoco {
 
@@ -28,6 +28,10 @@ struct Softness {
 };
 // Of "contact", "limit" or "equality".
 Softness softness(const Settings& settings, const std::string& kind);
+// Makes a contact of two bodies with this sum of inverse masses (1/kg, as MuJoCo reckons with them) a spring and
+// damper.
+void make_compliant(const ContactCompliance& compliance, double inverse_mass, mjtNum* reference, mjtNum* impedance,
+                    mjtNum* friction_reference);
 // A constraint of a velocity: only its time constant and impedance at no violation count.
 Softness dry_friction_softness(const Settings& settings);
 

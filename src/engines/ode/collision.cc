@@ -78,7 +78,7 @@ void Collision::create_shapes(const Model& model, const std::vector<dxBody*>& bo
   for (const Shape& shape : model.shapes) {
     has_faces_.push_back(has_faces(shape.type));
     const double mass = shape.body == kWorld ? dInfinity : model.bodies[shape.body].mass;
-    cfm_of_face_.push_back(kFaceSoftness * options.timestep / mass);
+    cfm_of_face_.push_back(options.compliance.is_set() ? 0 : kFaceSoftness * options.timestep / mass);
   }
   pair_friction_.assign(count * count, kNoContact);
   for (const ContactPair& pair : model.contacts) {

@@ -1,6 +1,7 @@
 #include "drives.h"
 
 #include "convert.h"
+#include "engines/adapter.h"
 #include "model/kinematics.h"
 
 namespace assay::ode {
@@ -88,6 +89,13 @@ void Drives::create(dxWorld* world, const Model& model, const std::vector<dxBody
                               : angular_motor(world, child, parent, axis.replicate<1, 3>(), 1);
     };
     if (joint.dry_friction > 0) set_friction(motor(), 1, joint.dry_friction, options.cfm);
+    if (options.native_springs && joint.has_spring() && joint.limited && !joint.is_slide()) {
+      const double yielding = timestep_ * joint.stiffness + joint.damping;
+      const double middle = middle_of_range(joint, 0);  // where ODE's angle is zero
+      springs_.push_back({joints[j], motor(), joint.spring_reference - middle, joint.stiffness / yielding});
+      set_param(springs_.back().motor, dParamFMax, dInfinity);
+      set_param(springs_.back().motor, dParamCFM, 1 / yielding);
+    }
     if (joint.armature > 0) {
       rotors_.push_back({joints[j], motor()});
       set_rotor(rotors_.back().motor, 1, joint.armature, timestep_);
@@ -118,6 +126,9 @@ void Drives::create(dxWorld* world, const Model& model, const std::vector<dxBody
 }
 
 void Drives::update() {
+  for (const Spring& spring : springs_) {
+    set_param(spring.motor, dParamVel, spring.pull * (spring.rest - dJointGetHingeAngle(spring.joint)));
+  }
   for (const Rotor& rotor : rotors_) {
     const bool slide = dJointGetType(rotor.joint) == dJointTypeSlider;
     set_param(rotor.motor, dParamVel,

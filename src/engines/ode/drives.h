@@ -1,5 +1,6 @@
-// Rows beside a joint's own: dry friction, armature, and the limit of a ball joint, each a motor of ODE on the joint's
-// two bodies. A hinge or slide has one set of stops and motor, which its limits or its spring need.
+// Rows beside a joint's own: dry friction, armature, native springs of limited hinges, and the limit of a ball joint,
+// each a motor of ODE on the joint's two bodies. A hinge or slide has one set of stops and motor, which its limits or
+// its spring need.
 #pragma once
 
 #include <vector>
@@ -17,8 +18,8 @@ class Drives {
   void create(dxWorld* world, const Model& model, const std::vector<dxBody*>& bodies,
               const std::vector<dxJoint*>& joints, const Options& options);
 
-  // Before each step: armature keeps the joint's present rate but for the torque that this takes, limits of balls turn
-  // with the deflection.
+  // Before each step: springs pull towards their rest, armature keeps the joint's present rate but for the torque that
+  // this takes, limits of balls turn with the deflection.
   void update();
 
  private:
@@ -27,6 +28,14 @@ class Drives {
   struct Rotor {
     dxJoint* joint;
     dxJoint* motor;
+  };
+  // A row whose target is -(ERP / h) times the angle from rest, soft by CFM: the stops' row of OdeSimulation's springs,
+  // on a motor of its own.
+  struct Spring {
+    dxJoint* joint;
+    dxJoint* motor;
+    double rest;  // in ODE's angle, rad
+    double pull;  // ERP / h, 1/s
   };
   struct Ball {
     int index;                 // in Model::balls
@@ -38,6 +47,7 @@ class Drives {
 
   double timestep_ = 1e-3;
   std::vector<Rotor> rotors_;
+  std::vector<Spring> springs_;
   std::vector<Ball> balls_;
 };
 

@@ -5,7 +5,7 @@
 namespace assay::ode {
 
 std::vector<Setting> declared_settings() {
-  return {
+  std::vector<Setting> settings = {
       {"solver",
        "quick",
        "",
@@ -91,10 +91,15 @@ std::vector<Setting> declared_settings() {
        "turn bodies by the exact finite rotation of a step instead of a normalised first-order update"},
       {"gyroscopic", true, "", "gyroscopic torque, which ODE computes implicitly; off is wrong for asymmetric bodies"},
   };
+  add_contact_compliance(settings, "contact_erp, contact_cfm and their cap");
+  give_role(settings, "iterations", SettingRole::kIterations, {{"solver", "quick"}});
+  give_role(settings, "contact_erp", SettingRole::kContactSoftness);
+  return settings;
 }
 
 Options read_options(const Settings& s) {
   const double share = s.get<double>("lent_share");
+  const ContactCompliance compliance = contact_compliance(s);
   const double own_share = is(s, "solver", "exact") ? kLentShareDirect : kLentShare;
   return {.timestep = s.timestep,
           .exact = is(s, "solver", "exact"),
@@ -106,14 +111,15 @@ Options read_options(const Settings& s) {
           .limit_erp = s.get<double>("limit_erp"),
           .limit_cfm = s.get<double>("limit_cfm"),
           .native_springs = is(s, "pd", "native"),
-          .contact_erp = s.get<double>("contact_erp"),
-          .contact_cfm = s.get<double>("contact_cfm"),
-          .max_correcting_velocity = s.get<double>("contact_max_correcting_velocity"),
+          .contact_erp = compliance.is_set() ? compliance.erp(s.timestep) : s.get<double>("contact_erp"),
+          .contact_cfm = compliance.is_set() ? compliance.cfm(s.timestep) : s.get<double>("contact_cfm"),
+          .max_correcting_velocity = compliance.is_set() ? 0 : s.get<double>("contact_max_correcting_velocity"),
           .surface_layer = s.get<double>("contact_surface_layer"),
           .along_slip = is(s, "friction_direction", "slip"),
           .max_contacts = integer(s, "max_contacts"),
           .broadphase = s.get<std::string>("broadphase"),
           .lent_share = share > 0 ? share : own_share,
+          .compliance = compliance,
           .ignore_lcp_failures = s.get<bool>("ignore_lcp_failures"),
           .finite_rotation = s.get<bool>("finite_rotation"),
           .gyroscopic = s.get<bool>("gyroscopic")};

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "engines/engine.h"
+#include "engines/adapter.h"
 #include "model/massless.h"
 
 namespace assay::ode {
@@ -29,6 +29,7 @@ struct Options {
   int max_contacts = 4;
   std::string broadphase = "sap";
   double lent_share = kLentShare;
+  ContactCompliance compliance = {};
   bool ignore_lcp_failures = false, finite_rotation = false, gyroscopic = true;
 };
 

@@ -19,15 +19,9 @@ Collision::Collision(const Model& model, const Options& options) : shapes_(model
   const ContactShapes touching = contact_shapes(model);
   row_of_shape_ = touching.row;
   rows_ = touching.count;
-  double sum = 0;
-  int sized = 0;
-  for (size_t s = 0; s < shapes_.size(); ++s) {
-    if (row_of_shape_[s] < 0 || shapes_[s].body == kWorld) continue;
-    sum += extent(model, shapes_[s]);
-    ++sized;
-  }
-  if (sized > 0) size_ = sum / sized;
-  contact_offset_ = real(options.contact_offset * size_);
+  size_ = mean_extent(model);
+  contact_offset_ =
+      real(options.contact_offset > 0 ? options.contact_offset * size_ : contact_margin(model, options.timestep) / 2);
   std::vector<bool> on_field(shapes_.size(), false);
   for (const ContactPair& pair : model.contacts) {
     if (shapes_[pair.shape_a].type == ShapeType::kHeightField) on_field[pair.shape_b] = true;
@@ -65,6 +59,11 @@ void Collision::make_materials(const Model& model, const Options& options) {
     if (material == nullptr) throw EngineError("PhysX made no material: " + take_complaint());
     material->setFrictionCombineMode(PxCombineMode::eMAX);
     material->setFlag(PxMaterialFlag::eIMPROVED_PATCH_FRICTION, options.friction == Friction::kImprovedPatch);
+    if (options.compliance.is_set()) {  // of two materials alike PhysX takes the mean
+      material->setFlag(PxMaterialFlag::eCOMPLIANT_CONTACT, true);
+      material->setRestitution(real(-options.compliance.stiffness));
+      material->setDamping(real(options.compliance.damping));
+    }
     materials_.emplace_back(material);
   }
 }

@@ -81,6 +81,8 @@ class PhysxEngine final : public Adapter {
     for (const Choice& choice : choices) {
       add(choice, "-native-pd", ", springs by joint drives", {{"pd", std::string("native")}});
     }
+    add(choices[3], "4-native-pd", ", 4 iterations, springs by joint drives: as robot simulators on PhysX set it",
+        {{"position_iterations", 4LL}, {"pd", std::string("native")}});
     return list;
   }
 
@@ -98,7 +100,7 @@ class PhysxEngine final : public Adapter {
                                            options.position_iterations, options.velocity_iterations);
     c.contact_solver = solver;
     c.joint_solver = articulation ? "none (joint coordinates)" : solver;
-    c.contact_model = "rigid, no slop";
+    c.contact_model = options.compliance.text("rigid, no slop");
     switch (options.friction) {
       case Friction::kImprovedPatch:
         c.friction_cone = "Coulomb at up to two anchors a contact patch, which share its normal force";

@@ -35,9 +35,10 @@ std::vector<Setting> declared_settings() {
   list.add(
       "contact_offset", 0.02, "1",
       "distance from which a shape makes contacts, over the mean size of the model's shapes (PhysX's own default is "
-      "0.02 "
-      "m)",
-      {}, 1e-6, 10);
+      "0.02 m); 0: half of a fiftieth of the shapes' size and of a step's way at the speed of a fall through the "
+      "model's "
+      "height",
+      {}, 0, 10);
   list.add("link_cfm", 0.0, "1/kg",
            "constraint force mixing of an articulation's contacts and limits (PhysX's own is 0.025)", {}, 0, 1);
   list.add("link_share", 1e-5, "",
@@ -47,6 +48,9 @@ std::vector<Setting> declared_settings() {
   std::vector<Setting> settings = list.take();
   settings.push_back(lent_share_setting());
   settings.back().default_value = kDefaultLentShare;
+  add_contact_compliance(settings, "contacts that do not give way", {{"solver", "pgs"}});
+  give_role(settings, "position_iterations", SettingRole::kIterations);
+  give_role(settings, "link_cfm", SettingRole::kContactSoftness, {{"joints", "articulation"}});
   return settings;
 }
 
@@ -68,6 +72,7 @@ Options read_options(const Settings& settings) {
   options.gyroscopic = settings.get<bool>("gyroscopic");
   options.contact_offset = settings.get<double>("contact_offset");
   options.link_cfm = settings.get<double>("link_cfm");
+  options.compliance = contact_compliance(settings);
   options.lent_share = settings.get<double>(options.joints == Joints::kArticulation ? "link_share" : "lent_share");
   return options;
 }

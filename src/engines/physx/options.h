@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "engines/engine.h"
+#include "engines/adapter.h"
 #include "model/massless.h"
 
 namespace assay::px {
@@ -28,6 +28,7 @@ struct Options {
   double contact_offset = 0.02;
   double link_cfm = 0;
   double lent_share = kDefaultLentShare;
+  ContactCompliance compliance;
 };
 
 std::vector<Setting> declared_settings();

@@ -152,26 +152,6 @@ Geometry Geometries::make(const Model& model, const Shape& shape, bool as_polyhe
   return {PxGeometryHolder(geometry), {{-field.half_x, -field.half_y, 0}, Quat(axes)}};
 }
 
-double extent(const Model& model, const Shape& shape) {
-  switch (shape.type) {
-    case ShapeType::kSphere:
-      return 2 * shape.radius;
-    case ShapeType::kCapsule:
-      return 2 * (shape.radius + shape.half_length);
-    case ShapeType::kCylinder:
-      return 2 * std::max(shape.radius, shape.half_length);
-    case ShapeType::kBox:
-    case ShapeType::kEllipsoid:
-      return 2 * shape.half_size.maxCoeff();
-    case ShapeType::kHull:
-      return 2 * bounding_box(model.hulls[shape.data]).half;
-    case ShapeType::kPlane:
-    case ShapeType::kHeightField:
-      break;
-  }
-  return 0;
-}
-
 double hull_deviation(const Hull& hull) {
   const Box box = bounding_box(hull);
   const Owned<PxConvexMesh> mesh = cook(hull, box);

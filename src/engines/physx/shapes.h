@@ -30,9 +30,6 @@ class Geometries {
   std::vector<std::unique_ptr<physx::PxCustomGeometryCallbacks>> curved_;
 };
 
-// Largest of the shape's dimensions, m; 0 for planes and height fields.
-double extent(const Model& model, const Shape& shape);
-
 // How far the surface of the hull that PhysX makes of `hull` is from it, over the hull's largest dimension: PhysX takes
 // 255 vertices and 255 faces, and puts a larger hull into a simpler one.
 double hull_deviation(const Hull& hull);

@@ -29,8 +29,10 @@ std::vector<Setting> declared_settings() {
   list.add("joint_damping_ratio", 1.0, "1", "damping of impulse joints, and of the limits of both kinds", {}, 0, 1e9);
   list.add("max_corrective_speed", 3.0, "m/s, rad/s",
            "cap of the speed that takes out a penetration, or an impulse joint's passed limit", {}, 0, 1e9);
-  list.add("prediction_distance", 0.02, "m", "distance below which the contact solver gets a pair of shapes", {}, 0,
-           1e9);
+  list.add("prediction_distance", 0.02, "m",
+           "distance below which the contact solver gets a pair of shapes; 0: a fiftieth of the shapes' size and a "
+           "step's way at the speed of a fall through the model's height",
+           {}, 0, 1e9);
   list.add("warmstart", 1.0, "1", "share of the last step's contact impulses that the solver starts from", {}, 0, 1);
   list.add("warmstart_joints", false, "", "start impulse joints, too, from the last step's impulses");
   list.add("contact_recycling", false, "",
@@ -59,6 +61,8 @@ std::vector<Setting> declared_settings() {
            kLargestLentShare);
   std::vector<Setting> settings = list.take();
   settings.push_back(lent_share_setting());
+  give_role(settings, "solver_iterations", SettingRole::kIterations);
+  give_role(settings, "contact_natural_frequency", SettingRole::kContactSoftness);
   return settings;
 }
 

@@ -90,6 +90,7 @@ class RapierSimulation final : public Simulation {
         clock_{state.time, options.world.timestep} {
     RapierOptions world = options.world;
     copy(model.gravity, world.gravity);
+    if (world.prediction_distance == 0) world.prediction_distance = contact_margin(model, world.timestep);
     world_.reset(api_.create(&world));
     if (!world_) fail();
     add_bodies();

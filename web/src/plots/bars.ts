@@ -20,6 +20,7 @@ interface Bar {
 
 export function bars(view: SystemView, palette: Palette): HTMLElement {
   const steps = view.timesteps("raw_speed");
+  const contenders = view.lines.map((line) => view.standIn(line));
   const box = el("figure", { class: "panel bars-panel" });
   const caption = el("figcaption", {}, el("h3", {}, "Raw speed"));
   box.append(caption);
@@ -28,7 +29,7 @@ export function bars(view: SystemView, palette: Palette): HTMLElement {
     return box;
   }
   // 1 ms is what the literature quotes; else the timestep that most contenders were timed at.
-  const count = (step: number) => view.contenders.filter((name) => view.entry(name, step, "raw_speed")?.value).length;
+  const count = (step: number) => contenders.filter((name) => view.entry(name, step, "raw_speed")?.value).length;
   let step = steps.reduce((best, candidate) => {
     if (count(candidate) !== count(best)) return count(candidate) > count(best) ? candidate : best;
     return Math.abs(Math.log(candidate)) < Math.abs(Math.log(best)) ? candidate : best;
@@ -45,7 +46,7 @@ export function bars(view: SystemView, palette: Palette): HTMLElement {
   caption.prepend(
     downloads(() => `raw-speed-${view.system}-${step}ms`, canvas, () => [
       ["contender", "timestep_ms", "value", "unit", "low", "high"],
-      ...view.contenders.flatMap((contender) => {
+      ...contenders.flatMap((contender) => {
         const value = view.entry(contender, step, "raw_speed")?.value;
         return value && !state.isHidden(contender) ? [[contender, step, value.value, value.unit, value.low, value.high]] : [];
       }),
@@ -58,7 +59,7 @@ export function bars(view: SystemView, palette: Palette): HTMLElement {
     const list: Bar[] = [];
     const absent: string[] = [];
     let off = 0;
-    for (const contender of view.contenders) {
+    for (const contender of contenders) {
       const entry = view.entry(contender, step, "raw_speed");
       if (state.isHidden(contender)) {
         if (entry?.value) off += 1;
@@ -75,6 +76,7 @@ export function bars(view: SystemView, palette: Palette): HTMLElement {
     list.sort((a, b) => b.value - a.value || a.contender.localeCompare(b.contender));
     const notes = [
       absent.length > 0 ? `Without a figure at ${timestep(step)} ms: ${absent.join(", ")}.` : "",
+      contenders.length < view.contenders.length ? "Of what was swept the bar is that of the settings that were not varied; the table of all figures has the others." : "",
       off > 0 ? `${off} more ${off === 1 ? "is" : "are"} switched off in the legend.` : "",
     ];
     missing.textContent = notes.filter(Boolean).join(" ");

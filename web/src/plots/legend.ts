@@ -16,9 +16,9 @@ export function swatch(palette: Palette, contender: string): SVGSVGElement {
 }
 
 export function legend(view: SystemView, palette: Palette): HTMLElement {
-  const everyone = view.report.contenders.map((contender) => contender.name);
+  const everyone = [...new Set(view.report.contenders.map((contender) => view.report.varied(contender.name)))];
   const engines = new Map<string, string[]>();
-  for (const name of view.contenders) {
+  for (const name of view.lines) {
     const contender = view.report.contenderByName.get(name);
     const engine = contender ? engineOf(contender) : name;
     engines.set(engine, [...(engines.get(engine) ?? []), name]);
@@ -26,7 +26,8 @@ export function legend(view: SystemView, palette: Palette): HTMLElement {
   const items: HTMLElement[] = [];
   const heads: [HTMLElement, string[]][] = [];
   const item = (contender: string) => {
-    const button = el("button", { type: "button", class: "legend-item", role: "checkbox", "data-contender": contender, "aria-checked": "true" }, swatch(palette, contender), contender);
+    const settings = view.settingsOf(contender).length;
+    const button = el("button", { type: "button", class: "legend-item", role: "checkbox", "data-contender": contender, "aria-checked": "true" }, swatch(palette, contender), el("span", {}, contender, settings > 1 ? el("span", { class: "quiet" }, ` ${settings} settings`) : null));
     const enter = () => state.setHighlight(contender);
     const leave = () => state.setHighlight(null);
     button.addEventListener("click", () => state.toggle(contender));
@@ -44,7 +45,7 @@ export function legend(view: SystemView, palette: Palette): HTMLElement {
     return el("div", { class: "legend-group", role: "group", "aria-label": engine }, head, ...names.map(item));
   });
   const families = new Map<string, string>();
-  for (const name of view.contenders) {
+  for (const name of view.lines) {
     const family = palette.look(name).family;
     if (!families.has(family)) families.set(family, name);
   }
@@ -71,7 +72,7 @@ export function legend(view: SystemView, palette: Palette): HTMLElement {
       const hidden = names.filter((name) => state.isHidden(name)).length;
       head.setAttribute("aria-checked", hidden === 0 ? "true" : hidden === names.length ? "false" : "mixed");
     }
-    count.textContent = `Contenders: ${view.contenders.filter((name) => !state.isHidden(name)).length} of ${view.contenders.length} shown`;
+    count.textContent = `Contenders: ${view.lines.filter((name) => !state.isHidden(name)).length} of ${view.lines.length} shown`;
     markContenders(box);
   };
   state.subscribe(update);

@@ -1,4 +1,5 @@
-// Error against realtime factor, one line a contender, a marker per timestep.
+// Error against realtime factor, one line a contender, a marker per timestep. Of a contender whose settings were swept the
+// line is the front over all of them, and what is not on it is a dot.
 import { line } from "d3-shape";
 
 import { onRestored } from "../address";
@@ -27,8 +28,10 @@ interface Point {
 }
 
 interface Series {
-  contender: string;
+  contender: string; // whose line it is
   points: Point[];
+  others: Point[]; // of swept settings: what is not on the front
+  swept: boolean;
   floor: number | null;
 }
 
@@ -54,27 +57,47 @@ function collect(view: SystemView, name: string): { series: Series[]; unplaced: 
   const unplaced: string[] = [];
   const failed: string[] = [];
   const timed = view.isTimed;
-  for (const contender of view.contenders) {
+  const measured = (contender: string, step: number) => {
+    const entry = view.entry(contender, step, name);
+    if (!entry || entry.cell.outcome === "unsupported") return null;
+    return name.startsWith("consistency") && isReference(entry.cell) ? null : entry;
+  };
+  const placed = (contender: string, step: number): Point | null => {
+    const entry = measured(contender, step);
+    const speed = view.speed(contender, step);
+    if (!entry || (timed && !speed)) return null;
+    const error = entry.value?.value ?? null;
+    return {
+      contender, timestep: step, along: speed?.value ?? step, speed, sound: view.point(contender, step)?.sound ?? entry.cell.outcome === "ok", error: error === null ? null : Math.abs(error),
+      low: entry.value?.low ?? null, high: entry.value?.high ?? null, cell: entry.cell, x: 0, y: 0,
+    }; // prettier-ignore
+  };
+  for (const line of view.lines) {
+    const settings = view.settingsOf(line);
+    if (settings.length > 1) {
+      const front = (view.json.swept?.[name]?.[line] ?? []).map((point) => view.json.points[point]!);
+      const points = front.flatMap((of) => placed(of.contender, of.timestep_ms) ?? []).filter((point) => point.error !== null).reverse();
+      const onFront = new Set(points.map((point) => `${point.contender} ${point.timestep}`));
+      const all = settings.flatMap((contender) => view.errorTimesteps(name).flatMap((step) => placed(contender, step) ?? []));
+      const others = all.filter((point) => point.error !== null && !onFront.has(`${point.contender} ${point.timestep}`));
+      if (points.length + others.length > 0) series.push({ contender: line, points, others, swept: true, floor: null });
+      else failed.push(`${line} (all ${settings.length} settings)`);
+      continue;
+    }
+    const contender = settings[0]!;
     const points: Point[] = [];
     const noSpeed: number[] = [];
     const outcomes = new Set<string>();
     for (const step of view.errorTimesteps(name)) {
-      const entry = view.entry(contender, step, name);
-      if (!entry || entry.cell.outcome === "unsupported" || (name.startsWith("consistency") && isReference(entry.cell))) continue;
-      const speed = view.speed(contender, step);
-      if (timed && !speed) {
-        if (entry.value) noSpeed.push(step);
-        else outcomes.add(entry.cell.outcome);
-        continue;
-      }
-      const error = entry.value?.value ?? null;
-      points.push({
-        contender, timestep: step, along: speed?.value ?? step, speed, sound: view.point(contender, step)?.sound ?? entry.cell.outcome === "ok", error: error === null ? null : Math.abs(error),
-        low: entry.value?.low ?? null, high: entry.value?.high ?? null, cell: entry.cell, x: 0, y: 0,
-      }); // prettier-ignore
+      const entry = measured(contender, step);
+      if (!entry) continue;
+      const point = placed(contender, step);
+      if (point) points.push(point);
+      else if (entry.value) noSpeed.push(step);
+      else outcomes.add(entry.cell.outcome);
     }
     const floor = name === "consistency" ? view.single(contender, "restart_floor") : null;
-    if (points.length > 0) series.push({ contender, points, floor });
+    if (points.length > 0) series.push({ contender, points, others: [], swept: false, floor });
     if (noSpeed.length > 0) unplaced.push(`${contender} (${timestepRange(noSpeed)})`);
     if (outcomes.size > 0) failed.push(`${contender} (${[...outcomes].join(", ")})`);
   }
@@ -203,7 +226,7 @@ export class SpeedAccuracy {
     this.series = series;
     this.meaning.textContent = `${info.label}: ${info.meaning}.`;
     clear(this.canvas);
-    const everything = series.flatMap((one) => one.points);
+    const everything = series.flatMap((one) => [...one.points, ...one.others]);
     const valued = everything.filter((point) => point.error !== null && point.error > 0);
     const notes: string[] = [];
     if (unplaced.length > 0 && everything.length > 0) notes.push(`Not shown, because no speed is known: ${unplaced.join(", ")}.`);
@@ -315,6 +338,9 @@ export class SpeedAccuracy {
         const at = y(one.floor);
         group.append(svg("line", { class: "floor", x1: frame.left, x2: frame.right, y1: at, y2: at }));
       }
+      for (const point of one.others) {
+        group.append(svg("circle", { class: `setting${point.error === 0 || point.sound ? "" : " unsound"}`, cx: point.x, cy: point.y, r: 1.8, "data-timestep": point.timestep }));
+      }
       // A line stops at a point without a value and goes on after it.
       let run: Point[] = [];
       const runs: Point[][] = [run];
@@ -362,6 +388,9 @@ export class SpeedAccuracy {
       const words = [...new Set(everything.filter((point) => point.error === null).map((point) => kOutcomeWords[point.cell.outcome]))];
       notes.push(`Marks above the plot, where a dotted line ends: the run failed at that timestep (${words.filter(Boolean).join(", ")}); “What failed” says why.`);
     }
+    if (series.some((one) => one.swept)) {
+      notes.push("Where settings were swept, a line is the contender's own front over timesteps and settings, and the small dots are the settings and timesteps that it beats; point at a marker to see its settings.");
+    }
     if (timed) notes.push("The broad grey line is the front of all contenders: no sound point beats it in both speed and error.");
     const estimated = everything.filter((point) => point.speed && !point.speed.timed);
     if (estimated.length > 0) {
@@ -402,7 +431,7 @@ export class SpeedAccuracy {
 
   // The program's front as a staircase from the fastest to the most accurate.
   private frontPath(): string {
-    const at = new Map(this.series.flatMap((one) => one.points).map((point) => [`${point.contender} ${point.timestep}`, point]));
+    const at = new Map(this.series.flatMap((one) => [...one.points, ...one.others]).map((point) => [`${point.contender} ${point.timestep}`, point]));
     const front = (this.view.json.fronts[this.name] ?? []).flatMap(({ point }) => {
       const of = this.view.json.points[point];
       const placed = of && at.get(`${of.contender} ${of.timestep_ms}`);
@@ -439,7 +468,7 @@ export class SpeedAccuracy {
   }
 
   private visible(): Point[] {
-    return this.series.filter((one) => !state.isHidden(one.contender)).flatMap((one) => one.points);
+    return this.series.filter((one) => !state.isHidden(one.contender)).flatMap((one) => [...one.points, ...one.others]);
   }
 
   private listen(drawing: SVGSVGElement): void {
@@ -472,7 +501,7 @@ export class SpeedAccuracy {
       if (point) this.choose(point);
     });
     drawing.addEventListener("keydown", (event) => {
-      const shown = this.series.filter((one) => !state.isHidden(one.contender));
+      const shown = this.series.filter((one) => !state.isHidden(one.contender) && one.points.length > 0);
       if (event.key === "Escape") {
         if (!this.cursor) state.choose(null);
         return release();
@@ -483,13 +512,15 @@ export class SpeedAccuracy {
       }
       if (!["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown"].includes(event.key) || shown.length === 0) return;
       event.preventDefault();
-      let row = shown.findIndex((one) => one.contender === this.cursor?.contender);
-      if (row < 0) return this.point(shown[0]!.points[0]!, drawing);
+      const from = this.cursor;
+      let row = from ? shown.findIndex((one) => one.points.includes(from) || one.others.includes(from)) : -1;
+      if (!from || row < 0) return this.point(shown[0]!.points[0]!, drawing);
       const turn = event.key === "ArrowDown" ? 1 : event.key === "ArrowUp" ? -1 : 0;
-      const step = this.cursor!.timestep;
       row = (row + turn + shown.length) % shown.length;
-      const points = shown[row]!.points;
-      let column = points.findIndex((point) => point.timestep >= step);
+      const { points, swept } = shown[row]!;
+      // along a front the timesteps are in no order: the nearest in speed
+      const away = (point: Point) => Math.abs(Math.log(point.along / from.along));
+      let column = swept ? points.reduce((best, point, at) => (away(point) < away(points[best]!) ? at : best), 0) : points.findIndex((point) => point.timestep >= from.timestep);
       if (column < 0) column = points.length - 1;
       column += event.key === "ArrowRight" ? 1 : event.key === "ArrowLeft" ? -1 : 0;
       this.point(points[Math.max(0, Math.min(points.length - 1, column))]!, drawing);
@@ -510,6 +541,7 @@ export class SpeedAccuracy {
       el("strong", {}, point.contender),
       facts([
         ["timestep", `${timestep(point.timestep)} ms`],
+        ...this.settings(point.contender),
         [info.label.toLowerCase(), point.error === null ? point.cell.outcome : (isBound(point, this.name) ? "≤ " : "") + named(this.name, point.error, unit)],
         ["interval", interval(this.name, point.low, point.high, unit)],
         // an error of contacts says little without how far they give way
@@ -528,6 +560,14 @@ export class SpeedAccuracy {
       ]),
       el("p", { class: "hint" }, "Click or press Enter for all figures"),
     );
+  }
+
+  // What a sweep changed, where the contender is one of several settings.
+  private settings(contender: string): [string, string | null][] {
+    const { report } = this.view;
+    if (this.view.settingsOf(report.varied(contender)).length < 2) return [];
+    const changes = report.contenderByName.get(contender)?.changes ?? [];
+    return changes.length === 0 ? [["settings", "the adapter's defaults"]] : changes.map((text): [string, string] => ["setting", text]);
   }
 
   // Hidden, dimmed and highlighted lines; rings around the other contenders' points at the cursor's timestep.
@@ -550,11 +590,13 @@ export class SpeedAccuracy {
     for (const point of lit?.points ?? []) {
       if (point === this.cursor || point.x - lastLabel < 30) continue;
       lastLabel = point.x;
-      this.overlay.append(svg("text", { class: "step-label", x: point.x, y: point.y - 10, "text-anchor": "middle" }, timestep(point.timestep)));
+      const setting = lit?.swept ? point.contender.slice(lit.contender.length) : "";
+      if (setting) lastLabel += textWidth(setting, 11);
+      this.overlay.append(svg("text", { class: "step-label", x: point.x, y: point.y - 10, "text-anchor": "middle" }, timestep(point.timestep) + setting));
     }
     if (!this.cursor) return;
     for (const point of this.visible()) {
-      if (point.timestep !== this.cursor.timestep) continue;
+      if (point !== this.cursor && (point.timestep !== this.cursor.timestep || this.series.some((one) => one.swept))) continue;
       this.overlay.append(
         svg("circle", { class: point === this.cursor ? "cursor" : "same-step", cx: point.x, cy: point.y, r: point === this.cursor ? 9 : 6.5 }),
       );

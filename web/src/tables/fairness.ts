@@ -55,7 +55,9 @@ const kColumns: { title: string; hint: string; text: (contender: Contender) => s
 ];
 
 export function fairness(report: Report, palette: Palette): HTMLElement {
-  const rows = report.contenders.filter((contender) => Object.keys(contender.capabilities).length > 0);
+  // Of settings that were swept the contender whose they are stands for all, if it took part.
+  const swept = (contender: Contender) => report.varied(contender.name) !== contender.name && report.contenderByName.has(report.varied(contender.name));
+  const rows = report.contenders.filter((contender) => Object.keys(contender.capabilities).length > 0 && !swept(contender));
   if (rows.length === 0) return el("p", { class: "quiet" }, "The results do not describe their contenders.");
   const columns: Column<Contender>[] = [
     {
