@@ -90,7 +90,7 @@ void derive_consistency(const std::vector<Cell>& cells, std::vector<Store::Deriv
     for (const Cell* cell : curve) {
       const Value* error = find_value(*cell, "consistency");
       if (error == nullptr || value_of(*cell, "restart_floor") || *error->value > kNearFloor * floor) continue;
-      derived.push_back({cell->id, {"consistency_floor", "consistency_bound", "m", floor, {}, {}}});
+      derived.push_back({cell->id, {"consistency_floor", "m", floor, {}, {}}});
       derived.push_back({cell->id, {"consistency_bound", "m", error->high.value_or(*error->value) + floor, {}, {}}});
     }
   }
@@ -228,15 +228,10 @@ void derive_ratios(const Store& store, const std::vector<Cell>& cells, std::vect
 }  // namespace
 
 const std::vector<std::string>& derived_values() {
-  static const std::vector<std::string> kNames = {"truth_order",
-                                                  "truth_floor",
-                                                  "consistency_floor",
-                                                  "consistency_bound",
-                                                  "aa_ratio",
-                                                  "time_ratio",
-                                                  "largest_stable_timestep",
-                                                  "stable_up_to_timestep",
-                                                  "scaling_exponent"};
+  static const std::vector<std::string> kNames = {
+      "truth_order",     "truth_floor", "consistency_floor",       "consistency_bound",
+      "aa_ratio",        "time_ratio",  "largest_stable_timestep", "stable_up_to_timestep",
+      "scaling_exponent"};
   return kNames;
 }
 
