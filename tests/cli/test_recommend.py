@@ -69,7 +69,7 @@ class RecommendTest(AssayTest):
     def test_results_without_a_name_and_other_measures(self):
         self.measure()
         told = self.assay_json("recommend", "planar-chain", "--error", "1m", "--json")
-        self.assertEqual(told["measure"], "truth_error", "accuracy comes before self-consistency")
+        self.assertEqual(told["measure"], "truth_error_max", "accuracy comes before self-consistency")
         self.assertEqual(told["recommended"]["timestep_ms"], 4)
         told = self.assay_json("recommend", "planar-chain", "--error", "50%", "--measure", "energy_drift_relative",
                                "--json")
@@ -101,7 +101,7 @@ class RecommendTest(AssayTest):
         self.refused("recommend", "results", "planar-chain", "--penetration", "1mm", naming=["penetration_max"])
         self.refused("recommend", "results", "planar-chain", "--realtime", "fast", naming=["--realtime", "'fast'"])
         self.refused("recommend", "results", "planar-chain", "--measure", "truth", naming=["--error"])
-        self.refused("recommend", "results", "planar-chain", "--error", "1mm", "--limit", "truth_error=2mm",
+        self.refused("recommend", "results", "planar-chain", "--error", "1mm", "--limit", "truth_error_max=2mm",
                      naming=["limited twice"])
 
     def test_results_of_another_version(self):
@@ -114,7 +114,7 @@ class RecommendTest(AssayTest):
         self.measure()
         told = self.assay_json("recommend", "results", "planar-chain", "--error", "1m", "--measure", "truth",
                                "--limit", "energy_drift=1J", "--realtime", "0.1", "--json")
-        self.assertEqual([limit["value"] for limit in told["limits"]], ["truth_error", "energy_drift"])
+        self.assertEqual([limit["value"] for limit in told["limits"]], ["truth_error_max", "energy_drift"])
         self.assertEqual(told["realtime"], 0.1)
         self.assertTrue(told["recommended"]["timed"])
         # 1/8 and 1/4 ms lie below what was timed
