@@ -27,7 +27,7 @@ constexpr Kind kCampaign{"campaign", "campaign", "campaigns", ".toml"};
 
 // A family of systems without files.
 constexpr std::string_view kCapsules = "capsules-";
-constexpr int kMostCapsules = 10000;
+constexpr int kMostCapsules = 10000, kMostCapsulesParts = 1000;
 
 std::vector<std::string> names_of(const Kind& kind) {
   std::vector<std::string> names;
@@ -95,12 +95,31 @@ std::string assay_data_dir() {
                   installed.string(), ASSAY_SOURCE_DIR, kModel.folder));
 }
 
-std::optional<int> capsules_count(std::string_view name) {
-  if (!name.starts_with(kCapsules)) return std::nullopt;
-  name.remove_prefix(kCapsules.size());
-  const std::optional<long long> count = parse_integer(name);
-  if (!count || *count < 1 || *count > kMostCapsules || std::to_string(*count) != name) return std::nullopt;
-  return static_cast<int>(*count);
+std::optional<CapsulesName> capsules_named(std::string_view name) {
+  // "7" of "7-seed-2", and takes it away
+  const auto number = [&](int most) -> std::optional<int> {
+    const std::string_view digits = name.substr(0, name.find('-'));
+    const std::optional<long long> value = parse_integer(std::string(digits));
+    if (!value || *value < 1 || *value > most || std::to_string(*value) != digits) return std::nullopt;
+    name.remove_prefix(digits.size());
+    return static_cast<int>(*value);
+  };
+  const auto take = [&](std::string_view word) {
+    if (!name.starts_with(word)) return false;
+    name.remove_prefix(word.size());
+    return true;
+  };
+  if (!take(kCapsules)) return std::nullopt;
+  const std::optional<int> count = number(kMostCapsules);
+  if (!count) return std::nullopt;
+  CapsulesName found{*count};
+  for (const auto& [word, value] : {std::pair("-layers-", &found.layers), std::pair("-seed-", &found.seed)}) {
+    if (!take(word)) continue;
+    const std::optional<int> given = number(kMostCapsulesParts);
+    if (!given) return std::nullopt;
+    *value = *given;
+  }
+  return name.empty() ? std::optional(found) : std::nullopt;
 }
 
 std::vector<std::string> system_names() { return names_of(kModel); }
@@ -126,7 +145,7 @@ std::string find_model(const std::string& model) {
                     "correct the name",
                     model, file.string()));
   }
-  if (capsules_count(model) && !fs::exists(model, error)) {
+  if (capsules_named(model) && !fs::exists(model, error)) {
     return fs::path(assay_data_dir()) / kModel.folder / (model + kModel.ending);
   }
   return find(kModel, model);

@@ -19,17 +19,24 @@ std::string assay_data_dir();
 std::vector<std::string> system_names();
 std::vector<std::string> campaign_names();
 
-// N of "capsules-N", a system of N capsules that needs no file. Empty unless N is 1 to 10000 without a leading zero.
-std::optional<int> capsules_count(std::string_view name);
+// A system of capsules that needs no file: "capsules-N", "capsules-N-layers-L", "capsules-N-seed-S" or both parts in
+// this order, whole numbers without a leading zero; N is 1 to 10000, L and S are 1 to 1000.
+struct CapsulesName {
+  int count = 0;
+  int layers = 0;  // 0: as many as columns and rows, so that it grows with N
+  int seed = 27;   // of the orientations
+};
+std::optional<CapsulesName> capsules_named(std::string_view name);
 
 // What users share between clones: ASSAY_CACHE, else assay in XDG_CACHE_HOME, else in ~/.cache. Empty when all of them
 // are unset. The folder need not exist.
 std::string cache_dir();
 
 // The file of a model: `model` is a system's name, or the path of a file. A word without '/' and without an ending is a
-// name first (write ./planar-chain for a file of that name). For capsules-N without a file the result is the path that
-// such a file would have, and load_model() makes its text. robots:PATH is a file of the real robots that set-up
-// fetches (`./assay robots`), below robots in cache_dir(). Throws InputError with what is missing and the nearest name.
+// name first (write ./planar-chain for a file of that name). For a system of capsules without a file the result is the
+// path that such a file would have, and load_model() makes its text. robots:PATH is a file of the real robots that
+// set-up fetches (`./assay robots`), below robots in cache_dir(). Throws InputError with what is missing and the
+// nearest name.
 std::string find_model(const std::string& model);
 
 // The same for a campaign: `campaign` is a TOML file's path or the name of one that comes with assay.

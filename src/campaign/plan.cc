@@ -9,9 +9,9 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "base/errors.h"
 #include "base/hash.h"
 #include "base/text.h"
+#include "campaign/shards.h"
 #include "measures/run_measures.h"
 
 namespace assay {
@@ -53,54 +53,9 @@ double timing_seconds(const Campaign& campaign, double step_s) {
   return kSearchSeconds + (timing.rounds + 1) * (batch_s + timing.states * start_s);
 }
 
-// Gives the largest group to the least loaded shard first: the groups are few and their loads differ much.
-void divide(const Campaign& campaign, Plan& plan, int shards) {
-  // (system, contender) or (system, one of the constants below); the first system of a family stands for it
-  using Group = std::pair<int, int>;
-  constexpr int kTimingOfAll = -1, kAgreementOfAll = -2, kScalingOfFamily = -3;
-  std::map<Group, double> load;
-  const auto group_of = [&](const PlannedCell& cell) {
-    if (cell.measure == "raw_speed") return Group{cell.system, kTimingOfAll};
-    if (cell.measure == "agreement") return Group{cell.system, kAgreementOfAll};
-    if (cell.measure != "scaling") return Group{cell.system, cell.contender};
-    const std::string& family = campaign.systems[static_cast<size_t>(cell.system)].family;
-    const auto first = std::ranges::find(campaign.systems, family, &CampaignSystem::family);
-    return Group{static_cast<int>(first - campaign.systems.begin()), kScalingOfFamily};
-  };
-  for (const PlannedCell& cell : plan.cells) {
-    const size_t bodies = campaign.systems[static_cast<size_t>(cell.system)].model.bodies.size();
-    // Without a measurement: a step costs about 3 us a body.
-    const double seconds = cell.measure == "raw_speed"
-                               ? timing_seconds(campaign, 0)
-                               : 3e-6 * static_cast<double>(cell.steps) * static_cast<double>(bodies);
-    load[group_of(cell)] += seconds;
-  }
-  std::vector<std::pair<Group, double>> sorted(load.begin(), load.end());
-  std::ranges::stable_sort(sorted, [](const auto& a, const auto& b) { return a.second > b.second; });
-  std::vector<double> loads(static_cast<size_t>(shards), 0);
-  std::map<Group, int> shard_of;
-  for (const auto& [group, seconds] : sorted) {
-    const auto least = std::ranges::min_element(loads);
-    *least += seconds;
-    shard_of[group] = static_cast<int>(least - loads.begin()) + 1;
-  }
-  for (PlannedCell& cell : plan.cells) cell.shard = shard_of.at(group_of(cell));
-}
-
 }  // namespace
 
-Shard parse_shard(const std::string& text) {
-  const size_t slash = text.find('/');
-  if (slash != std::string::npos) {
-    const auto index = parse_integer(text.substr(0, slash)), count = parse_integer(text.substr(slash + 1));
-    if (index && count && 1 <= *index && *index <= *count && *count <= 10000) {
-      return {static_cast<int>(*index), static_cast<int>(*count)};
-    }
-  }
-  throw InputError(fmt::format("'{}' is no shard: give I/N, such as 1/4 for the first of four", text));
-}
-
-Plan make_plan(const Campaign& campaign, int shards) {
+Plan make_plan(const Campaign& campaign, int shards, ShardCells cells) {
   Plan plan;
   for (size_t s = 0; s < campaign.systems.size(); ++s) {
     const CampaignSystem& system = campaign.systems[s];
@@ -204,7 +159,7 @@ Plan make_plan(const Campaign& campaign, int shards) {
       }
     }
   }
-  divide(campaign, plan, shards);
+  divide(campaign, plan, shards, cells);
   return plan;
 }
 

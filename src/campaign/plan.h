@@ -10,11 +10,14 @@
 
 namespace assay {
 
+// Which cells are divided into shards: all, or only one kind, so that a cluster can run accuracy cells side by side on
+// shared machines and timings alone on others.
+enum class ShardCells { kAll, kAccuracy, kTiming };
+
 struct Shard {
   int index = 1, count = 1;  // 1 <= index <= count
+  ShardCells cells = ShardCells::kAll;
 };
-// "2/8". Throws InputError for anything else.
-Shard parse_shard(const std::string& text);
 
 struct PlannedCell {
   std::string key;
@@ -24,7 +27,7 @@ struct PlannedCell {
   std::string
       trajectory;       // content address of the run from the initial state that the cell makes or reads, "" for none
   long long steps = 0;  // engine steps that it takes, without timing
-  int shard = 1;        // that measures it
+  int shard = 1;        // that measures it, 0 for none
   std::string final_state = {};  // content address of the last state that the cell keeps of its run, "" for none
   // Content addresses of the reference runs from the system's other initial states that the cell reads.
   std::vector<std::string> other_states = {};
@@ -42,10 +45,9 @@ inline constexpr double kScalingEnoughSeconds = 2;
 // Cells whose figure is a time: measured alone on the machine.
 inline bool is_timed(const PlannedCell& cell) { return cell.measure == "raw_speed" || cell.measure == "scaling"; }
 
-// The cells of each system's contenders that are not absent, divided into `shards` of about equal load. These stay in
-// one shard: a system's timings, because machines differ in speed; a family's scaling cells; the accuracy cells of one
-// contender and system, which share a reference run; a system's cells of agreement.
-Plan make_plan(const Campaign& campaign, int shards = 1);
+// The cells of each system's contenders that are not absent, divided into `shards` (campaign/shards.h). Cells of the
+// kind that `cells` leaves out are in shard 0.
+Plan make_plan(const Campaign& campaign, int shards = 1, ShardCells cells = ShardCells::kAll);
 
 // The time of a step on a system of `size` bodies, from the positive times on others of its family, by number of
 // bodies: interpolated in logarithms, and extrapolated as between the last two. In proportion to the size when one time

@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "base/quantity.h"
-#include "check/extent.h"
+#include "model/extent.h"
 #include "check/model_check.h"
 #include "model/kinematics.h"
 

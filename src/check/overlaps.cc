@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "base/errors.h"
-#include "check/extent.h"
+#include "model/extent.h"
 #include "model/mujoco_messages.h"
 
 namespace assay {

@@ -66,22 +66,27 @@ struct ClaimTest {
     kEqualSpeed,   // "at-equal-speed": the same at equal realtime factor, the geometric mean over common speeds
     kValue,        // "value": `value` itself of each of `who`
     kSlope,        // "slope": of log `value` over log timestep, of each of `who`
-    kUnstable,     // "unstable": each of `who` ends well in `measure` at some timestep, and not at a larger one
+    kUnstable,     // "unstable": each of `who` ends well in `measure` at some timestep, and not at a larger one; with
+                   // `against`, at smaller timesteps than each of these; with `always`, at every timestep
     kLargestStep,  // "largest-step": the largest timestep with `value` 1, within a factor of `within` of `expected`
+    kOrder,        // "order": that timestep falls from each group of `order` to the next
   };
   Kind kind = Kind::kValue;
   std::vector<std::string> systems;
   std::string family;                // instead: whichever system of the family has the value
   std::string value;                 // a value's name, "step_time"; of kUnstable a measure's, key `measure`
   std::vector<std::string> who;      // engines of the line-up
-  std::vector<std::string> against;  // of the first two kinds
+  std::vector<std::string> against;  // of the first two kinds and kUnstable
+  int but = 0;                       // of the first two kinds: so many of `against` may be as good or better
   bool more = false;                 // is = "less" (default) or "more": than each of `against`
   bool each = false;                 // each = true: all of `who`; else one of them is enough, on every system anew
   ClaimBound bound;  // of the ratio that is to be large: theirs over who's ("less"), or who's over theirs
   std::optional<double> timestep_ms;       // kAtTimestep; of kValue: absent for the smallest that was measured
   std::map<std::string, double> expected;  // ms by engine, kLargestStep
   double within = 2;
-  bool today = true;  // say where all contenders stand
+  bool always = false;                          // kUnstable
+  std::vector<std::vector<std::string>> order;  // engines, kOrder
+  bool today = true;                            // say where all contenders stand
 };
 
 struct Claim {

@@ -19,12 +19,13 @@ namespace {
 
 using Kind = ClaimTest::Kind;
 
-constexpr std::array<std::pair<const char*, Kind>, 6> kKinds = {{{"at-timestep", Kind::kAtTimestep},
+constexpr std::array<std::pair<const char*, Kind>, 7> kKinds = {{{"at-timestep", Kind::kAtTimestep},
                                                                  {"at-equal-speed", Kind::kEqualSpeed},
                                                                  {"value", Kind::kValue},
                                                                  {"slope", Kind::kSlope},
                                                                  {"unstable", Kind::kUnstable},
-                                                                 {"largest-step", Kind::kLargestStep}}};
+                                                                 {"largest-step", Kind::kLargestStep},
+                                                                 {"order", Kind::kOrder}}};
 
 constexpr std::array<std::pair<const char*, ClaimBound::Kind>, 4> kBounds = {
     {{"above", ClaimBound::Kind::kAbove},
@@ -134,24 +135,51 @@ ClaimBound bound_of(const Table& table) {
 std::vector<std::string> keys_of(Kind kind) {
   std::vector<std::string> keys = {"kind", "today", "systems"};
   const auto add = [&](const std::vector<std::string>& more) { keys.insert(keys.end(), more.begin(), more.end()); };
-  if (kind != Kind::kUnstable && kind != Kind::kLargestStep) add({"value", "above", "below", "between", "not_above"});
-  if (kind != Kind::kLargestStep) add({"who"});
-  if (kind == Kind::kAtTimestep || kind == Kind::kEqualSpeed) add({"against", "is", "each"});
+  const bool by_steps = kind == Kind::kLargestStep || kind == Kind::kOrder;
+  if (kind != Kind::kUnstable && !by_steps) add({"value", "above", "below", "between", "not_above"});
+  if (!by_steps) add({"who"});
+  if (kind == Kind::kAtTimestep || kind == Kind::kEqualSpeed) add({"against", "is", "each", "but"});
   if (kind == Kind::kAtTimestep || kind == Kind::kValue) add({"timestep_ms"});
   if (kind == Kind::kValue) add({"family"});
-  if (kind == Kind::kUnstable) add({"measure"});
-  if (kind == Kind::kLargestStep) add({"value", "expected", "within"});
+  if (kind == Kind::kUnstable) add({"measure", "against", "always"});
+  if (by_steps) add({"value"});
+  if (kind == Kind::kLargestStep) add({"expected", "within"});
+  if (kind == Kind::kOrder) add({"order"});
   return keys;
+}
+
+void check_engine(const Table& table, const toml::node* node, const std::string& name,
+                  const std::vector<std::string>& known) {
+  if (std::ranges::find(known, name) == known.end()) {
+    table.fail(node, fmt::format("[engines] has no '{}'{}", name, did_you_mean(name, known)));
+  }
 }
 
 std::vector<std::string> engines_of(const Table& table, std::string_view key, const std::vector<std::string>& known) {
   std::vector<std::string> names = table.texts(key);
-  for (const std::string& name : names) {
-    if (std::ranges::find(known, name) == known.end()) {
-      table.fail(table.find(key), fmt::format("[engines] has no '{}'{}", name, did_you_mean(name, known)));
+  for (const std::string& name : names) check_engine(table, table.find(key), name, known);
+  return names;
+}
+
+// Groups of engines: [["A", "B"], ["C"]].
+std::vector<std::vector<std::string>> groups_of(const Table& table, const std::vector<std::string>& known) {
+  constexpr const char* kForm = R"(a test needs 'order', groups of engines: [["A", "B"], ["C"]])";
+  const toml::node* node = table.find("order");
+  const toml::array* list = node == nullptr ? nullptr : node->as_array();
+  if (list == nullptr || list->size() < 2) table.fail(node, kForm);
+  std::vector<std::vector<std::string>> groups;
+  for (const toml::node& item : *list) {
+    const toml::array* names = item.as_array();
+    if (names == nullptr || names->empty()) table.fail(&item, kForm);
+    std::vector<std::string>& group = groups.emplace_back();
+    for (const toml::node& each : *names) {
+      const auto name = each.value_exact<std::string>();
+      if (!name) table.fail(&each, kForm);
+      check_engine(table, &each, *name, known);
+      group.push_back(*name);
     }
   }
-  return names;
+  return groups;
 }
 
 ClaimTest test_of(const toml::table& node, const std::string& source, const std::vector<std::string>& engines) {
@@ -180,20 +208,35 @@ ClaimTest test_of(const toml::table& node, const std::string& source, const std:
     if (expected == nullptr || expected->empty()) table.fail(nullptr, "a test needs 'expected', timesteps by engine");
     for (const auto& [key, value] : *expected) {
       const std::string name(key.str());
-      if (std::ranges::find(engines, name) == engines.end()) {
-        table.fail(&value, fmt::format("[engines] has no '{}'{}", name, did_you_mean(name, engines)));
-      }
+      check_engine(table, &value, name, engines);
       test.expected[name] = table.number(name, value);
     }
     if (table.has("within")) test.within = table.positive("within");
     return test;
   }
+  if (test.kind == Kind::kOrder) {
+    test.order = groups_of(table, engines);
+    return test;
+  }
   test.who = engines_of(table, "who", engines);
-  if (test.kind == Kind::kUnstable) return test;
+  if (test.kind == Kind::kUnstable) {
+    if (table.has("against")) test.against = engines_of(table, "against", engines);
+    test.always = table.flag("always", false);
+    if (test.always && !test.against.empty()) table.fail(nullptr, "a test has either 'against' or 'always'");
+    return test;
+  }
   test.bound = bound_of(table);
   if (test.kind == Kind::kAtTimestep || test.kind == Kind::kEqualSpeed) {
     test.against = engines_of(table, "against", engines);
     test.each = table.flag("each", false);
+    if (table.has("but")) {
+      const double but = table.positive("but");
+      if (but != std::floor(but) || but >= static_cast<double>(test.against.size())) {
+        table.fail(table.find("but"),
+                   fmt::format("'but' is {}: give a whole number below the {} of 'against'", but, test.against.size()));
+      }
+      test.but = static_cast<int>(but);
+    }
     const std::string is = table.has("is") ? table.text("is") : "less";
     if (is != "less" && is != "more") table.fail(table.find("is"), fmt::format("'is' is '{}': use less or more", is));
     test.more = is == "more";

@@ -39,6 +39,8 @@ Tested tested_by(const Evidence& evidence, const ClaimTest& test) {
       return test_unstable(evidence, test);
     case ClaimTest::Kind::kLargestStep:
       return test_largest_step(evidence, test);
+    case ClaimTest::Kind::kOrder:
+      return test_order(evidence, test);
   }
   return {};
 }

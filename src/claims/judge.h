@@ -59,6 +59,7 @@ Tested test_values(const Evidence& evidence, const ClaimTest& test);
 // At which timesteps engines run well: who goes unstable, and the largest that holds.
 Tested test_unstable(const Evidence& evidence, const ClaimTest& test);
 Tested test_largest_step(const Evidence& evidence, const ClaimTest& test);
+Tested test_order(const Evidence& evidence, const ClaimTest& test);
 
 // The first that no other is better than; there has to be one.
 template <typename T, typename Better>

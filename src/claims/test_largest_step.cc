@@ -21,12 +21,7 @@ class LargestStep {
     for (const std::string& system : test.systems) {
       std::vector<std::string> parts, keys;
       for (const auto& [who, expected] : test.expected) {
-        using Own = std::pair<std::string, Step>;
-        std::vector<Own> own;
-        for (const std::string& each : evidence_.stand_ins(who)) own.emplace_back(each, step(system, each, test.value));
-        const auto [contender, found] = best_of(std::move(own), [](const Own& a, const Own& b) {
-          return std::pair(a.second.there, a.second.largest_ms) > std::pair(b.second.there, b.second.largest_ms);
-        });
+        const auto [contender, found] = engine(system, who, test.value);
         if (!found.there) {
           tested.truth = std::min(tested.truth, Truth::kUnknown);
           tested.reasons.push_back(found.why);
@@ -41,13 +36,11 @@ class LargestStep {
                                                 timestep_label(found.largest_ms), system, timestep_label(expected))
                                   : fmt::format("{} holds at no timestep on {}", who, system),
                               fmt::format("within a factor of {} of the paper's", test.within)});
-        ClaimFigure figure{who, contender, system, {}, "largest_stable_timestep", found.largest_ms, "ms", {}, {}};
-        if (found.largest_ms > 0) figure.timestep_ms = found.largest_ms;
-        tested.figures.push_back(std::move(figure));
+        add_figure(who, contender, system, found, tested);
         parts.push_back(
             fmt::format("{} {} (paper {}{})", who, step_text(found.largest_ms), timestep_label(expected),
                         found.hole_ms > 0 ? fmt::format("; not at {}", timestep_label(found.hole_ms)) : ""));
-        keys.push_back(fmt::format("{} {}{}", who, step_text(found.largest_ms), found.largest_ms > 0 ? " ms" : ""));
+        keys.push_back(key_text(who, found));
       }
       if (!parts.empty()) {
         tested.summary.push_back({fmt::format("Largest timestep in ms that holds on {}: ", system),
@@ -60,13 +53,97 @@ class LargestStep {
     return tested;
   }
 
+  Tested order(const ClaimTest& test) const {
+    Tested tested;
+    tested.truth = Truth::kYes;
+    for (const std::string& system : test.systems) {
+      std::map<std::string, Step> steps;
+      std::vector<std::string> parts, keys;
+      for (const std::vector<std::string>& group : test.order) {
+        for (const std::string& name : group) {
+          const auto [contender, found] = engine(system, name, test.value);
+          steps[name] = found;
+          if (!found.there) {
+            tested.truth = std::min(tested.truth, Truth::kUnknown);
+            tested.reasons.push_back(found.why);
+            continue;
+          }
+          add_figure(name, contender, system, found, tested);
+          parts.push_back(fmt::format("{} {}", name, step_text(found.largest_ms)));
+          keys.push_back(key_text(name, found));
+        }
+      }
+      for (size_t g = 0; g + 1 < test.order.size(); ++g) {
+        for (const std::string& first : test.order[g]) {
+          for (const std::string& second : test.order[g + 1]) {
+            judge_pair(system, first, steps[first], second, steps[second], tested);
+          }
+        }
+      }
+      if (!parts.empty()) {
+        tested.summary.push_back({fmt::format("Largest timestep in ms that holds on {}: ", system),
+                                  fmt::format(" ({} needed).", order_text(test)),
+                                  {join(parts, ", ")}});
+        tested.keys.push_back(join(keys, ", "));
+      }
+      if (test.today) add_steps_today(test, system, tested);
+    }
+    return tested;
+  }
+
  private:
+  struct Step;
+
+  static std::string order_text(const ClaimTest& test) {
+    std::vector<std::string> groups;
+    groups.reserve(test.order.size());
+    for (const std::vector<std::string>& group : test.order) groups.push_back(join(group, " and "));
+    return join(groups, ", then ");
+  }
+
+  // Timesteps grow by a factor: of two that hold up to the same one, nobody knows which holds for longer.
+  static void judge_pair(const std::string& system, const std::string& first, const Step& a, const std::string& second,
+                         const Step& b, Tested& tested) {
+    if (!a.there || !b.there) return;
+    Truth truth = a.largest_ms > b.largest_ms ? Truth::kYes : Truth::kNo;
+    if (same_timestep(a.largest_ms, b.largest_ms)) truth = Truth::kUnsettled;
+    tested.truth = std::min(tested.truth, truth);
+    const double low = std::min(a.largest_ms, b.largest_ms), high = std::max(a.largest_ms, b.largest_ms);
+    tested.now.push_back({truth, low > 0 ? high / low : HUGE_VAL,
+                          fmt::format("{} holds {} on {} and {} {}", first, up_to(a), system, second, up_to(b)),
+                          fmt::format("a larger timestep of {} than of {}", first, second)});
+  }
+  static std::string up_to(const Step& step) {
+    return step.largest_ms > 0 ? fmt::format("up to {} ms", timestep_label(step.largest_ms)) : "at no timestep";
+  }
+
+  static std::string key_text(const std::string& who, const Step& step) {
+    return fmt::format("{} {}{}", who, step_text(step.largest_ms), step.largest_ms > 0 ? " ms" : "");
+  }
+  static void add_figure(const std::string& who, const std::string& contender, const std::string& system,
+                         const Step& step, Tested& tested) {
+    ClaimFigure figure{who, contender, system, {}, "largest_stable_timestep", step.largest_ms, "ms", {}, {}};
+    if (step.largest_ms > 0) figure.timestep_ms = step.largest_ms;
+    tested.figures.push_back(std::move(figure));
+  }
+
   struct Step {
     bool there = false;
     std::string why;
     double largest_ms = 0;  // 0: none
     double hole_ms = 0;     // the smallest below it that does not hold; 0: none
   };
+
+  // Of an engine's contenders the one that holds for longest.
+  std::pair<std::string, Step> engine(const std::string& system, const std::string& name,
+                                      const std::string& value) const {
+    using Own = std::pair<std::string, Step>;
+    std::vector<Own> own;
+    for (const std::string& each : evidence_.stand_ins(name)) own.emplace_back(each, step(system, each, value));
+    return best_of(std::move(own), [](const Own& a, const Own& b) {
+      return std::pair(a.second.there, a.second.largest_ms) > std::pair(b.second.there, b.second.largest_ms);
+    });
+  }
 
   Step step(const std::string& system, const std::string& contender, const std::string& value) const {
     Step step;
@@ -111,5 +188,6 @@ class LargestStep {
 }  // namespace
 
 Tested test_largest_step(const Evidence& evidence, const ClaimTest& test) { return LargestStep(evidence).test(test); }
+Tested test_order(const Evidence& evidence, const ClaimTest& test) { return LargestStep(evidence).order(test); }
 
 }  // namespace assay

@@ -43,11 +43,11 @@ class Pairs {
         if (!failed) continue;
         sentence.push_back(fmt::format("{} {} unstable", system, decisive.who));
         tested.now.push_back(
-            {decisive.truth, 1, fmt::format("{} is unstable on {}", decisive.who, system), bound_text(test.bound)});
+            {decisive.truth, 1, fmt::format("{} is unstable on {}", decisive.who, system), needed(test)});
         continue;
       }
       tested.now.push_back({decisive.truth, margin_to(test.bound, nearest->ratio.value.value),
-                            fmt::format("{} on {}", now_text(test, *nearest), system), bound_text(test.bound)});
+                            fmt::format("{} on {}", now_text(test, *nearest), system), needed(test)});
       by_speed = by_speed || nearest->ratio.by_speed;
       sentence.push_back(pair_text(test, system, decisive, *nearest));
       tested.keys.push_back(
@@ -60,8 +60,8 @@ class Pairs {
                                 ? fmt::format("at {} ms", timestep_label(timestep_of(test)))
                                 : fmt::format("at equal {}", by_speed ? "speed" : "timestep");
     if (!sentence.empty()) {
-      tested.summary.push_back({fmt::format("{} {}, ratio to the nearest rival: ", value_text(test.value), how),
-                                fmt::format(" ({} needed).", bound_text(test.bound)), sentence});
+      tested.summary.push_back({fmt::format("{} {}, ratio to the {}: ", value_text(test.value), how, rival_words(test)),
+                                fmt::format(" ({} needed).", needed(test)), sentence});
     }
     if (!today.empty()) {
       tested.today.push_back({fmt::format("All contenders, {} {}: ", value_text(test.value, false), how), ".", today});
@@ -70,6 +70,13 @@ class Pairs {
   }
 
  private:
+  static std::string needed(const ClaimTest& test) {
+    return bound_text(test.bound) + (test.but > 0 ? fmt::format(" over all but {}", test.but) : "");
+  }
+  static std::string rival_words(const ClaimTest& test) {
+    return test.but > 0 ? fmt::format("nearest rival but {}", test.but) : "nearest rival";
+  }
+
   // Of tests that have one.
   static double timestep_of(const ClaimTest& test) { return test.timestep_ms.value_or(0); }
 
@@ -134,25 +141,31 @@ class Pairs {
     std::string who;
     Truth truth = Truth::kUnknown;
     std::vector<Pair> pairs;
+    size_t but = 0;  // so many rivals do not count: the best
+    // The rival that decides; null when none was compared.
     const Pair* nearest() const {
-      const Pair* found = nullptr;
+      std::vector<const Pair*> there;
       for (const Pair& pair : pairs) {
-        if (pair.ratio.state != Ratio::State::kThere) continue;
-        if (found == nullptr || pair.ratio.value.value < found->ratio.value.value) found = &pair;
+        if (pair.ratio.state == Ratio::State::kThere) there.push_back(&pair);
       }
-      return found;
+      if (there.empty()) return nullptr;
+      std::ranges::stable_sort(there, {}, [](const Pair* pair) { return pair->ratio.value.value; });
+      return there[std::min(but, there.size() - 1)];
     }
   };
 
   Field field(const ClaimTest& test, const std::string& system, const std::string& who) const {
     Field field;
     field.who = who;
-    field.truth = Truth::kYes;
+    field.but = static_cast<size_t>(test.but);
+    std::vector<Truth> truths = {Truth::kYes};
     for (const std::string& rival : test.against) {
       if (rival == who) continue;
       field.pairs.push_back(best_pair(test, system, who, rival));
-      field.truth = std::min(field.truth, field.pairs.back().truth);
+      truths.push_back(field.pairs.back().truth);
     }
+    std::ranges::sort(truths);
+    field.truth = truths[std::min(field.but, truths.size() - 1)];
     // with no rival left there is nothing that was compared
     const bool absence = test.bound.kind == ClaimBound::Kind::kNotAbove;
     if (field.nearest() == nullptr && !absence) field.truth = std::min(field.truth, Truth::kUnknown);

@@ -11,9 +11,6 @@
 namespace assay {
 namespace {
 
-// What the test asks for.
-constexpr const char* kNeeded = "instability at a larger timestep";
-
 class Unstable {
  public:
   explicit Unstable(const Evidence& evidence) : evidence_(evidence) {}
@@ -24,40 +21,44 @@ class Unstable {
     std::vector<std::string> sentence, today;
     for (const std::string& system : test.systems) {
       std::vector<std::string> parts;
+      std::map<std::string, Engine> engines;
+      for (const std::vector<std::string>& names : {test.who, test.against}) {
+        for (const std::string& name : names) {
+          if (engines.contains(name)) continue;
+          const Engine& each = engines.emplace(name, engine(system, name, test.value)).first->second;
+          if (each.range.found == Found::kMissing) {
+            tested.truth = std::min(tested.truth, Truth::kUnknown);
+            tested.reasons.push_back(each.range.why);
+            continue;
+          }
+          parts.push_back(fmt::format("{} {}", name, words(each.range)));
+          if (each.range.good_ms > 0) {
+            tested.figures.push_back({name,
+                                      each.contender,
+                                      system,
+                                      each.range.good_ms,
+                                      "stable_timestep",
+                                      each.range.good_ms,
+                                      "ms",
+                                      {},
+                                      {}});
+          }
+        }
+      }
       for (const std::string& who : test.who) {
-        using Own = std::pair<std::string, Range>;
-        std::vector<Own> own;
-        for (const std::string& each : evidence_.stand_ins(who))
-          own.emplace_back(each, range(system, each, test.value));
-        // the one that goes on for longest
-        const auto [contender, found] = best_of(std::move(own), [](const Own& a, const Own& b) {
-          return std::pair(a.second.found, a.second.good_ms) > std::pair(b.second.found, b.second.good_ms);
-        });
-        if (found.found == Found::kMissing) {
-          tested.truth = std::min(tested.truth, Truth::kUnknown);
-          tested.reasons.push_back(found.why);
-          continue;
+        const Range& found = engines.at(who).range;
+        if (found.found == Found::kMissing) continue;
+        tested.keys.push_back(key_text(who, found));
+        if (test.always) {
+          judge_one(found.good_ms == 0, who, system, found, "instability at every timestep", tested);
+        } else if (test.against.empty()) {
+          judge_one(found.found == Found::kFailed && found.good_ms > 0, who, system, found,
+                    "instability at a larger timestep", tested);
         }
-        if (found.good_ms == 0) {
-          tested.truth = Truth::kNo;
-          parts.push_back(fmt::format("{} unstable at every timestep", who));
-          tested.now.push_back(
-              {Truth::kNo, 1, fmt::format("{} is unstable at every timestep on {}", who, system), kNeeded});
-          continue;
+        for (const std::string& rival : test.against) {
+          const Range& theirs = engines.at(rival).range;
+          if (theirs.found != Found::kMissing) judge_pair(who, found, rival, theirs, system, tested);
         }
-        const bool fails = found.found == Found::kFailed;
-        tested.truth = std::min(tested.truth, fails ? Truth::kYes : Truth::kNo);
-        tested.figures.push_back(
-            {who, contender, system, found.good_ms, "stable_timestep", found.good_ms, "ms", {}, {}});
-        parts.push_back(
-            fails ? fmt::format("{} stable up to {} ms and not at {} ms", who, timestep_label(found.good_ms),
-                                timestep_label(found.bad_ms))
-                  : fmt::format("{} stable at every timestep up to {} ms", who, timestep_label(found.good_ms)));
-        tested.now.push_back({fails ? Truth::kYes : Truth::kNo, 1,
-                              fmt::format("{} is {} on {}", who, parts.back().substr(who.size() + 1), system),
-                              kNeeded});
-        tested.keys.push_back(
-            fmt::format("{} {} {} ms", who, fails ? "up to" : "all up to", timestep_label(found.good_ms)));
       }
       if (!parts.empty()) sentence.push_back(fmt::format("{}: {}", system, join(parts, ", ")));
       std::vector<std::string> failing;
@@ -82,12 +83,67 @@ class Unstable {
   }
 
  private:
+  struct Range;
+
+  static std::string words(const Range& range) {
+    if (range.good_ms == 0) return "unstable at every timestep";
+    if (range.found == Found::kFailed) {
+      return fmt::format("stable up to {} ms and not at {} ms", timestep_label(range.good_ms),
+                         timestep_label(range.bad_ms));
+    }
+    return fmt::format("stable at every timestep up to {} ms", timestep_label(range.good_ms));
+  }
+  static std::string key_text(const std::string& who, const Range& range) {
+    if (range.good_ms == 0) return who + " never stable";
+    return fmt::format("{} {} {} ms", who, range.found == Found::kFailed ? "up to" : "all up to",
+                       timestep_label(range.good_ms));
+  }
+
+  static void judge_one(bool holds, const std::string& who, const std::string& system, const Range& range,
+                        const char* needed, Tested& tested) {
+    const Truth truth = holds ? Truth::kYes : Truth::kNo;
+    tested.truth = std::min(tested.truth, truth);
+    tested.now.push_back({truth, 1, fmt::format("{} is {} on {}", who, words(range), system), needed});
+  }
+
+  // Whether `who` ends before `rival`. Timesteps grow by a factor: of two that end at the same one, nobody knows.
+  static void judge_pair(const std::string& who, const Range& mine, const std::string& rival, const Range& theirs,
+                         const std::string& system, Tested& tested) {
+    const double ends = mine.end_ms(), theirs_ends = theirs.end_ms();
+    const bool same = std::isfinite(ends) && std::isfinite(theirs_ends) && same_timestep(ends, theirs_ends);
+    Truth truth = ends < theirs_ends ? Truth::kYes : Truth::kNo;
+    if (same) truth = Truth::kUnsettled;
+    tested.truth = std::min(tested.truth, truth);
+    const bool ratio = std::isfinite(ends / theirs_ends) && ends > 0;
+    tested.now.push_back({truth, ratio ? std::max(ends / theirs_ends, theirs_ends / ends) : HUGE_VAL,
+                          fmt::format("{} is {} on {}, {} {}", who, words(mine), system, rival, words(theirs)),
+                          "instability at a smaller timestep than these"});
+  }
+
   struct Range {
     Found found = Found::kMissing;  // kFailed: does not end well at some timestep
     std::string why;
     double good_ms = 0;  // the largest below the first failure; 0: none
     double bad_ms = 0;   // the smallest above it that fails
+    // The first timestep that fails; infinite when none does.
+    double end_ms() const {
+      if (found != Found::kFailed) return HUGE_VAL;
+      return good_ms == 0 ? 0 : bad_ms;
+    }
   };
+  struct Engine {
+    std::string contender;
+    Range range;
+  };
+
+  // Of an engine's contenders the one that goes on for longest.
+  Engine engine(const std::string& system, const std::string& name, const std::string& measure) const {
+    std::vector<Engine> own;
+    for (const std::string& each : evidence_.stand_ins(name)) own.push_back({each, range(system, each, measure)});
+    return best_of(std::move(own), [](const Engine& a, const Engine& b) {
+      return std::pair(a.range.found, a.range.good_ms) > std::pair(b.range.found, b.range.good_ms);
+    });
+  }
 
   Range range(const std::string& system, const std::string& contender, const std::string& measure) const {
     Range range;

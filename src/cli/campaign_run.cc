@@ -10,6 +10,7 @@
 #include "base/activity.h"
 #include "base/paths.h"
 #include "base/text.h"
+#include "campaign/shards.h"
 #include "cli/contained.h"
 #include "coordinator/pool.h"
 #include "coordinator/rows.h"
@@ -86,6 +87,7 @@ RunOptions run_options(const RunRequest& request) {
   }
   if (request.jobs) options.jobs = parse_count("--jobs", *request.jobs, 1, kMostJobs);
   if (request.shard) options.shard = parse_shard(*request.shard);
+  if (request.cells) options.shard.cells = parse_shard_cells(*request.cells);
   options.retry = request.retry;
   return options;
 }
@@ -121,9 +123,9 @@ bool run_and_summarize(const RunRequest& request) {
   return false;
 }
 
-void write_report_of(const std::string& dir) {
+void write_report_of(const std::string& dir, const nlohmann::json& more) {
   const std::string file = (std::filesystem::path(dir) / "report.html").string();
-  write_report(dir, file);
+  write_report(dir, file, more);
   print(paragraph("report: " + file, 2));
   const std::string figures = (std::filesystem::path(dir) / "figures").string();
   if (!write_figures(Store::open(dir), figures).empty()) print(paragraph("figures: " + figures, 2));

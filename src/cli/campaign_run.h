@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "cli/cli.h"
+#include "cli/parts.h"
 #include "coordinator/run.h"
 #include "store/store.h"
 
@@ -16,6 +17,7 @@ struct RunRequest {
   std::string out;                        // results directory
   std::optional<std::string> jobs;        // as given; default: one a core
   std::optional<std::string> shard;       // as given; default: all
+  std::optional<std::string> cells;       // of which shards are made, as given; default: all
   std::optional<std::string> references;  // as given; see add_references()
   bool retry = false;                     // see RunOptions
   std::string command;                    // what resumes it
@@ -48,10 +50,7 @@ bool run_and_summarize(const RunRequest& request);
 // Prints a line for each of the paper's claims: number, verdict, title, figures.
 void print_claims(const std::string& dir);
 
-// Opens a results directory for writing, under the campaign that it holds.
-Store open_to_write(const std::string& dir);
-
-// Writes `dir`/report.html and prints its path.
-void write_report_of(const std::string& dir);
+// Writes `dir`/report.html and prints its path. `more`: see report/report.h.
+void write_report_of(const std::string& dir, const nlohmann::json& more = nlohmann::json::object());
 
 }  // namespace assay::cli

@@ -17,6 +17,7 @@ _assay() {
     --contacts | --gravity) candidates="on off" ;;
     --control) candidates="passive actuators sine" ;;
     --format) candidates="csv json" ;;
+    --cells) candidates="accuracy timing" ;;
     --trajectories) candidates="npz csv" ;;
     --test) candidates="$("${program}" conformance --list 2>/dev/null | sed '1d;s/ .*//')" ;;
     --timestep | --duration | --sample | --jobs | --shard | --set) return ;;

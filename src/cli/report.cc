@@ -1,5 +1,6 @@
 // `assay report`: a results directory as one page.
 #include <algorithm>
+#include <filesystem>
 #include <memory>
 #include <optional>
 
@@ -9,6 +10,8 @@
 #include "base/text.h"
 #include "cli/campaign_run.h"
 #include "cli/cli.h"
+#include "cli/compare.h"
+#include "compare/history.h"
 #include "coordinator/rerun.h"
 #include "report/replays.h"
 #include "results/line_up.h"
@@ -21,7 +24,28 @@ namespace {
 struct Options {
   std::string dir;
   std::vector<std::string> replays;  // timesteps as given
+  std::optional<std::string> against;
+  std::vector<std::string> history;
+  CompareFlags compare;
 };
+
+// Sections about other results than the page's own.
+nlohmann::json sections(const Options& options) {
+  nlohmann::json more = nlohmann::json::object();
+  const CompareOptions how = compare_options(options.compare);
+  if (options.against) {
+    more["changes"] = comparison_json(compare(Store::open(*options.against), Store::open(options.dir), how));
+  }
+  if (options.history.empty()) return more;
+  std::vector<std::string> dirs = options.history;
+  const auto is_this = [&](const std::string& dir) {
+    std::error_code error;
+    return std::filesystem::equivalent(dir, options.dir, error);
+  };
+  if (std::ranges::none_of(dirs, is_this)) dirs.push_back(options.dir);
+  more["history"] = history_json(history(dirs, how));
+  return more;
+}
 
 }  // namespace
 
@@ -76,14 +100,23 @@ void add_report(CLI::App& app, Action& action) {
   CLI::App* command =
       add_command(app, "report", "Write DIR/report.html, one file that works offline, and the paper's figures",
                   {{"assay report results", "also while the campaign is running: shows the results so far"},
-                   {"assay report results --replays 1,4,16", "also replays runs at these timesteps"}});
+                   {"assay report results --replays 1,4,16", "also replays runs at these timesteps"},
+                   {"assay report after --against before", "with a section on what changed"}});
   const auto options = std::make_shared<Options>();
   command->add_option("DIR", options->dir, "Results directory")->required()->type_name("");
   add_replays(*command, options->replays);
+  command->add_option("--against", options->against, "Earlier results: adds a section on what changed since then")
+      ->type_name("DIR");
+  command
+      ->add_option("--history", options->history,
+                   "Other results of the same campaign: adds the contenders' courses over all")
+      ->type_name("DIR");
+  add_compare_flags(*command, options->compare);
   command->callback([&action, options] {
     action = [options] {
+      const nlohmann::json more = sections(*options);  // refused before anything is written
       keep_replays(options->dir, parse_replays(options->replays));
-      write_report_of(options->dir);
+      write_report_of(options->dir, more);
       return kDone;
     };
   });

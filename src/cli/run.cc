@@ -34,6 +34,7 @@ std::string resuming(const Options& options) {
   std::string command = fmt::format("assay run {}", options.run.campaign);
   if (!options.run.out.empty()) command += " --out " + options.run.out;
   if (options.run.shard) command += " --shard " + *options.run.shard;
+  if (options.run.cells) command += " --cells " + *options.run.cells;
   if (options.full) command += " --full";
   const auto add = [&](const char* name, const std::optional<std::string>& value) {
     if (value) command += fmt::format(" {} {}", name, *value);
@@ -68,9 +69,9 @@ int run(Options options) {
   options.run.command = resuming(options);
   if (is_robot(options.run.campaign)) {
     rehearse_robot(options.run.campaign, load_options(options.model));
-    if (options.full || options.run.shard) {
+    if (options.full || options.run.shard || options.run.cells) {
       throw InputError(
-          "--full and --shard are for campaigns: a robot's run measures what can still win; its "
+          "--full, --shard and --cells are for campaigns: a robot's run measures what can still win; its "
           "campaign.toml can be run with them");
     }
     return run_robot(options);
@@ -79,12 +80,13 @@ int run(Options options) {
   refuse_for_campaign("--control", options.control.has_value());
   refuse_for_campaign("how a model is read", load_options(options.model) != LoadOptions());
   refuse_for_campaign("--contenders", !options.contenders.empty());
+  refuse_for_campaign("--plan", options.plan_only);
   refuse_for_campaign("a limit", options.limits.any() || options.limits.measure);
   if (options.run.out.empty())
     throw InputError("--out is required, and it is missing or empty: see 'assay run --help'");
   rehearse_campaign(options.run.campaign);
-  const bool searched =
-      !options.full && !options.run.shard && load_campaign(find_campaign(options.run.campaign)).search.has_value();
+  const bool searched = !options.full && !options.run.shard && !options.run.cells &&
+                        load_campaign(find_campaign(options.run.campaign)).search.has_value();
   if (searched) return run_searched(options.run);
   return run_and_summarize(options.run) ? kDone : kFailed;
 }
@@ -98,7 +100,7 @@ void add_run(CLI::App& app, Action& action) {
        {"assay run my_robot.xml --minutes 3 --error 1mm --penetration 2mm --realtime 5", "several limits at once"},
        {"assay run my_robot.xml --control torques.csv --out pushed", "under torques of your own: time,joint,..."},
        {"assay run campaigns/quick.toml --out results", "after Ctrl-C or a kill the same command resumes"},
-       {"assay run paper --out part2 --shard 2/8", "the second of eight parts, for a cluster"}});
+       {"assay run paper --out part2 --shard 2/8", "the second of eight parts, for 'assay merge'"}});
   const auto options = std::make_shared<Options>();
   RunRequest& request = options->run;
   command
@@ -125,10 +127,23 @@ void add_run(CLI::App& app, Action& action) {
       ->type_name("NAME")
       ->delimiter(',')
       ->allow_extra_args(false);
+  command
+      ->add_flag("--plan", options->plan_only,
+                 "Only write a robot's campaign, to be changed and run: what would be measured, and how")
+      ->disable_flag_override();
   add_limits(*command, options->limits);
   add_load_options(*command, options->model);
   command->add_option("--jobs", request.jobs, "Accuracy workers at a time (default: one per core)")->type_name("N");
-  command->add_option("--shard", request.shard, "Measure only part I of N of the campaign")->type_name("I/N");
+  command
+      ->add_option("--shard", request.shard,
+                   "Measure only part I of N of the campaign; 'auto' or 'auto/N' takes the part from the scheduler's "
+                   "environment (docs/clusters.md)")
+      ->type_name("I/N");
+  command
+      ->add_option(
+          "--cells", request.cells,
+          "Measure only accuracy cells, which may share a machine, or only timings, which need one of their own")
+      ->type_name("accuracy|timing");
   command
       ->add_flag("--retry", request.retry,
                  "Measure again what is stored as crashed or timed out, or is damaged in the database")

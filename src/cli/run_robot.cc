@@ -351,6 +351,14 @@ void keep_pictures(const std::string& dir, const Campaign& campaign, const std::
   }
 }
 
+void add_refusals(const std::vector<Refusal>& refusals, Answer& answer) {
+  if (refusals.empty()) return;
+  answer.part("Engines that refuse this robot");
+  for (const Refusal& refusal : refusals) {
+    answer.line(fmt::format("{}: {} ({})", refusal.engine, refusal.text, join(refusal.contenders, ", ")));
+  }
+}
+
 int search_and_answer(const RunRequest& request, const Campaign& campaign, const std::vector<Refusal>& refusals) {
   const SearchTable table = campaign.search.value_or(SearchTable());
   const LimitOptions limits = limits_in(table);
@@ -399,12 +407,7 @@ int search_and_answer(const RunRequest& request, const Campaign& campaign, const
     if (best) add_approximated(campaign, *best, answer);
     add_failures(answers, question, found.value_or(Recommendation()), done, answer);
   }
-  if (!refusals.empty()) {
-    answer.part("Engines that refuse this robot");
-    for (const Refusal& refusal : refusals) {
-      answer.line(fmt::format("{}: {} ({})", refusal.engine, refusal.text, join(refusal.contenders, ", ")));
-    }
-  }
+  add_refusals(refusals, answer);
   answer.print();
   print("\n");
   keep_answer(request.out, answer);
@@ -475,6 +478,14 @@ int run_robot(const RobotRequest& request) {
   for (const std::string& decided : options.notes) print(paragraph("  " + decided, 4));
   for (const std::string& system : programme.systems) print(paragraph("  " + system, 4));
   print("\n");
+  if (request.plan_only) {
+    Answer answer;
+    add_refusals(programme.refusals, answer);
+    answer.part("To measure it");
+    answer.line(fmt::format("assay run {} --out {}", toml, run.out));
+    answer.print();
+    return kDone;
+  }
   flush_output();
   return search_and_answer(run, campaign, programme.refusals);
 }

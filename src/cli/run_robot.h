@@ -18,6 +18,7 @@ struct RobotRequest {
   std::optional<std::string> minutes;   // as given; default: 10
   std::optional<std::string> control;   // as given; default: what suits the robot
   std::vector<std::string> contenders;  // names or patterns; default: all
+  bool plan_only = false;               // write the programme, measure nothing
 };
 
 // Whether `run` is given a model rather than a campaign: a URDF or MJCF file by its ending or its first character, a

@@ -142,7 +142,11 @@ void derive_scaling(const Store& store, const std::vector<Cell>& cells, std::uin
     const auto& [family, size] = found->second;
     Group& group = groups[{family, cell.contender, cell.timestep_ms}];
     for (const SampleSeries& series : store.samples(cell.id)) {
-      if (series.name == "run_time_s") group.points.push_back({size, series.values});
+      if (series.name != "run_time_s") continue;
+      // Systems of one size differ in their seed: more runs of that size.
+      auto same = std::ranges::find(group.points, size, &TimeAtSize::size);
+      if (same == group.points.end()) same = group.points.insert(same, {size, {}});
+      same->seconds.insert(same->seconds.end(), series.values.begin(), series.values.end());
     }
     if (size <= group.size) continue;
     group.size = size;
@@ -240,6 +244,14 @@ void derive_ratios(const Store& store, const std::vector<Cell>& cells, std::uint
 
 }  // namespace
 
+const std::vector<std::string>& derived_values() {
+  static const std::vector<std::string> kNames = {
+      "truth_order",     "truth_floor", "consistency_floor",       "consistency_bound",
+      "aa_ratio",        "time_ratio",  "largest_stable_timestep", "stable_up_to_timestep",
+      "scaling_exponent"};
+  return kNames;
+}
+
 std::vector<std::string> derive_values(Store& store) {
   const std::vector<Cell> cells = store.cells();
   std::vector<Store::Derived> derived;
@@ -250,9 +262,7 @@ std::vector<std::string> derive_values(Store& store) {
   derive_scaling(store, cells, 1, derived);
   derive_ratios(store, cells, 1, derived);
   warn_of_noise(store, cells, warnings);
-  store.set_derived({"truth_order", "truth_floor", "consistency_floor", "consistency_bound", "aa_ratio", "time_ratio",
-                     "largest_stable_timestep", "stable_up_to_timestep", "scaling_exponent"},
-                    derived);
+  store.set_derived(derived_values(), derived);
   return warnings;
 }
 

@@ -1,5 +1,6 @@
 #include "coordinator/machine.h"
 
+#include <cstdlib>
 #include <fstream>
 #include <string>
 #include <sys/utsname.h>
@@ -53,6 +54,16 @@ std::vector<ManifestEntry> machine_facts() {
       {"flags", ASSAY_BUILD_FLAGS},
       {"build_type", ASSAY_BUILD_TYPE},
   };
+}
+
+std::string node_name() {
+  for (const char* variable : {"ASSAY_NODE", "SLURMD_NODENAME", "NODE_NAME"}) {
+    const char* name = std::getenv(variable);
+    if (name != nullptr && *name != '\0') return name;
+  }
+  utsname system{};
+  ::uname(&system);
+  return or_unknown(system.nodename);
 }
 
 }  // namespace assay

@@ -1,6 +1,7 @@
 // The machine and the build that results come from.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "store/store.h"
@@ -9,5 +10,9 @@ namespace assay {
 
 // "cpu", "cores", "governor", "kernel", "memory", "assay_version", "commit", "compiler", "flags", "build_type".
 std::vector<ManifestEntry> machine_facts();
+
+// What this machine is called in results: ASSAY_NODE, else the name that Slurm (SLURMD_NODENAME) or a manifest of
+// Kubernetes (NODE_NAME) gives it, else the host's.
+std::string node_name();
 
 }  // namespace assay

@@ -99,7 +99,7 @@ CampaignSystem system_of(const Store& store, const std::string& name, const json
   const std::string stem = fs::path(file).stem().string();
   const std::vector<std::string> known = system_names();
   std::string found = "./" + file;
-  if (std::ranges::find(known, stem) != known.end() || capsules_count(stem)) {
+  if (std::ranges::find(known, stem) != known.end() || capsules_named(stem)) {
     found = stem;
   } else if (file.starts_with("robots:")) {
     found = file;

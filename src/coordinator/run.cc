@@ -5,6 +5,8 @@
 #include <sys/resource.h>
 #include <sys/time.h>
 
+#include <nlohmann/json.hpp>
+
 #include "base/errors.h"
 #include "coordinator/runner.h"
 
@@ -112,6 +114,44 @@ void Runner::count(const PlannedCell& cell) {
   share.done_s += cost(cell);
 }
 
+// Times of one system compare only if one machine measured them: where some are missing and the others are another
+// machine's, all of the system's (for scaling, of its family's) are measured again.
+void Runner::time_again_elsewhere(std::set<std::pair<int, double>>& timed_again, std::set<int>& scaled_again) {
+  std::map<std::string, std::string> elsewhere;  // by node: its machine's name
+  for (const NodeRow& row : store_.nodes()) {
+    const auto facts = nlohmann::json::parse(row.json, nullptr, false);
+    if (!facts.is_object()) continue;
+    const std::string name = facts.value("name", "");
+    if (name != node_name() || facts.value("cpu", "") != machine_facts().front().value) elsewhere[row.id] = name;
+  }
+  if (elsewhere.empty() || (timed_again.empty() && scaled_again.empty())) return;
+  std::set<std::string> systems, families;
+  for (const auto& [index, timestep_ms] : timed_again)
+    systems.insert(campaign_.systems[static_cast<size_t>(index)].name);
+  for (const int index : scaled_again) families.insert(campaign_.systems[static_cast<size_t>(index)].family);
+  std::map<std::string, std::string> moved;  // system: machine
+  for (const Cell& cell : store_.cells()) {
+    const auto other = elsewhere.find(cell.node);
+    if (other == elsewhere.end()) continue;
+    const auto system = std::ranges::find(campaign_.systems, cell.system, &CampaignSystem::name);
+    const bool again =
+        (cell.measure == "raw_speed" && systems.contains(cell.system)) ||
+        (cell.measure == "scaling" && system != campaign_.systems.end() && families.contains(system->family));
+    if (!again) continue;
+    timed_elsewhere_.insert(cell.key);
+    moved[cell.system] = other->second;
+    if (cell.measure == "raw_speed" && system != campaign_.systems.end()) {
+      timed_again.insert({static_cast<int>(system - campaign_.systems.begin()), cell.timestep_ms});
+    }
+  }
+  for (const auto& [system, machine] : moved) {
+    progress_.message(
+        fmt::format("{} was timed on '{}', whose speeds do not compare with this machine's: its timings are "
+                    "measured again",
+                    system, machine));
+  }
+}
+
 // Keys of stored cells that are measured again although they are there.
 std::vector<std::string> Runner::retried() {
   std::vector<std::string> keys;
@@ -135,12 +175,13 @@ std::vector<std::string> Runner::retried() {
 
 // Which cells belong to this shard, and which of them are still to do.
 void Runner::choose() {
-  plan_ = make_plan(campaign_, options_.shard.count);
+  plan_ = make_plan(campaign_, options_.shard.count, options_.shard.cells);
   const std::vector<std::string> again_keys = retried();
   std::vector<std::string> done;
   std::ranges::set_difference(store_.cell_keys(), again_keys, std::back_inserter(done));
   std::set<std::pair<int, double>> timed_again;  // one cell of a round is missing: all of the round is repeated
   std::set<int> compared_again;                  // likewise for agreement, which compares all contenders
+  std::set<int> scaled_again;                    // systems whose runs for scaling are all repeated
   for (const PlannedCell& cell : plan_.cells) {
     if (cell.shard != options_.shard.index || (options_.wanted && !options_.wanted(cell))) continue;
     mine_.push_back(&cell);
@@ -148,10 +189,13 @@ void Runner::choose() {
       timed_again.insert({cell.system, cell.timestep_ms});
     }
     if (cell.measure == "agreement" && !std::ranges::binary_search(done, cell.key)) compared_again.insert(cell.system);
+    if (cell.measure == "scaling" && !std::ranges::binary_search(done, cell.key)) scaled_again.insert(cell.system);
   }
+  time_again_elsewhere(timed_again, scaled_again);
   for (const PlannedCell* cell : mine_) {
     const bool again = (cell->measure == "raw_speed" && timed_again.contains({cell->system, cell->timestep_ms})) ||
-                       (cell->measure == "agreement" && compared_again.contains(cell->system));
+                       (cell->measure == "agreement" && compared_again.contains(cell->system)) ||
+                       timed_elsewhere_.contains(cell->key);
     if (again || !std::ranges::binary_search(done, cell->key)) todo_.push_back(cell);
   }
   // A reference that failed earlier still fails what depends on it.

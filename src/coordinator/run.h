@@ -92,5 +92,7 @@ RunSummary run_campaign(const Campaign& campaign, const RunOptions& options);
 // the largest timestep that holds an object, exponents of scaling.
 // run_campaign() calls it at its end. A union of shards has to call it too. Returns warnings, a sentence each.
 std::vector<std::string> derive_values(Store& store);
+// The names of these values.
+const std::vector<std::string>& derived_values();
 
 }  // namespace assay

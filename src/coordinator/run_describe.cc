@@ -3,10 +3,13 @@
 #include <cmath>
 #include <ctime>
 #include <optional>
+#include <unistd.h>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "base/hash.h"
+#include "campaign/shards.h"
 #include "coordinator/machine.h"
 #include "coordinator/rows.h"
 #include "coordinator/runner.h"
@@ -27,6 +30,37 @@ std::string date_text(double unix_seconds) {
 }
 
 }  // namespace
+
+// This machine and what it has done here so far; times of earlier runs on it are counted on.
+void Runner::describe_node(bool finished, double wall_s, double cpu_s) {
+  json facts = json::object();
+  for (const NodeRow& row : store_.nodes()) {
+    if (row.id == node_.id) facts = json::parse(row.json, nullptr, false);
+  }
+  if (!facts.is_object()) facts = json::object();
+  if (!finished || !facts.contains("name")) {
+    for (const ManifestEntry& fact : machine_facts()) facts[fact.key] = fact.value;
+    facts["name"] = node_name();
+    facts["shard"] = shard_text(options_.shard);
+    facts["cells"] = shard_cells_text(options_.shard.cells);
+    facts["jobs"] = jobs_;
+    if (!facts.contains("started")) facts["started"] = date_text(unix_time());
+  }
+  const auto sum = [&](const char* key, double more) {
+    const double before = facts.contains(key) ? parse_number(facts[key].get<std::string>()).value_or(0) : 0;
+    facts[key] = fmt::format("{:.1f}", before + more);
+  };
+  if (finished && done_now_ > 0) {
+    sum("wall_s", wall_s);
+    sum("cpu_s", cpu_s);
+    sum("engine_s", engine_now_s_);
+    facts["finished"] = date_text(unix_time());
+  }
+  if (timing_facts_.core >= 0) facts["timing_core"] = std::to_string(timing_facts_.core);
+  if (timing_facts_.clock_s > 0) facts["clock_cost_ns"] = fmt::format("{:.0f}", 1e9 * timing_facts_.clock_s);
+  node_.json = facts.dump(-1, ' ', false, json::error_handler_t::replace);
+  store_.set_node(node_);
+}
 
 void Runner::describe() {
   std::vector<SystemRow> systems;
@@ -75,6 +109,25 @@ void Runner::describe() {
     contenders.push_back(contender_row(harness));
   }
   store_.set_contenders(contenders);
+
+  // What names this directory's share of the work, wherever the directory is moved.
+  std::string part = store_.manifest("part").value_or("");
+  if (part.empty()) {
+    part = content_hash(fmt::format("{} {} {} {}", node_name(), ::getpid(), unix_time(), options_.out));
+    store_.set_manifest({{"part", part}});
+  }
+  constexpr size_t kDigits = 16;
+  node_.id = content_hash(fmt::format("{} {} {}", part, node_name(), machine_facts().front().value)).substr(0, kDigits);
+  if (!options_.wanted) {  // a search decides as it goes
+    std::vector<PlanRow> planned;
+    planned.reserve(mine_.size());
+    const auto step_us = expected_step_us(campaign_);
+    for (const PlannedCell* cell : mine_) {
+      planned.push_back({cell->key, cell->shard, estimate_seconds(campaign_, {*cell}, step_us, 1), !is_timed(*cell)});
+    }
+    store_.set_plan(planned);
+  }
+  describe_node(/*finished=*/false, 0, 0);  // after the plan: where there is a node, it is known what it was to do
 
   std::vector<ManifestEntry> entries = machine_facts();
   const auto before = store_.manifest("cpu");
@@ -172,6 +225,7 @@ void Runner::finish(RunSummary& summary, double wall_s, double cpu_s) {
     entries.push_back({"clock_cost_ns", fmt::format("{:.0f}", 1e9 * timing_facts_.clock_s)});
   }
   if (!entries.empty()) store_.set_manifest(entries);
+  describe_node(/*finished=*/true, wall_s, cpu_s);
 }
 
 }  // namespace assay

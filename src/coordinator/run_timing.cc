@@ -54,7 +54,8 @@ void Runner::time_system(TimingPass& pass, int system_index) {
     const std::string key =
         content_hash(json{{"harness", campaign_.name}, {"system", timed.name}, {"h", timestep}}.dump());
     // When a run is resumed, the harness's finished cell is not measured again either.
-    const bool with_harness = has_harness && !std::ranges::binary_search(stored, key);
+    const bool with_harness =
+        has_harness && (timed_elsewhere_.contains(key) || !std::ranges::binary_search(stored, key));
     if (with_harness) {
       CampaignContender harness;
       harness.resolved = Registry::instance().resolve(kHarness);

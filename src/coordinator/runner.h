@@ -14,6 +14,7 @@
 
 #include "base/paths.h"
 #include "base/text.h"
+#include "coordinator/machine.h"
 #include "coordinator/pool.h"
 #include "coordinator/run.h"
 #include "coordinator/subject.h"
@@ -61,7 +62,9 @@ class Runner {
   }
 
   void describe();
+  void describe_node(bool finished, double wall_s, double cpu_s);
   void choose();
+  void time_again_elsewhere(std::set<std::pair<int, double>>& timed_again, std::set<int>& scaled_again);
   std::vector<std::string> retried();
   void conformance();
   std::string suite_file(const std::string& content) const;  // "" where no verdicts are kept
@@ -119,6 +122,8 @@ class Runner {
   std::map<std::pair<int, int>, double> step_us_;
   std::map<std::string, std::vector<ConformanceRow>> suite_rows_;  // by contender's content
   TimingFacts timing_facts_;
+  NodeRow node_;                           // this machine and its part of the work
+  std::set<std::string> timed_elsewhere_;  // keys of stored timings of another machine
   int done_now_ = 0;
   double engine_now_s_ = 0;  // inside engine steps, of the cells that were done now
   Clock::time_point start_ = Clock::now();

@@ -7,6 +7,7 @@
 
 #include "measures/run_measures.h"
 #include "measures/statistics.h"
+#include "model/extent.h"
 #include "model/kinematics.h"
 
 namespace assay {

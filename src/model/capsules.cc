@@ -14,7 +14,6 @@ namespace {
 constexpr double kRadius = 0.05, kHalfLength = 0.1;  // m; half of the cylinder
 constexpr double kSpacing = 0.31;  // m: just above the capsule's length, so that no two touch in any orientation
 constexpr double kLowest = 0.3;    // m: height of the lowest layer
-constexpr std::uint32_t kSeed = 27;
 
 // Matsumoto and Nishimura's MT19937 with the initialization by array of 2002 and 53-bit doubles. The standard library's
 // generator lacks this initialization, and its distributions differ between implementations.
@@ -75,12 +74,18 @@ class MersenneTwister {
 
 }  // namespace
 
-std::string capsules_mjcf(int count) {
-  const int side = static_cast<int>(std::ceil(std::cbrt(count) - 1e-9));
-  MersenneTwister random(kSeed);
+std::string capsules_mjcf(const CapsulesName& name) {
+  const int count = name.count;
+  const int a_layer = name.layers > 0 ? (count + name.layers - 1) / name.layers : 0;
+  const int side = static_cast<int>(std::ceil((a_layer > 0 ? std::sqrt(a_layer) : std::cbrt(count)) - 1e-9));
+  const int slots = a_layer > 0 ? a_layer : side * side;  // of a layer
+  std::string parts;
+  if (name.layers > 0) parts += fmt::format("-layers-{}", name.layers);
+  if (name.seed != CapsulesName().seed) parts += fmt::format("-seed-{}", name.seed);
+  MersenneTwister random(static_cast<std::uint32_t>(name.seed));
   std::string bodies, states;
   for (int i = 0; i < count; ++i) {
-    const std::array<int, 3> cell = {i % side, i / side % side, i / (side * side)};  // column, row, layer
+    const std::array<int, 3> cell = {i % slots % side, i % slots / side, i / slots};  // column, row, layer
     const double x = kSpacing * (cell[0] - (side - 1) / 2.0), y = kSpacing * (cell[1] - (side - 1) / 2.0);
     const double z = kLowest + kSpacing * cell[2];
     const auto shade = [&](int k) { return 0.35 + 0.5 * cell[k] / std::max(side - 1, 1); };
@@ -105,7 +110,7 @@ std::string capsules_mjcf(int count) {
 
   System of Erez, Tassa and Todorov (ICRA 2015), section IV.A; the paper gives no dimensions. Written by src/model/capsules.cc.
 -->
-<mujoco model="capsules-{0}">
+<mujoco model="capsules-{0}{7}">
   <option gravity="0 0 -9.81"/>
   <default>
     <geom type="capsule" size="{2} {4}" mass="1" condim="3" friction="0.7"/>
@@ -118,7 +123,7 @@ std::string capsules_mjcf(int count) {
   </keyframe>
 </mujoco>
 )",
-                     count, 6 * count, kRadius, 2 * kHalfLength, kHalfLength, bodies, states);
+                     count, 6 * count, kRadius, 2 * kHalfLength, kHalfLength, bodies, states, parts);
 }
 
 }  // namespace assay

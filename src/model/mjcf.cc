@@ -180,10 +180,6 @@ Model required(LoadReport report, const std::string& file) {
   throw InputError(fmt::format("{} (and {} more; `assay check {}` lists all)", first, texts.size() - 1, file));
 }
 
-}  // namespace
-
-namespace {
-
 // Decomposing meshes takes long.
 ActivityLimits limits_of(const LoadOptions& options) {
   constexpr double kLong = 1800;  // s
@@ -196,7 +192,7 @@ ActivityLimits limits_of(const LoadOptions& options) {
 
 LoadReport inspect_model(const std::string& path, const LoadOptions& options, FileFacts* facts) {
   const Activity reading(fmt::format("reading '{}'", path), limits_of(options));
-  const std::optional<int> capsules = capsules_count(fs::path(path).stem().string());
+  const std::optional<CapsulesName> capsules = capsules_named(fs::path(path).stem().string());
   std::error_code error;
   LoadReport report;
   if (capsules && !fs::exists(path, error)) {

@@ -9,6 +9,7 @@
 
 #include "base/errors.h"
 #include "base/text.h"
+#include "model/extent.h"
 #include "model/kinematics.h"
 
 namespace assay {
@@ -58,33 +59,6 @@ void set_qpos(Model& model, const std::vector<double>& qpos, const std::string& 
       q += 4;
     }
   }
-}
-
-// Half of the extent of a shape along world z, from its own centre, and the centre's height.
-double lowest_of(const Shape& shape, const Pose& X_WS, const Model& model) {
-  const Vec3 up_S = X_WS.q.conjugate() * Vec3::UnitZ();
-  const double z = X_WS.p.z();
-  switch (shape.type) {
-    case ShapeType::kSphere:
-      return z - shape.radius;
-    case ShapeType::kCapsule:
-      return z - shape.radius - std::abs(up_S.z()) * shape.half_length;
-    case ShapeType::kBox:
-      return z - up_S.cwiseAbs().dot(shape.half_size);
-    case ShapeType::kCylinder:
-      return z - std::abs(up_S.z()) * shape.half_length - std::hypot(up_S.x(), up_S.y()) * shape.radius;
-    case ShapeType::kEllipsoid:
-      return z - up_S.cwiseProduct(shape.half_size).norm();
-    case ShapeType::kHull: {
-      double lowest = std::numeric_limits<double>::infinity();
-      for (const Vec3& p : model.hulls[shape.data].vertices) lowest = std::min(lowest, z + up_S.dot(p));
-      return lowest;
-    }
-    case ShapeType::kPlane:
-    case ShapeType::kHeightField:
-      break;
-  }
-  return std::numeric_limits<double>::infinity();
 }
 
 }  // namespace
@@ -150,11 +124,10 @@ void start_from(Model& model, const std::string& text, const std::string& file) 
 std::vector<double> lowest_points(const Model& model) {
   std::vector<double> lowest(model.bodies.size() + 1, std::numeric_limits<double>::infinity());
   for (const Shape& shape : model.shapes) {
-    if (!shape.collides && shape.body != kWorld) continue;
-    const Pose X_WB =
-        shape.body == kWorld ? Pose{} : body_pose(model.bodies[shape.body], model.initial.bodies[shape.body]);
+    if ((!shape.collides && shape.body != kWorld) || is_ground(shape)) continue;
+    const Pose X_WS = shape_pose(model, model.initial, shape);
     double& own = shape.body == kWorld ? lowest.back() : lowest[shape.body];
-    own = std::min(own, lowest_of(shape, X_WB * shape.X_BS, model));
+    own = std::min(own, X_WS.p.z() - reach(model, shape, X_WS.q.conjugate() * -Vec3::UnitZ()));
   }
   return lowest;
 }

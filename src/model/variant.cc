@@ -11,38 +11,11 @@
 
 #include "base/errors.h"
 #include "base/text.h"
+#include "model/extent.h"
 #include "model/kinematics.h"
 
 namespace assay {
 namespace {
-
-// How far the shape reaches against `direction` (unit, in the shape frame), from the origin of its frame.
-double reach(const Model& model, const Shape& shape, const Vec3& direction) {
-  const Vec3 d = direction.cwiseAbs();
-  switch (shape.type) {
-    case ShapeType::kSphere:
-      return shape.radius;
-    case ShapeType::kCapsule:
-      return shape.radius + shape.half_length * d.z();
-    case ShapeType::kCylinder:
-      return shape.radius * std::hypot(d.x(), d.y()) + shape.half_length * d.z();
-    case ShapeType::kBox:
-      return shape.half_size.dot(d);
-    case ShapeType::kEllipsoid:
-      return shape.half_size.cwiseProduct(d).norm();
-    case ShapeType::kHull: {
-      double lowest = 0;
-      for (const Vec3& vertex : model.hulls[static_cast<size_t>(shape.data)].vertices) {
-        lowest = std::min(lowest, vertex.dot(direction));
-      }
-      return -lowest;
-    }
-    case ShapeType::kPlane:
-    case ShapeType::kHeightField:
-      break;
-  }
-  return 0;
-}
 
 bool stands_free(const Model& model, int body) {
   while (body != kWorld && !model.bodies[static_cast<size_t>(body)].is_free()) {
@@ -65,10 +38,9 @@ Ground ground_of(const Model& model, bool free) {
       const Shape& shape = model.shapes[static_cast<size_t>(b)];
       if (plane.type != ShapeType::kPlane || shape.body == kWorld) continue;
       if (free && !stands_free(model, shape.body)) continue;
-      const auto body = static_cast<size_t>(shape.body);
-      const Pose X_WS = body_pose(model.bodies[body], model.initial.bodies[body]) * shape.X_BS;
+      const Pose X_WS = shape_pose(model, model.initial, shape);
       const Vec3 normal_W = plane.X_BS.q * Vec3::UnitZ();
-      const double height = (X_WS.p - plane.X_BS.p).dot(normal_W) - reach(model, shape, X_WS.q.conjugate() * normal_W);
+      const double height = (X_WS.p - plane.X_BS.p).dot(normal_W) - reach(model, shape, X_WS.q.conjugate() * -normal_W);
       if (height < lowest.height) lowest = {height, normal_W};
     }
   }

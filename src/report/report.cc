@@ -166,8 +166,14 @@ std::string report_html(const json& data) {
 }
 
 void write_report(const std::string& results_dir, const std::string& out_file) {
+  write_report(results_dir, out_file, json::object());
+}
+
+void write_report(const std::string& results_dir, const std::string& out_file, const json& more) {
   const Store store = Store::open(results_dir);
-  write_file(out_file, report_html(report_data(store)));
+  json data = report_data(store);
+  data.update(more);
+  write_file(out_file, report_html(data));
 }
 
 }  // namespace assay

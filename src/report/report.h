@@ -17,8 +17,10 @@ nlohmann::json report_data(const Store& store);
 // any text: it is escaped for a script element.
 std::string report_html(const nlohmann::json& data);
 
-// Reads `results_dir`/assay.sqlite and writes the page to `out_file`, whole or not at all. Throws InputError when
-// `results_dir` holds no results (or those of another version), SystemError when `out_file` cannot be written.
+// Reads `results_dir`/assay.sqlite and writes the page to `out_file`, whole or not at all. `more` are sections that
+// other results than these go into: "changes" (compare/compare.h) and "history" (compare/history.h). Throws InputError
+// when `results_dir` holds no results (or those of another version), SystemError when `out_file` cannot be written.
 void write_report(const std::string& results_dir, const std::string& out_file);
+void write_report(const std::string& results_dir, const std::string& out_file, const nlohmann::json& more);
 
 }  // namespace assay

@@ -7,7 +7,7 @@
 
 namespace assay {
 
-// An engine of the paper and today's contenders for it, the preferred one first.
+// An engine or group of engines of the paper and today's contenders for it, the preferred one first.
 using StandIns = std::pair<std::string, std::vector<std::string>>;
 const std::vector<StandIns>& paper_line_up();
 

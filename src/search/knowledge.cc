@@ -155,8 +155,8 @@ std::optional<double> Knowledge::speed(const PointAt& point) const {
 double Knowledge::expected_error(const PointAt& point) const {
   const auto& contender = campaign_.contenders[static_cast<size_t>(point.contender)].resolved;
   if (contender.engine == nullptr) return 0;
-  const int order = contender.engine->capabilities(contender.settings).order;
-  double expected = 0;
+  const double order = contender.engine->capabilities(contender.settings).order;
+  std::map<int, std::vector<std::pair<double, double>>> errors;  // by system: timestep and error, ascending
   for (size_t step = 0; step <= point.step; ++step) {
     const auto found = points_.find({point.contender, step});
     if (found == points_.end()) continue;
@@ -164,9 +164,20 @@ double Knowledge::expected_error(const PointAt& point) const {
       const auto stored = stored_.find(cell->key);
       if (cell->measure != "truth" || stored == stored_.end()) continue;
       const Value* error = find_value(stored->second, kTruthError);
-      if (error == nullptr || !error->value) continue;
-      expected = std::max(expected, *error->value * std::pow(timesteps_ms_[point.step] / timesteps_ms_[step], order));
+      if (error != nullptr && error->value) errors[cell->system].emplace_back(timesteps_ms_[step], *error->value);
     }
+  }
+  double expected = 0;
+  for (const auto& [system, known] : errors) {
+    const auto& [last_ms, last] = known.back();
+    // A part of the error may not depend on the timestep, so one figure alone is not followed by a high order.
+    double slope = std::min(order, 1.0);
+    if (known.size() > 1) {
+      const auto& [before_ms, before] = known[known.size() - 2];
+      const bool grows = before > 0 && last > before;
+      slope = grows ? std::min(order, std::log(last / before) / std::log(last_ms / before_ms)) : 0;
+    }
+    expected = std::max(expected, last * std::pow(timesteps_ms_[point.step] / last_ms, slope));
   }
   return expected;
 }

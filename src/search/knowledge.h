@@ -50,8 +50,9 @@ class Knowledge {
   std::optional<double> speed(const PointAt& point) const;
   bool timed(const PointAt& point) const;
 
-  // The error against the reference solution at the point, followed from a smaller timestep by the declared order; a
-  // lower bound if nothing else limits the accuracy. 0 where nothing is known.
+  // The error against the reference solution at the point, as measured or followed from smaller timesteps: by how it
+  // grew between the last two, by first order from one alone, and by no more than the declared order. 0 where nothing
+  // is known.
   double expected_error(const PointAt& point) const;
 
   // Processor time that the cells take, s, as far as the contender's speed is known.

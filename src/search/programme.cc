@@ -20,12 +20,18 @@ namespace {
 constexpr double kDropHeight = 0.05;  // m
 constexpr double kStartRates = 1;     // rad/s, m/s
 
-// "joint 'knee' armature" without the name, and the name.
+// "joint 'knee' armature" without its names, and the first of them with what stands between it and the others:
+// "contact of 'foot' and 'shin'" is a contact, "foot and shin".
 std::pair<std::string, std::string> kind_and_name(const std::string& element) {
   const size_t opens = element.find(" '");
-  const size_t closes = opens == std::string::npos ? opens : element.find('\'', opens + 2);
-  if (closes == std::string::npos) return {element, ""};
-  return {element.substr(0, opens) + element.substr(closes + 1), element.substr(opens + 1, closes - opens)};
+  const size_t first = opens == std::string::npos ? opens : element.find('\'', opens + 2);
+  if (first == std::string::npos) return {element, ""};
+  const size_t closes = element.rfind('\'');
+  std::string name = element.substr(opens + 2, closes - opens - 2);
+  std::erase(name, '\'');
+  std::string kind = element.substr(0, opens);
+  if (kind.ends_with(" of") && closes != first) kind.resize(kind.size() - 3);
+  return {kind + element.substr(closes + 1), name};
 }
 
 // The refusals of one contender: each kind of element once. "" when it takes the model.

@@ -16,7 +16,8 @@ const std::vector<std::pair<std::string, std::string>>& hashed_tables() {
                                                                           {"contenders", "rowid"},
                                                                           {"conformance", "rowid"},
                                                                           {"runs", "system, contender, timestep_ms"},
-                                                                          {"scenes", "system"}};
+                                                                          {"scenes", "system"},
+                                                                          {"nodes", "id"}};
   return tables;
 }
 
@@ -49,7 +50,7 @@ void put_samples_hash(sqlite3* db, std::int64_t cell_id) {
 }
 
 void put_cell_hash(sqlite3* db, std::int64_t cell_id) {
-  Statement query(db, fmt::format("SELECT {}, c.samples_hash FROM cells c WHERE c.id = ?", kCellColumns));
+  Statement query(db, fmt::format("SELECT {}, c.node, c.samples_hash FROM cells c WHERE c.id = ?", kCellColumns));
   query.bind(0, cell_id);
   std::string bytes;
   if (query.step()) {

@@ -14,8 +14,8 @@ namespace assay::sql {
 // Columns of the query that `cell_hash` continues: all that is hashed but `id`, which comes first, in this order.
 inline constexpr const char* kCellColumns =
     "c.id, c.key, c.system, c.contender, c.timestep_ms, c.measure, c.outcome, c.reason, c.wall_s, c.cpu_s, c.engine_s, "
-    "c.steal, c.started, c.finished";
-inline constexpr int kCellColumnCount = 14;
+    "c.steal, c.started, c.finished";  // then c.node, of version 2
+inline constexpr int kCellColumnCount = 15;
 inline constexpr const char* kValuesQuery =
     "SELECT name, unit, value, low, high FROM \"values\" WHERE cell_id = ? ORDER BY name";
 inline constexpr int kValueColumnCount = 5;

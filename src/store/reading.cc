@@ -88,11 +88,12 @@ std::vector<ConformanceRow> Store::conformance() const {
 std::vector<Cell> Store::read_cells(std::vector<Cell>& damaged) const {
   const Snapshot snapshot(db_.get());
   std::vector<Cell> cells;
-  Statement query(db_.get(), fmt::format("SELECT {}, {} FROM cells c "
-                                         "LEFT JOIN systems s ON s.name = c.system LEFT JOIN contenders n ON n.name = "
-                                         "c.contender ORDER BY s.rowid, c.system, n.rowid, c.contender, c.measure, "
-                                         "c.timestep_ms, c.key",
-                                         sql::kCellColumns, hashed_ ? "c.samples_hash, c.hash" : "NULL, NULL"));
+  Statement query(db_.get(),
+                  fmt::format("SELECT {}, {} FROM cells c "
+                              "LEFT JOIN systems s ON s.name = c.system LEFT JOIN contenders n ON n.name = "
+                              "c.contender ORDER BY s.rowid, c.system, n.rowid, c.contender, c.measure, "
+                              "c.timestep_ms, c.key",
+                              sql::kCellColumns, hashed_ ? "c.node, c.samples_hash, c.hash" : "NULL, NULL, NULL"));
   Statement values(db_.get(), sql::kValuesQuery);
   std::string bytes;
   while (query.step()) {
@@ -112,6 +113,7 @@ std::vector<Cell> Store::read_cells(std::vector<Cell>& damaged) const {
     cell.steal = query.number(11);
     cell.started = query.number(12);
     cell.finished = query.number(13);
+    cell.node = query.text(14);
     bytes.clear();
     for (int column = 1; column <= sql::kCellColumnCount; ++column) query.append_to(bytes, column);
     values.bind(0, cell.id);

@@ -49,7 +49,7 @@ constexpr const char* kSchema = R"sql(
     tolerance REAL, unit TEXT NOT NULL, note TEXT NOT NULL, PRIMARY KEY(contender, test));
   CREATE TABLE cells(id INTEGER PRIMARY KEY, key TEXT NOT NULL UNIQUE, system TEXT NOT NULL, contender TEXT NOT NULL,
     timestep_ms REAL NOT NULL, measure TEXT NOT NULL, outcome TEXT NOT NULL, reason TEXT NOT NULL, wall_s REAL,
-    cpu_s REAL, engine_s REAL, steal REAL, started REAL, finished REAL, samples_hash TEXT, hash TEXT);
+    cpu_s REAL, engine_s REAL, steal REAL, started REAL, finished REAL, node TEXT, samples_hash TEXT, hash TEXT);
   CREATE TABLE "values"(cell_id INTEGER NOT NULL REFERENCES cells(id) ON DELETE CASCADE, name TEXT NOT NULL,
     unit TEXT NOT NULL, value REAL, low REAL, high REAL, PRIMARY KEY(cell_id, name)) WITHOUT ROWID;
   CREATE TABLE samples(cell_id INTEGER NOT NULL REFERENCES cells(id) ON DELETE CASCADE, name TEXT NOT NULL,
@@ -57,6 +57,9 @@ constexpr const char* kSchema = R"sql(
   CREATE TABLE runs(system TEXT NOT NULL, contender TEXT NOT NULL, timestep_ms REAL NOT NULL, address TEXT NOT NULL,
     PRIMARY KEY(system, contender, timestep_ms)) WITHOUT ROWID;
   CREATE TABLE scenes(system TEXT PRIMARY KEY, json TEXT NOT NULL) WITHOUT ROWID;
+  CREATE TABLE nodes(id TEXT PRIMARY KEY, json TEXT NOT NULL) WITHOUT ROWID;
+  CREATE TABLE plan(key TEXT PRIMARY KEY, shard INTEGER NOT NULL, cost_s REAL NOT NULL, accuracy INTEGER NOT NULL)
+    WITHOUT ROWID;
   CREATE TABLE hashes(name TEXT PRIMARY KEY, hash TEXT NOT NULL) WITHOUT ROWID;
 )sql";
 
@@ -76,12 +79,16 @@ constexpr const char* kMigration = R"sql(
   CREATE TABLE hashes(name TEXT PRIMARY KEY, hash TEXT NOT NULL) WITHOUT ROWID;
   ALTER TABLE cells ADD COLUMN samples_hash TEXT;
   ALTER TABLE cells ADD COLUMN hash TEXT;
+  ALTER TABLE cells ADD COLUMN node TEXT;
+  CREATE TABLE nodes(id TEXT PRIMARY KEY, json TEXT NOT NULL) WITHOUT ROWID;
+  CREATE TABLE plan(key TEXT PRIMARY KEY, shard INTEGER NOT NULL, cost_s REAL NOT NULL, accuracy INTEGER NOT NULL)
+    WITHOUT ROWID;
 )sql";
 
 // What version 2 has beyond version 1.
 bool is_new_in_2(const std::string& table, const std::string& column) {
-  return table == "hashes" || table == "runs" || table == "scenes" ||
-         (table == "cells" && (column == "hash" || column == "samples_hash"));
+  return table == "hashes" || table == "runs" || table == "scenes" || table == "nodes" || table == "plan" ||
+         (table == "cells" && (column == "hash" || column == "samples_hash" || column == "node"));
 }
 
 std::string database_path(const std::string& dir) { return dir + "/assay.sqlite"; }
@@ -198,12 +205,14 @@ Store::Store(Store&& other) noexcept
     : dir_(std::move(other.dir_)),
       db_(std::move(other.db_)),
       lock_(std::exchange(other.lock_, -1)),
-      hashed_(other.hashed_) {}
+      hashed_(other.hashed_),
+      node_(std::move(other.node_)) {}
 
 Store& Store::operator=(Store&& other) noexcept {
   std::swap(dir_, other.dir_);
   std::swap(db_, other.db_);
   std::swap(lock_, other.lock_);
+  std::swap(node_, other.node_);
   std::swap(hashed_, other.hashed_);
   return *this;
 }

@@ -7,19 +7,22 @@
 //   contenders(name, engine, version, base, settings, capabilities_json, build_json)
 //   conformance(contender, test, status, figure, tolerance, unit, note)
 //   cells(id, key UNIQUE, system, contender, timestep_ms, measure, outcome, reason, wall_s, cpu_s, engine_s, steal,
-//         started, finished, samples_hash, hash)
+//         started, finished, node, samples_hash, hash)
 //   "values"(cell_id, name, unit, value, low, high)
 //   samples(cell_id, name, idx, value)
 //   runs(system, contender, timestep_ms, address): owners of the states in trajectories/
 //   scenes(system, json): what a picture of the system needs (store/scene.h)
-//   hashes(name, hash): of the content of each table but cells, values, samples
+//   nodes(id, json): the machines that measured, each with the facts of its part of the work
+//   plan(key, shard, cost_s, accuracy): the cells that this directory, or one that was merged into it, was to measure
+//   hashes(name, hash): of the content of each table but cells, values, samples, plan
 // A cell's `hash` covers its columns but the id, its values and `samples_hash`, which covers its samples. What is read
 // is compared with its hash: bits that changed on the disk are found, deliberate changes are not. Version 1 has no
-// hashes, `address` comes first in `runs`, and `runs` and `scenes` may be missing. It is read as it is; create() makes
-// it version 2.
+// hashes, nodes and plan, `address` comes first in `runs`, and `runs` and `scenes` may be missing. It is read as it is;
+// create() makes it version 2.
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -70,6 +73,7 @@ struct Cell {
   double steal = 0;     // share of the machine's time that the host took meanwhile, 0 to 1
   double started = 0;   // seconds since 1970
   double finished = 0;
+  std::string node;  // that measured it: NodeRow::id; "" where that was not stored. put_cell() takes the store's node.
   std::vector<Value> values;
 };
 
@@ -116,6 +120,22 @@ struct SceneRow {
   std::string json;  // store/scene.h
 };
 
+// A machine and its part of a campaign's work: one results directory on one machine, whatever number of runs it took.
+struct NodeRow {
+  std::string id;
+  // {"name", "cpu", "cores", ... (coordinator/machine.h), "shard": "2/8", "part", "jobs", "started", "finished",
+  // "wall_s", "cpu_s", "engine_s"}
+  std::string json;
+};
+
+// A cell that is to be measured.
+struct PlanRow {
+  std::string key;
+  int shard = 1;
+  double cost_s = 0;     // estimated seconds of one worker
+  bool accuracy = true;  // false: its figure is a time
+};
+
 // What a results directory belongs to. Two runs may share a directory when all of it is equal.
 struct Identity {
   std::string campaign;       // name
@@ -159,6 +179,24 @@ class Store {
   std::vector<SampleSeries> samples(std::int64_t cell_id) const;
   std::vector<RunRow> runs() const;      // by system and contender as listed, then timestep
   std::vector<SceneRow> scenes() const;  // by system as listed
+  std::vector<NodeRow> nodes() const;    // by id
+  std::vector<PlanRow> plan() const;     // by key
+  // The time that the cells of a measure took, by measure.
+  struct Spent {
+    double wall_s = 0, cpu_s = 0, engine_s = 0;
+  };
+  std::map<std::string, Spent> spent() const;
+  // How far the plan is, by shard and kind.
+  struct PartDone {
+    int shard = 1;
+    bool accuracy = true;
+    size_t cells = 0, done = 0;
+    double cost_s = 0, cost_done_s = 0;  // as planned
+    double wall_s = 0;                   // that the done cells took
+  };
+  std::vector<PartDone> plan_done() const;
+  // Whether a process is writing to the results directory now, as far as its file system tells.
+  static bool is_written(const std::string& dir);
 
   // ---- writing; each call is one transaction: afterwards it is all there, or nothing of it ----------------------------
   // All throw SystemError when the database cannot be written (disk full).
@@ -168,6 +206,8 @@ class Store {
   void set_contenders(const std::vector<ContenderRow>& rows);    // replaces all
   void set_runs(const std::vector<RunRow>& rows);                // replaces all
   void set_scenes(const std::vector<SceneRow>& rows);            // replaces all
+  void set_node(const NodeRow& row);  // replaces that of the same id; cells that follow are measured on it
+  void set_plan(const std::vector<PlanRow>& rows);  // replaces all
   // Replaces the contender's rows.
   void set_conformance(const std::string& contender, const std::vector<ConformanceRow>& rows);
   // Adds a finished cell with its values and samples; replaces one of the same key. Returns its id.
@@ -196,6 +236,7 @@ class Store {
   std::unique_ptr<sqlite3, Deleter> db_;
   int lock_ = -1;       // descriptor that holds the writer's lock
   bool hashed_ = true;  // false: version 1, opened for reading
+  std::string node_;    // of cells that are put
 };
 
 }  // namespace assay

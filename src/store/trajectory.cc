@@ -13,6 +13,7 @@
 #include <sys/stat.h>
 #include <type_traits>
 #include <unistd.h>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -200,7 +201,7 @@ std::optional<std::string> read_bytes(const std::string& path) {
   std::string bytes;
   struct stat facts{};
   if (::fstat(file, &facts) == 0) {
-    if (static_cast<std::uint64_t>(facts.st_size) > kMostBytes) {
+    if (std::cmp_greater(facts.st_size, kMostBytes)) {
       ::close(file);
       fail("read", path, EFBIG);
     }

@@ -78,11 +78,11 @@ std::int64_t Store::put_cell(const Cell& cell, const std::vector<SampleSeries>& 
   Statement(db_.get(), "DELETE FROM cells WHERE key = ?").bind_all(cell.key).run();
   Statement put(db_.get(),
                 "INSERT INTO cells(key, system, contender, timestep_ms, measure, outcome, reason, wall_s, cpu_s, "
-                "engine_s, steal, started, finished) VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+                "engine_s, steal, started, finished, node) VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
   put.bind_all(cell.key, cell.system, cell.contender, std::optional(cell.timestep_ms), cell.measure,
                std::string(outcome_text(cell.outcome)), cell.reason, std::optional(cell.wall_s),
                std::optional(cell.cpu_s), std::optional(cell.engine_s), std::optional(cell.steal),
-               std::optional(cell.started), std::optional(cell.finished))
+               std::optional(cell.started), std::optional(cell.finished), cell.node.empty() ? node_ : cell.node)
       .run();
   const std::int64_t id = sqlite3_last_insert_rowid(db_.get());
   Statement put_value(db_.get(), "INSERT INTO \"values\" VALUES(?, ?, ?, ?, ?, ?)");

@@ -972,7 +972,7 @@ describe("the programme", () => {
 
   test("claims say what is true now, with their verdicts and figures", async () => {
     const claims = data().claims;
-    assert.equal(claims.length, 13);
+    assert.equal(claims.length, 17);
     const shown = await page.$$eval("#claims .claim", (nodes) => nodes.map((node) => [Number(node.dataset.claim), node.querySelector(".verdict").classList[1], node.querySelectorAll(".claim-figures tbody tr").length]));
     assert.deepEqual(shown, claims.map((claim) => [claim.number, claim.verdict, claim.figures.length]));
     assert.ok(new Set(shown.map(([, verdict]) => verdict)).size >= 3, "the made-up results have several verdicts");

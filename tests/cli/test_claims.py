@@ -60,7 +60,7 @@ class ClaimsTest(AssayTest):
         self.measure()
         values = self.values()
         told = self.assay_json("claims", "results", "--json")
-        self.assertEqual([claim["number"] for claim in told], list(range(1, 14)))
+        self.assertEqual([claim["number"] for claim in told], list(range(1, 18)))
         for claim in told:
             self.assertIn(claim["verdict"], VERDICTS)
             self.assertEqual(bool(claim["reason"]), claim["verdict"] == "not-measurable", claim)
@@ -94,16 +94,16 @@ class ClaimsTest(AssayTest):
         named = re.findall(r'^value = "(\w+)"', claims, re.M)
         self.assertGreater(len(named), 13)
         self.assertLessEqual(set(named), stored)
-        self.assertEqual(set(re.findall(r'^measure = "(\w+)"', claims, re.M)), {"grasp"})
+        self.assertEqual(set(re.findall(r'^measure = "(\w+)"', claims, re.M)), {"grasp", "consistency"})
 
     def test_texts(self):
         self.measure()
         text = self.assay("claims", "results")
-        self.assertEqual(re.findall(r"^(\d+)\. ", text, re.M), [str(n) for n in range(1, 14)])
+        self.assertEqual(re.findall(r"^(\d+)\. ", text, re.M), [str(n) for n in range(1, 18)])
         self.assertRegex(text.splitlines()[-1], r"^\d+ holds, \d+ changed, \d+ not settled, \d+ not measurable$")
         markdown = self.assay("claims", "results", "--markdown")
-        self.assertEqual(len(re.findall(r"^\| \d+ \| ", markdown, re.M)), 13)
-        self.assertEqual(len(re.findall(r"^### \d+\. ", markdown, re.M)), 13)
+        self.assertEqual(len(re.findall(r"^\| \d+ \| ", markdown, re.M)), 17)
+        self.assertEqual(len(re.findall(r"^### \d+\. ", markdown, re.M)), 17)
 
     def test_claims_of_ones_own(self):
         self.measure()

@@ -116,7 +116,7 @@ class RunRobot(AssayTest):
     def programme(self, file, *more):
         """The output and the first system of the programme for a file."""
         out = file.replace(".", "-")
-        done = self.run_assay("run", file, "--minutes", "0.001", "--contenders", "mujoco-euler", "--out", out, *more)
+        done = self.run_assay("run", file, "--plan", "--contenders", "mujoco-euler", "--out", out, *more)
         self.assertIn("programme: ", done.stdout, done.stderr)
         systems = tomllib.loads((self.dir / out / "campaign.toml").read_text())["system"]
         for key in ["floating_base", "fixed_base", "ground", "no_ground"]:
@@ -150,7 +150,7 @@ class RunRobot(AssayTest):
         text, first = self.programme("free.xml")
         self.assertIn("a ground plane lies under its lowest point", text)
         self.assertEqual((first["name"], first["ground"], first["above_ground_m"]), ("drop", True, 0.05))
-        done = self.run_assay("run", "free.xml", "--no-ground", "--minutes", "0.001", "--contenders", "mujoco-euler", "--out", "none")
+        done = self.run_assay("run", "free.xml", "--no-ground", "--plan", "--contenders", "mujoco-euler", "--out", "none")
         self.assertIn("free in space, without gravity", done.stdout)
         first = tomllib.loads((self.dir / "none/campaign.toml").read_text())["system"][0]
         self.assertEqual((first["no_ground"], first["gravity"]), (True, False))
@@ -214,11 +214,20 @@ class RunRobot(AssayTest):
         self.write("arm.xml", ARM)
         engines = self.assay_json("check", "arm.xml", "--json")["engines"]
         refusing = [engine for engine in engines if engine["verdict"] == "refused"]
-        done = self.run_assay("run", "arm.xml", "--minutes", "0.001", "--out", "found")
+        done = self.run_assay("run", "arm.xml", "--plan", "--out", "found")
+        self.assertIn("assay run found/campaign.toml --out found", done.stdout)
+        self.assertFalse((self.dir / "found/assay.sqlite").exists())
         programme = tomllib.loads((self.dir / "found/campaign.toml").read_text())
         for engine in refusing:
             self.assertFalse(set(engine["contenders"]) & set(programme["contenders"]))
             self.assertIn(f"{engine['engine']}: refuses", done.stdout)
+
+    def test_a_refused_element_with_two_names_is_counted(self):
+        bodies = "".join(f'<body pos="0 0 {i}"><freejoint/><geom name="egg{i}" type="ellipsoid" size="0.1 0.1 0.2" mass="1"/></body>'
+                         for i in range(3))
+        self.write("eggs.xml", f"<mujoco><worldbody>{bodies}</worldbody></mujoco>")
+        done = self.run_assay("run", "eggs.xml", "--plan", "--out", "eggs")
+        self.assertIn("dart: refuses contact (3 times, first egg0 and egg1):", done.stdout)
 
     def test_wrong_use(self):
         self.write("arm.xml", ARM)
@@ -228,6 +237,7 @@ class RunRobot(AssayTest):
         self.refused("run", "arm.xml", "--error", "1s", naming=["--error", "1s"])
         self.refused("run", "arm.xml", "--shard", "1/2", naming=["--shard"])
         self.refused("run", "quick", "--out", "x", "--minutes", "1", naming=["--minutes", "[search]"])
+        self.refused("run", "quick", "--out", "x", "--plan", naming=["--plan"])
         self.refused("run", "missing.urdf", naming=["'missing.urdf'", "does not exist"])
         self.run_assay("run", "arm.xml", "--minutes", "0.001", "--contenders", "mujoco-euler", "--out", "found")
         self.refused("run", "arm.xml", "--contenders", "mujoco-rk4", "--out", "found",

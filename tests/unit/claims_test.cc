@@ -535,6 +535,77 @@ TEST_F(ClaimsTest, UnstableAtLargerTimesteps) {
   EXPECT_THAT(found.summary, HasSubstr("B unstable at every timestep"));
 }
 
+// Who goes unstable first, and who always does.
+TEST_F(ClaimsTest, UnstableBeforeOthers) {
+  const std::string first = "kind = 'unstable'\nmeasure = 'grasp'\nsystems = ['s']\nwho = ['A']\nagainst = ['C']\n";
+  const std::string always = "kind = 'unstable'\nmeasure = 'grasp'\nsystems = ['s']\nwho = ['A']\nalways = true\n";
+  const auto runs = [&](const std::string& contender, double fails_from) {
+    for (const double h : {1.0, 2.0, 4.0, 8.0}) {
+      put(contender, h, "grasp", {}, h < fails_from ? Outcome::kOk : Outcome::kDiverged);
+    }
+  };
+  runs("a", 2);
+  EXPECT_EQ(verdict(first), Verdict::kNotMeasurable) << "nothing to compare with";
+  runs("c", 4);
+  EXPECT_EQ(verdict(first), Verdict::kHolds);
+  EXPECT_THAT(judged(first).now, HasSubstr("A is stable up to 1 ms and not at 2 ms on s, C stable up to 2 ms"));
+  runs("c", 2);
+  EXPECT_EQ(verdict(first), Verdict::kNotSettled) << "timesteps are a factor apart";
+  runs("c", 1);
+  EXPECT_EQ(verdict(first), Verdict::kChanged);
+  runs("c", 9);
+  EXPECT_EQ(verdict(first), Verdict::kHolds) << "never fails";
+  runs("a", 9);
+  EXPECT_EQ(verdict(first), Verdict::kChanged) << "neither fails";
+  EXPECT_EQ(verdict(always), Verdict::kChanged);
+  runs("a", 2);
+  EXPECT_EQ(verdict(always), Verdict::kChanged);
+  runs("a", 1);
+  EXPECT_EQ(verdict(always), Verdict::kHolds);
+  EXPECT_EQ(verdict(first), Verdict::kHolds);
+}
+
+TEST_F(ClaimsTest, OrderOfLargestSteps) {
+  const std::string order = "kind = 'order'\nvalue = 'grasp_held'\nsystems = ['s']\norder = [['A', 'B'], ['C']]\n";
+  const auto holds = [&](const std::string& contender, double up_to) {
+    for (const double h : {1.0, 2.0, 4.0, 8.0}) grasp(contender, h, h <= up_to ? 1 : 0);
+  };
+  holds("a", 8);
+  holds("b1", 4);
+  EXPECT_EQ(verdict(order), Verdict::kNotMeasurable);
+  holds("c", 2);
+  Judgement found = judged(order);
+  EXPECT_EQ(found.verdict, Verdict::kHolds);
+  EXPECT_THAT(found.summary, HasSubstr("A 8, B 4, C 2 (A and B, then C needed)"));
+  EXPECT_THAT(found.now, HasSubstr("B holds up to 4 ms on s and C up to 2 ms"));
+  holds("c", 4);
+  EXPECT_EQ(verdict(order), Verdict::kNotSettled);
+  holds("b2", 8);
+  EXPECT_EQ(verdict(order), Verdict::kHolds) << "the better one counts";
+  holds("c", 8);
+  holds("a", 1);
+  found = judged(order);
+  EXPECT_EQ(found.verdict, Verdict::kChanged);
+  EXPECT_THAT(found.now, HasSubstr("A holds up to 1 ms on s and C up to 8 ms"));
+}
+
+// One rival may be better.
+TEST_F(ClaimsTest, AllButOne) {
+  const std::string all_but_one = kFastest + "but = 1\n";
+  time("a", 5);
+  time("b1", 2);
+  time("c", 9);
+  EXPECT_EQ(verdict(kFastest), Verdict::kChanged);
+  Judgement found = judged(all_but_one);
+  EXPECT_EQ(found.verdict, Verdict::kHolds);
+  EXPECT_THAT(found.now, HasSubstr("faster than C"));
+  EXPECT_EQ(found.threshold, "above 1 over all but 1");
+  time("c", 5);
+  EXPECT_EQ(verdict(all_but_one), Verdict::kNotSettled);
+  time("c", 3);
+  EXPECT_EQ(verdict(all_but_one), Verdict::kChanged);
+}
+
 TEST_F(ClaimsTest, LargestStep) {
   const std::string steps =
       "kind = 'largest-step'\nvalue = 'grasp_held'\nsystems = ['s']\nexpected = {A = 4, C = '1/4'}\n";
@@ -589,7 +660,7 @@ TEST_F(ClaimsTest, ReportOfOtherResultsHasNone) {
   time("mujoco-euler", 2, Outcome::kOk, "planar-chain");
   time("bullet-mb", 6, Outcome::kOk, "planar-chain");
   const nlohmann::json claims = report_data(store_)["claims"];
-  ASSERT_EQ(claims.size(), 13);
+  ASSERT_EQ(claims.size(), 17);
   EXPECT_EQ(claims[2]["verdict"], "not-measurable");
   EXPECT_THAT(claims[2]["summary"].get<std::string>(), HasSubstr("BulletMB over MuJoCo Euler"));
 }
@@ -612,6 +683,13 @@ TEST(ClaimsFile, RefusesWhatItCannotUse) {
               HasSubstr("'timestep_ms'"));
   EXPECT_THAT(error_of("kind = 'largest-step'\nvalue = 'x'\nsystems = ['s']\nexpected = {A = 'soon'}\n"),
               HasSubstr("no number"));
+  EXPECT_THAT(error_of(kFastest + "but = 2\n"), HasSubstr("below the 2 of 'against'"));
+  EXPECT_THAT(error_of("kind = 'order'\nvalue = 'x'\nsystems = ['s']\norder = [['A']]\n"),
+              HasSubstr("groups of engines"));
+  EXPECT_THAT(error_of("kind = 'order'\nvalue = 'x'\nsystems = ['s']\norder = [['A'], ['Z']]\n"), HasSubstr("no 'Z'"));
+  EXPECT_THAT(error_of("kind = 'unstable'\nmeasure = 'grasp'\nsystems = ['s']\nwho = ['A']\nagainst = ['C']\n"
+                       "always = true\n"),
+              HasSubstr("either"));
   EXPECT_THAT(error_of("kind = \n"), HasSubstr("claims.toml:"));
   EXPECT_THROW(load_claims("/nowhere/claims.toml"), InputError);
   EXPECT_THROW(parse_claims("[engines]\nA = ['a']\n", "x"), InputError);
@@ -623,7 +701,7 @@ TEST(ClaimsFile, OursFitsTheCampaign) {
   const std::string path = paper_claims_file().value_or("");
   ASSERT_NE(path, "");
   const ClaimsFile file = load_claims(path);
-  EXPECT_EQ(file.claims.size(), 13);
+  EXPECT_EQ(file.claims.size(), 17);
   EXPECT_THAT(campaign_names(), Not(::testing::Contains("paper_claims")));
   const Campaign campaign = load_campaign(find_campaign("paper"));
   for (const auto& [engine, contenders] : file.engines) {
@@ -646,6 +724,7 @@ TEST(ClaimsFile, OursFitsTheCampaign) {
       std::vector<std::string> engines = test.who;
       engines.insert(engines.end(), test.against.begin(), test.against.end());
       for (const auto& [engine, timestep] : test.expected) engines.push_back(engine);
+      for (const auto& group : test.order) engines.insert(engines.end(), group.begin(), group.end());
       size_t systems = 0;
       for (const CampaignSystem& system : campaign.systems) {
         const bool asked =

@@ -299,7 +299,7 @@ TEST(Models, TheHandHoldsTheCapsuleAndWithoutItsSpringsDropsIt) {
 
 TEST(Models, CapsulesNeedNoFile) {
   std::ifstream file(file_of("capsules-27"), std::ios::binary);
-  EXPECT_EQ(capsules_mjcf(27), std::string(std::istreambuf_iterator<char>(file), {}));
+  EXPECT_EQ(capsules_mjcf({27}), std::string(std::istreambuf_iterator<char>(file), {}));
 
   const Model model = load_model(find_model("capsules-250"));
   EXPECT_EQ(model.name, "capsules-250");
@@ -314,12 +314,32 @@ TEST(Models, CapsulesNeedNoFile) {
   EXPECT_GT(nearest, 0.3) << "a capsule is 0.3 m long, so none touches another";
 }
 
+// Wider, not higher, with more capsules; another seed turns them otherwise and leaves them where they are.
+TEST(Models, CapsulesInLayers) {
+  const auto height = [](const Model& model) {
+    double highest = 0;
+    for (const BodyState& body : model.initial.bodies) highest = std::max(highest, body.p_WBcm.z());
+    return highest;
+  };
+  const Model few = load_model(find_model("capsules-25-layers-3")),
+              many = load_model(find_model("capsules-250-layers-3"));
+  EXPECT_EQ(many.bodies.size(), 250);
+  EXPECT_DOUBLE_EQ(height(few), height(many));
+  EXPECT_LT(height(load_model(find_model("capsules-25"))), height(load_model(find_model("capsules-250"))));
+  const Model other = load_model(find_model("capsules-25-layers-3-seed-2"));
+  EXPECT_EQ(other.name, "capsules-25-layers-3-seed-2");
+  EXPECT_EQ(other.initial.bodies[7].p_WBcm, few.initial.bodies[7].p_WBcm);
+  EXPECT_GT(other.initial.bodies[7].q_WB.angularDistance(few.initial.bodies[7].q_WB), 0.01);
+}
+
 TEST(Models, CapsulesThatAreNone) {
-  EXPECT_EQ(capsules_count("capsules-1"), 1);
-  EXPECT_EQ(capsules_count("capsules-10000"), 10000);
-  for (const char* name : {"capsules-0", "capsules-", "capsules", "capsules-07", "capsules--3", "capsules-10001",
-                           "capsules-5x", "capsules-99999999999", "spheres-5"}) {
-    EXPECT_EQ(capsules_count(name), std::nullopt) << name;
+  EXPECT_EQ(capsules_named("capsules-1")->count, 1);
+  EXPECT_EQ(capsules_named("capsules-10000")->count, 10000);
+  for (const char* name :
+       {"capsules-0", "capsules-", "capsules", "capsules-07", "capsules--3", "capsules-10001", "capsules-5x",
+        "capsules-99999999999", "spheres-5", "capsules-5-layers-0", "capsules-5-seed-", "capsules-5-seed-2-layers-3",
+        "capsules-5-layers-3x", "capsules-5-layers-1001"}) {
+    EXPECT_FALSE(capsules_named(name).has_value()) << name;
   }
   EXPECT_THROW(find_model("capsules-0"), InputError);
 }

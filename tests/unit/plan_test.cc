@@ -10,6 +10,7 @@
 
 #include "base/errors.h"
 #include "base/paths.h"
+#include "campaign/shards.h"
 
 namespace assay {
 namespace {

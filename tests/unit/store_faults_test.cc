@@ -250,7 +250,7 @@ void make_version_1(const std::string& dir, bool with_runs) {
          "cells(id INTEGER PRIMARY KEY, key TEXT NOT NULL UNIQUE, system TEXT NOT NULL, contender TEXT NOT NULL, "
          "timestep_ms REAL NOT NULL, measure TEXT NOT NULL, outcome TEXT NOT NULL, reason TEXT NOT NULL, wall_s REAL, "
          "cpu_s REAL, engine_s REAL, steal REAL, started REAL, finished REAL); INSERT INTO cells SELECT * FROM c; DROP "
-         "TABLE c; DROP TABLE hashes; DROP TABLE runs; PRAGMA user_version = 1");
+         "TABLE c; DROP TABLE hashes; DROP TABLE nodes; DROP TABLE plan; DROP TABLE runs; PRAGMA user_version = 1");
   if (with_runs) {
     change(dir,
            "CREATE TABLE runs(address TEXT NOT NULL, system TEXT NOT NULL, contender TEXT NOT NULL, timestep_ms REAL "

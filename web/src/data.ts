@@ -92,6 +92,53 @@ export interface Claim {
   figures: ClaimFigure[];
 }
 
+// `assay compare`, from results A to B.
+export interface Changes {
+  a: string;
+  b: string;
+  summary: string;
+  threshold: number;
+  level: number;
+  control: string | null;
+  common_ratio: number | null;
+  too_few_samples: boolean;
+  builds: string[];
+  accepted: string[];
+  coverage: string[];
+  rows: ChangeRow[];
+}
+
+export interface ChangeRow {
+  system: string;
+  contender: string;
+  timestep_ms: number;
+  value: string;
+  unit: string;
+  a: number | null;
+  b: number | null;
+  change: "none" | "within" | "better" | "worse" | "other";
+  text: string; // "+5.1 % (+4.0 to +6.2)"
+  p_corrected?: number; // of times
+}
+
+// `assay history`.
+export interface Courses {
+  runs: { dir: string; started: string; commit: string }[];
+  threshold: number;
+  control: string | null;
+  courses: Course[];
+}
+
+export interface Course {
+  system: string;
+  contender: string;
+  timestep_ms: number;
+  value: string;
+  unit: string;
+  points: { run: number; value: number | null; low: number; high: number; outcome: string }[];
+  changes: { run: number; ratio: number | null; change: "better" | "worse" | "other"; text: string }[];
+}
+
 // A certificate of `assay parity`.
 export interface ParityPart {
   error: number;
@@ -187,6 +234,8 @@ export interface ReportJson {
   agreement?: Agreement[];
   claims?: Claim[];
   parity?: Parity[];
+  changes?: Changes;
+  history?: Courses;
   catalogue?: ValueInfo[];
   units?: Record<string, Unit[]>;
   looks?: Record<string, LookJson>;

@@ -14,6 +14,8 @@ import { Pieces } from "./pieces";
 import { answerParts, recommendation } from "./recommendation";
 import { scalingPanel } from "./plots/scaling";
 import { fillSystem } from "./system";
+import { changes } from "./tables/changes";
+import { courses } from "./tables/courses";
 import { engines, fairness } from "./tables/fairness";
 import { failureTable } from "./tables/failures";
 import { gate } from "./tables/gate";
@@ -109,6 +111,13 @@ function build(report: Report, masthead: HTMLElement, nav: HTMLElement, page: HT
   if (claims.length > 0) {
     const text = "Each claim of Erez, Tassa and Todorov (ICRA 2015), judged by today's versions of the paper's engines. A claim is settled when the whole 95 % interval lies on one side of its threshold.";
     add(part("claims", "What the paper claims, tested again", text), "Claims", () => [claimsList(claims)]);
+  }
+  const compared = report.json.changes;
+  if (compared) add(part("changes", "What changed", compared.summary + "."), "Changes", () => changes(report, compared));
+  const followed = report.json.history;
+  if (followed) {
+    const text = `The course of each contender over ${followed.runs.length} runs, where it changed.`;
+    add(part("history", "History", text), "History", () => courses(report, followed));
   }
   const views = report.mainSystems.map((system) => ({ system, view: report.view(system.name) }));
   if (!measured) {

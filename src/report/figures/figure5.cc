@@ -18,27 +18,50 @@ namespace assay::figures {
 namespace {
 
 struct Scaling {
-  std::map<double, Interval> seconds;  // by number of bodies
+  std::map<double, Interval> seconds;  // by number of bodies; of several seeds the median, from the least to the most
   std::optional<Interval> exponent;
 };
 
 // Of a contender on a family of sizes, contacts on or off.
 Scaling scaling_of(const Results& results, const std::string& contender, bool contacts) {
   Scaling scaling;
+  std::map<double, std::vector<Interval>> seeds;
   for (const std::string& system : results.systems()) {
     const std::string family = results.family(system);
     if (family.empty() || (results.fact_flag(system, "contacts") != contacts)) continue;
     for (const auto& [step, cell] : results.cells(system, contender, "scaling")) {
       const auto time = interval_of(*cell, "run_time");
-      if (time && cell->outcome == Outcome::kOk) scaling.seconds[results.fact(system, "bodies")] = *time;
+      if (time && cell->outcome == Outcome::kOk) seeds[results.fact(system, "bodies")].push_back(*time);
       if (const auto exponent = interval_of(*cell, "scaling_exponent")) scaling.exponent = exponent;
     }
+  }
+  for (const auto& [bodies, times] : seeds) {
+    std::vector<double> values;
+    values.reserve(times.size());
+    for (const Interval& time : times) values.push_back(time.value);
+    scaling.seconds[bodies] = {median(values), std::ranges::min(times, {}, &Interval::low).low,
+                               std::ranges::max(times, {}, &Interval::high).high};
   }
   return scaling;
 }
 
-constexpr std::array kSolvers = {std::pair{"mujoco-euler", "MuJoCo, sparse"},
-                                 std::pair{"mujoco-euler-dense", "MuJoCo, dense"}};
+struct Solver {
+  std::array<const char*, 2> contenders;  // the first that was measured
+  const char* title;
+};
+// MuJoCo's sparse solver of then worked without the Hessian, as conjugate gradients do.
+constexpr std::array kSolvers = {Solver{{"mujoco-euler-cg", "mujoco-euler"}, "MuJoCo, sparse"},
+                                 Solver{{"mujoco-euler-dense", ""}, "MuJoCo, dense"}};
+
+// Empty: none.
+std::string measured(const Results& results, const Solver& solver) {
+  for (const char* contender : solver.contenders) {
+    for (const bool contacts : {true, false}) {
+      if (!scaling_of(results, contender, contacts).seconds.empty()) return contender;
+    }
+  }
+  return "";
+}
 
 void scaling_plot(Canvas& canvas, const Results& results, const Box& box, const std::string& contender,
                   const std::string& title) {
@@ -128,10 +151,8 @@ void configurations(Canvas& canvas, const Results& results, const std::string& s
 }  // namespace
 
 std::optional<Drawing> figure5(const Results& results) {
-  const bool any = std::ranges::any_of(kSolvers, [&](const auto& solver) {
-    return !scaling_of(results, solver.first, true).seconds.empty() ||
-           !scaling_of(results, solver.first, false).seconds.empty();
-  });
+  const bool any =
+      std::ranges::any_of(kSolvers, [&](const Solver& solver) { return !measured(results, solver).empty(); });
   if (!any) return std::nullopt;
   // The largest system that can be drawn.
   std::string largest;
@@ -144,9 +165,9 @@ std::optional<Drawing> figure5(const Results& results) {
   return Drawing{pictures + 210, [&results, largest, pictures](Canvas& canvas) {
                    if (!largest.empty()) configurations(canvas, results, largest, pictures);
                    double left = 46;
-                   for (const auto& [contender, title] : kSolvers) {
-                     scaling_plot(canvas, results, {left, pictures + 22, left + 200, canvas.height() - 26}, contender,
-                                  title);
+                   for (const Solver& solver : kSolvers) {
+                     scaling_plot(canvas, results, {left, pictures + 22, left + 200, canvas.height() - 26},
+                                  measured(results, solver), solver.title);
                      left += 262;
                    }
                  }};

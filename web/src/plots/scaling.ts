@@ -48,6 +48,15 @@ export function scalingCurves(report: Report): Curve[] {
   return [...curves.values()];
 }
 
+// Systems of one size differ in their seed: each has its mark, and the line goes through the one in the middle.
+function middleOfEachSize(points: Point[]): Point[] {
+  const sizes = [...new Set(points.map((point) => point.size))];
+  return sizes.map((size) => {
+    const own = points.filter((point) => point.size === size).sort((a, b) => a.time!.value! - b.time!.value!);
+    return own[Math.floor((own.length - 1) / 2)]!;
+  });
+}
+
 function exponentText(value: Value | null): string {
   return value ? `${plain(value.value!)} (${interval("scaling_exponent", value.low, value.high, "1")})` : "–";
 }
@@ -95,7 +104,7 @@ export function scalingPanel(report: Report, palette: Palette): HTMLElement {
         point.y = (point.time?.value ?? 0) > 0 ? y(point.time!.value!) : frame.top - 9;
       }
       const good = curve.points.filter((point) => (point.time?.value ?? 0) > 0);
-      group.append(svg("path", { class: "line", d: path(good) ?? "", "stroke-dasharray": look.dash }));
+      group.append(svg("path", { class: "line", d: path(middleOfEachSize(good)) ?? "", "stroke-dasharray": look.dash }));
       for (const point of curve.points) {
         const at = `translate(${point.x},${point.y})`;
         const node =

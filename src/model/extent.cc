@@ -1,4 +1,4 @@
-#include "check/extent.h"
+#include "model/extent.h"
 
 #include <algorithm>
 #include <cmath>

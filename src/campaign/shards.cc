@@ -1,0 +1,233 @@
+#include "campaign/shards.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <optional>
+#include <set>
+#include <tuple>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "base/errors.h"
+#include "base/text.h"
+
+namespace assay {
+namespace {
+
+constexpr int kMostShards = 10000;
+
+struct StepCost {
+  const char* contender;
+  double free_us, contact_us;  // per body, without and with contact pairs; 0: unknown
+};
+constexpr auto kStepCosts = std::to_array<StepCost>({
+#include "campaign/step_costs.inc"
+});
+constexpr StepCost kUsualCost = {"", 2, 4};
+
+double step_us_per_body(const CampaignContender& contender, bool contacts) {
+  for (const std::string& name : {contender.resolved.name, contender.resolved.base}) {
+    const auto* found = std::ranges::find_if(kStepCosts, [&](const StepCost& cost) { return name == cost.contender; });
+    if (found == kStepCosts.end()) continue;
+    const double us = contacts ? found->contact_us : found->free_us;
+    if (us > 0) return us;
+  }
+  return contacts ? kUsualCost.contact_us : kUsualCost.free_us;
+}
+
+// What stays together: (system, contender), or (system, one of the constants); a family's first system stands for it.
+using Group = std::pair<int, int>;
+constexpr int kTimingOfAll = -1, kAgreementOfAll = -2, kScalingOfFamily = -3;
+
+Group group_of(const Campaign& campaign, const PlannedCell& cell) {
+  if (cell.measure == "raw_speed") return {cell.system, kTimingOfAll};
+  if (cell.measure == "agreement") return {cell.system, kAgreementOfAll};
+  if (cell.measure != "scaling") return {cell.system, cell.contender};
+  const std::string& family = campaign.systems[static_cast<size_t>(cell.system)].family;
+  const auto first = std::ranges::find(campaign.systems, family, &CampaignSystem::family);
+  return {static_cast<int>(first - campaign.systems.begin()), kScalingOfFamily};
+}
+
+bool takes_part(const PlannedCell& cell, ShardCells cells) {
+  return cells == ShardCells::kAll || is_timed(cell) == (cells == ShardCells::kTiming);
+}
+
+// Fine-step runs that a group reads and does not measure: a timing makes those of all contenders again, unless they lie
+// in a folder that machines share (--references).
+std::vector<PlannedCell> runs_made_again(const Plan& plan, const std::vector<PlannedCell>& group) {
+  std::set<std::string> read;
+  for (const PlannedCell& cell : group) {
+    if (cell.measure == "raw_speed" || cell.measure == "agreement") read.insert(cell.trajectory);
+  }
+  std::vector<PlannedCell> runs;
+  for (const PlannedCell& cell : plan.cells) {
+    if (cell.measure == "reference" && read.erase(cell.trajectory) > 0) runs.push_back(cell);
+  }
+  return runs;
+}
+
+std::optional<std::string> variable(const char* name) {
+  const char* value = std::getenv(name);
+  return value == nullptr || *value == '\0' ? std::nullopt : std::optional<std::string>(value);
+}
+
+// Of a scheduler's array of jobs.
+struct ArrayVariables {
+  const char* index;
+  int first;          // the index of the first part
+  const char* last;   // variable with the index of the last part, "" for none
+  const char* count;  // variable with the number of parts, "" for none
+};
+constexpr auto kArrays = std::to_array<ArrayVariables>({{"JOB_COMPLETION_INDEX", 0, "", ""},
+                                                        {"PBS_ARRAY_INDEX", 1, "", "PBS_ARRAY_COUNT"},
+                                                        {"LSB_JOBINDEX", 1, "LSB_JOBINDEX_END", ""},
+                                                        {"SGE_TASK_ID", 1, "SGE_TASK_LAST", ""},
+                                                        {"AWS_BATCH_JOB_ARRAY_INDEX", 0, "", ""}});
+
+long long number_in(const char* name, const std::string& text) {
+  const auto number = parse_integer(text);
+  if (!number) throw InputError(fmt::format("the environment's {} is '{}', which is no whole number", name, text));
+  return *number;
+}
+
+Shard checked(long long index, std::optional<long long> told, std::optional<long long> given, const std::string& from) {
+  if (told && given && *told != *given) {
+    throw InputError(fmt::format("{} tells of {} parts, and --shard of {}: give the same number", from, *told, *given));
+  }
+  const std::optional<long long> count = given ? given : told;
+  if (!count) throw InputError(fmt::format("{} does not tell the number of parts: give --shard auto/N", from));
+  if (index < 1 || index > *count || *count > kMostShards) {
+    throw InputError(
+        fmt::format("{} names part {} of {}: parts count from 1 to N, at most {}", from, index, *count, kMostShards));
+  }
+  return {static_cast<int>(index), static_cast<int>(*count)};
+}
+
+Shard slurm_shard(const std::string& task, std::optional<long long> given) {
+  const auto number = [](const char* name) -> std::optional<long long> {
+    const auto text = variable(name);
+    return text ? std::optional(number_in(name, *text)) : std::nullopt;
+  };
+  const auto first = number("SLURM_ARRAY_TASK_MIN"), last = number("SLURM_ARRAY_TASK_MAX"),
+             count = number("SLURM_ARRAY_TASK_COUNT");
+  const long long index = number_in("SLURM_ARRAY_TASK_ID", task);
+  // An array of some numbers, such as one that repeats lost parts, does not tell how many parts there are.
+  const bool whole = first && last && count && *count == *last - *first + 1 && (*first == 0 || *first == 1);
+  if (whole) return checked(index - *first + 1, count, given, "SLURM_ARRAY_TASK_ID");
+  return checked(index, std::nullopt, given, "SLURM_ARRAY_TASK_ID");
+}
+
+Shard shard_of_environment(std::optional<long long> count) {
+  if (const auto text = variable("ASSAY_SHARD")) {
+    if (text->starts_with("auto")) throw InputError(fmt::format("ASSAY_SHARD is '{}': give I/N", *text));
+    const Shard shard = parse_shard(*text);
+    return checked(shard.index, shard.count, count, "ASSAY_SHARD");
+  }
+  if (const auto task = variable("SLURM_ARRAY_TASK_ID")) return slurm_shard(*task, count);
+  for (const ArrayVariables& array : kArrays) {
+    const auto index = variable(array.index);
+    // Grid Engine sets the variable to 'undefined' outside of an array
+    if (!index || *index == "undefined") continue;
+    std::optional<long long> told;
+    for (const char* name : {array.last, array.count}) {
+      const auto text = *name == '\0' ? std::nullopt : variable(name);
+      if (text && !told) told = number_in(name, *text);
+    }
+    return checked(number_in(array.index, *index) - array.first + 1, told, count, array.index);
+  }
+  throw InputError(
+      "--shard auto finds no scheduler's variable (ASSAY_SHARD, SLURM_ARRAY_TASK_ID, JOB_COMPLETION_INDEX, ...): give "
+      "I/N, such as 1/4");
+}
+
+}  // namespace
+
+Shard parse_shard(const std::string& text) {
+  const size_t slash = text.find('/');
+  const std::string before = text.substr(0, slash);
+  const auto count = slash == std::string::npos ? std::optional<long long>() : parse_integer(text.substr(slash + 1));
+  if (before == "auto" && (slash == std::string::npos || count)) return shard_of_environment(count);
+  const auto index = parse_integer(before);
+  if (index && count && 1 <= *index && *index <= *count && *count <= kMostShards) {
+    return {static_cast<int>(*index), static_cast<int>(*count)};
+  }
+  throw InputError(fmt::format(
+      "'{}' is no shard: give I/N, such as 1/4 for the first of four, or auto for that of a scheduler's array", text));
+}
+
+ShardCells parse_shard_cells(const std::string& text) {
+  for (const ShardCells cells : {ShardCells::kAll, ShardCells::kAccuracy, ShardCells::kTiming}) {
+    if (text == shard_cells_text(cells)) return cells;
+  }
+  throw InputError(fmt::format("--cells is '{}': use all, accuracy or timing", text));
+}
+
+std::string shard_text(const Shard& shard) { return fmt::format("{}/{}", shard.index, shard.count); }
+
+std::string_view shard_cells_text(ShardCells cells) {
+  switch (cells) {
+    case ShardCells::kAccuracy:
+      return "accuracy";
+    case ShardCells::kTiming:
+      return "timing";
+    case ShardCells::kAll:
+      break;
+  }
+  return "all";
+}
+
+std::map<std::pair<int, int>, double> expected_step_us(const Campaign& campaign) {
+  std::map<std::pair<int, int>, double> found;
+  for (size_t s = 0; s < campaign.systems.size(); ++s) {
+    const CampaignSystem& system = campaign.systems[s];
+    for (const int c : system.contenders) {
+      found[{static_cast<int>(s), c}] =
+          static_cast<double>(system.model.bodies.size()) *
+          step_us_per_body(campaign.contenders[static_cast<size_t>(c)], !system.model.contacts.empty());
+    }
+  }
+  return found;
+}
+
+void divide(const Campaign& campaign, Plan& plan, int shards, ShardCells cells) {
+  std::map<Group, std::vector<PlannedCell>> groups;
+  for (const PlannedCell& cell : plan.cells) {
+    if (takes_part(cell, cells)) groups[group_of(campaign, cell)].push_back(cell);
+  }
+  const auto step_us = expected_step_us(campaign);
+  std::vector<std::pair<Group, double>> sorted;
+  sorted.reserve(groups.size());
+  for (auto& [group, of_group] : groups) {
+    double seconds = estimate_seconds(campaign, of_group, step_us, 1);
+    if (shards > 1 && cells == ShardCells::kAll) {
+      seconds += estimate_seconds(campaign, runs_made_again(plan, of_group), step_us, 1);
+    }
+    sorted.emplace_back(group, seconds);
+  }
+  std::ranges::stable_sort(sorted, [](const auto& a, const auto& b) { return a.second > b.second; });
+  std::vector<double> loads(static_cast<size_t>(shards), 0);
+  std::map<Group, int> shard_of;
+  for (const auto& [group, seconds] : sorted) {
+    const auto least = std::ranges::min_element(loads);
+    *least += seconds;
+    shard_of[group] = static_cast<int>(least - loads.begin()) + 1;
+  }
+  for (PlannedCell& cell : plan.cells) {
+    cell.shard = takes_part(cell, cells) ? shard_of.at(group_of(campaign, cell)) : 0;
+  }
+}
+
+std::map<int, double> shard_seconds(const Campaign& campaign, const Plan& plan) {
+  const auto step_us = expected_step_us(campaign);
+  std::map<std::pair<int, Group>, std::vector<PlannedCell>> groups;
+  for (const PlannedCell& cell : plan.cells) {
+    if (cell.shard > 0) groups[{cell.shard, group_of(campaign, cell)}].push_back(cell);
+  }
+  std::map<int, double> seconds;
+  for (const auto& [at, cells] : groups) seconds[at.first] += estimate_seconds(campaign, cells, step_us, 1);
+  return seconds;
+}
+
+}  // namespace assay

@@ -1,0 +1,40 @@
+// The parts into which a plan is divided for several machines. The division follows from the campaign and the program
+// alone, so that machines agree on it without a word.
+#pragma once
+
+#include <map>
+#include <string>
+#include <utility>
+
+#include "campaign/plan.h"
+
+namespace assay {
+
+// "2/8", or "auto" for the part that a scheduler's variables in the environment name, or "auto/8" where they do not
+// tell the number of parts. Throws InputError for anything else, and where the environment names no part or an
+// impossible one.
+//   ASSAY_SHARD                                       "2/8": before all others
+//   SLURM_ARRAY_TASK_ID, _MIN, _MAX, _COUNT           Slurm, `sbatch --array=1-8`
+//   JOB_COMPLETION_INDEX                              Kubernetes, an indexed job: from 0, without a count
+//   PBS_ARRAY_INDEX, LSB_JOBINDEX(_END), SGE_TASK_ID (_LAST)   from 1
+//   AWS_BATCH_JOB_ARRAY_INDEX                         from 0
+Shard parse_shard(const std::string& text);
+
+// "all", "accuracy" or "timing". Throws InputError.
+ShardCells parse_shard_cells(const std::string& text);
+std::string shard_text(const Shard& shard);           // "2/8"
+std::string_view shard_cells_text(ShardCells cells);  // "all", ...
+
+// Microseconds of a step of each contender on each system, as far as known before anything is measured: measured times
+// per body on another machine (step_costs.inc), which depend on whether there are contacts, else a usual time.
+std::map<std::pair<int, int>, double> expected_step_us(const Campaign& campaign);
+
+// Sets each cell's shard, so that all shards take about as long: the longest group goes to the least loaded shard, then
+// the next. Cells of one group stay together: a system's timings, because machines differ in speed; a family's scaling
+// cells; the accuracy cells of one contender and system, which share a fine-step run; a system's cells of agreement.
+void divide(const Campaign& campaign, Plan& plan, int shards, ShardCells cells);
+
+// Expected seconds of each shard with one worker.
+std::map<int, double> shard_seconds(const Campaign& campaign, const Plan& plan);
+
+}  // namespace assay

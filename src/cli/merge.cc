@@ -1,0 +1,56 @@
+// `assay merge`: results of shards, or of the same campaign on several machines, as one results directory.
+#include "store/merge.h"
+
+#include <fmt/format.h>
+
+#include "base/errors.h"
+#include "cli/cli.h"
+#include "cli/parts.h"
+#include "coordinator/run.h"
+#include "store/store.h"
+
+namespace assay::cli {
+namespace {
+
+struct Options {
+  std::vector<std::string> dirs;
+  std::string out;
+};
+
+int merge(const Options& options) {
+  const std::vector<std::string> sources = parts_of(options.dirs);
+  ProgressLine progress;
+  size_t begun = 0;
+  const MergeSummary summary = merge_results(sources, options.out, derived_values(), [&](const std::string& source) {
+    ++begun;
+    if (progress.due()) progress.show(fmt::format("{} of {}: {}", begun, sources.size(), source));
+  });
+  progress.clear();
+  Store merged = open_to_write(options.out);
+  const std::vector<std::string> warnings = derive_values(merged);
+  print(paragraph(
+      fmt::format("{} from {} ({} were there already), {}; results: {}", counted(summary.cells, "cell", "cells"),
+                  counted(summary.sources, "directory", "directories"), summary.cells_before,
+                  counted(summary.trajectories, "trajectory", "trajectories"), options.out + "/assay.sqlite"),
+      2));
+  for (const std::string& missing : missing_parts(merged)) print(paragraph("missing: " + missing, 2));
+  for (const std::string& warning : warnings) print(paragraph("warning: " + warning, 2));
+  return kDone;
+}
+
+}  // namespace
+
+void add_merge(CLI::App& app, Action& action) {
+  CLI::App* command = add_command(
+      app, "merge", "Unite the results of shards of one campaign",
+      {{"assay merge part1 part2 part3 --out results", "shards that three machines measured"},
+       {"assay merge out/shards --out results", "all results directories in a folder, also while they are measured"}});
+  const auto options = std::make_shared<Options>();
+  command->add_option("DIR", options->dirs, "Results directories, or folders of them")->required()->type_name("");
+  command->add_option("--out", options->out, "Results directory of the union; created if missing, else added to")
+      ->required()
+      ->type_name("DIR");
+  command->callback([&action, options] { action = [options] { return merge(*options); }; });
+}
+
+}  // namespace assay::cli

@@ -1,0 +1,128 @@
+// `assay status`: how far a campaign is, in one directory or in the parts of several machines.
+#include <algorithm>
+#include <filesystem>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "base/text.h"
+#include "cli/cli.h"
+#include "cli/parts.h"
+#include "store/store.h"
+
+namespace assay::cli {
+namespace {
+
+struct Options {
+  std::vector<std::string> dirs;
+  bool json = false;
+};
+
+struct PartStatus {
+  std::string dir, shard, cells, node;
+  size_t planned = 0, done = 0;
+  double left_s = 0;
+  bool running = false;
+
+  std::string_view state() const { return running ? "running" : done == planned ? "complete" : "stopped"; }
+};
+
+// Seconds that are left of a part: its own pace so far corrects the plan's estimate.
+double seconds_left(const std::vector<Store::PartDone>& parts, int jobs) {
+  constexpr double kEnough = 0.02;  // of the plan's estimate, to learn from
+  double left = 0;
+  for (const Store::PartDone& part : parts) {
+    const bool learned = part.cost_done_s > kEnough * part.cost_s;
+    const double pace = learned ? part.wall_s / part.cost_done_s : 1;
+    left += (part.cost_s - part.cost_done_s) * pace / (part.accuracy ? std::max(1, jobs) : 1);
+  }
+  return left;
+}
+
+PartStatus status_of(const std::string& dir) {
+  const Store store = Store::open(dir);
+  PartStatus status;
+  status.dir = dir;
+  status.running = Store::is_written(dir);
+  int jobs = 1;
+  std::vector<std::string> names, shards;
+  for (const NodeRow& row : store.nodes()) {
+    const auto facts = nlohmann::json::parse(row.json, nullptr, false);
+    if (!facts.is_object()) continue;
+    const auto add = [&](std::vector<std::string>& texts, const std::string& text) {
+      if (!text.empty() && std::ranges::find(texts, text) == texts.end()) texts.push_back(text);
+    };
+    add(names, facts.value("name", ""));
+    add(shards, facts.value("shard", ""));
+    status.cells = facts.value("cells", "all");
+    jobs = facts.value("jobs", 1);
+  }
+  status.node = names.size() > 3 ? fmt::format("{} nodes", names.size()) : join(names, ", ");
+  status.shard = shards.size() > 3 ? fmt::format("{} parts", shards.size()) : join(shards, ", ");
+  const std::vector<Store::PartDone> parts = store.plan_done();
+  for (const Store::PartDone& part : parts) {
+    status.planned += part.cells;
+    status.done += part.done;
+  }
+  if (parts.empty()) status.planned = status.done = store.cell_keys().size();
+  status.left_s = seconds_left(parts, jobs);
+  return status;
+}
+
+int status(const Options& options) {
+  const std::vector<std::string> dirs = parts_of(options.dirs);
+  std::vector<PartStatus> parts;
+  parts.reserve(dirs.size());
+  for (const std::string& dir : dirs) parts.push_back(status_of(dir));
+  const std::vector<std::string> missing = missing_parts(dirs);
+  size_t planned = 0, done = 0;
+  double longest_s = 0;
+  for (const PartStatus& part : parts) {
+    planned += part.planned;
+    done += part.done;
+    longest_s = std::max(longest_s, part.left_s);
+  }
+  if (options.json) {
+    Json rows = Json::array();
+    for (const PartStatus& part : parts) {
+      rows.push_back({{"dir", part.dir},
+                      {"shard", part.shard},
+                      {"cells", part.cells},
+                      {"node", part.node},
+                      {"planned", part.planned},
+                      {"done", part.done},
+                      {"left_s", part.left_s},
+                      {"state", part.state()}});
+    }
+    print_json({{"parts", rows}, {"missing", missing}, {"planned", planned}, {"done", done}, {"left_s", longest_s}});
+    return kDone;
+  }
+  std::vector<std::vector<std::string>> rows;
+  rows.reserve(parts.size());
+  for (const PartStatus& part : parts) {
+    rows.push_back({part.dir, part.shard, part.node, fmt::format("{}/{}", part.done, part.planned),
+                    part.done == part.planned ? "" : duration_label(part.left_s), std::string(part.state())});
+  }
+  print(table({"directory", "part", "node", "cells", "left", "state"}, rows, {3}));
+  print(paragraph(fmt::format(
+      "{} of {} cells{}", done, planned,
+      done < planned ? fmt::format("; about {} left where all parts run side by side", duration_label(longest_s))
+                     : "")));
+  for (const std::string& each : missing) print(paragraph("missing: " + each, 2));
+  return kDone;
+}
+
+}  // namespace
+
+void add_status(CLI::App& app, Action& action) {
+  CLI::App* command =
+      add_command(app, "status", "Tell how far a campaign is, with the time left, over all of its parts",
+                  {{"assay status results", "also while it is measured"},
+                   {"assay status part1 part2 part3", "shards on three machines"}});
+  const auto options = std::make_shared<Options>();
+  command->add_option("DIR", options->dirs, "Results directories, or folders of them")->required()->type_name("");
+  command->add_flag("--json", options->json, "Print JSON")->disable_flag_override();
+  command->callback([&action, options] { action = [options] { return status(*options); }; });
+}
+
+}  // namespace assay::cli

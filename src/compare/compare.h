@@ -1,0 +1,93 @@
+// What changed from results A to results B, cell by cell.
+//
+// Times: the ratio of the mean step times (B over A) with the 95 % interval of Welch's t on the logarithms of the
+// processes' times, and a rank test (measures/rank_test.h) on the same. A process is one sample, because its rounds
+// share its place in memory; where there is one process, its rounds are the samples. The p-values of all times are
+// corrected together for their number. A time has changed when its corrected p-value is at most `level`, its interval
+// lies on one side of 1, and its ratio is at least the practical threshold away from 1.
+//
+// Accuracy is deterministic: a value is equal to the last bit, or it changed, and the ratio says how much. A change
+// that is smaller than the threshold counts as "within the threshold".
+//
+// Both runs' samples say nothing of what happened between the runs: a machine that is slower on another day slows all
+// contenders. A control is a contender that is known not to have changed: times are then divided by its time in the
+// same process of the same run.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "measures/statistics.h"
+#include "store/differences.h"
+#include "store/store.h"
+
+namespace assay {
+
+struct CompareOptions {
+  double threshold = 0.02;       // of practical significance, relative
+  double level = 0.05;           // of corrected p-values
+  std::string control = {};      // contender whose times the others' are divided by; "" for none
+  bool across_machines = false;  // accuracy alone
+  bool across_programs = false;  // another version or build of assay is accepted
+};
+
+enum class Change {
+  kNone,    // equal to the last bit, or no difference found
+  kWithin,  // it differs, by less than the threshold
+  kBetter,
+  kWorse,
+  kOther,  // it differs, and neither is better
+};
+std::string_view change_text(Change change);  // "none", "within", "better", "worse", "other"
+
+struct CellChange {
+  std::string system, contender, measure, value, unit;
+  double timestep_ms = 0;
+  std::optional<double> a, b;
+  std::string outcome_a, outcome_b;  // "ok", ...
+  std::optional<Interval> ratio;     // b over a; an interval of times, none (NaN ends) of accuracy
+  bool time = false;
+  // of times
+  size_t samples_a = 0, samples_b = 0;
+  bool rounds = false;  // samples are rounds of one process
+  double p = 1, p_corrected = 1;
+  Change change = Change::kNone;
+};
+
+struct Comparison {
+  std::string a, b;  // directories
+  CompareOptions options;
+  std::vector<Difference> builds;    // engines' versions and plugins that differ: what the comparison may be about
+  std::vector<Difference> coverage;  // systems and contenders that one of them lacks
+  std::vector<Difference> ignored;   // other machines or programs that the options accept
+  std::vector<CellChange> rows;      // as stored, times and accuracy; cells that only one of them has are left out
+  size_t only_a = 0, only_b = 0;     // cells
+  // The median ratio of all times, where there are at least three contenders: far from 1 it is rather the machine's.
+  std::optional<double> common_ratio;
+  // The smallest p-value that the samples can give is too large for the number of times that are compared.
+  bool too_few_samples = false;
+};
+
+// Throws InputError that names the first difference when the two cannot be compared: another model, method or settings
+// of a contender that both have; another machine or program that the options do not accept; no cell in common; a
+// control that one of them lacks.
+Comparison compare(const Store& a, const Store& b, const CompareOptions& options);
+
+// Rows that are worse: times whose ratio is at least 1 + `limit`, accuracy whose error grew by at least `limit` of
+// itself, outcomes that were ok and no longer are.
+std::vector<const CellChange*> regressions(const Comparison& comparison, double limit);
+
+// ---- tables.cc -----------------------------------------------------------------------------------------------------
+
+// Changes first, then counts of the rest: "| system | contender | ..."
+std::string comparison_markdown(const Comparison& comparison);
+std::string comparison_csv(const Comparison& comparison);  // all rows
+nlohmann::json comparison_json(const Comparison& comparison);
+
+// One sentence on the whole: "3 of 40 times changed: 1 faster, 2 slower; ..."
+std::string comparison_summary(const Comparison& comparison);
+
+}  // namespace assay

@@ -1,0 +1,280 @@
+#include "compare/history.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <tuple>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "base/errors.h"
+#include "base/text.h"
+#include "compare/change_points.h"
+#include "compare/samples.h"
+#include "results/values.h"
+
+namespace assay {
+namespace {
+
+using nlohmann::json;
+using CourseName = std::tuple<std::string, std::string, std::string, double, std::string>;
+
+bool is_timing(const std::string& measure) { return measure == "raw_speed" || measure == "scaling"; }
+
+// A time's own scatter within its run, relative, from its interval.
+double relative_error(const Interval& value) {
+  constexpr double kHalfWidths = 1.96;
+  return value.value > 0 ? (value.high - value.low) / (2 * kHalfWidths * value.value) : 0;
+}
+
+class Courses {
+ public:
+  Courses(const std::vector<std::string>& dirs, const CompareOptions& options) {
+    history_.options = options;
+    std::vector<std::pair<std::string, std::string>> order;  // started, directory
+    order.reserve(dirs.size());
+    for (const std::string& dir : dirs) order.emplace_back(Store::open(dir).manifest("started").value_or(""), dir);
+    std::ranges::stable_sort(order);
+    std::optional<Store> first;
+    for (const auto& [started, dir] : order) {
+      Store store = Store::open(dir);
+      if (first) {
+        refuse_others(*first, store);
+        add(store);
+      } else {
+        first.emplace(std::move(store));
+        add(*first);
+      }
+    }
+  }
+
+  History finish() {
+    size_t times = 0;
+    for (auto& [name, course] : courses_) {
+      if (course.points.size() < 2) continue;
+      times += course.time ? 1 : 0;
+      history_.courses.push_back(std::move(course));
+    }
+    for (Course& course : history_.courses) course.time ? find_time_changes(course, times) : find_changes(course);
+    return std::move(history_);
+  }
+
+ private:
+  void refuse_others(const Store& first, const Store& other) const {
+    for (const Difference& each : differences(first, other)) {
+      const CompareOptions& options = history_.options;
+      const bool accepted = each.kind == DifferenceKind::kBuild || each.kind == DifferenceKind::kCoverage ||
+                            (each.kind == DifferenceKind::kMachine && options.across_machines) ||
+                            (each.kind == DifferenceKind::kProgram && options.across_programs);
+      if (accepted) continue;
+      throw InputError(fmt::format("'{}' and '{}' do not compare: {}; leave one out{}", first.dir(), other.dir(),
+                                   each.text(first.dir(), other.dir()),
+                                   each.kind == DifferenceKind::kProgram   ? ", or accept it with --across-programs"
+                                   : each.kind == DifferenceKind::kMachine ? ", or give --across-machines for accuracy "
+                                                                             "alone"
+                                                                           : ""));
+    }
+  }
+
+  void add(const Store& store) {
+    const size_t run = history_.runs.size();
+    history_.runs.push_back(
+        {store.dir(), store.manifest("started").value_or(""), store.manifest("commit").value_or("")});
+    const std::vector<Cell> cells = store.cells();
+    std::map<std::tuple<std::string, double, std::string>, double> controls;  // system, timestep, measure: time
+    const std::string& control = history_.options.control;
+    for (const Cell& cell : cells) {
+      if (control.empty() || cell.contender != control) continue;
+      const Value* time = find_value(cell, cell.measure == "scaling" ? "run_time" : "step_time");
+      if (time != nullptr)
+        controls[{cell.system, cell.timestep_ms, cell.measure}] = level_of(store, cell, *time->value);
+    }
+    for (const Cell& cell : cells) {
+      if (cell.contender == kHarness || cell.contender == control) continue;
+      const bool timing = is_timing(cell.measure);
+      if (timing && history_.options.across_machines) continue;
+      const auto relative = controls.find({cell.system, cell.timestep_ms, cell.measure});
+      if (timing && !control.empty() && relative == controls.end()) continue;
+      for (const Value& value : cell.values) {
+        const bool time = value.name == "step_time" || value.name == "run_time";
+        if (!value.value || timing != time || value_info(value.name).better == Better::kNone) continue;
+        Course& course = course_of(cell, value);
+        Interval figure = {*value.value, value.low.value_or(*value.value), value.high.value_or(*value.value)};
+        if (timing) {
+          const double scale = level_of(store, cell, figure.value) / figure.value;
+          figure = {figure.value * scale, figure.low * scale, figure.high * scale};
+        }
+        if (timing && relative != controls.end()) {
+          figure = {figure.value / relative->second, figure.low / relative->second, figure.high / relative->second};
+        }
+        course.points.push_back({run, figure, std::string(outcome_text(cell.outcome))});
+      }
+      if (cell.values.empty()) add_failure(cell, run);
+    }
+  }
+
+  // The median over processes: one that was disturbed is no change of level. The stored mean where there are no
+  // samples.
+  static double level_of(const Store& store, const Cell& cell, double stored) {
+    std::vector<double> times;
+    for (const auto& [number, time] : time_samples(store.samples(cell.id)).times) times.push_back(time);
+    return times.empty() ? stored : median(times);
+  }
+
+  Course& course_of(const Cell& cell, const Value& value) {
+    Course& course = courses_[{cell.system, cell.contender, cell.measure, cell.timestep_ms, value.name}];
+    course.system = cell.system;
+    course.contender = cell.contender;
+    course.measure = cell.measure;
+    course.timestep_ms = cell.timestep_ms;
+    course.value = value.name;
+    course.unit = value.unit;
+    course.time = is_timing(cell.measure);
+    return course;
+  }
+
+  // A cell without values is a point of every course that it had values for.
+  void add_failure(const Cell& cell, size_t run) {
+    for (auto& [name, course] : courses_) {
+      if (course.system == cell.system && course.contender == cell.contender && course.measure == cell.measure &&
+          course.timestep_ms == cell.timestep_ms) {
+        course.points.push_back({run, {}, std::string(outcome_text(cell.outcome))});
+      }
+    }
+  }
+
+  void find_changes(Course& course) const {
+    for (size_t i = 1; i < course.points.size(); ++i) {
+      const CoursePoint &before = course.points[i - 1], &after = course.points[i];
+      if (before.outcome != after.outcome) {
+        const Change change = after.outcome == "ok"    ? Change::kBetter
+                              : before.outcome == "ok" ? Change::kWorse
+                                                       : Change::kOther;
+        course.changes.push_back({after.run, 0, change, fmt::format("{} → {}", before.outcome, after.outcome)});
+        continue;
+      }
+      const double a = std::abs(before.value.value), b = std::abs(after.value.value);
+      if (a == b || (a > 0 && std::abs(b / a - 1) < history_.options.threshold)) continue;
+      add_change(course, after.run, a > 0 ? b / a : 0, b > a);
+    }
+  }
+
+  void find_time_changes(Course& course, size_t courses) const {
+    std::vector<double> logs, errors;
+    std::vector<size_t> runs;
+    for (const CoursePoint& point : course.points) {
+      if (!(point.value.value > 0)) continue;
+      logs.push_back(std::log(point.value.value));
+      errors.push_back(relative_error(point.value));
+      runs.push_back(point.run);
+    }
+    if (logs.empty()) return;
+    const double noise = std::max(noise_of(logs), median(errors));
+    const std::vector<size_t> changes = change_points(logs, noise, change_penalty(logs.size(), courses));
+    size_t from = 0;
+    for (size_t i = 0; i < changes.size(); ++i) {
+      const size_t at = changes[i], to = i + 1 < changes.size() ? changes[i + 1] : logs.size();
+      const auto level = [&](size_t begin, size_t end) { return mean(std::span(logs).subspan(begin, end - begin)); };
+      const double ratio = std::exp(level(at, to) - level(from, at));
+      if (std::abs(ratio - 1) >= history_.options.threshold) add_change(course, runs[at], ratio, ratio > 1);
+      from = at;
+    }
+  }
+
+  static void add_change(Course& course, size_t run, double ratio, bool larger) {
+    const Better better = value_info(course.value).better;
+    const Change change = better == Better::kNone              ? Change::kOther
+                          : larger == (better == Better::kLow) ? Change::kWorse
+                                                               : Change::kBetter;
+    const std::string text = ratio <= 0                  ? "from zero"
+                             : ratio > 10 || ratio < 0.1 ? fmt::format("× {:.3g}", ratio)
+                                                         : fmt::format("{:+.1f} %", 100 * (ratio - 1));
+    course.changes.push_back({run, ratio, change, text});
+  }
+
+  History history_;
+  std::map<CourseName, Course> courses_;
+};
+
+}  // namespace
+
+double change_penalty(size_t runs, size_t courses) {
+  // Under equal levels the largest gain of one change grows like twice the logarithm of the places that it may have,
+  // and with it that of many courses. The noise is estimated from as many figures: its own error is allowed for.
+  const auto n = static_cast<double>(std::max<size_t>(runs, 2));
+  const double few = 1 + 12 / n;
+  return few * (6 + 2 * std::log(n) + 2 * std::log(static_cast<double>(std::max<size_t>(courses, 1))));
+}
+
+History history(const std::vector<std::string>& dirs, const CompareOptions& options) {
+  if (dirs.size() < 2) throw InputError("a history needs at least two results directories: name them all");
+  return Courses(dirs, options).finish();
+}
+
+std::string history_markdown(const History& history) {
+  std::string text = fmt::format("# {} runs from {} to {}\n\n", history.runs.size(), history.runs.front().started,
+                                 history.runs.back().started);
+  std::string rows;
+  size_t steady = 0;
+  for (const Course& course : history.courses) {
+    if (course.changes.empty()) ++steady;
+    for (const CourseChange& change : course.changes) {
+      const HistoryRun& run = history.runs[change.run];
+      rows += fmt::format("| {} | {} | {} | {} | {} | {} | {} |\n", change_text(change.change), course.system,
+                          course.contender, timestep_label(course.timestep_ms), course.value, change.text,
+                          fmt::format("{} ({})", run.dir, run.started));
+    }
+  }
+  if (rows.empty()) {
+    text += fmt::format("Nothing changed in {} courses.\n", history.courses.size());
+  } else {
+    text += "| change | system | contender | ms | value | by | since |\n| --- | --- | --- | --- | --- | --- | --- |\n" +
+            rows + fmt::format("\n{} other courses did not change.\n", steady);
+  }
+  text += fmt::format(
+      "\nLevels of step times by optimal partitioning, practical threshold {:.2g} %{}. A change that only the last run "
+      "shows "
+      "is for `assay compare`.\n",
+      100 * history.options.threshold,
+      history.options.control.empty() ? "" : fmt::format(", relative to the control {}", history.options.control));
+  return text;
+}
+
+json history_json(const History& history) {
+  json runs = json::array(), courses = json::array();
+  for (const HistoryRun& run : history.runs) {
+    runs.push_back({{"dir", run.dir}, {"started", run.started}, {"commit", run.commit}});
+  }
+  for (const Course& course : history.courses) {
+    json points = json::array(), changes = json::array();
+    for (const CoursePoint& point : course.points) {
+      points.push_back({{"run", point.run},
+                        {"value", point.outcome == "ok" || point.value.value != 0 ? json(point.value.value) : json()},
+                        {"low", point.value.low},
+                        {"high", point.value.high},
+                        {"outcome", point.outcome}});
+    }
+    for (const CourseChange& change : course.changes) {
+      changes.push_back({{"run", change.run},
+                         {"ratio", change.ratio > 0 ? json(change.ratio) : json()},
+                         {"change", change_text(change.change)},
+                         {"text", change.text}});
+    }
+    courses.push_back({{"system", course.system},
+                       {"contender", course.contender},
+                       {"timestep_ms", course.timestep_ms},
+                       {"measure", course.measure},
+                       {"value", course.value},
+                       {"unit", course.unit},
+                       {"time", course.time},
+                       {"points", std::move(points)},
+                       {"changes", std::move(changes)}});
+  }
+  return {{"runs", std::move(runs)},
+          {"courses", std::move(courses)},
+          {"threshold", history.options.threshold},
+          {"control", history.options.control.empty() ? json(nullptr) : json(history.options.control)}};
+}
+
+}  // namespace assay

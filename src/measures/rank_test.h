@@ -1,0 +1,21 @@
+// Tests of whether two sets of samples differ, and what many of them say together.
+#pragma once
+
+#include <span>
+#include <vector>
+
+namespace assay {
+
+// Two-sided p-value of the Mann-Whitney U test (Mann, Whitney 1947): how likely samples of one distribution would be as
+// unevenly ranked. Exact for up to 400 pairs without ties, else the normal approximation with corrections for ties and
+// continuity. 1 when either has no sample.
+double rank_test(std::span<const double> a, std::span<const double> b);
+
+// The smallest p-value that so many samples can give.
+double smallest_rank_p(size_t a, size_t b);
+
+// p-values corrected for their number after Benjamini and Hochberg (1995), in the order given: those of at most q are
+// discoveries of which a share of at most q is false in the mean. When nothing differs, the chance of any is at most q.
+std::vector<double> corrected_for_number(const std::vector<double>& p);
+
+}  // namespace assay

@@ -1,0 +1,549 @@
+#include "store/merge.h"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <memory>
+#include <set>
+#include <string_view>
+#include <unistd.h>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "base/errors.h"
+#include "base/hash.h"
+#include "base/text.h"
+#include "store/cell_hash.h"
+#include "store/database.h"
+#include "store/differences.h"
+#include "store/trajectory.h"
+
+namespace assay {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using sql::execute;
+using sql::Statement;
+using sql::Transaction;
+
+// Entries of the manifest that belong to a machine's part of the work. The union has them of all nodes together.
+constexpr std::array<std::string_view, 15> kNodeFacts = {"cpu",
+                                                         "cores",
+                                                         "governor",
+                                                         "virtual_machine",
+                                                         "memory",
+                                                         "kernel",
+                                                         "started",
+                                                         "finished",
+                                                         "wall_s",
+                                                         "cpu_s",
+                                                         "engine_s",
+                                                         "timing_core",
+                                                         "clock_cost_ns",
+                                                         "engine_share_timing",
+                                                         "engine_share_accuracy"};
+// And those of one directory: the command that resumes it, a search's answer, the token that its nodes' names come
+// from.
+constexpr std::array<std::string_view, 3> kDirectoryFacts = {"command", "answer", "part"};
+
+template <size_t kCount>
+bool is_among(const std::array<std::string_view, kCount>& names, std::string_view name) {
+  return std::ranges::find(names, name) != names.end();
+}
+
+json parsed_object(const std::string& text) {
+  json facts = json::parse(text, nullptr, /*allow_exceptions=*/false);
+  return facts.is_object() ? facts : json::object();
+}
+
+struct CloseDatabase {
+  void operator()(sqlite3* db) const { sqlite3_close_v2(db); }
+};
+
+// A source under the name "src" of a connection.
+class Attached {
+ public:
+  Attached(sqlite3* db, const std::string& dir) : db_(db) {
+    const std::string uri = sql::uri_of(dir + "/assay.sqlite");
+    attach(uri + "?mode=ro");
+    sqlite3_exec(db_, "SELECT count(*) FROM src.sqlite_schema", nullptr, nullptr, nullptr);
+    // On a read-only medium SQLite cannot make the index of the write-ahead log; nobody can be writing there either.
+    if ((sqlite3_errcode(db_) & 0xff) == SQLITE_CANTOPEN) {
+      execute(db_, "DETACH src");
+      attach(uri + "?immutable=1");
+    }
+  }
+  ~Attached() { sqlite3_exec(db_, "DETACH src", nullptr, nullptr, nullptr); }
+  Attached(const Attached&) = delete;
+  Attached& operator=(const Attached&) = delete;
+
+ private:
+  void attach(const std::string& uri) { Statement(db_, "ATTACH ? AS src").bind_all(uri).run(); }
+
+  sqlite3* db_;
+};
+
+bool attached_has(sqlite3* db, const std::string& table) {
+  Statement query(db, "SELECT 1 FROM src.sqlite_schema WHERE type = 'table' AND name = ?");
+  query.bind(0, table);
+  return query.step();
+}
+
+// The columns of a table that both databases have, without its id: "key, system, ...".
+std::string common_columns(sqlite3* db, const std::string& table, std::string_view without) {
+  const auto columns_in = [&](const char* schema) {
+    std::vector<std::string> names;
+    Statement query(db, fmt::format("SELECT name FROM pragma_table_info('{}', '{}') ORDER BY cid", table, schema));
+    while (query.step()) names.push_back(query.text(0));
+    return names;
+  };
+  const std::vector<std::string> theirs = columns_in("src");
+  std::vector<std::string> common;
+  for (const std::string& name : columns_in("main")) {
+    if (name != without && std::ranges::find(theirs, name) != theirs.end()) common.push_back(name);
+  }
+  return join(common, ", ");
+}
+
+class Merge {
+ public:
+  Merge(sqlite3* db, Store& out, const std::vector<std::string>& derived) : db_(db), out_(out) {
+    std::vector<std::string> quoted;
+    quoted.reserve(derived.size());
+    for (const std::string& name : derived) quoted.push_back(fmt::format("'{}'", name));
+    derived_ = join(quoted, ", ");
+  }
+
+  void add(const std::string& dir, MergeSummary& summary) {
+    dir_ = dir;
+    const Store source = Store::open(dir);
+    (void)source.cells();  // throws for one that is damaged
+    const Attached attached(db_, dir);
+    Transaction transaction(db_);
+    merge_manifest(source);
+    merge_nodes(source);
+    refuse_other_cells();
+    refuse_other_runs();
+    refuse_other_verdicts();
+    const std::int64_t before = count("src.cells");
+    const std::int64_t added = merge_cells();
+    merge_lists();
+    refuse_mixed_machines();
+    for (const auto& [table, order] : sql::hashed_tables()) sql::put_table_hash(db_, table);
+    summary.trajectories += copy_files("trajectories", ".bin");
+    summary.trajectories += copy_files("parity", ".json");
+    transaction.commit();
+    summary.cells += static_cast<size_t>(added);
+    summary.cells_before += static_cast<size_t>(before - added);
+  }
+
+  // Entries of the manifest that all nodes make up together.
+  void summarize() {
+    std::map<std::string, std::map<std::string, int>> facts;
+    std::map<std::string, double> sums;
+    std::string started, finished;
+    for (const NodeRow& row : out_.nodes()) {
+      const json node = parsed_object(row.json);
+      for (const auto& [key, value] : node.items()) {
+        if (!is_among(kNodeFacts, key) || !value.is_string()) continue;
+        const std::string text = value.get<std::string>();
+        if (key == "started") {
+          if (started.empty() || text < started) started = text;
+        } else if (key == "finished") {
+          finished = std::max(finished, text);
+        } else if (key == "wall_s" || key == "cpu_s" || key == "engine_s") {
+          sums[key] += parse_number(text).value_or(0);
+        } else if (!key.starts_with("engine_share")) {
+          ++facts[key][text];
+        }
+      }
+    }
+    std::vector<ManifestEntry> entries;
+    for (const auto& [key, texts] : facts) {
+      std::vector<std::string> parts;
+      for (const auto& [text, nodes] : texts) parts.push_back(text);
+      entries.push_back({key, join(parts, "; ")});
+    }
+    for (const auto& [key, sum] : sums) entries.push_back({key, fmt::format("{:.1f}", sum)});
+    if (!started.empty()) entries.push_back({"started", started});
+    if (!finished.empty()) entries.push_back({"finished", finished});
+    double timing_engine = 0, timing_wall = 0, accuracy_engine = 0, accuracy_cpu = 0;
+    for (const auto& [measure, spent] : out_.spent()) {
+      if (measure == "scaling") continue;
+      (measure == "raw_speed" ? timing_engine : accuracy_engine) += spent.engine_s;
+      (measure == "raw_speed" ? timing_wall : accuracy_cpu) += measure == "raw_speed" ? spent.wall_s : spent.cpu_s;
+    }
+    const auto share = [&](const char* key, double part, double whole) {
+      if (whole > 0) entries.push_back({key, fmt::format("{:.3f}", part / whole)});
+    };
+    share("engine_share_timing", timing_engine, timing_wall);
+    share("engine_share_accuracy", accuracy_engine, accuracy_cpu);
+    out_.set_manifest(entries);
+  }
+
+ private:
+  std::int64_t count(const std::string& table) {
+    Statement query(db_, "SELECT count(*) FROM " + table);
+    return query.step() ? query.integer(0) : 0;
+  }
+
+  [[noreturn]] void refuse(const std::string& what) const {
+    throw InputError(fmt::format("'{}' does not fit into '{}': {}; nothing of it was taken", dir_, out_.dir(), what));
+  }
+
+  void merge_manifest(const Store& source) {
+    Statement put(db_, "INSERT OR IGNORE INTO manifest VALUES(?, ?)");
+    for (const auto& [key, value] : source.manifest()) {
+      if (is_among(kNodeFacts, key) || is_among(kDirectoryFacts, key)) continue;
+      const auto there = out_manifest(key);
+      if (there && *there != value) {
+        refuse(fmt::format("its manifest's '{}' is '{}', and there it is '{}'", key, value, *there));
+      }
+      put.bind_all(key, value).run();
+    }
+  }
+
+  std::optional<std::string> out_manifest(const std::string& key) {
+    Statement query(db_, "SELECT value FROM manifest WHERE key = ?");
+    query.bind(0, key);
+    if (!query.step()) return std::nullopt;
+    return query.text(0);
+  }
+
+  void merge_nodes(const Store& source) {
+    std::vector<NodeRow> nodes = source.nodes();
+    unnamed_node_.clear();
+    if (nodes.empty()) {  // written before nodes were stored: its machine is the manifest's
+      json facts = json::object();
+      for (const auto& [key, value] : source.manifest()) {
+        if (is_among(kNodeFacts, key)) facts[key] = value;
+      }
+      json content = {source.manifest("campaign_hash").value_or("")};
+      for (const char* key : {"cpu", "cores", "memory", "kernel", "started"}) content.push_back(facts.value(key, ""));
+      constexpr size_t kDigits = 16;
+      unnamed_node_ = content_hash(content.dump()).substr(0, kDigits);
+      nodes.push_back({unnamed_node_, facts.dump()});
+    }
+    Statement put(db_, "INSERT OR REPLACE INTO nodes VALUES(?, ?)");
+    const auto order = [](const std::string& text) {  // the later state of a part's work comes last
+      return std::pair(parsed_object(text).value("finished", ""), text);
+    };
+    for (const NodeRow& node : nodes) {
+      Statement there(db_, "SELECT json FROM nodes WHERE id = ?");
+      there.bind(0, node.id);
+      const bool known = there.step();
+      const std::string before = known ? there.text(0) : "";
+      if (!known || order(before) < order(node.json)) put.bind_all(node.id, node.json).run();
+    }
+  }
+
+  static std::string cell_text(const Statement& row, int at) {
+    return fmt::format("{} of {} on {} at {} ms", row.text(at), row.text(at + 1), row.text(at + 2),
+                       timestep_label(row.number(at + 3)));
+  }
+
+  static std::string advice(const std::string& measure) {
+    const bool timed = measure == "raw_speed" || measure == "scaling";
+    return timed
+               ? "a timing that was measured twice: leave one of the two out"
+               : "the same run gave two results, so engines, processors or libraries differ: leave one of the two out";
+  }
+
+  void refuse_other_cells() {
+    {
+      Statement query(db_,
+                      "SELECT s.measure, s.contender, s.system, s.timestep_ms, s.outcome, m.outcome FROM src.cells s "
+                      "JOIN main.cells m ON m.key = s.key WHERE s.outcome <> m.outcome LIMIT 1");
+      if (query.step()) {
+        refuse(fmt::format("{} is '{}' in it and '{}' there, {}", cell_text(query, 0), query.text(4), query.text(5),
+                           advice(query.text(0))));
+      }
+    }
+    // either may have a value that the other lacks
+    for (const auto& [one, other, swapped] : {std::tuple("src", "main", false), std::tuple("main", "src", true)}) {
+      Statement query(
+          db_, fmt::format(
+                   "SELECT c.measure, c.contender, c.system, c.timestep_ms, v.name, v.value, w.value FROM {0}.cells c "
+                   "JOIN {1}.cells d ON d.key = c.key JOIN {0}.\"values\" v ON v.cell_id = c.id "
+                   "LEFT JOIN {1}.\"values\" w ON w.cell_id = d.id AND w.name = v.name "
+                   "WHERE v.name NOT IN ({2}) AND (v.value IS NOT w.value OR v.low IS NOT w.low OR v.high IS NOT "
+                   "w.high OR w.name IS NULL) LIMIT 1",
+                   one, other, derived_));
+      if (!query.step()) continue;
+      const auto shown = [&](int column) {
+        const auto number = query.optional_number(column);
+        return number ? digits17(*number) : std::string("none");
+      };
+      refuse(fmt::format("{} has another '{}': {} in it and {} there, {}", cell_text(query, 0), query.text(4),
+                         shown(swapped ? 6 : 5), shown(swapped ? 5 : 6), advice(query.text(0))));
+    }
+  }
+
+  void refuse_other_runs() {
+    if (!attached_has(db_, "runs")) return;
+    Statement query(
+        db_,
+        "SELECT s.system, s.contender, s.timestep_ms FROM src.runs s JOIN main.runs m ON m.system = s.system "
+        "AND m.contender = s.contender AND m.timestep_ms = s.timestep_ms WHERE s.address <> m.address LIMIT 1");
+    if (query.step()) {
+      refuse(fmt::format("the kept run of {} on {} at {} ms is another", query.text(1), query.text(0),
+                         timestep_label(query.number(2))));
+    }
+  }
+
+  void refuse_other_verdicts() {
+    Statement query(db_,
+                    "SELECT s.contender, s.test, s.status, m.status FROM src.conformance s JOIN main.conformance m ON "
+                    "m.contender = s.contender AND m.test = s.test WHERE s.status <> m.status LIMIT 1");
+    if (query.step()) {
+      refuse(fmt::format("the test '{}' of the conformance suite gave '{}' for {} in it and '{}' there", query.text(1),
+                         query.text(2), query.text(0), query.text(3)));
+    }
+  }
+
+  // Of two equal cells the one that was measured first stays, whichever comes first here.
+  std::int64_t merge_cells() {
+    execute(db_, "DROP TABLE IF EXISTS temp.merged");
+    execute(db_, "CREATE TEMP TABLE merged(old INTEGER PRIMARY KEY, key TEXT NOT NULL)");
+    execute(db_,
+            "INSERT INTO temp.merged SELECT s.id, s.key FROM src.cells s LEFT JOIN main.cells m ON m.key = s.key "
+            "WHERE m.id IS NULL OR (s.started, s.finished, s.wall_s) < (m.started, m.finished, m.wall_s)");
+    std::int64_t fresh = 0;
+    {
+      Statement query(db_, "SELECT count(*) FROM temp.merged WHERE key NOT IN (SELECT key FROM main.cells)");
+      if (query.step()) fresh = query.integer(0);
+    }
+    execute(db_, "DELETE FROM main.cells WHERE key IN (SELECT key FROM temp.merged)");
+    const std::string cells = common_columns(db_, "cells", "id");
+    execute(db_, fmt::format("INSERT INTO main.cells({0}) SELECT {0} FROM src.cells WHERE id IN (SELECT old FROM "
+                             "temp.merged) ORDER BY id",
+                             cells)
+                     .c_str());
+    for (const char* table : {"values", "samples"}) {
+      const std::string columns = common_columns(db_, table, "cell_id");
+      const std::string where =
+          std::string_view(table) == "values" ? fmt::format(" WHERE name NOT IN ({})", derived_) : "";
+      execute(db_, fmt::format("INSERT INTO main.\"{0}\"(cell_id, {1}) SELECT m.id, {1} FROM temp.merged t "
+                               "JOIN main.cells m ON m.key = t.key JOIN src.\"{0}\" v ON v.cell_id = t.old{2}",
+                               table, columns, where)
+                       .c_str());
+    }
+    hash_cells();
+    execute(db_, "DROP TABLE temp.merged");
+    return fresh;
+  }
+
+  // Cells keep the hashes that they were written with, but for those that are not quite what they were.
+  void hash_cells() {
+    if (!unnamed_node_.empty()) {
+      Statement(db_, "UPDATE main.cells SET node = ? WHERE key IN (SELECT key FROM temp.merged)")
+          .bind_all(unnamed_node_)
+          .run();
+    }
+    std::vector<std::int64_t> changed, unhashed;
+    {
+      Statement query(db_,
+                      fmt::format("SELECT m.id, m.hash IS NULL FROM temp.merged t JOIN main.cells m ON m.key = t.key "
+                                  "WHERE {} OR m.hash IS NULL OR EXISTS(SELECT 1 FROM src.\"values\" v WHERE "
+                                  "v.cell_id = t.old AND v.name IN ({}))",
+                                  unnamed_node_.empty() ? "0" : "1", derived_));
+      while (query.step()) {
+        changed.push_back(query.integer(0));
+        if (query.integer(1) != 0) unhashed.push_back(query.integer(0));
+      }
+    }
+    for (const std::int64_t id : unhashed) sql::put_samples_hash(db_, id);
+    for (const std::int64_t id : changed) sql::put_cell_hash(db_, id);
+  }
+
+  void merge_lists() {
+    // systems and contenders as the campaign lists them; rows of one campaign are equal but for paths
+    execute(db_, "INSERT OR IGNORE INTO main.systems SELECT name, json FROM src.systems ORDER BY rowid");
+    execute(
+        db_,
+        "UPDATE main.systems SET json = (SELECT s.json FROM src.systems s WHERE s.name = main.systems.name) "
+        "WHERE EXISTS (SELECT 1 FROM src.systems s WHERE s.name = main.systems.name AND s.json < main.systems.json)");
+    const std::string contenders = common_columns(db_, "contenders", "");
+    execute(db_, fmt::format("INSERT OR IGNORE INTO main.contenders({0}) SELECT {0} FROM src.contenders ORDER BY rowid",
+                             contenders)
+                     .c_str());
+    const std::string verdicts = common_columns(db_, "conformance", "");
+    execute(db_,
+            fmt::format("INSERT OR IGNORE INTO main.conformance({0}) SELECT {0} FROM src.conformance ORDER BY rowid",
+                        verdicts)
+                .c_str());
+    execute(
+        db_,
+        "UPDATE main.conformance SET (figure, tolerance, unit, note) = (SELECT s.figure, s.tolerance, s.unit, s.note "
+        "FROM src.conformance s WHERE s.contender = main.conformance.contender AND s.test = main.conformance.test) "
+        "WHERE EXISTS (SELECT 1 FROM src.conformance s WHERE s.contender = main.conformance.contender AND s.test = "
+        "main.conformance.test AND (s.figure, s.note) < (main.conformance.figure, main.conformance.note))");
+    if (attached_has(db_, "runs")) {
+      execute(db_,
+              "INSERT OR IGNORE INTO main.runs(system, contender, timestep_ms, address) SELECT system, contender, "
+              "timestep_ms, address FROM src.runs");
+    }
+    if (attached_has(db_, "scenes")) {
+      execute(db_, "INSERT OR IGNORE INTO main.scenes(system, json) SELECT system, json FROM src.scenes");
+    }
+    if (attached_has(db_, "plan")) {
+      execute(db_,
+              "INSERT INTO main.plan SELECT key, shard, cost_s, accuracy FROM src.plan WHERE true ON CONFLICT(key) DO "
+              "UPDATE SET shard = min(shard, excluded.shard)");
+    }
+  }
+
+  // Speeds compare only where they were measured on one machine.
+  void refuse_mixed_machines() {
+    Statement query(db_,
+                    "SELECT c.system, json_extract(n.json, '$.name'), json_extract(n.json, '$.cpu') FROM main.cells c "
+                    "JOIN main.nodes n ON n.id = c.node "
+                    "WHERE c.measure IN ('raw_speed', 'scaling') GROUP BY 1, 2, 3 ORDER BY 1, 2, 3");
+    std::string system, machine;
+    while (query.step()) {
+      const std::string name = query.text(1), here = name.empty() ? query.text(2) : name;
+      if (query.text(0) == system) {
+        refuse(
+            fmt::format("the timings of '{}' would be of two machines, '{}' and '{}', whose speeds do not compare: "
+                        "measure them in one shard",
+                        system, machine, here));
+      }
+      system = query.text(0);
+      machine = here;
+    }
+  }
+
+  // Files that lie beside the database, named by what they follow from: linked where both lie in one file system.
+  size_t copy_files(const std::string& folder, const std::string& ending) {
+    const fs::path from = fs::path(dir_) / folder, to = fs::path(out_.dir()) / folder;
+    std::error_code error;
+    size_t copied = 0;
+    for (const auto& entry : fs::directory_iterator(from, error)) {
+      if (entry.path().extension() != ending) continue;
+      const fs::path target = to / entry.path().filename();
+      if (fs::exists(target, error)) {
+        if (!same_file(entry.path(), target)) {
+          refuse(fmt::format("'{}' has another content there: the same run gave two results", entry.path().string()));
+        }
+        continue;
+      }
+      fs::create_directories(to, error);
+      if (error) throw SystemError(fmt::format("cannot make the directory '{}': {}", to.string(), error.message()));
+      copy_file(entry.path(), target);
+      ++copied;
+    }
+    return copied;
+  }
+
+  static bool same_file(const fs::path& a, const fs::path& b) {
+    std::error_code error;
+    if (fs::equivalent(a, b, error)) return true;
+    if (fs::file_size(a, error) != fs::file_size(b, error)) return false;
+    std::ifstream one(a, std::ios::binary), other(b, std::ios::binary);
+    std::array<char, 1 << 16> left{}, right{};
+    while (one && other) {
+      one.read(left.data(), left.size());
+      other.read(right.data(), right.size());
+      if (one.gcount() != other.gcount() || !std::equal(left.begin(), left.begin() + one.gcount(), right.begin())) {
+        return false;
+      }
+    }
+    return true;
+  }
+
+  static void copy_file(const fs::path& from, const fs::path& to) {
+    std::error_code error;
+    fs::create_hard_link(from, to, error);
+    if (!error) return;
+    const fs::path partial = fmt::format("{}.{}.tmp", to.string(), ::getpid());
+    fs::copy_file(from, partial, fs::copy_options::overwrite_existing, error);
+    if (!error) fs::rename(partial, to, error);
+    if (!error) return;
+    std::error_code ignored;
+    fs::remove(partial, ignored);
+    throw SystemError(fmt::format("cannot copy '{}' to '{}': {}", from.string(), to.string(), error.message()));
+  }
+
+  sqlite3* db_;
+  Store& out_;
+  std::string derived_;       // names as a list of SQL
+  std::string dir_;           // of the source
+  std::string unnamed_node_;  // the machine of a source without nodes
+};
+
+// Two directories are parts of one campaign: else one sentence says what differs.
+void refuse_another_campaign(const Store& first, const Store& other) {
+  const std::vector<Difference> found = differences(first, other);
+  const auto of_program = std::ranges::find(found, DifferenceKind::kProgram, &Difference::kind);
+  const bool same = first.manifest("campaign") == other.manifest("campaign") &&
+                    first.manifest("campaign_hash") == other.manifest("campaign_hash");
+  if (same && of_program == found.end()) return;
+  std::string why;
+  if (first.manifest("campaign") != other.manifest("campaign")) {
+    why = fmt::format("'{}' has the campaign '{}' and '{}' has '{}'", first.dir(),
+                      first.manifest("campaign").value_or(""), other.dir(), other.manifest("campaign").value_or(""));
+  } else {
+    const auto difference = std::ranges::find_if(found, [&](const Difference& each) {
+      return same ? each.kind == DifferenceKind::kProgram
+                  : each.kind != DifferenceKind::kProgram && each.kind != DifferenceKind::kMachine;
+    });
+    why = difference != found.end()   ? difference->text(first.dir(), other.dir())
+          : of_program != found.end() ? of_program->text(first.dir(), other.dir())
+                                      : "the campaign's time limit or timesteps differ";
+  }
+  throw InputError(
+      fmt::format("'{}' and '{}' are no parts of one campaign: {}; measure both again with one program and "
+                  "one campaign file",
+                  first.dir(), other.dir(), why));
+}
+
+// False for a database that a process which was killed had only begun.
+bool has_content(const std::string& path) {
+  std::error_code error;
+  if (!fs::is_regular_file(path, error)) return false;
+  const std::unique_ptr<sqlite3, CloseDatabase> db(sql::open_database(path, SQLITE_OPEN_READONLY));
+  return sql::pragma(db.get(), "schema_version") != 0 || sql::pragma(db.get(), "application_id") != 0;
+}
+
+bool same_directory(const std::string& a, const std::string& b) {
+  std::error_code error;
+  return fs::equivalent(a, b, error);
+}
+
+}  // namespace
+
+MergeSummary merge_results(const std::vector<std::string>& sources, const std::string& out,
+                           const std::vector<std::string>& derived,
+                           const std::function<void(const std::string& source)>& begin) {
+  if (sources.empty()) throw InputError("there is nothing to merge: name results directories");
+  // Before anything is written.
+  const Store first = Store::open(sources.front());
+  for (const std::string& source : sources) refuse_another_campaign(first, Store::open(source));
+  if (has_content(out + "/assay.sqlite")) refuse_another_campaign(first, Store::open(out));
+
+  MergeSummary summary;
+  Store result =
+      Store::create(out, {first.manifest("campaign").value_or(""), first.manifest("campaign_hash").value_or("")});
+  {
+    const std::unique_ptr<sqlite3, CloseDatabase> db(
+        sql::open_database(sql::uri_of(out + "/assay.sqlite"), SQLITE_OPEN_READWRITE | SQLITE_OPEN_URI));
+    execute(db.get(), "PRAGMA synchronous = FULL; PRAGMA foreign_keys = ON");
+    Merge merge(db.get(), result, derived);
+    for (const std::string& source : sources) {
+      if (same_directory(source, out)) continue;  // all of it is there
+      if (begin) begin(source);
+      merge.add(source, summary);
+      ++summary.sources;
+    }
+    merge.summarize();
+  }
+  return summary;
+}
+
+}  // namespace assay

@@ -1,0 +1,170 @@
+"""Campaigns in parts: shards, their union, and how far they are."""
+
+import contextlib
+import json
+import os
+import shutil
+import signal
+import sqlite3
+import time
+
+from harness import AssayTest, main
+from test_campaign import CampaignTest, tiny
+
+
+class Shards(CampaignTest):
+    def run_parts(self, count=2, **environment):
+        for i in range(1, count + 1):
+            self.env.update({key: value.format(i=i) for key, value in environment.items()})
+            self.run_tiny(f"parts/{i}", "--shard", f"{i}/{count}")
+        return [f"parts/{i}" for i in range(1, count + 1)]
+
+    def test_union_of_shards_is_the_whole(self):
+        self.run_tiny("whole")
+        parts = self.run_parts(3, ASSAY_NODE="node-{i}")
+        text = self.assay("merge", *parts, "--out", "merged")
+        self.assertRegex(text, r"^29 cells from 3 directories")
+        self.assertNotIn("missing", text)
+        self.assertEqual(self.table("merged"), self.table("whole"))
+        before = self.assay("export", "merged", "--format", "csv")
+        self.assertRegex(self.assay("merge", "parts", "--out", "merged"), r"^0 cells from 3 directories \(29 were there")
+        self.assertEqual(self.assay("export", "merged", "--format", "csv"), before)
+        self.assay("report", "merged")
+
+    def test_each_result_names_the_machine_it_was_measured_on(self):
+        self.run_parts(2, ASSAY_NODE="node-{i}")
+        self.assay("merge", "parts", "--out", "merged")
+        with contextlib.closing(sqlite3.connect(self.dir / "merged/assay.sqlite")) as db:
+            nodes = dict(db.execute("SELECT id, json FROM nodes"))
+            names = {json.loads(text)["name"] for text in nodes.values()}
+            self.assertEqual(names, {"node-1", "node-2"})
+            measured = db.execute("SELECT count(*) FROM cells JOIN nodes ON nodes.id = cells.node").fetchone()[0]
+            self.assertEqual(measured, db.execute("SELECT count(*) FROM cells").fetchone()[0])
+            timed = {nodes[node] for (node,) in db.execute(
+                "SELECT node FROM cells WHERE measure = 'raw_speed'")}
+            self.assertEqual(len(timed), 1, "all timings of a system are of one machine")
+
+    def test_status_counts_what_is_there_and_names_what_is_missing(self):
+        self.run_tiny("parts/1", "--shard", "1/3")
+        status = self.assay_json("status", "parts", "--json")
+        self.assertEqual(status["missing"], ["parts 2, 3 of 3"])
+        self.assertEqual([part["state"] for part in status["parts"]], ["complete"])
+        self.assertEqual(status["planned"], status["done"])
+        self.assertRegex(self.assay("merge", "parts", "--out", "merged"), r"(?m)^missing: parts 2, 3 of 3$")
+        self.assertIn("missing: parts 2, 3 of 3", self.assay("status", "merged"))
+
+    def test_status_of_an_interrupted_part_tells_the_time_left(self):
+        self.write("tiny.toml", tiny().replace("rounds = 3", "rounds = 300"))
+        run = self.start_assay("run", "tiny.toml", "--out", "part")
+        deadline = time.monotonic() + 60
+        while time.monotonic() < deadline:
+            done = self.run_assay("status", "part", "--json")
+            if done.returncode == 0 and json.loads(done.stdout)["done"] > 3:
+                break
+            time.sleep(0.05)
+        state = self.assay_json("status", "part", "--json")["parts"][0]["state"]
+        self.assertEqual(state, "running")
+        run.send_signal(signal.SIGINT)
+        run.communicate(timeout=60)
+        status = self.assay_json("status", "part", "--json")
+        self.assertEqual(status["parts"][0]["state"], "stopped")
+        self.assertLess(status["done"], status["planned"])
+        self.assertGreater(status["left_s"], 0)
+        self.assertIn("left where all parts run side by side", self.assay("status", "part"))
+
+    def test_kinds_of_cells_divide_apart(self):
+        self.run_tiny("whole")
+        for i in [1, 2]:
+            self.run_tiny(f"parts/a{i}", "--shard", f"{i}/2", "--cells", "accuracy")
+        self.run_tiny("parts/t1", "--shard", "1/1", "--cells", "timing")
+        with contextlib.closing(sqlite3.connect(self.dir / "parts/t1/assay.sqlite")) as db:
+            self.assertEqual({row[0] for row in db.execute("SELECT DISTINCT measure FROM cells")}, {"raw_speed"})
+        self.assertNotIn("missing", self.assay("merge", "parts", "--out", "merged"))
+        self.assertEqual(self.table("merged"), self.table("whole"))
+
+    def test_shard_from_the_environment(self):
+        def part(**variables):
+            env = {key: str(value) for key, value in variables.items()}
+            self.env = {**self.plain_env, **env}
+            done = self.run_assay("run", "tiny.toml", "--out", "part", "--shard", self.shard)
+            shutil.rmtree(self.dir / "part", ignore_errors=True)
+            return done
+
+        self.plain_env, self.shard = self.env, "auto"
+        array = {"SLURM_ARRAY_TASK_MIN": 1, "SLURM_ARRAY_TASK_MAX": 2, "SLURM_ARRAY_TASK_COUNT": 2}
+        cells = {}
+        for name, variables in [("first", {"ASSAY_SHARD": "1/2"}), ("slurm", {"SLURM_ARRAY_TASK_ID": 1, **array})]:
+            done = part(**variables)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            cells[name] = done.stdout.split(" ")[0]
+        self.assertEqual(cells["first"], cells["slurm"])
+        self.shard = "auto/2"
+        done = part(JOB_COMPLETION_INDEX=0)
+        self.assertEqual((done.returncode, done.stdout.split(" ")[0]), (0, cells["first"]), done.stderr)
+        for shard, variables, words in [
+                ("auto", {}, ["--shard auto", "I/N"]),
+                ("auto", {"JOB_COMPLETION_INDEX": 0}, ["JOB_COMPLETION_INDEX", "auto/N"]),
+                ("auto", {"SLURM_ARRAY_TASK_ID": 3, "SLURM_ARRAY_TASK_MIN": 3, "SLURM_ARRAY_TASK_MAX": 7,
+                          "SLURM_ARRAY_TASK_COUNT": 2}, ["SLURM_ARRAY_TASK_ID", "auto/N"]),
+                ("auto/2", {"JOB_COMPLETION_INDEX": 2}, ["part 3 of 2"]),
+                ("auto/3", {"ASSAY_SHARD": "1/2"}, ["2 parts", "of 3"]),
+                ("auto/2", {"JOB_COMPLETION_INDEX": "x"}, ["'x'", "JOB_COMPLETION_INDEX"])]:
+            self.shard = shard
+            done = part(**variables)
+            self.assertEqual(done.returncode, 2, (shard, variables, done.stdout))
+            self.check_sentence(done.stderr, words)
+
+    def test_a_part_that_moves_to_another_machine_times_its_systems_again(self):
+        self.env["ASSAY_NODE"] = "one"
+        self.run_tiny("part")
+        with contextlib.closing(sqlite3.connect(self.dir / "part/assay.sqlite")) as db, db:
+            db.execute("PRAGMA foreign_keys = ON")
+            db.execute("DELETE FROM cells WHERE measure = 'raw_speed' AND timestep_ms = 1")
+        self.env["ASSAY_NODE"] = "other"
+        done = self.run_assay("run", "tiny.toml", "--out", "part")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("planar-chain was timed on 'one'", done.stderr)
+        with contextlib.closing(sqlite3.connect(self.dir / "part/assay.sqlite")) as db:
+            names = {json.loads(text)["name"] for (text,) in db.execute(
+                "SELECT DISTINCT n.json FROM cells c JOIN nodes n ON n.id = c.node "
+                "WHERE c.measure = 'raw_speed'")}
+        self.assertEqual(names, {"other"})
+        # nothing is missing: nothing is measured again
+        self.env["ASSAY_NODE"] = "third"
+        self.assertRegex(self.run_tiny("part"), r"26 ok \(0 now, 26 before\)")
+
+
+class Refusals(CampaignTest):
+    def test_what_does_not_fit_is_refused_in_one_sentence(self):
+        self.run_tiny("a", "--shard", "1/2")
+        self.run_tiny("b", "--shard", "2/2")
+        self.write("tiny.toml", tiny().replace("duration_s = 0.16", "duration_s = 0.32"))
+        self.run_tiny("longer", "--shard", "2/2")
+        before = self.content("a")
+        self.refused("merge", "a", "longer", "--out", "merged", naming=["duration_s", "0.16", "0.32", "one campaign"])
+        self.assertFalse((self.dir / "merged").exists())
+        self.refused("merge", "a", "nowhere", "--out", "merged", naming=["'nowhere'"])
+        (self.dir / "empty").mkdir()
+        self.refused("merge", "a", "empty", "--out", "merged", naming=["'empty'", "holds no results"])
+        self.refused("status", "nowhere", naming=["'nowhere'"])
+        shutil.copytree(self.dir / "a", self.dir / "changed")
+        with contextlib.closing(sqlite3.connect(self.dir / "changed/assay.sqlite")) as db, db:
+            db.execute("""UPDATE "values" SET value = 2 * value""")
+        self.refused("merge", "a", "changed", "--out", "merged", naming=["changed", "damaged"])
+        self.assertEqual(self.content("a"), before)
+
+    def test_a_merge_that_was_killed_is_finished_by_the_same_command(self):
+        self.run_tiny("a", "--shard", "1/2")
+        self.run_tiny("b", "--shard", "2/2")
+        self.assay("merge", "a", "b", "--out", "whole")
+        for delay in [0.0, 0.01, 0.02, 0.05]:
+            merge = self.start_assay("merge", "a", "b", "--out", "killed")
+            time.sleep(delay)
+            merge.kill()
+            merge.communicate()
+        self.assay("merge", "a", "b", "--out", "killed")
+        self.assertEqual(self.assay("export", "killed", "--format", "csv"), self.assay("export", "whole", "--format", "csv"))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,232 @@
+"""`assay submit`: scripts, and a real Slurm of one node on this machine, started and stopped here."""
+
+import contextlib
+import json
+import os
+import pathlib
+import re
+import shutil
+import signal
+import socket
+import sqlite3
+import subprocess
+import time
+import unittest
+
+from harness import PROGRAM, AssayTest, main
+from test_campaign import CampaignTest, tiny
+
+SBIN = "/usr/sbin:/sbin"
+NEEDED = ["slurmctld", "slurmd", "munged", "sbatch", "scontrol", "squeue"]
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+class Slurm:
+    """slurmctld, slurmd and munged on loopback, with all of their files in one folder."""
+
+    def __init__(self, folder):
+        self.folder = pathlib.Path(folder)
+        self.folder.mkdir(parents=True)
+        self.processes = {}
+        self.host = socket.gethostname().split(".")[0]
+        self.ports = [free_port(), free_port()]
+        self.key = self.folder / "munge.key"
+        self.key.write_bytes(os.urandom(128))
+        self.key.chmod(0o400)
+        for name in ["state", "spool"]:
+            (self.folder / name).mkdir()
+        cpus = os.cpu_count()
+        (self.folder / "slurm.conf").write_text(f"""
+ClusterName=assay
+SlurmctldHost={self.host}(127.0.0.1)
+SlurmctldPort={self.ports[0]}
+SlurmdPort={self.ports[1]}
+SlurmUser=root
+SlurmdUser=root
+AuthType=auth/munge
+AuthInfo=socket={self.folder}/munge.socket
+CryptoType=crypto/munge
+StateSaveLocation={self.folder}/state
+SlurmdSpoolDir={self.folder}/spool
+SlurmctldPidFile={self.folder}/slurmctld.pid
+SlurmdPidFile={self.folder}/slurmd.pid
+SlurmctldLogFile={self.folder}/slurmctld.log
+SlurmdLogFile={self.folder}/slurmd.log
+ProctrackType=proctrack/linuxproc
+TaskPlugin=task/none
+JobAcctGatherType=jobacct_gather/none
+AccountingStorageType=accounting_storage/none
+SelectType=select/cons_tres
+SelectTypeParameters=CR_CPU
+ReturnToService=2
+SchedulerParameters=sched_interval=1,bf_interval=1
+MinJobAge=600
+KillWait=2
+NodeName={self.host} NodeAddr=127.0.0.1 CPUs={cpus} State=UNKNOWN
+PartitionName=main Nodes={self.host} Default=YES MaxTime=INFINITE State=UP OverSubscribe=NO
+""")
+        (self.folder / "cgroup.conf").write_text("CgroupPlugin=cgroup/v1\nCgroupAutomount=no\n")
+        self.env = {**os.environ, "SLURM_CONF": str(self.folder / "slurm.conf"),
+                    "PATH": f"{os.environ['PATH']}:{SBIN}"}
+
+    def start(self, name, *arguments):
+        log = open(self.folder / f"{name}.out", "ab")
+        self.processes[name] = subprocess.Popen([name, *map(str, arguments)], env=self.env, stdin=subprocess.DEVNULL,
+                                                stdout=log, stderr=log, start_new_session=True)
+        log.close()
+
+    def start_all(self):
+        self.start("munged", "--foreground", "--force", f"--key-file={self.key}", f"--socket={self.folder}/munge.socket",
+                   f"--pid-file={self.folder}/munge.pid", f"--seed-file={self.folder}/munge.seed",
+                   f"--log-file={self.folder}/munge.log")
+        self.wait(lambda: (self.folder / "munge.socket").exists(), 20)
+        self.start_controller()
+        self.start("slurmd", "-D", "-N", self.host)
+        self.wait(lambda: "idle" in self.tell("sinfo", "-h", "-o", "%T"), 60)
+
+    def start_controller(self):
+        self.start("slurmctld", "-D", "-i")
+        self.wait(lambda: self.run("scontrol", "ping").returncode == 0 and "UP" in self.tell("scontrol", "ping"), 60)
+
+    def stop(self, name, how=signal.SIGTERM):
+        process = self.processes.pop(name)
+        process.send_signal(how)
+        try:
+            process.wait(30)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+
+    def stop_all(self):
+        with contextlib.suppress(Exception):
+            self.run("scancel", "--state=PENDING", "-u", "root")
+            self.run("scancel", "-u", "root")
+        for name in ["slurmd", "slurmctld", "munged"]:
+            if name in self.processes:
+                self.stop(name)
+
+    def run(self, *words):
+        return subprocess.run(words, env=self.env, capture_output=True, text=True, timeout=60, stdin=subprocess.DEVNULL)
+
+    def tell(self, *words):
+        return self.run(*words).stdout
+
+    @staticmethod
+    def wait(condition, seconds):
+        deadline = time.monotonic() + seconds
+        while not condition():
+            if time.monotonic() > deadline:
+                raise TimeoutError("Slurm did not get there in time")
+            time.sleep(0.2)
+
+
+class Scripts(CampaignTest):
+    def test_dry_run_prints_what_would_be_submitted(self):
+        text = self.assay("submit", "--slurm", "tiny.toml", "--out", "a folder", "--nodes", "2", "--partition", "fast",
+                          "--cpus", "2", "--dry-run")
+        self.assertFalse((self.dir / "a folder").exists())
+        self.assertEqual(text.count("#SBATCH --partition=fast"), 3)
+        timing = text[text.index("timing.sh\n"):]
+        self.assertIn("#SBATCH --exclusive", timing)
+        self.assertNotIn("--exclusive", text[:text.index("finish.sh")])
+        self.assertIn("--cells accuracy", text)
+        self.assertIn("--dependency=afterany:ACCURACY:TIMING", text)
+        # the planar chain's timings are one group: a second timing part would be empty
+        self.assertRegex(text, r"--array=1%2 ")
+        for script in re.findall(r"(?s)(#!/bin/sh\n.*?)\n\n", text):
+            self.assertEqual(subprocess.run(["sh", "-n"], input=script, text=True).returncode, 0, script)
+            self.assertIn("'", script)  # a folder with a space is one word
+
+    def test_without_slurm_one_sentence(self):
+        self.env["PATH"] = str(self.dir)
+        self.refused("submit", "--slurm", "tiny.toml", "--out", "out", naming=["no Slurm", "sbatch", "--shard"])
+
+    def test_a_refusal_of_slurm_is_passed_on_and_nothing_stays_submitted(self):
+        # a stand-in that takes the first job and refuses the second
+        self.write("bin/sbatch", f"""#!/bin/sh
+            echo "$@" >> '{self.dir}/submitted'
+            if [ "$(wc -l < '{self.dir}/submitted')" -gt 1 ]; then
+              echo 'sbatch: error: Batch job submission failed: Invalid account' >&2; exit 1
+            fi
+            echo 41""")
+        self.write("bin/scancel", f"#!/bin/sh\necho \"$@\" >> '{self.dir}/cancelled'\n")
+        for name in ["sbatch", "scancel"]:
+            (self.dir / "bin" / name).chmod(0o755)
+        self.env["PATH"] = f"{self.dir}/bin:{self.env['PATH']}"
+        self.refused("submit", "--slurm", "tiny.toml", "--out", "out", naming=["Slurm refuses", "Invalid account"])
+        self.assertEqual((self.dir / "cancelled").read_text(), "41\n")
+
+    def test_wrong_use(self):
+        self.refused("submit", "tiny.toml", "--out", "out", naming=["--slurm"])
+        self.refused("submit", "--slurm", "--out", "out", naming=["CAMPAIGN"])
+        self.refused("submit", "--resume", "--out", "out", naming=["request.json"])
+        self.refused("submit", "--slurm", "tiny.toml", "--out", "out", "--nodes", "0", naming=["--nodes", "0"])
+
+
+class RealSlurm(CampaignTest):
+    def setUp(self):
+        super().setUp()
+        path = f"{os.environ['PATH']}:{SBIN}"
+        missing = [name for name in NEEDED if shutil.which(name, path=path) is None]
+        if missing or os.geteuid() != 0:
+            self.skipTest(f"no Slurm of one node here: {', '.join(missing) or 'not root'} (setup/apt-packages.txt, group slurm)")
+        self.slurm = Slurm(self.dir / "slurm")
+        self.addCleanup(self.slurm.stop_all)
+        self.slurm.start_all()
+        self.env.update({"SLURM_CONF": self.slurm.env["SLURM_CONF"], "PATH": self.slurm.env["PATH"]})
+
+    def jobs(self):
+        return [line.split() for line in self.slurm.tell("squeue", "-h", "-r", "-o", "%i %T %j").splitlines()]
+
+    def wait_for_the_end(self, seconds=300):
+        idle = [0]
+
+        def ended():
+            idle[0] = 0 if self.jobs() else idle[0] + 1
+            return idle[0] > 3
+
+        Slurm.wait(ended, seconds)
+
+    def logs(self):
+        return "".join(f"{path.name}: {path.read_text()}" for path in sorted((self.dir / "out/jobs").glob("*.log")))
+
+    def test_a_campaign_as_jobs_survives_what_a_cluster_does(self):
+        self.run_tiny("whole")
+        text = self.assay("submit", "--slurm", "tiny.toml", "--out", "out", "--shards", "2")
+        self.assertRegex(text, r"job \d+: 2 accuracy parts, job \d+: 1 timing part")
+        # a part that is killed
+        killed = False
+        deadline = time.monotonic() + 120
+        while not killed and time.monotonic() < deadline:
+            for job, state, name in self.jobs():
+                if state == "RUNNING" and name == "assay-accuracy":
+                    killed = self.slurm.run("scancel", "--signal=KILL", "--full", job).returncode == 0
+                    break
+            time.sleep(0.05)
+        self.assertTrue(killed, self.logs())
+        # the node is drained and comes back; the controller is restarted meanwhile
+        self.slurm.run("scontrol", "update", f"NodeName={self.slurm.host}", "State=DRAIN", "Reason=test")
+        self.slurm.stop("slurmctld")
+        self.slurm.start_controller()
+        self.slurm.run("scontrol", "update", f"NodeName={self.slurm.host}", "State=RESUME")
+        self.wait_for_the_end()
+        self.assertEqual(self.table("out"), self.table("whole"), self.logs())
+        self.assertTrue((self.dir / "out/report.html").exists(), self.logs())
+        self.assertIn("finish.log", self.logs())
+        with contextlib.closing(sqlite3.connect(self.dir / "out/assay.sqlite")) as db:
+            names = {json.loads(text)["name"] for (text,) in db.execute("SELECT json FROM nodes")}
+        self.assertEqual(names, {self.slurm.host})
+
+    def test_slurm_refuses(self):
+        self.refused("submit", "--slurm", "tiny.toml", "--out", "out", "--partition", "nowhere",
+                     naming=["Slurm refuses", "nothing was submitted"])
+        self.assertEqual(self.jobs(), [])
+
+
+if __name__ == "__main__":
+    main()

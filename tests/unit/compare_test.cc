@@ -1,0 +1,330 @@
+// What changed: found where it changed, not found where nothing did, refused where nothing can be said.
+#include "compare/compare.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numeric>
+#include <random>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "base/errors.h"
+#include "compare/change_points.h"
+#include "compare/history.h"
+#include "measures/rank_test.h"
+#include "temp_folder.h"
+
+namespace assay {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+TEST(RankTest, OfSeparatedSamplesIsOneOrderOfAll) {
+  const std::vector<double> low = {1, 2, 3, 4, 5}, high = {6, 7, 8, 9, 10};
+  EXPECT_NEAR(rank_test(low, high), 2.0 / 252, 1e-12);
+  EXPECT_NEAR(rank_test(high, low), 2.0 / 252, 1e-12);
+  EXPECT_NEAR(smallest_rank_p(5, 5), 2.0 / 252, 1e-12);
+}
+
+// U = 5 of 0 to 12 with 3 and 4 samples: 12 + ... orders counted by hand from all 35.
+TEST(RankTest, IsExactForFewSamples) {
+  const std::vector<double> a = {1, 4, 6}, b = {2, 3, 5, 7};
+  size_t as_extreme = 0, orders = 0;
+  std::vector<int> which = {0, 0, 0, 0, 1, 1, 1};
+  do {
+    int u = 0;
+    for (size_t i = 0; i < which.size(); ++i) {
+      for (size_t k = 0; k < i; ++k) u += which[i] == 1 && which[k] == 0 ? 1 : 0;
+    }
+    ++orders;
+    as_extreme += std::min(u, 12 - u) <= 5 ? 1 : 0;
+  } while (std::next_permutation(which.begin(), which.end()));
+  EXPECT_EQ(orders, 35U);
+  EXPECT_NEAR(rank_test(a, b), std::min(1.0, static_cast<double>(as_extreme) / 35.0), 1e-12);
+}
+
+TEST(RankTest, ApproximationAgreesWithTheExactTest) {
+  std::mt19937_64 random(4);
+  std::normal_distribution<double> normal;
+  std::vector<double> a(20), b(20);
+  for (double& sample : a) sample = normal(random);
+  for (double& sample : b) sample = normal(random) + 0.6;
+  const double exact = rank_test(a, b);
+  std::vector<double> tied = b;
+  a.push_back(100);
+  tied.push_back(100);  // one tie: the approximation
+  EXPECT_NEAR(rank_test(a, tied) / exact, 1, 0.35);
+}
+
+TEST(RankTest, AlarmsAsOftenAsItSays) {
+  std::mt19937_64 random(7);
+  std::normal_distribution<double> normal;
+  int alarms = 0;
+  constexpr int kTrials = 2000;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    std::vector<double> a(8), b(8);
+    for (double& sample : a) sample = normal(random);
+    for (double& sample : b) sample = normal(random);
+    alarms += rank_test(a, b) <= 0.05 ? 1 : 0;
+  }
+  EXPECT_LT(alarms, 0.065 * kTrials);
+  EXPECT_GT(alarms, 0.03 * kTrials);
+}
+
+TEST(Correction, IsThatOfBenjaminiAndHochberg) {
+  const std::vector<double> corrected = corrected_for_number({0.01, 0.04, 0.03, 0.005});
+  const std::vector<double> expected = {0.02, 0.04, 0.04, 0.02};
+  for (size_t i = 0; i < expected.size(); ++i) EXPECT_NEAR(corrected[i], expected[i], 1e-12);
+  EXPECT_THAT(corrected_for_number({}), IsEmpty());
+}
+
+std::vector<double> noisy(const std::vector<double>& levels, double noise, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal(0, noise);
+  std::vector<double> series = levels;
+  for (double& figure : series) figure += normal(random);
+  return series;
+}
+
+TEST(ChangePoints, AreWhereTheLevelChanged) {
+  std::vector<double> levels(30, 1.0);
+  std::fill(levels.begin() + 10, levels.begin() + 20, 2.0);
+  const std::vector<double> series = noisy(levels, 0.1, 3);
+  EXPECT_THAT(change_points(series, 0.1, 15), ElementsAre(10, 20));
+  EXPECT_THAT(change_points(noisy(std::vector<double>(30, 1.0), 0.1, 3), 0.1, 15), IsEmpty());
+  EXPECT_THAT(change_points(std::vector<double>{1, 2}, 0.1, 1), IsEmpty()) << "segments have two figures at least";
+}
+
+TEST(ChangePoints, NoiseIsThatBetweenNeighbours) {
+  std::vector<double> levels(400, 1.0);
+  std::fill(levels.begin() + 200, levels.end(), 5.0);
+  EXPECT_NEAR(noise_of(noisy(levels, 0.1, 5)), 0.1, 0.02) << "a change of level is no noise";
+}
+
+class CompareTest : public TempFolderTest {
+ protected:
+  struct Made {
+    double slower = 1;    // the times of "engine-a"
+    double error = 1e-3;  // of "engine-a"
+    std::uint64_t seed = 1;
+    double noise = 0.01;  // of processes, relative
+    int processes = 10;
+    double drift = 1;  // the machine's, of all times
+    std::string model = "1", settings = {}, commit = "abc", cpu = "EPYC", plugin = "p1";
+    Outcome outcome = Outcome::kOk;  // of engine-a's truth
+    std::string started = "2026-01-01";
+  };
+
+  std::string path(const std::string& name) const { return (dir_ / name).string(); }
+
+  void make(const std::string& name, const Made& made) const {
+    Store store = Store::create(path(name), {"nightly", "0123"});
+    store.set_manifest({{"commit", made.commit}, {"cpu", made.cpu}, {"seed", "1"}, {"started", made.started}});
+    store.set_systems({{"chain", fmt::format(R"({{"model_hash":"{}","duration_s":1}})", made.model)}});
+    store.set_contenders(
+        {{"engine-a", "a", "1", "engine-a", made.settings, "{}", fmt::format(R"({{"plugin":"{}"}})", made.plugin)},
+         {"engine-b", "b", "1", "engine-b", "", "{}", "{}"}});
+    std::mt19937_64 random(made.seed);
+    std::normal_distribution<double> normal(0, made.noise);
+    int key = 0;
+    for (const std::string contender : {"engine-a", "engine-b"}) {
+      const bool is_a = contender == "engine-a";
+      Cell truth = cell(fmt::format("{}", ++key), contender, "truth");
+      truth.outcome = is_a ? made.outcome : Outcome::kOk;
+      if (truth.outcome == Outcome::kOk) truth.values = {{"truth_error", "m", is_a ? made.error : 1e-3, {}, {}}};
+      store.put_cell(truth);
+      Cell speed = cell(fmt::format("{}", ++key), contender, "raw_speed");
+      std::vector<double> rounds, processes;
+      for (int process = 0; process < made.processes; ++process) {
+        const double time = made.drift * (is_a ? 2 * made.slower : 3) * std::exp(normal(random));
+        for (int round = 0; round < 3; ++round) {
+          rounds.push_back(time * std::exp(0.2 * normal(random)));
+          processes.push_back(process);
+        }
+      }
+      const double middle = std::accumulate(rounds.begin(), rounds.end(), 0.0) / static_cast<double>(rounds.size());
+      speed.values = {{"step_time", "us", middle, 0.99 * middle, 1.01 * middle}, {"clock_share", "1", middle, {}, {}}};
+      store.put_cell(speed, {{"round_step_time_us", rounds}, {"process", processes}});
+    }
+  }
+
+  static Cell cell(const std::string& key, const std::string& contender, const std::string& measure) {
+    Cell cell;
+    cell.key = key;
+    cell.system = "chain";
+    cell.contender = contender;
+    cell.measure = measure;
+    cell.timestep_ms = 1;
+    return cell;
+  }
+
+  Comparison compared(const std::string& a, const std::string& b, const CompareOptions& options = {}) const {
+    return compare(Store::open(path(a)), Store::open(path(b)), options);
+  }
+
+  static const CellChange& row(const Comparison& found, const std::string& contender, const std::string& value) {
+    const auto at = std::ranges::find_if(
+        found.rows, [&](const CellChange& each) { return each.contender == contender && each.value == value; });
+    EXPECT_NE(at, found.rows.end()) << contender << value;
+    return *at;
+  }
+
+  std::string refusal(const Made& other, const CompareOptions& options = {}) const {
+    make("a", {});
+    make("b", other);
+    try {
+      compared("a", "b", options);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "(nothing was refused)";
+  }
+};
+
+TEST_F(CompareTest, ASlowerAndLessAccurateEngineIsFound) {
+  make("a", {});
+  make("b", {.slower = 1.05, .error = 1.1e-3, .seed = 2, .plugin = "p2"});
+  const Comparison found = compared("a", "b");
+  const CellChange& time = row(found, "engine-a", "step_time");
+  EXPECT_EQ(time.change, Change::kWorse);
+  EXPECT_NEAR(time.ratio->value, 1.05, 0.015);
+  EXPECT_LT(time.ratio->low, 1.05);
+  EXPECT_GT(time.ratio->high, 1.05);
+  EXPECT_EQ(time.samples_a, 10U) << "processes, not rounds";
+  EXPECT_FALSE(time.rounds);
+  const CellChange& error = row(found, "engine-a", "truth_error");
+  EXPECT_EQ(error.change, Change::kWorse);
+  EXPECT_NEAR(error.ratio->value, 1.1, 1e-9);
+  EXPECT_EQ(row(found, "engine-b", "step_time").change, Change::kNone);
+  EXPECT_EQ(row(found, "engine-b", "truth_error").change, Change::kNone);
+  EXPECT_EQ(found.builds.size(), 1U) << "another build is what the comparison is about";
+  EXPECT_EQ(found.rows.size(), 4U) << "values that describe the measurement are not compared";
+  EXPECT_EQ(regressions(found, 0.02).size(), 2U);
+  EXPECT_EQ(regressions(found, 0.08).size(), 1U);
+  EXPECT_TRUE(regressions(found, 0.2).empty());
+  const Comparison back = compared("b", "a");
+  EXPECT_EQ(row(back, "engine-a", "step_time").change, Change::kBetter);
+  EXPECT_TRUE(regressions(back, 0).empty());
+}
+
+TEST_F(CompareTest, AnOutcomeThatChangedIsAChange) {
+  make("a", {});
+  make("b", {.outcome = Outcome::kDiverged});
+  const Comparison found = compared("a", "b");
+  EXPECT_EQ(row(found, "engine-a", "outcome").change, Change::kWorse);
+  EXPECT_EQ(regressions(found, 10).size(), 1U) << "whatever the share";
+}
+
+TEST_F(CompareTest, ADifferenceInTheLastBitIsSeenAndIsWithinTheThreshold) {
+  make("a", {});
+  make("b", {.error = std::nextafter(1e-3, 1)});
+  EXPECT_EQ(row(compared("a", "b"), "engine-a", "truth_error").change, Change::kWithin);
+}
+
+TEST_F(CompareTest, WhatDoesNotCompareIsRefusedByName) {
+  EXPECT_THAT(refusal({.model = "2"}), AllOf(HasSubstr("the model of 'chain' is 1"), HasSubstr("2")));
+  EXPECT_THAT(refusal({.settings = "iterations=9"}), HasSubstr("the settings of 'engine-a'"));
+  EXPECT_THAT(refusal({.cpu = "Xeon"}), AllOf(HasSubstr("Xeon"), HasSubstr("--across-machines")));
+  EXPECT_THAT(refusal({.commit = "def"}), AllOf(HasSubstr("def"), HasSubstr("--across-programs")));
+  EXPECT_EQ(refusal({.commit = "def"}, {.across_programs = true}), "(nothing was refused)");
+  EXPECT_THAT(refusal({}, {.control = "engine-x"}), HasSubstr("no times of the control 'engine-x'"));
+}
+
+TEST_F(CompareTest, AcrossMachinesOnlyAccuracyCounts) {
+  make("a", {});
+  make("b", {.slower = 3, .error = 2e-3, .cpu = "Xeon"});
+  const Comparison found = compared("a", "b", {.across_machines = true});
+  EXPECT_EQ(found.rows.size(), 2U);
+  EXPECT_EQ(row(found, "engine-a", "truth_error").change, Change::kWorse);
+}
+
+TEST_F(CompareTest, AControlTakesTheMachineOut) {
+  make("a", {});
+  make("b", {.seed = 2, .drift = 1.1});
+  EXPECT_EQ(row(compared("a", "b"), "engine-a", "step_time").change, Change::kWorse) << "the machine's";
+  const Comparison found = compared("a", "b", {.control = "engine-b"});
+  EXPECT_EQ(row(found, "engine-a", "step_time").change, Change::kNone);
+  make("c", {.slower = 1.08, .seed = 3, .drift = 1.1});
+  EXPECT_EQ(row(compared("a", "c", {.control = "engine-b"}), "engine-a", "step_time").change, Change::kWorse);
+}
+
+TEST_F(CompareTest, FewProcessesCannotShowOneChangeAmongMany) {
+  make("a", {.processes = 3});
+  make("b", {.slower = 2, .processes = 3});
+  const Comparison found = compared("a", "b");
+  EXPECT_TRUE(found.too_few_samples);
+  EXPECT_THAT(comparison_markdown(found), HasSubstr("more processes"));
+}
+
+TEST_F(CompareTest, TablesHaveAllRowsAndNoNan) {
+  make("a", {});
+  make("b", {.slower = 1.2, .seed = 2});
+  const Comparison found = compared("a", "b");
+  const std::string csv = comparison_csv(found);
+  EXPECT_EQ(std::ranges::count(csv, '\n'), 1 + std::ssize(found.rows));
+  EXPECT_EQ(csv.find("nan"), std::string::npos);
+  const nlohmann::json json = comparison_json(found);
+  EXPECT_EQ(json["rows"].size(), found.rows.size());
+  EXPECT_EQ(json.dump().find("nan"), std::string::npos);
+  EXPECT_THAT(comparison_markdown(found), HasSubstr("| worse | chain | engine-a | 1 | step_time |"));
+}
+
+// In forty pairs of runs with the noise of a quiet machine.
+TEST_F(CompareTest, FivePercentAreFoundAndNothingIsFoundInNothing) {
+  int found = 0, false_alarms = 0;
+  constexpr int kPairs = 40;
+  for (int i = 0; i < kPairs; ++i) {
+    const auto seed = static_cast<std::uint64_t>(3 * i);
+    const std::string a = fmt::format("a{}", i), b = fmt::format("b{}", i), same = fmt::format("s{}", i);
+    make(a, {.seed = seed + 1, .noise = 0.015});
+    make(b, {.slower = 1.05, .seed = seed + 2, .noise = 0.015});
+    make(same, {.seed = seed + 3, .noise = 0.015});
+    found += row(compared(a, b), "engine-a", "step_time").change == Change::kWorse ? 1 : 0;
+    const Comparison nothing = compared(a, same);
+    false_alarms += std::ranges::any_of(nothing.rows,
+                                        [](const CellChange& each) {
+                                          return each.change == Change::kWorse || each.change == Change::kBetter;
+                                        })
+                        ? 1
+                        : 0;
+  }
+  EXPECT_GE(found, 38);
+  EXPECT_LE(false_alarms, 2);
+}
+
+TEST_F(CompareTest, AHistoryNamesTheRunSinceWhichAnEngineIsSlower) {
+  std::vector<std::string> dirs;
+  for (int i = 0; i < 12; ++i) {
+    dirs.push_back(path(fmt::format("run{}", i)));
+    make(fmt::format("run{}", i), {.slower = i < 7 ? 1 : 1.05,
+                                   .error = i < 4 ? 1e-3 : 1.2e-3,
+                                   .seed = static_cast<std::uint64_t>(i),
+                                   .started = fmt::format("2026-01-{:02}", i + 1)});
+  }
+  std::ranges::reverse(dirs);  // the order is that of time
+  const History found = history(dirs, {});
+  ASSERT_EQ(found.runs.size(), 12U);
+  EXPECT_EQ(found.runs[0].started, "2026-01-01");
+  for (const Course& course : found.courses) {
+    if (course.contender == "engine-b") {
+      EXPECT_TRUE(course.changes.empty()) << course.value;
+      continue;
+    }
+    ASSERT_EQ(course.changes.size(), 1U) << course.value;
+    EXPECT_EQ(course.changes[0].run, course.value == "step_time" ? 7U : 4U) << course.value;
+    EXPECT_EQ(course.changes[0].change, Change::kWorse);
+  }
+  EXPECT_THAT(history_markdown(found), HasSubstr("run7 (2026-01-08)"));
+  EXPECT_EQ(history_json(found)["courses"].size(), found.courses.size());
+  EXPECT_THROW(history({dirs[0]}, {}), InputError);
+}
+
+}  // namespace
+}  // namespace assay
