@@ -117,7 +117,7 @@ def write_page(page, rows):
              f"{min(ratios):.2f} to {max(ratios):.2f} times the bound with the other joints held, while B varies by a factor of "
              f"{max(DAMPING) / min(DAMPING):g}.\n\n"
              "![Largest timestep that holds the object against 2I/B](grasp-damper.svg)\n\n")
-    block += table(["B (mNms/rad)", "armature (g mm² × 1000)", "contender", "damper", "bounds: joints free to held (ms)",
+    block += table(["B (mNms/rad)", "armature (1e-6 kg m²)", "contender", "damper", "bounds: joints free to held (ms)",
                     "holds up to (ms)", "over the held bound"], lines)
     plot = Plot("2I/B of the smallest link, other joints held (ms)", "largest timestep that holds (ms)",
                 [row[5] for row in rows], [row[7] for row in rows])

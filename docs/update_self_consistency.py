@@ -7,13 +7,14 @@ or the database of one packed as assay.sqlite.xz.
 import collections
 import contextlib
 import itertools
+import json
 import math
 import pathlib
 import sqlite3
 import sys
 
 from plain_figure import Plot
-from update_claims import table, unpacked, updated
+from update_claims import milliseconds, table, unpacked, updated
 
 SYSTEM = "planar-chain"
 FACTORS = (10, 30, 100, 300)
@@ -117,6 +118,27 @@ def misranking(found, whole):
                         rows)
 
 
+def held_steps(db):
+    """Of each contender on the grasp how it treats the dampers, up to where it holds the object and where it first does not."""
+    rows = []
+    for contender, text in db.execute("SELECT name, capabilities_json FROM contenders ORDER BY rowid"):
+        largest = fails = None
+        for timestep, outcome, held in db.execute(
+                'SELECT timestep_ms, outcome, (SELECT value FROM "values" WHERE cell_id = id AND name = \'grasp_held\') FROM cells'
+                " WHERE system = 'grasp' AND measure = 'grasp' AND outcome != 'unsupported' AND contender = ?"
+                " ORDER BY timestep_ms", (contender,)):
+            if outcome != "ok" or held != 1:
+                fails = timestep
+                break
+            largest = timestep
+        if largest is not None:
+            facts = json.loads(text)
+            rows.append([f"`{contender}`", facts.get("springs", "?"), facts.get("spring_note", ""), milliseconds(largest),
+                         "–" if fails is None else milliseconds(fails)])
+    rows.sort(key=lambda row: row[1])
+    return table(["contender", "dampers", "how", "holds up to (ms)", "fails at (ms)"], rows)
+
+
 def figure(found, path):
     plot = Plot("self-consistency error (m)", "error against the reference solution (m)",
                 [own for _, own, _ in found[SHOWN]], [truth for _, _, truth in found[SHOWN]])
@@ -131,10 +153,11 @@ def main():
     page = pathlib.Path(sys.argv[2] if len(sys.argv) == 3 else pathlib.Path(__file__).parent / "self-consistency.md")
     with unpacked(pathlib.Path(sys.argv[1])) as folder, contextlib.closing(sqlite3.connect(folder / "assay.sqlite")) as db:
         found, whole = rankings(db)
+        held = held_steps(db)
     if not found[SHOWN]:
         sys.exit(f"'{sys.argv[1]}' has no errors of '{SYSTEM}' at realtime factor {SHOWN}: measure campaigns/paper.toml")
     figure(found, page.with_suffix(".svg"))
-    page.write_text(updated(page.read_text(encoding="utf-8"), {"misranking": misranking(found, whole)}), encoding="utf-8")
+    page.write_text(updated(page.read_text(encoding="utf-8"), {"misranking": misranking(found, whole), "held": held}), encoding="utf-8")
 
 
 if __name__ == "__main__":
