@@ -98,6 +98,11 @@ class DartEngine final : public Adapter {
     c.deviations = {{"gravity-direction", 3.3e-11, kSeriesReason},
                     {"beyond-limit", 0.081, kLimitReason},
                     {"ellipsoid-rocks", 0.42, "DART has no ellipsoid: its polyhedron rocks from face to face"}};
+    if (options.contact_max_correcting_velocity > 0 && options.contact_max_correcting_velocity < 0.01) {
+      // 1.5 times what the test measures with DART's own 1 mm/s
+      c.deviations.push_back(
+          {"inelastic-impact", 0.19, "so slow a correction leaves a body in the ground after an impact"});
+    }
     return c;
   }
 
