@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 
 #include "base/quantity.h"
-#include "model/extent.h"
 #include "check/model_check.h"
+#include "model/extent.h"
 #include "model/kinematics.h"
 
 namespace assay::findings {

@@ -6,9 +6,9 @@
 
 #include "base/errors.h"
 #include "base/quantity.h"
-#include "model/extent.h"
 #include "check/model_check.h"
 #include "check/overlaps.h"
+#include "model/extent.h"
 #include "model/kinematics.h"
 
 namespace assay::findings {
