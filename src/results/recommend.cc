@@ -260,7 +260,7 @@ struct Joined {
 
 Joined joined_point(const Results& results, const std::vector<SystemAnswers>& each, const std::string& contender,
                     double timestep_ms) {
-  Joined joined{{contender, timestep_ms, {}, true, "", 0, {}, results.varied(contender)}, "", ""};
+  Joined joined{{contender, timestep_ms, {}, true, "", 0, {}, {}, results.varied(contender)}, "", ""};
   Point& point = joined.point;
   double margin_ms = 0;
   for (const SystemAnswers& answers : each) {
