@@ -34,6 +34,7 @@ std::string contender_name(long long index) { return fmt::format("contender-{:02
 
 void describe(Store& store) {
   std::vector<SystemRow> systems;
+  systems.reserve(kSystems);
   for (int s = 0; s < kSystems; ++s) {
     systems.push_back({system_name(s), nlohmann::json{{"model_hash", content_hash(system_name(s))},
                                                       {"bodies", 20},
@@ -44,6 +45,7 @@ void describe(Store& store) {
   }
   store.set_systems(systems);
   std::vector<ContenderRow> contenders;
+  contenders.reserve(kContenders);
   for (int c = 0; c < kContenders; ++c) {
     contenders.push_back(
         {contender_name(c), fmt::format("engine-{}", c / 4), "1.0", contender_name(c), "", "{}", "{}"});
