@@ -1,7 +1,7 @@
 // What changed from results A to results B, cell by cell.
 //
-// Times: the ratio of the mean step times (B over A) with the 95 % interval of Welch's t on the logarithms of the
-// processes' times, and a rank test (measures/rank_test.h) on the same. A process is one sample, because its rounds
+// Times: the ratio of the mean step times (B over A), by the clock's own estimate for each process
+// (measures/step_time.h), with the 95 % interval of Welch's t on the logarithms of the processes' times, and a rank test (measures/rank_test.h) on the same. A process is one sample, because its rounds
 // share its place in memory; where there is one process, its rounds are the samples. The p-values of all times are
 // corrected together for their number. A time has changed when its corrected p-value is at most `level`, its interval
 // lies on one side of 1, and its ratio is at least the practical threshold away from 1.
@@ -65,6 +65,7 @@ struct Comparison {
   std::vector<Difference> ignored;   // other machines or programs that the options accept
   std::vector<CellChange> rows;      // as stored, times and accuracy; cells that only one of them has are left out
   size_t only_a = 0, only_b = 0;     // cells
+  std::vector<CellChange> other_windows;  // times that are not compared: each run timed another part of the motion
   // The median ratio of all times, where there are at least three contenders: far from 1 it is rather the machine's.
   std::optional<double> common_ratio;
   // The smallest p-value that the samples can give is too large for the number of times that are compared.
@@ -73,7 +74,7 @@ struct Comparison {
 
 // Throws InputError that names the first difference when the two cannot be compared: another model, method or settings
 // of a contender that both have; another machine or program that the options do not accept; no cell in common; a
-// control that one of them lacks.
+// control that one of them lacks; or when both timed other windows of every run.
 Comparison compare(const Store& a, const Store& b, const CompareOptions& options);
 
 // Rows that are worse: times whose ratio is at least 1 + `limit`, accuracy whose error grew by at least `limit` of
