@@ -77,8 +77,8 @@ std::string comparison_summary(const Comparison& comparison) {
       fmt::format("times: {}, {}; accuracy and outcomes: {}, {}", times.all, counts_text(times, "faster", "slower"),
                   others.all, counts_text(others, "better", "worse"));
   if (!comparison.other_windows.empty()) {
-    text += fmt::format("; {} not compared, because each timed other windows of the run",
-                        counted(comparison.other_windows.size(), "time", "times"));
+    text += fmt::format("; times that are not compared because of other windows of the run: {}",
+                        comparison.other_windows.size());
   }
   if (comparison.only_a + comparison.only_b > 0) {
     text += fmt::format("; {} cells only in '{}', {} only in '{}'", comparison.only_a, comparison.a, comparison.only_b,
