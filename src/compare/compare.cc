@@ -156,10 +156,11 @@ class Comparer {
     const bool any_time = std::ranges::any_of(found_.rows, &CellChange::time);
     if (!found_.other_windows.empty() && !any_time) {
       const CellChange& first = found_.other_windows.front();
-      throw InputError(fmt::format(
-          "'{}' and '{}' do not compare: they timed other windows of the runs, such as of '{}' on '{}' at {} ms; measure "
-          "both with the same windows and batch_ms, or compare accuracy alone with --across-machines",
-          a_.dir(), b_.dir(), first.contender, first.system, timestep_label(first.timestep_ms)));
+      throw InputError(
+          fmt::format("'{}' and '{}' do not compare: they timed other windows of the runs, such as of '{}' on '{}' at "
+                      "{} ms; measure "
+                      "both with the same windows and batch_ms, or compare accuracy alone with --across-machines",
+                      a_.dir(), b_.dir(), first.contender, first.system, timestep_label(first.timestep_ms)));
     }
     judge_times();
     return std::move(found_);

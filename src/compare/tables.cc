@@ -101,8 +101,7 @@ std::string comparison_markdown(const Comparison& comparison) {
   if (!comparison.other_windows.empty()) {
     text += "\nTimed in other windows of the run, which do not compare:\n\n";
     for (const CellChange& row : comparison.other_windows) {
-      text +=
-          fmt::format("- {} on {} at {} ms\n", row.contender, row.system, timestep_label(row.timestep_ms));
+      text += fmt::format("- {} on {} at {} ms\n", row.contender, row.system, timestep_label(row.timestep_ms));
     }
   }
   if (comparison.common_ratio) {
