@@ -33,7 +33,8 @@ int main(int argc, char** argv) {
                  campaign.contenders[static_cast<size_t>(cell.contender)].resolved.name, cell.timestep_ms,
                  cell.measure);
     }
-    fmt::print(stderr, "{} cells planned in {:.3f} s\n", plan.cells.size(), planning.count());
+    fmt::print(stderr, "{} cells planned in {:.3f} s\n{}\n{}\n", plan.cells.size(), planning.count(), campaign.name,
+               campaign.hash());
   } catch (const std::exception& error) {
     fmt::print(stderr, "{}\n", error.what());
     return 1;
