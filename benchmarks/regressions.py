@@ -78,7 +78,8 @@ def main():
     parser.add_argument("build", type=pathlib.Path)
     parser.add_argument("--trials", type=int, default=20)
     parser.add_argument("--shares", default="0,1,2,5", help="percent")
-    parser.add_argument("--processes", type=int, default=10)
+    parser.add_argument("--processes", type=int, default=8)
+    parser.add_argument("--timesteps", default="1", help="ms")
     parser.add_argument("--threshold", default="1%")
     parser.add_argument("--wrap", default="ode", help="plugin that is wrapped")
     parser.add_argument("--contender", default="ode-quick")
@@ -93,9 +94,9 @@ def main():
     chance = random.Random(asked.seed)
     with tempfile.TemporaryDirectory(prefix="assay-regressions-", dir="/dev/shm" if os.access("/dev/shm", os.W_OK) else None) as folder:
         bench = Bench(asked.build.resolve(), folder, asked.wrap, asked.contender)
-        timed = CAMPAIGN.format(timesteps="1, 4", measure="raw_speed", rounds=3 * asked.processes, processes=asked.processes)
+        timed = CAMPAIGN.format(timesteps=asked.timesteps, measure="raw_speed", rounds=3 * asked.processes, processes=asked.processes)
         (bench.folder / "times.toml").write_text(timed)
-        (bench.folder / "errors.toml").write_text(CAMPAIGN.format(timesteps="1, 4", measure="truth", rounds=1, processes=1))
+        (bench.folder / "errors.toml").write_text(CAMPAIGN.format(timesteps=asked.timesteps, measure="truth", rounds=1, processes=1))
         bench.run("errors.toml", "exact")
         for share in shares:  # deterministic: once
             bench.run("errors.toml", "less", SLOWED_ERROR=share / 100)
@@ -118,7 +119,7 @@ def main():
                     seen[share, name] += ratios
             print(f"trial {trial + 1}: {counts}", file=sys.stderr, flush=True)
     lines = [f"{datetime.date.today().isoformat()}, `benchmarks/regressions.py build/release --trials {asked.trials} --processes {asked.processes} "
-             f"--threshold {asked.threshold}`: {asked.trials} trials, {asked.contender} wrapped, two systems at two timesteps; load average at the "
+             f"--threshold {asked.threshold}`: {asked.trials} trials, {asked.contender} wrapped, two systems, timesteps {asked.timesteps} ms; load average at the "
              f"end {os.getloadavg()[1]:.1f} on {os.cpu_count()} cores.", "",
              "| steps repeated | compare: found | false alarms | with a control: found | false alarms | ratio measured, with a control | "
              "less accurate by as much: found |", "| --- | ---: | ---: | ---: | ---: | --- | --- |"]

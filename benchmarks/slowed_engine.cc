@@ -1,18 +1,21 @@
-// A real engine made slower, or less accurate, on purpose: for measuring which regressions `assay compare` finds. It
-// wraps another plugin, so that its steps, memory and times are real. The environment says what it does, so that its
-// settings and its file are the same before and after:
+// A real engine made slower, less accurate or faulty on purpose: for measuring which regressions `assay compare` finds,
+// and what a fault costs. It wraps another plugin, so that its steps, memory and times are real. The environment says
+// what it does, so that its settings and its file are the same before and after:
 //   SLOWED_PLUGIN     the wrapped plugin's file
 //   SLOWED_CONTENDER  the wrapped contender
 //   SLOWED_REPEATS    share of the steps that a twin of the simulation makes too: 0.05 costs 5 % more time
 //   SLOWED_ERROR      share by which the error grows: the state is moved away from that of two half steps, as a
 //   first-order
 //                     method with an error larger by this share has it. It costs three times the steps: no times then.
+//   SLOWED_FAULT      "hang", "loop", "abort", "crash" or "exit" at the first step of a timestep of SLOWED_FAULT_MS
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <dlfcn.h>
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <thread>
 
 #include "engines/engine.h"
 
@@ -41,12 +44,27 @@ const Engine& wrapped() {
   return *engine;
 }
 
+void fail(const std::string& fault) {
+  volatile bool ever = false;
+  if (fault == "abort") std::abort();
+  if (fault == "exit") std::exit(3);
+  if (fault == "crash") {
+    volatile int* volatile nowhere = nullptr;
+    *nowhere = 1;
+  }
+  while (fault == "loop" && !ever) {
+  }
+  while (fault == "hang" && !ever) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+}
+
 class SlowedSimulation final : public Simulation {
  public:
   SlowedSimulation(const Model& model, const State& state, const Settings& settings)
       : main_(wrapped().create(model, state, settings)),
         repeats_(share("SLOWED_REPEATS")),
         error_(share("SLOWED_ERROR")) {
+    const std::string fault = variable("SLOWED_FAULT");
+    if (!fault.empty() && std::abs(1e3 * settings.timestep - share("SLOWED_FAULT_MS")) < 1e-6) fault_ = fault;
     if (repeats_ > 0) twin_ = wrapped().create(model, state, settings);
     if (error_ > 0) {
       Settings half = settings;
@@ -62,6 +80,7 @@ class SlowedSimulation final : public Simulation {
   }
 
   void advance(int count) override {
+    if (!fault_.empty()) fail(fault_);
     main_->advance(count);
     if (fine_) fine_->advance(2 * count);
     if (!twin_) return;
@@ -87,6 +106,7 @@ class SlowedSimulation final : public Simulation {
 
  private:
   std::unique_ptr<Simulation> main_, twin_, fine_;
+  std::string fault_;
   double repeats_ = 0, error_ = 0, owed_ = 0;
 };
 
