@@ -238,17 +238,20 @@ def from_samples(store):
         if "run_time" not in cell.values:
             continue
         system = store.systems[cell.system]
-        time = statistics.median(store.samples(cell)["run_time_s"])
+        runs = store.samples(cell)["run_time_s"]
+        time = statistics.median(runs)
         yield cell, "run_time", time
         yield cell, "steps_per_second", 1e3 * system["duration_s"] / cell.timestep / time
-        sizes[system.get("family"), cell.contender, cell.timestep].append((system["bodies"], time, cell))
+        sizes[system.get("family"), cell.contender, cell.timestep].append((system["bodies"], runs, cell))
     for found in sizes.values():
         with_exponent = [cell for _, _, cell in found if "scaling_exponent" in cell.values]
-        groups = collections.defaultdict(list)  # systems of several seeds have one size
-        for bodies, time, _ in found:
-            groups[bodies].append(time)
-        exponent = line([math.log(bodies) for bodies in groups for _ in groups[bodies]],
-                        [math.log(time) for times in groups.values() for time in times])
+        times = collections.defaultdict(list)  # systems of one size differ by their seed
+        for bodies, runs, _ in found:
+            times[bodies] += runs
+        if len(times) < 3:
+            continue
+        exponent = line([math.log(bodies) for bodies in times],
+                        [math.log(statistics.median(runs)) for runs in times.values()])
         for cell in with_exponent:
             yield cell, "scaling_exponent", exponent
 
@@ -431,7 +434,7 @@ class Claims:
         value = self.values.get((cell.id, name), stored.value)
         if name == "consistency" and "consistency_bound" in cell.values:
             bound = cell.values["consistency_bound"].value
-            return Figure(value, 0, bound)
+            return Figure(bound, 0, bound)
         return Figure(value, value if stored.low is None else stored.low, value if stored.high is None else stored.high)
 
     def cells(self, system, contender, name):
