@@ -75,18 +75,10 @@ Interval ratio_of(const Logs& a, const Logs& b) {
   return ratio;
 }
 
-Change direction(double ratio, Better better) {
-  if (better == Better::kNone) return Change::kOther;
-  return (ratio > 1) == (better == Better::kLow) ? Change::kWorse : Change::kBetter;
-}
-
 // Why the two cannot be compared, or nothing.
 std::optional<Difference> obstacle(const std::vector<Difference>& found, const CompareOptions& options) {
   for (const Difference& each : found) {
-    const bool accepted = each.kind == DifferenceKind::kBuild || each.kind == DifferenceKind::kCoverage ||
-                          (each.kind == DifferenceKind::kMachine && options.across_machines) ||
-                          (each.kind == DifferenceKind::kProgram && options.across_programs);
-    if (!accepted) return each;
+    if (!accepts(options, each)) return each;
   }
   return std::nullopt;
 }
@@ -182,10 +174,8 @@ class Comparer {
                                    machine.text(a_.dir(), b_.dir()), advice(machine)));
     }
     for (const Difference& each : all) {
-      (each.kind == DifferenceKind::kBuild      ? found_.builds
-       : each.kind == DifferenceKind::kCoverage ? found_.coverage
-                                                : found_.ignored)
-          .push_back(each);
+      std::vector<Difference>& other = each.kind == DifferenceKind::kCoverage ? found_.coverage : found_.ignored;
+      (each.kind == DifferenceKind::kBuild ? found_.builds : other).push_back(each);
     }
     if (options_.control.empty()) return;
     for (const Store* store : {&a_, &b_}) {
@@ -200,7 +190,7 @@ class Comparer {
     }
   }
 
-  CellChange row_of(const Cell& a, const Cell& b) const {
+  static CellChange row_of(const Cell& a, const Cell& b) {
     CellChange row;
     row.system = a.system;
     row.contender = a.contender;
@@ -216,9 +206,7 @@ class Comparer {
     if (a.outcome == b.outcome) return a.outcome != Outcome::kOk;
     CellChange row = row_of(a, b);
     row.value = "outcome";
-    row.change = b.outcome == Outcome::kOk   ? Change::kBetter
-                 : a.outcome == Outcome::kOk ? Change::kWorse
-                                             : Change::kOther;
+    row.change = change_of_outcome(a.outcome == Outcome::kOk, b.outcome == Outcome::kOk);
     found_.rows.push_back(std::move(row));
     return true;
   }
@@ -227,17 +215,18 @@ class Comparer {
     if (compare_outcomes(a, b)) return;
     for (const Value& value : a.values) {
       const Value* other = find_value(b, value.name);
-      if (!value.value || other == nullptr) continue;
+      if (!value.value || other == nullptr || !other->value) continue;
+      const double in_a = *value.value, in_b = *other->value;
       CellChange row = row_of(a, b);
       row.value = value.name;
       row.unit = value.unit;
-      row.a = value.value;
-      row.b = other->value;
-      if (*row.a != 0) row.ratio = Interval{*row.b / *row.a, kUnknown, kUnknown};
-      if (*row.a != *row.b) {
-        const bool small = row.ratio && std::abs(row.ratio->value - 1) < options_.threshold;
-        row.change = small ? Change::kWithin
-                           : direction(std::abs(*row.b) > std::abs(*row.a) ? 2 : 0.5, value_info(value.name).better);
+      row.a = in_a;
+      row.b = in_b;
+      if (in_a != 0) row.ratio = Interval{in_b / in_a, kUnknown, kUnknown};
+      if (in_a != in_b) {
+        const bool small = in_a != 0 && std::abs(in_b / in_a - 1) < options_.threshold;
+        row.change =
+            small ? Change::kWithin : change_of(std::abs(in_b) > std::abs(in_a), value_info(value.name).better);
       }
       found_.rows.push_back(std::move(row));
     }
@@ -299,14 +288,14 @@ class Comparer {
     std::set<std::string> contenders;
     for (size_t i = 0; i < times.size(); ++i) {
       CellChange& row = *times[i];
+      const Interval ratio = row.ratio.value_or(Interval{});
       row.p_corrected = corrected[i];
-      ratios.push_back(row.ratio->value);
+      ratios.push_back(ratio.value);
       contenders.insert(row.contender);
-      const bool one_sided = row.ratio->low > 1 || row.ratio->high < 1;
+      const bool one_sided = ratio.low > 1 || ratio.high < 1;
       if (row.p_corrected > options_.level || !one_sided) continue;
-      row.change = std::abs(row.ratio->value - 1) < options_.threshold ? Change::kWithin
-                   : row.ratio->value > 1                              ? Change::kWorse
-                                                                       : Change::kBetter;
+      row.change = ratio.value > 1 ? Change::kWorse : Change::kBetter;
+      if (std::abs(ratio.value - 1) < options_.threshold) row.change = Change::kWithin;
     }
     constexpr size_t kEnoughContenders = 3;
     if (contenders.size() >= kEnoughContenders && options_.control.empty()) found_.common_ratio = median(ratios);
@@ -322,6 +311,22 @@ class Comparer {
 };
 
 }  // namespace
+
+Change change_of(bool grew, Better better) {
+  if (better == Better::kNone) return Change::kOther;
+  return grew == (better == Better::kLow) ? Change::kWorse : Change::kBetter;
+}
+
+Change change_of_outcome(bool was_ok, bool is_ok) {
+  if (is_ok) return Change::kBetter;
+  return was_ok ? Change::kWorse : Change::kOther;
+}
+
+bool accepts(const CompareOptions& options, const Difference& difference) {
+  return difference.kind == DifferenceKind::kBuild || difference.kind == DifferenceKind::kCoverage ||
+         (difference.kind == DifferenceKind::kMachine && options.across_machines) ||
+         (difference.kind == DifferenceKind::kProgram && options.across_programs);
+}
 
 std::string_view change_text(Change change) {
   switch (change) {
@@ -348,7 +353,7 @@ std::vector<const CellChange*> regressions(const Comparison& comparison, double 
   for (const CellChange& row : comparison.rows) {
     if (row.change != Change::kWorse) continue;
     const bool by_outcome = row.value == "outcome" || !row.ratio;
-    const double ratio = by_outcome ? 0 : std::abs(row.ratio->value);
+    const double ratio = std::abs(row.ratio.value_or(Interval{}).value);
     // a value of which more is better got worse when it fell
     if (by_outcome || std::max(ratio, 1 / std::max(ratio, 1e-300)) >= 1 + limit) found.push_back(&row);
   }

@@ -22,6 +22,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "measures/statistics.h"
+#include "results/values.h"
 #include "store/differences.h"
 #include "store/store.h"
 
@@ -35,6 +36,9 @@ struct CompareOptions {
   bool across_programs = false;  // another version or build of assay is accepted
 };
 
+// Whether two stores that differ so may be compared under these options.
+bool accepts(const CompareOptions& options, const Difference& difference);
+
 enum class Change {
   kNone,    // equal to the last bit, or no difference found
   kWithin,  // it differs, by less than the threshold
@@ -42,6 +46,9 @@ enum class Change {
   kWorse,
   kOther,  // it differs, and neither is better
 };
+// What it is that a value has changed: it grew, or fell. kOther where neither is better.
+Change change_of(bool grew, Better better);
+Change change_of_outcome(bool was_ok, bool is_ok);
 std::string_view change_text(Change change);  // "none", "within", "better", "worse", "other"
 
 struct CellChange {
