@@ -388,7 +388,7 @@ describe("full results", () => {
     assert.equal(await page.$eval("#planar-chain .matrix-panel select", (node) => node.value), "consistency");
     assert.ok((await page.$$("#planar-chain .series .floor")).length >= 5, "restart floors are drawn");
     const note = () => page.$eval("#planar-chain .accuracy-panel .note", (node) => node.textContent);
-    assert.match(await note(), /too close to the restart floor/);
+    assert.match(await note(), /too close to the floor/);
     assert.ok((await page.$$("#planar-chain .mark.pale")).length > 0);
     // The reference's own timestep is the floor and no point of the line.
     assert.equal((await page.$$('#planar-chain .series [data-timestep="0.015625"]')).length, 0);

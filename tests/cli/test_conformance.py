@@ -87,6 +87,7 @@ class Conformance(AssayTest):
     def test_interruption(self):
         self.use_mishap_engine()
         process = self.start_assay("conformance", "mishap-hang", start_new_session=True)
+        self.assertIn("mishap-hang", process.stdout.readline(), "its heading, before its first test")
         time.sleep(1)
         os.killpg(process.pid, signal.SIGINT)
         _, err = process.communicate(timeout=60)
