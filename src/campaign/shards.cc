@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <optional>
 #include <set>
+#include <string_view>
 #include <tuple>
 #include <vector>
 
@@ -24,6 +25,13 @@ struct StepCost {
 };
 constexpr auto kStepCosts = std::to_array<StepCost>({
 #include "campaign/step_costs.inc"
+});
+struct SystemStepCost {
+  const char *system, *contender;
+  double us;
+};
+constexpr auto kSystemStepCosts = std::to_array<SystemStepCost>({
+#include "campaign/system_step_costs.inc"
 });
 constexpr StepCost kUsualCost = {"", 2, 4};
 
@@ -179,13 +187,26 @@ std::string_view shard_cells_text(ShardCells cells) {
 }
 
 std::map<std::pair<int, int>, double> expected_step_us(const Campaign& campaign) {
+  static const auto known = [] {
+    std::map<std::pair<std::string_view, std::string_view>, double> costs;
+    for (const SystemStepCost& cost : kSystemStepCosts) costs[{cost.system, cost.contender}] = cost.us;
+    return costs;
+  }();
   std::map<std::pair<int, int>, double> found;
   for (size_t s = 0; s < campaign.systems.size(); ++s) {
     const CampaignSystem& system = campaign.systems[s];
     for (const int c : system.contenders) {
-      found[{static_cast<int>(s), c}] =
-          static_cast<double>(system.model.bodies.size()) *
-          step_us_per_body(campaign.contenders[static_cast<size_t>(c)], !system.model.contacts.empty());
+      const CampaignContender& contender = campaign.contenders[static_cast<size_t>(c)];
+      double us = 0;
+      for (const std::string& name : {contender.resolved.base, contender.resolved.name}) {
+        const auto measured = known.find({system.name, name});
+        if (measured != known.end()) us = measured->second;
+      }
+      if (us == 0) {
+        us = static_cast<double>(system.model.bodies.size()) *
+             step_us_per_body(contender, !system.model.contacts.empty());
+      }
+      found[{static_cast<int>(s), c}] = us;
     }
   }
   return found;
