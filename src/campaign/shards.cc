@@ -64,14 +64,16 @@ bool takes_part(const PlannedCell& cell, ShardCells cells) {
 
 // Fine-step runs that a group reads and does not measure: a timing makes those of all contenders again, unless they lie
 // in a folder that machines share (--references).
-std::vector<PlannedCell> runs_made_again(const Plan& plan, const std::vector<PlannedCell>& group) {
+std::vector<PlannedCell> runs_made_again(const std::map<std::string, const PlannedCell*>& references,
+                                         const std::vector<PlannedCell>& group) {
   std::set<std::string> read;
   for (const PlannedCell& cell : group) {
     if (cell.measure == "raw_speed" || cell.measure == "agreement") read.insert(cell.trajectory);
   }
   std::vector<PlannedCell> runs;
-  for (const PlannedCell& cell : plan.cells) {
-    if (cell.measure == "reference" && read.erase(cell.trajectory) > 0) runs.push_back(cell);
+  for (const std::string& trajectory : read) {
+    const auto made = references.find(trajectory);
+    if (made != references.end()) runs.push_back(*made->second);
   }
   return runs;
 }
@@ -217,13 +219,17 @@ void divide(const Campaign& campaign, Plan& plan, int shards, ShardCells cells) 
   for (const PlannedCell& cell : plan.cells) {
     if (takes_part(cell, cells)) groups[group_of(campaign, cell)].push_back(cell);
   }
+  std::map<std::string, const PlannedCell*> references;  // by the run that they make: the first one makes it
+  for (const PlannedCell& cell : plan.cells) {
+    if (cell.measure == "reference") references.emplace(cell.trajectory, &cell);
+  }
   const auto step_us = expected_step_us(campaign);
   std::vector<std::pair<Group, double>> sorted;
   sorted.reserve(groups.size());
   for (auto& [group, of_group] : groups) {
     double seconds = estimate_seconds(campaign, of_group, step_us, 1);
     if (shards > 1 && cells == ShardCells::kAll) {
-      seconds += estimate_seconds(campaign, runs_made_again(plan, of_group), step_us, 1);
+      seconds += estimate_seconds(campaign, runs_made_again(references, of_group), step_us, 1);
     }
     sorted.emplace_back(group, seconds);
   }
