@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
+#include "base/sandbox.h"
 #include "coordinator/runner.h"
 
 namespace assay {
@@ -254,6 +255,7 @@ RunSummary Runner::run() {
   const double cpu_before = children_cpu_seconds();
   const Timer timer(options_.budget_s);
   for (const std::string& note : campaign_.notes) progress_.message("note: " + note);
+  if (const std::string lacking = offered_sandbox().lacking; !lacking.empty()) progress_.message("note: " + lacking);
   choose();
   describe();
   if (!todo_.empty() && !interrupted()) conformance();

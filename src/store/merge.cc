@@ -33,12 +33,13 @@ using sql::Statement;
 using sql::Transaction;
 
 // Entries of the manifest that belong to a machine's part of the work. The union has them of all nodes together.
-constexpr std::array<std::string_view, 15> kNodeFacts = {"cpu",
+constexpr std::array<std::string_view, 16> kNodeFacts = {"cpu",
                                                          "cores",
                                                          "governor",
                                                          "virtual_machine",
                                                          "memory",
                                                          "kernel",
+                                                         "sandbox",
                                                          "started",
                                                          "finished",
                                                          "wall_s",
