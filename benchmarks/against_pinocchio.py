@@ -24,7 +24,7 @@ import pinocchio as pin
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "docs"))
 
 from update_claims import updated  # noqa: E402
-from update_robots import PACKAGES, SWITCHES, cache, table  # noqa: E402
+from update_robots import PACKAGES, SWITCHES, cache, files_of, table  # noqa: E402
 
 # Of each double-precision engine the integrators and joint solvers that treat a smooth robot differently.
 CONTENDERS = ["mujoco-euler", "mujoco-implicitfast", "mujoco-rk4", "bullet-mb", "bullet-si-f64", "dart", "simbody-euler",
@@ -412,11 +412,8 @@ def main():
     options = parser.parse_args()
     files = options.files
     if not files:
-        for pattern, robots, _ in PACKAGES.values():
-            roots = sorted(options.robots.glob(pattern))
-            if not roots:
-                sys.exit(f"{options.robots} has no {pattern}: fetch the robots with ./assay robots")
-            files += sorted({str(path) for each in robots for path in roots[-1].glob(each)})
+        for package in PACKAGES:
+            files += files_of(package, options.robots)[1]
     known = json.loads(options.json.read_text()) if options.json and options.json.exists() else {}
     with concurrent.futures.ProcessPoolExecutor(options.jobs) as pool:
         jobs = {pool.submit(examine, options.program, file, options.contenders): file for file in files if file not in known}

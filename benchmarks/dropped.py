@@ -5,8 +5,8 @@
 
 Each robot falls 5 cm onto a plane, held at its start pose, and is simulated for 2 s at 1 ms. What `assay run` would measure
 first is taken as it is; a robot that it leaves on a fixed base gets a free one. Without ROBOT: every model file of the four
-packages (`./assay robots` fetches them). Writes the campaign into DIR, runs it, resumes it when called again, and prints the
-table of docs/robots.md; with --page it writes that table there.
+packages (`./assay robots` fetches them). Writes the campaign into DIR, runs it, resumes it when called again, and prints a
+table; with --page it writes that table between the marks `dropped` of a page.
 """
 
 import argparse
@@ -22,7 +22,7 @@ import tomllib
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "docs"))
 from update_claims import updated  # noqa: E402
-from update_robots import ENGINES, PACKAGES, SWITCHES, cache, share, table  # noqa: E402
+from update_robots import ENGINES, PACKAGES, SWITCHES, cache, files_of, share, table  # noqa: E402
 
 DURATION_S = 2
 CONTENDERS = ("mujoco-euler,bullet-mb,bullet-si-f64,dart,simbody-euler,ode-quick,ode-step,physx-art-pgs,physx-d6-tgs,jolt-f64,havok,"
@@ -68,15 +68,8 @@ def dropped(program, robot, name, folder):
 
 
 def robots_of(given):
-    if given:
-        return [pathlib.Path(robot) for robot in given]
-    robots = []
-    for pattern, files, _ in PACKAGES.values():
-        roots = sorted((cache() / "robots").glob(pattern))
-        if not roots:
-            sys.exit(f"{cache() / 'robots'} has no {pattern}: fetch the robots with ./assay robots")
-        robots += sorted({path for each in files for path in roots[-1].glob(each)})
-    return robots
+    files = given or [file for package in PACKAGES for file in files_of(package, cache() / "robots")[1]]
+    return [pathlib.Path(file) for file in files]
 
 
 def write_campaign(options):
@@ -86,13 +79,12 @@ def write_campaign(options):
     with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
         systems = list(pool.map(lambda pair: dropped(options.program, *pair, options.out / "plans"), zip(robots, names)))
     left_out = {name: why for name, why in zip(names, systems) if isinstance(why, str)}
-    # plans name the same keys with the same types as a campaign
-    keys = ("pieces", "piece_ms")
+    unused = ("pieces", "piece_ms")  # of a measure that is left out
     lines = ['name = "dropped"', 'title = "Robots that fall 5 cm onto a plane"', f"contenders = {toml(options.contenders.split(','))}",
              "timesteps_ms = [1]", "reference_ms = 1", "time_limit_s = 120", ""]
     for system in systems:
         if isinstance(system, dict):
-            lines += ["[[system]]", *(f"{key} = {toml(value)}" for key, value in system.items() if key not in keys), ""]
+            lines += ["[[system]]", *(f"{key} = {toml(value)}" for key, value in system.items() if key not in unused), ""]
     campaign = options.out / "dropped.toml"
     campaign.write_text("\n".join(lines), encoding="utf-8")
     (options.out / "left-out.json").write_text(json.dumps(left_out, indent=1), encoding="utf-8")

@@ -47,6 +47,15 @@ def cache():
     return pathlib.Path(os.environ.get("XDG_CACHE_HOME") or pathlib.Path.home() / ".cache") / "assay"
 
 
+def files_of(package, folder):
+    """The folder of the package's newest version below `folder`, and its robots' files, sorted."""
+    pattern, files, _ = PACKAGES[package]
+    roots = sorted(folder.glob(pattern))
+    if not roots:
+        sys.exit(f"{folder} has no {pattern}: fetch the robots with ./assay robots")
+    return roots[-1], sorted({str(path) for each in files for path in roots[-1].glob(each)})
+
+
 def table(rows):
     header, *body = rows
     lines = [header, ["---"] * len(header), *body]
@@ -117,11 +126,8 @@ def loads_table(program, jobs, folder):
              f"... in {ENGINES} engines"]]
     switched, invalid, few, sums = [], [], [], [0] * 6
     with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
-        for package, (pattern, files, _) in PACKAGES.items():
-            roots = sorted(folder.glob(pattern))
-            if not roots:
-                sys.exit(f"{folder} has no {pattern}: fetch the robots with ./assay robots")
-            found = sorted({str(path) for each in files for path in roots[-1].glob(each)})
+        for package in PACKAGES:
+            root, found = files_of(package, folder)
             done = list(pool.map(loads.of, found))
             valid = [row for row in done if row["valid"]]
             touching = [row for row in valid if row["touches"]]
@@ -130,9 +136,9 @@ def loads_table(program, jobs, folder):
             sums = [a + b for a, b in zip(sums, counts)]
             rows.append(counts_row(package, counts))
             for row in done:
-                name = str(pathlib.Path(row["file"]).relative_to(roots[-1]))
+                name = str(pathlib.Path(row["file"]).relative_to(root))
                 print(package, name, {key: row[key] for key in row if key != "file"}, file=sys.stderr)
-                why = row["why"].removeprefix("assay: ").replace(str(roots[-1]) + "/", "").replace("|", "\\|")
+                why = row["why"].removeprefix("assay: ").replace(str(root) + "/", "").replace("|", "\\|")
                 name = f"`{pathlib.Path(name).name}`"
                 loads_with = f"`{row['switch']}`" if row["with a switch"] else "no"
                 if not row["valid"]:

@@ -82,8 +82,17 @@ int repair(const std::string& file, const std::string& out, const LoadOptions& h
     message(mend.line > 0 ? fmt::format("line {}: {}", mend.line, mend.what) : mend.what);
   }
   if (out == "-") return kDone;
-  const LoadReport report = inspect_model(out, how);
-  message(fmt::format("{}: changes {}{}", out, mends.size(), report.refused() ? "" : ", and it loads"));
+  LoadReport report = inspect_model(out, how);
+  std::string_view loads = ", and it loads";
+  if (report.refused() && !how.allow_external_files) {
+    LoadOptions trusting = how;
+    trusting.allow_external_files = true;
+    if (LoadReport trusted = inspect_model(out, trusting); !trusted.refused()) {
+      report = std::move(trusted);
+      loads = ", and it loads with --allow-external-files: it names files outside its folder";
+    }
+  }
+  message(fmt::format("{}: changes {}{}", out, mends.size(), report.refused() ? "" : loads));
   return report.refused() ? print_refusal(out, report, {}) : kDone;
 }
 

@@ -249,6 +249,10 @@ Json candidate_json(const SystemAnswers& answers, const Question& question, size
                         {"meaning", change.meaning}});
   }
   const std::string first = question.asked.empty() ? answers.main : question.asked.front().value.name;
+  Json exceeds = nullptr;
+  if (const auto beyond = first_exceeded(answers, candidate, question.limits)) {
+    exceeds = {{"timestep_ms", beyond->timestep_ms}, {"value", beyond->value}, {"worst", beyond->worst.value.value}};
+  }
   return {{"contender", point.contender},
           {"timestep_ms", point.timestep_ms},
           {"realtime_factor", interval_json(candidate.speed.factor)},
@@ -259,6 +263,7 @@ Json candidate_json(const SystemAnswers& answers, const Question& question, size
           {"between_ms", {candidate.speed.below_ms, candidate.speed.above_ms}},
           {"coverage", candidate.speed.coverage ? Json(*candidate.speed.coverage) : Json(nullptr)},
           {"worst", std::move(worst)},
+          {"exceeds", std::move(exceeds)},
           {"margin", candidate.margin}};
 }
 
@@ -360,7 +365,16 @@ void add_best(const SystemAnswers& answers, const Question& question, const Reco
     answer.line(fmt::format("grasp:  held from every initial state; at 95 % from at least {:.0f} % of such states",
                             100 * point.held->low));
   }
-  answer.line("margin: " + best.margin);
+  if (const auto beyond = first_exceeded(answers, best, question.limits)) {
+    const ValueInfo& value =
+        std::ranges::find(question.asked, beyond->value, [](const Asked& asked) { return asked.value.name; })->value;
+    answer.line(fmt::format("margin: {} {} at {} times this step ({} ms), above the limit; {}", value.brief,
+                            worst_text(beyond->worst, value.unit),
+                            shortest(std::round(100 * beyond->timestep_ms / point.timestep_ms) / 100),
+                            timestep_label(beyond->timestep_ms), best.margin));
+  } else {
+    answer.line("margin: " + best.margin);
+  }
   if (!found.alike.empty()) answer.line("not told apart by speed: " + places_text(answers, found.alike));
   if (found.certain != found.best) {
     answer.line(fmt::format(

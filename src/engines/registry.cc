@@ -215,7 +215,7 @@ ResolvedContender Registry::resolve(const std::string& name,
       for (const auto& [key, text] : overrides) {
         const auto setting = std::ranges::find(declared, key, &Setting::name);
         if (setting == declared.end() && parse_setting_role(key)) {
-          throw InputError(fmt::format("'{}' cannot be given a {}: its engine has no setting for it", name, key));
+          throw InputError(fmt::format("'{}' has no setting '{}': its engine has none for that", name, key));
         }
         if (setting == declared.end()) {
           throw InputError(

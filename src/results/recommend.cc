@@ -360,6 +360,23 @@ SystemAnswers answers_of(const Results& results, const std::string& system) {
   return answers;
 }
 
+std::optional<Exceeded> first_exceeded(const SystemAnswers& answers, const Candidate& candidate, const Limits& limits) {
+  const Point& own = answers.at(candidate);
+  std::optional<Exceeded> first;
+  for (const Candidate& other : answers.candidates) {
+    const Point& point = answers.at(other);
+    if (point.contender != own.contender || point.timestep_ms <= own.timestep_ms) continue;
+    if (first && point.timestep_ms >= first->timestep_ms) continue;
+    for (const auto& [name, limit] : limits.largest) {
+      const auto found = other.worst.find(name);
+      if (found == other.worst.end() || found->second.value.value <= limit) continue;
+      first = Exceeded{point.timestep_ms, name, found->second};
+      break;
+    }
+  }
+  return first;
+}
+
 std::optional<double> excess(const Candidate& candidate, const Limits& limits, bool whole) {
   double most = 0;
   for (const auto& [name, limit] : limits.largest) {

@@ -37,7 +37,7 @@ struct Point {
   // Probability of holding the object, where several initial states were tried: the one with the smallest lower end at
   // this timestep and all smaller ones.
   std::optional<Interval> held = {};
-  std::string varies = {};                  // the contender that this one is a setting of, else its own name
+  std::string varies = {};  // the contender that this one is a setting of, else its own name
 };
 
 struct Candidate {
@@ -94,6 +94,17 @@ struct Recommendation {
 };
 
 Recommendation recommend(const SystemAnswers& answers, const Limits& limits);
+
+// A limit that a contender exceeds at a timestep.
+struct Exceeded {
+  double timestep_ms = 0;
+  std::string value;  // the first of the limited values that is above its limit
+  Worst worst;        // what it is there
+};
+
+// Where the candidate's contender first exceeds a limit of an error above the candidate's timestep; absent where none
+// of its larger candidates does. The smallest step at which it fails altogether is the candidate's `margin`.
+std::optional<Exceeded> first_exceeded(const SystemAnswers& answers, const Candidate& candidate, const Limits& limits);
 
 // 0 for a candidate within all limits, else the largest factor by which it misses one. Absent when a limited value was
 // not measured there. With `whole` the upper ends of the errors and the lower end of the speed count.

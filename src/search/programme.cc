@@ -10,6 +10,7 @@
 #include "base/text.h"
 #include "check/overlaps.h"
 #include "controls/hold.h"
+#include "model/extent.h"
 #include "model/variant.h"
 #include "reference/smooth.h"
 #include "search/stance.h"
@@ -137,9 +138,6 @@ Overlapping overlapping(const Model& model) {
     return root == kWorld || !model.bodies[static_cast<size_t>(root)].is_free() ? kWorld : root;
   };
   const auto name = [&](int body) { return body == kWorld ? "world" : model.bodies[static_cast<size_t>(body)].name; };
-  const auto is_ground = [](const Shape& shape) {
-    return shape.type == ShapeType::kPlane || shape.type == ShapeType::kHeightField;
-  };
   Overlapping found;
   for (const Overlap& overlap : overlaps(model, model.initial, kLeast)) {
     const ContactPair& pair = model.contacts[static_cast<size_t>(overlap.pair)];

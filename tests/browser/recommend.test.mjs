@@ -76,6 +76,7 @@ async function compare(dir, least) {
   assert.ok(all.length >= least, `${all.length} questions`);
   let answered = 0;
   let sweeps = 0;
+  let exceeding = 0;
   for (const question of all) {
     const { system, limits, realtime } = question;
     const words = [`pick=${system}`, limits.length > 0 ? `limit=${limits.map((limit) => limit.join(":")).join()}` : "", realtime === null ? "" : `realtime=${realtime}`];
@@ -94,6 +95,7 @@ async function compare(dir, least) {
           system: document.querySelector("#pick-system").value,
           best: best ? `${best.contenderOf} at ${best.timestep}` : null,
           alike: [...(document.querySelector(".pick-alike")?.textContent ?? "").replace(/^[^:]*: /, "").matchAll(/([\w-][^,]*) at /g)].map((match) => match[1]),
+          margin: document.querySelector(".pick-margin")?.textContent ?? null,
           settings: document.querySelector(".pick-settings")?.textContent.replace(/^Settings: /, "") ?? null,
           passing: [...document.querySelectorAll('.pick-answer table[aria-label="Contenders within the limits"] tbody tr')].map((row) => row.cells[0].textContent),
         };
@@ -104,12 +106,17 @@ async function compare(dir, least) {
     for (const { setting, value, default: otherwise } of expected.recommended?.settings ?? []) {
       assert.ok(shown.settings.includes(otherwise === null ? `${setting} ${value}` : `${setting} ${value} instead of ${otherwise}`), `${hash}: ${shown.settings}`);
     }
+    const beyond = expected.recommended?.exceeds;
+    const factor = beyond && Math.round((100 * beyond.timestep_ms) / expected.recommended.timestep_ms) / 100;
+    assert.equal(/ at ([\d.]+) times this step [^;]*, above the limit; /.exec(shown.margin)?.[1], beyond ? String(factor) : undefined, `${hash}: ${shown.margin}`);
+    exceeding += beyond ? 1 : 0;
     if (expected.recommended !== null) sweeps += expected.recommended.varies === expected.recommended.contender ? 0 : 1;
     assert.deepEqual(shown.alike, expected.not_told_apart.map(({ contender }) => contender), hash);
     assert.deepEqual(shown.passing, expected.contenders.map(({ contender }) => contender), hash);
     if (expected.recommended !== null) answered += 1;
   }
   assert.ok(answered > all.length / 2, `${answered} of ${all.length} questions have an answer`);
+  assert.ok(exceeding > all.length / 10, `${exceeding} of ${all.length} answers name the limit that a larger timestep exceeds`);
   assert.deepEqual(trouble, []);
   await page.close();
   return sweeps;

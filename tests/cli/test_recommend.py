@@ -110,6 +110,22 @@ class RecommendTest(AssayTest):
             db.execute("PRAGMA user_version = 7")
         self.refused("recommend", "results", "planar-chain", "--error", "1mm", naming=["version 7"])
 
+    def test_margin_names_the_limit_that_a_larger_timestep_exceeds(self):
+        self.measure()
+        errors = self.values("consistency")
+        limit = 1.5 * errors["mujoco-rk4", 1.0]
+        told = self.assay_json("recommend", "results", "planar-chain", "--error", f"{limit * 1e3}mm",
+                               "--measure", "consistency", "--json")
+        best = told["recommended"]
+        larger = {at[1]: error for at, error in errors.items() if at[0] == best["contender"] and at[1] > best["timestep_ms"]}
+        first = min((step for step, error in larger.items() if error > limit), default=None)
+        self.assertIsNotNone(first, "a limit that some timestep exceeds")
+        self.assertEqual(best["exceeds"], {"timestep_ms": first, "value": "consistency", "worst": larger[first]})
+        status, text = self.on_terminal("recommend", "results", "planar-chain", "--error", f"{limit * 1e3}mm",
+                                        "--measure", "consistency", NO_COLOR="1")
+        self.assertIn(f"at {first / best['timestep_ms']:g} times this step ({first:g} ms), above the limit",
+                      " ".join(text.split()))
+
     def test_several_limits_and_what_is_left_out(self):
         self.measure()
         told = self.assay_json("recommend", "results", "planar-chain", "--error", "1m", "--measure", "truth",

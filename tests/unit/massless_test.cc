@@ -230,8 +230,9 @@ TEST(LentInertia, GrowsWithTheArmatureThatHidesIt) {
     EXPECT_NEAR(lent.model.bodies[1].I_BBcm_B(2, 2), (1 - part) * kInertia, 1e-15) << armature;
     EXPECT_NEAR(lent.model.bodies[1].I_BBcm_B(2, 2) / lent.inertia_kept[1], kInertia, 1e-15) << armature;
     const double turned = kInertia + armature;
-    if (part < kLargestLentShare)
+    if (part < kLargestLentShare) {
       EXPECT_NEAR(part * kInertia / turned, kShare, 1e-12) << "of what turns about the hinge";
+    }
   }
 }
 

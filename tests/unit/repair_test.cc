@@ -40,7 +40,9 @@ class Repair : public TempFolderTest {
     mends_.clear();
     text_ = mended_model(text, from, to, mends_);
     std::ofstream(to, std::ios::binary) << text_;
-    return load_model(to);
+    LoadOptions options;
+    options.allow_external_files = true;  // a file that moved names its meshes where they were
+    return load_model(to, options);
   }
   std::vector<std::string> changes() const {
     std::vector<std::string> result;

@@ -39,6 +39,23 @@ export function pick(view: SystemView, question: Question): Picked {
   return { passing, alike: best ? passing.slice(1).filter((one) => one.speed.high >= best.speed.low) : [] };
 }
 
+// Where the contender first exceeds a limit at a larger timestep.
+export function firstExceeded(view: SystemView, best: Pick, question: Question): { timestep: number; name: string; worst: Worst } | null {
+  let first: { timestep: number; name: string; worst: Worst } | null = null;
+  for (const candidate of view.json.candidates) {
+    const point = view.json.points[candidate.point];
+    if (point?.contender !== best.point.contender || point.timestep_ms <= best.point.timestep_ms) continue;
+    if (first && point.timestep_ms >= first.timestep) continue;
+    for (const [name, largest] of question.limits) {
+      const worst = candidate.worst[name];
+      if (!worst || worst.value <= largest) continue;
+      first = { timestep: point.timestep_ms, name, worst };
+      break;
+    }
+  }
+  return first;
+}
+
 export function canPick(report: Report): boolean {
   return report.answered.some((view) => view.json.candidates.length > 0);
 }
@@ -150,6 +167,12 @@ export function picker(report: Report, palette: Palette): HTMLElement {
     }
     const { passing, alike } = pick(view, question);
     const best = passing[0];
+    const marginText = (one: Pick) => {
+      const beyond = firstExceeded(view, one, question);
+      if (!beyond) return one.candidate.margin;
+      const factor = Math.round((100 * beyond.timestep) / one.point.timestep_ms) / 100;
+      return `${valueInfo(beyond.name).label.toLowerCase()} ${worstText(beyond.name, beyond.worst, beyond.timestep)} at ${factor} times this step (${timestep(beyond.timestep)} ms), above the limit; ${one.candidate.margin}`;
+    };
     if (!best) {
       const closest = question.limits.map(([name]) => {
         const least = view.json.candidates.reduce<Candidate | null>((least, one) => (one.worst[name] && (!least || one.worst[name]!.value < least.worst[name]!.value) ? one : least), null);
@@ -161,7 +184,7 @@ export function picker(report: Report, palette: Palette): HTMLElement {
       const details = el("button", { type: "button", class: "link", click: () => open(best) }, "Details");
       found.append(
         el("p", { class: "pick-best", "data-contender-of": best.point.contender, "data-timestep": best.point.timestep_ms }, swatch(palette, best.point.contender), " ", el("strong", {}, `${best.point.contender} at ${timestep(best.point.timestep_ms)} ms`), ` runs at ${speedText(best.speed)}. `, details),
-        el("ul", { class: "pick-facts" }, settings(best), ...question.limits.map(([name]) => el("li", {}, `${valueInfo(name).label}: ${worstText(name, best.candidate.worst[name], best.point.timestep_ms)}, the largest at this or any smaller timestep`)), best.candidate.margin ? el("li", {}, `Margin: ${best.candidate.margin}`) : null),
+        el("ul", { class: "pick-facts" }, settings(best), ...question.limits.map(([name]) => el("li", {}, `${valueInfo(name).label}: ${worstText(name, best.candidate.worst[name], best.point.timestep_ms)}, the largest at this or any smaller timestep`)), el("li", { class: "pick-margin" }, `Margin: ${marginText(best)}`)),
       );
       if (alike.length > 0) {
         found.append(el("p", { class: "pick-alike" }, "Not told apart in speed: ", alike.map((one) => `${one.point.contender} at ${timestep(one.point.timestep_ms)} ms`).join(", "), "."));
@@ -171,7 +194,7 @@ export function picker(report: Report, palette: Palette): HTMLElement {
         { title: "Timestep", key: (one) => one.point.timestep_ms, cell: (one) => `${timestep(one.point.timestep_ms)} ms`, className: "figure" },
         { title: "Times real time", key: (one) => one.speed.value, cell: (one) => realtime(one.speed.value), className: "figure" },
         ...question.limits.map(([name]): Column<Pick> => ({ title: valueInfo(name).label, key: (one) => one.candidate.worst[name]?.value ?? null, cell: (one) => worstText(name, one.candidate.worst[name], one.point.timestep_ms), className: "figure" })),
-        { title: "Margin", cell: (one) => one.candidate.margin, className: "wider" },
+        { title: "Margin", cell: marginText, className: "wider" },
       ];
       found.append(el("details", {}, el("summary", {}, passing.length === 1 ? "The one contender within the limits" : `All ${passing.length} contenders within the limits, each at its fastest`), scrollFrame("Contenders within the limits", "", sortableTable(columns, passing))));
     }

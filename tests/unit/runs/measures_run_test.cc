@@ -94,8 +94,10 @@ std::string drifting(double ball_speed, int count = 0) {
     positions.append(" ").append(x).append(" 0 0 1 0 0 0");
     velocities += " 0 0 0 0 0 0";
   }
-  return "<mujoco><option gravity=\"0 0 0\"/><worldbody><body name=\"hand\"><freejoint/><geom size=\"0.1\" mass=\"1\"/>"
-         "</body><body name=\"ball\" pos=\"0.3 0 0\"><freejoint/><geom size=\"0.1\" mass=\"1\"/></body>" +
+  return "<mujoco><option gravity=\"0 0 0\"/><worldbody><body name=\"hand\"><freejoint/><geom size=\"0.1\" mass=\"1\" "
+         "contype=\"0\" conaffinity=\"0\"/>"
+         "</body><body name=\"ball\" pos=\"0.3 0 0\"><freejoint/><geom size=\"0.1\" mass=\"1\" contype=\"0\" "
+         "conaffinity=\"0\"/></body>" +
          bodies + "</worldbody><keyframe><key qpos=\"" + positions + "\" qvel=\"" + velocities +
          "\"/></keyframe></mujoco>";
 }
