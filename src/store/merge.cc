@@ -54,7 +54,7 @@ constexpr std::array<std::string_view, 16> kNodeFacts = {"cpu",
 constexpr std::array<std::string_view, 3> kDirectoryFacts = {"command", "answer", "part"};
 
 template <size_t kCount>
-bool is_among(const std::array<std::string_view, kCount>& names, std::string_view name) {
+bool is_listed(const std::array<std::string_view, kCount>& names, std::string_view name) {
   return std::ranges::find(names, name) != names.end();
 }
 
@@ -152,7 +152,7 @@ class Merge {
     for (const NodeRow& row : out_.nodes()) {
       const json node = parsed_object(row.json);
       for (const auto& [key, value] : node.items()) {
-        if (!is_among(kNodeFacts, key) || !value.is_string()) continue;
+        if (!is_listed(kNodeFacts, key) || !value.is_string()) continue;
         const std::string text = value.get<std::string>();
         if (key == "started") {
           if (started.empty() || text < started) started = text;
@@ -201,7 +201,7 @@ class Merge {
   void merge_manifest(const Store& source) {
     Statement put(db_, "INSERT OR IGNORE INTO manifest VALUES(?, ?)");
     for (const auto& [key, value] : source.manifest()) {
-      if (is_among(kNodeFacts, key) || is_among(kDirectoryFacts, key)) continue;
+      if (is_listed(kNodeFacts, key) || is_listed(kDirectoryFacts, key)) continue;
       const auto there = out_manifest(key);
       if (there && *there != value) {
         refuse(fmt::format("its manifest's '{}' is '{}', and there it is '{}'", key, value, *there));
@@ -223,7 +223,7 @@ class Merge {
     if (nodes.empty()) {  // written before nodes were stored: its machine is the manifest's
       json facts = json::object();
       for (const auto& [key, value] : source.manifest()) {
-        if (is_among(kNodeFacts, key)) facts[key] = value;
+        if (is_listed(kNodeFacts, key)) facts[key] = value;
       }
       json content = {source.manifest("campaign_hash").value_or("")};
       for (const char* key : {"cpu", "cores", "memory", "kernel", "started"}) content.push_back(facts.value(key, ""));
