@@ -9,6 +9,9 @@
 #include <cstring>
 #include <fcntl.h>
 #include <filesystem>
+#include <linux/audit.h>
+#include <linux/filter.h>
+#include <linux/seccomp.h>
 #include <sstream>
 #include <sys/prctl.h>
 #include <sys/stat.h>
@@ -16,9 +19,6 @@
 #include <unistd.h>
 
 #include <fmt/format.h>
-#include <linux/audit.h>
-#include <linux/filter.h>
-#include <linux/seccomp.h>
 
 namespace assay {
 namespace {
@@ -41,10 +41,10 @@ struct [[gnu::packed]] PathAttributes {
 constexpr std::uint64_t bit(int number) { return std::uint64_t{1} << number; }
 
 constexpr std::uint64_t kExecute = bit(0), kWriteFile = bit(1), kReadFile = bit(2), kReadFolder = bit(3);
-constexpr std::uint64_t kOfVersion1 = bit(13) - 1;                          // 0 to 12: read, write, make and remove
+constexpr std::uint64_t kOfVersion1 = bit(13) - 1;  // 0 to 12: read, write, make and remove
 constexpr std::uint64_t kRefer = bit(13), kTruncate = bit(14), kIoctl = bit(15);  // of versions 2, 3, 5
-constexpr std::uint64_t kTcp = bit(0) | bit(1);                             // bind, connect: of version 4
-constexpr std::uint64_t kScopes = bit(0) | bit(1);                          // abstract sockets, signals: of version 6
+constexpr std::uint64_t kTcp = bit(0) | bit(1);                                   // bind, connect: of version 4
+constexpr std::uint64_t kScopes = bit(0) | bit(1);  // abstract sockets, signals: of version 6
 constexpr std::uint64_t kReading = kExecute | kReadFile | kReadFolder;
 constexpr std::uint64_t kOfFiles = kExecute | kWriteFile | kReadFile | kTruncate | kIoctl;
 
@@ -144,14 +144,47 @@ constexpr std::uint32_t refusal(int error) { return SECCOMP_RET_ERRNO | static_c
 
 // Calls that reach the network, other processes, or what Landlock does not cover.
 constexpr std::array kRefused = {
-    SYS_socket, SYS_fchmod, SYS_fchmodat, SYS_fchown, SYS_fchownat, SYS_setxattr, SYS_lsetxattr, SYS_fsetxattr,
-    SYS_removexattr, SYS_lremovexattr, SYS_fremovexattr, SYS_process_vm_readv, SYS_process_vm_writev, SYS_unshare,
-    SYS_setns, SYS_mount, SYS_umount2, SYS_pivot_root, SYS_chroot, SYS_bpf, SYS_perf_event_open, SYS_userfaultfd,
-    SYS_keyctl, SYS_add_key, SYS_request_key, SYS_init_module, SYS_finit_module, SYS_delete_module, SYS_kexec_load,
-    SYS_reboot, SYS_swapon, SYS_swapoff, SYS_sethostname, SYS_setdomainname, SYS_settimeofday, SYS_clock_settime,
+    SYS_socket,
+    SYS_fchmod,
+    SYS_fchmodat,
+    SYS_fchown,
+    SYS_fchownat,
+    SYS_setxattr,
+    SYS_lsetxattr,
+    SYS_fsetxattr,
+    SYS_removexattr,
+    SYS_lremovexattr,
+    SYS_fremovexattr,
+    SYS_process_vm_readv,
+    SYS_process_vm_writev,
+    SYS_unshare,
+    SYS_setns,
+    SYS_mount,
+    SYS_umount2,
+    SYS_pivot_root,
+    SYS_chroot,
+    SYS_bpf,
+    SYS_perf_event_open,
+    SYS_userfaultfd,
+    SYS_keyctl,
+    SYS_add_key,
+    SYS_request_key,
+    SYS_init_module,
+    SYS_finit_module,
+    SYS_delete_module,
+    SYS_kexec_load,
+    SYS_reboot,
+    SYS_swapon,
+    SYS_swapoff,
+    SYS_sethostname,
+    SYS_setdomainname,
+    SYS_settimeofday,
+    SYS_clock_settime,
     SYS_adjtimex,
 #if defined(__x86_64__)
-    SYS_chmod, SYS_chown, SYS_lchown,
+    SYS_chmod,
+    SYS_chown,
+    SYS_lchown,
 #endif
 #ifndef __SANITIZE_ADDRESS__  // its search for leaks is one
     SYS_ptrace,

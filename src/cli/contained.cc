@@ -75,7 +75,8 @@ std::vector<std::string> with_cache(std::vector<std::string> writable) {
   namespace fs = std::filesystem;
   std::error_code error;
   const fs::path cache = cache_dir(), hulls = cache / "hulls";
-  if (!cache.empty() && fs::is_directory(cache / "libraries", error) && fs::create_directories(hulls, error)) error = {};
+  if (!cache.empty() && fs::is_directory(cache / "libraries", error) && fs::create_directories(hulls, error))
+    error = {};
   if (fs::is_directory(hulls, error)) writable.push_back(hulls);
   return writable;
 }

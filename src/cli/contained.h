@@ -17,8 +17,8 @@ int contained(const std::function<int()>& work, const std::optional<std::vector<
 
 // Runs `work` in a forked process, prints nothing, and throws what it throws: InputError with its text, and for any
 // other exception SystemError. Work that crashes, hangs, ends the process or takes too much memory is an InputError.
-// It may write no file. Where nothing is thrown, the caller can do the same work himself. `what` begins the sentence where no Activity does:
-// "reading the campaign 'x'".
+// It may write no file. Where nothing is thrown, the caller can do the same work himself. `what` begins the sentence
+// where no Activity does: "reading the campaign 'x'".
 void rehearse(const std::string& what, const std::function<void()>& work);
 
 }  // namespace assay::cli

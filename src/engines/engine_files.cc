@@ -1,11 +1,14 @@
 #include "engines/engine_files.h"
 
-#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
-#include <link.h>
+#include <fstream>
 #include <set>
 #include <sstream>
+#include <string_view>
+#include <utility>
+
+#include <link.h>
 
 #include "base/paths.h"
 #include "base/sandbox.h"
@@ -25,6 +28,20 @@ std::vector<std::string> split(const char* text) {
     if (!part.empty()) parts.push_back(part);
   }
   return parts;
+}
+
+// Of the interpreters that virtual environments in `folder` are made from: pyvenv.cfg says "home = PREFIX/bin".
+std::vector<std::string> python_prefixes(const fs::path& folder) {
+  std::vector<std::string> prefixes;
+  std::error_code error;
+  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+    std::ifstream file(it->path() / "pyvenv.cfg");
+    for (std::string line; std::getline(file, line);) {
+      constexpr std::string_view kHome = "home = ";
+      if (line.starts_with(kHome)) prefixes.push_back(fs::path(line.substr(kHome.size())).parent_path());
+    }
+  }
+  return prefixes;
 }
 
 }  // namespace
@@ -57,7 +74,8 @@ std::vector<std::string> engine_files() {
   files.push_back(program_path());
   const fs::path program = fs::path(program_path()).parent_path(), cache = cache_dir();
   files.push_back((program / "../lib/assay").lexically_normal());
-  for (const char* folder : {"engines", "libraries"}) files.push_back(cache / folder);
+  for (const char* folder : {"engines", "libraries", "python"}) files.push_back(cache / folder);
+  for (std::string& prefix : python_prefixes(cache / "python")) files.push_back(std::move(prefix));
   return files;
 }
 

@@ -219,9 +219,10 @@ MeshData read_mesh(const std::string& path) {
   std::string ending = fs::path(path).extension().string();
   std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   if (std::ranges::find(kEndings, ending) == kEndings.end()) {
-    throw InputError(fmt::format("is of the format '{}', and .stl, .obj, .dae, .ply and .msh are read; export it as one "
-                                 "of these",
-                                 ending));
+    throw InputError(
+        fmt::format("is of the format '{}', and .stl, .obj, .dae, .ply and .msh are read; export it as one "
+                    "of these",
+                    ending));
   }
   if (auto mesh = read_binary_stl(path)) return std::move(*mesh);
   if (auto mesh = read_msh(path)) return std::move(*mesh);

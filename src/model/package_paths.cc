@@ -59,7 +59,8 @@ struct PackageFolder {
 std::vector<PackageFolder> package_folders(const std::string& name, const fs::path& model_folder,
                                            const std::map<std::string, std::string>& packages) {
   std::vector<PackageFolder> folders;
-  if (const auto given = packages.find(name); given != packages.end()) folders.push_back({given->second, Trust::kNamed});
+  if (const auto given = packages.find(name); given != packages.end())
+    folders.push_back({given->second, Trust::kNamed});
   for (fs::path folder = model_folder;; folder = folder.parent_path()) {
     const bool declared = package_name(folder / "package.xml") == name;
     if (folder.filename() == name || declared) {

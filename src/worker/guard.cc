@@ -7,8 +7,8 @@
 #include <cstdlib>
 #include <fcntl.h>
 #include <filesystem>
-#include <string>
 #include <stdlib.h>  // NOLINT(*-deprecated-headers): mkdtemp
+#include <string>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>

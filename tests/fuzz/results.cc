@@ -1,4 +1,6 @@
 // Results directories.
+#include "results/results.h"
+
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -13,7 +15,6 @@
 #include "base/hash.h"
 #include "compare/compare.h"
 #include "report/report.h"
-#include "results/results.h"
 #include "store/cell_hash.h"
 #include "store/scene.h"
 #include "store/store.h"
@@ -41,7 +42,7 @@ void read_results(const std::string& dir) {
     store.nodes();
     report_html(report_data(store));
     comparison_json(compare(store, store, CompareOptions{}));
-  } catch (const InputError&) {  // NOLINT(bugprone-empty-catch)
+  } catch (const InputError&) {   // NOLINT(bugprone-empty-catch)
   } catch (const SystemError&) {  // NOLINT(bugprone-empty-catch)
   }
 }
@@ -64,7 +65,8 @@ const std::string& seed() {
 }
 
 // No other file than this one, and an end after a while.
-int authorize(void* /*nothing*/, int action, const char* what, const char* /*b*/, const char* /*c*/, const char* /*d*/) {
+int authorize(void* /*nothing*/, int action, const char* what, const char* /*b*/, const char* /*c*/,
+              const char* /*d*/) {
   const bool other_file = action == SQLITE_ATTACH || action == SQLITE_DETACH;
   const std::string name = what == nullptr ? "" : what;
   const bool elsewhere = action == SQLITE_PRAGMA && name.find("directory") != std::string::npos;
@@ -88,14 +90,16 @@ void forge_hashes(sqlite3* db) {
 
 void read_store(std::string_view bytes) {
   const std::string dir = folder();
-  for (const char* rest : {"assay.sqlite-wal", "assay.sqlite-shm", "assay.sqlite-journal"}) fs::remove(dir + "/" + rest);
+  for (const char* rest : {"assay.sqlite-wal", "assay.sqlite-shm", "assay.sqlite-journal"})
+    fs::remove(dir + "/" + rest);
   write_file("results/assay.sqlite", bytes);
   read_results(dir);
 }
 
 void read_rows(std::string_view bytes) {
   const std::string dir = folder();
-  for (const char* rest : {"assay.sqlite-wal", "assay.sqlite-shm", "assay.sqlite-journal"}) fs::remove(dir + "/" + rest);
+  for (const char* rest : {"assay.sqlite-wal", "assay.sqlite-shm", "assay.sqlite-journal"})
+    fs::remove(dir + "/" + rest);
   const std::string path = write_file("results/assay.sqlite", seed());
   {
     sqlite3* opened = nullptr;
@@ -111,7 +115,7 @@ void read_rows(std::string_view bytes) {
     sqlite3_exec(opened, "COMMIT", nullptr, nullptr, nullptr);
     try {
       forge_hashes(opened);
-    } catch (const InputError&) {  // NOLINT(bugprone-empty-catch): what is left is read all the same
+    } catch (const InputError&) {   // NOLINT(bugprone-empty-catch): what is left is read all the same
     } catch (const SystemError&) {  // NOLINT(bugprone-empty-catch)
     }
   }

@@ -34,8 +34,8 @@ class Folder {
 
 const std::map<std::string, Target>& targets() {
   static const std::map<std::string, Target> all = {
-      {"mjcf", read_mjcf},         {"urdf", read_urdf},     {"mesh", read_mesh},
-      {"csv", read_csv},           {"store", read_store},   {"rows", read_rows},
+      {"mjcf", read_mjcf},         {"urdf", read_urdf},         {"mesh", read_mesh},
+      {"csv", read_csv},           {"store", read_store},       {"rows", read_rows},
       {"campaign", read_campaign}, {"messages", read_messages}, {"trajectory", read_trajectory}};
   return all;
 }

@@ -1,8 +1,8 @@
 // Bodies that move on with their initial velocities, until the step at which the engine fails as its settings say. It
 // shows that nothing an engine does takes the program or its results with it.
 #include <array>
-#include <chrono>
 #include <cerrno>
+#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
@@ -305,29 +305,29 @@ class MishapEngine final : public Engine {
 
  private:
   static std::vector<std::string> faults() {
-    return {"none",         "slow",
-            "crash",        "abort",
-            "exit",         "exit-as-if-done",
-            "exit-at-once", "terminate",
-            "free-twice",   "write-beyond",
-            "overflow",     "loop",
-            "hang",         "nan",
-            "far",          "fast",
-            "throw",        "throw-foreign",
-            "throw-number", "throw-input",
-            "throw-system", "chatter",
-            "refuse",       "inexact",
-            "garble",       "forge",
-            "forge-done",   "forge-tests",
-            "killed",       "leave",
-            "hoard",        "flood",
-            "wrong-size",   "zero-orientation",
-            "backward",     "nan-time",
-            "nan-angle",    "abort-in-check",
+    return {"none",          "slow",
+            "crash",         "abort",
+            "exit",          "exit-as-if-done",
+            "exit-at-once",  "terminate",
+            "free-twice",    "write-beyond",
+            "overflow",      "loop",
+            "hang",          "nan",
+            "far",           "fast",
+            "throw",         "throw-foreign",
+            "throw-number",  "throw-input",
+            "throw-system",  "chatter",
+            "refuse",        "inexact",
+            "garble",        "forge",
+            "forge-done",    "forge-tests",
+            "killed",        "leave",
+            "hoard",         "flood",
+            "wrong-size",    "zero-orientation",
+            "backward",      "nan-time",
+            "nan-angle",     "abort-in-check",
             "exit-in-check", "write-home",
             "write-scratch", "read-file",
-            "append-file",  "remove-file",
-            "open-socket",  "change-mode",
+            "append-file",   "remove-file",
+            "open-socket",   "change-mode",
             "signal-others"};
   }
 };

@@ -282,8 +282,8 @@ TEST_F(RunsTest, WorkersAreConfined) {
   write_mark(mark, 3);
   ::setenv("HOME", home.c_str(), 1);
   ::setenv("ASSAY_MISHAP_MARK", mark.c_str(), 1);
-  std::vector<std::string> faults = {"write-home", "read-file", "append-file", "remove-file", "open-socket",
-                                     "change-mode"};
+  std::vector<std::string> faults = {"write-home",  "read-file",   "append-file",
+                                     "remove-file", "open-socket", "change-mode"};
   if (sandbox.landlock >= 6) faults.emplace_back("signal-others");
   for (const std::string& fault : faults) {
     const std::string out = dir("out-" + fault);
@@ -291,8 +291,8 @@ TEST_F(RunsTest, WorkersAreConfined) {
     const Store store = Store::open(out);
     const Cell cell = find(store, "broken", "drift", 4);
     EXPECT_EQ(cell.outcome, Outcome::kDiverged) << fault;
-    EXPECT_THAT(cell.reason, AllOf(HasSubstr(fault), AnyOf(HasSubstr("Permission denied"),
-                                                           HasSubstr("Operation not permitted"))));
+    EXPECT_THAT(cell.reason,
+                AllOf(HasSubstr(fault), AnyOf(HasSubstr("Permission denied"), HasSubstr("Operation not permitted"))));
     for (const char* measure : {"drift", "raw_speed"}) {
       EXPECT_EQ(find(store, "sound", measure, 4).outcome, Outcome::kOk) << fault << " " << measure;
     }
@@ -302,9 +302,10 @@ TEST_F(RunsTest, WorkersAreConfined) {
   // what a host of another language needs
   run_scored(faulty_campaign("write-scratch", ", at_step = 3", R"("drift")"), dir("scratch"));
   EXPECT_EQ(find(Store::open(dir("scratch")), "broken", "drift", 4).outcome, Outcome::kOk);
-  reliability("an engine writes to the home folder, reads, changes or removes another file, makes a socket, changes "
-              "permissions, signals another process",
-              static_cast<int>(faults.size()), "refused by the kernel: diverged, with the system's reason", "that cell");
+  reliability(
+      "an engine writes to the home folder, reads, changes or removes another file, makes a socket, changes "
+      "permissions, signals another process",
+      static_cast<int>(faults.size()), "refused by the kernel: diverged, with the system's reason", "that cell");
 }
 
 // SIGKILL, as the kernel sends it when memory runs out: the cell is measured by another worker.
