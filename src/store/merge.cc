@@ -21,6 +21,7 @@
 #include "store/cell_hash.h"
 #include "store/database.h"
 #include "store/differences.h"
+#include "store/facts.h"
 #include "store/trajectory.h"
 
 namespace assay {
@@ -226,14 +227,14 @@ class Merge {
         if (is_listed(kNodeFacts, key)) facts[key] = value;
       }
       json content = {source.manifest("campaign_hash").value_or("")};
-      for (const char* key : {"cpu", "cores", "memory", "kernel", "started"}) content.push_back(facts.value(key, ""));
+      for (const char* key : {"cpu", "cores", "memory", "kernel", "started"}) content.push_back(text_fact(facts, key));
       constexpr size_t kDigits = 16;
       unnamed_node_ = content_hash(content.dump()).substr(0, kDigits);
       nodes.push_back({unnamed_node_, facts.dump()});
     }
     Statement put(db_, "INSERT OR REPLACE INTO nodes VALUES(?, ?)");
     const auto order = [](const std::string& text) {  // the later state of a part's work comes last
-      return std::pair(parsed_object(text).value("finished", ""), text);
+      return std::pair(text_fact(parsed_object(text), "finished"), text);
     };
     for (const NodeRow& node : nodes) {
       Statement there(db_, "SELECT json FROM nodes WHERE id = ?");

@@ -247,6 +247,41 @@ class HostileNames(AssayTest):
         self.assertEqual({path for path in self.dir.parent.iterdir() if path.is_file()}, before)
 
 
+class ForgedResults(AssayTest):
+    """Results that another program has written so: a sentence, never a crash, all memory or another file."""
+
+    def setUp(self):
+        super().setUp()
+        (self.dir / "results").mkdir()
+        shutil.copy(SOURCE / "tests/fuzz/corpus/store/ball-1.sqlite", self.dir / "results/assay.sqlite")
+
+    def forge(self, *statements):
+        db = sqlite3.connect(self.dir / "results/assay.sqlite")
+        for statement in statements:
+            db.execute(statement)
+        db.commit()
+        db.close()
+
+    def test_addresses_that_are_paths(self):
+        self.write("victim.bin", "mine")
+        self.forge("UPDATE runs SET address = '../../victim'")
+        self.refused("export", "results", "--trajectories", "csv", "--out", "states", naming=["address", "victim"])
+        self.assertEqual((self.dir / "victim.bin").read_text(), "mine")
+
+    def test_facts_of_other_types(self):
+        self.forge("UPDATE contenders SET capabilities_json = '{\"changes\": [{\"setting\": 1}], \"coordinates\": [], \"varies\": {}}'",
+                   "UPDATE systems SET json = '{\"model_hash\": 3, \"family\": [], \"dof\": \"x\"}'")
+        self.assay("report", "results")
+        self.assay("compare", "results", "results")
+
+    def test_parts_without_number(self):
+        self.forge("CREATE TABLE nodes(id TEXT PRIMARY KEY, json TEXT NOT NULL) WITHOUT ROWID",
+                   "INSERT INTO nodes VALUES('n', '{\"shard\": \"1/2000000000\", \"jobs\": \"x\", \"name\": {}}')")
+        done = self.run_assay("status", "results")
+        self.assertLess(len(done.stdout), 5000)
+        self.assertIn(done.returncode, (0, 1, 2))
+
+
 class FuzzedModels(AssayTest):
     """Models of the fuzzer's corpus that end MuJoCo's library end here in a sentence."""
 
