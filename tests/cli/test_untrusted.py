@@ -238,13 +238,14 @@ class HostileNames(AssayTest):
         page = (self.dir / "results/report.html").read_text(encoding="utf-8")
         self.assertNotIn("<script>alert(1)", page)
         self.assertIn("alert(1)", page)
-        before = {path for path in self.dir.parent.iterdir() if path.is_file()}
-        for arguments in (["export", "results", "--trajectories", "csv", "--out", "states"], ["status", "results"],
+        self.write("1/2/3/here", "")
+        for arguments in (["export", "results", "--trajectories", "csv", "--out", "1/2/3/states"], ["status", "results"],
                           ["recommend", "results"], ["claims", "results"], ["compare", "results", "results"]):
             status, shown = self.on_terminal(*arguments, NO_COLOR="1")
             self.assertIn(status, (0, 1, 2), shown)
             self.has_no_escapes(shown)
-        self.assertEqual({path for path in self.dir.parent.iterdir() if path.is_file()}, before)
+        self.assertEqual({path.name for path in self.dir.iterdir()}, {"1", "results"})
+        self.assertEqual([path.name for folder in ("1", "1/2") for path in (self.dir / folder).iterdir()], ["2", "3"])
 
 
 class ForgedResults(AssayTest):
