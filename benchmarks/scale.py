@@ -1,29 +1,69 @@
 #!/usr/bin/env python3
 """What reads and unites results, on a store of 100,000 cells and 10,000 trajectories: time and memory of each command.
 
-    cmake --build --preset release --target assay_synthetic_store
+    cmake --build --preset release --target assay assay_synthetic_store assay_division
     benchmarks/scale.py build/release/bin [--cells 100000 --runs 10000 --shards 100 --folder /dev/shm]
 """
 
 import argparse
+import json
 import os
 import pathlib
 import shutil
 import subprocess
 import tempfile
-import time
 
-LIMITS = {"merge": 5, "merge again": 5, "status": 5, "export csv": 5, "claims": 5, "compare": 20, "report": 20}  # seconds
+LIMITS = {"plan": 5, "resume": 5, "merge": 5, "merge again": 5, "status": 5, "export csv": 5, "claims": 5, "compare": 20, "report": 20}  # seconds
 MEMORY_MB = 1024
 REPORT_MB = 10
 
 
 def measure(words):
-    """Seconds, megabytes and status of a command."""
-    start = time.monotonic()
+    """Seconds of processor time, megabytes and status of a command."""
     pid = os.spawnvpe(os.P_NOWAIT, "sh", ["sh", "-c", 'exec "$@" > /dev/null', "sh", *map(str, words)], os.environ)
     _, status, usage = os.wait4(pid, 0)
-    return time.monotonic() - start, usage.ru_maxrss / 1024, os.waitstatus_to_exitcode(status)
+    return usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024, os.waitstatus_to_exitcode(status)
+
+
+CAMPAIGN = """name = "scale"
+contenders = {contenders}
+timesteps_ms = {timesteps}
+measures = ["raw_speed", "consistency", "truth", "drift"]
+"""
+SYSTEM = """[[system]]
+name = "system-{number:02}"
+model = "planar-chain"
+duration_s = 1.024
+piece_ms = 128
+pieces = 4
+"""
+
+
+def write_campaign(assay, folder, cells):
+    """A real campaign of about as many cells: 50 systems, 40 contenders."""
+    listed = json.loads(subprocess.run([assay, "engines", "--json"], check=True, capture_output=True, text=True).stdout)
+    contenders = [row["contender"] for row in listed["contenders"] if row["engine"] in ("mujoco", "ode", "dart", "simbody", "null") or
+                  row["engine"].startswith(("bullet", "jolt", "rapier", "physx"))][:40]
+    timesteps = max(1, round((cells / 50 / len(contenders) - 1) / 4))
+    path = folder / "scale.toml"
+    path.write_text(CAMPAIGN.format(contenders=json.dumps(contenders), timesteps=[2 ** (i - 6) for i in range(min(timesteps, 11))] +
+                                    [3 * 2 ** (i - 6) for i in range(max(0, timesteps - 11))]) +
+                    "".join(SYSTEM.format(number=number) for number in range(50)))
+    return path
+
+
+def measured_plan(asked, folder, rows):
+    """Times of planning and of finding that all is done."""
+    campaign = write_campaign(asked.bin / "assay", folder, asked.cells)
+    seconds, megabytes, status = measure([asked.bin / "assay_division", campaign, "--shards", "100"])
+    done = subprocess.run([asked.bin / "assay_division", campaign], check=True, capture_output=True, text=True)
+    planned, name, identity = done.stderr.strip().splitlines()[-3:]
+    rows.append((f"plan ({planned})", "plan", seconds, megabytes, status))
+    (folder / "plan.csv").write_text(done.stdout)
+    subprocess.run([asked.bin / "assay_synthetic_store", folder / "planned", "--plan", folder / "plan.csv", "--campaign", name, "--hash",
+                    identity], check=True)
+    rows.append(("resume, nothing to do", "resume",
+                 *measure([asked.bin / "assay", "run", campaign, "--out", folder / "planned", "--references", "off"])))
 
 
 def main():
@@ -40,7 +80,13 @@ def main():
         subprocess.run([asked.bin / "assay_synthetic_store", folder, "--cells", str(asked.cells), "--runs", str(asked.runs),
                         "--shards", str(asked.shards)], check=True)
         merged = folder / "merged"
-        print(f"{asked.cells} cells, {asked.runs} trajectories, {asked.shards} shards\n\n| command | s | MB |\n| --- | --- | --- |")
+        rows = []
+        measured_plan(asked, folder, rows)
+        print(f"{asked.cells} cells, {asked.runs} trajectories, {asked.shards} shards\n\n| command | processor time, s | MB |\n| --- | --- | --- |")
+        for title, name, seconds, megabytes, status in rows:
+            wrong = status != 0 or seconds > LIMITS[name] or megabytes > MEMORY_MB
+            failed |= wrong
+            print(f"| {title} | {seconds:.2f} | {megabytes:.0f} |{' above its limit' if wrong else ''}", flush=True)
         for name, words in [("merge", ["merge", folder / "shards", "--out", merged]),
                             ("merge again", ["merge", folder / "shards", "--out", merged]),
                             ("status", ["status", merged]),

@@ -1,8 +1,10 @@
 // Writes results directories as a large campaign leaves them, with made-up figures: for measuring what reads and unites
 // them, best in memory (/dev/shm), because each cell is a transaction. `assay_synthetic_store DIR --cells 100000 --runs
-// 10000 --shards 100` makes DIR/shards/1 to 100.
+// 10000 --shards 100` makes DIR/shards/1 to 100; `assay_synthetic_store DIR --plan FILE --campaign NAME --hash HASH`
+// makes DIR, in which all cells of a plan (assay_division) are measured.
 #include <cmath>
 #include <cstdio>
+#include <fstream>
 #include <random>
 #include <string>
 #include <vector>
@@ -24,7 +26,7 @@ constexpr int kSystems = 50, kContenders = 40, kRounds = 20, kPieces = 100;
 const std::vector<std::string> kMeasures = {"reference", "consistency", "truth", "drift", "raw_speed"};
 
 struct Asked {
-  std::string dir;
+  std::string dir, plan, campaign, hash;
   long long cells = 100000, runs = 10000;
   int shards = 100;
 };
@@ -34,6 +36,7 @@ std::string contender_name(long long index) { return fmt::format("contender-{:02
 
 void describe(Store& store) {
   std::vector<SystemRow> systems;
+  systems.reserve(kSystems);
   for (int s = 0; s < kSystems; ++s) {
     systems.push_back({system_name(s), nlohmann::json{{"model_hash", content_hash(system_name(s))},
                                                       {"bodies", 20},
@@ -44,6 +47,7 @@ void describe(Store& store) {
   }
   store.set_systems(systems);
   std::vector<ContenderRow> contenders;
+  contenders.reserve(kContenders);
   for (int c = 0; c < kContenders; ++c) {
     contenders.push_back(
         {contender_name(c), fmt::format("engine-{}", c / 4), "1.0", contender_name(c), "", "{}", "{}"});
@@ -139,6 +143,32 @@ void write(const Asked& asked) {
   }
 }
 
+// All cells of a plan: key,shard,system,contender,timestep_ms,measure.
+void write_plan(const Asked& asked) {
+  Store store = Store::create(asked.dir, {asked.campaign, asked.hash});
+  std::ifstream file(asked.plan);
+  std::string line;
+  std::getline(file, line);
+  while (std::getline(file, line)) {
+    std::vector<std::string> fields(1);
+    for (const char c : line) {
+      if (c == ',') {
+        fields.emplace_back();
+      } else {
+        fields.back() += c;
+      }
+    }
+    Cell cell;
+    cell.key = fields.at(0);
+    cell.system = fields.at(2);
+    cell.contender = fields.at(3);
+    cell.timestep_ms = std::stod(fields.at(4));
+    cell.measure = fields.at(5);
+    if (cell.measure == "truth") cell.values = {{"truth_error_max", "m", 1e-5 * cell.timestep_ms, {}, {}}};
+    store.put_cell(cell);
+  }
+}
+
 }  // namespace
 }  // namespace assay
 
@@ -149,9 +179,12 @@ int main(int argc, char** argv) {
   app.add_option("--cells", asked.cells)->check(CLI::PositiveNumber);
   app.add_option("--runs", asked.runs)->check(CLI::NonNegativeNumber);
   app.add_option("--shards", asked.shards)->check(CLI::PositiveNumber);
+  app.add_option("--plan", asked.plan)->check(CLI::ExistingFile);
+  app.add_option("--campaign", asked.campaign);
+  app.add_option("--hash", asked.hash);
   CLI11_PARSE(app, argc, argv);
   try {
-    assay::write(asked);
+    asked.plan.empty() ? assay::write(asked) : assay::write_plan(asked);
   } catch (const std::exception& error) {
     fmt::print(stderr, "{}\n", error.what());
     return 1;

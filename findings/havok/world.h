@@ -3,6 +3,8 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
+#include <cstring>
 #include <vector>
 
 #include "host.h"
@@ -15,25 +17,21 @@ using Double3 = std::array<double, 3>;
 
 class World {
  public:
-  explicit World(float gravity_z = 0) {
-    const Vector3 gravity{0, 0, gravity_z};
+  explicit World(float gravity_z = 0) : World(Vector3{0, 0, gravity_z}, 0) {}
+
+  // `ideal_step_time`: the timestep that the solver is tuned for, s; 0 for none.
+  World(Vector3 gravity, float ideal_step_time) {
     ok(w2c_havok_HP_World_Create(havok_, havok_.out()), "HP_World_Create");
     world_ = havok_.result<Id>();
     ok(w2c_havok_HP_World_SetGravity(havok_, world_, havok_.in(gravity)), "HP_World_SetGravity");
-    ok(w2c_havok_HP_World_SetIdealStepTime(havok_, world_, 0), "HP_World_SetIdealStepTime");
+    ok(w2c_havok_HP_World_SetIdealStepTime(havok_, world_, ideal_step_time), "HP_World_SetIdealStepTime");
     ok(w2c_havok_HP_World_SetSpeedLimit(havok_, world_, 1e6f, 1e6f), "HP_World_SetSpeedLimit");
   }
 
   Id add_body(float mass, Vector3 inertia, Vector3 position = {}) {
     const Id body = create(w2c_havok_HP_Body_Create(havok_, havok_.out()), "HP_Body_Create");
     ok(w2c_havok_HP_Body_SetMotionType(havok_, body, havok::kDynamic), "HP_Body_SetMotionType");
-    havok::MassProperties properties;
-    properties.mass = mass;
-    properties.inertia_per_mass = {inertia.x / mass, inertia.y / mass, inertia.z / mass};
-    ok(w2c_havok_HP_Body_SetMassProperties(havok_, body, havok_.in(properties)), "HP_Body_SetMassProperties");
-    ok(w2c_havok_HP_Body_SetLinearDamping(havok_, body, 0), "HP_Body_SetLinearDamping");
-    ok(w2c_havok_HP_Body_SetAngularDamping(havok_, body, 0), "HP_Body_SetAngularDamping");
-    ok(w2c_havok_HP_Body_SetActivationControl(havok_, body, havok::kAlwaysActive), "HP_Body_SetActivationControl");
+    make_free(body, mass, inertia);
     add(body, position);
     return body;
   }
@@ -43,6 +41,61 @@ class World {
     ok(w2c_havok_HP_Body_SetMotionType(havok_, body, havok::kStatic), "HP_Body_SetMotionType");
     add(body, {});
     return body;
+  }
+
+  // Shapes with the friction that both have. A shape brings mass properties of its own, which add_solid()
+  // replaces.
+  Id box(Vector3 size, float friction, Vector3 center = {}) {
+    const havok::Quaternion upright{};
+    return material(create(w2c_havok_HP_Shape_CreateBox(havok_, havok_.in(center, 0), havok_.in(upright, 1),
+                                                        havok_.in(size, 2), havok_.out()),
+                           "HP_Shape_CreateBox"),
+                    friction);
+  }
+  Id hull(const std::vector<Vector3>& points, float friction) {
+    const auto size = static_cast<std::uint32_t>(points.size() * sizeof(Vector3));
+    const std::uint32_t address = w2c_havok_malloc(havok_, size);
+    w2c_havok* const module = havok_;
+    std::memcpy(module->w2c_memory.data + address, points.data(), size);
+    const Id made = create(
+        w2c_havok_HP_Shape_CreateConvexHull(havok_, address, static_cast<std::uint32_t>(points.size()), havok_.out()),
+        "HP_Shape_CreateConvexHull");
+    w2c_havok_free(havok_, address);
+    return material(made, friction);
+  }
+  Id cylinder(Vector3 from, Vector3 to, float radius, float friction) {
+    return material(
+        create(w2c_havok_HP_Shape_CreateCylinder(havok_, havok_.in(from, 0), havok_.in(to, 1), radius, havok_.out(2)),
+               "HP_Shape_CreateCylinder", 2),
+        friction);
+  }
+  Id sphere(float radius, float friction) {
+    const Vector3 center{};
+    return material(create(w2c_havok_HP_Shape_CreateSphere(havok_, havok_.in(center), radius, havok_.out(2)),
+                           "HP_Shape_CreateSphere", 2),
+                    friction);
+  }
+  Id capsule(Vector3 from, Vector3 to, float radius, float friction) {
+    return material(
+        create(w2c_havok_HP_Shape_CreateCapsule(havok_, havok_.in(from, 0), havok_.in(to, 1), radius, havok_.out(2)),
+               "HP_Shape_CreateCapsule", 2),
+        friction);
+  }
+
+  Id add_solid(Id shape, float mass, Vector3 inertia, Vector3 position) {
+    const Id body = create(w2c_havok_HP_Body_Create(havok_, havok_.out()), "HP_Body_Create");
+    ok(w2c_havok_HP_Body_SetMotionType(havok_, body, havok::kDynamic), "HP_Body_SetMotionType");
+    ok(w2c_havok_HP_Body_SetShape(havok_, body, shape), "HP_Body_SetShape");
+    make_free(body, mass, inertia);
+    add(body, position);
+    return body;
+  }
+  // The upper side of a fixed box is the plane z = 0.
+  void add_ground(float friction) {
+    const Id body = create(w2c_havok_HP_Body_Create(havok_, havok_.out()), "HP_Body_Create");
+    ok(w2c_havok_HP_Body_SetMotionType(havok_, body, havok::kStatic), "HP_Body_SetMotionType");
+    ok(w2c_havok_HP_Body_SetShape(havok_, body, box({100, 100, 10}, friction, {0, 0, -5})), "HP_Body_SetShape");
+    add(body, {});
   }
 
   // A hinge about y: `at_parent` of the parent and `at_child` of the child coincide.
@@ -97,9 +150,25 @@ class World {
  private:
   static void ok(std::uint32_t result, const char* call) { havok::check(result, call); }
 
-  Id create(std::uint32_t result, const char* call) {
+  Id create(std::uint32_t result, const char* call, int slot = 0) {
     ok(result, call);
-    return havok_.result<Id>();
+    return havok_.result<Id>(slot);
+  }
+
+  Id material(Id shape, float friction) {
+    const havok::Material made{friction, friction, 0, havok::kMaximum, havok::kMaximum};
+    ok(w2c_havok_HP_Shape_SetMaterial(havok_, shape, havok_.in(made)), "HP_Shape_SetMaterial");
+    return shape;
+  }
+
+  void make_free(Id body, float mass, Vector3 inertia) {
+    havok::MassProperties properties;
+    properties.mass = mass;
+    properties.inertia_per_mass = {inertia.x / mass, inertia.y / mass, inertia.z / mass};
+    ok(w2c_havok_HP_Body_SetMassProperties(havok_, body, havok_.in(properties)), "HP_Body_SetMassProperties");
+    ok(w2c_havok_HP_Body_SetLinearDamping(havok_, body, 0), "HP_Body_SetLinearDamping");
+    ok(w2c_havok_HP_Body_SetAngularDamping(havok_, body, 0), "HP_Body_SetAngularDamping");
+    ok(w2c_havok_HP_Body_SetActivationControl(havok_, body, havok::kAlwaysActive), "HP_Body_SetActivationControl");
   }
 
   void add(Id body, Vector3 position) {

@@ -173,6 +173,7 @@ void read_initial_states(const Section& section, long long seed, CampaignSystem&
     }
     const Section around(*table, "perturbation", section.source());
     std::vector<std::string> keys;
+    keys.reserve(std::size(kPerturbationParts));
     for (const PerturbationPart& part : kPerturbationParts) keys.emplace_back(part.name);
     around.allow(keys);
     for (const PerturbationPart& part : kPerturbationParts) {
@@ -476,6 +477,7 @@ TimingOptions timing_of(const Section& section) {
 
 int contender_index(const Section& section, const toml::node* node, const Campaign& campaign, const std::string& name) {
   std::vector<std::string> known;
+  known.reserve(campaign.contenders.size());
   for (const CampaignContender& each : campaign.contenders) known.push_back(each.resolved.name);
   const auto found = std::ranges::find(known, name);
   if (found == known.end()) {

@@ -136,7 +136,8 @@ Plan make_plan(const Campaign& campaign, int shards, ShardCells cells) {
           const bool first = from_all ? made.insert(timestep).second : !made.contains(timestep);
           // of the states' runs at the reference's timestep only the first exists where there are no pieces
           const long long runs = from_all ? states : 1;
-          const long long there = !is_reference ? 0 : system.has(Measure::kConsistency) ? runs : 1;
+          const long long by_reference = system.has(Measure::kConsistency) ? runs : 1;
+          const long long there = is_reference ? by_reference : 0;
           add(std::string(measure_text(measure)), timestep, is_reference ? reference : "",
               first ? (runs - there) * steps_of(run_ms, timestep) : 0, parameters);
           if (is_reference && from_all && system.has(Measure::kConsistency)) {

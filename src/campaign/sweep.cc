@@ -63,6 +63,7 @@ Sweep sweep_of(const Section& section, const Campaign& campaign) {
   }
   sweep.patterns = names_in(section, "contenders", *contenders);
   std::vector<std::string> systems;
+  systems.reserve(campaign.systems.size());
   for (const CampaignSystem& system : campaign.systems) systems.push_back(system.name);
   if (const toml::node* node = section.find("systems")) {
     for (const std::string& name : names_in(section, "systems", *node)) {
@@ -160,6 +161,7 @@ bool is_pattern(const std::string& name) { return name.find_first_of("*?") != st
 // Which of the campaign's contenders a sweep varies, as indices.
 std::vector<size_t> swept(const Sweep& sweep, const Campaign& campaign) {
   std::vector<std::string> known;
+  known.reserve(campaign.contenders.size());
   for (const CampaignContender& each : campaign.contenders) known.push_back(each.resolved.name);
   std::set<size_t> found;
   const toml::node* node = sweep.section.find("contenders");

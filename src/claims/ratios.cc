@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "measures/clusters.h"
+
 namespace assay {
 namespace {
 
@@ -58,13 +60,18 @@ Ratio Ratios::at_timestep(const std::string& system, const std::string& first, c
   return ratio;
 }
 
-// Errors of the pieces of the motion whose mean the figure is.
-std::vector<double> Ratios::pieces_of(const Figure& figure, const std::string& value) const {
+// Errors of the pieces whose mean the figure is, by the initial state of their motion; one group if there is one state.
+std::vector<std::vector<double>> Ratios::pieces_of(const Figure& figure, const std::string& value) const {
   if (value != "consistency" || figure.cell == 0 || figure.is_bound) return {};
+  std::vector<double> errors, states;
   for (SampleSeries& series : results_->store().samples(figure.cell)) {
-    if (series.name == "piece_error_m") return std::move(series.values);
+    if (series.name == "piece_error_m") errors = std::move(series.values);
+    if (series.name == "piece_state") states = std::move(series.values);
   }
-  return {};
+  if (errors.empty()) return {};
+  if (states.empty()) return {std::move(errors)};
+  if (states.size() != errors.size()) return {};
+  return grouped(errors, states);
 }
 
 const Ratios::Curve& Ratios::curve(const std::string& system, const std::string& contender,
@@ -89,12 +96,14 @@ const Ratios::Curve& Ratios::curve(const std::string& system, const std::string&
       speed = timed->factor;
     }
     curve.found = Found::kThere;
-    const std::vector<double> pieces = pieces_of(figure, value);
-    if (curve.points.empty()) curve.pieces = pieces.size();
-    if (pieces.size() != curve.pieces) curve.pieces = 0;
+    const std::vector<std::vector<double>> pieces = pieces_of(figure, value);
+    std::vector<size_t> sizes(pieces.size());
+    std::ranges::transform(pieces, sizes.begin(), &std::vector<double>::size);
+    if (curve.points.empty()) curve.pieces = sizes;
+    if (sizes != curve.pieces) curve.pieces.clear();
     Point& point = curve.points.emplace_back(Point{speed, figure.value, {}});
     if (pieces.empty()) continue;
-    point.resampled = resampled_means(pieces, kBootstrapSeed);
+    point.resampled = resampled_means_of_groups(pieces, kBootstrapSeed);
     for (double& mean : point.resampled) mean = log_of(mean);
   }
   if (curve.why.empty()) curve.why = results_->why_missing(system, contender, value);
@@ -129,7 +138,7 @@ Ratio Ratios::at_equal_speed(const std::string& system, const std::string& first
     fastest = std::max(fastest, point.speed.high / point.speed.value);
     slowest = std::min(slowest, point.speed.low / point.speed.value);
   }
-  const bool paired = under.pieces > 0 && under.pieces == over.pieces;
+  const bool paired = !under.pieces.empty() && under.pieces == over.pieces;
   std::vector<double> resampled(paired ? static_cast<size_t>(kBootstrapResamples) : 0);
   // Sums of logarithms: of the ratio, of its ends, and how much of these is the speeds' own.
   double sum = 0, low = 0, high = 0, by_speed_low = 0, by_speed_high = 0;
@@ -168,8 +177,9 @@ Ratio Ratios::at_equal_speed(const std::string& system, const std::string& first
     return ratio;
   }
   if (paired) {
-    low = quantile(resampled, 0.025) + by_speed_low;
-    high = quantile(resampled, 0.975) + by_speed_high;
+    const double tail = bootstrap_tail(under.pieces.size());
+    low = quantile(resampled, tail) + by_speed_low;
+    high = quantile(resampled, 1 - tail) + by_speed_high;
   }
   ratio.state = Ratio::State::kThere;
   ratio.value = {std::exp(sum / count), std::exp(low / count), std::exp(high / count)};

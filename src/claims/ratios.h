@@ -37,24 +37,24 @@ class Ratios {
   // between the first's points, logarithmically in both. A contender that is faster even at its smallest timestep keeps
   // that timestep's value, because it can always idle. Where a system's speed was not measured, at equal timesteps.
   // Where both are means over the same pieces of the motion, the interval is a bootstrap of the pieces, drawn alike for
-  // both.
+  // both; with pieces from several initial states, of these states with all their pieces (measures/clusters.h).
   Ratio at_equal_speed(const std::string& system, const std::string& first, const std::string& second,
                        const std::string& value) const;
 
  private:
   struct Point {
     Interval speed, error;
-    std::vector<double> resampled;  // logarithms of the mean error in resamples of the pieces; empty: no pieces
+    std::vector<double> resampled;  // logarithms of the mean error in the resamples; empty: no pieces
   };
   struct Curve {
     Found found = Found::kMissing;
     std::string why;
     bool by_speed = false;
-    std::vector<Point> points;  // the slowest first
-    size_t pieces = 0;          // of each point; 0: none, or not of all alike
+    std::vector<Point> points;   // the slowest first
+    std::vector<size_t> pieces;  // of each point by initial state; empty: none, or not of all alike
   };
   const Curve& curve(const std::string& system, const std::string& contender, const std::string& value) const;
-  std::vector<double> pieces_of(const Figure& figure, const std::string& value) const;
+  std::vector<std::vector<double>> pieces_of(const Figure& figure, const std::string& value) const;
 
   const Results* results_;
   // Curves are kept: each is compared with many.

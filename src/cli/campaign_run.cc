@@ -131,10 +131,13 @@ bool run_and_summarize(const RunRequest& request) {
   return false;
 }
 
-void write_report_of(const std::string& dir, const nlohmann::json& more) {
+void write_report_of(const std::string& dir, const nlohmann::json& more, const std::vector<std::string>& systems) {
   const std::string file = (std::filesystem::path(dir) / "report.html").string();
-  write_report(dir, file, more);
+  const std::string left_out = write_report(dir, file, more, {.systems = systems});
   print(paragraph("report: " + file, 2));
+  if (!left_out.empty()) {
+    print(paragraph(fmt::format("left out of it, to keep it small: {}; --systems chooses", left_out), 2));
+  }
   const std::string figures = (std::filesystem::path(dir) / "figures").string();
   if (!write_figures(Store::open(dir), figures).empty()) print(paragraph("figures: " + figures, 2));
 }

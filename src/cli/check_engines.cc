@@ -2,10 +2,12 @@
 #include "cli/check_engines.h"
 
 #include <algorithm>
+#include <exception>
 #include <initializer_list>
 #include <iterator>
 #include <map>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -14,6 +16,7 @@
 #include "base/activity.h"
 #include "base/text.h"
 #include "cli/cli.h"
+#include "cli/contained.h"
 #include "model/features.h"
 
 namespace assay::cli {
@@ -288,14 +291,49 @@ std::vector<ModelElement> elements_of(const Model& model) {
   return elements;
 }
 
+namespace {
+
+std::vector<Limitation> asked(const ResolvedContender& contender, const Model& model) {
+  const Activity asking(fmt::format("asking {} what it does with '{}'", contender.name, model.name));
+  return contender.engine->check(model, contender.settings);
+}
+
+// Contenders whose engines do not survive the question, and why: they refuse the model. One process asks all of them,
+// and only where it dies each is asked in its own.
+std::map<std::string, std::string> not_survived(const Model& model) {
+  const Registry& registry = Registry::instance();
+  const std::vector<std::string> names = registry.contender_names();
+  const auto why_not = [&](const std::vector<std::string>& some) -> std::string {
+    try {
+      rehearse("asking the engines", [&] {
+        for (const std::string& name : some) static_cast<void>(asked(registry.resolve(name), model));
+      });
+    } catch (const std::exception& error) {
+      return error.what();
+    }
+    return "";
+  };
+  std::map<std::string, std::string> reasons;
+  if (why_not(names).empty()) return reasons;
+  for (const std::string& name : names) {
+    if (const std::string why = why_not({name}); !why.empty()) reasons.emplace(name, why);
+  }
+  return reasons;
+}
+
+}  // namespace
+
 std::vector<Verdict> verdicts_on(const Model& model, const std::vector<ModelElement>& elements) {
   const Registry& registry = Registry::instance();
+  const std::map<std::string, std::string> dead = not_survived(model);
   const Index index(elements);
   std::vector<Verdict> verdicts;
   for (const std::string& name : registry.contender_names()) {
     const ResolvedContender contender = registry.resolve(name);
-    const Activity asking(fmt::format("asking {} what it does with '{}'", name, model.name));
-    std::vector<Limitation> limitations = contender.engine->check(model, contender.settings);
+    const auto end = dead.find(name);
+    std::vector<Limitation> limitations = end == dead.end()
+                                              ? asked(contender, model)
+                                              : std::vector<Limitation>{{Fidelity::kRefused, "the model", end->second}};
     std::erase_if(limitations, [](const Limitation& limitation) { return limitation.fidelity == Fidelity::kExact; });
     const auto same = std::ranges::find_if(verdicts, [&](const Verdict& verdict) {
       return verdict.engine == contender.engine->name() && alike(verdict.limitations, limitations);

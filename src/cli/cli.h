@@ -69,8 +69,8 @@ int guarded(const std::function<int()>& work);
 
 // ---- interruption ---------------------------------------------------------------------------------------------------
 
-// From now on SIGINT and SIGTERM only set the flag that interrupted() returns; with `once`, a second one ends the
-// program.
+// From now on SIGINT and SIGTERM only set the flag that interrupted() returns; with `once`, a second one
+// that comes later than the same signal sent to the whole process group ends the program.
 void watch_for_interruption(bool once = true);
 bool interrupted();
 

@@ -51,6 +51,11 @@ std::string row_text(const CellChange& row) {
                      timestep_label(row.timestep_ms), ratio);
 }
 
+std::string text_of(const Comparison& found, const std::string& format) {
+  if (format == "json") return comparison_json(found).dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+  return format == "csv" ? comparison_csv(found) : comparison_markdown(found);
+}
+
 int run_compare(const CompareCommand& command) {
   const std::string format = command.format.value_or("markdown");
   if (format != "markdown" && format != "json" && format != "csv") {
@@ -59,10 +64,7 @@ int run_compare(const CompareCommand& command) {
   const std::optional<double> limit =
       command.fail ? std::optional(parse_share("--fail-on-regression", *command.fail)) : std::nullopt;
   const Comparison found = compare(Store::open(command.a), Store::open(command.b), compare_options(command.flags));
-  write(command.out, format == "json"
-                         ? comparison_json(found).dump(1, ' ', false, Json::error_handler_t::replace) + "\n"
-                     : format == "csv" ? comparison_csv(found)
-                                       : comparison_markdown(found));
+  write(command.out, text_of(found, format));
   if (!limit) return kDone;
   const std::vector<const CellChange*> worse = regressions(found, *limit);
   if (worse.empty()) return kDone;

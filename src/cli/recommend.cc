@@ -129,9 +129,9 @@ void add_candidates(const SystemAnswers& answers, const Question& question, cons
   for (const Asked& asked : question.asked) {
     if (errors.size() < kMostErrors) errors.push_back(asked.value);
   }
-  // An error of a motion with contacts says little without how deep the contacts give way: a soft one is easy to
-  // repeat.
-  for (const char* name : {"penetration_max", "grasp_slip"}) {
+  // An error of a motion with contacts says little without how deep the contacts give way, and whether they push back:
+  // a soft one is easy to repeat.
+  for (const char* name : {"penetration_max", "grasp_slip", "rebound"}) {
     const auto measured = std::ranges::find(answers.values, name, &ValueInfo::name);
     const bool shown = std::ranges::find(errors, name, &ValueInfo::name) != errors.end();
     if (measured != answers.values.end() && !shown && !errors.empty()) errors.push_back(*measured);

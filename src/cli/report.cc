@@ -25,7 +25,7 @@ struct Options {
   std::string dir;
   std::vector<std::string> replays;  // timesteps as given
   std::optional<std::string> against;
-  std::vector<std::string> history;
+  std::vector<std::string> history, systems;
   CompareFlags compare;
 };
 
@@ -111,12 +111,16 @@ void add_report(CLI::App& app, Action& action) {
       ->add_option("--history", options->history,
                    "Other results of the same campaign: adds the contenders' courses over all")
       ->type_name("DIR");
+  command->add_option("--systems", options->systems, "Systems to show (default: all, or those that fit into 10 MB)")
+      ->delimiter(',')
+      ->type_name("NAME,...")
+      ->allow_extra_args(false);
   add_compare_flags(*command, options->compare);
   command->callback([&action, options] {
     action = [options] {
       const nlohmann::json more = sections(*options);  // refused before anything is written
       keep_replays(options->dir, parse_replays(options->replays));
-      write_report_of(options->dir, more);
+      write_report_of(options->dir, more, options->systems);
       return kDone;
     };
   });

@@ -25,7 +25,10 @@ struct PartStatus {
   double left_s = 0;
   bool running = false;
 
-  std::string_view state() const { return running ? "running" : done == planned ? "complete" : "stopped"; }
+  std::string_view state() const {
+    if (running) return "running";
+    return done == planned ? "complete" : "stopped";
+  }
 };
 
 // Seconds that are left of a part: its own pace so far corrects the plan's estimate.

@@ -43,6 +43,7 @@ std::string absolute(const std::string& path) { return fs::absolute(path).lexica
 
 SlurmRequest request_of(const Options& options) {
   if (options.campaign.empty()) throw InputError("CAMPAIGN is missing: give a campaign's file, or --resume");
+  rehearse_campaign(options.campaign);
   const Campaign campaign = load_campaign(find_campaign(options.campaign));
   SlurmRequest request;
   request.program = program_path();

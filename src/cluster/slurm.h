@@ -31,7 +31,7 @@ struct SlurmRequest {
   int tries = 3;  // how often a part is submitted
 
   nlohmann::json to_json() const;
-  static SlurmRequest from_json(const nlohmann::json& json);
+  static SlurmRequest from_json(const nlohmann::json& from);
 };
 
 // The parts of a kind, as numbers from 1.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "measures/statistics.h"
 
@@ -47,7 +48,7 @@ double noise_of(std::span<const double> series) {
   steps.reserve(series.size());
   for (size_t i = 1; i < series.size(); ++i) steps.push_back(std::abs(series[i] - series[i - 1]));
   constexpr double kNormal = 0.6744897501960817;  // the median of |x| for a standard normal x
-  return median(steps) / (kNormal * std::sqrt(2.0));
+  return median(steps) / (kNormal * std::numbers::sqrt2);
 }
 
 }  // namespace assay

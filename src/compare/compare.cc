@@ -30,22 +30,14 @@ bool is_timing(const Cell& cell) { return cell.measure == "raw_speed" || cell.me
 // The value of a timing that is compared; its others are the same time in other units, or describe the measurement.
 std::string_view time_of(const Cell& cell) { return cell.measure == "scaling" ? "run_time" : "step_time"; }
 
-// The 0.975 quantile of Student's t distribution, by the expansion of Fisher and Cornish (1960) about the normal one.
-double t_975(double freedom) {
-  constexpr double kOne = 12.706204736, kTwo = 4.302652730;  // where the expansion does not hold
-  if (freedom < 2) return kOne;
-  if (freedom < 3) return kTwo;
-  constexpr double z = 1.959963984540054, z3 = z * z * z, z5 = z3 * z * z, z7 = z5 * z * z, z9 = z7 * z * z;
-  const double v = freedom;
-  return z + (z3 + z) / (4 * v) + (5 * z5 + 16 * z3 + 3 * z) / (96 * v * v) +
-         (3 * z7 + 19 * z5 + 17 * z3 - 15 * z) / (384 * v * v * v) +
-         (79 * z9 + 776 * z7 + 1482 * z5 - 1920 * z3 - 945 * z) / (92160 * v * v * v * v);
-}
-
 struct Logs {
   std::vector<double> values;
   double mean = 0, variance_of_mean = 0;
 };
+
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+int freedom(const Logs& logs) { return static_cast<int>(logs.values.size()) - 1; }
 
 Logs logs_of(const TimeSamples& samples, const TimeSamples* control) {
   Logs logs;
@@ -60,44 +52,34 @@ Logs logs_of(const TimeSamples& samples, const TimeSamples* control) {
     logs.values.push_back(log);
   }
   if (logs.values.empty()) return logs;
-  logs.mean = mean(logs.values);
-  double squares = 0;
-  for (const double log : logs.values) squares += (log - logs.mean) * (log - logs.mean);
-  const auto count = static_cast<double>(logs.values.size());
-  logs.variance_of_mean = count > 1 ? squares / (count - 1) / count : std::numeric_limits<double>::quiet_NaN();
+  // The clock's own interval, which is wider where neighbouring processes are alike.
+  const Interval found = t_interval(logs.values);
+  logs.mean = found.value;
+  const double error = logs.values.size() > 1 ? (found.high - found.low) / 2 / student_t_975(freedom(logs)) : kUnknown;
+  logs.variance_of_mean = error * error;
   return logs;
 }
 
 // exp of the difference of the means; without an interval (NaN) where there are fewer than two samples of either.
 Interval ratio_of(const Logs& a, const Logs& b) {
   const double difference = b.mean - a.mean, variance = a.variance_of_mean + b.variance_of_mean;
-  Interval ratio = {std::exp(difference), std::numeric_limits<double>::quiet_NaN(),
-                    std::numeric_limits<double>::quiet_NaN()};
+  Interval ratio = {std::exp(difference), kUnknown, kUnknown};
   if (std::isnan(variance)) return ratio;
   double half = 0;
   if (variance > 0) {
-    const auto part = [](const Logs& logs) {
-      return logs.variance_of_mean * logs.variance_of_mean / static_cast<double>(logs.values.size() - 1);
-    };
-    half = t_975(variance * variance / (part(a) + part(b))) * std::sqrt(variance);
+    const auto part = [](const Logs& logs) { return logs.variance_of_mean * logs.variance_of_mean / freedom(logs); };
+    const double welch = variance * variance / (part(a) + part(b));  // at least the smaller of the two freedoms
+    half = student_t_975(std::max(1, static_cast<int>(welch))) * std::sqrt(variance);
   }
   ratio.low = std::exp(difference - half);
   ratio.high = std::exp(difference + half);
   return ratio;
 }
 
-Change direction(double ratio, Better better) {
-  if (better == Better::kNone) return Change::kOther;
-  return (ratio > 1) == (better == Better::kLow) ? Change::kWorse : Change::kBetter;
-}
-
 // Why the two cannot be compared, or nothing.
 std::optional<Difference> obstacle(const std::vector<Difference>& found, const CompareOptions& options) {
   for (const Difference& each : found) {
-    const bool accepted = each.kind == DifferenceKind::kBuild || each.kind == DifferenceKind::kCoverage ||
-                          (each.kind == DifferenceKind::kMachine && options.across_machines) ||
-                          (each.kind == DifferenceKind::kProgram && options.across_programs);
-    if (!accepted) return each;
+    if (!accepts(options, each)) return each;
   }
   return std::nullopt;
 }
@@ -163,6 +145,15 @@ class Comparer {
       throw InputError(
           fmt::format("'{}' and '{}' have no cell in common: nothing can be compared", a_.dir(), b_.dir()));
     }
+    const bool any_time = std::ranges::any_of(found_.rows, &CellChange::time);
+    if (!found_.other_windows.empty() && !any_time) {
+      const CellChange& first = found_.other_windows.front();
+      throw InputError(
+          fmt::format("'{}' and '{}' do not compare: they timed other windows of the runs, such as of '{}' on '{}' at "
+                      "{} ms; measure "
+                      "both with the same windows and batch_ms, or compare accuracy alone with --across-machines",
+                      a_.dir(), b_.dir(), first.contender, first.system, timestep_label(first.timestep_ms)));
+    }
     judge_times();
     return std::move(found_);
   }
@@ -183,10 +174,8 @@ class Comparer {
                                    machine.text(a_.dir(), b_.dir()), advice(machine)));
     }
     for (const Difference& each : all) {
-      (each.kind == DifferenceKind::kBuild      ? found_.builds
-       : each.kind == DifferenceKind::kCoverage ? found_.coverage
-                                                : found_.ignored)
-          .push_back(each);
+      std::vector<Difference>& other = each.kind == DifferenceKind::kCoverage ? found_.coverage : found_.ignored;
+      (each.kind == DifferenceKind::kBuild ? found_.builds : other).push_back(each);
     }
     if (options_.control.empty()) return;
     for (const Store* store : {&a_, &b_}) {
@@ -201,7 +190,7 @@ class Comparer {
     }
   }
 
-  CellChange row_of(const Cell& a, const Cell& b) const {
+  static CellChange row_of(const Cell& a, const Cell& b) {
     CellChange row;
     row.system = a.system;
     row.contender = a.contender;
@@ -217,9 +206,7 @@ class Comparer {
     if (a.outcome == b.outcome) return a.outcome != Outcome::kOk;
     CellChange row = row_of(a, b);
     row.value = "outcome";
-    row.change = b.outcome == Outcome::kOk   ? Change::kBetter
-                 : a.outcome == Outcome::kOk ? Change::kWorse
-                                             : Change::kOther;
+    row.change = change_of_outcome(a.outcome == Outcome::kOk, b.outcome == Outcome::kOk);
     found_.rows.push_back(std::move(row));
     return true;
   }
@@ -228,18 +215,18 @@ class Comparer {
     if (compare_outcomes(a, b)) return;
     for (const Value& value : a.values) {
       const Value* other = find_value(b, value.name);
-      if (!value.value || other == nullptr) continue;
+      if (!value.value || other == nullptr || !other->value) continue;
+      const double in_a = *value.value, in_b = *other->value;
       CellChange row = row_of(a, b);
       row.value = value.name;
       row.unit = value.unit;
-      row.a = value.value;
-      row.b = other->value;
-      constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-      if (*row.a != 0) row.ratio = Interval{*row.b / *row.a, kNone, kNone};
-      if (*row.a != *row.b) {
-        const bool small = row.ratio && std::abs(row.ratio->value - 1) < options_.threshold;
-        row.change = small ? Change::kWithin
-                           : direction(std::abs(*row.b) > std::abs(*row.a) ? 2 : 0.5, value_info(value.name).better);
+      row.a = in_a;
+      row.b = in_b;
+      if (in_a != 0) row.ratio = Interval{in_b / in_a, kUnknown, kUnknown};
+      if (in_a != in_b) {
+        const bool small = in_a != 0 && std::abs(in_b / in_a - 1) < options_.threshold;
+        row.change =
+            small ? Change::kWithin : change_of(std::abs(in_b) > std::abs(in_a), value_info(value.name).better);
       }
       found_.rows.push_back(std::move(row));
     }
@@ -255,7 +242,12 @@ class Comparer {
     row.unit = in_a->unit;
     row.a = in_a->value;
     row.b = in_b->value;
-    const TimeSamples samples_a = time_samples(a_.samples(a.id)), samples_b = time_samples(b_.samples(b.id));
+    const std::vector<SampleSeries> series_a = a_.samples(a.id), series_b = b_.samples(b.id);
+    if (!same_windows(series_a, series_b)) {
+      found_.other_windows.push_back(std::move(row));
+      return;
+    }
+    const TimeSamples samples_a = time_samples(series_a), samples_b = time_samples(series_b);
     TimeSamples control_a, control_b;
     if (!options_.control.empty()) {
       CellName control = name_of(a);
@@ -296,14 +288,14 @@ class Comparer {
     std::set<std::string> contenders;
     for (size_t i = 0; i < times.size(); ++i) {
       CellChange& row = *times[i];
+      const Interval ratio = row.ratio.value_or(Interval{});
       row.p_corrected = corrected[i];
-      ratios.push_back(row.ratio->value);
+      ratios.push_back(ratio.value);
       contenders.insert(row.contender);
-      const bool one_sided = row.ratio->low > 1 || row.ratio->high < 1;
+      const bool one_sided = ratio.low > 1 || ratio.high < 1;
       if (row.p_corrected > options_.level || !one_sided) continue;
-      row.change = std::abs(row.ratio->value - 1) < options_.threshold ? Change::kWithin
-                   : row.ratio->value > 1                              ? Change::kWorse
-                                                                       : Change::kBetter;
+      row.change = ratio.value > 1 ? Change::kWorse : Change::kBetter;
+      if (std::abs(ratio.value - 1) < options_.threshold) row.change = Change::kWithin;
     }
     constexpr size_t kEnoughContenders = 3;
     if (contenders.size() >= kEnoughContenders && options_.control.empty()) found_.common_ratio = median(ratios);
@@ -319,6 +311,22 @@ class Comparer {
 };
 
 }  // namespace
+
+Change change_of(bool grew, Better better) {
+  if (better == Better::kNone) return Change::kOther;
+  return grew == (better == Better::kLow) ? Change::kWorse : Change::kBetter;
+}
+
+Change change_of_outcome(bool was_ok, bool is_ok) {
+  if (is_ok) return Change::kBetter;
+  return was_ok ? Change::kWorse : Change::kOther;
+}
+
+bool accepts(const CompareOptions& options, const Difference& difference) {
+  return difference.kind == DifferenceKind::kBuild || difference.kind == DifferenceKind::kCoverage ||
+         (difference.kind == DifferenceKind::kMachine && options.across_machines) ||
+         (difference.kind == DifferenceKind::kProgram && options.across_programs);
+}
 
 std::string_view change_text(Change change) {
   switch (change) {
@@ -345,7 +353,7 @@ std::vector<const CellChange*> regressions(const Comparison& comparison, double 
   for (const CellChange& row : comparison.rows) {
     if (row.change != Change::kWorse) continue;
     const bool by_outcome = row.value == "outcome" || !row.ratio;
-    const double ratio = by_outcome ? 0 : std::abs(row.ratio->value);
+    const double ratio = std::abs(row.ratio.value_or(Interval{}).value);
     // a value of which more is better got worse when it fell
     if (by_outcome || std::max(ratio, 1 / std::max(ratio, 1e-300)) >= 1 + limit) found.push_back(&row);
   }

@@ -1,10 +1,11 @@
 // What changed from results A to results B, cell by cell.
 //
-// Times: the ratio of the mean step times (B over A) with the 95 % interval of Welch's t on the logarithms of the
-// processes' times, and a rank test (measures/rank_test.h) on the same. A process is one sample, because its rounds
-// share its place in memory; where there is one process, its rounds are the samples. The p-values of all times are
-// corrected together for their number. A time has changed when its corrected p-value is at most `level`, its interval
-// lies on one side of 1, and its ratio is at least the practical threshold away from 1.
+// Times: the ratio of the mean step times (B over A), by the clock's own estimate for each process
+// (measures/step_time.h), with the 95 % interval of Welch's t on the logarithms of the processes' times, and a rank
+// test (measures/rank_test.h) on the same. A process is one sample, because its rounds share its place in memory; where
+// there is one process, its rounds are the samples. The p-values of all times are corrected together for their number.
+// A time has changed when its corrected p-value is at most `level`, its interval lies on one side of 1, and its ratio
+// is at least the practical threshold away from 1.
 //
 // Accuracy is deterministic: a value is equal to the last bit, or it changed, and the ratio says how much. A change
 // that is smaller than the threshold counts as "within the threshold".
@@ -21,6 +22,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "measures/statistics.h"
+#include "results/values.h"
 #include "store/differences.h"
 #include "store/store.h"
 
@@ -34,6 +36,9 @@ struct CompareOptions {
   bool across_programs = false;  // another version or build of assay is accepted
 };
 
+// Whether two stores that differ so may be compared under these options.
+bool accepts(const CompareOptions& options, const Difference& difference);
+
 enum class Change {
   kNone,    // equal to the last bit, or no difference found
   kWithin,  // it differs, by less than the threshold
@@ -41,6 +46,9 @@ enum class Change {
   kWorse,
   kOther,  // it differs, and neither is better
 };
+// What it is that a value has changed: it grew, or fell. kOther where neither is better.
+Change change_of(bool grew, Better better);
+Change change_of_outcome(bool was_ok, bool is_ok);
 std::string_view change_text(Change change);  // "none", "within", "better", "worse", "other"
 
 struct CellChange {
@@ -60,11 +68,12 @@ struct CellChange {
 struct Comparison {
   std::string a, b;  // directories
   CompareOptions options;
-  std::vector<Difference> builds;    // engines' versions and plugins that differ: what the comparison may be about
-  std::vector<Difference> coverage;  // systems and contenders that one of them lacks
-  std::vector<Difference> ignored;   // other machines or programs that the options accept
-  std::vector<CellChange> rows;      // as stored, times and accuracy; cells that only one of them has are left out
-  size_t only_a = 0, only_b = 0;     // cells
+  std::vector<Difference> builds;         // engines' versions and plugins that differ: what the comparison may be about
+  std::vector<Difference> coverage;       // systems and contenders that one of them lacks
+  std::vector<Difference> ignored;        // other machines or programs that the options accept
+  std::vector<CellChange> rows;           // as stored, times and accuracy; cells that only one of them has are left out
+  size_t only_a = 0, only_b = 0;          // cells
+  std::vector<CellChange> other_windows;  // times that are not compared: each run timed another part of the motion
   // The median ratio of all times, where there are at least three contenders: far from 1 it is rather the machine's.
   std::optional<double> common_ratio;
   // The smallest p-value that the samples can give is too large for the number of times that are compared.
@@ -73,7 +82,7 @@ struct Comparison {
 
 // Throws InputError that names the first difference when the two cannot be compared: another model, method or settings
 // of a contender that both have; another machine or program that the options do not accept; no cell in common; a
-// control that one of them lacks.
+// control that one of them lacks; or when both timed other windows of every run.
 Comparison compare(const Store& a, const Store& b, const CompareOptions& options);
 
 // Rows that are worse: times whose ratio is at least 1 + `limit`, accuracy whose error grew by at least `limit` of

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <string_view>
 #include <tuple>
 
 #include <fmt/format.h>
@@ -63,17 +64,12 @@ class Courses {
  private:
   void refuse_others(const Store& first, const Store& other) const {
     for (const Difference& each : differences(first, other)) {
-      const CompareOptions& options = history_.options;
-      const bool accepted = each.kind == DifferenceKind::kBuild || each.kind == DifferenceKind::kCoverage ||
-                            (each.kind == DifferenceKind::kMachine && options.across_machines) ||
-                            (each.kind == DifferenceKind::kProgram && options.across_programs);
-      if (accepted) continue;
+      if (accepts(history_.options, each)) continue;
+      std::string_view switches;
+      if (each.kind == DifferenceKind::kProgram) switches = ", or accept it with --across-programs";
+      if (each.kind == DifferenceKind::kMachine) switches = ", or give --across-machines for accuracy alone";
       throw InputError(fmt::format("'{}' and '{}' do not compare: {}; leave one out{}", first.dir(), other.dir(),
-                                   each.text(first.dir(), other.dir()),
-                                   each.kind == DifferenceKind::kProgram   ? ", or accept it with --across-programs"
-                                   : each.kind == DifferenceKind::kMachine ? ", or give --across-machines for accuracy "
-                                                                             "alone"
-                                                                           : ""));
+                                   each.text(first.dir(), other.dir()), switches));
     }
   }
 
@@ -87,8 +83,9 @@ class Courses {
     for (const Cell& cell : cells) {
       if (control.empty() || cell.contender != control) continue;
       const Value* time = find_value(cell, cell.measure == "scaling" ? "run_time" : "step_time");
-      if (time != nullptr)
+      if (time != nullptr && time->value) {
         controls[{cell.system, cell.timestep_ms, cell.measure}] = level_of(store, cell, *time->value);
+      }
     }
     for (const Cell& cell : cells) {
       if (cell.contender == kHarness || cell.contender == control) continue;
@@ -148,9 +145,7 @@ class Courses {
     for (size_t i = 1; i < course.points.size(); ++i) {
       const CoursePoint &before = course.points[i - 1], &after = course.points[i];
       if (before.outcome != after.outcome) {
-        const Change change = after.outcome == "ok"    ? Change::kBetter
-                              : before.outcome == "ok" ? Change::kWorse
-                                                       : Change::kOther;
+        const Change change = change_of_outcome(before.outcome == "ok", after.outcome == "ok");
         course.changes.push_back({after.run, 0, change, fmt::format("{} → {}", before.outcome, after.outcome)});
         continue;
       }
@@ -183,13 +178,10 @@ class Courses {
   }
 
   static void add_change(Course& course, size_t run, double ratio, bool larger) {
-    const Better better = value_info(course.value).better;
-    const Change change = better == Better::kNone              ? Change::kOther
-                          : larger == (better == Better::kLow) ? Change::kWorse
-                                                               : Change::kBetter;
-    const std::string text = ratio <= 0                  ? "from zero"
-                             : ratio > 10 || ratio < 0.1 ? fmt::format("× {:.3g}", ratio)
-                                                         : fmt::format("{:+.1f} %", 100 * (ratio - 1));
+    const Change change = change_of(larger, value_info(course.value).better);
+    std::string text = fmt::format("{:+.1f} %", 100 * (ratio - 1));
+    if (ratio > 10 || ratio < 0.1) text = fmt::format("× {:.3g}", ratio);
+    if (ratio <= 0) text = "from zero";
     course.changes.push_back({run, ratio, change, text});
   }
 

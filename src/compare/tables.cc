@@ -76,6 +76,10 @@ std::string comparison_summary(const Comparison& comparison) {
   std::string text =
       fmt::format("times: {}, {}; accuracy and outcomes: {}, {}", times.all, counts_text(times, "faster", "slower"),
                   others.all, counts_text(others, "better", "worse"));
+  if (!comparison.other_windows.empty()) {
+    text += fmt::format("; times that are not compared because of other windows of the run: {}",
+                        comparison.other_windows.size());
+  }
   if (comparison.only_a + comparison.only_b > 0) {
     text += fmt::format("; {} cells only in '{}', {} only in '{}'", comparison.only_a, comparison.a, comparison.only_b,
                         comparison.b);
@@ -94,6 +98,12 @@ std::string comparison_markdown(const Comparison& comparison) {
   list("Other builds of engines:", comparison.builds);
   list("Accepted differences:", comparison.ignored);
   list("Not in both:", comparison.coverage);
+  if (!comparison.other_windows.empty()) {
+    text += "\nTimed in other windows of the run, which do not compare:\n\n";
+    for (const CellChange& row : comparison.other_windows) {
+      text += fmt::format("- {} on {} at {} ms\n", row.contender, row.system, timestep_label(row.timestep_ms));
+    }
+  }
   if (comparison.common_ratio) {
     text += fmt::format(
         "\nThe median of all times' ratios is {:.3f}. What all contenders have in common is rather the machine's: name "
@@ -176,8 +186,13 @@ json comparison_json(const Comparison& comparison) {
     for (const Difference& each : differences) texts.push_back(difference_json(each, comparison));
     return texts;
   };
+  json other_windows = json::array();
+  for (const CellChange& row : comparison.other_windows) {
+    other_windows.push_back({{"system", row.system}, {"contender", row.contender}, {"timestep_ms", row.timestep_ms}});
+  }
   return {{"a", comparison.a},
           {"b", comparison.b},
+          {"other_windows", std::move(other_windows)},
           {"threshold", comparison.options.threshold},
           {"level", comparison.options.level},
           {"control", comparison.options.control.empty() ? json(nullptr) : json(comparison.options.control)},

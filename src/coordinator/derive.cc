@@ -89,7 +89,8 @@ void derive_consistency(const std::vector<Cell>& cells, std::vector<Store::Deriv
     const double floor = std::max(restart.value_or(0), flat.value_or(0));
     for (const Cell* cell : curve) {
       const Value* error = find_value(*cell, "consistency");
-      if (error == nullptr || value_of(*cell, "restart_floor") || *error->value > kNearFloor * floor) continue;
+      if (error == nullptr || !error->value || value_of(*cell, "restart_floor")) continue;
+      if (*error->value > kNearFloor * floor) continue;
       derived.push_back({cell->id, {"consistency_floor", "m", floor, {}, {}}});
       derived.push_back({cell->id, {"consistency_bound", "m", error->high.value_or(*error->value) + floor, {}, {}}});
     }

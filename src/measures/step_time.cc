@@ -17,17 +17,6 @@ double run_mean(const std::vector<double>& weights, const std::vector<const std:
   return sum;
 }
 
-// By process, or by round where there is one process.
-std::map<double, double> independent_step_times(const TimedRounds& timed) {
-  std::map<double, double> found = process_step_times(timed);
-  if (found.size() > 1) return found;
-  found.clear();
-  for (size_t round = 0; round < timed.rounds.size(); ++round) {
-    found[static_cast<double>(round)] = run_mean(timed.weights, {&timed.rounds[round]});
-  }
-  return found;
-}
-
 }  // namespace
 
 std::map<double, double> process_step_times(const TimedRounds& timed) {
@@ -36,6 +25,16 @@ std::map<double, double> process_step_times(const TimedRounds& timed) {
   for (size_t i = 0; i < timed.rounds.size(); ++i) rounds[timed.processes[i]].push_back(&timed.rounds[i]);
   std::map<double, double> found;
   for (const auto& [process, of] : rounds) found[process] = run_mean(timed.weights, of);
+  return found;
+}
+
+std::map<double, double> independent_step_times(const TimedRounds& timed) {
+  std::map<double, double> found = process_step_times(timed);
+  if (found.size() > 1) return found;
+  found.clear();
+  for (size_t round = 0; round < timed.rounds.size(); ++round) {
+    found[static_cast<double>(round)] = run_mean(timed.weights, {&timed.rounds[round]});
+  }
   return found;
 }
 

@@ -19,9 +19,12 @@ struct TimedRounds {
 // sum over its steps, so only a mean over the run is a throughput; the median removes disturbances of single rounds.
 std::map<double, double> process_step_times(const TimedRounds& timed);
 
+// The same by process; with one process its rounds take the place of processes.
+std::map<double, double> independent_step_times(const TimedRounds& timed);
+
 // The mean over processes, with a 95 % t-interval, of their logarithms so that it stays positive: a process keeps its
-// place in memory, and with it its speed, for life, so rounds of one process are no independent samples. With one
-// process its rounds take the place of processes. Fewer than two give no interval: both ends are NaN.
+// place in memory, and with it its speed, for life, so rounds of one process are no independent samples. Fewer than
+// two independent times give no interval: both ends are NaN.
 Interval step_time(const TimedRounds& timed);
 
 // The time of `of` over that of `to`: the geometric mean of the ratios of processes with the same number, which

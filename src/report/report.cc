@@ -2,11 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
+#include <set>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "base/errors.h"
+#include "base/text.h"
 #include "claims/claims.h"
 #include "report/details.h"
 #include "report/page.h"
@@ -76,6 +80,74 @@ json claims_data(const Results& results) {
   return std::ranges::all_of(judgements, silent) ? json::array() : claims_json(judgements);
 }
 
+// What the page shows of cells, and the systems that are left.
+struct Shown {
+  std::set<std::string> systems;
+  json cells = json::array(), views = json::array();
+  std::string left_out;
+};
+
+constexpr const char* kLeftOut = "left_out";
+
+size_t page_bytes(const json& data) {
+  return report_page_before().size() + report_page_between().size() + report_page_after().size() +
+         data.dump(-1, ' ', false, json::error_handler_t::replace).size();
+}
+
+// System by system in their order, while there is room: with the samples' distributions if all fits so.
+Shown what_fits(const Results& results, const ReportOptions& options, size_t other_bytes) {
+  const std::vector<std::string> viewed = viewed_systems(results);
+  std::map<std::string, std::vector<const Cell*>> cells;
+  for (const Cell& cell : results.cells()) cells[cell.system].push_back(&cell);
+  const size_t room = options.most_bytes > other_bytes ? options.most_bytes - other_bytes : 0;
+  Shown shown;
+  std::map<std::string, json> views;
+  std::vector<std::string> without_room;
+  for (const bool with_samples : {true, false}) {
+    shown = {};
+    without_room.clear();
+    size_t bytes = 0;
+    for (const std::string& system : results.systems()) {
+      if (!options.systems.empty() && std::ranges::find(options.systems, system) == options.systems.end()) continue;
+      if (!without_room.empty()) {
+        without_room.push_back(system);
+        continue;
+      }
+      json of_system = json::array();
+      for (const Cell* cell : cells[system]) {
+        of_system.push_back(
+            cell_json(*cell, with_samples ? results.store().samples(cell->id) : std::vector<SampleSeries>{}));
+      }
+      if (!views.contains(system) && std::ranges::find(viewed, system) != viewed.end()) {
+        views[system] = view_of(results, system);
+      }
+      const auto size = [](const json& part) {
+        return part.dump(-1, ' ', false, json::error_handler_t::replace).size();
+      };
+      const auto view = views.find(system);
+      bytes += size(of_system) + (view == views.end() ? 0 : size(view->second));
+      if (bytes > room && !shown.systems.empty()) {
+        without_room.push_back(system);
+        if (with_samples) break;
+        continue;
+      }
+      shown.systems.insert(system);
+      for (json& cell : of_system) shown.cells.push_back(std::move(cell));
+      if (view != views.end()) shown.views.push_back(view->second);
+    }
+    if (without_room.empty()) {
+      if (!with_samples) shown.left_out = "distributions of samples";
+      return shown;
+    }
+  }
+  shown.left_out = "distributions of samples";
+  if (!without_room.empty()) {
+    shown.left_out +=
+        fmt::format("; of {} systems {}: {}", results.systems().size(), without_room.size(), join(without_room, ", "));
+  }
+  return shown;
+}
+
 // JSON inside a script element. `<` would end it or open a comment; the two line separators end a line in old
 // JavaScript. Both occur inside strings only, where an escape means the same.
 std::string script_safe(const std::string& text) {
@@ -100,14 +172,17 @@ std::string script_safe(const std::string& text) {
 
 }  // namespace
 
-json report_data(const Store& store) {
+json report_data(const Store& store, const ReportOptions& options) {
   json manifest = json::array();
   for (const ManifestEntry& entry : store.manifest()) manifest.push_back({{"key", entry.key}, {"value", entry.value}});
 
-  json systems = json::array();
-  for (const SystemRow& row : store.systems()) systems.push_back({{"name", row.name}, {"facts", object(row.json)}});
-
   const Results results(store);
+  for (const std::string& name : options.systems) {
+    if (std::ranges::find(results.systems(), name) == results.systems().end()) {
+      throw InputError(
+          fmt::format("there is no system '{}' in '{}'{}", name, store.dir(), did_you_mean(name, results.systems())));
+    }
+  }
   json contenders = json::array();
   for (const ContenderRow& row : store.contenders()) {
     json changes = json::array();
@@ -128,9 +203,6 @@ json report_data(const Store& store) {
         {{"key", "timing_estimate"},
          {"value", "version 0.1: a median over pooled slices of some states, not the mean over the run"}});
   }
-  json cells = json::array();
-  for (const Cell& cell : results.cells()) cells.push_back(cell_json(cell, store.samples(cell.id)));
-
   json conformance = json::array();
   for (const ConformanceRow& row : store.conformance()) {
     conformance.push_back({{"contender", row.contender},
@@ -142,22 +214,37 @@ json report_data(const Store& store) {
                            {"note", row.note}});
   }
 
-  return {{"format", kReportFormat},
-          {"manifest", std::move(manifest)},
-          {"systems", std::move(systems)},
-          {"contenders", std::move(contenders)},
-          {"cells", std::move(cells)},
-          {"conformance", std::move(conformance)},
-          {"pictures", picture_data(results)},
-          {"agreement", agreement_data(results)},
-          {"replays", replays_data(store)},
-          {"claims", claims_data(results)},
-          {"parity", parity_data(store.dir())},
-          {"catalogue", catalogue_data(results)},
-          {"units", units_data(results)},
-          {"looks", looks_data(results)},
-          {"glossary", glossary_data()},
-          {"views", views_data(results)}};
+  json data = {{"format", kReportFormat},
+               {"contenders", std::move(contenders)},
+               {"conformance", std::move(conformance)},
+               {"pictures", picture_data(results)},
+               {"agreement", agreement_data(results)},
+               {"replays", replays_data(store)},
+               {"claims", claims_data(results)},
+               {"parity", parity_data(store.dir())},
+               {"catalogue", catalogue_data(results)},
+               {"units", units_data(results)},
+               {"looks", looks_data(results)},
+               {"glossary", glossary_data()}};
+
+  Shown shown = what_fits(results, options, page_bytes(data));
+  for (const char* part : {"pictures", "agreement", "replays"}) {
+    json kept = json::array();
+    for (json& each : data[part]) {
+      if (shown.systems.contains(each["system"].get<std::string>())) kept.push_back(std::move(each));
+    }
+    data[part] = std::move(kept);
+  }
+  json systems = json::array();
+  for (const SystemRow& row : store.systems()) {
+    if (shown.systems.contains(row.name)) systems.push_back({{"name", row.name}, {"facts", object(row.json)}});
+  }
+  if (!shown.left_out.empty()) manifest.push_back({{"key", kLeftOut}, {"value", shown.left_out}});
+  data["manifest"] = std::move(manifest);
+  data["systems"] = std::move(systems);
+  data["cells"] = std::move(shown.cells);
+  data["views"] = std::move(shown.views);
+  return data;
 }
 
 std::string report_html(const json& data) {
@@ -178,11 +265,17 @@ void write_report(const std::string& results_dir, const std::string& out_file) {
   write_report(results_dir, out_file, json::object());
 }
 
-void write_report(const std::string& results_dir, const std::string& out_file, const json& more) {
+std::string write_report(const std::string& results_dir, const std::string& out_file, const json& more,
+                         const ReportOptions& options) {
   const Store store = Store::open(results_dir);
-  json data = report_data(store);
+  ReportOptions within = options;
+  within.most_bytes -= std::min(within.most_bytes, more.dump(-1, ' ', false, json::error_handler_t::replace).size());
+  json data = report_data(store, within);
   data.update(more);
   write_file(out_file, report_html(data));
+  const auto left_out =
+      std::ranges::find_if(data["manifest"], [](const json& entry) { return entry["key"] == kLeftOut; });
+  return left_out == data["manifest"].end() ? "" : (*left_out)["value"].get<std::string>();
 }
 
 }  // namespace assay

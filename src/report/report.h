@@ -1,7 +1,9 @@
 // The store's content as one HTML file that works offline: tables and plots of every system, the gate, the manifest.
 #pragma once
 
+#include <cstddef>
 #include <string>
+#include <vector>
 
 #include <nlohmann/json_fwd.hpp>
 
@@ -9,9 +11,18 @@ namespace assay {
 
 class Store;
 
-// Everything the page shows, as plain JSON (web/src/data.ts names the fields). Depends on the results directory alone:
-// equal ones give equal bytes. Numbers are finite; what is missing is null.
-nlohmann::json report_data(const Store& store);
+// What a report shows of results that are too large for one page.
+struct ReportOptions {
+  std::vector<std::string> systems = {};  // that it may show; empty: all
+  // Of the page. What is beyond that is left out in this order: the distributions of samples, then systems, the last
+  // ones first. Claims are judged by all results. An entry "left_out" of the page's manifest says what it was.
+  size_t most_bytes = 10'000'000;
+};
+
+// Everything the page shows, as plain JSON (web/src/data.ts names the fields). Depends on the results directory and the
+// options alone: equal ones give equal bytes. Numbers are finite; what is missing is null. Throws InputError for a
+// system that the results do not have.
+nlohmann::json report_data(const Store& store, const ReportOptions& options = {});
 
 // The page with `data` inside it, its "replays" in an element of their own behind the page's script. `data` may hold
 // any text: it is escaped for a script element.
@@ -21,6 +32,8 @@ std::string report_html(const nlohmann::json& data);
 // other results than these go into: "changes" (compare/compare.h) and "history" (compare/history.h). Throws InputError
 // when `results_dir` holds no results (or those of another version), SystemError when `out_file` cannot be written.
 void write_report(const std::string& results_dir, const std::string& out_file);
-void write_report(const std::string& results_dir, const std::string& out_file, const nlohmann::json& more);
+// Returns what was left out, "" for nothing.
+std::string write_report(const std::string& results_dir, const std::string& out_file, const nlohmann::json& more,
+                         const ReportOptions& options = {});
 
 }  // namespace assay

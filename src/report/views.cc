@@ -1,6 +1,7 @@
 #include "report/views.h"
 
 #include <algorithm>
+#include <iterator>
 #include <set>
 
 #include <fmt/format.h>
@@ -93,6 +94,8 @@ json view_data(const Results& results, const std::string& system) {
 
 }  // namespace
 
+json view_of(const Results& results, const std::string& system) { return view_data(results, system); }
+
 json catalogue_data(const Results& results) {
   json rows = json::array();
   for (const ValueInfo& info : value_catalogue()) rows.push_back(row(info));
@@ -148,15 +151,20 @@ json glossary_data() {
   return terms;
 }
 
-json views_data(const Results& results) {
+std::vector<std::string> viewed_systems(const Results& results) {
   std::set<std::string> shown;
   for (const Cell& cell : results.cells()) {
     if (cell.measure != "scaling" || results.family(cell.system).empty()) shown.insert(cell.system);
   }
+  std::vector<std::string> systems;
+  std::ranges::copy_if(results.systems(), std::back_inserter(systems),
+                       [&](const std::string& system) { return shown.contains(system); });
+  return systems;
+}
+
+json views_data(const Results& results) {
   json views = json::array();
-  for (const std::string& system : results.systems()) {
-    if (shown.contains(system)) views.push_back(view_data(results, system));
-  }
+  for (const std::string& system : viewed_systems(results)) views.push_back(view_data(results, system));
   return views;
 }
 

@@ -1,6 +1,9 @@
 // What the page is told of each system, so that it decides nothing by itself; format 2 of the report's JSON.
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include <nlohmann/json_fwd.hpp>
 
 #include "results/results.h"
@@ -31,5 +34,7 @@ nlohmann::json glossary_data();
 //    "card": see cards.h}
 // The meaning of each: results/recommend.h.
 nlohmann::json views_data(const Results& results);
+nlohmann::json view_of(const Results& results, const std::string& system);  // of one of viewed_systems()
+std::vector<std::string> viewed_systems(const Results& results);
 
 }  // namespace assay

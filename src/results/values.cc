@@ -45,6 +45,10 @@ const std::vector<ValueInfo>& value_catalogue() {
        "largest depth of two colliding shapes in each other over the run"},
       {"penetration_rms", "m", "Penetration, RMS", "penetration (RMS)", kLow, "violation", kNo, kLimit,
        "largest depth of two colliding shapes in each other in each sample, root mean square over the run"},
+      {"rebound", "1", "Rebound", "rebound", kLow, "violation", kNo, kLimit,
+       "part of its speed with which a ball of the size of the system's smallest shape leaves a plane at 1 m/s; no "
+       "model "
+       "has restitution, so 0 is right"},
       {"grasp_slip", "m", "Grasp slip", "slip", kLow, "grasp", kPlot, kLimit,
        "largest distance that the object has moved in the hand over the run"},
       {"grasp_held", "1", "Grasp held", "object held", kHigh, "grasp", kNo, kNo,

@@ -21,16 +21,6 @@ const std::vector<std::pair<std::string, std::string>>& hashed_tables() {
   return tables;
 }
 
-std::string samples_hash(sqlite3* db, std::int64_t cell_id) {
-  Statement query(db, kSamplesQuery);
-  query.bind(0, cell_id);
-  std::string bytes;
-  while (query.step()) {
-    for (int column = 0; column < 3; ++column) query.append_to(bytes, column);
-  }
-  return content_hash(bytes);
-}
-
 std::string table_hash(sqlite3* db, const std::string& table) {
   const auto found = std::ranges::find(hashed_tables(), table, &std::pair<std::string, std::string>::first);
   Statement columns(db, "SELECT name FROM pragma_table_info(?) ORDER BY name");
@@ -45,23 +35,36 @@ std::string table_hash(sqlite3* db, const std::string& table) {
   return content_hash(bytes);
 }
 
-void put_samples_hash(sqlite3* db, std::int64_t cell_id) {
-  Statement(db, "UPDATE cells SET samples_hash = ? WHERE id = ?").bind_all(samples_hash(db, cell_id), cell_id).run();
+CellHasher::CellHasher(sqlite3* db)
+    : samples_(db, kSamplesQuery),
+      cell_(db, fmt::format("SELECT {}, c.node, c.samples_hash FROM cells c WHERE c.id = ?", kCellColumns)),
+      values_(db, kValuesQuery),
+      set_samples_(db, "UPDATE cells SET samples_hash = ? WHERE id = ?"),
+      set_cell_(db, "UPDATE cells SET hash = ? WHERE id = ?") {}
+
+void CellHasher::put_samples_hash(std::int64_t cell_id) {
+  std::string bytes;
+  samples_.bind(0, cell_id);
+  while (samples_.step()) {
+    for (int column = 0; column < 3; ++column) samples_.append_to(bytes, column);
+  }
+  samples_.run();  // steps past the end, which resets it; so below
+  set_samples_.bind_all(content_hash(bytes), cell_id).run();
 }
 
-void put_cell_hash(sqlite3* db, std::int64_t cell_id) {
-  Statement query(db, fmt::format("SELECT {}, c.node, c.samples_hash FROM cells c WHERE c.id = ?", kCellColumns));
-  query.bind(0, cell_id);
+void CellHasher::put_cell_hash(std::int64_t cell_id) {
   std::string bytes;
-  if (query.step()) {
-    for (int column = 1; column <= kCellColumnCount; ++column) query.append_to(bytes, column);
+  cell_.bind(0, cell_id);
+  if (cell_.step()) {
+    for (int column = 1; column <= kCellColumnCount; ++column) cell_.append_to(bytes, column);
+    cell_.run();
   }
-  Statement values(db, kValuesQuery);
-  values.bind(0, cell_id);
-  while (values.step()) {
-    for (int column = 0; column < kValueColumnCount; ++column) values.append_to(bytes, column);
+  values_.bind(0, cell_id);
+  while (values_.step()) {
+    for (int column = 0; column < kValueColumnCount; ++column) values_.append_to(bytes, column);
   }
-  Statement(db, "UPDATE cells SET hash = ? WHERE id = ?").bind_all(content_hash(bytes), cell_id).run();
+  values_.run();
+  set_cell_.bind_all(content_hash(bytes), cell_id).run();
 }
 
 void put_table_hash(sqlite3* db, const std::string& table) {

@@ -25,12 +25,21 @@ inline constexpr const char* kSamplesQuery =
 // Tables with a hash of their own, and the order in which their rows count.
 const std::vector<std::pair<std::string, std::string>>& hashed_tables();
 
-// Compute what is stored now, and store its hash. Call them within the transaction of the change.
-void put_samples_hash(sqlite3* db, std::int64_t cell_id);
-void put_cell_hash(sqlite3* db, std::int64_t cell_id);  // after its samples' hash
+// Computes what is stored of cells now, and stores its hash. Use it within the transaction of the change; its
+// statements are prepared once for many cells.
+class CellHasher {
+ public:
+  explicit CellHasher(sqlite3* db);
+  void put_samples_hash(std::int64_t cell_id);
+  void put_cell_hash(std::int64_t cell_id);  // after its samples' hash
+
+ private:
+  Statement samples_, cell_, values_, set_samples_, set_cell_;
+};
+
+// The same of a table.
 void put_table_hash(sqlite3* db, const std::string& table);
 
-std::string samples_hash(sqlite3* db, std::int64_t cell_id);
 std::string table_hash(sqlite3* db, const std::string& table);
 
 // "drift of chain, ode-quick at 1 ms"

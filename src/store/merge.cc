@@ -128,8 +128,9 @@ class Merge {
     (void)source.cells();  // throws for one that is damaged
     const Attached attached(db_, dir);
     Transaction transaction(db_);
-    merge_manifest(source);
-    merge_nodes(source);
+    changed_tables_.clear();
+    note_change("manifest", [&] { merge_manifest(source); });
+    note_change("nodes", [&] { merge_nodes(source); });
     refuse_other_cells();
     refuse_other_runs();
     refuse_other_verdicts();
@@ -137,7 +138,7 @@ class Merge {
     const std::int64_t added = merge_cells();
     merge_lists();
     refuse_mixed_machines();
-    for (const auto& [table, order] : sql::hashed_tables()) sql::put_table_hash(db_, table);
+    for (const std::string& table : changed_tables_) sql::put_table_hash(db_, table);
     summary.trajectories += copy_files("trajectories", ".bin");
     summary.trajectories += copy_files("parity", ".json");
     transaction.commit();
@@ -261,22 +262,22 @@ class Merge {
     {
       Statement query(db_,
                       "SELECT s.measure, s.contender, s.system, s.timestep_ms, s.outcome, m.outcome FROM src.cells s "
-                      "JOIN main.cells m ON m.key = s.key WHERE s.outcome <> m.outcome LIMIT 1");
+                      "CROSS JOIN main.cells m ON m.key = s.key WHERE s.outcome <> m.outcome LIMIT 1");
       if (query.step()) {
         refuse(fmt::format("{} is '{}' in it and '{}' there, {}", cell_text(query, 0), query.text(4), query.text(5),
                            advice(query.text(0))));
       }
     }
-    // either may have a value that the other lacks
+    // Either may have a value that the other lacks. CROSS JOIN keeps the order: what is there may be much more.
     for (const auto& [one, other, swapped] : {std::tuple("src", "main", false), std::tuple("main", "src", true)}) {
       Statement query(
           db_, fmt::format(
-                   "SELECT c.measure, c.contender, c.system, c.timestep_ms, v.name, v.value, w.value FROM {0}.cells c "
-                   "JOIN {1}.cells d ON d.key = c.key JOIN {0}.\"values\" v ON v.cell_id = c.id "
-                   "LEFT JOIN {1}.\"values\" w ON w.cell_id = d.id AND w.name = v.name "
-                   "WHERE v.name NOT IN ({2}) AND (v.value IS NOT w.value OR v.low IS NOT w.low OR v.high IS NOT "
+                   "SELECT s.measure, s.contender, s.system, s.timestep_ms, v.name, v.value, w.value FROM src.cells s "
+                   "CROSS JOIN main.cells m ON m.key = s.key CROSS JOIN {0}.\"values\" v ON v.cell_id = {2}.id "
+                   "LEFT JOIN {1}.\"values\" w ON w.cell_id = {3}.id AND w.name = v.name "
+                   "WHERE v.name NOT IN ({4}) AND (v.value IS NOT w.value OR v.low IS NOT w.low OR v.high IS NOT "
                    "w.high OR w.name IS NULL) LIMIT 1",
-                   one, other, derived_));
+                   one, other, swapped ? "m" : "s", swapped ? "s" : "m", derived_));
       if (!query.step()) continue;
       const auto shown = [&](int column) {
         const auto number = query.optional_number(column);
@@ -291,7 +292,7 @@ class Merge {
     if (!attached_has(db_, "runs")) return;
     Statement query(
         db_,
-        "SELECT s.system, s.contender, s.timestep_ms FROM src.runs s JOIN main.runs m ON m.system = s.system "
+        "SELECT s.system, s.contender, s.timestep_ms FROM src.runs s CROSS JOIN main.runs m ON m.system = s.system "
         "AND m.contender = s.contender AND m.timestep_ms = s.timestep_ms WHERE s.address <> m.address LIMIT 1");
     if (query.step()) {
       refuse(fmt::format("the kept run of {} on {} at {} ms is another", query.text(1), query.text(0),
@@ -300,9 +301,10 @@ class Merge {
   }
 
   void refuse_other_verdicts() {
-    Statement query(db_,
-                    "SELECT s.contender, s.test, s.status, m.status FROM src.conformance s JOIN main.conformance m ON "
-                    "m.contender = s.contender AND m.test = s.test WHERE s.status <> m.status LIMIT 1");
+    Statement query(
+        db_,
+        "SELECT s.contender, s.test, s.status, m.status FROM src.conformance s CROSS JOIN main.conformance m ON "
+        "m.contender = s.contender AND m.test = s.test WHERE s.status <> m.status LIMIT 1");
     if (query.step()) {
       refuse(fmt::format("the test '{}' of the conformance suite gave '{}' for {} in it and '{}' there", query.text(1),
                          query.text(2), query.text(0), query.text(3)));
@@ -320,6 +322,13 @@ class Merge {
     {
       Statement query(db_, "SELECT count(*) FROM temp.merged WHERE key NOT IN (SELECT key FROM main.cells)");
       if (query.step()) fresh = query.integer(0);
+    }
+    // Foreign keys are off on this connection, because checking them for each sample takes as long as copying it.
+    for (const char* table : {"samples", "values"}) {
+      execute(db_, fmt::format("DELETE FROM main.\"{}\" WHERE cell_id IN (SELECT m.id FROM temp.merged t CROSS JOIN "
+                               "main.cells m ON m.key = t.key)",
+                               table)
+                       .c_str());
     }
     execute(db_, "DELETE FROM main.cells WHERE key IN (SELECT key FROM temp.merged)");
     const std::string cells = common_columns(db_, "cells", "id");
@@ -360,39 +369,50 @@ class Merge {
         if (query.integer(1) != 0) unhashed.push_back(query.integer(0));
       }
     }
-    for (const std::int64_t id : unhashed) sql::put_samples_hash(db_, id);
-    for (const std::int64_t id : changed) sql::put_cell_hash(db_, id);
+    sql::CellHasher hasher(db_);
+    for (const std::int64_t id : unhashed) hasher.put_samples_hash(id);
+    for (const std::int64_t id : changed) hasher.put_cell_hash(id);
+  }
+
+  // Hashing a table takes time that grows with it: only those that `work` has changed are hashed anew.
+  void note_change(const std::string& table, const std::function<void()>& work) {
+    const std::int64_t before = sqlite3_total_changes64(db_);
+    work();
+    if (sqlite3_total_changes64(db_) != before) changed_tables_.insert(table);
+  }
+
+  void merge_list(const std::string& table, const std::string& statement) {
+    note_change(table, [&] { execute(db_, statement.c_str()); });
   }
 
   void merge_lists() {
     // systems and contenders as the campaign lists them; rows of one campaign are equal but for paths
-    execute(db_, "INSERT OR IGNORE INTO main.systems SELECT name, json FROM src.systems ORDER BY rowid");
-    execute(
-        db_,
+    merge_list("systems", "INSERT OR IGNORE INTO main.systems SELECT name, json FROM src.systems ORDER BY rowid");
+    merge_list(
+        "systems",
         "UPDATE main.systems SET json = (SELECT s.json FROM src.systems s WHERE s.name = main.systems.name) "
         "WHERE EXISTS (SELECT 1 FROM src.systems s WHERE s.name = main.systems.name AND s.json < main.systems.json)");
     const std::string contenders = common_columns(db_, "contenders", "");
-    execute(db_, fmt::format("INSERT OR IGNORE INTO main.contenders({0}) SELECT {0} FROM src.contenders ORDER BY rowid",
-                             contenders)
-                     .c_str());
+    merge_list("contenders",
+               fmt::format("INSERT OR IGNORE INTO main.contenders({0}) SELECT {0} FROM src.contenders ORDER BY rowid",
+                           contenders));
     const std::string verdicts = common_columns(db_, "conformance", "");
-    execute(db_,
-            fmt::format("INSERT OR IGNORE INTO main.conformance({0}) SELECT {0} FROM src.conformance ORDER BY rowid",
-                        verdicts)
-                .c_str());
-    execute(
-        db_,
+    merge_list("conformance",
+               fmt::format("INSERT OR IGNORE INTO main.conformance({0}) SELECT {0} FROM src.conformance ORDER BY rowid",
+                           verdicts));
+    merge_list(
+        "conformance",
         "UPDATE main.conformance SET (figure, tolerance, unit, note) = (SELECT s.figure, s.tolerance, s.unit, s.note "
         "FROM src.conformance s WHERE s.contender = main.conformance.contender AND s.test = main.conformance.test) "
         "WHERE EXISTS (SELECT 1 FROM src.conformance s WHERE s.contender = main.conformance.contender AND s.test = "
         "main.conformance.test AND (s.figure, s.note) < (main.conformance.figure, main.conformance.note))");
     if (attached_has(db_, "runs")) {
-      execute(db_,
-              "INSERT OR IGNORE INTO main.runs(system, contender, timestep_ms, address) SELECT system, contender, "
-              "timestep_ms, address FROM src.runs");
+      merge_list("runs",
+                 "INSERT OR IGNORE INTO main.runs(system, contender, timestep_ms, address) SELECT system, contender, "
+                 "timestep_ms, address FROM src.runs");
     }
     if (attached_has(db_, "scenes")) {
-      execute(db_, "INSERT OR IGNORE INTO main.scenes(system, json) SELECT system, json FROM src.scenes");
+      merge_list("scenes", "INSERT OR IGNORE INTO main.scenes(system, json) SELECT system, json FROM src.scenes");
     }
     if (attached_has(db_, "plan")) {
       execute(db_,
@@ -403,21 +423,22 @@ class Merge {
 
   // Speeds compare only where they were measured on one machine.
   void refuse_mixed_machines() {
-    Statement query(db_,
-                    "SELECT c.system, json_extract(n.json, '$.name'), json_extract(n.json, '$.cpu') FROM main.cells c "
-                    "JOIN main.nodes n ON n.id = c.node "
-                    "WHERE c.measure IN ('raw_speed', 'scaling') GROUP BY 1, 2, 3 ORDER BY 1, 2, 3");
-    std::string system, machine;
+    // Of the union that is there, once; then each source adds its own.
+    const char* schema = machine_of_.empty() ? "main" : "src";
+    Statement query(
+        db_, fmt::format(
+                 "SELECT c.system, c.node, json_extract(n.json, '$.name'), json_extract(n.json, '$.cpu') FROM (SELECT "
+                 "DISTINCT system, {1} AS node FROM {0}.cells WHERE measure IN ('raw_speed', 'scaling')) c "
+                 "JOIN main.nodes n ON n.id = c.node ORDER BY 1, 3, 4",
+                 schema, machine_of_.empty() || unnamed_node_.empty() ? "node" : fmt::format("'{}'", unnamed_node_)));
     while (query.step()) {
-      const std::string name = query.text(1), here = name.empty() ? query.text(2) : name;
-      if (query.text(0) == system) {
-        refuse(
-            fmt::format("the timings of '{}' would be of two machines, '{}' and '{}', whose speeds do not compare: "
-                        "measure them in one shard",
-                        system, machine, here));
-      }
-      system = query.text(0);
-      machine = here;
+      const std::string name = query.text(2), here = name.empty() ? query.text(3) : name;
+      const auto& [system, machine] = *machine_of_.emplace(query.text(0), here).first;
+      if (machine == here) continue;
+      refuse(
+          fmt::format("the timings of '{}' would be of two machines, '{}' and '{}', whose speeds do not compare: "
+                      "measure them in one shard",
+                      system, machine, here));
     }
   }
 
@@ -474,9 +495,11 @@ class Merge {
 
   sqlite3* db_;
   Store& out_;
-  std::string derived_;       // names as a list of SQL
-  std::string dir_;           // of the source
-  std::string unnamed_node_;  // the machine of a source without nodes
+  std::string derived_;                            // names as a list of SQL
+  std::string dir_;                                // of the source
+  std::string unnamed_node_;                       // the machine of a source without nodes
+  std::set<std::string> changed_tables_;           // by this source
+  std::map<std::string, std::string> machine_of_;  // the machine that timed each system of the union
 };
 
 // Two directories are parts of one campaign: else one sentence says what differs.
@@ -535,7 +558,7 @@ MergeSummary merge_results(const std::vector<std::string>& sources, const std::s
   {
     const std::unique_ptr<sqlite3, CloseDatabase> db(
         sql::open_database(sql::uri_of(out + "/assay.sqlite"), SQLITE_OPEN_READWRITE | SQLITE_OPEN_URI));
-    execute(db.get(), "PRAGMA synchronous = FULL; PRAGMA foreign_keys = ON");
+    execute(db.get(), "PRAGMA synchronous = FULL; PRAGMA foreign_keys = OFF; PRAGMA cache_size = -65536");  // KiB
     Merge merge(db.get(), result, derived);
     for (const std::string& source : sources) {
       if (same_directory(source, out)) continue;  // all of it is there

@@ -149,9 +149,10 @@ void migrate(sqlite3* db) {
   std::vector<std::int64_t> cells;
   Statement query(db, "SELECT id FROM cells");
   while (query.step()) cells.push_back(query.integer(0));
+  sql::CellHasher hasher(db);
   for (const std::int64_t id : cells) {
-    sql::put_samples_hash(db, id);
-    sql::put_cell_hash(db, id);
+    hasher.put_samples_hash(id);
+    hasher.put_cell_hash(id);
   }
   for (const auto& [table, order] : sql::hashed_tables()) sql::put_table_hash(db, table);
   set_version(db);

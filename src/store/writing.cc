@@ -95,8 +95,9 @@ std::int64_t Store::put_cell(const Cell& cell, const std::vector<SampleSeries>& 
       put_sample.bind_all(id, series.name, static_cast<std::int64_t>(i), std::optional(series.values[i])).run();
     }
   }
-  sql::put_samples_hash(db_.get(), id);
-  sql::put_cell_hash(db_.get(), id);
+  sql::CellHasher hasher(db_.get());
+  hasher.put_samples_hash(id);
+  hasher.put_cell_hash(id);
   transaction.commit();
   return id;
 }
@@ -117,7 +118,8 @@ void Store::set_derived(const std::vector<std::string>& names, const std::vector
     put.bind_all(cell_id, value.name, value.unit, value.value, value.low, value.high).run();
     changed.insert(cell_id);
   }
-  for (const std::int64_t id : changed) sql::put_cell_hash(db_.get(), id);
+  sql::CellHasher hasher(db_.get());
+  for (const std::int64_t id : changed) hasher.put_cell_hash(id);
   transaction.commit();
 }
 

@@ -16,6 +16,7 @@
 #include "measures/grasp.h"
 #include "measures/initial_states.h"
 #include "measures/plausible.h"
+#include "measures/rebound.h"
 #include "measures/run_measures.h"
 #include "measures/statistics.h"
 #include "reference/smooth.h"
@@ -144,6 +145,29 @@ CellResult over_states(std::vector<CellResult> cells, std::uint64_t seed) {
   return all;
 }
 
+// The rebound of an impact at the system's scale with the contender's settings, beside how far its contacts give way.
+// Empty where the system has no impacts, and where the engine cannot make them.
+std::optional<Value> rebound_value(const Subject& subject, double timestep_ms, double& engine_s) {
+  std::optional<ImpactProbe> probe = impact_probe(subject.model, 1e-3 * timestep_ms);
+  if (!probe) return std::nullopt;
+  Subject impacts;
+  impacts.model = std::move(probe->model);
+  impacts.control = passive_control();
+  impacts.contender = subject.contender;
+  impacts.capabilities = subject.capabilities;
+  try {
+    check_supported(impacts, 1e-3 * timestep_ms);
+    const Run run = run_sampled(impacts, impacts.model.initial, timestep_ms, probe->steps, 1);
+    engine_s += run.engine_s;
+    if (run.ending.outcome == Outcome::kDiverged) return std::nullopt;
+    return Value{"rebound", "1", rebound(run.trajectory.states), {}, {}};
+  } catch (const UnsupportedError&) {
+    return std::nullopt;
+  } catch (const EngineError&) {
+    return std::nullopt;
+  }
+}
+
 // A run that exists may have more samples than are wanted: every so many of them are kept.
 void thin(std::vector<State>& states, long long samples) {
   const long long extra = (std::ssize(states) - 1) % samples;
@@ -213,7 +237,11 @@ JobDone do_job(const RunJob& job) {
   }
   std::vector<CellResult> cells;
   cells.reserve(job.measures.size());
-  for (const std::string& measure : job.measures) cells.push_back(over_states(std::move(found[measure]), job.seed));
+  for (const std::string& measure : job.measures) {
+    CellResult& cell = cells.emplace_back(over_states(std::move(found[measure]), job.seed));
+    if (measure != "violation" || cell.values.empty()) continue;
+    if (auto value = rebound_value(subject, job.timestep_ms, engine_s)) cell.values.push_back(std::move(*value));
+  }
   return job_done(std::move(cells), engine_s);
 }
 

@@ -83,6 +83,21 @@ class Run(CampaignTest):
                                 "angular_momentum_drift"]:
                     self.assertIn((contender, timestep, measure), found)
 
+    # Of a soft contact that is critically damped it has a closed form, whatever the timestep.
+    def test_rebound_beside_penetration(self):
+        self.write("falls.toml", tiny(contenders=["mujoco-euler", "physx-d6-pgs"]).replace(
+            "planar-chain", "capsules-2").replace('["raw_speed", "consistency", "truth", "drift"]', '["violation"]'))
+        self.assay("run", "falls.toml", "--out", "falls")
+        rebound = {(row["contender"], float(row["timestep_ms"])): float(row["value"])
+                   for row in self.rows("falls") if row["measure"] == "rebound"}
+        self.assertEqual(len(rebound), 6)
+        for (contender, timestep), value in rebound.items():
+            with self.subTest(contender=contender, timestep=timestep):
+                if contender == "mujoco-euler":
+                    self.assertLess(abs(value - math.exp(-2)), 0.02)
+                else:
+                    self.assertLess(value, 0.01)
+
     def test_same_command_again_measures_nothing(self):
         self.run_tiny()
         before = self.assay("export", "results", "--format", "csv")

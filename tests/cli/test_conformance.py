@@ -1,6 +1,8 @@
 """conformance: the suite by hand."""
 
 import os
+import pathlib
+import re
 import signal
 import time
 
@@ -57,6 +59,26 @@ class Conformance(AssayTest):
     def test_engine_that_does_nothing_does_not_fall(self):
         self.assertRegex(self.failing("null", "--test", "free-fall"), r"(?m)^  fail +free-fall .*\n  does not conform: 0 pass, 1 fail")
 
+    def test_every_deviation_has_its_proof(self):
+        """A declared deviation names a program that runs as a test, or the adapter approximates the feature that it tests."""
+        root = pathlib.Path(__file__).resolve().parents[2]
+        tested = set(re.findall(r"(?m)^assay_add_finding\((\w+) (\w+) ", (root / "findings/CMakeLists.txt").read_text()))
+        listed = (root / "findings/README.md").read_text()
+        groups = self.assay_json("engines", "--features", "--json")["groups"]
+        support = {contender: group["support"] for group in groups for contender in group["contenders"]}
+        needs = {"ellipsoid-rocks": "ellipsoid", "planar-root": "massless", "massless-joints": "massless",
+                 "random-massless-trees": "massless"}
+        for row in self.assay_json("engines", "--json")["contenders"]:
+            for deviation in row["capabilities"]["deviations"]:
+                with self.subTest(contender=row["contender"], test=deviation["test"]):
+                    named = re.findall(r"findings/(\w+)/(\w+)\.cc", deviation["reason"])
+                    for engine, program in named:
+                        self.assertIn((engine, program), tested)
+                        self.assertIn(f"({engine}/{program}.cc)", listed)
+                    if not named:
+                        self.assertIn(deviation["test"], needs, deviation["reason"])
+                        self.assertEqual(support[row["contender"]][needs[deviation["test"]]]["fidelity"], "approximated")
+
     def test_crash_is_a_failed_test(self):
         self.use_mishap_engine()
         self.assertRegex(self.failing("mishap-abort"), r"(?m)^  fail +\S+ .*SIGABRT")
@@ -65,6 +87,7 @@ class Conformance(AssayTest):
     def test_interruption(self):
         self.use_mishap_engine()
         process = self.start_assay("conformance", "mishap-hang", start_new_session=True)
+        self.assertIn("mishap-hang", process.stdout.readline(), "its heading, before its first test")
         time.sleep(1)
         os.killpg(process.pid, signal.SIGINT)
         _, err = process.communicate(timeout=60)

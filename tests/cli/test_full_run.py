@@ -18,7 +18,7 @@ from harness import SOURCE, AssayTest, main
 FULL = SOURCE / "results/amd-epyc-2-cores"
 # Errors: magnitudes of which less is better.
 LIMITABLE = re.compile(r"truth_error(_max|_rms)?|consistency(_[\d.]+ms)?|\w+_drift(_relative)?|"
-                       r"(joint_dislocation|joint_misalignment|limit_violation|penetration)_(max|rms)|grasp_slip")
+                       r"(joint_dislocation|joint_misalignment|limit_violation|penetration)_(max|rms)|grasp_slip|rebound")
 LIMITS = 40
 # Limits of each value that the program itself is asked for; ASSAY_ALL_LIMITS=1 asks it for all.
 ASKED = LIMITS if os.environ.get("ASSAY_ALL_LIMITS") else 3

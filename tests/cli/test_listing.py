@@ -180,8 +180,11 @@ class Check(AssayTest):
         self.write("ball.xml", BALL)
         text = self.assay("check", "ball.xml")
         self.assertRegex(text, r"(?m)^mishap +refused +1 +mishap-refuse$")
+        for fault, how in (("abort", r"SIGABRT"), ("exit", r"ended the\s+process early")):
+            self.assertRegex(text, rf"(?m)^mishap +refused +1 +mishap-{fault}-in-check$")
+            self.assertRegex(text, rf"(?s)  the model: asking mishap-{fault}-in-check what it does with 'ball'\s+.*?{how}")
         self.assertRegex(text, r"(?m)^mishap +approximated +1 +mishap-inexact$")
-        self.assertRegex(text, r"(?m)^mishap +exact +all but mishap-refuse, mishap-inexact$")
+        self.assertRegex(text, r"(?m)^mishap +exact +mishap and \d+ more$")
         self.assertRegex(text, r"(?ms)^refused$.*^  body 'ball': give it to somebody else\n    mishap-refuse$.*^approximated$")
         self.assertRegex(text, r"(?m)^  body 'ball': rounded\n    mishap-inexact$")
 

@@ -355,6 +355,55 @@ TEST_F(ClaimsTest, PiecesAreDrawnAlikeForBoth) {
   EXPECT_LT(figure(judged(kConsistent), "C / A").low.value_or(20), 10);
 }
 
+// Pieces of one motion depend on each other: initial states are drawn, each with all of its pieces.
+TEST_F(ClaimsTest, InitialStatesAreDrawnAndNotTheirPieces) {
+  // two contenders, whose errors differ between motions and hardly within one
+  const auto pieces = [&](const std::string& contender, const std::vector<double>& of_states, int each, bool told) {
+    for (const double h : {1.0, 2.0, 4.0, 8.0}) {
+      Cell cell = made(contender, h, "consistency", "s");
+      std::vector<double> errors, states;
+      for (int piece = 0; piece < each; ++piece) {
+        for (size_t state = 0; state < of_states.size(); ++state) {
+          errors.push_back(1e-3 * h * of_states[state]);
+          states.push_back(static_cast<double>(state));
+        }
+      }
+      const double value = mean(errors);
+      cell.values = {{"consistency", "m", value, 0.5 * value, 2 * value}};
+      std::vector<SampleSeries> samples = {{"piece_error_m", errors}};
+      if (told) samples.push_back({"piece_state", states});
+      store_.put_cell(cell, samples);
+      put(contender, h, "raw_speed", {{"realtime_factor", "1", 500 * h, 500 * h, 500 * h}});
+    }
+  };
+  const std::vector<double> even(8, 1.0), uneven = {2, 50, 8, 40, 12, 30, 5, 13};
+  const auto width = [&] {
+    const ClaimFigure ratio = figure(judged(kConsistent), "C / A");
+    EXPECT_NEAR(ratio.value, 20, 1e-9);
+    return std::log(ratio.high.value_or(0) / ratio.low.value_or(1));
+  };
+  pieces("a", even, 1, true);
+  pieces("c", uneven, 1, true);
+  const double by_state = width();
+  // more pieces of the same motions say nothing new
+  pieces("a", even, 9, true);
+  pieces("c", uneven, 9, true);
+  EXPECT_NEAR(width(), by_state, 1e-9);
+  // as if each were a motion of its own, they would seem three times as certain
+  pieces("a", even, 9, false);
+  pieces("c", uneven, 9, false);
+  EXPECT_LT(width(), by_state / 2.5);
+  // the draw is paired: where both have the same factor in every state, the ratio is certain
+  pieces("a", uneven, 3, true);
+  std::vector<double> times_20 = uneven;
+  for (double& factor : times_20) factor *= 20;
+  pieces("c", times_20, 3, true);
+  EXPECT_NEAR(width(), 0, 1e-9);
+  // other numbers of pieces a state cannot be drawn alike: worst cases of the stored intervals
+  pieces("c", times_20, 4, true);
+  EXPECT_NEAR(width(), 2 * std::log(4), 1e-9);
+}
+
 // A speed that is not known well widens what the pieces alone would say.
 TEST_F(ClaimsTest, PairedPiecesDoNotHideTheSpeedsInterval) {
   const auto pieces = [&](const std::string& contender, double scale, double wide) {

@@ -120,6 +120,7 @@ class CompareTest : public TempFolderTest {
     std::string model = "1", settings = {}, commit = "abc", cpu = "EPYC", plugin = "p1";
     Outcome outcome = Outcome::kOk;  // of engine-a's truth
     std::string started = "2026-01-01";
+    std::vector<double> windows = {};  // begins of the timed windows, s; empty: samples of version 0.1
   };
 
   std::string path(const std::string& name) const { return (dir_ / name).string(); }
@@ -151,7 +152,20 @@ class CompareTest : public TempFolderTest {
       }
       const double middle = std::accumulate(rounds.begin(), rounds.end(), 0.0) / static_cast<double>(rounds.size());
       speed.values = {{"step_time", "us", middle, 0.99 * middle, 1.01 * middle}, {"clock_share", "1", middle, {}, {}}};
-      store.put_cell(speed, {{"round_step_time_us", rounds}, {"process", processes}});
+      std::vector<SampleSeries> samples = {{"round_step_time_us", rounds}, {"process", processes}};
+      if (!made.windows.empty()) {
+        // The step of the last window takes twice as long as the others' mean, in every round.
+        const size_t count = made.windows.size();
+        SampleSeries times = {"window_step_time_us", {}};
+        for (const double round : rounds) {
+          for (size_t w = 0; w < count; ++w) times.values.push_back(w + 1 == count ? 2 * round : round);
+        }
+        samples.push_back(times);
+        samples.push_back({"window_begin_s", made.windows});
+        samples.push_back({"window_steps", std::vector<double>(count, 10)});
+        samples.push_back({"window_weight", std::vector<double>(count, 1 / static_cast<double>(count))});
+      }
+      store.put_cell(speed, samples);
     }
   }
 
@@ -212,6 +226,23 @@ TEST_F(CompareTest, ASlowerAndLessAccurateEngineIsFound) {
   const Comparison back = compared("b", "a");
   EXPECT_EQ(row(back, "engine-a", "step_time").change, Change::kBetter);
   EXPECT_TRUE(regressions(back, 0).empty());
+}
+
+TEST_F(CompareTest, AProcessCountsByTheMeanOverItsWindows) {
+  make("a", {.noise = 1e-6, .windows = {0, 0.5}});
+  make("b", {.slower = 1.05, .noise = 1e-6, .windows = {0, 0.5}});
+  const CellChange& time = row(compared("a", "b"), "engine-a", "step_time");
+  EXPECT_NEAR(time.ratio->value, 1.05, 1e-4);
+  EXPECT_EQ(time.samples_a, 10U);
+  EXPECT_EQ(time.change, Change::kWorse);
+}
+
+TEST_F(CompareTest, TimesOfOtherWindowsAreNotCompared) {
+  EXPECT_THAT(refusal({.slower = 2, .windows = {0, 0.5}}), AllOf(HasSubstr("other windows"), HasSubstr("engine-a")));
+  make("c", {.windows = {0, 0.25}});
+  make("d", {.slower = 2, .windows = {0, 0.5}});
+  EXPECT_THROW(compared("c", "d"), InputError);
+  EXPECT_EQ(compared("c", "d", {.across_machines = true}).rows.size(), 2U);
 }
 
 TEST_F(CompareTest, AnOutcomeThatChangedIsAChange) {

@@ -5,6 +5,7 @@
 #include <sstream>
 #include <unistd.h>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -16,6 +17,7 @@ namespace assay {
 namespace {
 
 using nlohmann::json;
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -166,6 +168,48 @@ TEST_F(ReportTest, SameDatabaseSameBytes) {
 TEST_F(ReportTest, NoResultsIsTheUsersFault) {
   EXPECT_THROW(write_report(dir_, dir_ + ".html"), InputError);
   EXPECT_FALSE(std::filesystem::exists(dir_ + ".html"));
+}
+
+TEST_F(ReportTest, ShowsWhatFitsAndNamesTheRest) {
+  Store store = Store::create(dir_, {"test", "1234"});
+  std::vector<SystemRow> systems;
+  for (int s = 0; s < 8; ++s) systems.push_back({fmt::format("system-{}", s), "{}"});
+  store.set_systems(systems);
+  for (int i = 0; i < 8 * 50; ++i) {
+    Cell cell;
+    cell.key = std::to_string(i);
+    cell.system = systems[static_cast<size_t>(i / 50)].name;
+    cell.contender = fmt::format("contender-{}", i % 50);
+    cell.timestep_ms = 1;
+    cell.measure = "consistency";
+    cell.values = {{"consistency", "m", 0.1, {}, {}}};
+    store.put_cell(cell, {{"piece_error_m", std::vector<double>(20, 0.123456)}});
+  }
+  const json all = report_data(store);
+  EXPECT_EQ(all["systems"].size(), 8U);
+  EXPECT_FALSE(all["cells"][0]["samples"].empty());
+  EXPECT_THAT(all["manifest"].dump(), Not(HasSubstr("left_out")));
+
+  const size_t whole = report_html(all).size();
+  size_t samples = 0;
+  for (const json& cell : all["cells"]) samples += cell["samples"].dump().size();
+  const json without = report_data(store, {.most_bytes = whole - samples / 2});
+  EXPECT_EQ(without["systems"].size(), 8U) << "the samples' distributions go first";
+  EXPECT_TRUE(without["cells"][0]["samples"].empty());
+
+  const size_t most =
+      whole - samples - (whole - samples - report_html(report_data(store, {.most_bytes = 0})).size()) / 2;
+  const json some = report_data(store, {.most_bytes = most});
+  EXPECT_LT(some["systems"].size(), 8U);
+  EXPECT_GT(some["systems"].size(), 1U);
+  EXPECT_EQ(some["views"].size(), some["systems"].size());
+  EXPECT_LE(report_html(some).size(), most + 1000);
+  EXPECT_THAT(some["manifest"].dump(), AllOf(HasSubstr("left_out"), HasSubstr("system-7")));
+
+  const json chosen = report_data(store, {.systems = {"system-7"}, .most_bytes = most});
+  EXPECT_EQ(chosen["cells"].size(), 50U);
+  EXPECT_EQ(chosen["systems"][0]["name"], "system-7");
+  EXPECT_THROW(report_data(store, {.systems = {"system-8"}}), InputError);
 }
 
 TEST_F(ReportTest, AFailedWriteLeavesTheOldReport) {

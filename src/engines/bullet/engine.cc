@@ -18,30 +18,29 @@ namespace {
 // Settings of contenders beside the declared defaults.
 using Set = std::map<std::string, SettingValue>;
 
-// Shown by findings/bullet/rk4_free_base.cc. Bounds: 1.5 times what the tests measure.
+// Bounds: 1.5 times what the tests measure.
 std::vector<Deviation> rk4_deviations() {
   const std::string reason =
       "Bullet's Runge-Kutta uses the free base's orientation at the step's start in all stages: first order where a "
-      "floating body rotates";
+      "floating body rotates (findings/bullet/rk4_free_base.cc)";
   return {{"torque-free-top", 5e-3, reason},  {"oblique-trees", 1.2e-4, reason},
           {"torque-reaction", 6e-5, reason},  {"massless-joints", 7e-5, reason},
           {"random-trees", 1.4e-4, reason},   {"random-massless-trees", 1.6e-4, reason},
           {"spinning-bodies", 2.6e-3, reason}};
 }
 
-// Shown by findings/bullet/multibody_contact.cc. Bound: what theory gives.
+// Bound: what theory gives.
 Deviation multibody_impact(const Options& options) {
   return {"inelastic-impact", 1.05 * options.contact_erp,
-          "contacts of multibodies have no split impulse: a body leaves an impact with up to ERP of its speed"};
+          "contacts of multibodies have no split impulse: a body leaves an impact with up to ERP of its speed "
+          "(findings/bullet/multibody_contact.cc)"};
 }
 
 // Bounds: 1.5 times what the tests measure.
 std::vector<Deviation> rigid_deviations(const Options& options) {
   const std::string lent = fmt::format("massless bodies borrow {:g} % of the next body's mass: rigid bodies need mass",
                                        100 * options.lent_share);
-  const std::string slides =
-      "a contact's friction acts along the slip at the step's start: a box that slides down a "
-      "plane turns";
+  const std::string slides = "a box that slides straight down a plane turns (findings/bullet/box_turns.cc)";
   const bool few = options.solver == Solver::kSequentialImpulse && options.iterations < 50;
   std::vector<Deviation> deviations = {
       {"planar-root", 3.5e-3, lent},
@@ -53,12 +52,12 @@ std::vector<Deviation> rigid_deviations(const Options& options) {
     // by theory
     deviations.push_back({"inelastic-impact", 1.05 * options.contact_erp,
                           "penetrations that split impulse leaves are corrected by velocities: a body leaves an impact "
-                          "with up to ERP of "
-                          "its speed"});
+                          "with up to ERP of its speed (findings/bullet/split_impulse_depth.cc)"});
   }
   if (few) {
-    deviations.push_back(
-        {"stack-1000", 0.47, "few iterations do not carry a load of a thousand times the mass that bears it"});
+    deviations.push_back({"stack-1000", 0.47,
+                          "few iterations do not carry a load of a thousand times the mass that bears it "
+                          "(findings/bullet/stack_mass_ratio.cc)"});
   }
   return deviations;
 }
@@ -103,6 +102,15 @@ std::vector<Limitation> couplings_between_trees(const Model& model) {
   return refused;
 }
 
+// A row of the sequential solver for multibodies: rows between rigid bodies diverge where the armature is below the
+// inertia that the joint turns (findings/bullet/joint_cfm.cc), Dantzig's method takes no soft rows, and Runge-Kutta
+// leaves rows to a step of first order.
+bool has_armature(const Options& options) {
+  return options.multibody && !options.rk4 && options.solver == Solver::kSequentialImpulse;
+}
+constexpr const char* kNoArmature =
+    "Bullet has armature only as a row of multibodies with sequential impulse and without Runge-Kutta: take bullet-mb";
+
 void add_features(Capabilities& c, const Options& options) {
   add_exact(c, {Feature::kBox, Feature::kCylinder, Feature::kEllipsoid, Feature::kHull});
   add_approximated(c, Feature::kHeightField,
@@ -130,6 +138,7 @@ void add_features(Capabilities& c, const Options& options) {
     add_exact(c, {Feature::kBall});
   }
   add_explicit_springs(c);
+  if (has_armature(options)) add_exact(c, {Feature::kBallArmature});
 }
 
 class BulletEngine final : public Adapter {
@@ -168,6 +177,7 @@ class BulletEngine final : public Adapter {
     c.precision = kDoublePrecision ? Precision::kDouble : Precision::kSingle;
     c.coordinates = options.multibody ? Coordinates::kJoint : Coordinates::kMaximal;
     c.contact = c.joint_limits = c.torques = true;
+    c.armature = has_armature(options);
     describe_springs(c, false, "");
     const std::string solver = options.solver == Solver::kDantzig
                                    ? "Dantzig's LCP method, sequential impulse where it fails"
@@ -229,7 +239,9 @@ class BulletEngine final : public Adapter {
     if (options.multibody) std::ranges::copy(frozen_joints(model), std::back_inserter(limitations));
     if (options.multibody) std::ranges::copy(couplings_between_trees(model), std::back_inserter(limitations));
     for (const Joint& hinge : model.joints) {
-      if (hinge.armature != 0) limitations.push_back(armature_refused(hinge, "Bullet"));
+      if (hinge.armature != 0 && !has_armature(options)) {
+        limitations.push_back({Fidelity::kRefused, joint_element(hinge, "armature"), kNoArmature});
+      }
       if (hinge.has_spring()) limitations.push_back(explicit_spring(hinge));
       if (options.multibody) continue;
       if (const auto range = wide_range(hinge, "Bullet's hinge")) limitations.push_back(*range);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <utility>
+#include <vector>
 
 #include <BulletDynamics/Featherstone/btMultiBody.h>
 #include <BulletDynamics/Featherstone/btMultiBodyFixedConstraint.h>
@@ -10,6 +11,7 @@
 #include <BulletDynamics/Featherstone/btMultiBodyJointMotor.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 #include <BulletDynamics/Featherstone/btMultiBodyPoint2Point.h>
+#include <Eigen/Cholesky>
 
 #include "convert.h"
 #include "world.h"
@@ -63,6 +65,86 @@ class CouplingRow final : public btMultiBodyConstraint {
   btScalar offset_;
 };
 
+// The armatures a of a tree's joints, as rows of Bullet's solver with the impulse -a (rate at the step's end - rate at
+// its start). Bullet starts its sweeps at the impulses that solve these rows without any others, so that without limits
+// and contacts they are exact.
+class ArmatureRows final : public btMultiBodyConstraint {
+ public:
+  struct Freedom {
+    int coordinate;  // of the tree's joints
+    btScalar armature;
+  };
+
+  // `link` is one with a collider.
+  ArmatureRows(btMultiBody* tree, int link, std::vector<Freedom> freedoms)
+      : btMultiBodyConstraint(tree, nullptr, link, -1, static_cast<int>(freedoms.size()), false,
+                              MAX_MULTIBODY_CONSTRAINT_TYPE),
+        freedoms_(std::move(freedoms)),
+        start_(freedoms_.size()) {}
+
+  // Before Bullet applies a step's forces.
+  void begin_step() {
+    for (size_t i = 0; i < freedoms_.size(); ++i) start_[i] = rate(i);
+  }
+
+  void finalizeMultiDof() override {
+    allocateJacobiansMultiDof();
+    for (size_t i = 0; i < freedoms_.size(); ++i) {
+      jacobianA(static_cast<int>(i))[kBaseFreedoms + freedoms_[i].coordinate] = 1;
+    }
+    m_numDofsFinalized = m_jacSizeBoth;
+  }
+  int getIslandIdA() const override { return m_bodyA->getLink(m_linkA).m_collider->getIslandTag(); }
+  int getIslandIdB() const override { return getIslandIdA(); }
+  void createConstraintRows(btMultiBodyConstraintArray& rows, btMultiBodyJacobianData& data,
+                            const btContactSolverInfo& info) override {
+    if (m_numDofsFinalized != m_jacSizeBoth) finalizeMultiDof();
+    const auto count = static_cast<int>(freedoms_.size());
+    const int first = rows.size();
+    const btVector3 none(0, 0, 0);
+    for (int i = 0; i < count; ++i) {
+      btMultiBodySolverConstraint& row = rows.expandNonInitializing();
+      row.m_solverBodyIdA = row.m_solverBodyIdB = data.m_fixedBodyId;
+      fillMultiBodyConstraint(row, data, jacobianA(i), nullptr, none, none, none, none, 0, info, -m_maxAppliedImpulse,
+                              m_maxAppliedImpulse);
+      row.m_solverBodyIdA = row.m_solverBodyIdB = -1;
+      row.m_orgConstraint = this;
+      row.m_orgDofIndex = i;
+    }
+    // rates that a unit impulse of each row gives the others
+    Eigen::MatrixXd response(count, count);
+    Eigen::VectorXd wanted(count);
+    for (int i = 0; i < count; ++i) {
+      const btScalar* change = &data.m_deltaVelocitiesUnitImpulse[rows[first + i].m_jacAindex + kBaseFreedoms];
+      for (int j = 0; j < count; ++j) response(j, i) = change[freedoms_[j].coordinate];
+      wanted[i] = start_[i] - rate(i);
+    }
+    Eigen::MatrixXd soft = response;
+    for (int i = 0; i < count; ++i) soft(i, i) += 1 / freedoms_[i].armature;
+    const Eigen::VectorXd impulses = soft.llt().solve(wanted);
+    const int size = kBaseFreedoms + m_bodyA->getNumDofs();
+    for (int i = 0; i < count; ++i) {
+      btMultiBodySolverConstraint& row = rows[first + i];
+      const auto impulse = real(impulses[i]);
+      row.m_jacDiagABInv = real(1 / soft(i, i));
+      row.m_cfm = row.m_jacDiagABInv / freedoms_[i].armature;
+      row.m_rhs = (real(wanted[i]) * row.m_jacDiagABInv) - (impulse * row.m_cfm);  // Bullet counts on from `impulse`
+      btScalar* change = &data.m_deltaVelocitiesUnitImpulse[row.m_jacAindex];
+      applyDeltaVee(data, change, impulse, row.m_deltaVelAindex, size);
+      m_bodyA->applyDeltaVeeMultiDof2(change, impulse);
+    }
+  }
+  void debugDraw(btIDebugDraw* /*drawer*/) override {}
+
+ private:
+  static constexpr int kBaseFreedoms = 6;
+
+  btScalar rate(size_t i) const { return m_bodyA->getVelocityVector()[kBaseFreedoms + freedoms_[i].coordinate]; }
+
+  std::vector<Freedom> freedoms_;
+  std::vector<btScalar> start_;  // rates at the step's start
+};
+
 class MultibodySimulation final : public BulletSimulation {
  public:
   MultibodySimulation(const Model& model, const State& state, const Options& options)
@@ -75,6 +157,7 @@ class MultibodySimulation final : public BulletSimulation {
     make_limits();
     make_dry_friction();
     make_equalities();
+    make_armature();
     make_colliders();
   }
 
@@ -275,6 +358,34 @@ class MultibodySimulation final : public BulletSimulation {
     }
   }
 
+  void make_armature() {
+    for (const auto& tree : trees_) {
+      std::vector<ArmatureRows::Freedom> freedoms;
+      int body = -1;
+      const auto add = [&](int on, double armature, int count) {
+        const Place& place = places_[on];
+        if (place.tree != tree.get() || armature == 0) return;
+        for (int k = 0; k < count; ++k) {
+          freedoms.push_back({tree->getLink(place.link).m_dofOffset + k, real(armature)});
+        }
+        body = on;
+      };
+      for (const Joint& joint : model_.joints) add(joint.body, joint.armature, 1);
+      for (const BallJoint& ball : model_.balls) add(ball.body, ball.armature, 3);
+      if (freedoms.empty()) continue;
+      armatures_.push_back(std::make_unique<ArmatureRows>(tree.get(), places_[body].link, std::move(freedoms)));
+      armatures_.back()->setMaxAppliedImpulse(SIMD_INFINITY);
+      has_rows_[body] = 1;
+      multibody_world().addMultiBodyConstraint(armatures_.back().get());
+    }
+    if (armatures_.empty()) return;
+    const auto begin_step = [](btDynamicsWorld* world, btScalar /*timestep*/) {
+      const auto* self = static_cast<const MultibodySimulation*>(world->getWorldUserInfo());
+      for (const auto& rows : self->armatures_) rows->begin_step();
+    };
+    world().setInternalTickCallback(begin_step, this, true);
+  }
+
   // A collider for every body that can touch something, and for every link whose joint has rows: Bullet finds the
   // island of a limit or motor through the link's collider and skips one that has none.
   void make_colliders() {
@@ -387,9 +498,10 @@ class MultibodySimulation final : public BulletSimulation {
   std::vector<std::unique_ptr<btMultiBodyJointLimitConstraint>> limits_;  // by Model::joints, null without a limit
   std::vector<std::unique_ptr<btMultiBodyJointMotor>> motors_;            // by Model::joints, null without dry friction
   std::vector<std::unique_ptr<btMultiBodyConstraint>> equalities_;
-  std::unique_ptr<btMultiBody> world_tree_;     // the world's end of connects and welds
-  std::vector<char> has_rows_;                  // by Model::bodies: an equality's
-  mutable std::vector<BallCoordinates> balls_;  // scratch, by Model::balls
+  std::vector<std::unique_ptr<ArmatureRows>> armatures_;  // of each tree that has any
+  std::unique_ptr<btMultiBody> world_tree_;               // the world's end of connects and welds
+  std::vector<char> has_rows_;                            // by Model::bodies: an equality's
+  mutable std::vector<BallCoordinates> balls_;            // scratch, by Model::balls
 };
 
 }  // namespace

@@ -13,30 +13,19 @@
 namespace assay::dartsim {
 namespace {
 
-// Shown by findings/dart/exponential_series.cc. Bound: twice what the test measures.
+// Bound: twice what the test measures.
 const char* const kSeriesReason =
     "DART rotates free bodies that turn by less than 1 mrad a step by a second-order series, which is not a rotation: "
-    "speed grows by the fourth power of that angle over 8 a step";
+    "speed grows by the fourth power of that angle over 8 a step (findings/dart/exponential_series.cc)";
 
-// Shown by findings/dart/limit_error.cc. Bound: the whole excess of the test.
-const char* const kLimitReason = "DART does not move a joint back that starts beyond its limit";
+// Bound: the whole excess of the test.
+const char* const kLimitReason =
+    "DART does not move a joint back that starts beyond its limit (findings/dart/limit_error.cc)";
 
 // DART treats pairs with at most this coefficient as frictionless.
 constexpr double kLeastFriction = 1e-3;
 
 bool is_mesh(const Shape& shape) { return shape.type == ShapeType::kHull || shape.type == ShapeType::kEllipsoid; }
-
-// Shown by findings/dart/constraints_skip_damping.cc.
-const char* const kArmature =
-    "DART's contacts, joint limits and dry friction do not feel the armature that its implicit dampers add: leave "
-    "them out, set it to 0 or choose another engine";
-
-// Whether DART's constraints act on a model: with inverse inertias of their own, which hold no implicit terms.
-bool has_impulses(const Model& model) {
-  return !model.contacts.empty() || model.has_limits() ||
-         std::ranges::any_of(model.joints, [](const Joint& joint) { return joint.dry_friction != 0; }) ||
-         std::ranges::any_of(model.balls, [](const BallJoint& ball) { return ball.dry_friction != 0; });
-}
 
 void add_features(Capabilities& c) {
   add_exact(c, {Feature::kSlide, Feature::kBall, Feature::kBallArmature, Feature::kMassless, Feature::kDryFriction,
@@ -101,7 +90,8 @@ class DartEngine final : public Adapter {
     if (options.contact_max_correcting_velocity > 0 && options.contact_max_correcting_velocity < 0.01) {
       // 1.5 times what the test measures with DART's own 1 mm/s
       c.deviations.push_back(
-          {"inelastic-impact", 0.19, "so slow a correction leaves a body in the ground after an impact"});
+          {"inelastic-impact", 0.19,
+           "so slow a correction leaves a body in the ground after an impact (findings/dart/slow_correction.cc)"});
     }
     return c;
   }
@@ -110,9 +100,6 @@ class DartEngine final : public Adapter {
     const Options options = read_options(settings);
     std::vector<Limitation> limitations = feature_limitations("DART", model, capabilities(settings));
     for (const Joint& hinge : model.joints) {
-      if (hinge.armature != 0 && has_impulses(model)) {
-        limitations.push_back({Fidelity::kRefused, joint_element(hinge, "armature"), kArmature});
-      }
       if (options.native_pd && (hinge.stiffness < 0 || hinge.damping < 0)) {
         limitations.push_back({Fidelity::kRefused, joint_element(hinge, "stiffness and damping"),
                                "DART's own springs and dampers cannot be negative: set pd=explicit"});
@@ -121,10 +108,6 @@ class DartEngine final : public Adapter {
                                 "DART's own spring and damper, implicit in the step"};
         limitations.push_back(options.native_pd ? native : explicit_spring(hinge));
       }
-    }
-    for (const BallJoint& ball : model.balls) {
-      if (ball.armature == 0 || !has_impulses(model)) continue;
-      limitations.push_back({Fidelity::kRefused, fmt::format("ball joint '{}' armature", ball.name), kArmature});
     }
     for (const ContactPair& pair : model.contacts) {
       if (is_mesh(model.shapes[pair.shape_a]) && is_mesh(model.shapes[pair.shape_b])) {

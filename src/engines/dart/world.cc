@@ -12,6 +12,7 @@
 
 #include <dart/collision/ode/OdeCollisionDetector.hpp>
 #include <dart/constraint/BoxedLcpConstraintSolver.hpp>
+#include <dart/constraint/ConstraintBase.hpp>
 #include <dart/constraint/ContactConstraint.hpp>
 #include <dart/constraint/DantzigBoxedLcpSolver.hpp>
 #include <dart/constraint/JointConstraint.hpp>
@@ -83,7 +84,88 @@ void set_globals(const Options& options) {
   dart::constraint::JointConstraint::setConstraintForceMixing(options.limit_cfm);
 }
 
+// Whether DART's constraints act on a model: with inverse inertias of their own, which hold no implicit terms
+// (findings/dart/constraints_skip_damping.cc).
+bool has_impulses(const Model& model) {
+  return !model.contacts.empty() || model.has_limits() ||
+         std::ranges::any_of(model.joints, [](const Joint& joint) { return joint.dry_friction != 0; }) ||
+         std::ranges::any_of(model.balls, [](const BallJoint& ball) { return ball.dry_friction != 0; });
+}
+
+bool has_any_armature(const Model& model) {
+  return model.has_armature() || std::ranges::any_of(model.balls, [](const BallJoint& b) { return b.armature != 0; });
+}
+
 }  // namespace
+
+// A joint's armature a, damper D and spring K as rows of DART's LCP, so that contacts, limits and dry friction feel
+// them. A row's impulse is -(a + h D + h^2 K) v_end + a v_start - h K (q_start - rest): the torques at the step's end,
+// over the step.
+class ArmatureRow final : public dart::constraint::ConstraintBase {
+ public:
+  ArmatureRow(dart::dynamics::Joint* joint, double armature, double stiffness, double damping, double rest, double h)
+      : joint_(joint),
+        body_(joint->getChildBodyNode()),
+        armature_(armature),
+        pull_(h * stiffness),
+        rest_(rest),
+        compliance_(1 / (armature + (h * damping) + (h * h * stiffness))) {
+    mDim = joint->getNumDofs();
+  }
+
+  // Before each step, while the joint has the state of the step's start.
+  void begin_step() {
+    for (size_t i = 0; i < mDim; ++i) {
+      target_[i] = armature_ * joint_->getVelocity(i);
+      if (pull_ != 0) target_[i] -= pull_ * (joint_->getPosition(i) - rest_);
+      target_[i] *= compliance_;
+    }
+  }
+
+ protected:
+  void update() override {}
+  void getInformation(dart::constraint::ConstraintInfo* info) override {
+    for (size_t i = 0; i < mDim; ++i) {
+      info->b[i] = target_[i] - joint_->getVelocity(i);
+      info->lo[i] = -std::numeric_limits<double>::infinity();
+      info->hi[i] = std::numeric_limits<double>::infinity();
+      info->x[i] = info->w[i] = 0;
+      info->findex[i] = -1;
+    }
+  }
+  void applyUnitImpulse(std::size_t index) override {
+    const dart::dynamics::SkeletonPtr skeleton = joint_->getSkeleton();
+    skeleton->clearConstraintImpulses();
+    joint_->setConstraintImpulse(index, 1);
+    skeleton->updateBiasImpulse(body_);
+    skeleton->updateVelocityChange();
+    joint_->setConstraintImpulse(index, 0);
+    applied_ = index;
+  }
+  void getVelocityChange(double* change, bool with_cfm) override {
+    const bool moved = joint_->getSkeleton()->isImpulseApplied();
+    for (size_t i = 0; i < mDim; ++i) change[i] = moved ? joint_->getVelocityChange(i) : 0;
+    if (with_cfm) change[applied_] += compliance_;
+  }
+  void excite() override { joint_->getSkeleton()->setImpulseApplied(true); }
+  void unexcite() override { joint_->getSkeleton()->setImpulseApplied(false); }
+  void applyImpulse(double* impulse) override {
+    for (size_t i = 0; i < mDim; ++i) {
+      joint_->setConstraintImpulse(i, joint_->getConstraintImpulse(i) + impulse[i]);
+    }
+  }
+  bool isActive() const override { return true; }
+  dart::dynamics::SkeletonPtr getRootSkeleton() const override {
+    return ConstraintBase::getRootSkeleton(joint_->getSkeleton());
+  }
+
+ private:
+  dart::dynamics::Joint* joint_;
+  BodyNode* body_;
+  double armature_, pull_, rest_, compliance_;
+  std::array<double, 3> target_{};  // velocity at the step's end without an impulse of the row
+  std::size_t applied_ = 0;
+};
 
 DartSimulation::DartSimulation(Model model, const State& state, const Options& options)
     : options_(options),
@@ -91,8 +173,8 @@ DartSimulation::DartSimulation(Model model, const State& state, const Options& o
       rows_(model, options.timestep, {.wide_ranges = false}),
       model_(std::move(model)),
       explicit_springs_(model_.has_springs() && !options_.native_pd),
-      has_armature_(model_.has_armature() ||
-                    std::ranges::any_of(model_.balls, [](const BallJoint& ball) { return ball.armature != 0; })),
+      armature_in_rows_(has_impulses(model_) && has_any_armature(model_)),
+      armature_in_joints_(!armature_in_rows_ && has_any_armature(model_)),
       reads_state_(explicit_springs_ || std::ranges::any_of(model_.balls, &BallJoint::has_spring) ||
                    std::ranges::any_of(model_.tendons, &Tendon::has_spring) || rows_.any()) {
   model_.keyframes.clear();
@@ -101,6 +183,7 @@ DartSimulation::DartSimulation(Model model, const State& state, const Options& o
   set_globals(options_);
   make_world();
   make_bodies();
+  if (armature_in_rows_) make_armature_rows();
   if (!model_.contacts.empty()) make_contacts();
   // with their shapes: the collision detector finds shapes that are added later in the order of their addresses
   std::streambuf* const output = std::cout.rdbuf();
@@ -162,7 +245,9 @@ void DartSimulation::make_body(int index, const dart::dynamics::SkeletonPtr& ske
     joint.mT_ChildBodyToJoint.translation() = model_.balls[body.ball].p_BJ;
     joint.mT_ParentBodyToJoint = X_PB * joint.mT_ChildBodyToJoint;
     joint.mFrictions.setConstant(model_.balls[body.ball].dry_friction);
-    joint.mDampingCoefficients.setConstant(model_.balls[body.ball].armature / options_.timestep);
+    if (armature_in_joints_) {
+      joint.mDampingCoefficients.setConstant(model_.balls[body.ball].armature / options_.timestep);
+    }
     const auto [made, child] = skeleton->createJointAndBodyNodePair<dart::dynamics::BallJoint>(parent, joint, node);
     balls_[body.ball] = made;
     bodies_.push_back(child);
@@ -194,12 +279,27 @@ void DartSimulation::set_properties(Properties& joint, const Joint& model, const
   }
   joint.mIsPositionLimitEnforced = model.limited;
   joint.mFrictions[0] = model.dry_friction;
-  if (options_.native_pd) {
+  if (options_.native_pd && !(armature_in_rows_ && model.armature != 0)) {
     joint.mSpringStiffnesses[0] = model.stiffness;
     joint.mRestPositions[0] = model.spring_reference - model.reference;
     joint.mDampingCoefficients[0] = model.damping;
   }
-  joint.mDampingCoefficients[0] += model.armature / options_.timestep;  // see push_armature()
+  if (armature_in_joints_) joint.mDampingCoefficients[0] += model.armature / options_.timestep;  // see push_armature()
+}
+
+void DartSimulation::make_armature_rows() {
+  const auto add = [this](dart::dynamics::Joint* joint, double armature, double K, double D, double rest) {
+    if (armature == 0) return;
+    armature_rows_.push_back(std::make_shared<ArmatureRow>(joint, armature, K, D, rest, options_.timestep));
+    world_->getConstraintSolver()->addConstraint(armature_rows_.back());
+  };
+  for (size_t j = 0; j < joints_.size(); ++j) {
+    const Joint& model = model_.joints[j];
+    const bool native = options_.native_pd;
+    add(joints_[j], model.armature, native ? model.stiffness : 0, native ? model.damping : 0,
+        model.spring_reference - model.reference);
+  }
+  for (size_t i = 0; i < balls_.size(); ++i) add(balls_[i], model_.balls[i].armature, 0, 0, 0);
 }
 
 void DartSimulation::make_contacts() {
@@ -254,9 +354,11 @@ void DartSimulation::set_torques(std::span<const double> torques) {
 }
 
 // DART's implicit damper D adds h D to the joint-space inertia's diagonal, and -D q' to the forces. With D = a / h and
-// the force put back, armature a is left. A joint's command is what set_torques() gave, and zero after a step.
+// the force put back, armature a is left. A joint's command is what set_torques() gave, and zero after a step. Where
+// constraints act, which do not feel that damper, armature is a row beside them.
 void DartSimulation::push_armature() {
-  if (!has_armature_) return;
+  for (const auto& row : armature_rows_) row->begin_step();
+  if (!armature_in_joints_) return;
   for (size_t j = 0; j < joints_.size(); ++j) {
     const double armature = model_.joints[j].armature;
     if (armature == 0) continue;

@@ -11,6 +11,8 @@
 
 namespace assay::dartsim {
 
+class ArmatureRow;
+
 class DartSimulation final : public Simulation {
  public:
   DartSimulation(Model model, const State& state, const Options& options);
@@ -26,6 +28,7 @@ class DartSimulation final : public Simulation {
   void make_body(int index, const dart::dynamics::SkeletonPtr& skeleton);
   template <typename Properties>
   void set_properties(Properties& joint, const Joint& model, const Eigen::Isometry3d& X_PB) const;
+  void make_armature_rows();
   void make_contacts();
   void set_state(const State& state);
   void push_armature();
@@ -35,13 +38,14 @@ class DartSimulation final : public Simulation {
   JointRows rows_;
   Model model_;            // our own copy: the caller's need not live on
   bool explicit_springs_;  // of hinges and slides; those of ball joints and tendons always are
-  bool has_armature_;
+  bool armature_in_rows_, armature_in_joints_;
   bool reads_state_;  // whether set_torques() needs the state
   dart::simulation::WorldPtr world_;
   std::vector<dart::dynamics::SkeletonPtr> trees_;
   std::vector<dart::dynamics::BodyNode*> bodies_;  // owned by the world's skeletons
   std::vector<dart::dynamics::Joint*> joints_;     // of each Model::joints
   std::vector<dart::dynamics::Joint*> balls_;      // of each Model::balls
+  std::vector<std::shared_ptr<ArmatureRow>> armature_rows_;
   State scratch_;
   std::vector<double> torques_;
 };

@@ -19,40 +19,57 @@ namespace assay::havok_adapter {
 namespace {
 
 // Each is shown by a program in findings/havok, and what they make together by tests/engines/havok_test.cc.
-std::vector<Deviation> deviations() {
+std::vector<Deviation> deviations(const Options& options) {
   const char* gyroscopic = "Havok has no gyroscopic torque (findings/havok/no_gyroscopic_torque.cc)";
   const char* rounded =
       "Havok keeps inverse inertias in eight bits, wrong by up to 0.39 % (findings/havok/rounded_inverse_mass.cc)";
   const char* slow =
       "Havok brakes what is slower than 0.1 m/s (findings/havok/slow_bodies.cc) and has no gyroscopic torque";
+  const char* late = "Havok brakes what is slower than 0.1 m/s, so a box tips late (findings/havok/tips_late.cc)";
   const char* corners = "an ellipsoid is a hull of 162 corners, and small swings feel its faces";
-  const char* rolling = "Havok's cylinders lose up to 3 % of their speed while they roll";
+  const char* rolling =
+      "Havok's cylinder is a prism of 16 sides, which loses speed at every edge (findings/havok/cylinder_is_prism.cc)";
   const char* lent = "massless bodies borrow a share of the next body's mass, and Havok has no gyroscopic torque";
-  return {{"torque-free-top", 1.0, gyroscopic},
-          {"spatial-chain", 0.007, gyroscopic},
-          {"oblique-trees", 0.008, gyroscopic},
-          {"torque-reaction", 0.025, slow},
-          {"torque-for-one-step", 3e-3, rounded},
-          {"spring-damper", 2.5e-4, rounded},
-          {"conical-pendulum", 0.05, gyroscopic},
-          {"ball-spring", 0.015, gyroscopic},
-          {"random-trees", 0.015, gyroscopic},
-          {"spinning-bodies", 2, gyroscopic},
-          {"wide-trees", 0.016, gyroscopic},
-          {"stick-and-slip", 0.11, slow},
-          {"dry-friction", 0.25, slow},
-          {"box-tips", 0.35, slow},
-          {"hull-tips", 0.35, slow},
-          {"cylinder-rolls", 0.04, rolling},
-          {"ellipsoid-rocks", 0.3, corners},
-          {"planar-root", 3.5e-3, lent},
-          {"massless-joints", 0.08, lent},
-          {"random-massless-trees", 0.022, lent}};
+  std::vector<Deviation> list = {{"torque-free-top", 1.0, gyroscopic},
+                                 {"spatial-chain", 0.007, gyroscopic},
+                                 {"oblique-trees", 0.008, gyroscopic},
+                                 {"torque-reaction", 0.025, slow},
+                                 {"torque-for-one-step", 3e-3, rounded},
+                                 {"spring-damper", 2.5e-4, rounded},
+                                 {"conical-pendulum", 0.05, gyroscopic},
+                                 {"ball-spring", 0.015, gyroscopic},
+                                 {"random-trees", 0.015, gyroscopic},
+                                 {"spinning-bodies", 2, gyroscopic},
+                                 {"wide-trees", 0.016, gyroscopic},
+                                 {"stick-and-slip", 0.11, slow},
+                                 {"dry-friction", 0.25, slow},
+                                 {"box-tips", 0.35, late},
+                                 {"hull-tips", 0.35, late},
+                                 {"cylinder-rolls", 0.04, rolling},
+                                 {"ellipsoid-rocks", 0.3, corners},
+                                 {"planar-root", 3.5e-3, lent},
+                                 {"massless-joints", 0.08, lent},
+                                 {"random-massless-trees", 0.022, lent}};
+  if (options.ideal_step_time <= 0) return list;
+
+  // Bounds: 1.5 times what the tests measure with Havok's own 1/60 s.
+  const char* tuned =
+      "Havok's solver is tuned for one timestep, and softer at the tests' (findings/havok/tuned_solver.cc)";
+  const std::vector<Deviation> wider = {{"pendulum-period", 0.11, tuned},      {"planar-chain", 0.042, tuned},
+                                        {"spatial-chain", 0.14, tuned},        {"bodies-collide", 0.041, tuned},
+                                        {"planar-root", 6e-3, tuned},          {"massless-joints", 0.18, tuned},
+                                        {"random-massless-trees", 0.6, tuned}, {"stack-1000", 9.3, tuned}};
+  std::erase_if(list, [&wider](const Deviation& plain) {
+    return std::ranges::any_of(wider, [&plain](const Deviation& other) { return other.test == plain.test; });
+  });
+  list.insert(list.end(), wider.begin(), wider.end());
+  return list;
 }
 
 void add_features(Capabilities& c, const Options& options) {
   using enum Feature;
-  add_exact(c, {kSlide, kBall, kDryFriction, kConnect, kWeld, kBox, kCylinder});
+  add_exact(c, {kSlide, kBall, kDryFriction, kConnect, kWeld, kBox});
+  add_approximated(c, kCylinder, "Havok's own, a prism of 16 sides: within 1.9 % of the radius");
   add_lent_mass(c, options.lent_share);
   add_explicit_springs(c);
   add_joint_rows(c);
@@ -97,7 +114,7 @@ class HavokEngine final : public Adapter {
     c.hidden_damping = "bodies below 0.1 m/s are braked at 0.03 g; hinges lose energy, at first order in h";
     c.other = "inverse masses and inertias are kept in eight bits: wrong by up to 0.39 %, +0.14 % in the mean" +
               plugin_note();
-    c.deviations = deviations();
+    c.deviations = deviations(options);
     return c;
   }
 

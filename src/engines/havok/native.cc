@@ -115,6 +115,7 @@ BuildFacts build_facts() { return {ASSAY_BUILD_VERSION, ASSAY_BUILD_SOURCE, ASSA
 
 std::vector<Contender> plugin_contenders() {
   return {{"havok", "Havok, its WebAssembly compiled to native code", {}},
+          {"havok-default", "Havok's own default: a solver tuned for steps of 1/60 s", {{"ideal_step_time", 1.0 / 60}}},
           {"havok-native-pd", "Havok, joint springs by its own motors", {{"pd", std::string("native")}}}};
 }
 

@@ -98,7 +98,7 @@ class JoltEngine final : public Adapter {
         {"ellipsoid-rocks", 0.5, "an ellipsoid is a hull of 162 corners, and small swings feel its faces"});
     c.deviations.push_back({"cylinder-rolls", 0.04,
                             "Jolt keeps the contact points of bodies whose relative pose changes by less than 1 mm and "
-                            "2 degrees; --set pair_cache=off finds them anew"});
+                            "2 degrees; --set pair_cache=off finds them anew (findings/jolt/kept_contacts.cc)"});
     c.deviations.push_back({"planar-root", 3.5e-3, lent});
     c.deviations.push_back({"massless-joints", few ? 0.15 : 5e-3, lent});
     c.deviations.push_back({"random-massless-trees", few ? 0.023 : 9e-3, lent});

@@ -31,7 +31,7 @@ double creep(const Softness& soft) {
   return (1 - soft.impedance[0]) / soft.impedance[0] * soft.impedance[1] * soft.reference[0] / 2;
 }
 
-// Shown by findings/mujoco/contact_rebound.cc and contact_mass_ratio.cc. Bounds: 1.1 and 1.5 times what the tests
+// Bounds: 1.1 and 1.5 times what the tests
 // measure with the default softness, and in proportion for contacts that give way more.
 std::vector<Deviation> contact_deviations(const Settings& settings) {
   constexpr double kDefault = 4.46e-5;  // s^2
@@ -39,9 +39,10 @@ std::vector<Deviation> contact_deviations(const Settings& settings) {
   return {
       {"inelastic-impact", 0.17 * softer,
        "a contact is a critically damped spring that only pushes: a body leaves it with exp(-2) = 0.135 of its speed "
-       "(0.155 at 4 ms)"},
+       "(0.155 at 4 ms; findings/mujoco/contact_rebound.cc)"},
       {"stack-1000", 3.1 * softer,
-       "a contact is as soft as the lighter body on it is light: a bar goes through bars of a thousandth of its mass"}};
+       "a contact is as soft as the lighter body on it is light: a bar goes through bars of a thousandth of its mass "
+       "(findings/mujoco/contact_mass_ratio.cc)"}};
 }
 
 void declare_features(Capabilities& c, const Settings& settings) {

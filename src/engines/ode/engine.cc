@@ -38,7 +38,8 @@ std::vector<Deviation> deviations(const Options& options) {
   std::vector<Deviation> deviations = {rocking};
   if (options.max_correcting_velocity <= 0 && !options.compliance.is_set()) {
     deviations.push_back({"inelastic-impact", 1.1 * options.contact_erp,  // by theory ERP
-                          "without a cap of the correcting speed a body leaves an impact with up to ERP of its speed"});
+                          "without a cap of the correcting speed a body leaves an impact with up to ERP of its speed "
+                          "(findings/ode/correcting_speed.cc)"});
   }
   if (options.exact) return deviations;
   const std::string lent = fmt::format(
@@ -48,9 +49,11 @@ std::vector<Deviation> deviations(const Options& options) {
   deviations.push_back({"massless-joints", 5e-3, lent});
   deviations.push_back({"random-massless-trees", 9e-3, lent});
   if (options.iterations < 50) {
-    deviations.push_back({"slide-armature", 1e-9, "few iterations leave more than rounding"});
     deviations.push_back(
-        {"stack-1000", 0.16, "few iterations do not carry a load of a thousand times the mass that bears it"});
+        {"slide-armature", 1e-9, "few iterations leave more than rounding (findings/ode/few_iterations.cc)"});
+    deviations.push_back({"stack-1000", 0.16,
+                          "few iterations do not carry a load of a thousand times the mass that bears it "
+                          "(findings/ode/few_iterations.cc)"});
   }
   return deviations;
 }

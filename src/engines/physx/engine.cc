@@ -16,20 +16,19 @@ namespace {
 // Settings of contenders beside the declared defaults.
 using Set = std::map<std::string, SettingValue>;
 
-// Shown by the programs of findings/physx that are named here. Bounds: 1.5 to 2 times what the tests measure.
+// Bounds: 1.5 to 2 times what the tests measure.
 std::vector<Deviation> deviations(const Options& options) {
   std::vector<Deviation> list;
   const bool articulation = options.joints == Joints::kArticulation;
   if (!options.tgs && !articulation) {
-    // pgs_joint_slows_rotor.cc
     list.push_back(
         {"pendulum-period", 0.035,
          "a joint slows a body that turns beside its centre of mass: of first order, but not yet at the 4 ms "
-         "that the test begins with"});
+         "that the test begins with (findings/physx/pgs_joint_slows_rotor.cc)"});
   }
   if (options.native_pd && !articulation) {
-    // d6_drive_half_angle.cc
-    const char* drive = "a D6 drive's torque is 2 k sin(angle / 2), not k angle";
+    const char* drive =
+        "a D6 drive's torque is 2 k sin(angle / 2), not k angle (findings/physx/d6_drive_half_angle.cc)";
     list.push_back({"spring-damper", 0.03, drive});
     list.push_back({"wide-trees", 7e-4, drive});
   }
@@ -40,8 +39,11 @@ std::vector<Deviation> deviations(const Options& options) {
     list.push_back({"planar-root", 0.0025 * scale, reason});
     list.push_back({"massless-joints", 0.004 * scale, reason});
     // with 4 iterations the joints of such trees are far from solved: the limit of small timesteps shows at 1/4 ms
-    const double few = options.position_iterations < 50 ? 6 : 1;
-    list.push_back({"random-massless-trees", 0.0065 * scale * few, reason});
+    const bool few = options.position_iterations < 50;
+    list.push_back(
+        {"random-massless-trees", 0.0065 * scale * (few ? 6 : 1),
+         few ? std::string(reason) + ", and few iterations solve its joints (findings/physx/few_iterations.cc)"
+             : reason});
   }
   return list;
 }

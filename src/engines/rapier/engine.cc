@@ -25,8 +25,9 @@ std::vector<Deviation> deviations(const Options& options) {
                                  {"ellipsoid-rocks", 0.15, polyhedron}};
   if (options.world.solver_iterations < 50) {
     // 0.049 with 500 iterations
-    list.push_back(
-        {"stack-1000", 2.5, "few iterations do not carry a load of a thousand times the mass that bears it"});
+    list.push_back({"stack-1000", 2.5,
+                    "few iterations do not carry a load of a thousand times the mass that bears it "
+                    "(findings/rapier/stack_mass_ratio.cc)"});
   }
   const auto add = [&list](const char* test, double bound, const char* why) { list.push_back({test, bound, why}); };
   const char* reason = "massless bodies have a share of mass, so the limit is that of a slightly different robot";

@@ -77,7 +77,7 @@ class SimbodyEngine final : public Adapter {
     c.order = facts.order;
     c.joint_solver = "none (joint coordinates)";
     c.contact = false;
-    c.torques = true;
+    c.torques = c.armature = true;
     c.joint_limits = options.method != Method::kVerlet;
     describe_springs(c, options.native_pd, "Simbody's own, evaluated in every stage of a step");
     c.gyroscopic = true;
@@ -87,11 +87,13 @@ class SimbodyEngine final : public Adapter {
     if (c.joint_limits) {
       c.other = fmt::format("joint limits are springs that swing {:g} rad a step", options.limit_frequency);
     }
-    add_exact(c, {Feature::kSlide, Feature::kBall, Feature::kMassless, Feature::kCoupling, Feature::kCouplingOfMany,
-                  Feature::kConnect, Feature::kWeld});
+    add_exact(c, {Feature::kSlide, Feature::kBall, Feature::kBallArmature, Feature::kMassless, Feature::kCoupling,
+                  Feature::kCouplingOfMany, Feature::kConnect, Feature::kWeld});
     if (options.method == Method::kVerlet) {
-      std::erase_if(c.features, [](const FeatureSupport& support) { return support.feature == Feature::kBall; });
-      for (const Feature feature : {Feature::kBall, Feature::kBallSpring}) {
+      std::erase_if(c.features, [](const FeatureSupport& support) {
+        return support.feature == Feature::kBall || support.feature == Feature::kBallArmature;
+      });
+      for (const Feature feature : {Feature::kBall, Feature::kBallSpring, Feature::kBallArmature}) {
         c.features.push_back({feature, Fidelity::kRefused,
                               "Verlet's iteration for the velocities does not always converge with ball joints: choose "
                               "another integrator"});
@@ -112,7 +114,6 @@ class SimbodyEngine final : public Adapter {
     const Options options = read_options(settings);
     std::vector<Limitation> limitations = feature_limitations("Simbody", model, capabilities(settings));
     for (const Joint& hinge : model.joints) {
-      if (hinge.armature != 0) limitations.push_back(armature_refused(hinge, "Simbody"));
       if (hinge.has_spring() && !options.native_pd) limitations.push_back(explicit_spring(hinge));
       if (hinge.limited && options.method == Method::kVerlet) {
         limitations.push_back(

@@ -102,6 +102,7 @@ struct World::Parts {
   void make_bodies();
   void make_joint_forces(const Joint& joint, const MobilizedBody& mobilized);
   void make_constraints();
+  void make_rotors();
   double position(const SimTK::State& state, int joint) const;
   double tension(const SimTK::State& state, const Tendon& tendon) const;
   void set_limit_stiffness(SimTK::State& state) const;
@@ -118,8 +119,13 @@ struct World::Parts {
   SimTK::SimbodyMatterSubsystem matter;
   SimTK::GeneralForceSubsystem forces;
   SimTK::Force::DiscreteForces torques;
-  std::unique_ptr<SimTK::Force::Gravity> gravity;                       // null: there is none
-  std::vector<SimTK::MobilizedBodyIndex> index;                         // of each body
+  std::unique_ptr<SimTK::Force::Gravity> gravity;  // null: there is none
+  std::vector<SimTK::MobilizedBodyIndex> index;    // of each body
+  struct Rotor {
+    SimTK::MobilizedBodyIndex rotor, jointed;
+    int speeds;
+  };
+  std::vector<Rotor> rotors;
   std::vector<std::pair<int, SimTK::Force::MobilityLinearStop>> stops;  // with their joints
   std::unique_ptr<SimTK::Integrator> integrator;
   bool torques_set = false;
@@ -248,6 +254,36 @@ void World::Parts::make_constraints() {
   }
 }
 
+// Armature: a wheel on the ground that turns as fast as the joint. Its energy is a u^2 / 2; on the joint's parent it
+// would have the parent's spin too. For a ball joint it is a ball.
+void World::Parts::make_rotors() {
+  const auto add = [this](int on, int speeds, const MobilizedBody& rotor) {
+    rotors.push_back({rotor.getMobilizedBodyIndex(), index[on], speeds});
+    SimTK::Vector equal(3, 0.0);
+    equal[0] = 1;
+    equal[1] = -1;
+    for (int k = 0; k < speeds; ++k) {
+      SimTK::Array_<SimTK::MobilizedBodyIndex> bodies(1, rotor.getMobilizedBodyIndex());
+      bodies.push_back(index[on]);
+      const SimTK::Array_<MobilizerUIndex> same(2, MobilizerUIndex(k));
+      SimTK::Constraint::SpeedCoupler(matter, new SimTK::Function::Linear(equal), bodies, same);
+    }
+  };
+  const auto wheel = [](double armature) {
+    return SimTK::Body::Rigid(SimTK::MassProperties(armature, SimTK::Vec3(0), SimTK::Inertia(armature)));
+  };
+  for (const Joint& joint : model.joints) {
+    if (joint.armature == 0) continue;
+    const MobilizedBody::Pin rotor(matter.updGround(), wheel(joint.armature));
+    add(joint.body, 1, rotor);
+  }
+  for (const BallJoint& ball : model.balls) {
+    if (ball.armature == 0) continue;
+    const MobilizedBody::Ball rotor(matter.updGround(), wheel(ball.armature));
+    add(ball.body, kBallFreedoms, rotor);
+  }
+}
+
 void World::Parts::make_joint_forces(const Joint& joint, const MobilizedBody& mobilized) {
   if (joint.stiffness != 0 && options.native_pd) {
     SimTK::Force::MobilityLinearSpring(forces, mobilized, MobilizerQIndex(0), joint.stiffness,
@@ -275,7 +311,8 @@ void World::Parts::set_limit_stiffness(SimTK::State& state) const {
   const double frequency = options.limit_frequency / options.timestep;
   for (const auto& [number, stop] : stops) {
     const int u = static_cast<int>(jointed(model.joints[number]).getFirstUIndex(state));
-    stop.setMaterialProperties(state, frequency * frequency / inverse(u, u), options.limit_dissipation);
+    const double inertia = (1 / inverse(u, u)) + model.joints[number].armature;
+    stop.setMaterialProperties(state, frequency * frequency * inertia, options.limit_dissipation);
   }
 }
 
@@ -304,6 +341,10 @@ void World::Parts::set_state(SimTK::State& out, const State& state) const {
       mobilized.setOneU(out, 3 + k, s.v_WBcm[k]);
     }
   }
+  for (const Rotor& each : rotors) {
+    const MobilizedBody &rotor = matter.getMobilizedBody(each.rotor), &jointed = matter.getMobilizedBody(each.jointed);
+    for (int k = 0; k < each.speeds; ++k) rotor.setOneU(out, k, jointed.getOneU(out, k));
+  }
 }
 
 World::World(const Model& model, const State& state, const Options& options) try
@@ -314,6 +355,7 @@ World::World(const Model& model, const State& state, const Options& options) try
   }
   p.make_bodies();
   p.make_constraints();
+  p.make_rotors();
   p.system.realizeTopology();
   SimTK::State start = p.system.getDefaultState();
   p.system.realizeModel(start);

@@ -545,7 +545,7 @@ export class SpeedAccuracy {
         [info.label.toLowerCase(), point.error === null ? point.cell.outcome : (isBound(point, this.name) ? "≤ " : "") + named(this.name, point.error, unit)],
         ["interval", interval(this.name, point.low, point.high, unit)],
         // an error of contacts says little without how far they give way
-        ...["penetration_max", "grasp_slip"].filter((name) => name !== this.name).map((name): [string, string | null] => {
+        ...["penetration_max", "grasp_slip", "rebound"].filter((name) => name !== this.name).map((name): [string, string | null] => {
           const value = this.view.entry(point.contender, point.timestep, name)?.value;
           return [valueInfo(name).short, value ? figure(value) : null];
         }),

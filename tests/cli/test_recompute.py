@@ -1,0 +1,116 @@
+"""Published figures against tests/recompute.py, which computes them from databases and stored states by the documentation."""
+
+import contextlib
+import pathlib
+import re
+import shutil
+import sqlite3
+import sys
+
+from harness import SOURCE, AssayTest, main
+
+sys.path.insert(0, str(SOURCE / "tests"))
+import recompute  # noqa: E402
+
+PAGE = SOURCE / "docs/claims.md"
+# The committed run that the page is written from.
+FULL = SOURCE / "results" / re.search(r"results/([\w.-]+)/assay\.sqlite\.xz", PAGE.read_text("utf-8")).group(1)
+
+SMALL = """
+name = "small"
+contenders = ["mujoco-euler", "mujoco-rk4", "ode-quick"]
+timesteps_ms = ["1/4", 1, 4]
+reference_ms = "1/4"
+[timing]
+rounds = 6
+processes = 2
+batch_ms = 1
+twins = ["mujoco-euler"]
+[[system]]
+name = "planar-chain"
+measures = ["raw_speed", "consistency", "truth", "drift", "agreement"]
+duration_s = 0.32
+pieces = 4
+piece_ms = [64, 32]
+initial_states = 2
+[[system]]
+name = "humanoid"
+measures = ["consistency", "violation", "agreement"]
+control = "actuators"
+duration_s = 0.128
+pieces = 2
+piece_ms = 64
+[[system]]
+name = "grasp"
+measures = ["consistency", "grasp", "agreement"]
+control = "actuators"
+duration_s = 0.064
+pieces = 2
+piece_ms = 32
+grasp = {object = "object", hand = "palm"}
+"""
+
+
+class Published(AssayTest):
+    def unpack(self):
+        (self.dir / "full").mkdir()
+        return shutil.move(recompute.unpacked(FULL / "assay.sqlite.xz", self.dir), self.dir / "full/assay.sqlite")
+
+    def check_full(self, database):
+        return recompute.check_all(pathlib.Path(database), PAGE, FULL / "README.md", FULL / "values.csv")
+
+    def test_figures_of_the_full_run(self):
+        report = self.check_full(self.unpack())
+        self.assertEqual(report.wrong, [])
+        self.assertGreaterEqual(report.counts["page"], 20)
+        self.assertGreaterEqual(report.counts["samples"], 1000)
+        self.assertGreaterEqual(report.counts["values"], 500)
+        self.assertGreaterEqual(report.counts["export"], 10000)
+
+    def test_values_of_other_committed_runs(self):
+        others = [path.parent for path in SOURCE.glob("results/*/assay.sqlite.xz") if path.parent != FULL]
+        for folder in others:
+            with self.subTest(folder=folder.name):
+                database = recompute.unpacked(folder / "assay.sqlite.xz", self.dir)
+                report = recompute.check_all(database, values=folder / "values.csv")
+                self.assertEqual(report.wrong, [])
+                self.assertGreaterEqual(report.counts["export"], 1000)
+
+    # One number that changes is found in everything that follows from it.
+    def test_a_wrong_figure_is_found(self):
+        database = self.unpack()
+        db = sqlite3.connect(database)
+        cell, = db.execute("SELECT id FROM cells WHERE system = 'humanoid' AND contender = 'mujoco-rk4'"
+                           " AND measure = 'consistency' AND timestep_ms = 1").fetchone()
+        db.execute("UPDATE samples SET value = 2 * value WHERE cell_id = ?", [cell])
+        db.execute("UPDATE \"values\" SET value = 1.01 * value WHERE name = 'truth_rounding' AND value > 0")
+        db.commit()
+        db.close()
+        wrong = "\n".join(self.check_full(database).wrong)
+        self.assertIn("samples: consistency of mujoco-rk4 on humanoid at 1 ms", wrong)
+        self.assertRegex(wrong, "page: claim 4: consistency on humanoid")
+        self.assertRegex(wrong, r"export: value of planar-chain mujoco-euler [\d.]+ truth_rounding")
+        self.assertNotIn("step_time", wrong)
+        page = self.write("page.md", PAGE.read_text("utf-8").replace("| Havok | 0.276 |", "| Havok | 0.277 |"))
+        if page.read_text("utf-8") != PAGE.read_text("utf-8"):
+            self.assertIn("0.277 is given", "\n".join(recompute.check_all(pathlib.Path(database), page).wrong))
+
+
+class New(AssayTest):
+    def test_results_of_today(self):
+        self.write("small.toml", SMALL)
+        self.assay("run", "small.toml", "--out", "out")
+        self.assay("export", "out", "--format", "csv", "--out", "values.csv")
+        claims = self.assay("claims", "out", "--markdown")
+        page = self.write("page.md", f"<!-- claims: begin -->\n{claims}<!-- claims: end -->\n")
+        report = recompute.check_all(self.dir / "out/assay.sqlite", page, values=self.dir / "values.csv")
+        self.assertEqual(report.wrong, [])
+        for kind in ("samples", "values", "states", "page", "export"):
+            self.assertGreater(report.counts[kind], 10 if kind != "page" else 0, kind)
+        with contextlib.closing(sqlite3.connect(self.dir / "out/assay.sqlite")) as db:
+            names = {name for name, in db.execute('SELECT DISTINCT name FROM "values"')}
+        self.assertLessEqual({"aa_ratio", "consistency_32ms", "grasp_slip", "joint_dislocation_max"}, names)
+
+
+if __name__ == "__main__":
+    main()
