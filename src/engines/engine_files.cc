@@ -44,6 +44,21 @@ std::vector<std::string> python_prefixes(const fs::path& folder) {
   return prefixes;
 }
 
+// The folders that adapters in other languages name in their environment.txt.
+std::vector<std::string> environments(const std::vector<std::string>& plugins) {
+  std::vector<std::string> folders;
+  for (const std::string& folder : plugins) {
+    std::error_code error;
+    for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+      std::ifstream file(it->path() / "environment.txt");
+      for (std::string line; std::getline(file, line);) {
+        if (line.starts_with('/')) folders.push_back(line);
+      }
+    }
+  }
+  return folders;
+}
+
 }  // namespace
 
 std::vector<std::string> plugin_folders() {
@@ -68,7 +83,8 @@ void remember_libraries() {
 
 std::vector<std::string> engine_files() {
   std::vector<std::string> files = plugin_folders();
-  for (std::vector<std::string> more : {split(std::getenv(kLibraries)), program_folders()}) {
+  for (const std::vector<std::string>& more :
+       {environments(files), split(std::getenv(kLibraries)), program_folders()}) {
     files.insert(files.end(), more.begin(), more.end());
   }
   files.push_back(program_path());
