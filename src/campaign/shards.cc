@@ -17,8 +17,6 @@
 namespace assay {
 namespace {
 
-constexpr int kMostShards = 10000;
-
 struct StepCost {
   const char* contender;
   double free_us, contact_us;  // per body, without and with contact pairs; 0: unknown

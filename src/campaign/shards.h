@@ -10,6 +10,8 @@
 
 namespace assay {
 
+inline constexpr int kMostShards = 10000;  // into which a campaign is divided
+
 // "2/8", or "auto" for the part that a scheduler's variables in the environment name, or "auto/8" where they do not
 // tell the number of parts. Throws InputError for anything else, and where the environment names no part or an
 // impossible one.
