@@ -22,6 +22,7 @@ import statistics
 import subprocess
 import sys
 import tempfile
+import time
 
 CAMPAIGN = """
 name = "regressions"
@@ -84,6 +85,7 @@ def main():
     parser.add_argument("--wrap", default="ode", help="plugin that is wrapped")
     parser.add_argument("--contender", default="ode-quick")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--minutes", type=float, default=float("inf"), help="no new trial after so many")
     parser.add_argument("--append", type=pathlib.Path, help="file to which the table is appended")
     asked = parser.parse_args()
     shares = [float(text) for text in asked.shares.split(",")]
@@ -92,6 +94,7 @@ def main():
     seen = {(share, name): [] for share in shares for name, _ in names}
     accuracy = dict.fromkeys(shares, "")
     chance = random.Random(asked.seed)
+    begin, trials = time.monotonic(), 0
     with tempfile.TemporaryDirectory(prefix="assay-regressions-", dir="/dev/shm" if os.access("/dev/shm", os.W_OK) else None) as folder:
         bench = Bench(asked.build.resolve(), folder, asked.wrap, asked.contender)
         timed = CAMPAIGN.format(timesteps=asked.timesteps, measure="raw_speed", rounds=3 * asked.processes, processes=asked.processes)
@@ -106,6 +109,9 @@ def main():
             worse = sum(row["change"] == "worse" for row in rows)
             accuracy[share] = f"{worse} of {len(rows)} ({', '.join(sorted({row['text'] for row in rows}))})"
         for trial in range(asked.trials):
+            if time.monotonic() - begin > 60 * asked.minutes:
+                break
+            trials = trial + 1
             runs = ["before", *shares]
             chance.shuffle(runs)
             for each in runs:
@@ -118,8 +124,8 @@ def main():
                     counts[share, name][1] += wrong
                     seen[share, name] += ratios
             print(f"trial {trial + 1}: {counts}", file=sys.stderr, flush=True)
-    lines = [f"{datetime.date.today().isoformat()}, `benchmarks/regressions.py build/release --trials {asked.trials} --processes {asked.processes} "
-             f"--threshold {asked.threshold}`: {asked.trials} trials, {asked.contender} wrapped, two systems, timesteps {asked.timesteps} ms; load average at the "
+    lines = [f"{datetime.date.today().isoformat()}, `benchmarks/regressions.py build/release --trials {trials} --processes {asked.processes} "
+             f"--threshold {asked.threshold}`: {trials} trials, {asked.contender} wrapped, two systems, timesteps {asked.timesteps} ms; load average at the "
              f"end {os.getloadavg()[1]:.1f} on {os.cpu_count()} cores.", "",
              "| steps repeated | compare: found | false alarms | with a control: found | false alarms | ratio measured, with a control | "
              "less accurate by as much: found |", "| --- | ---: | ---: | ---: | ---: | --- | --- |"]
