@@ -33,7 +33,7 @@ void add_meshes(const Model& model, const FileFacts& facts, std::vector<Finding>
                      .advice = "contacts act where the robot has no surface: --decompose makes several hulls of each"};
   for (const MeshFacts& mesh : facts.meshes) {
     const std::string label = fmt::format("mesh '{}'", mesh.name);
-    Place place = {.element = label, .line = mesh.line};
+    Place place = {.element = label, .line = mesh.line, .file = mesh.in};
     if (mesh.triangles > kHugeTriangles || mesh.bytes > kHugeBytes) {
       place.value = static_cast<double>(mesh.triangles);
       place.text = fmt::format("{} triangles, {} MB", mesh.triangles, (mesh.bytes + 500'000) / 1'000'000);

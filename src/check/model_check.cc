@@ -7,7 +7,7 @@ namespace assay {
 namespace findings {
 
 Place place_at(const FileFacts& facts, const std::string& element, double value, std::string text) {
-  return {element, facts.line_of(element), value, std::move(text)};
+  return {element, facts.line_of(element), facts.file_of(element), value, std::move(text)};
 }
 
 void sort_by_value(Finding& finding) {

@@ -19,6 +19,7 @@ enum class Level {
 struct Place {
   std::string element = {};  // "joint 'knee'", "geoms 'foot' and 'shin'"
   int line = 0;              // 0 when it is not known
+  std::string file = {};     // the included file that has the line; empty for the model's own
   double value = 0;          // in Finding::unit; 0 where it has none
   std::string text = {};     // the value in words; may be empty
 };

@@ -89,11 +89,13 @@ void add_overlaps(const Model& model, const FileFacts& facts, std::vector<Findin
     if (is_ground(*b)) {
       ground.places.push_back({.element = label,
                                .line = facts.line_of(label),
+                               .file = facts.file_of(label),
                                .value = overlap.depth,
                                .text = fmt::format("{} below '{}'", depth, b->name)});
     } else {
       shapes.places.push_back({.element = fmt::format("geoms '{}' and '{}'", a->name, b->name),
                                .line = facts.line_of(label),
+                               .file = facts.file_of(label),
                                .value = overlap.depth,
                                .text = depth});
     }

@@ -38,6 +38,7 @@ Json problem_json(const Problem& problem) {
   return {{"severity", problem.severity == Severity::kRefused ? "refused" : "left out"},
           {"element", problem.element},
           {"line", problem.line > 0 ? Json(problem.line) : Json(nullptr)},
+          {"file", problem.file.empty() ? Json(nullptr) : Json(problem.file)},
           {"message", problem.message},
           {"mend", problem.mend},
           {"option", problem.option}};
@@ -111,12 +112,13 @@ int check(const Options& options) {
   if (options.json) {
     Json problems = Json::array();
     for (const Problem& problem : report.problems) problems.push_back(problem_json(problem));
-    print_json({{"model", model_json(model.name, model)},
-                {"problems", problems},
-                {"model_findings", findings_json(findings)},
-                {"timestep", bounds_json(bounds, facts)},
-                {"engines", verdicts_json(verdicts, facts)},
-                {"elements", elements_json(verdicts, elements, facts)}});
+    constexpr int kDepth = 2;
+    print_json_members({{"model", json_text(model_json(model.name, model), kDepth)},
+                        {"problems", json_text(problems, kDepth)},
+                        {"model_findings", json_text(findings_json(findings), kDepth)},
+                        {"timestep", json_text(bounds_json(bounds, facts), kDepth)},
+                        {"engines", verdicts_json_text(verdicts, facts, kDepth)},
+                        {"elements", json_text(elements_json(verdicts, elements, facts), kDepth)}});
     return kDone;
   }
   print(paragraph(fmt::format("{}: {}, {} DOF, {}, {}", model.name, counted(model.bodies.size(), "body", "bodies"),

@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 #include <utility>
 
 #include <fmt/format.h>
@@ -236,12 +237,12 @@ std::vector<AlikeElements> alike_elements(const std::vector<Verdict>& verdicts,
   return groups;
 }
 
-// "12", "12-40"; empty where no line is known.
+// "12", "12-40", of the model's own file; empty where no line is known.
 std::string lines_text(const AlikeElements& group, const std::vector<ModelElement>& elements, const FileFacts& facts) {
   int first = 0, last = 0;
   for (const size_t e : group.elements) {
     const int line = facts.line_of(elements[e].label);
-    if (line == 0) continue;
+    if (line == 0 || !facts.file_of(elements[e].label).empty()) continue;
     if (first == 0 || line < first) first = line;
     last = std::max(last, line);
   }
@@ -369,22 +370,45 @@ Json line_json(int line) { return line > 0 ? Json(line) : Json(nullptr); }
 
 }  // namespace
 
-Json verdicts_json(const std::vector<Verdict>& verdicts, const FileFacts& facts) {
-  Json json = Json::array();
+std::string verdicts_json_text(const std::vector<Verdict>& verdicts, const FileFacts& facts, int depth) {
+  // the same elements and sentences come for every engine
+  std::unordered_map<std::string, std::string> quoted, lines;
+  const auto quote = [&quoted](const std::string& text) -> const std::string& {
+    const auto [place, is_new] = quoted.try_emplace(text);
+    if (is_new) place->second = json_text(text, 0);
+    return place->second;
+  };
+  const std::string member = "\n" + std::string(static_cast<size_t>(depth + 8), ' ');
+  // both members of a place: the line, and the included file that it is of
+  const auto place_json = [&](const std::string& element) {
+    const std::string file = facts.file_of(element);
+    return fmt::format("{0}\"line\": {1},{0}\"file\": {2}", member, json_text(line_json(facts.line_of(element)), 0),
+                       file.empty() ? "null" : json_text(file, 0));
+  };
+  const auto line = [&](const std::string& element) -> const std::string& {
+    const auto [place, is_new] = lines.try_emplace(element);
+    if (is_new) place->second = place_json(element);
+    return place->second;
+  };
+  const auto gap = [depth](int more) { return "\n" + std::string(static_cast<size_t>(depth + more), ' '); };
+  std::string text = "[";
   for (const Verdict& verdict : verdicts) {
-    Json limitations = Json::array();
+    text += fmt::format("{0}{1}{{{2}\"engine\": {3},{2}\"contenders\": {4},{2}\"verdict\": {5},{2}\"findings\": [",
+                        text.size() > 1 ? "," : "", gap(2), gap(4), quote(verdict.engine),
+                        json_text(verdict.contenders, depth + 4), quote(std::string(fidelity_text(verdict.worst()))));
+    const std::string object = gap(6);
+    bool first = true;
     for (const Limitation& limitation : verdict.limitations) {
-      limitations.push_back({{"fidelity", fidelity_text(limitation.fidelity)},
-                             {"element", limitation.element},
-                             {"how", limitation.how},
-                             {"line", line_json(facts.line_of(limitation.element))}});
+      text += first ? "" : ",";
+      first = false;
+      text += object + "{" + member + "\"fidelity\": " + quote(std::string(fidelity_text(limitation.fidelity))) + ",";
+      text += member + "\"element\": " + quote(limitation.element) + ",";
+      text += member + "\"how\": " + quote(limitation.how) + ",";
+      text += line(limitation.element) + object + "}";
     }
-    json.push_back({{"engine", verdict.engine},
-                    {"contenders", verdict.contenders},
-                    {"verdict", fidelity_text(verdict.worst())},
-                    {"findings", limitations}});
+    text += (first ? "" : gap(4)) + "]" + gap(2) + "}";
   }
-  return json;
+  return text + (verdicts.empty() ? "" : gap(0)) + "]";
 }
 
 Json elements_json(const std::vector<Verdict>& verdicts, const std::vector<ModelElement>& elements,
@@ -393,7 +417,10 @@ Json elements_json(const std::vector<Verdict>& verdicts, const std::vector<Model
   for (const AlikeElements& group : alike_elements(verdicts, elements)) {
     Json members = Json::array(), treatment = Json::array();
     for (const size_t e : group.elements) {
-      members.push_back({{"element", elements[e].label}, {"line", line_json(facts.line_of(elements[e].label))}});
+      const std::string file = facts.file_of(elements[e].label);
+      members.push_back({{"element", elements[e].label},
+                         {"line", line_json(facts.line_of(elements[e].label))},
+                         {"file", file.empty() ? Json(nullptr) : Json(file)}});
     }
     for (const Verdict& verdict : verdicts) {
       treatment.push_back({{"engine", verdict.engine},

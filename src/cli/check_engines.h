@@ -34,7 +34,9 @@ std::vector<ModelElement> elements_of(const Model& model);
 
 std::vector<Verdict> verdicts_on(const Model& model, const std::vector<ModelElement>& elements);
 
-Json verdicts_json(const std::vector<Verdict>& verdicts, const FileFacts& facts);
+// The text of a JSON array, as print_json() writes one at this indentation. A robot with thousands of contact pairs has
+// hundreds of thousands of limitations: as Json they take longer than all else.
+std::string verdicts_json_text(const std::vector<Verdict>& verdicts, const FileFacts& facts, int depth);
 Json elements_json(const std::vector<Verdict>& verdicts, const std::vector<ModelElement>& elements,
                    const FileFacts& facts);
 

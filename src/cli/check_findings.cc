@@ -19,6 +19,7 @@ constexpr double kOfInterest = 0.02;  // s; nobody steps a robot with more
 // ---- JSON -----------------------------------------------------------------------------------------------------------
 
 Json line_json(int line) { return line > 0 ? Json(line) : Json(nullptr); }
+Json file_json(const std::string& file) { return file.empty() ? Json(nullptr) : Json(file); }
 Json number_json(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 Json milliseconds_json(double seconds) { return number_json(1000 * seconds); }
 
@@ -27,6 +28,7 @@ Json bound_json(const StepBound& bound, const FileFacts& facts) {
   for (const ExplicitSpring& spring : bound.springs) {
     springs.push_back({{"element", spring.element},
                        {"line", line_json(facts.line_of(spring.element))},
+                       {"file", file_json(facts.file_of(spring.element))},
                        {"inertia", number_json(spring.inertia)},
                        {"inertia_held", spring.held_inertia > 0 ? Json(spring.held_inertia) : Json(nullptr)},
                        {"stiffness", spring.stiffness},
@@ -50,7 +52,7 @@ Json bound_json(const StepBound& bound, const FileFacts& facts) {
 // "geom 'foot'" without "geom ", which stands before all of them.
 std::string place_text(const Place& place, const std::string& noun) {
   std::string text = noun.empty() ? place.element : place.element.substr(noun.size() + 1);
-  if (place.line > 0) text += fmt::format(" (line {})", place.line);
+  if (place.line > 0) text += fmt::format(" ({})", assay::place_text(place.file, place.line));
   if (!place.text.empty()) text += " " + place.text;
   return text;
 }
@@ -108,9 +110,10 @@ void print_springs(const StepBound& bound, const FileFacts& facts) {
   for (size_t i = 0; i < std::min(bound.springs.size(), kMostSprings); ++i) {
     const ExplicitSpring& spring = bound.springs[i];
     const int line = facts.line_of(spring.element);
-    rows.push_back({spring.element, line > 0 ? std::to_string(line) : "", fmt::format("{:.3g}", spring.inertia),
-                    step_text(spring.damper_step()), step_text(spring.spring_step()),
-                    step_text(spring.held_damper_step())});
+    const std::string file = facts.file_of(spring.element);
+    rows.push_back({spring.element, line > 0 ? file + (file.empty() ? "" : ":") + std::to_string(line) : "",
+                    fmt::format("{:.3g}", spring.inertia), step_text(spring.damper_step()),
+                    step_text(spring.spring_step()), step_text(spring.held_damper_step())});
   }
   std::vector<std::string> headings = {"each alone", "line", "I", "2I/B", "2/omega", "2I/B held"};
   for (size_t column = headings.size(); column-- > 1;) {
@@ -140,6 +143,7 @@ Json findings_json(const std::vector<Finding>& findings) {
     for (const Place& place : finding.places) {
       places.push_back({{"element", place.element},
                         {"line", line_json(place.line)},
+                        {"file", file_json(place.file)},
                         {"value", finding.unit.empty() ? Json(nullptr) : number_json(place.value)},
                         {"text", place.text}});
     }

@@ -73,7 +73,27 @@ Layout layout(const std::vector<std::string>& headings, const std::vector<std::v
 
 void print(const std::string& text) { write_output(terminal_text(text, stdout)); }
 
-void print_json(const Json& json) { write_output(json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"); }
+void print_json(const Json& json) { write_output(json_text(json, 0) + "\n"); }
+
+std::string json_text(const Json& json, int depth) {
+  const std::string text = json.dump(2, ' ', false, Json::error_handler_t::replace);
+  if (depth == 0) return text;
+  const std::string indent(static_cast<size_t>(depth), ' ');
+  std::string moved;
+  for (const char c : text) {
+    moved += c;
+    if (c == '\n') moved += indent;
+  }
+  return moved;
+}
+
+void print_json_members(const std::vector<std::pair<std::string, std::string>>& members) {
+  std::string text = "{";
+  for (const auto& [key, value] : members) {
+    text += fmt::format("{}\n  {}: {}", text.size() > 1 ? "," : "", json_text(key, 0), value);
+  }
+  write_output(text + (members.empty() ? "" : "\n") + "}\n");
+}
 
 void flush_output() {
   errno = 0;

@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -18,6 +19,10 @@ using Json = nlohmann::ordered_json;
 // closed pipe ends the program by SIGPIPE.
 void print(const std::string& text);
 void print_json(const Json& json);
+// As print_json() writes it, all lines but the first behind `depth` spaces.
+std::string json_text(const Json& json, int depth);
+// An object of these names and texts of JSON, each written for a depth of 2.
+void print_json_members(const std::vector<std::pair<std::string, std::string>>& members);
 void flush_output();
 
 // "assay: <text>" on standard error, as one sentence.

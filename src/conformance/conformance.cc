@@ -17,7 +17,17 @@ using conformance::Verdict;
 
 // The capability that a test requires of a contender.
 // kRigidContact: contacts that do not give way more than the engine's own do.
-enum class Need { kNothing, kTorques, kSprings, kArmature, kJointLimits, kContact, kRigidContact, kCompliance };
+enum class Need {
+  kNothing,
+  kTorques,
+  kSprings,
+  kArmature,
+  kArmatureInContact,
+  kJointLimits,
+  kContact,
+  kRigidContact,
+  kCompliance
+};
 
 // The features of models that a test requires: all of them declared, or with kAny one. An approximated one counts,
 // unless the test is `exact`; the contender then declares a deviation where its approximation exceeds the tolerance.
@@ -84,6 +94,8 @@ const std::vector<Entry>& entries() {
        conformance::friction_per_pair},
       {"bodies-collide", "moving balls and capsules stop each other and keep their momentum", Need::kRigidContact,
        conformance::bodies_collide},
+      {"armature-impact", "a ball that hits a lever feels the lever's armature", Need::kArmatureInContact,
+       conformance::armature_impact},
       {"excluded-pairs", "what is no contact pair of the model does not collide", Need::kContact,
        conformance::excluded_pairs},
       {"declared-features", "features that are not declared are refused, those that are run", Need::kNothing,
@@ -275,6 +287,8 @@ const char* need_text(Need need) {
       return "joint springs";
     case Need::kArmature:
       return "joint armature";
+    case Need::kArmatureInContact:
+      return "joint armature and contact";
     case Need::kJointLimits:
       return "joint limits";
     case Need::kContact:
@@ -307,6 +321,8 @@ bool has(const Subject& subject, const Capabilities& can, Need need) {
       return can.springs != SpringKind::kNone;
     case Need::kArmature:
       return can.armature;
+    case Need::kArmatureInContact:
+      return can.armature && can.contact && !subject.is_compliant();
     case Need::kJointLimits:
       return can.joint_limits;
     case Need::kContact:

@@ -217,6 +217,34 @@ Verdict bodies_collide(const Subject& subject) {
   return checks.worst();
 }
 
+Verdict armature_impact(const Subject& subject) {
+  // without gravity and friction a ball hits a lever that turns about the origin with three times its inertia as
+  // armature
+  constexpr double kSpeed = 1, kArm = 0.4, kDuration = 0.1, kGap = 0.01;
+  Model model;
+  model.name = "conformance-armature-impact";
+  model.gravity.setZero();
+  const Solid bar = capsule_solid(1, kRadius, 0.5, Vec3::UnitX());
+  const double inertia = Vec3::UnitY().dot(bar.I_BBcm_B * Vec3::UnitY());
+  add_hinged_body(model, "lever", kWorld, {}, bar, Vec3::UnitY()).armature = 3 * inertia;
+  const int lever = add_shape(model, ShapeType::kCapsule, 0, {Vec3::Zero(), kAlongX}, kRadius, 0.5, 0);
+  add_contact(model, lever, add_sphere(model, "ball", {kArm, 0, 2 * kRadius + kGap}, 0), 0);
+  model = finished(std::move(model));
+  State start = model.initial;
+  start.bodies[1].v_WBcm = {0, 0, -kSpeed};
+  const State end = subject.run(model, start, kTimestep, kDuration);
+  // the ground holds the lever's axis alone: angular momentum about it stays, with the armature's
+  const BodyState& ball = end.bodies[1];
+  const double of_lever = 4 * inertia * end.velocity[0];
+  const double kept = of_lever + (ball.p_WBcm.cross(ball.v_WBcm)).y() + (0.4 * kRadius * kRadius * ball.w_WB.y());
+  const double plastic = kSpeed * kArm / (4 * inertia + kArm * kArm);
+  Checks checks("");
+  checks.add(std::abs(kept / (kSpeed * kArm) - 1), 0.01, "angular momentum lost, relative");
+  // soft contacts give a seventh of the speed back
+  checks.add(std::abs(end.velocity[0] / plastic - 1), 0.25, "rate of the lever after the impact, relative");
+  return checks.worst();
+}
+
 Verdict friction_per_pair(const Subject& subject) {
   // The pair's coefficient differs from the product, mean, maximum and minimum of the shapes' own.
   struct Track {

@@ -76,6 +76,7 @@ Verdict sliding_capsule(const Subject& subject);
 Verdict sphere_rolls(const Subject& subject);
 Verdict resting_height(const Subject& subject);
 Verdict bodies_collide(const Subject& subject);
+Verdict armature_impact(const Subject& subject);
 Verdict friction_per_pair(const Subject& subject);
 Verdict excluded_pairs(const Subject& subject);
 Verdict contact_compliance(const Subject& subject);

@@ -1,6 +1,7 @@
 #include "model/adapt_spec.h"
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <set>
 
@@ -26,6 +27,39 @@ std::string name_of(mjsElement* element) { return spec_text(mjs_getName(element)
 std::string mesh_name(const mjsMesh* mesh) {
   const std::string own = name_of(mesh->element);
   return own.empty() ? fs::path(spec_text(mesh->file)).stem().string() : own;
+}
+
+// The meshes that a geom needs which can collide or adds to an inertia.
+std::set<std::string> physical_meshes(mjSpec* spec) {
+  std::set<std::string> paired;
+  for_each(spec, mjOBJ_PAIR, mjs_asPair, [&](mjsPair* pair) {
+    paired.insert(spec_text(pair->geomname1));
+    paired.insert(spec_text(pair->geomname2));
+  });
+  std::set<std::string> needed;
+  const bool from_geoms = spec->compiler.inertiafromgeom == mjINERTIAFROMGEOM_TRUE;
+  for_each(spec, mjOBJ_GEOM, mjs_asGeom, [&](mjsGeom* geom) {
+    const std::string mesh = spec_text(geom->meshname);
+    if (mesh.empty()) return;
+    const mjsBody* body = mjs_getParent(geom->element);
+    const bool weighs = (from_geoms || !body->explicitinertial) && geom->mass != 0 && geom->density != 0 &&
+                        name_of(body->element) != "world";
+    const bool collides = geom->contype != 0 || geom->conaffinity != 0 || paired.contains(name_of(geom->element));
+    if (weighs || collides) needed.insert(mesh);
+  });
+  return needed;
+}
+
+// Makes a mesh a tetrahedron, in place of one that takes the compiler long.
+void make_small(mjsMesh* mesh) {
+  constexpr std::array<float, 12> kCorners = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+  constexpr std::array<int, 12> kFaces = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
+  mjs_setName(mesh->element, mesh_name(mesh).c_str());  // a name that comes from the file
+  mjs_setString(mesh->file, "");
+  mjs_setString(mesh->content_type, "");
+  mjs_setFloat(mesh->uservert, kCorners.data(), static_cast<int>(kCorners.size()));
+  mjs_setInt(mesh->userface, kFaces.data(), static_cast<int>(kFaces.size()));
+  mesh->inertia = mjMESH_INERTIA_CONVEX;
 }
 
 bool has_moving_part(const mjsBody* body) { return mjs_firstChild(body, mjOBJ_JOINT, 1) != nullptr; }
@@ -62,7 +96,8 @@ void add_motors(mjSpec* spec, const std::vector<std::string>& joints) {
   }
 }
 
-void leave_out_pictures(mjSpec* spec, const std::string& folder, LoadReport& report, std::vector<std::string>& notes) {
+void leave_out_pictures(mjSpec* spec, const std::string& folder, bool drawn_meshes, LoadReport& report,
+                        std::vector<std::string>& notes) {
   for_each(spec, mjOBJ_TEXTURE, mjs_asTexture, [](mjsTexture* texture) {
     mjs_setString(texture->file, "");
     mjs_setStringVec(texture->cubefiles, "");
@@ -71,34 +106,25 @@ void leave_out_pictures(mjSpec* spec, const std::string& folder, LoadReport& rep
   });
   for_each(spec, mjOBJ_SKIN, mjs_asSkin, [&](mjsSkin* skin) { mjs_delete(spec, skin->element); });
 
+  const std::set<std::string> physical = physical_meshes(spec);
   std::map<std::string, mjsMesh*> missing;
   for_each(spec, mjOBJ_MESH, mjs_asMesh, [&](mjsMesh* mesh) {
+    if (spec_text(mesh->file).empty()) return;
     std::error_code error;
-    if (!spec_text(mesh->file).empty() && !fs::exists(spec_mesh_path(spec, mesh, folder), error))
+    if (!fs::exists(spec_mesh_path(spec, mesh, folder), error)) {
       missing[mesh_name(mesh)] = mesh;
+    } else if (!drawn_meshes && !mesh->plugin.active && !physical.contains(mesh_name(mesh))) {
+      make_small(mesh);
+    }
   });
   if (missing.empty()) return;
-  std::set<std::string> paired;
-  for_each(spec, mjOBJ_PAIR, mjs_asPair, [&](mjsPair* pair) {
-    paired.insert(spec_text(pair->geomname1));
-    paired.insert(spec_text(pair->geomname2));
-  });
-  std::set<std::string> needed;
   std::vector<mjsGeom*> drawn;
   for_each(spec, mjOBJ_GEOM, mjs_asGeom, [&](mjsGeom* geom) {
     const std::string mesh = spec_text(geom->meshname);
-    if (!missing.contains(mesh)) return;
-    const mjsBody* body = mjs_getParent(geom->element);
-    const bool weighs =
-        !body->explicitinertial && geom->mass != 0 && geom->density != 0 && name_of(body->element) != "world";
-    if (geom->contype == 0 && geom->conaffinity == 0 && !paired.contains(name_of(geom->element)) && !weighs) {
-      drawn.push_back(geom);
-    } else {
-      needed.insert(mesh);
-    }
+    if (missing.contains(mesh) && !physical.contains(mesh)) drawn.push_back(geom);
   });
-  for (const std::string& name : needed) {
-    const mjsMesh* mesh = missing.at(name);
+  for (const auto& [name, mesh] : missing) {
+    if (!physical.contains(name)) continue;
     report.problems.push_back(
         {.severity = Severity::kRefused,
          .element = fmt::format("mesh '{}'", name),
@@ -109,12 +135,11 @@ void leave_out_pictures(mjSpec* spec, const std::string& folder, LoadReport& rep
   }
   size_t left_out = 0;
   for (const mjsGeom* geom : drawn) {
-    if (needed.contains(spec_text(geom->meshname))) continue;
     mjs_delete(spec, geom->element);
     ++left_out;
   }
   for (const auto& [name, mesh] : missing) {
-    if (!needed.contains(name)) mjs_delete(spec, mesh->element);
+    if (!physical.contains(name)) mjs_delete(spec, mesh->element);
   }
   if (left_out > 0) {
     notes.push_back(fmt::format("{} shapes that are only drawn are left out: their mesh files are missing", left_out));

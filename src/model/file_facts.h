@@ -14,6 +14,7 @@ struct MeshFacts {
   std::string name;          // Hull::name; of a mesh in several hulls without their numbers
   std::string file;          // empty where the model's file holds the vertices
   int line = 0;              // of its first use or its asset; 0 when it is not known
+  std::string in = {};       // the included file that has the line; empty for the model's own
   std::uintmax_t bytes = 0;  // of `file`
   size_t triangles = 0;
   size_t open_edges = 0;  // edges that do not belong to exactly two triangles: 0 for a watertight mesh
@@ -23,12 +24,16 @@ struct MeshFacts {
 struct FileFacts {
   bool is_urdf = false;
   // Line of each body, joint, geom, actuator, tendon, coupling, connect and weld of the Model by its label, "joint
-  // 'knee'". What an included file holds or the loader made up is missing.
+  // 'knee'". What the loader made up is missing.
   std::map<std::string, int> lines;
+  // The included file of each that has its line in one, as the <include> writes it.
+  std::map<std::string, std::string> files;
   std::vector<MeshFacts> meshes;
 
   // Of an element as limitations name it, "joint 'knee' armature"; 0 when it is not known.
   int line_of(const std::string& element) const;
+  // The included file that has that line; empty for the model's own.
+  std::string file_of(const std::string& element) const;
 };
 
 }  // namespace assay

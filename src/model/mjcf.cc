@@ -72,6 +72,43 @@ void add_urdf_lines(const Model& model, const UrdfDocument& urdf, std::map<std::
   }
 }
 
+// Fills in the places of problems about included files. An element without a name is where its body is.
+void place_problems(const std::map<std::string, IncludedPlace>& included, std::vector<Problem>& problems) {
+  for (Problem& problem : problems) {
+    if (problem.line > 0) continue;
+    const size_t kind = problem.element.find("body '");
+    const size_t from = kind == std::string::npos || included.contains(problem.element) ? 0 : kind;
+    const auto place = included.find(problem.element.substr(from));
+    if (place == included.end()) continue;
+    problem.line = place->second.line;
+    problem.file = place->second.file;
+  }
+}
+
+// The same for the model's elements, and of their meshes.
+void place_facts(const std::map<std::string, IncludedPlace>& included, const Model& model, FileFacts& facts) {
+  const auto put = [&facts](const std::string& label, const IncludedPlace& place) {
+    facts.lines[label] = place.line;
+    facts.files[label] = place.file;
+  };
+  for (const auto& [label, place] : included) put(label, place);
+  const auto put_with_body = [&](const char* kind, const std::string& name, int body) {
+    const std::string label = fmt::format("{} '{}'", kind, name);
+    if (body == kWorld || facts.lines.contains(label)) return;
+    const auto place = included.find(fmt::format("body '{}'", model.bodies[body].name));
+    if (place != included.end()) put(label, place->second);
+  };
+  for (const Joint& joint : model.joints) put_with_body("joint", joint.name, joint.body);
+  for (const BallJoint& ball : model.balls) put_with_body("joint", ball.name, ball.body);
+  for (const Shape& shape : model.shapes) put_with_body("geom", shape.name, shape.body);
+  for (MeshFacts& mesh : facts.meshes) {
+    const auto place = included.find(fmt::format("mesh '{}'", mesh.name));
+    if (mesh.line > 0 || place == included.end()) continue;
+    mesh.line = place->second.line;
+    mesh.in = place->second.file;
+  }
+}
+
 // A document on its way to the Model: `file` is where relative names count from, `parse` calls one of MuJoCo's parsers
 // with a buffer for its message, and `text` is what is parsed unless it is URDF.
 template <typename Parse>
@@ -111,6 +148,8 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
     }
   }
 
+  const std::map<std::string, IncludedPlace> included =
+      is_urdf ? std::map<std::string, IncludedPlace>() : included_places(text, file);
   std::vector<std::string> notes = urdf.notes;
   if (is_urdf) {
     // a link without <inertial> has no mass, whatever its shapes are
@@ -119,10 +158,11 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
     add_motors(spec.get(), urdf.driven);
   } else {
     const std::string folder = fs::path(file).parent_path().string();
-    leave_out_pictures(spec.get(), folder, report, notes);
+    leave_out_pictures(spec.get(), folder, drawing != nullptr, report, notes);
     apply_root_joint(spec.get(), options.root_joint, report, notes);
   }
   const std::string ground = options.ground == Ground::kPlane ? add_ground(spec.get(), notes) : "";
+  place_problems(included, report.problems);
   if (report.refused()) return report;
 
   // static bodies are fused here, where shapes keep their lines and names
@@ -143,6 +183,7 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
                                      .massless = urdf.massless,
                                      .facts = facts,
                                      .drawing = drawing});
+  place_problems(included, translated.problems);
   report.problems.insert(report.problems.end(), translated.problems.begin(), translated.problems.end());
   if (!translated.model) return report;
   report.model = std::move(translated.model);
@@ -164,6 +205,7 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
     facts->is_urdf = is_urdf;
     facts->meshes = mesh_facts(model, spec.get(), compiled.get(), fs::path(file).parent_path().string(), urdf);
     if (is_urdf) add_urdf_lines(model, urdf, facts->lines);
+    place_facts(included, model, *facts);
   }
   model.hash = model_hash(model);
   return report;

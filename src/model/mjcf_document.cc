@@ -85,6 +85,7 @@ class Document {
   Document(const std::string& text, const std::string& path) : folder_(folder_of(path)) { read("", text); }
 
   const std::vector<Fault>& faults() const { return faults_; }
+  const std::map<std::string, IncludedPlace>& places() const { return places_; }
 
   // The whole text with the faults mended, to be written into `out`.
   std::string mended(const std::string& out) const {
@@ -106,7 +107,7 @@ class Document {
 
  private:
   // Null for a file that is missing, no XML, or read already: MuJoCo's parser says so.
-  Source* read(const std::string& name, const std::string& text) {
+  Source* read(const std::string& name, const std::string& text, const std::string& section = "") {
     auto source = std::make_unique<Source>();
     source->name = name;
     source->text = text;
@@ -115,18 +116,19 @@ class Document {
     if (source->document.Error() || root == nullptr) return nullptr;
     sources_.push_back(std::move(source));
     Source& kept = *sources_.back();
-    walk(kept, *root, "");
+    walk(kept, *root, "", section);
     return &kept;
   }
 
-  void walk(Source& source, const xml::XMLElement& element, const std::string& body) {
+  // `section` is what the element stands in: "actuator", or "body" for all bodies.
+  void walk(Source& source, const xml::XMLElement& element, const std::string& body, const std::string& section) {
     const std::string_view kind = element.Name();
     const int index = source.counted[{element.GetLineNum(), element.Name()}]++;
     std::string owner = body;
     if (kind == "body" || kind == "worldbody") {
       owner = kind == "body" ? fmt::format("body '{}'", text_of(element, "name")) : "the world";
     } else if (kind == "include") {
-      include(source, element, index);
+      include(source, element, index, section);
       return;
     } else if (kind == "compiler") {
       read_compiler(element);
@@ -135,19 +137,44 @@ class Document {
     } else {
       examine_ranges(source, element, index, body);
     }
+    if (!source.name.empty()) note_place(source, element, section);
+    static const std::set<std::string_view> kSections = {"asset",  "contact",  "equality", "tendon", "actuator",
+                                                         "sensor", "keyframe", "custom",   "default"};
+    std::string inner = section;
+    if (kind == "body" || kind == "worldbody") inner = "body";
+    if (kSections.contains(kind)) inner = kind;
     for (const xml::XMLElement* e = element.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
-      walk(source, *e, owner);
+      walk(source, *e, owner, inner);
     }
   }
 
-  void include(Source& source, const xml::XMLElement& element, int index) {
+  // By the labels that messages use.
+  void note_place(const Source& source, const xml::XMLElement& element, const std::string& section) {
+    const std::string name = text_of(element, "name"), tag = element.Name();
+    if (name.empty()) return;
+    const auto note = [&](const std::string& kind) {
+      places_.emplace(fmt::format("{} '{}'", kind, name), IncludedPlace{source.name, element.GetLineNum()});
+    };
+    if (section == "body" || tag == "body") {
+      note(tag == "freejoint" ? "joint" : tag);
+    } else if (section == "actuator" || section == "tendon") {
+      note(section);
+    } else if (section == "equality") {
+      note(section);
+      note(tag == "joint" || tag == "tendon" ? "coupling" : tag);
+    } else if (section == "asset" || section == "contact" || section == "keyframe" || section == "custom") {
+      note(tag);
+    }
+  }
+
+  void include(Source& source, const xml::XMLElement& element, int index, const std::string& section) {
     const std::string name = text_of(element, "file");
     if (!included_.insert(name).second) return;
     std::error_code error;
     if (!fs::is_regular_file(folder_ / name, error)) return;
     std::ifstream file(folder_ / name, std::ios::binary);
     const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-    if (Source* other = read(name, text)) source.includes.push_back({element.GetLineNum(), index, other});
+    if (Source* other = read(name, text, section)) source.includes.push_back({element.GetLineNum(), index, other});
   }
 
   void read_compiler(const xml::XMLElement& element) {
@@ -164,11 +191,13 @@ class Document {
     const int line = element.GetLineNum();
     const bool own = source.name.empty();
     Fault result;
-    result.problem.element = own ? what : fmt::format("{} ({}, line {})", what, source.name, line);
-    result.problem.line = own ? line : 0;
+    result.problem.element = what;
+    result.problem.line = line;
+    result.problem.file = source.name;
     result.problem.message = fault;
     result.problem.mend = "correct it, or write a mended file with `assay check --repair OUT`";
-    result.mend = {own ? line : 0, fmt::format("{}: {}", result.problem.element, mended)};
+    result.mend = {own ? line : 0, own ? fmt::format("{}: {}", what, mended)
+                                       : fmt::format("{} ({}, line {}): {}", what, source.name, line, mended)};
     faults_.push_back(std::move(result));
     source.edits.push_back({line, index, element.Name(), attribute, value});
   }
@@ -245,11 +274,17 @@ class Document {
   std::vector<std::unique_ptr<Source>> sources_;
   std::set<std::string> included_;
   std::vector<Fault> faults_;
-  std::string meshes_, textures_;  // folders of files, from the model's
+  std::map<std::string, IncludedPlace> places_;  // in included files
+  std::string meshes_, textures_;                // folders of files, from the model's
   bool inertia_counts_ = true;
 };
 
 }  // namespace
+
+std::map<std::string, IncludedPlace> included_places(const std::string& text, const std::string& path) {
+  if (text.find("<include") == std::string::npos) return {};
+  return Document(text, path).places();
+}
 
 std::vector<Problem> mjcf_faults(const std::string& text, const std::string& path) {
   const Document document(text, path);

@@ -2,6 +2,7 @@
 // mend, all of them with their lines, where MuJoCo names the first.
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,16 @@ namespace assay {
 // Inertias that are not positive or break the triangle inequality, and ranges whose bounds are swapped, in the file at
 // `path` and those that it includes. `path` is where relative names count from.
 std::vector<Problem> mjcf_faults(const std::string& text, const std::string& path);
+
+// Where an element of an included file is: the file as the <include> writes it, and the line in it.
+struct IncludedPlace {
+  std::string file;
+  int line = 0;
+};
+
+// The named elements of included files by their labels, "joint 'knee'", "coupling 'fingers'"; MuJoCo's parser keeps no
+// lines of them.
+std::map<std::string, IncludedPlace> included_places(const std::string& text, const std::string& path);
 
 // The text without those faults, for mended_model().
 std::string mend_mjcf(const std::string& text, const std::string& path, const std::string& out,

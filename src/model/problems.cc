@@ -7,9 +7,16 @@
 
 namespace assay {
 
+std::string place_text(const std::string& file, int line) {
+  if (line <= 0) return "";
+  return file.empty() ? fmt::format("line {}", line) : fmt::format("{}, line {}", file, line);
+}
+
 std::string problem_text(const Problem& problem) {
   std::string text = problem.element;
-  if (problem.line > 0) text += fmt::format("{}(line {})", text.empty() ? "" : " ", problem.line);
+  if (problem.line > 0) {
+    text += fmt::format("{}({})", text.empty() ? "" : " ", place_text(problem.file, problem.line));
+  }
   if (!text.empty()) text += ' ';
   text += problem.message;
   if (problem.severity == Severity::kLeftOut) return text;

@@ -545,7 +545,8 @@ bool same_directory(const std::string& a, const std::string& b) {
 
 MergeSummary merge_results(const std::vector<std::string>& sources, const std::string& out,
                            const std::vector<std::string>& derived,
-                           const std::function<void(const std::string& source)>& begin) {
+                           const std::function<void(const std::string& source)>& begin,
+                           const std::function<void(Store& merged)>& finish) {
   if (sources.empty()) throw InputError("there is nothing to merge: name results directories");
   // Before anything is written.
   const Store first = Store::open(sources.front());
@@ -568,6 +569,7 @@ MergeSummary merge_results(const std::vector<std::string>& sources, const std::s
     }
     merge.summarize();
   }
+  if (finish) finish(result);
   return summary;
 }
 

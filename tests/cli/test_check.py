@@ -1,5 +1,6 @@
 """What `assay check` says of a model itself: findings with element, line and value, the explicit timestep, elements."""
 
+import json
 import math
 import re
 
@@ -38,7 +39,7 @@ class Check(AssayTest):
             self.assertIn(finding["level"], ("mend", "know"))
             self.assertTrue(finding["kind"] and finding["title"] and finding["places"], finding)
             for place in finding["places"]:
-                self.assertEqual(set(place), {"element", "line", "value", "text"})
+                self.assertEqual(set(place), {"element", "line", "file", "value", "text"})
         limits, (shoulder,) = self.places(report, "start-beyond-limits")
         self.assertEqual((limits["level"], limits["unit"], shoulder["element"], shoulder["line"]),
                          ("mend", "rad", "joint 'shoulder'", 5))
@@ -161,6 +162,29 @@ class Refused(AssayTest):
         self.refused("check", "robot/robot.xml", naming=["part.xml", "--allow-external-files"])
         self.assertEqual(
             self.assay_json("check", "robot/robot.xml", "--json", "--allow-external-files")["model"]["bodies"], 1)
+
+    def test_included_elements_have_their_file_and_line(self):
+        (self.dir / "parts").mkdir()
+        self.write("robot.xml", '<mujoco>\n<worldbody><geom name="floor" type="plane" size="1 1 1"/>'
+                   '<include file="parts/leg.xml"/></worldbody>\n'
+                   '<actuator>\n<include file="parts/drive.xml"/></actuator></mujoco>')
+        self.write("parts/leg.xml", '<mujocoinclude>\n<body name="thigh">\n<joint name="hip" axis="0 1 0" armature="0.1"/>\n'
+                   '<geom size="0.1" fromto="0 0 0 0 0 1" type="capsule"/>\n</body></mujocoinclude>')
+        self.write("parts/drive.xml", '<mujocoinclude>\n<muscle name="flexor" joint="hip" lengthrange="0 1"/></mujocoinclude>')
+        self.refused("check", "robot.xml", naming=["actuator 'flexor' (parts/drive.xml, line 2)"])
+        refused = self.run_assay("check", "robot.xml", "--json")
+        problem = json.loads(refused.stdout)["problems"][0]
+        self.assertEqual([problem[key] for key in ["element", "line", "file"]], ["actuator 'flexor'", 2, "parts/drive.xml"])
+        self.write("parts/drive.xml", '<mujocoinclude>\n<motor name="flexor" joint="hip"/></mujocoinclude>')
+        report = self.assay_json("check", "robot.xml", "--json")
+        places = {each["element"]: (each["line"], each["file"]) for group in report["elements"] for each in group["elements"]}
+        self.assertEqual(places["joint 'hip'"], (3, "parts/leg.xml"))
+        self.assertEqual(places.pop("geom 'floor'"), (2, None))
+        self.assertEqual({place for element, place in places.items() if element.startswith("geom")}, {(2, "parts/leg.xml")})
+        armature = [finding for engine in report["engines"] for finding in engine["findings"]
+                    if finding["element"] == "joint 'hip' armature"]
+        self.assertTrue(armature)
+        self.assertEqual({(finding["line"], finding["file"]) for finding in armature}, {(3, "parts/leg.xml")})
 
     def test_expanded_xacro_is_another_file(self):
         self.write("robot.urdf", '<robot name="r" xmlns:xacro="x"><xacro:macro name="m"/></robot>')

@@ -110,7 +110,7 @@ std::vector<Case> set_up_faults() {
             }},
        {"wide-range"}},
       {{.name = "armature ignored", .model = [](Model& m) { every_hinge(m, [](Joint& h) { h.armature = 0; }); }},
-       {"armature"}},
+       {"armature", "armature-impact"}},
       {{.name = "spring pulls to 0",
         .model = [](Model& m) { every_hinge(m, [](Joint& h) { h.spring_reference = 0; }); }},
        {"spring-damper"}},
