@@ -1,6 +1,8 @@
 #include "controls/torque_file.h"
 
 #include <algorithm>
+#include <cstdint>
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <vector>
@@ -13,6 +15,8 @@
 
 namespace assay {
 namespace {
+
+constexpr std::uintmax_t kMostBytes = std::uintmax_t{256} << 20;
 
 std::string trimmed(const std::string& text) {
   const size_t first = text.find_first_not_of(" \t\r");
@@ -29,6 +33,16 @@ std::vector<std::string> fields_of(const std::string& line) {
 class FileControl final : public Control {
  public:
   FileControl(const Model& model, const std::string& path) {
+    std::error_code error;
+    if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error)) {
+      throw InputError(fmt::format("the file of torques '{}' is not a regular file: give a CSV file", path));
+    }
+    if (const auto size = std::filesystem::file_size(path, error); !error && size > kMostBytes) {
+      throw InputError(
+          fmt::format("the file of torques '{}' has {} MiB, and at most {} are read: give fewer lines, between "
+                      "which torques are interpolated",
+                      path, size >> 20, kMostBytes >> 20));
+    }
     std::ifstream file(path);
     std::ostringstream all;
     if (file && file.peek() != std::ifstream::traits_type::eof()) all << file.rdbuf();

@@ -283,6 +283,15 @@ class ForgedResults(AssayTest):
         self.assertIn(done.returncode, (0, 1, 2))
 
 
+class EndlessFiles(AssayTest):
+    def test_torques_from_a_device(self):
+        self.write("ball.xml", BALL)
+        os.mkfifo(self.dir / "pipe.csv")
+        (self.dir / "zero.csv").symlink_to("/dev/zero")
+        for path in ("zero.csv", "pipe.csv"):
+            self.refused("run", "ball.xml", "--control", path, "--plan", naming=[path])
+
+
 class FuzzedModels(AssayTest):
     """Models of the fuzzer's corpus that end MuJoCo's library end here in a sentence."""
 

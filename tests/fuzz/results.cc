@@ -80,9 +80,10 @@ void forge_hashes(sqlite3* db) {
   sql::Statement query(db, "SELECT id FROM cells");
   std::vector<std::int64_t> cells;
   while (query.step()) cells.push_back(query.integer(0));
+  sql::CellHasher hasher(db);
   for (const std::int64_t id : cells) {
-    sql::put_samples_hash(db, id);
-    sql::put_cell_hash(db, id);
+    hasher.put_samples_hash(id);
+    hasher.put_cell_hash(id);
   }
 }
 
