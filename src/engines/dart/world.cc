@@ -122,7 +122,6 @@ class ArmatureRow final : public dart::constraint::ConstraintBase {
     }
   }
 
- protected:
   void update() override {}
   void getInformation(dart::constraint::ConstraintInfo* info) override {
     for (size_t i = 0; i < mDim; ++i) {
@@ -279,7 +278,7 @@ void DartSimulation::set_properties(Properties& joint, const Joint& model, const
   }
   joint.mIsPositionLimitEnforced = model.limited;
   joint.mFrictions[0] = model.dry_friction;
-  if (options_.native_pd && !(armature_in_rows_ && model.armature != 0)) {
+  if (options_.native_pd && (!armature_in_rows_ || model.armature == 0)) {
     joint.mSpringStiffnesses[0] = model.stiffness;
     joint.mRestPositions[0] = model.spring_reference - model.reference;
     joint.mDampingCoefficients[0] = model.damping;
