@@ -31,7 +31,7 @@ def measure(asked):
     times = []
     for part in range(1, asked.parts + 1):
         words = [asked.build / "bin/assay", "run", asked.campaign, "--shard", f"{part}/{asked.parts}", "--jobs", "1", "--out",
-                 asked.out / f"parts/{part}"]
+                 asked.out / f"parts/{part}", "--cells", asked.cells]
         pid = os.spawnve(os.P_NOWAIT, words[0], list(map(str, words)), env)
         _, status, usage = os.wait4(pid, 0)
         if status != 0:
@@ -88,9 +88,14 @@ def simulate(asked):
         line = [str(nodes)]
         for kind, wanted in (("accuracy", PARTS_PER_NODE * nodes), ("timing", nodes)):
             parts, longest = loads(division(asked.build, asked.campaign, wanted, kind), times)
+            if not any(parts):  # not measured
+                line += ["", "", ""]
+                continue
             mean = sum(parts) / nodes
             line += [str(len(parts)), f"{makespan(parts, nodes) / mean:.3f}", f"{max(longest, mean) / mean:.3f}"]
         print(f"| {' | '.join(line)} |", flush=True)
+    if {"consistency", "raw_speed"} - {measure for *_, measure in times}:
+        return
     for nodes in map(int, asked.nodes.split(",")):
         parts, longest = loads(division(asked.build, asked.campaign, nodes, "all"), times)
         mean = sum(parts) / nodes
@@ -108,6 +113,7 @@ def main():
         command.add_argument("campaign")
         if name == "measure":
             command.add_argument("--parts", type=int, default=4)
+            command.add_argument("--cells", default="all", help="all, accuracy or timing")
             command.add_argument("--out", type=pathlib.Path, required=True)
         else:
             command.add_argument("results", type=pathlib.Path)

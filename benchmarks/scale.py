@@ -40,15 +40,15 @@ pieces = 4
 
 
 def write_campaign(assay, folder, cells):
-    """A real campaign of about as many cells: 50 systems, 40 contenders."""
+    """A real campaign of at least as many cells: 40 contenders, 11 timesteps, and as many systems as it takes."""
     listed = json.loads(subprocess.run([assay, "engines", "--json"], check=True, capture_output=True, text=True).stdout)
-    contenders = [row["contender"] for row in listed["contenders"] if row["engine"] in ("mujoco", "ode", "dart", "simbody", "null") or
-                  row["engine"].startswith(("bullet", "jolt", "rapier", "physx"))][:40]
-    timesteps = max(1, round((cells / 50 / len(contenders) - 1) / 4))
+    contenders = [row["contender"] for row in listed["contenders"]
+                  if row["engine"].startswith(("mujoco", "ode", "bullet", "jolt", "rapier", "physx"))][:40]
+    timesteps = [2.0**power for power in range(-6, 5)]
+    of_system = len(contenders) * (1 + 4 * len(timesteps))  # a fine-step run, and four measures at each timestep
     path = folder / "scale.toml"
-    path.write_text(CAMPAIGN.format(contenders=json.dumps(contenders), timesteps=[2 ** (i - 6) for i in range(min(timesteps, 11))] +
-                                    [3 * 2 ** (i - 6) for i in range(max(0, timesteps - 11))]) +
-                    "".join(SYSTEM.format(number=number) for number in range(50)))
+    path.write_text(CAMPAIGN.format(contenders=json.dumps(contenders), timesteps=timesteps) +
+                    "".join(SYSTEM.format(number=number) for number in range(-(-cells // of_system))))
     return path
 
 

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Writes src/campaign/step_costs.inc, from which shards are balanced: the time of a step of each contender, per body, from
-the timings of a results directory.
+"""Writes the tables from which shards are balanced, from the timings of a results directory: src/campaign/step_costs.inc, the time
+of a step of each contender per body, and src/campaign/system_step_costs.inc, that of each contender on each of the systems.
 
-    benchmarks/step_costs.py results/amd-epyc-2-cores/assay.sqlite.xz > src/campaign/step_costs.inc
+    benchmarks/step_costs.py results/amd-epyc-2-cores/assay.sqlite.xz src/campaign
 """
 
 import collections
@@ -15,8 +15,12 @@ import sys
 import tempfile
 
 
+def mean(logs):
+    return math.exp(sum(logs) / len(logs))
+
+
 def main():
-    source = pathlib.Path(sys.argv[1])
+    source, target = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])
     with tempfile.TemporaryDirectory() as folder:
         path = source
         if source.suffix == ".xz":
@@ -24,18 +28,29 @@ def main():
             path.write_bytes(lzma.decompress(source.read_bytes()))
         db = sqlite3.connect(f"file:{path}?immutable=1", uri=True)
         facts = {name: json.loads(text) for name, text in db.execute("SELECT name, json FROM systems")}
-        times = collections.defaultdict(list)
+        times, of_system = collections.defaultdict(list), collections.defaultdict(list)
         for system, contender, value in db.execute(
                 """SELECT c.system, c.contender, v.value FROM cells c JOIN "values" v ON v.cell_id = c.id
                    WHERE v.name = 'step_time' AND c.outcome = 'ok' AND v.value > 0"""):
             contacts = facts[system].get("contact_pairs", 0) > 0
             times[contender, contacts].append(math.log(value / facts[system]["bodies"]))
-    print("// Written by benchmarks/step_costs.py from measured step times; microseconds of a step per body: contender, model\n"
-          "// without contact pairs, model with them; 0 where it was not measured.")
+            of_system[system, contender].append(math.log(value))
+        for system, contender, timestep, value in db.execute(
+                """SELECT c.system, c.contender, c.timestep_ms, v.value FROM cells c JOIN "values" v ON v.cell_id = c.id
+                   WHERE v.name = 'run_time' AND c.outcome = 'ok' AND v.value > 0"""):
+            steps = 1e3 * facts[system]["duration_s"] / timestep
+            of_system[system, contender].append(math.log(1e6 * value / steps))
+    lines = ["// Written by benchmarks/step_costs.py from measured step times; microseconds of a step per body: contender, model",
+             "// without contact pairs, model with them; 0 where it was not measured."]
     for contender in sorted({name for name, _ in times} - {"null"}):
-        free, contact = (math.exp(sum(found) / len(found)) if found else 0
-                         for found in (times[contender, False], times[contender, True]))
-        print(f'{{"{contender}", {free:.2f}, {contact:.2f}}},')
+        free, contact = (mean(found) if found else 0 for found in (times[contender, False], times[contender, True]))
+        lines.append(f'{{"{contender}", {free:.2f}, {contact:.2f}}},')
+    (target / "step_costs.inc").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    lines = ["// Written by benchmarks/step_costs.py from measured step times; microseconds of a step: system, contender."]
+    for (system, contender), found in sorted(of_system.items()):
+        if contender != "null":
+            lines.append(f'{{"{system}", "{contender}", {mean(found):.1f}}},')
+    (target / "system_step_costs.inc").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 main()

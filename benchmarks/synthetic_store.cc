@@ -49,8 +49,8 @@ void describe(Store& store) {
   std::vector<ContenderRow> contenders;
   contenders.reserve(kContenders);
   for (int c = 0; c < kContenders; ++c) {
-    contenders.push_back(
-        {contender_name(c), fmt::format("engine-{}", c / 4), "1.0", contender_name(c), "", "{}", "{}"});
+    contenders.push_back({contender_name(c), fmt::format("engine-{}", c / 4), "1.0", contender_name(c),
+                          fmt::format("number={}", c), "{}", "{}"});
   }
   store.set_contenders(contenders);
   store.set_manifest({{"cpu", "Synthetic"}, {"cores", "2"}, {"seed", "1"}, {"commit", "0"}, {"started", "2026-01-01"}});

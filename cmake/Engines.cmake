@@ -25,8 +25,12 @@ endfunction()
 function(assay_engine_folder variable name)
   file(GLOB files CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/src/engines/${name}/recipe/*")
   set_property(DIRECTORY "${PROJECT_SOURCE_DIR}" APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS "${files}")
+  set(compiler "${CMAKE_CXX_COMPILER} ${CMAKE_CXX_COMPILER_ARG1}")
+  if(ASSAY_FUZZ)
+    set(compiler "c++")  # another compiler than set-up's is for assay's own code
+  endif()
   execute_process(
-    COMMAND ${CMAKE_COMMAND} -E env "ASSAY_CACHE=${ASSAY_CACHE}" "CXX=${CMAKE_CXX_COMPILER} ${CMAKE_CXX_COMPILER_ARG1}"
+    COMMAND ${CMAKE_COMMAND} -E env "ASSAY_CACHE=${ASSAY_CACHE}" "CXX=${compiler}"
       bash -c "root=$1; source \"$1/setup/common.sh\" && engine_folder \"$2\"" - "${PROJECT_SOURCE_DIR}" ${name}
     OUTPUT_VARIABLE folder OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
   set(${variable} "${folder}" PARENT_SCOPE)

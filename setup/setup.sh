@@ -4,6 +4,7 @@
 #
 #   setup/setup.sh [--tests]
 #   setup/setup.sh --robots  fetches real robots (setup/pip/robots.txt) instead: some 600 MB, on demand
+#   setup/setup.sh --fuzz    adds the compiler that tests/fuzz/run needs
 #   setup/setup.sh --prune   removes shared engines, tools and downloads that no set-up has used for 90 days
 #
 #   ASSAY_CACHE         where downloads, engines and tools live, for all clones; default: assay in XDG_CACHE_HOME, else
@@ -15,13 +16,14 @@ set -euo pipefail
 root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
 # shellcheck source=setup/common.sh
 source "${root}/setup/common.sh"
-with_tests="" prune="" robots=""
+with_tests="" with_fuzz="" prune="" robots=""
 case "${1:-}" in
   "") ;;
   --tests) with_tests=1 ;;
   --prune) prune=1 ;;
   --robots) robots=1 ;;
-  *) echo "setup: unknown argument '$1': the arguments are --tests, --robots and --prune" >&2; exit 2 ;;
+  --fuzz) with_fuzz=1 ;;
+  *) echo "setup: unknown argument '$1': the arguments are --tests, --robots, --fuzz and --prune" >&2; exit 2 ;;
 esac
 exec 1>&2
 
@@ -84,6 +86,7 @@ find_missing_packages() {
     IFS='|' read -r package when also _ <<<"${line}"
     package="$(trim "${package}")" when="$(trim "${when}")" also="$(trim "${also//@or@/|}")"
     [[ ${when} == test && -z ${with_tests} ]] && continue
+    [[ ${when} == fuzz && -z ${with_fuzz} ]] && continue
     # Several engines may need it.
     [[ " ${missing_engines[*]} " == *" ${package} "* ]] && continue
     grep -qxF -- "${package}" <<<"${installed}" && continue

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <optional>
 #include <set>
+#include <string_view>
 #include <tuple>
 #include <vector>
 
@@ -16,14 +17,19 @@
 namespace assay {
 namespace {
 
-constexpr int kMostShards = 10000;
-
 struct StepCost {
   const char* contender;
   double free_us, contact_us;  // per body, without and with contact pairs; 0: unknown
 };
 constexpr auto kStepCosts = std::to_array<StepCost>({
 #include "campaign/step_costs.inc"
+});
+struct SystemStepCost {
+  const char *system, *contender;
+  double us;
+};
+constexpr auto kSystemStepCosts = std::to_array<SystemStepCost>({
+#include "campaign/system_step_costs.inc"
 });
 constexpr StepCost kUsualCost = {"", 2, 4};
 
@@ -56,14 +62,16 @@ bool takes_part(const PlannedCell& cell, ShardCells cells) {
 
 // Fine-step runs that a group reads and does not measure: a timing makes those of all contenders again, unless they lie
 // in a folder that machines share (--references).
-std::vector<PlannedCell> runs_made_again(const Plan& plan, const std::vector<PlannedCell>& group) {
+std::vector<PlannedCell> runs_made_again(const std::map<std::string, const PlannedCell*>& references,
+                                         const std::vector<PlannedCell>& group) {
   std::set<std::string> read;
   for (const PlannedCell& cell : group) {
     if (cell.measure == "raw_speed" || cell.measure == "agreement") read.insert(cell.trajectory);
   }
   std::vector<PlannedCell> runs;
-  for (const PlannedCell& cell : plan.cells) {
-    if (cell.measure == "reference" && read.erase(cell.trajectory) > 0) runs.push_back(cell);
+  for (const std::string& trajectory : read) {
+    const auto made = references.find(trajectory);
+    if (made != references.end()) runs.push_back(*made->second);
   }
   return runs;
 }
@@ -179,13 +187,26 @@ std::string_view shard_cells_text(ShardCells cells) {
 }
 
 std::map<std::pair<int, int>, double> expected_step_us(const Campaign& campaign) {
+  static const auto known = [] {
+    std::map<std::pair<std::string_view, std::string_view>, double> costs;
+    for (const SystemStepCost& cost : kSystemStepCosts) costs[{cost.system, cost.contender}] = cost.us;
+    return costs;
+  }();
   std::map<std::pair<int, int>, double> found;
   for (size_t s = 0; s < campaign.systems.size(); ++s) {
     const CampaignSystem& system = campaign.systems[s];
     for (const int c : system.contenders) {
-      found[{static_cast<int>(s), c}] =
-          static_cast<double>(system.model.bodies.size()) *
-          step_us_per_body(campaign.contenders[static_cast<size_t>(c)], !system.model.contacts.empty());
+      const CampaignContender& contender = campaign.contenders[static_cast<size_t>(c)];
+      double us = 0;
+      for (const std::string& name : {contender.resolved.base, contender.resolved.name}) {
+        const auto measured = known.find({system.name, name});
+        if (measured != known.end()) us = measured->second;
+      }
+      if (us == 0) {
+        us = static_cast<double>(system.model.bodies.size()) *
+             step_us_per_body(contender, !system.model.contacts.empty());
+      }
+      found[{static_cast<int>(s), c}] = us;
     }
   }
   return found;
@@ -196,13 +217,17 @@ void divide(const Campaign& campaign, Plan& plan, int shards, ShardCells cells) 
   for (const PlannedCell& cell : plan.cells) {
     if (takes_part(cell, cells)) groups[group_of(campaign, cell)].push_back(cell);
   }
+  std::map<std::string, const PlannedCell*> references;  // by the run that they make: the first one makes it
+  for (const PlannedCell& cell : plan.cells) {
+    if (cell.measure == "reference") references.emplace(cell.trajectory, &cell);
+  }
   const auto step_us = expected_step_us(campaign);
   std::vector<std::pair<Group, double>> sorted;
   sorted.reserve(groups.size());
   for (auto& [group, of_group] : groups) {
     double seconds = estimate_seconds(campaign, of_group, step_us, 1);
     if (shards > 1 && cells == ShardCells::kAll) {
-      seconds += estimate_seconds(campaign, runs_made_again(plan, of_group), step_us, 1);
+      seconds += estimate_seconds(campaign, runs_made_again(references, of_group), step_us, 1);
     }
     sorted.emplace_back(group, seconds);
   }

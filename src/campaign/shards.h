@@ -10,6 +10,8 @@
 
 namespace assay {
 
+inline constexpr int kMostShards = 10000;  // into which a campaign is divided
+
 // "2/8", or "auto" for the part that a scheduler's variables in the environment name, or "auto/8" where they do not
 // tell the number of parts. Throws InputError for anything else, and where the environment names no part or an
 // impossible one.
@@ -25,8 +27,9 @@ ShardCells parse_shard_cells(const std::string& text);
 std::string shard_text(const Shard& shard);           // "2/8"
 std::string_view shard_cells_text(ShardCells cells);  // "all", ...
 
-// Microseconds of a step of each contender on each system, as far as known before anything is measured: measured times
-// per body on another machine (step_costs.inc), which depend on whether there are contacts, else a usual time.
+// Microseconds of a step of each contender on each system, as far as known before anything is measured: the time on a
+// system of this name on another machine (system_step_costs.inc), else times per body there (step_costs.inc), which
+// depend on whether there are contacts, else a usual time.
 std::map<std::pair<int, int>, double> expected_step_us(const Campaign& campaign);
 
 // Sets each cell's shard, so that all shards take about as long: the longest group goes to the least loaded shard, then

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "base/activity.h"
 #include "base/errors.h"
 #include "base/paths.h"
 #include "base/quantity.h"
@@ -18,7 +19,9 @@
 #include "cli/model_options.h"
 #include "cli/output_file.h"
 #include "model/mjcf.h"
+#include "model/outside_files.h"
 #include "model/repair.h"
+#include "model/urdf.h"
 
 namespace assay::cli {
 namespace {
@@ -60,10 +63,19 @@ int print_refusal(const std::string& file, const LoadReport& report, const Optio
 }
 
 int repair(const std::string& file, const std::string& out, const LoadOptions& how) {
-  std::ifstream stream(file, std::ios::binary);
-  const std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
   std::vector<Mend> mends;
-  const std::string mended = mended_model(text, file, out, mends);
+  std::string mended;
+  {
+    const Activity reading(fmt::format("reading '{}'", file));
+    std::ifstream stream(file, std::ios::binary);
+    const std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+    // what it includes may become part of the mended text
+    if (root_element(text) == "mujoco") {
+      const std::vector<Problem> refusals = document_refusals(text, file, how);
+      if (!refusals.empty()) throw InputError(fmt::format("{}: {}", file, problem_text(refusals.front())));
+    }
+    mended = mended_model(text, file, out, mends);
+  }
   OutputFile output(out);
   output.write(mended);
   output.finish();

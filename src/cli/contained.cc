@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstring>
 #include <fcntl.h>
+#include <filesystem>
 #include <new>
 #include <sys/mman.h>
 #include <sys/prctl.h>
@@ -18,6 +19,8 @@
 
 #include "base/activity.h"
 #include "base/errors.h"
+#include "base/paths.h"
+#include "base/sandbox.h"
 #include "cli/cli.h"
 
 namespace assay::cli {
@@ -67,11 +70,24 @@ void pass_on(int signal, siginfo_t* info, void* /*context*/) {
 
 constexpr std::array<int, 3> kPassedOn = {SIGINT, SIGTERM, SIGHUP};
 
-[[noreturn]] void be_child(const SharedPage& shared, const std::function<int()>& work, pid_t parent) {
+// Results of --decompose are kept there for the next time.
+std::vector<std::string> with_cache(std::vector<std::string> writable) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  const fs::path cache = cache_dir(), hulls = cache / "hulls";
+  if (!cache.empty() && fs::is_directory(cache / "libraries", error) && fs::create_directories(hulls, error))
+    error = {};
+  if (fs::is_directory(hulls, error)) writable.push_back(hulls);
+  return writable;
+}
+
+[[noreturn]] void be_child(const SharedPage& shared, const std::function<int()>& work, pid_t parent,
+                           const std::optional<std::vector<std::string>>& writable) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (::getppid() != parent) ::_exit(kFailed);
   const rlimit no_core = {0, 0};
   ::setrlimit(RLIMIT_CORE, &no_core);
+  if (writable) enter_sandbox({.read_everything = true, .writable = with_cache(*writable)});
   watch_activities(&shared->board);
   int status = kFailed;
   try {
@@ -101,7 +117,7 @@ std::string what_happened(const Shared& shared, const std::string& what, int res
 
 }  // namespace
 
-int contained(const std::function<int()>& work) {
+int contained(const std::function<int()>& work, const std::optional<std::vector<std::string>>& writable) {
   flush_output();
   const SharedPage shared;
   const pid_t parent = ::getpid();
@@ -123,7 +139,7 @@ int contained(const std::function<int()>& work) {
             return status;
           });
         },
-        parent);
+        parent, writable);
   }
   contained_child = child;
   struct sigaction action{};
@@ -180,7 +196,7 @@ void rehearse(const std::string& what, const std::function<void()>& work) {
           }
           return kDone;
         },
-        parent);
+        parent, std::vector<std::string>{});
   }
   int result = 0;
   while (::waitpid(child, &result, 0) < 0 && errno == EINTR) {

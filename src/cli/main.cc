@@ -4,7 +4,9 @@
 #include <array>
 #include <csignal>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -65,6 +67,25 @@ std::string unexpected_argument(const CLI::App& app, const CLI::App& command) {
   if (!rest.empty())
     return fmt::format("'{}' takes no further argument, but '{}' was given", full_name(app, command), rest.front());
   return "";
+}
+
+// Folders of what a command is to write. Empty for the one that starts a film's encoder and workers, which are confined
+// on their own.
+std::optional<std::vector<std::string>> writable_of(const CLI::App& command) {
+  namespace fs = std::filesystem;
+  if (command.get_name() == "movie") return std::nullopt;
+  std::vector<std::string> folders;
+  for (const char* name : {"--out", "--repair"}) {
+    const CLI::Option* option = command.get_option_no_throw(name);
+    if (option == nullptr || option->count() == 0) continue;
+    const auto file = option->as<std::string>();
+    std::error_code error;
+    if (file.empty() || file == "-") continue;
+    fs::path folder = fs::absolute(file);
+    while (!fs::is_directory(folder, error) && folder.has_relative_path()) folder = folder.parent_path();
+    if (folder.has_relative_path()) folders.push_back(folder);
+  }
+  return folders;
 }
 
 // A wrong command line in one sentence that ends in where to look.
@@ -140,7 +161,7 @@ int run(int argc, char** argv) {
   constexpr std::array<std::string_view, 7> kContained = {"engines",     "systems",  "check", "parity",
                                                           "conformance", "snapshot", "movie"};
   const bool is_contained = std::ranges::find(kContained, called(app)->get_name()) != kContained.end();
-  return is_contained ? contained(action) : action();
+  return is_contained ? contained(action, writable_of(*called(app))) : action();
 }
 
 }  // namespace

@@ -21,19 +21,23 @@ int merge(const Options& options) {
   const std::vector<std::string> sources = parts_of(options.dirs);
   ProgressLine progress;
   size_t begun = 0;
-  const MergeSummary summary = merge_results(sources, options.out, derived_values(), [&](const std::string& source) {
+  std::vector<std::string> warnings, missing;
+  const auto begin = [&](const std::string& source) {
     ++begun;
     if (progress.due()) progress.show(fmt::format("{} of {}: {}", begun, sources.size(), source));
-  });
+  };
+  const auto finish = [&](Store& merged) {
+    warnings = derive_values(merged);
+    missing = missing_parts(merged);
+  };
+  const MergeSummary summary = merge_results(sources, options.out, derived_values(), begin, finish);
   progress.clear();
-  Store merged = open_to_write(options.out);
-  const std::vector<std::string> warnings = derive_values(merged);
   print(paragraph(
       fmt::format("{} from {} ({} were there already), {}; results: {}", counted(summary.cells, "cell", "cells"),
                   counted(summary.sources, "directory", "directories"), summary.cells_before,
                   counted(summary.trajectories, "trajectory", "trajectories"), options.out + "/assay.sqlite"),
       2));
-  for (const std::string& missing : missing_parts(merged)) print(paragraph("missing: " + missing, 2));
+  for (const std::string& each : missing) print(paragraph("missing: " + each, 2));
   for (const std::string& warning : warnings) print(paragraph("warning: " + warning, 2));
   return kDone;
 }

@@ -12,6 +12,7 @@
 #include "base/text.h"
 #include "campaign/shards.h"
 #include "cli/terminal.h"
+#include "store/facts.h"
 
 namespace assay::cli {
 namespace {
@@ -43,14 +44,14 @@ void add_divisions(const Store& store, std::map<std::pair<std::string, int>, Div
   // A plan's row says its part, and a node which division it worked on; parts of one division share its count.
   std::set<std::pair<std::string, int>> here;
   for (const NodeRow& row : store.nodes()) {
-    const auto facts = nlohmann::json::parse(row.json, nullptr, false);
-    if (!facts.is_object() || !facts.contains("shard")) continue;
-    const std::string text = facts.value("shard", "1/1");
+    const auto facts = facts_of(row.json);
+    if (!facts.contains("shard")) continue;
+    const std::string text = text_fact(facts, "shard", "1/1");
     const size_t slash = text.find('/');
     const auto index = parse_integer(text.substr(0, slash));
     const auto count = slash == std::string::npos ? std::nullopt : parse_integer(text.substr(slash + 1));
-    if (!index || !count) continue;
-    const std::pair division(facts.value("cells", "all"), static_cast<int>(*count));
+    if (!index || !count || *index < 1 || *index > *count || *count > kMostShards) continue;
+    const std::pair division(text_fact(facts, "cells", "all"), static_cast<int>(*count));
     here.insert(division);
     divisions[division].present.insert(static_cast<int>(*index));
   }

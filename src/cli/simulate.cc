@@ -1,6 +1,7 @@
 // `assay simulate`: one run of one contender as a table of states.
 #include <chrono>
 #include <cstdio>
+#include <functional>
 #include <memory>
 #include <unistd.h>
 
@@ -8,6 +9,7 @@
 
 #include "base/activity.h"
 #include "base/errors.h"
+#include "base/sandbox.h"
 #include "base/text.h"
 #include "cli/child.h"
 #include "cli/cli.h"
@@ -17,6 +19,7 @@
 #include "cli/simulate_job.h"
 #include "cli/state_rows.h"
 #include "controls/work.h"
+#include "engines/engine_files.h"
 #include "measures/plausible.h"
 #include "store/trajectory.h"
 
@@ -44,8 +47,8 @@ std::string caught_text() {
 }
 
 // Steps the engine to the end, to its failure or to an interruption. Every sample is in the file before the next
-// begins.
-int run(const SimulateJob& job, bool time, OutputFile& file) {
+// begins; `finish` gives it its name at the end.
+int run(const SimulateJob& job, bool time, OutputFile& file, const std::function<void()>& finish) {
   const Model& model = job.model;
   const auto simulation = job.contender.engine->create(model, model.initial, job.contender.settings);
   const Control& control = *job.control;
@@ -101,13 +104,13 @@ int run(const SimulateJob& job, bool time, OutputFile& file) {
       }
     } catch (...) {
       progress.clear();
-      file.finish();
+      finish();
       throw EngineError(fmt::format("{} failed at {:.6g} s: {}; the earlier samples are in '{}'", job.contender.name,
                                     seconds(step), caught_text(), file.path()));
     }
     if (!divergence.empty()) {
       progress.clear();
-      file.finish();
+      finish();
       throw EngineError(
           fmt::format("{} diverged at {:.6g} s ({}): the earlier samples are in '{}'; try a smaller --timestep",
                       job.contender.name, seconds(step), divergence, file.path()));
@@ -126,7 +129,7 @@ int run(const SimulateJob& job, bool time, OutputFile& file) {
     if (progress.due()) progress.show(progress_text(job, step, Clock::now() - start));
   }
   progress.clear();
-  file.finish();
+  finish();
   if (!impossible.empty())
     message(fmt::format("note: the motion is physically impossible for this model: {}", impossible));
   if (time) {
@@ -146,6 +149,7 @@ int simulate(const SimulateOptions& options) {
   const SimulateJob job = prepare(options);
   check_fidelity(job);
   OutputFile file(options.out);
+  constexpr const char* kFinish = "finish";
   // an engine may also end its process in an orderly way
   bool came_to_end = false;
   const ChildEnd end = run_in_child(
@@ -153,11 +157,16 @@ int simulate(const SimulateOptions& options) {
         // what the engine prints is not part of the table
         fflush(stdout);
         ::dup2(STDERR_FILENO, STDOUT_FILENO);
-        const int status = guarded([&] { return run(job, options.time, file); });
+        // the file is open: it is given its name outside
+        enter_sandbox({.readable = engine_files()});
+        const int status = guarded([&] { return run(job, options.time, file, [&] { send(kFinish); }); });
         send("end");
         return status;
       },
-      [&](const std::string&) { came_to_end = true; });
+      [&](const std::string& line) {
+        if (line == kFinish) file.finish();
+        came_to_end = line != kFinish;
+      });
   if (came_to_end) return end.status;
   const std::string what =
       end.signal != 0 ? fmt::format("crashed with {}", end.signal_text()) : "ended its process early";

@@ -8,6 +8,7 @@
 #include "base/text.h"
 #include "cli/cli.h"
 #include "cli/parts.h"
+#include "store/facts.h"
 #include "store/store.h"
 
 namespace assay::cli {
@@ -50,15 +51,14 @@ PartStatus status_of(const std::string& dir) {
   int jobs = 1;
   std::vector<std::string> names, shards;
   for (const NodeRow& row : store.nodes()) {
-    const auto facts = nlohmann::json::parse(row.json, nullptr, false);
-    if (!facts.is_object()) continue;
+    const auto facts = facts_of(row.json);
     const auto add = [&](std::vector<std::string>& texts, const std::string& text) {
       if (!text.empty() && std::ranges::find(texts, text) == texts.end()) texts.push_back(text);
     };
-    add(names, facts.value("name", ""));
-    add(shards, facts.value("shard", ""));
-    status.cells = facts.value("cells", "all");
-    jobs = facts.value("jobs", 1);
+    add(names, text_fact(facts, "name"));
+    add(shards, text_fact(facts, "shard"));
+    status.cells = text_fact(facts, "cells", "all");
+    jobs = static_cast<int>(std::clamp(number_fact(facts, "jobs", 1), 1.0, 1e4));
   }
   status.node = names.size() > 3 ? fmt::format("{} nodes", names.size()) : join(names, ", ");
   status.shard = shards.size() > 3 ? fmt::format("{} parts", shards.size()) : join(shards, ", ");

@@ -95,9 +95,8 @@ int resume(const Options& options) {
     return kDone;
   }
   const std::vector<std::string> parts = parts_of({request.out + "/shards"});
-  const MergeSummary summary = merge_results(parts, request.out, derived_values());
-  Store merged = open_to_write(request.out);
-  derive_values(merged);
+  const MergeSummary summary =
+      merge_results(parts, request.out, derived_values(), {}, [](Store& merged) { derive_values(merged); });
   print(paragraph(fmt::format("{} from {}", counted(summary.cells + summary.cells_before, "cell", "cells"),
                               counted(summary.sources, "part", "parts"))));
   write_report_of(request.out);

@@ -15,6 +15,7 @@
 #include "compare/samples.h"
 #include "measures/rank_test.h"
 #include "results/values.h"
+#include "store/facts.h"
 
 namespace assay {
 namespace {
@@ -98,8 +99,7 @@ std::string advice(const Difference& difference) {
 std::set<std::string> timing_machines(const Store& store, const std::vector<Cell>& cells) {
   std::map<std::string, std::string> texts;
   for (const NodeRow& node : store.nodes()) {
-    const auto facts = nlohmann::json::parse(node.json, nullptr, false);
-    if (facts.is_object()) texts[node.id] = facts.value("name", "");
+    texts[node.id] = text_fact(facts_of(node.json), "name");
   }
   std::set<std::string> found;
   for (const Cell& cell : cells) {

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "base/build_info.h"
+#include "base/sandbox.h"
 
 namespace assay {
 namespace {
@@ -48,6 +49,7 @@ std::vector<ManifestEntry> machine_facts() {
       {"virtual_machine", hypervisor ? "yes" : "no"},
       {"memory", or_unknown(proc_value("/proc/meminfo", "MemTotal"))},
       {"kernel", fmt::format("{} {} {}", system.sysname, system.release, system.machine)},
+      {"sandbox", offered_sandbox().text()},
       {"assay_version", kVersion},
       {"commit", kGitCommit},
       {"compiler", ASSAY_BUILD_COMPILER},

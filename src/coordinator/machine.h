@@ -8,7 +8,8 @@
 
 namespace assay {
 
-// "cpu", "cores", "governor", "kernel", "memory", "assay_version", "commit", "compiler", "flags", "build_type".
+// "cpu", "cores", "governor", "kernel", "memory", "sandbox" (what workers are confined
+// by), "assay_version", "commit", "compiler", "flags", "build_type".
 std::vector<ManifestEntry> machine_facts();
 
 // What this machine is called in results: ASSAY_NODE, else the name that Slurm (SLURMD_NODENAME) or a manifest of

@@ -8,7 +8,9 @@
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
+#include "base/sandbox.h"
 #include "coordinator/runner.h"
+#include "store/facts.h"
 
 namespace assay {
 
@@ -119,10 +121,9 @@ void Runner::count(const PlannedCell& cell) {
 void Runner::time_again_elsewhere(std::set<std::pair<int, double>>& timed_again, std::set<int>& scaled_again) {
   std::map<std::string, std::string> elsewhere;  // by node: its machine's name
   for (const NodeRow& row : store_.nodes()) {
-    const auto facts = nlohmann::json::parse(row.json, nullptr, false);
-    if (!facts.is_object()) continue;
-    const std::string name = facts.value("name", "");
-    if (name != node_name() || facts.value("cpu", "") != machine_facts().front().value) elsewhere[row.id] = name;
+    const auto facts = facts_of(row.json);
+    const std::string name = text_fact(facts, "name");
+    if (name != node_name() || text_fact(facts, "cpu") != machine_facts().front().value) elsewhere[row.id] = name;
   }
   if (elsewhere.empty() || (timed_again.empty() && scaled_again.empty())) return;
   std::set<std::string> systems, families;
@@ -254,6 +255,7 @@ RunSummary Runner::run() {
   const double cpu_before = children_cpu_seconds();
   const Timer timer(options_.budget_s);
   for (const std::string& note : campaign_.notes) progress_.message("note: " + note);
+  if (const std::string lacking = offered_sandbox().lacking; !lacking.empty()) progress_.message("note: " + lacking);
   choose();
   describe();
   if (!todo_.empty() && !interrupted()) conformance();

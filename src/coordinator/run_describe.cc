@@ -14,6 +14,7 @@
 #include "coordinator/rows.h"
 #include "coordinator/runner.h"
 #include "model/drawing.h"
+#include "store/facts.h"
 
 namespace assay {
 
@@ -58,7 +59,7 @@ void Runner::describe_node(bool finished, double wall_s, double cpu_s) {
     if (!facts.contains("started")) facts["started"] = date_text(unix_time());
   }
   const auto sum = [&](const char* key, double more) {
-    const double before = facts.contains(key) ? parse_number(facts[key].get<std::string>()).value_or(0) : 0;
+    const double before = parse_number(text_fact(facts, key)).value_or(0);
     facts[key] = fmt::format("{:.1f}", before + more);
   };
   if (finished && done_now_ > 0) {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <cstdlib>
 #include <dlfcn.h>
 #include <filesystem>
 #include <string_view>
@@ -13,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "base/text.h"
+#include "engines/engine_files.h"
 #include "engines/plugin_trial.h"
 
 namespace assay {
@@ -49,22 +49,6 @@ std::string as_clause(std::string sentences) {
 }
 
 std::string_view family(std::string_view name) { return name.substr(0, name.find('-')); }
-
-std::vector<std::string> search_path() {
-  std::vector<std::string> folders;
-  if (const char* extra = std::getenv("ASSAY_ENGINE_PATH")) {
-    std::string text = extra;
-    for (size_t start = 0; start <= text.size();) {
-      const size_t end = std::min(text.find(':', start), text.size());
-      if (end > start) folders.push_back(text.substr(start, end - start));
-      start = end + 1;
-    }
-  }
-  const fs::path program = fs::read_symlink("/proc/self/exe").parent_path();
-  folders.push_back((program / "../engines").lexically_normal());
-  folders.push_back((program / "../lib/assay/engines").lexically_normal());
-  return folders;
-}
 
 // Doubles before floats.
 auto rank(const std::string& name) {
@@ -137,7 +121,7 @@ const Registry& Registry::instance() {
 
 Registry::Registry() {
   std::vector<std::string> plugins;
-  for (const std::string& folder : search_path()) {
+  for (const std::string& folder : plugin_folders()) {
     std::error_code error;
     std::vector<std::string> files;
     for (const auto& entry : fs::directory_iterator(folder, error)) {
@@ -161,6 +145,7 @@ Registry::Registry() {
       if (!paths_.contains(name)) absent_.push_back({name, fmt::format("'{}' {}", plugin, found->second)});
     }
   }
+  remember_libraries();
   std::ranges::sort(engines_, {}, [](const Engine* engine) { return rank(engine->name()); });
   for (const KnownEngine& known : known_engines()) {
     const bool refused = std::ranges::find(absent_, known.name, &AbsentEngine::name) != absent_.end();

@@ -1,15 +1,19 @@
 #include "model/mesh_file.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <optional>
+#include <string_view>
 #include <unordered_map>
+#include <utility>
 
 #include <Eigen/Eigenvalues>
+#include <assimp/DefaultIOSystem.h>
 #include <assimp/Importer.hpp>
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
@@ -71,6 +75,23 @@ class Builder {
 
   MeshData mesh_;
   std::unordered_map<std::array<float, 3>, int, PositionHash> numbers_;
+};
+
+// assimp's readers of other formats are many and old, and what is not read cannot harm.
+constexpr std::array<std::string_view, 5> kEndings = {".stl", ".obj", ".dae", ".ply", ".msh"};
+constexpr std::uintmax_t kMostBytes = std::uintmax_t{256} << 20;
+
+// Only the mesh itself: what it names (materials, pictures) could lie anywhere and is not needed.
+class OneFile final : public Assimp::DefaultIOSystem {
+ public:
+  explicit OneFile(std::string path) : path_(std::move(path)) {}
+  bool Exists(const char* file) const override { return path_ == file && DefaultIOSystem::Exists(file); }
+  Assimp::IOStream* Open(const char* file, const char* mode) override {
+    return path_ == file ? DefaultIOSystem::Open(file, mode) : nullptr;
+  }
+
+ private:
+  std::string path_;
 };
 
 void require_size(size_t triangles) {
@@ -190,11 +211,24 @@ double MeshData::flatness() const {
 MeshData read_mesh(const std::string& path) {
   std::error_code error;
   if (!fs::is_regular_file(path, error)) throw InputError("is not there; correct its name");
-  if (fs::file_size(path, error) == 0) throw InputError("is an empty file; export it again or remove it");
+  const std::uintmax_t size = fs::file_size(path, error);
+  if (size == 0) throw InputError("is an empty file; export it again or remove it");
+  if (size > kMostBytes) {
+    throw InputError(fmt::format("has {} MiB, and at most {} are read; simplify it", size >> 20, kMostBytes >> 20));
+  }
+  std::string ending = fs::path(path).extension().string();
+  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (std::ranges::find(kEndings, ending) == kEndings.end()) {
+    throw InputError(
+        fmt::format("is of the format '{}', and .stl, .obj, .dae, .ply and .msh are read; export it as one "
+                    "of these",
+                    ending));
+  }
   if (auto mesh = read_binary_stl(path)) return std::move(*mesh);
   if (auto mesh = read_msh(path)) return std::move(*mesh);
 
   Assimp::Importer importer;
+  importer.SetIOHandler(new OneFile(path));  // the importer deletes it
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   const aiScene* scene = importer.ReadFile(path, aiProcess_Triangulate);
   if (scene == nullptr || scene->mRootNode == nullptr) {

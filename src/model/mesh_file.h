@@ -1,5 +1,5 @@
-// Mesh files as triangles: what the loader needs of .stl (binary or text), MuJoCo's .msh, .obj, .dae and the other
-// formats that assimp reads.
+// Mesh files as triangles: what the loader needs of .stl (binary or text), MuJoCo's .msh, .obj, .dae and .ply. No other
+// file is opened, whatever the mesh names.
 #pragma once
 
 #include <array>
@@ -24,8 +24,8 @@ struct MeshData {
 inline constexpr size_t kMostTriangles = 1'000'000;
 
 // Throws InputError with the rest of a sentence that begins with the mesh's name: "cannot be read: ...; mend". It is
-// thrown for a file that is missing, broken or empty, that has more than kMostTriangles, or numbers that are not
-// finite.
+// thrown for a file that is missing, broken or empty, of another format, that has more than kMostTriangles or 256 MiB,
+// or numbers that are not finite.
 MeshData read_mesh(const std::string& path);
 
 }  // namespace assay

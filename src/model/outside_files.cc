@@ -1,6 +1,9 @@
 #include "model/outside_files.h"
 
 #include <algorithm>
+#include <array>
+#include <cctype>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -25,6 +28,27 @@ constexpr int kMostDepth = 64;                         // of includes and models
 constexpr double kMostCount = 1e6;                     // of keyframes, user data
 constexpr double kMostHeights = 1e8;                   // of a height field
 constexpr std::uintmax_t kMostFileBytes = 256u << 20;  // of an included file
+
+// What a package's folder of models is called, beside folders of meshes and textures.
+constexpr std::array<std::string_view, 6> kPartsOfPackages = {"urdf", "xacro", "mjcf", "sdf", "robots", "robot"};
+// What lies at the top of what people pack and publish; how far above a model it is looked for.
+constexpr std::array<std::string_view, 5> kMarkers = {".git", "model.config", "pyproject.toml", "setup.py",
+                                                      "CMakeLists.txt"};
+constexpr std::array<std::string_view, 4> kMarkerStems = {"license", "readme", "copying", "citation"};
+constexpr int kMostLevels = 3;
+
+bool has_marker(const fs::path& folder) {
+  std::error_code error;
+  for (const std::string_view name : kMarkers) {
+    if (fs::exists(folder / name, error)) return true;
+  }
+  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+    std::string stem = it->path().stem().string();
+    std::ranges::transform(stem, stem.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    if (std::ranges::find(kMarkerStems, stem) != kMarkerStems.end()) return true;
+  }
+  return false;
+}
 
 std::string attribute(const xml::XMLElement& element, const char* name) {
   const char* value = element.Attribute(name);
@@ -202,11 +226,31 @@ std::string model_root(const std::string& path) {
   const fs::path folder = fs::weakly_canonical(fs::absolute(path).parent_path(), error);
   const fs::path robots = fs::weakly_canonical(fs::path(cache_dir()) / "robots", error);
   const fs::path inside = folder.lexically_relative(robots);
-  for (fs::path above = folder; above.has_relative_path(); above = above.parent_path()) {
+  // a folder of urdf/, meshes/ and the like is one thing
+  const bool is_part = std::ranges::find(kPartsOfPackages, folder.filename().string()) != kPartsOfPackages.end();
+  const fs::path begin = is_part && !is_personal(folder.parent_path()) ? folder.parent_path() : folder;
+  for (fs::path above = begin; !is_personal(above); above = above.parent_path()) {
     if (fs::is_regular_file(above / "package.xml", error)) return above;
   }
-  if (cache_dir().empty() || inside.empty() || *inside.begin() == ".." || *inside.begin() == ".") return folder;
-  return robots / *inside.begin();
+  if (!cache_dir().empty() && !inside.empty() && *inside.begin() != ".." && *inside.begin() != ".") {
+    return robots / *inside.begin();
+  }
+  int levels = 0;
+  for (fs::path above = begin; !is_personal(above) && levels <= kMostLevels; above = above.parent_path(), ++levels) {
+    if (has_marker(above)) return above;
+  }
+  return begin;
+}
+
+bool is_personal(const fs::path& folder) {
+  if (!folder.has_relative_path()) return true;
+  std::error_code error;
+  const char* home = std::getenv("HOME");
+  for (const fs::path& holder : {fs::path(home == nullptr ? "" : home), fs::temp_directory_path(error)}) {
+    const fs::path below = fs::weakly_canonical(holder, error).lexically_relative(folder);
+    if (!holder.empty() && !below.empty() && *below.begin() != "..") return true;
+  }
+  return false;
 }
 
 bool is_below(const std::string& file, const std::string& root) {

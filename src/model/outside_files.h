@@ -1,6 +1,7 @@
 // What a stranger's MJCF file may make the program read, before MuJoCo's parser gets it.
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -9,9 +10,18 @@
 
 namespace assay {
 
-// The folder below which the files of a model have to lie: the model's own, or of a robot in the user's cache its
-// package.
+// The folder below which the files of a model have to lie, as one unpacks it:
+// - the nearest folder upward that has a package.xml;
+// - else, of a robot in the user's cache, its package;
+// - else the nearest folder upward, at most three above, that looks like the top of what somebody published (a licence,
+//   a README, a repository);
+// - else the model's own folder, or the one around it where that is called urdf, mjcf or the like.
+// It is never a folder for which is_personal() holds.
 std::string model_root(const std::string& path);
+
+// Whether `folder` (absolute) holds more than one package: the user's home, the folder of temporary files, and all
+// above them.
+bool is_personal(const std::filesystem::path& folder);
 
 // Whether `file`, its links followed, lies below `root`.
 bool is_below(const std::string& file, const std::string& root);

@@ -7,6 +7,8 @@
 #include <sstream>
 #include <string_view>
 
+#include "model/outside_files.h"
+
 namespace assay {
 namespace {
 
@@ -41,22 +43,38 @@ std::string package_name(const fs::path& manifest) {
   return name;
 }
 
+// Whether what the URI names may be read: package://.ssh/id_rsa is no file of a package.
+enum class Trust {
+  kNone,
+  kBelow,  // what lies below the folder, links followed
+  kNamed,  // the user has named the folder: also what links in it point to, as in a workspace
+};
+
+struct PackageFolder {
+  fs::path path;
+  Trust trust = Trust::kNone;
+};
+
 // Folders that may be the package `name`, nearest first.
-std::vector<fs::path> package_folders(const std::string& name, const fs::path& model_folder,
-                                      const std::map<std::string, std::string>& packages) {
-  std::vector<fs::path> folders;
-  if (const auto given = packages.find(name); given != packages.end()) folders.emplace_back(given->second);
+std::vector<PackageFolder> package_folders(const std::string& name, const fs::path& model_folder,
+                                           const std::map<std::string, std::string>& packages) {
+  std::vector<PackageFolder> folders;
+  if (const auto given = packages.find(name); given != packages.end())
+    folders.push_back({given->second, Trust::kNamed});
   for (fs::path folder = model_folder;; folder = folder.parent_path()) {
-    if (folder.filename() == name || package_name(folder / "package.xml") == name) folders.push_back(folder);
-    folders.push_back(folder / name);
+    const bool declared = package_name(folder / "package.xml") == name;
+    if (folder.filename() == name || declared) {
+      folders.push_back({folder, declared || !is_personal(folder) ? Trust::kBelow : Trust::kNone});
+    }
+    folders.push_back({folder / name, is_file(folder / name / "package.xml") ? Trust::kBelow : Trust::kNone});
     if (folder == folder.parent_path()) break;
   }
   for (const std::string& folder : folders_of("ROS_PACKAGE_PATH")) {
-    if (fs::path(folder).filename() == name) folders.emplace_back(folder);
-    folders.push_back(fs::path(folder) / name);
+    if (fs::path(folder).filename() == name) folders.push_back({folder, Trust::kNamed});
+    folders.push_back({fs::path(folder) / name, Trust::kNamed});
   }
   for (const std::string& folder : folders_of("AMENT_PREFIX_PATH"))
-    folders.push_back(fs::path(folder) / "share" / name);
+    folders.push_back({fs::path(folder) / "share" / name, Trust::kNamed});
   return folders;
 }
 
@@ -73,15 +91,19 @@ FoundFile find_resource(const std::string& uri, const std::string& from,
   fs::path model_folder =
       fs::canonical(fs::path(from).parent_path().empty() ? "." : fs::path(from).parent_path(), error);
   if (error) model_folder = fs::absolute(fs::path(from)).parent_path();
-  std::vector<fs::path> candidates;
+  struct Candidate {
+    fs::path path, package;
+    Trust trust = Trust::kNone;
+  };
+  std::vector<Candidate> candidates;
   std::optional<std::string> inside = without("package://", uri);
   if (!inside) inside = without("model://", uri);
   if (inside) {
     const size_t slash = inside->find('/');
     const std::string name = inside->substr(0, slash);
     const std::string rest = slash == std::string::npos ? "" : inside->substr(slash + 1);
-    for (const fs::path& folder : package_folders(name, model_folder, packages)) {
-      if (fs::is_directory(folder, error)) candidates.push_back(folder / rest);
+    for (const PackageFolder& folder : package_folders(name, model_folder, packages)) {
+      if (fs::is_directory(folder.path, error)) candidates.push_back({folder.path / rest, folder.path, folder.trust});
     }
     if (candidates.empty()) {
       return {"",
@@ -92,13 +114,16 @@ FoundFile find_resource(const std::string& uri, const std::string& from,
     }
   } else {
     const fs::path path = without("file://", uri).value_or(uri);
-    candidates.push_back(path.is_absolute() ? path : model_folder / path);
+    candidates.push_back({path.is_absolute() ? path : model_folder / path, {}});
   }
   FoundFile found;
-  for (const fs::path& candidate : candidates) {
-    // "package://NAME/../x" is in no package
-    const bool in_package = inside && inside->find("..") == std::string::npos;
-    if (is_file(candidate)) return {candidate.lexically_normal().string(), in_package, {}};
+  for (const auto& [candidate, package, trust] : candidates) {
+    if (is_file(candidate)) {
+      // "package://NAME/../x" is in no package
+      const bool in_package = (trust == Trust::kNamed && inside->find("..") == std::string::npos) ||
+                              (trust == Trust::kBelow && is_below(candidate.string(), package.string()));
+      return {candidate.lexically_normal().string(), in_package, {}};
+    }
     found.looked.push_back(candidate.lexically_normal().string());
   }
   return found;

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "results/line_up.h"
+#include "store/facts.h"
 
 namespace assay {
 namespace {
@@ -55,8 +56,7 @@ std::string engine_of(const ContenderRow& contender) {
 }
 
 bool is_joint(const ContenderRow& contender) {
-  const auto facts = nlohmann::json::parse(contender.capabilities_json, nullptr, false);
-  return facts.is_object() && facts.value("coordinates", "") == "joint";
+  return text_fact(facts_of(contender.capabilities_json), "coordinates") == "joint";
 }
 
 std::string shade(const char* hue, const Variant& variant, const Theme& theme) {
@@ -74,10 +74,7 @@ std::vector<std::string> family_colors(bool dark) {
   return colors;
 }
 
-std::string variant_of(const ContenderRow& row) {
-  const auto facts = nlohmann::json::parse(row.capabilities_json, nullptr, false);
-  return facts.is_object() ? facts.value("varies", "") : "";
-}
+std::string variant_of(const ContenderRow& row) { return text_fact(facts_of(row.capabilities_json), "varies"); }
 
 std::map<std::string, Look> looks_of(const std::vector<ContenderRow>& all) {
   std::vector<ContenderRow> contenders;

@@ -6,6 +6,7 @@
 
 #include "base/text.h"
 #include "results/line_up.h"
+#include "store/facts.h"
 #include "store/trajectory.h"
 
 namespace assay {
@@ -123,8 +124,8 @@ std::vector<SettingChange> Results::changes(const std::string& contender) const 
   if (described.is_object() && described.contains("changes") && described["changes"].is_array()) {
     for (const nlohmann::json& each : described["changes"]) {
       if (!each.is_object()) continue;
-      changes.push_back({each.value("setting", ""), each.value("value", ""), each.value("default", ""),
-                         each.value("unit", ""), each.value("meaning", "")});
+      changes.push_back({text_fact(each, "setting"), text_fact(each, "value"), text_fact(each, "default"),
+                         text_fact(each, "unit"), text_fact(each, "meaning")});
     }
     return changes;
   }

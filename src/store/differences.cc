@@ -8,6 +8,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "store/facts.h"
+
 namespace assay {
 namespace {
 
@@ -43,7 +45,7 @@ void compare_systems(const SystemRow& a, const SystemRow& b, std::vector<Differe
   for (const json* facts : {&facts_a, &facts_b}) {
     for (const auto& [name, value] : facts->items()) names.insert(name);
   }
-  const bool other_model = facts_a.value("model_hash", "") != facts_b.value("model_hash", "");
+  const bool other_model = text_fact(facts_a, "model_hash") != text_fact(facts_b, "model_hash");
   for (const std::string& name : names) {
     // other counts of a model that differs as a whole say nothing more
     const bool of_model = is_among(kModelFacts, name);
@@ -90,8 +92,8 @@ void compare_rows(const std::vector<Row>& a, const std::vector<Row>& b, const ch
 }
 
 std::string machine_text(const json& facts) {
-  const std::string name = facts.value("name", ""), cpu = facts.value("cpu", "unknown"),
-                    cores = facts.value("cores", "");
+  const std::string name = text_fact(facts, "name"), cpu = text_fact(facts, "cpu", "unknown"),
+                    cores = text_fact(facts, "cores");
   const std::string hardware = cores.empty() ? cpu : fmt::format("{}, {} cores", cpu, cores);
   return name.empty() ? hardware : fmt::format("{} ({})", name, hardware);
 }

@@ -21,6 +21,7 @@
 #include "store/cell_hash.h"
 #include "store/database.h"
 #include "store/differences.h"
+#include "store/facts.h"
 #include "store/trajectory.h"
 
 namespace assay {
@@ -33,12 +34,13 @@ using sql::Statement;
 using sql::Transaction;
 
 // Entries of the manifest that belong to a machine's part of the work. The union has them of all nodes together.
-constexpr std::array<std::string_view, 15> kNodeFacts = {"cpu",
+constexpr std::array<std::string_view, 16> kNodeFacts = {"cpu",
                                                          "cores",
                                                          "governor",
                                                          "virtual_machine",
                                                          "memory",
                                                          "kernel",
+                                                         "sandbox",
                                                          "started",
                                                          "finished",
                                                          "wall_s",
@@ -53,7 +55,7 @@ constexpr std::array<std::string_view, 15> kNodeFacts = {"cpu",
 constexpr std::array<std::string_view, 3> kDirectoryFacts = {"command", "answer", "part"};
 
 template <size_t kCount>
-bool is_among(const std::array<std::string_view, kCount>& names, std::string_view name) {
+bool is_listed(const std::array<std::string_view, kCount>& names, std::string_view name) {
   return std::ranges::find(names, name) != names.end();
 }
 
@@ -152,7 +154,7 @@ class Merge {
     for (const NodeRow& row : out_.nodes()) {
       const json node = parsed_object(row.json);
       for (const auto& [key, value] : node.items()) {
-        if (!is_among(kNodeFacts, key) || !value.is_string()) continue;
+        if (!is_listed(kNodeFacts, key) || !value.is_string()) continue;
         const std::string text = value.get<std::string>();
         if (key == "started") {
           if (started.empty() || text < started) started = text;
@@ -201,7 +203,7 @@ class Merge {
   void merge_manifest(const Store& source) {
     Statement put(db_, "INSERT OR IGNORE INTO manifest VALUES(?, ?)");
     for (const auto& [key, value] : source.manifest()) {
-      if (is_among(kNodeFacts, key) || is_among(kDirectoryFacts, key)) continue;
+      if (is_listed(kNodeFacts, key) || is_listed(kDirectoryFacts, key)) continue;
       const auto there = out_manifest(key);
       if (there && *there != value) {
         refuse(fmt::format("its manifest's '{}' is '{}', and there it is '{}'", key, value, *there));
@@ -223,17 +225,17 @@ class Merge {
     if (nodes.empty()) {  // written before nodes were stored: its machine is the manifest's
       json facts = json::object();
       for (const auto& [key, value] : source.manifest()) {
-        if (is_among(kNodeFacts, key)) facts[key] = value;
+        if (is_listed(kNodeFacts, key)) facts[key] = value;
       }
       json content = {source.manifest("campaign_hash").value_or("")};
-      for (const char* key : {"cpu", "cores", "memory", "kernel", "started"}) content.push_back(facts.value(key, ""));
+      for (const char* key : {"cpu", "cores", "memory", "kernel", "started"}) content.push_back(text_fact(facts, key));
       constexpr size_t kDigits = 16;
       unnamed_node_ = content_hash(content.dump()).substr(0, kDigits);
       nodes.push_back({unnamed_node_, facts.dump()});
     }
     Statement put(db_, "INSERT OR REPLACE INTO nodes VALUES(?, ?)");
     const auto order = [](const std::string& text) {  // the later state of a part's work comes last
-      return std::pair(parsed_object(text).value("finished", ""), text);
+      return std::pair(text_fact(parsed_object(text), "finished"), text);
     };
     for (const NodeRow& node : nodes) {
       Statement there(db_, "SELECT json FROM nodes WHERE id = ?");
@@ -543,7 +545,8 @@ bool same_directory(const std::string& a, const std::string& b) {
 
 MergeSummary merge_results(const std::vector<std::string>& sources, const std::string& out,
                            const std::vector<std::string>& derived,
-                           const std::function<void(const std::string& source)>& begin) {
+                           const std::function<void(const std::string& source)>& begin,
+                           const std::function<void(Store& merged)>& finish) {
   if (sources.empty()) throw InputError("there is nothing to merge: name results directories");
   // Before anything is written.
   const Store first = Store::open(sources.front());
@@ -566,6 +569,7 @@ MergeSummary merge_results(const std::vector<std::string>& sources, const std::s
     }
     merge.summarize();
   }
+  if (finish) finish(result);
   return summary;
 }
 

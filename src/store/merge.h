@@ -20,13 +20,15 @@ struct MergeSummary {
 // Adds the results of `sources` to those of `out`, which is made when it is not there. One transaction a source, so
 // what was interrupted goes on with the same call. Memory does not grow with the sources. A source may be still written
 // to; its finished cells are taken. Values named in `derived` follow from several cells: they are neither compared nor
-// taken, because the caller computes them anew from the union. `begin` is told each source.
+// taken, because the caller computes them anew from the union: in `finish`, which gets it still open, as opening checks
+// all of it. `begin` is told each source.
 //
 // Throws InputError that names the directories and what differs, with the source's results not taken, when a source is
 // of another campaign, program or schema; has a cell, a run or a verdict of the conformance suite with another result;
 // or when the timings of one system would come from two machines.
 MergeSummary merge_results(const std::vector<std::string>& sources, const std::string& out,
                            const std::vector<std::string>& derived,
-                           const std::function<void(const std::string& source)>& begin = {});
+                           const std::function<void(const std::string& source)>& begin = {},
+                           const std::function<void(Store& merged)>& finish = {});
 
 }  // namespace assay

@@ -1,6 +1,7 @@
 // What a results directory says.
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
@@ -196,6 +197,12 @@ std::vector<RunRow> Store::runs() const {
                   "ORDER BY s.rowid, r.system, n.rowid, r.contender, r.timestep_ms");
   while (query.step()) {
     rows.push_back({query.text(0), query.text(1), query.text(2), query.number(3)});
+    // it becomes a file's name
+    if (rows.back().address.find_first_of(std::string_view("/\0", 2)) != std::string::npos) {
+      throw InputError(
+          fmt::format("'{}' lists a run of {} whose address '{}' cannot be: it was written by another program",
+                      database(), rows.back().contender, rows.back().address));
+    }
     if (std::isfinite(rows.back().timestep_ms) && rows.back().timestep_ms > 0) continue;
     throw InputError(
         fmt::format("'{}' lists a run of {} whose timestep of {} ms cannot be: it was written by another "

@@ -6,6 +6,9 @@
 #include <cstdio>
 #include <cstdlib>
 #include <fcntl.h>
+#include <filesystem>
+#include <stdlib.h>  // NOLINT(*-deprecated-headers): mkdtemp
+#include <string>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -55,6 +58,15 @@ void end_descendants() {
   }
 }
 
+// A folder of its own for what the worker and its engine write beside results.
+std::string make_scratch() {
+  std::error_code error;
+  std::string name = (std::filesystem::temp_directory_path(error) / (std::string(kScratchPrefix) + "XXXXXX")).string();
+  if (error || ::mkdtemp(name.data()) == nullptr) return "";
+  ::setenv("TMPDIR", name.c_str(), 1);
+  return name;
+}
+
 }  // namespace
 
 void run_guarded(const std::function<int()>& work) {
@@ -69,6 +81,7 @@ void run_guarded(const std::function<int()>& work) {
   action.sa_handler = end_worker;
   ::sigemptyset(&action.sa_mask);
   ::sigaction(SIGTERM, &action, nullptr);
+  const std::string scratch = make_scratch();
   const pid_t guard = ::getpid();
   const pid_t worker = ::fork();
   if (worker < 0) ::_exit(kFailed);
@@ -94,6 +107,8 @@ void run_guarded(const std::function<int()>& work) {
   }
   guarded_worker = -1;
   end_descendants();
+  std::error_code ignored;
+  if (!scratch.empty()) std::filesystem::remove_all(scratch, ignored);
   [[maybe_unused]] const ssize_t written = ::write(kWorkerStatus, &status, sizeof status);
   ::_exit(0);
 }

@@ -13,6 +13,7 @@
 #include "measures/plausible.h"
 #include "model/joint_rows.h"
 #include "model/mjcf.h"
+#include "worker/confinement.h"
 
 namespace assay::jobs {
 
@@ -32,6 +33,7 @@ double cpu_seconds() {
 }
 
 ResolvedContender contender_of(const ContenderSpec& contender) {
+  confine_engine();
   ResolvedContender resolved = Registry::instance().resolve(contender.base, contender.overrides);
   resolved.name = contender.name;
   return resolved;

@@ -18,6 +18,7 @@
 
 #include "base/errors.h"
 #include "messages/messages.h"
+#include "worker/confinement.h"
 #include "worker/guard.h"
 #include "worker/jobs.h"
 #include "worker/stepper.h"
@@ -77,6 +78,7 @@ int serve() {
   try {
     const std::optional<Request> job = channel.receive();
     if (!job) return 1;
+    confine_worker(*job);
     answer = do_job(*job, [&](const Reply& reply) { channel.send(reply); }, [&] { return channel.receive(); });
   } catch (const InputError& error) {
     answer = JobError{error.what(), true};

@@ -29,7 +29,8 @@ class Shards(CampaignTest):
         before = self.assay("export", "merged", "--format", "csv")
         self.assertRegex(self.assay("merge", "parts", "--out", "merged"), r"^0 cells from 3 directories \(29 were there")
         self.assertEqual(self.assay("export", "merged", "--format", "csv"), before)
-        self.assay("report", "merged")
+        self.assertNotIn("left out", self.assay("report", "merged", "--systems", "planar-chain"))
+        self.refused("report", "merged", "--systems", "planar-chian", naming=["planar-chian", "planar-chain"])
 
     def test_each_result_names_the_machine_it_was_measured_on(self):
         self.run_parts(2, ASSAY_NODE="node-{i}")

@@ -236,11 +236,11 @@ TEST(Parity, SaysHowMuch) {
   EXPECT_EQ(weak.causes[0].parameter, "torque");
   EXPECT_NEAR(weak.joints[own - 1].parts[static_cast<size_t>(parity::Part::kTorque)].error, 0.03, 1e-4);
 
-  const parity::Certificate refused = examine(model, "bullet-mb", {.name = "none", .model = [](Model& m) {
-                                                                     for (Joint& joint : m.joints) joint.armature = 0;
-                                                                     m.gravity *= 9.80665 / 9.81;
-                                                                   }});
-  EXPECT_NE(refused.failure, "");  // Bullet has no armature: refused, and said so
+  const parity::Certificate refused = examine(model, "havok", {.name = "none", .model = [](Model& m) {
+                                                                 for (Joint& joint : m.joints) joint.armature = 0;
+                                                                 m.gravity *= 9.80665 / 9.81;
+                                                               }});
+  EXPECT_NE(refused.failure, "");  // Havok has no armature: refused, and said so
 }
 
 // The ruler itself, against the error-controlled reference solution: forces of an exact acceleration vanish.

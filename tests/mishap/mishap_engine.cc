@@ -1,6 +1,7 @@
 // Bodies that move on with their initial velocities, until the step at which the engine fails as its settings say. It
 // shows that nothing an engine does takes the program or its results with it.
 #include <array>
+#include <cerrno>
 #include <chrono>
 #include <cmath>
 #include <csignal>
@@ -104,6 +105,42 @@ void hoard() {
   while (!ever) {
     *static_cast<volatile char*>(::operator new(kBlock)) = 1;
   }
+}
+
+// 0, or why the system does not do it.
+int error_of(long result) { return result < 0 ? errno : 0; }
+
+int write_in(const char* variable) {
+  const char* folder = std::getenv(variable);
+  const std::string path = std::string(folder == nullptr ? "/nowhere" : folder) + "/written-by-an-engine";
+  const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  if (file >= 0) ::close(file);
+  return error_of(file);
+}
+
+int open_file(const char* path, int how) {
+  const int file = ::open(path, how | O_CLOEXEC);
+  if (file >= 0) ::close(file);
+  return error_of(file);
+}
+
+int make_socket() {
+  const int made = ::socket(AF_INET, SOCK_STREAM, 0);
+  if (made >= 0) ::close(made);
+  return error_of(made);
+}
+
+// What an engine has no use for, tried once: the error, or 0 where the system lets it.
+int trespass(const std::string& fault) {
+  if (fault == "write-home") return write_in("HOME");
+  if (fault == "write-scratch") return write_in("TMPDIR");
+  if (fault == "read-file") return open_file(mark_file(), O_RDONLY);
+  if (fault == "append-file") return open_file(mark_file(), O_WRONLY | O_APPEND);
+  if (fault == "remove-file") return error_of(::unlink(mark_file()));
+  if (fault == "open-socket") return make_socket();
+  if (fault == "change-mode") return error_of(::chmod(mark_file(), 0777));
+  if (fault == "signal-others") return error_of(::kill(1, 0));
+  return 0;
 }
 
 // Bytes without a line's end, for ever.
@@ -218,6 +255,8 @@ class MishapSimulation final : public Simulation {
       }
     } else if (fault == "forge") {
       answer("{\"kind\": \"ready\", \"core\": 0, \"clock_s\": 1}\n");
+    } else if (const int error = trespass(fault); error != 0) {
+      throw EngineError(fault + ": " + std::strerror(error));
     } else if (fault == "chatter") {
       for (int i = 0; i < 1000000; ++i) std::printf("line %d of very many lines that nobody reads\n", i);
     }
@@ -266,26 +305,30 @@ class MishapEngine final : public Engine {
 
  private:
   static std::vector<std::string> faults() {
-    return {"none",         "slow",
-            "crash",        "abort",
-            "exit",         "exit-as-if-done",
-            "exit-at-once", "terminate",
-            "free-twice",   "write-beyond",
-            "overflow",     "loop",
-            "hang",         "nan",
-            "far",          "fast",
-            "throw",        "throw-foreign",
-            "throw-number", "throw-input",
-            "throw-system", "chatter",
-            "refuse",       "inexact",
-            "garble",       "forge",
-            "forge-done",   "forge-tests",
-            "killed",       "leave",
-            "hoard",        "flood",
-            "wrong-size",   "zero-orientation",
-            "backward",     "nan-time",
-            "nan-angle",    "abort-in-check",
-            "exit-in-check"};
+    return {"none",          "slow",
+            "crash",         "abort",
+            "exit",          "exit-as-if-done",
+            "exit-at-once",  "terminate",
+            "free-twice",    "write-beyond",
+            "overflow",      "loop",
+            "hang",          "nan",
+            "far",           "fast",
+            "throw",         "throw-foreign",
+            "throw-number",  "throw-input",
+            "throw-system",  "chatter",
+            "refuse",        "inexact",
+            "garble",        "forge",
+            "forge-done",    "forge-tests",
+            "killed",        "leave",
+            "hoard",         "flood",
+            "wrong-size",    "zero-orientation",
+            "backward",      "nan-time",
+            "nan-angle",     "abort-in-check",
+            "exit-in-check", "write-home",
+            "write-scratch", "read-file",
+            "append-file",   "remove-file",
+            "open-socket",   "change-mode",
+            "signal-others"};
   }
 };
 

@@ -9,7 +9,11 @@ namespace assay::px {
 
 using namespace physx;
 
-Collision::Collision(const Model& model, const Options& options) : shapes_(model.shapes) {
+Collision::Collision(const Model& model, const Options& options)
+    : shapes_(model.shapes),
+      size_(mean_extent(model)),
+      contact_offset_(real(options.contact_offset > 0 ? options.contact_offset * size_
+                                                      : contact_margin(model, options.timestep) / 2)) {
   frames_.reserve(model.bodies.size());
   for (const Body& body : model.bodies) {
     const PrincipalInertia principal = principal_inertia(body.I_BBcm_B);
@@ -19,9 +23,6 @@ Collision::Collision(const Model& model, const Options& options) : shapes_(model
   const ContactShapes touching = contact_shapes(model);
   row_of_shape_ = touching.row;
   rows_ = touching.count;
-  size_ = mean_extent(model);
-  contact_offset_ =
-      real(options.contact_offset > 0 ? options.contact_offset * size_ : contact_margin(model, options.timestep) / 2);
   std::vector<bool> on_field(shapes_.size(), false);
   for (const ContactPair& pair : model.contacts) {
     if (shapes_[pair.shape_a].type == ShapeType::kHeightField) on_field[pair.shape_b] = true;

@@ -24,6 +24,7 @@
 
 #include "base/errors.h"
 #include "base/paths.h"
+#include "base/sandbox.h"
 #include "coordinator/rerun.h"
 #include "coordinator/run.h"
 #include "measures/step_time.h"
@@ -86,13 +87,15 @@ class RunsTest : public TempFolderTest {
 
 Campaign faulty_campaign(const std::string& fault, const std::string& more = "",
                          const std::string& measures = R"("drift")") {
-  return parse_campaign(
-      "name = \"faults\"\ntime_limit_s = 2\ntimesteps_ms = [1, 4]\nreference_ms = 1\nmeasures = [" + measures +
-          "]\n[timing]\nrounds = 3\nbatch_ms = 1\n"
-          "[[contender]]\nname = \"sound\"\nbase = \"mishap\"\n"
-          "[[contender]]\nname = \"broken\"\nbase = \"mishap\"\nset = {fault = \"" +
-          fault + "\"" + more + "}\n[[system]]\nname = \"planar-chain\"\nduration_s = 0.128\npiece_ms = 64\n",
-      "faults.toml");
+  const std::string limit_s = fault == "flood" ? "60" : "2";  // what is to be seen before time is up
+  return parse_campaign("name = \"faults\"\ntime_limit_s = " + limit_s +
+                            "\ntimesteps_ms = [1, 4]\nreference_ms = 1\nmeasures = [" + measures +
+                            "]\n[timing]\nrounds = 3\nbatch_ms = 1\n"
+                            "[[contender]]\nname = \"sound\"\nbase = \"mishap\"\n"
+                            "[[contender]]\nname = \"broken\"\nbase = \"mishap\"\nset = {fault = \"" +
+                            fault + "\"" + more +
+                            "}\n[[system]]\nname = \"planar-chain\"\nduration_s = 0.128\npiece_ms = 64\n",
+                        "faults.toml");
 }
 
 Cell find(const Store& store, const std::string& contender, const std::string& measure, double timestep_ms) {
@@ -268,7 +271,43 @@ void write_mark(const std::string& path, size_t size) { std::ofstream(path) << s
 // Where faults that other processes see leave their mark.
 std::string mark_here(const std::string& path) {
   ::setenv("ASSAY_MISHAP_MARK", path.c_str(), 1);
+  ::setenv("ASSAY_SANDBOX", "off", 1);  // a worker may not write there
   return path;
+}
+
+// An engine cannot reach what is not its own: the attempt is the outcome, with the system's reason.
+TEST_F(RunsTest, WorkersAreConfined) {
+  const Sandbox sandbox = offered_sandbox();
+  if (sandbox.landlock == 0 || !sandbox.filter) GTEST_SKIP() << sandbox.lacking;
+  const std::string home = dir("home"), mark = dir("mark");
+  fs::create_directories(home);
+  write_mark(mark, 3);
+  ::setenv("HOME", home.c_str(), 1);
+  ::setenv("ASSAY_MISHAP_MARK", mark.c_str(), 1);
+  std::vector<std::string> faults = {"write-home",  "read-file",   "append-file",
+                                     "remove-file", "open-socket", "change-mode"};
+  if (sandbox.landlock >= 6) faults.emplace_back("signal-others");
+  for (const std::string& fault : faults) {
+    const std::string out = dir("out-" + fault);
+    run_scored(faulty_campaign(fault, ", at_step = 3", R"("drift", "raw_speed")"), out);
+    const Store store = Store::open(out);
+    const Cell cell = find(store, "broken", "drift", 4);
+    EXPECT_EQ(cell.outcome, Outcome::kDiverged) << fault;
+    EXPECT_THAT(cell.reason,
+                AllOf(HasSubstr(fault), AnyOf(HasSubstr("Permission denied"), HasSubstr("Operation not permitted"))));
+    for (const char* measure : {"drift", "raw_speed"}) {
+      EXPECT_EQ(find(store, "sound", measure, 4).outcome, Outcome::kOk) << fault << " " << measure;
+    }
+  }
+  EXPECT_TRUE(fs::is_empty(home));
+  EXPECT_EQ(fs::file_size(mark), 3U);
+  // what a host of another language needs
+  run_scored(faulty_campaign("write-scratch", ", at_step = 3", R"("drift")"), dir("scratch"));
+  EXPECT_EQ(find(Store::open(dir("scratch")), "broken", "drift", 4).outcome, Outcome::kOk);
+  reliability(
+      "an engine writes to the home folder, reads, changes or removes another file, makes a socket, changes "
+      "permissions, signals another process",
+      static_cast<int>(faults.size()), "refused by the kernel: diverged, with the system's reason", "that cell");
 }
 
 // SIGKILL, as the kernel sends it when memory runs out: the cell is measured by another worker.

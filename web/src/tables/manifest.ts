@@ -41,6 +41,7 @@ const kGroups: [string, [string, string, ((value: string) => string)?][]][] = [
       ["virtual_machine", "Virtual machine"],
       ["memory", "Memory", asMemory],
       ["kernel", "Kernel"],
+      ["sandbox", "Workers confined"],
     ],
   ],
   [

@@ -1,0 +1,98 @@
+#include "engines/engine_files.h"
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <sstream>
+#include <string_view>
+#include <utility>
+
+#include <link.h>
+
+#include "base/paths.h"
+#include "base/sandbox.h"
+#include "base/text.h"
+
+namespace assay {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kLibraries = "ASSAY_ENGINE_LIBRARIES";
+
+std::vector<std::string> split(const char* text) {
+  std::vector<std::string> parts;
+  std::istringstream stream(text == nullptr ? "" : text);
+  for (std::string part; std::getline(stream, part, ':');) {
+    if (!part.empty()) parts.push_back(part);
+  }
+  return parts;
+}
+
+// Of the interpreters that virtual environments in `folder` are made from: pyvenv.cfg says "home = PREFIX/bin".
+std::vector<std::string> python_prefixes(const fs::path& folder) {
+  std::vector<std::string> prefixes;
+  std::error_code error;
+  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+    std::ifstream file(it->path() / "pyvenv.cfg");
+    for (std::string line; std::getline(file, line);) {
+      constexpr std::string_view kHome = "home = ";
+      if (line.starts_with(kHome)) prefixes.push_back(fs::path(line.substr(kHome.size())).parent_path());
+    }
+  }
+  return prefixes;
+}
+
+// The folders that adapters in other languages name in their environment.txt.
+std::vector<std::string> environments(const std::vector<std::string>& plugins) {
+  std::vector<std::string> folders;
+  for (const std::string& folder : plugins) {
+    std::error_code error;
+    for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+      std::ifstream file(it->path() / "environment.txt");
+      for (std::string line; std::getline(file, line);) {
+        if (line.starts_with('/')) folders.push_back(line);
+      }
+    }
+  }
+  return folders;
+}
+
+}  // namespace
+
+std::vector<std::string> plugin_folders() {
+  std::vector<std::string> folders = split(std::getenv("ASSAY_ENGINE_PATH"));
+  const fs::path program = fs::path(program_path()).parent_path();
+  folders.push_back((program / "../engines").lexically_normal());
+  folders.push_back((program / "../lib/assay/engines").lexically_normal());
+  return folders;
+}
+
+void remember_libraries() {
+  std::set<std::string> folders;
+  ::dl_iterate_phdr(
+      [](dl_phdr_info* info, size_t /*size*/, void* into) {
+        const std::string name = info->dlpi_name == nullptr ? "" : info->dlpi_name;
+        if (name.starts_with('/')) static_cast<std::set<std::string>*>(into)->insert(fs::path(name).parent_path());
+        return 0;
+      },
+      &folders);
+  ::setenv(kLibraries, join({folders.begin(), folders.end()}, ":").c_str(), 1);
+}
+
+std::vector<std::string> engine_files() {
+  std::vector<std::string> files = plugin_folders();
+  for (const std::vector<std::string>& more :
+       {environments(files), split(std::getenv(kLibraries)), program_folders()}) {
+    files.insert(files.end(), more.begin(), more.end());
+  }
+  files.push_back(program_path());
+  const fs::path program = fs::path(program_path()).parent_path(), cache = cache_dir();
+  files.push_back((program / "../lib/assay").lexically_normal());
+  for (const char* folder : {"engines", "libraries", "python"}) files.push_back(cache / folder);
+  for (std::string& prefix : python_prefixes(cache / "python")) files.push_back(std::move(prefix));
+  return files;
+}
+
+}  // namespace assay

@@ -1,0 +1,47 @@
+#include "worker/confinement.h"
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "base/sandbox.h"
+#include "engines/engine_files.h"
+#include "worker/guard.h"
+
+namespace assay {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Of this process.
+std::vector<std::string>& writable() {
+  static std::vector<std::string> folders;
+  return folders;
+}
+
+std::string trajectories_of(const Request& job) {
+  return std::visit(
+      [](const auto& each) -> std::string {
+        if constexpr (requires { each.trajectories; }) return each.trajectories;
+        return "";
+      },
+      job);
+}
+
+}  // namespace
+
+void confine_worker(const Request& job) {
+  std::error_code error;
+  const std::string trajectories = trajectories_of(job), scratch = fs::temp_directory_path(error).string();
+  if (!trajectories.empty()) {
+    // a folder that is not there yet cannot be named to the kernel
+    fs::create_directories(trajectories, error);
+    writable().push_back(trajectories);
+  }
+  if (fs::path(scratch).filename().string().starts_with(kScratchPrefix)) writable().push_back(scratch);
+  enter_sandbox({.read_everything = true, .writable = writable()});
+}
+
+void confine_engine() { enter_sandbox({.readable = engine_files(), .writable = writable()}); }
+
+}  // namespace assay

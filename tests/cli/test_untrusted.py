@@ -1,0 +1,303 @@
+"""What strangers' files and engines may not do: read and write elsewhere, take all memory, speak through names."""
+
+import json
+import os
+import pathlib
+import re
+import shutil
+import sqlite3
+import subprocess
+import unittest
+
+from harness import BALL, SOURCE, AssayTest, main, reliability
+
+ROBOT = ('<robot name="r"><link name="base"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
+         '</inertial><collision><geometry><mesh filename="{}"/></geometry></collision></link></robot>')
+CUBE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+
+
+def landlock():
+    """Version of the kernel's Landlock, 0 for none."""
+    import ctypes  # pylint: disable=import-outside-toplevel
+    version = ctypes.CDLL(None, use_errno=True).syscall(444, None, 0, 1)
+    return max(version, 0)
+
+
+class ModelsRoot(AssayTest):
+    """What is unpacked together is one thing; what a file names elsewhere is not read."""
+
+    def setUp(self):
+        super().setUp()
+        self.env["HOME"] = str(self.dir)
+        self.env["TMPDIR"] = str(self.dir / "tmp")
+        (self.dir / "tmp").mkdir()
+        self.write("secret/cube.obj", CUBE)
+        self.write(".ssh/id_rsa.obj", CUBE)
+
+    def loads(self, file):
+        self.assay("check", file, "--floating-base")
+
+    def is_refused(self, file):
+        self.refused("check", file, "--floating-base", naming=["outside the model's folder", "--allow-external-files"])
+        self.assay("check", file, "--floating-base", "--allow-external-files")
+
+    def test_a_description_without_manifest(self):
+        self.write("arm_description/meshes/cube.obj", CUBE)
+        self.write("arm_description/urdf/arm.urdf", ROBOT.format("../meshes/cube.obj"))
+        self.loads("arm_description/urdf/arm.urdf")
+        self.write("arm_description/urdf/arm.urdf", ROBOT.format("package://arm_description/meshes/cube.obj"))
+        self.loads("arm_description/urdf/arm.urdf")
+        self.write("arm_description/urdf/arm.urdf", ROBOT.format("../../secret/cube.obj"))
+        self.is_refused("arm_description/urdf/arm.urdf")
+
+    def test_an_archive_with_a_licence(self):
+        self.write("download/LICENSE", "free")
+        self.write("download/assets/meshes/cube.obj", CUBE)
+        self.write("download/robots/arm/arm.urdf", ROBOT.format("../../assets/meshes/cube.obj"))
+        self.loads("download/robots/arm/arm.urdf")
+        self.write("download/robots/arm/arm.urdf", ROBOT.format("../../../secret/cube.obj"))
+        self.is_refused("download/robots/arm/arm.urdf")
+
+    def test_the_home_folder_is_no_package(self):
+        self.write("README.md", "mine")
+        self.write("package.xml", "<package><name>mine</name></package>")
+        self.write("arm.urdf", ROBOT.format("secret/cube.obj"))
+        self.loads("arm.urdf")  # its own folder
+        self.write("urdf/arm.urdf", ROBOT.format("../secret/cube.obj"))
+        self.is_refused("urdf/arm.urdf")
+        self.write("arm/arm.urdf", ROBOT.format("../secret/cube.obj"))
+        self.is_refused("arm/arm.urdf")
+
+    def test_a_folder_that_a_file_calls_a_package(self):
+        for uri in ("package://.ssh/id_rsa.obj", "package://secret/cube.obj", f"package://{self.dir.name}/secret/cube.obj"):
+            with self.subTest(uri):
+                self.write("arm/arm.urdf", ROBOT.format(uri))
+                self.is_refused("arm/arm.urdf")
+        self.write("secret/package.xml", "<package><name>secret</name></package>")
+        self.write("arm/arm.urdf", ROBOT.format("package://secret/cube.obj"))
+        self.loads("arm/arm.urdf")
+        (self.dir / "secret/link.obj").symlink_to(self.dir / ".ssh/id_rsa.obj")
+        self.write("arm/arm.urdf", ROBOT.format("package://secret/link.obj"))
+        self.is_refused("arm/arm.urdf")
+
+    def test_a_repair_takes_nothing_from_elsewhere(self):
+        part = '<mujoco><worldbody><body><joint range="1 -1"/><geom size=".1"/></body></worldbody></mujoco>'
+        self.write("secret/part.xml", part)
+        self.write("arm/arm.xml", '<mujoco><include file="../secret/part.xml"/></mujoco>')
+        self.refused("check", "arm/arm.xml", "--repair", "out.xml", naming=["outside the model's folder"])
+        self.assertFalse((self.dir / "out.xml").exists())
+        os.mkfifo(self.dir / "arm/pipe.xml")
+        self.write("arm/arm.xml", '<mujoco><include file="pipe.xml"/></mujoco>')
+        self.refused("check", "arm/arm.xml", "--repair", "out.xml", naming=["regular file"])
+
+    def test_meshes_of_other_formats(self):
+        self.write("arm/scene.blend", "BLENDER")
+        self.write("arm/arm.urdf", ROBOT.format("scene.blend"))
+        self.refused("check", "arm/arm.urdf", "--floating-base", naming=["scene.blend", ".blend", ".stl, .obj, .dae, .ply and .msh"])
+
+
+class Confined(AssayTest):
+    """What runs engines and reads models cannot reach the rest of the machine."""
+
+    def setUp(self):
+        super().setUp()
+        self.use_mishap_engine()
+        self.write("ball.xml", BALL)
+        self.home = self.dir / "home"
+        self.home.mkdir()
+        self.env["HOME"] = str(self.home)
+        self.env["ASSAY_MISHAP_MARK"] = str(self.write("mark", "kkk"))
+        if landlock() == 0:
+            self.skipTest("this kernel has no Landlock")
+
+    def simulate(self, fault):
+        return self.run_assay("simulate", "ball.xml", "--engine", f"mishap-{fault}", "--timestep", 1, "--duration", 0.02, "--out",
+                              "run.csv")
+
+    def test_an_engine_of_simulate(self):
+        faults = ["write-home", "read-file", "append-file", "remove-file", "open-socket", "change-mode"]
+        for fault in faults:
+            with self.subTest(fault):
+                done = self.simulate(fault)
+                self.assertEqual(done.returncode, 1, done.stderr)
+                self.assertRegex(self.check_sentence(done.stderr, [fault]), "Permission denied|Operation not permitted")
+        self.assertEqual(list(self.home.iterdir()), [])
+        self.assertEqual((self.dir / "mark").read_text(), "kkk")
+
+    def test_it_can_be_switched_off(self):
+        self.env["ASSAY_SANDBOX"] = "off"
+        done = self.simulate("write-home")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertTrue((self.home / "written-by-an-engine").exists())
+
+    def test_results_say_what_is_in_force(self):
+        campaign = """name = "c"
+contenders = ["null"]
+timesteps_ms = [1]
+reference_ms = 1
+measures = ["drift"]
+[[system]]
+name = "ball"
+model = "./ball.xml"
+duration_s = 0.01
+contacts = false
+"""
+        self.write("c.toml", campaign)
+        for switched, manifest, said in (({}, "Landlock", ""), ({"ASSAY_SANDBOX": "off"}, "nothing", "note: ")):
+            self.env.update(switched)
+            done = self.run_assay("run", "c.toml", "--out", "results" + "".join(switched))
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn("not confined" if said else "", done.stderr)
+            if not said:
+                self.assertNotIn("not confined", done.stderr)
+            with sqlite3.connect(self.dir / ("results" + "".join(switched)) / "assay.sqlite") as db:
+                (value,) = db.execute("SELECT value FROM manifest WHERE key = 'sandbox'").fetchone()
+            self.assertIn(manifest, value)
+
+    def test_nothing_is_left_of_workers(self):
+        self.env["TMPDIR"] = str(self.dir / "tmp")
+        (self.dir / "tmp").mkdir()
+        self.test_results_say_what_is_in_force()
+        self.assertEqual(list((self.dir / "tmp").iterdir()), [])
+
+    def test_a_repair_is_written_where_it_is_to_be(self):
+        self.write("arm.xml", '<mujoco><worldbody><body><joint range="1 -1"/><geom size=".1"/></body></worldbody></mujoco>')
+        (self.dir / "sub").mkdir()
+        for out in ("mended.xml", "sub/mended.xml"):
+            self.assay("check", "arm.xml", "--repair", out)
+            self.assertTrue((self.dir / out).exists())
+
+
+class PluginFolders(AssayTest):
+    """Plugins come from the program's own folders and from ASSAY_ENGINE_PATH, and from nowhere else."""
+
+    def test_no_plugin_of_the_current_or_the_models_folder(self):
+        plugin = next(pathlib.Path(os.environ["ASSAY_MISHAP_ENGINE"]).glob("assay-engine-mishap.so"))
+        for folder in (".", "engines", "robot", "robot/engines", "lib/assay/engines"):
+            (self.dir / folder).mkdir(parents=True, exist_ok=True)
+            shutil.copy(plugin, self.dir / folder)
+        self.write("robot/ball.xml", BALL)
+        for path in (None, "", ":", "::nowhere:"):
+            if path is not None:
+                self.env["ASSAY_ENGINE_PATH"] = path
+            self.assertEqual([name for name in self.contenders() if name.startswith("mishap")], [], path)
+            listed = self.assay_json("check", "robot/ball.xml", "--json")
+            self.assertNotIn("mishap", json.dumps(listed))
+        self.env["ASSAY_ENGINE_PATH"] = "engines"
+        self.assertIn("mishap", self.contenders())
+
+
+class HostileNames(AssayTest):
+    """Text of strangers' files is text, wherever it is shown."""
+
+    SCRIPT, ESCAPE = "</script><script>alert(1)</script>", "\x1b]0;owned\x07\x1b[31m"
+
+    def has_no_escapes(self, shown):
+        plain = re.sub(r"\x1b\[[0-9;]*[mK]|\x1b\[\?25[lh]|\r", "", shown)
+        self.assertNotRegex(plain, "[\x00-\x08\x0b-\x1f\x7f]")
+        self.assertNotIn("\x1b]0", shown)
+
+    def test_of_models(self):
+        self.write("ball.xml", BALL.replace('name="ball"', 'name="b&#27;]0;owned&#7;&#27;[31m&#155;31m"'))
+        for arguments in (["check", "ball.xml"], ["simulate", "ball.xml", "--engine", "null", "--timestep", "1", "--duration", "0.01",
+                                                  "--out", "-"]):
+            status, shown = self.on_terminal(*arguments, NO_COLOR="1")
+            self.assertEqual(status, 0, shown)
+            if arguments[0] == "check":
+                self.has_no_escapes(shown)
+        self.write("arm.urdf", '<robot name="r&#27;[31m"><link name="a&#27;]0;owned&#7;"/><link name="a&#27;]0;owned&#7;"/></robot>')
+        status, shown = self.on_terminal("check", "arm.urdf", NO_COLOR="1")
+        self.assertEqual(status, 2)
+        self.has_no_escapes(shown)
+
+    def test_of_campaigns(self):
+        self.write("ball.xml", BALL)
+        self.write("c.toml", 'name = "../../\\u001b]0;owned\\u0007"\ncontenders = ["\\u001b[31mx"]\n')
+        status, shown = self.on_terminal("run", "c.toml", "--out", "results", NO_COLOR="1")
+        self.assertEqual(status, 2)
+        self.has_no_escapes(shown)
+
+    def hostile_results(self):
+        seed = SOURCE / "tests/fuzz/corpus/store/ball-1.sqlite"
+        (self.dir / "results").mkdir()
+        shutil.copy(seed, self.dir / "results/assay.sqlite")
+        evil = f"../../../{self.SCRIPT}{self.ESCAPE}"
+        with sqlite3.connect(self.dir / "results/assay.sqlite") as db:
+            for table, column in (("cells", "system"), ("systems", "name"), ("scenes", "system"), ("runs", "system"),
+                                  ("manifest", "value")):
+                db.execute(f"UPDATE {table} SET {column} = ?" + (" WHERE key = 'campaign_title'" if table == "manifest" else ""),
+                           (evil,))
+            db.execute("UPDATE cells SET contender = contender || ?", (self.SCRIPT + self.ESCAPE,))
+            db.execute("UPDATE contenders SET name = name || ?, settings = ?", (self.SCRIPT + self.ESCAPE, self.SCRIPT))
+            db.execute("UPDATE cells SET reason = ?", (self.SCRIPT,))
+        db.close()
+
+    def test_of_results_in_pages_paths_and_terminals(self):
+        self.hostile_results()
+        self.assay("report", "results")
+        page = (self.dir / "results/report.html").read_text(encoding="utf-8")
+        self.assertNotIn("<script>alert(1)", page)
+        self.assertIn("alert(1)", page)
+        self.write("1/2/3/here", "")
+        for arguments in (["export", "results", "--trajectories", "csv", "--out", "1/2/3/states"], ["status", "results"],
+                          ["recommend", "results"], ["claims", "results"], ["compare", "results", "results"]):
+            status, shown = self.on_terminal(*arguments, NO_COLOR="1")
+            self.assertIn(status, (0, 1, 2), shown)
+            self.has_no_escapes(shown)
+        self.assertEqual({path.name for path in self.dir.iterdir()}, {"1", "results"})
+        self.assertEqual([path.name for folder in ("1", "1/2") for path in (self.dir / folder).iterdir()], ["2", "3"])
+
+
+class ForgedResults(AssayTest):
+    """Results that another program has written so: a sentence, never a crash, all memory or another file."""
+
+    def setUp(self):
+        super().setUp()
+        (self.dir / "results").mkdir()
+        shutil.copy(SOURCE / "tests/fuzz/corpus/store/ball-1.sqlite", self.dir / "results/assay.sqlite")
+
+    def forge(self, *statements):
+        db = sqlite3.connect(self.dir / "results/assay.sqlite")
+        for statement in statements:
+            db.execute(statement)
+        db.commit()
+        db.close()
+
+    def test_addresses_that_are_paths(self):
+        self.write("victim.bin", "mine")
+        self.forge("UPDATE runs SET address = '../../victim'")
+        self.refused("export", "results", "--trajectories", "csv", "--out", "states", naming=["address", "victim"])
+        self.assertEqual((self.dir / "victim.bin").read_text(), "mine")
+
+    def test_facts_of_other_types(self):
+        self.forge("UPDATE contenders SET capabilities_json = '{\"changes\": [{\"setting\": 1}], \"coordinates\": [], \"varies\": {}}'",
+                   "UPDATE systems SET json = '{\"model_hash\": 3, \"family\": [], \"dof\": \"x\"}'")
+        self.assay("report", "results")
+        self.assay("compare", "results", "results")
+
+    def test_parts_without_number(self):
+        self.forge("CREATE TABLE nodes(id TEXT PRIMARY KEY, json TEXT NOT NULL) WITHOUT ROWID",
+                   "INSERT INTO nodes VALUES('n', '{\"shard\": \"1/2000000000\", \"jobs\": \"x\", \"name\": {}}')")
+        done = self.run_assay("status", "results")
+        self.assertLess(len(done.stdout), 5000)
+        self.assertIn(done.returncode, (0, 1, 2))
+
+
+class FuzzedModels(AssayTest):
+    """Models of the fuzzer's corpus that end MuJoCo's library end here in a sentence."""
+
+    def test_every_model_that_ends_the_library(self):
+        files = sorted((SOURCE / "tests/fuzz/corpus/mjcf-library").glob("*"))
+        for file in files:
+            with self.subTest(file.name):
+                name = "robot.urdf" if file.suffix == ".urdf" else "robot.xml"
+                self.write("here/" + name, "")
+                (self.dir / "here" / name).write_bytes(file.read_bytes())
+                done = self.run_assay("check", "here/" + name, "--drop-unsupported")
+                self.assertIn(done.returncode, (0, 2), done.stderr[-500:])
+                if done.returncode == 2:
+                    self.assertRegex(done.stderr, "(?m)^assay: ")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+UPDATE cells SET timestep_ms = 1e-300; UPDATE cells SET measure = 'truth', outcome = 'ok' WHERE id = 1;

@@ -1,0 +1,1 @@
+UPDATE conformance SET status = 'odd', figure = 1e999, contender = 'nobody';

@@ -1,0 +1,1 @@
+UPDATE contenders SET capabilities_json = '[1]', build_json = '{"version": 1}', settings = 'a=b=c  d';

@@ -1,0 +1,1 @@
+UPDATE systems SET json = '{"dof": "x", "timesteps_ms": [[]], "family": 3, "measures": {}}';

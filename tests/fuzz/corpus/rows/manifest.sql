@@ -1,0 +1,1 @@
+INSERT OR REPLACE INTO manifest VALUES('campaign_hash', x'00ff'), ('command', '$(reboot)'), ('wall_s', 'nan');

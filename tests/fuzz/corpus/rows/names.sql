@@ -1,0 +1,1 @@
+UPDATE cells SET system = '</script>' || char(27) || '[31m', contender = '../../x', reason = char(10,0,255);

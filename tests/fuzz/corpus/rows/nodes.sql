@@ -1,0 +1,1 @@
+UPDATE nodes SET json = '{"name": {}, "wall_s": 3}'; UPDATE plan SET shard = -1;

@@ -1,0 +1,1 @@
+UPDATE runs SET address = '../../../../etc/passwd', timestep_ms = 'x';

@@ -1,0 +1,1 @@
+INSERT INTO samples SELECT 1, 'step_us', value, 'x' FROM generate_series(1, 100); UPDATE samples SET idx = -9223372036854775808 + rowid;

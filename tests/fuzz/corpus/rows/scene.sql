@@ -1,0 +1,1 @@
+UPDATE scenes SET json = '{"bodies":[{"parent":7}],"shapes":[{"type":"hull","data":99}]}';

@@ -1,0 +1,1 @@
+UPDATE cells SET timestep_ms = 0;

@@ -1,0 +1,1 @@
+UPDATE cells SET wall_s = 'text', steal = x'00', finished = 9e999, id = id + 9223372036854775000;

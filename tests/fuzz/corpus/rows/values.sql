@@ -1,0 +1,1 @@
+UPDATE "values" SET value = 1e308; UPDATE "values" SET low = -1, high = NULL WHERE name = 'step_time';
