@@ -40,10 +40,10 @@ double rebound(double timestep, double phase, double cap) {
   Scene scene{dWorldCreate(), dJointGroupCreate(0)};
   dWorldSetGravity(scene.world, 0, 0, -9.81);
   if (cap > 0) dWorldSetContactMaxCorrectingVel(scene.world, cap);
-  const dSpaceID space = dSimpleSpaceCreate(nullptr);
+  dSpaceID space = dSimpleSpaceCreate(nullptr);
   dCreatePlane(space, 0, 0, 1, 0);
-  const dGeomID sphere = dCreateSphere(space, kRadius);
-  const dBodyID ball = dBodyCreate(scene.world);
+  dGeomID sphere = dCreateSphere(space, kRadius);
+  dBodyID ball = dBodyCreate(scene.world);
   dMass mass;
   dMassSetSphereTotal(&mass, 1, kRadius);
   dBodySetMass(ball, &mass);

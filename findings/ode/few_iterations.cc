@@ -45,14 +45,14 @@ double way(double ratio, int iterations) {
   dWorldSetGravity(scene.world, 0, 0, -9.81);
   dWorldSetQuickStepNumIterations(scene.world, iterations);
   dWorldSetContactMaxCorrectingVel(scene.world, 0.1);
-  const dSpaceID space = dSimpleSpaceCreate(nullptr);
+  dSpaceID space = dSimpleSpaceCreate(nullptr);
   dCreatePlane(space, 0, 0, 1, 0);
   const auto bar = [&](double mass, double x, double z, bool along_x) {
-    const dBodyID body = dBodyCreate(scene.world);
+    dBodyID body = dBodyCreate(scene.world);
     dMass m;
     dMassSetCapsuleTotal(&m, mass, 3, kRadius, kLength);
     dBodySetMass(body, &m);
-    const dGeomID capsule = dCreateCapsule(space, kRadius, kLength);
+    dGeomID capsule = dCreateCapsule(space, kRadius, kLength);
     dGeomSetBody(capsule, body);
     dMatrix3 R;
     dRFromAxisAndAngle(R, along_x ? 0 : 1, along_x ? 1 : 0, 0, M_PI / 2);
@@ -60,7 +60,7 @@ double way(double ratio, int iterations) {
     dBodySetPosition(body, x, 0, z);
     return body;
   };
-  const dBodyID top = bar(ratio, 0, 3 * kRadius, true);
+  dBodyID top = bar(ratio, 0, 3 * kRadius, true);
   for (const double x : {-0.3, 0.3}) bar(1, x, kRadius, false);
   for (int i = 0; i < 500; ++i) {
     dSpaceCollide(space, &scene, touch);
@@ -77,18 +77,18 @@ double way(double ratio, int iterations) {
 
 // Error of the block's speed after 1000 steps from rest, relative.
 double left_over(int iterations) {
-  const dWorldID world = dWorldCreate();
+  dWorldID world = dWorldCreate();
   dWorldSetQuickStepNumIterations(world, iterations);
-  const dBodyID block = dBodyCreate(world);
+  dBodyID block = dBodyCreate(world);
   dMass m;
   dMassSetBoxTotal(&m, 1, 0.1, 0.2, 0.3);
   dBodySetMass(block, &m);
   constexpr double kArmature = 0.6, kForce = 2;
   const std::array<double, 3> axis = {0.48, 0.6, 0.64};
-  const dJointID slider = dJointCreateSlider(world, nullptr);
+  dJointID slider = dJointCreateSlider(world, nullptr);
   dJointAttach(slider, block, nullptr);
   dJointSetSliderAxis(slider, axis[0], axis[1], axis[2]);
-  const dJointID motor = dJointCreateLMotor(world, nullptr);
+  dJointID motor = dJointCreateLMotor(world, nullptr);
   dJointAttach(motor, block, nullptr);
   dJointSetLMotorNumAxes(motor, 1);
   dJointSetLMotorAxis(motor, 0, 0, axis[0], axis[1], axis[2]);

@@ -22,12 +22,14 @@ using physx::PxVec3;
 
 constexpr float kFriction = 0.4F, kGravity = 9.81F, kTimestep = 1e-3F, kSpeed = 3;
 
+// NOLINTBEGIN(performance-unnecessary-value-param): PhysX gives the signature
 physx::PxFilterFlags touch(physx::PxFilterObjectAttributes /*a*/, physx::PxFilterData /*data_a*/,
                            physx::PxFilterObjectAttributes /*b*/, physx::PxFilterData /*data_b*/,
                            physx::PxPairFlags& pair, const void* /*constants*/, physx::PxU32 /*size*/) {
   pair = physx::PxPairFlag::eCONTACT_DEFAULT;
   return physx::PxFilterFlag::eDEFAULT;
 }
+// NOLINTEND(performance-unnecessary-value-param)
 
 // Friction over normal impulse between 0.1 and 0.2 s.
 double coefficient(PxPhysics& physics, physx::PxCpuDispatcher& dispatcher, bool improved, bool box, PxVec3 place) {

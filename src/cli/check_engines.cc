@@ -372,43 +372,43 @@ Json line_json(int line) { return line > 0 ? Json(line) : Json(nullptr); }
 
 std::string verdicts_json_text(const std::vector<Verdict>& verdicts, const FileFacts& facts, int depth) {
   // the same elements and sentences come for every engine
-  std::unordered_map<std::string, std::string> quoted, lines;
+  std::unordered_map<std::string, std::string> quoted, places;
   const auto quote = [&quoted](const std::string& text) -> const std::string& {
     const auto [place, is_new] = quoted.try_emplace(text);
     if (is_new) place->second = json_text(text, 0);
     return place->second;
   };
-  const std::string member = "\n" + std::string(static_cast<size_t>(depth + 8), ' ');
+  const auto gap = [depth](int more) { return "\n" + std::string(static_cast<size_t>(depth + more), ' '); };
+  const std::string object = gap(6), member = gap(8);
   // both members of a place: the line, and the included file that it is of
-  const auto place_json = [&](const std::string& element) {
+  const auto place_of = [&](const std::string& element) -> const std::string& {
+    const auto [place, is_new] = places.try_emplace(element);
+    if (!is_new) return place->second;
     const std::string file = facts.file_of(element);
-    return fmt::format("{0}\"line\": {1},{0}\"file\": {2}", member, json_text(line_json(facts.line_of(element)), 0),
-                       file.empty() ? "null" : json_text(file, 0));
-  };
-  const auto line = [&](const std::string& element) -> const std::string& {
-    const auto [place, is_new] = lines.try_emplace(element);
-    if (is_new) place->second = place_json(element);
+    place->second =
+        fmt::format(R"({0}"line": {1},{0}"file": {2})", member, json_text(line_json(facts.line_of(element)), 0),
+                    file.empty() ? "null" : json_text(file, 0));
     return place->second;
   };
-  const auto gap = [depth](int more) { return "\n" + std::string(static_cast<size_t>(depth + more), ' '); };
   std::string text = "[";
+  const auto put = [&text](std::initializer_list<std::string_view> parts) {
+    for (const std::string_view part : parts) text += part;
+  };
   for (const Verdict& verdict : verdicts) {
-    text += fmt::format("{0}{1}{{{2}\"engine\": {3},{2}\"contenders\": {4},{2}\"verdict\": {5},{2}\"findings\": [",
+    text += fmt::format(R"({0}{1}{{{2}"engine": {3},{2}"contenders": {4},{2}"verdict": {5},{2}"findings": [)",
                         text.size() > 1 ? "," : "", gap(2), gap(4), quote(verdict.engine),
                         json_text(verdict.contenders, depth + 4), quote(std::string(fidelity_text(verdict.worst()))));
-    const std::string object = gap(6);
-    bool first = true;
+    std::string_view before;
     for (const Limitation& limitation : verdict.limitations) {
-      text += first ? "" : ",";
-      first = false;
-      text += object + "{" + member + "\"fidelity\": " + quote(std::string(fidelity_text(limitation.fidelity))) + ",";
-      text += member + "\"element\": " + quote(limitation.element) + ",";
-      text += member + "\"how\": " + quote(limitation.how) + ",";
-      text += line(limitation.element) + object + "}";
+      put({before, object, "{", member, R"("fidelity": )", quote(std::string(fidelity_text(limitation.fidelity))), ",",
+           member, R"("element": )", quote(limitation.element), ",", member, R"("how": )", quote(limitation.how), ",",
+           place_of(limitation.element), object, "}"});
+      before = ",";
     }
-    text += (first ? "" : gap(4)) + "]" + gap(2) + "}";
+    put({verdict.limitations.empty() ? "" : gap(4), "]", gap(2), "}"});
   }
-  return text + (verdicts.empty() ? "" : gap(0)) + "]";
+  put({verdicts.empty() ? "" : gap(0), "]"});
+  return text;
 }
 
 Json elements_json(const std::vector<Verdict>& verdicts, const std::vector<ModelElement>& elements,
