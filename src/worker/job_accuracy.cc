@@ -292,13 +292,15 @@ struct PieceErrors {
 
 class Pieces {
  public:
-  Pieces(const PiecesJob& job, const Subject& subject) : job_(job), subject_(subject) {
+  // Timesteps that the samples of the reference runs cannot resolve are compared at the system's own.
+  Pieces(const PiecesJob& job, const Subject& subject)
+      : job_(job),
+        subject_(subject),
+        sample_ms_(is_multiple(job.grid_ms, job.timestep_ms) ? job.grid_ms : job.subject.sample_ms) {
     const long long samples = std::llround(1000 * job.subject.duration_s / job.grid_ms);
     for (const std::string& address : job.references) {
       references_.push_back(load(job.trajectories, address, subject.model, samples + 1));
     }
-    // Timesteps that the samples of the reference runs cannot resolve are compared at the system's own.
-    sample_ms_ = is_multiple(job.grid_ms, job.timestep_ms) ? job.grid_ms : job.subject.sample_ms;
     for (const double length : job.piece_ms) {
       if (is_multiple(length, sample_ms_)) lengths_.push_back({length, {}, {}});
     }
