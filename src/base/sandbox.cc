@@ -132,7 +132,7 @@ bool confine_files(const SandboxRules& rules, int version) {
 
 // ---- the filter of system calls --------------------------------------------------------------------------------------
 
-#if defined(__x86_64__)
+#ifdef __x86_64__
 constexpr std::uint32_t kMachine = AUDIT_ARCH_X86_64, kOtherCalls = 0x40000000;  // those of x32 begin there
 #elif defined(__aarch64__)
 constexpr std::uint32_t kMachine = AUDIT_ARCH_AARCH64, kOtherCalls = 0;
@@ -181,7 +181,7 @@ constexpr std::array kRefused = {
     SYS_settimeofday,
     SYS_clock_settime,
     SYS_adjtimex,
-#if defined(__x86_64__)
+#ifdef __x86_64__
     SYS_chmod,
     SYS_chown,
     SYS_lchown,
@@ -214,8 +214,7 @@ bool confine_calls() {
   add(BPF_RET | BPF_K, SECCOMP_RET_ALLOW);
   const sock_fprog filter = {static_cast<unsigned short>(program.size()), program.data()};
   // Without the flag, older kernels slow down all that follows (speculative stores), which a clock would see.
-  if (::syscall(SYS_seccomp, SECCOMP_SET_MODE_FILTER, SECCOMP_FILTER_FLAG_SPEC_ALLOW, &filter) == 0) return true;
-  return false;
+  return ::syscall(SYS_seccomp, SECCOMP_SET_MODE_FILTER, SECCOMP_FILTER_FLAG_SPEC_ALLOW, &filter) == 0;
 }
 
 bool switched_off() {
