@@ -76,7 +76,7 @@ void print(const std::string& text) { write_output(terminal_text(text, stdout));
 void print_json(const Json& json) { write_output(json_text(json, 0) + "\n"); }
 
 std::string json_text(const Json& json, int depth) {
-  const std::string text = json.dump(2, ' ', false, Json::error_handler_t::replace);
+  std::string text = json.dump(2, ' ', false, Json::error_handler_t::replace);
   if (depth == 0) return text;
   const std::string indent(static_cast<size_t>(depth), ' ');
   std::string moved;

@@ -51,7 +51,7 @@ LINES = {
     "a section of the report": [
         ("src/report/CMakeLists.txt", r"add_library\(assay_report STATIC", " template.cc"),
         ("src/report/report.cc", r"namespace assay \{", "\nnlohmann::json template_data(const Store& store);"),
-        ("src/report/report.cc", r"return \{\{\"format\", kReportFormat\},", '\n          {"template", template_data(store)},'),
+        ("src/report/report.cc", r"json data = \{\{\"format\", kReportFormat\},", '\n          {"template", template_data(store)},'),
         ("web/src/main.ts", r"import \{ gate \} from \"./tables/gate\";", '\nimport { template } from "./tables/template";'),
         ("web/src/main.ts", r"  add\(part\(\"gate\".*", '\n  add(part("template", "Template", ""), "Template", () => [template(report)]);')],
 }
