@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 
 namespace assay {
@@ -58,7 +59,7 @@ double rank_test(std::span<const double> a, std::span<const double> b) {
   const double variance = n * m / 12 * (total + 1 - tie_sum / (total * (total - 1)));
   if (variance <= 0) return 1;  // all samples are equal
   const double z = std::max(0.0, std::abs(u - 0.5 * n * m) - 0.5) / std::sqrt(variance);
-  return std::erfc(z / std::sqrt(2.0));
+  return std::erfc(z / std::numbers::sqrt2);
 }
 
 double smallest_rank_p(size_t a, size_t b) {
@@ -75,7 +76,7 @@ std::vector<double> corrected_for_number(const std::vector<double>& p) {
   std::vector<double> corrected(p.size());
   double least = 1;
   for (size_t i = 0; i < order.size(); ++i) {
-    const double rank = static_cast<double>(order.size() - i);
+    const auto rank = static_cast<double>(order.size() - i);
     least = std::min(least, p[order[i]] * static_cast<double>(p.size()) / rank);
     corrected[order[i]] = least;
   }

@@ -120,7 +120,7 @@ FoundFile find_resource(const std::string& uri, const std::string& from,
   for (const auto& [candidate, package, trust] : candidates) {
     if (is_file(candidate)) {
       // "package://NAME/../x" is in no package
-      const bool in_package = (trust == Trust::kNamed && inside->find("..") == std::string::npos) ||
+      const bool in_package = (trust == Trust::kNamed && inside.value_or("..").find("..") == std::string::npos) ||
                               (trust == Trust::kBelow && is_below(candidate.string(), package.string()));
       return {candidate.lexically_normal().string(), in_package, {}};
     }

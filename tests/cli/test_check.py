@@ -157,11 +157,11 @@ class Refused(AssayTest):
 
     def test_an_include_from_another_folder_is_read_on_request(self):
         self.write("part.xml", BALL)
-        (self.dir / "robot").mkdir()
-        self.write("robot/robot.xml", '<mujoco><include file="../part.xml"/></mujoco>')
-        self.refused("check", "robot/robot.xml", naming=["part.xml", "--allow-external-files"])
+        (self.dir / "arm").mkdir()
+        self.write("arm/arm.xml", '<mujoco><include file="../part.xml"/></mujoco>')
+        self.refused("check", "arm/arm.xml", naming=["part.xml", "--allow-external-files"])
         self.assertEqual(
-            self.assay_json("check", "robot/robot.xml", "--json", "--allow-external-files")["model"]["bodies"], 1)
+            self.assay_json("check", "arm/arm.xml", "--json", "--allow-external-files")["model"]["bodies"], 1)
 
     def test_included_elements_have_their_file_and_line(self):
         (self.dir / "parts").mkdir()

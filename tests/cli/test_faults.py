@@ -183,10 +183,12 @@ class DeadlyPlugins(AssayTest):
                 contender = f"mishap-{fault}-in-check"
                 self.refused("simulate", "ball.xml", "--engine", contender, "--timestep", 1, "--duration", 1, "--out", "-",
                              naming=["asking", contender])
-        # they ask every contender
+        # these ask every contender
         self.refused("run", "ball.xml", naming=["asking mishap-"])
-        self.refused("check", "ball.xml", naming=["asking mishap-"])
-        reliability("an engine aborts or calls exit(0) in check()", 2, "one sentence, exit status 2", "nothing")
+        for contender in ("mishap-abort-in-check", "mishap-exit-in-check"):
+            self.assertRegex(self.assay("check", "ball.xml"), rf"(?m)^mishap +refused +1 +{contender}$")
+        reliability("an engine aborts or calls exit(0) in check()", 2,
+                    "one sentence and exit status 2; `check` says that it refuses the model", "nothing")
 
 
 class EnginesOutput(AssayTest):
