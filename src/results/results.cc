@@ -264,7 +264,7 @@ std::optional<Speed> Results::speed(const std::string& system, const std::string
   for (const auto& [step, cell] : cells(system, contender, "raw_speed")) {
     if (!same_timestep(step, speed->below_ms) && !same_timestep(step, speed->above_ms)) continue;
     const Value* covered = find_value(*cell, "coverage");
-    if (covered == nullptr) {
+    if (covered == nullptr || !covered->value) {
       speed->coverage = std::nullopt;
       break;
     }

@@ -1,6 +1,7 @@
 #include "store/cell_hash.h"
 
 #include <algorithm>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -30,7 +31,7 @@ std::string table_hash(sqlite3* db, const std::string& table) {
   Statement query(db, fmt::format("SELECT {} FROM {} ORDER BY {}", join(names, ", "), table, found->second));
   std::string bytes;
   while (query.step()) {
-    for (int column = 0; column < static_cast<int>(names.size()); ++column) query.append_to(bytes, column);
+    for (int column = 0; std::cmp_less(column, names.size()); ++column) query.append_to(bytes, column);
   }
   return content_hash(bytes);
 }

@@ -36,7 +36,8 @@ json parsed(const std::string& text) {
 }
 
 std::string plain(const json& value) {
-  return value.is_null() ? "" : value.is_string() ? value.get<std::string>() : value.dump();
+  if (value.is_null()) return "";
+  return value.is_string() ? value.get<std::string>() : value.dump();
 }
 
 void compare_systems(const SystemRow& a, const SystemRow& b, std::vector<Difference>& found) {

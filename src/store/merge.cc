@@ -518,9 +518,8 @@ void refuse_another_campaign(const Store& first, const Store& other) {
       return same ? each.kind == DifferenceKind::kProgram
                   : each.kind != DifferenceKind::kProgram && each.kind != DifferenceKind::kMachine;
     });
-    why = difference != found.end()   ? difference->text(first.dir(), other.dir())
-          : of_program != found.end() ? of_program->text(first.dir(), other.dir())
-                                      : "the campaign's time limit or timesteps differ";
+    const auto said = difference != found.end() ? difference : of_program;
+    why = said != found.end() ? said->text(first.dir(), other.dir()) : "the campaign's time limit or timesteps differ";
   }
   throw InputError(
       fmt::format("'{}' and '{}' are no parts of one campaign: {}; measure both again with one program and "

@@ -141,8 +141,8 @@ Trajectory load(const std::string& dir, const std::string& address) {
   std::string fault = trajectory_fault(dir, address);
   auto trajectory = read_trajectory(dir, address);
   if (fault.empty() && !trajectory) fault = "is missing";
-  if (fault.empty() && trajectory->states.empty()) fault = "has no states";
-  if (!fault.empty()) refuse(dir, address, fault);
+  if (fault.empty() && trajectory && trajectory->states.empty()) fault = "has no states";
+  if (!fault.empty() || !trajectory) refuse(dir, address, fault);
   return *std::move(trajectory);
 }
 

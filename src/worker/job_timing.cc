@@ -5,6 +5,7 @@
 #include <limits>
 #include <optional>
 #include <sched.h>
+#include <stdexcept>
 #include <sys/resource.h>
 #include <vector>
 
@@ -193,6 +194,7 @@ class TimingSession {
                                largest_work(subject_.model, *subject_.control, length_s));
           stepper.emplace(subject_, start, timestep_s);
         }
+        if (!stepper || !plausibility) throw std::logic_error("the first window of a turn starts from no state");
         if (at.untimed > 0) stepper->advance(at.untimed);
         timed(window, *stepper);
         const State& state = stepper->read();
