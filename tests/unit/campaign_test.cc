@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <set>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -170,9 +171,10 @@ TEST(Sweep, EachEngineTakesTheValuesByItsOwnSettingOfThatRole) {
   for (const auto& [name, setting] : own) {
     if (std::ranges::find(known, name) == known.end()) continue;  // an engine that is not there
     const Campaign campaign =
-        parse_campaign("name = \"s\"\ncontenders = [\"" + name +
-                           "\"]\ntimesteps_ms = [1]\nmeasures = [\"drift\"]\n[[sweep]]\ncontenders = [\"" + name +
-                           "\"]\niterations = [7]\n[[system]]\nname = \"planar-chain\"\nduration_s = 1\n",
+        parse_campaign(fmt::format("name = \"s\"\ncontenders = [\"{0}\"]\ntimesteps_ms = [1]\nmeasures = [\"drift\"]\n"
+                                   "[[sweep]]\ncontenders = [\"{0}\"]\niterations = [7]\n"
+                                   "[[system]]\nname = \"planar-chain\"\nduration_s = 1\n",
+                                   name),
                        "file.toml");
     ASSERT_EQ(campaign.contenders.size(), 2U) << name;
     EXPECT_EQ(campaign.contenders[1].resolved.name, name + " it=7");

@@ -173,6 +173,7 @@ TEST_F(ReportTest, NoResultsIsTheUsersFault) {
 TEST_F(ReportTest, ShowsWhatFitsAndNamesTheRest) {
   Store store = Store::create(dir_, {"test", "1234"});
   std::vector<SystemRow> systems;
+  systems.reserve(8);
   for (int s = 0; s < 8; ++s) systems.push_back({fmt::format("system-{}", s), "{}"});
   store.set_systems(systems);
   for (int i = 0; i < 8 * 50; ++i) {

@@ -372,6 +372,7 @@ TEST_F(SweptTest, AnAnswerHasSettingsAndOneForEachContenderThatWasVaried) {
   const Recommendation found = recommend(all, within(2e-3));
   EXPECT_EQ(best(all, within(2e-3)), "slow it=10 at 1") << "30, before slow at 2 with 20";
   std::vector<std::string> lines;
+  lines.reserve(found.contenders.size());
   for (const size_t i : found.contenders) lines.push_back(all.at(all.candidates[i]).contender);
   EXPECT_THAT(lines, ElementsAre("slow it=10", "fast"));
   ASSERT_THAT(all.changes.at("slow it=10"), SizeIs(1));
