@@ -304,7 +304,7 @@ class Disk {
       return;
     }
     if (image.size() < offset + write.bytes.size()) image.resize(offset + write.bytes.size());
-    std::copy(write.bytes.begin(), write.bytes.end(), image.begin() + static_cast<std::ptrdiff_t>(offset));
+    std::ranges::copy(write.bytes, image.begin() + static_cast<std::ptrdiff_t>(offset));
   }
 
   void note(const std::string& path, Write write) {
@@ -410,10 +410,9 @@ int delete_recorded(sqlite3_vfs* /*vfs*/, const char* name, int sync_dir) {
 
 class RecordingDisk {
  public:
-  explicit RecordingDisk(Disk& recorded) {
+  explicit RecordingDisk(Disk& recorded) : vfs_(*sqlite3_vfs_find(nullptr)) {
     disk = &recorded;
     real_vfs = sqlite3_vfs_find(nullptr);
-    vfs_ = *real_vfs;
     vfs_.zName = "recorded";
     vfs_.szOsFile = static_cast<int>(sizeof(RecordedFile)) + real_vfs->szOsFile;
     vfs_.xOpen = open_recorded;
@@ -537,11 +536,12 @@ TEST_F(StoreFaultsTest, AForgedTrajectoryIsRefused) {
     return trajectory_fault(dir(), "aaaa");
   };
   constexpr std::uint64_t kHuge = std::uint64_t{1} << 61;
+  constexpr size_t kState = 14 * sizeof(double);  // of one body
   EXPECT_THAT(forged(kHuge, 0, 0, ""), StartsWith("is damaged"));
   EXPECT_THAT(forged(1, kHuge, kHuge, std::string(8, '\0')), StartsWith("is damaged"));
-  EXPECT_THAT(forged(2, 1, 0, std::string(14 * 8, '\0')), StartsWith("is damaged"));
-  EXPECT_THAT(forged(1, 1, 0, std::string(14 * 8, '\0')), HasSubstr("an orientation of length 0"));
-  EXPECT_THAT(forged(1, 1, 0, std::string(14 * 8, '\xff')), HasSubstr("a non-finite number"));
+  EXPECT_THAT(forged(2, 1, 0, std::string(kState, '\0')), StartsWith("is damaged"));
+  EXPECT_THAT(forged(1, 1, 0, std::string(kState, '\0')), HasSubstr("an orientation of length 0"));
+  EXPECT_THAT(forged(1, 1, 0, std::string(kState, '\xff')), HasSubstr("a non-finite number"));
   EXPECT_FALSE(read_trajectory(dir(), "aaaa"));
 }
 
