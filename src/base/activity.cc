@@ -11,6 +11,12 @@
 namespace assay {
 namespace {
 
+#ifdef __SANITIZE_ADDRESS__
+constexpr bool kLimitsData = false;  // the sanitizer's shadow memory would count
+#else
+constexpr bool kLimitsData = true;
+#endif
+
 ActivityBoard* watched = nullptr;
 int depth = 0;
 
@@ -57,9 +63,7 @@ Activity::Activity(std::string_view what, const ActivityLimits& limits) {
   outermost_ = depth++ == 0;
   if (!outermost_) return;
   limit(RLIMIT_CPU, cpu_before, static_cast<rlim_t>(std::ceil(cpu_seconds_so_far() + limits.cpu_s)));
-#ifndef __SANITIZE_ADDRESS__  // its shadow memory counts
-  limit(RLIMIT_DATA, data_before, data_bytes() + limits.memory_bytes);
-#endif
+  if (kLimitsData) limit(RLIMIT_DATA, data_before, data_bytes() + limits.memory_bytes);
   limit_wall(limits.wall_s);
 }
 
@@ -69,9 +73,7 @@ Activity::~Activity() {
   --depth;
   if (!outermost_) return;
   ::setrlimit(RLIMIT_CPU, &cpu_before);
-#ifndef __SANITIZE_ADDRESS__
-  ::setrlimit(RLIMIT_DATA, &data_before);
-#endif
+  if (kLimitsData) ::setrlimit(RLIMIT_DATA, &data_before);
   limit_wall(0);
 }
 
