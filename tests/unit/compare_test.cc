@@ -231,7 +231,8 @@ TEST_F(CompareTest, ASlowerAndLessAccurateEngineIsFound) {
 TEST_F(CompareTest, AProcessCountsByTheMeanOverItsWindows) {
   make("a", {.noise = 1e-6, .windows = {0, 0.5}});
   make("b", {.slower = 1.05, .noise = 1e-6, .windows = {0, 0.5}});
-  const CellChange& time = row(compared("a", "b"), "engine-a", "step_time");
+  const Comparison found = compared("a", "b");
+  const CellChange& time = row(found, "engine-a", "step_time");
   EXPECT_NEAR(time.ratio.value_or(Interval{}).value, 1.05, 1e-4);
   EXPECT_EQ(time.samples_a, 10U);
   EXPECT_EQ(time.change, Change::kWorse);
