@@ -52,10 +52,9 @@ std::string figures_text(const std::vector<Cell>& cells, const std::string& syst
   };
   std::string text = timestep_label(timestep_ms) + " ms";
   if (const auto factor = value("realtime_factor")) text += fmt::format(", {:.3g} x realtime", *factor);
-  constexpr std::array kErrors = {std::array{"consistency", "consistency", "m"},
-                                  std::array{"truth_error_max", "largest error", "m"},
-                                  std::array{"truth_error", "error at the end", "m"},
-                                  std::array{"energy_drift", "energy drift", "J"}};
+  constexpr std::array kErrors = {
+      std::array{"consistency", "consistency", "m"}, std::array{"truth_error_max", "largest error", "m"},
+      std::array{"truth_error", "error at the end", "m"}, std::array{"energy_drift", "energy drift", "J"}};
   for (const auto& [name, label, unit] : kErrors) {
     const auto error = value(name);
     if (!error) continue;

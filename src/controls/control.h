@@ -28,8 +28,8 @@ class Control {
   Control(const Control&) = delete;
   Control& operator=(const Control&) = delete;
 
-  // Torques in `state`: one per hinge, Nm, about the hinge's axis on the child. `torques` has one entry per hinge and is
-  // overwritten.
+  // Torques in `state`: one per hinge, Nm, about the hinge's axis on the child. `torques` has one entry per hinge and
+  // is overwritten.
   virtual void torques(const State& state, std::span<double> torques) const = 0;
 
   virtual ControlInput input() const = 0;

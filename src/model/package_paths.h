@@ -8,9 +8,9 @@
 namespace assay {
 
 struct FoundFile {
-  std::string path;         // empty when there is none
-  bool in_package = false;  // in a package that the URI names: one that the user has named, or is one by its
-                            // package.xml or because the model lies in it
+  std::string path;                 // empty when there is none
+  bool in_package = false;          // in a package that the URI names: one that the user has named, or is one by its
+                                    // package.xml or because the model lies in it
   std::vector<std::string> looked;  // paths that were tried, in order, when there is none
 };
 
