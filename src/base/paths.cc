@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <sstream>
 #include <system_error>
 
 #include <fmt/format.h>
@@ -124,6 +125,16 @@ std::optional<CapsulesName> capsules_named(std::string_view name) {
 
 std::vector<std::string> system_names() { return names_of(kModel); }
 std::vector<std::string> campaign_names() { return names_of(kCampaign); }
+std::vector<std::string> folders_in(const char* variable) {
+  std::vector<std::string> folders;
+  const char* value = std::getenv(variable);
+  std::istringstream stream(value == nullptr ? "" : value);
+  for (std::string folder; std::getline(stream, folder, ':');) {
+    if (!folder.empty()) folders.push_back(folder);
+  }
+  return folders;
+}
+
 std::string cache_dir() {
   const auto folder_in = [](const char* variable, const char* below) -> std::optional<std::string> {
     const char* value = std::getenv(variable);

@@ -28,6 +28,9 @@ struct CapsulesName {
 };
 std::optional<CapsulesName> capsules_named(std::string_view name);
 
+// The folders that an environment variable lists, separated by colons.
+std::vector<std::string> folders_in(const char* variable);
+
 // What users share between clones: ASSAY_CACHE, else assay in XDG_CACHE_HOME, else in ~/.cache. Empty when all of them
 // are unset. The folder need not exist.
 std::string cache_dir();

@@ -12,13 +12,14 @@
 #include <linux/audit.h>
 #include <linux/filter.h>
 #include <linux/seccomp.h>
-#include <sstream>
 #include <sys/prctl.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
 #include <fmt/format.h>
+
+#include "base/paths.h"
 
 namespace assay {
 namespace {
@@ -100,16 +101,6 @@ constexpr std::array kSystem = {"/usr",
                                 "/etc/ca-certificates",
                                 "/etc/fonts"};
 constexpr std::array kDevices = {"/dev/null", "/dev/zero", "/dev/full", "/dev/random", "/dev/urandom"};
-
-std::vector<std::string> folders_in(const char* variable) {
-  std::vector<std::string> folders;
-  const char* value = std::getenv(variable);
-  std::istringstream stream(value == nullptr ? "" : value);
-  for (std::string folder; std::getline(stream, folder, ':');) {
-    if (!folder.empty()) folders.push_back(folder);
-  }
-  return folders;
-}
 
 bool confine_files(const SandboxRules& rules, int version) {
   const RulesetAttributes attributes = {files_of(version), kTcp, kScopes};

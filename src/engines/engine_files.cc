@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <fstream>
 #include <set>
-#include <sstream>
 #include <string_view>
 #include <utility>
 
@@ -20,15 +19,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kLibraries = "ASSAY_ENGINE_LIBRARIES";
-
-std::vector<std::string> split(const char* text) {
-  std::vector<std::string> parts;
-  std::istringstream stream(text == nullptr ? "" : text);
-  for (std::string part; std::getline(stream, part, ':');) {
-    if (!part.empty()) parts.push_back(part);
-  }
-  return parts;
-}
 
 // Of the interpreters that virtual environments in `folder` are made from: pyvenv.cfg says "home = PREFIX/bin".
 std::vector<std::string> python_prefixes(const fs::path& folder) {
@@ -62,7 +52,7 @@ std::vector<std::string> environments(const std::vector<std::string>& plugins) {
 }  // namespace
 
 std::vector<std::string> plugin_folders() {
-  std::vector<std::string> folders = split(std::getenv("ASSAY_ENGINE_PATH"));
+  std::vector<std::string> folders = folders_in("ASSAY_ENGINE_PATH");
   const fs::path program = fs::path(program_path()).parent_path();
   folders.push_back((program / "../engines").lexically_normal());
   folders.push_back((program / "../lib/assay/engines").lexically_normal());
@@ -83,8 +73,7 @@ void remember_libraries() {
 
 std::vector<std::string> engine_files() {
   std::vector<std::string> files = plugin_folders();
-  for (const std::vector<std::string>& more :
-       {environments(files), split(std::getenv(kLibraries)), program_folders()}) {
+  for (const std::vector<std::string>& more : {environments(files), folders_in(kLibraries), program_folders()}) {
     files.insert(files.end(), more.begin(), more.end());
   }
   files.push_back(program_path());

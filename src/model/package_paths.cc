@@ -1,12 +1,12 @@
 #include "model/package_paths.h"
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <optional>
 #include <sstream>
 #include <string_view>
 
+#include "base/paths.h"
 #include "model/outside_files.h"
 
 namespace assay {
@@ -17,16 +17,6 @@ namespace fs = std::filesystem;
 bool is_file(const fs::path& path) {
   std::error_code error;
   return fs::is_regular_file(path, error);
-}
-
-std::vector<std::string> folders_of(const char* variable) {
-  std::vector<std::string> folders;
-  const char* value = std::getenv(variable);
-  std::istringstream stream(value == nullptr ? "" : value);
-  for (std::string folder; std::getline(stream, folder, ':');) {
-    if (!folder.empty()) folders.push_back(folder);
-  }
-  return folders;
 }
 
 // The name that a package.xml gives.
@@ -69,11 +59,11 @@ std::vector<PackageFolder> package_folders(const std::string& name, const fs::pa
     folders.push_back({folder / name, is_file(folder / name / "package.xml") ? Trust::kBelow : Trust::kNone});
     if (folder == folder.parent_path()) break;
   }
-  for (const std::string& folder : folders_of("ROS_PACKAGE_PATH")) {
+  for (const std::string& folder : folders_in("ROS_PACKAGE_PATH")) {
     if (fs::path(folder).filename() == name) folders.push_back({folder, Trust::kNamed});
     folders.push_back({fs::path(folder) / name, Trust::kNamed});
   }
-  for (const std::string& folder : folders_of("AMENT_PREFIX_PATH"))
+  for (const std::string& folder : folders_in("AMENT_PREFIX_PATH"))
     folders.push_back({fs::path(folder) / "share" / name, Trust::kNamed});
   return folders;
 }

@@ -41,6 +41,19 @@ BALL = """<mujoco model="ball">
 </mujoco>
 """
 
+# Of a file ball.xml with BALL in it.
+BALL_CAMPAIGN = """name = "ball"
+contenders = ["null"]
+timesteps_ms = [1]
+reference_ms = 1
+measures = ["drift"]
+[[system]]
+name = "ball"
+model = "./ball.xml"
+duration_s = 0.01
+contacts = false
+"""
+
 
 def obey_permissions():
     """For subprocess's preexec_fn: what is started obeys permissions of folders even when it is root's."""

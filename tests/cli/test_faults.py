@@ -7,22 +7,10 @@ import shutil
 import sqlite3
 import time
 
-from harness import BALL, DEADLY_PLUGINS, AssayTest, main, read_csv, reliability
+from harness import BALL, BALL_CAMPAIGN, DEADLY_PLUGINS, AssayTest, main, read_csv, reliability
 
 # Longer than any of them may take, on a machine that does other things too.
 PATIENCE = 60
-
-CAMPAIGN = """name = "faults"
-contenders = ["null"]
-timesteps_ms = [1]
-reference_ms = 1
-measures = ["drift"]
-[[system]]
-name = "ball"
-model = "./ball.xml"
-duration_s = 0.01
-contacts = false
-"""
 
 
 def mjcf(inside, attributes=""):
@@ -75,7 +63,7 @@ class StrangersModels(AssayTest):
                              "-", naming=["hostile.xml", "class"])
         self.quickly_refused("run", "hostile.xml", naming=["hostile.xml"])
         self.write("ball.xml", HOSTILE["50,000 free bodies"])
-        self.write("faults.toml", CAMPAIGN)
+        self.write("faults.toml", BALL_CAMPAIGN)
         self.quickly_refused("run", "faults.toml", "--out", "results", naming=["ball.xml"])
 
     def test_include_that_is_a_pipe(self):
@@ -166,7 +154,7 @@ class DeadlyPlugins(AssayTest):
         self.assertIn("cut", absent)
         self.assertIn("null", [row["contender"] for row in listed["contenders"]])
         self.write("ball.xml", BALL)
-        self.write("faults.toml", CAMPAIGN)
+        self.write("faults.toml", BALL_CAMPAIGN)
         self.assay("check", "ball.xml")
         self.assay("simulate", "ball.xml", "--engine", "null", "--timestep", 1, "--duration", 0.01, "--out", "-")
         self.assay("run", "faults.toml", "--out", "results")
@@ -227,7 +215,7 @@ class Escapes(AssayTest):
 
 class Numbers(AssayTest):
     def campaign(self, **changes):
-        text = CAMPAIGN
+        text = BALL_CAMPAIGN
         for old, new in changes.values():
             self.assertIn(old, text)
             text = text.replace(old, new)
@@ -249,7 +237,7 @@ class DamagedResults(AssayTest):
     def setUp(self):
         super().setUp()
         self.write("ball.xml", BALL)
-        self.write("faults.toml", CAMPAIGN.replace('["null"]', '["mujoco-euler"]').replace(
+        self.write("faults.toml", BALL_CAMPAIGN.replace('["null"]', '["mujoco-euler"]').replace(
             '["drift"]', '["consistency"]').replace("0.01", "0.128\npiece_ms = 64"))
         self.assay("run", "faults.toml", "--out", "results")
 

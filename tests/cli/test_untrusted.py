@@ -9,7 +9,7 @@ import sqlite3
 import subprocess
 import unittest
 
-from harness import BALL, SOURCE, AssayTest, main, reliability
+from harness import BALL, BALL_CAMPAIGN, SOURCE, AssayTest, main, reliability
 
 ROBOT = ('<robot name="r"><link name="base"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
          '</inertial><collision><geometry><mesh filename="{}"/></geometry></collision></link></robot>')
@@ -131,18 +131,7 @@ class Confined(AssayTest):
         self.assertTrue((self.home / "written-by-an-engine").exists())
 
     def test_results_say_what_is_in_force(self):
-        campaign = """name = "c"
-contenders = ["null"]
-timesteps_ms = [1]
-reference_ms = 1
-measures = ["drift"]
-[[system]]
-name = "ball"
-model = "./ball.xml"
-duration_s = 0.01
-contacts = false
-"""
-        self.write("c.toml", campaign)
+        self.write("c.toml", BALL_CAMPAIGN)
         for switched, manifest, said in (({}, "Landlock", ""), ({"ASSAY_SANDBOX": "off"}, "nothing", "note: ")):
             self.env.update(switched)
             done = self.run_assay("run", "c.toml", "--out", "results" + "".join(switched))
