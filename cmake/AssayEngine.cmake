@@ -1,18 +1,34 @@
 # assay_add_engine(NAME name SOURCES file... LIBRARIES target... [DEFINITIONS name=value...]
-#                  [VERSION version] [ORIGIN text] [COMPILER text] [FLAGS text])
+#                  [VERSION version] [ORIGIN text] [COMPILER text] [FLAGS text] [RUNS_ELSEWHERE])
 #
 # Builds the plugin <build>/engines/assay-engine-<name>.so. Nothing but its entry point is visible and every symbol is
 # bound inside, so that two builds of one engine can live in one process (each is loaded with RTLD_LOCAL). The facts of
 # the build are given to the source as ASSAY_ENGINE_NAME and ASSAY_BUILD_{VERSION,SOURCE,COMPILER,FLAGS}: the arguments of
 # that name (ORIGIN is the source), else ENGINE_<x>_* of the first library engine::<x>, else this project's own.
 #
+# RUNS_ELSEWHERE: the engine's code is not that of the plugin and its libraries, as with Havok in Node; its binary is not read.
+#
 # Part of the installed package, too: an adapter outside the tree is built by the same function.
 function(assay_add_engine)
-  cmake_parse_arguments(arg "" "NAME;VERSION;ORIGIN;COMPILER;FLAGS" "SOURCES;LIBRARIES;DEFINITIONS" ${ARGN})
+  cmake_parse_arguments(arg "RUNS_ELSEWHERE" "NAME;VERSION;ORIGIN;COMPILER;FLAGS" "SOURCES;LIBRARIES;DEFINITIONS" ${ARGN})
   if(arg_UNPARSED_ARGUMENTS OR NOT arg_NAME OR NOT arg_SOURCES)
     message(FATAL_ERROR "assay_add_engine(NAME name SOURCES file... [LIBRARIES ...] [DEFINITIONS ...] [VERSION ...])")
   endif()
+  # Another build of the engine (setup/builds.txt) is a plugin <name>@<build>, where that build was made.
   set(target assay-engine-${arg_NAME})
+  set(name ${arg_NAME})
+  set(build_flags "")
+  if(ASSAY_BUILD)
+    list(TRANSFORM arg_LIBRARIES APPEND "-${ASSAY_BUILD}" REGEX "^engine::")
+    foreach(library IN LISTS arg_LIBRARIES)
+      if(library MATCHES "^engine::" AND NOT TARGET ${library})
+        return()
+      endif()
+    endforeach()
+    string(APPEND target "-${ASSAY_BUILD}")
+    string(APPEND name "@${ASSAY_BUILD}")
+    separate_arguments(build_flags UNIX_COMMAND "${ASSAY_BUILD_FLAGS_${ASSAY_BUILD}}")
+  endif()
 
   # The first engine::<x> among the libraries is the engine whose facts count.
   set(version "${PROJECT_VERSION}")
@@ -40,14 +56,15 @@ function(assay_add_engine)
 
   add_library(${target} MODULE ${arg_SOURCES})
   set_target_properties(${target} PROPERTIES
-    PREFIX "" LIBRARY_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/engines"
+    PREFIX "" OUTPUT_NAME "assay-engine-${name}" LIBRARY_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/engines"
     CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
   target_link_libraries(${target} PRIVATE assay::model assay::base ${arg_LIBRARIES})
   # An unknown symbol must fail here and not at the user's; the sanitizers' own come from the program.
   target_link_options(${target} PRIVATE -Wl,-Bsymbolic -Wl,--exclude-libs,ALL
     $<$<NOT:$<BOOL:${ASSAY_SANITIZE}>>:-Wl,-z,defs>)
+  target_compile_options(${target} PRIVATE ${build_flags})
   target_compile_definitions(${target} PRIVATE
-    "ASSAY_ENGINE_NAME=\"${arg_NAME}\""
+    "ASSAY_ENGINE_NAME=\"${name}\""
     "ASSAY_BUILD_VERSION=\"${version}\""
     "ASSAY_BUILD_SOURCE=\"${source}\""
     "ASSAY_BUILD_COMPILER=\"${compiler}\""
@@ -56,6 +73,9 @@ function(assay_add_engine)
   if(TARGET product)
     add_dependencies(product ${target})
     assay_optimise_at_link(${target})
+    if(NOT arg_RUNS_ELSEWHERE)
+      assay_read_binary(${target} "${name}" "${arg_LIBRARIES}")
+    endif()
   else()
     # Outside the tree, whose own flags these are.
     separate_arguments(options UNIX_COMMAND "${ASSAY_ENGINE_CXX_FLAGS}")
@@ -63,4 +83,29 @@ function(assay_add_engine)
   endif()
   include(GNUInstallDirs)
   install(TARGETS ${target} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/assay/engines)
+endfunction()
+
+# What the plugin's binary, and the engine's own where that is a shared library, says of its build, as a file beside the
+# plugin that `assay engines` and every result repeat (src/engines/binary_facts.h).
+function(assay_read_binary target name libraries)
+  if(ASSAY_SANITIZE OR NOT CMAKE_OBJDUMP)
+    return()
+  endif()
+  set(binaries $<TARGET_FILE:${target}>)
+  foreach(library IN LISTS libraries)
+    if(library MATCHES "^engine::")
+      get_target_property(type ${library} TYPE)
+      if(type STREQUAL SHARED_LIBRARY)
+        list(APPEND binaries $<TARGET_FILE:${library}>)
+      endif()
+    endif()
+  endforeach()
+  set(facts "${PROJECT_BINARY_DIR}/engines/assay-engine-${name}.json")
+  add_custom_command(OUTPUT "${facts}"
+    COMMAND python3 "${PROJECT_SOURCE_DIR}/cmake/binary_facts.py" ${binaries} --objdump ${CMAKE_OBJDUMP} --out "${facts}"
+    DEPENDS ${target} "${PROJECT_SOURCE_DIR}/cmake/binary_facts.py"
+    COMMENT "Reading the binary of ${name}" VERBATIM)
+  add_custom_target(facts-of-${target} DEPENDS "${facts}")
+  add_dependencies(product facts-of-${target})
+  install(FILES "${facts}" DESTINATION ${CMAKE_INSTALL_LIBDIR}/assay/engines OPTIONAL)
 endfunction()

@@ -24,6 +24,8 @@ if(ASSAY_SANITIZE)
     # clang finds other faults than the pinned compiler, whose findings are errors in every other build
     add_compile_options(-fsanitize=fuzzer-no-link -Wno-error)
   endif()
+  add_library(assay_leaks OBJECT "${CMAKE_CURRENT_LIST_DIR}/leaks.cc")
+  link_libraries("$<$<STREQUAL:$<TARGET_PROPERTY:TYPE>,EXECUTABLE>:$<TARGET_OBJECTS:assay_leaks>>")
   # Eigen allocates in another way under a sanitizer; vectors are passed to and from engines that were built without.
   add_compile_definitions(EIGEN_MALLOC_ALREADY_ALIGNED=1)
 endif()

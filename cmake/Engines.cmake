@@ -1,9 +1,12 @@
 # Physics engines from outside as imported targets engine::<name>. Each is optional: one that is not there has no target,
 # its adapter is not built, and a line says how to get it, which `assay engines` repeats to its users.
 # ENGINE_<name>_{VERSION,SOURCE,COMPILER,FLAGS} say where it came from and how it was compiled, for the build facts of its
-# adapter.
+# adapter. Those of another build (setup/builds.txt) end in -<build>.
 
 function(assay_engine_absent name how)
+  if(NOT build STREQUAL baseline)
+    return()  # other builds are made on demand
+  endif()
   set_property(GLOBAL APPEND PROPERTY ASSAY_ABSENT_ENGINES ${name})
   set_property(GLOBAL PROPERTY ASSAY_HOW_TO_GET_${name} "${how}")
   message(STATUS "assay: engine ${name}: not found, its adapter is left out. ${how}")
@@ -21,7 +24,8 @@ function(assay_engine_facts name version folder)
   set_property(DIRECTORY "${PROJECT_SOURCE_DIR}" APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS "${folder}/build.txt")
 endfunction()
 
-# Sets `variable` to the folder of what the recipe of engine `name` makes; setup/common.sh decides on it.
+# Sets `variable` to the folder of what the recipe of engine `name` makes in the build ${build}; setup/common.sh decides on
+# it.
 function(assay_engine_folder variable name)
   file(GLOB files CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/src/engines/${name}/recipe/*")
   set_property(DIRECTORY "${PROJECT_SOURCE_DIR}" APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS "${files}")
@@ -31,15 +35,50 @@ function(assay_engine_folder variable name)
   endif()
   execute_process(
     COMMAND ${CMAKE_COMMAND} -E env "ASSAY_CACHE=${ASSAY_CACHE}" "CXX=${compiler}"
-      bash -c "root=$1; source \"$1/setup/common.sh\" && engine_folder \"$2\"" - "${PROJECT_SOURCE_DIR}" ${name}
+      bash -c "root=$1; source \"$1/setup/common.sh\" && engine_folder \"$2\" \"$3\"" - "${PROJECT_SOURCE_DIR}" ${name} ${build}
     OUTPUT_VARIABLE folder OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
   set(${variable} "${folder}" PARENT_SCOPE)
 endfunction()
 
 set(run_setup "Run setup/setup.sh (or ./assay), which puts it under ${ASSAY_CACHE}/engines.")
 
-# The file find.cmake of each engine's folder.
+include(PythonEngines)
+
+# Builds beside the baseline, and their flags.
+set(builds_file "${PROJECT_SOURCE_DIR}/setup/builds.txt")
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS "${builds_file}")
+file(STRINGS "${builds_file}" lines REGEX "^[^#]")
+set(ASSAY_BUILDS "")
+foreach(line IN LISTS lines)
+  string(REGEX MATCH "^([a-z0-9]+) *[|] *(.*)$" matched "${line}")
+  list(APPEND ASSAY_BUILDS ${CMAKE_MATCH_1})
+  set(ASSAY_BUILD_FLAGS_${CMAKE_MATCH_1} "${CMAKE_MATCH_2}")
+endforeach()
+
+# Sets `variable` to whether the engine of `folder` can have the build.
+function(assay_engine_has_build variable folder build)
+  set(${variable} OFF PARENT_SCOPE)
+  if(EXISTS "${folder}/builds.txt")
+    file(STRINGS "${folder}/builds.txt" names)
+    list(TRANSFORM names REPLACE " .*" "")
+    if(build IN_LIST names)
+      set(${variable} ON PARENT_SCOPE)
+    endif()
+  endif()
+endfunction()
+
+# The file find.cmake of each engine's folder, once a build: it makes targets engine::<name>${suffix}.
 file(GLOB finders CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/src/engines/*/find.cmake")
-foreach(finder IN LISTS finders)
-  include("${finder}")
+foreach(build IN ITEMS baseline LISTS ASSAY_BUILDS)
+  set(suffix "")
+  if(NOT build STREQUAL baseline)
+    set(suffix "-${build}")
+  endif()
+  foreach(finder IN LISTS finders)
+    cmake_path(GET finder PARENT_PATH folder)
+    assay_engine_has_build(wanted "${folder}" ${build})
+    if(wanted OR build STREQUAL baseline)
+      include("${finder}")
+    endif()
+  endforeach()
 endforeach()

@@ -2,8 +2,9 @@
 # Sourced by ./assay, ./test, setup.sh and CMake, with root set to this clone. Says where things lie:
 #
 #   what the clones of a user share, in ${cache}:
-#     engines/<name>-<key>   what the recipe of src/engines/<name> made; the key covers recipe, flags and compiler
-#     python/<name>-<key>    virtual environments, by their pins
+#     engines/<name>-<key>   what the recipe of src/engines/<name> made; the key covers recipe, flags and compiler.
+#     engines/<name>-<build>-<key>  the same in another build (setup/builds.txt)
+#     python/<name>-<key>    virtual environments, by their pins: of tools, and of engines whose adapters are in Python
 #     downloads/<key>        what was fetched, by its pins
 #     libraries/<name>-<version> libraries that the program loads on request
 #     robots/<name>-<version> real robots, fetched on demand
@@ -27,19 +28,74 @@ download_folder() { echo "${cache}/downloads/$(hash_of "$1")"; }
 # The first word is the name that the compiler was called by.
 compiler_version() { ${CXX:-c++} --version | sed '1s/^[^ ]* (/(/;1q'; }
 
-# engine_folder NAME. The locale decides the order of the recipe's files.
-engine_folder() {
-  local LC_ALL=C key
-  key="$({ cat "${root}/src/engines/$1/recipe"/* "${root}/setup/engine_flags.txt" && compiler_version; } | sha256sum)"
-  echo "${cache}/engines/$1-${key:0:12}"
+# engine_flags BUILD: the compiler's flags of that build of the engines; empty for a build that setup/builds.txt lacks.
+engine_flags() {
+  local flags more
+  flags="$(grep -v '^#' "${root}/setup/engine_flags.txt")"
+  if [[ $1 == baseline ]]; then
+    echo "${flags}"
+  else
+    more="$(sed -n "s/^$1 *| *//p" "${root}/setup/builds.txt")"
+    echo "${more:+${flags} ${more}}"
+  fi
 }
 
-# python_folder NAME REQUIREMENTS
+# engine_builds NAME [test]: the builds besides the baseline that the engine can have; with `test`, those that the tests need.
+engine_builds() {
+  local file="${root}/src/engines/$1/builds.txt"
+  [[ ! -f ${file} ]] || sed -n "/${2:-}$/s/ .*//p; ${2:+b;} s/^\\([a-z0-9]*\\)$/\\1/p" "${file}"
+}
+
+# engine_folder NAME [BUILD]. The locale decides the order of the recipe's files. A recipe that uses what others make names
+# them in its file `uses`.
+engine_folder() {
+  local LC_ALL=C recipe="${root}/src/engines/$1/recipe" build="${2:-baseline}" used key
+  key="$({
+    cat "${recipe}"/*
+    if [[ -f ${recipe}/uses ]]; then while read -r used; do cat "${root}/src/engines/${used}/recipe"/*; done <"${recipe}/uses"; fi
+    cat "${root}/setup/engine_flags.txt"
+    [[ ${build} == baseline ]] || engine_flags "${build}"
+    compiler_version
+  } | sha256sum)"
+  [[ ${build} != baseline ]] || build=""
+  echo "${cache}/engines/$1-${build:+${build}-}${key:0:12}"
+}
+
+# python_folder NAME REQUIREMENTS [INTERPRETER]
 python_folder() {
   local key
-  key="$({ cat "${root}/setup/pip/bootstrap.txt" "$2" && python3 -V; } | sha256sum)"
+  key="$({ cat "${root}/setup/pip/bootstrap.txt" "$2" && "${3:-python3}" -V; } 2>/dev/null | sha256sum)"
   echo "${cache}/python/$1-${key:0:12}"
 }
+# The interpreter whose library the host of adapters in Python is built against; setup makes their environments with it.
+engine_python() {
+  local prefix
+  prefix="$(pkg-config --variable=exec_prefix python-3.11-embed 2>/dev/null)" || prefix=/usr
+  echo "${prefix}/bin/python3.11"
+}
+# Sets python_engines to the engines that were named, or to all of them. Each has a file src/engines/NAME/requirements.txt.
+find_python_engines() {
+  local file name known=()
+  for file in "${root}"/src/engines/*/requirements.txt; do
+    name="${file%/requirements.txt}"
+    known+=("${name##*/}")
+  done
+  if [[ $# -eq 0 ]]; then
+    echo "assay: name the engines to set up, or all of them: ${known[*]} all" >&2
+    return 1
+  fi
+  for name in "$@"; do
+    if [[ ${name} != all && " ${known[*]} " != *" ${name} "* ]]; then
+      echo "assay: unknown engine '${name}': the engines that are set up on demand are ${known[*]}, or all" >&2
+      return 1
+    fi
+  done
+  # shellcheck disable=SC2034  # for who calls it
+  if [[ " $* " == *" all "* ]]; then python_engines=("${known[@]}"); else python_engines=("$@"); fi
+}
+# environment_folder NAME: the virtual environment of an engine whose adapter is in Python.
+environment_folder() { python_folder "$1" "${root}/src/engines/$1/requirements.txt" "$(engine_python)"; }
+test_environment_folder() { python_folder python-host "${root}/setup/pip/python_host.txt" "$(engine_python)"; }
 tools_folder() { python_folder tools "${root}/setup/pip/tools.txt"; }
 
 # Sets cache to an absolute path, or says what is wrong with it.

@@ -3,7 +3,10 @@
 # too. What is there already is left alone, so a second run takes a moment. All messages go to standard error.
 #
 #   setup/setup.sh [--tests]
+#   setup/setup.sh --builds BUILD...  also sets up these builds of the engines (setup/builds.txt), on demand
 #   setup/setup.sh --robots  fetches real robots (setup/pip/robots.txt) instead: some 600 MB, on demand
+#   setup/setup.sh --engines NAME...|all  makes the Python environments of these engines (src/engines/NAME/requirements.txt)
+#                            instead, on demand: they are large
 #   setup/setup.sh --fuzz    adds the compiler that tests/fuzz/run needs
 #   setup/setup.sh --prune   removes shared engines, tools and downloads that no set-up has used for 90 days
 #
@@ -16,14 +19,28 @@ set -euo pipefail
 root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
 # shellcheck source=setup/common.sh
 source "${root}/setup/common.sh"
-with_tests="" with_fuzz="" prune="" robots=""
+with_tests="" with_fuzz="" prune="" robots="" builds=() python_engines=()
 case "${1:-}" in
   "") ;;
   --tests) with_tests=1 ;;
   --prune) prune=1 ;;
   --robots) robots=1 ;;
   --fuzz) with_fuzz=1 ;;
-  *) echo "setup: unknown argument '$1': the arguments are --tests, --robots, --fuzz and --prune" >&2; exit 2 ;;
+  --engines)
+    shift
+    find_python_engines "$@" || exit 2
+    ;;
+  --builds)
+    builds=("${@:2}")
+    [[ ${#builds[@]} -gt 0 ]] || { echo "setup: --builds needs the name of a build: see setup/builds.txt" >&2; exit 2; }
+    for build in "${builds[@]}"; do
+      [[ ${build} =~ ^[a-z0-9]+$ && ${build} != baseline && -n $(engine_flags "${build}") ]] && continue
+      echo "setup: there is no build '${build}' to make: setup/builds.txt has $(sed -n 's/ *|.*//p' "${root}/setup/builds.txt" |
+        grep -v '^#' | paste -sd ' ')" >&2
+      exit 2
+    done
+    ;;
+  *) echo "setup: unknown argument '$1': the arguments are --tests, --builds, --robots, --fuzz, --engines and --prune" >&2; exit 2 ;;
 esac
 exec 1>&2
 
@@ -131,12 +148,12 @@ install_packages() {
 
 # ---- Python packages ------------------------------------------------------------------------------------------------
 
-# make_venv FOLDER REQUIREMENTS: a virtual environment of exactly these packages.
-make_venv() { made_once "$1" fill_venv "$1" "$2"; }
+# make_venv FOLDER REQUIREMENTS [INTERPRETER]: a virtual environment of exactly these packages.
+make_venv() { made_once "$1" fill_venv "$1" "$2" "${3:-python3}"; }
 fill_venv() {
-  local folder="$1" part="$1.part" requirements="$2" list
+  local folder="$1" part="$1.part" requirements="$2" interpreter="$3" list
   say "making the Python environment ${folder}"
-  logged python3 -m venv "${part}"
+  logged "${interpreter}" -m venv "${part}"
   for list in "${root}/setup/pip/bootstrap.txt" "${requirements}"; do
     logged "${part}/bin/python" -m pip install --disable-pip-version-check --require-hashes --no-deps \
       --only-binary :all: -r "${list}"
@@ -190,6 +207,25 @@ install_npm() {
   npm ci --ignore-scripts --no-audit --no-fund
 }
 
+# fetch_debian PINS: source archives from the mirror of the distribution that this machine's apt uses, each checked against
+# its hash. PINS has a line "FILE SHA256" for each.
+fetch_debian() {
+  [[ -x /usr/lib/apt/apt-helper ]] || needs /usr/lib/apt/apt-helper "which fetches the sources of the distribution"
+  fetch_once "$1" download_debian "$1"
+}
+download_debian() {
+  local release site file hash
+  # shellcheck source=/dev/null
+  release="$(. /etc/os-release && echo "${VERSION_CODENAME:-}")"
+  # shellcheck disable=SC2016  # apt fills these in
+  site="$(apt-get indextargets --format '$(RELEASE) $(SITE)' | sed -n "s/^${release} //p" | head -n 1)"
+  [[ -n ${site} ]] || { echo "apt knows no mirror of '${release}'"; return 1; }
+  while read -r file hash; do
+    [[ ${file} == \#* ]] && continue
+    /usr/lib/apt/apt-helper download-file "${site}/${file}" "${file##*/}" "SHA256:${hash}" || return 1
+  done <"$1"
+}
+
 unzip_python() { python3 -m zipfile -e "$1" "$2"; }
 
 # ---- engines --------------------------------------------------------------------------------------------------------
@@ -204,16 +240,20 @@ needs() {
   exit 3
 }
 
-# set_up_engine NAME: runs src/engines/NAME/recipe/build.sh in a subshell. It has: recipe (its folder), work (scratch), out
-# (where the engine's folders go), flags and compiler (for code built from source), and the functions above.
+# set_up_engine NAME [BUILD]: runs src/engines/NAME/recipe/build.sh in a subshell. It has: recipe (its folder), work
+# (scratch), out (where the engine's folders go), build ("baseline" unless given), flags and compiler (for code built from
+# source), and the functions above.
 set_up_engine() {
   local folder
-  folder="$(engine_folder "$1")"
-  made_once "${folder}" build_engine "$1" "${folder}"
+  folder="$(engine_folder "$@")"
+  made_once "${folder}" build_engine "$1" "${2:-baseline}" "${folder}"
 }
 build_engine() {
-  local name="$1" folder="$2" recipe="${root}/src/engines/$1/recipe"
-  local work="${folder}.part" out="${folder}.part/out" log="${logs}/setup-${name}.log" fetched
+  local name="$1" build="$2" folder="$3" recipe="${root}/src/engines/$1/recipe" flags
+  local work="${folder}.part" out="${folder}.part/out" fetched
+  flags="$(engine_flags "${build}")"
+  local log="${logs}/setup-${name}-${build}.log"
+  [[ ${build} == baseline ]] || name="${name}, build ${build}"
   say "setting up the engine ${name}"
   : >"${log}"
   mkdir -p "${out}"
@@ -235,7 +275,7 @@ build_engine() {
   if [[ ${status} -ne 0 ]]; then
     tail -n 25 "${log}"
     say "the engine ${name} could not be set up (its whole output: ${log})"
-    die "to go on without it: ASSAY_SKIP_ENGINES='${ASSAY_SKIP_ENGINES:+${ASSAY_SKIP_ENGINES} }${name}'"
+    die "to go on without it: ASSAY_SKIP_ENGINES='${ASSAY_SKIP_ENGINES:+${ASSAY_SKIP_ENGINES} }$1'"
   fi
   mv "${out}" "${folder}"
   rm -rf "${work}"
@@ -256,11 +296,41 @@ set_up_web() {
 
 set_up_tools() { make_venv "$(tools_folder)" "${root}/setup/pip/tools.txt"; }
 
+# What the tests of adapters in Python use; without the interpreter's library there is no host to test.
+set_up_test_environment() {
+  if pkg-config --exists python-3.11-embed; then
+    make_venv "$(test_environment_folder)" "${root}/setup/pip/python_host.txt" "$(engine_python)"
+  fi
+}
+
+# ---- engines whose adapters are in Python -----------------------------------------------------------------------------
+
+# What their wheels and assay's host need is looked at before anything is downloaded.
+set_up_python_engines() {
+  local name python glibc needed
+  python="$(engine_python)"
+  if ! pkg-config --exists python-3.11-embed || [[ ! -x ${python} ]]; then
+    say "engines from Python packages need CPython 3.11 as a library, which is not there ($(python3 -V 2>&1) is of no use)"
+    die "install libpython3.11-dev and python3.11-venv, or do without: ${python_engines[*]}"
+  fi
+  glibc="$(getconf GNU_LIBC_VERSION 2>/dev/null)" glibc="${glibc#glibc }"
+  for name in "${python_engines[@]}"; do
+    needed="$(sed -n 's/^# needs glibc \([0-9.]*\).*/\1/p' "${root}/src/engines/${name}/requirements.txt")"
+    if [[ $(uname -sm) != "Linux x86_64" || -z ${glibc} || $(printf '%s\n' "${needed}" "${glibc}" | sort -V | head -n 1) != "${needed}" ]]; then
+      die "the packages of ${name} are for x86-64 Linux with glibc ${needed} or newer, and this is $(uname -sm), glibc ${glibc:-none}"
+    fi
+  done
+  for name in "${python_engines[@]}"; do
+    make_venv "$(environment_folder "${name}")" "${root}/src/engines/${name}/requirements.txt" "${python}"
+  done
+}
+
 # ---- libraries of the program that it loads on request -----------------------------------------------------------------
 
 # Every package of setup/pip/libraries.txt as ${cache}/libraries/NAME-VERSION.
 set_up_libraries() {
-  set_up_packages libraries "libraries" --implementation cp --python-version 3.9 --abi abi3 --platform manylinux_2_17_x86_64
+  set_up_packages libraries "libraries" --implementation cp --python-version 3.11 --abi abi3 --abi cp311 --platform manylinux_2_17_x86_64 \
+    --platform manylinux_2_28_x86_64
 }
 
 # ---- real robots ----------------------------------------------------------------------------------------------------
@@ -299,16 +369,22 @@ unpack_package() {
 
 # Three pieces at a time: much of one is a single process that downloads, unpacks, generates or links.
 set_up_pieces() {
-  local flags compiler recipe name piece pieces=(set_up_web set_up_libraries)
+  local compiler recipe name build piece pieces=(set_up_web set_up_libraries)
   # shellcheck disable=SC2034  # for the recipes
-  flags="$(grep -v '^#' "${root}/setup/engine_flags.txt")" compiler="$(${CXX:-c++} --version | head -n 1)"
-  [[ -n ${with_tests} ]] && pieces+=(set_up_tools)
+  compiler="$(${CXX:-c++} --version | head -n 1)"
+  [[ -n ${with_tests} ]] && pieces+=(set_up_tools set_up_test_environment)
   for recipe in "${root}"/src/engines/*/recipe/build.sh; do
     name="${recipe%/recipe/build.sh}" name="${name##*/}"
     if [[ " ${ASSAY_SKIP_ENGINES:-} " == *" ${name} "* ]]; then
       say "doing without the engine ${name} (ASSAY_SKIP_ENGINES)"
     else
       pieces+=("set_up_engine ${name}")
+      for build in $(engine_builds "${name}"); do
+        if [[ " ${builds[*]} " == *" ${build} "* ]] ||
+          [[ -n ${with_tests} && " $(engine_builds "${name}" test) " == *" ${build} "* ]]; then
+          pieces+=("set_up_engine ${name} ${build}")
+        fi
+      done
     fi
   done
   # Each is a process group of its own, so that an interrupt ends all of it.
@@ -336,11 +412,19 @@ set_up_pieces() {
 
 # The folders of the engines that this clone uses, for ./assay: when one is gone, it is set up again.
 list_engines() {
-  local recipe name folder
+  local recipe name build folder
   for recipe in "${root}"/src/engines/*/recipe/build.sh; do
-    name="${recipe%/recipe/build.sh}" folder="$(engine_folder "${name##*/}")"
-    [[ ! -d ${folder} ]] || echo "${folder}"
+    name="${recipe%/recipe/build.sh}" name="${name##*/}"
+    for build in baseline $(engine_builds "${name}"); do
+      folder="$(engine_folder "${name}" "${build}")"
+      [[ ! -d ${folder} ]] || echo "${folder}"
+    done
   done >"${root}/build/engines.txt"
+  # --prune goes by the time of a folder
+  for recipe in "${root}"/src/engines/*/requirements.txt; do
+    name="${recipe%/requirements.txt}"
+    touch -c "$(environment_folder "${name##*/}")" 2>/dev/null || true
+  done
 }
 
 prune_cache() {
@@ -360,6 +444,13 @@ if [[ -n ${prune} ]]; then
   prune_cache
   exit
 fi
+if [[ ${#python_engines[@]} -gt 0 ]]; then
+  set_up_python_engines
+  # what ./assay runs was built without them
+  rm -f "${root}/build/product/stamp"
+  say "ready: ${python_engines[*]}"
+  exit
+fi
 if [[ -n ${robots} ]]; then
   set_up_robots
   say "real robots are in ${cache}/robots"
@@ -368,3 +459,5 @@ fi
 install_packages
 set_up_pieces
 list_engines
+# The program takes the builds in when it is made again.
+[[ ${#builds[@]} -eq 0 ]] || rm -f "${root}/build/product/stamp"

@@ -59,8 +59,8 @@ std::vector<std::string> plugin_folders() {
   return folders;
 }
 
-void remember_libraries() {
-  std::set<std::string> folders;
+void remember_libraries(const std::vector<std::string>& more) {
+  std::set<std::string> folders(more.begin(), more.end());
   ::dl_iterate_phdr(
       [](dl_phdr_info* info, size_t /*size*/, void* into) {
         const std::string name = info->dlpi_name == nullptr ? "" : info->dlpi_name;
@@ -82,6 +82,17 @@ std::vector<std::string> engine_files() {
   for (const char* folder : {"engines", "libraries", "python"}) files.push_back(cache / folder);
   for (std::string& prefix : python_prefixes(cache / "python")) files.push_back(std::move(prefix));
   return files;
+}
+
+std::vector<std::string> engine_caches() {
+  // of the cache that the environments are in, which need not be the user's own
+  std::set<std::string> found;
+  for (const std::string& environment : environments(plugin_folders())) {
+    const fs::path python = fs::path(environment).parent_path(), kernels = python.parent_path() / "kernels";
+    std::error_code error;
+    if (python.filename() == "python" && (fs::create_directories(kernels, error) || !error)) found.insert(kernels);
+  }
+  return {found.begin(), found.end()};
 }
 
 }  // namespace assay

@@ -10,10 +10,14 @@ namespace assay {
 std::vector<std::string> plugin_folders();
 
 // After the plugins are loaded: remembers, also for processes that this one starts, the folders of the libraries that
-// they have brought.
-void remember_libraries();
+// they have brought, and `more`: environments of adapters in Python.
+void remember_libraries(const std::vector<std::string>& more = {});
 
 // Plugins, their libraries, what set-up has installed, the models that assay brings, and programs: files and folders.
 std::vector<std::string> engine_files();
+
+// What engines write while they start: kernels that they compile for a model, in the cache, for the next process. Makes
+// the folder beside the environments of engines whose adapters are in Python; empty where there are none.
+std::vector<std::string> engine_caches();
 
 }  // namespace assay

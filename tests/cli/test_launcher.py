@@ -183,7 +183,7 @@ class SetUp(AssayTest):
         return sorted(path.name for path in (self.dir / "kept/engines").iterdir() if path.is_dir())
 
     def folder(self, clone, **env):
-        return subprocess.run(["bash", "-c", "root=$1; source $1/setup/common.sh; engine_folder toy", "-", clone],
+        return subprocess.run(["bash", "-c", "root=$1; source $1/setup/common.sh; engine_folder toy ${BUILD:-}", "-", clone],
                               env={**self.env, **env}, text=True, capture_output=True, check=True).stdout.strip()
 
     def test_clones_at_once_make_an_engine_once(self):
@@ -195,6 +195,27 @@ class SetUp(AssayTest):
         lists = {(clone / "build/engines.txt").read_text().strip() for clone in self.clones}
         self.assertEqual(lists, {self.folder(self.clones[0])})
         self.assertTrue((pathlib.Path(lists.pop()) / "toy-1/flags").read_text().startswith("-O3"))
+
+    def test_a_build_is_made_on_demand_and_with_its_flags(self):
+        clone = self.clones[0]
+        self.write("one/src/engines/toy/builds.txt", "v3\n")
+        self.set_up(clone)
+        self.assertEqual(self.made(), 1)
+        self.set_up(clone, "--builds", "v3")
+        self.assertEqual(self.made(), 2)
+        both = (clone / "build/engines.txt").read_text().split()
+        self.assertEqual(len(both), 2)
+        flags = [(pathlib.Path(folder) / "toy-1/flags").read_text() for folder in both]
+        self.assertNotIn("-march", flags[0])
+        self.assertIn("-march=x86-64-v3", flags[1])
+        self.assertTrue(flags[1].startswith(flags[0].strip()))
+        self.assertEqual(self.set_up(clone, "--builds", "v3"), "", "nothing is left to do or to say")
+        for arguments, said in [(["--builds", "v9"], "there is no build 'v9' to make: setup/builds.txt has v3"),
+                                (["--builds"], "--builds needs the name of a build")]:
+            run = self.start(clone, *arguments)
+            self.assertIn(said, run.communicate(timeout=60)[1])
+            self.assertEqual(run.returncode, 2)
+        self.assertEqual(both[1], self.folder(clone, BUILD="v3"))
 
     def test_other_recipe_is_another_piece(self):
         one, two = self.clones

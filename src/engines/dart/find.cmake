@@ -1,26 +1,24 @@
-# DART: the distribution's libraries, with the collision detector that uses ODE. Found without DART's own CMake files,
-# which ask for optional parts that nothing here uses.
-pkg_check_modules(dart_ode QUIET IMPORTED_TARGET ode)
-find_path(dart_include dart/config.hpp NO_CACHE)
-find_library(dart_library dart NO_CACHE)
-find_library(dart_assimp_library assimp NO_CACHE)  # whose meshes DART takes; libdart-dev depends on it
-find_library(dart_collision_ode_library dart-collision-ode NO_CACHE)
-if(dart_include AND dart_library AND dart_assimp_library AND dart_collision_ode_library AND TARGET PkgConfig::dart_ode
-    AND EXISTS "${dart_include}/dart/collision/ode/OdeCollisionDetector.hpp")
-  file(STRINGS "${dart_include}/dart/config.hpp" line REGEX "define DART_VERSION ")
-  string(REGEX MATCH "[0-9]+\\.[0-9]+\\.[0-9]+" version "${line}")
-  add_library(engine::dart INTERFACE IMPORTED GLOBAL)
-  # The distribution compiles without NDEBUG, and some of DART's classes have one virtual function more then: whoever
-  # includes them has to do the same.
-  set_target_properties(engine::dart PROPERTIES
-    INTERFACE_LINK_LIBRARIES "${dart_collision_ode_library};${dart_library};${dart_assimp_library};PkgConfig::dart_ode;Eigen3::Eigen"
-    INTERFACE_INCLUDE_DIRECTORIES "${dart_include}"
-    INTERFACE_COMPILE_OPTIONS "-UNDEBUG")
-  set(ENGINE_dart_VERSION "${version}")
-  set(ENGINE_dart_SOURCE "the distribution's libdart-dev ${version}, prebuilt")
-  set(ENGINE_dart_COMPILER "unknown (prebuilt)")
-  set(ENGINE_dart_FLAGS "as the distribution built it: without NDEBUG, so with DART's own assertions")
-  message(STATUS "assay: engine dart: ${version} of the distribution")
+# DART: built from source, with the collision detector that uses ODE; both are linked statically. Assimp, whose meshes DART
+# takes, is the distribution's.
+set(version 6.13.2)
+assay_engine_folder(made dart)
+assay_engine_folder(ode_made ode)
+set(folder "${made}/dart-${version}")
+file(GLOB ode_library "${ode_made}/ode-*/lib/libode.a")
+pkg_check_modules(assimp QUIET IMPORTED_TARGET GLOBAL assimp)
+if(NOT TARGET PkgConfig::assimp)
+  assay_engine_absent(dart "Install libassimp-dev.")
+elseif(EXISTS "${folder}/lib/libdart.a" AND ode_library)
+  add_library(engine::dart${suffix} STATIC IMPORTED GLOBAL)
+  # Some of DART's classes have one virtual function less with NDEBUG: whoever includes them has to say it too. The target of
+  # ODE may be defined later.
+  set_target_properties(engine::dart${suffix} PROPERTIES
+    IMPORTED_LOCATION "${folder}/lib/libdart.a"
+    INTERFACE_INCLUDE_DIRECTORIES "${folder}/include"
+    INTERFACE_COMPILE_DEFINITIONS "NDEBUG;DART_HAVE_spdlog=0;DART_ACTIVE_LOG_LEVEL=2"
+    INTERFACE_LINK_LIBRARIES "engine::ode${suffix};PkgConfig::assimp;Eigen3::Eigen;fmt::fmt")
+  assay_engine_facts(dart${suffix} ${version} "${folder}")
+  message(STATUS "assay: engine dart${suffix}: ${folder}")
 else()
-  assay_engine_absent(dart "Install libdart-dev and libdart-collision-ode-dev.")
+  assay_engine_absent(dart "${run_setup}")
 endif()

@@ -5,19 +5,19 @@ assay_engine_folder(made jolt)
 foreach(variant f32 f64 wasm)
   set(folder "${made}/jolt-${version}-${variant}")
   if(EXISTS "${folder}/lib/libjolt_world.a")
-    add_library(engine::jolt-${variant} STATIC IMPORTED GLOBAL)
-    set_target_properties(engine::jolt-${variant} PROPERTIES
+    add_library(engine::jolt-${variant}${suffix} STATIC IMPORTED GLOBAL)
+    set_target_properties(engine::jolt-${variant}${suffix} PROPERTIES
       IMPORTED_LOCATION "${folder}/lib/libjolt_world.a"
       INTERFACE_INCLUDE_DIRECTORIES "${folder}/include")
     if(NOT variant STREQUAL wasm)
-      set_target_properties(engine::jolt-${variant} PROPERTIES
+      set_target_properties(engine::jolt-${variant}${suffix} PROPERTIES
         INTERFACE_LINK_LIBRARIES "${folder}/lib/libJolt.a"
         INTERFACE_COMPILE_DEFINITIONS
           "JPH_OBJECT_LAYER_BITS=16;$<$<STREQUAL:${variant},f64>:JPH_DOUBLE_PRECISION>")
     endif()
-    assay_engine_facts(jolt-${variant} ${version} "${folder}")
-    message(STATUS "assay: engine jolt-${variant}: ${folder}")
+    assay_engine_facts(jolt-${variant}${suffix} ${version} "${folder}")
+    message(STATUS "assay: engine jolt-${variant}${suffix}: ${folder}")
   else()
-    assay_engine_absent(jolt-${variant} "${run_setup}")
+    assay_engine_absent(jolt-${variant}${suffix} "${run_setup}")
   endif()
 endforeach()

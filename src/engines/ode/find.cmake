@@ -1,13 +1,17 @@
-# ODE: the distribution's library, double precision.
-pkg_check_modules(ode QUIET IMPORTED_TARGET ode)
-if(TARGET PkgConfig::ode)
-  add_library(engine::ode INTERFACE IMPORTED GLOBAL)
-  set_target_properties(engine::ode PROPERTIES INTERFACE_LINK_LIBRARIES PkgConfig::ode)
-  set(ENGINE_ode_VERSION "${ode_VERSION}")
-  set(ENGINE_ode_SOURCE "the distribution's libode-dev ${ode_VERSION}, prebuilt")
-  set(ENGINE_ode_COMPILER "unknown (prebuilt)")
-  set(ENGINE_ode_FLAGS "as the distribution built it")
-  message(STATUS "assay: engine ode: ${ode_VERSION} of the distribution")
+# ODE: built from source, double precision.
+set(version 0.16.6)
+assay_engine_folder(made ode)
+set(folder "${made}/ode-${version}")
+if(EXISTS "${folder}/lib/libode.a")
+  find_package(Threads REQUIRED)
+  add_library(engine::ode${suffix} STATIC IMPORTED GLOBAL)
+  set_target_properties(engine::ode${suffix} PROPERTIES
+    IMPORTED_LOCATION "${folder}/lib/libode.a"
+    INTERFACE_INCLUDE_DIRECTORIES "${folder}/include"
+    INTERFACE_COMPILE_DEFINITIONS dIDEDOUBLE
+    INTERFACE_LINK_LIBRARIES Threads::Threads)
+  assay_engine_facts(ode${suffix} ${version} "${folder}")
+  message(STATUS "assay: engine ode${suffix}: ${folder}")
 else()
-  assay_engine_absent(ode "Install libode-dev.")
+  assay_engine_absent(ode "${run_setup}")
 endif()

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <memory>
+#include <unordered_map>
 #include <vector>
 
 // clang-format off: Jolt wants this one before its others
@@ -15,6 +17,7 @@
 #include <Jolt/Core/JobSystemSingleThreaded.h>
 #include <Jolt/Core/TempAllocator.h>
 #include <Jolt/Physics/Body/BodyCreationSettings.h>
+#include <Jolt/Physics/Collision/ContactListener.h>
 #include <Jolt/Physics/Collision/Shape/BoxShape.h>
 #include <Jolt/Physics/Collision/Shape/CapsuleShape.h>
 #include <Jolt/Physics/Collision/Shape/ConvexHullShape.h>
@@ -35,6 +38,7 @@
 #include <Jolt/Physics/Constraints/SliderConstraint.h>
 #include <Jolt/Physics/PhysicsStepListener.h>
 #include <Jolt/Physics/PhysicsSystem.h>
+#include <Jolt/Physics/StateRecorder.h>
 #include <Jolt/RegisterTypes.h>
 
 namespace {
@@ -311,6 +315,105 @@ class Rotors final : public JPH::PhysicsStepListener {
   std::vector<Coordinate> rotors_;
 };
 
+// Jolt's contact cache after a step has the impulses of its solver. No function of Jolt gives them; it saves them with
+// its state (ContactConstraintManager::ManifoldCache::SaveState in Jolt 5.6, whose order this is).
+struct CachedPoint {
+  JPH::Float3 p_1, p_2;  // from the centre of mass of each body, in its axes
+  float lambda;          // N s along the normal
+};
+struct CachedManifold {
+  JPH::SubShapeIDPair key;
+  float friction[2];  // N s along the two tangents that Jolt makes of the normal
+  std::vector<CachedPoint> points;
+};
+
+// The normals of a step's contacts, from the first shape to the second, to the last bit: which tangents Jolt makes of a
+// plane's depends on their rounding.
+class Normals final : public JPH::ContactListener {
+ public:
+  void OnContactAdded(const JPH::Body& body_1, const JPH::Body& body_2, const JPH::ContactManifold& manifold,
+                      JPH::ContactSettings& /*settings*/) override {
+    JPH::SubShapeIDPair key(body_1.GetID(), manifold.mSubShapeID1, body_2.GetID(), manifold.mSubShapeID2);
+    manifold.mWorldSpaceNormal.StoreFloat3(&normals_[key]);
+  }
+  void OnContactPersisted(const JPH::Body& body_1, const JPH::Body& body_2, const JPH::ContactManifold& manifold,
+                          JPH::ContactSettings& settings) override {
+    OnContactAdded(body_1, body_2, manifold, settings);
+  }
+
+  void clear() { normals_.clear(); }
+  bool has(const JPH::SubShapeIDPair& key) const { return normals_.count(key) != 0; }
+  JPH::Vec3 of(const JPH::SubShapeIDPair& key) const { return JPH::Vec3(normals_.find(key)->second); }
+
+ private:
+  struct Hash {
+    size_t operator()(const JPH::SubShapeIDPair& key) const { return static_cast<size_t>(key.GetHash()); }
+  };
+  std::unordered_map<JPH::SubShapeIDPair, JPH::Float3, Hash> normals_;
+};
+
+class ContactCache final : public JPH::StateRecorder {
+ public:
+  void WriteBytes(const void* data, size_t size) override {
+    const auto* bytes = static_cast<const JPH::uint8*>(data);
+    bytes_.insert(bytes_.end(), bytes, bytes + size);
+  }
+  void ReadBytes(void* data, size_t size) override {
+    if (failed_ || size > bytes_.size() - at_) {
+      failed_ = true;
+      std::memset(data, 0, size);
+      return;
+    }
+    std::memcpy(data, bytes_.data() + at_, size);
+    at_ += size;
+  }
+  bool IsEOF() const override { return at_ >= bytes_.size(); }
+  bool IsFailed() const override { return failed_; }
+
+  // False when there is none any more.
+  bool next(CachedManifold& out) {
+    if (at_ == 0) {
+      take<JPH::EStateRecorderState>();
+      pairs_ = take<JPH::uint32>();
+    }
+    while (manifolds_ == 0) {
+      if (pairs_ == 0 || failed_) return false;
+      --pairs_;
+      take<JPH::BodyPair>();
+      take<JPH::Float3>();  // relative position
+      take<JPH::Float3>();  // relative rotation
+      manifolds_ = take<JPH::uint32>();
+    }
+    --manifolds_;
+    out.key = take<JPH::SubShapeIDPair>();
+    const JPH::uint16 points = take<JPH::uint16>();
+    take<JPH::Float3>();  // the normal, rounded by a rotation and back
+    for (float& friction : out.friction) friction = take<float>();
+    take<float>();  // what it turns about the normal
+    out.points.clear();
+    for (JPH::uint16 i = 0; i < points; ++i) {
+      CachedPoint& point = out.points.emplace_back();
+      point.p_1 = take<JPH::Float3>();
+      point.p_2 = take<JPH::Float3>();
+      point.lambda = take<float>();
+    }
+    return !failed_;
+  }
+
+ private:
+  template <typename T>
+  T take() {
+    T value;
+    ReadBytes(&value, sizeof(T));
+    return value;
+  }
+
+  std::vector<JPH::uint8> bytes_;
+  size_t at_ = 0;
+  bool failed_ = false;
+  JPH::uint32 pairs_ = 0, manifolds_ = 0;
+};
+
 }  // namespace
 
 struct jolt_world {
@@ -385,6 +488,10 @@ struct jolt_world {
   std::vector<JPH::Ref<JPH::PointConstraint>> balls;
   Rotors rotors;
   bool has_slides = false;
+  bool keeps_contacts = false;
+  Normals normals;                  // of the last step
+  std::vector<JPH::RMat44> before;  // of the centres of mass where the last step began, by body
+  std::vector<int> number;          // of moving bodies, by the index of their identifier; -1: static
 
  private:
   static void destroy(JPH::BodyInterface& interface, const JPH::Body* body) {
@@ -581,8 +688,65 @@ int32_t jolt_step(jolt_world* world, int32_t count) {
   const float h = real(world->settings.timestep);
   const int collision_steps = world->settings.collision_steps;
   auto errors = JPH::EPhysicsUpdateError::None;
-  for (int32_t i = 0; i < count; ++i) errors |= world->system.Update(h, collision_steps, &world->memory, &world->jobs);
+  for (int32_t i = 0; i < count; ++i) {
+    if (world->keeps_contacts) {
+      world->normals.clear();
+      for (size_t b = 0; b < world->bodies.size(); ++b) world->before[b] = world->bodies[b]->GetCenterOfMassTransform();
+    }
+    errors |= world->system.Update(h, collision_steps, &world->memory, &world->jobs);
+  }
   return static_cast<int32_t>(errors);
+}
+
+void jolt_keep_contacts(jolt_world* world) {
+  world->keeps_contacts = true;
+  world->system.SetContactListener(&world->normals);
+  world->before.assign(world->bodies.size(), JPH::RMat44::sIdentity());
+  for (size_t b = 0; b < world->bodies.size(); ++b) {
+    const size_t index = world->bodies[b]->GetID().GetIndex();
+    if (index >= world->number.size()) world->number.resize(index + 1, -1);
+    world->number[index] = static_cast<int>(b);
+  }
+}
+
+int32_t jolt_contacts(jolt_world* world, jolt_contact* out, int32_t room) {
+  ContactCache cache;
+  world->system.SaveState(cache, JPH::EStateRecorderState::Contacts);
+  const JPH::BodyLockInterface& bodies = world->system.GetBodyLockInterfaceNoLock();
+  const auto start_of = [&](const JPH::Body& body) {
+    const size_t index = body.GetID().GetIndex();
+    const int b = index < world->number.size() ? world->number[index] : -1;
+    return b < 0 ? body.GetCenterOfMassTransform() : world->before[b];
+  };
+  const auto shape_of = [](const JPH::Body& body, const JPH::SubShapeID& part) {
+    return static_cast<int32_t>(body.GetShape()->GetSubShapeUserData(part)) - 1;
+  };
+  int32_t count = 0;
+  for (CachedManifold manifold; cache.next(manifold);) {
+    const JPH::Body* first = bodies.TryGetBody(manifold.key.GetBody1ID());
+    const JPH::Body* second = bodies.TryGetBody(manifold.key.GetBody2ID());
+    if (first == nullptr || second == nullptr || !world->normals.has(manifold.key)) continue;
+    const JPH::RMat44 X_1 = start_of(*first), X_2 = start_of(*second);
+    const JPH::Vec3 normal = world->normals.of(manifold.key);
+    const JPH::Vec3 tangent = normal.GetNormalizedPerpendicular();
+    const JPH::Vec3 friction = manifold.friction[0] * tangent + manifold.friction[1] * normal.Cross(tangent);
+    float pressed = 0;
+    for (const CachedPoint& point : manifold.points) pressed += point.lambda;
+    for (const CachedPoint& point : manifold.points) {
+      if (++count > room) continue;
+      const JPH::RVec3 on_1 = X_1 * JPH::Vec3(point.p_1), on_2 = X_2 * JPH::Vec3(point.p_2);
+      JPH::Vec3 impulse = point.lambda * normal;
+      if (pressed > 0) impulse += point.lambda / pressed * friction;
+      store(JPH::Real(0.5) * (on_1 + on_2), out->p);
+      store(normal, out->normal);
+      out->gap = JPH::Vec3(on_2 - on_1).Dot(normal);
+      store(impulse, out->impulse);
+      out->shape_a = shape_of(*first, manifold.key.GetSubShapeID1());
+      out->shape_b = shape_of(*second, manifold.key.GetSubShapeID2());
+      ++out;
+    }
+  }
+  return count;
 }
 
 void jolt_read(jolt_world* world, jolt_body_state* out) {

@@ -90,6 +90,15 @@ typedef struct jolt_joint_view {
   int32_t unused;
 } jolt_joint_view;
 
+/* A contact point of the last step. */
+typedef struct jolt_contact {
+  double p[3];       /* world, where the step began */
+  double normal[3];  /* from a to b */
+  double gap;        /* m, when the step began */
+  double impulse[3]; /* N s, on b */
+  int32_t shape_a, shape_b;
+} jolt_contact;
+
 typedef struct jolt_world jolt_world;
 
 /* Null when the engine refuses a shape. Hulls of more corners than Jolt allows (256) lose those that stand out least.
@@ -111,6 +120,14 @@ void jolt_read(jolt_world* world, jolt_body_state* out);
 void jolt_set_torques(jolt_world* world, const double* torques);
 
 void jolt_view(jolt_world* world, jolt_body_view* bodies, jolt_joint_view* joints, double* gravity);
+
+/* From now on a step leaves what jolt_contacts reads. Not during a run. */
+void jolt_keep_contacts(jolt_world* world);
+
+/* Fills at most `room`; returns how many there are. Jolt has one friction for all points of a manifold: it is shared
+   out by their normal impulses, and what it turns about the normal is left out. With several collision steps a step,
+   those of the last one. -1: the engine trapped (WebAssembly). */
+int32_t jolt_contacts(jolt_world* world, jolt_contact* out, int32_t room);
 
 /* Major, minor, patch as 1000000, 1000, 1. */
 int32_t jolt_version(void);

@@ -126,6 +126,20 @@ void jolt_view(jolt_world* world, jolt_body_view* bodies, jolt_joint_view* joint
   for (const u32 address : {at_bodies, at_joints, at_gravity}) w2c_jolt_free(&world->module, address);
 }
 
+void jolt_keep_contacts(jolt_world* world) { w2c_jolt_jolt_keep_contacts(&world->module, world->world); }
+
+int32_t jolt_contacts(jolt_world* world, jolt_contact* out, int32_t room) {
+  try {
+    const u32 address = world->allocate(sizeof(jolt_contact) * room);
+    const auto count = static_cast<int32_t>(w2c_jolt_jolt_contacts(&world->module, world->world, address, room));
+    world->read(address, out, std::min(count, room));
+    w2c_jolt_free(&world->module, address);
+    return count;
+  } catch (const Trap&) {
+    return -1;
+  }
+}
+
 int32_t jolt_version() {
   jolt_world world;
   return static_cast<int32_t>(w2c_jolt_jolt_version(&world.module));

@@ -94,6 +94,19 @@ typedef struct RapierState {
   double p_world_com[3], q_world_body[4], v_world_com[3], w_world[3];
 } RapierState;
 
+/* A contact point of the last step. */
+typedef struct RapierContact {
+  int shape_a, shape_b; /* in the order of the calls of add_shape */
+  int body_a, body_b;   /* -1: fixed to the world */
+  /* Where the force acts, in world axes: from the centre of mass of each body where the step began, or from the world's
+   * origin. */
+  double r_a[3], r_b[3];
+  double normal[3]; /* from a to b */
+  double gap;       /* when the step began */
+  /* On b, N s, over all substeps. Across the normal only with coulomb: Rapier gives no friction of its other model. */
+  double impulse[3];
+} RapierContact;
+
 typedef struct RapierHeldBody {
   double mass, inertia[3], q_body_principal[4], p_world_com[3], q_world_body[4];
 } RapierHeldBody;
@@ -124,6 +137,8 @@ typedef struct RapierApi {
   int (*read_bodies)(const RapierWorld*, RapierState*);
   /* Three a joint, as at the start; multibody joints only. The position of a ball joint is not given. */
   int (*read_joints)(const RapierWorld*, double* positions, double* velocities);
+  /* Fills at most `room`; `count` gets how many there are. */
+  int (*read_contacts)(const RapierWorld*, RapierContact*, int room, int* count);
   int (*view_bodies)(const RapierWorld*, RapierHeldBody*);
   int (*view_joints)(const RapierWorld*, RapierHeldJoint*);
   void (*view_gravity)(const RapierWorld*, double*);

@@ -108,6 +108,19 @@ pub struct State {
 }
 
 #[repr(C)]
+pub struct ContactPoint {
+    shape_a: c_int,
+    shape_b: c_int,
+    body_a: c_int,
+    body_b: c_int,
+    r_a: [f64; 3],
+    r_b: [f64; 3],
+    normal: [f64; 3],
+    gap: f64,
+    impulse: [f64; 3],
+}
+
+#[repr(C)]
 pub struct HeldBody {
     mass: f64,
     inertia: [f64; 3],
@@ -141,6 +154,7 @@ pub struct Api<W> {
     set_torques: unsafe extern "C" fn(&mut W, *const f64) -> c_int,
     read_bodies: unsafe extern "C" fn(&W, *mut State) -> c_int,
     read_joints: unsafe extern "C" fn(&W, *mut f64, *mut f64) -> c_int,
+    read_contacts: unsafe extern "C" fn(&W, *mut ContactPoint, c_int, &mut c_int) -> c_int,
     view_bodies: unsafe extern "C" fn(&W, *mut HeldBody) -> c_int,
     view_joints: unsafe extern "C" fn(&W, *mut HeldJoint) -> c_int,
     view_gravity: unsafe extern "C" fn(&W, *mut f64),

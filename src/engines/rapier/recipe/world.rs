@@ -5,7 +5,9 @@
 
 use super::*;
 use rapier::math::{Pose, Real, Rotation, Vector};
+use rapier::geometry::NEW_CONTACT_BIT;
 use rapier::prelude::*;
+use rapier::utils::OrthonormalBasis;
 
 const HINGE: c_int = 0;
 const SLIDE: c_int = 1;
@@ -437,6 +439,42 @@ impl World {
         Ok(())
     }
 
+    /// The points that the solver had in the last step, with what it left in them.
+    fn read_contacts(&self, out: &mut [ContactPoint]) -> usize {
+        let shape_of = |handle: ColliderHandle| self.physics.colliders[handle].user_data as c_int;
+        let body_of = |handle: Option<RigidBodyHandle>| {
+            handle.and_then(|h| self.handles.iter().position(|each| *each == h)).map_or(-1, |index| index as c_int)
+        };
+        let mut count = 0;
+        for pair in self.physics.narrow_phase.contact_pairs() {
+            for manifold in pair.solver_manifolds() {
+                // the basis in which the solver counts friction, from the direction of its impulse on the first body
+                let normal = manifold.data.normal;
+                let direction = -normal;
+                let tangent = direction.orthonormal_vector();
+                let other = direction.cross(tangent);
+                for solved in &manifold.data.solver_contacts {
+                    let point = &manifold.points[(solved.contact_id[0] & !NEW_CONTACT_BIT) as usize];
+                    count += 1;
+                    let Some(found) = out.get_mut(count - 1) else { continue };
+                    let friction = point.data.tangent_impulse;
+                    *found = ContactPoint {
+                        shape_a: shape_of(pair.collider1),
+                        shape_b: shape_of(pair.collider2),
+                        body_a: body_of(manifold.data.rigid_body1),
+                        body_b: body_of(manifold.data.rigid_body2),
+                        r_a: array3(point.data.solver_dp1),
+                        r_b: array3(point.data.solver_dp2),
+                        normal: array3(normal),
+                        gap: point.dist as f64,
+                        impulse: array3(normal * point.data.impulse - tangent * friction.x - other * friction.y),
+                    };
+                }
+            }
+        }
+        count
+    }
+
     fn view_bodies(&self, out: &mut [HeldBody]) {
         for (handle, held) in self.handles.iter().zip(out) {
             let body = &self.physics.bodies[*handle];
@@ -542,6 +580,14 @@ unsafe extern "C" fn read_joints(world: &World, positions: *mut f64, velocities:
     status(guarded(|| world.read_joints(positions, velocities)))
 }
 
+unsafe extern "C" fn read_contacts(world: &World, out: *mut ContactPoint, room: c_int, count: &mut c_int) -> c_int {
+    let out = std::slice::from_raw_parts_mut(out, room as usize);
+    status(guarded(|| {
+        *count = world.read_contacts(out) as c_int;
+        Ok(())
+    }))
+}
+
 unsafe extern "C" fn view_bodies(world: &World, out: *mut HeldBody) -> c_int {
     let out = std::slice::from_raw_parts_mut(out, world.handles.len());
     status(guarded(|| Ok(world.view_bodies(out))))
@@ -571,6 +617,7 @@ const API: Api<World> = Api {
     set_torques,
     read_bodies,
     read_joints,
+    read_contacts,
     view_bodies,
     view_joints,
     view_gravity,
