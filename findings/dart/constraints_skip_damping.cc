@@ -1,4 +1,4 @@
-// DART 6.12.1, GenericJoint::updateVelocityChangeDynamic: constraints act on another inertia than the rest of the step.
+// DART 6.13.2, GenericJoint::updateVelocityChangeDynamic: constraints act on another inertia than the rest of the step.
 //
 // A damper D is implicit in DART: the step divides forces by M + h D. What contacts, limits and dry friction change is
 // computed with M alone. So h D cannot stand for armature where any of them acts. A mass slides on a rail with a

@@ -1,4 +1,4 @@
-// DART 6.12.1, dart::math::expMapRot below an angle of 1e-3: the matrix is not a rotation, so a free body that spins
+// DART 6.13.2, dart::math::expMapRot below an angle of 1e-3: the matrix is not a rotation, so a free body that spins
 // slowly gains or loses linear speed without any force.
 //
 // A body flies at 1 m/s and spins at right angles to its flight, without gravity. FreeJoint::integratePositions turns

@@ -1,4 +1,4 @@
-// DART 6.12.1, dart::constraint::ContactConstraint with its own numbers: a body stays in the ground after an impact.
+// DART 6.13.2, dart::constraint::ContactConstraint with its own numbers: a body stays in the ground after an impact.
 //
 // A ball falls onto the ground at 3 m/s and reaches it at different phases of a step. DART finds contacts once bodies
 // overlap and stops the ball where it then is, up to speed times timestep deep. From there it comes back by a hundredth

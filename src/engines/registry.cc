@@ -11,9 +11,12 @@
 
 #include <fmt/format.h>
 
+#include "base/hash.h"
 #include "base/text.h"
+#include "engines/builds.h"
 #include "engines/engine_files.h"
 #include "engines/plugin_trial.h"
+#include "engines/python_host.h"
 
 namespace assay {
 namespace {
@@ -21,6 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kPluginPrefix = "assay-engine-";
+constexpr const char* kPythonHost = "assay-python-host.so";
 
 // The order of tables and reports: by family, which is the first word of a plugin's name. Others follow by name.
 constexpr std::array kFamilies = {"null",  "mujoco", "bullet",  "ode",  "physx",
@@ -48,7 +52,45 @@ std::string as_clause(std::string sentences) {
   return sentences;
 }
 
-std::string_view family(std::string_view name) { return name.substr(0, name.find('-')); }
+std::string_view family(std::string_view name) { return name.substr(0, name.find_first_of("-@")); }
+
+// A plugin is a shared library, or an adapter in Python: a file, or a folder with engine.py.
+bool is_python(const fs::path& plugin) { return plugin.extension() != ".so"; }
+bool is_plugin(const fs::path& path) {
+  if (!path.stem().string().starts_with(kPluginPrefix)) return false;
+  std::error_code error;
+  return path.extension() == ".so" || path.extension() == ".py" || fs::exists(path / "engine.py", error);
+}
+
+std::string python_host_path() {
+  for (const std::string& folder : plugin_folders()) {
+    std::error_code error;
+    if (const fs::path path = fs::path(folder) / kPythonHost; fs::exists(path, error)) return path;
+  }
+  return "";
+}
+
+// Makes engines of adapters in Python. Throws std::runtime_error.
+const PythonHost& python_host() {
+  static const PythonHost host = [] {
+    const std::string path = python_host_path();
+    if (path.empty()) {
+      throw std::runtime_error(fmt::format(
+          "is in Python, and '{}' was not built: install libpython3.11-dev and run ./assay again", kPythonHost));
+    }
+    void* library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+    if (library == nullptr)
+      throw std::runtime_error(fmt::format("is in Python, and '{}' cannot be loaded: {}", path, dlerror()));
+    const auto entry = reinterpret_cast<PythonHost (*)()>(dlsym(library, "assay_python_host"));
+    const PythonHost found = entry == nullptr ? PythonHost{0, nullptr, nullptr} : entry();
+    if (found.version != kPluginVersion) {
+      throw std::runtime_error(fmt::format("is in Python, and '{}' was built for plugin version {}, this assay has {}",
+                                           path, found.version, kPluginVersion));
+    }
+    return found;
+  }();
+  return host;
+}
 
 // Doubles before floats.
 auto rank(const std::string& name) {
@@ -125,16 +167,22 @@ Registry::Registry() {
     std::error_code error;
     std::vector<std::string> files;
     for (const auto& entry : fs::directory_iterator(folder, error)) {
-      const std::string stem = entry.path().stem();
-      if (entry.path().extension() == ".so" && stem.starts_with(kPluginPrefix)) files.push_back(entry.path());
+      if (is_plugin(entry.path())) files.push_back(entry.path());
     }
     std::ranges::sort(files);
     plugins.insert(plugins.end(), files.begin(), files.end());
   }
+  // A plugin with instructions that the processor lacks may use them as soon as it is loaded.
+  std::erase_if(plugins, [this](const std::string& plugin) {
+    const std::string name = name_of(plugin), lacking = lacking_for(build_of(name));
+    if (lacking.empty()) return false;
+    absent_.push_back({name, fmt::format("this processor lacks {}", lacking)});
+    return true;
+  });
   const std::map<std::string, std::string> dropped = refused_plugins(plugins, [this](const std::string& plugin) {
-    const size_t before = engines_.size();
+    const size_t before = owned_.size();
     load(plugin);
-    if (engines_.size() > before) ask(*engines_.back());
+    if (owned_.size() > before) ask(*owned_.back());
   });
   for (const std::string& plugin : plugins) {
     const auto found = dropped.find(plugin);
@@ -145,8 +193,10 @@ Registry::Registry() {
       if (!paths_.contains(name)) absent_.push_back({name, fmt::format("'{}' {}", plugin, found->second)});
     }
   }
-  remember_libraries();
-  std::ranges::sort(engines_, {}, [](const Engine* engine) { return rank(engine->name()); });
+  remember_libraries(environments_);
+  for (std::vector<const Engine*>* engines : {&engines_, &other_builds_}) {
+    std::ranges::sort(*engines, {}, [](const Engine* engine) { return rank(engine->name()); });
+  }
   for (const KnownEngine& known : known_engines()) {
     const bool refused = std::ranges::find(absent_, known.name, &AbsentEngine::name) != absent_.end();
     if (!paths_.contains(known.name) && !refused) {
@@ -159,6 +209,20 @@ Registry::Registry() {
 void Registry::load(const std::string& path) {
   const std::string name = name_of(path);
   if (paths_.contains(name)) return;
+  if (is_python(path)) {
+    try {
+      std::unique_ptr<const Engine> engine(python_host().make(name, path));
+      if (std::string folder = python_host().environment(*engine); !folder.empty()) {
+        environments_.push_back(std::move(folder));
+      }
+      paths_[name] = path;
+      engines_.push_back(engine.get());
+      owned_.push_back(std::move(engine));
+    } catch (const std::exception& error) {
+      absent_.push_back({name, fmt::format("'{}' {}", path, error.what())});
+    }
+    return;
+  }
   // RTLD_LOCAL keeps two builds of one engine apart; the handle is never closed, engines have static state
   void* library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (library == nullptr) {
@@ -191,8 +255,28 @@ void Registry::load(const std::string& path) {
     return;
   }
   paths_[name] = path;
-  engines_.push_back(engine.get());
+  (build_of(name) == kBaseline ? engines_ : other_builds_).push_back(engine.get());
   owned_.push_back(std::move(engine));
+}
+
+std::string Registry::plugin_hash(const std::string& engine) const {
+  const fs::path plugin = paths_.at(engine);
+  if (!is_python(plugin)) return file_hash(plugin);
+  // what the engine's answers come from: adapter, pins of its packages, host
+  std::vector<std::string> files = {python_host_path()};
+  files.push_back(fs::path(files.front()).parent_path() / "python" / "assay_adapter.py");
+  if (fs::is_directory(plugin)) {
+    for (const auto& entry : fs::directory_iterator(plugin)) {
+      const fs::path& file = entry.path();
+      if (file.extension() == ".py" || file.filename() == "requirements.txt") files.push_back(file);
+    }
+  } else {
+    files.push_back(plugin);
+  }
+  std::sort(files.begin() + 2, files.end());
+  std::string all;
+  for (const std::string& file : files) all += file_hash(file);
+  return content_hash(all);
 }
 
 std::vector<std::string> Registry::contender_names() const {
@@ -203,11 +287,36 @@ std::vector<std::string> Registry::contender_names() const {
   return names;
 }
 
+const std::vector<const Engine*>& Registry::engines_in(const std::string& build) const {
+  return build == kBaseline ? engines_ : other_builds_;
+}
+
+bool Registry::has(const std::string& name) const {
+  const std::string build = build_of(name), plain = without_build(name);
+  return std::ranges::any_of(engines_in(build), [&](const Engine* engine) {
+    const std::vector<Contender> contenders = engine->contenders();
+    return build_of(engine->name()) == build &&
+           std::ranges::find(contenders, plain, &Contender::name) != contenders.end();
+  });
+}
+
+std::vector<std::string> Registry::builds_of(const std::string& contender) const {
+  std::vector<std::string> builds;
+  for (const Engine* engine : other_builds_) {
+    const std::string build = build_of(engine->name());
+    const std::vector<Contender> contenders = engine->contenders();
+    if (std::ranges::find(contenders, contender, &Contender::name) != contenders.end()) builds.push_back(build);
+  }
+  return builds;
+}
+
 ResolvedContender Registry::resolve(const std::string& name,
                                     const std::map<std::string, std::string>& overrides) const {
-  for (const Engine* engine : engines_) {
+  const std::string build = build_of(name), plain = without_build(name);
+  for (const Engine* engine : engines_in(build)) {
+    if (build_of(engine->name()) != build) continue;
     for (const Contender& contender : engine->contenders()) {
-      if (contender.name != name) continue;
+      if (contender.name != plain) continue;
       ResolvedContender resolved{name, name, engine, {}, contender.summary};
       const std::vector<Setting> declared = engine->settings();
       for (const Setting& setting : declared) resolved.settings.values[setting.name] = setting.default_value;
@@ -226,6 +335,15 @@ ResolvedContender Registry::resolve(const std::string& name,
       require_compliance(name, declared, resolved.settings);
       return resolved;
     }
+  }
+  if (build != kBaseline && has(plain)) {
+    const std::string engine = in_build(resolve(plain).engine->name(), build);
+    const auto found = std::ranges::find(absent_, engine, &AbsentEngine::name);
+    throw InputError(fmt::format(
+        "contender '{}' needs the build '{}' of its engine, which is not here: {}", name, build,
+        found != absent_.end()
+            ? found->reason
+            : fmt::format("engines that are built from source get it by `./assay setup --builds {}`", build)));
   }
   const auto is_family = [&](const std::string& engine) { return family(engine) == family(name); };
   const auto absent = std::ranges::find_if(absent_, is_family, &AbsentEngine::name);

@@ -30,30 +30,45 @@ struct ResolvedContender {
 class Registry {
  public:
   // Loads every plugin of the search path: the folders of ASSAY_ENGINE_PATH (colon-separated), then `engines` beside
-  // the program's own folder and `lib/assay/engines` beside it (installed). The first plugin of a name wins. Never
+  // the program's own folder and `lib/assay/engines` beside it (installed). A plugin is assay-engine-NAME.so, or an
+  // adapter in Python: assay-engine-NAME.py, or a folder assay-engine-NAME with engine.py. The first plugin of a name
+  // wins. Never
   // throws for a bad plugin: it is listed in absent(). Engines stay loaded until the process ends. Each plugin is tried
   // in a process of its own first (engines/plugin_trial.h).
   static const Registry& instance();
 
+  // In the baseline.
   const std::vector<const Engine*>& engines() const { return engines_; }
+  // In other builds (engines/builds.h), "ode@v3"; only what this processor runs.
+  const std::vector<const Engine*>& other_builds() const { return other_builds_; }
+  // Of the contender's engine besides the baseline: "v3". A name with a build has none.
+  std::vector<std::string> builds_of(const std::string& contender) const;
   const std::vector<AbsentEngine>& absent() const { return absent_; }
   std::string plugin_path(const std::string& engine) const { return paths_.at(engine); }
+  // A hash of what the plugin is made of: its file; of an adapter in Python its files, its pins and the host.
+  std::string plugin_hash(const std::string& engine) const;
 
-  // All contenders of all engines, in the engines' order.
+  // All contenders of all engines in the baseline, in the engines' order.
   std::vector<std::string> contender_names() const;
 
-  // `name` is a contender's. `overrides` are texts as in `--set`. Throws InputError for an unknown contender, setting,
-  // a value of the wrong type or out of range, naming the nearest known name.
+  // Whether resolve() knows the contender, in whatever build its name asks for.
+  bool has(const std::string& name) const;
+
+  // `name` is a contender's, as it is or with a build: "ode-quick@v3". `overrides` are texts as in `--set`. Throws
+  // InputError for an unknown contender, setting, a value of the wrong type or out of range, naming the nearest known
+  // name.
   ResolvedContender resolve(const std::string& name, const std::map<std::string, std::string>& overrides = {}) const;
 
  private:
   Registry();
   void load(const std::string& path);
+  const std::vector<const Engine*>& engines_in(const std::string& build) const;
 
   std::vector<std::unique_ptr<const Engine>> owned_;
-  std::vector<const Engine*> engines_;
+  std::vector<const Engine*> engines_, other_builds_;
   std::vector<AbsentEngine> absent_;
   std::map<std::string, std::string> paths_;
+  std::vector<std::string> environments_;  // of adapters in Python
 };
 
 // How campaigns name a role: "iterations", "tolerance", "contact_softness", "contact_stiffness", "contact_damping"; ""

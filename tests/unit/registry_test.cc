@@ -11,6 +11,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "engines/builds.h"
+
 namespace assay {
 namespace {
 
@@ -141,6 +143,42 @@ TEST(Registry, OverridesAreParsedAndShown) {
   }
   if (registry.engines().size() > 1) {
     EXPECT_GT(tried, 0);
+  }
+}
+
+TEST(Registry, ABuildIsAPartOfAContendersName) {
+  EXPECT_EQ(build_of("ode-quick"), kBaseline);
+  EXPECT_EQ(build_of("ode-quick@v3"), "v3");
+  EXPECT_EQ(without_build("ode-quick@v3"), "ode-quick");
+  EXPECT_EQ(without_build("ode-quick"), "ode-quick");
+  EXPECT_EQ(in_build("ode-quick", "v3"), "ode-quick@v3");
+  EXPECT_EQ(in_build("ode-quick", kBaseline), "ode-quick");
+  EXPECT_EQ(lacking_for(kBaseline), "");
+  EXPECT_EQ(lacking_for("another"), "") << "of a build of somebody else's nothing is known";
+}
+
+TEST(Registry, OtherBuildsAreThereForThoseWhoAskByName) {
+  const Registry& registry = Registry::instance();
+  for (const std::string& name : registry.contender_names()) EXPECT_EQ(build_of(name), kBaseline);
+  for (const Engine* engine : registry.engines()) EXPECT_EQ(build_of(engine->name()), kBaseline);
+  EXPECT_FALSE(registry.has("null@v3"));
+  EXPECT_THAT(refusal([&] { registry.resolve("null@v3"); }),
+              HasSubstr("the build 'v3' of its engine, which is not here"));
+  EXPECT_THAT(refusal([&] { registry.resolve("nul@v3"); }), HasSubstr("unknown contender 'nul@v3'"));
+  for (const Engine* engine : registry.other_builds()) {
+    SCOPED_TRACE(engine->name());
+    const std::string build = build_of(engine->name());
+    EXPECT_NE(build, kBaseline);
+    for (const Contender& contender : engine->contenders()) {
+      const ResolvedContender other = registry.resolve(in_build(contender.name, build));
+      EXPECT_EQ(other.name, in_build(contender.name, build));
+      EXPECT_EQ(other.engine, engine);
+      const ResolvedContender plain = registry.resolve(contender.name);
+      EXPECT_NE(plain.engine, engine);
+      EXPECT_EQ(plain.settings.values, other.settings.values);
+      EXPECT_THAT(registry.builds_of(contender.name), testing::Contains(build));
+      EXPECT_NE(registry.plugin_path(plain.engine->name()), registry.plugin_path(engine->name()));
+    }
   }
 }
 

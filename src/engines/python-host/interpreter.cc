@@ -1,0 +1,116 @@
+#include "interpreter.h"
+
+#include <dlfcn.h>
+#include <filesystem>
+#include <new>
+#include <pthread.h>
+#include <stdexcept>
+#include <unistd.h>
+
+#include <fmt/format.h>
+
+#include "base/errors.h"
+
+namespace assay::python {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The file that holds `symbol`.
+std::string library_of(const void* symbol) {
+  Dl_info info{};
+  if (::dladdr(symbol, &info) == 0 || info.dli_fname == nullptr) return "";
+  return info.dli_fname;
+}
+
+void start() {
+  // Plugins are loaded RTLD_LOCAL, and extension modules take Python's symbols from the global ones
+  const std::string library = library_of(reinterpret_cast<const void*>(&Py_InitializeFromConfig));
+  if (::dlopen(library.c_str(), RTLD_NOW | RTLD_GLOBAL) == nullptr) {
+    throw std::runtime_error(fmt::format("Python's library '{}' cannot be loaded: {}", library, ::dlerror()));
+  }
+  ::pthread_atfork(nullptr, nullptr, [] {
+    if (Inside::depth > 0) Inside::is_copy = true;
+  });
+  if (Py_IsInitialized() != 0) return;
+  // files are UTF-8 whatever the locale is, as packages expect
+  PyPreConfig before;
+  PyPreConfig_InitIsolatedConfig(&before);
+  before.utf8_mode = 1;
+  PyStatus status = Py_PreInitialize(&before);
+  PyConfig config;
+  PyConfig_InitIsolatedConfig(&config);
+  config.site_import = 0;
+  config.write_bytecode = 0;
+  config.install_signal_handlers = 0;
+  if (PyStatus_Exception(status) == 0) {
+    status = PyConfig_SetBytesString(&config, &config.home, ASSAY_PYTHON_HOME);
+  }
+  if (PyStatus_Exception(status) == 0) status = Py_InitializeFromConfig(&config);
+  PyConfig_Clear(&config);
+  if (PyStatus_Exception(status) != 0) {
+    throw std::runtime_error(
+        fmt::format("Python does not start: {}", status.err_msg == nullptr ? "no reason given" : status.err_msg));
+  }
+}
+
+PyObject* import_module() {
+  start();
+  const std::string folder =
+      fs::path(library_of(reinterpret_cast<const void*>(&import_module))).parent_path() / "python";
+  PyObject* path = PySys_GetObject("path");  // borrowed
+  const Object text(PyUnicode_FromString(folder.c_str()));
+  if (path == nullptr || !text || PyList_Insert(path, 0, text.get()) != 0) rethrow("sys.path");
+  PyObject* module = PyImport_ImportModule("assay_adapter");
+  if (module == nullptr) {
+    PyErr_Clear();
+    throw std::runtime_error(fmt::format("'{}/assay_adapter.py' cannot be loaded", folder));
+  }
+  return module;
+}
+
+bool matches(PyObject* error, const char* name) {
+  const Object type(PyObject_GetAttrString(adapter_module(), name));
+  return type && PyErr_GivenExceptionMatches(error, type.get()) != 0;
+}
+
+}  // namespace
+
+void Inside::end_copy() {
+  constexpr int kStatus = 70;
+  ::_exit(kStatus);
+}
+
+PyObject* adapter_module() {
+  static PyObject* const module = import_module();
+  return module;
+}
+
+std::string text_of(const Object& object) {
+  Py_ssize_t size = 0;
+  const char* text = PyUnicode_AsUTF8AndSize(object.get(), &size);
+  if (text == nullptr) rethrow("text");
+  return {text, static_cast<size_t>(size)};
+}
+
+void rethrow(const std::string& what) {
+  PyObject *type = nullptr, *value = nullptr, *trace = nullptr;
+  PyErr_Fetch(&type, &value, &trace);
+  PyErr_NormalizeException(&type, &value, &trace);
+  if (trace != nullptr && value != nullptr) PyException_SetTraceback(value, trace);
+  const Object owned_type(type), error(value), owned_trace(trace);
+  if (!error) throw std::runtime_error(fmt::format("{}: Python gave no reason", what));
+  if (PyErr_GivenExceptionMatches(error.get(), PyExc_MemoryError) != 0) throw std::bad_alloc();
+  const Object describe(PyObject_GetAttrString(adapter_module(), "_describe"));
+  const Object described(describe ? PyObject_CallOneArg(describe.get(), error.get()) : nullptr);
+  if (!described) {
+    PyErr_Clear();
+    throw std::runtime_error(fmt::format("{}: an exception that cannot be described", what));
+  }
+  const std::string text = (what.empty() ? "" : what + ": ") + text_of(described);
+  if (matches(error.get(), "Unsupported")) throw UnsupportedError(text);
+  if (matches(error.get(), "EngineFailure")) throw EngineError(text);
+  throw std::runtime_error(text);
+}
+
+}  // namespace assay::python

@@ -1,0 +1,51 @@
+// One running instance of an adapter in Python.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engines/adapter.h"
+#include "interpreter.h"
+
+namespace assay::python {
+
+class PythonSimulation final : public Simulation {
+ public:
+  // `made` is what the adapter's create() gave.
+  PythonSimulation(std::string engine, Model model, const Capabilities& capabilities, double start, double timestep,
+                   Object made);
+
+  void set_torques(std::span<const double> torques) override;
+  void advance(int count) override;
+  void read_state(State& out) const override;
+  EngineView view() const override;
+  bool keep_contacts() override;
+  void read_contacts(std::vector<ContactForce>& out) const override;
+
+ private:
+  void give_torques(const std::vector<double>& torques);
+  void take(int count);
+  // A method of the simulation, or none.
+  Object method(const char* name) const;
+  // Copies an array of the adapter's answer, checked for type and shape.
+  std::vector<double> array(PyObject* answer, const char* name, size_t rows, size_t columns) const;
+
+  std::string engine_;
+  Model model_;
+  Coordinates coordinates_;
+  bool explicit_springs_, reads_state_, has_free_;
+  bool contacts_kept_ = false;
+  bool loaded_ = false, fresh_ = false;  // the engine has torques; they are for the next step
+  Clock clock_;
+  Object made_, advance_, read_state_, set_torques_, torques_array_;
+  std::vector<double> torques_, joined_;  // joined_ is what torques_array_ shows to Python
+  mutable State scratch_;
+  mutable std::vector<double> last_angles_;
+};
+
+// State as one row of 13 numbers a body, as adapters get and give it.
+std::vector<double> rows_of(const std::vector<BodyState>& bodies);
+
+}  // namespace assay::python

@@ -1,0 +1,326 @@
+"""Adapters in Python: the example of docs/adding-an-engine.md as it stands there, what goes wrong in bad ones, and what the
+host costs."""
+
+import contextlib
+import csv
+import io
+import json
+import os
+import re
+import sqlite3
+import subprocess
+
+from harness import SOURCE, AssayTest, main
+
+ENVIRONMENT = os.environ.get("ASSAY_TEST_PYTHON", "")
+
+CAMPAIGN = """
+name = "bad"
+contenders = {contenders}
+timesteps_ms = [1]
+reference_ms = 1
+measures = ["truth"]
+[[system]]
+name = "planar-chain"
+duration_s = 0.016
+"""
+
+# The example's simulation with one fault, on the system of the campaign alone: the conformance suite passes.
+BAD = """
+import os, sys
+import numpy
+
+
+class Faulty(Simulation):
+    def __init__(self, *arguments):
+        super().__init__(*arguments)
+        self.steps = 0
+
+
+class Raises(Faulty):
+    def advance(self, count):
+        self.fail()
+
+    def fail(self):
+        raise ValueError("the third link is loose")
+
+
+class Gives(Faulty):
+    answers = {}
+
+    def advance(self, count):
+        super().advance(count)
+        self.steps += count
+
+    def read_state(self):
+        return {**super().read_state(), **(self.answers if self.steps else {})}
+
+
+class Shape(Gives):
+    answers = {"position": numpy.zeros(4)}
+
+
+class Type(Gives):
+    answers = {"velocity": numpy.zeros(5, dtype=numpy.float32)}
+
+
+class Nothing(Faulty):
+    def read_state(self):
+        return None
+
+
+class NotANumber(Gives):
+    answers = {"position": numpy.full(5, numpy.nan)}
+
+
+class Forks(Faulty):
+    def advance(self, count):
+        if os.fork() == 0:
+            super().advance(count)
+
+
+class Exits(Faulty):
+    def advance(self, count):
+        sys.exit(3)
+
+
+class Ends(Faulty):
+    def advance(self, count):
+        os._exit(0)
+
+
+class Fails(Faulty):
+    def advance(self, count):
+        raise assay.EngineFailure("no solution after 50 iterations")
+"""
+FAULTS = {  # class: what the stored outcome and reason say
+    "Raises": ("crashed", r"ValueError: the third link is loose \[.*:\d+ in advance > .*:\d+ in fail\]"),
+    "Shape": ("crashed", r"'position' of shape \(4,\): the model needs \(5,\)"),
+    "Type": ("crashed", r"'velocity' with elements of type 'f': give float64"),
+    "Nothing": ("crashed", r"read_state\(\) gave a NoneType"),
+    "NotANumber": ("diverged", r"non-finite"),
+    "Forks": ("crashed", r"must not fork.*in advance"),
+    "Exits": ("crashed", r"SystemExit: 3 \[.*in advance\]"),
+    "Ends": ("crashed", r"exit"),
+    "Fails": ("diverged", r"no solution after 50 iterations"),
+}
+
+# Does nothing; `cost` compares a call from the host with none.
+EMPTY = """
+import assay_adapter as assay
+
+
+class Engine(assay.Engine):
+    environment = "my-environment"
+
+    def contenders(self):
+        return [assay.Contender(name="empty", summary="does nothing")]
+
+    def capabilities(self, settings):
+        return assay.Capabilities(integrator="none", order=1)
+
+    def create(self, model, state, settings):
+        return Simulation(state)
+
+
+class Simulation:
+    def __init__(self, state):
+        self.state = {"position": state.position, "velocity": state.velocity, "bodies": state.bodies}
+
+    def advance(self, count):
+        pass
+
+    def read_state(self):
+        return self.state
+"""
+
+
+ON_DEMAND = {"drake": "drake-sap", "dartpy": "dartpy", "mujoco-warp": "mujoco-warp"}  # engine: one of its contenders
+
+# the same equations and integrator in C++, the largest difference of positions after 250 steps of the chain, m, and precision
+SAME_AS = {"drake-sap": ("mujoco-euler", 1e-9, "double"), "dartpy": ("dart", 1e-12, "double")}
+
+HINGES_ONLY = ("pendulum-period", "planar-chain", "spatial-chain", "restart", "torque-for-one-step", "constant-torque",
+               "declared-features")
+
+
+def short_example():
+    page = (SOURCE / "docs/adding-an-engine.md").read_text(encoding="utf-8")
+    return re.search(r"## In Python\n.*?```python\n(.*?)```", page, re.DOTALL)[1]
+
+
+def example():
+    return (SOURCE / "examples/python-adapter/assay-engine-my-mujoco.py").read_text(encoding="utf-8")
+
+
+class PythonTest(AssayTest):
+    def setUp(self):
+        super().setUp()
+        if not os.path.isdir(ENVIRONMENT):
+            self.skipTest(f"no environment '{ENVIRONMENT}': setup/setup.sh --tests makes it")
+        self.engines = self.dir / "engines"
+        self.engines.mkdir()
+        (self.engines / "my-environment").symlink_to(ENVIRONMENT)
+        self.env["ASSAY_ENGINE_PATH"] = str(self.engines)
+
+    def adapter(self, name, text):
+        (self.engines / f"assay-engine-{name}.py").write_text(text, encoding="utf-8")
+
+    def absent(self):
+        return {row["engine"]: row["reason"] for row in self.assay_json("engines", "--json")["absent"]}
+
+
+class Example(PythonTest):
+    def statuses(self, *arguments):
+        done = self.run_assay("conformance", *arguments, "--json")
+        return {each["test"]: each["status"] for each in json.loads(done.stdout)["contenders"][0]["results"]}
+
+    def test_the_short_one_of_the_page(self):
+        text = short_example()
+        self.assertLess(len(text.splitlines()), 50)
+        self.adapter("my-chains", text)
+        tests = [part for test in HINGES_ONLY for part in ("--test", test)]
+        self.assertEqual(self.statuses("my-chains", *tests), {test: "pass" for test in HINGES_ONLY})
+        # what it has not, it refuses
+        self.assertEqual(self.statuses("my-chains", "--test", "free-fall", "--test", "resting-height"),
+                         {"free-fall": "fail", "resting-height": "not-applicable"})
+
+    def test_it_passes_the_conformance_suite(self):
+        printed = self.follow_example("python-adapter", {"my-environment": ENVIRONMENT})
+        self.assertRegex(printed, r"my-mujoco\b.*\n")
+        self.adapter("my-mujoco", example())
+        listed = {row["contender"]: row for row in self.assay_json("engines", "--json")["contenders"]}
+        self.assertEqual(listed["my-mujoco"]["version"], "4.0.1")
+        status = self.statuses("my-mujoco")
+        self.assertLessEqual(set(status.values()), {"pass", "not-applicable"}, status)
+        for test in ("readback", "planar-chain", "oblique-trees", "torque-for-one-step", "batches", "restart"):
+            self.assertEqual(status[test], "pass", test)
+
+    def test_it_is_the_engine_itself(self):
+        self.adapter("my-mujoco", example())
+
+        def run(contender):
+            text = self.assay("simulate", "planar-chain", "--engine", contender, "--contacts", "off", "--timestep", "1",
+                              "--duration", "0.25", "--sample", "50", "--out", "-")
+            return [[float(value) for key, value in row.items() if key != "body"]
+                    for row in csv.DictReader(io.StringIO(text))]
+
+        for mine, native in zip(run("my-mujoco"), run("mujoco-euler"), strict=True):
+            for a, b in zip(mine, native, strict=True):
+                self.assertAlmostEqual(a, b, delta=1e-12)
+
+    def test_what_it_does_not_declare_is_refused(self):
+        self.adapter("my-mujoco", example())
+        verdicts = json.dumps([verdict for verdict in self.assay_json("check", "humanoid", "--json")["engines"]
+                               if verdict["engine"] == "my-mujoco"])
+        for said in ("has no joint limits", "has no contacts"):
+            self.assertIn(said, verdicts)
+
+
+class Faults(PythonTest):
+    def test_each_is_an_outcome_with_its_reason(self):
+        # on the campaign's system alone, so that the suite passes
+        text = example().replace("return Simulation(model, state, settings.timestep)",
+                                 "kind = FAULT() if model.name == 'planar-chain' else Simulation\n"
+                                 "        return kind(model, state, settings.timestep)")
+        self.assertIn("FAULT()", text)
+        for fault in FAULTS:
+            mine = text.replace("my-mujoco", f"bad-{fault.lower()}")
+            mine += f"\n\ndef FAULT():\n    import bad_simulations\n    return bad_simulations.{fault}\n"
+            self.adapter(f"bad-{fault.lower()}", mine)
+        simulation = text[text.index("class Simulation"):]
+        (self.engines / "bad_simulations.py").write_text("import assay_adapter as assay\n" + simulation + BAD)
+        contenders = [f"bad-{fault.lower()}" for fault in FAULTS]
+        self.write("bad.toml", CAMPAIGN.format(contenders=json.dumps(contenders)))
+        self.assay("run", "bad.toml", "--out", "results")
+        with contextlib.closing(sqlite3.connect(self.dir / "results/assay.sqlite")) as db:
+            stored = {row[0]: row[1:] for row in db.execute("SELECT contender, outcome, reason FROM cells")}
+        for fault, (outcome, reason) in FAULTS.items():
+            found = stored[f"bad-{fault.lower()}"]
+            self.assertEqual(found[0], outcome, (fault, found))
+            self.assertRegex(found[1], reason)
+
+    def test_the_rest_is_named(self):
+        self.adapter("importer", "import numpy\n" + EMPTY)
+        self.adapter("broken", EMPTY.replace("order=1", "ordr=1"))
+        self.adapter("unknown", EMPTY.replace("order=1", "order=1, features={'wheels': assay.exact()}"))
+        self.adapter("syntax", "class Engine(:\n")
+        absent = self.absent()
+        self.assertRegex(absent["importer"], r"imports 'numpy' when it is loaded: import it inside create\(\)")
+        self.assertIn("Capabilities has no 'ordr'", absent["broken"])
+        self.assertIn("there is no feature 'wheels'", absent["unknown"])
+        self.assertIn("SyntaxError", absent["syntax"])
+        self.adapter("homeless", EMPTY.replace("my-environment", "nowhere").replace('"empty"', '"homeless"'))
+        done = self.run_assay("simulate", "planar-chain", "--engine", "homeless", "--contacts", "off", "--timestep", 1,
+                              "--duration", 0.01, "--out", "-")
+        self.assertEqual(done.returncode, 1)
+        self.assertRegex(done.stderr, r"the Python environment '.*/nowhere' has no '.*site-packages': make it again")
+
+    def test_an_engine_that_is_not_installed_is_named_with_its_command(self):
+        absent = self.absent()
+        for engine, contender in ON_DEMAND.items():
+            if engine not in absent:
+                continue  # installed here
+            self.assertIn(f"./assay setup {engine}", absent[engine].replace("run ./", "./"))
+            done = self.run_assay("simulate", "planar-chain", "--engine", contender, "--timestep", 1, "--duration", 1,
+                                  "--out", "-")
+            self.assertEqual(done.returncode, 2)
+            self.assertIn(f"./assay setup {engine}", done.stderr)
+
+
+class Installed(AssayTest):
+    """Engines that are set up on demand, beside the one that computes the same in C++."""
+
+    def end(self, contender):
+        text = self.assay("simulate", "planar-chain", "--engine", contender, "--contacts", "off", "--timestep", "1",
+                          "--duration", "0.25", "--sample", "250", "--out", "-")
+        rows = list(csv.DictReader(io.StringIO(text)))[-5:]
+        return [float(row[axis]) for row in rows for axis in "xyz"]
+
+    def test_they_end_where_the_native_engine_does(self):
+        listed = {row["contender"]: row for row in self.assay_json("engines", "--json")["contenders"]}
+        for contender, (native, bound, precision) in SAME_AS.items():
+            if contender not in listed:
+                continue  # not installed here
+            with self.subTest(contender):
+                self.assertEqual(listed[contender]["capabilities"]["precision"], precision)
+                self.assertRegex(listed[contender]["version"], r"^\d+\.\d+")
+                for mine, its in zip(self.end(contender), self.end(native), strict=True):
+                    self.assertAlmostEqual(mine, its, delta=bound)
+
+
+class SetUp(AssayTest):
+    """What is looked at before anything is downloaded."""
+
+    def set_up(self, *arguments, **programs):
+        tools = self.dir / "tools"
+        tools.mkdir(exist_ok=True)
+        for name, script in programs.items():
+            (tools / name.replace("_", "-")).write_text(f"#!/bin/sh\n{script}\n")
+            (tools / name.replace("_", "-")).chmod(0o755)
+        done = subprocess.run([SOURCE / "assay", "setup", *arguments], capture_output=True, text=True, env={
+            **self.env, "PATH": f"{tools}:{self.env['PATH']}", "ASSAY_CACHE": str(self.dir / "cache"),
+            "ASSAY_LOCK_HELD": "1"})  # the clone's lock may be that of whoever runs this test
+        self.assertEqual(list((self.dir / "cache").glob("*")) if (self.dir / "cache").exists() else [], [])
+        return done.returncode, done.stderr
+
+    def test_unknown_names(self):
+        for arguments in ([], ["newtonian"], ["drake", "newtonian"]):
+            status, said = self.set_up(*arguments)
+            self.assertEqual(status, 2)
+            self.assertIn("drake", said)
+        self.assertIn("'newtonian'", said)
+
+    def test_an_old_libc(self):
+        status, said = self.set_up("drake", getconf="echo glibc 2.31")
+        self.assertEqual(status, 1)
+        self.assertRegex(said, r"drake are for x86-64 Linux with glibc 2\.34 or newer, and this is .*glibc 2\.31")
+
+    def test_another_python(self):
+        status, said = self.set_up("drake", pkg_config="exit 1")
+        self.assertEqual(status, 1)
+        self.assertRegex(said, "need CPython 3.11 as a library.*\n.*install libpython3.11-dev")
+
+
+if __name__ == "__main__":
+    main()
