@@ -26,7 +26,8 @@ enum class Need {
   kJointLimits,
   kContact,
   kRigidContact,
-  kCompliance
+  kCompliance,
+  kContactForces
 };
 
 // The features of models that a test requires: all of them declared, or with kAny one. An approximated one counts,
@@ -273,6 +274,13 @@ const std::vector<Entry>& entries() {
       {"contact-compliance",
        "contacts with a given stiffness and damping: a ball sinks by m g / k, and its oscillation decays as it has to",
        Need::kCompliance, conformance::contact_compliance},
+      {"contact-forces", "the impulses of contacts are what changes the momenta of sliding and colliding balls",
+       Need::kContactForces, conformance::contact_forces},
+      {"forces-of-boxes",
+       "the forces on a resting box are its weight; on a sliding one friction is mu times the normal force",
+       Need::kContactForces,
+       conformance::forces_of_boxes,
+       {.of = {kBox}}},
   };
   return list;
 }
@@ -295,6 +303,8 @@ const char* need_text(Need need) {
       return "contact";
     case Need::kRigidContact:
       return "contact without a given stiffness";
+    case Need::kContactForces:
+      return "contact forces";
     case Need::kCompliance:
       return "a stiffness of contacts";
   }
@@ -329,6 +339,8 @@ bool has(const Subject& subject, const Capabilities& can, Need need) {
       return can.contact;
     case Need::kRigidContact:
       return can.contact && !subject.is_compliant();
+    case Need::kContactForces:
+      return can.contact && can.contact_forces != ContactForces::kNone;
     case Need::kCompliance:
       return can.contact && subject.with_compliance(1, 1).has_value();
   }

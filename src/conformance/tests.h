@@ -81,6 +81,10 @@ Verdict friction_per_pair(const Subject& subject);
 Verdict excluded_pairs(const Subject& subject);
 Verdict contact_compliance(const Subject& subject);
 
+// ---- forces of contacts (force_tests.cc) ----------------------------------------------------------------------------
+Verdict contact_forces(const Subject& subject);
+Verdict forces_of_boxes(const Subject& subject);
+
 // ---- what scales away in tests of one size (wide_tests.cc) ----------------------------------------------------------
 Verdict spinning_bodies(const Subject& subject);
 Verdict wide_trees(const Subject& subject);

@@ -1,5 +1,7 @@
 #include "engines/describe.h"
 
+#include <fmt/format.h>
+
 #include "engines/registry.h"
 
 namespace assay {
@@ -20,6 +22,24 @@ std::string springs_text(SpringKind springs) {
       return "native";
   }
   return "";
+}
+
+std::string contact_forces_text(const Capabilities& capabilities) {
+  std::string text;
+  switch (capabilities.contact_forces) {
+    case ContactForces::kNone:
+      if (!capabilities.contact) return fmt::format("{}: no contacts", kForcesNotGiven);
+      text = kForcesNotGiven;
+      break;
+    case ContactForces::kNormal:
+      text = "along the normal, no friction";
+      break;
+    case ContactForces::kAll:
+      text = "normal and friction";
+      break;
+  }
+  if (!capabilities.contact_forces_note.empty()) text += ": " + capabilities.contact_forces_note;
+  return text;
 }
 
 nlohmann::ordered_json describe(const Capabilities& capabilities) {
@@ -46,6 +66,7 @@ nlohmann::ordered_json describe(const Capabilities& capabilities) {
           {"iterations", capabilities.iterations},
           {"sleep", capabilities.sleep},
           {"speed_limits", capabilities.speed_limits},
+          {"contact_forces", contact_forces_text(capabilities)},
           {"hidden_damping", capabilities.hidden_damping},
           {"other", capabilities.other},
           {"threads", capabilities.threads},

@@ -14,6 +14,10 @@ std::string precision_text(Precision precision);        // "single", "double"
 std::string coordinates_text(Coordinates coordinates);  // "joint", "maximal"
 std::string springs_text(SpringKind springs);           // "none", "explicit", "native"
 
+// "not given: ...", "along the normal, no friction: ...", "normal and friction: ..."
+inline constexpr const char* kForcesNotGiven = "not given";
+std::string contact_forces_text(const Capabilities& capabilities);
+
 // Every field under its own name, in the order of the fairness ledger.
 nlohmann::ordered_json describe(const Capabilities& capabilities);
 

@@ -98,6 +98,9 @@ struct FeatureSupport {
       how;  // approximated: what is done instead, with its measured bound; refused: why, and what the user can do
 };
 
+// What Simulation::read_contacts() gives of each contact point: nothing, the impulse along the normal, or friction too.
+enum class ContactForces { kNone, kNormal, kAll };
+
 // What a contender can do and how. Everything here is printed in the fairness table, so texts are short and say facts.
 struct Capabilities {
   Precision precision = Precision::kDouble;
@@ -121,6 +124,8 @@ struct Capabilities {
   std::string speed_limits;    // "none", "200 m/s, 100 rad/s"
   std::string hidden_damping;  // "" when there is none
   std::string other;           // velocity quantisation, ... "" when there is nothing
+  ContactForces contact_forces = ContactForces::kNone;
+  std::string contact_forces_note;  // where they come from and what they leave out, or why there are none
   int threads = 1;
   std::vector<Deviation> deviations;
   std::vector<FeatureSupport> features;  // a feature that is not listed is refused: "ENGINE has no slide joints"
@@ -171,6 +176,16 @@ struct EngineView {
   Vec3 gravity = Vec3::Zero();
 };
 
+// One contact point of the last step as the engine's solver left it. World frame, SI.
+struct ContactForce {
+  int shape_a = 0, shape_b = 0;   // indices into Model::shapes, a < b
+  Vec3 p_W = Vec3::Zero();        // m, where the force acts, with the bodies where the step began
+  Vec3 n_W = Vec3::UnitZ();       // unit normal, from shape a to shape b
+  double gap = 0;                 // m, between the surfaces when the step began; negative: they overlap
+  Vec3 impulse_W = Vec3::Zero();  // N s over the step, on shape b's body; its opposite acts on shape a's. Along the
+                                  // normal alone with ContactForces::kNormal
+};
+
 // ---- the three functions --------------------------------------------------------------------------------------------
 
 // One running instance. Not thread-safe; instances are independent of each other.
@@ -197,6 +212,15 @@ class Simulation {
 
   // Set-up as the engine holds it now.
   virtual EngineView view() const = 0;
+
+  // Called before the first step: contacts are kept for read_contacts(). The motion stays the same, bit by bit; steps
+  // may take longer, so nothing that is timed asks for it. False where the engine does not give them
+  // (Capabilities::contact_forces).
+  virtual bool keep_contacts() { return false; }
+
+  // The contact points of the last step with the impulses of its solver, in the engine's order; those that moved a body
+  // only to take it out of another one do not count. Empty before the first step and without keep_contacts().
+  virtual void read_contacts(std::vector<ContactForce>& out) const { out.clear(); }
 
   // Step function of the paper's interface.
   void step(std::span<const double> torques) {
@@ -245,7 +269,7 @@ class Engine {
 // ---- plugins --------------------------------------------------------------------------------------------------------
 
 // Raised with every change of this header or of model.h and state.h; a plugin of another version is refused by name.
-inline constexpr int kPluginVersion = 8;
+inline constexpr int kPluginVersion = 9;
 
 struct PluginEntry {
   int version;

@@ -485,6 +485,7 @@ std::vector<Case> wide_faults() {
               }
             }},
        {"inelastic-impact"}},
+      {{.name = "contact forces a twentieth too small", .contact_factor = 0.95}, {"contact-forces", "forces-of-boxes"}},
       {{.name = "friction a quarter too strong",
         .model =
             [](Model& m) {

@@ -54,6 +54,12 @@ class FaultySimulation : public Simulation {
     }
   }
 
+  bool keep_contacts() override { return inner_->keep_contacts(); }
+  void read_contacts(std::vector<ContactForce>& out) const override {
+    inner_->read_contacts(out);
+    for (ContactForce& contact : out) contact.impulse_W *= fault_.contact_factor;
+  }
+
   void read_state(State& out) const override {
     inner_->read_state(out);
     if (fault_.stale) {

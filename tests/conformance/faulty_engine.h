@@ -34,6 +34,7 @@ struct Fault {
   bool repeats_torques = false;  // a torque acts in every following step of a batch and beyond
   bool loses_steps = false;      // advance(n) does n - 1 steps for n > 1
   int fails_at_step = -1;        // throws EngineError
+  double contact_factor = 1;     // of the impulses of contacts
 
   std::function<void(Capabilities&)> capabilities = {};
 };

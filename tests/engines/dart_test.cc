@@ -57,7 +57,7 @@ TEST(Dart, CarriesCoefficientsThatItsRuleCannot) {
   EXPECT_NEAR(end.bodies[0].p_WBcm.z(), 0.2, 1e-3);
 }
 
-// Both use the distribution's libode, of which a process has one: DART starts and closes it with every detector.
+// Each plugin has a copy of ODE; DART starts and closes its own with every detector.
 TEST(Dart, LivesBesideOde) {
   Model model;
   const int plane = add_shape(model, ShapeType::kPlane, kWorld);
@@ -97,6 +97,26 @@ TEST(Dart, TakesDampingImplicitlyAsDeclared) {
   };
   EXPECT_LT(final_rate("native"), 1e-5);
   EXPECT_GT(final_rate("explicit"), 1e4);
+}
+
+// DART would correct the whole excess in one step and leave the joint that speed.
+TEST(Dart, MovesJointsBackAtTheDeclaredSpeed) {
+  Model model;
+  model.gravity.setZero();
+  Joint& joint = add_hinged_body(model, "wheel", kWorld, {}, {1, Vec3::Zero(), Mat3::Identity()}, Vec3::UnitY());
+  joint.limited = true;
+  joint.lower = -0.6;
+  joint.upper = 0.6;
+  model = conformance::finished(std::move(model));
+  model.initial = conformance::with_joints(model, {-0.68}, {0});
+  const auto rate_after = [&](const std::string& cap, int steps) {
+    const auto simulation = create(model, "dart", {{"limit_max_correcting_velocity", cap}});
+    simulation->advance(steps);
+    return state_of(*simulation).velocity[0];
+  };
+  EXPECT_NEAR(rate_after("0.1", 1), 0.1, 1e-6);
+  EXPECT_NEAR(rate_after("0.1", 1000), 0.1, 1e-6);  // within its range by then
+  EXPECT_NEAR(rate_after("0", 1), 80, 1e-3);
 }
 
 // The solver's numbers are the process's in DART, not the world's.

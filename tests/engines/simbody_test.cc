@@ -1,5 +1,5 @@
+#include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -173,19 +173,19 @@ TEST(Simbody, RefusesContact) {
   EXPECT_NO_THROW(run(without_contacts(model), {}, 1e-3, 0.01));
 }
 
-// With a fixed step Simbody goes on after an exception inside a step and only counts it.
+// With a fixed step Simbody goes on after a step that failed inside, here because its constraints could not be met, and
+// only counts it. Its release build checks no state: what is left of one is not finite, which its caller sees.
 TEST(Simbody, ReportsAStepThatFailedInside) {
-  Model model = conformance::chain(true);
-  model.initial.velocity[0] = std::numeric_limits<double>::max();
-  for (const char* integrator : {"euler", "rkm", "verlet"}) {
-    try {
-      run(model, {{"integrator", integrator}}, 1e-3, 0.01);
-      FAIL() << integrator << ": no exception";
-    } catch (const EngineError& error) {
-      EXPECT_THAT(error.what(), HasSubstr("Simbody"));
-      EXPECT_THAT(error.what(), testing::Not(HasSubstr("\n")));
-    }
+  Model model = constrained();
+  std::ranges::fill(model.initial.velocity, 1e4);
+  try {
+    run(model, {{"integrator", "euler"}}, 1, 10);
+    FAIL() << "no exception";
+  } catch (const EngineError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("Simbody"));
+    EXPECT_THAT(error.what(), testing::Not(HasSubstr("\n")));
   }
+  EXPECT_FALSE(std::isfinite(run(model, {{"integrator", "rkm"}}, 1, 10).position[0]));
 }
 
 // The spring that stands for a limit follows the timestep, so it neither blows up nor lets the joint through.

@@ -114,6 +114,10 @@ void Collision::make_shapes(const Model& model) {
 }
 
 void Collision::make_tables(const Model& model) {
+  shape_of_row_.assign(rows_, -1);
+  for (size_t s = 0; s < row_of_shape_.size(); ++s) {
+    if (row_of_shape_[s] >= 0) shape_of_row_[row_of_shape_[s]] = static_cast<int>(s);
+  }
   const size_t objects = object_rows_.size();
   touch_.assign(static_cast<size_t>(rows_) * rows_, 0);
   std::vector<int> object_of_row(rows_, -1);

@@ -39,6 +39,9 @@ class Collision : public btOverlapFilterCallback {
   // The fixed world's collision objects, marked and placed.
   const std::vector<std::unique_ptr<btCollisionObject>>& world_objects() const { return world_objects_; }
 
+  // Which of Model::shapes an object's child is; -1 for one that touches nothing.
+  int shape_of(const btCollisionObject& object, int child) const { return shape_of_row_[shape_row(object, child)]; }
+
   // Points Bullet's global hooks at functions of this file, which read the simulation off the objects they are given.
   static void install_hooks();
 
@@ -79,6 +82,7 @@ class Collision : public btOverlapFilterCallback {
   ContactCompliance compliance_;
   std::vector<BodyFrame> frames_;
   std::vector<int> row_of_shape_;  // by Model::shapes; -1: touches nothing
+  std::vector<int> shape_of_row_;  // back from it
   int rows_ = 0;
   std::vector<std::vector<int>> object_rows_;  // by object: rows of its shapes, in the compound's order
   std::vector<int> object_of_body_;            // -1: the body has no shape

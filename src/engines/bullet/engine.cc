@@ -183,6 +183,8 @@ class BulletEngine final : public Adapter {
                                    ? "Dantzig's LCP method, sequential impulse where it fails"
                                    : fmt::format("sequential impulse, {} iterations", options.iterations);
     c.contact_solver = solver;
+    c.contact_forces = ContactForces::kAll;
+    c.contact_forces_note = "impulses of btManifoldPoint; what split impulse moves is none";
     c.joint_solver = options.multibody ? "none (joint coordinates)" : solver;
     c.contact_model = fmt::format("rigid, ERP {:g}", options.contact_erp);
     if (options.split_impulse && !options.multibody) {

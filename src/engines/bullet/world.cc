@@ -129,6 +129,38 @@ void BulletSimulation::set_torques(std::span<const double> torques) {
   apply(torques_, ball_torques_);
 }
 
+bool BulletSimulation::keep_contacts() {
+  contacts_kept_ = true;
+  return true;
+}
+
+// Bullet leaves a step's impulses in its contact points. Split impulse, which moves bodies apart without a velocity, is
+// none of them.
+void BulletSimulation::read_contacts(std::vector<ContactForce>& out) const {
+  out.clear();
+  if (!contacts_kept_ || clock_.steps == 0) return;
+  for (int m = 0; m < dispatcher_.getNumManifolds(); ++m) {
+    const btPersistentManifold& manifold = *dispatcher_.getManifoldByIndexInternal(m);
+    for (int i = 0; i < manifold.getNumContacts(); ++i) {
+      const btManifoldPoint& point = manifold.getContactPoint(i);
+      const int first = collision_.shape_of(*manifold.getBody0(), point.m_index0);
+      const int second = collision_.shape_of(*manifold.getBody1(), point.m_index1);
+      if (first < 0 || second < 0) continue;
+      // on the first body; the normal points to it
+      btVector3 impulse = point.m_appliedImpulse * point.m_normalWorldOnB;
+      impulse += point.m_appliedImpulseLateral1 * point.m_lateralFrictionDir1;
+      if (options_.friction_directions == 2) impulse += point.m_appliedImpulseLateral2 * point.m_lateralFrictionDir2;
+      const double sign = first > second ? 1 : -1;
+      out.push_back({.shape_a = std::min(first, second),
+                     .shape_b = std::max(first, second),
+                     .p_W = from_bt(point.getPositionWorldOnB()),
+                     .n_W = sign * from_bt(point.m_normalWorldOnB),
+                     .gap = point.getDistance(),
+                     .impulse_W = sign / options_.mass_unit * from_bt(impulse)});
+    }
+  }
+}
+
 EngineView BulletSimulation::view() const {
   EngineView out;
   out.bodies.resize(model_.bodies.size());

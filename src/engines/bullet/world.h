@@ -20,6 +20,8 @@ class BulletSimulation : public Simulation {
   void read_state(State& out) const final;
   EngineView view() const final;
   void set_torques(std::span<const double> torques) final;
+  bool keep_contacts() final;
+  void read_contacts(std::vector<ContactForce>& out) const final;
 
  protected:
   BulletSimulation(const Model& model, const State& state, const Options& options);
@@ -52,7 +54,8 @@ class BulletSimulation : public Simulation {
   std::unique_ptr<btMLCPSolverInterface> lcp_;
   std::unique_ptr<btConstraintSolver> solver_;
   std::unique_ptr<btDiscreteDynamicsWorld> world_;
-  mutable State last_;                    // of the last read: unwraps angles
+  mutable State last_;  // of the last read: unwraps angles
+  bool contacts_kept_ = false;
   bool springs_;                          // of any kind: torques from the state at the step's start
   std::vector<double> torques_, scaled_;  // scratch
   std::vector<Vec3> ball_torques_;        // by Model::balls; zero without springs

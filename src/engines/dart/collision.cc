@@ -137,6 +137,10 @@ bool PairFilter::ignoresCollision(const dart::collision::CollisionObject* a,
   return allowed_[(static_cast<size_t>(first) * number_.size()) + second] == 0;
 }
 
+int PairFilter::shape_of(const dart::collision::CollisionObject* object) const {
+  return shapes_[number_.at(object->getShapeFrame())];
+}
+
 std::shared_ptr<PairFilter> add_shapes(const Model& model, const std::vector<dart::dynamics::BodyNode*>& bodies,
                                        dart::dynamics::BodyNode* world) {
   const std::vector<Part> parts = parts_of(model);
@@ -167,7 +171,10 @@ std::shared_ptr<PairFilter> add_shapes(const Model& model, const std::vector<dar
       }
     }
   }
-  return std::make_shared<PairFilter>(std::move(number), std::move(allowed));
+  std::vector<int> shapes;
+  shapes.reserve(parts.size());
+  for (const Part& part : parts) shapes.push_back(part.shape);
+  return std::make_shared<PairFilter>(std::move(number), std::move(allowed), std::move(shapes));
 }
 
 }  // namespace assay::dartsim

@@ -16,8 +16,13 @@ namespace assay::dartsim {
 class PairFilter final : public dart::collision::CollisionFilter {
  public:
   // `allowed` is a square table of numbers of shapes.
-  PairFilter(std::unordered_map<const dart::dynamics::ShapeFrame*, int> number, std::vector<char> allowed)
-      : number_(std::move(number)), allowed_(std::move(allowed)) {}
+  // `shapes` has the index into Model::shapes of each number.
+  PairFilter(std::unordered_map<const dart::dynamics::ShapeFrame*, int> number, std::vector<char> allowed,
+             std::vector<int> shapes)
+      : number_(std::move(number)), allowed_(std::move(allowed)), shapes_(std::move(shapes)) {}
+
+  // The index into Model::shapes of an object of DART's collision detection.
+  int shape_of(const dart::collision::CollisionObject* object) const;
 
   bool ignoresCollision(const dart::collision::CollisionObject* a,
                         const dart::collision::CollisionObject* b) const override;
@@ -25,6 +30,7 @@ class PairFilter final : public dart::collision::CollisionFilter {
  private:
   std::unordered_map<const dart::dynamics::ShapeFrame*, int> number_;
   std::vector<char> allowed_;
+  std::vector<int> shapes_;
 };
 
 // Gives the shapes that are in a contact pair to their bodies (`world` for static ones) and returns the filter.

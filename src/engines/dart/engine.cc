@@ -18,10 +18,6 @@ const char* const kSeriesReason =
     "DART rotates free bodies that turn by less than 1 mrad a step by a second-order series, which is not a rotation: "
     "speed grows by the fourth power of that angle over 8 a step (findings/dart/exponential_series.cc)";
 
-// Bound: the whole excess of the test.
-const char* const kLimitReason =
-    "DART does not move a joint back that starts beyond its limit (findings/dart/limit_error.cc)";
-
 // DART treats pairs with at most this coefficient as frictionless.
 constexpr double kLeastFriction = 1e-3;
 
@@ -51,7 +47,10 @@ class DartEngine final : public Adapter {
         {"dart-pgs", "DART, joint coordinates, projected Gauss-Seidel", {{"lcp", "pgs"}}},
         {"dart-default",
          "DART's own defaults: Dantzig's LCP solver, a hundredth of a depth corrected in a step, at most at 1 mm/s",
-         {{"contact_erp", 0.01}, {"contact_max_correcting_velocity", 0.001}, {"pgs_iterations", 30LL}}},
+         {{"contact_erp", 0.01},
+          {"contact_max_correcting_velocity", 0.001},
+          {"limit_max_correcting_velocity", 10.0},
+          {"pgs_iterations", 30LL}}},
         {"dart-explicit-pd", "the same as dart, joint springs and dampers as explicit torques", {{"pd", "explicit"}}}};
   }
 
@@ -69,6 +68,8 @@ class DartEngine final : public Adapter {
             : fmt::format("{}", options.pgs_iterations);
     c.iterations = options.pgs ? iterations : fmt::format("direct; {} where PGS steps in", iterations);
     c.contact = c.joint_limits = c.torques = c.armature = true;
+    c.contact_forces = ContactForces::kAll;
+    c.contact_forces_note = "Contact::force times the timestep";
     c.contact_solver = options.pgs ? "projected Gauss-Seidel, no warm start"
                                    : "Dantzig's LCP method, projected Gauss-Seidel where it fails";
     c.contact_model =
@@ -82,10 +83,8 @@ class DartEngine final : public Adapter {
     c.gyroscopic = true;
     c.sleep = "none (it has none)";
     c.speed_limits = "none";
-    c.other = "the distribution's build runs DART's assertions";
     add_features(c);
     c.deviations = {{"gravity-direction", 3.3e-11, kSeriesReason},
-                    {"beyond-limit", 0.081, kLimitReason},
                     {"ellipsoid-rocks", 0.42, "DART has no ellipsoid: its polyhedron rocks from face to face"}};
     if (options.contact_max_correcting_velocity > 0 && options.contact_max_correcting_velocity < 0.01) {
       // 1.5 times what the test measures with DART's own 1 mm/s

@@ -37,6 +37,15 @@ std::vector<Setting> declared_settings() {
        1e9},
       {"contact_cfm", 1e-5, "", "softness of contacts, relative to the diagonal of the system", {}, 1e-9, 1.0},
       {"limit_cfm", 1e-9, "", "softness of joint limits, relative to the diagonal of the system", {}, 1e-9, 1.0},
+      {"limit_max_correcting_velocity",
+       0.1,
+       "rad/s",
+       "cap of the speed, of slides in m/s, that moves a joint back which is beyond its limit; 0: none (DART's own "
+       "default "
+       "is 10). Without it the whole excess goes in one step, and the joint keeps that speed",
+       {},
+       0.0,
+       1e9},
       {"pd",
        "native",
        "",
@@ -59,6 +68,7 @@ Options read_options(const Settings& s) {
           .contact_max_correcting_velocity = s.get<double>("contact_max_correcting_velocity"),
           .contact_cfm = s.get<double>("contact_cfm"),
           .limit_cfm = s.get<double>("limit_cfm"),
+          .limit_max_correcting_velocity = s.get<double>("limit_max_correcting_velocity"),
           .native_pd = is(s, "pd", "native")};
 }
 

@@ -16,6 +16,7 @@ struct Options {
   double contact_erp = 0.2;
   double contact_max_correcting_velocity = 0;  // m/s; 0: none
   double contact_cfm = 1e-5, limit_cfm = 1e-9;
+  double limit_max_correcting_velocity = 0;  // rad/s, m/s; 0: none
   bool native_pd = true;
 };
 

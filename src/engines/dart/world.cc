@@ -49,8 +49,8 @@ Eigen::Isometry3d isometry(const Vec3& p, const Quat& q) {
   return X;
 }
 
-// ODE, which finds the contacts, ends the process when one of its assertions fails, unless a handler is set. There is
-// one set of handlers per process, so those of another user of the library stay.
+// ODE, which finds the contacts, ends the process after an error, unless a handler is set. The plugin has a copy of ODE
+// of its own.
 [[noreturn]] void on_ode_error(int number, const char* text, va_list arguments) {
   std::array<char, 512> buffer{};
   std::vsnprintf(buffer.data(), buffer.size(), text, arguments);
@@ -77,10 +77,11 @@ void set_globals(const Options& options) {
   using dart::constraint::ContactConstraint;
   ContactConstraint::setErrorAllowance(0);
   ContactConstraint::setErrorReductionParameter(options.contact_erp);
-  const double cap = options.contact_max_correcting_velocity;
-  ContactConstraint::setMaxErrorReductionVelocity(cap > 0 ? cap : std::numeric_limits<double>::infinity());
+  const auto cap = [](double speed) { return speed > 0 ? speed : std::numeric_limits<double>::infinity(); };
+  ContactConstraint::setMaxErrorReductionVelocity(cap(options.contact_max_correcting_velocity));
   ContactConstraint::setConstraintForceMixing(options.contact_cfm);
   dart::constraint::JointConstraint::setErrorAllowance(0);
+  dart::constraint::JointConstraint::setMaxErrorReductionVelocity(cap(options.limit_max_correcting_velocity));
   dart::constraint::JointConstraint::setConstraintForceMixing(options.limit_cfm);
 }
 
@@ -308,8 +309,31 @@ void DartSimulation::make_contacts() {
   auto filter = add_shapes(model_, bodies_, world);
   if (world->getNumShapeNodes() > 0) trees_.push_back(ground);
   dart::collision::CollisionOption& option = world_->getConstraintSolver()->getCollisionOption();
+  filter_ = filter;
   option.collisionFilter = std::move(filter);
   option.maxNumContacts = 1U << 24;  // beyond DART's 1000 a pair has one contact point only
+}
+
+bool DartSimulation::keep_contacts() {
+  contacts_kept_ = true;
+  return true;
+}
+
+// DART leaves the forces of a step in the result of its collision detection, on the first body; the normal points to
+// it.
+void DartSimulation::read_contacts(std::vector<ContactForce>& out) const {
+  out.clear();
+  if (!contacts_kept_ || filter_ == nullptr || clock_.steps == 0) return;
+  for (const dart::collision::Contact& contact : world_->getLastCollisionResult().getContacts()) {
+    const int first = filter_->shape_of(contact.collisionObject1), second = filter_->shape_of(contact.collisionObject2);
+    const double sign = first > second ? 1 : -1;
+    out.push_back({.shape_a = std::min(first, second),
+                   .shape_b = std::max(first, second),
+                   .p_W = contact.point,
+                   .n_W = sign * contact.normal,
+                   .gap = -contact.penetrationDepth,
+                   .impulse_W = sign * options_.timestep * contact.force});
+  }
 }
 
 void DartSimulation::set_state(const State& state) {

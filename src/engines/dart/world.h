@@ -6,6 +6,7 @@
 
 #include <dart/simulation/World.hpp>
 
+#include "collision.h"
 #include "engines/adapter.h"
 #include "options.h"
 
@@ -21,6 +22,8 @@ class DartSimulation final : public Simulation {
   void advance(int count) override;
   void read_state(State& out) const override;
   EngineView view() const override;
+  bool keep_contacts() override;
+  void read_contacts(std::vector<ContactForce>& out) const override;
 
  private:
   void make_world();
@@ -40,7 +43,9 @@ class DartSimulation final : public Simulation {
   bool explicit_springs_;  // of hinges and slides; those of ball joints and tendons always are
   bool armature_in_rows_, armature_in_joints_;
   bool reads_state_;  // whether set_torques() needs the state
+  bool contacts_kept_ = false;
   dart::simulation::WorldPtr world_;
+  std::shared_ptr<const PairFilter> filter_;  // null without contacts
   std::vector<dart::dynamics::SkeletonPtr> trees_;
   std::vector<dart::dynamics::BodyNode*> bodies_;  // owned by the world's skeletons
   std::vector<dart::dynamics::Joint*> joints_;     // of each Model::joints

@@ -71,6 +71,15 @@ class JoltEngine final : public Adapter {
         fmt::format("sequential impulses, {} iterations{}; positions corrected apart, {} iterations",
                     world.velocity_steps, world.warm_start != 0 ? ", warm start" : "", world.position_steps);
     c.contact = true;
+    if (world.collision_steps > 1) {
+      c.contact_forces_note = "those of the last substep alone could be read";
+    } else {
+      c.contact_forces = ContactForces::kAll;
+      c.contact_forces_note =
+          "impulses of the contact cache, read from PhysicsSystem::SaveState; a manifold's friction is shared out by "
+          "its "
+          "points' normal impulses, without its torque";
+    }
     c.contact_solver = "the same, with the joints";
     c.contact_model = fmt::format("rigid, Baumgarte {:g}, slop {:g} m, speculative distance {:g} m", world.baumgarte,
                                   world.penetration_slop, world.speculative_distance);

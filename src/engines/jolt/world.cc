@@ -1,6 +1,7 @@
 #include "world.h"
 
 #include <algorithm>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -95,6 +96,33 @@ EngineView JoltSimulation::view() const {
   }
   return_lent_mass(lent_, out);
   return out;
+}
+
+bool JoltSimulation::keep_contacts() {
+  if (options_.world.collision_steps > 1) return false;  // only the last of them would be there
+  jolt_keep_contacts(world_.get());
+  return contacts_kept_ = true;
+}
+
+void JoltSimulation::read_contacts(std::vector<ContactForce>& out) const {
+  out.clear();
+  if (!contacts_kept_ || clock_.steps == 0) return;
+  int32_t count = jolt_contacts(world_.get(), contacts_.data(), static_cast<int32_t>(contacts_.size()));
+  if (std::cmp_greater(count, contacts_.size())) {
+    contacts_.resize(2 * static_cast<size_t>(count));
+    count = jolt_contacts(world_.get(), contacts_.data(), static_cast<int32_t>(contacts_.size()));
+  }
+  if (count < 0) throw EngineError("Jolt trapped: out of memory or of bounds");
+  for (int32_t i = 0; i < count; ++i) {
+    const jolt_contact& found = contacts_[static_cast<size_t>(i)];
+    const double sign = found.shape_a < found.shape_b ? 1 : -1;
+    out.push_back({.shape_a = std::min(found.shape_a, found.shape_b),
+                   .shape_b = std::max(found.shape_a, found.shape_b),
+                   .p_W = vec3(found.p),
+                   .n_W = sign * vec3(found.normal),
+                   .gap = found.gap,
+                   .impulse_W = sign * vec3(found.impulse)});
+  }
 }
 
 void JoltSimulation::read() const {

@@ -17,6 +17,8 @@ class JoltSimulation final : public Simulation {
   void advance(int count) override;
   void read_state(State& out) const override;
   EngineView view() const override;
+  bool keep_contacts() override;
+  void read_contacts(std::vector<ContactForce>& out) const override;
 
  private:
   // Fills last_, whose angles before unwrap the new ones.
@@ -34,7 +36,9 @@ class JoltSimulation final : public Simulation {
   World world_;
   std::vector<double> torques_;
   mutable std::vector<jolt_body_state> bodies_;  // scratch
-  mutable State last_;                           // of the last read, lent_'s model's
+  bool contacts_kept_ = false;
+  mutable std::vector<jolt_contact> contacts_;  // scratch
+  mutable State last_;                          // of the last read, lent_'s model's
 };
 
 }  // namespace assay::jolt

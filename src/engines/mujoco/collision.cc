@@ -13,8 +13,6 @@
 namespace assay::mujoco {
 namespace {
 
-std::string shape_label(size_t shape) { return fmt::format("shape{}", shape); }
-
 std::string hull_label(int hull) { return fmt::format("hull{}", hull); }
 std::string field_label(int field) { return fmt::format("field{}", field); }
 
@@ -67,6 +65,8 @@ void add_pair(mjSpec* spec, const ContactPair& contact, const Softness& soft) {
 }
 
 }  // namespace
+
+std::string shape_label(size_t index) { return fmt::format("shape{}", index); }
 
 // The broad phase can be used when each two bodies collide with all of their shapes or with none, with the friction
 // that MuJoCo's rules give. It scales with the number of bodies, the list with that of pairs.

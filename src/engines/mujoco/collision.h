@@ -33,6 +33,9 @@ ContactPlan plan_contacts(const Model& model, const Tree& tree, bool explicit_pa
 // The name under which body `body` of the model, or the world, is in the spec.
 std::string body_label(int body);
 
+// The same of shape `index` of the model.
+std::string shape_label(size_t index);
+
 // The hulls and height fields of the shapes.
 void add_shape_data(mjSpec* spec, const Model& model, const ContactPlan& plan);
 

@@ -278,6 +278,11 @@ class Builder {
         compiled.joint_dof[body.joint] = dof;
       }
     }
+    compiled.shape_of_geom.assign(static_cast<size_t>(m.ngeom), -1);
+    for (size_t s = 0; s < model_.shapes.size(); ++s) {
+      const int geom = mj_name2id(&m, mjOBJ_GEOM, shape_label(s).c_str());
+      if (geom >= 0) compiled.shape_of_geom[geom] = static_cast<int>(s);
+    }
   }
 
   void set_what_a_spec_cannot_say(const Compiled& compiled) const {

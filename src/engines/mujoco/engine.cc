@@ -171,6 +171,12 @@ class MujocoEngine final : public Adapter {
     }
     c.sleep = "off";
     c.speed_limits = "none";
+    if (integrator == "rk4") {
+      c.contact_forces_note = "a Runge-Kutta step has four sets of them";
+    } else {
+      c.contact_forces = ContactForces::kAll;
+      c.contact_forces_note = "mj_contactForce times the timestep";
+    }
     c.deviations = contact_deviations(settings);
     declare_features(c, settings);
     return c;

@@ -118,6 +118,33 @@ EngineView MujocoSimulation::view() const {
   return view;
 }
 
+// After a step of one stage MuJoCo's contacts and their forces are those of the state in which it began.
+bool MujocoSimulation::keep_contacts() {
+  contacts_kept_ = model_->opt.integrator != mjINT_RK4;
+  return contacts_kept_;
+}
+
+void MujocoSimulation::read_contacts(std::vector<ContactForce>& out) const {
+  out.clear();
+  if (!contacts_kept_ || clock_.steps == 0) return;
+  for (int i = 0; i < data_->ncon; ++i) {
+    const mjContact& contact = data_->contact[i];
+    int first = compiled_->shape_of_geom[contact.geom[0]], second = compiled_->shape_of_geom[contact.geom[1]];
+    if (contact.efc_address < 0 || first < 0 || second < 0) continue;
+    std::array<mjtNum, 6> force{};  // in the contact's frame, on the second geom; its first axis is the normal
+    mj_contactForce(model_.get(), data_.get(), i, force.data());
+    const Mat3 axes_W = Eigen::Map<const Matrix3Rows>(contact.frame).transpose();
+    ContactForce& found = out.emplace_back();
+    found.p_W = Eigen::Map<const Vec3>(contact.pos);
+    found.gap = contact.dist;
+    const double sign = first < second ? 1 : -1;
+    found.shape_a = std::min(first, second);
+    found.shape_b = std::max(first, second);
+    found.n_W = sign * axes_W.col(0);
+    found.impulse_W = sign * clock_.timestep * (axes_W * Vec3(force[0], force[1], force[2]));
+  }
+}
+
 void MujocoSimulation::set_state(const State& state) {
   const Model& model = compiled_->model;
   const State given = with_joint_coordinates(model, state);

@@ -17,6 +17,8 @@ class MujocoSimulation final : public Simulation {
   void advance(int count) override;
   void read_state(State& out) const override;
   EngineView view() const override;
+  bool keep_contacts() override;
+  void read_contacts(std::vector<ContactForce>& out) const override;
 
  private:
   void set_state(const State& state);
@@ -31,8 +33,9 @@ class MujocoSimulation final : public Simulation {
   DataPtr data_;
   Clock clock_;
   mutable std::vector<BallCoordinates> balls_;  // of the last read
-  bool torques_set_ = false;                    // qfrc_applied is not zero
-  bool torques_fresh_ = false;                  // ... and no step has used it yet
+  bool contacts_kept_ = false;
+  bool torques_set_ = false;    // qfrc_applied is not zero
+  bool torques_fresh_ = false;  // ... and no step has used it yet
 };
 
 }  // namespace assay::mujoco

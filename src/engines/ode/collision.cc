@@ -228,7 +228,28 @@ void Collision::collide(dxGeom* a, dxGeom* b) {
     points_[i].surface.soft_cfm = cfm;
     set_friction(points_[i].surface, frictions_[friction]);
     if (along_slip_) set_slip_direction(points_[i], body_a, body_b);
-    dJointAttach(dJointCreateContact(world_, contacts_.get(), &points_[i]), body_a, body_b);
+    dxJoint* joint = dJointCreateContact(world_, contacts_.get(), &points_[i]);
+    dJointAttach(joint, body_a, body_b);
+    if (!keeps_forces_) continue;
+    Kept& kept = kept_.emplace_back();
+    const bool in_order = shape_a < shape_b;
+    // ODE's normal points to the first shape; its first body is the second shape's where the first has none
+    kept.contact = {.shape_a = static_cast<int>(std::min(shape_a, shape_b)),
+                    .shape_b = static_cast<int>(std::max(shape_a, shape_b)),
+                    .p_W = vec3(points_[i].geom.pos),
+                    .n_W = (in_order ? -1 : 1) * vec3(points_[i].geom.normal),
+                    .gap = -points_[i].geom.depth};
+    // dJointGetBody() would give the bodies as they were attached
+    kept.on_b = (body_a != nullptr ? body_a : body_b) == (in_order ? body_b : body_a);
+    dJointSetFeedback(joint, &kept.feedback);
+  }
+}
+
+void Collision::read_forces(double timestep, std::vector<ContactForce>& out) const {
+  out.clear();
+  for (const Kept& kept : kept_) {
+    out.push_back(kept.contact);
+    out.back().impulse_W = (kept.on_b ? timestep : -timestep) * vec3(kept.feedback.f1);
   }
 }
 

@@ -3,11 +3,13 @@
 
 #include <array>
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <vector>
 
 #include <ode/ode.h>
 
+#include "engines/engine.h"
 #include "library.h"
 #include "model/model.h"
 #include "options.h"
@@ -28,11 +30,16 @@ class Collision {
 
   // Turns what touches now into joints of the next step, and takes these joints away after it.
   void detect() {
+    kept_.clear();
     if (space_) dSpaceCollide(space_.get(), this, &Collision::on_near);
   }
   void clear() {
     if (space_) dJointGroupEmpty(contacts_.get());
   }
+
+  // Whether the forces of contact joints are kept, and those of the last step as impulses over `timestep` seconds.
+  void keep_forces() { keeps_forces_ = true; }
+  void read_forces(double timestep, std::vector<ContactForce>& out) const;
 
  private:
   static constexpr std::uint16_t kNoContact = 0xffff;
@@ -59,7 +66,16 @@ class Collision {
   static void set_friction(dSurfaceParameters& surface, const Friction& friction);
   size_t shape_index(dxGeom* geom) const { return static_cast<const char*>(dGeomGetData(geom)) - tags_.data(); }
 
+  // A contact joint's force. ODE writes to it during the step.
+  struct Kept {
+    ContactForce contact;
+    bool on_b = true;  // whether ODE's first body of the joint is that of shape b
+    dJointFeedback feedback{};
+  };
+
   dxWorld* world_;
+  bool keeps_forces_ = false;
+  std::deque<Kept> kept_;  // of the last step; does not move its entries
   std::vector<std::unique_ptr<Polyhedron>> polyhedra_;
   std::vector<std::vector<double>> heights_;
   std::vector<HeightData> height_data_;

@@ -113,6 +113,8 @@ class OdeEngine final : public Adapter {
                          ? "direct: Dantzig LCP over all rows"
                          : "projected SOR, " + std::to_string(options.iterations) + " iterations, no warm start";
     c.contact = true;
+    c.contact_forces = ContactForces::kAll;
+    c.contact_forces_note = "dJointFeedback of each contact joint times the timestep, with what ERP adds";
     c.contact_solver = c.joint_solver + ", with the joints";
     c.contact_model = fmt::format("rigid, ERP {:g}, CFM {:g}", options.contact_erp, options.contact_cfm);
     if (options.max_correcting_velocity > 0) {

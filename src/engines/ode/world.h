@@ -19,6 +19,11 @@ class OdeSimulation final : public Simulation {
   void advance(int count) override;
   void read_state(State& out) const override;
   EngineView view() const override;
+  bool keep_contacts() override {
+    collision_.keep_forces();
+    return true;
+  }
+  void read_contacts(std::vector<ContactForce>& out) const override { collision_.read_forces(options_.timestep, out); }
 
  private:
   void set_up_world();

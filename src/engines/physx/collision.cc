@@ -29,7 +29,9 @@ Collision::Collision(const Model& model, const Options& options)
     if (shapes_[pair.shape_b].type == ShapeType::kHeightField) on_field[pair.shape_a] = true;
   }
   for (size_t s = 0; s < shapes_.size(); ++s) {
-    if (row_of_shape_[s] >= 0) geometry_of_row_.push_back(geometries_.make(model, shapes_[s], on_field[s]));
+    if (row_of_shape_[s] < 0) continue;
+    geometry_of_row_.push_back(geometries_.make(model, shapes_[s], on_field[s]));
+    shape_of_row_.push_back(static_cast<int>(s));
   }
   make_tables(model);
   make_materials(model, options);
@@ -98,7 +100,10 @@ PxFilterFlags Collision::filter(PxFilterObjectAttributes /*attributes_a*/, PxFil
   const auto touch = static_cast<const std::uint8_t*>(table)[static_cast<size_t>(a.word0) * a.word1 + b.word0];
   if (touch == kNever) return PxFilterFlag::eKILL;
   flags = PxPairFlag::eCONTACT_DEFAULT;
-  if (touch == kModified) flags |= PxPairFlag::eMODIFY_CONTACTS;
+  if ((touch & kModified) != 0) flags |= PxPairFlag::eMODIFY_CONTACTS;
+  if ((touch & kReported) != 0) {
+    flags |= PxPairFlag::eNOTIFY_TOUCH_FOUND | PxPairFlag::eNOTIFY_TOUCH_PERSISTS | PxPairFlag::eNOTIFY_CONTACT_POINTS;
+  }
   return PxFilterFlag::eDEFAULT;
 }
 // NOLINTEND(performance-unnecessary-value-param)
@@ -111,6 +116,34 @@ void Collision::onContactModify(PxContactModifyPair* pairs, PxU32 count) {
     for (PxU32 k = 0; k < pairs[i].contacts.size(); ++k) {
       pairs[i].contacts.setStaticFriction(k, mu);
       pairs[i].contacts.setDynamicFriction(k, mu);
+    }
+  }
+}
+
+void Collision::report_contacts(PxScene& scene) {
+  if (table_.empty()) return;
+  for (std::uint8_t& touch : table_) {
+    if (touch != kNever) touch |= kReported;
+  }
+  scene.setFilterShaderData(table_.data(), static_cast<PxU32>(table_.size()));
+  scene.setSimulationEventCallback(this);
+}
+
+void Collision::onContact(const PxContactPairHeader& /*header*/, const PxContactPair* pairs, PxU32 count) {
+  std::vector<PxContactPairPoint> points;
+  for (PxU32 i = 0; i < count; ++i) {
+    points.resize(pairs[i].contactCount);
+    const PxU32 found = pairs[i].extractContacts(points.data(), static_cast<PxU32>(points.size()));
+    const int first = shape_of_row_[pairs[i].shapes[0]->getSimulationFilterData().word0];
+    const int second = shape_of_row_[pairs[i].shapes[1]->getSimulationFilterData().word0];
+    const double sign = first > second ? 1 : -1;  // normal and impulse are those of the first shape
+    for (PxU32 k = 0; k < found; ++k) {
+      contacts_.push_back({.shape_a = std::min(first, second),
+                           .shape_b = std::max(first, second),
+                           .p_W = from_px(points[k].position),
+                           .n_W = sign * from_px(points[k].normal),
+                           .gap = points[k].separation,
+                           .impulse_W = sign * from_px(points[k].impulse)});
     }
   }
 }

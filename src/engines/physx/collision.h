@@ -3,11 +3,13 @@
 // PhysX asks a filter shader about every pair of shapes and combines the frictions of two materials. A shape's filter
 // data is its row in a table of pairs; its material is chosen so that the larger of two coefficients is the pair's own.
 // Pairs of which that cannot be said get their coefficient from a callback in every step.
+// A scene that is asked for reports hands its contact points and their normal impulses over at the end of each step.
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
+#include "engines/engine.h"
 #include "library.h"
 #include "model/model.h"
 #include "options.h"
@@ -22,7 +24,8 @@ struct BodyFrame {
   Vec3 inertia;  // principal moments, kg m^2
 };
 
-class Collision final : public physx::PxContactModifyCallback {
+// NOLINTNEXTLINE(misc-multiple-inheritance): two of PhysX's interfaces of callbacks
+class Collision final : public physx::PxContactModifyCallback, public physx::PxSimulationEventCallback {
  public:
   Collision(const Model& model, const Options& options);
 
@@ -46,9 +49,24 @@ class Collision final : public physx::PxContactModifyCallback {
   // Called by PhysX within a step for pairs whose friction no two materials give.
   void onContactModify(physx::PxContactModifyPair* pairs, physx::PxU32 count) override;
 
+  // Makes `scene`, which has not been stepped, report contacts. From then on contacts() has those since clear().
+  void report_contacts(physx::PxScene& scene);
+  void clear_contacts() { contacts_.clear(); }
+  const std::vector<ContactForce>& contacts() const { return contacts_; }
+
+  // Called by PhysX at the end of a step; the others of its interface are of no use here.
+  void onContact(const physx::PxContactPairHeader& header, const physx::PxContactPair* pairs,
+                 physx::PxU32 count) override;
+  void onConstraintBreak(physx::PxConstraintInfo* /*constraints*/, physx::PxU32 /*count*/) override {}
+  void onWake(physx::PxActor** /*actors*/, physx::PxU32 /*count*/) override {}
+  void onSleep(physx::PxActor** /*actors*/, physx::PxU32 /*count*/) override {}
+  void onTrigger(physx::PxTriggerPair* /*pairs*/, physx::PxU32 /*count*/) override {}
+  void onAdvance(const physx::PxRigidBody* const* /*bodies*/, const physx::PxTransform* /*poses*/,
+                 physx::PxU32 /*count*/) override {}
+
  private:
   // What may happen between two shapes.
-  enum Touch : std::uint8_t { kNever = 0, kMaterials = 1, kModified = 2 };
+  enum Touch : std::uint8_t { kNever = 0, kMaterials = 1, kModified = 2, kReported = 4 };
 
   void make_tables(const Model& model);
   void make_materials(const Model& model, const Options& options);
@@ -56,6 +74,7 @@ class Collision final : public physx::PxContactModifyCallback {
 
   std::vector<Shape> shapes_;      // of the model
   std::vector<int> row_of_shape_;  // -1: touches nothing
+  std::vector<int> shape_of_row_;
   size_t rows_ = 0;
   std::vector<std::uint8_t> table_;  // rows x rows of Touch
   std::vector<float> friction_;      // the same, empty when all comes from materials
@@ -67,6 +86,7 @@ class Collision final : public physx::PxContactModifyCallback {
   Geometries geometries_;
   std::vector<Geometry> geometry_of_row_;
   std::vector<Owned<physx::PxMaterial>> materials_;  // by row
+  std::vector<ContactForce> contacts_;
 };
 
 }  // namespace assay::px

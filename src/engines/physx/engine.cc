@@ -121,6 +121,8 @@ class PhysxEngine final : public Adapter {
     c.friction_combine =
         "the pair's coefficient: as the larger of two materials', or by a callback where that is another";
     c.contact = c.joint_limits = c.torques = true;
+    c.contact_forces = ContactForces::kNormal;
+    c.contact_forces_note = "PxContactPairPoint::impulse of contact reports; PhysX 5.1 gives no friction";
     c.armature = articulation;
     describe_springs(c, options.native_pd,
                      articulation ? "implicit drive of the joint, linear"

@@ -137,11 +137,18 @@ void PhysxSimulation::advance(int count) {
     if (torques_behind_) withdraw();
     torques_behind_ = torques_ahead_;
     torques_ahead_ = false;
+    if (contacts_kept_) collision_.clear_contacts();
     scene_->simulate(h);
     scene_->fetchResults(true);
   }
   clock_.steps += count;
   if (has_complaint()) throw EngineError("PhysX: " + take_complaint());
+}
+
+bool PhysxSimulation::keep_contacts() {
+  collision_.report_contacts(*scene_);
+  contacts_kept_ = true;
+  return true;
 }
 
 void PhysxSimulation::set_torques(std::span<const double> torques) {

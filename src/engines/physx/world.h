@@ -18,6 +18,8 @@ class PhysxSimulation : public Simulation {
   void read_state(State& out) const final;
   EngineView view() const final;
   void set_torques(std::span<const double> torques) final;
+  bool keep_contacts() final;
+  void read_contacts(std::vector<ContactForce>& out) const final { out = collision_.contacts(); }
 
  protected:
   PhysxSimulation(const Model& model, const State& state, const Options& options);
@@ -66,6 +68,7 @@ class PhysxSimulation : public Simulation {
   void make_scene();
   void make_world_shapes();
 
+  bool contacts_kept_ = false;
   bool torques_ahead_ = false, torques_behind_ = false;  // to act in the next step; acted in the last
   bool ball_springs_ = false, tendon_springs_ = false;   // some ball joint, some tendon has a spring or damper
   std::vector<double> torques_;                          // scratch

@@ -125,8 +125,45 @@ class RapierSimulation final : public Simulation {
   }
 
   void advance(int count) override {
-    require(api_.step(world_.get(), count));
+    if (contacts_kept_ && count > 0) {
+      require(api_.step(world_.get(), count - 1));
+      require(api_.read_bodies(world_.get(), before_.data()));
+      require(api_.step(world_.get(), 1));
+    } else {
+      require(api_.step(world_.get(), count));
+    }
     clock_.steps += count;
+  }
+
+  bool keep_contacts() override {
+    if (options_.world.contact_recycling != 0) return false;
+    before_.resize(states_.size());
+    contacts_.resize(64);  // more where it is too small
+    return contacts_kept_ = true;
+  }
+
+  void read_contacts(std::vector<ContactForce>& out) const override {
+    out.clear();
+    if (!contacts_kept_ || clock_.steps == 0) return;
+    int count = 0;
+    require(api_.read_contacts(world_.get(), contacts_.data(), static_cast<int>(contacts_.size()), &count));
+    if (std::cmp_greater(count, contacts_.size())) {
+      contacts_.resize(2 * static_cast<size_t>(count));
+      require(api_.read_contacts(world_.get(), contacts_.data(), static_cast<int>(contacts_.size()), &count));
+    }
+    for (int i = 0; i < count; ++i) {
+      const RapierContact& found = contacts_[static_cast<size_t>(i)];
+      const int first = shapes_[found.shape_a], second = shapes_[found.shape_b];
+      const double sign = first < second ? 1 : -1;
+      const Vec3 p_W = found.body_b >= 0 ? Vec3(vec3(before_[found.body_b].p_world_com) + vec3(found.r_b))
+                                         : Vec3(vec3(before_[found.body_a].p_world_com) + vec3(found.r_a));
+      out.push_back({.shape_a = std::min(first, second),
+                     .shape_b = std::max(first, second),
+                     .p_W = p_W,
+                     .n_W = sign * vec3(found.normal),
+                     .gap = found.gap,
+                     .impulse_W = sign * vec3(found.impulse)});
+    }
   }
 
   void read_state(State& out) const override {
@@ -263,6 +300,7 @@ class RapierSimulation final : public Simulation {
       require(api_.set_pairs(world_.get(), plan.pairs.data(), static_cast<int>(plan.shapes.size())));
     }
     for (const ShapePlan& planned : plan.shapes) {
+      shapes_.push_back(planned.shape);
       const Shape& shape = model_.shapes[planned.shape];
       const Surface surface = surface_of(model_, shape);
       RapierShape add{};
@@ -343,6 +381,10 @@ class RapierSimulation final : public Simulation {
   std::vector<double> torques_, torque_rows_;           // scratch
   mutable std::vector<double> positions_, velocities_;  // scratch, three a joint
   mutable std::vector<RapierState> states_;             // scratch
+  bool contacts_kept_ = false;
+  std::vector<int> shapes_;                      // indices into Model::shapes, in Rapier's order
+  std::vector<RapierState> before_;              // where the last step began, with contacts_kept_
+  mutable std::vector<RapierContact> contacts_;  // scratch
 };
 
 }  // namespace

@@ -1,0 +1,94 @@
+#include "measures/transfer.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "model/extent.h"
+
+namespace assay {
+namespace {
+
+struct Sum {
+  double total = 0;
+  long long count = 0;
+  void add(double value) {
+    total += value;
+    ++count;
+  }
+  std::optional<double> mean() const {
+    return count == 0 ? std::nullopt : std::optional(total / static_cast<double>(count));
+  }
+};
+
+bool has_fallen(const Model& model, const State& start, const State& state, const TransferTask& task) {
+  const bool outside = std::ranges::any_of(task.joints, [&](const TransferTask::JointRange& range) {
+    const double position = state.position[static_cast<size_t>(range.joint)];
+    return position < range.low || position > range.high;
+  });
+  if (outside || task.base < 0) return outside;
+  const auto base = static_cast<size_t>(task.base);
+  const BodyState& body = state.bodies[base];
+  const double height = (body.p_WBcm - body.q_WB * model.bodies[base].p_BBcm).z();
+  const Vec3 up = body.q_WB * Vec3::UnitZ(), up_then = start.bodies[base].q_WB * Vec3::UnitZ();
+  const double tilt = std::atan2(up.cross(up_then).norm(), up.dot(up_then));
+  return height < task.fallen_height || tilt > task.fallen_tilt;
+}
+
+// Forward, left and turning of the base, in its heading.
+Vec3 heading_velocity(const Model& model, const State& state, int base) {
+  const BodyState& body = state.bodies[static_cast<size_t>(base)];
+  const Vec3 p_BcmB_W = -(body.q_WB * model.bodies[static_cast<size_t>(base)].p_BBcm);
+  const Vec3 velocity = body.v_WBcm + body.w_WB.cross(p_BcmB_W);
+  const Vec3 forward = body.q_WB * Vec3::UnitX();
+  const double yaw = std::atan2(forward.y(), forward.x());
+  return {std::cos(yaw) * velocity.x() + std::sin(yaw) * velocity.y(),
+          -std::sin(yaw) * velocity.x() + std::cos(yaw) * velocity.y(), body.w_WB.z()};
+}
+
+// Speeds of the shapes that touch a plane, along it.
+void add_slips(const Model& model, const State& state, Sum& slips) {
+  for (const ContactPair& pair : model.contacts) {
+    const Shape* a = &model.shapes[static_cast<size_t>(pair.shape_a)];
+    const Shape* b = &model.shapes[static_cast<size_t>(pair.shape_b)];
+    if (a->type != ShapeType::kPlane) std::swap(a, b);
+    if (a->type != ShapeType::kPlane || a->body != kWorld || is_ground(*b) || b->body == kWorld) continue;
+    const Vec3 normal = a->X_BS.q * Vec3::UnitZ();
+    const Pose X_WS = shape_pose(model, state, *b);
+    const Vec3 down_S = X_WS.q.conjugate() * Vec3(-normal);
+    const Vec3 lowest = X_WS.p - reach(model, *b, down_S) * normal;
+    if (normal.dot(lowest - a->X_BS.p) > kTouching) continue;
+    const BodyState& body = state.bodies[static_cast<size_t>(b->body)];
+    const Vec3 velocity = body.v_WBcm + body.w_WB.cross(lowest - body.p_WBcm);
+    slips.add((velocity - normal.dot(velocity) * normal).norm());
+  }
+}
+
+}  // namespace
+
+Transfer transfer(const Model& model, const std::vector<State>& states, const TransferTask& task, bool ended_early) {
+  assert(!states.empty());
+  Transfer found;
+  Sum velocity, turning, slips;
+  const double start_s = states.front().time;
+  found.up_s = states.back().time - start_s;
+  for (const State& state : states) {
+    if (has_fallen(model, states.front(), state, task)) {
+      found.fell_at = found.up_s = state.time - start_s;
+      break;
+    }
+    if (task.base >= 0 && !task.command.empty()) {
+      const Vec3 is = heading_velocity(model, state, task.base);
+      velocity.add(std::hypot(is.x() - task.command[0], is.y() - task.command[1]));
+      turning.add(std::abs(is.z() - task.command[2]));
+    }
+    add_slips(model, state, slips);
+  }
+  if (!found.fell_at && ended_early) found.fell_at = found.up_s;
+  found.velocity_error = velocity.mean();
+  found.turning_error = turning.mean();
+  found.foot_slip = slips.mean();
+  return found;
+}
+
+}  // namespace assay
