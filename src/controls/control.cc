@@ -12,13 +12,27 @@
 #include "base/errors.h"
 #include "base/text.h"
 #include "controls/hold.h"
+#include "controls/policy.h"
 #include "controls/torque_file.h"
 #include "model/kinematics.h"
 
 namespace assay {
 namespace {
 
-constexpr std::string_view kPath = ",path=";
+constexpr std::string_view kPath = ",path=", kConfig = ",config=", kNetwork = ",network=";
+
+// A run of a control without memory.
+class StateRun final : public ControlRun {
+ public:
+  StateRun(const Control& control, double timestep_s) : control_(control), timestep_s_(timestep_s) {}
+  void torques(const State& state, std::span<double> torques) override {
+    torques_of_step(control_, state, timestep_s_, torques);
+  }
+
+ private:
+  const Control& control_;
+  double timestep_s_;
+};
 
 double value_at(const Sine& sine, double time) {
   return sine.amplitude * std::sin(2 * std::numbers::pi * sine.frequency * time + sine.phase);
@@ -107,6 +121,10 @@ class ActuatorControl final : public Control {
 
 }  // namespace
 
+std::unique_ptr<ControlRun> Control::start(double timestep_s) const {
+  return std::make_unique<StateRun>(*this, timestep_s);
+}
+
 double actuator_input(const Actuator& actuator, double control, double time) {
   const Sine& sine = actuator.sine;
   if (!actuator.has_activation()) {
@@ -170,11 +188,17 @@ std::unique_ptr<Control> actuator_control(const Model& model, std::vector<double
   return std::make_unique<ActuatorControl>(model.actuators, std::move(control));
 }
 
-std::vector<std::string> control_kinds() { return {"passive", "sine", "actuators", "hold", "random", "file"}; }
+std::vector<std::string> control_kinds() {
+  return {"passive", "sine", "actuators", "hold", "random", "file", "policy"};
+}
 
 std::string control_text(const ControlSpec& spec) {
   std::string text = spec.kind;
   if (spec.kind == "file") return fmt::format("{}{}{}", text, kPath, spec.file);
+  if (spec.kind == "policy") {
+    text += fmt::format("{}{}", kConfig, spec.policy);
+    return spec.network.empty() ? text : fmt::format("{}{}{}", text, kNetwork, spec.network);
+  }
   for (const ControlPart& part : kControlParts) {
     if (spec.kind == part.kind) text += fmt::format(",{}={}", part.name, shortest(spec.*part.member));
   }
@@ -187,6 +211,12 @@ ControlSpec parse_control(const std::string& text) {
   spec.kind = text.substr(0, at);
   if (spec.kind == "file" && text.compare(at, kPath.size(), kPath) == 0) {
     spec.file = text.substr(at + kPath.size());
+    return spec;
+  }
+  if (spec.kind == "policy" && text.compare(at, kConfig.size(), kConfig) == 0) {
+    const size_t network = std::min(text.rfind(kNetwork), text.size());
+    spec.policy = text.substr(at + kConfig.size(), network - at - kConfig.size());
+    if (network < text.size()) spec.network = text.substr(network + kNetwork.size());
     return spec;
   }
   if (text.ends_with(".csv")) {
@@ -250,6 +280,15 @@ std::unique_ptr<Control> make_control(const Model& model, const ControlSpec& spe
   if (spec.kind == "file") {
     if (spec.file.empty()) throw InputError("the control 'file' has no path: write file,path=torques.csv");
     return file_control(model, spec.file);
+  }
+  if (spec.kind == "policy") {
+    if (spec.policy.empty()) {
+      throw InputError(
+          "the control 'policy' has no configuration: write policy,config=policy.toml, in a campaign {kind = "
+          "\"policy\", "
+          "config = \"policy.toml\"}");
+    }
+    return policy_control(model, spec.policy, spec.network);
   }
   std::vector<Sine> sines;
   sines.reserve(model.joints.size());

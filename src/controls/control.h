@@ -5,6 +5,7 @@
 #include <array>
 #include <memory>
 #include <numbers>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -21,7 +22,34 @@ enum class ControlInput {
   kState,    // time, angles and rates
 };
 
-// Immutable and without memory: equal states give equal torques, so a run can be continued from any state.
+// What a run's control has done so far.
+struct ControlAccount {
+  long long policy_steps = 0;  // of a policy
+  double policy_s = 0;         // that they took, outside the engine's clock
+  double work = 0;  // J, of the torques that were asked for: the sum of |torque rate| h over steps and joints
+};
+
+// One run under a control, from its first step on: what the control remembers of it.
+class ControlRun {
+ public:
+  virtual ~ControlRun() = default;
+  ControlRun(const ControlRun&) = delete;
+  ControlRun& operator=(const ControlRun&) = delete;
+
+  // Torques that are held during the step that begins in `state`, as Control::torques. Called once a step, in order.
+  // May throw PolicyError (policy.h).
+  virtual void torques(const State& state, std::span<double> torques) = 0;
+
+  virtual ControlAccount account() const { return {}; }
+
+ protected:
+  ControlRun() = default;
+};
+
+struct PolicyConfig;
+
+// Immutable. But for a policy, which a ControlRun of its own remembers, equal states give equal torques, so a run can
+// be continued from any state.
 class Control {
  public:
   virtual ~Control() = default;
@@ -29,8 +57,31 @@ class Control {
   Control& operator=(const Control&) = delete;
 
   // Torques in `state`: one per hinge, Nm, about the hinge's axis on the child. `torques` has one entry per hinge and
-  // is overwritten.
+  // is overwritten. Of a control with memory: those of a run that begins in `state`.
   virtual void torques(const State& state, std::span<double> torques) const = 0;
+
+  // A run with steps of `timestep_s`. Throws InputError where check_timestep() does, and for a policy's network that
+  // does not fit it.
+  virtual std::unique_ptr<ControlRun> start(double timestep_s) const;
+
+  // Whether torques depend on more than the state: the run must then start where the control's does.
+  virtual bool has_memory() const { return false; }
+
+  // Throws InputError for a timestep with which the control cannot go.
+  virtual void check_timestep(double /*timestep_s*/) const {}
+
+  // Reads the stranger's files that only a run needs, so that a process with limits can find out what they do. Throws
+  // InputError.
+  virtual void rehearse() const {}
+
+  // Adds to the model what of the control the engine itself computes: the springs and dampers of drives.
+  virtual void equip(Model& /*model*/) const {}
+
+  // The largest torque of each joint, where the control knows it without a state; else nothing.
+  virtual std::optional<std::vector<double>> largest_torques() const { return std::nullopt; }
+
+  // What a policy is to do; null for other controls.
+  virtual const PolicyConfig* policy() const { return nullptr; }
 
   virtual ControlInput input() const = 0;
 
@@ -78,6 +129,8 @@ struct ControlSpec {
   double motion = 0.3;                           // random: rad (m for slides) that a free joint would move about
   double seed = 1;                               // random: a whole number
   std::string file = {};                         // file: path of a CSV file of torques (torque_file.h)
+  std::string policy = {};                       // policy: path of its configuration (policy_config.h)
+  std::string network = {};                      // policy: path of an ONNX or CSV file in place of the configuration's
 };
 // The numbers of a control, as users and files name them, and the kind that has them.
 struct ControlPart {
@@ -95,13 +148,13 @@ inline constexpr std::array<ControlPart, 6> kControlParts = {
 
 // "passive": no torque. "sine": one at every hinge. "actuators": the model's own, with their sines. "hold": a PD that
 // holds the start pose (hold.h). "random": seeded sums of sines (hold.h). "file": torques of a CSV file
-// (torque_file.h).
+// (torque_file.h). "policy": a network in closed loop (policy_config.h).
 std::vector<std::string> control_kinds();
 
 // A control as one word: its kind, and its parameters: "passive", "sine,amplitude=2,frequency=1,phase_step=0.5",
-// "random,seed=3", "file,path=torques.csv". parse_control() is the inverse; parameters that have a default may be left
-// out, and a word that ends in .csv is a file's path. It throws InputError for an unknown parameter; make_control()
-// checks the kind.
+// "random,seed=3", "file,path=torques.csv", "policy,config=policy.toml,network=policy.onnx". parse_control() is the
+// inverse; parameters that have a default may be left out, and a word that ends in .csv is a file's path. It throws
+// InputError for an unknown parameter; make_control() checks the kind.
 std::string control_text(const ControlSpec& spec);
 ControlSpec parse_control(const std::string& text);
 

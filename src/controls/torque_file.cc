@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <filesystem>
-#include <fstream>
 #include <sstream>
 #include <vector>
 
@@ -12,53 +10,27 @@
 #include "base/errors.h"
 #include "base/hash.h"
 #include "base/text.h"
+#include "controls/input_file.h"
 
 namespace assay {
 namespace {
 
 constexpr std::uintmax_t kMostBytes = std::uintmax_t{256} << 20;
 
-std::string trimmed(const std::string& text) {
-  const size_t first = text.find_first_not_of(" \t\r");
-  return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
-}
-
-std::vector<std::string> fields_of(const std::string& line) {
-  std::vector<std::string> fields;
-  std::istringstream stream(line + ",");
-  for (std::string field; std::getline(stream, field, ',');) fields.push_back(trimmed(field));
-  return fields;
-}
-
 class FileControl final : public Control {
  public:
   FileControl(const Model& model, const std::string& path) {
-    std::error_code error;
-    if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error)) {
-      throw InputError(fmt::format("the file of torques '{}' is not a regular file: give a CSV file", path));
-    }
-    if (const auto size = std::filesystem::file_size(path, error); !error && size > kMostBytes) {
-      throw InputError(
-          fmt::format("the file of torques '{}' has {} MiB, and at most {} are read: give fewer lines, between "
-                      "which torques are interpolated",
-                      path, size >> 20, kMostBytes >> 20));
-    }
-    std::ifstream file(path);
-    std::ostringstream all;
-    if (file && file.peek() != std::ifstream::traits_type::eof()) all << file.rdbuf();
-    if (!file.is_open() || !all) {
-      throw InputError(fmt::format("the file of torques '{}' cannot be read: check the path", path));
-    }
-    hash_ = content_hash(all.str());
-    std::istringstream lines(all.str());
+    const std::string text = input_file(path, "the file of torques", "a CSV file", kMostBytes);
+    hash_ = content_hash(text);
+    std::istringstream lines(text);
     int number = 0;
     for (std::string line; std::getline(lines, line);) {
       ++number;
-      if (trimmed(line).empty()) continue;
+      if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
       const auto fail = [&](const std::string& what) {
         throw InputError(fmt::format("{}:{}: {}", path, number, what));
       };
-      const std::vector<std::string> fields = fields_of(line);
+      const std::vector<std::string> fields = csv_fields(line);
       if (columns_ == 0) {
         read_header(model, fields, fail);
         continue;

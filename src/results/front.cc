@@ -14,6 +14,7 @@ double error_resolution(const std::string& unit) { return unit == "m" ? 1e-12 : 
 std::vector<FrontMember> pareto_front(const std::vector<FrontPoint>& points, double resolution) {
   const auto error = [&](size_t i) { return std::max(points[i].error, resolution); };
   const auto equal = [&](size_t a, size_t b) {
+    if (a == b) return true;  // also where a stranger's interval does not contain its value
     const auto [less, more] = std::minmax({error(a), error(b)});
     return same_timestep(points[a].timestep_ms, points[b].timestep_ms) && more - less <= kSameError * more &&
            points[b].speed.high >= points[a].speed.low && points[b].speed.low <= points[a].speed.high;

@@ -6,6 +6,14 @@
 
 namespace assay {
 
+std::vector<std::string> values_not_given(std::string_view contact_forces) {
+  if (contact_forces.starts_with("not given")) {
+    return {"contact_depth", "signorini_residual", "cone_violation", "dissipation_residual"};
+  }
+  if (contact_forces.starts_with("along the normal")) return {"cone_violation", "dissipation_residual"};
+  return {};
+}
+
 std::string_view better_text(Better better) {
   constexpr std::array<std::string_view, 3> kTexts = {"low", "high", "none"};
   return kTexts.at(static_cast<size_t>(better));
@@ -49,6 +57,19 @@ const std::vector<ValueInfo>& value_catalogue() {
        "part of its speed with which a ball of the size of the system's smallest shape leaves a plane at 1 m/s; no "
        "model "
        "has restitution, so 0 is right"},
+      {"contact_depth", "m", "Depth of pressed contacts", "depth of contacts", kLow, "violation", kNo, kNo,
+       "overlap at the contact points, in the mean by their normal forces; rigid contact has none"},
+      {"signorini_residual", "m/s", "Signorini residual", "Signorini residual", kNone, "violation", kNo, kNo,
+       "speed along the normal of shapes that contact forces press together, in the mean by these forces; rigid "
+       "contact "
+       "has none, and neither has a soft one at rest: look at the depth, too"},
+      {"cone_violation", "1", "Friction beyond the cone", "friction beyond the cone", kLow, "violation", kNo, kNo,
+       "friction above the coefficient times the normal force, over the normal force, in the mean by these forces"},
+      {"dissipation_residual", "m/s", "Maximum dissipation residual", "dissipation residual", kNone, "violation", kNo,
+       kNo,
+       "speed of slip times the part of the largest friction that does not act against it, in the mean by forces; "
+       "where "
+       "nothing slips there is none"},
       {"grasp_slip", "m", "Grasp slip", "slip", kLow, "grasp", kPlot, kLimit,
        "largest distance that the object has moved in the hand over the run"},
       {"grasp_held", "1", "Grasp held", "object held", kHigh, "grasp", kNo, kNo,
@@ -64,6 +85,22 @@ const std::vector<ValueInfo>& value_catalogue() {
        "median distance from the other contenders' fine-step runs at the end of the run"},
       {"parting_time", "s", "Separation time", "separation time", kHigh, "agreement", kNo, kNo,
        "median time up to which the other contenders' fine-step runs stay within 1 mm"},
+      {"fall_rate", "1", "Fall rate", "fall rate", kLow, "transfer", kNo, kLimit,
+       "share of the runs under a policy in which the robot fell, or the engine failed"},
+      {"time_up", "s", "Time until a fall", "time up", kHigh, "transfer", kNo, kNo,
+       "time until the robot fell under its policy, or the run's length"},
+      {"velocity_error", "m/s", "Velocity error", "velocity error", kLow, "transfer", kNo, kLimit,
+       "mean distance of the base's planar velocity from the commanded one, in its heading, while the robot is up"},
+      {"turning_error", "rad/s", "Turning error", "turning error", kLow, "transfer", kNo, kLimit,
+       "mean distance of the base's rate about the vertical from the commanded one while the robot is up"},
+      {"foot_slip", "m/s", "Foot slip", "foot slip", kLow, "transfer", kNo, kLimit,
+       "mean horizontal speed of the shapes' lowest points while they touch the ground and the robot is up"},
+      {"joint_power", "W", "Joint power", "joint power", kNone, "transfer", kNo, kNo,
+       "mean over the run of the sum over joints of |torque x rate|, of the torques that the policy asked for"},
+      {"policy_time", "us", "Policy time", "policy time", kNone, "transfer", kNo, kNo,
+       "wall time of a control step of the policy, outside the engine's clock, beside other workers"},
+      {"policy_parting_time", "s", "Separation time from training", "separation from training", kHigh, "transfer", kNo,
+       kNo, "time until the run is more than 1 mm from that of the contender that the policy was trained in"},
       {"run_time", "s", "Run time", "run time", kLow, "scaling", kNo, kNo, "processor time of all steps of the run"},
       {"steps_per_second", "1/s", "Steps per second", "steps per second", kHigh, "scaling", kNo, kNo,
        "steps of the whole run over their processor time"},

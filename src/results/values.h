@@ -30,6 +30,10 @@ const std::vector<ValueInfo>& value_catalogue();
 // The catalogue's row of a value; null when it has none.
 const ValueInfo* find_value_info(std::string_view name);
 
+// The values that a contender cannot have for what its engine gives of contact forces, in the words of its capabilities
+// (engines/describe.h).
+std::vector<std::string> values_not_given(std::string_view contact_forces);
+
 // Whether the catalogue says that the value can be limited.
 bool can_limit(std::string_view name);
 

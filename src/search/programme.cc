@@ -7,9 +7,13 @@
 #include <fnmatch.h>
 
 #include "base/errors.h"
+#include "base/json.h"
+#include "base/terminal.h"
 #include "base/text.h"
 #include "check/overlaps.h"
 #include "controls/hold.h"
+#include "controls/policy_config.h"
+#include "measures/initial_states.h"
 #include "model/extent.h"
 #include "model/variant.h"
 #include "reference/smooth.h"
@@ -115,6 +119,8 @@ std::string control_line(const ControlSpec& spec) {
     }
   }
   if (spec.kind == "file") table += ", path = " + toml_text(spec.file);
+  if (spec.kind == "policy") table += ", config = " + toml_text(spec.policy);
+  if (!spec.network.empty()) table += ", network = " + toml_text(spec.network);
   if (table.empty()) return fmt::format("control = {}", toml_text(spec.kind));
   return fmt::format("control = {{kind = {}{}}}", toml_text(spec.kind), table);
 }
@@ -223,9 +229,58 @@ std::vector<SystemText> systems_of(const Model& model, const ProgrammeOptions& o
   return systems;
 }
 
+// The timesteps at which a policy is tried, ascending.
+std::vector<double> policy_timesteps(const Control& control, const std::vector<double>& given) {
+  if (!given.empty()) {
+    std::vector<double> sorted = given;
+    std::ranges::sort(sorted);
+    for (const double timestep_ms : sorted) control.check_timestep(1e-3 * timestep_ms);
+    return sorted;
+  }
+  const PolicyConfig& policy = *control.policy();
+  const double trained_ms = 1e3 * (policy.train_timestep_s > 0 ? policy.train_timestep_s : policy.period_s);
+  std::vector<double> timesteps;
+  for (const double timestep_ms : {trained_ms / 2, trained_ms, 2 * trained_ms}) {
+    try {
+      control.check_timestep(1e-3 * timestep_ms);
+      timesteps.push_back(timestep_ms);
+    } catch (const InputError&) {  // NOLINT(bugprone-empty-catch): no whole number of it is a control step
+    }
+  }
+  return timesteps;
+}
+
+// Under a policy: all contenders at some timesteps from perturbed starts.
+std::string policy_text(const Model& model, const Control& control, const ProgrammeOptions& options,
+                        Programme& programme) {
+  const PolicyConfig& policy = *control.policy();
+  const double period_ms = 1e3 * policy.period_s;
+  const double duration_s = std::max(1.0, std::round(options.duration_s / policy.period_s)) * policy.period_s;
+  const bool perturbed = options.states > 1 && perturbation_obstacle(model).empty();
+  programme.systems.push_back(fmt::format("policy: {} for {} s{}", control.description(), shortest(duration_s),
+                                          perturbed ? fmt::format(", from {} perturbed starts", options.states) : ""));
+  std::vector<std::string> timesteps;
+  for (const double timestep_ms : policy_timesteps(control, options.timesteps_ms)) {
+    timesteps.push_back(shortest(timestep_ms));
+  }
+  const double reference_ms = policy.train_timestep_s > 0 ? 1e3 * policy.train_timestep_s : period_ms;
+  std::string toml = fmt::format("timesteps_ms = [{}]\nreference_ms = {}\ntime_limit_s = 120\n", join(timesteps, ", "),
+                                 shortest(reference_ms));
+  toml += fmt::format("\n[[system]]\nname = \"policy\"\nmodel = {}\n", toml_text(options.model));
+  for (const std::string& line : options.model_lines) toml += line + "\n";
+  toml += control_line(options.control.value_or(ControlSpec{})) + "\nmeasures = [\"transfer\"]\n";
+  toml += fmt::format("duration_s = {}\nsample_ms = {}\n", shortest(duration_s), shortest(period_ms));
+  if (perturbed) toml += fmt::format("initial_states = {}\n", options.states);
+  return toml;
+}
+
 }  // namespace
 
 std::string toml_text(const std::string& text) {
+  if (!is_utf8(text)) {
+    throw InputError(fmt::format("'{}' cannot stand in a campaign's file, because its bytes are not UTF-8: rename it",
+                                 printable(text)));
+  }
   std::string quoted = "\"";
   for (const char c : text) {
     if (c == '"' || c == '\\') quoted += '\\';
@@ -240,27 +295,38 @@ std::string toml_text(const std::string& text) {
 
 Programme programme_for(const Model& model, const ProgrammeOptions& options, const Registry& registry) {
   Programme programme;
-  add_contenders(model, options.patterns, registry, programme);
+  Model equipped = model;
+  if (options.policy != nullptr) options.policy->equip(equipped);
+  add_contenders(equipped, options.patterns, registry, programme);
   if (programme.contenders.empty()) {
     throw InputError(
         fmt::format("no installed engine takes '{}': see 'assay check {}' for the reasons", model.name, model.source));
   }
-  const std::vector<SystemText> systems = systems_of(model, options);
+  const Control* policy = options.policy;
+  std::vector<SystemText> systems;
+  if (policy == nullptr) systems = systems_of(model, options);
   std::string& toml = programme.toml;
   toml = fmt::format("# Written by: {}\n# Change it and run it again: assay run THIS_FILE --out ANOTHER_FOLDER\n#\n",
-                     options.command);
-  for (const std::string& note : options.notes) toml += fmt::format("# {}\n", note);
+                     printable(options.command));
+  for (const std::string& note : options.notes) toml += fmt::format("# {}\n", printable(note));
   for (const SystemText& system : systems) {
-    toml += fmt::format("# {}\n", system.why);
+    toml += fmt::format("# {}\n", printable(system.why));
     programme.systems.push_back(system.why);
   }
   for (const Refusal& refusal : programme.refusals) {
-    toml +=
-        fmt::format("# left out, because {} {}: {}\n", refusal.engine, refusal.text, join(refusal.contenders, ", "));
+    toml += fmt::format("# left out, because {} {}: {}\n", refusal.engine, printable(refusal.text),
+                        join(refusal.contenders, ", "));
   }
-  toml += fmt::format("name = {}\ntitle = {}\n", toml_text(model.name),
-                      toml_text(fmt::format("{}: which engine, which settings, which timestep", model.name)));
+  const std::string robot = printable(model.name);
+  toml += fmt::format(
+      "name = {}\ntitle = {}\n", toml_text(robot),
+      toml_text(policy != nullptr ? fmt::format("{}: which engines its policy transfers to", robot)
+                                  : fmt::format("{}: which engine, which settings, which timestep", robot)));
   toml += fmt::format("contenders = {}\n", list_text(programme.contenders));
+  if (policy != nullptr) {
+    toml += policy_text(model, *policy, options, programme);
+    return programme;
+  }
   toml += "timesteps_ms = [\"1/4\", \"1/2\", 1, 2, 4, 8, 16]\nreference_ms = \"1/16\"\n";
   toml += "time_limit_s = 60\n";
   toml += "\n[timing]\nrounds = 6\nprocesses = 6\nbatch_ms = 20\nwindows = 16\nwarmup = 3\n";

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "engines/describe.h"
 #include "report/views.h"
 #include "results/front.h"
 #include "results/line_up.h"
@@ -33,6 +34,21 @@ T there(const std::optional<T>& found) {
 }
 
 // ---- values -----------------------------------------------------------------------------------------------------------------
+
+TEST(Values, WhatAnEngineDoesNotGiveOfContactForces) {
+  const auto missing = [](ContactForces given) {
+    Capabilities capabilities;
+    capabilities.contact_forces = given;
+    capabilities.contact_forces_note = "why";
+    return values_not_given(describe(capabilities).at("contact_forces").get<std::string>());
+  };
+  EXPECT_THAT(missing(ContactForces::kNone),
+              ElementsAre("contact_depth", "signorini_residual", "cone_violation", "dissipation_residual"));
+  EXPECT_THAT(missing(ContactForces::kNormal), ElementsAre("cone_violation", "dissipation_residual"));
+  EXPECT_THAT(missing(ContactForces::kAll), IsEmpty());
+  EXPECT_THAT(values_not_given(""), IsEmpty()) << "what results of an earlier version have";
+  for (const std::string& name : missing(ContactForces::kNone)) EXPECT_NE(find_value_info(name), nullptr) << name;
+}
 
 TEST(Values, OneRowEachAndAMeasureStandsForItsFirst) {
   std::set<std::string> names;
@@ -103,6 +119,18 @@ TEST(Front, WhatNoFigureTellsApartStandsTogether) {
   // Below the resolution all errors are alike.
   const auto fine = pareto_front({front_point("a", 10, 1e-13), front_point("b", 5, 1e-15)}, 1e-12);
   EXPECT_THAT(fine, SizeIs(1));
+}
+
+TEST(Front, APointOfAForgedIntervalStandsForItself) {
+  // as a stranger's results may hold it: the interval does not contain the value
+  FrontPoint forged = front_point("a", 10, 1), other = front_point("b", 5, 0.5);
+  forged.speed.low = 1e308;
+  other.speed.high = -1e308;
+  const auto front = pareto_front({forged, other});
+  ASSERT_THAT(front, SizeIs(2));
+  EXPECT_EQ(front[0].point, 0U);
+  EXPECT_EQ(front[1].point, 1U);
+  EXPECT_THAT(front[0].equals, IsEmpty());
 }
 
 // ---- recommendations ----------------------------------------------------------------------------------------------------------

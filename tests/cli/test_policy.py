@@ -1,0 +1,200 @@
+"""Policies as control: the example's cart-pole in the engines, and files that do not fit or are hostile."""
+
+import json
+import os
+import pathlib
+import sqlite3
+import unittest
+
+import onnx_file
+from harness import SOURCE, AssayTest, main, read_csv
+
+EXAMPLE = SOURCE / "examples/cart-pole-policy"
+LIBRARIES = pathlib.Path(os.environ.get("ASSAY_TEST_CACHE", "/nowhere")) / "libraries"
+# of the example's observation: it pulls the cart against the pole's fall
+BALANCING = onnx_file.linear(4, 1, [0.05, 3.0, 0.1, 0.6])
+RUN = ["--engine", "mujoco-euler", "--timestep", "5", "--duration", "0.1", "--out", "-"]
+
+
+@unittest.skipUnless(list(LIBRARIES.glob("onnxruntime-*")), "needs ONNX Runtime, which setup/setup.sh fetches")
+class Policy(AssayTest):
+    def setUp(self):
+        super().setUp()
+        cache = self.dir / "cache/assay"
+        cache.mkdir(parents=True)
+        (cache / "libraries").symlink_to(LIBRARIES)
+        self.write("cart_pole.xml", (EXAMPLE / "cart_pole.xml").read_text())
+        self.write("policy.toml", (EXAMPLE / "policy.toml").read_text())
+
+    def network(self, content, name="policy.onnx"):
+        (self.dir / name).write_bytes(content)
+
+    def simulate(self, *more):
+        return ["simulate", "cart_pole.xml", "--policy-config", "policy.toml", *more, *RUN]
+
+
+class Networks(Policy):
+    def test_a_network_drives_the_robot_in_closed_loop(self):
+        self.network(BALANCING)
+        options = ["--qpos", "tilted.txt", "--engine", "mujoco-euler", "--timestep", "5", "--duration", "4", "--sample", "20",
+                   "--out", "-"]
+        self.write("tilted.txt", "hinge=0.1\n")
+        done = self.run_assay("simulate", "cart_pole.xml", "--policy-config", "policy.toml", "--time", *options)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        heights = [row["z"] for row in read_csv(done.stdout) if row["body"] == "pole"]
+        self.assertGreater(min(heights), 0.97)  # of the pole's centre, 1 m when it is upright
+        self.assertIn("in 200 control steps", done.stderr)
+        fallen = [row["z"] for row in read_csv(self.assay("simulate", "cart_pole.xml", "--control", "passive", *options))
+                  if row["body"] == "pole"]
+        self.assertLess(min(fallen), 0.5)
+
+    def test_the_option_takes_the_place_of_the_files_network(self):
+        self.network(BALANCING, "other.onnx")
+        self.refused(*self.simulate(), naming=["policy.onnx", "cannot be read"])
+        self.assay(*self.simulate("--policy", "other.onnx"))
+
+    def test_recorded_actions(self):
+        self.write("push.csv", "slider\n1\n1\n0\n")
+        rows = [row for row in read_csv(self.assay(*self.simulate("--policy", "push.csv"))) if row["body"] == "cart"]
+        # 10 N for 40 ms on 1.1 kg, of which a part turns the pole: then it coasts
+        self.assertGreater(rows[8]["vx"], 0.3)
+        self.assertAlmostEqual(rows[20]["vx"], rows[8]["vx"], delta=0.02)
+        self.refused(*self.simulate("--policy", "other.csv"), naming=["other.csv", "cannot be read"])
+        self.write("push.csv", "hinge\n1\n")
+        self.refused(*self.simulate("--policy", "push.csv"), naming=["push.csv:1", "'hinge'", "policy.toml"])
+
+    def test_an_action_that_is_no_number_ends_the_run_with_its_reason(self):
+        # the logarithm of a number that is 0 at the start
+        self.network(onnx_file.model(onnx_file.graph(
+            [onnx_file.node("Log", ["obs"], ["log"]), onnx_file.node("ReduceSum", ["log"], ["actions"])], [],
+            [onnx_file.port("obs", [1, 4])], [onnx_file.port("actions", [1, 1])])))
+        sentence = self.run_assay(*self.simulate())
+        self.assertEqual(sentence.returncode, 1)
+        self.assertIn("the policy's action 1 of 1 ('slider') is -inf in control step 1", sentence.stderr)
+
+
+class Refusals(Policy):
+    def test_networks_that_do_not_fit(self):
+        for content, naming in [
+            (onnx_file.linear(3, 1, [1, 1, 1]), ["'obs'", "float [1, 3]", "3 numbers", "has 4"]),
+            (onnx_file.linear(4, 2, [1] * 8), ["'actions'", "2 numbers", "has 1 action:"]),
+            (onnx_file.linear(4, 1, [1] * 4, [1, -1]), ["float [1, ?]", "not fixed"]),
+            (b"no network", ["policy.onnx", "cannot be used"]),
+            (b"", ["policy.onnx", "cannot be used"]),
+        ]:
+            self.network(content)
+            self.refused(*self.simulate(), naming=naming)
+            # before anything is written
+            self.refused("run", "cart_pole.xml", "--policy-config", "policy.toml", "--out", "results", naming=naming)
+            self.assertFalse((self.dir / "results/assay.sqlite").exists())
+
+    def test_options_that_contradict_each_other(self):
+        self.network(BALANCING)
+        self.refused("simulate", "cart_pole.xml", "--policy", "policy.onnx", *RUN, naming=["--policy-config"])
+        self.refused(*self.simulate("--control", "passive"), naming=["--control passive", "--policy"])
+        self.refused("run", "cart_pole.xml", "--seeds", "3", naming=["--seeds", "--policy-config"])
+        self.refused("run", "cart_pole.xml", "--policy-config", "policy.toml", "--minutes", "1", naming=["--minutes"])
+
+    def test_a_period_that_is_no_whole_number_of_timesteps(self):
+        self.network(BALANCING)
+        self.refused("simulate", "cart_pole.xml", "--policy-config", "policy.toml", "--engine", "mujoco-euler", "--timestep",
+                     "3", "--duration", "0.3", "--out", "-", naming=["20 ms", "3 ms", "policy.toml"])
+        self.refused("run", "cart_pole.xml", "--policy-config", "policy.toml", "--timesteps", "5,7", naming=["20 ms", "7 ms"])
+
+    def test_campaigns_do_not_start_policies_in_the_middle(self):
+        self.network(BALANCING)
+        campaign = """name = "cart"
+contenders = ["mujoco-euler"]
+timesteps_ms = [5]
+reference_ms = 5
+measures = ["{}"]
+[[system]]
+name = "cart"
+model = "./cart_pole.xml"
+control = {}
+duration_s = 0.2
+piece_ms = 100
+"""
+        policy = '{kind = "policy", config = "policy.toml"}'
+        self.write("cart.toml", campaign.format("consistency", policy))
+        self.refused("run", "cart.toml", "--out", "results", naming=["'consistency'", "middle of runs"])
+        self.write("cart.toml", campaign.format("transfer", '"passive"'))
+        self.refused("run", "cart.toml", "--out", "results", naming=["has no policy", "transfer"])
+        self.write("cart.toml", campaign.format("transfer", policy))
+        self.assay("run", "cart.toml", "--out", "results")
+
+
+class Programme(Policy):
+    def test_its_own_timesteps_are_around_that_of_training(self):
+        self.write("policy.toml", (EXAMPLE / "policy.toml").read_text())
+        self.network((EXAMPLE / "policy.onnx").read_bytes())
+        text = self.assay("run", "cart_pole.xml", "--policy-config", "policy.toml", "--out", "results",
+                          "--seconds", "1", "--seeds", "2", "--contenders", "mujoco-euler")
+        self.assertIn("not settled: mujoco-euler at 2.5, 5, 10 ms", text)  # two runs settle nothing
+
+
+class Hostile(Policy):
+    def test_a_network_that_never_ends_is_stopped(self):
+        self.network(onnx_file.endless())
+        self.refused(*self.simulate(), naming=["trying the control", "was stopped: it takes more than"])
+
+    def test_a_network_that_takes_all_memory_is_refused_or_fails(self):
+        self.network(onnx_file.huge(1 << 34))  # 64 GiB
+        done = self.run_assay(*self.simulate())
+        self.assertIn(done.returncode, (1, 2))
+        # the address sanitizer ends a process that asks for so much
+        self.assertRegex(done.stderr, "the policy's network failed|takes more than 2 GiB|cannot be used|ended the process early")
+
+
+class Transfer(Policy):
+    def test_the_example_balances_in_the_engines(self):
+        """The policy that was trained in MuJoCo keeps the pole up in every engine that takes the robot."""
+        self.write("policy.toml", (EXAMPLE / "policy.toml").read_text())
+        self.network((EXAMPLE / "policy.onnx").read_bytes())
+        engines = ["mujoco-euler", "bullet-mb", "ode-quick", "dart", "physx-art-tgs", "rapier-f64", "jolt-f64", "simbody-euler", "havok*"]
+        known = self.contenders()
+        names = [name for name in known if any(pathlib.PurePath(name).match(pattern) for pattern in engines)]
+        text = self.assay("run", "cart_pole.xml", "--policy-config", "policy.toml", "--out", "results",
+                          "--seconds", "4", "--timesteps", "5", "--contenders", ",".join(names))
+        self.assertRegex(text, r"stays up at every timestep: \d+ of \d+ contenders")
+        matrix = self.assay_json("transfer", "results", "--json")["systems"][0]
+        self.assertEqual(matrix["trained_in"], "mujoco-euler")
+        rows = {row["contender"]: row for row in matrix["rows"]}
+        up = {self.engine_of(name) for name, row in rows.items() if row["values"].get("fall_rate", {}).get("value") == 0}
+        self.assertGreaterEqual(len(up), 6, json.dumps(matrix["rows"], indent=1)[:3000])
+        trained = rows["mujoco-euler"]
+        self.assertTrue(trained["trained"])
+        self.assertEqual(trained["runs"], 20)
+        self.assertEqual(trained["verdict"], "stays up")
+        # it does not part from itself
+        self.assertEqual(trained["values"]["policy_parting_time"]["value"], 4)
+        others = [row["values"]["policy_parting_time"]["value"] for name, row in rows.items()
+                  if not name.startswith("mujoco") and "policy_parting_time" in row["values"]]
+        self.assertTrue(others)
+        for name in ("time_up", "joint_power", "policy_time"):
+            self.assertGreater(trained["values"][name]["value"], 0, name)
+        # the same command finds everything measured
+        again = self.assay("run", "cart_pole.xml", "--policy-config", "policy.toml", "--out", "results",
+                           "--seconds", "4", "--timesteps", "5", "--contenders", ",".join(names))
+        self.assertIn("(0 now,", again)
+
+    def engine_of(self, contender):
+        return contender.split("-")[0]
+
+    def test_a_policy_that_does_nothing_falls(self):
+        self.network(onnx_file.linear(4, 1, [0, 0, 0, 0]))
+        self.assay("run", "cart_pole.xml", "--policy-config", "policy.toml", "--out", "results", "--seeds", "10", "--seconds",
+                   "4", "--timesteps", "5", "--contenders", "mujoco-euler")
+        row = self.assay_json("transfer", "results", "--json")["systems"][0]["rows"][0]
+        # all but the model's own upright start
+        self.assertEqual(row["values"]["fall_rate"]["value"], 0.9)
+        self.assertEqual(row["verdict"], "falls")
+        self.assertEqual(row["outcome"], "ok")
+        with sqlite3.connect(self.dir / "results/assay.sqlite") as db:
+            measures = {name for (name,) in db.execute("SELECT measure FROM cells")}
+        self.assertIn("transfer", measures)
+        self.refused("transfer", "results", "other", naming=["'other'", "policy"])
+
+
+if __name__ == "__main__":
+    main()
