@@ -6,9 +6,10 @@
     benchmarks/balance.py simulate build/release quick DIR/union --nodes 4,16,64
 
 `measure` prints the processor time of each part with one worker, and the longest over the mean. `simulate` takes the times of the cells
-of a results directory, divides the campaign as `assay submit` does, and lets nodes take the parts in the scheduler's order: accuracy
-parts four a node, one worker each, then a timing part a node. The figure is the end over total / nodes; the bound is what no division
-could beat, because a group of cells stays together. Fine-step runs that timings read lie in a shared folder, as `submit` has it.
+of a results directory (of cells that it lacks the expected time), divides the campaign as `assay submit` does, and lets nodes take the
+parts in the scheduler's order: accuracy parts four a node, one worker each, then a timing part a node. The figure is the end over
+total / nodes; the bound is what no division could beat: a fine-step run and the cells that read it stay together, and so do a
+system's timings. Fine-step runs that timings read lie in a shared folder, as `submit` has it.
 """
 
 import argparse
@@ -23,6 +24,7 @@ import subprocess
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 PARTS_PER_NODE = 4  # as in src/cli/submit.cc
+TIMED = ("raw_speed", "scaling")
 
 
 def measure(asked):
@@ -43,10 +45,11 @@ def measure(asked):
 
 
 def cell_times(results):
-    """Seconds of each cell, by what names it: keys change with the program."""
+    """Seconds of each cell, by what names it: keys change with the program. Of accuracy cells processor time."""
     with contextlib.closing(sqlite3.connect(f"file:{results}/assay.sqlite?mode=ro", uri=True)) as db:
-        return {(system, contender, float(timestep), kind): wall for system, contender, timestep, kind, wall in db.execute(
-            "SELECT system, contender, timestep_ms, measure, wall_s FROM cells WHERE contender <> 'null'")}
+        return {(system, contender, float(timestep), kind): wall if kind in TIMED else cpu
+                for system, contender, timestep, kind, wall, cpu in db.execute(
+                    "SELECT system, contender, timestep_ms, measure, wall_s, cpu_s FROM cells WHERE contender <> 'null'")}
 
 
 def division(build, campaign, parts, cells):
@@ -63,10 +66,10 @@ def loads(rows, times):
             continue
         name = (row["system"], row["contender"], float(row["timestep_ms"]), row["measure"])
         unknown += name not in times
-        seconds = times.get(name, 0)
+        seconds = times.get(name, float(row["expected_s"]))
         parts[int(row["shard"])] = parts.get(int(row["shard"]), 0) + seconds
-        group = (row["system"], "timing" if row["measure"] in ("raw_speed", "scaling") else row["contender"])
-        groups[group] = groups.get(group, 0) + seconds
+        of = "timing" if row["measure"] in TIMED else f"{row['contender']} {row['timestep_ms'] if row['alone'] == '1' else ''}"
+        groups[row["system"], of] = groups.get((row["system"], of), 0) + seconds
     if unknown:
         print(f"cells without a measured time: {unknown} of {len(rows)}")
     return [parts[part] for part in sorted(parts)], max(groups.values(), default=0)

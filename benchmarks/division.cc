@@ -27,11 +27,13 @@ int main(int argc, char** argv) {
     const auto start = std::chrono::steady_clock::now();
     const Plan plan = make_plan(campaign, shards, parse_shard_cells(kind));
     const std::chrono::duration<double> planning = std::chrono::steady_clock::now() - start;
-    fmt::print("key,shard,system,contender,timestep_ms,measure\n");
+    const auto step_us = expected_step_us(campaign);
+    fmt::print("key,shard,system,contender,timestep_ms,measure,alone,expected_s\n");
     for (const PlannedCell& cell : plan.cells) {
-      fmt::print("{},{},{},{},{},{}\n", cell.key, cell.shard, campaign.systems[static_cast<size_t>(cell.system)].name,
-                 campaign.contenders[static_cast<size_t>(cell.contender)].resolved.name, cell.timestep_ms,
-                 cell.measure);
+      fmt::print("{},{},{},{},{},{},{},{:.4f}\n", cell.key, cell.shard,
+                 campaign.systems[static_cast<size_t>(cell.system)].name,
+                 campaign.contenders[static_cast<size_t>(cell.contender)].resolved.name, cell.timestep_ms, cell.measure,
+                 stands_alone(cell) ? 1 : 0, estimate_seconds(campaign, {cell}, step_us, 1));
     }
     fmt::print(stderr, "{} cells planned in {:.3f} s\n{}\n{}\n", plan.cells.size(), planning.count(), campaign.name,
                campaign.hash());

@@ -14,11 +14,13 @@
 #include "base/activity.h"
 #include "base/errors.h"
 #include "base/hash.h"
+#include "base/json.h"
 #include "base/paths.h"
 #include "base/text.h"
 #include "campaign/roster.h"
 #include "campaign/section.h"
 #include "campaign/sweep.h"
+#include "controls/policy_config.h"
 #include "measures/run_measures.h"
 #include "model/mjcf.h"
 #include "reference/smooth.h"
@@ -56,6 +58,7 @@ ControlSpec control_of(const Section& section, const Model& model) {
     spec.kind = control.required_text("kind");
     std::vector<std::string> keys = {"kind"};
     if (spec.kind == "file") keys.emplace_back("path");
+    if (spec.kind == "policy") keys.insert(keys.end(), {"config", "network"});
     for (const ControlPart& part : kControlParts) {
       if (spec.kind == part.kind) keys.emplace_back(part.name);
     }
@@ -66,6 +69,10 @@ ControlSpec control_of(const Section& section, const Model& model) {
     if (spec.kind == "file") {
       const std::string given = control.required_text("path");
       spec.file = beside(section, given);
+    }
+    if (spec.kind == "policy") {
+      spec.policy = beside(section, control.required_text("config"));
+      if (const auto network = control.text("network")) spec.network = beside(section, *network);
     }
   } else {
     spec.kind = section.required_text("control");
@@ -130,6 +137,28 @@ void check_measures(const Section& section, const CampaignSystem& system, bool p
     section.fail(where, fmt::format("system '{}' does not say which systems it is compared with in size: give each of "
                                     "them the same family = \"...\"",
                                     system.name));
+  }
+}
+
+// A control that remembers has no pieces of runs, and its period is a whole number of every timestep.
+void check_control(const Section& section, const CampaignSystem& system, const Control& control) {
+  const toml::node* measures = section.find("measures");
+  if (system.has(Measure::kTransfer) && control.policy() == nullptr) {
+    section.fail(measures, fmt::format("system '{}' has no policy, whose runs 'transfer' judges: give control = {{kind "
+                                       "= \"policy\", config = \"policy.toml\"}}",
+                                       system.name));
+  }
+  if (!control.has_memory()) return;
+  for (const Measure measure : {Measure::kConsistency, Measure::kRawSpeed}) {
+    if (!system.has(measure)) continue;
+    section.fail(measures, fmt::format("'{}' starts in the middle of runs of system '{}', where a policy would not "
+                                       "remember what came before: leave it out of its measures",
+                                       measure_text(measure), system.name));
+  }
+  std::vector<double> timesteps = system.timesteps_ms;
+  if (system.has(Measure::kTransfer) || system.has(Measure::kAgreement)) timesteps.push_back(system.reference_ms);
+  for (const double timestep : timesteps) {
+    at_node(section, section.find("timesteps_ms"), [&] { control.check_timestep(1e-3 * timestep); });
   }
 }
 
@@ -266,7 +295,10 @@ void check_grid(const Section& section, const CampaignSystem& system) {
                     shortest(system.piece_ms), timestep_label(system.sample_ms), shortest(system.duration_s),
                     timestep_label(system.sample_ms)));
   }
-  if (system.timesteps_ms.front() < system.reference_ms * (1 - 1e-9)) {
+  // That of 'transfer' is the run in which the policy was trained, and need not be the finest.
+  const bool only_transfer =
+      std::ranges::all_of(system.measures, [](Measure measure) { return measure == Measure::kTransfer; });
+  if (!only_transfer && system.timesteps_ms.front() < system.reference_ms * (1 - 1e-9)) {
     section.fail(section.find("reference_ms"),
                  fmt::format("the timestep {} ms is smaller than the reference's, {} ms: the reference has to be the "
                              "finest",
@@ -435,7 +467,8 @@ CampaignSystem system_of(const Section& section, const Defaults& defaults, long 
   }
   system.control = control_of(section, system.model);
 
-  const bool passive = make_control(system.model, system.control)->is_zero();
+  const auto control = make_control(system.model, system.control);
+  const bool passive = control->is_zero();
   system.grasp = grasp_of(section, system.model);
   system.family = section.text("family").value_or("");
   const toml::node* contenders = section.find("contenders");
@@ -448,6 +481,7 @@ CampaignSystem system_of(const Section& section, const Defaults& defaults, long 
                              system.name));
   }
   check_measures(section, system, passive);
+  check_control(section, system, *control);
   return system;
 }
 
@@ -511,6 +545,16 @@ void add_twins(const Section& section, Campaign& campaign) {
 
 Coordinates coordinates_of(const CampaignContender& contender) {
   return contender.resolved.engine->capabilities(contender.resolved.settings).coordinates;
+}
+
+// The contender that the system's policy was trained in, if it takes part.
+void find_trained_in(const Campaign& campaign, CampaignSystem& system) {
+  if (!system.has(Measure::kTransfer)) return;
+  const auto control = make_control(system.model, system.control);
+  for (const int index : system.contenders) {
+    const CampaignContender& contender = campaign.contenders[static_cast<size_t>(index)];
+    if (contender.absent.empty() && contender.resolved.name == control->policy()->trained_in) system.trained_in = index;
+  }
 }
 
 // Whose states all timings of the system start from. Joints come apart in maximal coordinates, and joint coordinates
@@ -643,11 +687,10 @@ std::string CampaignContender::content() const {
   if (resolved.engine == nullptr) return "absent";
   nlohmann::json settings = nlohmann::json::object();
   for (const auto& [key, value] : resolved.settings.values) settings[key] = setting_text(value);
-  return nlohmann::json{{"engine", resolved.engine->name()},
-                        {"version", resolved.engine->build().version},
-                        {"plugin", plugin_hash},
-                        {"settings", settings}}
-      .dump();
+  return dump_json(nlohmann::json{{"engine", resolved.engine->name()},
+                                  {"version", resolved.engine->build().version},
+                                  {"plugin", plugin_hash},
+                                  {"settings", settings}});
 }
 
 std::string Campaign::hash() const {
@@ -667,7 +710,7 @@ std::string Campaign::hash() const {
                        timing.windows, timing.warmup,    timing.common_states};
   content["time_limit_s"] = time_limit_s;
   content["seed"] = seed;
-  return content_hash(content.dump());
+  return content_hash(dump_json(content));
 }
 
 Campaign parse_campaign(const std::string& toml_text, const std::string& source, const Registry& registry) {
@@ -681,7 +724,7 @@ Campaign parse_campaign(const std::string& toml_text, const std::string& source,
   }
   const Section root(table, "a campaign", source);
   root.allow({"name", "title", "contenders", "timesteps_ms", "reference_ms", "measures", "time_limit_s", "seed",
-              "reference_single_ms", "timing", "system", "contender", "ratio", "search", "sweep"});
+              "reference_single_ms", "timing", "system", "contender", "ratio", "search", "sweep", "builds"});
   Campaign campaign;
   campaign.source = source;
   campaign.name = root.required_text("name");
@@ -721,6 +764,7 @@ Campaign parse_campaign(const std::string& toml_text, const std::string& source,
                    fmt::format("there are two systems '{}': rename one and give its model", name));
     }
   }
+  campaign.notes = roster.notes();
   campaign.contenders = std::move(roster).contenders();
   add_variants(root, registry, campaign);
   if (const toml::node* node = root.find("timing")) {
@@ -728,6 +772,7 @@ Campaign parse_campaign(const std::string& toml_text, const std::string& source,
     add_twins(timing, campaign);
     for (CampaignSystem& system : campaign.systems) choose_states(timing, campaign, system);
   }
+  for (CampaignSystem& system : campaign.systems) find_trained_in(campaign, system);
   campaign.ratios = ratios_of(root, campaign.contenders);
   return campaign;
 }

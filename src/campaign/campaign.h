@@ -9,7 +9,7 @@
 //   reference_ms = "1/64"                          # timestep of the reference runs; default 1/64
 //   reference_single_ms = "1/16"                   # the same of contenders in single precision; default: as above
 //   measures = ["raw_speed", "consistency"]        # raw_speed, consistency, truth, drift, violation, grasp, agreement,
-//                                                  # scaling
+//                                                  # scaling, transfer
 //   time_limit_s = 600                             # of one cell; default 600
 //   seed = 1                                       # order of the contenders within a timing round, bootstrap
 //
@@ -99,7 +99,7 @@
 namespace assay {
 
 // Run measures (measures/run_measures.h) that nothing here names have no enumerator; they follow the last one.
-enum class Measure { kRawSpeed, kConsistency, kTruth, kDrift, kViolation, kGrasp, kAgreement, kScaling };
+enum class Measure { kRawSpeed, kConsistency, kTruth, kDrift, kViolation, kGrasp, kAgreement, kScaling, kTransfer };
 std::string_view measure_text(Measure measure);  // "raw_speed", ...
 
 struct TimingOptions {
@@ -135,6 +135,9 @@ struct CampaignSystem {
   std::vector<double> violation_ms;  // ascending; some of timesteps_ms
   std::vector<int> contenders;       // indices into Campaign::contenders, ascending
   double reference_ms = 1.0 / 64;
+  // Index of the contender from whose reference runs 'transfer' tells when others part: the one that the policy was
+  // trained in; -1: it does not take part.
+  int trained_in = -1;
   int states_of = -1;  // index of the contender whose states all timings start from; -1: each from its own
   double reference_single_ms = 1.0 / 64;  // of contenders in single precision
 

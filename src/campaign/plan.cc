@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/hash.h"
+#include "base/json.h"
 #include "base/text.h"
 #include "campaign/shards.h"
 #include "measures/run_measures.h"
@@ -29,7 +30,8 @@ nlohmann::json run_content(const CampaignSystem& system, const std::string& cont
 
 // Whether a measure's cells take a run from every initial state.
 bool reads_states(const std::string& measure) {
-  return measure == "consistency" || measure == "grasp" || find_run_measure(measure) != nullptr;
+  return measure == "consistency" || measure == "grasp" || measure == "transfer" ||
+         find_run_measure(measure) != nullptr;
 }
 
 // Simulated steps of the pieces of all lengths that a timestep has (worker/job_accuracy.cc).
@@ -68,9 +70,13 @@ Plan make_plan(const Campaign& campaign, int shards, ShardCells cells) {
           run_content(system, control, contender, system.reference_of(contender), system.grid_ms());
       // how many there are does not change one of them
       if (state > 0) content["initial_state"] = initial_states_content({state, states_of.seed, states_of.around});
-      return content_hash(content.dump());
+      return content_hash(dump_json(content));
     };
     const int states = system.initial_states.count;
+    std::vector<std::string> trained_in;  // runs of that contender, from each state
+    for (int state = 0; system.trained_in >= 0 && state < states; ++state) {
+      trained_in.push_back(reference_of(campaign.contenders[static_cast<size_t>(system.trained_in)], state));
+    }
     nlohmann::json from_states;  // what several initial states add to a cell's content
     if (states > 1) from_states = initial_states_content(system.initial_states);
     // What agreement gives depends on which contenders are compared.
@@ -104,7 +110,7 @@ Plan make_plan(const Campaign& campaign, int shards, ShardCells cells) {
                                   {"limit_s", campaign.time_limit_s},      {"parameters", parameters}};
         if (!from_states.is_null() && reads_states(measure)) content["initial_states"] = from_states;
         plan.cells.push_back(
-            {content_hash(content.dump()), static_cast<int>(s), c, timestep_ms, measure, trajectory, steps, 1});
+            {content_hash(dump_json(content)), static_cast<int>(s), c, timestep_ms, measure, trajectory, steps, 1});
       };
       const double run_ms = system.duration_s * 1000;
       if (has_reference && !contender.twin) {
@@ -126,9 +132,11 @@ Plan make_plan(const Campaign& campaign, int shards, ShardCells cells) {
       std::set<double> made;
       for (const Measure measure : system.measures) {
         const bool reads_run = measure == Measure::kTruth || measure == Measure::kGrasp ||
-                               find_run_measure(measure_text(measure)) != nullptr;
+                               measure == Measure::kTransfer || find_run_measure(measure_text(measure)) != nullptr;
         if (!reads_run || contender.twin) continue;
         nlohmann::json parameters;
+        const bool compares = measure == Measure::kTransfer && !trained_in.empty();
+        if (compares) parameters = trained_in.front();
         if (measure == Measure::kGrasp) parameters = {system.grasp.object, system.grasp.hand, system.grasp.drop_m};
         for (const double timestep : measure == Measure::kViolation ? system.violation_ms : system.timesteps_ms) {
           const bool is_reference = has_reference && same_timestep(timestep, reference_ms);
@@ -140,6 +148,7 @@ Plan make_plan(const Campaign& campaign, int shards, ShardCells cells) {
           const long long there = is_reference ? by_reference : 0;
           add(std::string(measure_text(measure)), timestep, is_reference ? reference : "",
               first ? (runs - there) * steps_of(run_ms, timestep) : 0, parameters);
+          if (compares) plan.cells.back().against = trained_in;
           if (is_reference && from_all && system.has(Measure::kConsistency)) {
             plan.cells.back().other_states = other_states;
           }
@@ -151,7 +160,7 @@ Plan make_plan(const Campaign& campaign, int shards, ShardCells cells) {
           add("scaling", timestep, "", steps_of(run_ms, timestep), {});
           if (has_reference && same_timestep(timestep, reference_ms)) continue;  // all its states are kept
           const nlohmann::json content = {{"final_state", 1}, {"run", run_of(contender, timestep)}};
-          plan.cells.back().final_state = content_hash(content.dump());
+          plan.cells.back().final_state = content_hash(dump_json(content));
         }
       }
       if (system.has(Measure::kRawSpeed)) {

@@ -31,6 +31,9 @@ struct PlannedCell {
   std::string final_state = {};  // content address of the last state that the cell keeps of its run, "" for none
   // Content addresses of the reference runs from the system's other initial states that the cell reads.
   std::vector<std::string> other_states = {};
+  // Content addresses of runs that the cell's own are compared with, from each of the system's initial states: those of
+  // the contender that a policy was trained in.
+  std::vector<std::string> against = {};
 };
 
 struct Plan {

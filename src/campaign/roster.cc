@@ -8,12 +8,22 @@
 
 #include "base/hash.h"
 #include "base/text.h"
+#include "engines/builds.h"
 
 namespace assay {
 namespace {
 
+constexpr const char* kBest = "best";
+
 // The family of an engine's contenders is the first word of its name: bullet-f64's are bullet-si-f64, bullet-mb, ...
 std::string absent_reason(const std::string& contender, const Registry& registry) {
+  if (registry.has(without_build(contender))) {
+    try {
+      static_cast<void>(registry.resolve(contender));
+    } catch (const InputError& error) {
+      return fmt::format("left out: {}", error.what());
+    }
+  }
   const auto family = [](const std::string& name) { return name.substr(0, name.find('-')); };
   for (const AbsentEngine& absent : registry.absent()) {
     if (family(absent.name) == family(contender)) {
@@ -29,11 +39,11 @@ CampaignContender resolve(const Section& section, const toml::node* node, const 
                           const Registry& registry) {
   CampaignContender contender;
   contender.overrides = overrides;
-  const std::vector<std::string> known = registry.contender_names();
-  if (std::ranges::find(known, base) == known.end()) {
+  if (!registry.has(base)) {
     contender.absent = absent_reason(base, registry);
     if (contender.absent.empty()) {
-      section.fail(node, fmt::format("there is no contender '{}'{}", base, did_you_mean(base, known)));
+      section.fail(node,
+                   fmt::format("there is no contender '{}'{}", base, did_you_mean(base, registry.contender_names())));
     }
     contender.resolved.name = name;
     contender.resolved.base = base;
@@ -44,7 +54,7 @@ CampaignContender resolve(const Section& section, const toml::node* node, const 
   contender.resolved = at_node(section, set != nullptr ? set : node, [&] { return registry.resolve(base, overrides); });
   contender.resolved.name = name;
   contender.resolved.base = base;
-  contender.plugin_hash = file_hash(registry.plugin_path(contender.resolved.engine->name()));
+  contender.plugin_hash = registry.plugin_hash(contender.resolved.engine->name());
   return contender;
 }
 
@@ -79,7 +89,32 @@ std::vector<std::string> matching(const std::string& pattern, const std::set<std
 
 }  // namespace
 
-Roster::Roster(const Section& root, const Registry& registry) : registry_(registry) {
+Roster::Roster(const Section& root, const Registry& registry) : registry_(registry), builds_({kBaseline}) {
+  if (const toml::node* node = root.find("builds")) {
+    builds_.clear();
+    for (const toml::node& entry : root.list("builds", *node)) {
+      const auto build = entry.value_exact<std::string>();
+      if (!build || build->empty()) {
+        root.fail(&entry, fmt::format(R"('builds' has {}: give names of builds, as "baseline", "v3" or "best")",
+                                      node_text(entry)));
+      }
+      const std::string lacking = lacking_for(*build);
+      if (!lacking.empty()) {
+        root.fail(&entry, fmt::format("this processor cannot run the build '{}': it lacks {}", *build, lacking));
+      }
+      const auto has_it = [&](const Engine* engine) { return build_of(engine->name()) == *build; };
+      if (*build != kBaseline && *build != kBest && std::ranges::none_of(registry.other_builds(), has_it)) {
+        root.fail(
+            &entry,
+            fmt::format("no engine has a build '{}' here: `./assay setup --builds v3` makes builds for AVX2", *build));
+      }
+      if (std::ranges::find(builds_, *build) != builds_.end()) {
+        root.fail(&entry, fmt::format("build '{}' is there twice: leave one out", *build));
+      }
+      builds_.push_back(*build);
+    }
+    if (builds_.empty()) root.fail(node, "'builds' is empty: name a build, or leave the key out for the baseline");
+  }
   for (const Section& section : root.sections("contender")) {
     section.allow({"name", "base", "set"});
     const std::string name = section.required_text("name");
@@ -102,7 +137,7 @@ std::vector<int> Roster::listed(const Section& section, const toml::node& node) 
         section.fail(&entry,
                      fmt::format("'{}' matches no further contender: see 'assay engines' for their names", *name));
       }
-      for (const std::string& each : names) found.push_back(index(section, &entry, each));
+      for (const std::string& each : names) add(found, section, &entry, each);
       taken.insert(names.begin(), names.end());
       continue;
     }
@@ -111,9 +146,37 @@ std::vector<int> Roster::listed(const Section& section, const toml::node& node) 
                                        "name with [[contender]]",
                                        *name));
     }
-    found.push_back(index(section, &entry, *name));
+    add(found, section, &entry, *name);
   }
   return found;
+}
+
+// In each build that the campaign asks for. A contender of which there is none stays in the baseline, once.
+void Roster::add(std::vector<int>& found, const Section& section, const toml::node* node, const std::string& name) {
+  const auto put = [&](int index) {
+    if (std::ranges::find(found, index) == found.end()) found.push_back(index);
+  };
+  if (name.find('@') != std::string::npos) {
+    put(index(section, node, name));
+    return;
+  }
+  const auto derived = derived_.find(name);
+  const std::string base = derived == derived_.end() ? name : derived->second.required_text("base");
+  const std::vector<std::string> known = registry_.builds_of(base);
+  for (const std::string& build : builds_) {
+    if (build == kBaseline || (build == kBest && known.empty())) {
+      put(index(section, node, name));
+    } else if (build == kBest) {
+      put(index(section, node, in_build(name, known.back())));
+    } else if (std::ranges::find(known, build) != known.end()) {
+      put(index(section, node, in_build(name, build)));
+    } else {
+      put(index(section, node, name));
+      const std::string note =
+          fmt::format("'{}' takes part in its only build: its engine has no build '{}' here", name, build);
+      if (std::ranges::find(notes_, note) == notes_.end()) notes_.push_back(note);
+    }
+  }
 }
 
 std::vector<int> Roster::unlisted(const std::vector<Section>& lists) {
@@ -125,7 +188,7 @@ std::vector<int> Roster::unlisted(const std::vector<Section>& lists) {
   }
   std::vector<int> found;
   for (const std::string& name : in_order_) {
-    if (!named.contains(name)) found.push_back(index(derived_.at(name), nullptr, name));
+    if (!named.contains(name)) add(found, derived_.at(name), nullptr, name);
   }
   return found;
 }
@@ -133,13 +196,15 @@ std::vector<int> Roster::unlisted(const std::vector<Section>& lists) {
 int Roster::index(const Section& section, const toml::node* node, const std::string& name) {
   const auto [at, is_new] = index_.emplace(name, static_cast<int>(contenders_.size()));
   if (!is_new) return at->second;
-  const auto found = derived_.find(name);
+  const auto found = derived_.find(without_build(name));
   if (found == derived_.end()) {
     contenders_.push_back(resolve(section, node, name, name, {}, registry_));
   } else {
     const Section& own = found->second;
-    contenders_.push_back(
-        resolve(own, own.find("base"), name, own.required_text("base"), overrides_of(own), registry_));
+    const std::string base = own.required_text("base");
+    const bool has_build = base.find('@') != std::string::npos;
+    contenders_.push_back(resolve(own, own.find("base"), name, has_build ? base : in_build(base, build_of(name)),
+                                  overrides_of(own), registry_));
   }
   return at->second;
 }

@@ -10,7 +10,9 @@
 
 namespace assay {
 
-// The contenders that take part in the campaign, each once, in the order of the file.
+// The contenders that take part in the campaign, each once, in the order of the file. The campaign's key `builds` says
+// in which builds of their engines (engines/builds.h) those take part whose name has none: "baseline", another's name,
+// or "best", the last one that this machine has and its processor runs.
 class Roster {
  public:
   Roster(const Section& root, const Registry& registry);
@@ -23,10 +25,16 @@ class Roster {
 
   std::vector<CampaignContender> contenders() && { return std::move(contenders_); }
 
+  // One sentence for each contender whose engine does not have a build that the campaign asks for.
+  const std::vector<std::string>& notes() const { return notes_; }
+
  private:
   int index(const Section& section, const toml::node* node, const std::string& name);
+  void add(std::vector<int>& found, const Section& section, const toml::node* node, const std::string& name);
 
   const Registry& registry_;
+  std::vector<std::string> builds_;
+  std::vector<std::string> notes_;
   std::map<std::string, Section> derived_;  // by name
   std::vector<std::string> in_order_;       // of the file
   std::map<std::string, int> index_;

@@ -14,7 +14,7 @@
 namespace assay {
 namespace {
 
-constexpr std::array<std::pair<Measure, std::string_view>, 8> kNamedMeasures = {{
+constexpr std::array<std::pair<Measure, std::string_view>, 9> kNamedMeasures = {{
     {Measure::kRawSpeed, "raw_speed"},
     {Measure::kConsistency, "consistency"},
     {Measure::kTruth, "truth"},
@@ -23,6 +23,7 @@ constexpr std::array<std::pair<Measure, std::string_view>, 8> kNamedMeasures = {
     {Measure::kGrasp, "grasp"},
     {Measure::kAgreement, "agreement"},
     {Measure::kScaling, "scaling"},
+    {Measure::kTransfer, "transfer"},
 }};
 
 using MeasureName = std::pair<Measure, std::string_view>;

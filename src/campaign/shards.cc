@@ -7,6 +7,7 @@
 #include <set>
 #include <string_view>
 #include <tuple>
+#include <unordered_map>
 #include <vector>
 
 #include <fmt/format.h>
@@ -31,6 +32,8 @@ struct SystemStepCost {
 constexpr auto kSystemStepCosts = std::to_array<SystemStepCost>({
 #include "campaign/system_step_costs.inc"
 });
+constexpr double kLargeShare = 0.25;  // of a shard's mean
+
 constexpr StepCost kUsualCost = {"", 2, 4};
 
 double step_us_per_body(const CampaignContender& contender, bool contacts) {
@@ -44,16 +47,17 @@ double step_us_per_body(const CampaignContender& contender, bool contacts) {
 }
 
 // What stays together: (system, contender), or (system, one of the constants); a family's first system stands for it.
-using Group = std::pair<int, int>;
+// Of a group that was taken apart, the timestep of a run that needs no other, else 0.
+using Group = std::tuple<int, int, double>;
 constexpr int kTimingOfAll = -1, kAgreementOfAll = -2, kScalingOfFamily = -3;
 
 Group group_of(const Campaign& campaign, const PlannedCell& cell) {
-  if (cell.measure == "raw_speed") return {cell.system, kTimingOfAll};
-  if (cell.measure == "agreement") return {cell.system, kAgreementOfAll};
-  if (cell.measure != "scaling") return {cell.system, cell.contender};
+  if (cell.measure == "raw_speed") return {cell.system, kTimingOfAll, 0};
+  if (cell.measure == "agreement") return {cell.system, kAgreementOfAll, 0};
+  if (cell.measure != "scaling") return {cell.system, cell.contender, 0};
   const std::string& family = campaign.systems[static_cast<size_t>(cell.system)].family;
   const auto first = std::ranges::find(campaign.systems, family, &CampaignSystem::family);
-  return {static_cast<int>(first - campaign.systems.begin()), kScalingOfFamily};
+  return {static_cast<int>(first - campaign.systems.begin()), kScalingOfFamily, 0};
 }
 
 bool takes_part(const PlannedCell& cell, ShardCells cells) {
@@ -186,6 +190,10 @@ std::string_view shard_cells_text(ShardCells cells) {
   return "all";
 }
 
+bool stands_alone(const PlannedCell& cell) {
+  return cell.trajectory.empty() && cell.other_states.empty() && !is_timed(cell) && cell.measure != "agreement";
+}
+
 std::map<std::pair<int, int>, double> expected_step_us(const Campaign& campaign) {
   static const auto known = [] {
     std::map<std::pair<std::string_view, std::string_view>, double> costs;
@@ -222,26 +230,40 @@ void divide(const Campaign& campaign, Plan& plan, int shards, ShardCells cells) 
     if (cell.measure == "reference") references.emplace(cell.trajectory, &cell);
   }
   const auto step_us = expected_step_us(campaign);
-  std::vector<std::pair<Group, double>> sorted;
-  sorted.reserve(groups.size());
-  for (auto& [group, of_group] : groups) {
-    double seconds = estimate_seconds(campaign, of_group, step_us, 1);
+  const auto seconds_of = [&](const std::vector<PlannedCell>& group) {
+    double seconds = estimate_seconds(campaign, group, step_us, 1);
     if (shards > 1 && cells == ShardCells::kAll) {
-      seconds += estimate_seconds(campaign, runs_made_again(references, of_group), step_us, 1);
+      seconds += estimate_seconds(campaign, runs_made_again(references, group), step_us, 1);
     }
-    sorted.emplace_back(group, seconds);
+    return seconds;
+  };
+  double total = 0;
+  std::map<Group, double> seconds_of_group;
+  for (const auto& [group, of_group] : groups) total += seconds_of_group[group] = seconds_of(of_group);
+  // What is a large part of a shard is taken apart where that costs nothing; more than that would have each shard make
+  // the reference solutions of more systems again.
+  const double large = kLargeShare * total / shards;
+  std::map<Group, std::vector<PlannedCell>> parts;
+  for (const auto& [group, of_group] : groups) {
+    const bool apart = shards > 1 && seconds_of_group.at(group) > large;
+    for (const PlannedCell& cell : of_group) {
+      Group part = group;
+      if (apart && stands_alone(cell)) std::get<2>(part) = cell.timestep_ms;
+      parts[part].push_back(cell);
+    }
   }
+  std::vector<std::pair<const std::vector<PlannedCell>*, double>> sorted;
+  sorted.reserve(parts.size());
+  for (const auto& [part, of_part] : parts) sorted.emplace_back(&of_part, seconds_of(of_part));
   std::ranges::stable_sort(sorted, [](const auto& a, const auto& b) { return a.second > b.second; });
   std::vector<double> loads(static_cast<size_t>(shards), 0);
-  std::map<Group, int> shard_of;
-  for (const auto& [group, seconds] : sorted) {
+  std::unordered_map<std::string_view, int> shard_of;  // by the cell's key
+  for (const auto& [of_part, seconds] : sorted) {
     const auto least = std::ranges::min_element(loads);
     *least += seconds;
-    shard_of[group] = static_cast<int>(least - loads.begin()) + 1;
+    for (const PlannedCell& cell : *of_part) shard_of[cell.key] = static_cast<int>(least - loads.begin()) + 1;
   }
-  for (PlannedCell& cell : plan.cells) {
-    cell.shard = takes_part(cell, cells) ? shard_of.at(group_of(campaign, cell)) : 0;
-  }
+  for (PlannedCell& cell : plan.cells) cell.shard = takes_part(cell, cells) ? shard_of.at(cell.key) : 0;
 }
 
 std::map<int, double> shard_seconds(const Campaign& campaign, const Plan& plan) {

@@ -32,9 +32,14 @@ std::string_view shard_cells_text(ShardCells cells);  // "all", ...
 // depend on whether there are contacts, else a usual time.
 std::map<std::pair<int, int>, double> expected_step_us(const Campaign& campaign);
 
+// Cells that read a run of their own timestep and not the fine-step run. All measures of such a run stay together.
+bool stands_alone(const PlannedCell& cell);
+
 // Sets each cell's shard, so that all shards take about as long: the longest group goes to the least loaded shard, then
 // the next. Cells of one group stay together: a system's timings, because machines differ in speed; a family's scaling
-// cells; the accuracy cells of one contender and system, which share a fine-step run; a system's cells of agreement.
+// cells; the accuracy cells of one contender and system, which share a fine-step run; a system's cells of agreement. Of
+// accuracy cells that are more than a quarter of a shard's mean, those that do not read the fine-step run form groups
+// by timestep, so that the longest group is a fine-step run with its pieces.
 void divide(const Campaign& campaign, Plan& plan, int shards, ShardCells cells);
 
 // Expected seconds of each shard with one worker.

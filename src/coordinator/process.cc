@@ -61,9 +61,7 @@ struct Ends {
   ends.failure = ::fcntl(ends.failure, F_DUPFD_CLOEXEC, kAbove);
   ::dup2(ends.socket, kWorkerSocket);
   ::dup2(ends.status, kWorkerStatus);
-#ifndef __SANITIZE_ADDRESS__  // its shadow memory counts
-  limit(RLIMIT_DATA, limits.memory_bytes);
-#endif
+  limits.limit_memory();
   limit(RLIMIT_FSIZE, limits.file_bytes);
   limit(RLIMIT_NPROC, limits.tasks);
   std::array<char, 7> worker = {'w', 'o', 'r', 'k', 'e', 'r', '\0'};
@@ -141,6 +139,12 @@ WorkerLimits WorkerLimits::of_share(int jobs) {
       std::clamp(pages * page / 5 * 4 / static_cast<std::uint64_t>(std::max(1, jobs)), kGiB, 4 * kGiB);
   limits.tasks = tasks_of_user() + kMoreTasks;
   return limits;
+}
+
+void WorkerLimits::limit_memory() const {
+#ifndef __SANITIZE_ADDRESS__  // its shadow memory counts
+  limit(RLIMIT_DATA, memory_bytes);
+#endif
 }
 
 WorkerProcess::WorkerProcess(const std::string& program, const WorkerLimits& limits) : secret_(random_secret()) {

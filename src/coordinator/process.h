@@ -20,6 +20,9 @@ struct WorkerLimits {
   // For one of `jobs` workers at a time: its share of four fifths of the machine's memory, from 1 to 4 GiB, and 512
   // tasks beyond those that there are.
   static WorkerLimits of_share(int jobs);
+
+  // Limits the memory of this process and those that it starts from now on.
+  void limit_memory() const;
 };
 
 // The process ends with its parent (PR_SET_PDEATHSIG), however that ends, and with this object; so do all processes

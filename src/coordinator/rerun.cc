@@ -12,6 +12,7 @@
 
 #include "base/errors.h"
 #include "base/hash.h"
+#include "base/json.h"
 #include "base/paths.h"
 #include "base/text.h"
 #include "campaign/campaign.h"
@@ -185,7 +186,7 @@ size_t keep_runs(Store& store, const std::string& system, const std::vector<std:
                           {"system", facts},
                           {"contender", {contender.base, contender.settings, contender.build_json}},
                           {"timestep_ms", timestep_ms}};
-    const std::string address = content_hash(content.dump());
+    const std::string address = content_hash(dump_json(content));
     write_trajectory(store.trajectories_dir(), address, *rerun.trajectory);
     rows.push_back({address, system, rerun.contender, timestep_ms});
     ++added;

@@ -2,11 +2,17 @@
 
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <nlohmann/json.hpp>
 
+#include "base/json.h"
+#include "controls/policy_config.h"
+#include "engines/binary_facts.h"
+#include "engines/builds.h"
 #include "engines/describe.h"
+#include "engines/registry.h"
 #include "store/pictures.h"
 #include "store/scene.h"
 
@@ -24,24 +30,25 @@ json model_facts(const Model& model) {
 ContenderRow contender_row(const CampaignContender& contender) {
   const ResolvedContender& resolved = contender.resolved;
   if (resolved.engine == nullptr) {
-    return {resolved.name, "", "", resolved.base, "", "{}", json{{"absent", contender.absent}}.dump()};
+    return {resolved.name, "", "", resolved.base, "", "{}", dump_json(json{{"absent", contender.absent}})};
   }
   const BuildFacts build = resolved.engine->build();
   json capabilities = describe(resolved.engine->capabilities(resolved.settings));
   capabilities["changes"] = describe_changes(resolved.engine->settings(), resolved.settings);
   if (!contender.varies.empty()) capabilities["varies"] = contender.varies;
+  const std::string engine = resolved.engine->name();
+  json facts = {{"version", build.version}, {"source", build.source},          {"compiler", build.compiler},
+                {"flags", build.flags},     {"plugin", contender.plugin_hash}, {"build", build_of(engine)}};
+  if (json binary = binary_facts(Registry::instance().plugin_path(engine)); !binary.is_null()) {
+    facts["binary"] = std::move(binary);
+  }
   return {resolved.name,
-          resolved.engine->name(),
+          engine,
           build.version,
           resolved.base,
           settings_text(*resolved.engine, resolved.settings),
-          capabilities.dump(),
-          json{{"version", build.version},
-               {"source", build.source},
-               {"compiler", build.compiler},
-               {"flags", build.flags},
-               {"plugin", contender.plugin_hash}}
-              .dump()};
+          dump_json(capabilities),
+          dump_json(facts)};
 }
 
 SystemRow system_row(const CampaignSystem& system) {
@@ -91,7 +98,11 @@ SystemRow system_row(const CampaignSystem& system) {
   const bool unasked =
       system.control.kind == "actuators" || (model.actuators.empty() && make_control(model, system.control)->is_zero());
   if (!unasked) row["control_option"] = control_text(system.control);
-  return {system.name, row.dump()};
+  if (const auto control = make_control(model, system.control); control->policy() != nullptr) {
+    row["trained_in"] = control->policy()->trained_in;
+    row["trained_ms"] = 1e3 * control->policy()->train_timestep_s;
+  }
+  return {system.name, dump_json(row)};
 }
 
 SceneRow scene_row(const CampaignSystem& system, const Drawing& drawing) {
@@ -107,7 +118,7 @@ SceneRow scene_row(const CampaignSystem& system, const Drawing& drawing) {
   for (const DrawnPart& part : drawing.parts) pictures.parts.push_back({part.mesh, part.body, part.X_BS, part.rgba});
   simplify(pictures, kDrawnTriangles);
   if (!pictures.parts.empty()) text["pictures"] = pictures_json(pictures);
-  return {system.name, text.dump()};
+  return {system.name, dump_json(text)};
 }
 
 }  // namespace assay

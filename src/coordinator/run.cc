@@ -60,8 +60,7 @@ Cell Runner::cell_of(const PlannedCell& planned, const Ending& ending) const {
   return cell;
 }
 
-void Runner::put(const Cell& cell, const std::vector<SampleSeries>& samples) {
-  store_.put_cell(cell, samples);
+void Runner::note_stored(const Cell& cell) {
   ++done_now_;
   engine_now_s_ += cell.engine_s;
   progress_.finished(cell, remaining_s());
@@ -71,12 +70,14 @@ void Runner::put_failed(const PlannedCell& planned, const Ending& failure) {
   Cell cell = cell_of(planned, failure);
   cell.started = cell.finished = unix_time();
   if (!failed_gate_.contains(cell.contender)) count(planned);
-  put(cell);
+  store_.put_cell(cell);
+  note_stored(cell);
 }
 
 // An answer has a result for each measure. Cells that are one under two contenders' names get the same result.
 void Runner::put_answer(const std::vector<const PlannedCell*>& cells, const JobEnd& end) {
   if (end.outside) return;  // nothing is known of them: they are measured at the next start
+  std::vector<MeasuredCell> measured;
   for (const PlannedCell* planned : cells) {
     CellResult result = end.result(planned->measure);
     Cell cell = cell_of(*planned, result.ending);
@@ -91,8 +92,10 @@ void Runner::put_answer(const std::vector<const PlannedCell*>& cells, const JobE
     }
     cell.values = std::move(result.values);
     count(*planned);
-    put(cell, result.samples);
+    measured.push_back({std::move(cell), std::move(result.samples)});
   }
+  store_.put_cells(measured);
+  for (const MeasuredCell& each : measured) note_stored(each.cell);
 }
 
 // Seconds of one worker.

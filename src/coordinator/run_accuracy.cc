@@ -5,6 +5,7 @@
 
 #include "base/errors.h"
 #include "base/hash.h"
+#include "base/json.h"
 #include "coordinator/runner.h"
 #include "store/trajectory.h"
 
@@ -16,9 +17,8 @@ namespace {
 
 // Of the reference solution.
 std::string truth_address(const CampaignSystem& system) {
-  return content_hash(json{
-      {"truth", 2}, {"model", system.model.hash}, {"duration_s", system.duration_s}, {"sample_ms", system.sample_ms}}
-                          .dump());
+  return content_hash(dump_json(json{
+      {"truth", 2}, {"model", system.model.hash}, {"duration_s", system.duration_s}, {"sample_ms", system.sample_ms}}));
 }
 
 }  // namespace
@@ -58,30 +58,43 @@ RunJob Runner::run_job(const PlannedCell& cell, double timestep_ms) const {
 void Runner::plan_references(std::map<std::string, Waiting>& producers) {
   // Cells of equal contenders under several names share one run.
   std::map<std::string, std::vector<const PlannedCell*>> cells;
-  std::map<std::string, std::pair<const PlannedCell*, int>> any;  // and from which initial state
+  struct From {
+    const PlannedCell* cell = nullptr;
+    int state = 0;                             // number of the initial state
+    const CampaignContender* owner = nullptr;  // whose run it is
+  };
+  std::map<std::string, From> any;
   // Whose run it is: timings may start from another contender's states.
   const auto owner = [&](const PlannedCell& cell) -> const CampaignContender& {
     const int of = cell.measure == "raw_speed" ? system(cell).states_of : -1;
     return of < 0 ? contender(cell) : campaign_.contenders[static_cast<size_t>(of)];
   };
   for (const PlannedCell* cell : todo_) {
+    const int trained_in = system(*cell).trained_in;
+    if (!cell->against.empty() && !failed_gate_.contains(contender(*cell).resolved.name)) {
+      const CampaignContender& of = campaign_.contenders[static_cast<size_t>(trained_in)];
+      if (failed_gate_.contains(of.resolved.name)) continue;
+      for (size_t i = 0; i < cell->against.size(); ++i) any[cell->against[i]] = {cell, static_cast<int>(i), &of};
+    }
+  }
+  for (const PlannedCell* cell : todo_) {
     if (cell->trajectory.empty() || failed_gate_.contains(owner(*cell).resolved.name)) continue;
-    any[cell->trajectory] = {cell, 0};
+    any[cell->trajectory] = {cell, 0, &owner(*cell)};
     if (cell->measure == "reference") cells[cell->trajectory].push_back(cell);
     for (size_t i = 0; i < cell->other_states.size(); ++i) {
-      any[cell->other_states[i]] = {cell, static_cast<int>(i) + 1};
+      any[cell->other_states[i]] = {cell, static_cast<int>(i) + 1, &owner(*cell)};
     }
   }
   for (const auto& [address, from] : any) {
-    const auto& [cell, state] = from;
+    const auto& [cell, state, whose] = from;
     if (failed_trajectory_.contains(address)) continue;
     const bool there = has_run(address);
     if (there && !cells.contains(address)) continue;
     Waiting waiting;
     waiting.cells = cells[address];
     Job& job = waiting.job;
-    RunJob run = run_job(*cell, system(*cell).reference_of(owner(*cell)));
-    run.subject = subject_spec(system(*cell), owner(*cell));
+    RunJob run = run_job(*cell, system(*cell).reference_of(*whose));
+    run.subject = subject_spec(system(*cell), *whose);
     run.subject.sample_ms = system(*cell).grid_ms();
     run.measures = {"reference"};
     run.state = state;
@@ -91,7 +104,7 @@ void Runner::plan_references(std::map<std::string, Waiting>& producers) {
       run.save = address;
     }
     job.request = std::move(run);
-    job.title = fmt::format("reference {} {}{}", system(*cell).name, owner(*cell).resolved.name,
+    job.title = fmt::format("reference {} {}{}", system(*cell).name, whose->resolved.name,
                             state == 0 ? "" : fmt::format(", initial state {}", state + 1));
     job.limit_s = campaign_.time_limit_s;
     // Others wait for these, so they come first, the dearest before the others.
@@ -164,6 +177,11 @@ std::vector<Runner::Waiting> Runner::plan_measures() {
     run.measures.push_back(cell->measure);
     if (addresses.size() > run.use.size()) run.use = std::move(addresses);
     if (cell->measure != "truth") run.states = states;
+    if (!cell->against.empty() && system(*cell).trained_in >= 0 &&
+        !failed_gate_.contains(campaign_.contenders[static_cast<size_t>(system(*cell).trained_in)].resolved.name)) {
+      run.against = cell->against;
+      waiting.needs.insert(cell->against.begin(), cell->against.end());
+    }
     if (cell->measure == "truth") {
       run.truth = truth_address(system(*cell));
       waiting.needs.insert(run.truth);
@@ -236,9 +254,15 @@ void Runner::accuracy() {
       const bool needed = one.needs.erase(address) > 0;
       // An agreement does without others' runs, but not without its own.
       auto* agreement = std::get_if<AgreementJob>(&one.job.request);
-      const bool fails = failure && needed && (agreement == nullptr || agreement->own == address);
+      bool fails = failure && needed && (agreement == nullptr || agreement->own == address);
       if (needed && failure && !fails)
         std::erase_if(agreement->others, [&](const auto& other) { return other.address == address; });
+      // A policy's run does without one to compare it with.
+      if (auto* run = std::get_if<RunJob>(&one.job.request);
+          fails && run != nullptr && std::ranges::count(run->against, address) > 0) {
+        std::ranges::replace(run->against, address, std::string());
+        fails = std::ranges::count(run->use, address) > 0;
+      }
       if (!needed || (!fails && !one.needs.empty())) {
         ++i;
         continue;

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/hash.h"
+#include "base/json.h"
 #include "base/paths.h"
 #include "conformance/conformance.h"
 #include "coordinator/runner.h"
@@ -54,6 +55,7 @@ void Runner::run_suite(const std::string& content, const std::vector<std::string
       suite_rows_.erase(content);
       return;
     }
+    if (!end.answer) crashed_suite_.insert(content);
     if (!end.answer && ran < tests.size()) {
       const std::string fail(status_text(ConformanceStatus::kFail));
       rows.push_back({"", tests[ran], fail, 0, 0, "",
@@ -101,7 +103,8 @@ bool Runner::fetch_suite(const std::string& content) {
 void Runner::keep_suite(const std::string& content) const {
   const std::string path = suite_file(content);
   const auto rows = suite_rows_.find(content);
-  if (path.empty() || rows == suite_rows_.end()) return;
+  // Whether it crashes may depend on more than the program and the contender: the next campaign tries again.
+  if (path.empty() || rows == suite_rows_.end() || crashed_suite_.contains(content)) return;
   json kept = json::array();
   for (const ConformanceRow& row : rows->second) {
     kept.push_back({row.test, row.status, row.figure, row.tolerance, row.unit, row.note});
@@ -110,7 +113,7 @@ void Runner::keep_suite(const std::string& content) const {
   std::filesystem::create_directories(options_.suites, error);
   const std::string part = fmt::format("{}.{}", path, ::getpid());
   // A folder that cannot be written keeps nothing.
-  if (std::ofstream file(part); !(file << kept.dump())) return;
+  if (std::ofstream file(part); !(file << dump_json(kept))) return;
   std::filesystem::rename(part, path, error);
 }
 

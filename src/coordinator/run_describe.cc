@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/hash.h"
+#include "base/json.h"
 #include "campaign/shards.h"
 #include "coordinator/machine.h"
 #include "coordinator/rows.h"
@@ -70,7 +71,7 @@ void Runner::describe_node(bool finished, double wall_s, double cpu_s) {
   }
   if (timing_facts_.core >= 0) facts["timing_core"] = std::to_string(timing_facts_.core);
   if (timing_facts_.clock_s > 0) facts["clock_cost_ns"] = fmt::format("{:.0f}", 1e9 * timing_facts_.clock_s);
-  node_.json = facts.dump(-1, ' ', false, json::error_handler_t::replace);
+  node_.json = dump_json(facts);
   store_.set_node(node_);
 }
 
@@ -158,7 +159,7 @@ void Runner::describe() {
                    timing.common_states ? "one contender's" : "each contender's own", timing.warmup)});
   if (!options_.command.empty()) entries.push_back({"command", options_.command});
   if (!store_.manifest("started")) entries.push_back({"started", date_text(unix_time())});
-  if (!campaign_.ratios.empty()) entries.push_back({"ratios", json(campaign_.ratios).dump()});
+  if (!campaign_.ratios.empty()) entries.push_back({"ratios", dump_json(json(campaign_.ratios))});
   store_.set_manifest(entries);
 }
 

@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/hash.h"
+#include "base/json.h"
 #include "coordinator/runner.h"
 
 namespace assay {
@@ -54,7 +55,7 @@ void Runner::time_system(TimingPass& pass, int system_index) {
     }
     if (contenders.empty()) continue;
     const std::string key =
-        content_hash(json{{"harness", campaign_.name}, {"system", timed.name}, {"h", timestep}}.dump());
+        content_hash(dump_json(json{{"harness", campaign_.name}, {"system", timed.name}, {"h", timestep}}));
     // When a run is resumed, the harness's finished cell is not measured again either.
     const bool with_harness =
         has_harness && (timed_elsewhere_.contains(key) || !std::ranges::binary_search(stored, key));
@@ -67,13 +68,13 @@ void Runner::time_system(TimingPass& pass, int system_index) {
     pass.measure(
         timed, contenders, timestep, keys, with_harness ? kHarness : "", stored_share(timed.name, timestep),
         [&](const std::string& what) { progress_.started(what); },
-        [&](const Cell& cell, const std::vector<SampleSeries>& samples) {
-          if (has_harness && cell.contender == kHarness) {
-            store_.put_cell(cell, samples);  // not a cell of the campaign
-            return;
+        [&](const std::vector<MeasuredCell>& cells) {
+          store_.put_cells(cells);
+          for (const MeasuredCell& each : cells) {
+            if (has_harness && each.cell.contender == kHarness) continue;  // not a cell of the campaign
+            count(*planned.at(each.cell.contender));
+            note_stored(each.cell);
           }
-          count(*planned.at(cell.contender));
-          put(cell, samples);
         });
     if (interrupted()) return;
   }

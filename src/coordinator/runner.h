@@ -93,7 +93,7 @@ class Runner {
 
   std::uint64_t seed() const { return static_cast<std::uint64_t>(campaign_.seed); }
   Cell cell_of(const PlannedCell& planned, const Ending& ending) const;
-  void put(const Cell& cell, const std::vector<SampleSeries>& samples = {});
+  void note_stored(const Cell& cell);
   void put_failed(const PlannedCell& planned, const Ending& failure);
   void put_answer(const std::vector<const PlannedCell*>& cells, const JobEnd& end);
   double cost(const PlannedCell& cell) const;
@@ -117,6 +117,7 @@ class Runner {
   std::map<std::string, Ending> failed_trajectory_;  // by address
   // Of runs, suites (by contender's content) whose workers somebody else ended: what needs them is not measured now.
   std::set<std::string> lost_trajectory_, lost_suite_;
+  std::set<std::string> crashed_suite_;       // with a test that ended its worker, by content
   std::set<std::string> suite_again_;         // contenders whose conformance suite is tried again
   std::map<std::string, bool> run_is_there_;  // by address, as it was found first
   std::vector<std::string> damaged_runs_;     // a text each

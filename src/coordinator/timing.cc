@@ -335,21 +335,18 @@ void TimingPass::measure(const CampaignSystem& system, const std::vector<TimedCo
     tally.single = command<SingleSteps>(contenders[i], 0, SingleStepsCommand{tally.how}, tally);
     if (interrupts_.signal() != 0) return;
   }
-  // The harness first: as long as a cell of the campaign is missing, the whole timestep is repeated.
-  const auto put_tally = [&](Tally& tally) {
-    if (tally.outside) return;
+  // All at once: as long as a cell of the campaign is missing, the whole timestep is repeated.
+  std::vector<MeasuredCell> measured;
+  for (Tally& tally : tallies) {
+    if (tally.outside) continue;
     tally.cell.finished = unix_time();
     tally.cell.steal = tally.total > 0 ? tally.stolen / tally.total : 0;
     std::vector<SampleSeries> samples;
     if (!tally.turns.empty()) samples = tally.samples();
     if (!tally.over && !tally.turns.empty()) tally.cell.values = tally.values();
-    put(tally.cell, samples);
-  };
-  for (const bool first : {true, false}) {
-    for (Tally& tally : tallies) {
-      if ((tally.cell.contender == harness) == first) put_tally(tally);
-    }
+    measured.push_back({std::move(tally.cell), std::move(samples)});
   }
+  put(measured);
 }
 
 }  // namespace assay

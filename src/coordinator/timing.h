@@ -27,7 +27,7 @@ struct TimingFacts {
 };
 
 // Measures all of `contenders` on one system at one timestep (`keys`: cells' keys by contender's name). `put` is called
-// for each cell after the last round. The contender `harness`, if it is among them, times the same windows and has no
+// with all cells after the last round. The contender `harness`, if it is among them, times the same windows and has no
 // say in how long they are. `share`: of the run, where others have been timed; else as the campaign's time for a turn
 // allows. Returns at an interrupt.
 class TimingPass {
@@ -35,7 +35,7 @@ class TimingPass {
   TimingPass(const Campaign& campaign, std::string program, const Interrupts& interrupts)
       : campaign_(campaign), program_(std::move(program)), interrupts_(interrupts) {}
 
-  using Put = std::function<void(const Cell&, const std::vector<SampleSeries>&)>;
+  using Put = std::function<void(const std::vector<MeasuredCell>&)>;
   using Started = std::function<void(const std::string&)>;
   void measure(const CampaignSystem& system, const std::vector<TimedContender>& contenders, double timestep_ms,
                const std::map<std::string, std::string>& keys, const std::string& harness, std::optional<double> share,

@@ -11,6 +11,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "base/json.h"
+
 namespace assay {
 namespace {
 
@@ -44,7 +46,7 @@ void fields(auto& is, Of<ModelSpec> auto& m) {
 }
 void fields(auto& is, Of<ContenderSpec> auto& m) { is("name", m.name)("base", m.base)("overrides", m.overrides); }
 void fields(auto& is, Of<ControlSpec> auto& m) {
-  is("kind", m.kind)("file", m.file);
+  is("kind", m.kind)("file", m.file)("policy", m.policy)("network", m.network);
   for (const ControlPart& part : kControlParts) is(part.name, m.*part.member);
 }
 void fields(auto& is, Of<Perturbation> auto& m) {
@@ -60,6 +62,7 @@ void fields(auto& is, Of<RunJob> auto& m) {
   is("subject", m.subject)("timestep_ms", m.timestep_ms)("measures", m.measures)("trajectories", m.trajectories);
   is("state", m.state)("states", m.states);
   is("save", m.save)("use", m.use)("truth", m.truth)("seed", m.seed)("grasp", m.grasp)("partial", m.partial);
+  is("against", m.against);
 }
 void fields(auto& is, Of<TruthJob> auto& m) {
   is("model", m.model)("duration_s", m.duration_s)("sample_ms", m.sample_ms);
@@ -207,7 +210,7 @@ class Reader {
     expect(from.is_number_integer(), from, "a whole number", where);
     const bool fits = from.is_number_unsigned() ? std::in_range<T>(from.get<std::uint64_t>())
                                                 : std::in_range<T>(from.get<std::int64_t>());
-    if (!fits) fail(where, fmt::format("is out of range ({})", from.dump()));
+    if (!fits) fail(where, fmt::format("is out of range ({})", dump_json(from)));
     value = from.get<T>();
   }
   static void read(const json& from, double& value, const std::string& where) {
@@ -269,7 +272,7 @@ template <typename Message, size_t count>
 std::string line_of(const Message& message, const std::array<std::string_view, count>& kinds) {
   json object = std::visit([](const auto& each) { return Writer::written(each); }, message);
   object["kind"] = kinds.at(message.index());
-  return object.dump(-1, ' ', false, json::error_handler_t::replace) + "\n";
+  return dump_json(object) + "\n";
 }
 
 template <typename Message, size_t index = 0>

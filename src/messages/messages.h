@@ -77,6 +77,9 @@ struct RunJob {
   std::uint64_t seed = 1;
   GraspBodies grasp;
   bool partial = false;  // keep a run that diverges too, as far as it went
+  // For 'transfer', of each state the address of the run of the contender that the policy was trained in, "" where it
+  // has none; empty: compared with nothing.
+  std::vector<std::string> against = {};
 };
 
 // The reference solution of a smooth system, at the moments of a run's samples: no engine takes part.

@@ -19,6 +19,9 @@ inline constexpr int kCellColumnCount = 15;
 inline constexpr const char* kValuesQuery =
     "SELECT name, unit, value, low, high FROM \"values\" WHERE cell_id = ? ORDER BY name";
 inline constexpr int kValueColumnCount = 5;
+// Those of all cells, and whose they are, in the order of the table.
+inline constexpr const char* kAllValuesQuery =
+    "SELECT name, unit, value, low, high, cell_id FROM \"values\" ORDER BY cell_id, name";
 inline constexpr const char* kSamplesQuery =
     "SELECT name, idx, value FROM samples WHERE cell_id = ? ORDER BY name, idx";
 

@@ -17,7 +17,8 @@ namespace assay::sql {
 
 sqlite3* open_database(const std::string& path, int flags) {
   sqlite3* db = nullptr;
-  const int code = sqlite3_open_v2(path.c_str(), &db, flags, nullptr);
+  // No connection is used by two threads at once, so it needs no lock for each of its calls.
+  const int code = sqlite3_open_v2(path.c_str(), &db, flags | SQLITE_OPEN_NOMUTEX, nullptr);
   if (code != SQLITE_OK && db == nullptr) throw SystemError(fmt::format("cannot open '{}': out of memory", path));
   sqlite3_busy_timeout(db, 10000);
   return db;
@@ -44,7 +45,10 @@ void fail(sqlite3* db) {
   if (code == SQLITE_NOTADB) {
     throw InputError(fmt::format("'{}' is not a results database of assay: give another directory", path));
   }
-  if (code == SQLITE_CORRUPT) throw InputError(damaged_text(path, sqlite3_errmsg(db)));
+  // The statements are constant, so one that fails in itself met another schema than the one that was written.
+  if (code == SQLITE_CORRUPT || (code == SQLITE_ERROR && looks_like_results(path))) {
+    throw InputError(damaged_text(path, sqlite3_errmsg(db)));
+  }
   const int why = sqlite3_system_errno(db);
   throw SystemError(fmt::format("cannot use '{}': {}{}", path, sqlite3_errmsg(db),
                                 why != 0 ? fmt::format(" ({})", std::strerror(why)) : ""));
@@ -87,7 +91,8 @@ void Statement::append_to(std::string& bytes, int column) const {
     default: {
       const std::string value = text(column);
       const std::uint64_t size = value.size();
-      append('t', &size, sizeof size);
+      // One bit of a row's header turns a text into a blob of the same bytes, which is equal to no text.
+      append(sqlite3_column_type(statement_, column) == SQLITE_BLOB ? 'b' : 't', &size, sizeof size);
       bytes += value;
     }
   }

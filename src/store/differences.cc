@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "base/json.h"
 #include "store/facts.h"
 
 namespace assay {
@@ -37,10 +38,11 @@ json parsed(const std::string& text) {
 
 std::string plain(const json& value) {
   if (value.is_null()) return "";
-  return value.is_string() ? value.get<std::string>() : value.dump();
+  return value.is_string() ? value.get<std::string>() : dump_json(value);
 }
 
 void compare_systems(const SystemRow& a, const SystemRow& b, std::vector<Difference>& found) {
+  if (a.json == b.json) return;
   const json facts_a = parsed(a.json), facts_b = parsed(b.json);
   std::set<std::string> names;
   for (const json* facts : {&facts_a, &facts_b}) {
@@ -118,11 +120,21 @@ std::vector<std::string> machines(const Store& store) {
   return {found.begin(), found.end()};
 }
 
-std::vector<Difference> differences(const Store& a, const Store& b) {
+std::string Description::fact(std::string_view key) const {
+  const auto found = std::ranges::find(manifest, key, &ManifestEntry::key);
+  return found == manifest.end() ? "" : found->value;
+}
+
+Description describe(const Store& store) {
+  return {store.dir(), store.manifest(), store.systems(), store.contenders()};
+}
+
+std::vector<Difference> differences(const Store& a, const Store& b) { return differences(describe(a), describe(b)); }
+
+std::vector<Difference> differences(const Description& a, const Description& b) {
   std::vector<Difference> found;
   const auto of_manifest = [&](DifferenceKind kind, std::string_view key, const std::string& what) {
-    const std::string in_a = a.manifest(std::string(key)).value_or(""),
-                      in_b = b.manifest(std::string(key)).value_or("");
+    const std::string in_a = a.fact(key), in_b = b.fact(key);
     if (in_a != in_b) found.push_back({kind, "", what, in_a, in_b});
   };
   for (const std::string_view key : kProgramFacts) {
@@ -135,8 +147,8 @@ std::vector<Difference> differences(const Store& a, const Store& b) {
   for (const std::string_view key : kMethodFacts) {
     of_manifest(DifferenceKind::kMethod, key, key == "seed" ? "the campaign's seed" : "the timing");
   }
-  compare_rows(a.systems(), b.systems(), "system", found, compare_systems);
-  compare_rows(a.contenders(), b.contenders(), "contender", found, compare_contenders);
+  compare_rows(a.systems, b.systems, "system", found, compare_systems);
+  compare_rows(a.contenders, b.contenders, "contender", found, compare_contenders);
   std::ranges::stable_sort(found, {}, &Difference::kind);
   return found;
 }

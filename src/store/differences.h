@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "store/store.h"
@@ -29,8 +30,21 @@ struct Difference {
   std::string text(const std::string& dir_a, const std::string& dir_b) const;
 };
 
+// What tells two directories apart, read once: one may be compared with many.
+struct Description {
+  std::string dir;
+  std::vector<ManifestEntry> manifest;
+  std::vector<SystemRow> systems;
+  std::vector<ContenderRow> contenders;
+
+  std::string fact(std::string_view key) const;  // of the manifest, "" for none
+};
+
+Description describe(const Store& store);
+
 // By kind in the order above, then as listed.
 std::vector<Difference> differences(const Store& a, const Store& b);
+std::vector<Difference> differences(const Description& a, const Description& b);
 
 // The machine's facts as stored: those of its nodes ("name (cpu, 2 cores)"), else those of the manifest; sorted.
 std::vector<std::string> machines(const Store& store);

@@ -17,6 +17,7 @@
 
 #include "base/errors.h"
 #include "base/hash.h"
+#include "base/json.h"
 #include "base/text.h"
 #include "store/cell_hash.h"
 #include "store/database.h"
@@ -129,6 +130,7 @@ class Merge {
     const Attached attached(db_, dir);
     Transaction transaction(db_);
     changed_tables_.clear();
+    match_cells();
     note_change("manifest", [&] { merge_manifest(source); });
     note_change("nodes", [&] { merge_nodes(source); });
     refuse_other_cells();
@@ -230,8 +232,8 @@ class Merge {
       json content = {source.manifest("campaign_hash").value_or("")};
       for (const char* key : {"cpu", "cores", "memory", "kernel", "started"}) content.push_back(text_fact(facts, key));
       constexpr size_t kDigits = 16;
-      unnamed_node_ = content_hash(content.dump()).substr(0, kDigits);
-      nodes.push_back({unnamed_node_, facts.dump()});
+      unnamed_node_ = content_hash(dump_json(content)).substr(0, kDigits);
+      nodes.push_back({unnamed_node_, dump_json(facts)});
     }
     Statement put(db_, "INSERT OR REPLACE INTO nodes VALUES(?, ?)");
     const auto order = [](const std::string& text) {  // the later state of a part's work comes last
@@ -258,11 +260,30 @@ class Merge {
                : "the same run gave two results, so engines, processors or libraries differ: leave one of the two out";
   }
 
+  // Which cells of the source are there already, and which it adds or replaces: of two equal cells the one that was
+  // measured first stays, whichever comes first here. All else reads these tables, so that a key is looked up once.
+  // A cell's id in the union is its `place` behind `last_id_`, so that rows are written in the order of their table.
+  void match_cells() {
+    execute(db_, "DROP TABLE IF EXISTS temp.matched");
+    execute(db_, "DROP TABLE IF EXISTS temp.merged");
+    execute(db_, "CREATE TEMP TABLE matched(old INTEGER PRIMARY KEY, there INTEGER, is_first INTEGER)");
+    execute(db_, "CREATE TEMP TABLE merged(place INTEGER PRIMARY KEY, old INTEGER NOT NULL, there INTEGER)");
+    execute(
+        db_,
+        "INSERT INTO temp.matched SELECT s.id, m.id, m.id IS NULL OR (s.started, s.finished, s.wall_s) < (m.started, "
+        "m.finished, m.wall_s) FROM src.cells s LEFT JOIN main.cells m ON m.key = s.key ORDER BY s.id");
+    execute(db_, "INSERT INTO temp.merged(old, there) SELECT old, there FROM temp.matched WHERE is_first ORDER BY old");
+    any_there_ = count("temp.matched WHERE there IS NOT NULL") > 0;
+  }
+
   void refuse_other_cells() {
+    if (!any_there_) return;
     {
-      Statement query(db_,
-                      "SELECT s.measure, s.contender, s.system, s.timestep_ms, s.outcome, m.outcome FROM src.cells s "
-                      "CROSS JOIN main.cells m ON m.key = s.key WHERE s.outcome <> m.outcome LIMIT 1");
+      Statement query(
+          db_,
+          "SELECT s.measure, s.contender, s.system, s.timestep_ms, s.outcome, m.outcome FROM temp.matched t "
+          "CROSS JOIN src.cells s ON s.id = t.old CROSS JOIN main.cells m ON m.id = t.there "
+          "WHERE s.outcome <> m.outcome LIMIT 1");
       if (query.step()) {
         refuse(fmt::format("{} is '{}' in it and '{}' there, {}", cell_text(query, 0), query.text(4), query.text(5),
                            advice(query.text(0))));
@@ -271,13 +292,15 @@ class Merge {
     // Either may have a value that the other lacks. CROSS JOIN keeps the order: what is there may be much more.
     for (const auto& [one, other, swapped] : {std::tuple("src", "main", false), std::tuple("main", "src", true)}) {
       Statement query(
-          db_, fmt::format(
-                   "SELECT s.measure, s.contender, s.system, s.timestep_ms, v.name, v.value, w.value FROM src.cells s "
-                   "CROSS JOIN main.cells m ON m.key = s.key CROSS JOIN {0}.\"values\" v ON v.cell_id = {2}.id "
-                   "LEFT JOIN {1}.\"values\" w ON w.cell_id = {3}.id AND w.name = v.name "
-                   "WHERE v.name NOT IN ({4}) AND (v.value IS NOT w.value OR v.low IS NOT w.low OR v.high IS NOT "
-                   "w.high OR w.name IS NULL) LIMIT 1",
-                   one, other, swapped ? "m" : "s", swapped ? "s" : "m", derived_));
+          db_,
+          fmt::format(
+              "SELECT s.measure, s.contender, s.system, s.timestep_ms, v.name, v.value, w.value FROM temp.matched t "
+              "CROSS JOIN {0}.\"values\" v ON v.cell_id = t.{2} "
+              "LEFT JOIN {1}.\"values\" w ON w.cell_id = t.{3} AND w.name = v.name "
+              "LEFT JOIN src.cells s ON s.id = t.old "
+              "WHERE t.there IS NOT NULL AND v.name NOT IN ({4}) AND (v.value IS NOT w.value OR v.low IS NOT w.low "
+              "OR v.high IS NOT w.high OR w.name IS NULL) LIMIT 1",
+              one, other, swapped ? "there" : "old", swapped ? "old" : "there", derived_));
       if (!query.step()) continue;
       const auto shown = [&](int column) {
         const auto number = query.optional_number(column);
@@ -311,59 +334,57 @@ class Merge {
     }
   }
 
-  // Of two equal cells the one that was measured first stays, whichever comes first here.
+  // The number of cells that are new.
   std::int64_t merge_cells() {
-    execute(db_, "DROP TABLE IF EXISTS temp.merged");
-    execute(db_, "CREATE TEMP TABLE merged(old INTEGER PRIMARY KEY, key TEXT NOT NULL)");
-    execute(db_,
-            "INSERT INTO temp.merged SELECT s.id, s.key FROM src.cells s LEFT JOIN main.cells m ON m.key = s.key "
-            "WHERE m.id IS NULL OR (s.started, s.finished, s.wall_s) < (m.started, m.finished, m.wall_s)");
-    std::int64_t fresh = 0;
-    {
-      Statement query(db_, "SELECT count(*) FROM temp.merged WHERE key NOT IN (SELECT key FROM main.cells)");
-      if (query.step()) fresh = query.integer(0);
-    }
+    const std::int64_t fresh = count("temp.merged WHERE there IS NULL");
     // Foreign keys are off on this connection, because checking them for each sample takes as long as copying it.
-    for (const char* table : {"samples", "values"}) {
-      execute(db_, fmt::format("DELETE FROM main.\"{}\" WHERE cell_id IN (SELECT m.id FROM temp.merged t CROSS JOIN "
-                               "main.cells m ON m.key = t.key)",
-                               table)
-                       .c_str());
+    if (any_there_) {
+      for (const auto& [table, id] : {std::pair("samples", "cell_id"), {"values", "cell_id"}, {"cells", "id"}}) {
+        execute(db_,
+                fmt::format("DELETE FROM main.\"{}\" WHERE {} IN (SELECT there FROM temp.merged)", table, id).c_str());
+      }
     }
-    execute(db_, "DELETE FROM main.cells WHERE key IN (SELECT key FROM temp.merged)");
+    last_id_ = 0;
+    {
+      Statement query(db_, "SELECT max(id) FROM main.cells");
+      if (query.step()) last_id_ = query.integer(0);
+    }
     const std::string cells = common_columns(db_, "cells", "id");
-    execute(db_, fmt::format("INSERT INTO main.cells({0}) SELECT {0} FROM src.cells WHERE id IN (SELECT old FROM "
-                             "temp.merged) ORDER BY id",
-                             cells)
-                     .c_str());
+    // OR ROLLBACK, as anything that fails does here: so SQLite keeps no journal of what a statement has changed.
+    execute(db_,
+            fmt::format(
+                "INSERT OR ROLLBACK INTO main.cells(id, {0}) SELECT {1} + t.place, {0} FROM temp.merged t CROSS JOIN "
+                "src.cells s ON s.id = t.old ORDER BY t.place",
+                cells, last_id_)
+                .c_str());
     for (const char* table : {"values", "samples"}) {
       const std::string columns = common_columns(db_, table, "cell_id");
       const std::string where =
           std::string_view(table) == "values" ? fmt::format(" WHERE name NOT IN ({})", derived_) : "";
-      execute(db_, fmt::format("INSERT INTO main.\"{0}\"(cell_id, {1}) SELECT m.id, {1} FROM temp.merged t "
-                               "JOIN main.cells m ON m.key = t.key JOIN src.\"{0}\" v ON v.cell_id = t.old{2}",
-                               table, columns, where)
-                       .c_str());
+      execute(
+          db_,
+          fmt::format("INSERT OR ROLLBACK INTO main.\"{0}\"(cell_id, {1}) SELECT {2} + t.place, {1} FROM temp.merged t "
+                      "CROSS JOIN src.\"{0}\" v ON v.cell_id = t.old{3} ORDER BY t.place",
+                      table, columns, last_id_, where)
+              .c_str());
     }
     hash_cells();
-    execute(db_, "DROP TABLE temp.merged");
     return fresh;
   }
 
   // Cells keep the hashes that they were written with, but for those that are not quite what they were.
   void hash_cells() {
     if (!unnamed_node_.empty()) {
-      Statement(db_, "UPDATE main.cells SET node = ? WHERE key IN (SELECT key FROM temp.merged)")
+      Statement(db_, fmt::format("UPDATE main.cells SET node = ? WHERE id > {}", last_id_))
           .bind_all(unnamed_node_)
           .run();
     }
     std::vector<std::int64_t> changed, unhashed;
     {
-      Statement query(db_,
-                      fmt::format("SELECT m.id, m.hash IS NULL FROM temp.merged t JOIN main.cells m ON m.key = t.key "
-                                  "WHERE {} OR m.hash IS NULL OR EXISTS(SELECT 1 FROM src.\"values\" v WHERE "
-                                  "v.cell_id = t.old AND v.name IN ({}))",
-                                  unnamed_node_.empty() ? "0" : "1", derived_));
+      Statement query(db_, fmt::format("SELECT m.id, m.hash IS NULL FROM main.cells m WHERE m.id > {0} AND ({1} OR "
+                                       "m.hash IS NULL OR m.id IN (SELECT {0} + t.place FROM temp.merged t JOIN "
+                                       "src.\"values\" v ON v.cell_id = t.old WHERE v.name IN ({2})))",
+                                       last_id_, unnamed_node_.empty() ? "0" : "1", derived_));
       while (query.step()) {
         changed.push_back(query.integer(0));
         if (query.integer(1) != 0) unhashed.push_back(query.integer(0));
@@ -498,33 +519,34 @@ class Merge {
   std::string derived_;                            // names as a list of SQL
   std::string dir_;                                // of the source
   std::string unnamed_node_;                       // the machine of a source without nodes
+  bool any_there_ = false;                         // whether the union has some of the source's cells
+  std::int64_t last_id_ = 0;                       // of the union's cells before the source's
   std::set<std::string> changed_tables_;           // by this source
   std::map<std::string, std::string> machine_of_;  // the machine that timed each system of the union
 };
 
 // Two directories are parts of one campaign: else one sentence says what differs.
-void refuse_another_campaign(const Store& first, const Store& other) {
+void refuse_another_campaign(const Description& first, const Description& other) {
   const std::vector<Difference> found = differences(first, other);
   const auto of_program = std::ranges::find(found, DifferenceKind::kProgram, &Difference::kind);
-  const bool same = first.manifest("campaign") == other.manifest("campaign") &&
-                    first.manifest("campaign_hash") == other.manifest("campaign_hash");
+  const std::string campaign = first.fact("campaign"), others = other.fact("campaign");
+  const bool same = campaign == others && first.fact("campaign_hash") == other.fact("campaign_hash");
   if (same && of_program == found.end()) return;
   std::string why;
-  if (first.manifest("campaign") != other.manifest("campaign")) {
-    why = fmt::format("'{}' has the campaign '{}' and '{}' has '{}'", first.dir(),
-                      first.manifest("campaign").value_or(""), other.dir(), other.manifest("campaign").value_or(""));
+  if (campaign != others) {
+    why = fmt::format("'{}' has the campaign '{}' and '{}' has '{}'", first.dir, campaign, other.dir, others);
   } else {
     const auto difference = std::ranges::find_if(found, [&](const Difference& each) {
       return same ? each.kind == DifferenceKind::kProgram
                   : each.kind != DifferenceKind::kProgram && each.kind != DifferenceKind::kMachine;
     });
     const auto said = difference != found.end() ? difference : of_program;
-    why = said != found.end() ? said->text(first.dir(), other.dir()) : "the campaign's time limit or timesteps differ";
+    why = said != found.end() ? said->text(first.dir, other.dir) : "the campaign's time limit or timesteps differ";
   }
   throw InputError(
       fmt::format("'{}' and '{}' are no parts of one campaign: {}; measure both again with one program and "
                   "one campaign file",
-                  first.dir(), other.dir(), why));
+                  first.dir, other.dir, why));
 }
 
 // False for a database that a process which was killed had only begun.
@@ -548,17 +570,18 @@ MergeSummary merge_results(const std::vector<std::string>& sources, const std::s
                            const std::function<void(Store& merged)>& finish) {
   if (sources.empty()) throw InputError("there is nothing to merge: name results directories");
   // Before anything is written.
-  const Store first = Store::open(sources.front());
-  for (const std::string& source : sources) refuse_another_campaign(first, Store::open(source));
-  if (has_content(out + "/assay.sqlite")) refuse_another_campaign(first, Store::open(out));
+  const Description first = describe(Store::open(sources.front()));
+  for (const std::string& source : sources) refuse_another_campaign(first, describe(Store::open(source)));
+  if (has_content(out + "/assay.sqlite")) refuse_another_campaign(first, describe(Store::open(out)));
 
   MergeSummary summary;
-  Store result =
-      Store::create(out, {first.manifest("campaign").value_or(""), first.manifest("campaign_hash").value_or("")});
+  Store result = Store::create(out, {first.fact("campaign"), first.fact("campaign_hash")});
   {
     const std::unique_ptr<sqlite3, CloseDatabase> db(
         sql::open_database(sql::uri_of(out + "/assay.sqlite"), SQLITE_OPEN_READWRITE | SQLITE_OPEN_URI));
     execute(db.get(), "PRAGMA synchronous = FULL; PRAGMA foreign_keys = OFF; PRAGMA cache_size = -65536");  // KiB
+    // Every commit is synced; only pages that many sources change reach the database less often.
+    execute(db.get(), "PRAGMA wal_autocheckpoint = 8192; PRAGMA temp_store = MEMORY");
     Merge merge(db.get(), result, derived);
     for (const std::string& source : sources) {
       if (same_directory(source, out)) continue;  // all of it is there

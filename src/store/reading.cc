@@ -1,7 +1,10 @@
 // What a results directory says.
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <map>
 #include <string_view>
+#include <tuple>
 #include <utility>
 
 #include <fmt/format.h>
@@ -85,17 +88,53 @@ std::vector<ConformanceRow> Store::conformance() const {
   return rows;
 }
 
-// Cells in their order; those that are not what was written go to `damaged`.
+namespace {
+
+// The places of names in a table that lists them: rowid by name.
+std::map<std::string, std::int64_t> places(sqlite3* db, const std::string& table) {
+  std::map<std::string, std::int64_t> found;
+  Statement query(db, fmt::format("SELECT name, rowid FROM {}", table));
+  while (query.step()) found[query.text(0)] = query.integer(1);
+  return found;
+}
+
+// As the campaign lists systems and contenders; what it does not list comes first.
+void sort_cells(sqlite3* db, std::vector<Cell>& cells) {
+  const auto systems = places(db, "systems"), contenders = places(db, "contenders");
+  const auto place = [](const std::map<std::string, std::int64_t>& in, const std::string& name) {
+    const auto found = in.find(name);
+    return found == in.end() ? std::numeric_limits<std::int64_t>::min() : found->second;
+  };
+  struct Placed {
+    std::int64_t system, contender;
+    const Cell* cell;
+  };
+  std::vector<Placed> order;
+  order.reserve(cells.size());
+  for (const Cell& cell : cells) {
+    order.push_back({place(systems, cell.system), place(contenders, cell.contender), &cell});
+  }
+  std::ranges::sort(order, {}, [](const Placed& each) {
+    const Cell& cell = *each.cell;
+    return std::tie(each.system, cell.system, each.contender, cell.contender, cell.measure, cell.timestep_ms, cell.key);
+  });
+  std::vector<Cell> sorted;
+  sorted.reserve(cells.size());
+  for (const Placed& each : order) sorted.push_back(std::move(cells[static_cast<size_t>(each.cell - cells.data())]));
+  cells = std::move(sorted);
+}
+
+}  // namespace
+
+// Cells in their order; those that are not what was written go to `damaged`. One pass over the table of cells and that
+// of their values, which lie in the same order.
 std::vector<Cell> Store::read_cells(std::vector<Cell>& damaged) const {
   const Snapshot snapshot(db_.get());
   std::vector<Cell> cells;
-  Statement query(db_.get(),
-                  fmt::format("SELECT {}, {} FROM cells c "
-                              "LEFT JOIN systems s ON s.name = c.system LEFT JOIN contenders n ON n.name = "
-                              "c.contender ORDER BY s.rowid, c.system, n.rowid, c.contender, c.measure, "
-                              "c.timestep_ms, c.key",
-                              sql::kCellColumns, hashed_ ? "c.node, c.samples_hash, c.hash" : "NULL, NULL, NULL"));
-  Statement values(db_.get(), sql::kValuesQuery);
+  Statement query(db_.get(), fmt::format("SELECT {}, {} FROM cells c ORDER BY c.id", sql::kCellColumns,
+                                         hashed_ ? "c.node, c.samples_hash, c.hash" : "NULL, NULL, NULL"));
+  Statement values(db_.get(), sql::kAllValuesQuery);
+  bool more = values.step();
   std::string bytes;
   while (query.step()) {
     Cell cell;
@@ -117,13 +156,12 @@ std::vector<Cell> Store::read_cells(std::vector<Cell>& damaged) const {
     cell.node = query.text(14);
     bytes.clear();
     for (int column = 1; column <= sql::kCellColumnCount; ++column) query.append_to(bytes, column);
-    values.bind(0, cell.id);
-    while (values.step()) {
+    while (more && values.integer(sql::kValueColumnCount) < cell.id) more = values.step();  // of no cell
+    for (; more && values.integer(sql::kValueColumnCount) == cell.id; more = values.step()) {
       cell.values.push_back({values.text(0), values.text(1), values.optional_number(2), values.optional_number(3),
                              values.optional_number(4)});
       for (int column = 0; column < sql::kValueColumnCount; ++column) values.append_to(bytes, column);
     }
-    values.run();  // steps past the end, which resets it
     if (hashed_ && content_hash(bytes) != query.text(sql::kCellColumnCount + 1)) {
       damaged.push_back(std::move(cell));
       continue;
@@ -140,6 +178,8 @@ std::vector<Cell> Store::read_cells(std::vector<Cell>& damaged) const {
     }
     cells.push_back(std::move(cell));
   }
+  sort_cells(db_.get(), cells);
+  sort_cells(db_.get(), damaged);
   return cells;
 }
 

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
+#include "base/json.h"
 
 namespace assay {
 namespace {
@@ -213,13 +214,15 @@ std::string scene_text(const Scene& scene) {
   json control = {{"kind", scene.control.kind}};
   for (const ControlPart& part : kControlParts) control[part.name] = scene.control.*part.member;
   if (!scene.control.file.empty()) control["file"] = scene.control.file;
+  if (!scene.control.policy.empty()) control["policy"] = scene.control.policy;
+  if (!scene.control.network.empty()) control["network"] = scene.control.network;
   json text = {{"bodies", std::move(bodies)},
                {"hinges", scene.joints},
                {"shapes", std::move(shapes)},
                {"control", std::move(control)}};
   for (const SceneHull& hull : scene.hulls) text["hulls"].push_back(to_json(hull));
   for (const HeightField& field : scene.height_fields) text["height_fields"].push_back(to_json(field));
-  return text.dump();
+  return dump_json(text);
 }
 
 Scene parse_scene(const std::string& text) {
@@ -262,6 +265,8 @@ Scene parse_scene(const std::string& text) {
       scene.control.*part.member = control.value(part.name, scene.control.*part.member);
     }
     scene.control.file = control.value("file", "");
+    scene.control.policy = control.value("policy", "");
+    scene.control.network = control.value("network", "");
     return scene;
   } catch (const json::exception& error) {
     throw InputError(

@@ -23,7 +23,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using sql::execute;
-using sql::has_table;
 using sql::open_database;
 using sql::pragma;
 using sql::Statement;
@@ -111,8 +110,9 @@ std::int64_t check_readable(sqlite3* db, const std::string& path) {
     }
     throw InputError(fmt::format("'{}' is not a results database of assay: give another directory", path));
   }
+  const auto present = columns_of(db);
   std::string writer;
-  if (has_table(db, "manifest")) {
+  if (present.contains({"manifest", "key"}) && present.contains({"manifest", "value"})) {
     Statement query(db, "SELECT value FROM manifest WHERE key = 'assay_version'");
     if (query.step()) writer = fmt::format(", written by assay {}", query.text(0));
   }
@@ -126,7 +126,6 @@ std::int64_t check_readable(sqlite3* db, const std::string& path) {
   const std::unique_ptr<sqlite3, int (*)(sqlite3*)> model(
       open_database(":memory:", SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE), sqlite3_close_v2);
   execute(model.get(), kSchema);
-  const auto present = columns_of(db);
   for (const auto& [table, column] : columns_of(model.get())) {
     if (present.contains({table, column}) || (version == 1 && is_new_in_2(table, column))) continue;
     throw InputError(

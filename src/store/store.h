@@ -77,6 +77,11 @@ struct Cell {
   std::vector<Value> values;
 };
 
+struct MeasuredCell {
+  Cell cell;
+  std::vector<SampleSeries> samples;
+};
+
 // The cell's value of this name; null when there is none or it has no number.
 const Value* find_value(const Cell& cell, std::string_view name);
 
@@ -212,6 +217,8 @@ class Store {
   void set_conformance(const std::string& contender, const std::vector<ConformanceRow>& rows);
   // Adds a finished cell with its values and samples; replaces one of the same key. Returns its id.
   std::int64_t put_cell(const Cell& cell, const std::vector<SampleSeries>& samples = {});
+  // The same of cells that were measured together.
+  void put_cells(const std::vector<MeasuredCell>& cells);
   // Values that follow from several cells (order of convergence, floors): replaces all values of these names.
   struct Derived {
     std::int64_t cell_id = 0;
@@ -230,6 +237,7 @@ class Store {
 
   std::string database() const { return dir_ + "/assay.sqlite"; }
   void verify(const std::string& table) const;
+  std::int64_t insert_cell(const Cell& cell, const std::vector<SampleSeries>& samples);
   std::vector<Cell> read_cells(std::vector<Cell>& damaged) const;
 
   std::string dir_;

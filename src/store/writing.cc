@@ -75,6 +75,18 @@ void Store::set_conformance(const std::string& contender, const std::vector<Conf
 
 std::int64_t Store::put_cell(const Cell& cell, const std::vector<SampleSeries>& samples) {
   Transaction transaction(db_.get());
+  const std::int64_t id = insert_cell(cell, samples);
+  transaction.commit();
+  return id;
+}
+
+void Store::put_cells(const std::vector<MeasuredCell>& cells) {
+  Transaction transaction(db_.get());
+  for (const MeasuredCell& each : cells) insert_cell(each.cell, each.samples);
+  transaction.commit();
+}
+
+std::int64_t Store::insert_cell(const Cell& cell, const std::vector<SampleSeries>& samples) {
   Statement(db_.get(), "DELETE FROM cells WHERE key = ?").bind_all(cell.key).run();
   Statement put(db_.get(),
                 "INSERT INTO cells(key, system, contender, timestep_ms, measure, outcome, reason, wall_s, cpu_s, "
@@ -98,7 +110,6 @@ std::int64_t Store::put_cell(const Cell& cell, const std::vector<SampleSeries>& 
   sql::CellHasher hasher(db_.get());
   hasher.put_samples_hash(id);
   hasher.put_cell_hash(id);
-  transaction.commit();
   return id;
 }
 

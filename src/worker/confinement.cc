@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/sandbox.h"
@@ -39,6 +40,7 @@ void confine_worker(const Request& job) {
     writable().push_back(trajectories);
   }
   if (fs::path(scratch).filename().string().starts_with(kScratchPrefix)) writable().push_back(scratch);
+  for (std::string& folder : engine_caches()) writable().push_back(std::move(folder));
   enter_sandbox({.read_everything = true, .writable = writable()});
 }
 

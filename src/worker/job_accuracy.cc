@@ -9,6 +9,7 @@
 
 #include "base/errors.h"
 #include "base/text.h"
+#include "controls/policy_config.h"
 #include "controls/work.h"
 #include "measures/accuracy.h"
 #include "measures/agreement.h"
@@ -19,6 +20,7 @@
 #include "measures/rebound.h"
 #include "measures/run_measures.h"
 #include "measures/statistics.h"
+#include "measures/transfer.h"
 #include "reference/smooth.h"
 #include "worker/job_parts.h"
 
@@ -67,6 +69,15 @@ CellResult run_cell(const RunMeasure& measure, const Subject& subject, const Run
   return cell;
 }
 
+void add_contacts(const Run& run, CellResult& cell) {
+  if (!run.contacts) return;
+  const ContactResiduals& of = *run.contacts;
+  cell.values.push_back({"contact_depth", "m", of.depth, {}, {}});
+  cell.values.push_back({"signorini_residual", "m/s", of.signorini, {}, {}});
+  if (of.cone) cell.values.push_back({"cone_violation", "1", of.cone, {}, {}});
+  if (of.dissipation) cell.values.push_back({"dissipation_residual", "m/s", of.dissipation, {}, {}});
+}
+
 // A run that diverges did not hold its object, even if the object was still in the hand.
 CellResult grasp_cell(const Run& run, const GraspBodies& bodies) {
   const Grasp found = grasp(run.trajectory.states, bodies);
@@ -75,6 +86,42 @@ CellResult grasp_cell(const Run& run, const GraspBodies& bodies) {
   if (ended) cell.values.push_back({"grasp_slip", "m", found.slip, {}, {}});
   if (found.dropped_at) {
     cell.values.push_back({"drop_time", "s", *found.dropped_at - run.trajectory.states.front().time, {}, {}});
+  }
+  return cell;
+}
+
+// Of one state's run under a policy. A run that diverges has fallen then. `against` is a run of the contender that the
+// policy was trained in, from the same state, or empty.
+CellResult transfer_cell(const Subject& subject, const Run& run, const std::vector<State>& against, double duration_s) {
+  const PolicyConfig& policy = *subject.control->policy();
+  TransferTask task = {policy.base, policy.command, policy.fallen_height, policy.fallen_tilt, {}};
+  for (const auto& [joint, range] : policy.joint_range) task.joints.push_back({joint, range.low, range.high});
+  const std::vector<State>& states = run.trajectory.states;
+  const Transfer found = transfer(subject.model, states, task, run.ending.outcome == Outcome::kDiverged);
+  CellResult cell = {"transfer", run.ending, {}, {}};
+  const auto add = [&](const char* name, const char* unit, const std::optional<double>& value) {
+    if (value) cell.values.push_back({name, unit, value, {}, {}});
+  };
+  add("fall_rate", "1", found.fell_at ? 1.0 : 0.0);
+  add("time_up", "s", found.up_s);
+  add("velocity_error", "m/s", found.velocity_error);
+  add("turning_error", "rad/s", found.turning_error);
+  add("foot_slip", "m/s", found.foot_slip);
+  const double ran_s = states.back().time - states.front().time;
+  if (ran_s > 0) add("joint_power", "W", run.account.work / ran_s);
+  if (run.account.policy_steps > 0) {
+    add("policy_time", "us", 1e6 * run.account.policy_s / static_cast<double>(run.account.policy_steps));
+  }
+  if (against.size() > 1) {
+    std::vector<double> time;
+    const size_t count = std::min(states.size(), against.size());
+    time.reserve(count);
+    for (size_t i = 0; i < count; ++i) time.push_back(states[i].time - states.front().time);
+    const std::vector<State> own(states.begin(), states.begin() + static_cast<std::ptrdiff_t>(count));
+    const std::vector<State> other(against.begin(), against.begin() + static_cast<std::ptrdiff_t>(count));
+    const auto parted = parting_time(time, distances(own, other));
+    // a run that failed has parted then
+    add("policy_parting_time", "s", parted.value_or(count < states.size() ? duration_s : time.back()));
   }
   return cell;
 }
@@ -131,13 +178,13 @@ CellResult over_states(std::vector<CellResult> cells, std::uint64_t seed) {
       const std::vector<double> numbers = of_states(cells, value.name);
       if (numbers.empty()) continue;
       all.samples.push_back({value.name + " of states", numbers});
-      if (value.name == "grasp_held") {
+      if (value.name == "grasp_held" || value.name == "fall_rate") {
         const auto held = static_cast<int>(std::ranges::count(numbers, 1.0));
         const Interval share = probability(held, static_cast<int>(cells.size()));
         all.values.push_back({value.name, value.unit, share.value, share.low, share.high});
       } else if (value.name == "drop_time") {
         all.values.push_back({value.name, value.unit, std::ranges::min(numbers), {}, {}});
-      } else if (!diverged) {
+      } else if (!diverged || cell.measure == "transfer") {
         all.values.push_back(mean_over_states(numbers, value, seed));
       }
     }
@@ -193,6 +240,8 @@ JobDone do_job(const RunJob& job) {
   const long long samples = std::llround(1000 * job.subject.duration_s / job.subject.sample_ms);
   std::map<std::string, std::vector<CellResult>> found;  // by measure, of each state
   double engine_s = 0;
+  const bool with_contacts =
+      std::ranges::find(job.measures, "violation") != job.measures.end() && !subject.model.contacts.empty();
   for (int i = 0; i < job.states; ++i) {
     const std::string use = std::cmp_less(i, job.use.size()) ? job.use[static_cast<size_t>(i)] : "";
     Run run;
@@ -204,7 +253,7 @@ JobDone do_job(const RunJob& job) {
         run.ending = judge(subject, run.trajectory);
       } else {
         const State start = initial_state(subject.model, subject.states, job.state + i);
-        run = run_sampled(subject, start, job.timestep_ms, samples, per_sample);
+        run = run_sampled(subject, start, job.timestep_ms, samples, per_sample, with_contacts);
       }
     } catch (const UnsupportedError& error) {
       run.ending = {Outcome::kUnsupported, error.what()};
@@ -227,10 +276,18 @@ JobDone do_job(const RunJob& job) {
                                    static_cast<double>(samples * per_sample)));
       } else if (measure == "grasp") {
         cells.push_back(grasp_cell(run, job.grasp));
+      } else if (measure == "transfer") {
+        std::vector<State> against;
+        if (std::cmp_less(i, job.against.size()) && !job.against[static_cast<size_t>(i)].empty()) {
+          against = load(dir, job.against[static_cast<size_t>(i)], subject.model).states;
+          thin(against, samples);
+        }
+        cells.push_back(transfer_cell(subject, run, against, job.subject.duration_s));
       } else {
         const RunMeasure* of_run = find_run_measure(measure);
         if (of_run == nullptr) throw InputError(fmt::format("no measure '{}' reads a run", measure));
         cells.push_back(run_cell(*of_run, subject, run, job.seed));
+        if (measure == "violation" && ended) add_contacts(run, cells.back());
       }
     }
     if (run.ending.outcome == Outcome::kUnsupported) break;  // from every state

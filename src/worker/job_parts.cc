@@ -51,6 +51,7 @@ Subject subject_of(const SubjectSpec& spec) {
   Subject subject;
   subject.model = model_of(spec.model);
   subject.control = make_control(subject.model, spec.control);
+  subject.control->equip(subject.model);
   subject.contender = contender_of(spec.contender);
   subject.capabilities = subject.contender.engine->capabilities(subject.contender.settings);
   // the springs of ball joints and tendons may be the adapter's own whatever it does with those of hinges
@@ -76,8 +77,49 @@ JobDone job_done(std::vector<CellResult> cells, double engine_s) {
   return {.cells = std::move(cells), .engine_s = engine_s, .cpu_s = cpu_seconds()};
 }
 
-Run run_sampled(const Subject& subject, const State& start, double timestep_ms, long long samples,
-                long long per_sample) {
+namespace {
+
+// Of a sample's steps the contacts of this many, evenly spread, are read: all of them where a step is not far shorter
+// than a sample. Impacts last a step, so one look a sample would leave them to chance.
+constexpr long long kLooks = 16;
+
+// Takes the steps between two samples and adds the contacts of some.
+class ContactLooks {
+ public:
+  ContactLooks(const Subject& subject, double timestep_s)
+      : sums_(subject.model, timestep_s, subject.capabilities.contact_forces == ContactForces::kAll) {}
+
+  void advance(Stepper& stepper, long long steps) {
+    const long long looks = std::min(steps, kLooks);
+    long long done = 0;
+    for (long long look = 1; look <= looks; ++look) {
+      const long long end = steps * look / looks;
+      if (end - 1 > done) stepper.advance(end - 1 - done);
+      before_ = stepper.read();
+      stepper.advance(1);
+      done = end;
+      stepper.read_contacts(found_);
+      points_.clear();
+      for (const ContactForce& contact : found_) {
+        points_.push_back({contact.shape_a, contact.shape_b, contact.p_W, contact.n_W, contact.gap, contact.impulse_W});
+      }
+      if (!points_.empty()) sums_.add(before_, stepper.read(), points_);
+    }
+  }
+
+  std::optional<ContactResiduals> residuals() const { return sums_.residuals(); }
+
+ private:
+  ContactSums sums_;
+  State before_;
+  std::vector<ContactForce> found_;
+  std::vector<ContactPoint> points_;
+};
+
+}  // namespace
+
+Run run_sampled(const Subject& subject, const State& start, double timestep_ms, long long samples, long long per_sample,
+                bool with_contacts) {
   const long long steps = per_sample;
   const double timestep_s = 1e-3 * timestep_ms;
   const double duration_s = timestep_s * static_cast<double>(samples * steps);
@@ -87,19 +129,27 @@ Run run_sampled(const Subject& subject, const State& start, double timestep_ms, 
   Stepper stepper(subject, start, timestep_s);
   run.trajectory.states.reserve(static_cast<size_t>(samples) + 1);
   run.trajectory.states.push_back(stepper.read());
+  std::optional<ContactLooks> looks;
+  if (with_contacts && stepper.keep_contacts()) looks.emplace(subject, timestep_s);
   std::string impossible;
   for (long long sample = 1; sample <= samples; ++sample) {
     const double time = start.time + timestep_s * static_cast<double>(sample * steps);
     std::string why;
     const double cpu_before = thread_cpu_seconds(), engine_before = stepper.engine_s();
     try {
-      stepper.advance(steps);
+      if (looks) {
+        looks->advance(stepper, steps);
+      } else {
+        stepper.advance(steps);
+      }
     } catch (const EngineError& error) {
       why = error.what();
     }
-    // With torques at each step only the wall clock is cheap enough to measure the engine's part.
+    // With torques at each step, or contacts that are read, only the wall clock is cheap enough to measure the engine's
+    // part.
     const double cpu_s = thread_cpu_seconds() - cpu_before;
-    run.engine_s += subject.free_running ? cpu_s : std::min(cpu_s, stepper.engine_s() - engine_before);
+    const bool only_steps = subject.free_running && !looks;
+    run.engine_s += only_steps ? cpu_s : std::min(cpu_s, stepper.engine_s() - engine_before);
     try {
       if (why.empty()) stepper.read();
     } catch (const EngineError& error) {
@@ -117,7 +167,9 @@ Run run_sampled(const Subject& subject, const State& start, double timestep_ms, 
     }
     run.trajectory.states.push_back(state);
   }
+  run.account = stepper.account();
   if (run.ending.outcome == Outcome::kOk && !impossible.empty()) run.ending = {Outcome::kUnstable, impossible};
+  if (looks) run.contacts = looks->residuals();
   return run;
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "measures/contact_residuals.h"
 #include "messages/messages.h"
 #include "store/trajectory.h"
 #include "worker/stepper.h"
@@ -50,11 +51,14 @@ struct Run {
   Trajectory trajectory;  // up to where it went
   Ending ending;          // ok, unstable (of its last state), diverged
   double engine_s = 0;    // processor time, because runs share the machine
+  ControlAccount account = {};
+  // Of steps spread over the run; empty where nobody asked, the engine gives none, or nothing touched.
+  std::optional<ContactResiduals> contacts = {};
 };
 
 // Takes `samples` times `per_sample` steps from `start`. Lets create()'s EngineError through.
-Run run_sampled(const Subject& subject, const State& start, double timestep_ms, long long samples,
-                long long per_sample);
+Run run_sampled(const Subject& subject, const State& start, double timestep_ms, long long samples, long long per_sample,
+                bool with_contacts = false);
 
 // Does nothing when the file exists: the same address means the same content.
 void save(const std::string& dir, const std::string& address, const Trajectory& trajectory);

@@ -28,7 +28,11 @@ void engines_own(const Work& work) {
 }  // namespace
 
 Stepper::Stepper(const Subject& subject, const State& start, double timestep_s)
-    : subject_(subject), torques_(subject.model.joints.size(), 0.0), start_s_(start.time), timestep_s_(timestep_s) {
+    : subject_(subject),
+      control_(subject.control->start(timestep_s)),
+      torques_(subject.model.joints.size(), 0.0),
+      start_s_(start.time),
+      timestep_s_(timestep_s) {
   Settings settings = subject.contender.settings;
   settings.timestep = timestep_s;
   engines_own([&] { simulation_ = subject.contender.engine->create(subject.model, start, settings); });
@@ -64,7 +68,7 @@ void Stepper::take(long long steps) {
     const long long count = subject_.free_running ? std::min(steps, kMostAtOnce) : 1;
     if (!subject_.free_running) {
       if (subject_.control->input() != ControlInput::kNothing) read_state();
-      torques_of_step(*subject_.control, state_, timestep_s_, torques_);
+      control_->torques(state_, torques_);
       simulation_->set_torques(torques_);
     }
     const Clock::time_point start = Clock::now();
@@ -75,6 +79,26 @@ void Stepper::take(long long steps) {
     ++clock_reads_;
     steps_ += count;
     steps -= count;
+  }
+}
+
+bool Stepper::keep_contacts() {
+  bool kept = false;
+  engines_own([&] { kept = simulation_->keep_contacts(); });
+  return kept;
+}
+
+void Stepper::read_contacts(std::vector<ContactForce>& out) const {
+  engines_own([&] { simulation_->read_contacts(out); });
+  const auto shapes = static_cast<int>(subject_.model.shapes.size());
+  for (const ContactForce& contact : out) {
+    if (contact.shape_a < 0 || contact.shape_b <= contact.shape_a || contact.shape_b >= shapes) {
+      throw AdapterFault(fmt::format("the engine gave a contact of shapes {} and {} where the model has {}",
+                                     contact.shape_a, contact.shape_b, shapes));
+    }
+    if (!contact.p_W.allFinite() || !contact.n_W.allFinite() || !contact.impulse_W.allFinite()) {
+      throw EngineError("the engine gave a contact force that is not a finite number");
+    }
   }
 }
 

@@ -42,9 +42,9 @@ class AdapterFault : public std::runtime_error {
 // Every state that the worker reads from an engine is read and examined here.
 class Stepper {
  public:
-  // Throws UnsupportedError and EngineError as Engine::create does. Here and below an engine's InputError or
-  // SystemError becomes a std::runtime_error, and a state that cannot be is an AdapterFault, or an EngineError where
-  // its shape and time are right: "the engine gave a non-finite number".
+  // Throws UnsupportedError and EngineError as Engine::create does, and InputError as Control::start does. Here and
+  // below an engine's InputError or SystemError becomes a std::runtime_error, and a state that cannot be is an
+  // AdapterFault, or an EngineError where its shape and time are right: "the engine gave a non-finite number".
   Stepper(const Subject& subject, const State& start, double timestep_s);
 
   // Takes `steps` steps. The clock runs over the engine's own calls alone. Throws EngineError.
@@ -55,17 +55,24 @@ class Stepper {
   // The last one that was read.
   const State& state() const { return state_; }
 
+  // Engine's contacts of the last step (Simulation::read_contacts). Throws as above, also for shapes that the model
+  // does not have and numbers that are not finite.
+  bool keep_contacts();
+  void read_contacts(std::vector<ContactForce>& out) const;
+
   double engine_s() const { return engine_s_; }  // since construction
   // Seconds since construction that steps with inputs have spent outside the clock: the state that a control reads,
-  // torques, and the springs that the adapter computes.
+  // torques, a policy's network, and the springs that the adapter computes.
   double input_s() const { return input_s_; }
   long long clock_reads() const { return clock_reads_; }
+  ControlAccount account() const { return control_->account(); }
 
  private:
   void take(long long steps);
   void read_state();
 
   const Subject& subject_;
+  std::unique_ptr<ControlRun> control_;
   std::unique_ptr<Simulation> simulation_;
   State state_;
   std::vector<double> torques_;

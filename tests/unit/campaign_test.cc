@@ -11,6 +11,7 @@
 #include "base/errors.h"
 #include "base/paths.h"
 #include "campaign/plan.h"
+#include "engines/builds.h"
 
 namespace assay {
 namespace {
@@ -355,6 +356,39 @@ std::vector<std::vector<std::string>> taking_part(const std::string& text) {
     }
   }
   return names;
+}
+
+TEST(Campaign, BuildsMultiplyContendersWhoseEngineHasThem) {
+  const Registry& registry = Registry::instance();
+  EXPECT_THAT(error_of("name = \"good\"", "name = \"good\"\nbuilds = [\"v9\"]"),
+              AllOf(HasSubstr("file.toml:3"), HasSubstr("no engine has a build 'v9' here")));
+  EXPECT_THAT(error_of("name = \"good\"", "name = \"good\"\nbuilds = [3]"), HasSubstr("'builds' has 3"));
+  EXPECT_THAT(error_of("name = \"good\"", "name = \"good\"\nbuilds = [\"best\", \"best\"]"), HasSubstr("there twice"));
+  const Campaign best =
+      parse_campaign(with(kGood, "name = \"good\"", "name = \"good\"\nbuilds = [\"best\"]"), "f.toml");
+  EXPECT_EQ(best.contenders.at(1).resolved.name, "A") << "MuJoCo has one build";
+  if (registry.other_builds().empty()) GTEST_SKIP() << "no other build of an engine here";
+  const Engine& other = *registry.other_builds().front();
+  const std::string build = build_of(other.name()), name = other.contenders().front().name;
+  const std::string both =
+      fmt::format("builds = [\"baseline\", \"{}\"]\ncontenders = [\"null\", \"A\", \"{}\"]", build, name);
+  const Campaign campaign = parse_campaign(with(kGood, R"(contenders = ["null", "A"])", both), "f.toml");
+  std::vector<std::string> names;
+  std::ranges::transform(campaign.contenders, std::back_inserter(names),
+                         [](const CampaignContender& contender) { return contender.resolved.name; });
+  EXPECT_THAT(names, ElementsAre("null", "A", name, in_build(name, build)));
+  EXPECT_NE(campaign.contenders[2].content(), campaign.contenders[3].content());
+  EXPECT_THAT(campaign.notes,
+              ElementsAre(HasSubstr("'null' takes part in its only build"), HasSubstr("'A' takes part")));
+  const std::string derived =
+      fmt::format("builds = [\"{}\"]\ncontenders = [\"B\"]\n[[contender]]\nname = \"B\"\nbase = \"{}\"\n", build, name);
+  const Campaign alone = parse_campaign("name = \"x\"\nmeasures = [\"raw_speed\"]\ntimesteps_ms = [1]\n" + derived +
+                                            "[[system]]\nname = \"planar-chain\"\nduration_s = 1\n",
+                                        "f.toml");
+  ASSERT_EQ(alone.contenders.size(), 1U);
+  EXPECT_EQ(alone.contenders[0].resolved.name, in_build("B", build));
+  EXPECT_EQ(alone.contenders[0].resolved.base, in_build(name, build));
+  EXPECT_EQ(alone.contenders[0].resolved.engine, &other);
 }
 
 TEST(Campaign, ASystemMayHaveContendersOfItsOwn) {

@@ -38,24 +38,29 @@ const ModelSpec kModel = {"models/chain.xml",
                           {true, "home", "pose.txt", {{"my_robot", "dir"}}, RootJoint::kFloating, Ground::kNone},
                           {false, false, true, 0.05, 1}};
 const ContenderSpec kContender = {"A", "mujoco-euler", {{"iterations", "50"}, {"cone", "elliptic"}}};
-const SubjectSpec kSubject = {kModel,     {.kind = "sine", .amplitude = 2, .frequency = 3, .phase_step = 0.1},
-                              kContender, 1.5,
-                              16,         {3, 5, {.joint_rate = 0.7, .spin = 0.9}}};
+const SubjectSpec kSubject = {
+    kModel,
+    {.kind = "sine", .amplitude = 2, .frequency = 3, .phase_step = 0.1, .policy = "p.toml", .network = "p.onnx"},
+    kContender,
+    1.5,
+    16,
+    {3, 5, {.joint_rate = 0.7, .spin = 0.9}}};
 const TurnPlan kHow = {0.25, 17, 0.5, true, 8};
 const Ending kEnding = {Outcome::kUnstable, "at 1 s: \"too fast\"\nsecond line \xc3\xa9"};
 
 std::vector<Request> requests() {
-  return {RunJob{kSubject, 0.25, {"drift", "truth"}, "dir", 1, 4, "s", {"u", "v"}, "t", 7, {1, 2, 0.3}, true},
-          TruthJob{kModel, 2, 16, "dir", "address"},
-          PiecesJob{kSubject, 0.25, "dir", {"r", "q"}, 10, {128, 8}, 1.0 / 64, 8, 7},
-          AgreementJob{"dir", "own", {{"B", "b"}, {"C", "c"}}},
-          ScalingJob{kSubject, 0.25, 7, "dir", "s", 5, 2.5},
-          ConformanceJob{kContender, {"free-fall", "sliding"}},
-          ProbeJob{kSubject, 0.25, true},
-          TimingJob{kSubject, "dir", "r", 5},
-          PrepareCommand{0.25},
-          SampleCommand{kHow},
-          SingleStepsCommand{kHow}};
+  return {
+      RunJob{kSubject, 0.25, {"drift", "truth"}, "dir", 1, 4, "s", {"u", "v"}, "t", 7, {1, 2, 0.3}, true, {"x", ""}},
+      TruthJob{kModel, 2, 16, "dir", "address"},
+      PiecesJob{kSubject, 0.25, "dir", {"r", "q"}, 10, {128, 8}, 1.0 / 64, 8, 7},
+      AgreementJob{"dir", "own", {{"B", "b"}, {"C", "c"}}},
+      ScalingJob{kSubject, 0.25, 7, "dir", "s", 5, 2.5},
+      ConformanceJob{kContender, {"free-fall", "sliding"}},
+      ProbeJob{kSubject, 0.25, true},
+      TimingJob{kSubject, "dir", "r", 5},
+      PrepareCommand{0.25},
+      SampleCommand{kHow},
+      SingleStepsCommand{kHow}};
 }
 
 std::vector<Reply> replies() {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <tuple>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -138,20 +139,57 @@ TEST(Plan, ShardsDivideTheWork) {
   const Plan plan = make_plan(divided, 3);
   EXPECT_EQ(keys(plan), keys(make_plan(divided))) << "the same cells";
   std::map<int, int> cells;
-  std::map<int, std::set<int>> timing;                    // shards by system
-  std::map<std::pair<int, int>, std::set<int>> accuracy;  // shards by system and contender
+  std::map<int, std::set<int>> timing;                  // shards by system
+  std::map<std::pair<int, int>, std::set<int>> pieces;  // shards by system and contender
+  std::map<std::tuple<int, int, double>, std::set<int>> runs;
   for (const PlannedCell& cell : plan.cells) {
     ++cells[cell.shard];
     if (cell.measure == "raw_speed") {
       timing[cell.system].insert(cell.shard);
+    } else if (!cell.trajectory.empty()) {
+      pieces[{cell.system, cell.contender}].insert(cell.shard);
     } else {
-      accuracy[{cell.system, cell.contender}].insert(cell.shard);
+      runs[{cell.system, cell.contender, cell.timestep_ms}].insert(cell.shard);
     }
   }
   EXPECT_EQ(cells.size(), 3U) << "every shard has work";
   EXPECT_EQ(cells.begin()->first, 1);
   for (const auto& [system, shards] : timing) EXPECT_EQ(shards.size(), 1U) << "speeds are compared on one machine";
-  for (const auto& [pair, shards] : accuracy) EXPECT_EQ(shards.size(), 1U);
+  for (const auto& [pair, shards] : pieces) EXPECT_EQ(shards.size(), 1U) << "one shard makes the fine-step run";
+  for (const auto& [run, shards] : runs) EXPECT_EQ(shards.size(), 1U) << "one shard makes a run for all its measures";
+}
+
+TEST(Plan, ALongGroupOfCellsIsTakenApart) {
+  const Campaign one = campaign(R"(
+name = "one"
+contenders = ["mujoco-euler"]
+timesteps_ms = ["1/4", "1/2", 1]
+reference_ms = "1/4"
+[[system]]
+name = "planar-chain"
+duration_s = 8
+measures = ["consistency", "truth", "drift"]
+)");
+  const auto longest = [&](int shards) {
+    const auto seconds = shard_seconds(one, make_plan(one, shards, ShardCells::kAccuracy));
+    return std::ranges::max_element(seconds, {}, [](const auto& shard) { return shard.second; })->second;
+  };
+  std::set<int> used;
+  std::map<double, std::set<int>> runs;
+  double fine = 0;
+  for (const PlannedCell& cell : make_plan(one, 8, ShardCells::kAccuracy).cells) {
+    used.insert(cell.shard);
+    if (cell.trajectory.empty()) {
+      runs[cell.timestep_ms].insert(cell.shard);
+    } else {
+      fine += estimate_seconds(one, {cell}, expected_step_us(one), 1);
+    }
+  }
+  EXPECT_EQ(used.size(), 3U) << "the fine-step run with what reads it, and two other runs";
+  ASSERT_EQ(runs.size(), 2U);
+  for (const auto& [timestep, shards] : runs) EXPECT_EQ(shards.size(), 1U) << timestep;
+  EXPECT_NEAR(longest(8), fine, 1e-9);
+  EXPECT_LT(longest(8), longest(1));
 }
 
 TEST(Plan, ShardsAsText) {

@@ -91,6 +91,12 @@ TEST(Scene, KeepsEveryShape) {
   }
 }
 
+TEST(Scene, NamesNeedNotBeUtf8) {
+  Model model = model_of_all();
+  model.bodies[0].name = "caf\xe9";
+  EXPECT_EQ(parse_scene(scene_text(scene_of(model))).bodies[0].name, "caf\ufffd");
+}
+
 TEST(Scene, ASmallHullKeepsItsShape) {
   Model model = model_of_all();
   for (Vec3& corner : model.hulls[0].vertices) corner *= 1e-3;

@@ -1,0 +1,1 @@
+UPDATE OR IGNORE "values" SET "low"=1e308;
