@@ -107,6 +107,10 @@ void rehearse_campaign(const std::string& campaign) {
       const Activity asking(fmt::format("asking {} what it can do", contender.resolved.name));
       if (contender.absent.empty()) static_cast<void>(contender_row(contender));
     }
+    for (const CampaignSystem& system : read.systems) {
+      const Activity trying(fmt::format("trying the control of '{}'", system.name));
+      make_control(system.model, system.control)->rehearse();
+    }
   });
 }
 

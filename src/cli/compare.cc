@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "base/errors.h"
+#include "base/json.h"
 #include "base/text.h"
 #include "cli/cli.h"
 #include "cli/compare.h"
@@ -52,7 +53,7 @@ std::string row_text(const CellChange& row) {
 }
 
 std::string text_of(const Comparison& found, const std::string& format) {
-  if (format == "json") return comparison_json(found).dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+  if (format == "json") return dump_json(comparison_json(found), 1) + "\n";
   return format == "csv" ? comparison_csv(found) : comparison_markdown(found);
 }
 
@@ -80,8 +81,7 @@ int run_history(const HistoryCommand& command) {
     throw InputError(fmt::format("--format is '{}': use markdown or json", format));
   }
   const History found = history(command.dirs, compare_options(command.flags));
-  write(command.out, format == "json" ? history_json(found).dump(1, ' ', false, Json::error_handler_t::replace) + "\n"
-                                      : history_markdown(found));
+  write(command.out, format == "json" ? dump_json(history_json(found), 1) + "\n" : history_markdown(found));
   return kDone;
 }
 

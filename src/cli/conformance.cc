@@ -8,11 +8,13 @@
 #include <fmt/format.h>
 
 #include "base/errors.h"
+#include "base/json.h"
 #include "base/quantity.h"
 #include "base/text.h"
 #include "cli/child.h"
 #include "cli/cli.h"
 #include "cli/conformance_markdown.h"
+#include "engines/builds.h"
 
 namespace assay::cli {
 namespace {
@@ -39,12 +41,16 @@ std::vector<ResolvedContender> chosen(const std::vector<std::string>& names) {
     }
   }
   for (const std::string& name : names) {
-    const auto engine = std::ranges::find(registry.engines(), name, &Engine::name);
-    if (engine == registry.engines().end()) {
+    const std::string build = build_of(name);
+    const std::vector<const Engine*>& engines = build == kBaseline ? registry.engines() : registry.other_builds();
+    const auto engine = std::ranges::find(engines, name, &Engine::name);
+    if (engine == engines.end()) {
       contenders.push_back(registry.resolve(name));
       continue;
     }
-    for (const Contender& contender : (*engine)->contenders()) contenders.push_back(registry.resolve(contender.name));
+    for (const Contender& contender : (*engine)->contenders()) {
+      contenders.push_back(registry.resolve(in_build(contender.name, build)));
+    }
   }
   return contenders;
 }
@@ -98,9 +104,7 @@ Json examine(const ResolvedContender& contender, const Options& options) {
         std::signal(SIGTERM, SIG_DFL);
         ConformanceOptions suite;
         suite.tests = options.tests;
-        suite.on_result = [&](const ConformanceResult& result) {
-          send(result_json(result).dump(-1, ' ', false, Json::error_handler_t::replace));
-        };
+        suite.on_result = [&](const ConformanceResult& result) { send(dump_json(result_json(result))); };
         run_conformance(contender, suite);
         return kDone;
       },
@@ -117,7 +121,7 @@ Json examine(const ResolvedContender& contender, const Options& options) {
     result.test = missing != tests.end() ? missing->name : "end of the suite";
     result.status = ConformanceStatus::kFail;
     result.note = end.signal != 0 ? fmt::format("crashed with {}", end.signal_text()) : "the process ended early";
-    take(result_json(result).dump());
+    take(dump_json(result_json(result)));
   }
   return results;
 }

@@ -22,6 +22,7 @@
 #include "base/paths.h"
 #include "base/sandbox.h"
 #include "cli/cli.h"
+#include "engines/engine_files.h"
 
 namespace assay::cli {
 namespace {
@@ -70,7 +71,7 @@ void pass_on(int signal, siginfo_t* info, void* /*context*/) {
 
 constexpr std::array<int, 3> kPassedOn = {SIGINT, SIGTERM, SIGHUP};
 
-// Results of --decompose are kept there for the next time.
+// Results of --decompose are kept there for the next time, and kernels that engines compile.
 std::vector<std::string> with_cache(std::vector<std::string> writable) {
   namespace fs = std::filesystem;
   std::error_code error;
@@ -78,6 +79,7 @@ std::vector<std::string> with_cache(std::vector<std::string> writable) {
   if (!cache.empty() && fs::is_directory(cache / "libraries", error) && fs::create_directories(hulls, error))
     error = {};
   if (fs::is_directory(hulls, error)) writable.push_back(hulls);
+  for (std::string& folder : engine_caches()) writable.push_back(std::move(folder));
   return writable;
 }
 

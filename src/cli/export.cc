@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "base/errors.h"
+#include "base/json.h"
 #include "base/text.h"
 #include "cli/cli.h"
 #include "cli/csv.h"
@@ -63,7 +64,7 @@ std::string as_json(const std::vector<Row>& rows) {
                     {"low", json_number(shown.low)},
                     {"high", json_number(shown.high)}});
   }
-  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+  return dump_json(json, 1) + "\n";
 }
 
 int export_values(const Options& options, const std::string& format) {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "engines/binary_facts.h"
+#include "engines/builds.h"
 #include "engines/describe.h"
 
 namespace assay::cli {
@@ -52,6 +54,7 @@ Json contender_json(const ResolvedContender& contender) {
   for (const Setting& setting : contender.engine->settings()) {
     settings.push_back(setting_json(setting, contender.settings));
   }
+  const std::string plugin = Registry::instance().plugin_path(contender.engine->name());
   return {{"contender", contender.name},
           {"engine", contender.engine->name()},
           {"summary", contender.summary},
@@ -63,7 +66,9 @@ Json contender_json(const ResolvedContender& contender) {
            {{"source", build.source},
             {"compiler", build.compiler},
             {"flags", build.flags},
-            {"plugin", Registry::instance().plugin_path(contender.engine->name())}}}};
+            {"plugin", plugin},
+            {"build", build_of(contender.engine->name())},
+            {"binary", binary_facts(plugin)}}}};
 }
 
 Json model_json(const std::string& name, const Model& model) {

@@ -6,6 +6,7 @@
 
 #include "base/text.h"
 #include "cli/facts.h"
+#include "engines/describe.h"
 
 namespace assay::cli {
 namespace {
@@ -65,10 +66,26 @@ std::string numbers_text(const std::vector<size_t>& numbers) {
   return text;
 }
 
-std::string names_text(const FeatureGroup& group) {
+std::string names_text(const std::vector<std::string>& contenders) {
   std::string names;
-  for (const std::string& name : group.contenders) names += (names.empty() ? "" : ", ") + name;
+  for (const std::string& name : contenders) names += (names.empty() ? "" : ", ") + name;
   return names;
+}
+
+// Who gives what of contact forces, those that give nothing last.
+std::vector<std::string> contact_forces_lines(const std::vector<FeatureGroup>& groups) {
+  std::map<std::string, std::vector<std::string>> given, not_given;
+  for (const FeatureGroup& group : groups) {
+    for (const auto& [text, contenders] : group.contact_forces) {
+      std::vector<std::string>& names = (text.starts_with(kForcesNotGiven) ? not_given : given)[text];
+      names.insert(names.end(), contenders.begin(), contenders.end());
+    }
+  }
+  std::vector<std::string> lines;
+  for (const auto* part : {&given, &not_given}) {
+    for (const auto& [text, contenders] : *part) lines.push_back(fmt::format("{}: {}", names_text(contenders), text));
+  }
+  return lines;
 }
 
 }  // namespace
@@ -82,10 +99,11 @@ std::vector<FeatureGroup> feature_groups(const std::vector<ResolvedContender>& c
     size_t g = 0;
     while (g < groups.size() && !(engines[g] == engine && same_support(groups[g].capabilities, can))) ++g;
     if (g == groups.size()) {
-      groups.push_back({engine, {}, can});
+      groups.push_back({engine, {}, can, {}});
       engines.push_back(engine);
     }
     groups[g].contenders.push_back(contender.name);
+    groups[g].contact_forces[contact_forces_text(can)].push_back(contender.name);
   }
   for (size_t g = 0; g < groups.size(); ++g) {
     if (std::ranges::count(engines, engines[g]) > 1) groups[g].label = groups[g].contenders.front();
@@ -105,7 +123,10 @@ Json features_json(const std::vector<FeatureGroup>& groups) {
       support[feature_key(feature)] = {{"fidelity", fidelity_text(fidelity_of(group, feature))},
                                        {"how", found == nullptr ? "" : found->how}};
     }
-    json["groups"].push_back({{"label", group.label}, {"contenders", group.contenders}, {"support", support}});
+    json["groups"].push_back({{"label", group.label},
+                              {"contenders", group.contenders},
+                              {"support", support},
+                              {"contact_forces", group.contact_forces}});
   }
   return json;
 }
@@ -113,7 +134,7 @@ Json features_json(const std::vector<FeatureGroup>& groups) {
 std::string features_text(const std::vector<FeatureGroup>& groups) {
   std::string text;
   for (size_t g = 0; g < groups.size(); ++g) {
-    text += paragraph(fmt::format("{:>2}  {}", g + 1, names_text(groups[g])), 4);
+    text += paragraph(fmt::format("{:>2}  {}", g + 1, names_text(groups[g].contenders)), 4);
   }
   // columns of two characters, so that all engines stand side by side within 80 columns
   size_t width = 0;
@@ -138,6 +159,8 @@ std::string features_text(const std::vector<FeatureGroup>& groups) {
           fmt::format("  {} {}: {}", numbers_text(remark.groups), fidelity_text(remark.fidelity), remark.how), 4);
     }
   }
+  text += "\n" + heading("contact forces") + "\n";
+  for (const std::string& line : contact_forces_lines(groups)) text += paragraph("  " + line, 4);
   return text;
 }
 
@@ -161,7 +184,8 @@ std::string features_markdown(const std::vector<FeatureGroup>& groups) {
     text += "\n";
   }
   text += "\n| column | contenders |\n| --- | --- |\n";
-  for (size_t g = 0; g < groups.size(); ++g) text += fmt::format("| {} | {} |\n", g + 1, names_text(groups[g]));
+  for (size_t g = 0; g < groups.size(); ++g)
+    text += fmt::format("| {} | {} |\n", g + 1, names_text(groups[g].contenders));
   text += "\n## What is approximated, and why something is refused\n";
   for (const Feature feature : all_features()) {
     const std::vector<Remark> remarks = remarks_of(groups, feature);
@@ -173,6 +197,8 @@ std::string features_markdown(const std::vector<FeatureGroup>& groups) {
       text += fmt::format("- {} {}: {}\n", names, fidelity_text(remark.fidelity), remark.how);
     }
   }
+  text += "\n## What engines give of contact forces\n\n";
+  for (const std::string& line : contact_forces_lines(groups)) text += fmt::format("- {}\n", line);
   return text;
 }
 

@@ -1,6 +1,7 @@
 // The table feature x engine: what each contender does with every feature of models (model/features.h).
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,8 @@ struct FeatureGroup {
   std::string label;  // the engine, or its first contender where the engine's contenders differ
   std::vector<std::string> contenders;
   Capabilities capabilities;
+  // What the engine gives of contact forces (contact_forces_text()), with the contenders of which it does.
+  std::map<std::string, std::vector<std::string>> contact_forces = {};
 };
 
 std::vector<FeatureGroup> feature_groups(const std::vector<ResolvedContender>& contenders);

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "base/errors.h"
+#include "base/json.h"
 #include "base/quantity.h"
 #include "base/text.h"
 #include "cli/child.h"
@@ -137,7 +138,7 @@ void write_certificate(const Json& document, const std::string& out) {
     fs::create_directories(fs::path(path).parent_path(), error);
   }
   std::ofstream file(path);
-  file << document.dump(1) << "\n";
+  file << dump_json(document, 1) << "\n";
   if (!file.flush()) throw SystemError(fmt::format("'{}' cannot be written; check the folder", path));
   if (!folder) return;
   message(fs::exists(fs::path(out) / "assay.sqlite", error)
@@ -162,8 +163,7 @@ int run_parity(const Options& options) {
         [&](const Send& send) {
           std::signal(SIGINT, SIG_DFL);
           std::signal(SIGTERM, SIG_DFL);
-          send(parity::certificate_json(model, parity::examine(model, bench, contender))
-                   .dump(-1, ' ', false, Json::error_handler_t::replace));
+          send(dump_json(parity::certificate_json(model, parity::examine(model, bench, contender))));
           return kDone;
         },
         [&](const std::string& line) { certificate = Json::parse(line); });

@@ -6,6 +6,7 @@
 #include "base/activity.h"
 #include "base/errors.h"
 #include "base/paths.h"
+#include "base/text.h"
 #include "campaign/campaign.h"
 #include "cli/campaign_run.h"
 #include "cli/cli.h"
@@ -42,6 +43,11 @@ std::string resuming(const Options& options) {
   for (const std::string& word : option_words(load_options(options.model))) command += " " + word;
   add("--minutes", options.minutes);
   add("--control", options.control);
+  add("--policy", options.policy.network);
+  add("--policy-config", options.policy.config);
+  add("--seeds", options.seeds);
+  add("--seconds", options.seconds);
+  if (!options.timesteps.empty()) command += " --timesteps " + join(options.timesteps, ",");
   add("--error", options.limits.error);
   add("--penetration", options.limits.penetration);
   add("--slip", options.limits.slip);
@@ -52,7 +58,7 @@ std::string resuming(const Options& options) {
 }
 
 // The user's files, and what every contender says of a model.
-void rehearse_robot(const std::string& robot, const LoadOptions& how) {
+void rehearse_robot(const std::string& robot, const LoadOptions& how, const std::optional<ControlSpec>& control) {
   rehearse(fmt::format("reading '{}'", robot), [&] {
     const LoadReport report = inspect_model(find_model(robot), how);
     const Registry& registry = Registry::instance();
@@ -62,13 +68,16 @@ void rehearse_robot(const std::string& robot, const LoadOptions& how) {
       static_cast<void>(contender.engine->capabilities(contender.settings));
       if (report.model) static_cast<void>(contender.engine->check(*report.model, contender.settings));
     }
+    if (!report.model || !control) return;
+    const Activity trying("trying the control");
+    make_control(*report.model, *control)->rehearse();
   });
 }
 
 int run(Options options) {
   options.run.command = resuming(options);
   if (is_robot(options.run.campaign)) {
-    rehearse_robot(options.run.campaign, load_options(options.model));
+    rehearse_robot(options.run.campaign, load_options(options.model), control_given(options.control, options.policy));
     if (options.full || options.run.shard || options.run.cells) {
       throw InputError(
           "--full, --shard and --cells are for campaigns: a robot's run measures what can still win; its "
@@ -78,6 +87,9 @@ int run(Options options) {
   }
   refuse_for_campaign("--minutes", options.minutes.has_value());
   refuse_for_campaign("--control", options.control.has_value());
+  refuse_for_campaign("--policy", options.policy.any());
+  refuse_for_campaign("--seeds, --seconds and --timesteps",
+                      options.seeds || options.seconds || !options.timesteps.empty());
   refuse_for_campaign("how a model is read", load_options(options.model) != LoadOptions());
   refuse_for_campaign("--contenders", !options.contenders.empty());
   refuse_for_campaign("--plan", options.plan_only);
@@ -99,6 +111,7 @@ void add_run(CLI::App& app, Action& action) {
       {{"assay run my_robot.urdf", "which engine, which settings, which timestep: ten minutes, then the answer"},
        {"assay run my_robot.xml --minutes 3 --error 1mm --penetration 2mm --realtime 5", "several limits at once"},
        {"assay run my_robot.xml --control torques.csv --out pushed", "under torques of your own: time,joint,..."},
+       {"assay run my_robot.xml --policy-config policy.toml", "in which engines its policy works as in training"},
        {"assay run campaigns/quick.toml --out results", "after Ctrl-C or a kill the same command resumes"},
        {"assay run paper --out part2 --shard 2/8", "the second of eight parts, for 'assay merge'"}});
   const auto options = std::make_shared<Options>();
@@ -119,6 +132,16 @@ void add_run(CLI::App& app, Action& action) {
           "Torques of a robot's run: passive, hold, sine, random, actuators, or a CSV file of torques over time "
           "(default: hold at the start pose)")
       ->type_name("CONTROL");
+  add_policy_options(*command, options->policy);
+  command->add_option("--seeds", options->seeds, "Perturbed starts of a run under a policy (default: 20)")
+      ->type_name("N");
+  command->add_option("--seconds", options->seconds, "Length of each of its runs (default: 10)")->type_name("S");
+  command
+      ->add_option("--timesteps", options->timesteps,
+                   "Its timesteps in ms: 1,2,5 (default: half of that of training, that itself and its double)")
+      ->type_name("MS")
+      ->delimiter(',')
+      ->allow_extra_args(false);
   command
       ->add_option(
           "--contenders", options->contenders,

@@ -13,11 +13,13 @@
 #include <fmt/format.h>
 
 #include "base/errors.h"
+#include "base/json.h"
 #include "base/paths.h"
 #include "base/quantity.h"
 #include "base/text.h"
 #include "campaign/campaign.h"
 #include "cli/answer.h"
+#include "cli/transfer.h"
 #include "coordinator/rerun.h"
 #include "model/mjcf.h"
 #include "results/results.h"
@@ -321,7 +323,7 @@ void add_certainty(const SearchSummary& done, Answer& answer) {
 
 // For the report's page.
 void keep_answer(const std::string& dir, const Answer& answer) {
-  open_to_write(dir).set_manifest({{"answer", answer.json().dump()}});
+  open_to_write(dir).set_manifest({{"answer", dump_json(answer.json())}});
 }
 
 // Runs of one contender of each engine on the first system, for the report's replays: those that the search had no
@@ -417,6 +419,20 @@ int search_and_answer(const RunRequest& request, const Campaign& campaign, const
   return any ? kDone : kFailed;
 }
 
+// What a run under a policy measures.
+void ask_policy(const RobotRequest& request, ProgrammeOptions& options) {
+  if (request.minutes || request.limits.any()) {
+    throw InputError(
+        "--minutes and limits are for the search for the best contender: a run under a policy measures all of them, "
+        "see --seeds, --seconds and --timesteps");
+  }
+  if (request.seeds) options.states = parse_count("--seeds", *request.seeds, 1, 1000);
+  if (request.seconds) options.duration_s = parse_positive("--seconds", *request.seconds, "seconds");
+  for (const std::string& text : request.timesteps) {
+    options.timesteps_ms.push_back(parse_positive("--timesteps", text, "milliseconds"));
+  }
+}
+
 }  // namespace
 
 bool is_robot(const std::string& given) {
@@ -460,12 +476,20 @@ int run_robot(const RobotRequest& request) {
   }
   options.other_limits = limits.limits;
   options.patterns = request.contenders;
-  if (request.control) {
-    options.control = parse_control(*request.control);
-    if (!options.control->file.empty()) {
-      make_control(model, *options.control);  // its errors name the file as given
-      options.control->file = relative_path(options.control->file, run.out);
+  std::unique_ptr<Control> given;
+  if (auto control = control_given(request.control, request.policy)) {
+    given = make_control(model, *control);  // its errors name the files as given
+    for (std::string* path : {&control->file, &control->policy, &control->network}) {
+      if (!path->empty()) *path = relative_path(*path, run.out);
     }
+    options.control = std::move(control);
+  }
+  const bool policy = given != nullptr && given->policy() != nullptr;
+  if (policy) {
+    options.policy = given.get();
+    ask_policy(request, options);
+  } else if (request.seeds || request.seconds || !request.timesteps.empty()) {
+    throw InputError("--seeds, --seconds and --timesteps are for a run under a policy: give --policy-config");
   }
   options.command = run.command;
   const Programme programme = programme_for(model, options);
@@ -487,7 +511,16 @@ int run_robot(const RobotRequest& request) {
     return kDone;
   }
   flush_output();
-  return search_and_answer(run, campaign, programme.refusals);
+  if (!policy) return search_and_answer(run, campaign, programme.refusals);
+  run.campaign = toml;
+  if (!run_and_summarize(run)) return kFailed;
+  print("\n");
+  print_transfers(run.out);
+  Answer answer;
+  add_refusals(programme.refusals, answer);
+  answer.print();
+  write_report_of(run.out);
+  return kDone;
 }
 
 int run_searched(const RunRequest& request) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "cli/campaign_run.h"
+#include "cli/control_options.h"
 #include "cli/model_options.h"
 #include "cli/recommend.h"
 
@@ -15,8 +16,12 @@ struct RobotRequest {
   RunRequest run;      // its campaign: the robot, as given
   ModelOptions model;  // how it is read
   LimitOptions limits;
-  std::optional<std::string> minutes;   // as given; default: 10
-  std::optional<std::string> control;   // as given; default: what suits the robot
+  std::optional<std::string> minutes;  // as given; default: 10
+  std::optional<std::string> control;  // as given; default: what suits the robot
+  PolicyOptions policy;
+  // Of a run under a policy, as given.
+  std::optional<std::string> seeds, seconds;
+  std::vector<std::string> timesteps;
   std::vector<std::string> contenders;  // names or patterns; default: all
   bool plan_only = false;               // write the programme, measure nothing
 };

@@ -18,7 +18,9 @@
 #include "cli/output_file.h"
 #include "cli/simulate_job.h"
 #include "cli/state_rows.h"
+#include "controls/policy.h"
 #include "controls/work.h"
+#include "coordinator/process.h"
 #include "engines/engine_files.h"
 #include "measures/plausible.h"
 #include "store/trajectory.h"
@@ -52,6 +54,7 @@ int run(const SimulateJob& job, bool time, OutputFile& file, const std::function
   const Model& model = job.model;
   const auto simulation = job.contender.engine->create(model, model.initial, job.contender.settings);
   const Control& control = *job.control;
+  const auto driven = control.start(1e-3 * job.timestep_ms);
   const Plausibility plausibility(model, model.initial, job.duration_s, largest_work(model, control, job.duration_s));
   const bool feedback = control.input() != ControlInput::kNothing;
   std::vector<double> torques(model.joints.size());
@@ -84,15 +87,14 @@ int run(const SimulateJob& job, bool time, OutputFile& file, const std::function
   write_sample(0);
   ProgressLine progress;
   const Clock::time_point start = Clock::now();
-  const double timestep_s = 1e-3 * job.timestep_ms;
-  torques_of_step(control, state, timestep_s, torques);
+  if (!feedback) driven->torques(state, torques);
   std::string divergence, impossible;
   Clock::duration engine{};
   for (long long step = 0; step < job.steps;) {
     try {
       const long long sample_end = step + job.steps_per_sample;
       while (step < sample_end && divergence.empty() && !interrupted()) {
-        if (feedback) torques_of_step(control, state, timestep_s, torques);
+        if (feedback) driven->torques(state, torques);
         simulation->set_torques(torques);
         const Clock::time_point before = Clock::now();
         simulation->advance(1);
@@ -102,6 +104,11 @@ int run(const SimulateJob& job, bool time, OutputFile& file, const std::function
         divergence = read_state();
         if (divergence.empty()) divergence = plausibility.divergence(state);
       }
+    } catch (const PolicyError& error) {
+      progress.clear();
+      finish();
+      throw EngineError(fmt::format("the run stopped at {:.6g} s: {}; the earlier samples are in '{}'", seconds(step),
+                                    error.what(), file.path()));
     } catch (...) {
       progress.clear();
       finish();
@@ -136,6 +143,10 @@ int run(const SimulateJob& job, bool time, OutputFile& file, const std::function
     const double seconds_inside = std::chrono::duration<double>(engine).count();
     message(fmt::format("inside engine steps: {:.6f} s in {} steps, {:.4f} us a step", seconds_inside, job.steps,
                         1e6 * seconds_inside / static_cast<double>(job.steps)));
+    if (const ControlAccount account = driven->account(); account.policy_steps > 0) {
+      message(fmt::format("inside the policy: {:.6f} s in {} control steps, {:.4f} us a control step", account.policy_s,
+                          account.policy_steps, 1e6 * account.policy_s / static_cast<double>(account.policy_steps)));
+    }
   }
   return kDone;
 }
@@ -145,6 +156,8 @@ int simulate(const SimulateOptions& options) {
     const SimulateJob job = prepare(options);
     const Activity asking(fmt::format("asking {} what it does with '{}'", job.contender.name, job.model.name));
     static_cast<void>(job.contender.engine->check(job.model, job.contender.settings));
+    const Activity trying("trying the control");
+    job.control->rehearse();
   });
   const SimulateJob job = prepare(options);
   check_fidelity(job);
@@ -158,7 +171,9 @@ int simulate(const SimulateOptions& options) {
         fflush(stdout);
         ::dup2(STDERR_FILENO, STDOUT_FILENO);
         // the file is open: it is given its name outside
-        enter_sandbox({.readable = engine_files()});
+        enter_sandbox({.readable = engine_files(), .writable = engine_caches()});
+        // a network is a stranger's program
+        if (job.control->policy() != nullptr) WorkerLimits::of_share(1).limit_memory();
         const int status = guarded([&] { return run(job, options.time, file, [&] { send(kFinish); }); });
         send("end");
         return status;
@@ -207,6 +222,7 @@ void add_simulate(CLI::App& app, Action& action) {
                    "passive, actuators (the model's own, the default) or a sine of torque at every hinge: "
                    "sine,amplitude=NM,frequency=HZ,phase_step=RAD")
       ->type_name("CONTROL");
+  add_policy_options(*command, options->policy);
   command->add_option("--set", options->set, "Overrides a setting of the contender; may be repeated")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);

@@ -56,13 +56,15 @@ SimulateJob prepare(const SimulateOptions& options) {
 
   const bool contacts = parse_switch("--contacts", options.contacts);
   const bool gravity = parse_switch("--gravity", options.gravity);
-  const ControlSpec control = parse_control(options.control);
+  const ControlSpec control = control_given(options.control, options.policy).value_or(ControlSpec());
   job.contender = Registry::instance().resolve(options.engine, parse_settings(options.set));
   job.contender.settings.timestep = job.timestep_ms / 1000;
   job.model = load(options.model);
   if (!contacts) job.model = without_contacts(std::move(job.model));
   if (!gravity) job.model = without_gravity(std::move(job.model));
   job.control = make_control(job.model, control);
+  job.control->check_timestep(job.contender.settings.timestep);
+  job.control->equip(job.model);
   return job;
 }
 

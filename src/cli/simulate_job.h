@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/control_options.h"
 #include "cli/model_options.h"
 #include "controls/control.h"
 #include "engines/registry.h"
@@ -18,7 +19,9 @@ struct SimulateOptions {
   ModelOptions model;
   std::string engine, timestep, duration, out;
   std::optional<std::string> sample;
-  std::string contacts = "on", gravity = "on", control = "actuators";
+  std::string contacts = "on", gravity = "on";
+  std::optional<std::string> control;  // default: actuators
+  PolicyOptions policy;
   std::vector<std::string> set;
   bool time = false;
 };

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include "base/errors.h"
+#include "base/json.h"
 #include "base/paths.h"
 #include "base/quantity.h"
 #include "cli/cli.h"
@@ -19,7 +20,7 @@ int list_systems(bool as_json) {
     try {
       const Model model = load_model(find_model(name));
       const Json facts = model_json(name, model);
-      const auto count = [&](const char* key) { return facts.at(key).dump(); };
+      const auto count = [&](const char* key) { return dump_json(facts.at(key)); };
       rows.push_back({name, count("bodies"), count("dof"), count("hinges"), count("free_joints"),
                       std::to_string(model.shapes.size()), count("contact_pairs"),
                       quantity_text(model.total_mass(), "kg")});

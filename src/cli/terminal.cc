@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "base/errors.h"
+#include "base/json.h"
 
 namespace assay::cli {
 namespace {
@@ -76,7 +77,7 @@ void print(const std::string& text) { write_output(terminal_text(text, stdout));
 void print_json(const Json& json) { write_output(json_text(json, 0) + "\n"); }
 
 std::string json_text(const Json& json, int depth) {
-  std::string text = json.dump(2, ' ', false, Json::error_handler_t::replace);
+  std::string text = dump_json(json, 2);
   if (depth == 0) return text;
   const std::string indent(static_cast<size_t>(depth), ' ');
   std::string moved;

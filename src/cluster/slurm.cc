@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
+#include "base/json.h"
 #include "base/text.h"
 #include "cluster/program.h"
 #include "store/store.h"
@@ -176,7 +177,7 @@ SlurmJobs submit_to_slurm(const SlurmRequest& request, const Parts& parts, int a
     fs::create_directories(folder, error);
     if (error) throw SystemError(fmt::format("cannot make the directory '{}': {}", folder, error.message()));
   }
-  write_text(jobs_dir(request.out) + "/request.json", request.to_json().dump(1) + "\n");
+  write_text(jobs_dir(request.out) + "/request.json", dump_json(request.to_json(), 1) + "\n");
   for (const auto& [name, text] : slurm_scripts(request)) write_text(jobs_dir(request.out) + "/" + name, text);
 
   SlurmJobs jobs;

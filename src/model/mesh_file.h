@@ -1,4 +1,4 @@
-// Mesh files as triangles: what the loader needs of .stl (binary or text), MuJoCo's .msh, .obj, .dae and .ply. No other
+// Mesh files as triangles: what the loader needs of .stl (binary or text), MuJoCo's .msh, .obj and .dae. No other
 // file is opened, whatever the mesh names.
 #pragma once
 

@@ -13,6 +13,7 @@
 #include <zlib.h>
 
 #include "base/errors.h"
+#include "base/json.h"
 #include "base/text.h"
 #include "results/line_up.h"
 #include "store/pictures.h"
@@ -177,7 +178,7 @@ void add_pictures(const std::vector<json>& pictures, size_t most_bytes, json& re
   size_t bytes = 0;
   for (size_t i = 0; i < pictures.size(); ++i) {
     if (pictures[i].is_null()) continue;
-    const std::string text = pictures[i].dump();
+    const std::string text = dump_json(pictures[i]);
     const auto [found, fresh] = first.try_emplace(text, i);
     if (!fresh) {
       replays[i]["pictures"] = {{"like", found->second}};
@@ -191,7 +192,7 @@ void add_pictures(const std::vector<json>& pictures, size_t most_bytes, json& re
     if (share < 1) {
       Pictures fewer = parse_pictures(pictures[i]);
       simplify(fewer, static_cast<size_t>(0.9 * share * static_cast<double>(fewer.triangles())));
-      data = base64(deflated(pictures_json(fewer).dump()));
+      data = base64(deflated(dump_json(pictures_json(fewer))));
     }
     replays[i]["pictures"] = {{"data", std::move(data)}};
   }

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
+#include "base/json.h"
 #include "base/text.h"
 #include "claims/claims.h"
 #include "report/details.h"
@@ -91,7 +92,7 @@ constexpr const char* kLeftOut = "left_out";
 
 size_t page_bytes(const json& data) {
   return report_page_before().size() + report_page_between().size() + report_page_after().size() +
-         data.dump(-1, ' ', false, json::error_handler_t::replace).size();
+         dump_json(data).size();
 }
 
 // System by system in their order, while there is room: with the samples' distributions if all fits so.
@@ -121,9 +122,7 @@ Shown what_fits(const Results& results, const ReportOptions& options, size_t oth
       if (!views.contains(system) && std::ranges::find(viewed, system) != viewed.end()) {
         views[system] = view_of(results, system);
       }
-      const auto size = [](const json& part) {
-        return part.dump(-1, ' ', false, json::error_handler_t::replace).size();
-      };
+      const auto size = [](const json& part) { return dump_json(part).size(); };
       const auto view = views.find(system);
       bytes += size(of_system) + (view == views.end() ? 0 : size(view->second));
       if (bytes > room && !shown.systems.empty()) {
@@ -187,6 +186,9 @@ json report_data(const Store& store, const ReportOptions& options) {
   for (const ContenderRow& row : store.contenders()) {
     json changes = json::array();
     for (const SettingChange& change : results.changes(row.name)) changes.push_back(change_text(change));
+    json capabilities = object(row.capabilities_json);
+    // results of before have no such values at all
+    json not_given = values_not_given(capabilities.value("contact_forces", ""));
     contenders.push_back({{"name", row.name},
                           {"varies", results.varied(row.name)},
                           {"changes", std::move(changes)},
@@ -194,7 +196,8 @@ json report_data(const Store& store, const ReportOptions& options) {
                           {"version", row.version},
                           {"base", row.base},
                           {"settings", row.settings},
-                          {"capabilities", object(row.capabilities_json)},
+                          {"capabilities", std::move(capabilities)},
+                          {"not_given", std::move(not_given)},
                           {"build", object(row.build_json)}});
   }
 
@@ -249,9 +252,7 @@ json report_data(const Store& store, const ReportOptions& options) {
 
 std::string report_html(const json& data) {
   // A reason may hold whatever an engine printed: bytes that are not UTF-8 become U+FFFD.
-  const auto text = [](const json& part) {
-    return script_safe(part.dump(-1, ' ', false, json::error_handler_t::replace));
-  };
+  const auto text = [](const json& part) { return script_safe(dump_json(part)); };
   json rest = json::object();
   for (const auto& [key, value] : data.items()) {
     if (key != "replays") rest[key] = value;
@@ -269,7 +270,7 @@ std::string write_report(const std::string& results_dir, const std::string& out_
                          const ReportOptions& options) {
   const Store store = Store::open(results_dir);
   ReportOptions within = options;
-  within.most_bytes -= std::min(within.most_bytes, more.dump(-1, ' ', false, json::error_handler_t::replace).size());
+  within.most_bytes -= std::min(within.most_bytes, dump_json(more).size());
   json data = report_data(store, within);
   data.update(more);
   write_file(out_file, report_html(data));

@@ -935,6 +935,19 @@ describe("the programme", () => {
     assert.match(await page.$eval("#humanoid .matrix-panel .table-text", (node) => node.textContent), /At 1\/64 ms the table shows restart floors/);
   });
 
+  test("values that an engine does not give are said to be that, and are no 0", async () => {
+    const columns = async (value) => {
+      await page.select("#humanoid .matrix-panel select", value);
+      return page.$$eval("#humanoid .matrix-panel tbody tr", (rows) => Object.fromEntries([...rows].map((row) => [row.cells[0].innerText.trim(), row.cells[1].innerText.trim()])));
+    };
+    const cone = await columns("cone_violation"), normal = await columns("signorini_residual");
+    assert.equal(cone["havok"], "not given");
+    assert.equal(cone["physx-d6-pgs"], "not given");
+    assert.match(cone["ode-quick"], /^\d.*[1-9]/);
+    assert.equal(normal["havok"], "not given");
+    assert.match(normal["physx-d6-pgs"], /m\/s/);
+  });
+
   test("hidden damping is listed with what it says", async () => {
     const at = await page.$$eval("#astronaut-energy .damping-panel tbody tr", (rows) => [...rows].map((row) => [row.cells[0].innerText.trim(), row.cells[7].innerText.trim()]));
     assert.equal(at.length, 26);

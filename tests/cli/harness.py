@@ -25,7 +25,7 @@ DEADLY_PLUGINS = os.environ.get("ASSAY_DEADLY_PLUGINS", "")
 RELIABILITY = os.environ.get("ASSAY_RELIABILITY", "")  # folder for lines of docs/reliability.md
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 COMMANDS = ["engines", "systems", "check", "simulate", "paper", "run", "report", "export", "movie", "snapshot", "recommend", "parity",
-            "claims", "conformance", "merge", "status", "compare", "history", "submit"]
+            "claims", "conformance", "merge", "status", "compare", "history", "submit", "transfer"]
 CSV_HEADER = "time,body,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz"
 
 # A ball that was thrown, far above the ground.
@@ -140,9 +140,12 @@ class AssayTest(unittest.TestCase):
                 return python
         return self.fail("no Python here has NumPy: install python3-numpy")
 
-    def follow_example(self, example):
-        """Runs the commands of an example's README, beside nothing but the program, its build and the examples."""
+    def follow_example(self, example, links=None):
+        """Runs the commands of an example's README, beside nothing but the program, its build, the examples and `links`
+        (in the example's folder: name to what it stands for)."""
         shutil.copytree(SOURCE / "examples", self.dir / "examples")
+        for name, target in (links or {}).items():
+            (self.dir / "examples" / example / name).symlink_to(target)
         (self.dir / "assay").symlink_to(PROGRAM)
         (self.dir / "build").mkdir()
         (self.dir / "build/release").symlink_to(pathlib.Path(PROGRAM).parent.parent)

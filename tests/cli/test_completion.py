@@ -24,7 +24,7 @@ class Completion(AssayTest):
         self.assertEqual(sorted(self.offers("simulate", "--")), sorted(
             ["--help", "--engine", "--timestep", "--duration", "--sample", "--contacts", "--control", "--gravity", "--set",
              "--out", "--drop-unsupported", "--package", "--floating-base", "--fixed-base", "--ground", "--no-ground", "--decompose",
-             "--keyframe", "--qpos", "--allow-external-files", "--time"]))
+             "--keyframe", "--qpos", "--allow-external-files", "--time", "--policy", "--policy-config"]))
         self.assertEqual(self.offers("run", "x.toml", "--sh"), ["--shard"])
 
     def test_names(self):

@@ -46,7 +46,8 @@ class Documents(AssayTest):
         self.assertGreater(len(engines), 8)
         for engine in engines:
             text = (engine / "README.md").read_text(encoding="utf-8")
-            for pattern in [f"tests/engines/{engine.name}_test.cc", f"findings/{engine.name}/*.cc", f"benchmarks/direct_{engine.name}.cc"]:
+            for pattern in [f"tests/engines/{engine.name}_test.cc", f"findings/{engine.name}/*.cc", f"benchmarks/direct_{engine.name}.cc",
+                            f"findings/{engine.name}/[!s]*.py", f"benchmarks/direct_{engine.name}.py"]:
                 for path in SOURCE.glob(pattern):
                     self.assertIn(f"](../../../{path.relative_to(SOURCE)})", text, engine.name)
             self.assertIn("](../../../docs/conformance.md)", text, engine.name)
@@ -57,7 +58,7 @@ class Documents(AssayTest):
             text = page.read_text(encoding="utf-8")
             for command in re.findall(r"(?m)(?:^|`|\$ )(?:\./|(?<=`)|(?<=\$ ))assay ([a-z]+)\b", text):
                 seen.add(command)
-                self.assertIn(command, [*COMMANDS, "robots"], page)  # the launcher itself fetches robots
+                self.assertIn(command, [*COMMANDS, "robots", "setup"], page)  # the launcher itself does these
         self.assertEqual(set(COMMANDS) - seen, set(), "commands that no document mentions")
 
     def test_the_readme_begins_the_glossary(self):
@@ -70,7 +71,8 @@ class Documents(AssayTest):
         packages = []
         for names in [SOURCE / "setup/apt-packages.txt", *SOURCE.glob("src/engines/*/apt-packages.txt")]:
             packages += re.findall(r"^([a-z][\w.+-]+) +\|", names.read_text(), re.MULTILINE)
-        for pins in [*SOURCE.glob("src/engines/*/recipe/*pins.txt"), *SOURCE.glob("setup/pip/*.txt")]:
+        for pins in [*SOURCE.glob("src/engines/*/recipe/*pins.txt"), *SOURCE.glob("setup/pip/*.txt"),
+                     *SOURCE.glob("src/engines/*/requirements.txt")]:
             packages += re.findall(r"^([\w-]+)==", pins.read_text(), re.MULTILINE)
         for crates in SOURCE.glob("src/engines/*/recipe/Cargo.toml"):
             packages += re.findall(r"^([\w-]+) = .*\"=", crates.read_text(), re.MULTILINE)

@@ -1,10 +1,15 @@
 """Each example's README: its commands are run as they are written."""
 
 import csv
+import os
+import pathlib
 import re
+import unittest
 import xml.etree.ElementTree
 
 from harness import SOURCE, AssayTest, main
+
+LIBRARIES = pathlib.Path(os.environ.get("ASSAY_TEST_CACHE", "/nowhere")) / "libraries"
 
 
 class Examples(AssayTest):
@@ -13,7 +18,7 @@ class Examples(AssayTest):
         listed = re.findall(r"^\| \[([\w-]+)\]\(\1/README.md\)", (SOURCE / "examples/README.md").read_text(), re.MULTILINE)
         self.assertEqual(folders, sorted(listed))
         tests = "".join(path.read_text() for path in (SOURCE / "tests/cli").glob("test_*.py"))
-        self.assertEqual(folders, sorted(set(re.findall(r"self\.follow_example\(\"([\w-]+)\"\)", tests))))
+        self.assertEqual(folders, sorted(set(re.findall(r"self\.follow_example\(\"([\w-]+)\"[,)]", tests))))
 
     def test_my_model(self):
         verdicts = self.follow_example("my-model")
@@ -35,6 +40,16 @@ class Examples(AssayTest):
         rows = list(csv.DictReader((self.dir / "my_values.csv").read_text().splitlines()))
         self.assertEqual({row["contender"] for row in rows if row["measure"] == "consistency"},
                          {"mujoco-euler", "mujoco-rk4", "bullet-si-f64", "ode-quick"})
+
+    @unittest.skipUnless(list(LIBRARIES.glob("onnxruntime-*")), "needs ONNX Runtime, which setup/setup.sh fetches")
+    def test_cart_pole_policy(self):
+        (self.dir / "cache/assay").mkdir(parents=True)
+        (self.dir / "cache/assay/libraries").symlink_to(LIBRARIES)
+        printed = self.follow_example("cart-pole-policy")
+        self.assertEqual(printed.count("stays up at every timestep: 4 of 4 contenders"), 2)
+        self.assertEqual(printed.count("stays up"), 2 * (1 + 4 + 1))  # in two answers, their tables, and what explains them
+        rows = list(csv.DictReader((self.dir / "run.csv").read_text().splitlines()))
+        self.assertGreater(min(float(row["z"]) for row in rows if row["body"] == "pole"), 0.95)
 
     def test_read_results(self):
         printed = self.follow_example("read-results")

@@ -28,8 +28,10 @@ class Features(AssayTest):
             self.assertLessEqual(set(row.split()[1:]), {"=", "~", "-"})
 
     def test_the_document_is_up_to_date(self):
-        if self.assay_json("engines", "--json")["absent"]:
-            self.skipTest("an engine is absent: the document has all")
+        listed = self.assay_json("engines", "--json")
+        native = all(row["build"]["plugin"].endswith(".so") for row in listed["contenders"])
+        if not native or any(not row["reason"].startswith("not built: run ./assay setup") for row in listed["absent"]):
+            self.skipTest("the document has all engines but those that are set up on demand")
         document = (SOURCE / "docs" / "features.md").read_text(encoding="utf-8")
         self.assertEqual(document, self.assay("engines", "--features", "--markdown"),
                          "run ./assay engines --features --markdown > docs/features.md")

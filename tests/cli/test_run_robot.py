@@ -61,7 +61,7 @@ class RunRobot(AssayTest):
         with sqlite3.connect(self.dir / folder / "assay.sqlite") as db:
             return db.execute("SELECT system, contender, timestep_ms, measure, outcome FROM cells").fetchall()
 
-    def search(self, robot, *more, minutes="0.4"):
+    def search(self, robot, *more, minutes="3"):
         return self.assay("run", robot, "--minutes", minutes, "--contenders", TWO, *more)
 
     def test_ends_with_a_recommendation(self):
@@ -93,7 +93,7 @@ class RunRobot(AssayTest):
         self.assertEqual(programme["contenders"], TWO.split(","))
         self.assertEqual([system["name"] for system in programme["system"]], ["hold", "random", "swing"])
         self.assertEqual({system["model"] for system in programme["system"]}, {"../robots/arm.xml"})
-        self.assertEqual(programme["search"], {"minutes": 0.4, "error": "5mm", "realtime": "2"})
+        self.assertEqual(programme["search"], {"minutes": 3, "error": "5mm", "realtime": "2"})
         # The programme can be run again, from another folder.
         again = self.assay("run", "found/campaign.toml", "--out", "again")
         self.assertIn("real time", again)

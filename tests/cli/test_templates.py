@@ -39,7 +39,7 @@ duration_s = 1
                                 "web/src/tables/template.ts": "docs/templates/section.ts"},
 }
 LINES = {
-    "an engine": [("src/engines/CMakeLists.txt", r"set\(folders null", " myengine")],
+    "an engine": [("src/engines/CMakeLists.txt", r"set\(folders python-host null", " myengine")],
     "a system": [],
     "a measure": [("src/measures/CMakeLists.txt", r"add_library\(assay_measures STATIC", "\n  template.cc"),
                   ("src/measures/run_measures.cc", r"RunMeasure violation_measure\(\);", "\nRunMeasure template_measure();"),

@@ -196,6 +196,7 @@ export interface Contender {
   varies?: string; // the contender of which a sweep made this one by other settings; else its own name
   changes?: string[]; // in words: its settings that differ from the adapter's defaults
   capabilities: Record<string, unknown>;
+  not_given?: string[]; // values that it cannot have, because its engine does not give what they are made of
   build: Record<string, unknown>;
 }
 

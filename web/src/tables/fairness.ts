@@ -49,6 +49,7 @@ const kColumns: { title: string; hint: string; text: (contender: Contender) => s
   { title: "Hidden damping", hint: "what the engine takes away without being asked", text: (c) => text(c, "hidden_damping") || "none" },
   { title: "Sleeping", hint: "bodies at rest are no longer computed", text: (c) => text(c, "sleep") },
   { title: "Speed limits", hint: "above which the engine cuts velocities", text: (c) => text(c, "speed_limits") },
+  { title: "Contact forces", hint: "what the engine gives of them: without, the residuals of contact are not given either", text: (c) => text(c, "contact_forces") || "not given", wide: "wide" },
   { title: "Threads", hint: "", text: (c) => text(c, "threads") },
   { title: "Other", hint: "velocity quantisation, clamps", text: (c) => text(c, "other") || "–", wide: "wider" },
   { title: "Settings", hint: "that differ from the adapter's defaults", text: (c) => c.settings || "defaults", wide: "wide" },
@@ -107,9 +108,24 @@ export function engines(report: Report): HTMLElement {
     const value = contender.build[key];
     return value === undefined || value === null || value === "" ? "–" : String(value);
   };
+  // Read from the machine code; results of before version 0.2 do not have it.
+  const binary = (key: string) => (contender: Contender) => {
+    const facts = contender.build["binary"] as Record<string, unknown> | undefined;
+    return facts === undefined || facts === null ? "–" : String(facts[key] ?? "–");
+  };
+  const uses = (contender: Contender) => {
+    const counts = (contender.build["binary"] as { counts?: Record<string, number> } | undefined)?.counts;
+    if (counts === undefined) return "–";
+    return `SSE ${(counts["scalar"] ?? 0) + (counts["vector"] ?? 0)}, AVX ${counts["avx"] ?? 0}, 256 bit ${counts["avx256"] ?? 0}, FMA ${counts["fma"] ?? 0}`;
+  };
   const columns: Column<Contender>[] = [
     { title: "Engine", key: (c) => c.engine, cell: (c) => report.title(c.engine), head: true, className: "sticky" },
     { title: "Version", key: (c) => c.version, cell: (c) => c.version || "–" },
+    { title: "Build", hint: "baseline: for every x86-64 processor", key: fact("build"), cell: fact("build") },
+    { title: "Instruction set", hint: "the widest in the binary", key: binary("instruction_set"), cell: binary("instruction_set") },
+    { title: "Instructions", hint: "in the binary, not how often they run", key: uses, cell: uses, className: "wide" },
+    { title: "Arithmetic", hint: "precision of the binary's arithmetic instructions", key: binary("arithmetic"), cell: binary("arithmetic") },
+    { title: "Assertions", hint: "left in the binary", key: binary("checks"), cell: binary("checks") },
     { title: "Source", key: fact("source"), cell: fact("source"), className: "wide" },
     { title: "Compiler", key: fact("compiler"), cell: fact("compiler"), className: "wide" },
     { title: "Flags", key: fact("flags"), cell: (c) => el("code", {}, fact("flags")(c)), className: "wider" },

@@ -45,7 +45,7 @@ export class Matrix {
     const name = this.choice.value;
     const steps = this.view.timesteps(name);
     const info = valueInfo(name);
-    const rows = this.view.contenders.filter((contender) => steps.some((step) => this.view.entry(contender, step, name)));
+    const rows = this.view.contenders.filter((contender) => this.isMissing(contender, name) || steps.some((step) => this.view.entry(contender, step, name)));
     clear(this.frame);
     if (rows.length === 0) {
       this.frame.append(el("p", { class: "quiet" }, "No cell of this value."));
@@ -87,9 +87,14 @@ export class Matrix {
     this.frame.append(scrollFrame(`${info.label} on ${this.view.system}, by contender and timestep`, text, sortableTable(columns, rows)));
   }
 
+  // Whether the engine does not give what the value is made of.
+  private isMissing(contender: string, name: string): boolean {
+    return this.view.report.contenderByName.get(contender)?.not_given?.includes(name) ?? false;
+  }
+
   private figure(name: string, contender: string, step: number, best: string): Child | HTMLTableCellElement {
     const entry = this.view.entry(contender, step, name);
-    if (!entry) return el("span", { class: "quiet" }, "–");
+    if (!entry) return el("span", { class: "quiet" }, this.isMissing(contender, name) ? "not given" : "–");
     const { cell, value } = entry;
     const text = value ? figure(value) : cell.outcome === "unsupported" ? "not scored" : cell.outcome;
     const range = value ? interval(name, value.low, value.high, value.unit) : "";
