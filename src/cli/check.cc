@@ -10,6 +10,7 @@
 #include "base/errors.h"
 #include "base/paths.h"
 #include "base/quantity.h"
+#include "base/text.h"
 #include "check/model_check.h"
 #include "check/step_bounds.h"
 #include "cli/check_engines.h"
@@ -122,7 +123,7 @@ int check(const Options& options) {
     return kDone;
   }
   print(paragraph(fmt::format("{}: {}, {} DOF, {}, {}", model.name, counted(model.bodies.size(), "body", "bodies"),
-                              model.dof(), counted(model.contacts.size(), "contact pair", "contact pairs"),
+                              model.dof(), counted(model.contacts.size(), "contact pair"),
                               quantity_text(model.total_mass(), "kg"))));
   print_findings(findings, report.problems);
   print_bounds(bounds, facts);

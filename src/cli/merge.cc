@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "base/errors.h"
+#include "base/text.h"
 #include "cli/cli.h"
 #include "cli/parts.h"
 #include "coordinator/run.h"
@@ -33,7 +34,7 @@ int merge(const Options& options) {
   const MergeSummary summary = merge_results(sources, options.out, derived_values(), begin, finish);
   progress.clear();
   print(paragraph(
-      fmt::format("{} from {} ({} were there already), {}; results: {}", counted(summary.cells, "cell", "cells"),
+      fmt::format("{} from {} ({} were there already), {}; results: {}", counted(summary.cells, "cell"),
                   counted(summary.sources, "directory", "directories"), summary.cells_before,
                   counted(summary.trajectories, "trajectory", "trajectories"), options.out + "/assay.sqlite"),
       2));

@@ -204,7 +204,7 @@ void print_left_out(const SystemAnswers& answers, const Question& question) {
     const auto count = std::ranges::count_if(groups, alike);
     if (count > 1) {
       std::erase_if(groups, alike);
-      group.contender = counted(static_cast<size_t>(count), "contender", "contenders");
+      group.contender = counted(static_cast<size_t>(count), "contender");
     } else {
       groups.erase(groups.begin());
     }

@@ -90,7 +90,7 @@ void keep_replays(const std::string& dir, const std::vector<double>& timesteps) 
       }
       const size_t added = keep_runs(store, scene.system, line_up(kept, ReplayOptions{}.most_contenders), timestep);
       if (added > 0) {
-        message(fmt::format("{}: {} at {} ms", scene.system, counted(added, "run", "runs"), timestep_label(timestep)));
+        message(fmt::format("{}: {} at {} ms", scene.system, counted(added, "run"), timestep_label(timestep)));
       }
     }
   }

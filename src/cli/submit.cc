@@ -67,11 +67,11 @@ std::string jobs_text(const SlurmRequest& request, const Parts& parts, const Slu
   std::vector<std::string> texts;
   if (!jobs.accuracy.empty()) {
     texts.push_back(
-        fmt::format("job {}: {}", jobs.accuracy, counted(parts.accuracy.size(), "accuracy part", "accuracy parts")));
+        fmt::format("job {}: {}", jobs.accuracy, counted(parts.accuracy.size(), "accuracy part")));
   }
   if (!jobs.timing.empty()) {
     texts.push_back(fmt::format("job {}: {}, each alone on a node", jobs.timing,
-                                counted(parts.timing.size(), "timing part", "timing parts")));
+                                counted(parts.timing.size(), "timing part")));
   }
   texts.push_back(fmt::format("job {}: the union, and parts that were lost again", jobs.finish));
   return fmt::format("{}; 'assay status {}' tells how far they are", join(texts, ", "), request.out);
@@ -97,8 +97,8 @@ int resume(const Options& options) {
   const std::vector<std::string> parts = parts_of({request.out + "/shards"});
   const MergeSummary summary =
       merge_results(parts, request.out, derived_values(), {}, [](Store& merged) { derive_values(merged); });
-  print(paragraph(fmt::format("{} from {}", counted(summary.cells + summary.cells_before, "cell", "cells"),
-                              counted(summary.sources, "part", "parts"))));
+  print(paragraph(fmt::format("{} from {}", counted(summary.cells + summary.cells_before, "cell"),
+                              counted(summary.sources, "part"))));
   write_report_of(request.out);
   if (lost.empty()) return kDone;
   message(fmt::format(

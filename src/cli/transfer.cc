@@ -74,7 +74,7 @@ void print_verdicts(const TransferMatrix& matrix) {
   }
   const auto line = [](const std::string& text) { print(paragraph(text, 2)); };
   line(fmt::format("stays up at every timestep: {} of {}{}{}", always.size(),
-                   counted(timesteps.size(), "contender", "contenders"),
+                   counted(timesteps.size(), "contender"),
                    always.empty() || always.size() == timesteps.size() ? "" : ": ",
                    always.size() == timesteps.size() ? "" : join(always, ", ")));
   for (const auto& [verdict, where] : found) line(fmt::format("{}: {}", verdict, join(where, "; ")));
