@@ -1,7 +1,6 @@
 // Assembles the page from the JSON inside it.
 import { citation, glossary } from "./about";
 import { Address } from "./address";
-import { outcomeCounts } from "./analysis";
 import { cards } from "./answers";
 import { claimsList } from "./claims";
 import { readReport, type Report } from "./data";
@@ -44,17 +43,15 @@ function plate(report: Report): HTMLElement {
 }
 
 function lead(report: Report): string {
-  const cells = report.json.cells.filter((cell) => !report.isHarness(cell.contender));
-  const counts = outcomeCounts(cells);
-  const good = counts.get("ok") ?? 0;
-  const contenders = new Set(cells.map((cell) => cell.contender));
+  const { cells, ok } = report.json.measured;
+  const contenders = new Set(report.json.measured.contenders);
   const engineNames = new Set(report.contenders.filter((c) => contenders.has(c.name) && c.engine).map((c) => c.engine.replace(/-(f32|f64)$/, "")));
-  if (cells.length === 0) return "These results are empty: no cell of the campaign has been measured yet.";
+  if (cells === 0) return "These results are empty: no cell of the campaign has been measured yet.";
   const systems = report.json.systems.length;
   const lines = new Set([...contenders].map((name) => report.varied(name))).size;
   const swept = lines < contenders.size ? ` in ${contenders.size} settings` : "";
   const body = `${lines} contenders of ${engineNames.size} engines${swept} on ${systems} ${systems === 1 ? "system" : "systems"}`;
-  return good === 0 ? `${body}: none of the ${cells.length} cells has a sound result.` : `${body}; ${good} of ${cells.length} cells have a sound result.`;
+  return ok === 0 ? `${body}: none of the ${cells} cells has a sound result.` : `${body}; ${ok} of ${cells} cells have a sound result.`;
 }
 
 // Contenders of the campaign whose engine is not there.
@@ -78,7 +75,7 @@ function build(report: Report, masthead: HTMLElement, nav: HTMLElement, page: HT
   state.lineOf = (contender) => report.varied(contender);
   const palette = new Palette(report);
   const address = new Address(report, palette.first);
-  const measured = report.json.cells.some((cell) => !report.isHarness(cell.contender));
+  const measured = report.json.measured.cells > 0;
   const claims = report.json.claims ?? [];
   const pieces = new Pieces();
   const links: [string, string][] = [];
