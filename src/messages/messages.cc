@@ -56,6 +56,7 @@ void fields(auto& is, Of<InitialStates> auto& m) { is("count", m.count)("seed", 
 void fields(auto& is, Of<SubjectSpec> auto& m) {
   is("model", m.model)("control", m.control)("contender", m.contender);
   is("duration_s", m.duration_s)("sample_ms", m.sample_ms)("states", m.states);
+  is("changes", m.changes);
 }
 void fields(auto& is, Of<GraspBodies> auto& m) { is("object", m.object)("hand", m.hand)("drop_m", m.drop_m); }
 void fields(auto& is, Of<RunJob> auto& m) {

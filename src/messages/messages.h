@@ -55,7 +55,8 @@ struct SubjectSpec {
   ControlSpec control;
   ContenderSpec contender;
   double duration_s = 0, sample_ms = 0;
-  InitialStates states;
+  InitialStates states;                   // of the unchanged model
+  std::vector<std::string> changes = {};  // of the model and its control (changes/change.h)
 };
 
 // ---- jobs: coordinator to worker ------------------------------------------------------------------------------------
@@ -69,7 +70,8 @@ struct RunJob {
   std::vector<std::string> measures;  // as stored; "reference" has no values
   std::string trajectories;
   int state = 0, states = 1;  // the first of the initial states, and how many
-  std::string save;           // address under which the run is kept, "" for not at all; of one state
+  // Address under which the run is kept, "" for not at all; of several states with "-" and the state's number behind it.
+  std::string save;
   // Of each state the address of its run when it exists already, "" to make it; empty: all are made. A run that is
   // used may have more samples than the subject asks for.
   std::vector<std::string> use;
