@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "base/errors.h"
+#include "base/json.h"
 #include "base/quantity.h"
 #include "base/sandbox.h"
 #include "base/text.h"

@@ -32,35 +32,48 @@ class WorkerRunner {
   explicit WorkerRunner(RunPlan plan) : plan_(std::move(plan)), pool_(program_path(), plan_.jobs, interrupts_) {}
 
   std::vector<RunSet> run(const std::vector<Side>& sides, int starts) {
-    // few sides are cut into several jobs, so that all workers have one
-    const int wanted = (plan_.jobs + static_cast<int>(sides.size()) - 1) / static_cast<int>(sides.size());
-    const int parts = std::clamp(wanted, 1, starts);
-    std::vector<RunSet> sets(sides.size());
+    // sides are spread over the workers; few of them are cut, so that all workers have some
+    const auto workers = static_cast<size_t>(std::max(1, plan_.jobs));
+    const size_t wanted = (workers + sides.size() - 1) / sides.size();
+    const int parts = std::clamp(static_cast<int>(wanted), 1, starts);
     done_ = 0, of_ = sides.size() * static_cast<size_t>(parts);
-    std::vector<int> falls_of(sides.size(), 0);
-    std::vector<double> falls(sides.size(), 0.0);
+    std::vector<RunsJob> jobs(std::min(workers, of_));
+    std::vector<std::vector<Part>> of_job(jobs.size());
+    size_t next = 0;
     for (size_t i = 0; i < sides.size(); ++i) {
-      sets[i].tracks.resize(static_cast<size_t>(starts));
-      for (int part = 0; part < parts; ++part) {
+      for (int part = 0; part < parts; ++part, next = (next + 1) % jobs.size()) {
         const int first = starts * part / parts, count = (starts * (part + 1) / parts) - first;
-        add(sides[i], first, count, [this, &set = sets[i], &runs = falls_of[i], &fell = falls[i], first,
-                                     count](const JobEnd& end, const std::string& address) {
-          take(end, address, first, count, set);
-          const auto [measure, ending, values, samples] = end.result(plan_.policy ? "transfer" : "reference");
-          for (const Value& value : values) {
-            if (value.name != "fall_rate" || !value.value) continue;
-            fell += *value.value * count;
-            runs += count;
-          }
-          ++done_;
-          if (plan_.progress) plan_.progress(done_, of_);
-        });
+        jobs[next].runs.push_back(run_job(sides[i], first, count));
+        of_job[next].push_back({i, first, count});
       }
+    }
+    std::vector<RunSet> sets(sides.size());
+    for (RunSet& set : sets) set.tracks.resize(static_cast<size_t>(starts));
+    std::vector<Falls> falls(sides.size());
+    for (size_t j = 0; j < jobs.size(); ++j) {
+      jobs[j].trajectories = folder_.path();
+      jobs[j].limit_s = plan_.limit_s;
+      Job job;
+      job.title = fmt::format("{} runs", jobs[j].runs.size());
+      job.limit_s = 2 * plan_.limit_s;  // it reports each run
+      job.on_test = [this](const TestResult&) {
+        ++done_;
+        if (plan_.progress) plan_.progress(done_, of_);
+      };
+      job.on_end = [this, &sets, &falls, runs = jobs[j].runs, own = of_job[j]](const JobEnd& end) {
+        for (size_t k = 0; k < own.size(); ++k) {
+          const bool answered = end.answer && k < end.answer->cells.size();
+          take(answered ? end.answer->cells[k] : CellResult{measure(), end.failure, {}, {}}, runs[k].save, own[k],
+               sets[own[k].side], falls[own[k].side]);
+        }
+      };
+      job.request = std::move(jobs[j]);
+      pool_.add(std::move(job));
     }
     pool_.run({});
     if (interrupts_.signal() != 0) throw SystemError("interrupted: nothing was found out");
     for (size_t i = 0; i < sides.size(); ++i) {
-      if (falls_of[i] > 0) sets[i].fall_rate = falls[i] / falls_of[i];
+      if (falls[i].runs > 0) sets[i].fall_rate = falls[i].falls / falls[i].runs;
       const bool any = std::ranges::any_of(sets[i].tracks, [](const Track& track) { return track.samples() > 0; });
       if (any) sets[i].failure.clear();
     }
@@ -68,43 +81,52 @@ class WorkerRunner {
   }
 
  private:
-  void add(const Side& side, int first, int count,
-           const std::function<void(const JobEnd&, const std::string&)>& on_end) {
+  // Starts of one side that one process runs.
+  struct Part {
+    size_t side = 0;
+    int first = 0, count = 0;
+  };
+  struct Falls {
+    double falls = 0;
+    int runs = 0;
+  };
+
+  const char* measure() const { return plan_.policy ? "transfer" : "reference"; }
+
+  RunJob run_job(const Side& side, int first, int count) {
     const Recipe recipe = recipe_of(side);
     RunJob run;
     run.subject = {.model = plan_.model,
                    .control = plan_.control,
-                   .contender = {side.name, recipe.contender.base, recipe.overrides},
+                   .contender = {side.contender, recipe.contender.base, recipe.overrides},
                    .duration_s = plan_.duration_s,
                    .sample_ms = plan_.sample_ms,
                    .states = plan_.states,
                    .changes = change_texts(plan_.policy ? recipe.changes
                                                         : at_timestep(recipe.changes, recipe.timestep_factor))};
     run.timestep_ms = plan_.timestep_ms * recipe.timestep_factor;
-    run.measures = {plan_.policy ? "transfer" : "reference"};
+    run.measures = {measure()};
     run.trajectories = folder_.path();
     run.state = first;
     run.states = count;
     run.save = fmt::format("{}", number_++);
     run.partial = true;
-    Job job;
-    job.title = fmt::format("{} {}", side.name, side.contender);
-    job.limit_s = plan_.limit_s;
-    job.cost = count;
-    job.on_end = [on_end, address = run.save](const JobEnd& end) { on_end(end, address); };
-    job.request = std::move(run);
-    pool_.add(std::move(job));
+    return run;
   }
 
-  void take(const JobEnd& end, const std::string& address, int first, int count, RunSet& set) const {
-    const Ending ending = end.result(plan_.policy ? "transfer" : "reference").ending;
-    if (ending.outcome != Outcome::kOk) {
-      set.failure = fmt::format("{} ({})", outcome_text(ending.outcome), ending.reason);
+  void take(const CellResult& cell, const std::string& address, const Part& part, RunSet& set, Falls& falls) const {
+    if (cell.ending.outcome != Outcome::kOk) {
+      set.failure = fmt::format("{} ({})", outcome_text(cell.ending.outcome), cell.ending.reason);
     }
-    for (int i = 0; i < count; ++i) {
-      const std::string own = count > 1 ? fmt::format("{}-{}", address, first + i) : address;
+    for (const Value& value : cell.values) {
+      if (value.name != "fall_rate" || !value.value) continue;
+      falls.falls += *value.value * part.count;
+      falls.runs += part.count;
+    }
+    for (int i = part.first; i < part.first + part.count; ++i) {
+      const std::string own = part.count > 1 ? fmt::format("{}-{}", address, i) : address;
       const auto trajectory = read_trajectory(folder_.path(), own);
-      if (trajectory) set.tracks[static_cast<size_t>(first + i)] = track_of(trajectory->states);
+      if (trajectory) set.tracks[static_cast<size_t>(i)] = track_of(trajectory->states);
       std::error_code ignored;
       std::filesystem::remove(trajectory_path(folder_.path(), own), ignored);
     }

@@ -18,8 +18,8 @@ struct RunPlan {
   InitialStates states;                    // their number does not matter here
   bool policy = false;                     // whether the control is one: it is asked for falls
   int jobs = 1;                            // workers at a time
-  double limit_s = 600;                    // of one worker
-  std::function<void(size_t done, size_t of)> progress = {};  // workers of the sides that are run now
+  double limit_s = 300;                    // of the runs of one side
+  std::function<void(size_t done, size_t of)> progress = {};  // processes of the sides that are run now
 };
 
 // What it returns throws SystemError when it is interrupted, InputError and SystemError that a worker reports.

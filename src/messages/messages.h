@@ -151,6 +151,14 @@ struct TurnPlan {
   int passes = 1;        // over all windows
 };
 
+// Several runs of one measure each, one after the other, each in a process of its own: what one does not survive, the
+// others do. The answer has a cell for each, in their order; a TestResult comes after each.
+struct RunsJob {
+  std::vector<RunJob> runs;
+  std::string trajectories;  // the folder of all of them
+  double limit_s = 600;      // of each, at least 1
+};
+
 // Asks for the time of a step.
 struct PrepareCommand {
   double timestep_ms = 0;
@@ -166,7 +174,7 @@ struct SingleStepsCommand {
 };
 
 using Request = std::variant<RunJob, TruthJob, PiecesJob, AgreementJob, ScalingJob, ConformanceJob, ProbeJob, TimingJob,
-                             PrepareCommand, SampleCommand, SingleStepsCommand>;
+                             PrepareCommand, SampleCommand, SingleStepsCommand, RunsJob>;
 
 // ---- replies: worker to coordinator ---------------------------------------------------------------------------------
 

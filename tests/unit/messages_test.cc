@@ -61,7 +61,8 @@ std::vector<Request> requests() {
       TimingJob{kSubject, "dir", "r", 5},
       PrepareCommand{0.25},
       SampleCommand{kHow},
-      SingleStepsCommand{kHow}};
+      SingleStepsCommand{kHow},
+      RunsJob{{RunJob{kSubject, 0.25, {"reference"}, "dir", 1, 4, "s", {}, "", 7, {}, true, {}}}, "dir", 30}};
 }
 
 std::vector<Reply> replies() {
