@@ -37,7 +37,7 @@ const std::vector<Group> kGroups = {
     {"Engines and models", {add_engines, add_systems, add_check, add_parity, add_conformance}},
     {"Measurements", {add_simulate, add_run, add_paper, add_submit, add_status, add_merge}},
     {"Results",
-     {add_recommend, add_transfer, add_report, add_compare, add_history, add_claims, add_export, add_movie,
+     {add_recommend, add_transfer, add_explain, add_report, add_compare, add_history, add_claims, add_export, add_movie,
       add_snapshot}}};
 
 // The subcommand that was called, or the program itself.

@@ -22,7 +22,7 @@ using nlohmann::json;
 
 constexpr std::array<std::string_view, std::variant_size_v<Request>> kRequestKinds = {
     "run",   "truth",  "pieces",  "agreement", "scaling",     "conformance",
-    "probe", "timing", "prepare", "sample",    "single-steps"};
+    "probe", "timing", "prepare", "sample",    "single-steps", "runs"};
 constexpr std::array<std::string_view, std::variant_size_v<Reply>> kReplyKinds = {
     "done", "test", "error", "crash", "ready", "prepared", "sampled", "single-stepped"};
 
@@ -56,6 +56,7 @@ void fields(auto& is, Of<InitialStates> auto& m) { is("count", m.count)("seed", 
 void fields(auto& is, Of<SubjectSpec> auto& m) {
   is("model", m.model)("control", m.control)("contender", m.contender);
   is("duration_s", m.duration_s)("sample_ms", m.sample_ms)("states", m.states);
+  is("changes", m.changes);
 }
 void fields(auto& is, Of<GraspBodies> auto& m) { is("object", m.object)("hand", m.hand)("drop_m", m.drop_m); }
 void fields(auto& is, Of<RunJob> auto& m) {
@@ -92,6 +93,7 @@ void fields(auto& is, Of<TimingJob> auto& m) {
 void fields(auto& is, Of<TurnPlan> auto& m) {
   is("timestep_ms", m.timestep_ms)("windows", m.windows)("share", m.share)("restart", m.restart)("passes", m.passes);
 }
+void fields(auto& is, Of<RunsJob> auto& m) { is("runs", m.runs)("trajectories", m.trajectories)("limit_s", m.limit_s); }
 void fields(auto& is, Of<PrepareCommand> auto& m) { is("timestep_ms", m.timestep_ms); }
 void fields(auto& is, Of<SampleCommand> auto& m) { is("how", m.how); }
 void fields(auto& is, Of<SingleStepsCommand> auto& m) { is("how", m.how); }

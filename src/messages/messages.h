@@ -55,7 +55,8 @@ struct SubjectSpec {
   ControlSpec control;
   ContenderSpec contender;
   double duration_s = 0, sample_ms = 0;
-  InitialStates states;
+  InitialStates states;                   // of the unchanged model
+  std::vector<std::string> changes = {};  // of the model and its control (changes/change.h)
 };
 
 // ---- jobs: coordinator to worker ------------------------------------------------------------------------------------
@@ -69,7 +70,8 @@ struct RunJob {
   std::vector<std::string> measures;  // as stored; "reference" has no values
   std::string trajectories;
   int state = 0, states = 1;  // the first of the initial states, and how many
-  std::string save;           // address under which the run is kept, "" for not at all; of one state
+  // Address under which the run is kept, "" for not at all; of several states with "-" and the state's number behind it.
+  std::string save;
   // Of each state the address of its run when it exists already, "" to make it; empty: all are made. A run that is
   // used may have more samples than the subject asks for.
   std::vector<std::string> use;
@@ -149,6 +151,14 @@ struct TurnPlan {
   int passes = 1;        // over all windows
 };
 
+// Several runs of one measure each, one after the other, each in a process of its own: what one does not survive, the
+// others do. The answer has a cell for each, in their order; a TestResult comes after each.
+struct RunsJob {
+  std::vector<RunJob> runs;
+  std::string trajectories;  // the folder of all of them
+  double limit_s = 600;      // of each, at least 1
+};
+
 // Asks for the time of a step.
 struct PrepareCommand {
   double timestep_ms = 0;
@@ -164,7 +174,7 @@ struct SingleStepsCommand {
 };
 
 using Request = std::variant<RunJob, TruthJob, PiecesJob, AgreementJob, ScalingJob, ConformanceJob, ProbeJob, TimingJob,
-                             PrepareCommand, SampleCommand, SingleStepsCommand>;
+                             PrepareCommand, SampleCommand, SingleStepsCommand, RunsJob>;
 
 // ---- replies: worker to coordinator ---------------------------------------------------------------------------------
 

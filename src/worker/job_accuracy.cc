@@ -252,7 +252,8 @@ JobDone do_job(const RunJob& job) {
         thin(run.trajectory.states, samples);
         run.ending = judge(subject, run.trajectory);
       } else {
-        const State start = initial_state(subject.model, subject.states, job.state + i);
+        const Model& of = subject.unchanged ? *subject.unchanged : subject.model;
+        const State start = initial_state(of, subject.states, job.state + i);
         run = run_sampled(subject, start, job.timestep_ms, samples, per_sample, with_contacts);
       }
     } catch (const UnsupportedError& error) {
@@ -263,7 +264,10 @@ JobDone do_job(const RunJob& job) {
     engine_s += run.engine_s;
     const bool ended = run.ending.outcome == Outcome::kOk || run.ending.outcome == Outcome::kUnstable;
     const bool partial = job.partial && !run.trajectory.states.empty();
-    if ((ended || partial) && !job.save.empty()) save(dir, job.save, run.trajectory);
+    if ((ended || partial) && !job.save.empty()) {
+      const std::string number = job.states > 1 ? fmt::format("-{}", job.state + i) : "";
+      save(dir, job.save + number, run.trajectory);
+    }
     for (const std::string& measure : job.measures) {
       std::vector<CellResult>& cells = found[measure];
       // the reference solution is that of the model's own initial state

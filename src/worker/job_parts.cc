@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "base/errors.h"
+#include "changes/change.h"
 #include "controls/work.h"
 #include "measures/plausible.h"
 #include "model/joint_rows.h"
@@ -50,7 +51,12 @@ Model model_of(const ModelSpec& spec) {
 Subject subject_of(const SubjectSpec& spec) {
   Subject subject;
   subject.model = model_of(spec.model);
-  subject.control = make_control(subject.model, spec.control);
+  const std::vector<Change> changes = parse_changes(spec.changes);
+  subject.control = changed_control(subject.model, spec.control, changes);
+  if (!changes.empty()) {
+    subject.unchanged = subject.model;
+    subject.model = changed_model(std::move(subject.model), changes);
+  }
   subject.control->equip(subject.model);
   subject.contender = contender_of(spec.contender);
   subject.capabilities = subject.contender.engine->capabilities(subject.contender.settings);

@@ -23,6 +23,8 @@ JobDone do_job(const RunJob& job);
 JobDone do_job(const TruthJob& job);
 JobDone do_job(const PiecesJob& job);
 JobDone do_job(const AgreementJob& job);
+// job_runs.cc
+JobDone do_job(const RunsJob& job, const Report& report);
 // job_timing.cc
 JobDone do_job(const ScalingJob& job);
 JobDone do_job(const TimingJob& job, const Report& report, const Next& next);

@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -30,6 +31,7 @@ struct Subject {
   // at a time.
   bool free_running = true;
   InitialStates states;
+  std::optional<Model> unchanged = {};  // the model without the subject's changes, from which `states` are drawn
 };
 
 // The adapter breaks its interface: a state of another model's size, or of another time than was asked for. The text
