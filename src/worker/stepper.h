@@ -10,6 +10,7 @@
 #include "controls/control.h"
 #include "engines/registry.h"
 #include "measures/initial_states.h"
+#include "measures/pushes.h"
 #include "model/model.h"
 
 namespace assay {
@@ -30,6 +31,7 @@ struct Subject {
   // at a time.
   bool free_running = true;
   InitialStates states;
+  Pushes pushes = {};  // of the model's runs from those
 };
 
 // The adapter breaks its interface: a state of another model's size, or of another time than was asked for. The text
@@ -49,6 +51,10 @@ class Stepper {
 
   // Takes `steps` steps. The clock runs over the engine's own calls alone. Throws EngineError.
   void advance(long long steps);
+
+  // Goes on from another state of the same moment: the engine is created again, the control goes on. Throws as the
+  // constructor does.
+  void restart(State from);
 
   // The state now; the vectors of the same object are reused. Throws as above.
   const State& read();
@@ -70,6 +76,7 @@ class Stepper {
  private:
   void take(long long steps);
   void read_state();
+  void create(const State& start);
 
   const Subject& subject_;
   std::unique_ptr<ControlRun> control_;
