@@ -86,6 +86,17 @@ CampaignSystem system_of(const Store& store, const std::string& name, const json
     found = file;
   }
   system.model_path = find_model(found);
+  if (const auto states = facts.find("initial_states"); states != facts.end()) {
+    system.initial_states.count = states->at("count");
+    system.initial_states.seed = states->at("seed");
+    for (const PerturbationPart& part : kPerturbationParts) {
+      system.initial_states.around.*part.member = states->at(part.name).get<double>();
+    }
+  }
+  if (const auto push = facts.find("push"); push != facts.end()) {
+    system.pushes = {push->at("velocity"), push->at("every_s"), push->at("joint"), push->at("seed")};
+  }
+  system.push_sample_ms = system.sample_ms;
   if (const auto load = facts.find("load"); load != facts.end()) {
     system.load = {load->at("drop_unsupported"),
                    load->at("keyframe"),
@@ -198,6 +209,8 @@ std::vector<Rerun> run_again(const Store& store, const std::string& system, cons
                              double timestep_ms, double sample_ms, const std::function<void(size_t)>& progress) {
   CampaignSystem described = stored_system(store, system);
   described.sample_ms = sample_ms;
+  // the start of the runs that are kept
+  const int shown = with_facts(store, system, [](const json& facts) { return facts.value("shown_state", 0); });
   const std::vector<ContenderRow> rows = store.contenders();
   const TemporaryFolder folder;
   std::vector<Rerun> reruns(contenders.size());
@@ -213,6 +226,7 @@ std::vector<Rerun> run_again(const Store& store, const std::string& system, cons
     run.subject = subject_spec(described, contender_of(rows, contenders[i]));
     run.timestep_ms = timestep_ms;
     run.measures = {"reference"};
+    run.state = shown;
     run.trajectories = folder.path();
     run.save = address;
     run.partial = true;

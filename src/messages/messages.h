@@ -20,6 +20,7 @@
 #include "controls/control.h"
 #include "measures/grasp.h"
 #include "measures/initial_states.h"
+#include "measures/pushes.h"
 #include "model/load_options.h"
 #include "model/variant.h"
 #include "store/store.h"
@@ -57,6 +58,8 @@ struct SubjectSpec {
   double duration_s = 0, sample_ms = 0;
   InitialStates states;                   // of the unchanged model
   std::vector<std::string> changes = {};  // of the model and its control (changes/change.h)
+  Pushes pushes = {};
+  double push_sample_ms = 0;  // pushes are at multiples of it, whatever the samples are
 };
 
 // ---- jobs: coordinator to worker ------------------------------------------------------------------------------------
@@ -82,6 +85,10 @@ struct RunJob {
   // For 'transfer', of each state the address of the run of the contender that the policy was trained in, "" where it
   // has none; empty: compared with nothing.
   std::vector<std::string> against = {};
+  // Address under which the run from the initial state `keep_state` is kept for replays, "" for not at all: as far as
+  // it went.
+  std::string keep = {};
+  int keep_state = 0;
 };
 
 // The reference solution of a smooth system, at the moments of a run's samples: no engine takes part.

@@ -17,6 +17,7 @@
 #include "report/page.h"
 #include "report/parity.h"
 #include "report/replays.h"
+#include "report/transfer.h"
 #include "report/views.h"
 #include "report/write_file.h"
 #include "results/values.h"
@@ -285,6 +286,7 @@ json report_data(const Store& store, const ReportOptions& options) {
                {"pictures", picture_data(results)},
                {"agreement", agreement_data(results)},
                {"replays", replays_data(store)},
+               {"transfer", transfer_data(results)},
                {"claims", claims_data(results)},
                {"parity", parity_data(store.dir())},
                {"catalogue", catalogue_data(results)},
@@ -293,7 +295,7 @@ json report_data(const Store& store, const ReportOptions& options) {
                {"glossary", glossary_data()}};
 
   Shown shown = what_fits(results, options, page_bytes(data));
-  for (const char* part : {"pictures", "agreement", "replays"}) {
+  for (const char* part : {"pictures", "agreement", "replays", "transfer"}) {
     json kept = json::array();
     for (json& each : data[part]) {
       if (shown.systems.contains(each["system"].get<std::string>())) kept.push_back(std::move(each));

@@ -181,6 +181,41 @@ export interface Parity {
   certificates: ParityCertificate[];
 }
 
+// Who transfers: contenders and timesteps under one policy (src/results/transfer_matrix.h).
+export interface TransferMatrix {
+  system: string;
+  policy: string;
+  trained_in: string | null;
+  trained_ms: number | null;
+  duration_s: number;
+  pushes: string | null;
+  answer: string[];
+  rows: TransferRow[];
+}
+
+export interface TransferRow {
+  contender: string;
+  timestep_ms: number;
+  outcome: Outcome;
+  reason: string | null;
+  runs: number;
+  trained: boolean;
+  verdict: "stays up" | "falls" | "not settled" | "no run";
+  values: Record<string, { value: number | null; unit: string; low: number | null; high: number | null }>;
+  parting: {
+    starts: number;
+    parted: number;
+    body: string | null;
+    same_body: number;
+    joint: string | null; // null: the free base itself
+    same_joint: number;
+    contact: number; // runs
+    first_s: number | null;
+    median_s: number | null;
+    shown_s: number | null; // of the run that is kept
+  };
+}
+
 export interface Deviation {
   test: string;
   bound: number;
@@ -239,6 +274,7 @@ export interface ReportJson {
   agreement?: Agreement[];
   claims?: Claim[];
   parity?: Parity[];
+  transfer?: TransferMatrix[];
   changes?: Changes;
   history?: Courses;
   catalogue?: ValueInfo[];

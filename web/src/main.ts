@@ -21,6 +21,7 @@ import { failureTable } from "./tables/failures";
 import { gate } from "./tables/gate";
 import { harnessCost, manifestTable, stealSummary } from "./tables/manifest";
 import { parity } from "./tables/parity";
+import { transfers } from "./tables/transfer";
 import { valuesTable } from "./tables/values";
 import { themeSwitch } from "./theme";
 import { tooltip } from "./tooltip";
@@ -108,6 +109,11 @@ function build(report: Report, masthead: HTMLElement, nav: HTMLElement, page: HT
   if (canPick(report)) {
     const text = "The fastest contender within all of your limits. Each error is the largest at that or any smaller timestep, and a speed is never extrapolated.";
     add(part("pick", "Within your limits", text), "Your limits", () => [picker(report, palette)]);
+  }
+  const transferred = report.json.transfer ?? [];
+  if (transferred.length > 0) {
+    const text = "Runs under one policy, from perturbed starts, in every engine: where the robot stays up, and where its motion first parts from that of training.";
+    add(part("transfer", "Who transfers?", text), "Transfer", () => transferred.flatMap((matrix) => transfers(report, matrix, palette)));
   }
   if (claims.length > 0) {
     const text = "Each claim of Erez, Tassa and Todorov (ICRA 2015), judged by today's versions of the paper's engines. A claim is settled when the whole 95 % interval lies on one side of its threshold.";
