@@ -56,10 +56,10 @@ struct SubjectSpec {
   ControlSpec control;
   ContenderSpec contender;
   double duration_s = 0, sample_ms = 0;
-  InitialStates states;                   // of the unchanged model
-  std::vector<std::string> changes = {};  // of the model and its control (changes/change.h)
+  InitialStates states;  // of the unchanged model
   Pushes pushes = {};
-  double push_sample_ms = 0;  // pushes are at multiples of it, whatever the samples are
+  double push_sample_ms = 0;              // pushes are at multiples of it, whatever the samples are
+  std::vector<std::string> changes = {};  // of the model and its control (changes/change.h)
 };
 
 // ---- jobs: coordinator to worker ------------------------------------------------------------------------------------
