@@ -338,7 +338,7 @@ int run_explain(const ExplainRequest& request) {
       const parity::Bench bench(question.model, {.samples = 2});
       for (const Side* side : {&question.a, &question.b}) {
         const bool in_b = side == &question.b;
-        progress.show(fmt::format("{}: the robot of {}", question.model.name, side->contender));
+        if (progress.due()) progress.show(fmt::format("{}: the robot of {}", question.model.name, side->contender));
         certificates.push_back(in_b && same_robot(question.a, question.b) ? certificates[0]
                                                                           : examined(question, *side, bench));
         for (SeenParameter& each : seen_in(certificates.back(), in_b)) seen.push_back(std::move(each));
