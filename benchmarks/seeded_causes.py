@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """How often `assay explain` names a cause that was put in, and how often it finds one where there is none.
 
-    benchmarks/seeded_causes.py [--program ./assay] [--seeded 100] [--unchanged 100] [--out FILE.json]
+    benchmarks/seeded_causes.py [--program ./assay] [--seeded 100] [--unchanged 100] [--robots NAME,...] [--out FILE.json]
 
 A seeded pair is two copies of one contender on one robot, the second with one change (`--change-b`). It counts as a hit when the
 first cause of the answer is that change's. An unchanged pair is the same without the change: "no difference" is right. Seeds,
@@ -38,19 +38,18 @@ ROBOTS = {
                       [("gear:hinge3=-1", "gear"), ("order=hinge2,hinge4", "joint order"), ("order=reversed", "joint order"),
                        ("delay=1", "control delay"), ("mass:link3=1.3", "mass"), ("inertia:link5=2", "inertia"),
                        ("damping:hinge2=+0.5", "damping")]),
-    "humanoid": ("humanoid", HOLD, ["mujoco-euler", "ode-quick", "dart", "bullet-si-f64"],
+    "humanoid": ("humanoid", HOLD, ["mujoco-euler", "dart", "bullet-mb"],
                  [("friction=0.3", "contact friction"), ("contacts=off", "contacts"), ("gear:left_knee=-1", "gear"),
                   ("delay=1", "control delay"), ("mass:torso=1.5", "mass"), ("order=left_knee,left_ankle", "joint order"),
                   ("armature:right_knee=+0.2", "armature"), ("damping:left_knee=+5", "damping")]),
 }
 # of one engine's settings: (robot, contender, change, cause)
 SETTINGS = [
-    ("humanoid", "mujoco-euler", "set:cone=elliptic", "friction model"), ("humanoid", "ode-quick", "set:friction_direction=slip", "friction model"),
-    ("humanoid", "ode-quick", "set:contact_erp=0.8", "contact softness"), ("humanoid", "mujoco-euler", "set:contact_timeconst=0.04", "contact softness"),
+    ("humanoid", "mujoco-euler", "set:cone=elliptic", "friction model"),
+    ("humanoid", "mujoco-euler", "set:contact_timeconst=0.04", "contact softness"),
     ("finger", "mujoco-euler", "set:pd=explicit", "damping law"), ("finger", "mujoco-implicitfast", "set:pd=explicit", "damping law"),
     ("finger", "dart", "set:pd=explicit", "damping law"), ("finger", "simbody-euler", "set:pd=explicit", "damping law"),
     ("finger", "mujoco-euler", "set:euler_damping=off", "damping law"), ("spatial-chain", "mujoco-euler", "set:integrator=rk4", "integrator"),
-    ("humanoid", "bullet-si-f64", "set:iterations=5", "solver iterations"),
 ]
 
 
@@ -75,20 +74,24 @@ def in_turns(lists):
                 yield row.pop(0)
 
 
-def seeded():
+def seeded(chosen):
     """(robot, contender, change, cause); contenders of a robot take turns over its changes."""
     by_robot = []
     for robot, (_, _, contenders, changes) in ROBOTS.items():
+        if robot not in chosen:
+            continue
         count = len(contenders) * len(changes)
         # so that a step changes both
         pairs = [(robot, contenders[i % len(contenders)], *changes[(i + i // len(contenders)) % len(changes)]) for i in range(count)]
         by_robot.append(dict.fromkeys(pairs))
-    return in_turns([*by_robot, SETTINGS])
+    return in_turns([*by_robot, [row for row in SETTINGS if row[0] in chosen]])
 
 
-def unchanged():
+def unchanged(chosen):
     by_robot = []
     for robot, (_, _, contenders, _) in ROBOTS.items():
+        if robot not in chosen:
+            continue
         by_robot.append([(robot, contender, "", "") for contender in contenders] * 5)
     return in_turns(by_robot)
 
@@ -98,13 +101,15 @@ def main():
     parser.add_argument("--program", default=str(ROOT / "assay"))
     parser.add_argument("--seeded", type=int, default=100)
     parser.add_argument("--unchanged", type=int, default=100)
+    parser.add_argument("--robots", default=",".join(ROBOTS), help="which (default: all)")
     parser.add_argument("--out", type=pathlib.Path, help="every answer, as JSON")
     options = parser.parse_args()
     listed = subprocess.run([options.program, "engines", "--json"], capture_output=True, text=True, check=True)
+    chosen = options.robots.split(",")
     known = {row["contender"] for row in json.loads(listed.stdout)["contenders"]}
     counts, by_cause, answers = collections.Counter(), collections.defaultdict(collections.Counter), []
     begin = time.monotonic()
-    for kind, wanted, pairs in (("seeded", options.seeded, seeded()), ("unchanged", options.unchanged, unchanged())):
+    for kind, wanted, pairs in (("seeded", options.seeded, seeded(chosen)), ("unchanged", options.unchanged, unchanged(chosen))):
         for robot, contender, change, cause in pairs:
             if counts[kind] >= wanted:
                 break

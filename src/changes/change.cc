@@ -71,13 +71,13 @@ std::string complaint(ValueForm form, const std::string& value) {
   return value.empty() ? "give a value" : "";
 }
 
-double changed_number(double before, const Change& change) {
+double changed_number(double before, const RunChange& change) {
   if (change.value == "off") return 0;
   const double number = parse_number(unsigned_text(change.value)).value_or(1);
   return change.value.starts_with('+') ? before + number : before * number;
 }
 
-[[noreturn]] void no_element(const Change& change, const Model& model, const char* what,
+[[noreturn]] void no_element(const RunChange& change, const Model& model, const char* what,
                              const std::vector<std::string>& names) {
   throw InputError(fmt::format("the change '{}' names '{}', and the model '{}' has no such {}{}", change_text(change),
                                change.element, model.name, what, did_you_mean(change.element, names)));
@@ -85,7 +85,7 @@ double changed_number(double before, const Change& change) {
 
 // Applies `work` to each hinge, slide and ball joint that the change means.
 template <typename Work>
-void for_joints(Model& model, const Change& change, const Work& work) {
+void for_joints(Model& model, const RunChange& change, const Work& work) {
   bool found = change.element.empty();
   std::vector<std::string> names;
   const auto take = [&](auto& joint) {
@@ -100,7 +100,7 @@ void for_joints(Model& model, const Change& change, const Work& work) {
 }
 
 template <typename Work>
-void for_bodies(Model& model, const Change& change, const Work& work) {
+void for_bodies(Model& model, const RunChange& change, const Work& work) {
   bool found = change.element.empty();
   std::vector<std::string> names;
   for (Body& body : model.bodies) {
@@ -112,7 +112,7 @@ void for_bodies(Model& model, const Change& change, const Work& work) {
   if (!found) no_element(change, model, "body", names);
 }
 
-void apply(Model& model, const Change& change) {
+void apply(Model& model, const RunChange& change) {
   const auto number = [&](auto& joint, auto member) { joint.*member = changed_number(joint.*member, change); };
   const auto of_joints = [&](double Joint::* one, double BallJoint::* ball) {
     for_joints(model, change, [&](auto& joint) {
@@ -180,12 +180,12 @@ void apply(Model& model, const Change& change) {
 
 }  // namespace
 
-std::string change_text(const Change& change) {
+std::string change_text(const RunChange& change) {
   return fmt::format("{}{}{}={}", info(change.kind).name, change.element.empty() ? "" : ":", change.element,
                      change.value);
 }
 
-Change parse_change(const std::string& text) {
+RunChange parse_change(const std::string& text) {
   const size_t equals = text.rfind('=');
   if (equals == std::string::npos) {
     throw InputError(fmt::format("the change '{}' has no value: write it as in armature=off or gear:knee=-1", text));
@@ -199,7 +199,7 @@ Change parse_change(const std::string& text) {
   if (found == names.end()) {
     throw InputError(fmt::format("there is no change '{}'{}", name, did_you_mean(name, names)));
   }
-  Change change;
+  RunChange change;
   change.kind = static_cast<ChangeKind>(found - names.begin());
   change.element = colon < left.size() ? left.substr(colon + 1) : "";
   change.value = text.substr(equals + 1);
@@ -217,44 +217,44 @@ Change parse_change(const std::string& text) {
   return change;
 }
 
-std::vector<Change> parse_changes(const std::vector<std::string>& texts) {
-  std::vector<Change> changes;
+std::vector<RunChange> parse_changes(const std::vector<std::string>& texts) {
+  std::vector<RunChange> changes;
   changes.reserve(texts.size());
   for (const std::string& text : texts) changes.push_back(parse_change(text));
   return changes;
 }
 
-std::vector<std::string> change_texts(const std::vector<Change>& changes) {
+std::vector<std::string> change_texts(const std::vector<RunChange>& changes) {
   std::vector<std::string> texts;
   texts.reserve(changes.size());
-  for (const Change& change : changes) texts.push_back(change_text(change));
+  for (const RunChange& change : changes) texts.push_back(change_text(change));
   return texts;
 }
 
-bool is_of_contender(const Change& change) { return change.kind >= ChangeKind::kContender; }
+bool is_of_contender(const RunChange& change) { return change.kind >= ChangeKind::kContender; }
 
-const Change* last_change(const std::vector<Change>& changes, ChangeKind kind) {
-  const Change* last = nullptr;
-  for (const Change& change : changes) {
+const RunChange* last_change(const std::vector<RunChange>& changes, ChangeKind kind) {
+  const RunChange* last = nullptr;
+  for (const RunChange& change : changes) {
     if (change.kind == kind) last = &change;
   }
   return last;
 }
 
-int delay_of(const std::vector<Change>& changes) {
+int delay_of(const std::vector<RunChange>& changes) {
   long long sum = 0;
-  for (const Change& change : changes) {
+  for (const RunChange& change : changes) {
     if (change.kind == ChangeKind::kDelay) sum += parse_integer(unsigned_text(change.value)).value_or(0);
   }
   return static_cast<int>(std::clamp(sum, -1'000'000LL, 1'000'000LL));
 }
 
-Model changed_model(Model model, const std::vector<Change>& changes) {
+Model changed_model(Model model, const std::vector<RunChange>& changes) {
   if (changes.empty()) return model;
-  for (const Change& change : changes) {
+  for (const RunChange& change : changes) {
     if (change.kind != ChangeKind::kDampers) apply(model, change);
   }
-  if (const Change* dampers = last_change(changes, ChangeKind::kDampers)) apply(model, *dampers);
+  if (const RunChange* dampers = last_change(changes, ChangeKind::kDampers)) apply(model, *dampers);
   model.hash = model_hash(model);
   return model;
 }

@@ -55,40 +55,40 @@ enum class ChangeKind {
   kSet,
 };
 
-struct Change {
+struct RunChange {
   ChangeKind kind = ChangeKind::kContacts;
   std::string element = {};  // a joint, body or setting; "": all that there are
   std::string value = "off";
 
-  bool operator==(const Change&) const = default;
+  bool operator==(const RunChange&) const = default;
 };
 
 // The two forms of a change. parse_change() throws InputError for an unknown kind and for a value that it does not
 // take; elements are checked when the change is applied.
-std::string change_text(const Change& change);
-Change parse_change(const std::string& text);
-std::vector<Change> parse_changes(const std::vector<std::string>& texts);
-std::vector<std::string> change_texts(const std::vector<Change>& changes);
+std::string change_text(const RunChange& change);
+RunChange parse_change(const std::string& text);
+std::vector<RunChange> parse_changes(const std::vector<std::string>& texts);
+std::vector<std::string> change_texts(const std::vector<RunChange>& changes);
 
 // Whether the change is one of the contender, the kinds from kContender on, and not of the model or its control.
-bool is_of_contender(const Change& change);
+bool is_of_contender(const RunChange& change);
 
 // The last value that `changes` give a kind; null for none.
-const Change* last_change(const std::vector<Change>& changes, ChangeKind kind);
+const RunChange* last_change(const std::vector<RunChange>& changes, ChangeKind kind);
 
 // The sum of all delays in `changes`, control steps.
-int delay_of(const std::vector<Change>& changes);
+int delay_of(const std::vector<RunChange>& changes);
 
 // The model with its changes, in their order. Throws InputError for a joint or body that it does not have.
-Model changed_model(Model model, const std::vector<Change>& changes);
+Model changed_model(Model model, const std::vector<RunChange>& changes);
 
 // The control that `spec` says for the unchanged `model`, with its changes. It still reads the unchanged robot: gains
 // and observations stay. A delay that is no policy's counts engine steps. Throws InputError as make_control() does, and
 // for changes that the control does not have.
 std::unique_ptr<Control> changed_control(const Model& model, const ControlSpec& spec,
-                                         const std::vector<Change>& changes);
+                                         const std::vector<RunChange>& changes);
 
 // `inner`, which has to outlive the result, when it is given the model with `changes` instead of the model.
-std::unique_ptr<Engine> changed_engine(const Engine& inner, std::vector<Change> changes);
+std::unique_ptr<Engine> changed_engine(const Engine& inner, std::vector<RunChange> changes);
 
 }  // namespace assay

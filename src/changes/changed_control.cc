@@ -110,7 +110,7 @@ class ChangedControl final : public Control {
   TorqueChange change_;
 };
 
-size_t joint_named(const Model& model, const std::string& name, const Change& change) {
+size_t joint_named(const Model& model, const std::string& name, const RunChange& change) {
   const auto found = std::ranges::find(model.joints, name, &Joint::name);
   if (found != model.joints.end()) return static_cast<size_t>(found - model.joints.begin());
   std::vector<std::string> names;
@@ -119,7 +119,7 @@ size_t joint_named(const Model& model, const std::string& name, const Change& ch
                                change_text(change), name, model.name, did_you_mean(name, names)));
 }
 
-void reorder(const Model& model, const Change& change, TorqueChange& torques) {
+void reorder(const Model& model, const RunChange& change, TorqueChange& torques) {
   if (change.value == "reversed") {
     std::ranges::reverse(torques.source);
     return;
@@ -141,9 +141,9 @@ Model without_clamps(Model model) {
 }  // namespace
 
 std::unique_ptr<Control> changed_control(const Model& model, const ControlSpec& spec,
-                                         const std::vector<Change>& changes) {
+                                         const std::vector<RunChange>& changes) {
   const bool policy = spec.kind == "policy", unclamped = last_change(changes, ChangeKind::kClamp) != nullptr;
-  const Change* law = last_change(changes, ChangeKind::kLaw);
+  const RunChange* law = last_change(changes, ChangeKind::kLaw);
   const int delay = delay_of(changes);
   if (law != nullptr && !policy) {
     throw InputError(fmt::format("the change '{}' is for a policy's drives, and the control is '{}'", change_text(*law),
@@ -165,7 +165,7 @@ std::unique_ptr<Control> changed_control(const Model& model, const ControlSpec& 
   if (torques.delay < 0) {
     throw InputError(fmt::format("a delay of {} control steps is before the control '{}' itself", delay, spec.kind));
   }
-  for (const Change& change : changes) {
+  for (const RunChange& change : changes) {
     if (change.kind == ChangeKind::kOrder) reorder(model, change, torques);
     if (change.kind != ChangeKind::kGear) continue;
     const double factor = change.value == "off" ? 0 : parse_number(change.value).value_or(1);
@@ -175,9 +175,9 @@ std::unique_ptr<Control> changed_control(const Model& model, const ControlSpec& 
     }
   }
   if (last_change(changes, ChangeKind::kDampers) != nullptr) {
-    std::vector<Change> others;
+    std::vector<RunChange> others;
     std::ranges::copy_if(changes, std::back_inserter(others),
-                         [](const Change& change) { return change.kind != ChangeKind::kDampers; });
+                         [](const RunChange& change) { return change.kind != ChangeKind::kDampers; });
     const Model changed = changed_model(model, others);
     for (size_t j = 0; j < changed.joints.size(); ++j) {
       const Joint& joint = changed.joints[j];

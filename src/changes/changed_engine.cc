@@ -7,7 +7,7 @@ namespace {
 
 class ChangedEngine final : public Engine {
  public:
-  ChangedEngine(const Engine& inner, std::vector<Change> changes) : inner_(inner), changes_(std::move(changes)) {}
+  ChangedEngine(const Engine& inner, std::vector<RunChange> changes) : inner_(inner), changes_(std::move(changes)) {}
 
   std::string name() const override { return inner_.name(); }
   BuildFacts build() const override { return inner_.build(); }
@@ -23,12 +23,12 @@ class ChangedEngine final : public Engine {
 
  private:
   const Engine& inner_;
-  std::vector<Change> changes_;
+  std::vector<RunChange> changes_;
 };
 
 }  // namespace
 
-std::unique_ptr<Engine> changed_engine(const Engine& inner, std::vector<Change> changes) {
+std::unique_ptr<Engine> changed_engine(const Engine& inner, std::vector<RunChange> changes) {
   return std::make_unique<ChangedEngine>(inner, std::move(changes));
 }
 

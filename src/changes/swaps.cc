@@ -50,7 +50,7 @@ bool is_of_contacts(const std::string& setting) {
                              [&](const char* part) { return setting.find(part) != std::string::npos; });
 }
 
-Change setting_change(const std::string& name, const SettingValue& value) {
+RunChange setting_change(const std::string& name, const SettingValue& value) {
   return {ChangeKind::kSet, name, setting_text(value)};
 }
 
@@ -108,12 +108,12 @@ class Collector {
   static const char* name(bool b) { return b ? "B" : "A"; }
 
   void add(bool in_b, const std::string& cause, const std::string& words, const std::string& advice,
-           std::vector<Change> changes, bool many = false) {
+           std::vector<RunChange> changes, bool many = false) {
     Swap swap{.cause = cause, .words = words, .advice = advice, .a = {}, .b = {}, .many = many};
     (in_b ? swap.b : swap.a) = std::move(changes);
     found_.swaps.push_back(std::move(swap));
   }
-  void add_both(const std::string& cause, const std::string& words, const std::string& advice, const Change& change) {
+  void add_both(const std::string& cause, const std::string& words, const std::string& advice, const RunChange& change) {
     found_.swaps.push_back({.cause = cause, .words = words, .advice = advice, .a = {change}, .b = {change}});
   }
 
@@ -128,7 +128,7 @@ class Collector {
                                                                            {"torque", ChangeKind::kGear}}};
     for (const bool in_b : {false, true}) {
       for (const auto& [parameter, kind] : kKnown) {
-        std::vector<Change> changes;
+        std::vector<RunChange> changes;
         std::vector<std::string> elements;
         for (const SeenParameter& each : seen) {
           const bool both = each.parameter == "mass and inertia" && (kind == ChangeKind::kMass || kind == ChangeKind::kInertia);
@@ -144,7 +144,7 @@ class Collector {
       }
     }
   }
-  Change change_of(ChangeKind kind, const SeenParameter& seen) const {
+  RunChange change_of(ChangeKind kind, const SeenParameter& seen) const {
     double before = 1;
     const auto joint = [&](double Joint::* one, double BallJoint::* ball) {
       for (const Joint& each : model_.joints) {
@@ -356,7 +356,7 @@ class Collector {
     const auto rounded = [](double number) { return parse_number(fmt::format("{:.2g}", number)).value_or(number); };
     const double stiffness = rounded(mass * 9.81 / (kPoints * kDepth));
     const double damping = rounded(2 * std::sqrt(stiffness * mass / kPoints));
-    std::array<std::vector<Change>, 2> changes;
+    std::array<std::vector<RunChange>, 2> changes;
     for (const bool b : {false, true}) {
       const ResolvedContender& contender = (b ? recipe_b_ : recipe_a_).contender;
       const std::vector<Setting> declared = contender.engine->settings();
@@ -387,7 +387,7 @@ class Collector {
       if (is_setting) continue;
       const std::string sibling = other_precision(recipe.contender.base);
       const Side side = b ? pairing_.b : pairing_.a;
-      const Change change{ChangeKind::kContender, "", sibling};
+      const RunChange change{ChangeKind::kContender, "", sibling};
       try {
         if (sibling.empty()) throw InputError("");
         static_cast<void>(recipe_of(side.with({change})));
@@ -425,7 +425,7 @@ class Collector {
 
 }  // namespace
 
-Side Side::with(const std::vector<Change>& more) const {
+Side Side::with(const std::vector<RunChange>& more) const {
   Side side = *this;
   side.changes.insert(side.changes.end(), more.begin(), more.end());
   return side;
@@ -435,7 +435,7 @@ Recipe recipe_of(const Side& side) {
   Recipe recipe;
   std::string base = side.contender;
   recipe.overrides = side.overrides;
-  for (const Change& change : side.changes) {
+  for (const RunChange& change : side.changes) {
     if (change.kind == ChangeKind::kContender) base = change.value;
     if (change.kind == ChangeKind::kSet) recipe.overrides[change.element] = change.value;
     if (change.kind == ChangeKind::kTimestep) recipe.timestep_factor *= parse_number(change.value).value_or(1);

@@ -16,17 +16,17 @@ struct Side {
   std::string name;                                     // "A" or "B"
   std::string contender;                                // as the registry knows it
   std::map<std::string, std::string> overrides = {};    // of its settings
-  std::vector<Change> changes = {};                     // of any kind
+  std::vector<RunChange> changes = {};                     // of any kind
 
   // The same with more changes behind its own.
-  Side with(const std::vector<Change>& more) const;
+  Side with(const std::vector<RunChange>& more) const;
 };
 
 // What a side runs as, its changes of the contender worked in.
 struct Recipe {
   ResolvedContender contender;
   std::map<std::string, std::string> overrides;  // of contender.base
-  std::vector<Change> changes;                   // of the model and its control
+  std::vector<RunChange> changes;                   // of the model and its control
   double timestep_factor = 1;
 };
 // Throws InputError for a contender or a setting that there is not.
@@ -44,7 +44,7 @@ struct Swap {
   std::string cause;   // the convention: "armature"; swaps of one cause are its alternatives
   std::string words;   // what is swapped: "A without armature"
   std::string advice;  // what to change if this closes the gap; "" for a swap that only shows where the gap arises
-  std::vector<Change> a, b;
+  std::vector<RunChange> a, b;
   bool many = false;  // one of a number that grows with the robot: tried from a few starts first
 
   bool is_advice() const { return !advice.empty(); }

@@ -40,7 +40,7 @@ Json examined(const ExplainQuestion& question, const Side& side, const parity::B
         std::signal(SIGTERM, SIG_DFL);
         enter_sandbox({.readable = engine_files(), .writable = engine_caches()});
         Recipe recipe = recipe_of(side);
-        std::erase_if(recipe.changes, [](const Change& change) { return change.kind == ChangeKind::kDampers; });
+        std::erase_if(recipe.changes, [](const RunChange& change) { return change.kind == ChangeKind::kDampers; });
         const auto engine = changed_engine(*recipe.contender.engine, recipe.changes);
         recipe.contender.name = side.contender;
         recipe.contender.engine = engine.get();
@@ -84,7 +84,7 @@ std::vector<SeenParameter> seen_in(const Json& certificate, bool in_b) {
 std::string side_text(const Side& side) {
   std::vector<std::string> parts = {side.contender};
   for (const auto& [name, value] : side.overrides) parts.push_back(fmt::format("{}={}", name, value));
-  for (const Change& change : side.changes) parts.push_back(change_text(change));
+  for (const RunChange& change : side.changes) parts.push_back(change_text(change));
   return join(parts, ", ");
 }
 
@@ -119,25 +119,25 @@ std::string falls_text(const std::optional<double>& a, const std::optional<doubl
 void add_verdict(const ExplainQuestion& question, const Explanation& found, double tolerance, Answer& answer) {
   const std::string gap = metres(found.gap);
   switch (found.verdict) {
-    case Verdict::kNoDifference:
+    case GapVerdict::kNoDifference:
       answer.line(fmt::format("No difference: the runs agree to {}, and up to {} is rounding.",
                               quantity_text(found.gap.value, "m"), quantity_text(tolerance, "m")));
       return;
-    case Verdict::kTimestepAlone:
+    case GapVerdict::kTimestepAlone:
       answer.line(fmt::format("No difference beyond the timestep: the gap of {} is within what halving the timestep "
                               "moves a contender by itself ({}), and shrinks with it.",
                               gap, quantity_text(found.timestep_gap, "m")));
       return;
-    case Verdict::kExplained:
-    case Verdict::kPartlyExplained:
-    case Verdict::kUnexplained:
+    case GapVerdict::kExplained:
+    case GapVerdict::kPartlyExplained:
+    case GapVerdict::kUnexplained:
       break;
   }
   answer.line(fmt::format("The bodies are {} apart in the mean until they are {} apart; {} of {} starts come to that.",
                           gap, quantity_text(kFarMetres, "m", 2), found.parted, question.starts));
-  if (found.verdict == Verdict::kUnexplained) answer.line("No swap that was tried closes the gap.");
+  if (found.verdict == GapVerdict::kUnexplained) answer.line("No swap that was tried closes the gap.");
   for (size_t i = 0; i < found.advice.size(); ++i) {
-    const Step& step = found.advice[i];
+    const AdviceStep& step = found.advice[i];
     const SwapResult& result = found.causes[step.result];
     answer.line(fmt::format("{}. {}: {}. {} closes {} of the gap{}.", i + 1, capitalised(result.swap.cause),
                             result.swap.advice, result.swap.words, percents(result.share),
@@ -172,7 +172,7 @@ void add_swaps(const Explanation& found, Answer& answer) {
   size_t rest = 0;
   for (size_t i = 0; i < found.causes.size(); ++i) {
     const SwapResult& result = found.causes[i];
-    const bool advised = std::ranges::find(found.advice, i, &Step::result) != found.advice.end();
+    const bool advised = std::ranges::find(found.advice, i, &AdviceStep::result) != found.advice.end();
     if (!result.failure.empty()) {
       failed.push_back(fmt::format("{}: {}", result.swap.words, result.failure));
     } else if (!advised && (!result.closes() || rows.size() >= kMost)) {
@@ -202,7 +202,7 @@ void add_swaps(const Explanation& found, Answer& answer) {
 
 void add_remaining(const Explanation& found, Answer& answer) {
   std::vector<std::string> options;
-  for (const Step& step : found.advice) {
+  for (const AdviceStep& step : found.advice) {
     for (std::string& text : option_texts(found.causes[step.result].swap)) options.push_back(std::move(text));
   }
   answer.part("The advice, checked");
@@ -249,7 +249,7 @@ Json explanation_json(const ExplainQuestion& question, const Explanation& found,
   Json causes = Json::array(), where = Json::array(), advice = Json::array(), not_possible = Json::array();
   for (const SwapResult& result : found.causes) causes.push_back(result_json(result));
   for (const SwapResult& result : found.where) where.push_back(result_json(result));
-  for (const Step& step : found.advice) {
+  for (const AdviceStep& step : found.advice) {
     const Swap& swap = found.causes[step.result].swap;
     advice.push_back({{"cause", swap.cause},
                       {"advice", swap.advice},
@@ -271,7 +271,7 @@ Json explanation_json(const ExplainQuestion& question, const Explanation& found,
           {"seed", question.states.seed},
           {"far_m", kFarMetres},
           {"tolerance_m", tolerance},
-          {"verdict", verdict_text(found.verdict)},
+          {"verdict", gap_verdict_text(found.verdict)},
           {"gap_m", interval_json(found.gap)},
           {"gaps_m", found.gaps},
           {"parted", found.parted},
@@ -313,7 +313,7 @@ int run_explain(const ExplainRequest& request) {
   const double tolerance = tolerance_of(question);
   ProgressLine progress;
   ProgressClock::time_point since = ProgressClock::now();
-  const Runner runner = worker_runner(
+  const MakeRuns runner = worker_runner(
       {.model = question.spec,
        .control = question.control_spec,
        .duration_s = question.seconds(),
@@ -338,7 +338,7 @@ int run_explain(const ExplainRequest& request) {
       const parity::Bench bench(question.model, {.samples = 2});
       for (const Side* side : {&question.a, &question.b}) {
         const bool in_b = side == &question.b;
-        progress.show(fmt::format("{}: the robot of {}", question.model.name, side->contender));
+        if (progress.due()) progress.show(fmt::format("{}: the robot of {}", question.model.name, side->contender));
         certificates.push_back(in_b && same_robot(question.a, question.b) ? certificates[0]
                                                                           : examined(question, *side, bench));
         for (SeenParameter& each : seen_in(certificates.back(), in_b)) seen.push_back(std::move(each));
@@ -356,7 +356,7 @@ int run_explain(const ExplainRequest& request) {
     return kDone;
   }
   Answer answer;
-  answer.part(fmt::format("{}: {}", question.model.name, verdict_text(found.verdict)));
+  answer.part(fmt::format("{}: {}", question.model.name, gap_verdict_text(found.verdict)));
   answer.line(fmt::format("A: {}; B: {}", side_text(question.a), side_text(question.b)));
   answer.line(fmt::format("{}; {} of {} s at {} ms", question.control->description(),
                           counted(static_cast<size_t>(question.starts), "start", "starts"),
@@ -369,7 +369,7 @@ int run_explain(const ExplainRequest& request) {
     answer.part("Not possible to swap");
     for (const NoSwap& each : swaps.not_possible) answer.line(fmt::format("{}: {}", each.cause, each.why));
   }
-  if (found.verdict != Verdict::kNoDifference) add_remaining(found, answer);
+  if (found.verdict != GapVerdict::kNoDifference) add_remaining(found, answer);
   answer.print();
   return kDone;
 }

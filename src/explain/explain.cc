@@ -29,7 +29,7 @@ std::string key_of(const Side& side) {
 
 class Explainer {
  public:
-  Explainer(const Pairing& pairing, const Runner& run, const ExplainOptions& options)
+  Explainer(const Pairing& pairing, const MakeRuns& run, const ExplainOptions& options)
       : pairing_(pairing), run_(run), options_(options) {}
 
   Explanation explain(const std::function<std::vector<Swap>()>& swaps) {
@@ -67,7 +67,7 @@ class Explainer {
 
   // The pair as it is, and each side beside itself at half the timestep.
   void compare(Explanation& found) {
-    const std::vector<Change> half = {{ChangeKind::kTimestep, "", "0.5"}};
+    const std::vector<RunChange> half = {{ChangeKind::kTimestep, "", "0.5"}};
     const Side half_a = pairing_.a.with(half), half_b = pairing_.b.with(half);
     ensure({pairing_.a, pairing_.b, half_a, half_b});
     for (const Side* side : {&pairing_.a, &pairing_.b}) {
@@ -206,17 +206,17 @@ class Explainer {
       }
     }
     if (shrinks && best < kDecides && found.gap.value <= found.timestep_gap) {
-      found.verdict = Verdict::kTimestepAlone;
+      found.verdict = GapVerdict::kTimestepAlone;
     } else if (found.advice.empty()) {
-      found.verdict = Verdict::kUnexplained;
+      found.verdict = GapVerdict::kUnexplained;
     } else {
       const bool all = found.remaining.value <= kExplainedPart * found.gap.value;
-      found.verdict = all ? Verdict::kExplained : Verdict::kPartlyExplained;
+      found.verdict = all ? GapVerdict::kExplained : GapVerdict::kPartlyExplained;
     }
   }
 
   const Pairing& pairing_;
-  const Runner& run_;
+  const MakeRuns& run_;
   const ExplainOptions& options_;
   std::map<std::string, RunSet> sets_;
   std::vector<size_t> windows_;  // by start, of the pair as it is
@@ -224,23 +224,23 @@ class Explainer {
 
 }  // namespace
 
-std::string verdict_text(Verdict verdict) {
+std::string gap_verdict_text(GapVerdict verdict) {
   switch (verdict) {
-    case Verdict::kNoDifference:
+    case GapVerdict::kNoDifference:
       return "no difference";
-    case Verdict::kTimestepAlone:
+    case GapVerdict::kTimestepAlone:
       return "no difference beyond the timestep";
-    case Verdict::kExplained:
+    case GapVerdict::kExplained:
       return "explained";
-    case Verdict::kPartlyExplained:
+    case GapVerdict::kPartlyExplained:
       return "partly explained";
-    case Verdict::kUnexplained:
+    case GapVerdict::kUnexplained:
       break;
   }
   return "unexplained";
 }
 
-Explanation explain(const Pairing& pairing, const std::function<std::vector<Swap>()>& swaps, const Runner& run,
+Explanation explain(const Pairing& pairing, const std::function<std::vector<Swap>()>& swaps, const MakeRuns& run,
                     const ExplainOptions& options) {
   return Explainer(pairing, run, options).explain(swaps);
 }

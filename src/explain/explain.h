@@ -21,7 +21,7 @@ struct RunSet {
 };
 
 // Makes runs of several sides, each from the starts 0 to `starts` - 1, of which equal numbers mean equal states.
-using Runner = std::function<std::vector<RunSet>(const std::vector<Side>& sides, int starts)>;
+using MakeRuns = std::function<std::vector<RunSet>(const std::vector<Side>& sides, int starts)>;
 
 struct ExplainOptions {
   int starts = 10;
@@ -44,12 +44,12 @@ struct SwapResult {
 };
 
 // A swap that is part of the advice.
-struct Step {
+struct AdviceStep {
   size_t result = 0;  // index into Explanation::causes
   Interval share;     // of the whole gap, that is closed with this and the steps before it
 };
 
-enum class Verdict {
+enum class GapVerdict {
   kNoDifference,    // the gap is rounding
   kTimestepAlone,   // the gap is within the timestep's own error and shrinks with it
   kExplained,       // the advice leaves at most a tenth of it
@@ -57,10 +57,10 @@ enum class Verdict {
   kUnexplained,
 };
 // "no difference", "no difference beyond the timestep", "explained", "partly explained", "unexplained".
-std::string verdict_text(Verdict verdict);
+std::string gap_verdict_text(GapVerdict verdict);
 
 struct Explanation {
-  Verdict verdict = Verdict::kNoDifference;
+  GapVerdict verdict = GapVerdict::kNoDifference;
   std::vector<double> gaps;  // m, by start
   Interval gap;              // m, their mean
   int parted = 0;            // of the starts: whose runs part (kFarMetres)
@@ -68,12 +68,12 @@ struct Explanation {
   std::optional<double> fall_rate_a, fall_rate_b;
   std::vector<SwapResult> causes;  // swaps with advice, the largest share first
   std::vector<SwapResult> where;   // swaps without
-  std::vector<Step> advice;        // in the order in which they were added
+  std::vector<AdviceStep> advice;        // in the order in which they were added
   Interval remaining;              // m, with all of the advice
 };
 
 // `swaps` is asked where there is a gap. Throws EngineError when one of the two cannot run at all.
-Explanation explain(const Pairing& pairing, const std::function<std::vector<Swap>()>& swaps, const Runner& run,
+Explanation explain(const Pairing& pairing, const std::function<std::vector<Swap>()>& swaps, const MakeRuns& run,
                     const ExplainOptions& options);
 
 }  // namespace assay

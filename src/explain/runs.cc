@@ -17,12 +17,12 @@ namespace assay {
 namespace {
 
 // A delay counts steps of the plan's timestep: at a smaller one it is as many more of those. A policy counts its own.
-std::vector<Change> at_timestep(const std::vector<Change>& changes, double factor) {
+std::vector<RunChange> at_timestep(const std::vector<RunChange>& changes, double factor) {
   const int delay = delay_of(changes);
   if (factor == 1 || delay == 0) return changes;
-  std::vector<Change> found;
+  std::vector<RunChange> found;
   std::ranges::copy_if(changes, std::back_inserter(found),
-                       [](const Change& change) { return change.kind != ChangeKind::kDelay; });
+                       [](const RunChange& change) { return change.kind != ChangeKind::kDelay; });
   found.push_back({ChangeKind::kDelay, "", fmt::format("{}", std::llround(delay / factor))});
   return found;
 }
@@ -141,7 +141,7 @@ class WorkerRunner {
 
 }  // namespace
 
-Runner worker_runner(RunPlan plan) {
+MakeRuns worker_runner(RunPlan plan) {
   const auto runner = std::make_shared<WorkerRunner>(std::move(plan));
   return [runner](const std::vector<Side>& sides, int starts) { return runner->run(sides, starts); };
 }

@@ -23,6 +23,6 @@ struct RunPlan {
 };
 
 // What it returns throws SystemError when it is interrupted, InputError and SystemError that a worker reports.
-Runner worker_runner(RunPlan plan);
+MakeRuns worker_runner(RunPlan plan);
 
 }  // namespace assay

@@ -51,7 +51,7 @@ Model model_of(const ModelSpec& spec) {
 Subject subject_of(const SubjectSpec& spec) {
   Subject subject;
   subject.model = model_of(spec.model);
-  const std::vector<Change> changes = parse_changes(spec.changes);
+  const std::vector<RunChange> changes = parse_changes(spec.changes);
   subject.control = changed_control(subject.model, spec.control, changes);
   if (!changes.empty()) {
     subject.unchanged = subject.model;

@@ -79,7 +79,7 @@ bool has(const Side& side, const char* text) {
 // Where a side's only body is at the end of its run from a start; it gets there evenly.
 using Place = std::function<double(const Side&, int start)>;
 
-Runner runner(const Place& place) {
+MakeRuns runner(const Place& place) {
   return [place](const std::vector<Side>& sides, int starts) {
     std::vector<RunSet> sets;
     for (const Side& side : sides) {
@@ -143,7 +143,7 @@ TEST(Explain, RanksCausesByTheirShares) {
   EXPECT_EQ(found.advice[1].result, 1);
   EXPECT_NEAR(found.advice[1].share.value, 1, 1e-9);
   EXPECT_NEAR(found.remaining.value, 0, 1e-12);
-  EXPECT_EQ(found.verdict, Verdict::kExplained);
+  EXPECT_EQ(found.verdict, GapVerdict::kExplained);
   EXPECT_LE(found.gap.low, found.gap.value);
   EXPECT_GE(found.gap.high, found.gap.value);
 }
@@ -154,7 +154,7 @@ TEST(Explain, ACauseThatAnotherOneHidesIsNoAdvice) {
   };
   const Explanation found = explained(one, {swap_of("limits", "limits=off", ""), swap_of("armature", "armature=off", "")});
   EXPECT_EQ(found.advice.size(), 1);
-  EXPECT_EQ(found.verdict, Verdict::kExplained);
+  EXPECT_EQ(found.verdict, GapVerdict::kExplained);
 }
 
 TEST(Explain, EqualRunsAreNoDifference) {
@@ -170,7 +170,7 @@ TEST(Explain, EqualRunsAreNoDifference) {
       },
       runner([](const Side& side, int) { return side.name == "B" ? 1e-9 : 0.0; }),
       {.starts = 4, .samples = kSamples, .tolerance = 1e-7});
-  EXPECT_EQ(found.verdict, Verdict::kNoDifference);
+  EXPECT_EQ(found.verdict, GapVerdict::kNoDifference);
   EXPECT_FALSE(asked);
 }
 
@@ -182,23 +182,23 @@ TEST(Explain, AGapThatIsTheTimesteps) {
   };
   std::vector<Swap> swaps = {swap_of(kTimestepCause, "timestep=0.5", "timestep=0.5"), swap_of("limits", "limits=off", "")};
   // from itself at half the timestep it is 2.4 mm apart: less than the gap
-  EXPECT_EQ(explained(place, swaps).verdict, Verdict::kPartlyExplained);
+  EXPECT_EQ(explained(place, swaps).verdict, GapVerdict::kPartlyExplained);
   const auto more = [&](const Side& side, int start) {
     return place(side, start) * (has(side, "timestep=0.5") ? -1 : 1);
   };
-  EXPECT_EQ(explained(more, swaps).verdict, Verdict::kTimestepAlone);
+  EXPECT_EQ(explained(more, swaps).verdict, GapVerdict::kTimestepAlone);
   const auto both = [](const Side& side, int start) {
     const double size = 0.004 * (1 + 0.01 * start) * (has(side, "timestep=0.5") ? 0.1 : 1);
     return side.name == "A" ? size : 0.5 * size * (has(side, "timestep=0.5") ? -1 : 1);
   };
-  EXPECT_EQ(explained(both, swaps).verdict, Verdict::kTimestepAlone);
+  EXPECT_EQ(explained(both, swaps).verdict, GapVerdict::kTimestepAlone);
   // a cause that closes it is named all the same
   swaps.push_back(swap_of("damping law", "dampers=explicit", ""));
   const auto law = [&](const Side& side, int start) {
     return has(side, "dampers=explicit") ? both({.name = "B", .contender = ""}, start) : both(side, start);
   };
   const Explanation found = explained(law, swaps);
-  EXPECT_EQ(found.verdict, Verdict::kExplained);
+  EXPECT_EQ(found.verdict, GapVerdict::kExplained);
   EXPECT_EQ(found.causes[0].swap.cause, "damping law");
 }
 
@@ -217,13 +217,13 @@ TEST(Explain, ACrashIsAnOutcomeOfASwapAndTheEndOfAPair) {
   const Explanation found = explained(crashing, {swap_of("contacts", "contacts=off", ""), swap_of("armature", "armature=off", "")});
   EXPECT_EQ(found.causes.back().swap.cause, "contacts");
   EXPECT_THAT(found.causes.back().failure, HasSubstr("crashed"));
-  EXPECT_EQ(found.verdict, Verdict::kPartlyExplained);
+  EXPECT_EQ(found.verdict, GapVerdict::kPartlyExplained);
   EXPECT_THROW(explained([](const Side&, int) { return std::nan(""); }, {}), EngineError);
 }
 
 TEST(Explain, NothingThatClosesIsUnexplained) {
   const Explanation found = explained(two_causes, {swap_of("gear", "", "gear=-1")});
-  EXPECT_EQ(found.verdict, Verdict::kUnexplained);
+  EXPECT_EQ(found.verdict, GapVerdict::kUnexplained);
   EXPECT_EQ(found.remaining.value, found.gap.value);
 }
 
