@@ -66,7 +66,7 @@ function link(matrix: TransferMatrix, row: TransferRow | undefined): Child {
   return el("a", { href: momentLink(moment, [trained, row.contender]), "aria-label": text, title: text, "data-action": "side-by-side" }, "Side by side");
 }
 
-function table(report: Report, matrix: TransferMatrix, palette: Palette): HTMLElement {
+function table(report: Report, matrix: TransferMatrix, palette: Palette): HTMLTableElement {
   const steps = [...new Set(matrix.rows.map((row) => row.timestep_ms))].sort((a, b) => a - b);
   const engines = new Map<string, Map<string, TransferRow[]>>();
   // as the program orders rows: the lowest fall rate first
