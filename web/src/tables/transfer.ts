@@ -31,9 +31,10 @@ function cell(matrix: TransferMatrix, row: TransferRow | undefined): HTMLElement
   const text = `${row.contender} at ${timestep(row.timestep_ms)} ms: ${word}${count ? `, ${count}${range}` : ""}${row.reason ? `; ${row.reason}` : ""}`;
   const button = el(
     "button",
-    { type: "button", class: "transfer-button", title: text, "aria-label": text, "data-timestep": row.timestep_ms, "data-contender-of": row.contender },
+    { type: "button", class: "transfer-button", title: text, "data-timestep": row.timestep_ms, "data-contender-of": row.contender },
     el("span", { class: "sign" }, sign),
     ` ${word}`,
+    count ? " " : null,
     count ? el("small", {}, count) : null,
   );
   button.addEventListener("click", () => state.choose({ system: matrix.system, contender: row.contender, timestep: row.timestep_ms }));
