@@ -42,7 +42,4 @@ std::string counted(size_t count, const std::string& singular, const std::string
 
 std::string join(const std::vector<std::string>& parts, std::string_view separator);
 
-// A text as a TOML string. Throws InputError for one whose bytes are not UTF-8.
-std::string toml_text(const std::string& text);
-
 }  // namespace assay

@@ -16,6 +16,7 @@
 #include "controls/hold.h"
 #include "controls/input_file.h"
 #include "controls/policy_config.h"
+#include "controls/toml_text.h"
 #include "controls/yaml_tree.h"
 
 namespace assay {

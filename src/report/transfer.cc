@@ -9,7 +9,7 @@ namespace assay {
 nlohmann::json transfer_data(const Results& results) {
   nlohmann::json all = nlohmann::json::array();
   for (const std::string& system : results.systems()) {
-    if (const auto matrix = transfer_matrix(results, system)) all.push_back(transfer_json(*matrix));
+    if (const auto matrix = transfer_matrix(results, system)) all.push_back(nlohmann::json(transfer_json(*matrix)));
   }
   return all;
 }

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "base/text.h"
 #include "controls/control.h"
+#include "controls/toml_text.h"
 #include "engines/registry.h"
 #include "measures/pushes.h"
 #include "model/model.h"

@@ -53,7 +53,7 @@ test("the answer first, then each contender and timestep with a sign, a word and
   for (const { contender, step, text } of cells) {
     const row = matrix.rows.find((each) => each.contender === contender && each.timestep_ms === step);
     const fallen = Math.round(row.values.fall_rate.value * row.runs);
-    assert.equal(text, `${signs[row.verdict]} ${row.verdict}${fallen} of ${row.runs} fall`);
+    assert.equal(text, `${signs[row.verdict]} ${row.verdict} ${fallen} of ${row.runs} fall`);
   }
   // the pole falls from every start but perhaps the upright one
   assert.ok(cells.every(({ text }) => text.startsWith("✗ falls")));
@@ -76,7 +76,10 @@ test("what parts first is named, and a link shows both runs side by side before 
   await page.waitForFunction((at, expected) => Math.abs(document.querySelector(at).replay.state().time - expected) < 0.01, {}, panel, time);
   assert.equal(await page.$eval(panel, (node) => node.replay.state().playing), false);
   assert.equal((await page.$$(`${panel} .replay-labels > div`)).length, 2, "both runs and no other");
-  const seen = await page.$eval(panel, (node) => node.getBoundingClientRect());
+  const seen = await page.$eval(panel, (node) => {
+    const { top, bottom } = node.getBoundingClientRect();
+    return { top, bottom };
+  });
   assert.ok(seen.top < 900 && seen.bottom > 0, "the replay is on the screen");
   assert.deepEqual(trouble, []);
   // the address says it all

@@ -181,8 +181,9 @@ class Pushed(Policy):
                 "--seconds", "2", "--timesteps", "5", "--contenders", "mujoco-euler,mujoco-rk4", *more]
 
     def test_every_contender_gets_the_same_pushes(self):
-        text = self.assay(*self.run_pushed("pushed", "--push", "0.3", "--push-every", "0.5", "--push-joint", "slider"))
-        self.assertIn("pushes of 0.3 of the joint 'slider' every 0.5 s", text)
+        text = self.assay(*self.run_pushed("pushed", "--push", "0.3", "--push-every", "0.5", "--push-joint", "hinge"))
+        self.assertIn("pushes of 0.3 of the joint 'hinge' every 0.5 s", text)
+        self.assertIn("stays up at every timestep: 0 of 2 contenders", text)
         self.assay(*self.run_pushed("still"))
         pushed, still = (self.assay_json("transfer", out, "--json")["systems"][0] for out in ("pushed", "still"))
         rows = [{row["contender"]: row for row in matrix["rows"]} for matrix in (pushed, still)]

@@ -13,7 +13,7 @@ namespace {
 Model robot() {
   Model model;
   model.bodies.push_back({.name = "trunk", .X_PB = {{0, 0, 1}, Quat::Identity()}, .mass = 2});
-  model.bodies.push_back({.name = "leg", .parent = 0, .joint = 0, .mass = 1, .p_BBcm = {0, 0, -0.5}});
+  model.bodies.push_back({.name = "leg", .parent = 0, .joint = 0, .X_PB = {}, .mass = 1, .p_BBcm = {0, 0, -0.5}});
   model.bodies.push_back(
       {.name = "door", .joint = 1, .X_PB = {{5, 0, 0}, Quat::Identity()}, .mass = 1, .p_BBcm = {1, 0, 0}});
   model.joints.push_back({.name = "hip", .body = 1, .axis_B = Vec3::UnitY()});
@@ -74,7 +74,7 @@ TEST(Pushes, WhatCannotBePushed) {
   model.couplings.push_back({.name = "mimic", .joint = 0, .terms = {{1, 1}}});
   EXPECT_NE(push_obstacle(model, {0.5, 3, "hip", 1}).find("follow"), std::string::npos);
   Model fixed;
-  fixed.bodies.push_back({.name = "cart", .joint = 0, .mass = 1});
+  fixed.bodies.push_back({.name = "cart", .joint = 0, .X_PB = {}, .mass = 1});
   fixed.joints.push_back({.name = "slider", .type = JointType::kSlide});
   EXPECT_NE(push_obstacle(fixed, {0.5, 3, "", 1}).find("no free body"), std::string::npos);
   EXPECT_EQ(push_obstacle(fixed, {0.5, 3, "slider", 1}), "");

@@ -23,8 +23,8 @@ class TransferMatrixTest : public TempFolderTest {
                        R"({"control": "policy of 2 actions", "trained_in": "a", "trained_ms": 5, "duration_s": 10,
                            "shown_state": 1})"}});
     Model model;
-    model.bodies.push_back({.name = "trunk", .mass = 1});
-    model.bodies.push_back({.name = "shank", .parent = 0, .joint = 0, .mass = 1});
+    model.bodies.push_back({.name = "trunk", .X_PB = {}, .mass = 1});
+    model.bodies.push_back({.name = "shank", .parent = 0, .joint = 0, .X_PB = {}, .mass = 1});
     model.joints.push_back({.name = "knee", .body = 1});
     model.initial = reference_state(model);
     made.set_scenes({{"walk", scene_text(scene_of(model))}});

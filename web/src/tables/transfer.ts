@@ -31,9 +31,10 @@ function cell(matrix: TransferMatrix, row: TransferRow | undefined): HTMLElement
   const text = `${row.contender} at ${timestep(row.timestep_ms)} ms: ${word}${count ? `, ${count}${range}` : ""}${row.reason ? `; ${row.reason}` : ""}`;
   const button = el(
     "button",
-    { type: "button", class: "transfer-button", title: text, "aria-label": text, "data-timestep": row.timestep_ms, "data-contender-of": row.contender },
+    { type: "button", class: "transfer-button", title: text, "data-timestep": row.timestep_ms, "data-contender-of": row.contender },
     el("span", { class: "sign" }, sign),
     ` ${word}`,
+    count ? " " : null,
     count ? el("small", {}, count) : null,
   );
   button.addEventListener("click", () => state.choose({ system: matrix.system, contender: row.contender, timestep: row.timestep_ms }));
@@ -66,7 +67,7 @@ function link(matrix: TransferMatrix, row: TransferRow | undefined): Child {
   return el("a", { href: momentLink(moment, [trained, row.contender]), "aria-label": text, title: text, "data-action": "side-by-side" }, "Side by side");
 }
 
-function table(report: Report, matrix: TransferMatrix, palette: Palette): HTMLElement {
+function table(report: Report, matrix: TransferMatrix, palette: Palette): HTMLTableElement {
   const steps = [...new Set(matrix.rows.map((row) => row.timestep_ms))].sort((a, b) => a - b);
   const engines = new Map<string, Map<string, TransferRow[]>>();
   // as the program orders rows: the lowest fall rate first
