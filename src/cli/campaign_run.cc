@@ -122,8 +122,8 @@ bool run_and_summarize(const RunRequest& request) {
   const RunSummary summary = run_campaign(campaign, options);
   if (summary.interrupted) {
     message(fmt::format("stopped by {}: {} of {} are stored in '{}'; '{}' resumes", strsignal(summary.signal),
-                        summary.done_before + summary.done_now,
-                        counted(static_cast<size_t>(summary.cells), "cell"), request.out, request.command));
+                        summary.done_before + summary.done_now, counted(static_cast<size_t>(summary.cells), "cell"),
+                        request.out, request.command));
     return false;
   }
   print_summary(summary, request.out);

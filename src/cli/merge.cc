@@ -33,11 +33,11 @@ int merge(const Options& options) {
   };
   const MergeSummary summary = merge_results(sources, options.out, derived_values(), begin, finish);
   progress.clear();
-  print(paragraph(
-      fmt::format("{} from {} ({} were there already), {}; results: {}", counted(summary.cells, "cell"),
-                  counted(summary.sources, "directory", "directories"), summary.cells_before,
-                  counted(summary.trajectories, "trajectory", "trajectories"), options.out + "/assay.sqlite"),
-      2));
+  print(
+      paragraph(fmt::format("{} from {} ({} were there already), {}; results: {}", counted(summary.cells, "cell"),
+                            counted(summary.sources, "directory", "directories"), summary.cells_before,
+                            counted(summary.trajectories, "trajectory", "trajectories"), options.out + "/assay.sqlite"),
+                2));
   for (const std::string& each : missing) print(paragraph("missing: " + each, 2));
   for (const std::string& warning : warnings) print(paragraph("warning: " + warning, 2));
   return kDone;

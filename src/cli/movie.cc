@@ -231,8 +231,8 @@ int movie(const Options& options) {
   }
   progress.clear();
   partial.rename_to(options.out);
-  message(fmt::format("'{}': {} of '{}', {} frames of {:.4g} ms", options.out,
-                      counted(parts.size(), "contender"), options.system, frames, frame_ms));
+  message(fmt::format("'{}': {} of '{}', {} frames of {:.4g} ms", options.out, counted(parts.size(), "contender"),
+                      options.system, frames, frame_ms));
   return kDone;
 }
 

@@ -66,12 +66,11 @@ SlurmRequest request_of(const Options& options) {
 std::string jobs_text(const SlurmRequest& request, const Parts& parts, const SlurmJobs& jobs) {
   std::vector<std::string> texts;
   if (!jobs.accuracy.empty()) {
-    texts.push_back(
-        fmt::format("job {}: {}", jobs.accuracy, counted(parts.accuracy.size(), "accuracy part")));
+    texts.push_back(fmt::format("job {}: {}", jobs.accuracy, counted(parts.accuracy.size(), "accuracy part")));
   }
   if (!jobs.timing.empty()) {
-    texts.push_back(fmt::format("job {}: {}, each alone on a node", jobs.timing,
-                                counted(parts.timing.size(), "timing part")));
+    texts.push_back(
+        fmt::format("job {}: {}, each alone on a node", jobs.timing, counted(parts.timing.size(), "timing part")));
   }
   texts.push_back(fmt::format("job {}: the union, and parts that were lost again", jobs.finish));
   return fmt::format("{}; 'assay status {}' tells how far they are", join(texts, ", "), request.out);

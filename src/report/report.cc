@@ -182,8 +182,8 @@ json measured_data(const Store& store, const json& cells) {
   return {{"cells", count}, {"ok", ok}, {"contenders", contenders}};
 }
 
-// The systems that are shown, in the page's order: robots, which have actuators, before what moves by itself. Systems of
-// cells that the store does not describe come last, without facts.
+// The systems that are shown, in the page's order: robots, which have actuators, before what moves by itself. Systems
+// of cells that the store does not describe come last, without facts.
 json systems_data(const Store& store, const Results& results, const Shown& shown) {
   std::set<std::string> scaled, other;
   for (const json& cell : shown.cells) {
@@ -331,7 +331,8 @@ std::string report_html(const json& data) {
     const auto found = cells.find(systems[i]["name"].get<std::string>());
     if (found == cells.end()) continue;
     std::string& place = first.empty() && systems[i]["section"] == true ? first : others;
-    place += fmt::format("</script>\n    <script type=\"application/json\" data-cells=\"{}\">{}", i, text(found->second));
+    place +=
+        fmt::format("</script>\n    <script type=\"application/json\" data-cells=\"{}\">{}", i, text(found->second));
   }
   return fmt::format("{}{}{}{}{}{}{}", report_page_before(), text(rest), first, report_page_between(),
                      text(data.value("replays", json::array())), others, report_page_after());

@@ -33,7 +33,7 @@ struct Subject {
   bool free_running = true;
   InitialStates states;
   std::optional<Model> unchanged = {};  // the model without the subject's changes, from which `states` are drawn
-  Pushes pushes = {};  // of the model's runs from those
+  Pushes pushes = {};                   // of the model's runs from those
 };
 
 // The adapter breaks its interface: a state of another model's size, or of another time than was asked for. The text
