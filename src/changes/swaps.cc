@@ -99,6 +99,7 @@ class Collector {
     settings(false);
     // in two of one engine, what one has and the other has not is found from either
     if (!same_engine_) settings(true);
+    dampers();
     compliance();
     precision();
     return std::move(found_);
@@ -193,6 +194,10 @@ class Collector {
       feature(ChangeKind::kDryFriction, "dry friction", {"0.5", "2"});
     }
     if (any_joint([](const auto& j) { return j.limited; })) feature(ChangeKind::kLimits, "limits", {});
+  }
+
+  // Where no setting does it.
+  void dampers() {
     if (!model_.has_springs()) return;
     for (const bool b : {false, true}) {
       add(b, kDampingLaw, fmt::format("{} with explicit springs and dampers", name(b)),

@@ -92,9 +92,10 @@ std::string percents(const Interval& share) {
   return fmt::format("{:.0f} % [{:.0f}, {:.0f}]", 100 * share.value, 100 * share.low, 100 * share.high);
 }
 
+std::string metres(double gap) { return gap < 1e-9 ? "< 1 nm" : quantity_text(gap, "m"); }
+
 std::string metres(const Interval& gap) {
-  return fmt::format("{} [{}, {}]", quantity_text(gap.value, "m"), quantity_text(gap.low, "m"),
-                     quantity_text(gap.high, "m"));
+  return gap.high < 1e-9 ? "< 1 nm" : fmt::format("{} [{}, {}]", metres(gap.value), metres(gap.low), metres(gap.high));
 }
 
 std::string capitalised(std::string text) {
@@ -121,7 +122,7 @@ void add_verdict(const ExplainQuestion& question, const Explanation& found, doub
   switch (found.verdict) {
     case GapVerdict::kNoDifference:
       answer.line(fmt::format("No difference: the runs agree to {}, and up to {} is rounding.",
-                              quantity_text(found.gap.value, "m"), quantity_text(tolerance, "m")));
+                              metres(found.gap.value), quantity_text(tolerance, "m")));
       return;
     case GapVerdict::kTimestepAlone:
       answer.line(fmt::format("No difference beyond the timestep: the gap of {} is within what halving the timestep "
@@ -181,7 +182,7 @@ void add_swaps(const Explanation& found, Answer& answer) {
       rows.push_back({fmt::format("{}{}", result.swap.words, advised ? " *" : ""), result.swap.cause,
                       fmt::format("{:.0f} %", 100 * result.share.value),
                       fmt::format("{:.0f} to {:.0f}", 100 * result.share.low, 100 * result.share.high),
-                      quantity_text(result.gap.value, "m")});
+                      metres(result.gap.value)});
     }
   }
   answer.part("Swaps, one at a time");
