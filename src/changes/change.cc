@@ -23,26 +23,17 @@ struct KindInfo {
 };
 
 // In the order of the enumeration.
-constexpr std::array<KindInfo, 20> kKinds = {{{"contacts", ValueForm::kOff, false},
-                                              {"self_contacts", ValueForm::kOff, false},
-                                              {"friction", ValueForm::kNumber, false},
-                                              {"limits", ValueForm::kOff, true},
-                                              {"armature", ValueForm::kNumber, true},
-                                              {"damping", ValueForm::kNumber, true},
-                                              {"stiffness", ValueForm::kNumber, true},
-                                              {"dry_friction", ValueForm::kNumber, true},
-                                              {"mass", ValueForm::kPositive, true},
-                                              {"inertia", ValueForm::kPositive, true},
-                                              {"gravity", ValueForm::kNumber, false},
-                                              {"dampers", ValueForm::kDampers, false},
-                                              {"clamp", ValueForm::kOff, false},
-                                              {"delay", ValueForm::kWhole, false},
-                                              {"law", ValueForm::kLaw, false},
-                                              {"gear", ValueForm::kNumber, true},
-                                              {"order", ValueForm::kText, false},
-                                              {"contender", ValueForm::kText, false},
-                                              {"timestep", ValueForm::kPositive, false},
-                                              {"set", ValueForm::kText, true}}};
+constexpr std::array<KindInfo, 20> kKinds = {
+    {{"contacts", ValueForm::kOff, false},      {"self_contacts", ValueForm::kOff, false},
+     {"friction", ValueForm::kNumber, false},   {"limits", ValueForm::kOff, true},
+     {"armature", ValueForm::kNumber, true},    {"damping", ValueForm::kNumber, true},
+     {"stiffness", ValueForm::kNumber, true},   {"dry_friction", ValueForm::kNumber, true},
+     {"mass", ValueForm::kPositive, true},      {"inertia", ValueForm::kPositive, true},
+     {"gravity", ValueForm::kNumber, false},    {"dampers", ValueForm::kDampers, false},
+     {"clamp", ValueForm::kOff, false},         {"delay", ValueForm::kWhole, false},
+     {"law", ValueForm::kLaw, false},           {"gear", ValueForm::kNumber, true},
+     {"order", ValueForm::kText, false},        {"contender", ValueForm::kText, false},
+     {"timestep", ValueForm::kPositive, false}, {"set", ValueForm::kText, true}}};
 
 const KindInfo& info(ChangeKind kind) { return kKinds.at(static_cast<size_t>(kind)); }
 
@@ -129,7 +120,8 @@ void apply(Model& model, const RunChange& change) {
       model.contacts.clear();
       return;
     case ChangeKind::kSelfContacts:
-      std::erase_if(model.contacts, [&](const ContactPair& pair) { return moves(pair.shape_a) && moves(pair.shape_b); });
+      std::erase_if(model.contacts,
+                    [&](const ContactPair& pair) { return moves(pair.shape_a) && moves(pair.shape_b); });
       return;
     case ChangeKind::kFriction:
       for (ContactPair& pair : model.contacts) pair.friction = std::max(0.0, changed_number(pair.friction, change));

@@ -99,9 +99,7 @@ class ChangedControl final : public Control {
     return largest;
   }
   const PolicyConfig* policy() const override { return inner_->policy(); }
-  ControlInput input() const override {
-    return change_.dampers.empty() ? inner_->input() : ControlInput::kState;
-  }
+  ControlInput input() const override { return change_.dampers.empty() ? inner_->input() : ControlInput::kState; }
   bool is_zero() const override { return inner_->is_zero() && change_.dampers.empty(); }
   std::string description() const override { return inner_->description() + ", changed"; }
 
@@ -146,8 +144,8 @@ std::unique_ptr<Control> changed_control(const Model& model, const ControlSpec& 
   const RunChange* law = last_change(changes, ChangeKind::kLaw);
   const int delay = delay_of(changes);
   if (law != nullptr && !policy) {
-    throw InputError(fmt::format("the change '{}' is for a policy's drives, and the control is '{}'", change_text(*law),
-                                 spec.kind));
+    throw InputError(
+        fmt::format("the change '{}' is for a policy's drives, and the control is '{}'", change_text(*law), spec.kind));
   }
   std::unique_ptr<Control> control;
   if (policy) {

@@ -40,8 +40,7 @@ constexpr std::array<Convention, 12> kConventions = {{{"cone", kFriction},
                                                       {"solver", "solver"}}};
 
 std::string cause_of_setting(const std::string& name) {
-  const auto* found =
-      std::ranges::find_if(kConventions, [&](const Convention& each) { return name == each.setting; });
+  const auto* found = std::ranges::find_if(kConventions, [&](const Convention& each) { return name == each.setting; });
   return found == kConventions.end() ? "setting " + name : found->cause;
 }
 
@@ -114,7 +113,8 @@ class Collector {
     (in_b ? swap.b : swap.a) = std::move(changes);
     found_.swaps.push_back(std::move(swap));
   }
-  void add_both(const std::string& cause, const std::string& words, const std::string& advice, const RunChange& change) {
+  void add_both(const std::string& cause, const std::string& words, const std::string& advice,
+                const RunChange& change) {
     found_.swaps.push_back({.cause = cause, .words = words, .advice = advice, .a = {change}, .b = {change}});
   }
 
@@ -132,7 +132,8 @@ class Collector {
         std::vector<RunChange> changes;
         std::vector<std::string> elements;
         for (const SeenParameter& each : seen) {
-          const bool both = each.parameter == "mass and inertia" && (kind == ChangeKind::kMass || kind == ChangeKind::kInertia);
+          const bool both =
+              each.parameter == "mass and inertia" && (kind == ChangeKind::kMass || kind == ChangeKind::kInertia);
           if (each.in_b != in_b || (each.parameter != parameter && !both)) continue;
           changes.push_back(change_of(kind, each));
           elements.push_back(each.element);
@@ -179,7 +180,8 @@ class Collector {
     }
     for (const char* factor : factors) {
       add(false, what, fmt::format("A with {} times its {}", factor, what),
-          fmt::format("{} is not the same number in both: compare where each takes it from", what), {{kind, "", factor}});
+          fmt::format("{} is not the same number in both: compare where each takes it from", what),
+          {{kind, "", factor}});
     }
     add_both(what, fmt::format("both without {}", what), "", {kind, "", "off"});
   }
@@ -205,7 +207,8 @@ class Collector {
           {{ChangeKind::kDampers, "", "explicit"}});
     }
     add_both(kDampingLaw, "both with explicit springs and dampers",
-             "make the joints' springs and dampers torques of the step's start in both", {ChangeKind::kDampers, "", "explicit"});
+             "make the joints' springs and dampers torques of the step's start in both",
+             {ChangeKind::kDampers, "", "explicit"});
   }
 
   void contacts() {
@@ -213,7 +216,8 @@ class Collector {
     feature(ChangeKind::kContacts, "contacts", {});
     const auto moves = [&](int shape) { return model_.shapes[static_cast<size_t>(shape)].body != kWorld; };
     const auto is_own = [&](const ContactPair& pair) { return moves(pair.shape_a) && moves(pair.shape_b); };
-    if (std::ranges::any_of(model_.contacts, is_own)) feature(ChangeKind::kSelfContacts, "contacts between its bodies", {});
+    if (std::ranges::any_of(model_.contacts, is_own))
+      feature(ChangeKind::kSelfContacts, "contacts between its bodies", {});
     feature(ChangeKind::kFriction, "contact friction", {"0.5", "2"});
   }
 
@@ -240,8 +244,9 @@ class Collector {
     if (pairing_.spec.kind == "hold") {
       return std::ranges::any_of(effort_limits(model_), [](double limit) { return std::isfinite(limit); });
     }
-    return pairing_.spec.kind == "actuators" &&
-           std::ranges::any_of(model_.actuators, [](const Actuator& a) { return a.control_limited || a.force_limited; });
+    return pairing_.spec.kind == "actuators" && std::ranges::any_of(model_.actuators, [](const Actuator& a) {
+             return a.control_limited || a.force_limited;
+           });
   }
 
   void controlled() {
@@ -271,8 +276,8 @@ class Collector {
             fmt::format("set law = \"{}\" for {}, or the other one's law for both", other, name(b)),
             {{ChangeKind::kLaw, "", other}});
       }
-      add_both("drive law", fmt::format("both with law = \"{}\"", other), fmt::format("set law = \"{}\" in [pd]", other),
-               {ChangeKind::kLaw, "", other});
+      add_both("drive law", fmt::format("both with law = \"{}\"", other),
+               fmt::format("set law = \"{}\" in [pd]", other), {ChangeKind::kLaw, "", other});
     }
     signs_and_order();
   }
@@ -311,7 +316,8 @@ class Collector {
     for (const bool b : {false, true}) {
       const double ms = pairing_.timestep_ms * (b ? recipe_b_ : recipe_a_).timestep_factor / 2;
       add(b, kTimestepCause, fmt::format("{} at half the timestep", name(b)),
-          fmt::format("use a timestep of {} ms in {}", timestep_label(ms), name(b)), {{ChangeKind::kTimestep, "", "0.5"}});
+          fmt::format("use a timestep of {} ms in {}", timestep_label(ms), name(b)),
+          {{ChangeKind::kTimestep, "", "0.5"}});
     }
     add_both(kTimestepCause, "both at half the timestep", "use half the timestep", {ChangeKind::kTimestep, "", "0.5"});
   }
@@ -327,7 +333,8 @@ class Collector {
       const SettingValue &of_a = a.values.at(setting.name), &of_b = b.values.at(setting.name);
       if (of_a == of_b) continue;
       add(true, cause_of_setting(setting.name), fmt::format("B with {}={}, as A", setting.name, setting_text(of_a)),
-          fmt::format("set {}={} in B, as in A", setting.name, setting_text(of_a)), {setting_change(setting.name, of_a)});
+          fmt::format("set {}={} in B, as in A", setting.name, setting_text(of_a)),
+          {setting_change(setting.name, of_a)});
     }
   }
 
@@ -336,7 +343,7 @@ class Collector {
     bool friction = false, softness = false;
     for (const Setting& setting : contender.engine->settings()) {
       const bool soft = setting.role == SettingRole::kContactSoftness;
-      const std::string cause = soft                                      ? kSoftness
+      const std::string cause = soft                                       ? kSoftness
                                 : setting.role == SettingRole::kIterations ? "solver iterations"
                                                                            : cause_of_setting(setting.name);
       friction = friction || cause == kFriction;
@@ -365,24 +372,24 @@ class Collector {
     for (const bool b : {false, true}) {
       const ResolvedContender& contender = (b ? recipe_b_ : recipe_a_).contender;
       const std::vector<Setting> declared = contender.engine->settings();
-      for (const auto& [role, value] : {std::pair(SettingRole::kContactStiffness, stiffness),
-                                        std::pair(SettingRole::kContactDamping, damping)}) {
+      for (const auto& [role, value] :
+           {std::pair(SettingRole::kContactStiffness, stiffness), std::pair(SettingRole::kContactDamping, damping)}) {
         const Setting* setting = setting_with_role(declared, role);
         if (setting == nullptr || !missing_condition(*setting, contender.settings).empty()) {
-          no(kSoftness, fmt::format("{} has no contacts of a given stiffness, with which to match the other's",
-                                    contender.name));
+          no(kSoftness,
+             fmt::format("{} has no contacts of a given stiffness, with which to match the other's", contender.name));
           return;
         }
         changes.at(b ? 1 : 0).push_back(setting_change(setting->name, value));
       }
     }
-    found_.swaps.push_back({.cause = kSoftness,
-                            .words = fmt::format("both with contacts of {} N/m and {} N s/m", shortest(stiffness),
-                                                 shortest(damping)),
-                            .advice = fmt::format("set contact_stiffness={} contact_damping={} in both",
-                                                  shortest(stiffness), shortest(damping)),
-                            .a = changes[0],
-                            .b = changes[1]});
+    found_.swaps.push_back(
+        {.cause = kSoftness,
+         .words = fmt::format("both with contacts of {} N/m and {} N s/m", shortest(stiffness), shortest(damping)),
+         .advice =
+             fmt::format("set contact_stiffness={} contact_damping={} in both", shortest(stiffness), shortest(damping)),
+         .a = changes[0],
+         .b = changes[1]});
   }
 
   void precision() {
@@ -400,7 +407,8 @@ class Collector {
         no(kPrecision, fmt::format("{} has no sibling in the other precision", recipe.contender.name));
         continue;
       }
-      add(b, kPrecision, fmt::format("{} as {}", name(b), sibling), fmt::format("take {} for {}", sibling, name(b)), {change});
+      add(b, kPrecision, fmt::format("{} as {}", name(b), sibling), fmt::format("take {} for {}", sibling, name(b)),
+          {change});
     }
   }
 
@@ -416,8 +424,8 @@ class Collector {
   }
 
   void no(const std::string& cause, const std::string& why) {
-    const bool known = std::ranges::any_of(
-        found_.not_possible, [&](const NoSwap& each) { return each.cause == cause && each.why == why; });
+    const bool known = std::ranges::any_of(found_.not_possible,
+                                           [&](const NoSwap& each) { return each.cause == cause && each.why == why; });
     if (!known) found_.not_possible.push_back({cause, why});
   }
 
@@ -450,6 +458,8 @@ Recipe recipe_of(const Side& side) {
   return recipe;
 }
 
-Swaps swaps_for(const Pairing& pairing, const std::vector<SeenParameter>& seen) { return Collector(pairing).take(seen); }
+Swaps swaps_for(const Pairing& pairing, const std::vector<SeenParameter>& seen) {
+  return Collector(pairing).take(seen);
+}
 
 }  // namespace assay

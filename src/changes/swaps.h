@@ -1,5 +1,5 @@
-// What may make two contenders part on one robot: for each convention the changes of one of them, or of both, with which
-// they would agree if it were the cause.
+// What may make two contenders part on one robot: for each convention the changes of one of them, or of both, with
+// which they would agree if it were the cause.
 #pragma once
 
 #include <map>
@@ -13,10 +13,10 @@ namespace assay {
 
 // One of the two contenders, with what its user has changed of it.
 struct Side {
-  std::string name;                                     // "A" or "B"
-  std::string contender;                                // as the registry knows it
-  std::map<std::string, std::string> overrides = {};    // of its settings
-  std::vector<RunChange> changes = {};                     // of any kind
+  std::string name;                                   // "A" or "B"
+  std::string contender;                              // as the registry knows it
+  std::map<std::string, std::string> overrides = {};  // of its settings
+  std::vector<RunChange> changes = {};                // of any kind
 
   // The same with more changes behind its own.
   Side with(const std::vector<RunChange>& more) const;
@@ -26,7 +26,7 @@ struct Side {
 struct Recipe {
   ResolvedContender contender;
   std::map<std::string, std::string> overrides;  // of contender.base
-  std::vector<RunChange> changes;                   // of the model and its control
+  std::vector<RunChange> changes;                // of the model and its control
   double timestep_factor = 1;
 };
 // Throws InputError for a contender or a setting that there is not.

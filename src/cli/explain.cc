@@ -121,13 +121,14 @@ void add_verdict(const ExplainQuestion& question, const Explanation& found, doub
   const std::string gap = metres(found.gap);
   switch (found.verdict) {
     case GapVerdict::kNoDifference:
-      answer.line(fmt::format("No difference: the runs agree to {}, and up to {} is rounding.",
-                              metres(found.gap.value), quantity_text(tolerance, "m")));
+      answer.line(fmt::format("No difference: the runs agree to {}, and up to {} is rounding.", metres(found.gap.value),
+                              quantity_text(tolerance, "m")));
       return;
     case GapVerdict::kTimestepAlone:
-      answer.line(fmt::format("No difference beyond the timestep: the gap of {} is within what halving the timestep "
-                              "moves a contender by itself ({}), and shrinks with it.",
-                              gap, quantity_text(found.timestep_gap, "m")));
+      answer.line(
+          fmt::format("No difference beyond the timestep: the gap of {} is within what halving the timestep "
+                      "moves a contender by itself ({}), and shrinks with it.",
+                      gap, quantity_text(found.timestep_gap, "m")));
       return;
     case GapVerdict::kExplained:
     case GapVerdict::kPartlyExplained:
@@ -195,7 +196,8 @@ void add_swaps(const Explanation& found, Answer& answer) {
   answer.part("Where the gap arises");
   std::vector<std::string> where;
   for (const SwapResult& result : found.where) {
-    if (result.closes()) where.push_back(fmt::format("{}: {} of it is gone", result.swap.words, percents(result.share)));
+    if (result.closes())
+      where.push_back(fmt::format("{}: {} of it is gone", result.swap.words, percents(result.share)));
   }
   if (where.empty()) where.emplace_back("in nothing that can be taken out of both at once");
   for (const std::string& each : where) answer.line(each);
@@ -314,23 +316,23 @@ int run_explain(const ExplainRequest& request) {
   const double tolerance = tolerance_of(question);
   ProgressLine progress;
   ProgressClock::time_point since = ProgressClock::now();
-  const MakeRuns runner = worker_runner(
-      {.model = question.spec,
-       .control = question.control_spec,
-       .duration_s = question.seconds(),
-       .timestep_ms = question.timestep_ms,
-       .sample_ms = question.sample_ms,
-       .states = question.states,
-       .policy = question.control->policy() != nullptr,
-       .jobs = question.jobs,
-       .progress = [&](size_t done, size_t of) {
-         if (done <= 1) since = ProgressClock::now();
-         if (!progress.due() || done == 0) return;
-         const double spent_s = std::chrono::duration<double>(ProgressClock::now() - since).count();
-         const auto left = static_cast<double>(of - done) / static_cast<double>(done);
-         progress.show(fmt::format("{}: {} of {} runs, {} left", question.model.name, done, of,
-                                   duration_label(spent_s * left)));
-       }});
+  const MakeRuns runner = worker_runner({.model = question.spec,
+                                         .control = question.control_spec,
+                                         .duration_s = question.seconds(),
+                                         .timestep_ms = question.timestep_ms,
+                                         .sample_ms = question.sample_ms,
+                                         .states = question.states,
+                                         .policy = question.control->policy() != nullptr,
+                                         .jobs = question.jobs,
+                                         .progress = [&](size_t done, size_t of) {
+                                           if (done <= 1) since = ProgressClock::now();
+                                           if (!progress.due() || done == 0) return;
+                                           const double spent_s =
+                                               std::chrono::duration<double>(ProgressClock::now() - since).count();
+                                           const auto left = static_cast<double>(of - done) / static_cast<double>(done);
+                                           progress.show(fmt::format("{}: {} of {} runs, {} left", question.model.name,
+                                                                     done, of, duration_label(spent_s * left)));
+                                         }});
   Swaps swaps;
   Json certificates = Json::array();
   const auto candidates = [&] {
@@ -378,12 +380,13 @@ int run_explain(const ExplainRequest& request) {
 }  // namespace
 
 void add_explain(CLI::App& app, Action& action) {
-  CLI::App* command = add_command(
-      app, "explain", "Why two contenders part on one robot, and which setting closes the gap",
-      {{"assay explain cart_pole.xml mujoco-euler dart --policy-config policy.toml", "under a policy"},
-       {"assay explain cart_pole-results mujoco-euler bullet-mb", "as assay run cart_pole.xml --policy-config measured it"},
-       {"assay explain humanoid ode-quick ode-step --control hold --timestep 2", "under another control"},
-       {"assay explain my_robot.xml dart dart --change-b damping=2", "what one change does"}});
+  CLI::App* command =
+      add_command(app, "explain", "Why two contenders part on one robot, and which setting closes the gap",
+                  {{"assay explain cart_pole.xml mujoco-euler dart --policy-config policy.toml", "under a policy"},
+                   {"assay explain cart_pole-results mujoco-euler bullet-mb",
+                    "as assay run cart_pole.xml --policy-config measured it"},
+                   {"assay explain humanoid ode-quick ode-step --control hold --timestep 2", "under another control"},
+                   {"assay explain my_robot.xml dart dart --change-b damping=2", "what one change does"}});
   const auto request = std::make_shared<ExplainRequest>();
   command->add_option("MODEL", request->model.model, "MJCF or URDF file, a system's name, or a results directory")
       ->required()
@@ -403,7 +406,8 @@ void add_explain(CLI::App& app, Action& action) {
   command->add_option("--seeds", request->seeds, "Perturbed starts (default: 10)")->type_name("N");
   command->add_option("--system", request->system, "Of results with several systems, the one")->type_name("NAME");
   for (const auto& [name, changes, meaning] :
-       {std::tuple("--change-a", &request->changes_a, "Changes A, as in armature=off, gear:knee=-1, set:iterations=50; may be repeated"),
+       {std::tuple("--change-a", &request->changes_a,
+                   "Changes A, as in armature=off, gear:knee=-1, set:iterations=50; may be repeated"),
         std::tuple("--change-b", &request->changes_b, "The same of B")}) {
     command->add_option(name, *changes, meaning)->type_name("CHANGE")->allow_extra_args(false);
   }

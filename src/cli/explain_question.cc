@@ -93,10 +93,11 @@ void from_results(const ExplainRequest& request, ExplainQuestion& question, doub
 
 void from_model(const ExplainRequest& request, ExplainQuestion& question) {
   if (request.system) {
-    throw InputError(fmt::format("--system {} chooses in results, and '{}' is no folder", *request.system,
-                                 request.model.model));
+    throw InputError(
+        fmt::format("--system {} chooses in results, and '{}' is no folder", *request.system, request.model.model));
   }
-  question.spec = {.path = find_model(request.model.model), .hash = "", .load = load_options(request.model), .variant = {}};
+  question.spec = {
+      .path = find_model(request.model.model), .hash = "", .load = load_options(request.model), .variant = {}};
   question.model = load(request.model);
   question.spec.hash = question.model.hash;
   question.control_spec = control_given(request.control, request.policy).value_or(ControlSpec());

@@ -158,7 +158,8 @@ void change_config(PolicyConfig& config, const PolicyChange& change) {
   config.delay += change.delay;
   if (change.engine_drives) {
     if (config.type == ActionType::kEffort) {
-      throw InputError(fmt::format("the policy '{}' gives torques: it has no drives whose law could change", config.path));
+      throw InputError(
+          fmt::format("the policy '{}' gives torques: it has no drives whose law could change", config.path));
     }
     config.engine_drives = *change.engine_drives;
   }

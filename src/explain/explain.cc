@@ -13,10 +13,10 @@
 namespace assay {
 namespace {
 
-constexpr int kFirstStarts = 3;        // of swaps of which there are many
-constexpr double kWorthMore = 0.05;    // share from these that is worth the other starts
-constexpr size_t kMostSteps = 6;       // that are tried for the advice
-constexpr double kClosed = 0.01;       // of the gap, left: nothing more to look for
+constexpr int kFirstStarts = 3;      // of swaps of which there are many
+constexpr double kWorthMore = 0.05;  // share from these that is worth the other starts
+constexpr size_t kMostSteps = 6;     // that are tried for the advice
+constexpr double kClosed = 0.01;     // of the gap, left: nothing more to look for
 constexpr double kExplainedPart = 0.1;
 constexpr double kTie = 1e-3;
 

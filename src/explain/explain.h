@@ -15,9 +15,9 @@ namespace assay {
 
 // One side's runs from the pair's starts.
 struct RunSet {
-  std::vector<Track> tracks;         // by start; shorter than the others where the run ended early
-  std::optional<double> fall_rate;   // under a policy that says when the robot has fallen
-  std::string failure;               // why there is no run at all; "" where there are
+  std::vector<Track> tracks;        // by start; shorter than the others where the run ended early
+  std::optional<double> fall_rate;  // under a policy that says when the robot has fallen
+  std::string failure;              // why there is no run at all; "" where there are
 };
 
 // Makes runs of several sides, each from the starts 0 to `starts` - 1, of which equal numbers mean equal states.
@@ -25,8 +25,8 @@ using MakeRuns = std::function<std::vector<RunSet>(const std::vector<Side>& side
 
 struct ExplainOptions {
   int starts = 10;
-  size_t samples = 0;     // of a whole run, the initial one among them; at least 2
-  double tolerance = 0;   // m: gaps up to this are rounding
+  size_t samples = 0;      // of a whole run, the initial one among them; at least 2
+  double tolerance = 0;    // m: gaps up to this are rounding
   std::uint64_t seed = 1;  // of the bootstrap
 };
 
@@ -50,9 +50,9 @@ struct AdviceStep {
 };
 
 enum class GapVerdict {
-  kNoDifference,    // the gap is rounding
-  kTimestepAlone,   // the gap is within the timestep's own error and shrinks with it
-  kExplained,       // the advice leaves at most a tenth of it
+  kNoDifference,   // the gap is rounding
+  kTimestepAlone,  // the gap is within the timestep's own error and shrinks with it
+  kExplained,      // the advice leaves at most a tenth of it
   kPartlyExplained,
   kUnexplained,
 };
@@ -68,7 +68,7 @@ struct Explanation {
   std::optional<double> fall_rate_a, fall_rate_b;
   std::vector<SwapResult> causes;  // swaps with advice, the largest share first
   std::vector<SwapResult> where;   // swaps without
-  std::vector<AdviceStep> advice;        // in the order in which they were added
+  std::vector<AdviceStep> advice;  // in the order in which they were added
   Interval remaining;              // m, with all of the advice
 };
 

@@ -96,14 +96,14 @@ class WorkerRunner {
   RunJob run_job(const Side& side, int first, int count) {
     const Recipe recipe = recipe_of(side);
     RunJob run;
-    run.subject = {.model = plan_.model,
-                   .control = plan_.control,
-                   .contender = {side.contender, recipe.contender.base, recipe.overrides},
-                   .duration_s = plan_.duration_s,
-                   .sample_ms = plan_.sample_ms,
-                   .states = plan_.states,
-                   .changes = change_texts(plan_.policy ? recipe.changes
-                                                        : at_timestep(recipe.changes, recipe.timestep_factor))};
+    run.subject = {
+        .model = plan_.model,
+        .control = plan_.control,
+        .contender = {side.contender, recipe.contender.base, recipe.overrides},
+        .duration_s = plan_.duration_s,
+        .sample_ms = plan_.sample_ms,
+        .states = plan_.states,
+        .changes = change_texts(plan_.policy ? recipe.changes : at_timestep(recipe.changes, recipe.timestep_factor))};
     run.timestep_ms = plan_.timestep_ms * recipe.timestep_factor;
     run.measures = {measure()};
     run.trajectories = folder_.path();

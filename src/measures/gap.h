@@ -1,5 +1,5 @@
-// How far two contenders are apart on paired runs, while the cause still decides and chaos does not yet; and which share
-// of that a change closes.
+// How far two contenders are apart on paired runs, while the cause still decides and chaos does not yet; and which
+// share of that a change closes.
 #pragma once
 
 #include <cstdint>

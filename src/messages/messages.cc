@@ -21,7 +21,7 @@ using nlohmann::json;
 // ---- the kinds, in the order of the variants ------------------------------------------------------------------------
 
 constexpr std::array<std::string_view, std::variant_size_v<Request>> kRequestKinds = {
-    "run",   "truth",  "pieces",  "agreement", "scaling",     "conformance",
+    "run",   "truth",  "pieces",  "agreement", "scaling",      "conformance",
     "probe", "timing", "prepare", "sample",    "single-steps", "runs"};
 constexpr std::array<std::string_view, std::variant_size_v<Reply>> kReplyKinds = {
     "done", "test", "error", "crash", "ready", "prepared", "sampled", "single-stepped"};

@@ -70,7 +70,8 @@ struct RunJob {
   std::vector<std::string> measures;  // as stored; "reference" has no values
   std::string trajectories;
   int state = 0, states = 1;  // the first of the initial states, and how many
-  // Address under which the run is kept, "" for not at all; of several states with "-" and the state's number behind it.
+  // Address under which the run is kept, "" for not at all; of several states with "-" and the state's number behind
+  // it.
   std::string save;
   // Of each state the address of its run when it exists already, "" to make it; empty: all are made. A run that is
   // used may have more samples than the subject asks for.

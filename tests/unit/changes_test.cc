@@ -1,7 +1,5 @@
-// Each kind of change is seen in the model or the control that it changes, and swaps are what a pair of contenders has a
-// way for.
-#include "changes/change.h"
-
+// Each kind of change is seen in the model or the control that it changes, and swaps are what a pair of contenders has
+// a way for.
 #include <array>
 #include <cmath>
 #include <fstream>
@@ -13,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "base/errors.h"
+#include "changes/change.h"
 #include "changes/swaps.h"
 #include "controls/policy_config.h"
 #include "coordinator/temporary_folder.h"
@@ -90,10 +89,10 @@ void expect_refused(const std::function<void()>& work, const std::vector<std::st
 
 TEST(Changes, TextsAreReadBack) {
   const std::vector<std::string> texts = {
-      "contacts=off",      "self_contacts=off", "friction=0.5",        "limits:knee=off", "armature:hip=+0.1",
-      "damping=2",         "stiffness=off",     "dry_friction=off",    "mass:foot=1.5",   "inertia=0.9",
-      "gravity=0.5",       "dampers=explicit",  "clamp=off",           "delay=-1",        "law=engine",
-      "gear:my:joint=-1",  "order=hip,knee",    "contender=ode-quick", "timestep=0.5",    "set:cone=elliptic"};
+      "contacts=off",     "self_contacts=off", "friction=0.5",        "limits:knee=off", "armature:hip=+0.1",
+      "damping=2",        "stiffness=off",     "dry_friction=off",    "mass:foot=1.5",   "inertia=0.9",
+      "gravity=0.5",      "dampers=explicit",  "clamp=off",           "delay=-1",        "law=engine",
+      "gear:my:joint=-1", "order=hip,knee",    "contender=ode-quick", "timestep=0.5",    "set:cone=elliptic"};
   EXPECT_EQ(change_texts(parse_changes(texts)), texts);
   EXPECT_EQ(parse_change("gear:my:joint=-1").element, "my:joint");
 }
@@ -241,15 +240,16 @@ std::vector<std::string> causes_of(const Swaps& swaps) {
 Swaps swaps_of(const Model& model, const ControlSpec& spec, const std::string& a, const std::string& b,
                const std::vector<SeenParameter>& seen = {}) {
   const auto control = make_control(model, spec);
-  return swaps_for({&model, spec, control.get(), {.name = "A", .contender = a}, {.name = "B", .contender = b}, 1}, seen);
+  return swaps_for({&model, spec, control.get(), {.name = "A", .contender = a}, {.name = "B", .contender = b}, 1},
+                   seen);
 }
 
 TEST(Swaps, AreThoseOfTheRobotAndItsControl) {
   const Swaps all = swaps_of(leg(), {.kind = "hold"}, "mujoco-euler", "ode-quick");
   const std::vector<std::string> causes = causes_of(all);
-  for (const char* cause : {"armature", "damping", "stiffness", "dry friction", "limits", "contacts", "contact friction",
-                            "damping law", "control delay", "torque clamp", "gear", "joint order", "timestep",
-                            "friction model", "contact softness", "solver iterations", "integrator"}) {
+  for (const char* cause : {"armature", "damping", "stiffness", "dry friction", "limits", "contacts",
+                            "contact friction", "damping law", "control delay", "torque clamp", "gear", "joint order",
+                            "timestep", "friction model", "contact softness", "solver iterations", "integrator"}) {
     EXPECT_THAT(causes, Contains(cause));
   }
   EXPECT_THAT(all.not_possible, Contains(Field(&NoSwap::cause, "precision")));
@@ -273,8 +273,9 @@ TEST(Swaps, HaveAdviceUnlessTheyTakeTheSameFromBoth) {
 }
 
 TEST(Swaps, PutWhatParitySawIntoTheOtherSide) {
-  const Swaps found = swaps_of(leg(), {.kind = "hold"}, "mujoco-euler", "ode-quick",
-                               {{true, "armature", "hip", -1}, {true, "armature", "knee", 0.5}, {false, "mass", "foot", 0.1}});
+  const Swaps found =
+      swaps_of(leg(), {.kind = "hold"}, "mujoco-euler", "ode-quick",
+               {{true, "armature", "hip", -1}, {true, "armature", "knee", 0.5}, {false, "mass", "foot", 0.1}});
   EXPECT_THAT(change_texts(found.swaps[0].b), ElementsAre("mass:foot=1.1"));
   EXPECT_THAT(found.swaps[0].a, IsEmpty());
   EXPECT_THAT(change_texts(found.swaps[1].a), ElementsAre("armature:hip=off", "armature:knee=1.5"));

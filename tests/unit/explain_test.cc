@@ -15,8 +15,8 @@ namespace assay {
 namespace {
 
 using testing::DoubleNear;
-using testing::ElementsAre;
 using testing::Each;
+using testing::ElementsAre;
 using testing::HasSubstr;
 
 constexpr size_t kSamples = 11;
@@ -101,7 +101,12 @@ MakeRuns runner(const Place& place) {
 }
 
 Swap swap_of(const std::string& cause, const char* a, const char* b, bool advice = true, bool many = false) {
-  Swap swap{.cause = cause, .words = fmt::format("{} {} {}", cause, a, b), .advice = advice ? "do it" : "", .a = {}, .b = {}, .many = many};
+  Swap swap{.cause = cause,
+            .words = fmt::format("{} {} {}", cause, a, b),
+            .advice = advice ? "do it" : "",
+            .a = {},
+            .b = {},
+            .many = many};
   if (*a != '\0') swap.a = {parse_change(a)};
   if (*b != '\0') swap.b = {parse_change(b)};
   return swap;
@@ -127,9 +132,9 @@ double two_causes(const Side& side, int start) {
 }
 
 TEST(Explain, RanksCausesByTheirShares) {
-  const Explanation found = explained(two_causes, {swap_of("limits", "limits=off", ""), swap_of("gear", "", "gear=-1"),
-                                                   swap_of("armature", "armature=off", ""),
-                                                   swap_of("limits", "limits=off", "limits=off", false)});
+  const Explanation found = explained(
+      two_causes, {swap_of("limits", "limits=off", ""), swap_of("gear", "", "gear=-1"),
+                   swap_of("armature", "armature=off", ""), swap_of("limits", "limits=off", "limits=off", false)});
   ASSERT_EQ(found.causes.size(), 3);
   EXPECT_EQ(found.causes[0].swap.cause, "armature");
   EXPECT_NEAR(found.causes[0].share.value, 0.75, 0.02);
@@ -152,7 +157,8 @@ TEST(Explain, ACauseThatAnotherOneHidesIsNoAdvice) {
   const auto one = [](const Side& side, int) {
     return side.name == "B" || has(side, "armature=off") || has(side, "limits=off") ? 0.006 : 0.0;
   };
-  const Explanation found = explained(one, {swap_of("limits", "limits=off", ""), swap_of("armature", "armature=off", "")});
+  const Explanation found =
+      explained(one, {swap_of("limits", "limits=off", ""), swap_of("armature", "armature=off", "")});
   EXPECT_EQ(found.advice.size(), 1);
   EXPECT_EQ(found.verdict, GapVerdict::kExplained);
 }
@@ -162,14 +168,13 @@ TEST(Explain, EqualRunsAreNoDifference) {
   Pairing pairing;
   pairing.a = {.name = "A", .contender = "mujoco-euler"};
   pairing.b = {.name = "B", .contender = "mujoco-euler"};
-  const Explanation found = explain(
-      pairing,
-      [&] {
-        asked = true;
-        return std::vector<Swap>();
-      },
-      runner([](const Side& side, int) { return side.name == "B" ? 1e-9 : 0.0; }),
-      {.starts = 4, .samples = kSamples, .tolerance = 1e-7});
+  const Explanation found = explain(pairing,
+                                    [&] {
+                                      asked = true;
+                                      return std::vector<Swap>();
+                                    },
+                                    runner([](const Side& side, int) { return side.name == "B" ? 1e-9 : 0.0; }),
+                                    {.starts = 4, .samples = kSamples, .tolerance = 1e-7});
   EXPECT_EQ(found.verdict, GapVerdict::kNoDifference);
   EXPECT_FALSE(asked);
 }
@@ -180,7 +185,8 @@ TEST(Explain, AGapThatIsTheTimesteps) {
     if (side.name == "B") return 0.0;
     return 0.004 * (1 + 0.01 * start) * (has(side, "timestep=0.5") ? 0.4 : 1);
   };
-  std::vector<Swap> swaps = {swap_of(kTimestepCause, "timestep=0.5", "timestep=0.5"), swap_of("limits", "limits=off", "")};
+  std::vector<Swap> swaps = {swap_of(kTimestepCause, "timestep=0.5", "timestep=0.5"),
+                             swap_of("limits", "limits=off", "")};
   // from itself at half the timestep it is 2.4 mm apart: less than the gap
   EXPECT_EQ(explained(place, swaps).verdict, GapVerdict::kPartlyExplained);
   const auto more = [&](const Side& side, int start) {
@@ -204,7 +210,8 @@ TEST(Explain, AGapThatIsTheTimesteps) {
 
 TEST(Explain, ManyAreTriedFromAFewStartsFirst) {
   const auto gear = [](const Side& side, int) { return side.name == "B" && !has(side, "gear:b=-1") ? 0.005 : 0.0; };
-  const Explanation found = explained(gear, {swap_of("gear", "", "gear:a=-1", true, true), swap_of("gear", "", "gear:b=-1", true, true)});
+  const Explanation found =
+      explained(gear, {swap_of("gear", "", "gear:a=-1", true, true), swap_of("gear", "", "gear:b=-1", true, true)});
   EXPECT_EQ(found.causes[0].swap.b.front().element, "b");
   EXPECT_EQ(found.causes[0].starts, 8);
   EXPECT_EQ(found.causes[1].starts, 3);
@@ -214,7 +221,8 @@ TEST(Explain, ACrashIsAnOutcomeOfASwapAndTheEndOfAPair) {
   const auto crashing = [](const Side& side, int start) {
     return has(side, "contacts=off") ? std::nan("") : two_causes(side, start);
   };
-  const Explanation found = explained(crashing, {swap_of("contacts", "contacts=off", ""), swap_of("armature", "armature=off", "")});
+  const Explanation found =
+      explained(crashing, {swap_of("contacts", "contacts=off", ""), swap_of("armature", "armature=off", "")});
   EXPECT_EQ(found.causes.back().swap.cause, "contacts");
   EXPECT_THAT(found.causes.back().failure, HasSubstr("crashed"));
   EXPECT_EQ(found.verdict, GapVerdict::kPartlyExplained);
