@@ -343,9 +343,9 @@ class Collector {
     bool friction = false, softness = false;
     for (const Setting& setting : contender.engine->settings()) {
       const bool soft = setting.role == SettingRole::kContactSoftness;
-      const std::string cause = soft                                       ? kSoftness
-                                : setting.role == SettingRole::kIterations ? "solver iterations"
-                                                                           : cause_of_setting(setting.name);
+      std::string cause = cause_of_setting(setting.name);
+      if (setting.role == SettingRole::kIterations) cause = "solver iterations";
+      if (soft) cause = kSoftness;
       friction = friction || cause == kFriction;
       softness = softness || soft;
       if (!is_tried(setting, contender.settings)) continue;
