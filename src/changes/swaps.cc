@@ -98,6 +98,7 @@ class Collector {
     settings(false);
     // in two of one engine, what one has and the other has not is found from either
     if (!same_engine_) settings(true);
+    dampers();
     compliance();
     precision();
     return std::move(found_);
@@ -195,6 +196,10 @@ class Collector {
       feature(ChangeKind::kDryFriction, "dry friction", {"0.5", "2"});
     }
     if (any_joint([](const auto& j) { return j.limited; })) feature(ChangeKind::kLimits, "limits", {});
+  }
+
+  // Where no setting does it.
+  void dampers() {
     if (!model_.has_springs()) return;
     for (const bool b : {false, true}) {
       add(b, kDampingLaw, fmt::format("{} with explicit springs and dampers", name(b)),
@@ -338,9 +343,9 @@ class Collector {
     bool friction = false, softness = false;
     for (const Setting& setting : contender.engine->settings()) {
       const bool soft = setting.role == SettingRole::kContactSoftness;
-      const std::string cause = soft                                       ? kSoftness
-                                : setting.role == SettingRole::kIterations ? "solver iterations"
-                                                                           : cause_of_setting(setting.name);
+      std::string cause = cause_of_setting(setting.name);
+      if (setting.role == SettingRole::kIterations) cause = "solver iterations";
+      if (soft) cause = kSoftness;
       friction = friction || cause == kFriction;
       softness = softness || soft;
       if (!is_tried(setting, contender.settings)) continue;

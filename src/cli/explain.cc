@@ -92,9 +92,10 @@ std::string percents(const Interval& share) {
   return fmt::format("{:.0f} % [{:.0f}, {:.0f}]", 100 * share.value, 100 * share.low, 100 * share.high);
 }
 
+std::string metres(double gap) { return gap < 1e-9 ? "< 1 nm" : quantity_text(gap, "m"); }
+
 std::string metres(const Interval& gap) {
-  return fmt::format("{} [{}, {}]", quantity_text(gap.value, "m"), quantity_text(gap.low, "m"),
-                     quantity_text(gap.high, "m"));
+  return gap.high < 1e-9 ? "< 1 nm" : fmt::format("{} [{}, {}]", metres(gap.value), metres(gap.low), metres(gap.high));
 }
 
 std::string capitalised(std::string text) {
@@ -120,8 +121,8 @@ void add_verdict(const ExplainQuestion& question, const Explanation& found, doub
   const std::string gap = metres(found.gap);
   switch (found.verdict) {
     case GapVerdict::kNoDifference:
-      answer.line(fmt::format("No difference: the runs agree to {}, and up to {} is rounding.",
-                              quantity_text(found.gap.value, "m"), quantity_text(tolerance, "m")));
+      answer.line(fmt::format("No difference: the runs agree to {}, and up to {} is rounding.", metres(found.gap.value),
+                              quantity_text(tolerance, "m")));
       return;
     case GapVerdict::kTimestepAlone:
       answer.line(
@@ -182,7 +183,7 @@ void add_swaps(const Explanation& found, Answer& answer) {
       rows.push_back({fmt::format("{}{}", result.swap.words, advised ? " *" : ""), result.swap.cause,
                       fmt::format("{:.0f} %", 100 * result.share.value),
                       fmt::format("{:.0f} to {:.0f}", 100 * result.share.low, 100 * result.share.high),
-                      quantity_text(result.gap.value, "m")});
+                      metres(result.gap.value)});
     }
   }
   answer.part("Swaps, one at a time");

@@ -169,7 +169,8 @@ ExplainQuestion explain_question(const ExplainRequest& request) {
   }
   for (const Side* side : {&question.a, &question.b}) check_side(question, *side);
   const std::string obstacle = perturbation_obstacle(question.model);
-  question.starts = request.seeds ? parse_count("--seeds", *request.seeds, 1, 1000) : obstacle.empty() ? kStarts : 1;
+  question.starts = obstacle.empty() ? kStarts : 1;
+  if (request.seeds) question.starts = parse_count("--seeds", *request.seeds, 1, 1000);
   if (!obstacle.empty() && question.starts > 1) {
     throw InputError(fmt::format("'{}' {}: give --seeds 1", question.model.name, obstacle));
   }
