@@ -186,6 +186,7 @@ RunChange parse_change(const std::string& text) {
   const size_t colon = std::min(left.find(':'), left.size());
   const std::string name = left.substr(0, colon);
   std::vector<std::string> names;
+  names.reserve(kKinds.size());
   for (const KindInfo& kind : kKinds) names.emplace_back(kind.name);
   const auto found = std::ranges::find(names, name);
   if (found == names.end()) {

@@ -112,6 +112,7 @@ size_t joint_named(const Model& model, const std::string& name, const RunChange&
   const auto found = std::ranges::find(model.joints, name, &Joint::name);
   if (found != model.joints.end()) return static_cast<size_t>(found - model.joints.begin());
   std::vector<std::string> names;
+  names.reserve(model.joints.size());
   for (const Joint& joint : model.joints) names.push_back(joint.name);
   throw InputError(fmt::format("the change '{}' names '{}', and the model '{}' has no such hinge or slide{}",
                                change_text(change), name, model.name, did_you_mean(name, names)));

@@ -59,6 +59,7 @@ double timestep_measured(const Store& store, const CampaignSystem& system, const
     if (policy && same_timestep(timestep_ms, system.reference_ms)) return timestep_ms;
   }
   std::vector<std::string> texts;
+  texts.reserve(measured.size());
   for (const double timestep_ms : measured) texts.push_back(timestep_label(timestep_ms));
   throw InputError(fmt::format("the results in '{}' have {} of '{}'{}: choose a timestep with --timestep", store.dir(),
                                measured.empty() ? "no runs" : "several timesteps", system.name,

@@ -86,7 +86,7 @@ class Values {
   static std::string key(const Place& place) { return place.path.substr(place.path.rfind('.') + 1); }
 
   // May be infinite.
-  std::optional<double> number_or_none(const Place& place) const {
+  static std::optional<double> number_or_none(const Place& place) {
     const YamlNode& node = *place.node;
     if (node.kind != YamlNode::Kind::kScalar || node.quoted) return std::nullopt;
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -131,6 +131,7 @@ class Values {
   std::vector<std::string> texts(const Place& place) const {
     if (place.node->kind != YamlNode::Kind::kList) return {text(place)};
     std::vector<std::string> all;
+    all.reserve(place.node->items.size());
     for (const YamlNode* item : place.node->items) all.push_back(text({item, place.path}));
     return all;
   }
@@ -139,6 +140,7 @@ class Values {
       fail(place, fmt::format("it is {}: write a list of numbers", shown(*place.node)));
     }
     std::vector<double> all;
+    all.reserve(place.node->items.size());
     for (const YamlNode* item : place.node->items) all.push_back(number({item, place.path}));
     return all;
   }
@@ -290,6 +292,7 @@ class Importer {
 
   void order_joints() {
     std::vector<std::string> known;
+    known.reserve(model_.joints.size());
     for (const Joint& joint : model_.joints) known.push_back(joint.name);
     if (known.empty()) throw InputError(fmt::format("'{}' has no hinge or slide for a policy to act on", model_.name));
     if (options_.joints.empty()) {
@@ -523,11 +526,11 @@ class Importer {
     }
     const auto least = Values::child(group, "min_delay"), most = Values::child(group, "max_delay");
     const int low = least ? read_.whole(*least, 0) : 0, high = most ? read_.whole(*most, 0) : 0;
-    if (high > 0) {
+    if (most && high > 0) {
       const int decimation = read_.whole(read_.need(root_, "decimation"), 1);
       if (low == high && low % decimation == 0) {
         delay_ = low / decimation;
-      } else if (low == 0) {
+      } else if (!least || low == 0) {
         left_out(most->path, fmt::format("delays of 0 to {} engine steps at random: here there is none; delay in "
                                          "[control] is in control steps",
                                          high));
@@ -543,7 +546,8 @@ class Importer {
       const auto given = values(*place, names);
       std::vector<std::string> others;
       for (size_t i = 0; i < names.size(); ++i) {
-        if (given[i] && !nearly(*given[i], joint(names[i]).*of)) others.push_back(names[i]);
+        const std::optional<double>& own = given[i];
+        if (own && !nearly(*own, joint(names[i]).*of)) others.push_back(names[i]);
       }
       if (others.empty()) continue;
       if (*what != '\0') {
@@ -688,11 +692,13 @@ class Importer {
       if (!of_all) length = Values::child(term, "history_length");
       const int steps = std::max(1, length ? read_.whole(*length, 0) : 1);
       if (steps > 1 && !read_.flag(of_all ? *group : term, "flatten_history_dim", true)) {
-        read_.fail(*length, "the history is a dimension of its own (flatten_history_dim), and networks have one here");
+        read_.fail(length.value_or(term),
+                   "the history is a dimension of its own (flatten_history_dim), and networks have one here");
       }
       if (history && *history != steps) {
-        read_.fail(*length, fmt::format("a history of {} steps where others have {}, and assay has one for all terms",
-                                        steps, *history));
+        read_.fail(length.value_or(term),
+                   fmt::format("a history of {} steps where others have {}, and assay has one for all terms", steps,
+                               *history));
       }
       history = steps;
       if (Values::child(term, "noise")) noisy.push_back(Values::key(term));
@@ -704,11 +710,11 @@ class Importer {
                fmt::format("noise on {}: here observations are exact", some(noisy)));
     }
     std::string text = "\n[observations]\n";
-    if (history.value_or(1) > 1) {
+    if (const int steps = history.value_or(1); steps > 1) {
       text += fmt::format(
           "history = {}\nhistory_order = \"oldest_first\"\nhistory_layout = \"term\"\n"
           "history_start = \"first\"\n",
-          *history);
+          steps);
     }
     return text + terms;
   }
@@ -731,8 +737,9 @@ class Importer {
     if (function == "generated_commands" && params && is_velocity(*params)) name = "velocity_commands";
     if (function == "root_quat_w" && params && read_.flag(*params, "make_quat_unique", false)) {
       name = "base_quat_wxyz";
-      if (const auto start = Values::child(robot_, "init_state"); start && Values::child(*start, "rot")) {
-        const std::vector<double> rot = read_.numbers(*Values::child(*start, "rot"));
+      const auto start = Values::child(robot_, "init_state");
+      if (const auto given = start ? Values::child(*start, "rot") : std::nullopt) {
+        const std::vector<double> rot = read_.numbers(*given);
         if (rot.size() == 4 && rot[0] == 0 && rot[3] != 0) {
           must_ignore(term, "a quaternion of Isaac Lab 3, x first, where assay's has w first");
         }

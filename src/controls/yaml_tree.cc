@@ -66,7 +66,7 @@ const YamlNode* YamlNode::find(std::string_view key) const {
 
 YamlTree YamlTree::parse(std::string_view text, const std::string& path) {
   Parser parser(text);
-  yaml_document_t& document = parser.load(path);
+  const yaml_document_t& document = parser.load(path);
   const auto count = static_cast<size_t>(document.nodes.top - document.nodes.start);
   if (count == 0) throw InputError(fmt::format("'{}' has no YAML document: it is empty", path));
   YamlTree tree;

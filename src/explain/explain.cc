@@ -58,6 +58,7 @@ class Explainer {
 
   std::vector<double> gaps(const RunSet& a, const RunSet& b, size_t starts) const {
     std::vector<double> found;
+    found.reserve(starts);
     for (size_t i = 0; i < starts; ++i) {
       found.push_back(gap_of(gap_curve(a.tracks[i], b.tracks[i], options_.samples), windows_[i]));
     }
@@ -192,7 +193,7 @@ class Explainer {
     found.remaining = bootstrap_mean(left, options_.seed);
   }
 
-  void judge(Explanation& found) const {
+  static void judge(Explanation& found) {
     constexpr double kShrinks = 0.25, kDecides = 0.5;
     double best = 0;
     bool shrinks = false;

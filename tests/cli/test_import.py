@@ -246,6 +246,10 @@ class CartPole(Import):
         self.assertEqual(config["termination"], {"joint_outside": {"slider": [-2.4, 2.4]}})
         self.assertIn("events.reset_cart_position", left_out)
 
+    def test_terms_of_different_histories(self):
+        self.is_refused(CART_ENV.replace("history_length: 0", "history_length: 3\n      flatten_history_dim: true"), "cart_pole.xml",
+                        naming=["joint_vel_rel", "a history of 1 steps where others have 3"])
+
     def test_the_result_drives_the_robot(self):
         self.imported(CART_ENV, "cart_pole.xml")
         self.write("push.csv", "slider\n1\n")

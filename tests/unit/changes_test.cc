@@ -233,6 +233,7 @@ TEST(Changes, OfAPolicyAreInItsConfiguration) {
 
 std::vector<std::string> causes_of(const Swaps& swaps) {
   std::vector<std::string> causes;
+  causes.reserve(swaps.swaps.size());
   for (const Swap& swap : swaps.swaps) causes.push_back(swap.cause);
   return causes;
 }

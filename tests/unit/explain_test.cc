@@ -54,6 +54,7 @@ TEST(Gap, IsTheMeanOverBodies) {
 TEST(Gap, ShareIsPairedOverStarts) {
   const std::vector<double> before = {1, 2, 3, 10, 4, 6};
   std::vector<double> after;
+  after.reserve(before.size());
   for (const double gap : before) after.push_back(0.25 * gap);
   const Interval share = share_closed(before, after, 1);
   // the spread of the starts is taken out of it

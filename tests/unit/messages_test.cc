@@ -45,6 +45,8 @@ const SubjectSpec kSubject = {
     1.5,
     16,
     {3, 5, {.joint_rate = 0.7, .spin = 0.9}},
+    {0.5, 2, "knee", 9},
+    8,
     {"armature=off", "delay=1"}};
 const TurnPlan kHow = {0.25, 17, 0.5, true, 8};
 const Ending kEnding = {Outcome::kUnstable, "at 1 s: \"too fast\"\nsecond line \xc3\xa9"};
