@@ -421,6 +421,11 @@ export class Report {
     return cells;
   }
 
+  // Whether the cells of a system have been read; those below the first section stand behind the page's script.
+  isRead(system: string): boolean {
+    return this.known.has(system);
+  }
+
   // Of all systems.
   get cells(): Cell[] {
     return this.json.systems.flatMap((system) => this.cellsOf(system.name));
@@ -502,7 +507,9 @@ export class SystemView {
     }
     const present = new Set(cells.map((cell) => cell.contender));
     const contenders = this.report.contenders.map((contender) => contender.name).filter((name) => present.has(name));
-    return (this.indexed = { cells, at, contenders });
+    const index = { cells, at, contenders };
+    if (this.report.isRead(this.system)) this.indexed = index;
+    return index;
   }
 
   get cells(): Cell[] {

@@ -158,7 +158,6 @@ function build(report: Report, masthead: HTMLElement, nav: HTMLElement, page: HT
   add(part("manifest", "Manifest", "The machine, the program and the campaign behind these figures."), "Manifest", () => [plate(report), engines(report), manifestTable(report)]);
   if (measured) add(part("cite", "Cite these results", ""), "Cite", () => [citation(report)]);
   sectionBar(nav, links, (section) => address.at(section));
-  document.body.append(new Drawer(report, palette).element);
   tooltip.attach();
   drawWaiting();
   performance.mark("assay:first-plots");
@@ -166,12 +165,14 @@ function build(report: Report, masthead: HTMLElement, nav: HTMLElement, page: HT
   let moved = false; // by the reader
   const move = () => (moved = true);
   for (const type of ["wheel", "touchstart", "pointerdown", "keydown"]) window.addEventListener(type, move, { once: true, passive: true });
-  const rest = () =>
+  const rest = () => {
+    document.body.append(new Drawer(report, palette).element); // of any system's cell
     pieces.start(() => {
       // What an address names may have been pushed away by what was drawn above it.
       if (!moved) address.show();
       document.body.dataset.ready = "";
     });
+  };
   if (document.readyState === "loading") document.addEventListener("DOMContentLoaded", rest, { once: true });
   else rest();
 }
