@@ -27,7 +27,7 @@ constexpr std::uintmax_t kMostEnvironmentBytes = std::uintmax_t{8} << 20;
 constexpr std::uintmax_t kMostNamesBytes = std::uintmax_t{1} << 20;
 constexpr std::uintmax_t kMostNetworkFileBytes = std::uintmax_t{256} << 20;
 
-struct Options {
+struct ImportOptions {
   std::string environment;
   ModelOptions model;
   std::string out;
@@ -74,7 +74,7 @@ std::string network_name(const std::string& network, const std::string& out) {
   return error || relative.empty() ? network : relative.string();
 }
 
-void print_import(const Options& options, const IsaacImport& found, const PolicyConfig& config) {
+void print_import(const ImportOptions& options, const IsaacImport& found, const PolicyConfig& config) {
   print(paragraph(fmt::format("{}: {}, {} in {}, a control step of {} ms", options.out,
                               counted(config.joints.size(), "action", "actions"),
                               counted(config.inputs(), "observation", "observations"),
@@ -92,7 +92,7 @@ void print_import(const Options& options, const IsaacImport& found, const Policy
   print(table({"not taken over", "what that means for a run"}, rows));
 }
 
-int import_environment(const Options& options) {
+int import_environment(const ImportOptions& options) {
   IsaacImportOptions import;
   import.group = options.group;
   import.ignore = options.ignore;
@@ -142,7 +142,7 @@ void add_import(CLI::App& app, Action& action) {
                     "what maps one to one; the rest is listed with what it means"},
                    {"assay import params/env.yaml go2.xml --ignore height_scan=187 --out policy.toml",
                     "zeros in place of an observation that assay does not have"}});
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<ImportOptions>();
   command->add_option("ENV", options->environment, "The params/env.yaml of a training")
       ->required()
       ->type_name("ENV.yaml");

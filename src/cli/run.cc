@@ -18,7 +18,7 @@
 namespace assay::cli {
 namespace {
 
-struct Options : RobotRequest {
+struct RunOptions : RobotRequest {
   bool full = false;
 };
 
@@ -31,7 +31,7 @@ void refuse_for_campaign(const char* option, bool given) {
 }
 
 // The command that goes on with what was begun.
-std::string resuming(const Options& options) {
+std::string resuming(const RunOptions& options) {
   std::string command = fmt::format("assay run {}", options.run.campaign);
   if (!options.run.out.empty()) command += " --out " + options.run.out;
   if (options.run.shard) command += " --shard " + *options.run.shard;
@@ -77,7 +77,7 @@ void rehearse_robot(const std::string& robot, const LoadOptions& how, const std:
   });
 }
 
-int run(Options options) {
+int run(RunOptions options) {
   options.run.command = resuming(options);
   if (is_robot(options.run.campaign)) {
     rehearse_robot(options.run.campaign, load_options(options.model), control_given(options.control, options.policy));
@@ -118,7 +118,7 @@ void add_run(CLI::App& app, Action& action) {
        {"assay run my_robot.xml --policy-config policy.toml", "in which engines its policy works as in training"},
        {"assay run campaigns/quick.toml --out results", "after Ctrl-C or a kill the same command resumes"},
        {"assay run paper --out part2 --shard 2/8", "the second of eight parts, for 'assay merge'"}});
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<RunOptions>();
   RunRequest& request = options->run;
   command
       ->add_option("ROBOT|CAMPAIGN", request.campaign,

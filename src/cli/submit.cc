@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 constexpr int kMostNodes = 10000;
 constexpr int kPartsPerNode = 4;  // so that nodes of unequal speed end together
 
-struct Options {
+struct SubmitOptions {
   std::string campaign, out, partition, account, time;
   std::optional<std::string> nodes, shards, cpus, attempt;
   bool slurm = false, dry_run = false, resume = false;
@@ -41,7 +41,7 @@ int parts_with_work(const Campaign& campaign, ShardCells cells, int wanted) {
 
 std::string absolute(const std::string& path) { return fs::absolute(path).lexically_normal().string(); }
 
-SlurmRequest request_of(const Options& options) {
+SlurmRequest request_of(const SubmitOptions& options) {
   if (options.campaign.empty()) throw InputError("CAMPAIGN is missing: give a campaign's file, or --resume");
   rehearse_campaign(options.campaign);
   const Campaign campaign = load_campaign(find_campaign(options.campaign));
@@ -78,7 +78,7 @@ std::string jobs_text(const SlurmRequest& request, const Parts& parts, const Slu
 
 // What the last job does, and what a user may do by hand at any time: parts that were lost are submitted again as long
 // as tries are left, then what there is becomes the union.
-int resume(const Options& options) {
+int resume(const SubmitOptions& options) {
   const SlurmRequest request = read_request(options.out);
   const bool by_hand = !options.attempt;
   const int attempt = by_hand ? 0 : parse_count("--attempt", *options.attempt, 1, kMostNodes);
@@ -108,7 +108,7 @@ int resume(const Options& options) {
   return kFailed;
 }
 
-int submit(const Options& options) {
+int submit(const SubmitOptions& options) {
   if (options.out.empty()) throw InputError("--out is required, and it is empty: give a directory that all nodes see");
   if (options.resume) return resume(options);
   if (!options.slurm)
@@ -140,7 +140,7 @@ void add_submit(CLI::App& app, Action& action) {
       {{"assay submit --slurm paper --out results --nodes 8", "accuracy on shared nodes, timings alone on theirs"},
        {"assay submit --slurm paper --out results --dry-run", "only prints the scripts"},
        {"assay submit --resume --out results", "submits parts that were lost again, or unites what there is"}});
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<SubmitOptions>();
   command->add_option("CAMPAIGN", options->campaign, "A campaign's TOML file, or the name of one in campaigns/")
       ->type_name("");
   command->add_option("--out", options->out, "Results directory, on a file system that all nodes share")

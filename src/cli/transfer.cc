@@ -17,7 +17,7 @@
 namespace assay::cli {
 namespace {
 
-struct Options {
+struct TransferOptions {
   std::string dir;
   std::optional<std::string> system;
   bool json = false;
@@ -63,7 +63,7 @@ std::vector<TransferMatrix> matrices(const std::string& dir, const std::optional
   return found;
 }
 
-int show(const Options& options) {
+int show(const TransferOptions& options) {
   const std::vector<TransferMatrix> found = matrices(options.dir, options.system);
   if (!options.json) {
     for (const TransferMatrix& matrix : found) print_transfer(matrix);
@@ -155,7 +155,7 @@ void add_transfer(CLI::App& app, Action& action) {
       add_command(app, "transfer", "Tell in which engines a policy works as it did in training",
                   {{"assay transfer cart_pole-results", "after assay run cart_pole.xml --policy-config policy.toml"},
                    {"assay transfer results walk --json", "of one system, for programs"}});
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<TransferOptions>();
   command->add_option("DIR", options->dir, "Results directory")->required()->type_name("");
   command->add_option("SYSTEM", options->system, "One system (default: all that have a policy)")->type_name("");
   command->add_flag("--json", options->json, "Print JSON")->disable_flag_override();

@@ -21,7 +21,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
-std::string read(const std::string& path) {
+std::string page_of(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::ostringstream text;
   text << file.rdbuf();
@@ -126,7 +126,7 @@ TEST_F(ReportTest, EmptyResultsGiveAPage) {
     const Store store = Store::create(dir_, {"test", "1234"});
   }
   write_report(dir_, dir_ + "/report.html");
-  const std::string page = read(dir_ + "/report.html");
+  const std::string page = page_of(dir_ + "/report.html");
   EXPECT_THAT(page, HasSubstr("<!doctype html>"));
   EXPECT_THAT(page, HasSubstr(R"("measured":{"cells":0,"contenders":[],"ok":0})"));
   EXPECT_THAT(page, Not(HasSubstr("data-cells=\"0\"")));
@@ -195,9 +195,9 @@ TEST_F(ReportTest, SameDatabaseSameBytes) {
   }
   write_report(dir_, dir_ + "/one.html");
   write_report(dir_, dir_ + "/two.html");
-  const std::string one = read(dir_ + "/one.html");
+  const std::string one = page_of(dir_ + "/one.html");
   EXPECT_GT(one.size(), 10000);
-  EXPECT_EQ(one, read(dir_ + "/two.html"));
+  EXPECT_EQ(one, page_of(dir_ + "/two.html"));
 }
 
 TEST_F(ReportTest, NoResultsIsTheUsersFault) {
