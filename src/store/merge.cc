@@ -224,7 +224,8 @@ class Merge {
   void merge_nodes(const Store& source) {
     std::vector<NodeRow> nodes = source.nodes();
     unnamed_node_.clear();
-    if (nodes.empty()) {  // written before nodes were stored: its machine is the manifest's
+    // Written before nodes were stored: its machine is the manifest's. One without cells was only begun.
+    if (nodes.empty() && count("src.cells") > 0) {
       json facts = json::object();
       for (const auto& [key, value] : source.manifest()) {
         if (is_listed(kNodeFacts, key)) facts[key] = value;
