@@ -86,6 +86,21 @@ class Examples(AssayTest):
         fast = speed(self.run_under("quadruped-policy", "quadruped.xml", "mujoco-euler", velocity="[0.7, 0, 0]"))
         self.assertGreater(fast - slow, 0.2)
 
+    @needs_onnx_runtime
+    def test_arm_reach_policy(self):
+        self.let_find_libraries()
+        printed = self.follow_example("arm-reach-policy")
+        self.assertIn("stays up at every timestep: 3 of 3 contenders", printed)
+
+        def hand(rows):
+            return [(row["x"], row["y"], row["z"]) for row in rows if row["body"] == "hand"][-1]
+
+        target = (0.35, 0.15, 0.3)
+        self.assertLess(math.dist(hand(read_csv((self.dir / "run.csv").read_text())), target), 0.02)
+        other = (0.3, -0.1, 0.35)
+        rows = self.run_under("arm-reach-policy", "arm.xml", "dart", values=list(other))
+        self.assertLess(math.dist(hand(rows), other), 0.02)
+
     def test_read_results(self):
         printed = self.follow_example("read-results")
         rows = [row for row in csv.DictReader((self.dir / "my_results/values.csv").read_text().splitlines())
