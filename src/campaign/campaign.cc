@@ -64,7 +64,10 @@ ControlSpec control_of(const Section& section, const Model& model) {
     }
     control.allow(keys);
     for (const ControlPart& part : kControlParts) {
-      if (spec.kind == part.kind) spec.*part.member = control.positive(part.name, spec.*part.member);
+      if (spec.kind != part.kind) continue;
+      double& number = spec.*part.member;
+      number = part.member == &ControlSpec::seed ? control.count(part.name, static_cast<int>(number), 0, 1'000'000'000)
+                                                 : control.positive(part.name, number);
     }
     if (spec.kind == "file") {
       const std::string given = control.required_text("path");

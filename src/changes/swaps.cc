@@ -19,6 +19,7 @@ namespace {
 constexpr const char* kFriction = "friction model";
 constexpr const char* kDampingLaw = "damping law";
 constexpr const char* kSoftness = "contact softness";
+constexpr const char* kIterations = "solver iterations";
 constexpr const char* kPrecision = "precision";
 
 // What settings that decide a convention are called in engines; others are causes of their own.
@@ -39,9 +40,13 @@ constexpr std::array<Convention, 12> kConventions = {{{"cone", kFriction},
                                                       {"gyroscopic", "gyroscopic torque"},
                                                       {"solver", "solver"}}};
 
-std::string cause_of_setting(const std::string& name) {
-  const auto* found = std::ranges::find_if(kConventions, [&](const Convention& each) { return name == each.setting; });
-  return found == kConventions.end() ? "setting " + name : found->cause;
+// `contacts`: the robot has some; what makes them soft may act on joints, too.
+std::string cause_of_setting(const Setting& setting, bool contacts) {
+  if (setting.role == SettingRole::kIterations) return kIterations;
+  if (setting.role == SettingRole::kContactSoftness && contacts) return kSoftness;
+  const auto* found =
+      std::ranges::find_if(kConventions, [&](const Convention& each) { return setting.name == each.setting; });
+  return found == kConventions.end() ? "setting " + setting.name : found->cause;
 }
 
 bool is_of_contacts(const std::string& setting) {
@@ -130,19 +135,22 @@ class Collector {
     for (const bool in_b : {false, true}) {
       for (const auto& [parameter, kind] : kKnown) {
         std::vector<RunChange> changes;
-        std::vector<std::string> elements;
+        std::vector<std::string> elements, alike;
         for (const SeenParameter& each : seen) {
           const bool both =
               each.parameter == "mass and inertia" && (kind == ChangeKind::kMass || kind == ChangeKind::kInertia);
           if (each.in_b != in_b || (each.parameter != parameter && !both)) continue;
           changes.push_back(change_of(kind, each));
           elements.push_back(each.element);
+          alike.insert(alike.end(), each.alike.begin(), each.alike.end());
           if (both && kind == ChangeKind::kMass) changes.push_back(change_of(ChangeKind::kInertia, each));
         }
         if (changes.empty()) continue;
         const std::string where = join(elements, ", ");
+        const std::string or_else = alike.empty() ? "" : fmt::format(" ({} would act the same)", join(alike, ", or "));
         add(!in_b, parameter, fmt::format("{} with {}'s {} of {}", name(!in_b), name(in_b), parameter, where),
-            fmt::format("mend the {} of {} in {}: it is not the model's", parameter, where, name(in_b)), changes);
+            fmt::format("mend the {} of {} in {}: it is not the model's{}", parameter, where, name(in_b), or_else),
+            changes);
       }
     }
   }
@@ -332,7 +340,8 @@ class Collector {
     for (const Setting& setting : recipe_a_.contender.engine->settings()) {
       const SettingValue &of_a = a.values.at(setting.name), &of_b = b.values.at(setting.name);
       if (of_a == of_b) continue;
-      add(true, cause_of_setting(setting.name), fmt::format("B with {}={}, as A", setting.name, setting_text(of_a)),
+      add(true, cause_of_setting(setting, !model_.contacts.empty()),
+          fmt::format("B with {}={}, as A", setting.name, setting_text(of_a)),
           fmt::format("set {}={} in B, as in A", setting.name, setting_text(of_a)),
           {setting_change(setting.name, of_a)});
     }
@@ -342,12 +351,9 @@ class Collector {
     const ResolvedContender& contender = (in_b ? recipe_b_ : recipe_a_).contender;
     bool friction = false, softness = false;
     for (const Setting& setting : contender.engine->settings()) {
-      const bool soft = setting.role == SettingRole::kContactSoftness;
-      std::string cause = cause_of_setting(setting.name);
-      if (setting.role == SettingRole::kIterations) cause = "solver iterations";
-      if (soft) cause = kSoftness;
+      const std::string cause = cause_of_setting(setting, !model_.contacts.empty());
       friction = friction || cause == kFriction;
-      softness = softness || soft;
+      softness = softness || cause == kSoftness;
       if (!is_tried(setting, contender.settings)) continue;
       for (const SettingValue& value : others_of(setting, contender.settings.values.at(setting.name))) {
         const std::string text = fmt::format("{}={}", setting.name, setting_text(value));

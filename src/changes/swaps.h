@@ -63,9 +63,10 @@ struct Swaps {
 // What a parity certificate has found in one side, relative to the model (parity/parity.h: Cause).
 struct SeenParameter {
   bool in_b = false;
-  std::string parameter;  // "armature"
-  std::string element;    // name of the joint or body
-  double change = 0;      // relative to the model's number, or absolute where that is 0
+  std::string parameter;                // "armature"
+  std::string element;                  // name of the joint or body
+  double change = 0;                    // relative to the model's number, or absolute where that is 0
+  std::vector<std::string> alike = {};  // other parameters that would act the same, in words
 };
 
 // The cause of swaps that change the timestep.

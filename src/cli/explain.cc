@@ -31,21 +31,35 @@ using ProgressClock = std::chrono::steady_clock;
 
 // ---- the robot, by parity -----------------------------------------------------------------------------------------------
 
-// The certificate of one side, whose changes of the model are the engine's fault to it. Null where its process failed.
-Json examined(const ExplainQuestion& question, const Side& side, const parity::Bench& bench) {
+// A side's contender, which is given the side's model: its changes of the model are the engine's fault to parity.
+struct FaultyContender {
+  explicit FaultyContender(const Side& side) {
+    Recipe recipe = recipe_of(side);
+    std::erase_if(recipe.changes, [](const RunChange& change) { return change.kind == ChangeKind::kDampers; });
+    engine = changed_engine(*recipe.contender.engine, recipe.changes);
+    contender = std::move(recipe.contender);
+    contender.name = side.contender;
+    contender.engine = engine.get();
+  }
+  std::unique_ptr<Engine> engine;
+  ResolvedContender contender;
+};
+
+// The certificate of one side, by itself or beside the other one.
+Json examined(const ExplainQuestion& question, const Side& side, const parity::Bench& bench,
+              const Side* beside = nullptr) {
   Json certificate;
   const ChildEnd end = run_in_child(
       [&](const Send& send) {
         std::signal(SIGINT, SIG_DFL);
         std::signal(SIGTERM, SIG_DFL);
         enter_sandbox({.readable = engine_files(), .writable = engine_caches()});
-        Recipe recipe = recipe_of(side);
-        std::erase_if(recipe.changes, [](const RunChange& change) { return change.kind == ChangeKind::kDampers; });
-        const auto engine = changed_engine(*recipe.contender.engine, recipe.changes);
-        recipe.contender.name = side.contender;
-        recipe.contender.engine = engine.get();
-        send(dump_json(
-            parity::certificate_json(question.model, parity::examine(question.model, bench, recipe.contender))));
+        const FaultyContender own(side);
+        const std::optional<FaultyContender> other =
+            beside != nullptr ? std::optional<FaultyContender>(*beside) : std::nullopt;
+        const parity::Certificate found =
+            parity::examine(question.model, bench, own.contender, other ? &other->contender : nullptr);
+        send(dump_json(parity::certificate_json(question.model, found)));
         return kDone;
       },
       [&](const std::string& line) { certificate = Json::parse(line); });
@@ -68,13 +82,20 @@ std::string quoted_name(const std::string& element) {
   return last > first ? element.substr(first + 1, last - first - 1) : "";
 }
 
+bool is_open(const Json& certificate) { return certificate.at("verdict") == "not settled"; }
+
+bool same_engine(const Side& a, const Side& b) {
+  return recipe_of(a).contender.engine == recipe_of(b).contender.engine;
+}
+
 std::vector<SeenParameter> seen_in(const Json& certificate, bool in_b) {
   std::vector<SeenParameter> seen;
   if (certificate.at("verdict") != "differs") return seen;
   for (const Json& cause : certificate.at("causes")) {
     const std::string element = quoted_name(cause.at("element").get<std::string>());
     if (element.empty()) continue;
-    seen.push_back({in_b, cause.at("parameter").get<std::string>(), element, cause.at("change").get<double>()});
+    seen.push_back({in_b, cause.at("parameter").get<std::string>(), element, cause.at("change").get<double>(),
+                    cause.at("alike").get<std::vector<std::string>>()});
   }
   return seen;
 }
@@ -153,12 +174,12 @@ void add_parity(const Json& certificates, Answer& answer) {
   for (size_t i = 0; i < certificates.size(); ++i) {
     const Json& certificate = certificates[i];
     const auto verdict = certificate.at("verdict").get<std::string>();
-    std::string line = fmt::format("{}: {}", i == 0 ? "A" : "B", verdict);
+    const bool beside = !certificate.at("beside").get<std::string>().empty();
+    std::string line = fmt::format("{}: {}{}", i == 0 ? "A" : "B", verdict, beside ? " from A" : "");
     if (const auto failure = certificate.at("failure").get<std::string>(); !failure.empty()) line += ": " + failure;
     std::vector<std::string> causes;
     for (const Json& cause : certificate.at("causes")) {
-      causes.push_back(fmt::format("{}: {} {}", cause.at("element").get<std::string>(),
-                                   cause.at("parameter").get<std::string>(), cause.at("seen").get<std::string>()));
+      causes.push_back(parity::cause_text(cause));
     }
     if (!causes.empty()) line += ": " + join(causes, "; ");
     answer.line(line);
@@ -279,6 +300,8 @@ Json explanation_json(const ExplainQuestion& question, const Explanation& found,
           {"gaps_m", found.gaps},
           {"parted", found.parted},
           {"timestep_gap_m", found.timestep_gap},
+          {"ended_early_a", found.early_a},
+          {"ended_early_b", found.early_b},
           {"fall_rate_a", rate_json(found.fall_rate_a)},
           {"fall_rate_b", rate_json(found.fall_rate_b)},
           {"parity", certificates},
@@ -342,8 +365,12 @@ int run_explain(const ExplainRequest& request) {
       for (const Side* side : {&question.a, &question.b}) {
         const bool in_b = side == &question.b;
         if (progress.due()) progress.show(fmt::format("{}: the robot of {}", question.model.name, side->contender));
-        certificates.push_back(in_b && same_robot(question.a, question.b) ? certificates[0]
-                                                                          : examined(question, *side, bench));
+        const bool same = in_b && same_robot(question.a, question.b);
+        certificates.push_back(same ? certificates[0] : examined(question, *side, bench));
+        const bool open = in_b && !same && (is_open(certificates[0]) || is_open(certificates[1]));
+        if (open && same_engine(question.a, question.b)) {
+          certificates[1] = examined(question, question.b, bench, &question.a);
+        }
         for (SeenParameter& each : seen_in(certificates.back(), in_b)) seen.push_back(std::move(each));
       }
     }
@@ -365,6 +392,9 @@ int run_explain(const ExplainRequest& request) {
                           counted(static_cast<size_t>(question.starts), "start", "starts"),
                           shortest(question.seconds()), timestep_label(question.timestep_ms)));
   add_verdict(question, found, tolerance, answer);
+  for (const auto& [side, early] : {std::pair("A", found.early_a), std::pair("B", found.early_b)}) {
+    if (!early.empty()) answer.line(fmt::format("Runs of {} ended early: {}", side, early));
+  }
   if (const std::string falls = falls_text(found.fall_rate_a, found.fall_rate_b); !falls.empty()) answer.line(falls);
   add_parity(certificates, answer);
   add_swaps(found, answer);

@@ -103,9 +103,7 @@ void print_certificates(const Json& certificates) {
     print(heading(text("contender")) + "\n");
     if (!text("failure").empty()) print(paragraph("  " + text("failure"), 4));
     for (const Json& cause : c.at("causes")) {
-      print(paragraph(fmt::format("  {}: {} {}", cause.at("element").get<std::string>(),
-                                  cause.at("parameter").get<std::string>(), cause.at("seen").get<std::string>()),
-                      4));
+      print(paragraph("  " + parity::cause_text(cause), 4));
     }
     if (text("verdict") == "unexplained" ||
         (text("verdict") == "differs" && c.at("unexplained").get<double>() > c.at("tolerance").get<double>())) {

@@ -79,11 +79,15 @@ class Explainer {
     const RunSet &a = runs(pairing_.a), &b = runs(pairing_.b);
     for (size_t i = 0; i < a.tracks.size(); ++i) {
       const std::vector<double> curve = gap_curve(a.tracks[i], b.tracks[i], options_.samples);
-      windows_.push_back(gap_window(curve));
-      if (std::ranges::max(curve) >= kFarMetres) ++found.parted;
+      // where both end at the same sample, as two equal runs do that blow up, nothing is known of what follows
+      const bool together = a.tracks[i].samples() == b.tracks[i].samples();
+      const size_t known = together ? std::clamp<size_t>(a.tracks[i].samples(), 2, curve.size()) : curve.size();
+      windows_.push_back(gap_window(std::span(curve).first(known)));
+      if (std::ranges::max(std::span(curve).first(windows_.back())) >= kFarMetres) ++found.parted;
     }
     found.gaps = gaps(pairing_.a, pairing_.b);
     found.gap = bootstrap_mean(found.gaps, options_.seed);
+    found.early_a = a.early, found.early_b = b.early;
     found.fall_rate_a = a.fall_rate;
     found.fall_rate_b = b.fall_rate;
     for (const auto& [side, finer] : {std::pair(&pairing_.a, &half_a), std::pair(&pairing_.b, &half_b)}) {

@@ -18,6 +18,7 @@ struct RunSet {
   std::vector<Track> tracks;        // by start; shorter than the others where the run ended early
   std::optional<double> fall_rate;  // under a policy that says when the robot has fallen
   std::string failure;              // why there is no run at all; "" where there are
+  std::string early;                // how runs ended before their time; "" where none did
 };
 
 // Makes runs of several sides, each from the starts 0 to `starts` - 1, of which equal numbers mean equal states.
@@ -66,6 +67,7 @@ struct Explanation {
   int parted = 0;            // of the starts: whose runs part (kFarMetres)
   double timestep_gap = 0;   // m: mean gap of a side to itself at half the timestep, the larger of the two
   std::optional<double> fall_rate_a, fall_rate_b;
+  std::string early_a, early_b;    // how runs of the pair ended before their time; "" where none did
   std::vector<SwapResult> causes;  // swaps with advice, the largest share first
   std::vector<SwapResult> where;   // swaps without
   std::vector<AdviceStep> advice;  // in the order in which they were added

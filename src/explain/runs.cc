@@ -75,7 +75,7 @@ class WorkerRunner {
     for (size_t i = 0; i < sides.size(); ++i) {
       if (falls[i].runs > 0) sets[i].fall_rate = falls[i].falls / falls[i].runs;
       const bool any = std::ranges::any_of(sets[i].tracks, [](const Track& track) { return track.samples() > 0; });
-      if (any) sets[i].failure.clear();
+      if (any) sets[i].early = std::exchange(sets[i].failure, "");
     }
     return sets;
   }

@@ -256,6 +256,19 @@ struct Fit {
   double score = std::numeric_limits<double>::infinity();
 };
 
+// What of as many amounts explains as much as `best`, in words.
+std::vector<std::string> alike(const std::vector<Fit>& fits, const Fit& best, double floor) {
+  constexpr double kSame = 1.0001;
+  std::vector<std::string> found;
+  for (const Fit& fit : fits) {
+    const Hypothesis& other = *fit.hypothesis;
+    if (fit.hypothesis == best.hypothesis || fit.amounts.size() != best.amounts.size()) continue;
+    if (fit.left + floor > kSame * (best.left + floor)) continue;
+    found.push_back(fmt::format("{}: {} {}", other.element, other.parameter, other.words(fit.amounts)));
+  }
+  return found;
+}
+
 }  // namespace
 
 std::vector<Cause> find_causes(const Bench& bench, const std::vector<Response>& responses, double tolerance,
@@ -268,7 +281,7 @@ std::vector<Cause> find_causes(const Bench& bench, const std::vector<Response>& 
   std::vector<double> gains(model.joints.size(), 1.0);
   const auto residual = [&] {
     return stacked(bench, [&](size_t e) -> Eigen::VectorXd {
-      Eigen::VectorXd forces = bench.forces(model, bench.experiments[e], responses[e]);
+      Eigen::VectorXd forces = bench.forces(model, bench.experiments[e], responses[e]) - responses[e].own;
       for (size_t j = 0; j < gains.size(); ++j) {
         forces[bench.layout.of_joint[j]] -= gains[j] * bench.experiments[e].torques[j];
       }
@@ -283,6 +296,7 @@ std::vector<Cause> find_causes(const Bench& bench, const std::vector<Response>& 
   while (causes.size() < kMostCauses && now.lpNorm<Eigen::Infinity>() > tolerance) {
     const double before = now.squaredNorm();
     Fit best;
+    std::vector<Fit> fits;
     for (const Hypothesis& hypothesis : all) {
       const Eigen::MatrixXd A = columns(bench, responses, model, hypothesis);
       if (A.squaredNorm() == 0) continue;
@@ -290,7 +304,8 @@ std::vector<Cause> find_causes(const Bench& bench, const std::vector<Response>& 
       fit.left = (now + A * fit.amounts).squaredNorm();
       // fewer amounts win where the residual is the same within noise
       fit.score = std::log(fit.left + floor) + (0.5 * std::log(kAlike) * static_cast<double>(fit.amounts.size()));
-      if (fit.score < best.score) best = std::move(fit);
+      if (fit.score < best.score) best = fit;
+      fits.push_back(std::move(fit));
     }
     if (best.hypothesis == nullptr || best.left > (1 - kGoodPart) * before + floor) break;
     const Hypothesis& chosen = *best.hypothesis;
@@ -308,7 +323,8 @@ std::vector<Cause> find_causes(const Bench& bench, const std::vector<Response>& 
                       .seen = chosen.words(best.amounts),
                       .change = chosen.relative(best.amounts),
                       .effect = (now - next).lpNorm<Eigen::Infinity>(),
-                      .explains = 1 - (next.squaredNorm() / before)});
+                      .explains = 1 - (next.squaredNorm() / before),
+                      .alike = alike(fits, best, floor)});
     now = next;
   }
   unexplained = now.lpNorm<Eigen::Infinity>();

@@ -1,5 +1,9 @@
 #include "parity/certificate.h"
 
+#include <fmt/format.h>
+
+#include "base/text.h"
+
 namespace assay::parity {
 
 using Json = nlohmann::ordered_json;
@@ -9,6 +13,15 @@ std::string verdict_of(const Certificate& certificate) {
   if (!certificate.settled()) return "not settled";
   if (certificate.agrees()) return "same";
   return certificate.causes.empty() ? "unexplained" : "differs";
+}
+
+std::string cause_text(const Json& cause) {
+  std::string text = fmt::format("{}: {} {}", cause.at("element").get<std::string>(),
+                                 cause.at("parameter").get<std::string>(), cause.at("seen").get<std::string>());
+  if (const auto alike = cause.at("alike").get<std::vector<std::string>>(); !alike.empty()) {
+    text += fmt::format(" (or, which acts the same, {})", join(alike, ", or "));
+  }
+  return text;
 }
 
 Json certificate_json(const Model& model, const Certificate& certificate) {
@@ -34,12 +47,14 @@ Json certificate_json(const Model& model, const Certificate& certificate) {
     causes.push_back({{"element", cause.element},
                       {"parameter", cause.parameter},
                       {"seen", cause.seen},
+                      {"alike", cause.alike},
                       {"change", cause.change},
                       {"effect", cause.effect},
                       {"explains", cause.explains}});
   }
   return {{"contender", certificate.contender},
           {"engine", certificate.engine},
+          {"beside", certificate.beside},
           {"verdict", verdict_of(certificate)},
           {"error", certificate.error},
           {"noise", certificate.noise},

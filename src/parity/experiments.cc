@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <random>
 
+#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 
 #include "model/kinematics.h"
@@ -139,6 +141,33 @@ Step one_step(const Bench& bench, const Experiment& experiment, const ResolvedCo
   return step;
 }
 
+// The largest power of two, s, at which the fastest rate of the model's springs and dampers leaves the extrapolation an
+// error that does not count. `inertia` and the forces of `with` at unit positions and speeds are in one configuration.
+double step_of_stiffest(const Bench& bench, const Eigen::MatrixXd& inertia) {
+  constexpr double kPart = 1.0 / 1024, kLeast = 1.0 / (1 << 24);  // of the time constant; s, where rounding takes over
+  const Model& model = bench.with_gravity;
+  const auto count = bench.layout.count;
+  Eigen::VectorXd damping = Eigen::VectorXd::Zero(count), stiffness = damping;
+  for (size_t j = 0; j < model.joints.size(); ++j) {
+    damping[bench.layout.of_joint[j]] = model.joints[j].damping;
+    stiffness[bench.layout.of_joint[j]] = model.joints[j].stiffness;
+  }
+  for (const BallJoint& ball : model.balls) {
+    damping.segment(bench.layout.first[ball.body], 3).setConstant(ball.damping);
+    stiffness.segment(bench.layout.first[ball.body], 3).setConstant(ball.stiffness);
+  }
+  if (damping.isZero(0) && stiffness.isZero(0)) return std::numeric_limits<double>::infinity();
+  // eigenvalues of M^-1 D and M^-1 K
+  const auto fastest = [&](const Eigen::VectorXd& diagonal) {
+    const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(
+        Eigen::MatrixXd(diagonal.asDiagonal()), inertia, Eigen::EigenvaluesOnly | Eigen::Ax_lBx);
+    return solver.info() == Eigen::Success ? std::max(0.0, solver.eigenvalues().maxCoeff()) : 0.0;
+  };
+  const double rate = std::max(fastest(damping), std::sqrt(fastest(stiffness)));
+  if (!(rate > 0)) return std::numeric_limits<double>::infinity();
+  return std::max(kLeast, std::exp2(std::floor(std::log2(kPart / rate))));
+}
+
 }  // namespace
 
 Bench::Bench(const Model& model, const ExperimentOptions& options)
@@ -154,11 +183,13 @@ Bench::Bench(const Model& model, const ExperimentOptions& options)
     const State state = random_state(model, random, size);
     if (sample == 0) {
       const State rest = with_velocities(model, state, 0);
-      inertia.resize(layout.count);
+      Eigen::MatrixXd whole(layout.count, layout.count);
       for (int u = 0; u < layout.count; ++u) {
-        inertia[u] = inverse_dynamics(still, layout, rest, Eigen::VectorXd::Unit(layout.count, u))[u];
+        whole.col(u) = inverse_dynamics(still, layout, rest, Eigen::VectorXd::Unit(layout.count, u));
       }
+      inertia = whole.diagonal();
       scale = inertia * kAcceleration;
+      stiff_step = step_of_stiffest(*this, (whole + whole.transpose()) / 2);
     }
     const std::vector<double> none(model.joints.size(), 0.0);
     const auto add = [&](Load load, const State& at, int joint, std::vector<double> torques) {
@@ -219,7 +250,8 @@ Settings exact_settings(const ResolvedContender& contender, std::string& raised)
 std::vector<Response> respond(const Bench& bench, const ResolvedContender& contender, const Settings& settings) {
   const bool single = contender.engine->capabilities(contender.settings).precision == Precision::kSingle;
   // as small as rounding allows: the extrapolation leaves an error of second order in the step
-  const double step = single ? 1.0 / 512 : 1.0 / 32768;
+  const double step =
+      single ? std::clamp(bench.stiff_step, 1.0 / 16384, 1.0 / 512) : std::min(1.0 / 32768, bench.stiff_step);
   std::vector<Response> responses;
   responses.reserve(bench.experiments.size());
   Model like = bench.with_gravity;
@@ -228,15 +260,28 @@ std::vector<Response> respond(const Bench& bench, const ResolvedContender& conte
     Response response{.middle = one_step(bench, experiment, contender, settings, step / 2),
                       .fine = one_step(bench, experiment, contender, settings, step / 4),
                       .residual = {},
-                      .noise = {}};
+                      .noise = {},
+                      .change = {},
+                      .own = Eigen::VectorXd::Zero(bench.layout.count)};
     const Eigen::VectorXd given = given_forces(bench, experiment);
     const Eigen::VectorXd first =
         2 * bench.forces(like, experiment, response.middle) - bench.forces(like, experiment, coarse) - given;
     response.residual = bench.forces(like, experiment, response) - given;
-    response.noise = (first - response.residual).cwiseAbs();
+    response.change = first - response.residual;
+    response.noise = response.change.cwiseAbs();
     responses.push_back(std::move(response));
   }
   return responses;
+}
+
+void take_off(std::vector<Response>& responses, const std::vector<Response>& others) {
+  for (size_t e = 0; e < responses.size(); ++e) {
+    Response& response = responses[e];
+    response.own += others[e].residual;
+    response.residual -= others[e].residual;
+    response.change -= others[e].change;
+    response.noise = response.change.cwiseAbs();
+  }
 }
 
 std::vector<LimitPlace> find_limits(const Model& model, const ResolvedContender& contender, const Settings& settings) {

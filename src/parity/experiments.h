@@ -43,6 +43,8 @@ struct Response {
   Eigen::VectorXd residual;  // forces that the model needs for that acceleration, less those that were given;
                              // extrapolated to a timestep of 0
   Eigen::VectorXd noise;     // of the residual: its change when the steps are halved
+  Eigen::VectorXd change;    // the same with its sign
+  Eigen::VectorXd own;       // part of the residual that was taken off because another contender has it, too
 };
 
 struct ExperimentOptions {
@@ -59,6 +61,7 @@ struct Bench {
   std::vector<Experiment> experiments;
   Eigen::VectorXd inertia;  // by speed: the joint-space inertia's diagonal in the first configuration, with armature
   Eigen::VectorXd scale;    // by speed: forces that count as large there, N or Nm: what the experiments ask for
+  double stiff_step = 0;    // s, that the springs and dampers of joints allow there; infinite without any
 
   const Model& model_of(const Experiment& experiment) const {
     return experiment.load == Load::kGravity ? with_gravity : without_gravity;
@@ -75,6 +78,10 @@ Settings exact_settings(const ResolvedContender& contender, std::string& raised)
 
 // Runs every experiment. Throws what the engine throws.
 std::vector<Response> respond(const Bench& bench, const ResolvedContender& contender, const Settings& settings);
+
+// Takes the residuals of `others`, responses of another contender of the same engine, off those of `responses`: what is
+// left is what the two do differently, and the noise what the steps leave open of that.
+void take_off(std::vector<Response>& responses, const std::vector<Response>& others);
 
 // Where a limit acts: the position nearest to it from which the contender pulls the joint back, found at rest within
 // 3 % of the range around it. Not found: no reaction there at all, or everywhere.

@@ -258,8 +258,16 @@ double Certificate::tolerance() const {
   return std::max(rounding, 4 * noise);
 }
 
-Certificate examine(const Model& model, const Bench& bench, const ResolvedContender& contender) {
+bool Certificate::settled() const {
+  constexpr double kHides = 0.05, kPlain = 10;
+  if (!failure.empty()) return false;
+  return tolerance() <= kHides || (!beside.empty() && error >= kPlain * tolerance());
+}
+
+Certificate examine(const Model& model, const Bench& bench, const ResolvedContender& contender,
+                    const ResolvedContender* beside) {
   Certificate certificate;
+  if (beside != nullptr) certificate.beside = beside->name;
   certificate.contender = contender.name;
   certificate.engine = contender.engine->name();
   certificate.single_precision = contender.engine->capabilities(contender.settings).precision == Precision::kSingle;
@@ -274,7 +282,11 @@ Certificate examine(const Model& model, const Bench& bench, const ResolvedConten
   }
   try {
     const Settings settings = exact_settings(contender, certificate.raised);
-    const std::vector<Response> responses = respond(bench, contender, settings);
+    std::vector<Response> responses = respond(bench, contender, settings);
+    if (beside != nullptr) {
+      std::string raised;
+      take_off(responses, respond(bench, *beside, exact_settings(*beside, raised)));
+    }
     for (const Response& response : responses) {
       if (!response.residual.allFinite()) throw EngineError("an acceleration is not a finite number");
       certificate.error =
@@ -284,11 +296,11 @@ Certificate examine(const Model& model, const Bench& bench, const ResolvedConten
     }
     certificate.joints = errors_of(bench, responses);
     const bool maximal = contender.engine->capabilities(contender.settings).coordinates == Coordinates::kMaximal;
-    if (maximal) certificate.causes = axis_causes(bench, responses, certificate.single_precision);
+    if (maximal && beside == nullptr) certificate.causes = axis_causes(bench, responses, certificate.single_precision);
     if (certificate.settled() && certificate.causes.empty()) {
       certificate.causes = find_causes(bench, responses, certificate.tolerance(), certificate.unexplained);
     }
-    if (contender.engine->capabilities(contender.settings).joint_limits) {
+    if (beside == nullptr && contender.engine->capabilities(contender.settings).joint_limits) {
       try {
         certificate.limits = find_limits(model, contender, settings);
         add_limit_causes(model, certificate.limits, certificate.causes);

@@ -37,10 +37,14 @@ struct Cause {
   double change = 0;      // relative to the model's value where it has one, else absolute
   double effect = 0;      // the largest force error that it explains, relative to the joint's inertia times 20 rad/s^2
   double explains = 0;    // share of the squared error that was left before it
+  // Other parameters that would explain it as well, with what would be seen of them: "body 'upper arm': inertia 3 times
+  // the model's". An inertia about a hinge that the world holds acts as its armature does.
+  std::vector<std::string> alike = {};
 };
 
 struct Certificate {
   std::string contender, engine;
+  std::string beside;                    // the contender that it was compared with in place of the model, "" for none
   std::string raised;                    // solver settings that were raised for the examination; "" for none
   std::vector<std::string> differences;  // what the adapter declares for this model: approximated, "element: how"
   std::string failure;                   // why it could not be examined: refused or the engine's message; "" otherwise
@@ -50,14 +54,19 @@ struct Certificate {
   double error = 0, noise = 0;  // largest residual and its noise, relative to the bench's scale
   double unexplained = 0;       // largest residual after the causes
 
-  bool settled() const { return failure.empty() && tolerance() <= 0.05; }
+  // Its own error hides nothing that matters: it is small, or in a comparison of two of one engine, which have it in
+  // common, small beside what is seen.
+  bool settled() const;
   bool agrees() const { return failure.empty() && causes.empty() && error <= tolerance(); }
   // Errors up to this are not told from rounding and the extrapolation's remainder.
   double tolerance() const;
   bool single_precision = false;
 };
 
-// Refusals and engine failures end in Certificate::failure.
-Certificate examine(const Model& model, const Bench& bench, const ResolvedContender& contender);
+// Refusals and engine failures end in Certificate::failure. With `beside`, another contender of the same engine, the
+// question is whether the robot is the same in both: the error that the engine's small steps have in both is no part of
+// the answer, which may settle what no comparison with the model does. Limits are left out then.
+Certificate examine(const Model& model, const Bench& bench, const ResolvedContender& contender,
+                    const ResolvedContender* beside = nullptr);
 
 }  // namespace assay::parity

@@ -244,6 +244,71 @@ TEST(Parity, SaysHowMuch) {
 }
 
 // The ruler itself, against the error-controlled reference solution: forces of an exact acceleration vanish.
+// Dampers that stop the last link within half a millisecond, as in a hand's fingers.
+Model finger() {
+  Model model;
+  model.name = "finger";
+  int parent = kWorld;
+  for (const auto& [length, mass] : {std::pair(0.05, 0.03), std::pair(0.03, 0.02), std::pair(0.025, 0.01)}) {
+    const double before = parent == kWorld ? 0 : 2 * model.bodies[static_cast<size_t>(parent)].p_BBcm.x();
+    conformance::Solid solid = capsule_solid(mass, 0.008, length / 2, Vec3::UnitX());
+    solid.p_BBcm = Vec3(length / 2, 0, 0);
+    Joint& joint = conformance::add_hinged_body(model, fmt::format("link{}", model.bodies.size()), parent,
+                                                {Vec3(before, 0, 0), Quat::Identity()}, solid, Vec3::UnitY());
+    joint.name = fmt::format("j{}", model.joints.size() - 1);
+    joint.stiffness = 0.4;
+    joint.damping = 0.005;
+    parent = static_cast<int>(model.bodies.size()) - 1;
+  }
+  return conformance::finished(std::move(model));
+}
+
+TEST(Parity, SettlesStiffDampers) {
+  const Model model = finger();
+  const Fault fault{.name = "mass", .model = [](Model& m) { m.bodies[2].mass *= 1.5; }};
+  for (const char* contender : {"mujoco-euler", "bullet-mb", "dart", "simbody-euler"}) {
+    const parity::Certificate clean = examine(model, contender, {});
+    EXPECT_TRUE(clean.settled()) << contender << " " << clean.noise;
+    EXPECT_TRUE(clean.agrees()) << contender << " " << said(clean);
+    EXPECT_EQ(said(examine(model, contender, fault)), "body 'link2' of joint 'j2' mass") << contender;
+  }
+  // constraints hold such dampers less exactly, but in two of one engine alike
+  const ResolvedContender sound = Registry::instance().resolve("ode-step");
+  const FaultyEngine faulty(sound, fault);
+  const ResolvedContender heavy = faulty.contender();
+  const parity::Bench bench(model, {.samples = 2, .seed = 7});
+  EXPECT_FALSE(parity::examine(model, bench, heavy).settled());
+  EXPECT_EQ(said(parity::examine(model, bench, heavy, &sound)), "body 'link2' of joint 'j2' mass");
+}
+
+TEST(Parity, NamesWhatActsTheSame) {
+  // about a hinge that the world holds, a body's inertia is nothing but armature
+  const parity::Certificate found =
+      examine(finger(), "mujoco-euler", {.name = "inertia", .model = [](Model& m) { m.bodies[0].I_BBcm_B *= 3; }});
+  ASSERT_EQ(found.causes.size(), 1);
+  std::vector<std::string> both = found.causes[0].alike;
+  both.push_back(fmt::format("{}: {} {}", found.causes[0].element, found.causes[0].parameter, found.causes[0].seen));
+  EXPECT_THAT(both, testing::IsSupersetOf({testing::StartsWith("joint 'j0': armature"),
+                                           testing::StartsWith("body 'link0' of joint 'j0': inertia 3 times")}));
+}
+
+TEST(Parity, ComparesTwoOfOneEngine) {
+  const Model model = robot(3, false);
+  const ResolvedContender sound = Registry::instance().resolve("ode-step");
+  const FaultyEngine twice(sound, {.name = "both", .model = [](Model& m) { m.joints[0].damping *= 2; }});
+  const FaultyEngine more(sound, {.name = "one", .model = [](Model& m) {
+                                    m.joints[0].damping *= 2;
+                                    m.joints[2].damping *= 2;
+                                  }});
+  const parity::Bench bench(model, {.samples = 4, .seed = 7});
+  const ResolvedContender first = twice.contender(), second = more.contender();
+  EXPECT_TRUE(parity::examine(model, bench, first, &first).agrees());
+  const parity::Certificate found = parity::examine(model, bench, second, &first);
+  EXPECT_EQ(said(found), "joint 'j2' damping");  // not j0's, which both have
+  EXPECT_EQ(found.causes.size(), 1);
+  EXPECT_NEAR(found.causes.at(0).change, 1, 0.02);
+}
+
 TEST(Parity, InverseDynamicsOfTheReferenceSolution) {
   for (const bool armature : {false, true}) {
     const Model model = [&] {

@@ -164,6 +164,35 @@ TEST(Explain, ACauseThatAnotherOneHidesIsNoAdvice) {
   EXPECT_EQ(found.verdict, GapVerdict::kExplained);
 }
 
+// Two equal contenders that blow up at the same sample.
+TEST(Explain, RunsThatEndTogetherEndThePair) {
+  const auto ending = [](size_t samples_of_b) {
+    return [=](const std::vector<Side>& sides, int starts) {
+      std::vector<RunSet> sets;
+      for (const Side& side : sides) {
+        RunSet& set = sets.emplace_back();
+        set.early = "diverged (not a number)";
+        const std::vector<double> x(side.name == "B" ? samples_of_b : kSamples / 2, 0.0);
+        for (int start = 0; start < starts; ++start) set.tracks.push_back(along_x(x));
+      }
+      return sets;
+    };
+  };
+  Pairing pairing;
+  pairing.a = {.name = "A", .contender = "mujoco-euler"};
+  pairing.b = {.name = "B", .contender = "mujoco-euler"};
+  const ExplainOptions options{.starts = 4, .samples = kSamples, .tolerance = 1e-7};
+  const auto none = [] { return std::vector<Swap>(); };
+  const Explanation equal = explain(pairing, none, ending(kSamples / 2), options);
+  EXPECT_EQ(equal.verdict, GapVerdict::kNoDifference);
+  EXPECT_EQ(equal.gap.value, 0);
+  EXPECT_EQ(equal.parted, 0);
+  EXPECT_EQ(equal.early_b, "diverged (not a number)");
+  const Explanation earlier = explain(pairing, none, ending((kSamples / 2) - 1), options);
+  EXPECT_GT(earlier.gap.value, 0);
+  EXPECT_EQ(earlier.parted, 4);
+}
+
 TEST(Explain, EqualRunsAreNoDifference) {
   bool asked = false;
   Pairing pairing;

@@ -171,7 +171,7 @@ export interface ParityCertificate {
   failure: string;
   joints: ParityJoint[];
   limits: ParityLimit[];
-  causes: { element: string; parameter: string; seen: string; change: number; effect: number; explains: number }[];
+  causes: { element: string; parameter: string; seen: string; change: number; effect: number; explains: number; alike?: string[] }[];
 }
 
 export interface Parity {

@@ -76,7 +76,8 @@ function causeText(certificate: ParityCertificate): string {
   const cause = certificate.causes[0];
   if (cause) {
     const more = certificate.causes.length - 1;
-    return `${cause.element}: ${cause.parameter} ${cause.seen}${more > 0 ? ` (and ${more} more)` : ""}`;
+    const alike = (cause.alike ?? []).length > 0 ? ` (or, which acts the same, ${cause.alike!.join(", or ")})` : "";
+    return `${cause.element}: ${cause.parameter} ${cause.seen}${alike}${more > 0 ? ` (and ${more} more)` : ""}`;
   }
   if (certificate.failure) return certificate.failure;
   if (certificate.verdict === "not settled") return `its own error in one small step is up to ${share(certificate.noise)}, which hides what is looked for`;
