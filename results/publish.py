@@ -36,13 +36,15 @@ def publish(program, results, folder, compact):
     if not compact and (folder / "report.html").exists() and not any((results / "trajectories").glob("*")):
         page = keep_replays((folder / "report.html").read_text("utf-8"), (results / "report.html").read_text("utf-8"))
         (folder / "report.html").write_text(page, "utf-8")
-        shutil.copytree(results / "figures", folder / "figures", dirs_exist_ok=True)
+        if (results / "figures").is_dir():
+            shutil.copytree(results / "figures", folder / "figures", dirs_exist_ok=True)
         return
     subprocess.run([program, "export", results, "--format", "csv", "--out", folder / "values.csv"], check=True)
     if not compact:
         shutil.copy(results / "report.html", folder)
         shutil.rmtree(folder / "figures", ignore_errors=True)
-        shutil.copytree(results / "figures", folder / "figures")
+        if (results / "figures").is_dir():  # the paper's, of campaigns with its systems
+            shutil.copytree(results / "figures", folder / "figures")
     with contextlib.closing(sqlite3.connect(results / "assay.sqlite")) as db, tempfile.TemporaryDirectory() as scratch:
         manifest = dict(db.execute("SELECT key, value FROM manifest ORDER BY key"))
         manifest["cells"] = dict(db.execute("SELECT outcome, count(*) FROM cells GROUP BY outcome ORDER BY outcome"))
