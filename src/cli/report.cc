@@ -59,6 +59,7 @@ int print_data(const Options& options) {
   const Store store = Store::open(options.dir);
   nlohmann::json data = report_data(store, {.systems = options.systems, .most_bytes = SIZE_MAX});
   for (const char* part : {"pictures", "replays"}) data.erase(part);
+  for (nlohmann::json& cell : data["cells"]) cell.erase("samples");
   data.update(more);
   data["papers"] = Results(store).papers();
   print(dump_json(data, 1) + "\n");
