@@ -89,7 +89,7 @@ def _curves(data: _Data, axes: Any, system: str, value: str, title: str, contend
         points, bounds, fails_at = [], [], None
         for step, cell in data.of(system, contender, measure).items():
             speed = data.speeds.get((system, contender, step)) if system in data.timed else step
-            if cell["outcome"] == "unsupported" or _value(cell, "reference") is not None:
+            if cell["outcome"] == "unsupported" or _value(cell, "restart_floor") is not None:
                 continue
             error = _value(cell, value)
             if cell["outcome"] == "ok" and speed is not None and error is not None and abs(error["value"]) > 0:
@@ -150,7 +150,7 @@ def speed_accuracy(results: Any, system: str, value: Optional[str] = None,
 def _bars(data: _Data, axes: Any, system: str) -> None:
     by_step: dict[float, list[tuple[str, dict]]] = {}
     for contender in data.papers:
-        for step, cell in data.of(system, contender, "timing").items():
+        for step, cell in data.of(system, contender, "raw_speed").items():
             speed = _value(cell, "raw_speed")
             if speed is not None:
                 by_step.setdefault(step, []).append((contender, speed))
