@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from . import adapter, plots
     from ._campaign import paper, run
-    from ._engines import contenders, engine, engines, systems
+    from ._engines import conformance, contenders, engine, engines, systems
     from ._fetch import fetch
     from ._model import Check, Limitation, Model, Simulation, State, Trajectory, check, limitations, load, load_text
     from ._results import Comparison, Results
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 _WHERE = {
     "paper": "_campaign", "run": "_campaign",
-    "contenders": "_engines", "engine": "_engines", "engines": "_engines", "systems": "_engines",
+    "conformance": "_engines", "contenders": "_engines", "engine": "_engines", "engines": "_engines", "systems": "_engines",
     "fetch": "_fetch",
     "Check": "_model", "Limitation": "_model", "Model": "_model", "Simulation": "_model", "State": "_model",
     "Trajectory": "_model", "check": "_model", "limitations": "_model", "load": "_model", "load_text": "_model",

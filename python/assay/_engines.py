@@ -149,3 +149,12 @@ def engine_of(name: str, file: str, prefix: str, packages: list[str]) -> type:
         if name not in _registered:
             raise ImportError(f"'{file}' registers no engine '{name}' when it is imported: use @assay.engine(\"{name}\") there")
     return type(_registered[name].__name__, (_registered[name],), {"environment": prefix, "packages": packages})
+
+
+def conformance(*contenders: str, tests: Any = ()) -> Any:
+    """The conformance suite, as `assay conformance --json` tells it: of each contender each test with its status ("pass",
+    "fail", "deviation", "not-applicable"), figure and tolerance. `tests`: names, default all."""
+    from ._program import call_json
+
+    chosen = [word for test in tests for word in ("--test", test)]
+    return call_json("conformance", *contenders, *chosen, "--json", accept=(1,))
