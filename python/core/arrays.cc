@@ -40,7 +40,8 @@ Array array_of(const Memory& values, std::initializer_list<size_t> shape, size_t
 }
 
 std::string description(const nb::handle& given) {
-  std::string type = nb::cast<std::string>(nb::handle(reinterpret_cast<PyObject*>(Py_TYPE(given.ptr()))).attr("__name__"));
+  std::string type =
+      nb::cast<std::string>(nb::handle(reinterpret_cast<PyObject*>(Py_TYPE(given.ptr()))).attr("__name__"));
   if (nb::hasattr(given, "dtype") && nb::hasattr(given, "shape")) {
     std::string text = fmt::format("an array of {} of shape {}", nb::cast<std::string>(nb::str(given.attr("dtype"))),
                                    nb::cast<std::string>(nb::str(given.attr("shape"))));

@@ -32,7 +32,8 @@ Array array_of(const Memory& values, std::initializer_list<size_t> shape, size_t
 // "a list", "an array of float32 of shape (3,)".
 std::string description(const nb::handle& given);
 
-// `given` as numbers in C order. Throws InputError for anything but a float64 array of this shape: nothing is converted.
+// `given` as numbers in C order. Throws InputError for anything but a float64 array of this shape: nothing is
+// converted.
 Numbers numbers_of(const nb::handle& given, const std::string& what, size_t size);
 Rows rows_of(const nb::handle& given, const std::string& what, size_t rows, size_t columns);
 

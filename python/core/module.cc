@@ -92,8 +92,8 @@ nb::tuple keyframe_state(const Loaded& loaded, const std::string& name) {
   std::vector<std::string> names;
   std::string known;
   for (const Keyframe& each : loaded.model->keyframes) known += (known.empty() ? "" : ", ") + each.name;
-  throw InputError(fmt::format("'{}' has no keyframe '{}': it has {}", loaded.model->name, name,
-                               known.empty() ? "none" : known));
+  throw InputError(
+      fmt::format("'{}' has no keyframe '{}': it has {}", loaded.model->name, name, known.empty() ? "none" : known));
 }
 
 // Classes of assay.errors, for the life of the process.
@@ -150,12 +150,15 @@ void bind_run(nb::module_& module) {
           },
           nb::arg("model"), nb::arg("contender"), nb::arg("settings"), nb::arg("timestep_s"), nb::arg("state").none())
       .def_prop_ro("time", &Run::time, "Time of the last state that was read, s.")
-      .def_prop_ro("timestep_ms", [](const Run& run) { return 1e3 * run.timestep_s(); }, "Timestep, ms.")
-      .def_prop_ro("contender", [](const Run& run) { return run.contender().name; }, "Name of the contender.")
+      .def_prop_ro(
+          "timestep_ms", [](const Run& run) { return 1e3 * run.timestep_s(); }, "Timestep, ms.")
+      .def_prop_ro(
+          "contender", [](const Run& run) { return run.contender().name; }, "Name of the contender.")
       .def("_arrays",
            [](const Run& run) { return nb::make_tuple(run.torques(), run.bodies(), run.position(), run.velocity()); })
       .def("step", nb::overload_cast<>(&Run::step),
-           "One step. Without an argument under the torques in `torques`; `step(array)` takes a float64 array (joints,) of "
+           "One step. Without an argument under the torques in `torques`; `step(array)` takes a float64 array "
+           "(joints,) of "
            "Nm (hinges) and N (slides) for this step alone.")
       .def("step", nb::overload_cast<const nb::object&>(&Run::step), nb::arg("torques"))
       .def("advance", &Run::advance, nb::arg("count"), "`count` steps under the torques in `torques`.")
@@ -170,7 +173,8 @@ NB_MODULE(_core, module) {
   using namespace assay;
   using namespace assay::package;
   const nb::module_ errors = nb::module_::import_("assay.errors");
-  classes() = {nb::object(errors.attr("InputError")).release().ptr(), nb::object(errors.attr("MachineError")).release().ptr(),
+  classes() = {nb::object(errors.attr("InputError")).release().ptr(),
+               nb::object(errors.attr("MachineError")).release().ptr(),
                nb::object(errors.attr("EngineError")).release().ptr(),
                nb::object(errors.attr("UnsupportedError")).release().ptr()};
   nb::register_exception_translator(translate);

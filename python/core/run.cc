@@ -40,7 +40,8 @@ bool act(std::span<const double> torques, const Model& model) {
   for (size_t i = 0; i < torques.size(); ++i) {
     any = any || torques[i] != 0;
     if (!std::isfinite(torques[i])) {
-      throw InputError(fmt::format("the torque of joint '{}' is {}: give finite numbers", model.joints[i].name, torques[i]));
+      throw InputError(
+          fmt::format("the torque of joint '{}' is {}: give finite numbers", model.joints[i].name, torques[i]));
     }
   }
   return any;
@@ -173,9 +174,10 @@ void Run::read() {
 
 nb::tuple Run::rollout(long long steps, long long every, const nb::object& torques) {
   if (steps < 1 || every < 1 || steps % every != 0) {
-    throw InputError(fmt::format("{} steps with a state each {} were asked for: give whole numbers from 1 on, the first a "
-                                 "multiple of the second",
-                                 steps, every));
+    throw InputError(
+        fmt::format("{} steps with a state each {} were asked for: give whole numbers from 1 on, the first a "
+                    "multiple of the second",
+                    steps, every));
   }
   std::optional<Rows> given;
   if (!torques.is_none()) given = rows_of(torques, "'torques'", static_cast<size_t>(steps), joints());

@@ -26,8 +26,8 @@ nb::list limitations(const Model& model, const std::string& contender, const Tex
 // The contender with these settings. Throws InputError.
 ResolvedContender contender_of(const std::string& name, const Texts& settings, double timestep_s);
 
-// Every method takes the interpreter's lock from its caller and gives it back while the engine works, but for engines in
-// Python. Torques are one number a hinge (Nm) and slide (N).
+// Every method takes the interpreter's lock from its caller and gives it back while the engine works, but for engines
+// in Python. Torques are one number a hinge (Nm) and slide (N).
 class [[gnu::visibility("hidden")]] Run {
  public:
   // `state`: as state_of() takes it, or none: the model's initial state.
@@ -50,8 +50,9 @@ class [[gnu::visibility("hidden")]] Run {
   void advance(long long count);
   void read();
 
-  // States before the first step and after each `every` steps: (time (n,), bodies (n, bodies, 13), position (n, joints),
-  // velocity (n, joints)), with n = steps / every + 1. `torques`: an array (steps, joints), or None: as advance().
+  // States before the first step and after each `every` steps: (time (n,), bodies (n, bodies, 13), position (n,
+  // joints), velocity (n, joints)), with n = steps / every + 1. `torques`: an array (steps, joints), or None: as
+  // advance().
   nb::tuple rollout(long long steps, long long every, const nb::object& torques);
 
  private:

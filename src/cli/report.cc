@@ -1,4 +1,6 @@
 // `assay report`: a results directory as one page.
+#include "report/report.h"
+
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
@@ -16,7 +18,6 @@
 #include "compare/history.h"
 #include "coordinator/rerun.h"
 #include "report/replays.h"
-#include "report/report.h"
 #include "results/line_up.h"
 #include "results/results.h"
 #include "store/store.h"

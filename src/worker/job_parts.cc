@@ -54,8 +54,7 @@ Subject subject_of(const SubjectSpec& spec) {
   subject.control->equip(subject.model);
   subject.contender = contender_of(spec.contender);
   subject.capabilities = subject.contender.engine->capabilities(subject.contender.settings);
-  subject.free_running =
-      subject.control->is_zero() && !adapter_adds_torques(subject.model, subject.capabilities);
+  subject.free_running = subject.control->is_zero() && !adapter_adds_torques(subject.model, subject.capabilities);
   subject.states = spec.states;
   return subject;
 }

@@ -67,7 +67,7 @@ PyObject* import_module() {
   const bool ours = start();
   const std::string folder =
       fs::path(library_of(reinterpret_cast<const void*>(&import_module))).parent_path() / "python";
-  if (ours) {  // else the package has imported it
+  if (ours) {                                  // else the package has imported it
     PyObject* path = PySys_GetObject("path");  // borrowed
     const Object text(PyUnicode_FromString(folder.c_str()));
     if (path == nullptr || !text || PyList_Insert(path, 0, text.get()) != 0) rethrow("sys.path");
