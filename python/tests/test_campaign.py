@@ -88,13 +88,13 @@ def test_a_recommendation(measured):
     results, _ = measured
     found = results.recommend("planar-chain", error="1m")
     assert found["recommended"]["contender"] in ("mujoco-euler", "ode-quick", "havok")
-    none = results.recommend("planar-chain", error="1pm")
+    none = results.recommend("planar-chain", error="0.001nm")
     assert none["recommended"] is None and none["excluded"]
     with pytest.raises(assay.InputError, match="no limit was given"):
         results.recommend("planar-chain")
     with pytest.raises(assay.InputError, match="did you mean 'planar-chain'"):
         results.recommend("planar-chian", error="1mm")
-    limited = results.recommend("planar-chain", limits={"energy_drift": "1kJ"})
+    limited = results.recommend("planar-chain", limits={"energy_drift": "1000J"})
     assert limited["limits"][0]["value"] == "energy_drift"
 
 
