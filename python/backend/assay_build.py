@@ -120,14 +120,11 @@ def bring_libraries(tree):
         shutil.copyfile(path, folder / name)
         (folder / name).chmod(0o644)
     for binary in elf_files(tree):
-        if path_tag(binary) == "RUNPATH":
-            raise SystemExit(f"assay: '{binary.relative_to(tree)}' has a RUNPATH, with which its libraries do not find theirs")
+        said = subprocess.run(["readelf", "-d", "--wide", binary], capture_output=True, text=True, check=True).stdout
+        needed = [name for name in re.findall(r"\(NEEDED\)\s+Shared library: \[(.+?)\]", said) if not SYSTEM.match(name)]
+        if "(RUNPATH)" in said and needed:
+            raise SystemExit(f"assay: '{binary.relative_to(tree)}' has a RUNPATH, with which {needed[0]} does not find its libraries")
     (folder / "brought.json").write_text(json.dumps({name: package_of(path) for name, path in sorted(brought.items())}, indent=1))
-
-
-def path_tag(binary):
-    said = subprocess.run(["readelf", "-d", binary], capture_output=True, text=True, check=True).stdout
-    return "RUNPATH" if "(RUNPATH)" in said else "RPATH" if "(RPATH)" in said else ""
 
 
 def needed_glibc(binaries):
