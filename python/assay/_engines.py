@@ -33,11 +33,11 @@ def contenders() -> list[str]:
     return core().contenders()
 
 
-def systems() -> Any:
-    """What `assay systems --json` tells of the models that come with assay."""
+def systems() -> list[dict]:
+    """What `assay systems --json` tells of each model that comes with assay."""
     from ._program import call_json
 
-    return call_json("systems", "--json")
+    return call_json("systems", "--json")["systems"]
 
 
 def engine(name: str):

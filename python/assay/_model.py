@@ -239,7 +239,7 @@ class Check:
     elements: Any
 
     def __repr__(self) -> str:
-        return f"Check('{self.model.get('name', '')}', {len(self.findings)} findings, {len(self.problems)} problems)"
+        return f"Check('{self.model['system']}', {len(self.findings)} findings, {len(self.problems)} problems)"
 
 
 def check(model: Union[str, os.PathLike], **options: Any) -> Check:

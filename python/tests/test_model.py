@@ -18,9 +18,7 @@ def sentence(*arguments):
 
 
 def test_systems_come_with_the_package():
-    names = [each["system"] for each in assay.systems()["systems"]] if isinstance(assay.systems(), dict) else [
-        each.get("system") or each["name"] for each in assay.systems()]
-    assert {"planar-chain", "humanoid", "grasp", "astronaut"} <= set(names)
+    assert {"planar-chain", "humanoid", "grasp", "astronaut"} <= {each["system"] for each in assay.systems()}
     assert assay.load("humanoid").dof > 20
     assert assay.load("capsules-8").dof == 6 * 8
 
