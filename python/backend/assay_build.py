@@ -211,7 +211,9 @@ def add_licences(tree, information):
     made = pathlib.Path(nanobind.__file__).parent
     distribution = next(made.parent.glob("nanobind-*.dist-info"))
     add("nanobind", f"compiled in; {distribution.name}; in it robin-map (MIT)",
-        [(path, path.name) for path in [*distribution.rglob("LICENSE*"), *made.glob("ext/robin_map/LICENSE*")] if path.is_file()])
+        [*((path, path.name) for path in distribution.rglob("LICENSE*") if path.is_file()),
+         # whose text begins each of its headers
+         (made / "ext/robin_map/include/tsl/robin_map.h", "robin_map.h")])
     head = ("What is inside this package besides assay, with the texts of its licences in the folders of these names.\n"
             "Nothing that may not be redistributed is inside; CoACD and ONNX Runtime are fetched when assay.fetch() is called.\n\n")
     (folder / "README.txt").write_text(head + "\n".join(listed) + "\n")
