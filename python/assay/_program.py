@@ -28,7 +28,8 @@ def program() -> pathlib.Path:
 @functools.cache
 def core():
     """The extension, told where engines and models are."""
-    from . import _core
+    # adapters in Python, whose host looks for it
+    from . import _core, adapter  # noqa: F401
 
     _core.set_program(str(program()))
     return _core

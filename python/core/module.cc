@@ -89,7 +89,6 @@ nb::tuple keyframe_state(const Loaded& loaded, const std::string& name) {
   for (const Keyframe& each : loaded.model->keyframes) {
     if (each.name == name) return arrays_of(each.state);
   }
-  std::vector<std::string> names;
   std::string known;
   for (const Keyframe& each : loaded.model->keyframes) known += (known.empty() ? "" : ", ") + each.name;
   throw InputError(
