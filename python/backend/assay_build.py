@@ -109,7 +109,7 @@ def bring_libraries(tree):
         done = subprocess.run(["ldd", binary], capture_output=True, text=True, env={**os.environ, "LC_ALL": "C"}, check=False)
         for line in done.stdout.splitlines():
             matched = re.match(r"\s+(\S+) => (.*?)(?: \(0x[0-9a-f]+\))?$", line)
-            if not matched or SYSTEM.match(matched[1]):
+            if not matched or SYSTEM.match(matched[1]) or (folder / matched[1]).exists():
                 continue
             if matched[2] == "not found":
                 raise SystemExit(f"assay: '{binary.relative_to(tree)}' needs '{matched[1]}', which is not on this machine")
