@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include <fmt/format.h>
+#include <nanobind/stl/string.h>
 
 #include "base/errors.h"
 #include "model/body_rows.h"
