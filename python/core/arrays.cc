@@ -41,15 +41,15 @@ Array array_of(const Memory& values, std::initializer_list<size_t> shape, size_t
 }
 
 std::string description(const nb::handle& given) {
-  std::string type =
-      nb::cast<std::string>(nb::handle(reinterpret_cast<PyObject*>(Py_TYPE(given.ptr()))).attr("__name__"));
+  const auto text_of = [](const nb::object& object) { return nb::cast<std::string>(nb::str(object)); };
+  if (given.is_none()) return "None";
   if (nb::hasattr(given, "dtype") && nb::hasattr(given, "shape")) {
-    std::string text = fmt::format("an array of {} of shape {}", nb::cast<std::string>(nb::str(given.attr("dtype"))),
-                                   nb::cast<std::string>(nb::str(given.attr("shape"))));
-    if (nb::hasattr(given, "flags") && !nb::cast<bool>(given.attr("flags")["C_CONTIGUOUS"])) text += ", not in C order";
-    return text;
+    std::string text =
+        fmt::format("an array of {} of shape {}", text_of(given.attr("dtype")), text_of(given.attr("shape")));
+    const bool in_order = !nb::hasattr(given, "flags") || nb::cast<bool>(given.attr("flags").attr("c_contiguous"));
+    return in_order ? text : text + ", not in C order";
   }
-  if (type == "NoneType") return "None";
+  const std::string type = text_of(nb::object(given.type().attr("__name__")));
   const bool vowel = std::string("aeiou").find(type.front()) != std::string::npos;
   return fmt::format("{} {}", vowel ? "an" : "a", type);
 }

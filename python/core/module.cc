@@ -159,7 +159,7 @@ void bind_run(nb::module_& module) {
            "One step. Without an argument under the torques in `torques`; `step(array)` takes a float64 array "
            "(joints,) of "
            "Nm (hinges) and N (slides) for this step alone.")
-      .def("step", nb::overload_cast<const nb::object&>(&Run::step), nb::arg("torques"))
+      .def("step", nb::overload_cast<const nb::object&>(&Run::step), nb::arg("torques").none())
       .def("advance", &Run::advance, nb::arg("count"), "`count` steps under the torques in `torques`.")
       .def("_read", &Run::read)
       .def("_rollout", &Run::rollout, nb::arg("steps"), nb::arg("every"), nb::arg("torques").none());

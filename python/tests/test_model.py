@@ -87,5 +87,6 @@ def test_arguments_of_load(pendulum, tmp_path):
         assay.load(pendulum, ground="sea")
     with pytest.raises(TypeError, match="no argument 'qpos'"):
         assay.load_text(PENDULUM, qpos="x")
-    assert assay.load(pendulum, base="floating").dof == 7
+    with pytest.raises(assay.InputError, match="no root of the file is fixed to the world"):
+        assay.load(pendulum, base="floating")
     assert len(assay.load(pendulum, ground="plane").shapes) == len(assay.load(pendulum).shapes) + 1
