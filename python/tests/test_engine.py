@@ -80,7 +80,7 @@ def test_a_class_of_the_prompt_is_simulated_and_not_measured(tmp_path):
             def contenders(self):
                 return [adapter.Contender(name="at-the-prompt", summary="does nothing")]
             def capabilities(self, settings):
-                return adapter.Capabilities(integrator="none", features={"hinge": adapter.exact()})
+                return adapter.Capabilities(integrator="none")
             def create(self, model, state, settings):
                 return Still(state)
 
@@ -142,7 +142,7 @@ def test_what_it_raises_is_an_engine_error():
             return self.state
 
     made = engine_class("failing", create=lambda self, model, state, settings: Failing(state),
-                        capabilities=lambda self, settings: adapter.Capabilities(integrator="none", features={"hinge": adapter.exact()}))
+                        capabilities=lambda self, settings: adapter.Capabilities(integrator="none"))
     assay.engine("failing")(made)
     run = assay.Simulation(assay.load("planar-chain"), "failing")
     with pytest.raises(assay.EngineError, match="the third link is loose"):

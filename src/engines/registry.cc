@@ -177,8 +177,9 @@ void ask(const Engine& engine) {
 }  // namespace
 
 Registry& Registry::owned() {
-  static Registry registry;
-  return registry;
+  // never destroyed: an interpreter that has assay as a library is gone before static objects are
+  static auto* const registry = new Registry;
+  return *registry;
 }
 
 const Registry& Registry::instance() { return owned(); }
