@@ -42,6 +42,34 @@ endfunction()
 
 set(run_setup "Run setup/setup.sh (or ./assay), which puts it under ${ASSAY_CACHE}/engines.")
 
+# assay_built_engine(name VERSION version FOLDER folder LIBRARY file [INCLUDE folder] [DEFINITIONS name...] [LINK target...])
+#
+# Makes engine::<name>${suffix} of the static library folder/lib/file that set-up has built; where that is not there, the
+# engine is absent. INCLUDE is folder/include unless given.
+function(assay_built_engine name)
+  cmake_parse_arguments(arg "" "VERSION;FOLDER;LIBRARY;INCLUDE" "DEFINITIONS;LINK" ${ARGN})
+  set(library "${arg_FOLDER}/lib/${arg_LIBRARY}")
+  if(NOT EXISTS "${library}")
+    assay_engine_absent(${name} "${run_setup}")
+    return()
+  endif()
+  if(NOT arg_INCLUDE)
+    set(arg_INCLUDE "${arg_FOLDER}/include")
+  endif()
+  string(APPEND name "${suffix}")
+  add_library(engine::${name} STATIC IMPORTED GLOBAL)
+  set_target_properties(engine::${name} PROPERTIES
+    IMPORTED_LOCATION "${library}"
+    INTERFACE_INCLUDE_DIRECTORIES "${arg_INCLUDE}"
+    INTERFACE_COMPILE_DEFINITIONS "${arg_DEFINITIONS}"
+    INTERFACE_LINK_LIBRARIES "${arg_LINK}")
+  assay_engine_facts(${name} ${arg_VERSION} "${arg_FOLDER}")
+  foreach(fact VERSION SOURCE COMPILER FLAGS)
+    set(ENGINE_${name}_${fact} "${ENGINE_${name}_${fact}}" PARENT_SCOPE)
+  endforeach()
+  message(STATUS "assay: engine ${name}: ${arg_FOLDER}")
+endfunction()
+
 include(PythonEngines)
 
 # Builds beside the baseline, and their flags.

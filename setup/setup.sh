@@ -375,8 +375,10 @@ set_up_pieces() {
   # shellcheck disable=SC2034  # for the recipes
   compiler="$(${CXX:-c++} --version | head -n 1)"
   [[ -n ${with_tests} ]] && pieces+=(set_up_tools set_up_test_environment)
-  for recipe in "${root}"/src/engines/*/recipe/build.sh; do
+  # Those that take longest come first, or the last of them would run alone at the end.
+  for recipe in "${root}"/src/engines/{jolt,simbody,rapier,physx,*}/recipe/build.sh; do
     name="${recipe%/recipe/build.sh}" name="${name##*/}"
+    [[ -f ${recipe} && " ${pieces[*]} " != *" set_up_engine ${name} "* ]] || continue
     if [[ " ${ASSAY_SKIP_ENGINES:-} " == *" ${name} "* ]]; then
       say "doing without the engine ${name} (ASSAY_SKIP_ENGINES)"
     else

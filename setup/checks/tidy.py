@@ -1,8 +1,9 @@
 """Runs clang-tidy over assay's own sources, in parallel, and only where something changed since it last passed.
 
-A file that passes leaves an empty file named by the hash of everything the verdict depends on: clang-tidy, its
-configuration, the compile command, the source and every header of ours it includes (from ninja's record of the last
-build; headers from elsewhere count by path and size).
+What passed is in a file of the repository, a line "HASH SOURCE" for each source, so that a fresh clone need not find out
+again. The hash covers what the verdict depends on: clang-tidy, its configuration, the compile command, the source and
+every file of the repository that it includes. Headers from elsewhere count by the folder they come from, whose name has
+the engine's version in it. The file is rewritten with what this run found out: commit it with the change.
 """
 
 import argparse
@@ -12,108 +13,130 @@ import json
 import os
 import pathlib
 import re
+import shlex
 import subprocess
 import sys
-import time
 
-PRUNE_AFTER_DAYS = 60
+INCLUDE = re.compile(r'^\s*#\s*include\s*"([^"]+)"', re.MULTILINE)
 
 
-def included_files(build):
-    """Object file -> the files it was compiled from, absolute."""
-    text = subprocess.run(["ninja", "-C", build, "-t", "deps"], capture_output=True, text=True, check=True).stdout
-    result, current = {}, None
-    for line in text.splitlines():
-        if line.startswith("    "):
-            current.append(os.path.normpath(os.path.join(build, line.strip())))
-        elif ": #deps" in line:
-            current = result.setdefault(line.split(": #deps")[0], [])
-    return result
+def compile_commands(build):
+    """(source, folder, command as words) of every source: those of a unity build are taken apart."""
+    for entry in json.loads(pathlib.Path(build, "compile_commands.json").read_text()):
+        file = os.path.normpath(os.path.join(entry["directory"], entry["file"]))
+        words = shlex.split(entry["command"])
+        sources = [file]
+        if "/Unity/unity_" in file:
+            sources = INCLUDE.findall(pathlib.Path(file).read_text())
+        for source in sources:
+            yield source, entry["directory"], [source if word == file else word for word in words]
 
 
 class Hasher:
-    def __init__(self, root, base):
-        self.root, self.base, self.known = root, base, {}
+    def __init__(self, root, build, base, places):
+        self.root, self.build, self.base, self.places = root, build, base, places
+        self.includes, self.hashes = {}, {}
 
-    def file(self, path):
-        if path not in self.known:
-            try:
-                inside = path.startswith(self.root + "/") and "/.cache/" not in path
-                content = pathlib.Path(path).read_bytes() if inside else str(os.path.getsize(path)).encode()
-            except OSError:
-                content = b"absent"
-            self.known[path] = hashlib.sha256(content).hexdigest()
-        return self.known[path]
+    def ours(self, path):
+        return path.startswith(self.root + "/") and not path.startswith(self.root + "/build/")
 
-    def key(self, command, files):
-        digest = hashlib.sha256(self.base)
-        digest.update(command.encode())
-        for path in sorted(files):
-            digest.update(f"{path}\0{self.file(path)}\n".encode())
-        return digest.hexdigest()
+    def included(self, path, folders):
+        """The repository's files that `path` includes, itself first; what a build makes is not among them."""
+        found, todo = [], [path]
+        while todo:
+            file = todo.pop()
+            if file in found:
+                continue
+            found.append(file)
+            if file not in self.includes:
+                text = pathlib.Path(file).read_bytes()
+                self.hashes[file] = hashlib.sha256(text).hexdigest()
+                self.includes[file] = INCLUDE.findall(text.decode())
+            for name in self.includes[file]:
+                for folder in [os.path.dirname(file), *folders]:
+                    candidate = os.path.normpath(os.path.join(folder, name))
+                    if self.ours(candidate) and os.path.isfile(candidate):
+                        todo.append(candidate)
+                        break
+        return found
+
+    def key(self, source, words):
+        folders = [word[2:] for word in words if word.startswith("-I")]
+        command = " ".join(word for before, word in zip([""] + words, words) if word not in ("-c", "-o") and before != "-o")
+        for place, name in self.places:
+            command = command.replace(place, name)
+        digest = hashlib.sha256(self.base + command.encode())
+        for path in sorted(self.included(source, folders)):
+            digest.update(f"{os.path.relpath(path, self.root)}\0{self.hashes[path]}\n".encode())
+        return digest.hexdigest()[:20]
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--root", required=True)
     parser.add_argument("--build", required=True, help="a build folder whose build is complete")
+    parser.add_argument("--engines", required=True, help="the folder of downloads and engines")
     parser.add_argument("--clang-tidy", required=True)
-    parser.add_argument("--cache", required=True)
+    parser.add_argument("--passed", required=True, help="the file of what passed")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     args = parser.parse_args()
     root, build = os.path.realpath(args.root), os.path.realpath(args.build)
 
     # the configuration: every .clang-tidy of the tree can count for a file below it
-    configs = subprocess.run(["git", "-C", root, "ls-files", "--cached", "--others", "--exclude-standard", "*.clang-tidy"],
-                             capture_output=True, text=True, check=True).stdout.split()
+    tracked = subprocess.run(["git", "-C", root, "ls-files", "--cached", "--others", "--exclude-standard"],
+                             capture_output=True, text=True, check=True).stdout.split("\n")
     base = subprocess.run([args.clang_tidy, "--version"], capture_output=True, check=True).stdout
-    for config in sorted(configs):
+    for config in sorted(path for path in tracked if path.endswith(".clang-tidy")):
         base += config.encode() + pathlib.Path(root, config).read_bytes()
 
-    cache = pathlib.Path(args.cache)
-    cache.mkdir(parents=True, exist_ok=True)
-    for old in cache.iterdir():
-        if time.time() - old.stat().st_mtime > PRUNE_AFTER_DAYS * 86400:
-            old.unlink(missing_ok=True)
+    ledger = pathlib.Path(args.passed)
+    passed = {}
+    if ledger.exists():
+        for line in ledger.read_text().splitlines():
+            if line and not line.startswith("#"):
+                key, source = line.split(" ", 1)
+                passed[source] = key
 
     # one job a source, although several targets may compile it
-    includes = included_files(build)
-    hasher = Hasher(root, base)
-    jobs = {}
-    for entry in json.loads(pathlib.Path(build, "compile_commands.json").read_text()):
-        source = os.path.normpath(os.path.join(entry["directory"], entry["file"]))
-        if not source.startswith(root + "/") or source.startswith((build + "/", root + "/.cache/", root + "/build/")):
-            continue
-        # CMake names the output in the command alone
-        output = re.search(r" -o (\S+)", entry["command"])
-        files = includes.get(output.group(1)) if output else None
-        key = hasher.key(entry["command"], files) if files else None
-        jobs.setdefault(source, []).append(key)
-    todo = []
-    for source, keys in sorted(jobs.items()):
-        key = None if None in keys else hashlib.sha256("".join(sorted(keys)).encode()).hexdigest()
-        passed = cache / key if key else None
-        if passed and passed.exists():
-            os.utime(passed)
-        else:
-            todo.append((source, passed))
+    hasher = Hasher(root, build, base, [(build, "BUILD"), (root, "ROOT"), (os.path.realpath(args.engines), "CACHE"),
+                                        (args.engines, "CACHE")])
+    keys, commands = {}, []
+    for source, folder, words in compile_commands(build):
+        if hasher.ours(source):
+            keys.setdefault(source, []).append(hasher.key(source, words))
+            commands.append({"directory": folder, "file": source, "arguments": words})
+    jobs = {source: hashlib.sha256("".join(sorted(some)).encode()).hexdigest()[:20] for source, some in keys.items()}
+    name = {source: os.path.relpath(source, root) for source in jobs}
+    todo = [source for source in sorted(jobs) if passed.get(name[source]) != jobs[source]]
+    database = pathlib.Path(build, "tidy")
+    database.mkdir(exist_ok=True)
+    (database / "compile_commands.json").write_text(json.dumps(commands))
 
-    def check(job):
-        source, passed = job
-        run = subprocess.run([args.clang_tidy, "-p", build, "--quiet", source], capture_output=True, text=True)
-        if run.returncode == 0 and passed:
-            passed.touch()
-        return source, run
+    def check(source):
+        return source, subprocess.run([args.clang_tidy, "-p", str(database), "--quiet", source], capture_output=True, text=True)
 
     print(f"clang-tidy: {len(jobs)} files, {len(todo)} of them to check", flush=True)
     failed = 0
-    with concurrent.futures.ThreadPoolExecutor(max(1, args.jobs)) as pool:
-        for source, run in pool.map(check, todo):
-            if run.returncode != 0:
+    # a file that is in no build here, for want of its engine, keeps its line
+    passed = {source: key for source, key in passed.items() if source in tracked}
+    try:
+        with concurrent.futures.ThreadPoolExecutor(max(1, args.jobs)) as pool:
+            for source, run in pool.map(check, todo):
+                if run.returncode == 0:
+                    passed[name[source]] = jobs[source]
+                    continue
                 failed += 1
-                print(f"--- {os.path.relpath(source, root)}\n{run.stdout.strip()}", flush=True)
+                passed.pop(name[source], None)
+                print(f"--- {name[source]}\n{run.stdout.strip()}", flush=True)
                 if not run.stdout.strip():
                     print(run.stderr.strip(), flush=True)
+    finally:
+        text = "# Sources in which clang-tidy found nothing, each with a hash of what that depends on (setup/checks/tidy.py, which writes it).\n"
+        text += "".join(f"{key} {source}\n" for source, key in sorted(passed.items()))
+        if not ledger.exists() or ledger.read_text() != text:
+            part = ledger.with_suffix(".part")
+            part.write_text(text)
+            part.replace(ledger)
     print(f"clang-tidy: {failed} files with findings", flush=True)
     return 1 if failed else 0
 

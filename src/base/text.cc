@@ -95,6 +95,11 @@ std::string duration_label(double seconds) {
   return fmt::format("{} h {} min", s / 3600, s % 3600 / 60);
 }
 
+std::string counted(size_t count, const std::string& singular, const std::string& plural) {
+  if (count == 1) return "1 " + singular;
+  return fmt::format("{} {}", count, plural.empty() ? singular + "s" : plural);
+}
+
 std::string join(const std::vector<std::string>& parts, std::string_view separator) {
   return fmt::format("{}", fmt::join(parts, separator));
 }

@@ -37,6 +37,9 @@ bool same_timestep(double a_ms, double b_ms);
 // "3 s", "4 min 10 s", "2 h 5 min": for progress and plans.
 std::string duration_label(double seconds);
 
+// "1 body", "2 bodies"; without `plural` it is `singular` with an s.
+std::string counted(size_t count, const std::string& singular, const std::string& plural = "");
+
 std::string join(const std::vector<std::string>& parts, std::string_view separator);
 
 }  // namespace assay

@@ -225,6 +225,34 @@ void read_initial_states(const Section& section, long long seed, CampaignSystem&
   }
 }
 
+// push = {velocity = 0.5, every_s = 3, joint = "slider", seed = 1}
+void read_pushes(const Section& section, CampaignSystem& system) {
+  const toml::node* node = section.find("push");
+  if (node == nullptr) return;
+  const toml::table* table = node->as_table();
+  if (table == nullptr) {
+    section.fail(node, fmt::format("'push' is {}: give {{velocity = 0.5, every_s = 3}}", node_text(*node)));
+  }
+  const Section push(*table, "push", section.source());
+  push.allow({"velocity", "every_s", "joint", "seed"});
+  if (push.find("velocity") == nullptr)
+    section.fail(node, "'push' has no velocity: give it in m/s, of a hinge in rad/s");
+  system.pushes.velocity = push.positive("velocity", 0);
+  system.pushes.every_s = push.positive("every_s", system.pushes.every_s);
+  system.pushes.joint = push.text("joint").value_or("");
+  system.pushes.seed = static_cast<std::uint64_t>(push.count("seed", 1, 0, 1'000'000'000));
+  if (const std::string obstacle = push_obstacle(system.model, system.pushes); !obstacle.empty()) {
+    section.fail(node, fmt::format("system '{}' {}", system.name, obstacle));
+  }
+  for (const Measure measure : system.measures) {
+    if (measure == Measure::kTransfer) continue;
+    section.fail(node,
+                 fmt::format("'push' is for runs that 'transfer' judges, but system '{}' measures '{}', too: leave "
+                             "one of them out",
+                             system.name, measure_text(measure)));
+  }
+}
+
 // A run whose states fit into no memory, or whose steps nobody can wait for, is a slip of the file.
 void check_size(const Section& section, const CampaignSystem& system) {
   constexpr double kMostBytes = 4e9, kMostSteps = 1e12, kBodyBytes = 13 * sizeof(double);
@@ -390,6 +418,7 @@ CampaignSystem system_of(const Section& section, const Defaults& defaults, long 
                  "exclude",
                  "initial_states",
                  "perturbation",
+                 "push",
                  "reference_single_ms",
                  "allow_external_files"});
   CampaignSystem system;
@@ -441,6 +470,8 @@ CampaignSystem system_of(const Section& section, const Defaults& defaults, long 
   system.duration_s = section.positive("duration_s", 0);
   read_pieces(section, system);
   read_initial_states(section, seed, system);
+  read_pushes(section, system);
+  system.push_sample_ms = system.sample_ms;
   check_size(section, system);
   check_grid(section, system);
   if (system.has(Measure::kConsistency) && !whole(system.timesteps_ms.front(), system.reference_ms)) {
@@ -614,6 +645,7 @@ nlohmann::json content_of(const CampaignSystem& system) {
   if (!system.family.empty()) content["family"] = system.family;
   if (!system.more_pieces_ms.empty()) content["more_pieces_ms"] = system.more_pieces_ms;
   if (system.initial_states.count > 1) content["initial_states"] = initial_states_content(system.initial_states);
+  if (system.pushes.any()) content["push"] = pushes_content(system.pushes);
   if (system.reference_single_ms != system.reference_ms) content["reference_single_ms"] = system.reference_single_ms;
   if (system.violation_ms.size() < system.timesteps_ms.size()) content["violation_ms"] = system.violation_ms;
   return content;
@@ -671,6 +703,8 @@ double CampaignSystem::reference_of(const CampaignContender& contender) const {
   return single ? reference_single_ms : reference_ms;
 }
 
+int CampaignSystem::shown_state() const { return initial_states.count > 1 && !has(Measure::kAgreement) ? 1 : 0; }
+
 double CampaignSystem::grid_ms() const {
   double grid = sample_ms;
   for (const double length : more_pieces_ms) grid = std::min(grid, length);
@@ -681,6 +715,11 @@ nlohmann::json initial_states_content(const InitialStates& states) {
   nlohmann::json content = {{"count", states.count}, {"seed", states.seed}};
   for (const PerturbationPart& part : kPerturbationParts) content[part.name] = states.around.*part.member;
   return content;
+}
+
+nlohmann::json pushes_content(const Pushes& pushes) {
+  if (!pushes.any()) return nullptr;
+  return {{"velocity", pushes.velocity}, {"every_s", pushes.every_s}, {"joint", pushes.joint}, {"seed", pushes.seed}};
 }
 
 std::string CampaignContender::content() const {

@@ -41,6 +41,8 @@
 //   initial_states = 20                            # consistency, violation, drift and grasp start from this many: the
 //                                                  # model's own and seeded ones around it; default 1
 //   perturbation = {joint_rate = 0.5}              # how far around it (measures/initial_states.h), all optional
+//   push = {velocity = 0.5, every_s = 3}           # for 'transfer': pushes of the free body (measures/pushes.h), or of
+//                                                  # joint = "slider"; seed = 1
 //   control = "passive"                            # or {kind = "sine", amplitude = 2, frequency = 1}; default: passive
 //                                                  # "actuators": the model's own, with their sines (model/mjcf.h)
 //                                                  # "hold", "random" or {kind = "random", seed = 2, motion = 0.3}
@@ -92,6 +94,7 @@
 #include "engines/registry.h"
 #include "measures/grasp.h"
 #include "measures/initial_states.h"
+#include "measures/pushes.h"
 #include "model/load_options.h"
 #include "model/model.h"
 #include "model/variant.h"
@@ -126,6 +129,8 @@ struct CampaignSystem {
   double piece_ms = 128;               // the main length
   std::vector<double> more_pieces_ms;  // other lengths, as the file lists them
   InitialStates initial_states;
+  Pushes pushes;
+  double push_sample_ms = 0;  // sample_ms as the campaign has it: reruns may take more samples
   ControlSpec control;
   GraspBodies grasp;
   std::string family;                // of systems that differ only in size, "" for none
@@ -146,6 +151,9 @@ struct CampaignSystem {
   double reference_of(const CampaignContender& contender) const;
   // Distance of the samples of reference runs, ms: sample_ms, or a part of it that the shortest pieces need.
   double grid_ms() const;
+  // The initial state whose run under a policy is kept for replays: the first perturbed one, because a robot at rest
+  // may stay there; the model's own where there is no other, or where reference runs are kept anyway.
+  int shown_state() const;
 };
 
 struct CampaignContender {
@@ -162,6 +170,8 @@ struct CampaignContender {
 
 // Everything that decides which states they are, but for the model.
 nlohmann::json initial_states_content(const InitialStates& states);
+// The same of pushes; null for none.
+nlohmann::json pushes_content(const Pushes& pushes);
 
 // What a search is to find (search/search.h), as written in the file. It does not change what the cells give.
 struct SearchTable {

@@ -23,9 +23,12 @@ constexpr int kResultVersion = 3;
 
 nlohmann::json run_content(const CampaignSystem& system, const std::string& control, const CampaignContender& contender,
                            double timestep_ms, double sample_ms) {
-  return {{"version", kResultVersion},       {"model", system.model.hash}, {"control", control},
-          {"duration_s", system.duration_s}, {"sample_ms", sample_ms},     {"contender", contender.content()},
-          {"timestep_ms", timestep_ms}};
+  nlohmann::json content = {{"version", kResultVersion}, {"model", system.model.hash},
+                            {"control", control},        {"duration_s", system.duration_s},
+                            {"sample_ms", sample_ms},    {"contender", contender.content()},
+                            {"timestep_ms", timestep_ms}};
+  if (system.pushes.any()) content["push"] = pushes_content(system.pushes);
+  return content;
 }
 
 // Whether a measure's cells take a run from every initial state.
@@ -136,7 +139,9 @@ Plan make_plan(const Campaign& campaign, int shards, ShardCells cells) {
         if (!reads_run || contender.twin) continue;
         nlohmann::json parameters;
         const bool compares = measure == Measure::kTransfer && !trained_in.empty();
-        if (compares) parameters = trained_in.front();
+        // what is stored beside the values of a policy's runs
+        constexpr int kTransferVersion = 2;
+        if (measure == Measure::kTransfer) parameters = {kTransferVersion, compares ? trained_in.front() : ""};
         if (measure == Measure::kGrasp) parameters = {system.grasp.object, system.grasp.hand, system.grasp.drop_m};
         for (const double timestep : measure == Measure::kViolation ? system.violation_ms : system.timesteps_ms) {
           const bool is_reference = has_reference && same_timestep(timestep, reference_ms);
@@ -149,6 +154,13 @@ Plan make_plan(const Campaign& campaign, int shards, ShardCells cells) {
           add(std::string(measure_text(measure)), timestep, is_reference ? reference : "",
               first ? (runs - there) * steps_of(run_ms, timestep) : 0, parameters);
           if (compares) plan.cells.back().against = trained_in;
+          if (measure == Measure::kTransfer && !has_reference && same_timestep(timestep, system.reference_ms)) {
+            const nlohmann::json content = {{"shown", 1},
+                                            {"run", run_of(contender, timestep)},
+                                            {"from", from_states},
+                                            {"state", system.shown_state()}};
+            plan.cells.back().keep = content_hash(dump_json(content));
+          }
           if (is_reference && from_all && system.has(Measure::kConsistency)) {
             plan.cells.back().other_states = other_states;
           }

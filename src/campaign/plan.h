@@ -34,6 +34,8 @@ struct PlannedCell {
   // Content addresses of runs that the cell's own are compared with, from each of the system's initial states: those of
   // the contender that a policy was trained in.
   std::vector<std::string> against = {};
+  // Content address of the run from CampaignSystem::shown_state() that the cell keeps for replays, "" for none.
+  std::string keep = {};
 };
 
 struct Plan {

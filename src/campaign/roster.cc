@@ -15,7 +15,19 @@ namespace {
 
 constexpr const char* kBest = "best";
 
-// The family of an engine's contenders is the first word of its name: bullet-f64's are bullet-si-f64, bullet-mb, ...
+// Whether the absent engine may have a contender of that name. The family of an engine's contenders is the first word
+// of its name: bullet-f64's are bullet-si-f64, bullet-mb, ... Beside an engine whose name is a part of its own (mujoco,
+// of mujoco-warp) its contenders begin with all of it: what else has that first word is misspelt.
+bool may_have(const AbsentEngine& absent, const std::string& contender, const Registry& registry) {
+  const auto is_longer = [](const std::string& name, const std::string& than) { return name.starts_with(than + "-"); };
+  const auto shares_name = [&](const Engine* engine) { return is_longer(absent.name, engine->name()); };
+  if (std::ranges::any_of(registry.engines(), shares_name)) {
+    return contender == absent.name || is_longer(contender, absent.name);
+  }
+  const auto family = [](const std::string& name) { return name.substr(0, name.find('-')); };
+  return family(absent.name) == family(contender);
+}
+
 std::string absent_reason(const std::string& contender, const Registry& registry) {
   if (registry.has(without_build(contender))) {
     try {
@@ -24,9 +36,8 @@ std::string absent_reason(const std::string& contender, const Registry& registry
       return fmt::format("left out: {}", error.what());
     }
   }
-  const auto family = [](const std::string& name) { return name.substr(0, name.find('-')); };
   for (const AbsentEngine& absent : registry.absent()) {
-    if (family(absent.name) == family(contender)) {
+    if (may_have(absent, contender, registry)) {
       return fmt::format("contender '{}' is left out: engine '{}' is absent: {}", contender, absent.name,
                          absent.reason);
     }

@@ -29,7 +29,7 @@ void print_summary(const RunSummary& summary, const std::string& out) {
   outcomes.reserve(summary.outcomes.size());
   for (const auto& [outcome, count] : summary.outcomes) outcomes.push_back(fmt::format("{} {}", count, outcome));
   const auto line = [](const std::string& text) { print(paragraph(text, 2)); };
-  line(fmt::format("{} in {}: {} ({} now, {} before)", counted(static_cast<size_t>(summary.cells), "cell", "cells"),
+  line(fmt::format("{} in {}: {} ({} now, {} before)", counted(static_cast<size_t>(summary.cells), "cell"),
                    duration_label(summary.wall_s), outcomes.empty() ? "none" : join(outcomes, ", "), summary.done_now,
                    summary.done_before));
   for (const std::string& contender : summary.failed_gate) line("not scored: " + contender);
@@ -135,8 +135,8 @@ bool run_and_summarize(const RunRequest& request) {
   const RunSummary summary = run_campaign(campaign, options);
   if (summary.interrupted) {
     message(fmt::format("stopped by {}: {} of {} are stored in '{}'; '{}' resumes", strsignal(summary.signal),
-                        summary.done_before + summary.done_now,
-                        counted(static_cast<size_t>(summary.cells), "cell", "cells"), request.out, request.command));
+                        summary.done_before + summary.done_now, counted(static_cast<size_t>(summary.cells), "cell"),
+                        request.out, request.command));
     return false;
   }
   print_summary(summary, request.out);

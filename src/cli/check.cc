@@ -10,6 +10,7 @@
 #include "base/errors.h"
 #include "base/paths.h"
 #include "base/quantity.h"
+#include "base/text.h"
 #include "check/model_check.h"
 #include "check/step_bounds.h"
 #include "cli/check_engines.h"
@@ -26,7 +27,7 @@
 namespace assay::cli {
 namespace {
 
-struct Options {
+struct CheckOptions {
   ModelOptions model;
   std::optional<std::string> repair;
   bool json = false;
@@ -45,7 +46,7 @@ Json problem_json(const Problem& problem) {
 }
 
 // Several problems, each on a line of its own; one is an error like every other.
-int print_refusal(const std::string& file, const LoadReport& report, const Options& options) {
+int print_refusal(const std::string& file, const LoadReport& report, const CheckOptions& options) {
   std::vector<const Problem*> refused;
   for (const Problem& problem : report.problems) {
     if (problem.severity == Severity::kRefused) refused.push_back(&problem);
@@ -97,7 +98,7 @@ int repair(const std::string& file, const std::string& out, const LoadOptions& h
   return report.refused() ? print_refusal(out, report, {}) : kDone;
 }
 
-int check(const Options& options) {
+int check(const CheckOptions& options) {
   const LoadOptions how = load_options(options.model);
   const std::string file = find_model(options.model.model);
   if (options.repair) return repair(file, *options.repair, how);
@@ -108,7 +109,7 @@ int check(const Options& options) {
   const StepBounds bounds = step_bounds(model, model.initial);
   const std::vector<Finding> findings = check_model(model, facts, bounds);
   const std::vector<ModelElement> elements = elements_of(model);
-  const std::vector<Verdict> verdicts = verdicts_on(model, elements);
+  const std::vector<EngineVerdict> verdicts = verdicts_on(model, elements);
   if (options.json) {
     Json problems = Json::array();
     for (const Problem& problem : report.problems) problems.push_back(problem_json(problem));
@@ -122,7 +123,7 @@ int check(const Options& options) {
     return kDone;
   }
   print(paragraph(fmt::format("{}: {}, {} DOF, {}, {}", model.name, counted(model.bodies.size(), "body", "bodies"),
-                              model.dof(), counted(model.contacts.size(), "contact pair", "contact pairs"),
+                              model.dof(), counted(model.contacts.size(), "contact pair"),
                               quantity_text(model.total_mass(), "kg"))));
   print_findings(findings, report.problems);
   print_bounds(bounds, facts);
@@ -141,7 +142,7 @@ void add_check(CLI::App& app, Action& action) {
       {{"assay check planar-chain", "a system that comes with assay"},
        {"assay check my_robot.xml --drop-unsupported", "leaves out what no engine can be given, and names it"},
        {"assay check my_robot.urdf --json", "URDF files load the same way"}});
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<CheckOptions>();
   add_model_options(*command, options->model);
   command->add_option("--repair", options->repair, "Write a mended URDF or MJCF file there and say what was changed")
       ->type_name("OUT");

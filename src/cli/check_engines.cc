@@ -16,6 +16,7 @@
 
 #include "base/activity.h"
 #include "base/text.h"
+#include "cli/check_findings.h"
 #include "cli/cli.h"
 #include "cli/contained.h"
 #include "model/features.h"
@@ -81,9 +82,9 @@ std::string elements_text(const Element& first, const std::vector<std::string>& 
 }
 
 // Limitations that differ in the element's name only become one statement; so do contenders that state the same.
-std::vector<Statement> statements_of(const std::vector<Verdict>& verdicts, const Model& model) {
+std::vector<Statement> statements_of(const std::vector<EngineVerdict>& verdicts, const Model& model) {
   std::vector<Statement> statements;
-  for (const Verdict& verdict : verdicts) {
+  for (const EngineVerdict& verdict : verdicts) {
     std::vector<Limitation> left = verdict.limitations;
     while (!left.empty()) {
       const Limitation first = left.front();
@@ -222,14 +223,14 @@ struct AlikeElements {
   std::vector<size_t> elements;
 };
 
-std::vector<AlikeElements> alike_elements(const std::vector<Verdict>& verdicts,
+std::vector<AlikeElements> alike_elements(const std::vector<EngineVerdict>& verdicts,
                                           const std::vector<ModelElement>& elements) {
   std::vector<AlikeElements> groups;
   std::map<std::pair<std::string, std::vector<Fidelity>>, size_t> group_of;
   for (size_t e = 0; e < elements.size(); ++e) {
     std::vector<Fidelity> treatment;
     treatment.reserve(verdicts.size());
-    for (const Verdict& verdict : verdicts) treatment.push_back(verdict.of_element[e]);
+    for (const EngineVerdict& verdict : verdicts) treatment.push_back(verdict.of_element[e]);
     const auto [found, fresh] = group_of.try_emplace({elements[e].sort, std::move(treatment)}, groups.size());
     if (fresh) groups.push_back({elements[e].sort, {}});
     groups[found->second].elements.push_back(e);
@@ -252,13 +253,13 @@ std::string lines_text(const AlikeElements& group, const std::vector<ModelElemen
 
 }  // namespace
 
-Fidelity Verdict::worst() const {
+Fidelity EngineVerdict::worst() const {
   Fidelity worst = Fidelity::kExact;
   for (const Limitation& limitation : limitations) worst = std::max(worst, limitation.fidelity);
   return worst;
 }
 
-std::string Verdict::count(Fidelity fidelity) const {
+std::string EngineVerdict::count(Fidelity fidelity) const {
   const auto items = std::ranges::count(limitations, fidelity, &Limitation::fidelity);
   return items == 0 ? "" : std::to_string(items);
 }
@@ -324,11 +325,11 @@ std::map<std::string, std::string> not_survived(const Model& model) {
 
 }  // namespace
 
-std::vector<Verdict> verdicts_on(const Model& model, const std::vector<ModelElement>& elements) {
+std::vector<EngineVerdict> verdicts_on(const Model& model, const std::vector<ModelElement>& elements) {
   const Registry& registry = Registry::instance();
   const std::map<std::string, std::string> dead = not_survived(model);
   const Index index(elements);
-  std::vector<Verdict> verdicts;
+  std::vector<EngineVerdict> verdicts;
   for (const std::string& name : registry.contender_names()) {
     const ResolvedContender contender = registry.resolve(name);
     const auto end = dead.find(name);
@@ -336,17 +337,17 @@ std::vector<Verdict> verdicts_on(const Model& model, const std::vector<ModelElem
                                               ? asked(contender, model)
                                               : std::vector<Limitation>{{Fidelity::kRefused, "the model", end->second}};
     std::erase_if(limitations, [](const Limitation& limitation) { return limitation.fidelity == Fidelity::kExact; });
-    const auto same = std::ranges::find_if(verdicts, [&](const Verdict& verdict) {
+    const auto same = std::ranges::find_if(verdicts, [&](const EngineVerdict& verdict) {
       return verdict.engine == contender.engine->name() && alike(verdict.limitations, limitations);
     });
     if (same != verdicts.end()) {
       same->contenders.push_back(name);
       continue;
     }
-    Verdict verdict = {contender.engine->name(),
-                       {name},
-                       std::move(limitations),
-                       std::vector<Fidelity>(elements.size(), Fidelity::kExact)};
+    EngineVerdict verdict = {contender.engine->name(),
+                             {name},
+                             std::move(limitations),
+                             std::vector<Fidelity>(elements.size(), Fidelity::kExact)};
     const size_t of_features = apply_features(contender.engine->capabilities(contender.settings), elements,
                                               verdict.limitations, verdict.of_element);
     for (size_t i = of_features; i < verdict.limitations.size(); ++i) {
@@ -364,13 +365,7 @@ std::vector<Verdict> verdicts_on(const Model& model, const std::vector<ModelElem
 
 // ---- JSON -----------------------------------------------------------------------------------------------------------
 
-namespace {
-
-Json line_json(int line) { return line > 0 ? Json(line) : Json(nullptr); }
-
-}  // namespace
-
-std::string verdicts_json_text(const std::vector<Verdict>& verdicts, const FileFacts& facts, int depth) {
+std::string verdicts_json_text(const std::vector<EngineVerdict>& verdicts, const FileFacts& facts, int depth) {
   // the same elements and sentences come for every engine
   std::unordered_map<std::string, std::string> quoted, places;
   const auto quote = [&quoted](const std::string& text) -> const std::string& {
@@ -394,7 +389,7 @@ std::string verdicts_json_text(const std::vector<Verdict>& verdicts, const FileF
   const auto put = [&text](std::initializer_list<std::string_view> parts) {
     for (const std::string_view part : parts) text += part;
   };
-  for (const Verdict& verdict : verdicts) {
+  for (const EngineVerdict& verdict : verdicts) {
     text += fmt::format(R"({0}{1}{{{2}"engine": {3},{2}"contenders": {4},{2}"verdict": {5},{2}"findings": [)",
                         text.size() > 1 ? "," : "", gap(2), gap(4), quote(verdict.engine),
                         json_text(verdict.contenders, depth + 4), quote(std::string(fidelity_text(verdict.worst()))));
@@ -411,7 +406,7 @@ std::string verdicts_json_text(const std::vector<Verdict>& verdicts, const FileF
   return text;
 }
 
-Json elements_json(const std::vector<Verdict>& verdicts, const std::vector<ModelElement>& elements,
+Json elements_json(const std::vector<EngineVerdict>& verdicts, const std::vector<ModelElement>& elements,
                    const FileFacts& facts) {
   Json json = Json::array();
   for (const AlikeElements& group : alike_elements(verdicts, elements)) {
@@ -422,7 +417,7 @@ Json elements_json(const std::vector<Verdict>& verdicts, const std::vector<Model
                          {"line", line_json(facts.line_of(elements[e].label))},
                          {"file", file.empty() ? Json(nullptr) : Json(file)}});
     }
-    for (const Verdict& verdict : verdicts) {
+    for (const EngineVerdict& verdict : verdicts) {
       treatment.push_back({{"engine", verdict.engine},
                            {"contenders", verdict.contenders},
                            {"fidelity", fidelity_text(verdict.of_element[group.elements.front()])}});
@@ -436,9 +431,9 @@ Json elements_json(const std::vector<Verdict>& verdicts, const std::vector<Model
 
 namespace {
 
-std::map<std::string, std::vector<std::string>> contenders_of_engines(const std::vector<Verdict>& verdicts) {
+std::map<std::string, std::vector<std::string>> contenders_of_engines(const std::vector<EngineVerdict>& verdicts) {
   std::map<std::string, std::vector<std::string>> of_engine;
-  for (const Verdict& verdict : verdicts) {
+  for (const EngineVerdict& verdict : verdicts) {
     auto& names = of_engine[verdict.engine];
     names.insert(names.end(), verdict.contenders.begin(), verdict.contenders.end());
   }
@@ -455,21 +450,22 @@ std::string brief(const std::vector<std::string>& contenders, const std::vector<
 
 }  // namespace
 
-void print_verdicts(const std::vector<Verdict>& verdicts) {
+void print_verdicts(const std::vector<EngineVerdict>& verdicts) {
   const auto of_engine = contenders_of_engines(verdicts);
   std::vector<std::vector<std::string>> rows;
   rows.reserve(verdicts.size());
-  for (const Verdict& verdict : verdicts) {
+  for (const EngineVerdict& verdict : verdicts) {
     rows.push_back({verdict.engine, status(fidelity_text(verdict.worst())), verdict.count(Fidelity::kRefused),
                     verdict.count(Fidelity::kApproximated), brief(verdict.contenders, of_engine.at(verdict.engine))});
   }
   print("\n" + table({"engine", "verdict", "refused", "approximated", "contenders"}, rows, {2, 3}));
 }
 
-void print_elements(const std::vector<Verdict>& verdicts, const std::vector<ModelElement>& elements,
+void print_elements(const std::vector<EngineVerdict>& verdicts, const std::vector<ModelElement>& elements,
                     const FileFacts& facts) {
-  std::vector<Verdict> counted_ones;
-  std::ranges::copy_if(verdicts, std::back_inserter(counted_ones), [](const Verdict& v) { return !v.as_a_whole; });
+  std::vector<EngineVerdict> counted_ones;
+  std::ranges::copy_if(verdicts, std::back_inserter(counted_ones),
+                       [](const EngineVerdict& v) { return !v.as_a_whole; });
   const auto of_engine = contenders_of_engines(counted_ones);
   std::vector<AlikeElements> shown;
   std::map<std::vector<std::string>, size_t> row_of;
@@ -479,7 +475,7 @@ void print_elements(const std::vector<Verdict>& verdicts, const std::vector<Mode
     std::map<Fidelity, std::vector<std::string>> engines;
     for (const auto& [engine, contenders] : of_engine) {
       std::map<Fidelity, size_t> counts;
-      for (const Verdict& verdict : counted_ones) {
+      for (const EngineVerdict& verdict : counted_ones) {
         if (verdict.engine == engine) counts[verdict.of_element[group.elements.front()]] += verdict.contenders.size();
       }
       if (counts[Fidelity::kExact] > 0) ++exact;
@@ -512,7 +508,7 @@ void print_elements(const std::vector<Verdict>& verdicts, const std::vector<Mode
   if (partly) print(paragraph("* by some of its contenders"));
 }
 
-void print_statements(const std::vector<Verdict>& verdicts, const Model& model) {
+void print_statements(const std::vector<EngineVerdict>& verdicts, const Model& model) {
   const auto of_engine = contenders_of_engines(verdicts);
   const std::vector<Statement> statements = statements_of(verdicts, model);
   for (const Fidelity fidelity : {Fidelity::kRefused, Fidelity::kApproximated}) {

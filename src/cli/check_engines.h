@@ -11,7 +11,7 @@
 namespace assay::cli {
 
 // One engine's contenders that treat the model alike.
-struct Verdict {
+struct EngineVerdict {
   std::string engine;
   std::vector<std::string> contenders;
   std::vector<Limitation> limitations;  // nothing of kind kExact
@@ -32,18 +32,18 @@ struct ModelElement {
 // Every element in every respect, sorted by sort as engines meet them.
 std::vector<ModelElement> elements_of(const Model& model);
 
-std::vector<Verdict> verdicts_on(const Model& model, const std::vector<ModelElement>& elements);
+std::vector<EngineVerdict> verdicts_on(const Model& model, const std::vector<ModelElement>& elements);
 
 // The text of a JSON array, as print_json() writes one at this indentation. A robot with thousands of contact pairs has
 // hundreds of thousands of limitations: as Json they take longer than all else.
-std::string verdicts_json_text(const std::vector<Verdict>& verdicts, const FileFacts& facts, int depth);
-Json elements_json(const std::vector<Verdict>& verdicts, const std::vector<ModelElement>& elements,
+std::string verdicts_json_text(const std::vector<EngineVerdict>& verdicts, const FileFacts& facts, int depth);
+Json elements_json(const std::vector<EngineVerdict>& verdicts, const std::vector<ModelElement>& elements,
                    const FileFacts& facts);
 
 // The verdicts, the elements that engines treat alike, and how.
-void print_verdicts(const std::vector<Verdict>& verdicts);
-void print_elements(const std::vector<Verdict>& verdicts, const std::vector<ModelElement>& elements,
+void print_verdicts(const std::vector<EngineVerdict>& verdicts);
+void print_elements(const std::vector<EngineVerdict>& verdicts, const std::vector<ModelElement>& elements,
                     const FileFacts& facts);
-void print_statements(const std::vector<Verdict>& verdicts, const Model& model);
+void print_statements(const std::vector<EngineVerdict>& verdicts, const Model& model);
 
 }  // namespace assay::cli

@@ -18,7 +18,6 @@ constexpr double kOfInterest = 0.02;  // s; nobody steps a robot with more
 
 // ---- JSON -----------------------------------------------------------------------------------------------------------
 
-Json line_json(int line) { return line > 0 ? Json(line) : Json(nullptr); }
 Json file_json(const std::string& file) { return file.empty() ? Json(nullptr) : Json(file); }
 Json number_json(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 Json milliseconds_json(double seconds) { return number_json(1000 * seconds); }
@@ -135,6 +134,8 @@ bool was_printed(const std::string& note, const std::vector<Problem>& left_out) 
 }
 
 }  // namespace
+
+Json line_json(int line) { return line > 0 ? Json(line) : Json(nullptr); }
 
 Json findings_json(const std::vector<Finding>& findings) {
   Json json = Json::array();

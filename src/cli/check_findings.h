@@ -10,6 +10,7 @@
 
 namespace assay::cli {
 
+Json line_json(int line);  // null for 0, which is no line
 Json findings_json(const std::vector<Finding>& findings);
 Json bounds_json(const StepBounds& bounds, const FileFacts& facts);
 

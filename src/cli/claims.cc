@@ -14,7 +14,7 @@
 namespace assay::cli {
 namespace {
 
-struct Options {
+struct ClaimsOptions {
   std::string dir;
   std::optional<std::string> file;
   bool json = false, markdown = false;
@@ -37,7 +37,7 @@ std::string counts(const std::vector<Judgement>& all) {
   return join(parts, ", ");
 }
 
-int claims(const Options& options) {
+int claims(const ClaimsOptions& options) {
   if (options.json && options.markdown) throw InputError("--json and --markdown were both given: choose one");
   const std::vector<Judgement> all = judgements(options.dir, options.file);
   if (options.json) {
@@ -84,7 +84,7 @@ void add_claims(CLI::App& app, Action& action) {
   CLI::App* command = add_command(app, "claims", "Judge the paper's findings by measured results",
                                   {{"assay claims results", "a verdict on each, with the figures"},
                                    {"assay claims results --markdown > claims.md", "the same as a document"}});
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<ClaimsOptions>();
   command->add_option("DIR", options->dir, "Results directory")->required()->type_name("");
   command->add_option("--claims", options->file, "Another claims file (default: the paper's)")->type_name("FILE");
   command->add_flag("--json", options->json, "Print JSON")->disable_flag_override();

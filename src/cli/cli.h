@@ -35,6 +35,8 @@ void add_paper(CLI::App& app, Action& action);
 void add_merge(CLI::App& app, Action& action);
 void add_status(CLI::App& app, Action& action);
 void add_submit(CLI::App& app, Action& action);
+void add_explain(CLI::App& app, Action& action);
+void add_import(CLI::App& app, Action& action);
 void add_transfer(CLI::App& app, Action& action);
 void add_compare(CLI::App& app, Action& action);
 void add_history(CLI::App& app, Action& action);

@@ -21,7 +21,7 @@ _assay() {
     --cells) candidates="accuracy timing" ;;
     --trajectories) candidates="npz csv" ;;
     --test) candidates="$("${program}" conformance --list 2>/dev/null | sed '1d;s/ .*//')" ;;
-    --timestep | --duration | --sample | --jobs | --shard | --set) return ;;
+    --timestep | --duration | --sample | --jobs | --shard | --set | --change-a | --change-b | --seconds | --seeds) return ;;
     --out) ;;
     *)
       if [[ -z ${command} ]]; then
@@ -30,7 +30,7 @@ _assay() {
         candidates="$("${program}" "${command}" --help 2>/dev/null | sed -nE '/^Examples:/q;s/^  (-.,)?(--[a-z-]+).*/\2/p')"
       else
         case "${command}" in
-          check | simulate | snapshot) candidates="$(_assay_names "${program}" systems)" ;;
+          check | simulate | snapshot | explain) candidates="$(_assay_names "${program}" systems)" ;;
           conformance) candidates="$(_assay_names "${program}" engines)" ;;
         esac
       fi

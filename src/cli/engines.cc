@@ -57,14 +57,14 @@ void print_by_engine(const std::vector<ResolvedContender>& contenders) {
   print("\n" + table({"contender", "coordinates", "summary"}, rows));
 }
 
-struct Options {
+struct EnginesOptions {
   bool json = false, features = false, builds = false, markdown = false;
 };
 
 std::string code_or_dash(const std::string& text) { return text.empty() ? "–" : "`" + text + "`"; }
 
 // One row an engine and build: what its binary says (engines/binary_facts.h), and how it was made.
-int list_builds(const Options& options) {
+int list_builds(const EnginesOptions& options) {
   const Registry& registry = Registry::instance();
   std::vector<const Engine*> engines = registry.engines();
   engines.insert(engines.end(), registry.other_builds().begin(), registry.other_builds().end());
@@ -117,7 +117,7 @@ int list_builds(const Options& options) {
   return kDone;
 }
 
-int list_features(const Options& options) {
+int list_features(const EnginesOptions& options) {
   const Registry& registry = Registry::instance();
   std::vector<ResolvedContender> contenders;
   for (const std::string& name : registry.contender_names()) {
@@ -158,7 +158,7 @@ void add_engines(CLI::App& app, Action& action) {
                    {"assay engines --features", "which parts of a model each engine has exactly, approximately or not"},
                    {"assay engines --builds", "instruction sets, precision and assertions of each engine's binary"},
                    {"assay engines --json | jq '.contenders[].settings'", "every setting with its meaning"}});
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<EnginesOptions>();
   CLI::Option* json =
       command->add_flag("--json", options->json, "Print JSON with all settings, capabilities and builds");
   json->disable_flag_override();

@@ -17,7 +17,7 @@
 namespace assay::cli {
 namespace {
 
-struct Options {
+struct ExportOptions {
   std::string dir;
   std::optional<std::string> format, trajectories, out;
 };
@@ -67,7 +67,7 @@ std::string as_json(const std::vector<Row>& rows) {
   return dump_json(json, 1) + "\n";
 }
 
-int export_values(const Options& options, const std::string& format) {
+int export_values(const ExportOptions& options, const std::string& format) {
   if (format != "csv" && format != "json") {
     throw InputError(fmt::format("--format is '{}': use csv or json", format));
   }
@@ -88,7 +88,7 @@ int export_values(const Options& options, const std::string& format) {
   return kDone;
 }
 
-int export_what_is_asked(const Options& options) {
+int export_what_is_asked(const ExportOptions& options) {
   if (options.format && options.trajectories) {
     throw InputError("--format and --trajectories were both given: choose one");
   }
@@ -106,7 +106,7 @@ void add_export(CLI::App& app, Action& action) {
       {{"assay export results --format csv > values.csv", "one row for each value"},
        {"assay export results --format json --out values.json", "the same as an array of objects"},
        {"assay export results --trajectories npz --out states", "one NumPy file for each system and contender"}});
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<ExportOptions>();
   command->add_option("DIR", options->dir, "Results directory")->required()->type_name("");
   command->add_option("--format", options->format, "Writes the values, as csv or json")->type_name("csv|json");
   command

@@ -147,13 +147,11 @@ int export_trajectories(const std::string& dir, const std::string& format, const
   file.write(index);
   file.finish();
   const size_t missing = runs.size() - written - damaged;
-  std::string rest =
-      missing == 0 ? "" : fmt::format("; {} failed or not measured yet", counted(missing, "run", "runs"));
+  std::string rest = missing == 0 ? "" : fmt::format("; {} failed or not measured yet", counted(missing, "run"));
   if (damaged > 0) {
-    rest +=
-        fmt::format("; {} damaged: the command that measured them makes them again", counted(damaged, "run", "runs"));
+    rest += fmt::format("; {} damaged: the command that measured them makes them again", counted(damaged, "run"));
   }
-  message(fmt::format("{} written to '{}'{}", counted(written, "run", "runs"), folder, rest));
+  message(fmt::format("{} written to '{}'{}", counted(written, "run"), folder, rest));
   return damaged == 0 ? kDone : kFailed;
 }
 

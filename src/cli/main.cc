@@ -34,10 +34,10 @@ struct Group {
   std::vector<void (*)(CLI::App&, Action&)> commands;
 };
 const std::vector<Group> kGroups = {
-    {"Engines and models", {add_engines, add_systems, add_check, add_parity, add_conformance}},
+    {"Engines and models", {add_engines, add_systems, add_check, add_parity, add_conformance, add_import}},
     {"Measurements", {add_simulate, add_run, add_paper, add_submit, add_status, add_merge}},
     {"Results",
-     {add_recommend, add_transfer, add_report, add_compare, add_history, add_claims, add_export, add_movie,
+     {add_recommend, add_transfer, add_explain, add_report, add_compare, add_history, add_claims, add_export, add_movie,
       add_snapshot}}};
 
 // The subcommand that was called, or the program itself.
@@ -159,8 +159,8 @@ int run(int argc, char** argv) {
   }
   // They read models and load plugins, and write no results: they do it in a process of their own. The others rehearse
   // that part.
-  constexpr std::array<std::string_view, 7> kContained = {"engines",     "systems",  "check", "parity",
-                                                          "conformance", "snapshot", "movie"};
+  constexpr std::array<std::string_view, 8> kContained = {"engines",     "systems", "check",    "parity",
+                                                          "conformance", "import",  "snapshot", "movie"};
   const bool is_contained = std::ranges::find(kContained, called(app)->get_name()) != kContained.end();
   return is_contained ? contained(action, writable_of(*called(app))) : action();
 }

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "base/errors.h"
+#include "base/text.h"
 #include "cli/cli.h"
 #include "cli/parts.h"
 #include "coordinator/run.h"
@@ -12,12 +13,12 @@
 namespace assay::cli {
 namespace {
 
-struct Options {
+struct MergeOptions {
   std::vector<std::string> dirs;
   std::string out;
 };
 
-int merge(const Options& options) {
+int merge(const MergeOptions& options) {
   const std::vector<std::string> sources = parts_of(options.dirs);
   ProgressLine progress;
   size_t begun = 0;
@@ -32,11 +33,11 @@ int merge(const Options& options) {
   };
   const MergeSummary summary = merge_results(sources, options.out, derived_values(), begin, finish);
   progress.clear();
-  print(paragraph(
-      fmt::format("{} from {} ({} were there already), {}; results: {}", counted(summary.cells, "cell", "cells"),
-                  counted(summary.sources, "directory", "directories"), summary.cells_before,
-                  counted(summary.trajectories, "trajectory", "trajectories"), options.out + "/assay.sqlite"),
-      2));
+  print(
+      paragraph(fmt::format("{} from {} ({} were there already), {}; results: {}", counted(summary.cells, "cell"),
+                            counted(summary.sources, "directory", "directories"), summary.cells_before,
+                            counted(summary.trajectories, "trajectory", "trajectories"), options.out + "/assay.sqlite"),
+                2));
   for (const std::string& each : missing) print(paragraph("missing: " + each, 2));
   for (const std::string& warning : warnings) print(paragraph("warning: " + warning, 2));
   return kDone;
@@ -49,7 +50,7 @@ void add_merge(CLI::App& app, Action& action) {
       app, "merge", "Unite the results of shards of one campaign",
       {{"assay merge part1 part2 part3 --out results", "shards that three machines measured"},
        {"assay merge out/shards --out results", "all results directories in a folder, also while they are measured"}});
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<MergeOptions>();
   command->add_option("DIR", options->dirs, "Results directories, or folders of them")->required()->type_name("");
   command->add_option("--out", options->out, "Results directory of the union; created if missing, else added to")
       ->required()

@@ -25,7 +25,7 @@ using Clock = std::chrono::steady_clock;
 constexpr size_t kMostPanels = 12;
 constexpr double kFrameMs = 1000.0 / 30;  // frames are about this far apart where states are
 
-struct Options {
+struct MovieOptions {
   std::string dir, system, out, size = "1920x1080";
   std::vector<std::string> contenders;
   std::optional<std::string> timestep;
@@ -50,7 +50,7 @@ std::string reason_of(const std::vector<Cell>& cells, const std::string& system,
   return "no kept run";
 }
 
-std::vector<Part> stored_parts(const Store& store, const std::vector<Cell>& cells, const Options& options,
+std::vector<Part> stored_parts(const Store& store, const std::vector<Cell>& cells, const MovieOptions& options,
                                const std::vector<std::string>& contenders) {
   std::vector<Part> parts;
   const std::vector<RunRow> runs = store.runs();
@@ -67,7 +67,7 @@ std::vector<Part> stored_parts(const Store& store, const std::vector<Cell>& cell
   return parts;
 }
 
-std::vector<Part> new_parts(const Store& store, const Options& options, const std::string& timestep,
+std::vector<Part> new_parts(const Store& store, const MovieOptions& options, const std::string& timestep,
                             const std::vector<std::string>& contenders, ProgressLine& progress) {
   const double timestep_ms = parse_positive("--timestep", timestep, "milliseconds");
   const double sample_ms = finer_sample_ms(store, options.system, timestep_ms, kFrameMs);
@@ -86,7 +86,7 @@ std::vector<Part> new_parts(const Store& store, const Options& options, const st
 }
 
 // The contenders of --contenders, else those of the line-up that have a kept run.
-std::vector<std::string> chosen(const Store& store, const Options& options) {
+std::vector<std::string> chosen(const Store& store, const MovieOptions& options) {
   std::vector<std::string> known, kept;
   for (const ContenderRow& row : store.contenders()) known.push_back(row.name);
   for (const RunRow& run : store.runs()) {
@@ -157,7 +157,7 @@ class Partial {
   bool kept_ = false;
 };
 
-int movie(const Options& options) {
+int movie(const MovieOptions& options) {
   const auto [width, height] = parse_size(options.size);
   const Store store = Store::open(options.dir);
   const Scene scene = scene_named(store, options.system);
@@ -231,8 +231,8 @@ int movie(const Options& options) {
   }
   progress.clear();
   partial.rename_to(options.out);
-  message(fmt::format("'{}': {} of '{}', {} frames of {:.4g} ms", options.out,
-                      counted(parts.size(), "contender", "contenders"), options.system, frames, frame_ms));
+  message(fmt::format("'{}': {} of '{}', {} frames of {:.4g} ms", options.out, counted(parts.size(), "contender"),
+                      options.system, frames, frame_ms));
   return kDone;
 }
 
@@ -244,7 +244,7 @@ void add_movie(CLI::App& app, Action& action) {
                   {{"assay movie results humanoid --out humanoid.mp4", "from the kept runs of up to 12 contenders"},
                    {"assay movie results grasp --contenders mujoco-euler,havok --timestep 4 --out grasp.mp4",
                     "runs these contenders again at 4 ms"}});
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<MovieOptions>();
   command->add_option("DIR", options->dir, "Results directory")->required()->type_name("");
   command->add_option("SYSTEM", options->system, "One of its systems")->required()->type_name("");
   command->add_option("--contenders", options->contenders, "Contenders to show, at most 12, separated by commas")

@@ -20,7 +20,7 @@
 namespace assay::cli {
 namespace {
 
-struct Options {
+struct ParityOptions {
   ModelOptions model;
   std::vector<std::string> contenders;
   std::string samples = "6", seed = "1";
@@ -30,7 +30,7 @@ struct Options {
 };
 
 // One contender an engine, in joint coordinates where it has one: all contenders of an engine are given the same robot.
-std::vector<ResolvedContender> chosen(const Options& options, const Model& model) {
+std::vector<ResolvedContender> chosen(const ParityOptions& options, const Model& model) {
   const Registry& registry = Registry::instance();
   std::vector<ResolvedContender> contenders;
   contenders.reserve(options.contenders.size());
@@ -146,7 +146,7 @@ void write_certificate(const Json& document, const std::string& out) {
               : fmt::format("the certificate is in '{}'", path));
 }
 
-int run_parity(const Options& options) {
+int run_parity(const ParityOptions& options) {
   const Model model = load(options.model);
   if (model.dof() == 0) throw InputError("nothing moves in this model");
   const parity::ExperimentOptions experiments{
@@ -205,7 +205,7 @@ void add_parity(CLI::App& app, Action& action) {
       {{"assay parity my_robot.urdf", "one contender an engine against Newton and Euler's equations"},
        {"assay parity humanoid mujoco-euler dart --out parity.json", "two contenders, the certificate as JSON"},
        {"assay parity my_robot.urdf --out my_robot-results", "into results, whose report then shows it"}});
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<ParityOptions>();
   add_model_options(*command, options->model);
   command->add_option("CONTENDER", options->contenders, "Contenders (default: one of each engine)")->type_name("");
   command->add_flag("--all", options->all, "All contenders of all engines")->disable_flag_override();

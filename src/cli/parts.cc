@@ -77,7 +77,7 @@ std::vector<std::string> missing_text(const std::map<std::pair<std::string, int>
           fmt::format("{} {} of {}{}", absent.size() == 1 ? "part" : "parts", join(absent, ", "), kind.second, what));
     }
     for (const auto& [part, cells] : division.lacking) {
-      missing.push_back(fmt::format("{} in part {} of {}{}", counted(cells, "cell", "cells"), part, kind.second, what));
+      missing.push_back(fmt::format("{} in part {} of {}{}", counted(cells, "cell"), part, kind.second, what));
     }
   }
   return missing;

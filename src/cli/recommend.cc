@@ -17,7 +17,7 @@
 namespace assay::cli {
 namespace {
 
-struct Options : LimitOptions {
+struct RecommendOptions : LimitOptions {
   std::vector<std::string> where;  // SYSTEM, or DIR SYSTEM
   bool json = false;
 };
@@ -204,7 +204,7 @@ void print_left_out(const SystemAnswers& answers, const Question& question) {
     const auto count = std::ranges::count_if(groups, alike);
     if (count > 1) {
       std::erase_if(groups, alike);
-      group.contender = counted(static_cast<size_t>(count), "contender", "contenders");
+      group.contender = counted(static_cast<size_t>(count), "contender");
     } else {
       groups.erase(groups.begin());
     }
@@ -400,7 +400,7 @@ void add_best(const SystemAnswers& answers, const Question& question, const Reco
 
 namespace {
 
-int recommend_to(const Options& options) {
+int recommend_to(const RecommendOptions& options) {
   const SystemAnswers answers = answers_in(results_dir(options.where), options.where.back());
   const Question question = question_of(options, answers);
   const Recommendation found = recommend(answers, question.limits);
@@ -443,7 +443,7 @@ void add_recommend(CLI::App& app, Action& action) {
        {"assay recommend results planar-chain --error 1mm --measure consistency --realtime 5", "by self-consistency"},
        {"assay recommend results grasp --error 1mm --penetration 2mm --slip 5mm", "several limits at once"},
        {"assay recommend results planar-chain --limit energy_drift_relative=0.1%", "any measured error"}});
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<RecommendOptions>();
   command
       ->add_option("SYSTEM", options->where,
                    "System, or 'all' for all of them at once, after the results directory (default: results, or here)")

@@ -26,7 +26,7 @@
 namespace assay::cli {
 namespace {
 
-struct Options {
+struct ReportOptions {
   std::string dir;
   std::vector<std::string> replays;  // timesteps as given
   std::optional<std::string> against;
@@ -36,7 +36,7 @@ struct Options {
 };
 
 // Sections about other results than the page's own.
-nlohmann::json sections(const Options& options) {
+nlohmann::json sections(const ReportOptions& options) {
   nlohmann::json more = nlohmann::json::object();
   const CompareOptions how = compare_options(options.compare);
   if (options.against) {
@@ -110,7 +110,7 @@ void keep_replays(const std::string& dir, const std::vector<double>& timesteps) 
       }
       const size_t added = keep_runs(store, scene.system, line_up(kept, ReplayOptions{}.most_contenders), timestep);
       if (added > 0) {
-        message(fmt::format("{}: {} at {} ms", scene.system, counted(added, "run", "runs"), timestep_label(timestep)));
+        message(fmt::format("{}: {} at {} ms", scene.system, counted(added, "run"), timestep_label(timestep)));
       }
     }
   }
@@ -122,7 +122,7 @@ void add_report(CLI::App& app, Action& action) {
                   {{"assay report results", "also while the campaign is running: shows the results so far"},
                    {"assay report results --replays 1,4,16", "also replays runs at these timesteps"},
                    {"assay report after --against before", "with a section on what changed"}});
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<ReportOptions>();
   command->add_option("DIR", options->dir, "Results directory")->required()->type_name("");
   add_replays(*command, options->replays);
   command->add_option("--against", options->against, "Earlier results: adds a section on what changed since then")

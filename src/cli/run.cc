@@ -18,7 +18,7 @@
 namespace assay::cli {
 namespace {
 
-struct Options : RobotRequest {
+struct RunOptions : RobotRequest {
   bool full = false;
 };
 
@@ -31,7 +31,7 @@ void refuse_for_campaign(const char* option, bool given) {
 }
 
 // The command that goes on with what was begun.
-std::string resuming(const Options& options) {
+std::string resuming(const RunOptions& options) {
   std::string command = fmt::format("assay run {}", options.run.campaign);
   if (!options.run.out.empty()) command += " --out " + options.run.out;
   if (options.run.shard) command += " --shard " + *options.run.shard;
@@ -47,6 +47,9 @@ std::string resuming(const Options& options) {
   add("--policy-config", options.policy.config);
   add("--seeds", options.seeds);
   add("--seconds", options.seconds);
+  add("--push", options.push);
+  add("--push-every", options.push_every);
+  add("--push-joint", options.push_joint);
   if (!options.timesteps.empty()) command += " --timesteps " + join(options.timesteps, ",");
   add("--error", options.limits.error);
   add("--penetration", options.limits.penetration);
@@ -74,7 +77,7 @@ void rehearse_robot(const std::string& robot, const LoadOptions& how, const std:
   });
 }
 
-int run(Options options) {
+int run(RunOptions options) {
   static_cast<void>(json_progress(options.run));  // refused before anything is read
   options.run.command = resuming(options);
   if (is_robot(options.run.campaign)) {
@@ -91,6 +94,7 @@ int run(Options options) {
   refuse_for_campaign("--policy", options.policy.any());
   refuse_for_campaign("--seeds, --seconds and --timesteps",
                       options.seeds || options.seconds || !options.timesteps.empty());
+  refuse_for_campaign("--push", options.push || options.push_every || options.push_joint);
   refuse_for_campaign("how a model is read", load_options(options.model) != LoadOptions());
   refuse_for_campaign("--contenders", !options.contenders.empty());
   refuse_for_campaign("--plan", options.plan_only);
@@ -115,7 +119,7 @@ void add_run(CLI::App& app, Action& action) {
        {"assay run my_robot.xml --policy-config policy.toml", "in which engines its policy works as in training"},
        {"assay run campaigns/quick.toml --out results", "after Ctrl-C or a kill the same command resumes"},
        {"assay run paper --out part2 --shard 2/8", "the second of eight parts, for 'assay merge'"}});
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<RunOptions>();
   RunRequest& request = options->run;
   command
       ->add_option("ROBOT|CAMPAIGN", request.campaign,
@@ -137,6 +141,14 @@ void add_run(CLI::App& app, Action& action) {
   command->add_option("--seeds", options->seeds, "Perturbed starts of a run under a policy (default: 20)")
       ->type_name("N");
   command->add_option("--seconds", options->seconds, "Length of each of its runs (default: 10)")->type_name("S");
+  command
+      ->add_option("--push", options->push,
+                   "Push its free base by this velocity, in random directions at random times (m/s; of a hinge rad/s)")
+      ->type_name("VELOCITY");
+  command->add_option("--push-every", options->push_every, "One push in each interval of this length (default: 3)")
+      ->type_name("S");
+  command->add_option("--push-joint", options->push_joint, "Push this hinge or slide in place of the base")
+      ->type_name("JOINT");
   command
       ->add_option("--timesteps", options->timesteps,
                    "Its timesteps in ms: 1,2,5 (default: half of that of training, that itself and its double)")

@@ -435,6 +435,12 @@ void ask_policy(const RobotRequest& request, ProgrammeOptions& options) {
   }
   if (request.seeds) options.states = parse_count("--seeds", *request.seeds, 1, 1000);
   if (request.seconds) options.duration_s = parse_positive("--seconds", *request.seconds, "seconds");
+  if (request.push) options.pushes.velocity = parse_positive("--push", *request.push, "m/s, of a hinge rad/s");
+  if (request.push_every) options.pushes.every_s = parse_positive("--push-every", *request.push_every, "seconds");
+  if (request.push_joint) options.pushes.joint = *request.push_joint;
+  if (!request.push && (request.push_every || request.push_joint)) {
+    throw InputError("--push-every and --push-joint are of pushes: give --push with their velocity");
+  }
   for (const std::string& text : request.timesteps) {
     options.timesteps_ms.push_back(parse_positive("--timesteps", text, "milliseconds"));
   }
@@ -495,6 +501,13 @@ int run_robot(const RobotRequest& request) {
   if (policy) {
     options.policy = given.get();
     ask_policy(request, options);
+    if (const std::string obstacle = options.pushes.any() ? push_obstacle(model, options.pushes) : "";
+        !obstacle.empty()) {
+      throw InputError(
+          fmt::format("--push: '{}' {}{}", model.name, obstacle, request.push_joint ? "" : " with --push-joint"));
+    }
+  } else if (request.push || request.push_every || request.push_joint) {
+    throw InputError("--push, --push-every and --push-joint are for a run under a policy: give --policy-config");
   } else if (request.seeds || request.seconds || !request.timesteps.empty()) {
     throw InputError("--seeds, --seconds and --timesteps are for a run under a policy: give --policy-config");
   }

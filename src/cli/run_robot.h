@@ -20,7 +20,7 @@ struct RobotRequest {
   std::optional<std::string> control;  // as given; default: what suits the robot
   PolicyOptions policy;
   // Of a run under a policy, as given.
-  std::optional<std::string> seeds, seconds;
+  std::optional<std::string> seeds, seconds, push, push_every, push_joint;
   std::vector<std::string> timesteps;
   std::vector<std::string> contenders;  // names or patterns; default: all
   bool plan_only = false;               // write the programme, measure nothing

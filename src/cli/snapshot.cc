@@ -18,7 +18,7 @@
 namespace assay::cli {
 namespace {
 
-struct Options {
+struct SnapshotOptions {
   std::vector<std::string> where;  // MODEL, or DIR SYSTEM
   ModelOptions load;               // without its MODEL
   std::optional<std::string> contender, time;
@@ -31,7 +31,7 @@ struct Shot {
   size_t shown = 0;           // index into them
 };
 
-Shot of_model(const Options& options) {
+Shot of_model(const SnapshotOptions& options) {
   if (options.contender || options.time) {
     throw InputError(fmt::format("--{} selects a stored run: give a results directory and a system instead of a model",
                                  options.contender ? "contender" : "time"));
@@ -42,7 +42,7 @@ Shot of_model(const Options& options) {
   return {scene_of(model), {model.initial}, 0};
 }
 
-Shot of_results(const Options& options) {
+Shot of_results(const SnapshotOptions& options) {
   const Store store = Store::open(options.where[0]);
   const std::string& system = options.where[1];
   Shot shot{scene_named(store, system), {}, 0};
@@ -77,7 +77,7 @@ Shot of_results(const Options& options) {
   return shot;
 }
 
-int snapshot(const Options& options) {
+int snapshot(const SnapshotOptions& options) {
   const auto [width, height] = parse_size(options.size);
   const Shot shot = options.where.size() == 1 ? of_model(options) : of_results(options);
   OutputFile file(options.out);
@@ -94,7 +94,7 @@ void add_snapshot(CLI::App& app, Action& action) {
       app, "snapshot", "Draw a state as a PNG picture",
       {{"assay snapshot humanoid --out humanoid.png", "the initial state of a model"},
        {"assay snapshot results humanoid --contender ode-quick --time 1.5 --out fallen.png", "a state of a kept run"}});
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<SnapshotOptions>();
   command->add_option("WHERE", options->where, "A model (file or system's name), or a results directory and a system")
       ->required()
       ->expected(1, 2)

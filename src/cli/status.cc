@@ -14,7 +14,7 @@
 namespace assay::cli {
 namespace {
 
-struct Options {
+struct StatusOptions {
   std::vector<std::string> dirs;
   bool json = false;
 };
@@ -72,7 +72,7 @@ PartStatus status_of(const std::string& dir) {
   return status;
 }
 
-int status(const Options& options) {
+int status(const StatusOptions& options) {
   const std::vector<std::string> dirs = parts_of(options.dirs);
   std::vector<PartStatus> parts;
   parts.reserve(dirs.size());
@@ -122,7 +122,7 @@ void add_status(CLI::App& app, Action& action) {
       add_command(app, "status", "Tell how far a campaign is, with the time left, over all of its parts",
                   {{"assay status results", "also while it is measured"},
                    {"assay status part1 part2 part3", "shards on three machines"}});
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<StatusOptions>();
   command->add_option("DIR", options->dirs, "Results directories, or folders of them")->required()->type_name("");
   command->add_flag("--json", options->json, "Print JSON")->disable_flag_override();
   command->callback([&action, options] { action = [options] { return status(*options); }; });

@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 constexpr int kMostNodes = 10000;
 constexpr int kPartsPerNode = 4;  // so that nodes of unequal speed end together
 
-struct Options {
+struct SubmitOptions {
   std::string campaign, out, partition, account, time;
   std::optional<std::string> nodes, shards, cpus, attempt;
   bool slurm = false, dry_run = false, resume = false;
@@ -41,7 +41,7 @@ int parts_with_work(const Campaign& campaign, ShardCells cells, int wanted) {
 
 std::string absolute(const std::string& path) { return fs::absolute(path).lexically_normal().string(); }
 
-SlurmRequest request_of(const Options& options) {
+SlurmRequest request_of(const SubmitOptions& options) {
   if (options.campaign.empty()) throw InputError("CAMPAIGN is missing: give a campaign's file, or --resume");
   rehearse_campaign(options.campaign);
   const Campaign campaign = load_campaign(find_campaign(options.campaign));
@@ -66,12 +66,11 @@ SlurmRequest request_of(const Options& options) {
 std::string jobs_text(const SlurmRequest& request, const Parts& parts, const SlurmJobs& jobs) {
   std::vector<std::string> texts;
   if (!jobs.accuracy.empty()) {
-    texts.push_back(
-        fmt::format("job {}: {}", jobs.accuracy, counted(parts.accuracy.size(), "accuracy part", "accuracy parts")));
+    texts.push_back(fmt::format("job {}: {}", jobs.accuracy, counted(parts.accuracy.size(), "accuracy part")));
   }
   if (!jobs.timing.empty()) {
-    texts.push_back(fmt::format("job {}: {}, each alone on a node", jobs.timing,
-                                counted(parts.timing.size(), "timing part", "timing parts")));
+    texts.push_back(
+        fmt::format("job {}: {}, each alone on a node", jobs.timing, counted(parts.timing.size(), "timing part")));
   }
   texts.push_back(fmt::format("job {}: the union, and parts that were lost again", jobs.finish));
   return fmt::format("{}; 'assay status {}' tells how far they are", join(texts, ", "), request.out);
@@ -79,7 +78,7 @@ std::string jobs_text(const SlurmRequest& request, const Parts& parts, const Slu
 
 // What the last job does, and what a user may do by hand at any time: parts that were lost are submitted again as long
 // as tries are left, then what there is becomes the union.
-int resume(const Options& options) {
+int resume(const SubmitOptions& options) {
   const SlurmRequest request = read_request(options.out);
   const bool by_hand = !options.attempt;
   const int attempt = by_hand ? 0 : parse_count("--attempt", *options.attempt, 1, kMostNodes);
@@ -97,8 +96,8 @@ int resume(const Options& options) {
   const std::vector<std::string> parts = parts_of({request.out + "/shards"});
   const MergeSummary summary =
       merge_results(parts, request.out, derived_values(), {}, [](Store& merged) { derive_values(merged); });
-  print(paragraph(fmt::format("{} from {}", counted(summary.cells + summary.cells_before, "cell", "cells"),
-                              counted(summary.sources, "part", "parts"))));
+  print(paragraph(fmt::format("{} from {}", counted(summary.cells + summary.cells_before, "cell"),
+                              counted(summary.sources, "part"))));
   write_report_of(request.out);
   if (lost.empty()) return kDone;
   message(fmt::format(
@@ -109,7 +108,7 @@ int resume(const Options& options) {
   return kFailed;
 }
 
-int submit(const Options& options) {
+int submit(const SubmitOptions& options) {
   if (options.out.empty()) throw InputError("--out is required, and it is empty: give a directory that all nodes see");
   if (options.resume) return resume(options);
   if (!options.slurm)
@@ -141,7 +140,7 @@ void add_submit(CLI::App& app, Action& action) {
       {{"assay submit --slurm paper --out results --nodes 8", "accuracy on shared nodes, timings alone on theirs"},
        {"assay submit --slurm paper --out results --dry-run", "only prints the scripts"},
        {"assay submit --resume --out results", "submits parts that were lost again, or unites what there is"}});
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<SubmitOptions>();
   command->add_option("CAMPAIGN", options->campaign, "A campaign's TOML file, or the name of one in campaigns/")
       ->type_name("");
   command->add_option("--out", options->out, "Results directory, on a file system that all nodes share")

@@ -112,10 +112,6 @@ void message(const std::string& text) {
   }
 }
 
-std::string counted(size_t count, const std::string& singular, const std::string& plural) {
-  return fmt::format("{} {}", count, count == 1 ? singular : plural);
-}
-
 std::string heading(const std::string& text) { return styled(text, Style::kHeading); }
 
 std::string status(const std::string& word) {

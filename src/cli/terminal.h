@@ -28,9 +28,6 @@ void flush_output();
 // "assay: <text>" on standard error, as one sentence.
 void message(const std::string& text);
 
-// "1 body", "2 bodies".
-std::string counted(size_t count, const std::string& singular, const std::string& plural);
-
 // A heading, bold on a terminal.
 std::string heading(const std::string& text);
 

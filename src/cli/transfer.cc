@@ -2,7 +2,6 @@
 #include "cli/transfer.h"
 
 #include <algorithm>
-#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -18,7 +17,7 @@
 namespace assay::cli {
 namespace {
 
-struct Options {
+struct TransferOptions {
   std::string dir;
   std::optional<std::string> system;
   bool json = false;
@@ -32,6 +31,15 @@ std::string cell_text(const TransferRow& row, const std::string& name) {
   if (name != "fall_rate") return quantity_text(number, value->unit);
   if (!value->low || !value->high) return fmt::format("{:.2g}", number);
   return fmt::format("{:.2g} ({:.2g} to {:.2g})", number, *value->low, *value->high);
+}
+
+// "shank by 'knee' (17 of 20), after 0.31 s".
+std::string parting_text(const TransferParting& parting) {
+  if (parting.parted == 0) return "";
+  return fmt::format("{} by {} ({} of {}), after {}{}", parting.body.empty() ? "a body" : parting.body,
+                     parting.joint.empty() ? "the base" : fmt::format("'{}'", parting.joint), parting.same_body,
+                     parting.starts, quantity_text(parting.median_s.value_or(0), "s"),
+                     parting.contact > 0 ? fmt::format(", at a contact in {}", parting.contact) : "");
 }
 
 std::vector<TransferMatrix> matrices(const std::string& dir, const std::optional<std::string>& system) {
@@ -55,33 +63,7 @@ std::vector<TransferMatrix> matrices(const std::string& dir, const std::optional
   return found;
 }
 
-// The answer: which contenders keep the robot up at every timestep, and where others do not.
-void print_verdicts(const TransferMatrix& matrix) {
-  std::map<std::string, std::map<std::string_view, std::vector<std::string>>> timesteps;  // by contender and verdict
-  for (const TransferRow& row : matrix.rows) {
-    timesteps[row.contender][row.verdict()].push_back(timestep_label(row.timestep_ms));
-  }
-  std::map<std::string_view, std::vector<std::string>> found;
-  std::vector<std::string> always;
-  for (const auto& [contender, verdicts] : timesteps) {
-    for (const auto& [verdict, at] : verdicts) {
-      if (verdict == "stays up" && verdicts.size() == 1) {
-        always.push_back(contender);
-      } else {
-        found[verdict].push_back(fmt::format("{} at {} ms", contender, join(at, ", ")));
-      }
-    }
-  }
-  const auto line = [](const std::string& text) { print(paragraph(text, 2)); };
-  line(fmt::format("stays up at every timestep: {} of {}{}{}", always.size(),
-                   counted(timesteps.size(), "contender", "contenders"),
-                   always.empty() || always.size() == timesteps.size() ? "" : ": ",
-                   always.size() == timesteps.size() ? "" : join(always, ", ")));
-  for (const auto& [verdict, where] : found) line(fmt::format("{}: {}", verdict, join(where, "; ")));
-  print("\n");
-}
-
-int show(const Options& options) {
+int show(const TransferOptions& options) {
   const std::vector<TransferMatrix> found = matrices(options.dir, options.system);
   if (!options.json) {
     for (const TransferMatrix& matrix : found) print_transfer(matrix);
@@ -112,6 +94,8 @@ void print_transfer(const TransferMatrix& matrix) {
     headings.push_back(heading);
     shown.push_back(name);
   }
+  const bool told = std::ranges::any_of(matrix.rows, [](const TransferRow& row) { return row.parting.parted > 0; });
+  if (told) headings.emplace_back("first to part");
   std::vector<std::vector<std::string>> rows;
   std::set<size_t> runs;
   std::vector<std::string> reasons;
@@ -121,6 +105,7 @@ void print_transfer(const TransferMatrix& matrix) {
     std::vector<std::string> cells = {row.contender + (row.trained ? " *" : ""),
                                       timestep_label(row.timestep_ms) + " ms", std::string(row.verdict())};
     for (const std::string& name : shown) cells.push_back(cell_text(row, name));
+    if (told) cells.push_back(parting_text(row.parting));
     rows.push_back(std::move(cells));
     if (const Value* time = row.value("policy_time")) policy_us = std::max(policy_us, time->value.value_or(0));
     if (row.outcome != Outcome::kOk) {
@@ -128,8 +113,11 @@ void print_transfer(const TransferMatrix& matrix) {
                                     outcome_text(row.outcome), row.reason));
     }
   }
-  print(heading(fmt::format("{}: {}, {} s", matrix.system, matrix.policy, shortest(matrix.duration_s))) + "\n\n");
-  print_verdicts(matrix);
+  print(heading(fmt::format("{}: {}, {} s{}", matrix.system, matrix.policy, shortest(matrix.duration_s),
+                            matrix.pushes.empty() ? "" : ", " + matrix.pushes)) +
+        "\n\n");
+  for (const std::string& sentence : transfer_answer(matrix)) print(paragraph(sentence, 2));
+  print("\n");
   print(table(headings, rows, right));
   print("\n");
   const auto line = [](const std::string& text) { print(paragraph(text, 2)); };
@@ -147,6 +135,12 @@ void print_transfer(const TransferMatrix& matrix) {
                            matrix.trained_in, matrix.trained_in)
              : fmt::format("trained in {}, which takes no part here: there is no time of parting", matrix.trained_in));
   }
+  if (told) {
+    line(
+        "first to part: the body that is first more than 1 mm from that of training, the joint that moves it the most "
+        "(or the base itself), in how many of the runs it is that body, the median of the times; at a contact: a shape "
+        "touches the ground in one of both runs only");
+  }
   if (policy_us > 0)
     line(fmt::format("the policy: at most {:.3g} us a control step, outside the engines' clock", policy_us));
   for (const std::string& reason : reasons) line(reason);
@@ -161,7 +155,7 @@ void add_transfer(CLI::App& app, Action& action) {
       add_command(app, "transfer", "Tell in which engines a policy works as it did in training",
                   {{"assay transfer cart_pole-results", "after assay run cart_pole.xml --policy-config policy.toml"},
                    {"assay transfer results walk --json", "of one system, for programs"}});
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<TransferOptions>();
   command->add_option("DIR", options->dir, "Results directory")->required()->type_name("");
   command->add_option("SYSTEM", options->system, "One system (default: all that have a policy)")->type_name("");
   command->add_flag("--json", options->json, "Print JSON")->disable_flag_override();

@@ -13,7 +13,6 @@
 namespace assay::conformance {
 namespace {
 
-constexpr double kTimestep = 1e-3;
 // What constraints with a time constant of some steps give way under the loads of these tests, relative or in m.
 constexpr double kRelative = 0.01, kGap = 1e-3;
 
@@ -39,7 +38,7 @@ Verdict couplings_hold(const Subject& subject, const Model& model, const State& 
     std::ranges::copy(torques, torque.begin());
   };
   const State truth = smooth_solution(model, start, kDuration, options);
-  const std::vector<State> states = subject.record(model, start, kTimestep, kDuration, torques);
+  const std::vector<State> states = subject.record(model, start, kStep, kDuration, torques);
   double largest = 0;
   for (size_t j = 0; j < truth.position.size(); ++j) {
     largest = std::max(largest, std::abs(truth.position[j] - start.position[j]));
@@ -97,7 +96,7 @@ Verdict connect(const Subject& subject) {
   const State start = with_joints(model, {kAmplitude, -kAmplitude, kAmplitude}, {0, 0, 0});
   const double inertia = 2 * (bar.I_BBcm_B(1, 1) + 0.04) + 0.16;
   const Pendulum truth(std::sqrt(kGravity * (2 * 0.2 + 0.4) / inertia), kAmplitude);
-  const std::vector<State> states = subject.record(model, start, kTimestep, kDuration);
+  const std::vector<State> states = subject.record(model, start, kStep, kDuration);
   double gap = 0;
   for (const State& state : states) {
     gap = std::max(gap, (body_pose(model.bodies[1], state.bodies[1]) * model.connects[0].p_A -
@@ -108,7 +107,7 @@ Verdict connect(const Subject& subject) {
   checks.add(gap, kGap, "largest gap of the connect");
   // a step's travel on top of one per cent of the way
   checks.add(std::abs(states.back().position[0] - truth.angle(kDuration)) * 0.4,
-             (0.01 * kAmplitude + std::abs(truth.rate(kDuration)) * kTimestep) * 0.4, "way of the left bar's end");
+             (0.01 * kAmplitude + std::abs(truth.rate(kDuration)) * kStep) * 0.4, "way of the left bar's end");
   return checks.worst();
 }
 
@@ -124,7 +123,7 @@ Verdict weld(const Subject& subject) {
   model = finished(std::move(model));
   const double inertia = 0.02 + 0.004 + 0.5 * kOff * kOff;
   const double turn = kTorque / inertia * kDuration * kDuration / 2;
-  const std::vector<State> states = subject.record(model, model.initial, kTimestep, kDuration, {&kTorque, 1});
+  const std::vector<State> states = subject.record(model, model.initial, kStep, kDuration, {&kTorque, 1});
   double gap = 0, twist = 0;
   for (const State& state : states) {
     const Pose X_WB = body_pose(model.bodies[0], state.bodies[0]) * X_AB;
@@ -164,7 +163,7 @@ Verdict tendon_limit(const Subject& subject) {
       {.name = "tendon", .terms = {{0, 1.0}, {1, -1.0}}, .limited = true, .lower = -kSlack, .upper = kSlack});
   model = finished(std::move(model));
   const std::vector<double> torques = {kTorque, 0};
-  const std::vector<State> states = subject.record(model, model.initial, kTimestep, kDuration, torques);
+  const std::vector<State> states = subject.record(model, model.initial, kStep, kDuration, torques);
   double beyond = 0;
   for (const State& state : states) beyond = std::max(beyond, state.position[0] - state.position[1] - kSlack);
   const double speed = std::sqrt(2 * kTorque / 0.02 * kSlack);
@@ -186,7 +185,7 @@ Verdict tendon_dry_friction(const Subject& subject) {
   }
   model = finished(std::move(model));
   const std::vector<double> torques = {1.6 * kFriction, 3 * kFriction};
-  const State end = subject.record(model, model.initial, kTimestep, kDuration, torques).back();
+  const State end = subject.record(model, model.initial, kStep, kDuration, torques).back();
   const auto moved = [](double torque) { return torque / kInertia * kDuration * kDuration / 2; };
   Checks checks("");
   checks.add(std::abs(end.position[0]) / moved(1.6 * kFriction), kRelative,

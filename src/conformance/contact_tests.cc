@@ -13,7 +13,6 @@
 namespace assay::conformance {
 namespace {
 
-constexpr double kTimestep = 1e-3;
 constexpr double kRadius = 0.1, kHalfLength = 0.3;
 
 // A capsule lies along its body's z axis: this turns it to x, or to y.
@@ -50,7 +49,7 @@ Verdict joint_limit(const Subject& subject) {
     hinge.upper = side > 0 ? 1 : 2;
   }
   model = finished(std::move(model));
-  const std::vector<State> states = subject.record(model, model.initial, kTimestep, 1.5);
+  const std::vector<State> states = subject.record(model, model.initial, kStep, 1.5);
 
   // the speed of arrival, from energy: I w^2 / 2 = m g d sin(angle), the bar starting level
   const double inertia = bar.I_BBcm_B(1, 1) + bar.mass * 0.2 * 0.2;
@@ -87,7 +86,7 @@ Verdict wide_range(const Subject& subject) {
   }
   model = finished(std::move(model));
   const std::vector<double> torques = {kTorque, -kTorque, kTorque, -kTorque};
-  const std::vector<State> states = subject.record(model, model.initial, kTimestep, kDuration, torques);
+  const std::vector<State> states = subject.record(model, model.initial, kStep, kDuration, torques);
   Checks checks("rad");
   for (int j = 0; j < 4; ++j) {
     const double side = j % 2 == 0 ? 1 : -1, end = halves[static_cast<size_t>(j / 2)];
@@ -113,7 +112,7 @@ Verdict sliding_capsule(const Subject& subject) {
   start.bodies[0].v_WBcm = {kSpeed, 0, 0};
   const double time = sliding_time(kSpeed, kFriction, kGravity),
                distance = sliding_distance(kSpeed, kFriction, kGravity);
-  const State end = subject.run(model, start, kTimestep, std::ceil(time * 100 + 20) / 100);
+  const State end = subject.run(model, start, kStep, std::ceil(time * 100 + 20) / 100);
   Checks checks("");
   checks.add(
       std::abs(end.bodies[0].p_WBcm.x() / distance - 1), 0.01,
@@ -133,9 +132,9 @@ Verdict sphere_rolls(const Subject& subject) {
   State start = model.initial;
   start.bodies[0].v_WBcm = {kSpeed, 0, 0};
   const double rolling = rolling_time(kSpeed, kFriction, kGravity);
-  const auto whole = [](double time) { return std::round(time / kTimestep) * kTimestep; };
-  const State sliding = subject.run(model, start, kTimestep, whole(rolling / 2));
-  const State end = subject.run(model, start, kTimestep, whole(2.5 * rolling));
+  const auto whole = [](double time) { return std::round(time / kStep) * kStep; };
+  const State sliding = subject.run(model, start, kStep, whole(rolling / 2));
+  const State end = subject.run(model, start, kStep, whole(2.5 * rolling));
   const double speed = rolling_speed(kSpeed),
                half_way = kSpeed - kFriction * (kGravity * sliding.time + sliding.bodies[0].v_WBcm.z());
   Checks checks("");
@@ -168,7 +167,7 @@ Verdict resting_height(const Subject& subject) {
     add_contact(model, rail, bar, 1);
   }
   model = finished(std::move(model));
-  const State end = subject.run(model, model.initial, kTimestep, 1);
+  const State end = subject.run(model, model.initial, kStep, 1);
   Checks checks("m");
   for (size_t i = 0; i < heights.size(); ++i) {
     checks.add(std::abs(end.bodies[i].p_WBcm.z() - heights[i]), 0.02 * kRadius,
@@ -193,7 +192,7 @@ Verdict bodies_collide(const Subject& subject) {
   model = finished(std::move(model));
   State start = model.initial;
   for (const int body : {0, 1, 2}) start.bodies[body].v_WBcm = {kSpeed, 0, 0};
-  const std::vector<State> states = subject.record(model, start, kTimestep, 0.4);
+  const std::vector<State> states = subject.record(model, start, kStep, 0.4);
   const State& end = states.back();
   Checks checks("m");
   for (int i = 0; i < 3; ++i) {
@@ -204,7 +203,7 @@ Verdict bodies_collide(const Subject& subject) {
         states, [&](const State& state) { return state.bodies[i + 3].v_WBcm.norm() > 1e-3 * kSpeed; });
     const BodyState &at_first = (pushed == states.end() ? end : *pushed).bodies[i],
                     &at_second = (pushed == states.end() ? end : *pushed).bodies[i + 3];
-    checks.add(std::abs((at_second.p_WBcm - at_first.p_WBcm).norm() - 2 * kRadius), kSpeed * kTimestep + 0.01 * kRadius,
+    checks.add(std::abs((at_second.p_WBcm - at_first.p_WBcm).norm() - 2 * kRadius), kSpeed * kStep + 0.01 * kRadius,
                pair + ": distance at the first push against two radii");
     // equal masses without restitution move on together; with or without a bounce they conserve momentum and do not
     // overlap
@@ -232,7 +231,7 @@ Verdict armature_impact(const Subject& subject) {
   model = finished(std::move(model));
   State start = model.initial;
   start.bodies[1].v_WBcm = {0, 0, -kSpeed};
-  const State end = subject.run(model, start, kTimestep, kDuration);
+  const State end = subject.run(model, start, kStep, kDuration);
   // the ground holds the lever's axis alone: angular momentum about it stays, with the armature's
   const BodyState& ball = end.bodies[1];
   const double of_lever = 4 * inertia * end.velocity[0];
@@ -263,8 +262,8 @@ Verdict friction_per_pair(const Subject& subject) {
   model = finished(std::move(model));
   State start = model.initial;
   for (BodyState& body : start.bodies) body.v_WBcm = {kSpeed, 0, 0};
-  const std::vector<State> states = subject.record(model, start, kTimestep, kTo);
-  const State &from = states.at(static_cast<size_t>(std::llround(kFrom / kTimestep))), &to = states.back();
+  const std::vector<State> states = subject.record(model, start, kStep, kTo);
+  const State &from = states.at(static_cast<size_t>(std::llround(kFrom / kStep))), &to = states.back();
   Checks checks("");
   for (size_t i = 0; i < tracks.size(); ++i) {
     // by impulses, so that a body that hops while it slides is judged by its actual normal force
@@ -289,12 +288,12 @@ Verdict excluded_pairs(const Subject& subject) {
   add_contact(model, plane, add_sphere(model, "ball 3", {0.03, 0.1, 0.35}), 1);
   model = finished(std::move(model));
   constexpr double kDuration = 0.5;
-  const State end = subject.run(model, model.initial, kTimestep, kDuration);
+  const State end = subject.run(model, model.initial, kStep, kDuration);
   const double fall = kGravity * kDuration * kDuration / 2;
   Checks checks("m");
   for (const int i : {0, 1, 2}) {
     const Vec3 expected = model.initial.bodies[i].p_WBcm - Vec3(0, 0, fall);
-    checks.add((end.bodies[i].p_WBcm - expected).norm(), kGravity * kDuration * kTimestep,
+    checks.add((end.bodies[i].p_WBcm - expected).norm(), kGravity * kDuration * kStep,
                fmt::format("'{}' against free fall", model.bodies[i].name));
   }
   // the plane still acts on the last ball

@@ -15,17 +15,13 @@
 namespace assay::conformance {
 namespace {
 
-constexpr double kTimestep = 1e-3;
-
-Quat turned(double angle, const Vec3& axis) { return Quat(Eigen::AngleAxisd(angle, axis.normalized())); }
-
 // A block that slides along an oblique axis in a rotated frame, off its anchor and its centre of mass; no gravity.
 Model sliding_block() {
   Model model;
   model.name = "conformance-slide";
   model.gravity.setZero();
-  const Solid block = principal_solid(2, {0.05, -0.02, 0.03}, {0.02, 0.03, 0.025}, turned(0.9, {1, 2, 2}));
-  add_sliding_body(model, "block", kWorld, {Vec3(0.2, 0.3, 0.5), turned(0.5, {0, 1, 1})}, block, {1, 2, -2},
+  const Solid block = principal_solid(2, {0.05, -0.02, 0.03}, {0.02, 0.03, 0.025}, about_axis(0.9, {1, 2, 2}));
+  add_sliding_body(model, "block", kWorld, {Vec3(0.2, 0.3, 0.5), about_axis(0.5, {0, 1, 1})}, block, {1, 2, -2},
                    {0.1, 0.05, -0.02})
       .reference = 0.2;
   return finished(std::move(model));
@@ -160,15 +156,16 @@ Verdict slide_limit(const Subject& subject) {
   model.name = "conformance-slide-limits";
   const Vec3 slope = Vec3(1, 1, -2).normalized();
   for (const double side : {1.0, -1.0}) {
-    Joint& slide = add_sliding_body(model, side > 0 ? "down" : "up", kWorld, {Vec3(0, side, 1), turned(0.4, {0, 0, 1})},
-                                    sphere_solid(1, 0.05), turned(-0.4, {0, 0, 1}) * (side * slope), {0.1, 0, 0});
+    Joint& slide =
+        add_sliding_body(model, side > 0 ? "down" : "up", kWorld, {Vec3(0, side, 1), about_axis(0.4, {0, 0, 1})},
+                         sphere_solid(1, 0.05), about_axis(-0.4, {0, 0, 1}) * (side * slope), {0.1, 0, 0});
     slide.reference = 0.15 * side;
     slide.limited = true;
     slide.lower = side > 0 ? -1 : -0.4;
     slide.upper = side > 0 ? 0.4 : 1;
   }
   model = finished(std::move(model));
-  const std::vector<State> states = subject.record(model, model.initial, kTimestep, 1.5);
+  const std::vector<State> states = subject.record(model, model.initial, kStep, 1.5);
   const double speed = std::sqrt(2 * kGravity * -slope.z() * 0.25);
   Checks checks("m");
   for (const int j : {0, 1}) {
@@ -204,16 +201,16 @@ Verdict massless_joints(const Subject& subject) {
   // a floating trunk with a shoulder of three hinges and a wrist of two, as robots have them
   Model model;
   model.name = "conformance-massless";
-  const Solid trunk = principal_solid(3, {0.04, -0.03, 0.05}, {0.05, 0.07, 0.04}, turned(0.7, {1, 2, 3}));
-  const Solid arm = principal_solid(1.2, {0.02, 0.01, -0.15}, {0.012, 0.014, 0.004}, turned(0.4, {0, 1, 1}));
-  const Solid hand = principal_solid(0.7, {0.02, 0.04, -0.06}, {0.003, 0.004, 0.002}, turned(-1.2, {2, -1, 1}));
-  add_free_body(model, "trunk", trunk, {Vec3(0.3, -0.2, 1.1), turned(0.6, {1, 1, -1})});
+  const Solid trunk = principal_solid(3, {0.04, -0.03, 0.05}, {0.05, 0.07, 0.04}, about_axis(0.7, {1, 2, 3}));
+  const Solid arm = principal_solid(1.2, {0.02, 0.01, -0.15}, {0.012, 0.014, 0.004}, about_axis(0.4, {0, 1, 1}));
+  const Solid hand = principal_solid(0.7, {0.02, 0.04, -0.06}, {0.003, 0.004, 0.002}, about_axis(-1.2, {2, -1, 1}));
+  add_free_body(model, "trunk", trunk, {Vec3(0.3, -0.2, 1.1), about_axis(0.6, {1, 1, -1})});
   const Vec3 shoulder(0.01, -0.02, 0.03), wrist(0, 0.01, 0.02);
-  add_hinged_body(model, "shoulder_1", 0, {Vec3(0.1, 0.2, 0.15), turned(1, {0, 1, 2})}, massless(), Vec3::UnitX(),
+  add_hinged_body(model, "shoulder_1", 0, {Vec3(0.1, 0.2, 0.15), about_axis(1, {0, 1, 2})}, massless(), Vec3::UnitX(),
                   shoulder);
   add_hinged_body(model, "shoulder_2", 1, {}, massless(), Vec3::UnitY(), shoulder).reference = 0.2;
   add_hinged_body(model, "arm", 2, {}, arm, Vec3::UnitZ(), shoulder);
-  add_hinged_body(model, "wrist", 3, {Vec3(0.02, 0, -0.3), turned(-0.8, {3, 1, 0})}, massless(), {1, 1, 0}, wrist);
+  add_hinged_body(model, "wrist", 3, {Vec3(0.02, 0, -0.3), about_axis(-0.8, {3, 1, 0})}, massless(), {1, 1, 0}, wrist);
   add_hinged_body(model, "hand", 4, {}, hand, {0, -1, 2}, wrist).reference = -0.3;
   model = finished(std::move(model));
   State start = with_joints(model, {0.4, 0.5, -0.3, 0.6, -0.5}, {1, -1.5, 2, -1, 2});
@@ -234,7 +231,7 @@ Verdict conical_pendulum(const Subject& subject) {
   const double across = rod.I_BBcm_B(0, 0) + rod.mass * kLength * kLength, along = rod.I_BBcm_B(2, 2);
   const double rate = std::sqrt(rod.mass * kGravity * kLength / ((across - along) * std::cos(kAngle)));
   // in a frame that is rotated, with the anchor off its origin
-  const Quat frame = turned(0.8, {1, 2, -1});
+  const Quat frame = about_axis(0.8, {1, 2, -1});
   const Vec3 anchor(0.03, -0.02, 0.04), pivot(0.2, -0.1, 1.2);
   const Solid turned_rod = {rod.mass, anchor + frame.conjugate() * Vec3(0, 0, -kLength),
                             frame.conjugate() * rod.I_BBcm_B * frame.toRotationMatrix()};
@@ -242,13 +239,13 @@ Verdict conical_pendulum(const Subject& subject) {
   model.name = "conformance-conical-pendulum";
   add_ball_body(model, "rod", kWorld, {pivot - frame * anchor, frame}, turned_rod, anchor);
   model = finished(std::move(model));
-  const Quat q_WP_start = turned(-kAngle, Vec3::UnitY());  // leans towards +x
+  const Quat q_WP_start = about_axis(-kAngle, Vec3::UnitY());  // leans towards +x
   State start = model.initial;
   start.bodies[0].q_WB = q_WP_start * frame;
   start.bodies[0].w_WB = rate * Vec3::UnitZ();
   bodies_from_joints(model, start);
 
-  const Quat q_end = turned(rate * kDuration, Vec3::UnitZ()) * q_WP_start;
+  const Quat q_end = about_axis(rate * kDuration, Vec3::UnitZ()) * q_WP_start;
   const auto numbers = [&](const Vec3& p, const Mat3& R) {
     std::vector<double> list(p.begin(), p.end());
     for (const double entry : R.reshaped()) list.push_back(entry * kLength);
@@ -267,17 +264,18 @@ Verdict ball_spring(const Subject& subject) {
   Model model;
   model.name = "conformance-ball-spring";
   model.gravity.setZero();
-  const Solid base = principal_solid(2, {0.03, 0.01, -0.02}, {0.03, 0.04, 0.05}, turned(0.5, {1, 0, 1}));
-  const Solid wing = principal_solid(1, {0.05, 0.02, 0.01}, {0.01, 0.015, 0.02}, turned(1.1, {2, -1, 2}));
-  add_free_body(model, "base", base, {Vec3(0, 0, 1), turned(0.4, {1, 1, 1})});
-  BallJoint& ball = add_ball_body(model, "wing", 0, {Vec3(0.1, 0, 0.1), turned(-0.7, {0, 1, 3})}, wing, {-0.05, 0, 0});
+  const Solid base = principal_solid(2, {0.03, 0.01, -0.02}, {0.03, 0.04, 0.05}, about_axis(0.5, {1, 0, 1}));
+  const Solid wing = principal_solid(1, {0.05, 0.02, 0.01}, {0.01, 0.015, 0.02}, about_axis(1.1, {2, -1, 2}));
+  add_free_body(model, "base", base, {Vec3(0, 0, 1), about_axis(0.4, {1, 1, 1})});
+  BallJoint& ball =
+      add_ball_body(model, "wing", 0, {Vec3(0.1, 0, 0.1), about_axis(-0.7, {0, 1, 3})}, wing, {-0.05, 0, 0});
   ball.stiffness = 1.5;
   ball.damping = 0.05;
-  ball.spring_reference = turned(0.5, {1, -1, 2});
+  ball.spring_reference = about_axis(0.5, {1, -1, 2});
   model = finished(std::move(model));
   State start = model.initial;
   start.bodies[0].w_WB = {0.3, -0.2, 0.4};
-  set_ball(model, start, 0, turned(-0.6, {1, 2, 0}), {1, 2, -1.5});
+  set_ball(model, start, 0, about_axis(-0.6, {1, 2, 0}), {1, 2, -1.5});
   bodies_from_joints(model, start);
   return follows(subject, moving(model, start), 0.5, {}, {.unit = "m", .order = 1});
 }
@@ -285,16 +283,16 @@ Verdict ball_spring(const Subject& subject) {
 Verdict ball_armature(const Subject& subject) {
   Model model;
   model.name = "conformance-ball-armature";
-  const Solid bob = principal_solid(1, {0.1, 0.05, -0.2}, {0.01, 0.015, 0.02}, turned(1.1, {2, -1, 2}));
-  const Solid base = principal_solid(2, {0.03, 0.01, -0.02}, {0.03, 0.04, 0.05}, turned(0.5, {1, 0, 1}));
-  add_free_body(model, "base", base, {Vec3(0, 0, 1), turned(0.4, {1, 1, 1})});
-  add_ball_body(model, "bob", 0, {Vec3(0.1, 0, 0.1), turned(-0.7, {0, 1, 3})}, bob, {-0.05, 0, 0}).armature = 0.03;
-  add_ball_body(model, "pendulum", kWorld, {Vec3(1, 0, 1), turned(0.3, {1, 0, 0})}, bob).armature = 0.04;
+  const Solid bob = principal_solid(1, {0.1, 0.05, -0.2}, {0.01, 0.015, 0.02}, about_axis(1.1, {2, -1, 2}));
+  const Solid base = principal_solid(2, {0.03, 0.01, -0.02}, {0.03, 0.04, 0.05}, about_axis(0.5, {1, 0, 1}));
+  add_free_body(model, "base", base, {Vec3(0, 0, 1), about_axis(0.4, {1, 1, 1})});
+  add_ball_body(model, "bob", 0, {Vec3(0.1, 0, 0.1), about_axis(-0.7, {0, 1, 3})}, bob, {-0.05, 0, 0}).armature = 0.03;
+  add_ball_body(model, "pendulum", kWorld, {Vec3(1, 0, 1), about_axis(0.3, {1, 0, 0})}, bob).armature = 0.04;
   model = finished(std::move(model));
   State start = model.initial;
   start.bodies[0].w_WB = {0.3, -0.2, 0.4};
-  set_ball(model, start, 0, turned(-0.6, {1, 2, 0}), {2, 3, -2.5});
-  set_ball(model, start, 1, turned(0.9, {1, 0, 2}), {1, -2, 3});
+  set_ball(model, start, 0, about_axis(-0.6, {1, 2, 0}), {2, 3, -2.5});
+  set_ball(model, start, 1, about_axis(0.9, {1, 0, 2}), {1, -2, 3});
   bodies_from_joints(model, start);
   return follows(subject, moving(model, start), 0.5, {}, {.unit = "m"});
 }
@@ -304,14 +302,14 @@ Verdict ball_limit(const Subject& subject) {
   constexpr double kLimit = 0.7, kLength = 0.2;
   Model model;
   model.name = "conformance-ball-limit";
-  const Quat level = turned(0.5, Vec3::UnitZ());
+  const Quat level = about_axis(0.5, Vec3::UnitZ());
   Solid bar = capsule_solid(1, 0.05, 0.15, Vec3::UnitX());
   bar.p_BBcm = {kLength, 0, 0};
   BallJoint& ball = add_ball_body(model, "bar", kWorld, {Vec3(0, 0, 1), level}, bar);
   ball.limited = true;
   ball.upper = kLimit;
   model = finished(std::move(model));
-  const std::vector<State> states = subject.record(model, model.initial, kTimestep, 1.5);
+  const std::vector<State> states = subject.record(model, model.initial, kStep, 1.5);
   const double inertia = bar.I_BBcm_B(1, 1) + bar.mass * kLength * kLength;
   const double speed = std::sqrt(2 * bar.mass * kGravity * kLength * std::sin(kLimit) / inertia);
   const auto deflection = [&](const State& state) { return rotation_vector(ball_rotation(model, state, 0)).norm(); };
@@ -362,7 +360,7 @@ Verdict dry_friction(const Subject& subject) {
   std::vector<double> rates = {0, 0, kRate};
   if (slides) rates.insert(rates.end(), {0, 0});
   const State start = with_joints(model, std::vector<double>(rates.size(), 0.0), rates);
-  const std::vector<State> states = subject.record(model, start, kTimestep, kDuration, torques);
+  const std::vector<State> states = subject.record(model, start, kStep, kDuration, torques);
   const State& end = states.back();
   const auto moved = [](double acceleration) { return acceleration * kDuration * kDuration / 2; };
   Checks checks("");
@@ -391,12 +389,12 @@ Verdict ball_dry_friction(const Subject& subject) {
   model.name = "conformance-ball-dry-friction";
   model.gravity.setZero();
   const Solid solid = sphere_solid(2, 0.1);
-  add_ball_body(model, "wheel", kWorld, {Vec3(0, 0, 1), turned(0.6, {1, 2, 0})}, solid).dry_friction =
+  add_ball_body(model, "wheel", kWorld, {Vec3(0, 0, 1), about_axis(0.6, {1, 2, 0})}, solid).dry_friction =
       kDeceleration * solid.I_BBcm_B(0, 0);
   model = finished(std::move(model));
   State start = model.initial;
   set_ball(model, start, 0, Quat::Identity(), {0, kRate, 0});
-  const std::vector<State> states = subject.record(model, start, kTimestep, kDuration);
+  const std::vector<State> states = subject.record(model, start, kStep, kDuration);
   const State& half = states[states.size() * 3 / 10];
   Checks checks("");
   const double expected = kRate - kDeceleration * (half.time - start.time);

@@ -11,9 +11,7 @@
 namespace assay::conformance {
 namespace {
 
-Quat turned(double degrees, const Vec3& axis) {
-  return Quat(Eigen::AngleAxisd(degrees * EIGEN_PI / 180, axis.normalized()));
-}
+Quat turned(double degrees, const Vec3& axis) { return about_axis(degrees * EIGEN_PI / 180, axis); }
 
 // The bodies of joint coordinates, with the ball joints' relative motions as they are in `state`.
 void place_with_balls(const Model& model, State& state) {
@@ -32,6 +30,8 @@ void place_with_balls(const Model& model, State& state) {
 }
 
 }  // namespace
+
+Quat about_axis(double angle, const Vec3& axis) { return Quat(Eigen::AngleAxisd(angle, axis.normalized())); }
 
 void set_ball(const Model& model, State& state, int ball, const Quat& rotation, const Vec3& velocity) {
   const int child = model.balls[ball].body;

@@ -17,6 +17,8 @@ struct Solid {
   Mat3 I_BBcm_B = Mat3::Identity();
 };
 
+Quat about_axis(double angle, const Vec3& axis);  // rad; the axis need not be of unit length
+
 Solid sphere_solid(double mass, double radius);
 Solid capsule_solid(double mass, double radius, double half_length, const Vec3& axis);
 // Principal moments along the axes of a frame turned by `q_BI` in the body.

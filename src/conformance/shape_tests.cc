@@ -12,8 +12,6 @@
 namespace assay::conformance {
 namespace {
 
-constexpr double kTimestep = 1e-3;
-
 // Gravity of a slope that falls towards +x: the plane itself stays level.
 Vec3 on_slope(double tangent) {
   const double angle = std::atan(tangent);
@@ -65,9 +63,9 @@ Verdict slides(const Subject& subject, ShapeType type) {
     const int plane = add_shape(model, ShapeType::kPlane, kWorld, {}, 0, 0, kFriction);
     add_box(model, type, plane, half, {0, 0, half.z()}, kFriction);
     model = finished(std::move(model));
-    const std::vector<State> states = subject.record(model, model.initial, kTimestep, kDuration);
+    const std::vector<State> states = subject.record(model, model.initial, kStep, kDuration);
     // contacts take some steps to build up: from 0.1 s on
-    const State &from = states.at(static_cast<size_t>(std::llround(kFrom / kTimestep))), &to = states.back();
+    const State &from = states.at(static_cast<size_t>(std::llround(kFrom / kStep))), &to = states.back();
     const double time = to.time - from.time;
     const Vec3 gained = to.bodies[0].v_WBcm - from.bodies[0].v_WBcm;
     if (tangent < kFriction) {
@@ -99,7 +97,7 @@ Verdict tips(const Subject& subject, ShapeType type) {
     const int plane = add_shape(model, ShapeType::kPlane, kWorld, {}, 0, 0, kFriction);
     add_box(model, type, plane, half, {0, 0, half.z()}, kFriction);
     model = finished(std::move(model));
-    const State end = subject.run(model, model.initial, kTimestep, kDuration);
+    const State end = subject.run(model, model.initial, kStep, kDuration);
     const double angle = angle_between(end.bodies[0].q_WB, Quat::Identity());
     if (tangent < ratio) {
       checks.add(angle, 0.01, fmt::format("turn at {:.2f} of the slope at which it tips", tangent / ratio));
@@ -142,7 +140,7 @@ Verdict cylinder_rolls(const Subject& subject) {
   add_free_body(model, "cylinder", cylinder_solid(1, kRadius, kHalf), {Vec3(0, 0, kRadius), lying});
   add_contact(model, plane, add_shape(model, ShapeType::kCylinder, 0, {}, kRadius, kHalf), 1);
   model = finished(std::move(model));
-  const State end = subject.run(model, model.initial, kTimestep, kDuration);
+  const State end = subject.run(model, model.initial, kStep, kDuration);
   const double speed = 2 * model.gravity.x() * kDuration / 3;
   Checks checks("");
   checks.add(std::abs(end.bodies[0].v_WBcm.x() / speed - 1), 0.02, "speed against 2/3 g sin(angle) t, relative");
@@ -176,13 +174,13 @@ Verdict ellipsoid_rocks(const Subject& subject) {
   model.shapes[shape].half_size = half;
   add_contact(model, plane, shape, 1);
   model = finished(std::move(model));
-  const std::vector<State> states = subject.record(model, model.initial, kTimestep, std::ceil(500 * quarter) / 100);
+  const std::vector<State> states = subject.record(model, model.initial, kStep, std::ceil(500 * quarter) / 100);
   // two passages through level, half a period apart
   const auto tilt = [](const State& state) { return (state.bodies[0].q_WB * Vec3(Vec3::UnitX())).z(); };
   std::vector<double> passages;
   for (size_t i = 1; i < states.size(); ++i) {
     const double a = tilt(states[i - 1]), b = tilt(states[i]);
-    if ((a > 0) != (b > 0)) passages.push_back(states[i - 1].time + kTimestep * a / (a - b));
+    if ((a > 0) != (b > 0)) passages.push_back(states[i - 1].time + kStep * a / (a - b));
   }
   if (passages.size() < 2) throw EngineError("the ellipsoid did not rock through level twice within 1.25 periods");
   Checks checks("");
@@ -238,7 +236,7 @@ Verdict resting_shapes(const Subject& subject) {
     }
   }
   model = finished(std::move(model));
-  const State end = subject.run(model, model.initial, kTimestep, 1);
+  const State end = subject.run(model, model.initial, kStep, 1);
   Checks checks("m");
   for (size_t i = 0; i < heights.size(); ++i) {
     checks.add(std::abs(end.bodies[i].p_WBcm.z() - heights[i]), 0.02 * kRadius,
@@ -265,7 +263,7 @@ Verdict height_field(const Subject& subject) {
                   {Vec3(x, 0.07, ground + kRadius / std::cos(angle) + drop), Quat::Identity()});
     add_contact(model, field, add_shape(model, ShapeType::kSphere, 0, {}, kRadius), 1);
     model = finished(std::move(model));
-    const State end = subject.run(model, model.initial, kTimestep, kDuration);
+    const State end = subject.run(model, model.initial, kStep, kDuration);
     const Vec3 p = end.bodies[0].p_WBcm;
     const double above = (p.z() - slope * (p.x() + kHalf)) * std::cos(angle);
     checks.add(std::abs(above / kRadius - 1), 0.02,
@@ -293,12 +291,12 @@ Verdict torsional_friction(const Subject& subject) {
   State start = model.initial;
   start.bodies[0].w_WB = {0, 0, kRate};
   const double deceleration = kLength * kGravity / ball.I_BBcm_B(2, 2), stop = kRate / deceleration;
-  const double half = std::round(stop / 2 / kTimestep) * kTimestep;
+  const double half = std::round(stop / 2 / kStep) * kStep;
   Checks checks("");
-  const State middle = subject.run(model, start, kTimestep, half);
+  const State middle = subject.run(model, start, kStep, half);
   checks.add(std::abs(middle.bodies[0].w_WB.z() / (kRate - deceleration * half) - 1), 0.02,
              fmt::format("spin half-way to its stop at {:.3f} s, relative", stop));
-  const State end = subject.run(model, start, kTimestep, 4 * half);
+  const State end = subject.run(model, start, kStep, 4 * half);
   checks.add(end.bodies[0].w_WB.norm() / kRate, 0.02, "spin after the stop, relative to the first");
   return checks.worst();
 }
@@ -319,12 +317,12 @@ Verdict rolling_friction(const Subject& subject) {
   start.bodies[0].w_WB = {0, kSpeed / kRadius, 0};
   const double deceleration = kLength * kGravity * kRadius / (ball.I_BBcm_B(1, 1) + kRadius * kRadius),
                stop = kSpeed / deceleration;
-  const double half = std::round(stop / 2 / kTimestep) * kTimestep;
+  const double half = std::round(stop / 2 / kStep) * kStep;
   Checks checks("");
-  const State middle = subject.run(model, start, kTimestep, half);
+  const State middle = subject.run(model, start, kStep, half);
   checks.add(std::abs(middle.bodies[0].v_WBcm.x() / (kSpeed - deceleration * half) - 1), 0.02,
              fmt::format("speed half-way to its stop at {:.3f} s, relative", stop));
-  const State end = subject.run(model, start, kTimestep, 4 * half);
+  const State end = subject.run(model, start, kStep, 4 * half);
   checks.add(end.bodies[0].v_WBcm.norm() / kSpeed, 0.02, "speed after the stop, relative to the first");
   return checks.worst();
 }

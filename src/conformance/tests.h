@@ -6,6 +6,8 @@
 
 namespace assay::conformance {
 
+inline constexpr double kStep = 1e-3;  // s, of every test that needs no other timestep
+
 // ---- the interface's promises (interface_tests.cc) -----------------------------------------------------------------
 Verdict readback(const Subject& subject);
 Verdict state_round_trip(const Subject& subject);

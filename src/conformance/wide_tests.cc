@@ -16,7 +16,6 @@
 namespace assay::conformance {
 namespace {
 
-constexpr double kTimestep = 1e-3;
 constexpr double kLightest = 1e-3, kHeaviest = 100;  // kg
 constexpr double kSmallest = 1e-3, kLargest = 2;     // m
 
@@ -229,7 +228,7 @@ Verdict far_from_origin(const Subject& subject) {
   for (BodyState& body : start.bodies) body.v_WBcm = {kSpeed, 0, 0};
   Checks checks("");
   // small steps too: what a position is rounded to there grows against the way of a step
-  for (const double timestep : {kTimestep, kTimestep / 8}) {
+  for (const double timestep : {kStep, kStep / 8}) {
     const std::vector<State> states = subject.record(model, start, timestep, kTo);
     const State &from = states.at(static_cast<size_t>(std::llround(kFrom / timestep))), &to = states.back();
     for (size_t i = 0; i < names.size(); ++i) {
@@ -309,7 +308,7 @@ Verdict beyond_limit(const Subject& subject) {
   }
   model = finished(std::move(model));
   const State start = with_joints(model, starts, std::vector<double>(starts.size(), 0.0));
-  const std::vector<State> states = subject.record(model, start, kTimestep, kDuration);
+  const std::vector<State> states = subject.record(model, start, kStep, kDuration);
   Checks checks("rad or m");
   for (size_t j = 0; j < model.joints.size(); ++j) {
     const Joint& joint = model.joints[j];
@@ -345,8 +344,8 @@ Verdict stick_and_slip(const Subject& subject) {
                   kFriction);
     }
     model = finished(std::move(model));
-    const std::vector<State> states = subject.record(model, model.initial, kTimestep, kDuration);
-    const State &from = states.at(static_cast<size_t>(std::llround(kFrom / kTimestep))), &to = states.back();
+    const std::vector<State> states = subject.record(model, model.initial, kStep, kDuration);
+    const State &from = states.at(static_cast<size_t>(std::llround(kFrom / kStep))), &to = states.back();
     const double time = to.time - from.time;
     for (size_t i = 0; i < bars.size(); ++i) {
       const Vec3 gained = to.bodies[i].v_WBcm - from.bodies[i].v_WBcm;
@@ -385,7 +384,7 @@ Verdict stack(const Subject& subject, const std::vector<double>& ratios) {
     }
   }
   model = finished(std::move(model));
-  const State end = subject.run(model, model.initial, kTimestep, kDuration);
+  const State end = subject.run(model, model.initial, kStep, kDuration);
   Checks checks("");
   for (size_t i = 0; i < ratios.size(); ++i) {
     const BodyState& top = end.bodies[3 * i];

@@ -39,8 +39,4 @@ std::vector<std::string> csv_fields(const std::string& line) {
   return fields;
 }
 
-std::string counted(size_t count, const std::string& what) {
-  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
-}
-
 }  // namespace assay

@@ -15,7 +15,4 @@ std::string input_file(const std::string& path, const std::string& what, const s
 // The fields of one line of CSV without quotes, blanks around each taken off.
 std::vector<std::string> csv_fields(const std::string& line);
 
-// "1 joint", "2 joints".
-std::string counted(size_t count, const std::string& what);
-
 }  // namespace assay

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <deque>
+#include <limits>
 #include <numbers>
 #include <utility>
 
@@ -148,10 +149,28 @@ class PolicyRun final : public ControlRun {
   ControlAccount account_;
 };
 
+void change_config(PolicyConfig& config, const PolicyChange& change) {
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  if (config.delay + change.delay < 0) {
+    throw InputError(fmt::format("the policy '{}' has a delay of {} control steps, which cannot be {} fewer",
+                                 config.path, config.delay, -change.delay));
+  }
+  config.delay += change.delay;
+  if (change.engine_drives) {
+    if (config.type == ActionType::kEffort) {
+      throw InputError(
+          fmt::format("the policy '{}' gives torques: it has no drives whose law could change", config.path));
+    }
+    config.engine_drives = *change.engine_drives;
+  }
+  if (change.without_clamp || config.engine_drives) std::ranges::fill(config.effort_limit, kNone);
+}
+
 class PolicyControl final : public Control {
  public:
-  PolicyControl(const Model& model, const std::string& path, const std::string& network)
+  PolicyControl(const Model& model, const std::string& path, const std::string& network, const PolicyChange& change)
       : model_(model), config_(read_policy_config(model, path)), network_(network.empty() ? config_.network : network) {
+    change_config(config_, change);
     if (network_.empty()) {
       throw InputError(fmt::format(
           "the policy '{}' names no network: give network = \"policy.onnx\" there, or --policy", config_.path));
@@ -294,8 +313,9 @@ std::unique_ptr<ControlRun> policy_run(const PolicyConfig& config, const Model& 
   return std::make_unique<PolicyRun>(config, model, std::move(source), timestep_s);
 }
 
-std::unique_ptr<Control> policy_control(const Model& model, const std::string& config, const std::string& network) {
-  return std::make_unique<PolicyControl>(model, config, network);
+std::unique_ptr<Control> policy_control(const Model& model, const std::string& config, const std::string& network,
+                                        const PolicyChange& change) {
+  return std::make_unique<PolicyControl>(model, config, network, change);
 }
 
 }  // namespace assay

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -45,10 +46,19 @@ void observe(const PolicyConfig& config, const Model& model, const State& state,
 std::unique_ptr<ControlRun> policy_run(const PolicyConfig& config, const Model& model,
                                        std::unique_ptr<ActionSource> source, double timestep_s);
 
+// How a run under a policy departs from the policy's configuration.
+struct PolicyChange {
+  int delay = 0;                      // control steps more; fewer where it is negative
+  bool without_clamp = false;         // no effort limits
+  std::optional<bool> engine_drives;  // in place of the configuration's law
+};
+
 // `network` takes the place of the configuration's, "" for that one: an ONNX file (onnx_network.h) or a CSV file of
 // recorded actions. Its header has the names of the joints that get actions, in any order; each line after it is a
 // control step, and after the last line its actions are held. Throws InputError for what does not fit the robot or the
-// file. The network itself is read by Control::start() and Control::rehearse() only.
-std::unique_ptr<Control> policy_control(const Model& model, const std::string& config, const std::string& network);
+// file, and for a change that the policy cannot have. The network itself is read by Control::start() and
+// Control::rehearse() only.
+std::unique_ptr<Control> policy_control(const Model& model, const std::string& config, const std::string& network,
+                                        const PolicyChange& change = {});
 
 }  // namespace assay

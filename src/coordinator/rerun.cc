@@ -4,7 +4,6 @@
 #include <cmath>
 #include <filesystem>
 #include <sstream>
-#include <stdlib.h>  // NOLINT(*-deprecated-headers): mkdtemp
 #include <thread>
 
 #include <fmt/format.h>
@@ -15,9 +14,9 @@
 #include "base/json.h"
 #include "base/paths.h"
 #include "base/text.h"
-#include "campaign/campaign.h"
 #include "coordinator/pool.h"
 #include "coordinator/subject.h"
+#include "coordinator/temporary_folder.h"
 #include "engines/registry.h"
 #include "model/mjcf.h"
 #include "store/scene.h"
@@ -27,25 +26,6 @@ namespace {
 
 using nlohmann::json;
 namespace fs = std::filesystem;
-
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string name = (fs::temp_directory_path() / "assay-XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) throw SystemError(fmt::format("cannot make the folder '{}'", name));
-    path_ = name;
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  const std::string& path() const { return path_; }
-
- private:
-  std::string path_;
-};
 
 template <typename Row>
 const Row& row_named(const std::vector<Row>& rows, const std::string& name, std::string Row::* key, const char* what) {
@@ -106,6 +86,17 @@ CampaignSystem system_of(const Store& store, const std::string& name, const json
     found = file;
   }
   system.model_path = find_model(found);
+  if (const auto states = facts.find("initial_states"); states != facts.end()) {
+    system.initial_states.count = states->at("count");
+    system.initial_states.seed = states->at("seed");
+    for (const PerturbationPart& part : kPerturbationParts) {
+      system.initial_states.around.*part.member = states->at(part.name).get<double>();
+    }
+  }
+  if (const auto push = facts.find("push"); push != facts.end()) {
+    system.pushes = {push->at("velocity"), push->at("every_s"), push->at("joint"), push->at("seed")};
+  }
+  system.push_sample_ms = system.sample_ms;
   if (const auto load = facts.find("load"); load != facts.end()) {
     system.load = {load->at("drop_unsupported"),
                    load->at("keyframe"),
@@ -129,8 +120,7 @@ CampaignSystem system_of(const Store& store, const std::string& name, const json
   system.model = variant_of(std::move(system.model), variant);
   if (system.model.hash != facts.at("model_hash").get<std::string>()) {
     throw InputError(
-        fmt::format("'{}' is not the model that '{}' was measured with: leave --timestep out, for the "
-                    "stored runs",
+        fmt::format("'{}' is not the model that '{}' was measured with: put that one back, or measure it again",
                     system.model_path, name));
   }
   return system;
@@ -156,6 +146,14 @@ CampaignContender contender_of(const std::vector<ContenderRow>& rows, const std:
 }
 
 }  // namespace
+
+CampaignSystem stored_system(const Store& store, const std::string& system) {
+  return with_facts(store, system, [&](const json& facts) { return system_of(store, system, facts); });
+}
+
+CampaignContender stored_contender(const Store& store, const std::string& name) {
+  return contender_of(store.contenders(), name);
+}
 
 bool fits_samples(const Store& store, const std::string& system, double timestep_ms) {
   return is_whole(sample_ms_of(store, system) / timestep_ms);
@@ -209,9 +207,10 @@ double finer_sample_ms(const Store& store, const std::string& system, double tim
 
 std::vector<Rerun> run_again(const Store& store, const std::string& system, const std::vector<std::string>& contenders,
                              double timestep_ms, double sample_ms, const std::function<void(size_t)>& progress) {
-  CampaignSystem described =
-      with_facts(store, system, [&](const json& facts) { return system_of(store, system, facts); });
+  CampaignSystem described = stored_system(store, system);
   described.sample_ms = sample_ms;
+  // the start of the runs that are kept
+  const int shown = with_facts(store, system, [](const json& facts) { return facts.value("shown_state", 0); });
   const std::vector<ContenderRow> rows = store.contenders();
   const TemporaryFolder folder;
   std::vector<Rerun> reruns(contenders.size());
@@ -227,6 +226,7 @@ std::vector<Rerun> run_again(const Store& store, const std::string& system, cons
     run.subject = subject_spec(described, contender_of(rows, contenders[i]));
     run.timestep_ms = timestep_ms;
     run.measures = {"reference"};
+    run.state = shown;
     run.trajectories = folder.path();
     run.save = address;
     run.partial = true;

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "campaign/campaign.h"
 #include "store/store.h"
 #include "store/trajectory.h"
 
@@ -16,6 +17,11 @@ struct Rerun {
   std::optional<Trajectory> trajectory;  // up to where it went; empty when there was no first step
   std::string failure;                   // "diverged by 1.2 s: ...", "" when it reached the end
 };
+
+// A system and a contender of `store` as its campaign had them, on the engines as they are installed now. Throw
+// InputError for one that there is not, and for one that is not what was measured.
+CampaignSystem stored_system(const Store& store, const std::string& system);
+CampaignContender stored_contender(const Store& store, const std::string& name);
 
 // Runs `contenders` of `store` on `system` from its initial state over its whole duration, in worker processes, and
 // keeps a state each `sample_ms`, a whole number of timesteps of which the duration holds a whole number. `progress`

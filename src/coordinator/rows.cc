@@ -79,6 +79,7 @@ SystemRow system_row(const CampaignSystem& system) {
   if (!system.more_pieces_ms.empty()) row["more_pieces_ms"] = system.more_pieces_ms;
   if (system.reference_single_ms != system.reference_ms) row["reference_single_ms"] = system.reference_single_ms;
   if (system.initial_states.count > 1) row["initial_states"] = initial_states_content(system.initial_states);
+  if (system.pushes.any()) row["push"] = pushes_content(system.pushes);
   if (system.load != LoadOptions()) {
     row["load"] = {{"drop_unsupported", system.load.drop_unsupported},
                    {"root_joint", static_cast<int>(system.load.root_joint)},
@@ -101,6 +102,7 @@ SystemRow system_row(const CampaignSystem& system) {
   if (const auto control = make_control(model, system.control); control->policy() != nullptr) {
     row["trained_in"] = control->policy()->trained_in;
     row["trained_ms"] = 1e3 * control->policy()->train_timestep_s;
+    row["shown_state"] = system.shown_state();
   }
   return {system.name, dump_json(row)};
 }

@@ -177,6 +177,10 @@ std::vector<Runner::Waiting> Runner::plan_measures() {
     run.measures.push_back(cell->measure);
     if (addresses.size() > run.use.size()) run.use = std::move(addresses);
     if (cell->measure != "truth") run.states = states;
+    if (!cell->keep.empty()) {
+      run.keep = cell->keep;
+      run.keep_state = system(*cell).shown_state();
+    }
     if (!cell->against.empty() && system(*cell).trained_in >= 0 &&
         !failed_gate_.contains(campaign_.contenders[static_cast<size_t>(system(*cell).trained_in)].resolved.name)) {
       run.against = cell->against;

@@ -97,7 +97,8 @@ void Runner::describe() {
   store_.set_scenes(scenes);
   std::vector<RunRow> runs;
   for (const PlannedCell& cell : plan_.cells) {
-    const std::string& address = cell.measure == "reference" ? cell.trajectory : cell.final_state;
+    const std::string& last = cell.keep.empty() ? cell.final_state : cell.keep;
+    const std::string& address = cell.measure == "reference" ? cell.trajectory : last;
     if (address.empty()) continue;
     runs.push_back({address, system(cell).name, contender(cell).resolved.name, cell.timestep_ms});
   }

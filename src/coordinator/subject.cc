@@ -11,8 +11,8 @@ ContenderSpec contender_spec(const CampaignContender& contender) {
 }
 
 SubjectSpec subject_spec(const CampaignSystem& system, const CampaignContender& contender) {
-  return {model_spec(system), system.control,   contender_spec(contender),
-          system.duration_s,  system.sample_ms, system.initial_states};
+  return {model_spec(system),    system.control, contender_spec(contender), system.duration_s, system.sample_ms,
+          system.initial_states, system.pushes,  system.push_sample_ms};
 }
 
 }  // namespace assay

@@ -162,9 +162,9 @@ std::string name_of(const std::string& plugin) {
   return fs::path(plugin).stem().string().substr(std::string_view(kPluginPrefix).size());
 }
 
-// Everything that is asked of an engine without a model.
+// What every command asks of an engine without a model. Not build(), which may start a program to ask it for its
+// version.
 void ask(const Engine& engine) {
-  static_cast<void>(engine.build());
   Settings settings;
   for (const Setting& setting : engine.settings()) settings.values[setting.name] = setting.default_value;
   for (const Contender& contender : engine.contenders()) {

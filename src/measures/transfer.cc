@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <set>
 
+#include "measures/agreement.h"
 #include "model/extent.h"
 
 namespace assay {
@@ -46,9 +48,11 @@ Vec3 heading_velocity(const Model& model, const State& state, int base) {
           -std::sin(yaw) * velocity.x() + std::cos(yaw) * velocity.y(), body.w_WB.z()};
 }
 
-// Speeds of the shapes that touch a plane, along it.
-void add_slips(const Model& model, const State& state, Sum& slips) {
-  for (const ContactPair& pair : model.contacts) {
+// Calls `visit` with each shape that touches a plane: the pair's place, the body, its lowest point, the plane's normal.
+template <typename Visit>
+void each_touch(const Model& model, const State& state, const Visit& visit) {
+  for (size_t i = 0; i < model.contacts.size(); ++i) {
+    const ContactPair& pair = model.contacts[i];
     const Shape* a = &model.shapes[static_cast<size_t>(pair.shape_a)];
     const Shape* b = &model.shapes[static_cast<size_t>(pair.shape_b)];
     if (a->type != ShapeType::kPlane) std::swap(a, b);
@@ -58,10 +62,57 @@ void add_slips(const Model& model, const State& state, Sum& slips) {
     const Vec3 down_S = X_WS.q.conjugate() * Vec3(-normal);
     const Vec3 lowest = X_WS.p - reach(model, *b, down_S) * normal;
     if (normal.dot(lowest - a->X_BS.p) > kTouching) continue;
-    const BodyState& body = state.bodies[static_cast<size_t>(b->body)];
+    visit(i, state.bodies[static_cast<size_t>(b->body)], lowest, normal);
+  }
+}
+
+// Speeds of the shapes that touch a plane, along it.
+void add_slips(const Model& model, const State& state, Sum& slips) {
+  each_touch(model, state, [&](size_t /*pair*/, const BodyState& body, const Vec3& lowest, const Vec3& normal) {
     const Vec3 velocity = body.v_WBcm + body.w_WB.cross(lowest - body.p_WBcm);
     slips.add((velocity - normal.dot(velocity) * normal).norm());
+  });
+}
+
+std::set<size_t> touches(const Model& model, const State& state) {
+  std::set<size_t> pairs;
+  each_touch(model, state, [&](size_t pair, const BodyState& /*body*/, const Vec3& /*lowest*/, const Vec3& /*normal*/) {
+    pairs.insert(pair);
+  });
+  return pairs;
+}
+
+// The distance from a joint's anchor of the farthest centre of mass that it carries, m.
+double reach_of_joint(const Model& model, const State& state, const Joint& joint) {
+  const auto root = static_cast<size_t>(joint.body);
+  const BodyState& child = state.bodies[root];
+  const Vec3 anchor = child.p_WBcm + child.q_WB * (joint.p_BJ - model.bodies[root].p_BBcm);
+  std::vector<bool> carried(model.bodies.size(), false);
+  double reach = 0;
+  for (size_t i = root; i < model.bodies.size(); ++i) {  // parents come before their children
+    const int parent = model.bodies[i].parent;
+    carried[i] = i == root || (parent != kWorld && carried[static_cast<size_t>(parent)]);
+    if (carried[i]) reach = std::max(reach, (state.bodies[i].p_WBcm - anchor).norm());
   }
+  return reach;
+}
+
+// The joint that moves bodies apart the most, -1 where a free base does.
+int parting_joint(const Model& model, const State& a, const State& b) {
+  int joint = -1;
+  double most = 0;
+  for (size_t i = 0; i < model.bodies.size(); ++i) {
+    if (model.bodies[i].is_free()) most = std::max(most, (a.bodies[i].p_WBcm - b.bodies[i].p_WBcm).norm());
+  }
+  for (size_t i = 0; i < model.joints.size(); ++i) {
+    const double reach = model.joints[i].is_slide() ? 1 : reach_of_joint(model, b, model.joints[i]);
+    const double apart = reach * std::abs(a.position[i] - b.position[i]);
+    if (apart > most) {
+      most = apart;
+      joint = static_cast<int>(i);
+    }
+  }
+  return joint;
 }
 
 }  // namespace
@@ -89,6 +140,31 @@ Transfer transfer(const Model& model, const std::vector<State>& states, const Tr
   found.turning_error = turning.mean();
   found.foot_slip = slips.mean();
   return found;
+}
+
+std::optional<FirstParting> first_parting(const Model& model, const std::vector<State>& run,
+                                          const std::vector<State>& other) {
+  assert(!run.empty() && run.size() == other.size());
+  std::vector<double> time;
+  time.reserve(run.size());
+  for (const State& state : run) time.push_back(state.time - run.front().time);
+  std::optional<FirstParting> first;
+  std::vector<double> apart(run.size());
+  for (size_t body = 0; body < model.bodies.size(); ++body) {
+    for (size_t i = 0; i < run.size(); ++i) {
+      apart[i] = (run[i].bodies[body].p_WBcm - other[i].bodies[body].p_WBcm).norm();
+    }
+    const auto parted = parting_time(time, apart);
+    if (parted && (!first || *parted < first->time_s)) first = {*parted, static_cast<int>(body), -1, false};
+  }
+  if (!first) return std::nullopt;
+  const auto at = static_cast<size_t>(std::ranges::lower_bound(time, first->time_s) - time.begin());
+  const size_t sample = std::min(at, run.size() - 1);
+  first->joint = parting_joint(model, run[sample], other[sample]);
+  for (const size_t i : {sample, sample > 0 ? sample - 1 : sample}) {
+    first->contact = first->contact || touches(model, run[i]) != touches(model, other[i]);
+  }
+  return first;
 }
 
 }  // namespace assay

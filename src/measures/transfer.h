@@ -37,4 +37,26 @@ struct Transfer {
 inline constexpr double kTouching = 2e-3;  // m
 Transfer transfer(const Model& model, const std::vector<State>& states, const TransferTask& task, bool ended_early);
 
+// Where two runs from one state part.
+struct FirstParting {
+  double time_s = 0;     // from the start until a body's centre of mass is more than kPartedMetres from the other run's
+  int body = 0;          // the first such body: index into Model::bodies
+  int joint = -1;        // that moves bodies apart the most then: index into Model::joints; -1: a free base itself does
+  bool contact = false;  // at that sample or the one before, a shape touches a plane in one of the runs only
+};
+
+// The same number of samples at the same times (assert). A joint moves bodies apart by the difference of its positions,
+// of a hinge times the distance from its anchor of the farthest centre of mass that it carries. Empty for runs that
+// never part.
+std::optional<FirstParting> first_parting(const Model& model, const std::vector<State>& run,
+                                          const std::vector<State>& other);
+
+// Samples of a cell of the measure, a number for each initial state: FirstParting's members, the time kNeverParted for
+// a run that never parts and kNotCompared for one that has no other.
+inline constexpr const char* kPartingTimes = "parting_s of states";
+inline constexpr const char* kPartingBodies = "parting_body of states";
+inline constexpr const char* kPartingJoints = "parting_joint of states";
+inline constexpr const char* kPartingContacts = "parting_contact of states";
+inline constexpr double kNeverParted = -1, kNotCompared = -2;
+
 }  // namespace assay

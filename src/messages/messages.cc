@@ -21,8 +21,8 @@ using nlohmann::json;
 // ---- the kinds, in the order of the variants ------------------------------------------------------------------------
 
 constexpr std::array<std::string_view, std::variant_size_v<Request>> kRequestKinds = {
-    "run",   "truth",  "pieces",  "agreement", "scaling",     "conformance",
-    "probe", "timing", "prepare", "sample",    "single-steps"};
+    "run",   "truth",  "pieces",  "agreement", "scaling",      "conformance",
+    "probe", "timing", "prepare", "sample",    "single-steps", "runs"};
 constexpr std::array<std::string_view, std::variant_size_v<Reply>> kReplyKinds = {
     "done", "test", "error", "crash", "ready", "prepared", "sampled", "single-stepped"};
 
@@ -53,16 +53,21 @@ void fields(auto& is, Of<Perturbation> auto& m) {
   for (const PerturbationPart& part : kPerturbationParts) is(part.name, m.*part.member);
 }
 void fields(auto& is, Of<InitialStates> auto& m) { is("count", m.count)("seed", m.seed)("around", m.around); }
+void fields(auto& is, Of<Pushes> auto& m) {
+  is("velocity", m.velocity)("every_s", m.every_s)("joint", m.joint)("seed", m.seed);
+}
 void fields(auto& is, Of<SubjectSpec> auto& m) {
   is("model", m.model)("control", m.control)("contender", m.contender);
   is("duration_s", m.duration_s)("sample_ms", m.sample_ms)("states", m.states);
+  is("changes", m.changes);
+  is("pushes", m.pushes)("push_sample_ms", m.push_sample_ms);
 }
 void fields(auto& is, Of<GraspBodies> auto& m) { is("object", m.object)("hand", m.hand)("drop_m", m.drop_m); }
 void fields(auto& is, Of<RunJob> auto& m) {
   is("subject", m.subject)("timestep_ms", m.timestep_ms)("measures", m.measures)("trajectories", m.trajectories);
   is("state", m.state)("states", m.states);
   is("save", m.save)("use", m.use)("truth", m.truth)("seed", m.seed)("grasp", m.grasp)("partial", m.partial);
-  is("against", m.against);
+  is("against", m.against)("keep", m.keep)("keep_state", m.keep_state);
 }
 void fields(auto& is, Of<TruthJob> auto& m) {
   is("model", m.model)("duration_s", m.duration_s)("sample_ms", m.sample_ms);
@@ -92,6 +97,7 @@ void fields(auto& is, Of<TimingJob> auto& m) {
 void fields(auto& is, Of<TurnPlan> auto& m) {
   is("timestep_ms", m.timestep_ms)("windows", m.windows)("share", m.share)("restart", m.restart)("passes", m.passes);
 }
+void fields(auto& is, Of<RunsJob> auto& m) { is("runs", m.runs)("trajectories", m.trajectories)("limit_s", m.limit_s); }
 void fields(auto& is, Of<PrepareCommand> auto& m) { is("timestep_ms", m.timestep_ms); }
 void fields(auto& is, Of<SampleCommand> auto& m) { is("how", m.how); }
 void fields(auto& is, Of<SingleStepsCommand> auto& m) { is("how", m.how); }

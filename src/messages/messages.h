@@ -20,6 +20,7 @@
 #include "controls/control.h"
 #include "measures/grasp.h"
 #include "measures/initial_states.h"
+#include "measures/pushes.h"
 #include "model/load_options.h"
 #include "model/variant.h"
 #include "store/store.h"
@@ -55,7 +56,10 @@ struct SubjectSpec {
   ControlSpec control;
   ContenderSpec contender;
   double duration_s = 0, sample_ms = 0;
-  InitialStates states;
+  InitialStates states;  // of the unchanged model
+  Pushes pushes = {};
+  double push_sample_ms = 0;              // pushes are at multiples of it, whatever the samples are
+  std::vector<std::string> changes = {};  // of the model and its control (changes/change.h)
 };
 
 // ---- jobs: coordinator to worker ------------------------------------------------------------------------------------
@@ -69,7 +73,9 @@ struct RunJob {
   std::vector<std::string> measures;  // as stored; "reference" has no values
   std::string trajectories;
   int state = 0, states = 1;  // the first of the initial states, and how many
-  std::string save;           // address under which the run is kept, "" for not at all; of one state
+  // Address under which the run is kept, "" for not at all; of several states with "-" and the state's number behind
+  // it.
+  std::string save;
   // Of each state the address of its run when it exists already, "" to make it; empty: all are made. A run that is
   // used may have more samples than the subject asks for.
   std::vector<std::string> use;
@@ -80,6 +86,10 @@ struct RunJob {
   // For 'transfer', of each state the address of the run of the contender that the policy was trained in, "" where it
   // has none; empty: compared with nothing.
   std::vector<std::string> against = {};
+  // Address under which the run from the initial state `keep_state` is kept for replays, "" for not at all: as far as
+  // it went.
+  std::string keep = {};
+  int keep_state = 0;
 };
 
 // The reference solution of a smooth system, at the moments of a run's samples: no engine takes part.
@@ -149,6 +159,14 @@ struct TurnPlan {
   int passes = 1;        // over all windows
 };
 
+// Several runs of one measure each, one after the other, each in a process of its own: what one does not survive, the
+// others do. The answer has a cell for each, in their order; a TestResult comes after each.
+struct RunsJob {
+  std::vector<RunJob> runs;
+  std::string trajectories;  // the folder of all of them
+  double limit_s = 600;      // of each, at least 1
+};
+
 // Asks for the time of a step.
 struct PrepareCommand {
   double timestep_ms = 0;
@@ -164,7 +182,7 @@ struct SingleStepsCommand {
 };
 
 using Request = std::variant<RunJob, TruthJob, PiecesJob, AgreementJob, ScalingJob, ConformanceJob, ProbeJob, TimingJob,
-                             PrepareCommand, SampleCommand, SingleStepsCommand>;
+                             PrepareCommand, SampleCommand, SingleStepsCommand, RunsJob>;
 
 // ---- replies: worker to coordinator ---------------------------------------------------------------------------------
 

@@ -16,6 +16,7 @@
 #include "base/json.h"
 #include "base/text.h"
 #include "results/line_up.h"
+#include "store/facts.h"
 #include "store/pictures.h"
 #include "store/store.h"
 #include "store/trajectory.h"
@@ -136,7 +137,8 @@ struct Kept {
 
 // Runs of the system that the page is to have: first the references in the line-up's order, then those of each other
 // timestep.
-std::vector<Kept> kept_runs(const Store& store, const std::string& system, size_t bodies, size_t most) {
+std::vector<Kept> kept_runs(const Store& store, const std::string& system, size_t bodies, size_t most,
+                            const std::string& trained_in) {
   std::vector<RunRow> rows;
   std::vector<std::string> names;
   for (const RunRow& row : store.runs()) {
@@ -144,7 +146,9 @@ std::vector<Kept> kept_runs(const Store& store, const std::string& system, size_
     if (std::ranges::find(names, row.contender) == names.end()) names.push_back(row.contender);
     rows.push_back(row);
   }
+  const bool trained = std::ranges::find(names, trained_in) != names.end();
   names = line_up(names, most);
+  if (trained && std::ranges::find(names, trained_in) == names.end()) names.back() = trained_in;
   const auto place = [&](const RunRow& row) { return std::ranges::find(names, row.contender) - names.begin(); };
   std::erase_if(rows, [&](const RunRow& row) { return place(row) == std::ssize(names); });
   std::ranges::sort(rows, [&](const RunRow& a, const RunRow& b) {
@@ -204,11 +208,15 @@ json replays_data(const Store& store, const ReplayOptions& options) {
   json replays = json::array();
   std::vector<json> pictures;           // of each replay
   std::vector<std::vector<Kept>> kept;  // of each replay
+  const std::vector<SystemRow> systems = store.systems();
   for (const SceneRow& scene : store.scenes()) {
     json drawn = json::parse(scene.json, nullptr, /*allow_exceptions=*/false);
     if (!drawn.is_object() || !drawn.contains("bodies")) continue;
     const size_t bodies = drawn.at("bodies").size();
-    std::vector<Kept> runs = kept_runs(store, scene.system, bodies, options.most_contenders);
+    const auto system = std::ranges::find(systems, scene.system, &SystemRow::name);
+    const json facts = facts_of(system == systems.end() ? "" : system->json);
+    std::vector<Kept> runs =
+        kept_runs(store, scene.system, bodies, options.most_contenders, text_fact(facts, "trained_in"));
     if (runs.empty()) continue;
     pictures.push_back(drawn.value("pictures", json()));
     drawn.erase("pictures");

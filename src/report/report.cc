@@ -17,6 +17,7 @@
 #include "report/page.h"
 #include "report/parity.h"
 #include "report/replays.h"
+#include "report/transfer.h"
 #include "report/views.h"
 #include "report/write_file.h"
 #include "results/values.h"
@@ -28,7 +29,7 @@ namespace {
 using nlohmann::json;
 
 // Of this layout of the JSON; web/src/data.ts describes it.
-constexpr int kReportFormat = 2;
+constexpr int kReportFormat = 3;
 
 json number(std::optional<double> value) { return value && std::isfinite(*value) ? json(*value) : json(nullptr); }
 
@@ -147,6 +148,68 @@ Shown what_fits(const Results& results, const ReportOptions& options, size_t oth
   return shown;
 }
 
+// Contenders of cells that the store does not describe are shown all the same.
+void add_unknown_contenders(json& contenders, const json& cells) {
+  std::set<std::string> known;
+  for (const json& contender : contenders) known.insert(contender["name"].get<std::string>());
+  for (const json& cell : cells) {
+    const auto name = cell["contender"].get<std::string>();
+    if (!known.insert(name).second) continue;
+    contenders.push_back({{"name", name},
+                          {"engine", name.substr(0, name.find('-'))},
+                          {"version", ""},
+                          {"base", name},
+                          {"settings", ""},
+                          {"capabilities", json::object()},
+                          {"build", json::object()}});
+  }
+}
+
+// How much was measured, without the engine that does nothing.
+json measured_data(const Store& store, const json& cells) {
+  std::set<std::string> harness = {kHarness}, contenders;
+  for (const ContenderRow& row : store.contenders()) {
+    if (row.engine == kHarness) harness.insert(row.name);
+  }
+  int count = 0, ok = 0;
+  for (const json& cell : cells) {
+    const auto contender = cell["contender"].get<std::string>();
+    if (harness.contains(contender)) continue;
+    contenders.insert(contender);
+    ++count;
+    if (cell["outcome"].get<std::string>() == outcome_text(Outcome::kOk)) ++ok;
+  }
+  return {{"cells", count}, {"ok", ok}, {"contenders", contenders}};
+}
+
+// The systems that are shown, in the page's order: robots, which have actuators, before what moves by itself. Systems
+// of cells that the store does not describe come last, without facts.
+json systems_data(const Store& store, const Results& results, const Shown& shown) {
+  std::set<std::string> scaled, other;
+  for (const json& cell : shown.cells) {
+    (cell["measure"] == "scaling" ? scaled : other).insert(cell["system"].get<std::string>());
+  }
+  json driven = json::array(), rest = json::array();
+  std::set<std::string> left = shown.systems;
+  const auto add = [&](const std::string& name, json facts) {
+    const bool family = !results.family(name).empty();
+    const json& control = facts.value("control", json());
+    const bool actuated = control.is_string() && control.get<std::string>().find("actuator") != std::string::npos;
+    (actuated ? driven : rest)
+        .push_back({{"name", name},
+                    {"facts", std::move(facts)},
+                    {"section", !family || other.contains(name)},
+                    {"size", family && scaled.contains(name)}});
+    left.erase(name);
+  };
+  for (const SystemRow& row : store.systems()) {
+    if (shown.systems.contains(row.name)) add(row.name, object(row.json));
+  }
+  for (const std::string& name : std::set<std::string>(left)) add(name, json::object());
+  driven.insert(driven.end(), rest.begin(), rest.end());
+  return driven;
+}
+
 // JSON inside a script element. `<` would end it or open a comment; the two line separators end a line in old
 // JavaScript. Both occur inside strings only, where an escape means the same.
 std::string script_safe(const std::string& text) {
@@ -223,6 +286,7 @@ json report_data(const Store& store, const ReportOptions& options) {
                {"pictures", picture_data(results)},
                {"agreement", agreement_data(results)},
                {"replays", replays_data(store)},
+               {"transfer", transfer_data(results)},
                {"claims", claims_data(results)},
                {"parity", parity_data(store.dir())},
                {"catalogue", catalogue_data(results)},
@@ -231,20 +295,18 @@ json report_data(const Store& store, const ReportOptions& options) {
                {"glossary", glossary_data()}};
 
   Shown shown = what_fits(results, options, page_bytes(data));
-  for (const char* part : {"pictures", "agreement", "replays"}) {
+  for (const char* part : {"pictures", "agreement", "replays", "transfer"}) {
     json kept = json::array();
     for (json& each : data[part]) {
       if (shown.systems.contains(each["system"].get<std::string>())) kept.push_back(std::move(each));
     }
     data[part] = std::move(kept);
   }
-  json systems = json::array();
-  for (const SystemRow& row : store.systems()) {
-    if (shown.systems.contains(row.name)) systems.push_back({{"name", row.name}, {"facts", object(row.json)}});
-  }
   if (!shown.left_out.empty()) manifest.push_back({{"key", kLeftOut}, {"value", shown.left_out}});
   data["manifest"] = std::move(manifest);
-  data["systems"] = std::move(systems);
+  data["systems"] = systems_data(store, results, shown);
+  add_unknown_contenders(data["contenders"], shown.cells);
+  data["measured"] = measured_data(store, shown.cells);
   data["cells"] = std::move(shown.cells);
   data["views"] = std::move(shown.views);
   return data;
@@ -255,11 +317,25 @@ std::string report_html(const json& data) {
   const auto text = [](const json& part) { return script_safe(dump_json(part)); };
   json rest = json::object();
   for (const auto& [key, value] : data.items()) {
-    if (key != "replays") rest[key] = value;
+    if (key != "replays" && key != "cells") rest[key] = value;
   }
-  const std::string replays = text(data.value("replays", json::array()));
-  return fmt::format("{}{}{}{}{}", report_page_before(), text(rest), report_page_between(), replays,
-                     report_page_after());
+  // Each system's cells are an element of their own, those of the first section before the page's script, which draws
+  // that section before the others have been read.
+  std::map<std::string, json> cells;
+  for (const json& cell : data.value("cells", json::array())) {
+    cells.try_emplace(cell["system"].get<std::string>(), json::array()).first->second.push_back(cell);
+  }
+  std::string first, others;
+  const json systems = data.value("systems", json::array());
+  for (size_t i = 0; i < systems.size(); ++i) {
+    const auto found = cells.find(systems[i]["name"].get<std::string>());
+    if (found == cells.end()) continue;
+    std::string& place = first.empty() && systems[i]["section"] == true ? first : others;
+    place +=
+        fmt::format("</script>\n    <script type=\"application/json\" data-cells=\"{}\">{}", i, text(found->second));
+  }
+  return fmt::format("{}{}{}{}{}{}{}", report_page_before(), text(rest), first, report_page_between(),
+                     text(data.value("replays", json::array())), others, report_page_after());
 }
 
 void write_report(const std::string& results_dir, const std::string& out_file) {

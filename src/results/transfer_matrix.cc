@@ -3,14 +3,70 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <tuple>
+#include <utility>
+
+#include <fmt/format.h>
 
 #include "base/text.h"
+#include "measures/statistics.h"
+#include "measures/transfer.h"
 #include "results/values.h"
 #include "store/facts.h"
+#include "store/scene.h"
 
 namespace assay {
 namespace {
+
+// The number that most of `numbers` are, and how many.
+std::pair<int, size_t> most_frequent(const std::vector<double>& numbers) {
+  std::map<int, size_t> counts;
+  for (const double number : numbers) ++counts[static_cast<int>(number)];
+  std::pair<int, size_t> most = {-1, 0};
+  for (const auto& [number, count] : counts) {
+    if (count > most.second) most = {number, count};
+  }
+  return most;
+}
+
+TransferParting parting_of(const std::vector<SampleSeries>& samples, const Scene* scene, size_t shown) {
+  const auto series = [&](const char* name) -> std::vector<double> {
+    const auto found = std::ranges::find(samples, name, &SampleSeries::name);
+    return found == samples.end() ? std::vector<double>() : found->values;
+  };
+  const std::vector<double> times = series(kPartingTimes), bodies = series(kPartingBodies),
+                            joints = series(kPartingJoints), contacts = series(kPartingContacts);
+  TransferParting parting;
+  if (bodies.size() != times.size() || joints.size() != times.size() || contacts.size() != times.size()) return parting;
+  std::vector<double> when, first_bodies, first_joints;
+  for (size_t i = 0; i < times.size(); ++i) {
+    if (times[i] == kNotCompared) continue;
+    ++parting.starts;
+    if (times[i] == kNeverParted) continue;
+    ++parting.parted;
+    when.push_back(times[i]);
+    first_bodies.push_back(bodies[i]);
+    first_joints.push_back(joints[i]);
+    if (contacts[i] == 1) ++parting.contact;
+  }
+  if (when.empty()) return parting;
+  parting.first_s = std::ranges::min(when);
+  parting.median_s = median(when);
+  if (shown < times.size() && times[shown] >= 0) parting.shown_s = times[shown];
+  const auto [body, same_body] = most_frequent(first_bodies);
+  const auto [joint, same_joint] = most_frequent(first_joints);
+  parting.same_body = same_body;
+  parting.same_joint = same_joint;
+  if (scene == nullptr) return parting;
+  if (body >= 0 && std::cmp_less(body, scene->bodies.size())) {
+    parting.body = scene->bodies[static_cast<size_t>(body)].name;
+  }
+  if (joint >= 0 && std::cmp_less(joint, scene->joints.size())) {
+    parting.joint = scene->joints[static_cast<size_t>(joint)];
+  }
+  return parting;
+}
 
 nlohmann::ordered_json number_json(const std::optional<double>& number) {
   return number && std::isfinite(*number) ? nlohmann::ordered_json(*number) : nlohmann::ordered_json(nullptr);
@@ -38,7 +94,15 @@ std::optional<TransferMatrix> transfer_matrix(const Results& results, const std:
   matrix.policy = text_fact(facts, "control");
   matrix.trained_in = text_fact(facts, "trained_in");
   matrix.duration_s = results.fact(system, "duration_s");
-  const double trained_ms = results.fact(system, "trained_ms");
+  matrix.trained_ms = results.fact(system, "trained_ms");
+  if (const auto push = facts.find("push"); push != facts.end() && push->is_object()) {
+    const std::string joint = text_fact(*push, "joint");
+    matrix.pushes = fmt::format("pushes of {}{} every {} s", shortest(number_fact(*push, "velocity")),
+                                joint.empty() ? " m/s" : fmt::format(" of the joint '{}'", joint),
+                                shortest(number_fact(*push, "every_s")));
+  }
+  const Scene* scene = results.scene(system);
+  const auto shown = static_cast<size_t>(std::max(0.0, results.fact(system, "shown_state")));
   for (const Cell& cell : results.cells()) {
     if (cell.system != system || cell.measure != "transfer") continue;
     TransferRow& row = matrix.rows.emplace_back();
@@ -46,13 +110,15 @@ std::optional<TransferMatrix> transfer_matrix(const Results& results, const std:
     row.timestep_ms = cell.timestep_ms;
     row.outcome = cell.outcome;
     row.reason = cell.reason;
-    row.trained = cell.contender == matrix.trained_in && same_timestep(cell.timestep_ms, trained_ms);
+    row.trained = cell.contender == matrix.trained_in && same_timestep(cell.timestep_ms, matrix.trained_ms);
     for (const Value& value : cell.values) row.values.emplace(value.name, value);
     if (row.value("fall_rate") == nullptr) continue;
     row.runs = 1;
-    for (const SampleSeries& series : results.store().samples(cell.id)) {
+    const std::vector<SampleSeries> samples = results.store().samples(cell.id);
+    for (const SampleSeries& series : samples) {
       if (series.name == "fall_rate of states") row.runs = series.values.size();
     }
+    row.parting = parting_of(samples, scene, shown);
   }
   if (matrix.rows.empty()) return std::nullopt;
   const auto order = [](const TransferRow& row) {
@@ -62,6 +128,30 @@ std::optional<TransferMatrix> transfer_matrix(const Results& results, const std:
   };
   std::ranges::stable_sort(matrix.rows, std::less(), order);
   return matrix;
+}
+
+std::vector<std::string> transfer_answer(const TransferMatrix& matrix) {
+  std::map<std::string, std::map<std::string_view, std::vector<std::string>>> timesteps;  // by contender and verdict
+  for (const TransferRow& row : matrix.rows) {
+    timesteps[row.contender][row.verdict()].push_back(timestep_label(row.timestep_ms));
+  }
+  std::map<std::string_view, std::vector<std::string>> found;
+  std::vector<std::string> always;
+  for (const auto& [contender, verdicts] : timesteps) {
+    for (const auto& [verdict, at] : verdicts) {
+      if (verdict == "stays up" && verdicts.size() == 1) {
+        always.push_back(contender);
+      } else {
+        found[verdict].push_back(fmt::format("{} at {} ms", contender, join(at, ", ")));
+      }
+    }
+  }
+  const bool all = always.size() == timesteps.size();
+  std::vector<std::string> lines = {fmt::format("stays up at every timestep: {} of {} contender{}{}{}", always.size(),
+                                                timesteps.size(), timesteps.size() == 1 ? "" : "s",
+                                                always.empty() || all ? "" : ": ", all ? "" : join(always, ", "))};
+  for (const auto& [verdict, where] : found) lines.push_back(fmt::format("{}: {}", verdict, join(where, "; ")));
+  return lines;
 }
 
 nlohmann::ordered_json transfer_json(const TransferMatrix& matrix) {
@@ -77,6 +167,7 @@ nlohmann::ordered_json transfer_json(const TransferMatrix& matrix) {
                       {"low", number_json(value.low)},
                       {"high", number_json(value.high)}};
     }
+    const TransferParting& parting = row.parting;
     rows.push_back({{"contender", row.contender},
                     {"timestep_ms", row.timestep_ms},
                     {"outcome", outcome_text(row.outcome)},
@@ -84,12 +175,26 @@ nlohmann::ordered_json transfer_json(const TransferMatrix& matrix) {
                     {"runs", row.runs},
                     {"trained", row.trained},
                     {"verdict", row.verdict()},
-                    {"values", std::move(values)}});
+                    {"values", std::move(values)},
+                    {"parting",
+                     {{"starts", parting.starts},
+                      {"parted", parting.parted},
+                      {"body", text_json(parting.body)},
+                      {"same_body", parting.same_body},
+                      {"joint", text_json(parting.joint)},
+                      {"same_joint", parting.same_joint},
+                      {"contact", parting.contact},
+                      {"first_s", number_json(parting.first_s)},
+                      {"median_s", number_json(parting.median_s)},
+                      {"shown_s", number_json(parting.shown_s)}}}});
   }
   return {{"system", matrix.system},
           {"policy", matrix.policy},
           {"trained_in", text_json(matrix.trained_in)},
+          {"trained_ms", matrix.trained_ms > 0 ? nlohmann::ordered_json(matrix.trained_ms) : nlohmann::ordered_json()},
           {"duration_s", matrix.duration_s},
+          {"pushes", text_json(matrix.pushes)},
+          {"answer", transfer_answer(matrix)},
           {"rows", std::move(rows)}};
 }
 

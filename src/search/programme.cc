@@ -259,6 +259,11 @@ std::string policy_text(const Model& model, const Control& control, const Progra
   const bool perturbed = options.states > 1 && perturbation_obstacle(model).empty();
   programme.systems.push_back(fmt::format("policy: {} for {} s{}", control.description(), shortest(duration_s),
                                           perturbed ? fmt::format(", from {} perturbed starts", options.states) : ""));
+  if (const Pushes& pushes = options.pushes; pushes.any()) {
+    programme.systems.back() +=
+        fmt::format(", with a push of {} {} every {} s", shortest(pushes.velocity),
+                    pushes.joint.empty() ? "m/s" : fmt::format("of '{}'", pushes.joint), shortest(pushes.every_s));
+  }
   std::vector<std::string> timesteps;
   for (const double timestep_ms : policy_timesteps(control, options.timesteps_ms)) {
     timesteps.push_back(shortest(timestep_ms));
@@ -271,27 +276,15 @@ std::string policy_text(const Model& model, const Control& control, const Progra
   toml += control_line(options.control.value_or(ControlSpec{})) + "\nmeasures = [\"transfer\"]\n";
   toml += fmt::format("duration_s = {}\nsample_ms = {}\n", shortest(duration_s), shortest(period_ms));
   if (perturbed) toml += fmt::format("initial_states = {}\n", options.states);
+  if (const Pushes& pushes = options.pushes; pushes.any()) {
+    toml +=
+        fmt::format("push = {{velocity = {}, every_s = {}{}}}\n", shortest(pushes.velocity), shortest(pushes.every_s),
+                    pushes.joint.empty() ? "" : fmt::format(", joint = {}", toml_text(pushes.joint)));
+  }
   return toml;
 }
 
 }  // namespace
-
-std::string toml_text(const std::string& text) {
-  if (!is_utf8(text)) {
-    throw InputError(fmt::format("'{}' cannot stand in a campaign's file, because its bytes are not UTF-8: rename it",
-                                 printable(text)));
-  }
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') quoted += '\\';
-    if (static_cast<unsigned char>(c) < ' ') {
-      quoted += fmt::format("\\u{:04x}", static_cast<int>(c));
-    } else {
-      quoted += c;
-    }
-  }
-  return quoted + "\"";
-}
 
 Programme programme_for(const Model& model, const ProgrammeOptions& options, const Registry& registry) {
   Programme programme;

@@ -7,7 +7,9 @@
 #include <vector>
 
 #include "controls/control.h"
+#include "controls/toml_text.h"
 #include "engines/registry.h"
+#include "measures/pushes.h"
 #include "model/model.h"
 
 namespace assay {
@@ -24,6 +26,7 @@ struct ProgrammeOptions {
   // of training, that itself and its double, as far as the control period is a whole number of them.
   int states = 20;
   double duration_s = 10;
+  Pushes pushes;
   std::vector<double> timesteps_ms;
   std::map<std::string, std::string> limits;  // of the table [search], as written there: error = 1mm
   std::vector<std::string> other_limits;      // its list `limit`: NAME=QUANTITY
@@ -51,8 +54,5 @@ struct Programme {
 // system, "policy", of which everything is measured.
 Programme programme_for(const Model& model, const ProgrammeOptions& options,
                         const Registry& registry = Registry::instance());
-
-// A text as a TOML string. Throws InputError for one whose bytes are not UTF-8.
-std::string toml_text(const std::string& text);
 
 }  // namespace assay

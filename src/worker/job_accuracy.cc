@@ -90,6 +90,13 @@ CellResult grasp_cell(const Run& run, const GraspBodies& bodies) {
   return cell;
 }
 
+void add_parting(CellResult& cell, double time_s, const FirstParting& first) {
+  cell.samples.push_back({kPartingTimes, {time_s}});
+  cell.samples.push_back({kPartingBodies, {static_cast<double>(first.body)}});
+  cell.samples.push_back({kPartingJoints, {static_cast<double>(first.joint)}});
+  cell.samples.push_back({kPartingContacts, {first.contact ? 1.0 : 0.0}});
+}
+
 // Of one state's run under a policy. A run that diverges has fallen then. `against` is a run of the contender that the
 // policy was trained in, from the same state, or empty.
 CellResult transfer_cell(const Subject& subject, const Run& run, const std::vector<State>& against, double duration_s) {
@@ -122,6 +129,10 @@ CellResult transfer_cell(const Subject& subject, const Run& run, const std::vect
     const auto parted = parting_time(time, distances(own, other));
     // a run that failed has parted then
     add("policy_parting_time", "s", parted.value_or(count < states.size() ? duration_s : time.back()));
+    const auto first = first_parting(subject.model, own, other);
+    add_parting(cell, first ? first->time_s : kNeverParted, first.value_or(FirstParting{0, -1, -1, false}));
+  } else {
+    add_parting(cell, kNotCompared, {0, -1, -1, false});
   }
   return cell;
 }
@@ -172,6 +183,11 @@ CellResult over_states(std::vector<CellResult> cells, std::uint64_t seed) {
   const bool diverged = all.ending.outcome == Outcome::kDiverged;
   std::vector<std::string> done;
   for (const CellResult& cell : cells) {
+    for (const SampleSeries& of_state : cell.samples) {
+      auto series = std::ranges::find(all.samples, of_state.name, &SampleSeries::name);
+      if (series == all.samples.end()) series = all.samples.insert(series, {of_state.name, {}});
+      series->values.insert(series->values.end(), of_state.values.begin(), of_state.values.end());
+    }
     for (const Value& value : cell.values) {
       if (std::ranges::find(done, value.name) != done.end()) continue;
       done.push_back(value.name);
@@ -252,8 +268,11 @@ JobDone do_job(const RunJob& job) {
         thin(run.trajectory.states, samples);
         run.ending = judge(subject, run.trajectory);
       } else {
-        const State start = initial_state(subject.model, subject.states, job.state + i);
-        run = run_sampled(subject, start, job.timestep_ms, samples, per_sample, with_contacts);
+        const Model& of = subject.unchanged ? *subject.unchanged : subject.model;
+        const State start = initial_state(of, subject.states, job.state + i);
+        run = run_sampled(
+            subject, start, job.timestep_ms, samples, per_sample, with_contacts,
+            draw_pushes(subject.pushes, job.state + i, job.subject.duration_s, 1e-3 * job.subject.push_sample_ms));
       }
     } catch (const UnsupportedError& error) {
       run.ending = {Outcome::kUnsupported, error.what()};
@@ -263,7 +282,14 @@ JobDone do_job(const RunJob& job) {
     engine_s += run.engine_s;
     const bool ended = run.ending.outcome == Outcome::kOk || run.ending.outcome == Outcome::kUnstable;
     const bool partial = job.partial && !run.trajectory.states.empty();
-    if ((ended || partial) && !job.save.empty()) save(dir, job.save, run.trajectory);
+    if ((ended || partial) && !job.save.empty()) {
+      const std::string number = job.states > 1 ? fmt::format("-{}", job.state + i) : "";
+      save(dir, job.save + number, run.trajectory);
+    }
+    // of a replay even what diverges is of use
+    if (!job.keep.empty() && job.state + i == job.keep_state && run.trajectory.states.size() > 1) {
+      save(dir, job.keep, run.trajectory);
+    }
     for (const std::string& measure : job.measures) {
       std::vector<CellResult>& cells = found[measure];
       // the reference solution is that of the model's own initial state
@@ -271,6 +297,7 @@ JobDone do_job(const RunJob& job) {
       const bool ran = ended || run.ending.outcome == Outcome::kDiverged;
       if (measure == "reference" || !ran) {
         cells.push_back({measure, run.ending, {}, {}});
+        if (measure == "transfer") add_parting(cells.back(), kNotCompared, {0, -1, -1, false});
       } else if (measure == "truth") {
         cells.push_back(truth_cell(subject, run, load(dir, job.truth, subject.model, samples + 1),
                                    static_cast<double>(samples * per_sample)));

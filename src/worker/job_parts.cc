@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "base/errors.h"
+#include "changes/change.h"
 #include "controls/work.h"
 #include "engines/springs.h"
 #include "measures/plausible.h"
@@ -50,12 +51,18 @@ Model model_of(const ModelSpec& spec) {
 Subject subject_of(const SubjectSpec& spec) {
   Subject subject;
   subject.model = model_of(spec.model);
-  subject.control = make_control(subject.model, spec.control);
+  const std::vector<RunChange> changes = parse_changes(spec.changes);
+  subject.control = changed_control(subject.model, spec.control, changes);
+  if (!changes.empty()) {
+    subject.unchanged = subject.model;
+    subject.model = changed_model(std::move(subject.model), changes);
+  }
   subject.control->equip(subject.model);
   subject.contender = contender_of(spec.contender);
   subject.capabilities = subject.contender.engine->capabilities(subject.contender.settings);
   subject.free_running = subject.control->is_zero() && !adapter_adds_torques(subject.model, subject.capabilities);
   subject.states = spec.states;
+  subject.pushes = spec.pushes;
   return subject;
 }
 
@@ -114,12 +121,14 @@ class ContactLooks {
 }  // namespace
 
 Run run_sampled(const Subject& subject, const State& start, double timestep_ms, long long samples, long long per_sample,
-                bool with_contacts) {
+                bool with_contacts, const std::vector<Push>& pushes) {
   const long long steps = per_sample;
   const double timestep_s = 1e-3 * timestep_ms;
   const double duration_s = timestep_s * static_cast<double>(samples * steps);
-  const Plausibility plausibility(subject.model, start, duration_s,
-                                  largest_work(subject.model, *subject.control, duration_s));
+  const double work = largest_work(subject.model, *subject.control, duration_s);
+  std::optional<Plausibility> plausibility;
+  plausibility.emplace(subject.model, start, duration_s, work);
+  auto push = pushes.begin();
   Run run;
   Stepper stepper(subject, start, timestep_s);
   run.trajectory.states.reserve(static_cast<size_t>(samples) + 1);
@@ -151,16 +160,26 @@ Run run_sampled(const Subject& subject, const State& start, double timestep_ms, 
       why = error.what();
     }
     const State& state = stepper.state();
-    if (why.empty()) why = plausibility.divergence(state);
+    if (why.empty()) why = plausibility->divergence(state);
     if (!why.empty()) {
       run.ending = {Outcome::kDiverged, fmt::format("by {:.4g} s: {}", time, why)};
       break;
     }
     if (impossible.empty()) {
-      impossible = plausibility.impossibility(state);
+      impossible = plausibility->impossibility(state);
       if (!impossible.empty()) impossible = fmt::format("at {:.4g} s: {}", time, impossible);
     }
     run.trajectory.states.push_back(state);
+    if (push == pushes.end() || sample == samples || push->time_s > time - start.time + 0.5 * timestep_s) continue;
+    try {
+      const State from = pushed(subject.model, state, subject.pushes, *push++);
+      // a push brings energy with it
+      plausibility.emplace(subject.model, from, duration_s - (time - start.time), work);
+      stepper.restart(from);
+    } catch (const EngineError& error) {
+      run.ending = {Outcome::kDiverged, fmt::format("by {:.4g} s, after a push: {}", time, error.what())};
+      break;
+    }
   }
   run.account = stepper.account();
   if (run.ending.outcome == Outcome::kOk && !impossible.empty()) run.ending = {Outcome::kUnstable, impossible};

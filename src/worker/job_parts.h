@@ -23,6 +23,8 @@ JobDone do_job(const RunJob& job);
 JobDone do_job(const TruthJob& job);
 JobDone do_job(const PiecesJob& job);
 JobDone do_job(const AgreementJob& job);
+// job_runs.cc
+JobDone do_job(const RunsJob& job, const Report& report);
 // job_timing.cc
 JobDone do_job(const ScalingJob& job);
 JobDone do_job(const TimingJob& job, const Report& report, const Next& next);
@@ -56,9 +58,10 @@ struct Run {
   std::optional<ContactResiduals> contacts = {};
 };
 
-// Takes `samples` times `per_sample` steps from `start`. Lets create()'s EngineError through.
+// Takes `samples` times `per_sample` steps from `start`, with pushes at samples: the state of that sample is the one
+// before. Lets create()'s EngineError through.
 Run run_sampled(const Subject& subject, const State& start, double timestep_ms, long long samples, long long per_sample,
-                bool with_contacts = false);
+                bool with_contacts = false, const std::vector<Push>& pushes = {});
 
 // Does nothing when the file exists: the same address means the same content.
 void save(const std::string& dir, const std::string& address, const Trajectory& trajectory);

@@ -33,10 +33,22 @@ Stepper::Stepper(const Subject& subject, const State& start, double timestep_s)
       torques_(subject.model.joints.size(), 0.0),
       start_s_(start.time),
       timestep_s_(timestep_s) {
-  Settings settings = subject.contender.settings;
-  settings.timestep = timestep_s;
-  engines_own([&] { simulation_ = subject.contender.engine->create(subject.model, start, settings); });
+  create(start);
+}
+
+void Stepper::create(const State& start) {
+  Settings settings = subject_.contender.settings;
+  settings.timestep = timestep_s_;
+  engines_own([&] { simulation_ = subject_.contender.engine->create(subject_.model, start, settings); });
   read_state();
+}
+
+void Stepper::restart(State from) {
+  start_s_ += timestep_s_ * static_cast<double>(steps_);
+  steps_ = 0;
+  from.time = start_s_;
+  simulation_.reset();
+  create(from);
 }
 
 void Stepper::read_state() {

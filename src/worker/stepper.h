@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "controls/control.h"
 #include "engines/registry.h"
 #include "measures/initial_states.h"
+#include "measures/pushes.h"
 #include "model/model.h"
 
 namespace assay {
@@ -30,6 +32,8 @@ struct Subject {
   // at a time.
   bool free_running = true;
   InitialStates states;
+  std::optional<Model> unchanged = {};  // the model without the subject's changes, from which `states` are drawn
+  Pushes pushes = {};                   // of the model's runs from those
 };
 
 // The adapter breaks its interface: a state of another model's size, or of another time than was asked for. The text
@@ -49,6 +53,10 @@ class Stepper {
 
   // Takes `steps` steps. The clock runs over the engine's own calls alone. Throws EngineError.
   void advance(long long steps);
+
+  // Goes on from another state of the same moment: the engine is created again, the control goes on. Throws as the
+  // constructor does.
+  void restart(State from);
 
   // The state now; the vectors of the same object are reused. Throws as above.
   const State& read();
@@ -70,6 +78,7 @@ class Stepper {
  private:
   void take(long long steps);
   void read_state();
+  void create(const State& start);
 
   const Subject& subject_;
   std::unique_ptr<ControlRun> control_;

@@ -47,10 +47,32 @@ export function downloads(page, selectors) {
   }, selectors);
 }
 
-function jsonIn(file, id) {
-  const [, json] = new RegExp(`<script type="application/json" id="${id}">(.*?)</script>`, "s").exec(readFileSync(file, "utf8"));
-  return JSON.parse(json);
+const element = (name) => `<script type="application/json" ${name}>`;
+
+function jsonIn(html, name) {
+  const from = html.indexOf(element(name));
+  return from < 0 ? null : JSON.parse(html.slice(from + element(name).length, html.indexOf("</script>", from)));
 }
 
-export const dataIn = (file) => jsonIn(file, "assay-data");
-export const replaysIn = (file) => jsonIn(file, "assay-replays");
+// What the page is made of; each system's cells are an element of their own.
+export function dataIn(file) {
+  const html = readFileSync(file, "utf8");
+  const data = jsonIn(html, 'id="assay-data"');
+  data.cells = data.systems.flatMap((_, index) => jsonIn(html, `data-cells="${index}"`) ?? []);
+  return data;
+}
+
+// `html` with other data, which have the same systems in the same order.
+export function withDataIn(html, { cells, ...data }) {
+  const put = (name, json) => {
+    const from = html.indexOf(element(name));
+    if (from < 0) return;
+    const text = JSON.stringify(json).replace(/</g, "\\u003c");
+    html = html.slice(0, from + element(name).length) + text + html.slice(html.indexOf("</script>", from));
+  };
+  put('id="assay-data"', data);
+  data.systems.forEach((system, index) => put(`data-cells="${index}"`, cells.filter((cell) => cell.system === system.name)));
+  return html;
+}
+
+export const replaysIn = (file) => jsonIn(readFileSync(file, "utf8"), 'id="assay-replays"');

@@ -10,7 +10,7 @@ import { after, before, describe, test } from "node:test";
 import { pathToFileURL } from "node:url";
 
 import { launch } from "../../web/browser.mjs";
-import { dataIn, downloads, openReport } from "./page.mjs";
+import { dataIn, downloads, openReport, withDataIn } from "./page.mjs";
 
 const work = mkdtempSync(join(tmpdir(), "assay-browser-"));
 const kinds = ["full", "programme", "empty", "started", "failed"];
@@ -26,13 +26,10 @@ function dataOf(kind) {
 
 // A report whose data were changed; returns its file.
 function withData(kind, name, change) {
-  const html = readFileSync(reportOf(kind), "utf8");
   const data = dataIn(reportOf(kind));
   change(data);
-  const open = '<script type="application/json" id="assay-data">';
-  const at = html.indexOf(open) + open.length;
   const file = join(work, `${name}.html`);
-  writeFileSync(file, html.slice(0, at) + JSON.stringify(data).replace(/</g, "\\u003c") + html.slice(html.indexOf("</script>", at)));
+  writeFileSync(file, withDataIn(readFileSync(reportOf(kind), "utf8"), data));
   return file;
 }
 

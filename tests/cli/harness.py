@@ -25,7 +25,7 @@ DEADLY_PLUGINS = os.environ.get("ASSAY_DEADLY_PLUGINS", "")
 RELIABILITY = os.environ.get("ASSAY_RELIABILITY", "")  # folder for lines of docs/reliability.md
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 COMMANDS = ["engines", "systems", "check", "simulate", "paper", "run", "report", "export", "movie", "snapshot", "recommend", "parity",
-            "claims", "conformance", "merge", "status", "compare", "history", "submit", "transfer"]
+            "claims", "conformance", "merge", "status", "compare", "history", "submit", "transfer", "explain", "import"]
 CSV_HEADER = "time,body,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz"
 
 # A ball that was thrown, far above the ground.

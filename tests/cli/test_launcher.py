@@ -162,6 +162,8 @@ class SetUp(AssayTest):
     def new_clone(self, name):
         clone = self.dir / name
         shutil.copytree(SOURCE / "setup", clone / "setup")
+        # hundreds of MB that say nothing about engines
+        (clone / "setup/pip/libraries.txt").write_text("# none\n")
         self.write(f"{name}/src/engines/toy/apt-packages.txt", "")
         self.write(f"{name}/src/engines/toy/recipe/build.sh", RECIPE)
         return clone

@@ -146,6 +146,65 @@ class Hostile(Policy):
         self.assertRegex(done.stderr, "the policy's network failed|takes more than 2 GiB|cannot be used|ended the process early")
 
 
+class Parting(Policy):
+    def test_what_parts_first_and_the_runs_that_show_it(self):
+        """Without a push the pole falls, and two integrators part at its hinge; recorded actions need no network."""
+        self.write("nothing.csv", "slider\n0\n")
+        run = ["run", "cart_pole.xml", "--policy-config", "policy.toml", "--policy", "nothing.csv", "--out", "results", "--seeds", "4",
+               "--seconds", "2", "--timesteps", "5", "--contenders", "mujoco-euler,mujoco-rk4"]
+        text = self.assay(*run)
+        self.assertIn("first to part", text)
+        matrix = self.assay_json("transfer", "results", "--json")["systems"][0]
+        self.assertEqual((matrix["trained_in"], matrix["trained_ms"]), ("mujoco-euler", 5))
+        rows = {row["contender"]: row["parting"] for row in matrix["rows"]}
+        self.assertEqual((rows["mujoco-euler"]["starts"], rows["mujoco-euler"]["parted"]), (4, 0))
+        other = rows["mujoco-rk4"]
+        self.assertEqual(other["starts"], 4)
+        self.assertGreaterEqual(other["parted"], 3)  # all but the upright start, which may stay
+        self.assertIn(other["body"], ("cart", "pole"))
+        self.assertIn(other["joint"], ("slider", "hinge"))
+        self.assertEqual(other["contact"], 0)  # the robot has none
+        self.assertTrue(0 < other["first_s"] <= other["median_s"] < 2)
+        with sqlite3.connect(self.dir / "results/assay.sqlite") as db:
+            kept = db.execute("SELECT contender, timestep_ms FROM runs").fetchall()
+        self.assertEqual(sorted(kept), [("mujoco-euler", 5), ("mujoco-rk4", 5)])
+        self.assay("export", "results", "--trajectories", "csv", "--out", "states")
+        self.assay("report", "results")
+        self.assertIn('"transfer":[{', (self.dir / "results/report.html").read_text())
+        self.assertIn("(0 now,", self.assay(*run))  # everything is there
+
+
+class Pushed(Policy):
+    def run_pushed(self, out, *more):
+        self.write("nothing.csv", "slider\n0\n")
+        return ["run", "cart_pole.xml", "--policy-config", "policy.toml", "--policy", "nothing.csv", "--out", out, "--seeds", "4",
+                "--seconds", "2", "--timesteps", "5", "--contenders", "mujoco-euler,mujoco-rk4", *more]
+
+    def test_every_contender_gets_the_same_pushes(self):
+        text = self.assay(*self.run_pushed("pushed", "--push", "0.3", "--push-every", "0.5", "--push-joint", "hinge"))
+        self.assertIn("pushes of 0.3 of the joint 'hinge' every 0.5 s", text)
+        self.assertIn("stays up at every timestep: 0 of 2 contenders", text)
+        self.assay(*self.run_pushed("still"))
+        pushed, still = (self.assay_json("transfer", out, "--json")["systems"][0] for out in ("pushed", "still"))
+        rows = [{row["contender"]: row for row in matrix["rows"]} for matrix in (pushed, still)]
+        # the run of training that it is compared with has the same pushes
+        self.assertEqual(rows[0]["mujoco-euler"]["parting"]["parted"], 0)
+        for contender in ("mujoco-euler", "mujoco-rk4"):
+            times = [of[contender]["values"]["time_up"]["value"] for of in rows]
+            self.assertNotEqual(times[0], times[1])
+        # which of the two it is does not change when the pole falls
+        self.assertAlmostEqual(*(rows[0][name]["values"]["time_up"]["value"] for name in ("mujoco-euler", "mujoco-rk4")), delta=0.1)
+        self.assertIn("push = {velocity = 0.3", (self.dir / "pushed/campaign.toml").read_text())
+        self.assertIsNone(still["pushes"])
+
+    def test_pushes_that_cannot_be(self):
+        self.refused(*self.run_pushed("r", "--push", "0.3"), naming=["no free body", "--push-joint"])
+        self.refused(*self.run_pushed("r", "--push", "0.3", "--push-joint", "slide"), naming=["'slide'", "'slider'"])
+        self.refused(*self.run_pushed("r", "--push", "-1"), naming=["--push is -1"])
+        self.refused(*self.run_pushed("r", "--push-every", "1"), naming=["--push with"])
+        self.refused("run", "cart_pole.xml", "--push", "1", naming=["--policy-config"])
+
+
 class Transfer(Policy):
     def test_the_example_balances_in_the_engines(self):
         """The policy that was trained in MuJoCo keeps the pole up in every engine that takes the robot."""

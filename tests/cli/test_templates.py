@@ -17,7 +17,7 @@ from harness import PROGRAM, SOURCE, AssayTest, main
 BUILD = pathlib.Path(PROGRAM).parent.parent
 LEFT_OUT = {".git", ".cache", "build", "results", "web/node_modules"}
 CMAKE_CHOICES = ["CMAKE_BUILD_TYPE", "CMAKE_CXX_COMPILER", "CMAKE_CXX_FLAGS", "CMAKE_CXX_FLAGS_DEBUG",
-                 "CMAKE_CXX_FLAGS_RELEASE", "ASSAY_CACHE", "ASSAY_LTO"]
+                 "CMAKE_CXX_FLAGS_RELEASE", "CMAKE_UNITY_BUILD", "ASSAY_CACHE", "ASSAY_LTO"]
 
 # What each row of docs/architecture.md, "Adding something", asks for: files made of templates, and lines put behind others.
 NEW = {
@@ -128,12 +128,16 @@ class Templates(AssayTest):
         places += [f"docs/{link}" for link in re.findall(r"\]\((\w+\.md)\)", row.group(1)) if "adding" not in link]
         return {place: re.escape(place).replace("<name>", r"[\w-]+") + (".*" if place.endswith("/") else "") for place in places}
 
+    def as_original(self, text):
+        """What names places in the copy, with those of the build under test."""
+        return text.replace(str(self.build), str(BUILD)).replace(str(self.copy), str(SOURCE))
+
     def reusable(self, touched):
         """{object: object of the build under test} where neither the command nor any file that it reads is another."""
         entries = {}
         for folder in (self.build, BUILD):
             for entry in json.loads((folder / "compile_commands.json").read_text()):
-                words = shlex.split(entry["command"].replace(str(self.build), str(BUILD)).replace(str(self.copy), str(SOURCE)))
+                words = shlex.split(self.as_original(entry["command"]))
                 while not re.search(r"(\+\+|g?cc|clang)(-\d+)?$", words[0]):
                     words.pop(0)  # a launcher
                 entries.setdefault(words[words.index("-o") + 1], []).append((words, entry["file"]))
@@ -151,7 +155,8 @@ class Templates(AssayTest):
                 other = self.build / generated
                 if not generated.startswith(".."):
                     # The commit is another; what else is generated has to be equal.
-                    fine = generated.endswith("build_info.h") or (other.exists() and filecmp.cmp(other, file, shallow=False))
+                    fine = generated.endswith("build_info.h") or (
+                        other.exists() and self.as_original(other.read_text(encoding="utf-8")) == pathlib.Path(file).read_text(encoding="utf-8"))
                     stale[file] = 0 if fine else float("inf")
                 else:
                     stale[file] = float("inf") if name in touched else os.stat(file).st_mtime
@@ -162,9 +167,9 @@ class Templates(AssayTest):
             original = BUILD / output
             if len(found) != 2 or found[0][0] != found[1][0] or output not in reads or not original.exists():
                 continue
-            words, source = found[0]
+            words, _ = found[0]
             time = original.stat().st_mtime
-            if source.startswith(str(self.build)) or any(str(SOURCE) in word for word in words if word.startswith("-D")):
+            if any(str(SOURCE) in word for word in words if word.startswith("-D")):
                 continue
             if all(same(file, time) for file in reads[output]):
                 result[output] = original

@@ -12,14 +12,14 @@
 namespace assay {
 namespace {
 
-constexpr const char* kSound = "mujoco-euler";
+constexpr const char* kPasses = "mujoco-euler";
 
 class Verdicts : public testing::Test {
  protected:
   void SetUp() override {
     const auto names = Registry::instance().contender_names();
-    if (std::ranges::find(names, kSound) == names.end()) GTEST_SKIP() << kSound << " is not built";
-    sound_ = Registry::instance().resolve(kSound);
+    if (std::ranges::find(names, kPasses) == names.end()) GTEST_SKIP() << kPasses << " is not built";
+    sound_ = Registry::instance().resolve(kPasses);
   }
 
   ConformanceResult result_of(const Fault& fault, const std::string& test) const {

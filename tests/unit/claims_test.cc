@@ -37,7 +37,7 @@ paper = "a table"
 
 ClaimsFile file_of(const std::string& test) { return parse_claims(kEngines + test, "claims.toml"); }
 
-std::string error_of(const std::string& test) {
+std::string claim_error(const std::string& test) {
   try {
     file_of(test);
   } catch (const InputError& error) {
@@ -715,31 +715,33 @@ TEST_F(ClaimsTest, ReportOfOtherResultsHasNone) {
 }
 
 TEST(ClaimsFile, RefusesWhatItCannotUse) {
-  EXPECT_THAT(error_of("kind = 'at-timestp'\n"),
+  EXPECT_THAT(claim_error("kind = 'at-timestp'\n"),
               AllOf(HasSubstr("claims.toml:"), HasSubstr("did you mean 'at-timestep'")));
-  EXPECT_THAT(error_of("kind = 'unstable'\nmeasure = 'grasp'\nsystems = ['s']\nwho = ['D']\n"), HasSubstr("no 'D'"));
-  EXPECT_THAT(error_of("kind = 'unstable'\nmeasure = 'grasp'\nsystems = []\nwho = ['A']\n"), HasSubstr("'systems'"));
-  EXPECT_THAT(error_of("kind = 'unstable'\nmeasure = 'grasp'\nsystems = ['s']\nwho = ['A']\nabove = 1\n"),
+  EXPECT_THAT(claim_error("kind = 'unstable'\nmeasure = 'grasp'\nsystems = ['s']\nwho = ['D']\n"), HasSubstr("no 'D'"));
+  EXPECT_THAT(claim_error("kind = 'unstable'\nmeasure = 'grasp'\nsystems = []\nwho = ['A']\n"), HasSubstr("'systems'"));
+  EXPECT_THAT(claim_error("kind = 'unstable'\nmeasure = 'grasp'\nsystems = ['s']\nwho = ['A']\nabove = 1\n"),
               HasSubstr("no key 'above'"));
-  EXPECT_THAT(error_of("kind = 'value'\nvalue = 'x'\nsystems = ['s']\nwho = ['A']\n"), HasSubstr("'between'"));
-  EXPECT_THAT(error_of("kind = 'value'\nvalue = 'x'\nsystems = ['s']\nwho = ['A']\nabove = 1\nbelow = 2\n"),
+  EXPECT_THAT(claim_error("kind = 'value'\nvalue = 'x'\nsystems = ['s']\nwho = ['A']\n"), HasSubstr("'between'"));
+  EXPECT_THAT(claim_error("kind = 'value'\nvalue = 'x'\nsystems = ['s']\nwho = ['A']\nabove = 1\nbelow = 2\n"),
               HasSubstr("one of 'above'"));
-  EXPECT_THAT(error_of("kind = 'value'\nvalue = 'x'\nsystems = ['s']\nwho = ['A']\nbetween = [2, 1]\n"),
+  EXPECT_THAT(claim_error("kind = 'value'\nvalue = 'x'\nsystems = ['s']\nwho = ['A']\nbetween = [2, 1]\n"),
               HasSubstr("from 2 to 1"));
-  EXPECT_THAT(error_of("kind = 'value'\nvalue = 'x'\nsystems = ['s']\nfamily = 'f'\nwho = ['A']\nabove = 1\n"),
+  EXPECT_THAT(claim_error("kind = 'value'\nvalue = 'x'\nsystems = ['s']\nfamily = 'f'\nwho = ['A']\nabove = 1\n"),
               HasSubstr("either"));
-  EXPECT_THAT(error_of("kind = 'at-timestep'\nvalue = 'x'\nsystems = ['s']\nwho = ['A']\nagainst = ['C']\nabove = 1\n"),
-              HasSubstr("'timestep_ms'"));
-  EXPECT_THAT(error_of("kind = 'largest-step'\nvalue = 'x'\nsystems = ['s']\nexpected = {A = 'soon'}\n"),
+  EXPECT_THAT(
+      claim_error("kind = 'at-timestep'\nvalue = 'x'\nsystems = ['s']\nwho = ['A']\nagainst = ['C']\nabove = 1\n"),
+      HasSubstr("'timestep_ms'"));
+  EXPECT_THAT(claim_error("kind = 'largest-step'\nvalue = 'x'\nsystems = ['s']\nexpected = {A = 'soon'}\n"),
               HasSubstr("no number"));
-  EXPECT_THAT(error_of(kFastest + "but = 2\n"), HasSubstr("below the 2 of 'against'"));
-  EXPECT_THAT(error_of("kind = 'order'\nvalue = 'x'\nsystems = ['s']\norder = [['A']]\n"),
+  EXPECT_THAT(claim_error(kFastest + "but = 2\n"), HasSubstr("below the 2 of 'against'"));
+  EXPECT_THAT(claim_error("kind = 'order'\nvalue = 'x'\nsystems = ['s']\norder = [['A']]\n"),
               HasSubstr("groups of engines"));
-  EXPECT_THAT(error_of("kind = 'order'\nvalue = 'x'\nsystems = ['s']\norder = [['A'], ['Z']]\n"), HasSubstr("no 'Z'"));
-  EXPECT_THAT(error_of("kind = 'unstable'\nmeasure = 'grasp'\nsystems = ['s']\nwho = ['A']\nagainst = ['C']\n"
-                       "always = true\n"),
+  EXPECT_THAT(claim_error("kind = 'order'\nvalue = 'x'\nsystems = ['s']\norder = [['A'], ['Z']]\n"),
+              HasSubstr("no 'Z'"));
+  EXPECT_THAT(claim_error("kind = 'unstable'\nmeasure = 'grasp'\nsystems = ['s']\nwho = ['A']\nagainst = ['C']\n"
+                          "always = true\n"),
               HasSubstr("either"));
-  EXPECT_THAT(error_of("kind = \n"), HasSubstr("claims.toml:"));
+  EXPECT_THAT(claim_error("kind = \n"), HasSubstr("claims.toml:"));
   EXPECT_THROW(load_claims("/nowhere/claims.toml"), InputError);
   EXPECT_THROW(parse_claims("[engines]\nA = ['a']\n", "x"), InputError);
   EXPECT_THROW(parse_claims("engines = 1\n", "x"), InputError);

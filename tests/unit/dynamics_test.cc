@@ -22,7 +22,7 @@ using testing::HasSubstr;
 
 constexpr unsigned kSeeds = 12;
 
-double kinetic_energy(const Model& model, const State& state) {
+double energy_of_motion(const Model& model, const State& state) {
   double energy = 0;
   for (size_t i = 0; i < model.bodies.size(); ++i) {
     const Body& body = model.bodies[i];
@@ -33,7 +33,7 @@ double kinetic_energy(const Model& model, const State& state) {
   return energy;
 }
 
-double potential_energy(const Model& model, const State& state) {
+double energy_of_height(const Model& model, const State& state) {
   double energy = 0;
   for (size_t i = 0; i < model.bodies.size(); ++i) {
     energy -= model.bodies[i].mass * model.gravity.dot(state.bodies[i].p_WBcm);
@@ -93,7 +93,7 @@ TEST(DynamicsTest, InertiaMatrixIsThatOfTheKineticEnergy) {
     ASSERT_EQ(dynamics.size(), model.dof());
     const State& state = model.initial;
     const Eigen::VectorXd v = dynamics.velocities(state);
-    const double energy = kinetic_energy(model, state) + armature_energy(model, state);
+    const double energy = energy_of_motion(model, state) + armature_energy(model, state);
     EXPECT_NEAR(v.dot(dynamics.mass_matrix(state) * v) / 2, energy, 1e-12 * energy) << seed;
     // and the bodies' velocities are those of the joints' frames: no joint of the mechanism is read wrongly
     State moved = state;
@@ -123,7 +123,7 @@ TEST(SmoothSolutionTest, KeepsEnergyWithAllJoints) {
   for (unsigned seed = 1; seed <= kSeeds; ++seed) {
     const Model model = with_springs(random_tree(seed, {}));
     const auto energy = [&](const State& state) {
-      return kinetic_energy(model, state) + armature_energy(model, state) + potential_energy(model, state);
+      return energy_of_motion(model, state) + armature_energy(model, state) + energy_of_height(model, state);
     };
     const double before = energy(model.initial);
     for (const State& state : smooth_solution(model, model.initial, {0.1, 0.3})) {

@@ -44,7 +44,10 @@ const SubjectSpec kSubject = {
     kContender,
     1.5,
     16,
-    {3, 5, {.joint_rate = 0.7, .spin = 0.9}}};
+    {3, 5, {.joint_rate = 0.7, .spin = 0.9}},
+    {0.5, 2, "knee", 9},
+    8,
+    {"armature=off", "delay=1"}};
 const TurnPlan kHow = {0.25, 17, 0.5, true, 8};
 const Ending kEnding = {Outcome::kUnstable, "at 1 s: \"too fast\"\nsecond line \xc3\xa9"};
 
@@ -60,7 +63,8 @@ std::vector<Request> requests() {
       TimingJob{kSubject, "dir", "r", 5},
       PrepareCommand{0.25},
       SampleCommand{kHow},
-      SingleStepsCommand{kHow}};
+      SingleStepsCommand{kHow},
+      RunsJob{{RunJob{kSubject, 0.25, {"reference"}, "dir", 1, 4, "s", {}, "", 7, {}, true, {}}}, "dir", 30}};
 }
 
 std::vector<Reply> replies() {

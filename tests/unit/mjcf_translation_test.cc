@@ -24,7 +24,7 @@ using testing::IsEmpty;
 using testing::Not;
 using testing::SizeIs;
 
-Model load(const std::string& inside) { return load_model_text("<mujoco>" + inside + "</mujoco>", "test"); }
+Model load_inside(const std::string& inside) { return load_model_text("<mujoco>" + inside + "</mujoco>", "test"); }
 Model load_dropped(const std::string& inside) {
   return load_model_text("<mujoco>" + inside + "</mujoco>", "test", {.drop_unsupported = true});
 }
@@ -43,7 +43,7 @@ const std::string kTwoHinges =
 // ---- joints ---------------------------------------------------------------------------------------------------------
 
 TEST(MjcfTranslation, SeveralJointsAreAChainOfMasslessBodies) {
-  const Model model = load(
+  const Model model = load_inside(
       "<worldbody><body name='base'><freejoint/><geom size='1'/>"
       "<body name='hip' pos='1 2 3' euler='0 90 0'><joint name='x' axis='1 0 0' pos='0 0 0.1'/><joint axis='0 1 0'/>"
       "<joint name='z' type='slide' axis='0 0 2'/><geom size='0.1'/></body></body></worldbody>");
@@ -68,7 +68,7 @@ TEST(MjcfTranslation, FreeJointWithADamperIsThreeSlidesAndABall) {
   const std::string free =
       "<worldbody><body name='cup' pos='1 2 3' euler='0 0 90'><joint name='j' type='free' damping='0.5' armature='0.1' "
       "frictionloss='0.2'/><geom size='1' pos='0.1 0 0'/></body></worldbody>";
-  const Model model = load(free);
+  const Model model = load_inside(free);
   EXPECT_THAT(names(model.bodies), ElementsAre("cup_x", "cup_y", "cup_z", "cup"));
   EXPECT_THAT(names(model.joints), ElementsAre("j_x", "j_y", "j_z"));
   EXPECT_THAT(names(model.balls), ElementsAre("j"));
@@ -90,13 +90,14 @@ TEST(MjcfTranslation, FreeJointWithADamperIsThreeSlidesAndABall) {
     EXPECT_LT(cup.q_WB.angularDistance(Quat(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3::UnitZ()))), 1e-7);
   };
   expect_cup(model, {1, 2, 3});
-  expect_cup(load(free + "<keyframe><key qpos='4 5 6 1 0 0 1'/></keyframe>"), {4, 5, 6});
+  expect_cup(load_inside(free + "<keyframe><key qpos='4 5 6 1 0 0 1'/></keyframe>"), {4, 5, 6});
   // without values it stays a free body
-  EXPECT_TRUE(load("<worldbody><body><joint type='free'/><geom size='1'/></body></worldbody>").bodies[0].is_free());
+  EXPECT_TRUE(
+      load_inside("<worldbody><body><joint type='free'/><geom size='1'/></body></worldbody>").bodies[0].is_free());
 }
 
 TEST(MjcfTranslation, BallJointKeepsEverything) {
-  const Model model = load(
+  const Model model = load_inside(
       "<compiler angle='radian'/><worldbody><body name='arm'><joint name='shoulder' type='ball' pos='0 0 1' range='0 "
       "1.5' "
       "stiffness='2' damping='3' armature='0.5' frictionloss='0.1' margin='0.25'/><geom size='1'/></body></worldbody>");
@@ -115,7 +116,7 @@ TEST(MjcfTranslation, BallJointKeepsEverything) {
 
 // MuJoCo's margin of a limit keeps the coordinate that much inside of the range: a weight rests there.
 TEST(MjcfTranslation, LimitMarginNarrowsTheRange) {
-  const Model model = load(
+  const Model model = load_inside(
       "<worldbody><body><joint name='j' type='slide' range='-1 2' margin='0.25'/><geom size='1'/></body></worldbody>"
       "<tendon><fixed name='t' range='-3 3' margin='0.5'><joint joint='j' coef='1'/></fixed></tendon>");
   EXPECT_EQ(model.joints[0].lower, -0.75);
@@ -195,7 +196,7 @@ TEST(MjcfTranslation, MasslessBodiesThatEnginesCannotBeGiven) {
 // ---- shapes and contacts --------------------------------------------------------------------------------------------
 
 TEST(MjcfTranslation, AllShapesCollide) {
-  const Model model = load(
+  const Model model = load_inside(
       "<asset><hfield name='h' nrow='2' ncol='3' size='2 1 0.5 0.1' elevation='0 1 2 3 4 5'/>"
       "<mesh name='m' vertex='0 0 0 1 0 0 0 1 0 0 0 1'/></asset><worldbody>"
       "<geom name='hills' type='hfield' hfield='h' pos='1 0 0'/>"
@@ -230,7 +231,7 @@ TEST(MjcfTranslation, ContactMarginInflates) {
       "<body><freejoint/><geom name='rod' type='capsule' size='0.1 0.2' margin='0.01'/></body>"
       "<body><freejoint/><geom name='crate' type='box' size='0.1 0.2 0.3' margin='0.01'/></body>"
       "<body><freejoint/><geom name='lone' size='0.1' margin='0.03' contype='0' conaffinity='0'/></body></worldbody>";
-  const Model model = load(bodies);
+  const Model model = load_inside(bodies);
   EXPECT_DOUBLE_EQ(model.shapes[0].X_BS.p.z(), 1.02);
   EXPECT_DOUBLE_EQ(model.shapes[1].radius, 0.13);
   EXPECT_DOUBLE_EQ(model.shapes[2].radius, 0.11);
@@ -243,7 +244,7 @@ TEST(MjcfTranslation, ContactMarginInflates) {
 }
 
 TEST(MjcfTranslation, EqualPairsAreOne) {
-  const Model model = load(
+  const Model model = load_inside(
       "<worldbody><geom name='floor' type='plane' size='1 1 1'/><body><freejoint/><geom name='foot' size='1'/></body>"
       "</worldbody><contact><pair geom1='foot' geom2='floor' condim='6' friction='0.5 0.5 0.1 0.01 0.01'/>"
       "<pair geom1='floor' geom2='foot' condim='6' friction='0.5 0.5 0.1 0.01 0.01'/></contact>");
@@ -256,10 +257,11 @@ TEST(MjcfTranslation, EqualPairsAreOne) {
 // ---- tendons and actuators ------------------------------------------------------------------------------------------
 
 TEST(MjcfTranslation, FixedTendonKeepsEverything) {
-  const Model model = load(kTwoHinges +
-                           "<tendon><fixed name='t' stiffness='2' damping='3' springlength='0.1 0.4' range='-1 1' "
-                           "frictionloss='0.2'><joint joint='a' coef='2'/><joint joint='b' coef='-1'/></fixed>"
-                           "<fixed name='idle'><joint joint='a' coef='1'/></fixed></tendon>");
+  const Model model =
+      load_inside(kTwoHinges +
+                  "<tendon><fixed name='t' stiffness='2' damping='3' springlength='0.1 0.4' range='-1 1' "
+                  "frictionloss='0.2'><joint joint='a' coef='2'/><joint joint='b' coef='-1'/></fixed>"
+                  "<fixed name='idle'><joint joint='a' coef='1'/></fixed></tendon>");
   ASSERT_THAT(names(model.tendons), ElementsAre("t"));
   const Tendon& tendon = model.tendons[0];
   ASSERT_THAT(tendon.terms, SizeIs(2));
@@ -271,7 +273,7 @@ TEST(MjcfTranslation, FixedTendonKeepsEverything) {
   EXPECT_EQ(tendon.rest_upper, 0.4);
   EXPECT_TRUE(tendon.limited);
   EXPECT_EQ(tendon.dry_friction, 0.2);
-  const Model off = load(
+  const Model off = load_inside(
       "<option><flag spring='disable' damper='disable' limit='disable' frictionloss='disable'/>"
       "</option>" +
       kTwoHinges +
@@ -282,7 +284,8 @@ TEST(MjcfTranslation, FixedTendonKeepsEverything) {
 
 // An actuator's own armature and damping act on its joint through the square of the gear.
 TEST(MjcfTranslation, ActuatorsArmatureAndDampingAreTheJoints) {
-  const Model model = load(kTwoHinges + "<actuator><motor joint='b' gear='3' armature='2' damping='0.5'/></actuator>");
+  const Model model =
+      load_inside(kTwoHinges + "<actuator><motor joint='b' gear='3' armature='2' damping='0.5'/></actuator>");
   EXPECT_EQ(model.joints[1].armature, 18);
   EXPECT_EQ(model.joints[1].damping, 4.5);
   EXPECT_EQ(model.joints[0].armature, 0);
@@ -292,17 +295,17 @@ TEST(MjcfTranslation, SumOfForcesWithinItsLimitNeedsNoClamp) {
   const std::string two =
       "<worldbody><body><joint name='j' actuatorfrcrange='-{0} {0}'/><geom size='1'/></body></worldbody>"
       "<actuator><motor joint='j' gear='2' ctrlrange='-1 1'/><position joint='j' kp='9' forcerange='-1 3'/></actuator>";
-  const Model model = load(fmt::format(fmt::runtime(two), 5));
+  const Model model = load_inside(fmt::format(fmt::runtime(two), 5));
   EXPECT_FALSE(model.actuators[0].force_limited);
-  EXPECT_THROW(load(fmt::format(fmt::runtime(two), 4)), InputError);
+  EXPECT_THROW(load_inside(fmt::format(fmt::runtime(two), 4)), InputError);
   EXPECT_THAT(load_dropped(fmt::format(fmt::runtime(two), 4)).notes, Contains(HasSubstr("does not limit the sum")));
 }
 
 TEST(MjcfTranslation, TendonForceLimitIsItsActuators) {
-  const Model model = load(kTwoHinges +
-                           "<tendon><fixed name='t' actuatorfrcrange='-3 1'><joint joint='a' coef='2'/>"
-                           "<joint joint='b' coef='5'/></fixed></tendon>"
-                           "<actuator><motor tendon='t' gear='-2'/></actuator>");
+  const Model model = load_inside(kTwoHinges +
+                                  "<tendon><fixed name='t' actuatorfrcrange='-3 1'><joint joint='a' coef='2'/>"
+                                  "<joint joint='b' coef='5'/></fixed></tendon>"
+                                  "<actuator><motor tendon='t' gear='-2'/></actuator>");
   EXPECT_EQ(model.actuators[0].force_lower, -0.5);
   EXPECT_EQ(model.actuators[0].force_upper, 1.5);
   EXPECT_EQ(model.actuators[0].terms[1].coefficient, -10);
@@ -320,12 +323,12 @@ TEST(MjcfTranslation, DroppedActuatorsExertNoForceAndDelayedOnesActAtOnce) {
 }
 
 TEST(MjcfTranslation, ActivationsKeepEverything) {
-  const Model model =
-      load(kTwoHinges +
-           "<actuator><position name='p' joint='a' kp='2' timeconst='0.1'/><intvelocity name='i' joint='b' kp='1' "
-           "actrange='0 1'/><motor name='u' joint='b'/><general name='g' joint='b' dyntype='filter' dynprm='0.3'/>"
-           "<position name='n' joint='a' timeconst='0'/></actuator>"
-           "<keyframe><key act='0.25 0.5 0.75'/></keyframe>");
+  const Model model = load_inside(
+      kTwoHinges +
+      "<actuator><position name='p' joint='a' kp='2' timeconst='0.1'/><intvelocity name='i' joint='b' kp='1' "
+      "actrange='0 1'/><motor name='u' joint='b'/><general name='g' joint='b' dyntype='filter' dynprm='0.3'/>"
+      "<position name='n' joint='a' timeconst='0'/></actuator>"
+      "<keyframe><key act='0.25 0.5 0.75'/></keyframe>");
   ASSERT_THAT(names(model.actuators), ElementsAre("p", "i", "u", "g", "n"));
   EXPECT_EQ(model.actuators[0].activation, ActivationType::kFilter);
   EXPECT_EQ(model.actuators[0].time_constant, 0.1);
@@ -345,7 +348,7 @@ TEST(MjcfTranslation, DroppedMocapBodyStaysWithoutItsWeld) {
       "<worldbody><body name='handle' mocap='true' pos='0 0 1'><geom size='0.1'/></body>"
       "<body name='hand'><freejoint/><geom size='0.1'/></body></worldbody>"
       "<equality><weld body1='handle' body2='hand'/></equality>";
-  EXPECT_THROW(load(text), InputError);
+  EXPECT_THROW(load_inside(text), InputError);
   const Model model = load_dropped(text);
   EXPECT_THAT(model.welds, IsEmpty());
   EXPECT_THAT(names(model.bodies), ElementsAre("hand"));
@@ -362,7 +365,7 @@ TEST(MjcfTranslation, DroppedFlexIsFixed) {
 
 TEST(MjcfTranslation, OpenConstraintsAreNoted) {
   const Model model =
-      load(kTwoHinges + "<equality><joint name='gears' joint1='a' joint2='b' polycoef='0.5 1'/></equality>");
+      load_inside(kTwoHinges + "<equality><joint name='gears' joint1='a' joint2='b' polycoef='0.5 1'/></equality>");
   EXPECT_THAT(model.notes,
               Contains(AllOf(HasSubstr("open in the initial state"), HasSubstr("coupling 'gears' by 0.5"))));
 }

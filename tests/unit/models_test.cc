@@ -33,7 +33,7 @@ using testing::IsEmpty;
 using testing::SizeIs;
 
 std::string file_of(const std::string& system) { return fmt::format("{}/{}.xml", ASSAY_MODELS, system); }
-Model system(const std::string& name) { return load_model(file_of(name)); }
+Model papers_system(const std::string& name) { return load_model(file_of(name)); }
 
 const Body& body(const Model& model, const std::string& name) {
   return *std::ranges::find(model.bodies, name, &Body::name);
@@ -62,7 +62,7 @@ TEST(Models, DegreesOfFreedomAreMuJoCosAndThePapers) {
   for (const auto& [name, dof, hinges] :
        {std::tuple{"planar-chain", 5, 5}, std::tuple{"humanoid", 25, 19}, std::tuple{"astronaut", 25, 19},
         std::tuple{"astronaut-energy", 25, 19}, std::tuple{"grasp", 35, 29}, std::tuple{"capsules-27", 162, 0}}) {
-    const Model model = system(name);
+    const Model model = papers_system(name);
     EXPECT_EQ(model.dof(), dof) << name;
     EXPECT_EQ(raw(name).model->nv, dof) << name;
     EXPECT_THAT(model.joints, SizeIs(hinges)) << name;
@@ -92,7 +92,7 @@ Lump lump(const Model& model, const std::vector<std::string>& names) {
 // the segment's length.
 TEST(Models, HumanSegmentsHaveDeLevasMassesAndCentres) {
   constexpr double kMass = 73.0;
-  const Model model = system("humanoid");
+  const Model model = papers_system("humanoid");
   EXPECT_NEAR(model.total_mass(), kMass, 0.001);
   const State state = reference_state(model);
   const auto joint_z = [&](const std::string& child) {
@@ -118,7 +118,7 @@ TEST(Models, HumanSegmentsHaveDeLevasMassesAndCentres) {
 }
 
 TEST(Models, HumanoidIsSymmetricAndClearOfItselfAtTheStart) {
-  const Model model = system("humanoid");
+  const Model model = papers_system("humanoid");
   const State state = reference_state(model);
   for (size_t i = 0; i < model.bodies.size(); ++i) {
     const std::string& name = model.bodies[i].name;
@@ -143,7 +143,8 @@ TEST(Models, HumanoidIsSymmetricAndClearOfItselfAtTheStart) {
 }
 
 TEST(Models, AstronautsAreTheHumanoidWithLess) {
-  const Model humanoid = system("humanoid"), astronaut = system("astronaut"), energy = system("astronaut-energy");
+  const Model humanoid = papers_system("humanoid"), astronaut = papers_system("astronaut"),
+              energy = papers_system("astronaut-energy");
   for (const Model* derived : {&astronaut, &energy}) {
     ASSERT_EQ(derived->bodies.size(), humanoid.bodies.size());
     for (size_t i = 0; i < humanoid.bodies.size(); ++i) {
@@ -174,7 +175,7 @@ TEST(Models, AstronautsAreTheHumanoidWithLess) {
 }
 
 TEST(Models, EveryJointOfTheHumanoidFollowsItsOwnSine) {
-  const Model model = system("humanoid");
+  const Model model = papers_system("humanoid");
   const auto control = actuator_control(model);
   EXPECT_EQ(control->input(), ControlInput::kTime);
   EXPECT_FALSE(control->is_zero());
@@ -211,7 +212,7 @@ void run(const Model& model, double timestep_s, double duration_s, See see) {
 }
 
 TEST(Models, HumanoidFallsAndGoesOnWiggling) {
-  const Model model = system("humanoid");
+  const Model model = papers_system("humanoid");
   const int pelvis = index_of(model, "pelvis");
   double height = 0, slowest = 1e9, window = 0;
   run(model, 0.002, 6, [&](const State& state) {
@@ -231,7 +232,7 @@ TEST(Models, HumanoidFallsAndGoesOnWiggling) {
 // ---- grasp ----------------------------------------------------------------------------------------------------------
 
 TEST(Models, FingersHaveThePapersSprings) {
-  const Model model = system("grasp");
+  const Model model = papers_system("grasp");
   int sprung = 0;
   for (const Joint& hinge : model.joints) {
     if (hinge.stiffness == 0) continue;
@@ -288,7 +289,7 @@ std::pair<double, double> hold(const Model& model) {
 }
 
 TEST(Models, TheHandHoldsTheCapsuleAndWithoutItsSpringsDropsIt) {
-  Model model = system("grasp");
+  Model model = papers_system("grasp");
   const auto [first, most] = hold(model);
   EXPECT_LT(most, first + 0.02);
   for (Joint& hinge : model.joints) hinge.stiffness = 0;

@@ -134,7 +134,7 @@ TEST_F(DetailsTest, AgreementHasAnEntryPerPair) {
   EXPECT_EQ(data[0]["parting_s"], json({6.3e-5, 6.3, 6.3}));
 }
 
-std::string read(const std::string& path) {
+std::string text_of(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::ostringstream text;
   text << file.rdbuf();
@@ -163,8 +163,8 @@ TEST_F(DetailsTest, EqualResultsGiveEqualFigures) {
   const auto first = write_figures(store, dir_ + "/one"), second = write_figures(store, dir_ + "/two");
   ASSERT_THAT(first, SizeIs(4)) << "figures 3 and 4, each in two formats; no grasp and no sizes";
   for (size_t i = 0; i < first.size(); ++i) {
-    EXPECT_GT(read(first[i]).size(), 1000U);
-    EXPECT_EQ(read(first[i]), read(second[i])) << first[i];
+    EXPECT_GT(text_of(first[i]).size(), 1000U);
+    EXPECT_EQ(text_of(first[i]), text_of(second[i])) << first[i];
   }
 }
 
@@ -198,7 +198,7 @@ TEST_F(DetailsTest, FigureFiveShowsWhereTheLargestSystemEndedIfThatIsKept) {
   const auto red_shapes = [&](const std::string& folder) {
     const auto files = write_figures(store, dir_ + folder);
     EXPECT_THAT(files, SizeIs(2));
-    const std::string svg = read(files.at(0)), red = "stroke:rgb(100%,0%,0%)";
+    const std::string svg = text_of(files.at(0)), red = "stroke:rgb(100%,0%,0%)";
     size_t count = 0;
     for (size_t at = svg.find(red); at != std::string::npos; at = svg.find(red, at + 1)) ++count;
     return count;

@@ -21,7 +21,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
-std::string read(const std::string& path) {
+std::string page_of(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::ostringstream text;
   text << file.rdbuf();
@@ -76,11 +76,14 @@ class ReportTest : public testing::Test {
 TEST_F(ReportTest, HoldsWhatTheStoreHolds) {
   const Store store = make();
   const json data = report_data(store);
-  EXPECT_EQ(data["format"], 2);
+  EXPECT_EQ(data["format"], 3);
   EXPECT_THAT(data["manifest"].dump(), HasSubstr(R"({"key":"cpu","value":"Example"})"));
   ASSERT_EQ(data["systems"].size(), 1);
   EXPECT_EQ(data["systems"][0]["name"], "chain");
   EXPECT_EQ(data["systems"][0]["facts"]["dof"], 5);
+  EXPECT_EQ(data["systems"][0]["section"], true);
+  EXPECT_EQ(data["systems"][0]["size"], false);
+  EXPECT_EQ(data["measured"], (json{{"cells", 2}, {"ok", 1}, {"contenders", {"a-second", "b-first"}}}));
 
   // As listed, not by name.
   ASSERT_EQ(data["contenders"].size(), 2);
@@ -123,28 +126,60 @@ TEST_F(ReportTest, EmptyResultsGiveAPage) {
     const Store store = Store::create(dir_, {"test", "1234"});
   }
   write_report(dir_, dir_ + "/report.html");
-  const std::string page = read(dir_ + "/report.html");
+  const std::string page = page_of(dir_ + "/report.html");
   EXPECT_THAT(page, HasSubstr("<!doctype html>"));
-  EXPECT_THAT(page, HasSubstr(R"("cells":[])"));
+  EXPECT_THAT(page, HasSubstr(R"("measured":{"cells":0,"contenders":[],"ok":0})"));
+  EXPECT_THAT(page, Not(HasSubstr("data-cells=\"0\"")));
   EXPECT_TRUE(page.ends_with("</html>\n"));
+}
+
+// Content of the element that begins with `open`.
+std::string element(const std::string& page, const std::string& open) {
+  const size_t begin = page.find(open);
+  if (begin == std::string::npos) return "no such element";
+  const size_t from = begin + open.size();
+  return page.substr(from, page.find("</script>", from) - from);
 }
 
 TEST_F(ReportTest, DataCannotLeaveItsElement) {
   const Store store = make();
   const std::string page = report_html(report_data(store));
-  const std::string open = R"(<script type="application/json" id="assay-data">)";
-  const size_t begin = page.find(open);
-  ASSERT_NE(begin, std::string::npos);
-  const size_t from = begin + open.size(), to = page.find("</script>", from);
-  const std::string inside = page.substr(from, to - from);
-  EXPECT_THAT(inside, Not(HasSubstr("<")));
-  EXPECT_THAT(inside, Not(HasSubstr("\xe2\x80\xa8")));
-  EXPECT_THAT(inside, Not(HasSubstr("\xe2\x80\xa9")));
-  EXPECT_THAT(inside, Not(HasSubstr("/*DATA*/")));
+  for (const std::string name : {R"(id="assay-data")", R"(data-cells="0")"}) {
+    const std::string inside = element(page, fmt::format(R"(<script type="application/json" {}>)", name));
+    EXPECT_TRUE(json::accept(inside)) << inside;
+    EXPECT_THAT(inside, Not(HasSubstr("<")));
+    EXPECT_THAT(inside, Not(HasSubstr("\xe2\x80\xa8")));
+    EXPECT_THAT(inside, Not(HasSubstr("\xe2\x80\xa9")));
+    EXPECT_THAT(inside, Not(HasSubstr("/*DATA*/")));
+  }
   // A parser gets the text back; the byte that is no UTF-8 is replaced.
-  const json read_back = json::parse(inside);
-  EXPECT_EQ(read_back["cells"][0]["reason"], "said </script><!-- \xe2\x80\xa8\xe2\x80\xa9 \xef\xbf\xbd \"quoted\" \\");
-  EXPECT_EQ(read_back["cells"][1], report_data(store)["cells"][1]);
+  const json cells = json::parse(element(page, R"(<script type="application/json" data-cells="0">)"));
+  EXPECT_EQ(cells[0]["reason"], "said </script><!-- \xe2\x80\xa8\xe2\x80\xa9 \xef\xbf\xbd \"quoted\" \\");
+  EXPECT_EQ(cells[1], report_data(store)["cells"][1]);
+}
+
+TEST_F(ReportTest, CellsOfTheFirstSectionComeBeforeThePagesScript) {
+  Store store = Store::create(dir_, {"test", "1234"});
+  store.set_systems({{"falls", "{}"}, {"robot", R"({"control": "torques of 3 actuators"})"}});
+  for (const std::string system : {"falls", "robot", "unknown"}) {
+    Cell cell;
+    cell.key = cell.system = system;
+    cell.contender = "some-engine";
+    cell.timestep_ms = 1;
+    cell.measure = "consistency";
+    store.put_cell(cell);
+  }
+  const json data = report_data(store);
+  std::vector<std::string> order;
+  for (const json& system : data["systems"]) order.push_back(system["name"]);
+  EXPECT_THAT(order, testing::ElementsAre("robot", "falls", "unknown"));
+  EXPECT_EQ(data["contenders"][0]["engine"], "some");
+  const std::string page = report_html(data);
+  const size_t script = page.find("<script>");
+  EXPECT_LT(page.find("data-cells=\"0\""), script);
+  EXPECT_GT(page.find("data-cells=\"1\""), script);
+  EXPECT_THAT(element(page, R"(<script type="application/json" data-cells="0">)"), HasSubstr("\"robot\""));
+  EXPECT_THAT(element(page, R"(<script type="application/json" data-cells="2">)"), HasSubstr("\"unknown\""));
 }
 
 TEST_F(ReportTest, PageNeedsNothingFromOutside) {
@@ -160,9 +195,9 @@ TEST_F(ReportTest, SameDatabaseSameBytes) {
   }
   write_report(dir_, dir_ + "/one.html");
   write_report(dir_, dir_ + "/two.html");
-  const std::string one = read(dir_ + "/one.html");
+  const std::string one = page_of(dir_ + "/one.html");
   EXPECT_GT(one.size(), 10000);
-  EXPECT_EQ(one, read(dir_ + "/two.html"));
+  EXPECT_EQ(one, page_of(dir_ + "/two.html"));
 }
 
 TEST_F(ReportTest, NoResultsIsTheUsersFault) {

@@ -129,5 +129,57 @@ TEST(Transfer, WhatComesAfterTheFallDoesNotCount) {
   EXPECT_NEAR(transfer(model, states, low, false).velocity_error.value_or(-1), 1, 1e-12);
 }
 
+// The same ball with a flag whose centre of mass is 0.5 m above its hinge.
+Model flagged() {
+  Model model = ball();
+  model.bodies[1].p_BBcm = {0, 0, 0.5};
+  model.initial = reference_state(model);
+  return model;
+}
+
+// What no run gives.
+const FirstParting kNone = {.time_s = -1, .body = -2, .joint = -2, .contact = false};
+
+TEST(FirstParting, NamesTheJointThatMovesABodyApart) {
+  const Model model = flagged();
+  const auto stays = run(model, 11, [](State& /*state*/, double /*t*/) {});
+  const auto swings = run(model, 11, [](State& state, double t) {
+    if (t < 0.45) return;
+    state.position[0] = 0.01;
+    state.bodies[1].p_WBcm.x() += 0.005;
+  });
+  const FirstParting found = first_parting(model, swings, stays).value_or(kNone);
+  EXPECT_EQ(found.body, 1);
+  EXPECT_EQ(found.joint, 0);
+  EXPECT_NEAR(found.time_s, 0.5, 1e-12);
+  EXPECT_FALSE(found.contact);
+  EXPECT_FALSE(first_parting(model, stays, stays));
+}
+
+TEST(FirstParting, AFreeBaseMovesByItself) {
+  const Model model = flagged();
+  const auto stays = run(model, 11, [](State& /*state*/, double /*t*/) {});
+  const auto slides = run(model, 11, [](State& state, double t) {
+    for (BodyState& body : state.bodies) body.p_WBcm.x() += 0.01 * t;
+    state.position[0] = 1e-4 * t;  // 0.05 mm at most
+  });
+  const FirstParting found = first_parting(model, slides, stays).value_or(kNone);
+  EXPECT_EQ(found.body, 0);
+  EXPECT_EQ(found.joint, -1);
+  EXPECT_GT(found.time_s, 0.05);
+  EXPECT_LE(found.time_s, 0.2);
+}
+
+TEST(FirstParting, AContactOfOneRunOnly) {
+  const Model model = flagged();
+  const auto stays = run(model, 11, [](State& /*state*/, double /*t*/) {});
+  const auto hops = run(model, 11, [](State& state, double t) {
+    if (t < 0.45) return;
+    for (BodyState& body : state.bodies) body.p_WBcm.z() += 0.01;
+  });
+  EXPECT_TRUE(first_parting(model, hops, stays).value_or(kNone).contact);
+  EXPECT_TRUE(first_parting(model, stays, hops).value_or(kNone).contact);
+}
+
 }  // namespace
 }  // namespace assay

@@ -1,6 +1,6 @@
 // What the reader has chosen, kept in the page's address behind the section: "#humanoid&show=mujoco-euler,ode-quick".
 import type { Report } from "./data";
-import { state } from "./state";
+import { state, type Moment } from "./state";
 
 const kSettled = 200; // ms; browsers refuse an address that changes too often
 
@@ -13,6 +13,19 @@ function read(): Kept {
   const [first = "", ...rest] = location.hash.slice(1).split("&");
   const isSection = !first.includes("=");
   return { section: isSection ? decodeURIComponent(first) : "", words: new URLSearchParams((isSection ? rest : [first, ...rest]).join("&")) };
+}
+
+function word(name: string, value: string): string {
+  return `${name}=${encodeURIComponent(value).replace(/%2C/g, ",").replace(/%3A/g, ":").replace(/%2F/g, "/")}`;
+}
+
+function momentText({ system, timestep, time }: Moment): string {
+  return [system, timestep, Number(time.toFixed(3))].join("/");
+}
+
+// The address of a moment of a replay that shows these contenders.
+export function momentLink(moment: Moment, contenders: string[]): string {
+  return `#${[encodeURIComponent(moment.system), word("show", contenders.join()), word("replay", momentText(moment))].join("&")}`;
 }
 
 const restored: (() => void)[] = [];
@@ -61,6 +74,12 @@ export class Address {
   // Scrolls to the section that the address names.
   show(): void {
     const { section, words } = read();
+    const moment = words.has("replay") ? state.moment : null;
+    const panel = moment && document.querySelector(`.replay-panel[data-system="${CSS.escape(moment.system)}"]`);
+    if (panel) {
+      panel.scrollIntoView({ block: "center" });
+      return;
+    }
     const system = section || words.get("cell")?.split("/")[0] || (words.has("claim") ? "claims" : words.has("pick") ? "pick" : "");
     if (system) document.getElementById(system)?.scrollIntoView();
   }
@@ -80,6 +99,11 @@ export class Address {
     state.claim = Number(words.get("claim")) || null;
     const [system = "", contender = "", step = ""] = (words.get("cell") ?? "").split("/");
     state.choose(system && contender && Number(step) > 0 ? { system, contender, timestep: Number(step) } : null);
+    const moment = (words.get("replay") ?? "").split("/");
+    const atTime = Number(moment.pop());
+    const atStep = Number(moment.pop());
+    const ofSystem = moment.join("/");
+    state.askMoment(ofSystem && atStep > 0 && atTime >= 0 ? { system: ofSystem, timestep: atStep, time: atTime } : null);
     for (const listener of restored) listener();
   }
 
@@ -88,7 +112,7 @@ export class Address {
     this.timer = window.setTimeout(() => {
       if (location.hash !== this.seen) return; // a new address is about to be read
       const parts: string[] = [];
-      const add = (name: string, value: string) => parts.push(`${name}=${encodeURIComponent(value).replace(/%2C/g, ",").replace(/%3A/g, ":").replace(/%2F/g, "/")}`);
+      const add = (name: string, value: string) => parts.push(word(name, value));
       const shown = this.everyone.filter((name) => !state.isHidden(name));
       if (shown.join() !== this.first.join()) add("show", shown.join());
       if (state.measures.size > 0) add("plot", [...state.measures].map((pair) => pair.join(":")).join());
@@ -98,6 +122,7 @@ export class Address {
         if (state.question.realtime !== null) add("realtime", String(state.question.realtime));
       }
       if (state.claim !== null) add("claim", String(state.claim));
+      if (state.moment) add("replay", momentText(state.moment));
       const choice = state.choice;
       if (choice) add("cell", `${choice.system}/${choice.contender}/${choice.timestep}`);
       const hash = [encodeURIComponent(this.section), ...parts].filter((part, index) => index > 0 || part).join("&");

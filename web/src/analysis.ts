@@ -14,7 +14,7 @@ export interface Failure {
 // Cells without a sound result. Cells that differ only in the timestep and in the numbers of their reasons are one entry.
 export function failures(report: Report): Failure[] {
   const list = new Map<string, Failure>();
-  for (const cell of report.json.cells) {
+  for (const cell of report.cells) {
     if (cell.outcome === "ok") continue;
     const key = [cell.system, cell.contender, cell.measure, cell.outcome, cell.reason.replace(/[\d.]+(e[+-]?\d+)?/g, "#")].join("\u0000");
     const known = list.get(key);

@@ -181,6 +181,41 @@ export interface Parity {
   certificates: ParityCertificate[];
 }
 
+// Who transfers: contenders and timesteps under one policy (src/results/transfer_matrix.h).
+export interface TransferMatrix {
+  system: string;
+  policy: string;
+  trained_in: string | null;
+  trained_ms: number | null;
+  duration_s: number;
+  pushes: string | null;
+  answer: string[];
+  rows: TransferRow[];
+}
+
+export interface TransferRow {
+  contender: string;
+  timestep_ms: number;
+  outcome: Outcome;
+  reason: string | null;
+  runs: number;
+  trained: boolean;
+  verdict: "stays up" | "falls" | "not settled" | "no run";
+  values: Record<string, { value: number | null; unit: string; low: number | null; high: number | null }>;
+  parting: {
+    starts: number;
+    parted: number;
+    body: string | null;
+    same_body: number;
+    joint: string | null; // null: the free base itself
+    same_joint: number;
+    contact: number; // runs
+    first_s: number | null;
+    median_s: number | null;
+    shown_s: number | null; // of the run that is kept
+  };
+}
+
 export interface Deviation {
   test: string;
   bound: number;
@@ -203,6 +238,8 @@ export interface Contender {
 export interface System {
   name: string;
   facts: Record<string, unknown>;
+  section: boolean; // it has one of its own on the page
+  size: boolean; // it is one of several that differ only in size, of which the time of a whole run was measured
 }
 
 export type GateStatus = "pass" | "fail" | "deviation" | "not-applicable";
@@ -229,14 +266,15 @@ export interface AnswerPart {
 export interface ReportJson {
   format: number;
   manifest: { key: string; value: string }[];
-  systems: System[];
+  systems: System[]; // in the page's order
   contenders: Contender[];
-  cells: Cell[];
+  measured: { cells: number; ok: number; contenders: string[] }; // without the harness
   conformance: GateResult[];
   pictures?: Picture[];
   agreement?: Agreement[];
   claims?: Claim[];
   parity?: Parity[];
+  transfer?: TransferMatrix[];
   changes?: Changes;
   history?: Courses;
   catalogue?: ValueInfo[];
@@ -358,36 +396,39 @@ export class Report {
       this.contenderByName.set(contender.name, contender);
       if (contender.engine === "null") this.harness.push(contender.name);
     }
+  }
+
+  private readonly known = new Map<string, Cell[]>();
+
+  // Of one system. They stand in elements of their own, so that the page can draw its first section before it has read all
+  // others.
+  cellsOf(system: string): Cell[] {
+    let cells = this.known.get(system);
+    if (cells) return cells;
+    const index = this.json.systems.findIndex((candidate) => candidate.name === system);
+    const element = document.querySelector(`script[data-cells="${index}"]`);
+    if (!element && document.readyState === "loading") return [];
+    cells = JSON.parse(element?.textContent || "[]") as Cell[];
     // The JSON leaves out what was not stored, and units that the catalogue has.
-    for (const cell of json.cells) {
+    for (const cell of cells) {
       for (const value of cell.values) {
         value.unit ??= valueInfo(value.name).unit;
         value.low ??= null;
         value.high ??= null;
       }
     }
-    // Cells of contenders that the database does not describe are shown all the same.
-    for (const cell of json.cells) {
-      if (!this.contenderByName.has(cell.contender)) {
-        const contender: Contender = {
-          name: cell.contender,
-          engine: cell.contender.replace(/-.*/, ""),
-          version: "",
-          base: cell.contender,
-          settings: "",
-          capabilities: {},
-          build: {},
-        };
-        json.contenders.push(contender);
-        this.contenderByName.set(cell.contender, contender);
-        if (contender.engine === "null") this.harness.push(contender.name);
-      }
-    }
-    for (const cell of json.cells) {
-      if (!json.systems.some((system) => system.name === cell.system)) {
-        json.systems.push({ name: cell.system, facts: {} });
-      }
-    }
+    this.known.set(system, cells);
+    return cells;
+  }
+
+  // Whether the cells of a system have been read; those below the first section stand behind the page's script.
+  isRead(system: string): boolean {
+    return this.known.has(system);
+  }
+
+  // Of all systems.
+  get cells(): Cell[] {
+    return this.json.systems.flatMap((system) => this.cellsOf(system.name));
   }
 
   // The contender that this one is a setting of: its own name, unless a sweep made it. These share a line and a look.
@@ -425,12 +466,9 @@ export class Report {
     return this.json.systems.find((candidate) => candidate.name === system)?.facts ?? {};
   }
 
-  // Systems with a section of their own: those that are not merely a size of a family. Driven ones come first: robots.
+  // Systems with a section of their own: those that are not merely a size of a family.
   get mainSystems(): System[] {
-    const alone = new Set(this.json.cells.filter((cell) => cell.measure !== "scaling").map((cell) => cell.system));
-    const own = this.json.systems.filter((system) => !system.facts["family"] || alone.has(system.name));
-    const driven = (system: System) => /actuator/.test(String(system.facts["control"] ?? ""));
-    return [...own.filter(driven), ...own.filter((system) => !driven(system))];
+    return this.json.systems.filter((system) => system.section);
   }
 
   get answered(): SystemView[] {
@@ -439,17 +477,14 @@ export class Report {
 
   // Systems that differ in size, of which the time of a whole run was measured.
   get sizes(): System[] {
-    const timed = new Set(this.json.cells.filter((cell) => cell.measure === "scaling").map((cell) => cell.system));
-    return this.json.systems.filter((system) => system.facts["family"] && timed.has(system.name));
+    return this.json.systems.filter((system) => system.size);
   }
 }
 
 export class SystemView {
-  readonly cells: Cell[];
-  readonly contenders: string[];
   readonly json: ViewJson;
-  private readonly at = new Map<string, Cell[]>(); // by contender and timestep
   private readonly pointAt = new Map<string, ViewPoint>();
+  private indexed: { cells: Cell[]; at: Map<string, Cell[]>; contenders: string[] } | null = null;
 
   constructor(
     readonly report: Report,
@@ -457,15 +492,32 @@ export class SystemView {
   ) {
     this.json = report.json.views?.find((view) => view.system === system) ?? { ...kNoView, system };
     for (const point of this.json.points) this.pointAt.set(`${point.contender} ${point.timestep_ms}`, point);
-    this.cells = report.json.cells.filter((cell) => cell.system === system && !report.isHarness(cell.contender));
-    for (const cell of this.cells) {
+  }
+
+  // Made when it is asked for: most sections are drawn long after the page is there.
+  private get index() {
+    if (this.indexed) return this.indexed;
+    const cells = this.report.cellsOf(this.system).filter((cell) => !this.report.isHarness(cell.contender));
+    const at = new Map<string, Cell[]>(); // by contender and timestep
+    for (const cell of cells) {
       const key = `${cell.contender} ${cell.timestep_ms}`;
-      const list = this.at.get(key);
+      const list = at.get(key);
       if (list) list.push(cell);
-      else this.at.set(key, [cell]);
+      else at.set(key, [cell]);
     }
-    const present = new Set(this.cells.map((cell) => cell.contender));
-    this.contenders = report.contenders.map((contender) => contender.name).filter((name) => present.has(name));
+    const present = new Set(cells.map((cell) => cell.contender));
+    const contenders = this.report.contenders.map((contender) => contender.name).filter((name) => present.has(name));
+    const index = { cells, at, contenders };
+    if (this.report.isRead(this.system)) this.indexed = index;
+    return index;
+  }
+
+  get cells(): Cell[] {
+    return this.index.cells;
+  }
+
+  get contenders(): string[] {
+    return this.index.contenders;
   }
 
   // What has a line of its own: a contender, or all settings of one that were swept.
@@ -485,7 +537,7 @@ export class SystemView {
 
   // All cells of a contender at a timestep.
   cellsAt(contender: string, timestep: number): Cell[] {
-    return this.at.get(`${contender} ${timestep}`) ?? [];
+    return this.index.at.get(`${contender} ${timestep}`) ?? [];
   }
 
   point(contender: string, timestep: number): ViewPoint | undefined {
@@ -509,7 +561,7 @@ export class SystemView {
   entry(contender: string, timestep: number, name: string): Entry | null {
     let failed: Cell | null = null;
     const { measure } = valueInfo(name);
-    for (const cell of this.at.get(`${contender} ${timestep}`) ?? []) {
+    for (const cell of this.index.at.get(`${contender} ${timestep}`) ?? []) {
       const value = cell.values.find((candidate) => candidate.name === name);
       if (value && value.value !== null) return { value, cell };
       if (cell.outcome !== "ok" && cell.measure === measure) failed = cell;

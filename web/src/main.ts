@@ -1,7 +1,6 @@
 // Assembles the page from the JSON inside it.
 import { citation, glossary } from "./about";
 import { Address } from "./address";
-import { outcomeCounts } from "./analysis";
 import { cards } from "./answers";
 import { claimsList } from "./claims";
 import { readReport, type Report } from "./data";
@@ -22,6 +21,7 @@ import { failureTable } from "./tables/failures";
 import { gate } from "./tables/gate";
 import { harnessCost, manifestTable, stealSummary } from "./tables/manifest";
 import { parity } from "./tables/parity";
+import { transfers } from "./tables/transfer";
 import { valuesTable } from "./tables/values";
 import { themeSwitch } from "./theme";
 import { tooltip } from "./tooltip";
@@ -44,17 +44,15 @@ function plate(report: Report): HTMLElement {
 }
 
 function lead(report: Report): string {
-  const cells = report.json.cells.filter((cell) => !report.isHarness(cell.contender));
-  const counts = outcomeCounts(cells);
-  const good = counts.get("ok") ?? 0;
-  const contenders = new Set(cells.map((cell) => cell.contender));
+  const { cells, ok } = report.json.measured;
+  const contenders = new Set(report.json.measured.contenders);
   const engineNames = new Set(report.contenders.filter((c) => contenders.has(c.name) && c.engine).map((c) => c.engine.replace(/-(f32|f64)$/, "")));
-  if (cells.length === 0) return "These results are empty: no cell of the campaign has been measured yet.";
+  if (cells === 0) return "These results are empty: no cell of the campaign has been measured yet.";
   const systems = report.json.systems.length;
   const lines = new Set([...contenders].map((name) => report.varied(name))).size;
   const swept = lines < contenders.size ? ` in ${contenders.size} settings` : "";
   const body = `${lines} contenders of ${engineNames.size} engines${swept} on ${systems} ${systems === 1 ? "system" : "systems"}`;
-  return good === 0 ? `${body}: none of the ${cells.length} cells has a sound result.` : `${body}; ${good} of ${cells.length} cells have a sound result.`;
+  return ok === 0 ? `${body}: none of the ${cells} cells has a sound result.` : `${body}; ${ok} of ${cells} cells have a sound result.`;
 }
 
 // Contenders of the campaign whose engine is not there.
@@ -78,7 +76,7 @@ function build(report: Report, masthead: HTMLElement, nav: HTMLElement, page: HT
   state.lineOf = (contender) => report.varied(contender);
   const palette = new Palette(report);
   const address = new Address(report, palette.first);
-  const measured = report.json.cells.some((cell) => !report.isHarness(cell.contender));
+  const measured = report.json.measured.cells > 0;
   const claims = report.json.claims ?? [];
   const pieces = new Pieces();
   const links: [string, string][] = [];
@@ -111,6 +109,11 @@ function build(report: Report, masthead: HTMLElement, nav: HTMLElement, page: HT
   if (canPick(report)) {
     const text = "The fastest contender within all of your limits. Each error is the largest at that or any smaller timestep, and a speed is never extrapolated.";
     add(part("pick", "Within your limits", text), "Your limits", () => [picker(report, palette)]);
+  }
+  const transferred = report.json.transfer ?? [];
+  if (transferred.length > 0) {
+    const text = "Runs under one policy, from perturbed starts, in every engine: where the robot stays up, and where its motion first parts from that of training.";
+    add(part("transfer", "Who transfers?", text), "Transfer", () => transferred.flatMap((matrix) => transfers(report, matrix, palette)));
   }
   if (claims.length > 0) {
     const text = "Each claim of Erez, Tassa and Todorov (ICRA 2015), judged by today's versions of the paper's engines. A claim is settled when the whole 95 % interval lies on one side of its threshold.";
@@ -155,7 +158,6 @@ function build(report: Report, masthead: HTMLElement, nav: HTMLElement, page: HT
   add(part("manifest", "Manifest", "The machine, the program and the campaign behind these figures."), "Manifest", () => [plate(report), engines(report), manifestTable(report)]);
   if (measured) add(part("cite", "Cite these results", ""), "Cite", () => [citation(report)]);
   sectionBar(nav, links, (section) => address.at(section));
-  document.body.append(new Drawer(report, palette).element);
   tooltip.attach();
   drawWaiting();
   performance.mark("assay:first-plots");
@@ -163,12 +165,14 @@ function build(report: Report, masthead: HTMLElement, nav: HTMLElement, page: HT
   let moved = false; // by the reader
   const move = () => (moved = true);
   for (const type of ["wheel", "touchstart", "pointerdown", "keydown"]) window.addEventListener(type, move, { once: true, passive: true });
-  const rest = () =>
+  const rest = () => {
+    document.body.append(new Drawer(report, palette).element); // of any system's cell
     pieces.start(() => {
       // What an address names may have been pushed away by what was drawn above it.
       if (!moved) address.show();
       document.body.dataset.ready = "";
     });
+  };
   if (document.readyState === "loading") document.addEventListener("DOMContentLoaded", rest, { once: true });
   else rest();
 }

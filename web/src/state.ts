@@ -16,6 +16,13 @@ export interface Question {
   realtime: number | null;
 }
 
+// A moment of a system's kept runs at a timestep, which its replay is to show.
+export interface Moment {
+  system: string;
+  timestep: number; // ms
+  time: number; // s
+}
+
 class State {
   private readonly hidden = new Set<string>();
   // The contender whose line another one is on (Report.varied): settings of one are shown, hidden and lit together.
@@ -29,6 +36,22 @@ class State {
   private readonly listeners: Listener[] = [];
   private readonly choiceListeners: Listener[] = [];
   private chosen: Choice | null = null;
+  private asked: Moment | null = null;
+  private readonly momentListeners: Listener[] = [];
+
+  get moment(): Moment | null {
+    return this.asked;
+  }
+
+  askMoment(moment: Moment | null): void {
+    this.asked = moment;
+    for (const listener of this.momentListeners) listener();
+    this.kept();
+  }
+
+  onMoment(listener: Listener): void {
+    this.momentListeners.push(listener);
+  }
 
   get choice(): Choice | null {
     return this.chosen;

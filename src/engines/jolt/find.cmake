@@ -4,20 +4,10 @@ set(version 5.6.0)
 assay_engine_folder(made jolt)
 foreach(variant f32 f64 wasm)
   set(folder "${made}/jolt-${version}-${variant}")
-  if(EXISTS "${folder}/lib/libjolt_world.a")
-    add_library(engine::jolt-${variant}${suffix} STATIC IMPORTED GLOBAL)
-    set_target_properties(engine::jolt-${variant}${suffix} PROPERTIES
-      IMPORTED_LOCATION "${folder}/lib/libjolt_world.a"
-      INTERFACE_INCLUDE_DIRECTORIES "${folder}/include")
-    if(NOT variant STREQUAL wasm)
-      set_target_properties(engine::jolt-${variant}${suffix} PROPERTIES
-        INTERFACE_LINK_LIBRARIES "${folder}/lib/libJolt.a"
-        INTERFACE_COMPILE_DEFINITIONS
-          "JPH_OBJECT_LAYER_BITS=16;$<$<STREQUAL:${variant},f64>:JPH_DOUBLE_PRECISION>")
-    endif()
-    assay_engine_facts(jolt-${variant}${suffix} ${version} "${folder}")
-    message(STATUS "assay: engine jolt-${variant}${suffix}: ${folder}")
-  else()
-    assay_engine_absent(jolt-${variant}${suffix} "${run_setup}")
+  set(own "")
+  if(NOT variant STREQUAL wasm)
+    set(own LINK "${folder}/lib/libJolt.a"
+      DEFINITIONS JPH_OBJECT_LAYER_BITS=16 "$<$<STREQUAL:${variant},f64>:JPH_DOUBLE_PRECISION>")
   endif()
+  assay_built_engine(jolt-${variant} VERSION ${version} FOLDER "${folder}" LIBRARY libjolt_world.a ${own})
 endforeach()

@@ -131,6 +131,8 @@ class ReplayPanel {
       else markContenders(this.element);
       shown = state.shownKey;
     });
+    state.onMoment(() => this.asked());
+    this.asked();
     // For tests and screenshots: what is drawn, and when.
     Object.assign(this.element, {
       replay: {
@@ -167,6 +169,16 @@ class ReplayPanel {
   also(contender: string, step: number): void {
     this.step.value = String(step);
     state.setShown([contender], true);
+    void this.changed();
+  }
+
+  // Shows the moment that an address or a link asks for.
+  private asked(): void {
+    const moment = state.moment;
+    if (moment?.system !== this.replay.system || !this.steps.includes(moment.timestep)) return;
+    this.step.value = String(moment.timestep);
+    this.clock.pause();
+    this.clock.seek(moment.time);
     void this.changed();
   }
 

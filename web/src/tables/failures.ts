@@ -36,7 +36,7 @@ function countCells(list: Failure[]): number {
 function list(report: Report, rows: Failure[], limit: number): HTMLTableElement {
   const cells = new Map<string, number>();
   const keyOf = (one: { system: string; contender: string; measure: string }) => `${one.system}\u0000${one.contender}\u0000${one.measure}`;
-  for (const cell of report.json.cells) cells.set(keyOf(cell), (cells.get(keyOf(cell)) ?? 0) + 1);
+  for (const cell of report.cells) cells.set(keyOf(cell), (cells.get(keyOf(cell)) ?? 0) + 1);
   const timesteps = (failure: Failure) =>
     failure.timesteps.length > 2 && failure.timesteps.length === cells.get(keyOf(failure))
       ? `all, ${timestepRange(failure.timesteps)}`
@@ -95,12 +95,12 @@ function counts(report: Report, palette: Palette, all: Failure[], choose: (chose
 export function failureTable(report: Report, palette: Palette): HTMLElement {
   // What the engine that does nothing cannot do is no failure.
   const all = failures(report).filter((failure) => !report.isHarness(failure.contender) || failure.outcome !== "unsupported");
-  if (report.json.cells.length === 0) return el("p", { class: "quiet" }, "No cell has been run.");
+  if (report.cells.length === 0) return el("p", { class: "quiet" }, "No cell has been run.");
   if (all.length === 0) return el("p", {}, "Nothing failed: every cell of the campaign has a sound result.");
   const outcomes = [...new Set(all.map((failure) => failure.outcome))]
     .map((outcome): [string, number] => [outcome, countCells(all.filter((failure) => failure.outcome === outcome))])
     .sort((a, b) => b[1] - a[1]);
-  const measured = report.json.cells.filter((cell) => !report.isHarness(cell.contender)).length;
+  const measured = report.cells.filter((cell) => !report.isHarness(cell.contender)).length;
   const sum = el(
     "p",
     { class: "failure-sum" },

@@ -6,7 +6,7 @@ import { percent, quantity, timestep } from "../format";
 // The cost of the harness itself: the same timing of an engine that does nothing.
 export function harnessCost(report: Report): { text: string; short: string } | null {
   let best: { us: number; system: string; step: number } | null = null;
-  for (const cell of report.json.cells) {
+  for (const cell of report.cells) {
     if (!report.isHarness(cell.contender)) continue;
     const value = cell.values.find((candidate) => candidate.name === "step_time");
     if (value?.value === null || value?.value === undefined) continue;
@@ -21,7 +21,7 @@ export function harnessCost(report: Report): { text: string; short: string } | n
 }
 
 export function stealSummary(report: Report): string | null {
-  const shares = report.json.cells
+  const shares = report.cells
     .filter((cell) => cell.measure === "raw_speed" && cell.steal !== null)
     .map((cell) => cell.steal!)
     .sort((a, b) => a - b);

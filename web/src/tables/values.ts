@@ -24,7 +24,7 @@ const kAtOnce = 30;
 
 export function valueRows(report: Report): Row[] {
   const rows: Row[] = [];
-  for (const cell of report.json.cells) {
+  for (const cell of report.cells) {
     const common = { system: cell.system, contender: cell.contender, timestep_ms: cell.timestep_ms, measure: cell.measure, outcome: cell.outcome, reason: cell.reason };
     for (const value of cell.values) {
       rows.push({ ...common, value: value.name, unit: value.unit, figure: value.value, low: value.low, high: value.high, bound: value.bound });

@@ -1,0 +1,420 @@
+// `assay explain`: why two contenders part on one robot, and which setting closes the gap.
+#include "explain/explain.h"
+
+#include <algorithm>
+#include <cctype>
+#include <chrono>
+#include <csignal>
+#include <memory>
+#include <tuple>
+
+#include <fmt/format.h>
+
+#include "base/errors.h"
+#include "base/json.h"
+#include "base/quantity.h"
+#include "base/sandbox.h"
+#include "base/text.h"
+#include "cli/answer.h"
+#include "cli/child.h"
+#include "cli/cli.h"
+#include "cli/contained.h"
+#include "cli/explain_question.h"
+#include "engines/engine_files.h"
+#include "explain/runs.h"
+#include "parity/certificate.h"
+
+namespace assay::cli {
+namespace {
+
+using ProgressClock = std::chrono::steady_clock;
+
+// ---- the robot, by parity -----------------------------------------------------------------------------------------------
+
+// The certificate of one side, whose changes of the model are the engine's fault to it. Null where its process failed.
+Json examined(const ExplainQuestion& question, const Side& side, const parity::Bench& bench) {
+  Json certificate;
+  const ChildEnd end = run_in_child(
+      [&](const Send& send) {
+        std::signal(SIGINT, SIG_DFL);
+        std::signal(SIGTERM, SIG_DFL);
+        enter_sandbox({.readable = engine_files(), .writable = engine_caches()});
+        Recipe recipe = recipe_of(side);
+        std::erase_if(recipe.changes, [](const RunChange& change) { return change.kind == ChangeKind::kDampers; });
+        const auto engine = changed_engine(*recipe.contender.engine, recipe.changes);
+        recipe.contender.name = side.contender;
+        recipe.contender.engine = engine.get();
+        send(dump_json(
+            parity::certificate_json(question.model, parity::examine(question.model, bench, recipe.contender))));
+        return kDone;
+      },
+      [&](const std::string& line) { certificate = Json::parse(line); });
+  if (interrupted()) throw SystemError("interrupted: nothing was found out");
+  if (certificate.is_null()) {
+    parity::Certificate failed;
+    failed.contender = side.contender;
+    failed.failure = end.signal != 0 ? "it crashed with " + end.signal_text() : "its process ended early";
+    certificate = parity::certificate_json(question.model, failed);
+  }
+  return certificate;
+}
+
+// "joint 'knee'" -> "knee", "body 'shank' of joint 'knee'" -> "shank".
+std::string quoted_name(const std::string& element) {
+  const size_t first = element.find('\'');
+  if (first == std::string::npos) return "";
+  const size_t of = element.find("' of joint '", first);
+  const size_t last = of == std::string::npos ? element.rfind('\'') : of;
+  return last > first ? element.substr(first + 1, last - first - 1) : "";
+}
+
+std::vector<SeenParameter> seen_in(const Json& certificate, bool in_b) {
+  std::vector<SeenParameter> seen;
+  if (certificate.at("verdict") != "differs") return seen;
+  for (const Json& cause : certificate.at("causes")) {
+    const std::string element = quoted_name(cause.at("element").get<std::string>());
+    if (element.empty()) continue;
+    seen.push_back({in_b, cause.at("parameter").get<std::string>(), element, cause.at("change").get<double>()});
+  }
+  return seen;
+}
+
+// ---- words --------------------------------------------------------------------------------------------------------------
+
+std::string side_text(const Side& side) {
+  std::vector<std::string> parts = {side.contender};
+  for (const auto& [name, value] : side.overrides) parts.push_back(fmt::format("{}={}", name, value));
+  for (const RunChange& change : side.changes) parts.push_back(change_text(change));
+  return join(parts, ", ");
+}
+
+std::string percents(const Interval& share) {
+  return fmt::format("{:.0f} % [{:.0f}, {:.0f}]", 100 * share.value, 100 * share.low, 100 * share.high);
+}
+
+std::string metres(double gap) { return gap < 1e-9 ? "< 1 nm" : quantity_text(gap, "m"); }
+
+std::string metres(const Interval& gap) {
+  return gap.high < 1e-9 ? "< 1 nm" : fmt::format("{} [{}, {}]", metres(gap.value), metres(gap.low), metres(gap.high));
+}
+
+std::string capitalised(std::string text) {
+  if (!text.empty()) text.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(text.front())));
+  return text;
+}
+
+std::vector<std::string> option_texts(const Swap& swap) {
+  std::vector<std::string> texts;
+  for (const std::string& text : change_texts(swap.a)) texts.push_back("--change-a " + text);
+  for (const std::string& text : change_texts(swap.b)) texts.push_back("--change-b " + text);
+  return texts;
+}
+
+std::string falls_text(const std::optional<double>& a, const std::optional<double>& b) {
+  if (!a || !b) return "";
+  return fmt::format("falls: {:.0f} % of the runs in A, {:.0f} % in B", 100 * *a, 100 * *b);
+}
+
+// ---- the answer ---------------------------------------------------------------------------------------------------------
+
+void add_verdict(const ExplainQuestion& question, const Explanation& found, double tolerance, Answer& answer) {
+  const std::string gap = metres(found.gap);
+  switch (found.verdict) {
+    case GapVerdict::kNoDifference:
+      answer.line(fmt::format("No difference: the runs agree to {}, and up to {} is rounding.", metres(found.gap.value),
+                              quantity_text(tolerance, "m")));
+      return;
+    case GapVerdict::kTimestepAlone:
+      answer.line(
+          fmt::format("No difference beyond the timestep: the gap of {} is within what halving the timestep "
+                      "moves a contender by itself ({}), and shrinks with it.",
+                      gap, quantity_text(found.timestep_gap, "m")));
+      return;
+    case GapVerdict::kExplained:
+    case GapVerdict::kPartlyExplained:
+    case GapVerdict::kUnexplained:
+      break;
+  }
+  answer.line(fmt::format("The bodies are {} apart in the mean until they are {} apart; {} of {} starts come to that.",
+                          gap, quantity_text(kFarMetres, "m", 2), found.parted, question.starts));
+  if (found.verdict == GapVerdict::kUnexplained) answer.line("No swap that was tried closes the gap.");
+  for (size_t i = 0; i < found.advice.size(); ++i) {
+    const AdviceStep& step = found.advice[i];
+    const SwapResult& result = found.causes[step.result];
+    answer.line(fmt::format("{}. {}: {}. {} closes {} of the gap{}.", i + 1, capitalised(result.swap.cause),
+                            result.swap.advice, result.swap.words, percents(result.share),
+                            i == 0 ? "" : fmt::format("; with those before {}", percents(step.share))));
+  }
+}
+
+void add_parity(const Json& certificates, Answer& answer) {
+  if (certificates.empty()) return;
+  answer.part("The robot in each (assay parity)");
+  for (size_t i = 0; i < certificates.size(); ++i) {
+    const Json& certificate = certificates[i];
+    const auto verdict = certificate.at("verdict").get<std::string>();
+    std::string line = fmt::format("{}: {}", i == 0 ? "A" : "B", verdict);
+    if (const auto failure = certificate.at("failure").get<std::string>(); !failure.empty()) line += ": " + failure;
+    std::vector<std::string> causes;
+    for (const Json& cause : certificate.at("causes")) {
+      causes.push_back(fmt::format("{}: {} {}", cause.at("element").get<std::string>(),
+                                   cause.at("parameter").get<std::string>(), cause.at("seen").get<std::string>()));
+    }
+    if (!causes.empty()) line += ": " + join(causes, "; ");
+    answer.line(line);
+  }
+}
+
+// Those that do something, at most 12; the others are counted.
+void add_swaps(const Explanation& found, Answer& answer) {
+  constexpr size_t kMost = 12;
+  if (found.causes.empty()) return;
+  std::vector<std::vector<std::string>> rows;
+  std::vector<std::string> failed;
+  size_t rest = 0;
+  for (size_t i = 0; i < found.causes.size(); ++i) {
+    const SwapResult& result = found.causes[i];
+    const bool advised = std::ranges::find(found.advice, i, &AdviceStep::result) != found.advice.end();
+    if (!result.failure.empty()) {
+      failed.push_back(fmt::format("{}: {}", result.swap.words, result.failure));
+    } else if (!advised && (!result.closes() || rows.size() >= kMost)) {
+      ++rest;
+    } else {
+      rows.push_back({fmt::format("{}{}", result.swap.words, advised ? " *" : ""), result.swap.cause,
+                      fmt::format("{:.0f} %", 100 * result.share.value),
+                      fmt::format("{:.0f} to {:.0f}", 100 * result.share.low, 100 * result.share.high),
+                      metres(result.gap.value)});
+    }
+  }
+  answer.part("Swaps, one at a time");
+  if (rest > 0) {
+    answer.line(fmt::format("{} {} less, or nothing that is told from 0", counted(rest, "further one", "further ones"),
+                            rest == 1 ? "closes" : "close"));
+  }
+  for (const std::string& each : failed) answer.line("not measured: " + each);
+  if (!rows.empty()) answer.table({"swap", "cause", "closes", "95 %", "gap left"}, std::move(rows), {2, 4});
+  answer.part("Where the gap arises");
+  std::vector<std::string> where;
+  for (const SwapResult& result : found.where) {
+    if (result.closes())
+      where.push_back(fmt::format("{}: {} of it is gone", result.swap.words, percents(result.share)));
+  }
+  if (where.empty()) where.emplace_back("in nothing that can be taken out of both at once");
+  for (const std::string& each : where) answer.line(each);
+}
+
+void add_remaining(const Explanation& found, Answer& answer) {
+  std::vector<std::string> options;
+  for (const AdviceStep& step : found.advice) {
+    for (std::string& text : option_texts(found.causes[step.result].swap)) options.push_back(std::move(text));
+  }
+  answer.part("The advice, checked");
+  if (options.empty()) {
+    answer.line(fmt::format("there is none; the gap stays {}", metres(found.remaining)));
+    return;
+  }
+  answer.line(fmt::format("with {} a gap of {} remains, {:.0f} % of it", join(options, " "), metres(found.remaining),
+                          100 * found.remaining.value / found.gap.value));
+}
+
+// ---- JSON ---------------------------------------------------------------------------------------------------------------
+
+Json interval_json(const Interval& interval) {
+  return {{"value", interval.value}, {"low", interval.low}, {"high", interval.high}};
+}
+
+Json rate_json(const std::optional<double>& rate) { return rate ? Json(*rate) : Json(); }
+
+Json side_json(const Side& side) {
+  Json settings = Json::object();
+  for (const auto& [name, value] : side.overrides) settings[name] = value;
+  return {{"contender", side.contender}, {"settings", settings}, {"changes", change_texts(side.changes)}};
+}
+
+Json result_json(const SwapResult& result) {
+  const bool measured = result.failure.empty();
+  return {{"cause", result.swap.cause},
+          {"swap", result.swap.words},
+          {"advice", result.swap.advice},
+          {"changes_a", change_texts(result.swap.a)},
+          {"changes_b", change_texts(result.swap.b)},
+          {"share", measured ? interval_json(result.share) : Json()},
+          {"gap_m", measured ? interval_json(result.gap) : Json()},
+          {"starts", result.starts},
+          {"closes", result.closes()},
+          {"fall_rate_a", rate_json(result.fall_rate_a)},
+          {"fall_rate_b", rate_json(result.fall_rate_b)},
+          {"failure", result.failure}};
+}
+
+Json explanation_json(const ExplainQuestion& question, const Explanation& found, const Swaps& swaps, double tolerance,
+                      const Json& certificates) {
+  Json causes = Json::array(), where = Json::array(), advice = Json::array(), not_possible = Json::array();
+  for (const SwapResult& result : found.causes) causes.push_back(result_json(result));
+  for (const SwapResult& result : found.where) where.push_back(result_json(result));
+  for (const AdviceStep& step : found.advice) {
+    const Swap& swap = found.causes[step.result].swap;
+    advice.push_back({{"cause", swap.cause},
+                      {"advice", swap.advice},
+                      {"changes_a", change_texts(swap.a)},
+                      {"changes_b", change_texts(swap.b)},
+                      {"share_with_those_before", interval_json(step.share)}});
+  }
+  for (const NoSwap& each : swaps.not_possible) not_possible.push_back({{"cause", each.cause}, {"why", each.why}});
+  return {{"system", question.model.name},
+          {"model", question.spec.path},
+          {"model_hash", question.model.hash},
+          {"a", side_json(question.a)},
+          {"b", side_json(question.b)},
+          {"control", question.control->description()},
+          {"timestep_ms", question.timestep_ms},
+          {"seconds", question.seconds()},
+          {"sample_ms", question.sample_ms},
+          {"starts", question.starts},
+          {"seed", question.states.seed},
+          {"far_m", kFarMetres},
+          {"tolerance_m", tolerance},
+          {"verdict", gap_verdict_text(found.verdict)},
+          {"gap_m", interval_json(found.gap)},
+          {"gaps_m", found.gaps},
+          {"parted", found.parted},
+          {"timestep_gap_m", found.timestep_gap},
+          {"fall_rate_a", rate_json(found.fall_rate_a)},
+          {"fall_rate_b", rate_json(found.fall_rate_b)},
+          {"parity", certificates},
+          {"causes", causes},
+          {"where", where},
+          {"not_possible", not_possible},
+          {"advice", advice},
+          {"remaining_m", interval_json(found.remaining)}};
+}
+
+// ---- the command --------------------------------------------------------------------------------------------------------
+
+// What rounding explains, of a run of some seconds.
+double tolerance_of(const ExplainQuestion& question) {
+  constexpr double kDouble = 1e-7, kSingle = 1e-5;  // m
+  for (const Side* side : {&question.a, &question.b}) {
+    const ResolvedContender contender = recipe_of(*side).contender;
+    if (contender.engine->capabilities(contender.settings).precision == Precision::kSingle) return kSingle;
+  }
+  return kDouble;
+}
+
+// The same robot in both: one certificate says it.
+bool same_robot(const Side& a, const Side& b) {
+  return a.contender == b.contender && a.overrides == b.overrides && a.changes == b.changes;
+}
+
+int run_explain(const ExplainRequest& request) {
+  rehearse(fmt::format("reading '{}'", request.model.model), [&] {
+    const ExplainQuestion question = explain_question(request);
+    question.control->rehearse();
+  });
+  const ExplainQuestion question = explain_question(request);
+  const Pairing pairing = question.pairing();
+  const double tolerance = tolerance_of(question);
+  ProgressLine progress;
+  ProgressClock::time_point since = ProgressClock::now();
+  const MakeRuns runner = worker_runner({.model = question.spec,
+                                         .control = question.control_spec,
+                                         .duration_s = question.seconds(),
+                                         .timestep_ms = question.timestep_ms,
+                                         .sample_ms = question.sample_ms,
+                                         .states = question.states,
+                                         .policy = question.control->policy() != nullptr,
+                                         .jobs = question.jobs,
+                                         .progress = [&](size_t done, size_t of) {
+                                           if (done <= 1) since = ProgressClock::now();
+                                           if (!progress.due() || done == 0) return;
+                                           const double spent_s =
+                                               std::chrono::duration<double>(ProgressClock::now() - since).count();
+                                           const auto left = static_cast<double>(of - done) / static_cast<double>(done);
+                                           progress.show(fmt::format("{}: {} of {} runs, {} left", question.model.name,
+                                                                     done, of, duration_label(spent_s * left)));
+                                         }});
+  Swaps swaps;
+  Json certificates = Json::array();
+  const auto candidates = [&] {
+    std::vector<SeenParameter> seen;
+    if (question.model.dof() > 0) {
+      const parity::Bench bench(question.model, {.samples = 2});
+      for (const Side* side : {&question.a, &question.b}) {
+        const bool in_b = side == &question.b;
+        if (progress.due()) progress.show(fmt::format("{}: the robot of {}", question.model.name, side->contender));
+        certificates.push_back(in_b && same_robot(question.a, question.b) ? certificates[0]
+                                                                          : examined(question, *side, bench));
+        for (SeenParameter& each : seen_in(certificates.back(), in_b)) seen.push_back(std::move(each));
+      }
+    }
+    swaps = swaps_for(pairing, seen);
+    return swaps.swaps;
+  };
+  const Explanation found = explain(
+      pairing, candidates, runner,
+      {.starts = question.starts, .samples = static_cast<size_t>(question.samples) + 1, .tolerance = tolerance});
+  progress.clear();
+  if (request.json) {
+    print_json(explanation_json(question, found, swaps, tolerance, certificates));
+    return kDone;
+  }
+  Answer answer;
+  answer.part(fmt::format("{}: {}", question.model.name, gap_verdict_text(found.verdict)));
+  answer.line(fmt::format("A: {}; B: {}", side_text(question.a), side_text(question.b)));
+  answer.line(fmt::format("{}; {} of {} s at {} ms", question.control->description(),
+                          counted(static_cast<size_t>(question.starts), "start", "starts"),
+                          shortest(question.seconds()), timestep_label(question.timestep_ms)));
+  add_verdict(question, found, tolerance, answer);
+  if (const std::string falls = falls_text(found.fall_rate_a, found.fall_rate_b); !falls.empty()) answer.line(falls);
+  add_parity(certificates, answer);
+  add_swaps(found, answer);
+  if (!swaps.not_possible.empty()) {
+    answer.part("Not possible to swap");
+    for (const NoSwap& each : swaps.not_possible) answer.line(fmt::format("{}: {}", each.cause, each.why));
+  }
+  if (found.verdict != GapVerdict::kNoDifference) add_remaining(found, answer);
+  answer.print();
+  return kDone;
+}
+
+}  // namespace
+
+void add_explain(CLI::App& app, Action& action) {
+  CLI::App* command =
+      add_command(app, "explain", "Why two contenders part on one robot, and which setting closes the gap",
+                  {{"assay explain cart_pole.xml mujoco-euler dart --policy-config policy.toml", "under a policy"},
+                   {"assay explain cart_pole-results mujoco-euler bullet-mb",
+                    "as assay run cart_pole.xml --policy-config measured it"},
+                   {"assay explain humanoid ode-quick ode-step --control hold --timestep 2", "under another control"},
+                   {"assay explain my_robot.xml dart dart --change-b damping=2", "what one change does"}});
+  const auto request = std::make_shared<ExplainRequest>();
+  command->add_option("MODEL", request->model.model, "MJCF or URDF file, a system's name, or a results directory")
+      ->required()
+      ->type_name("");
+  command->add_option("A", request->a, "Contender")->required()->type_name("");
+  command->add_option("B", request->b, "Contender that parts from it")->required()->type_name("");
+  command
+      ->add_option("--control", request->control,
+                   "passive, sine, actuators, hold, random, or a CSV file of torques (default: actuators)")
+      ->type_name("CONTROL");
+  add_policy_options(*command, request->policy);
+  command
+      ->add_option("--timestep", request->timestep,
+                   "Timestep in milliseconds, also as a fraction (default: the policy's of training, else 1)")
+      ->type_name("MS");
+  command->add_option("--seconds", request->seconds, "Length of a run (default: 2, under a policy 4)")->type_name("S");
+  command->add_option("--seeds", request->seeds, "Perturbed starts (default: 10)")->type_name("N");
+  command->add_option("--system", request->system, "Of results with several systems, the one")->type_name("NAME");
+  for (const auto& [name, changes, meaning] :
+       {std::tuple("--change-a", &request->changes_a,
+                   "Changes A, as in armature=off, gear:knee=-1, set:iterations=50; may be repeated"),
+        std::tuple("--change-b", &request->changes_b, "The same of B")}) {
+    command->add_option(name, *changes, meaning)->type_name("CHANGE")->allow_extra_args(false);
+  }
+  command->add_option("--jobs", request->jobs, "Runs at a time (default: one a core)")->type_name("N");
+  command->add_flag("--json", request->json, "Print JSON")->disable_flag_override();
+  add_load_options(*command, request->model);
+  command->callback([&action, request] { action = [request] { return run_explain(*request); }; });
+}
+
+}  // namespace assay::cli

@@ -1,0 +1,46 @@
+// What `assay explain` is asked: a robot, what drives it, and two contenders, from a model or from results.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "changes/swaps.h"
+#include "cli/control_options.h"
+#include "cli/model_options.h"
+#include "measures/initial_states.h"
+#include "messages/messages.h"
+
+namespace assay::cli {
+
+// As given on the command line.
+struct ExplainRequest {
+  ModelOptions model;  // or a results directory
+  std::string a, b;
+  std::optional<std::string> control, timestep, seconds, seeds, system, jobs;
+  PolicyOptions policy;
+  std::vector<std::string> changes_a, changes_b;
+  bool json = false;
+};
+
+struct ExplainQuestion {
+  ModelSpec spec;
+  Model model;
+  ControlSpec control_spec;
+  std::unique_ptr<Control> control;
+  Side a, b;
+  InitialStates states;
+  int starts = 1, jobs = 1;
+  double timestep_ms = 0, sample_ms = 0;
+  long long samples = 0;  // of a run, without its initial state
+
+  double seconds() const { return 1e-3 * sample_ms * static_cast<double>(samples); }
+  Pairing pairing() const { return {&model, control_spec, control.get(), a, b, timestep_ms}; }
+};
+
+// Reads and checks everything. Throws InputError: for what the results do not hold, for contenders and changes that
+// there are not, and for a contender that refuses the robot.
+ExplainQuestion explain_question(const ExplainRequest& request);
+
+}  // namespace assay::cli

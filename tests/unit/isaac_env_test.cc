@@ -1,0 +1,52 @@
+#include "controls/isaac_env.h"
+
+#include <gtest/gtest.h>
+
+#include "base/errors.h"
+#include "controls/yaml_tree.h"
+#include "model/mjcf.h"
+
+namespace assay {
+namespace {
+
+TEST(YamlTree, AnAliasIsTheNodeOfItsAnchor) {
+  const YamlTree tree = YamlTree::parse("a: &x [1, 2]\nb: *x\nc: null\nd: 'null'\n", "x.yaml");
+  const YamlNode& root = tree.root();
+  ASSERT_EQ(root.kind, YamlNode::Kind::kMap);
+  EXPECT_EQ(root.find("a"), root.find("b"));
+  EXPECT_EQ(root.find("a")->items.size(), 2U);
+  EXPECT_EQ(root.find("b")->line, 1);
+  EXPECT_TRUE(root.find("c")->is_null());
+  EXPECT_FALSE(root.find("d")->is_null());
+  EXPECT_EQ(root.find("e"), nullptr);
+}
+
+TEST(YamlTree, TagsAreOnlyNames) {
+  const YamlTree tree = YamlTree::parse("a: !!python/tuple [1]\nb: !own 3\nc: 4\n", "x.yaml");
+  EXPECT_EQ(tree.root().find("a")->tag, "python/tuple");
+  EXPECT_EQ(tree.root().find("b")->tag, "!own");
+  EXPECT_EQ(tree.root().find("c")->tag, "");
+}
+
+TEST(YamlTree, ErrorsHaveTheLine) {
+  try {
+    YamlTree::parse("a: 1\nb: *nothing\n", "x.yaml");
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("x.yaml:2"), std::string::npos) << error.what();
+  }
+}
+
+TEST(IsaacEnv, JointsBreadthFirst) {
+  // arm: shoulder -> elbow -> wrist; leg: hip -> knee, later in the file
+  const Model model = load_model_text(R"(<mujoco><worldbody><body><freejoint/><geom size="1"/>
+    <body><joint name="shoulder"/><geom size="1"/><body><joint name="elbow"/><geom size="1"/>
+      <body><joint name="wrist"/><geom size="1"/></body></body></body>
+    <body><joint name="hip"/><geom size="1"/><body><joint name="knee"/><geom size="1"/></body></body>
+  </body></worldbody></mujoco>)",
+                                      "tree");
+  EXPECT_EQ(breadth_first_joints(model), (std::vector<std::string>{"shoulder", "hip", "elbow", "knee", "wrist"}));
+}
+
+}  // namespace
+}  // namespace assay
