@@ -5,7 +5,6 @@
 #include <iterator>
 #include <limits>
 #include <map>
-#include <regex>
 #include <set>
 
 #include <fmt/format.h>
@@ -15,6 +14,7 @@
 #include "base/text.h"
 #include "controls/hold.h"
 #include "controls/input_file.h"
+#include "controls/pattern.h"
 #include "controls/policy_config.h"
 #include "controls/toml_text.h"
 #include "controls/yaml_tree.h"
@@ -156,14 +156,21 @@ class Values {
     return whole.substr(whole.find_last_of(":.") + 1);
   }
 
-  std::regex pattern(const Place& place, const std::string& text) const {
+  Pattern pattern(const Place& place, const std::string& text) const {
     if (text.size() > kLongestPattern) {
       fail(place, fmt::format("a pattern has {} characters: write one of at most {}", text.size(), kLongestPattern));
     }
     try {
-      return std::regex(text, std::regex::ECMAScript);
-    } catch (const std::regex_error&) {
-      fail(place, fmt::format("'{}' is no regular expression that assay knows: write it without extensions", text));
+      return Pattern(text);
+    } catch (const PatternError& error) {
+      fail(place, fmt::format("'{}' is no regular expression: {}", text, error.what()));
+    }
+  }
+  bool matches(const Place& place, const Pattern& pattern, const std::string& text, const std::string& name) const {
+    try {
+      return pattern.matches(name);
+    } catch (const PatternError& error) {
+      fail(place, fmt::format("the pattern '{}' on the joint '{}': {}; write a simpler one", text, name, error.what()));
     }
   }
 
@@ -329,10 +336,10 @@ class Importer {
     std::vector<std::string> patterns = read_.texts(place), found;
     std::map<std::string, std::string> by;
     for (const std::string& text : patterns) {
-      const std::regex pattern = read_.pattern(place, text);
+      const Pattern pattern = read_.pattern(place, text);
       bool any = false;
       for (const std::string& name : names_) {
-        if (!std::regex_match(name, pattern)) continue;
+        if (!read_.matches(place, pattern, text, name)) continue;
         any = true;
         if (const auto [at, fresh] = by.emplace(name, text); !fresh) {
           read_.fail(place, fmt::format("'{}' and '{}' both match the joint '{}'", at->second, text, name));
@@ -359,11 +366,11 @@ class Importer {
     }
     std::vector<std::optional<double>> found(names.size());
     for (const auto& [text, node] : place.node->entries) {
-      const std::regex pattern = read_.pattern({node, place.path}, text);
+      const Pattern pattern = read_.pattern({node, place.path}, text);
       const double value = read_.number({node, place.path + "." + text});
       bool any = false;
       for (size_t i = 0; i < names.size(); ++i) {
-        if (!std::regex_match(names[i], pattern)) continue;
+        if (!read_.matches({node, place.path}, pattern, text, names[i])) continue;
         any = true;
         if (found[i]) read_.fail({node, place.path}, fmt::format("two patterns match the joint '{}'", names[i]));
         found[i] = value;

@@ -14,6 +14,9 @@ namespace {
 
 constexpr std::string_view kStandardTag = "tag:yaml.org,2002:";
 
+// libyaml's time grows with the square of the depth; configurations have a dozen levels.
+constexpr int kMostLevels = 100;
+
 class Parser {
  public:
   explicit Parser(std::string_view text) {
@@ -34,6 +37,23 @@ class Parser {
                                    parser_.problem != nullptr ? parser_.problem : "out of memory"));
     }
     return document_;
+  }
+  // Throws for what is nested deeper than kMostLevels. Where the text is no YAML, load() says so.
+  void refuse_deep(const std::string& path) {
+    int level = 0;
+    yaml_event_type_t type = YAML_NO_EVENT;
+    while (type != YAML_STREAM_END_EVENT) {
+      yaml_event_t event;
+      if (yaml_parser_parse(&parser_, &event) == 0) return;
+      type = event.type;
+      const int at = line(event.start_mark);
+      yaml_event_delete(&event);
+      if (type == YAML_SEQUENCE_START_EVENT || type == YAML_MAPPING_START_EVENT) ++level;
+      if (type == YAML_SEQUENCE_END_EVENT || type == YAML_MAPPING_END_EVENT) --level;
+      if (level > kMostLevels) {
+        throw InputError(fmt::format("{}:{}: lists and maps are nested deeper than {} levels", path, at, kMostLevels));
+      }
+    }
   }
   static int line(const yaml_mark_t& mark) { return static_cast<int>(mark.line) + 1; }
 
@@ -65,6 +85,7 @@ const YamlNode* YamlNode::find(std::string_view key) const {
 }
 
 YamlTree YamlTree::parse(std::string_view text, const std::string& path) {
+  Parser(text).refuse_deep(path);
   Parser parser(text);
   const yaml_document_t& document = parser.load(path);
   const auto count = static_cast<size_t>(document.nodes.top - document.nodes.start);

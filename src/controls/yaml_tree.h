@@ -29,7 +29,7 @@ struct YamlNode {
 class YamlTree {
  public:
   // The first document of `text`; `path` is for messages. Throws InputError with the line for a text that is no YAML,
-  // has no document, or has a map with a key twice or with a key that is no scalar.
+  // has no document, is nested deeper than 100 levels, or has a map with a key twice or with a key that is no scalar.
   static YamlTree parse(std::string_view text, const std::string& path);
   const YamlNode& root() const { return nodes_.front(); }
 

@@ -224,7 +224,8 @@ class Merge {
   void merge_nodes(const Store& source) {
     std::vector<NodeRow> nodes = source.nodes();
     unnamed_node_.clear();
-    if (nodes.empty()) {  // written before nodes were stored: its machine is the manifest's
+    // Written before nodes were stored: its machine is the manifest's. One without cells was only begun.
+    if (nodes.empty() && count("src.cells") > 0) {
       json facts = json::object();
       for (const auto& [key, value] : source.manifest()) {
         if (is_listed(kNodeFacts, key)) facts[key] = value;
@@ -525,9 +526,17 @@ class Merge {
   std::map<std::string, std::string> machine_of_;  // the machine that timed each system of the union
 };
 
+// A directory whose process was killed before it had stored more than the campaign's name.
+bool is_only_begun(const Description& results) {
+  return results.fact("assay_version").empty() && results.systems.empty() && results.contenders.empty();
+}
+
 // Two directories are parts of one campaign: else one sentence says what differs.
 void refuse_another_campaign(const Description& first, const Description& other) {
-  const std::vector<Difference> found = differences(first, other);
+  std::vector<Difference> found = differences(first, other);
+  // It holds nothing of any program yet.
+  if (is_only_begun(first) || is_only_begun(other))
+    std::erase_if(found, [](const Difference& each) { return each.kind == DifferenceKind::kProgram; });
   const auto of_program = std::ranges::find(found, DifferenceKind::kProgram, &Difference::kind);
   const std::string campaign = first.fact("campaign"), others = other.fact("campaign");
   const bool same = campaign == others && first.fact("campaign_hash") == other.fact("campaign_hash");
@@ -570,8 +579,12 @@ MergeSummary merge_results(const std::vector<std::string>& sources, const std::s
                            const std::function<void(Store& merged)>& finish) {
   if (sources.empty()) throw InputError("there is nothing to merge: name results directories");
   // Before anything is written.
-  const Description first = describe(Store::open(sources.front()));
-  for (const std::string& source : sources) refuse_another_campaign(first, describe(Store::open(source)));
+  Description first = describe(Store::open(sources.front()));
+  for (const std::string& source : sources) {
+    Description other = describe(Store::open(source));
+    refuse_another_campaign(first, other);
+    if (is_only_begun(first)) first = std::move(other);
+  }
   if (has_content(out + "/assay.sqlite")) refuse_another_campaign(first, describe(Store::open(out)));
 
   MergeSummary summary;

@@ -66,6 +66,17 @@ class Documents(AssayTest):
         self.assertEqual(short, rows(SOURCE / "docs/glossary.md")[:len(short)])
         self.assertEqual(len(short), 5)
 
+    def test_the_readme_has_the_versions_of_the_engines(self):
+        versions = {row["contender"]: row["version"] for row in self.assay_json("engines", "--json")["contenders"]}
+        checked = set()
+        for engine, contenders in rows(SOURCE / "README.md", "## Engines and systems"):
+            name = re.match(r"`([\w-]+?)-?\*?`", contenders).group(1)
+            for contender, version in versions.items():
+                if contender == name or contender.startswith(name + "-"):  # those on request may not be there
+                    self.assertIn(f" {version}", engine, contender)
+                    checked.add(engine)
+        self.assertGreater(len(checked), 8)
+
     def test_third_party_work_is_complete(self):
         listed = (SOURCE / "THIRD_PARTY.md").read_text(encoding="utf-8")
         packages = []

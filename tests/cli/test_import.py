@@ -422,16 +422,16 @@ class Hostile(Import):
             self.refused("import", "env.yaml", "cart_pole.xml", "--out", "policy.toml", naming=["env.yaml"])
 
     def test_depth_and_size(self):
-        self.is_refused("[" * 200_000, "cart_pole.xml", naming=["env.yaml"])
-        self.is_refused("{a: " * 100_000, "cart_pole.xml", naming=["env.yaml"])
+        self.is_refused("[" * 200_000, "cart_pole.xml", naming=["env.yaml:1", "nested deeper than 100 levels"])
+        self.is_refused("{a: " * 100_000, "cart_pole.xml", naming=["env.yaml:1", "nested deeper than 100 levels"])
         (self.dir / "env.yaml").write_bytes(b"a: b\n" * (2 << 20))
         self.refused("import", "env.yaml", "cart_pole.xml", "--out", "policy.toml", naming=["env.yaml", "KiB"])
         self.refused("import", str(self.dir), "cart_pole.xml", "--out", "policy.toml", naming=["not a regular file"])
         self.refused("import", "missing.yaml", "cart_pole.xml", "--out", "policy.toml", naming=["missing.yaml", "cannot be read"])
 
-    def test_a_pattern_that_never_ends_is_stopped(self):
-        self.is_refused(LEGS_ENV.replace("joint_names_expr: [.*]", "joint_names_expr: ['" + "(.*)*" * 12 + "x']"), "legs.xml",
-                        naming=["env.yaml"])
+    def test_a_pattern_that_takes_too_long_is_refused(self):
+        self.is_refused(LEGS_ENV.replace("joint_names_expr: [.*]", "joint_names_expr: ['" + "([a-z_]*)*" * 12 + "[0-9]']"), "legs.xml",
+                        naming=["env.yaml", "match limit exceeded", "simpler"])
 
     def test_nothing_is_constructed(self):
         self.is_refused(CART_ENV.replace("dt: 0.005", "dt: !!python/object/apply:os.system ['touch made']"), "cart_pole.xml",

@@ -1,12 +1,16 @@
 // Models, and what lies beside them.
 #include <algorithm>
 #include <array>
+#include <cstdlib>
 #include <string>
 #include <vector>
 
 #include "base/errors.h"
 #include "check/model_check.h"
 #include "check/step_bounds.h"
+#include "controls/isaac_env.h"
+#include "controls/policy_config.h"
+#include "controls/recorded_actions.h"
 #include "controls/torque_file.h"
 #include "model/mesh_file.h"
 #include "model/mjcf.h"
@@ -104,6 +108,51 @@ void read_csv(std::string_view bytes) {
       start_from(moved, std::string(bytes.substr(1)), "pose.txt");
       static_cast<void>(lowest_point(moved));
     }
+  } catch (const InputError&) {  // NOLINT(bugprone-empty-catch)
+  }
+}
+
+constexpr std::string_view kPolicy = R"(joints = ["rail", "knee"]
+[control]
+timestep_ms = 5
+decimation = 4
+[actions]
+type = "joint_position"
+[pd]
+stiffness = 20
+effort_limit = 20
+damping = 0.5
+[observations]
+[[observations.terms]]
+term = "joint_pos_rel"
+)";
+
+void read_policy(std::string_view bytes) {
+  if (bytes.empty()) return;
+  const bool actions = (bytes.front() & 1) != 0;
+  const std::string text(bytes.substr(1));
+  try {
+    if (!actions) {
+      static_cast<void>(parse_policy_config(small_model(), text, scratch() + "/policy.toml"));
+    } else {
+      static const PolicyConfig config = parse_policy_config(small_model(), kPolicy, scratch() + "/policy.toml");
+      const RecordedActions recorded = parse_recorded_actions(text, "actions.csv", config, small_model());
+      if (recorded.actions.size() != recorded.steps * config.joints.size()) std::abort();
+    }
+  } catch (const InputError&) {  // NOLINT(bugprone-empty-catch)
+  }
+}
+
+// What is written has to be read back.
+void read_environment(std::string_view bytes) {
+  std::string toml;
+  try {
+    toml = import_isaac_env(small_model(), bytes, "env.yaml", {}).toml;
+  } catch (const InputError&) {
+    return;
+  }
+  try {
+    static_cast<void>(parse_policy_config(small_model(), toml, scratch() + "/policy.toml"));
   } catch (const InputError&) {  // NOLINT(bugprone-empty-catch)
   }
 }

@@ -36,7 +36,8 @@ const std::map<std::string, Target>& targets() {
   static const std::map<std::string, Target> all = {
       {"mjcf", read_mjcf},         {"urdf", read_urdf},         {"mesh", read_mesh},
       {"csv", read_csv},           {"store", read_store},       {"rows", read_rows},
-      {"campaign", read_campaign}, {"messages", read_messages}, {"trajectory", read_trajectory}};
+      {"campaign", read_campaign}, {"messages", read_messages}, {"trajectory", read_trajectory},
+      {"policy", read_policy}, {"environment", read_environment}};
   return all;
 }
 

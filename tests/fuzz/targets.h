@@ -11,13 +11,15 @@ namespace assay::fuzz {
 
 using Target = void (*)(std::string_view bytes);
 
-// mjcf, urdf, mesh, csv, campaign, store, rows, trajectory, messages.
+// mjcf, urdf, mesh, csv, policy, environment, campaign, store, rows, trajectory, messages.
 const std::map<std::string, Target>& targets();
 
 void read_mjcf(std::string_view bytes);        // a model's text, up to the findings of `assay check`
 void read_urdf(std::string_view bytes);        // the same, and its repair
 void read_mesh(std::string_view bytes);        // the first byte is the format
 void read_csv(std::string_view bytes);         // the first byte: torques over time, or a configuration
+void read_policy(std::string_view bytes);       // a policy's configuration in TOML, or its recorded actions: the first byte
+void read_environment(std::string_view bytes);  // YAML that Isaac Lab wrote in training
 void read_campaign(std::string_view bytes);    // TOML
 void read_store(std::string_view bytes);       // a results database
 void read_rows(std::string_view bytes);        // SQL that changes one, whose hashes are made right again

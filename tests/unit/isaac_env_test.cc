@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "base/errors.h"
+#include "controls/pattern.h"
 #include "controls/yaml_tree.h"
 #include "model/mjcf.h"
 
@@ -35,6 +36,37 @@ TEST(YamlTree, ErrorsHaveTheLine) {
   } catch (const InputError& error) {
     EXPECT_NE(std::string(error.what()).find("x.yaml:2"), std::string::npos) << error.what();
   }
+}
+
+TEST(YamlTree, DeepNestingIsRefusedBeforeItCostsTime) {
+  std::string deep = "a: 1\nb: ";
+  for (int i = 0; i < 200'000; ++i) deep += i % 2 == 0 ? "[" : "{c: ";
+  try {
+    YamlTree::parse(deep, "x.yaml");
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("x.yaml:2: lists and maps are nested deeper than 100"), std::string::npos)
+        << error.what();
+  }
+  std::string allowed = "a: ", end;
+  for (int i = 0; i < 99; ++i) allowed += "[", end += "]";
+  EXPECT_EQ(YamlTree::parse(allowed + end, "x.yaml").root().find("a")->items.size(), 1U);
+}
+
+TEST(Pattern, MatchesWholeNames) {
+  EXPECT_TRUE(Pattern(".*_hip").matches("left_hip"));
+  EXPECT_FALSE(Pattern(".*_hip").matches("left_hip_2"));
+  EXPECT_TRUE(Pattern("left|left_hip").matches("left_hip"));
+  EXPECT_FALSE(Pattern("(?!.*ankle).*").matches("left_ankle"));
+  EXPECT_TRUE(Pattern("(?!.*ankle).*").matches("left_knee"));
+}
+
+TEST(Pattern, WhatIsNoneOrTakesTooLongIsAnError) {
+  EXPECT_THROW(Pattern("("), PatternError);
+  std::string slow;
+  for (int i = 0; i < 12; ++i) slow += "([a-z_]*)*";
+  EXPECT_THROW(Pattern(slow + "[0-9]").matches("left_hip"), PatternError);
+  EXPECT_TRUE(Pattern(slow).matches("left_hip"));
 }
 
 TEST(IsaacEnv, JointsBreadthFirst) {

@@ -248,6 +248,27 @@ TEST_F(MergeTest, AnotherProgramIsRefused) {
   EXPECT_THAT(refusal([&] { merge({"a", "d"}, "out"); }), HasSubstr("assay's commit is abc"));
 }
 
+// What is left of a merge, or of a part, that is killed before it has stored more than the campaign's name.
+TEST_F(MergeTest, ADirectoryThatWasOnlyBegunIsOfNoOtherProgram) {
+  three_parts();
+  for (const char* name : {"a", "bb", "ccc"})
+    Store::create(path(name), kCampaign).set_manifest({{"assay_version", "0.1.0"}});
+  merge({"a", "bb", "ccc"}, "all");
+  const std::string all = content_of(path("all"));
+  Store::create(path("out"), kCampaign);
+  merge({"a", "bb", "ccc"}, "out");
+  EXPECT_EQ(content_of(path("out")), all);
+  Store::create(path("part"), kCampaign);
+  merge({"part", "a", "bb", "ccc"}, "first");
+  merge({"a", "bb", "part", "ccc"}, "among");
+  EXPECT_EQ(content_of(path("first")), all);
+  EXPECT_EQ(content_of(path("among")), all);
+  {
+    part("d", "n1").set_manifest({{"assay_version", "9"}});
+  }
+  EXPECT_THAT(refusal([&] { merge({"part", "a", "d"}, "refused"); }), HasSubstr("assay's version is 0.1.0"));
+}
+
 TEST_F(MergeTest, ARunWithOtherStatesIsRefused) {
   three_parts();
   {

