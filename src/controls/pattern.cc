@@ -31,7 +31,8 @@ Pattern::Pattern(const std::string& text) {
   int error = 0;
   PCRE2_SIZE at = 0;
   auto made = std::make_shared<Code>();
-  made->code.reset(pcre2_compile(units_of(text), text.size(), PCRE2_ANCHORED | PCRE2_ENDANCHORED, &error, &at, nullptr));
+  made->code.reset(
+      pcre2_compile(units_of(text), text.size(), PCRE2_ANCHORED | PCRE2_ENDANCHORED, &error, &at, nullptr));
   if (!made->code) throw PatternError(fmt::format("{} (at character {})", message_of(error), at + 1));
   constexpr unsigned kMostMemory = 16 * 1024;  // KiB
   pcre2_set_match_limit(made->limits.get(), kMostSteps);
@@ -40,9 +41,10 @@ Pattern::Pattern(const std::string& text) {
 }
 
 bool Pattern::matches(const std::string& name) const {
-  const std::unique_ptr<pcre2_match_data, decltype(&pcre2_match_data_free)> found(
-      pcre2_match_data_create(1, nullptr), &pcre2_match_data_free);
-  const int result = pcre2_match(code_->code.get(), units_of(name), name.size(), 0, 0, found.get(), code_->limits.get());
+  const std::unique_ptr<pcre2_match_data, decltype(&pcre2_match_data_free)> found(pcre2_match_data_create(1, nullptr),
+                                                                                  &pcre2_match_data_free);
+  const int result =
+      pcre2_match(code_->code.get(), units_of(name), name.size(), 0, 0, found.get(), code_->limits.get());
   if (result >= 0) return true;
   if (result == PCRE2_ERROR_NOMATCH) return false;
   throw PatternError(message_of(result));

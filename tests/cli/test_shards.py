@@ -166,29 +166,6 @@ class Refusals(CampaignTest):
         self.assay("merge", "a", "b", "--out", "killed")
         self.assertEqual(self.assay("export", "killed", "--format", "csv"), self.assay("export", "whole", "--format", "csv"))
 
-    def test_a_directory_that_was_only_begun_is_no_other_campaign(self):
-        """What a merge or a part leaves that is killed between its first write, the campaign's name, and the second."""
-        self.run_tiny("a", "--shard", "1/2")
-        self.run_tiny("b", "--shard", "2/2")
-        self.assay("merge", "a", "b", "--out", "whole")
-        whole = self.assay("export", "whole", "--format", "csv")
-        for begun in ["out", "part"]:
-            shutil.copytree(self.dir / "a", self.dir / begun)
-            shutil.rmtree(self.dir / begun / "trajectories", ignore_errors=True)
-            with contextlib.closing(sqlite3.connect(self.dir / begun / "assay.sqlite")) as db:
-                db.execute("PRAGMA foreign_keys = OFF")
-                tables = [name for (name,) in db.execute(
-                    "SELECT name FROM sqlite_schema WHERE type = 'table' AND name NOT LIKE 'sqlite_%'")]
-                for name in tables:
-                    if name != "manifest":
-                        db.execute(f'DELETE FROM "{name}"')
-                db.execute("DELETE FROM manifest WHERE key NOT IN ('campaign', 'campaign_hash')")
-                db.commit()
-        for parts in [["a", "b"], ["part", "a", "b"], ["a", "part", "b"]]:
-            self.assay("merge", *parts, "--out", "out")
-            self.assertEqual(self.assay("export", "out", "--format", "csv"), whole)
-            shutil.rmtree(self.dir / "out")
-
 
 if __name__ == "__main__":
     main()

@@ -33,11 +33,17 @@ class Folder {
 }  // namespace
 
 const std::map<std::string, Target>& targets() {
-  static const std::map<std::string, Target> all = {
-      {"mjcf", read_mjcf},         {"urdf", read_urdf},         {"mesh", read_mesh},
-      {"csv", read_csv},           {"store", read_store},       {"rows", read_rows},
-      {"campaign", read_campaign}, {"messages", read_messages}, {"trajectory", read_trajectory},
-      {"policy", read_policy}, {"environment", read_environment}};
+  static const std::map<std::string, Target> all = {{"mjcf", read_mjcf},
+                                                    {"urdf", read_urdf},
+                                                    {"mesh", read_mesh},
+                                                    {"csv", read_csv},
+                                                    {"store", read_store},
+                                                    {"rows", read_rows},
+                                                    {"campaign", read_campaign},
+                                                    {"messages", read_messages},
+                                                    {"trajectory", read_trajectory},
+                                                    {"policy", read_policy},
+                                                    {"environment", read_environment}};
   return all;
 }
 
