@@ -54,7 +54,7 @@ nlohmann::json sections(const ReportOptions& options) {
 }
 
 // What the page shows, for programs that draw: without what only the page can draw, and with the paper's line-up.
-int print_data(const Options& options) {
+int print_data(const ReportOptions& options) {
   if (!options.replays.empty()) throw InputError("--json and --replays were both given: choose one");
   const nlohmann::json more = sections(options);
   const Store store = Store::open(options.dir);
