@@ -7,12 +7,14 @@ import pathlib
 import re
 import subprocess
 import sys
+import tarfile
 import zipfile
 
 import assay
 import pytest
 from assay import _fetch
 from assay._program import FOLDER, program
+from conftest import SOURCE
 
 WHEEL = pathlib.Path(os.environ.get("ASSAY_WHEEL", "/nowhere"))
 needs_wheel = pytest.mark.skipif(not WHEEL.is_file(), reason="ASSAY_WHEEL names no wheel: ./test --package does")
@@ -122,3 +124,17 @@ def test_the_wheel_is_small_enough():
         assert archive.testzip() is None
         mode = archive.getinfo("assay/program/bin/assay").external_attr >> 16
     assert mode & 0o111 and os.access(program(), os.X_OK)
+
+
+@pytest.mark.skipif(not (SOURCE / ".git").exists(), reason="the tests are not in a clone")
+def test_the_source_archive_has_every_source(tmp_path):
+    """`python -m build` makes the wheel from the archive, and not from the clone."""
+    folders = ["CMakeLists.txt", "cmake", "setup", "src", "web", "models", "campaigns", "python"]
+    done = subprocess.run(["git", "-C", SOURCE, "ls-files", "-z", *folders], capture_output=True, text=True, check=True)
+    made = subprocess.run([sys.executable, "-m", "build", "--sdist", "--no-isolation", "--outdir", tmp_path, SOURCE],
+                          capture_output=True, text=True, check=False)
+    assert made.returncode == 0, made.stderr
+    with tarfile.open(next(tmp_path.glob("*.tar.gz"))) as archive:
+        inside = {name.split("/", 1)[-1] for name in archive.getnames()}
+    assert "COMMIT" in inside
+    assert {name for name in done.stdout.split("\0") if name} - inside == set()
