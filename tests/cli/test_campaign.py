@@ -85,7 +85,7 @@ class Run(CampaignTest):
 
     def test_progress_for_programs(self):
         self.write("ball.xml", BALL)
-        self.write("ball.toml", BALL_CAMPAIGN)
+        self.write("ball.toml", BALL_CAMPAIGN.replace('["null"]', '["mujoco-euler"]'))
         done = self.run_assay("run", "ball.toml", "--out", "ball", "--progress", "json")
         self.assertEqual(done.returncode, 0, done.stderr)
         events = [json.loads(line) for line in done.stderr.splitlines() if line.startswith("{")]
@@ -95,7 +95,7 @@ class Run(CampaignTest):
         cells = events[kinds.index("begin")]["cells"]
         finished = [event for event in events if event["event"] == "finished"]
         self.assertEqual([event["done"] for event in finished], list(range(1, cells + 1)))
-        self.assertEqual({(event["system"], event["contender"], event["outcome"]) for event in finished}, {("ball", "null", "ok")})
+        self.assertEqual({(event["system"], event["contender"], event["outcome"]) for event in finished}, {("ball", "mujoco-euler", "ok")})
         # the same command in text tells nothing as JSON
         again = self.run_assay("run", "ball.toml", "--out", "ball", "--progress", "text")
         self.assertIn("are there already", again.stderr)
