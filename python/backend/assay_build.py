@@ -167,6 +167,28 @@ def engine_folders(tree):
             yield name, pathlib.Path(done.stdout.strip())
 
 
+# What Zig compiles into Jolt's WebAssembly: libc++, and wasi-libc with its parts.
+ZIG_LICENCES = re.compile(r"ziglang/lib/(libcxx/LICENSE.TXT|libc/wasi/.*(LICENSE[^/]*|COPYRIGHT))")
+
+
+def more_licences(part, work):
+    """Texts that a recipe does not keep beside what it made, as (file, where in the part's folder)."""
+    if part.startswith("rapier-"):
+        # crates of rapier and parry come without it, and Rust's standard library is in the plugin
+        return [(pathlib.Path("/usr/share/common-licenses/Apache-2.0"), "rapier-parry-and-rust-std/APACHE-2.0.txt")]
+    if not (part.startswith("jolt-") and part.endswith("-wasm")):
+        return []
+    script = 'root="$1"; source "$1/setup/common.sh"; find_cache && download_folder "$1/src/engines/jolt/recipe/zig-pins.txt"'
+    done = subprocess.run(["bash", "-c", script, "-", ROOT], capture_output=True, text=True, check=True)
+    wheels = list(pathlib.Path(done.stdout.strip()).glob("ziglang-*.whl"))
+    if not wheels:
+        raise SystemExit(f"assay: the licences of what Zig compiled into {part} are not on this machine: remove its folder from the "
+                         f"cache's engines, and set-up fetches Zig again")
+    with zipfile.ZipFile(wheels[0]) as archive:
+        names = [name for name in archive.namelist() if ZIG_LICENCES.fullmatch(name)]
+        return [(pathlib.Path(archive.extract(name, work)), pathlib.Path("zig", name.removeprefix("ziglang/lib/"))) for name in names]
+
+
 def add_licences(tree, information):
     """The text of every licence, and README.txt, which lists them. A part without one stops the build."""
     folder = information / "licenses/third_party"
@@ -187,7 +209,9 @@ def add_licences(tree, information):
             files = [(path, path.name) for path in each.iterdir() if path.is_file() and re.match(r"(?i)licen[cs]e|copying|notice", path.name)]
             if (each / "licenses").is_dir():
                 files += [(path, path.relative_to(each / "licenses")) for path in (each / "licenses").rglob("*") if path.is_file()]
-            add(each.name, f"engine {engine}: {(each / 'build.txt').read_text().splitlines()[0]}", files)
+            with tempfile.TemporaryDirectory(prefix="assay-licences-") as work:
+                more = more_licences(each.name, work)
+                add(each.name, f"engine {engine}: {(each / 'build.txt').read_text().splitlines()[0].removeprefix('source=')}", files + more if files else [])
     brought = json.loads((tree / "assay/program/lib/assay/brought.json").read_text())
     python = package_of(pathlib.Path(os.path.realpath("/usr/lib/x86_64-linux-gnu/libpython3.11.so.1.0")))
     packages = {}
