@@ -83,8 +83,9 @@ class Results:
                   penetration: Optional[str] = None, slip: Optional[str] = None, realtime: Optional[float] = None,
                   limits: Optional[Mapping[str, str]] = None) -> dict:
         """The fastest contender and timestep within limits, as `assay recommend --json` tells it: recommend("humanoid",
-        error="1mm", realtime=5, limits={"energy_drift_relative": "0.1%"}). "recommended" is None where nothing qualifies, and
-        "excluded" says why. `system`: a name, or "all" together."""
+        error="1mm", realtime=5, limits={"energy_drift_relative": "0.1%"}). "recommended" is None where nothing qualifies;
+        "nearest" is what comes closest, and "excluded" says who was left out and why. `system`: a name, or "all"
+        together."""
         return _program.call_json("recommend", self.folder, system, "--json", *_program.words({
             "error": error, "measure": measure, "penetration": penetration, "slip": slip, "realtime": realtime,
             "limit": dict(limits) if limits else None}), accept=(1,))

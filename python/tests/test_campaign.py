@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from assay import _progress
 from assay._program import call
+from conftest import CAMPAIGN
 
 MEASURES = {"raw_speed", "consistency", "truth_error_max", "energy_drift"}
 
@@ -89,7 +90,7 @@ def test_a_recommendation(measured):
     found = results.recommend("planar-chain", error="1m")
     assert found["recommended"]["contender"] in ("mujoco-euler", "ode-quick", "havok")
     none = results.recommend("planar-chain", error="0.001nm")
-    assert none["recommended"] is None and none["excluded"]
+    assert none["recommended"] is None and none["nearest"]["contender"] in ("mujoco-euler", "ode-quick", "havok")
     with pytest.raises(assay.InputError, match="no limit was given"):
         results.recommend("planar-chain")
     with pytest.raises(assay.InputError, match="did you mean 'planar-chain'"):
@@ -168,9 +169,11 @@ def test_the_command_of_the_package(tmp_path):
     done = subprocess.run([command, "systems"], capture_output=True, text=True, check=True)
     assert "humanoid" in done.stdout
     # signals reach the program: it takes the process's place
-    child = subprocess.Popen([command, "run", "quick", "--out", tmp_path / "r", "--progress", "json"], stderr=subprocess.PIPE,
+    file = tmp_path / "long.toml"
+    file.write_text(CAMPAIGN.replace("rounds = 2", "rounds = 2000"))
+    child = subprocess.Popen([command, "run", file, "--out", tmp_path / "r", "--progress", "json"], stderr=subprocess.PIPE,
                              stdout=subprocess.DEVNULL, text=True)
-    timer = threading.Timer(120, child.kill)
+    timer = threading.Timer(600, child.kill)
     timer.start()
     for line in child.stderr:
         if '"begin"' in line:

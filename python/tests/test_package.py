@@ -74,7 +74,8 @@ def test_every_part_has_its_licence():
         assert said in pathlib.Path(texts[name]).read_text(encoding="utf-8"), name
     for name in ("LICENSE", "THIRD_PARTY.md"):
         assert any(str(each).endswith(f"licenses/{name}") for each in importlib.metadata.files("assay"))
-    # fetched on request, not inside
+    # fetched on request, not inside; nor are engines whose environments a clone makes
+    assert not list(FOLDER.rglob("environment.txt"))
     assert not [path for path in FOLDER.rglob("*") if "coacd" in path.name or "onnxruntime" in path.name]
 
 
