@@ -58,3 +58,9 @@ def test_public_names_are_documented():
         for name, member in vars(kind).items():
             if not name.startswith("_") and (callable(member) or isinstance(member, property)):
                 assert (member.__doc__ or "").strip() or name in ("initial",), f"{kind.__name__}.{name}"
+
+
+def test_engines_of_a_clone_are_named_with_the_way_to_them():
+    absent = {each["engine"]: each["reason"] for each in assay.engines()["absent"]}
+    for name in ("drake", "dartpy", "mujoco-warp"):
+        assert f"./assay setup {name}" in absent[name] and "clone" in absent[name]
