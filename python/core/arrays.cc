@@ -37,7 +37,7 @@ Memory memory(size_t count) { return std::make_shared<std::vector<double>>(std::
 Array array_of(const Memory& values, std::initializer_list<size_t> shape, size_t first) {
   auto* kept = new Memory(values);
   const nb::capsule owner(kept, [](void* each) noexcept { delete static_cast<Memory*>(each); });
-  return Array(values->data() + first, shape, owner);
+  return {values->data() + first, shape, owner};
 }
 
 std::string description(const nb::handle& given) {

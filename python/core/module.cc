@@ -168,7 +168,7 @@ void bind_run(nb::module_& module) {
 }  // namespace
 }  // namespace assay::package
 
-NB_MODULE(_core, module) {
+NB_MODULE(_core, module) {  // NOLINT(cppcoreguidelines-pro-type-cstyle-cast): the macro's own
   using namespace assay;
   using namespace assay::package;
   const nb::module_ errors = nb::module_::import_("assay.errors");

@@ -35,6 +35,18 @@ void of_engine(const ResolvedContender& contender, const Work& work) {
   }
 }
 
+const char* name_of(Fidelity fidelity) {
+  switch (fidelity) {
+    case Fidelity::kRefused:
+      return "refused";
+    case Fidelity::kApproximated:
+      return "approximated";
+    case Fidelity::kExact:
+      break;
+  }
+  return "exact";
+}
+
 // Whether any torque acts. Throws InputError for one that is not finite.
 bool act(std::span<const double> torques, const Model& model) {
   bool any = false;
@@ -73,10 +85,7 @@ nb::list limitations(const Model& model, const std::string& contender, const Tex
   nb::list found;
   of_engine(resolved, [&] {
     for (const Limitation& each : resolved.engine->check(model, resolved.settings)) {
-      const char* fidelity = each.fidelity == Fidelity::kRefused        ? "refused"
-                             : each.fidelity == Fidelity::kApproximated ? "approximated"
-                                                                        : "exact";
-      found.append(nb::make_tuple(fidelity, each.element, each.how));
+      found.append(nb::make_tuple(name_of(each.fidelity), each.element, each.how));
     }
   });
   return found;
