@@ -82,6 +82,8 @@ function(assay_add_engine)
     target_compile_options(${target} PRIVATE ${options})
   endif()
   include(GNUInstallDirs)
+  # shared libraries of engines and of the distribution, where they are installed with assay
+  set_target_properties(${target} PROPERTIES INSTALL_RPATH "$ORIGIN/..")
   install(TARGETS ${target} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/assay/engines)
 endfunction()
 

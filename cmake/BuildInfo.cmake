@@ -1,5 +1,9 @@
 # cmake -P: writes OUTPUT from TEMPLATE with the VERSION and the commit of SOURCE.
 set(GIT_COMMIT "unknown")
+# The Python package's source archive has no history.
+if(EXISTS "${SOURCE}/COMMIT")
+  file(STRINGS "${SOURCE}/COMMIT" GIT_COMMIT LIMIT_COUNT 1)
+endif()
 find_program(git git)
 if(git)
   # A copy of the tree inside some other repository must not claim that one's commit.

@@ -95,6 +95,7 @@ find_python_engines() {
 }
 # environment_folder NAME: the virtual environment of an engine whose adapter is in Python.
 environment_folder() { python_folder "$1" "${root}/src/engines/$1/requirements.txt" "$(engine_python)"; }
+package_environment_folder() { python_folder package "${root}/setup/pip/package.txt" "$(engine_python)"; }
 test_environment_folder() { python_folder python-host "${root}/setup/pip/python_host.txt" "$(engine_python)"; }
 tools_folder() { python_folder tools "${root}/setup/pip/tools.txt"; }
 

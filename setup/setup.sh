@@ -8,6 +8,7 @@
 #   setup/setup.sh --engines NAME...|all  makes the Python environments of these engines (src/engines/NAME/requirements.txt)
 #                            instead, on demand: they are large
 #   setup/setup.sh --fuzz    adds the compiler that tests/fuzz/run needs
+#   setup/setup.sh --package  makes the environment that builds and tests the Python package (setup/pip/package.txt) instead: 500 MB
 #   setup/setup.sh --prune   removes shared engines, tools and downloads that no set-up has used for 90 days
 #
 #   ASSAY_CACHE         where downloads, engines and tools live, for all clones; default: assay in XDG_CACHE_HOME, else
@@ -19,13 +20,14 @@ set -euo pipefail
 root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
 # shellcheck source=setup/common.sh
 source "${root}/setup/common.sh"
-with_tests="" with_fuzz="" prune="" robots="" builds=() python_engines=()
+with_tests="" with_fuzz="" prune="" robots="" package="" builds=() python_engines=()
 case "${1:-}" in
   "") ;;
   --tests) with_tests=1 ;;
   --prune) prune=1 ;;
   --robots) robots=1 ;;
   --fuzz) with_fuzz=1 ;;
+  --package) package=1 ;;
   --engines)
     shift
     find_python_engines "$@" || exit 2
@@ -40,7 +42,7 @@ case "${1:-}" in
       exit 2
     done
     ;;
-  *) echo "setup: unknown argument '$1': the arguments are --tests, --builds, --robots, --fuzz, --engines and --prune" >&2; exit 2 ;;
+  *) echo "setup: unknown argument '$1': the arguments are --tests, --builds, --robots, --fuzz, --engines, --package and --prune" >&2; exit 2 ;;
 esac
 exec 1>&2
 
@@ -451,6 +453,10 @@ if [[ ${#python_engines[@]} -gt 0 ]]; then
   # what ./assay runs was built without them
   rm -f "${root}/build/product/stamp"
   say "ready: ${python_engines[*]}"
+  exit
+fi
+if [[ -n ${package} ]]; then
+  make_venv "$(package_environment_folder)" "${root}/setup/pip/package.txt" "$(engine_python)"
   exit
 fi
 if [[ -n ${robots} ]]; then

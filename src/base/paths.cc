@@ -42,6 +42,12 @@ std::vector<std::string> names_of(const Kind& kind) {
   return names;
 }
 
+// Of a process that is another program.
+std::string& given_program() {
+  static std::string path;
+  return path;
+}
+
 std::string find(const Kind& kind, const std::string& given) {
   if (given.empty())
     throw InputError(fmt::format("the {} is empty: give a file or a {}'s name", kind.noun, kind.known));
@@ -73,7 +79,10 @@ std::string find(const Kind& kind, const std::string& given) {
 
 }  // namespace
 
+void set_program_path(const std::string& path) { given_program() = path; }
+
 std::string program_path() {
+  if (!given_program().empty()) return given_program();
   std::error_code error;
   const fs::path path = fs::read_symlink("/proc/self/exe", error);
   if (error) throw SystemError(fmt::format("/proc/self/exe cannot be read ({}): mount /proc", error.message()));

@@ -11,6 +11,10 @@ namespace assay {
 // Absolute path of the running program, symbolic links resolved. Throws SystemError when /proc is missing.
 std::string program_path();
 
+// For a process that has assay as a library, as an interpreter has: the program whose engines and data it uses. Called
+// before anything else of assay, by one thread.
+void set_program_path(const std::string& path);
+
 // The folder that holds `models` and `campaigns`: the environment's ASSAY_DATA, else `../share/assay` beside the
 // program's folder (installed), else the source tree this was built from. Throws InputError when there is none.
 std::string assay_data_dir();

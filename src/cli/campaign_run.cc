@@ -85,6 +85,19 @@ void add_references(CLI::App& command, RunRequest& request) {
       ->type_name("DIR");
 }
 
+void add_progress(CLI::App& command, RunRequest& request) {
+  command
+      .add_option("--progress", request.progress,
+                  "How far it is, on standard error: text for people (default), json for programs, a line each event")
+      ->type_name("text|json");
+}
+
+bool json_progress(const RunRequest& request) {
+  const std::string how = request.progress.value_or("text");
+  if (how != "text" && how != "json") throw InputError(fmt::format("--progress is '{}': use text or json", how));
+  return how == "json";
+}
+
 RunOptions run_options(const RunRequest& request) {
   RunOptions options;
   options.out = request.out;
@@ -117,7 +130,7 @@ void rehearse_campaign(const std::string& campaign) {
 bool run_and_summarize(const RunRequest& request) {
   RunOptions options = run_options(request);
   const Campaign campaign = load_campaign(find_campaign(request.campaign));
-  const auto progress = make_progress(stderr);
+  const auto progress = json_progress(request) ? make_json_progress(stderr) : make_progress(stderr);
   options.progress = progress.get();
   const RunSummary summary = run_campaign(campaign, options);
   if (summary.interrupted) {

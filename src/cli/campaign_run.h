@@ -19,6 +19,7 @@ struct RunRequest {
   std::optional<std::string> shard;       // as given; default: all
   std::optional<std::string> cells;       // of which shards are made, as given; default: all
   std::optional<std::string> references;  // as given; see add_references()
+  std::optional<std::string> progress;    // as given; see add_progress()
   bool retry = false;                     // see RunOptions
   std::string command;                    // what resumes it
 };
@@ -26,6 +27,11 @@ struct RunRequest {
 // Adds --references: where runs are kept for later campaigns. By default ASSAY_CACHE/references, else
 // XDG_CACHE_HOME/assay/references, else ~/.cache/assay/references; "off" keeps none.
 void add_references(CLI::App& command, RunRequest& request);
+
+// Adds --progress: how far it is, for people ("text", the default) or for programs ("json").
+void add_progress(CLI::App& command, RunRequest& request);
+// Whether it is for programs. Throws InputError.
+bool json_progress(const RunRequest& request);
 
 // Adds --replays: timesteps at which keep_replays() runs contenders again. They are read by parse_replays(), which
 // throws InputError.

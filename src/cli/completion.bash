@@ -17,6 +17,7 @@ _assay() {
     --contacts | --gravity) candidates="on off" ;;
     --control) candidates="passive actuators sine" ;;
     --format) candidates="csv json" ;;
+    --progress) candidates="text json" ;;
     --cells) candidates="accuracy timing" ;;
     --trajectories) candidates="npz csv" ;;
     --test) candidates="$("${program}" conformance --list 2>/dev/null | sed '1d;s/ .*//')" ;;

@@ -25,10 +25,12 @@ void add_paper(CLI::App& app, Action& action) {
   command->add_option("--out", request->out, "Results directory; created if missing")->required()->type_name("DIR");
   command->add_option("--jobs", request->jobs, "Accuracy workers at a time (default: one per core)")->type_name("N");
   add_references(*command, *request);
+  add_progress(*command, *request);
   add_replays(*command, *replays);
   command->callback([&action, request, quick, replays] {
     action = [request, quick, replays] {
       const std::vector<double> timesteps = parse_replays(*replays);
+      static_cast<void>(json_progress(*request));  // refused before anything is read
       request->campaign = *quick ? "quick" : "paper";
       request->command = fmt::format("assay paper {}--out {}", *quick ? "--quick " : "", request->out);
       if (!replays->empty()) request->command += " --replays " + join(*replays, ",");

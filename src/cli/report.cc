@@ -1,5 +1,8 @@
 // `assay report`: a results directory as one page.
+#include "report/report.h"
+
 #include <algorithm>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -7,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "base/errors.h"
+#include "base/json.h"
 #include "base/text.h"
 #include "cli/campaign_run.h"
 #include "cli/cli.h"
@@ -15,6 +19,7 @@
 #include "coordinator/rerun.h"
 #include "report/replays.h"
 #include "results/line_up.h"
+#include "results/results.h"
 #include "store/store.h"
 #include "store/trajectory.h"
 
@@ -27,6 +32,7 @@ struct ReportOptions {
   std::optional<std::string> against;
   std::vector<std::string> history, systems;
   CompareFlags compare;
+  bool json = false;
 };
 
 // Sections about other results than the page's own.
@@ -45,6 +51,20 @@ nlohmann::json sections(const ReportOptions& options) {
   if (std::ranges::none_of(dirs, is_this)) dirs.push_back(options.dir);
   more["history"] = history_json(history(dirs, how));
   return more;
+}
+
+// What the page shows, for programs that draw: without what only the page can draw, and with the paper's line-up.
+int print_data(const ReportOptions& options) {
+  if (!options.replays.empty()) throw InputError("--json and --replays were both given: choose one");
+  const nlohmann::json more = sections(options);
+  const Store store = Store::open(options.dir);
+  nlohmann::json data = report_data(store, {.systems = options.systems, .most_bytes = SIZE_MAX});
+  for (const char* part : {"pictures", "replays"}) data.erase(part);
+  for (nlohmann::json& cell : data["cells"]) cell.erase("samples");
+  data.update(more);
+  data["papers"] = Results(store).papers();
+  print(dump_json(data, 1) + "\n");
+  return kDone;
 }
 
 }  // namespace
@@ -116,8 +136,11 @@ void add_report(CLI::App& app, Action& action) {
       ->type_name("NAME,...")
       ->allow_extra_args(false);
   add_compare_flags(*command, options->compare);
+  command->add_flag("--json", options->json, "Print what the page shows as JSON, without pictures; write nothing")
+      ->disable_flag_override();
   command->callback([&action, options] {
     action = [options] {
+      if (options->json) return print_data(*options);
       const nlohmann::json more = sections(*options);  // refused before anything is written
       keep_replays(options->dir, parse_replays(options->replays));
       write_report_of(options->dir, more, options->systems);

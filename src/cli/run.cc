@@ -78,6 +78,7 @@ void rehearse_robot(const std::string& robot, const LoadOptions& how, const std:
 }
 
 int run(RunOptions options) {
+  static_cast<void>(json_progress(options.run));  // refused before anything is read
   options.run.command = resuming(options);
   if (is_robot(options.run.campaign)) {
     rehearse_robot(options.run.campaign, load_options(options.model), control_given(options.control, options.policy));
@@ -186,6 +187,7 @@ void add_run(CLI::App& app, Action& action) {
   command->add_flag("--full", options->full, "Measure every cell of a campaign that has a table [search]")
       ->disable_flag_override();
   add_references(*command, request);
+  add_progress(*command, request);
   command->callback([&action, options] { action = [options] { return run(*options); }; });
 }
 

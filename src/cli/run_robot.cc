@@ -370,7 +370,14 @@ int search_and_answer(const RunRequest& request, const Campaign& campaign, const
   options.budget_s = 60 * table.minutes;
   for (const LimitOptions& goal : goals) options.goals.push_back(limits_of(campaign, goal));
   ProgressLine progress;
-  options.tell = [&](const std::string& sentence) { progress.show(sentence); };
+  const auto events = json_progress(request) ? make_json_progress(stderr) : nullptr;
+  options.tell = [&](const std::string& sentence) {
+    if (events == nullptr) {
+      progress.show(sentence);
+    } else {
+      events->phase(sentence);
+    }
+  };
   const SearchSummary done = search(campaign, options);
   progress.clear();
   if (done.interrupted) {

@@ -5,7 +5,9 @@
 #include <string>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
+#include "base/json.h"
 #include "base/terminal.h"
 #include "base/text.h"
 #include "coordinator/run.h"
@@ -164,7 +166,46 @@ class Lines final : public Progress {
   Clock::time_point last_;
 };
 
+class JsonLines final : public Progress {
+ public:
+  explicit JsonLines(FILE* stream) : stream_(stream) {}
+
+  void plan(const std::vector<std::string>& lines) override { line("plan", {{"lines", lines}}); }
+  void begin(int todo, int done_before, double estimate_s) override {
+    counter_.begin(todo, done_before);
+    line("begin", {{"cells", counter_.all()}, {"done", counter_.done()}, {"left_s", std::max(0.0, estimate_s)}});
+  }
+  void phase(const std::string& what) override { line("phase", {{"text", what}}); }
+  void started(const std::string& cell) override { line("started", {{"text", cell}}); }
+  void finished(const Cell& cell, double remaining_s) override {
+    counter_.count();
+    line("finished", {{"cells", counter_.all()},
+                      {"done", counter_.done()},
+                      {"left_s", std::max(0.0, remaining_s)},
+                      {"measure", cell.measure},
+                      {"system", cell.system},
+                      {"contender", cell.contender},
+                      {"timestep_ms", cell.timestep_ms},
+                      {"outcome", outcome_text(cell.outcome)}});
+  }
+  void message(const std::string& text) override { line("message", {{"text", text}}); }
+  void end() override { line("end", nlohmann::ordered_json::object()); }
+
+ private:
+  void line(const char* event, const nlohmann::ordered_json& more) {
+    nlohmann::ordered_json whole = {{"event", event}};
+    whole.update(more);
+    fmt::print(stream_, "{}\n", dump_json(whole));
+    std::fflush(stream_);
+  }
+
+  FILE* stream_;
+  Counter counter_;
+};
+
 }  // namespace
+
+std::unique_ptr<Progress> make_json_progress(FILE* stream) { return std::make_unique<JsonLines>(stream); }
 
 std::unique_ptr<Progress> make_progress(FILE* stream) {
   if (terminal_columns(stream)) return std::make_unique<Bar>(stream);

@@ -30,6 +30,10 @@ class Progress {
 // A bar with rate, time left and current cell when `stream` is a terminal, else a plain line now and then.
 std::unique_ptr<Progress> make_progress(FILE* stream);
 
+// For programs: every call as one line of JSON, an object with "event", which is the call's name, and its arguments
+// (docs/python.md).
+std::unique_ptr<Progress> make_json_progress(FILE* stream);
+
 struct RunOptions {
   std::string out;  // the results directory
   int jobs = 0;     // accuracy workers at a time; 0: one a core

@@ -81,6 +81,10 @@ std::vector<std::string> engine_files() {
   files.push_back((program / "../lib/assay").lexically_normal());
   for (const char* folder : {"engines", "libraries", "python"}) files.push_back(cache / folder);
   for (std::string& prefix : python_prefixes(cache / "python")) files.push_back(std::move(prefix));
+  // the interpreter that the Python package was installed in
+  for (const char* variable : {"ASSAY_PYTHON_HOME", "ASSAY_PYTHON_LIBRARY"}) {
+    for (std::string& file : folders_in(variable)) files.push_back(std::move(file));
+  }
   return files;
 }
 

@@ -16,4 +16,8 @@ namespace assay {
 std::map<std::string, std::string> refused_plugins(const std::vector<std::string>& plugins,
                                                    const std::function<void(const std::string&)>& use);
 
+// As if all plugins had been tried and none refused: for a process that should not fork, with the plugins that assay
+// brings.
+void trust_plugins();
+
 }  // namespace assay

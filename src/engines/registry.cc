@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cstdlib>
 #include <dlfcn.h>
 #include <filesystem>
 #include <string_view>
@@ -25,6 +26,9 @@ namespace fs = std::filesystem;
 
 constexpr const char* kPluginPrefix = "assay-engine-";
 constexpr const char* kPythonHost = "assay-python-host.so";
+// The interpreter's library, in the environment, or beside the folder of the host.
+constexpr const char* kPythonLibraryVariable = "ASSAY_PYTHON_LIBRARY";
+constexpr const char* kPythonLibrary = "libpython3.11.so.1.0";
 
 // The order of tables and reports: by family, which is the first word of a plugin's name. Others follow by name.
 constexpr std::array kFamilies = {"null",  "mujoco", "bullet",  "ode",  "physx",
@@ -70,6 +74,21 @@ std::string python_host_path() {
   return "";
 }
 
+// The Python package builds the host without the interpreter's library: in the user's interpreter it uses that one, and
+// in a process of assay's own the library that is loaded here.
+void load_python_library(const fs::path& host) {
+  if (dlsym(RTLD_DEFAULT, "Py_IsInitialized") != nullptr) return;
+  const char* given = std::getenv(kPythonLibraryVariable);
+  const std::string file = given != nullptr && *given != '\0'
+                               ? std::string(given)
+                               : (host.parent_path() / ".." / kPythonLibrary).lexically_normal().string();
+  std::error_code error;
+  if (!fs::exists(file, error)) return;  // the host was linked with its own
+  if (dlopen(file.c_str(), RTLD_NOW | RTLD_GLOBAL) == nullptr) {
+    throw std::runtime_error(fmt::format("is in Python, and its library '{}' cannot be loaded: {}", file, dlerror()));
+  }
+}
+
 // Makes engines of adapters in Python. Throws std::runtime_error.
 const PythonHost& python_host() {
   static const PythonHost host = [] {
@@ -78,6 +97,7 @@ const PythonHost& python_host() {
       throw std::runtime_error(fmt::format(
           "is in Python, and '{}' was not built: install libpython3.11-dev and run ./assay again", kPythonHost));
     }
+    load_python_library(path);
     void* library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
     if (library == nullptr)
       throw std::runtime_error(fmt::format("is in Python, and '{}' cannot be loaded: {}", path, dlerror()));
@@ -156,9 +176,44 @@ void ask(const Engine& engine) {
 
 }  // namespace
 
-const Registry& Registry::instance() {
-  static const Registry registry;
-  return registry;
+Registry& Registry::owned() {
+  // never destroyed: an interpreter that has assay as a library is gone before static objects are
+  static auto* const registry = new Registry;
+  return *registry;
+}
+
+const Registry& Registry::instance() { return owned(); }
+
+void Registry::add(const std::string& path) {
+  Registry& registry = owned();
+  const std::string name = name_of(path);
+  if (registry.paths_.contains(name)) {
+    throw InputError(fmt::format("there is an engine '{}' already: give the new one another name", name));
+  }
+  const std::vector<std::string> taken = registry.contender_names();
+  const size_t absent = registry.absent_.size();
+  registry.load(path);
+  if (registry.absent_.size() > absent) {
+    const std::string reason = registry.absent_.back().reason;
+    registry.absent_.pop_back();
+    throw InputError(fmt::format("engine '{}': {}", name, reason));
+  }
+  std::string fault;
+  try {
+    ask(*registry.engines_.back());
+  } catch (const std::exception& error) {
+    fault = fmt::format("engine '{}' does not say what it is: {}", name, error.what());
+  }
+  for (const Contender& contender : registry.engines_.back()->contenders()) {
+    if (std::ranges::find(taken, contender.name) == taken.end()) continue;
+    fault = fmt::format("engine '{}' has a contender '{}', and there is one already: give it another name", name,
+                        contender.name);
+  }
+  if (fault.empty()) return;
+  // the engine itself stays until the process ends, as all do
+  registry.engines_.pop_back();
+  registry.paths_.erase(name);
+  throw InputError(fault);
 }
 
 Registry::Registry() {
@@ -258,6 +313,8 @@ void Registry::load(const std::string& path) {
   (build_of(name) == kBaseline ? engines_ : other_builds_).push_back(engine.get());
   owned_.push_back(std::move(engine));
 }
+
+bool Registry::runs_python(const std::string& engine) const { return is_python(paths_.at(engine)); }
 
 std::string Registry::plugin_hash(const std::string& engine) const {
   const fs::path plugin = paths_.at(engine);

@@ -37,6 +37,10 @@ class Registry {
   // in a process of its own first (engines/plugin_trial.h).
   static const Registry& instance();
 
+  // One plugin more, in a process that defines engines while it runs: an adapter in Python. Throws InputError when it
+  // cannot be used, or when the name of its engine or of one of its contenders is taken.
+  static void add(const std::string& path);
+
   // In the baseline.
   const std::vector<const Engine*>& engines() const { return engines_; }
   // In other builds (engines/builds.h), "ode@v3"; only what this processor runs.
@@ -45,6 +49,8 @@ class Registry {
   std::vector<std::string> builds_of(const std::string& contender) const;
   const std::vector<AbsentEngine>& absent() const { return absent_; }
   std::string plugin_path(const std::string& engine) const { return paths_.at(engine); }
+  // Whether its adapter is in Python: calls of it and of its simulations need the interpreter's lock.
+  bool runs_python(const std::string& engine) const;
   // A hash of what the plugin is made of: its file; of an adapter in Python its files, its pins and the host.
   std::string plugin_hash(const std::string& engine) const;
 
@@ -61,6 +67,7 @@ class Registry {
 
  private:
   Registry();
+  static Registry& owned();
   void load(const std::string& path);
   const std::vector<const Engine*>& engines_in(const std::string& build) const;
 

@@ -3,8 +3,10 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <numbers>
 #include <string_view>
+#include <system_error>
 
 #include <cairo-pdf.h>
 #include <cairo-svg.h>
@@ -13,6 +15,7 @@
 #include <fontconfig/fontconfig.h>
 
 #include "base/errors.h"
+#include "base/paths.h"
 
 namespace assay {
 namespace {
@@ -211,6 +214,20 @@ std::string Canvas::finish() {
     bytes_.replace(at, bytes_.find('>', at) - at, "<g id=\"figure\"");
   }
   return bytes_;
+}
+
+void find_fonts() {
+  namespace fs = std::filesystem;
+  fs::path folder;
+  try {
+    folder = fs::path(assay_data_dir()) / "fonts";
+  } catch (const InputError&) {
+    return;  // models are somewhere else, and fonts the system's
+  }
+  std::error_code error;
+  if (!fs::is_directory(folder, error)) return;
+  if (!fs::exists("/etc/fonts/fonts.conf", error)) ::setenv("FONTCONFIG_FILE", (folder / "fonts.conf").c_str(), 0);
+  FcConfigAppFontAddDir(nullptr, reinterpret_cast<const FcChar8*>(folder.c_str()));
 }
 
 void forget_fonts() {

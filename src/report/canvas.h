@@ -64,6 +64,10 @@ class Canvas {
   std::unique_ptr<_cairo, void (*)(_cairo*)> context_;
 };
 
+// Before the first canvas: `fonts` in assay_data_dir(), where an installed assay brings them, because a machine without
+// a desktop has none.
+void find_fonts();
+
 // Gives back what drawing keeps for the next time: fonts. No canvas may be there.
 void forget_fonts();
 

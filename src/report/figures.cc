@@ -18,7 +18,7 @@ namespace assay {
 std::vector<std::string> write_figures(const Store& store, const std::string& folder) {
   // after the last canvas
   struct Fonts {
-    Fonts() = default;
+    Fonts() { find_fonts(); }
     Fonts(const Fonts&) = delete;
     Fonts& operator=(const Fonts&) = delete;
     ~Fonts() { forget_fonts(); }

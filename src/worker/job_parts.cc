@@ -11,8 +11,8 @@
 #include "base/errors.h"
 #include "changes/change.h"
 #include "controls/work.h"
+#include "engines/springs.h"
 #include "measures/plausible.h"
-#include "model/joint_rows.h"
 #include "model/mjcf.h"
 #include "worker/confinement.h"
 
@@ -60,12 +60,7 @@ Subject subject_of(const SubjectSpec& spec) {
   subject.control->equip(subject.model);
   subject.contender = contender_of(spec.contender);
   subject.capabilities = subject.contender.engine->capabilities(subject.contender.settings);
-  // the springs of ball joints and tendons may be the adapter's own whatever it does with those of hinges
-  const bool adapter_springs = (subject.model.has_springs() && subject.capabilities.springs == SpringKind::kExplicit) ||
-                               std::ranges::any_of(subject.model.balls, &BallJoint::has_spring) ||
-                               std::ranges::any_of(subject.model.tendons, &Tendon::has_spring) ||
-                               has_joint_rows(subject.model);
-  subject.free_running = subject.control->is_zero() && !adapter_springs;
+  subject.free_running = subject.control->is_zero() && !adapter_adds_torques(subject.model, subject.capabilities);
   subject.states = spec.states;
   subject.pushes = spec.pushes;
   return subject;

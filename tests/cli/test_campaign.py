@@ -16,7 +16,7 @@ import sqlite3
 import subprocess
 import time
 
-from harness import PROGRAM, REFUSED_PLUGINS, AssayTest, data_folder, main, obey_permissions, reliability
+from harness import BALL, BALL_CAMPAIGN, PROGRAM, REFUSED_PLUGINS, AssayTest, data_folder, main, obey_permissions, reliability
 
 TINY = """
 name = "{name}"
@@ -82,6 +82,35 @@ class Run(CampaignTest):
                 for measure in ["raw_speed", "realtime_factor", "consistency", "truth_error", "energy_drift",
                                 "angular_momentum_drift"]:
                     self.assertIn((contender, timestep, measure), found)
+
+    def test_progress_for_programs(self):
+        self.write("ball.xml", BALL)
+        self.write("ball.toml", BALL_CAMPAIGN.replace('["null"]', '["mujoco-euler"]'))
+        done = self.run_assay("run", "ball.toml", "--out", "ball", "--progress", "json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        events = [json.loads(line) for line in done.stderr.splitlines() if line.startswith("{")]
+        kinds = [event["event"] for event in events]
+        self.assertLess(kinds.index("begin"), kinds.index("finished"))
+        self.assertEqual(kinds[-1], "end")
+        cells = events[kinds.index("begin")]["cells"]
+        finished = [event for event in events if event["event"] == "finished"]
+        self.assertEqual([event["done"] for event in finished], list(range(1, cells + 1)))
+        self.assertEqual({(event["system"], event["contender"], event["outcome"]) for event in finished}, {("ball", "mujoco-euler", "ok")})
+        # the same command in text tells nothing as JSON
+        again = self.run_assay("run", "ball.toml", "--out", "ball", "--progress", "text")
+        self.assertIn("are there already", again.stderr)
+        self.refused("run", "ball.toml", "--out", "ball", "--progress", "loud", naming=["--progress", "loud", "text or json"])
+        self.refused("paper", "--out", "paper", "--progress", "loud", naming=["--progress", "loud", "text or json"])
+
+    def test_what_the_page_shows_as_json(self):
+        self.run_tiny("tiny")
+        data = self.assay_json("report", "tiny", "--json")
+        self.assertEqual(set(data["papers"]) - set(CONTENDERS), set())
+        self.assertEqual({cell["contender"] for cell in data["cells"]} - {"null"}, set(CONTENDERS))
+        self.assertFalse({"pictures", "replays"} & set(data))
+        self.assertFalse(any("samples" in cell for cell in data["cells"]))
+        self.assertFalse((self.dir / "tiny/report.html").exists())
+        self.refused("report", "tiny", "--json", "--replays", "1", naming=["--json", "--replays"])
 
     # Of a soft contact that is critically damped it has a closed form, whatever the timestep.
     def test_rebound_beside_penetration(self):

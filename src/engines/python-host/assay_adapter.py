@@ -114,6 +114,8 @@ class Engine:
     # The folder of the virtual environment with the engine, relative to the adapter's file; None: the one that set-up made
     # for it, or none at all.
     environment = None
+    # Folders of packages, where they are not those of an environment: of an interpreter of the system.
+    packages = None
     version = ""
     source = ""
     compiler = "unknown (prebuilt)"
@@ -166,6 +168,7 @@ def pinned(package, file):
 
 _active = None  # the environment that this process has
 _numpy = None
+_own = False  # the process is assay's own, and not an interpreter that has assay as a library
 
 
 def _load(path, name):
@@ -209,6 +212,11 @@ def _activate(engine):
     """Gives the process the engine's environment, once."""
     global _active, _numpy
     environment = _environment(engine)
+    if not _own:
+        import numpy
+
+        _numpy = numpy
+        return
     if engine._folder not in sys.path:
         sys.path.append(engine._folder)
     if _active is not None:
@@ -217,15 +225,19 @@ def _activate(engine):
                                 f"too: run the engines in processes of their own")
         return
     if environment:
-        packages = os.path.join(environment, "lib", f"python{sys.version_info[0]}.{sys.version_info[1]}", "site-packages")
-        if not os.path.isdir(packages):
-            raise EngineFailure(f"the Python environment '{environment}' has no '{packages}': make it again with Python "
+        packages = engine.packages
+        if packages is None:
+            packages = [os.path.join(environment, "lib", f"python{sys.version_info[0]}.{sys.version_info[1]}",
+                                     "site-packages")]
+        if not any(map(os.path.isdir, packages)):
+            raise EngineFailure(f"the Python environment '{environment}' has no '{packages[0]}': make it again with Python "
                                 f"{sys.version_info[0]}.{sys.version_info[1]}")
         import site
 
-        site.addsitedir(packages)
+        for folder in packages:
+            site.addsitedir(folder)
         # packages of the environment come before those of nobody
-        sys.path.sort(key=lambda folder: not folder.startswith(packages))
+        sys.path.sort(key=lambda folder: not folder.startswith(tuple(packages)))
         sys.prefix = sys.exec_prefix = environment
     import gc
     import numpy
@@ -278,7 +290,8 @@ def _create(engine, model, time, bodies, position, velocity, balls, settings):
     _activate(engine)
     import gc
 
-    gc.collect()
+    if _own:
+        gc.collect()
     state = State()
     state.time = time
 
@@ -289,7 +302,8 @@ def _create(engine, model, time, bodies, position, velocity, balls, settings):
     state.bodies, state.balls = array(bodies, 13), array(balls, 7)
     state.position, state.velocity = array(position, 1), array(velocity, 1)
     made = engine.create(model, state, _settings(settings))
-    gc.freeze()
+    if _own:
+        gc.freeze()
     return made
 
 
@@ -322,5 +336,9 @@ def _describe(error):
     return f"{text} [{where}]" if where else text
 
 
-sys.addaudithook(_fork_is_refused)
-sys.stdout = sys.stderr  # standard output belongs to the program
+def _own_process():
+    """Called once, where assay started the interpreter."""
+    global _own
+    _own = True
+    sys.addaudithook(_fork_is_refused)
+    sys.stdout = sys.stderr  # standard output belongs to the program

@@ -16,6 +16,7 @@
 #include "engines/adapter.h"
 #include "engines/python_host.h"
 #include "interpreter.h"
+#include "model/body_rows.h"
 #include "model_json.h"
 #include "simulation.h"
 

@@ -1,5 +1,6 @@
 #include "interpreter.h"
 
+#include <cstdlib>
 #include <dlfcn.h>
 #include <filesystem>
 #include <new>
@@ -23,7 +24,15 @@ std::string library_of(const void* symbol) {
   return info.dli_fname;
 }
 
-void start() {
+// What a user's environment may name instead: the prefix of the interpreter's standard library.
+std::string python_home() {
+  const char* given = std::getenv("ASSAY_PYTHON_HOME");
+  return given != nullptr && *given != '\0' ? given : ASSAY_PYTHON_HOME;
+}
+
+// False where an interpreter runs already, whose settings are its owner's: assay is a library of it.
+bool start() {
+  if (Py_IsInitialized() != 0) return false;
   // Plugins are loaded RTLD_LOCAL, and extension modules take Python's symbols from the global ones
   const std::string library = library_of(reinterpret_cast<const void*>(&Py_InitializeFromConfig));
   if (::dlopen(library.c_str(), RTLD_NOW | RTLD_GLOBAL) == nullptr) {
@@ -32,7 +41,6 @@ void start() {
   ::pthread_atfork(nullptr, nullptr, [] {
     if (Inside::depth > 0) Inside::is_copy = true;
   });
-  if (Py_IsInitialized() != 0) return;
   // files are UTF-8 whatever the locale is, as packages expect
   PyPreConfig before;
   PyPreConfig_InitIsolatedConfig(&before);
@@ -44,7 +52,7 @@ void start() {
   config.write_bytecode = 0;
   config.install_signal_handlers = 0;
   if (PyStatus_Exception(status) == 0) {
-    status = PyConfig_SetBytesString(&config, &config.home, ASSAY_PYTHON_HOME);
+    status = PyConfig_SetBytesString(&config, &config.home, python_home().c_str());
   }
   if (PyStatus_Exception(status) == 0) status = Py_InitializeFromConfig(&config);
   PyConfig_Clear(&config);
@@ -52,21 +60,25 @@ void start() {
     throw std::runtime_error(
         fmt::format("Python does not start: {}", status.err_msg == nullptr ? "no reason given" : status.err_msg));
   }
+  return true;
 }
 
 PyObject* import_module() {
-  start();
+  const bool ours = start();
   const std::string folder =
       fs::path(library_of(reinterpret_cast<const void*>(&import_module))).parent_path() / "python";
-  PyObject* path = PySys_GetObject("path");  // borrowed
-  const Object text(PyUnicode_FromString(folder.c_str()));
-  if (path == nullptr || !text || PyList_Insert(path, 0, text.get()) != 0) rethrow("sys.path");
-  PyObject* module = PyImport_ImportModule("assay_adapter");
-  if (module == nullptr) {
+  if (ours) {                                  // else the package has imported it
+    PyObject* path = PySys_GetObject("path");  // borrowed
+    const Object text(PyUnicode_FromString(folder.c_str()));
+    if (path == nullptr || !text || PyList_Insert(path, 0, text.get()) != 0) rethrow("sys.path");
+  }
+  Object module(PyImport_ImportModule("assay_adapter"));
+  const Object prepared(module && ours ? PyObject_CallMethod(module.get(), "_own_process", nullptr) : nullptr);
+  if (!module || (ours && !prepared)) {
     PyErr_Clear();
     throw std::runtime_error(fmt::format("'{}/assay_adapter.py' cannot be loaded", folder));
   }
-  return module;
+  return module.release();
 }
 
 bool matches(PyObject* error, const char* name) {

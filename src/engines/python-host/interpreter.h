@@ -24,6 +24,7 @@ class Object {
   ~Object() { Py_XDECREF(object_); }
 
   PyObject* get() const { return object_; }
+  PyObject* release() { return std::exchange(object_, nullptr); }
   explicit operator bool() const { return object_ != nullptr; }
 
  private:
@@ -49,8 +50,8 @@ class Inside {
   [[noreturn]] static void end_copy();
 };
 
-// The module assay_adapter, which lies in `python` beside this plugin. Starts the interpreter. Throws
-// std::runtime_error.
+// The module assay_adapter, which lies in `python` beside this plugin. Starts the interpreter, but for a process that
+// is one itself: there every call of this plugin needs the interpreter's lock. Throws std::runtime_error.
 PyObject* adapter_module();
 
 // Calls a function of assay_adapter. `format` is that of Py_BuildValue, a tuple: "(Os)". Throws as rethrow() does.

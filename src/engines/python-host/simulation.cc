@@ -9,10 +9,11 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "model/body_rows.h"
+
 namespace assay::python {
 namespace {
 
-constexpr size_t kRow = 13;     // of a body: position, quaternion, velocity, angular velocity
 constexpr size_t kBallRow = 7;  // of a ball joint: quaternion, angular velocity
 constexpr size_t kContactRow = 12;
 
@@ -25,17 +26,6 @@ Vec3 vector_of(const nlohmann::json& values) {
 }
 
 }  // namespace
-
-std::vector<double> rows_of(const std::vector<BodyState>& bodies) {
-  std::vector<double> rows;
-  rows.reserve(kRow * bodies.size());
-  for (const BodyState& b : bodies) {
-    const Vec3 &p = b.p_WBcm, &v = b.v_WBcm, &w = b.w_WB;
-    rows.insert(rows.end(), {p.x(), p.y(), p.z(), b.q_WB.w(), b.q_WB.x(), b.q_WB.y(), b.q_WB.z()});
-    rows.insert(rows.end(), {v.x(), v.y(), v.z(), w.x(), w.y(), w.z()});
-  }
-  return rows;
-}
 
 PythonSimulation::PythonSimulation(std::string engine, Model model, const Capabilities& capabilities, double start,
                                    double timestep, Object made)
@@ -170,14 +160,10 @@ void PythonSimulation::read_state(State& out) const {
   out.bodies.resize(model_.bodies.size());
   const bool joint = coordinates_ == Coordinates::kJoint;
   if (!joint || has_free_) {
-    const std::vector<double> rows = array(answer.get(), "bodies", model_.bodies.size(), kRow);
+    const std::vector<double> rows = array(answer.get(), "bodies", model_.bodies.size(), kBodyRow);
     for (size_t i = 0; i < out.bodies.size(); ++i) {
-      const double* row = &rows[i * kRow];
       if (joint && !model_.bodies[i].is_free()) continue;
-      out.bodies[i] = {.p_WBcm = vector_at(row),
-                       .q_WB = rotation_at(row + 3),
-                       .v_WBcm = vector_at(row + 7),
-                       .w_WB = vector_at(row + 10)};
+      out.bodies[i] = body_of(&rows[i * kBodyRow]);
     }
   }
   if (!joint) {

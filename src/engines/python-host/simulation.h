@@ -45,7 +45,4 @@ class PythonSimulation final : public Simulation {
   mutable std::vector<double> last_angles_;
 };
 
-// State as one row of 13 numbers a body, as adapters get and give it.
-std::vector<double> rows_of(const std::vector<BodyState>& bodies);
-
 }  // namespace assay::python

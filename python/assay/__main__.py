@@ -1,0 +1,17 @@
+"""The command `assay` of the package: the program itself takes this process's place."""
+
+import os
+import sys
+
+
+def main() -> None:
+    from ._program import interpreter, program
+
+    for name, value in interpreter().items():
+        os.environ.setdefault(name, value)
+    path = str(program())
+    os.execv(path, ["assay", *sys.argv[1:]])
+
+
+if __name__ == "__main__":
+    main()

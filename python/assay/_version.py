@@ -1,0 +1,4 @@
+from ._program import core
+
+__version__: str = core().version
+__commit__: str = core().commit

@@ -1,0 +1,284 @@
+"""The build backend of the package: scikit-build-core, and around it what makes its wheel one for other machines.
+
+Before: set-up, which fetches and builds the engines. After: the shared libraries that a machine need not have, the licences
+of all that is inside, and the tag that says which machines the wheel is for.
+"""
+
+import base64
+import contextlib
+import csv
+import hashlib
+import io
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import zipfile
+
+from scikit_build_core import build as _inner
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+
+# What every system with glibc and Python has: it stays the system's.
+SYSTEM = re.compile(r"^(ld-linux-x86-64|linux-vdso|libc|libm|libdl|librt|libpthread|libresolv|libutil|libgcc_s|libstdc\+\+|libz)\.so")
+
+# The version of glibc that comes with a distribution whose libstdc++ has this version of its symbols.
+GLIBC_OF_GLIBCXX = {28: (2, 31), 29: (2, 34), 30: (2, 35), 31: (2, 37), 32: (2, 38), 33: (2, 39)}
+
+# Headers that end up in our binaries, by their Debian packages.
+HEADERS = ["libeigen3-dev", "libfmt-dev", "nlohmann-json3-dev", "libtomlplusplus-dev", "libcli11-dev", "libboost1.74-dev",
+           "libstdc++-12-dev", "fonts-dejavu-core"]
+
+prepare_metadata_for_build_wheel = _inner.prepare_metadata_for_build_wheel
+
+
+def get_requires_for_build_wheel(config_settings=None):
+    return _inner.get_requires_for_build_wheel(config_settings)
+
+
+def get_requires_for_build_sdist(config_settings=None):
+    return _inner.get_requires_for_build_sdist(config_settings)
+
+
+def build_sdist(sdist_directory, config_settings=None):
+    """With the commit in a file: an archive has no history."""
+    file = ROOT / "COMMIT"
+    done = subprocess.run(["git", "-C", ROOT, "rev-parse", "--short=12", "HEAD"], capture_output=True, text=True, check=False)
+    ours = done.returncode == 0 and not file.exists()
+    if ours:
+        file.write_text(done.stdout)
+    try:
+        return _inner.build_sdist(sdist_directory, config_settings)
+    finally:
+        if ours:
+            file.unlink()
+
+
+def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
+    if sys.platform != "linux" or os.uname().machine != "x86_64":
+        raise SystemExit(f"assay: the package is built on x86-64 Linux, and this is {os.uname().sysname} {os.uname().machine}")
+    subprocess.run(["bash", ROOT / "setup/setup.sh"], check=True)
+    with tempfile.TemporaryDirectory(prefix="assay-wheel-") as work:
+        name = _inner.build_wheel(work, config_settings, metadata_directory)
+        return finish(pathlib.Path(work, name), pathlib.Path(wheel_directory)).name
+
+
+# ---- after the build --------------------------------------------------------------------------------------------------
+
+
+def finish(wheel, out):
+    """Writes the finished wheel into the folder `out` and returns its path."""
+    with tempfile.TemporaryDirectory(prefix="assay-unpacked-") as work:
+        tree = pathlib.Path(work)
+        with zipfile.ZipFile(wheel) as archive:
+            for info in archive.infolist():
+                path = pathlib.Path(archive.extract(info, tree))
+                if not info.is_dir():
+                    path.chmod(0o755 if info.external_attr >> 16 & 0o111 else 0o644)
+        information = next(tree.glob("*.dist-info"))
+        bring_libraries(tree)
+        add_licences(tree, information)
+        tag = f"cp311-cp311-manylinux_{'_'.join(map(str, needed_glibc(elf_files(tree))))}_x86_64"
+        file = information / "WHEEL"
+        lines = [line for line in file.read_text().splitlines() if line and not line.startswith("Tag:")]
+        file.write_text("\n".join([*lines, f"Tag: {tag}"]) + "\n")
+        write_record(tree, information / "RECORD")
+        return pack(tree, out / f"{'-'.join(wheel.name.split('-')[:2])}-{tag}.whl")
+
+
+def elf_files(tree):
+    found = []
+    for path in sorted(tree.rglob("*")):
+        if path.is_file() and not path.is_symlink():
+            with path.open("rb") as file:
+                if file.read(4) == b"\x7fELF":
+                    found.append(path)
+    return found
+
+
+def bring_libraries(tree):
+    """Copies every shared library that a binary needs and a system need not have to program/lib/assay, where all of them look:
+    our binaries by the old kind of RPATH, which holds for what a library brings, too."""
+    folder = tree / "assay/program/lib/assay"
+    brought = {}
+    for binary in elf_files(tree):
+        done = subprocess.run(["ldd", binary], capture_output=True, text=True, env={**os.environ, "LC_ALL": "C"}, check=False)
+        for line in done.stdout.splitlines():
+            matched = re.match(r"\s+(\S+) => (.*?)(?: \(0x[0-9a-f]+\))?$", line)
+            if not matched or SYSTEM.match(matched[1]) or (folder / matched[1]).exists():
+                continue
+            if matched[2] == "not found":
+                raise SystemExit(f"assay: '{binary.relative_to(tree)}' needs '{matched[1]}', which is not on this machine")
+            path = pathlib.Path(matched[2])
+            if tree not in path.parents:
+                brought[matched[1]] = path.resolve()
+    for name, path in brought.items():
+        shutil.copyfile(path, folder / name)
+        (folder / name).chmod(0o644)
+    for binary in elf_files(tree):
+        said = subprocess.run(["readelf", "-d", "--wide", binary], capture_output=True, text=True, check=True).stdout
+        needed = [name for name in re.findall(r"\(NEEDED\)\s+Shared library: \[(.+?)\]", said) if not SYSTEM.match(name)]
+        if "(RUNPATH)" in said and needed:
+            raise SystemExit(f"assay: '{binary.relative_to(tree)}' has a RUNPATH, with which {needed[0]} does not find its libraries")
+    (folder / "brought.json").write_text(json.dumps({name: package_of(path) for name, path in sorted(brought.items())}, indent=1))
+
+
+def needed_glibc(binaries):
+    """The oldest glibc with which all of them load, and whose distributions have a libstdc++ that is new enough."""
+    newest = (2, 17)
+    for binary in binaries:
+        said = subprocess.run(["readelf", "-V", "--wide", binary], capture_output=True, text=True, check=True).stdout
+        for major, minor in re.findall(r"Name: GLIBC_(\d+)\.(\d+)", said):
+            newest = max(newest, (int(major), int(minor)))
+        for patch in re.findall(r"Name: GLIBCXX_3\.4\.(\d+)", said):
+            if int(patch) >= min(GLIBC_OF_GLIBCXX):
+                newest = max(newest, GLIBC_OF_GLIBCXX[int(patch)])
+    return newest
+
+
+# ---- licences -----------------------------------------------------------------------------------------------------------
+
+
+def package_of(path):
+    """The Debian package that a file belongs to, with its version."""
+    for each in (path, pathlib.Path("/usr") / path.relative_to("/"), pathlib.Path("/") / path.relative_to("/usr")
+                 if path.is_relative_to("/usr") else path):
+        done = subprocess.run(["dpkg", "-S", each], capture_output=True, text=True, check=False)
+        if done.returncode == 0:
+            name = done.stdout.split(": ")[0].split(",")[0]
+            version = subprocess.run(["dpkg-query", "-W", "-f", "${source:Package} ${source:Version}", name],
+                                     capture_output=True, text=True, check=True).stdout
+            return {"package": name.split(":")[0], "source": version}
+    raise SystemExit(f"assay: nobody knows the licence of '{path}': it belongs to no package")
+
+
+def engine_folders(tree):
+    """Of the engines whose plugins are in the wheel: the folders that their recipes made."""
+    script = 'root="$1"; source "$1/setup/common.sh"; find_cache && engine_folder "$2"'
+    plugins = [path.name for path in (tree / "assay/program/lib/assay/engines").glob("assay-engine-*.so")]
+    for recipe in sorted(ROOT.glob("src/engines/*/recipe/build.sh")):
+        name = recipe.parent.parent.name
+        if any(plugin.startswith(f"assay-engine-{name}") for plugin in plugins):
+            done = subprocess.run(["bash", "-c", script, "-", ROOT, name], capture_output=True, text=True, check=True)
+            yield name, pathlib.Path(done.stdout.strip())
+
+
+# What Zig compiles into Jolt's WebAssembly: libc++, and wasi-libc with its parts.
+ZIG_LICENCES = re.compile(r"ziglang/lib/(libcxx/LICENSE.TXT|libc/wasi/.*(LICENSE[^/]*|COPYRIGHT))")
+
+
+def more_licences(part, work):
+    """Texts that a recipe does not keep beside what it made, as (file, where in the part's folder)."""
+    if part.startswith("rapier-"):
+        # crates of rapier and parry come without it, and Rust's standard library is in the plugin
+        return [(pathlib.Path("/usr/share/common-licenses/Apache-2.0"), "rapier-parry-and-rust-std/APACHE-2.0.txt")]
+    if not (part.startswith("jolt-") and part.endswith("-wasm")):
+        return []
+    script = 'root="$1"; source "$1/setup/common.sh"; find_cache && download_folder "$1/src/engines/jolt/recipe/zig-pins.txt"'
+    done = subprocess.run(["bash", "-c", script, "-", ROOT], capture_output=True, text=True, check=True)
+    wheels = list(pathlib.Path(done.stdout.strip()).glob("ziglang-*.whl"))
+    if not wheels:
+        raise SystemExit(f"assay: the licences of what Zig compiled into {part} are not on this machine: remove its folder from the "
+                         f"cache's engines, and set-up fetches Zig again")
+    with zipfile.ZipFile(wheels[0]) as archive:
+        names = [name for name in archive.namelist() if ZIG_LICENCES.fullmatch(name)]
+        return [(pathlib.Path(archive.extract(name, work)), pathlib.Path("zig", name.removeprefix("ziglang/lib/"))) for name in names]
+
+
+def add_licences(tree, information):
+    """The text of every licence, and README.txt, which lists them. A part without one stops the build."""
+    folder = information / "licenses/third_party"
+    listed = []
+
+    def add(name, what, files):
+        if not files:
+            raise SystemExit(f"assay: the licence of {name} is not on this machine: the package must not be built without it")
+        for file, relative in files:
+            target = folder / name / relative
+            target.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(file, target)
+            target.chmod(0o644)
+        listed.append(f"{name}\n    {what}\n    texts: {', '.join(sorted(str(relative) for _, relative in files))}")
+
+    for engine, made in engine_folders(tree):
+        for each in sorted(path for path in made.iterdir() if path.is_dir()):
+            files = [(path, path.name) for path in each.iterdir() if path.is_file() and re.match(r"(?i)licen[cs]e|copying|notice", path.name)]
+            if (each / "licenses").is_dir():
+                files += [(path, path.relative_to(each / "licenses")) for path in (each / "licenses").rglob("*") if path.is_file()]
+            with tempfile.TemporaryDirectory(prefix="assay-licences-") as work:
+                more = more_licences(each.name, work)
+                add(each.name, f"engine {engine}: {(each / 'build.txt').read_text().splitlines()[0].removeprefix('source=')}", files + more if files else [])
+    brought = json.loads((tree / "assay/program/lib/assay/brought.json").read_text())
+    python = package_of(pathlib.Path(os.path.realpath("/usr/lib/x86_64-linux-gnu/libpython3.11.so.1.0")))
+    packages = {}
+    for library, package in [*brought.items(), ("libpython3.11.so.1.0", python)]:
+        packages.setdefault((package["package"], package["source"]), []).append(library)
+    for name in HEADERS:
+        version = subprocess.run(["dpkg-query", "-W", "-f", "${source:Package} ${source:Version}", name], capture_output=True,
+                                 text=True, check=True).stdout
+        packages.setdefault((name, version), []).append("compiled in" if not name.startswith("fonts") else "DejaVu Sans")
+    for (name, source), libraries in sorted(packages.items()):
+        text = pathlib.Path("/usr/share/doc", name, "copyright")
+        add(name, f"{', '.join(libraries)}; unchanged from Debian, source package {source} (https://snapshot.debian.org)",
+            [(text, "copyright")] if text.is_file() else [])
+    dependencies = json.loads((ROOT / "web/package.json").read_text())["dependencies"]
+    for name in sorted(page_packages([each for each in dependencies if each != "esbuild"])):
+        made = ROOT / "web/node_modules" / name
+        add(f"npm-{name}", f"part of every report; version {json.loads((made / 'package.json').read_text())['version']}",
+            [(path, path.name) for path in made.iterdir() if re.match(r"(?i)licen[cs]e", path.name)])
+    import nanobind
+
+    made = pathlib.Path(nanobind.__file__).parent
+    distribution = next(made.parent.glob("nanobind-*.dist-info"))
+    add("nanobind", f"compiled in; {distribution.name}; in it robin-map (MIT)",
+        [*((path, path.name) for path in distribution.rglob("LICENSE*") if path.is_file()),
+         # whose text begins each of its headers
+         (made / "ext/robin_map/include/tsl/robin_map.h", "robin_map.h")])
+    head = ("What is inside this package besides assay, with the texts of its licences in the folders of these names.\n"
+            "Nothing that may not be redistributed is inside; CoACD and ONNX Runtime are fetched when assay.fetch() is called.\n\n")
+    (folder / "README.txt").write_text(head + "\n".join(listed) + "\n")
+
+
+def page_packages(names):
+    """With what they need themselves."""
+    found, open_ = set(), list(names)
+    while open_:
+        name = open_.pop()
+        if name in found:
+            continue
+        found.add(name)
+        manifest = json.loads((ROOT / "web/node_modules" / name / "package.json").read_text())
+        open_ += manifest.get("dependencies", {})
+    return found
+
+
+# ---- the archive ---------------------------------------------------------------------------------------------------------
+
+
+def write_record(tree, record):
+    rows = []
+    for path in sorted(tree.rglob("*")):
+        if path.is_file() and path != record:
+            digest = base64.urlsafe_b64encode(hashlib.sha256(path.read_bytes()).digest()).rstrip(b"=").decode()
+            rows.append((path.relative_to(tree).as_posix(), f"sha256={digest}", path.stat().st_size))
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows([*rows, (record.relative_to(tree).as_posix(), "", "")])
+    record.write_text(text.getvalue())
+
+
+def pack(tree, wheel):
+    with contextlib.suppress(FileNotFoundError):
+        wheel.unlink()
+    with zipfile.ZipFile(wheel, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
+        # metadata last, as wheels have it
+        for path in sorted((path for path in tree.rglob("*") if path.is_file()),
+                           key=lambda path: (".dist-info" in path.relative_to(tree).parts[0], path)):
+            info = zipfile.ZipInfo(path.relative_to(tree).as_posix(), (2020, 1, 1, 0, 0, 0))
+            info.external_attr = (0o100000 | path.stat().st_mode & 0o777) << 16
+            info.compress_type = zipfile.ZIP_DEFLATED
+            archive.writestr(info, path.read_bytes())
+    return wheel

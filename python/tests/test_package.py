@@ -1,0 +1,146 @@
+"""The wheel: what is inside, for which machines it is, and under which licences."""
+
+import importlib.metadata
+import json
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tarfile
+import zipfile
+
+import assay
+import pytest
+from assay import _fetch
+from assay._program import FOLDER, program
+from conftest import SOURCE
+
+WHEEL = pathlib.Path(os.environ.get("ASSAY_WHEEL", "/nowhere"))
+needs_wheel = pytest.mark.skipif(not WHEEL.is_file(), reason="ASSAY_WHEEL names no wheel: ./test --package does")
+
+
+def binaries():
+    found = []
+    for path in FOLDER.rglob("*"):
+        if path.is_file():
+            with path.open("rb") as file:
+                if file.read(4) == b"\x7fELF":
+                    found.append(path)
+    return found
+
+
+def own_binaries():
+    """Those that are ours: what they bring finds its own libraries through them."""
+    folder = FOLDER / "program/lib/assay"
+    return [path for path in binaries() if path.parent != folder]
+
+
+def test_every_library_is_inside_or_the_systems():
+    assert len(own_binaries()) > 15
+    for binary in own_binaries():
+        said = subprocess.run(["ldd", binary], capture_output=True, text=True, check=False).stdout
+        assert "not found" not in said, binary
+        for name, path in re.findall(r"(\S+) => (/\S+)", said):
+            system = re.match(r"(libc|libm|libdl|librt|libpthread|libgcc_s|libstdc\+\+|libz|libresolv|libutil)\.so", name)
+            assert system or FOLDER in pathlib.Path(path).resolve().parents, f"{binary}: {name} is {path}"
+
+
+def licences():
+    files = importlib.metadata.files("assay")
+    return {str(each).split("licenses/third_party/")[1]: each.locate() for each in files if "licenses/third_party/" in str(each)}
+
+
+def test_every_part_has_its_licence():
+    texts = licences()
+    listed = pathlib.Path(texts["README.txt"]).read_text()
+    brought = json.loads((FOLDER / "program/lib/assay/brought.json").read_text())
+    inside = {path.name for path in (FOLDER / "program/lib/assay").glob("*.so*")}
+    assert inside == set(brought) | {"libmujoco.so.4.0.1", "libpython3.11.so.1.0"}
+    for library, package in brought.items():
+        assert library in listed
+        assert f"{package['package']}/copyright" in texts, library
+    for plugin in (FOLDER / "program/lib/assay/engines").glob("assay-engine-*.so"):
+        engine = re.match(r"assay-engine-([a-z]+)", plugin.name)[1]
+        if engine in ("null", "skeleton"):
+            continue
+        assert any(name.startswith(f"{engine}-") and pathlib.Path(path).stat().st_size > 100 for name, path in texts.items()), engine
+    for name in ("npm-three", "npm-d3-scale", "nanobind", "fonts-dejavu-core", "libeigen3-dev"):
+        assert any(text.startswith(f"{name}/") for text in texts), name
+    # what engines bring themselves: Havok is MIT's, and parts of other people are in three plugins
+    for name, said in (("havok-1.3.14/havok.txt", "MIT License"), ("rapier-0.36.1/rapier-parry-and-rust-std/APACHE-2.0.txt", "Apache"),
+                       ("jolt-5.6.0-wasm/zig/libc/wasi/libc-top-half/musl/COPYRIGHT", "Rich Felker"),
+                       ("jolt-5.6.0-wasm/zig/libcxx/LICENSE.TXT", "LLVM")):
+        assert said in pathlib.Path(texts[name]).read_text(encoding="utf-8"), name
+    for name in ("LICENSE", "THIRD_PARTY.md"):
+        assert any(str(each).endswith(f"licenses/{name}") for each in importlib.metadata.files("assay"))
+    # fetched on request, not inside; nor are engines whose environments a clone makes
+    assert not list(FOLDER.rglob("environment.txt"))
+    assert not [path for path in FOLDER.rglob("*") if "coacd" in path.name or "onnxruntime" in path.name]
+
+
+def test_what_is_fetched_is_pinned():
+    pins = (FOLDER / "libraries.txt").read_text()
+    assert re.search(r"^coacd==\S+ --hash=sha256:[0-9a-f]{64}$", pins, re.MULTILINE)
+    assert re.search(r"^onnxruntime==\S+ --hash=sha256:[0-9a-f]{64}$", pins, re.MULTILINE)
+    with pytest.raises(assay.InputError, match="there is no 'robots' to fetch"):
+        assay.fetch("robots")
+    assert _fetch.cache() == pathlib.Path(os.environ["XDG_CACHE_HOME"]) / "assay"
+
+
+@needs_wheel
+def test_the_tag_is_what_the_binaries_need():
+    tag = re.fullmatch(r"assay-[\d.]+-cp311-cp311-manylinux_(\d+)_(\d+)_x86_64\.whl", WHEEL.name)
+    assert tag, WHEEL.name
+    needed = (2, 0)
+    for binary in binaries():
+        said = subprocess.run(["readelf", "-V", "--wide", binary], capture_output=True, text=True, check=True).stdout
+        for version in re.findall(r"GLIBC_(\d+)\.(\d+)", said):
+            needed = max(needed, tuple(map(int, version)))
+    assert needed <= (int(tag[1]), int(tag[2]))
+    assert int(tag[2]) <= 36, "Debian 12 has glibc 2.36"
+    inside = importlib.metadata.distribution("assay").read_text("WHEEL")
+    assert f"Tag: cp311-cp311-manylinux_{tag[1]}_{tag[2]}_x86_64" in inside
+
+
+def refusal(*options):
+    """What pip says before it downloads."""
+    done = subprocess.run([sys.executable, "-m", "pip", "download", "--no-index", "--find-links", WHEEL.parent, "--no-deps",
+                           "--only-binary", ":all:", *options, "-d", os.devnull + "-never", "assay"],
+                          capture_output=True, text=True, check=False)
+    return done.returncode, done.stdout + done.stderr
+
+
+@needs_wheel
+def test_pip_refuses_another_python_and_an_older_libc(tmp_path):
+    for options in (["--python-version", "3.10"], ["--python-version", "3.13"],
+                    ["--python-version", "3.11", "--platform", "manylinux_2_17_x86_64"],
+                    ["--python-version", "3.11", "--platform", "musllinux_1_2_x86_64"],
+                    ["--python-version", "3.11", "--platform", "macosx_14_0_arm64"]):
+        status, said = refusal(*options)
+        assert status != 0 and ("No matching distribution" in said or "requires a different Python" in said), said
+    tag = WHEEL.name.removesuffix(".whl").split("-")[-1]
+    assert refusal("--python-version", "3.11", "--abi", "cp311", "--platform", tag, "-d", str(tmp_path))[0] == 0
+
+
+@needs_wheel
+def test_the_wheel_is_small_enough():
+    assert WHEEL.stat().st_size < 150e6
+    with zipfile.ZipFile(WHEEL) as archive:
+        assert archive.testzip() is None
+        mode = archive.getinfo("assay/program/bin/assay").external_attr >> 16
+    assert mode & 0o111 and os.access(program(), os.X_OK)
+
+
+@pytest.mark.skipif(not (SOURCE / ".git").exists(), reason="the tests are not in a clone")
+def test_the_source_archive_has_every_source(tmp_path):
+    """`python -m build` makes the wheel from the archive, and not from the clone."""
+    folders = ["CMakeLists.txt", "cmake", "setup", "src", "web", "models", "campaigns", "python"]
+    done = subprocess.run(["git", "-C", SOURCE, "ls-files", "-z", *folders], capture_output=True, text=True, check=True)
+    made = subprocess.run([sys.executable, "-m", "build", "--sdist", "--no-isolation", "--outdir", tmp_path, SOURCE],
+                          capture_output=True, text=True, check=False)
+    assert made.returncode == 0, made.stderr
+    with tarfile.open(next(tmp_path.glob("*.tar.gz"))) as archive:
+        inside = {name.split("/", 1)[-1] for name in archive.getnames()}
+    assert "COMMIT" in inside
+    assert {name for name in done.stdout.split("\0") if name} - inside == set()
