@@ -74,7 +74,7 @@ std::string network_name(const std::string& network, const std::string& out) {
   return error || relative.empty() ? network : relative.string();
 }
 
-void print_import(const ImportOptions& options, const IsaacImport& found, const PolicyConfig& config) {
+void print_import(const ImportOptions& options, const PolicyImport& found, const PolicyConfig& config) {
   print(paragraph(fmt::format("{}: {}, {} in {}, a control step of {} ms", options.out,
                               counted(config.joints.size(), "action", "actions"),
                               counted(config.inputs(), "observation", "observations"),
@@ -93,7 +93,7 @@ void print_import(const ImportOptions& options, const IsaacImport& found, const 
 }
 
 int import_environment(const ImportOptions& options) {
-  IsaacImportOptions import;
+  PolicyImportOptions import;
   import.group = options.group;
   import.ignore = options.ignore;
   if (options.joints) import.joints = joints_given(*options.joints);
@@ -101,7 +101,7 @@ int import_environment(const ImportOptions& options) {
   if (options.trained_in) import.trained_in = *options.trained_in;
   if (options.network) import.network = network_name(*options.network, options.out);
   const Model model = load(options.model);
-  IsaacImport found;
+  PolicyImport found;
   PolicyConfig config;
   {
     const Activity reading(fmt::format("reading '{}'", options.environment));
@@ -136,14 +136,14 @@ int import_environment(const ImportOptions& options) {
 }  // namespace
 
 void add_import(CLI::App& app, Action& action) {
-  CLI::App* command =
-      add_command(app, "import", "Make a policy's configuration from the environment that Isaac Lab wrote in training",
-                  {{"assay import params/env.yaml go2.xml --policy exported/policy.onnx --out policy.toml",
-                    "what maps one to one; the rest is listed with what it means"},
-                   {"assay import params/env.yaml go2.xml --ignore height_scan=187 --out policy.toml",
-                    "zeros in place of an observation that assay does not have"}});
+  CLI::App* command = add_command(
+      app, "import", "Make a policy's configuration from what Isaac Lab or unitree_rl_lab wrote in training",
+      {{"assay import params/env.yaml go2.xml --policy exported/policy.onnx --out policy.toml",
+        "what maps one to one; the rest is listed with what it means"},
+       {"assay import params/env.yaml go2.xml --ignore height_scan=187 --out policy.toml",
+        "zeros in place of an observation that assay does not have"}});
   const auto options = std::make_shared<ImportOptions>();
-  command->add_option("ENV", options->environment, "The params/env.yaml of a training")
+  command->add_option("ENV", options->environment, "The params/env.yaml of a training, or its params/deploy.yaml")
       ->required()
       ->type_name("ENV.yaml");
   add_model_options(*command, options->model);

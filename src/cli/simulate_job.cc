@@ -7,6 +7,7 @@
 #include "base/errors.h"
 #include "base/text.h"
 #include "cli/cli.h"
+#include "engines/describe.h"
 
 namespace assay::cli {
 namespace {
@@ -77,10 +78,8 @@ void check_fidelity(const SimulateJob& job) {
     }
   }
   for (const std::string& note : job.model.notes) message(fmt::format("note: {}", note));
-  for (const Limitation& limitation : limitations) {
-    if (limitation.fidelity == Fidelity::kApproximated) {
-      message(fmt::format("note: {} approximates {}: {}", job.contender.name, limitation.element, limitation.how));
-    }
+  for (const std::string& line : approximations(limitations)) {
+    message(fmt::format("note: {} approximates {}", job.contender.name, line));
   }
 }
 

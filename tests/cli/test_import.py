@@ -1,4 +1,4 @@
-"""`assay import`: an environment of Isaac Lab as a policy's configuration, files that are none, and hostile ones."""
+"""`assay import`: what Isaac Lab or unitree_rl_lab wrote as a policy's configuration, files that are none, and hostile ones."""
 
 import os
 import pathlib
@@ -370,6 +370,96 @@ class Legs(Import):
         config, _ = self.imported(
             LEGS_ENV.replace("DCMotor", "DelayedPDActuator\n        min_delay: 8\n        max_delay: 8"), "legs.xml")
         self.assertEqual(config["control"]["delay"], 2)
+
+
+# The same training by unitree_rl_lab: the robot counts its motors leg by leg, the right one first.
+DEPLOYED = """joint_ids_map: [2, 0, 3, 1]
+step_dt: 0.02
+stiffness: [25.0, 41.0, 26.0, 40.0]
+damping: [0.5, 0.5, 0.5, 0.5]
+default_joint_pos: [0.4, 0.4, -0.8, -0.9]
+commands:
+  base_velocity:
+    ranges:
+      lin_vel_x: [-1.0, 1.0]
+      lin_vel_y: [-0.5, 0.5]
+      ang_vel_z: [-1.0, 1.0]
+      heading: null
+actions:
+  JointPositionAction:
+    clip: null
+    joint_names: [.*]
+    scale: [0.25, 0.25, 0.5, 0.5]
+    offset: [0.4, 0.4, -0.8, -0.9]
+    joint_ids: !!python/object/apply:builtins.slice [null, null, null]
+observations:
+  base_ang_vel:
+    params: {}
+    clip: [-10.0, 10.0]
+    scale: [0.25, 0.25, 0.5]
+    history_length: 3
+  velocity_commands:
+    params: {command_name: base_velocity}
+    clip: null
+    scale: [1.0, 1.0, 1.0]
+    history_length: 3
+  joint_pos_rel:
+    params:
+      asset_cfg: {joint_ids: [3, 2]}
+    clip: null
+    scale: [1.0, 1.0]
+    history_length: 3
+  gait_phase:
+    params: {period: 0.8}
+    clip: null
+    scale: [1.0, 1.0]
+    history_length: 3
+"""
+
+
+class Deployed(Import):
+    def setUp(self):
+        super().setUp()
+        self.write("legs.xml", LEGS.replace('<motor joint="left_hip"/><motor joint="left_knee"/><motor joint="right_hip"/><motor joint="right_knee"/>',
+                                            '<motor joint="right_hip"/><motor joint="right_knee"/><motor joint="left_hip"/><motor joint="left_knee"/>'))
+
+    def test_gains_by_motor_and_the_rest_by_the_policys_joints(self):
+        config, left_out = self.imported(DEPLOYED, "legs.xml")
+        self.assertEqual(config["joints"], ["left_hip", "right_hip", "left_knee", "right_knee"])
+        self.assertEqual(config["pd"]["stiffness"], [26, 25, 40, 41])
+        self.assertEqual(config["default_joint_pos"], [0.4, 0.4, -0.8, -0.9])
+        self.assertEqual(config["actions"]["offset"], [0.4, 0.4, -0.8, -0.9])
+        self.assertEqual(config["control"], {"period_ms": 20})
+        self.assertEqual(config["command"]["velocity"], [0.5, 0, 0])
+        observations = config["observations"]
+        self.assertEqual((observations["history"], observations["history_layout"]), (3, "term"))
+        self.assertEqual(observations["terms"], [
+            {"term": "base_ang_vel", "scale": [0.25, 0.25, 0.5], "clip": [-10, 10]}, {"term": "velocity_commands", "scale": 1},
+            {"term": "joint_pos_rel", "joints": ["right_knee", "left_knee"], "scale": 1},
+            {"term": "phase", "period_s": 0.8, "scale": 1}])
+        self.assertNotIn("joint_ids_map", left_out)  # breadth first in the tree is the same
+        self.assertIn("explicit", left_out["stiffness"])
+
+    def test_an_order_that_the_tree_contradicts_is_told(self):
+        self.write("legs.xml", LEGS)
+        config, left_out = self.imported(DEPLOYED, "legs.xml")
+        self.assertEqual(config["joints"], ["right_hip", "left_hip", "right_knee", "left_knee"])
+        self.assertIn("--joints", left_out["joint_ids_map"])
+        config, _ = self.imported(DEPLOYED, "legs.xml", "--joints", "left_hip,right_hip,left_knee,right_knee")
+        self.assertEqual(config["pd"]["stiffness"], [26, 25, 40, 41])
+
+    def test_what_does_not_fit(self):
+        self.is_refused(DEPLOYED.replace("[2, 0, 3, 1]", "[2, 0, 3, 3]"), "legs.xml", naming=["joint_ids_map", "no 1"])
+        self.is_refused(DEPLOYED.replace("[2, 0, 3, 1]", "[1, 0, 2]"), "legs.xml", naming=["3 joints", "'legs' 4", "--joints"])
+        self.is_refused(DEPLOYED.replace("stiffness: [25.0, ", "stiffness: ["), "legs.xml", naming=["stiffness", "3 numbers"])
+        self.is_refused(DEPLOYED.replace("step_dt: 0.02\n", ""), "legs.xml", naming=["'step_dt'", "unitree_rl_lab"])
+        self.is_refused(DEPLOYED.replace("gait_phase", "foot_forces"), "legs.xml", naming=["'foot_forces'", "COUNT"])
+        self.is_refused(DEPLOYED.replace("[3, 2]", "[3, 4]"), "legs.xml", naming=["joint_ids", "from 0 to 3"])
+        self.is_refused(DEPLOYED.replace("    clip: null\n    joint_names", "    clip: [[-1.0, 1.0]]\n    joint_names"), "legs.xml",
+                        naming=["clip", "--ignore"])
+        self.is_refused(DEPLOYED.replace("JointPositionAction", "JointEffortAction"), "legs.xml", naming=["JointPositionAction"])
+        last = DEPLOYED[DEPLOYED.index("  gait_phase"):].replace("history_length: 3", "history_length: 2")
+        self.is_refused(DEPLOYED[:DEPLOYED.index("  gait_phase")] + last, "legs.xml", naming=["2 steps", "3"])
 
 
 class OtherFiles(Import):

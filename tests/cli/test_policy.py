@@ -132,6 +132,14 @@ class Programme(Policy):
                           "--seconds", "1", "--seeds", "2", "--contenders", "mujoco-euler")
         self.assertIn("not settled: mujoco-euler at 2.5, 5, 10 ms", text)  # two runs settle nothing
 
+    def test_parts_of_the_control_period_where_that_of_training_is_not_known(self):
+        config = (EXAMPLE / "policy.toml").read_text()
+        self.write("policy.toml", config.replace("timestep_ms = 5\ndecimation = 4", "period_ms = 20"))
+        self.network((EXAMPLE / "policy.onnx").read_bytes())
+        text = self.assay("run", "cart_pole.xml", "--policy-config", "policy.toml", "--out", "results",
+                          "--seconds", "1", "--seeds", "2", "--contenders", "mujoco-euler")
+        self.assertIn("not settled: mujoco-euler at 1, 2, 5 ms", text)
+
 
 class Hostile(Policy):
     def test_a_network_that_never_ends_is_stopped(self):
