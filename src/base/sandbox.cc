@@ -113,6 +113,7 @@ bool confine_files(const SandboxRules& rules, int version) {
   if (rules.read_everything) allow(ruleset, "/", reading);
   for (const char* path : kSystem) allow(ruleset, path, reading);
   for (const char* path : kDevices) allow(ruleset, path, everything);
+  for (const std::string& path : rules.devices) allow(ruleset, path, everything);
   for (const std::string& path : rules.readable) allow(ruleset, path, reading);
   for (const std::string& path : folders_in("ASSAY_SANDBOX_READ")) allow(ruleset, path, reading);
   for (const std::string& path : rules.writable) allow(ruleset, path, everything & ~kIoctl);

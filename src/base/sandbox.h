@@ -10,6 +10,7 @@ namespace assay {
 struct SandboxRules {
   bool read_everything = false;  // else only `readable`, `writable` and what every process needs of the system
   std::vector<std::string> readable = {};  // files, and folders with all below; programs and libraries there can be run
+  std::vector<std::string> devices = {};   // files of /dev that drivers are spoken to through
   std::vector<std::string> writable = {};  // folders: what is below can be read, made, changed and removed
 };
 

@@ -19,6 +19,7 @@
 
 #include "base/errors.h"
 #include "base/text.h"
+#include "base/time_limit.h"
 
 namespace assay {
 namespace {
@@ -43,17 +44,12 @@ void on_signal(int number) {
 struct Running {
   Job job;
   std::unique_ptr<WorkerProcess> worker;
-  Clock::time_point start, deadline;
-  CpuTimes times;
+  Clock::time_point start;
+  TimeLimit limit;
+  CpuTimes times = {};
   double started = 0;
   bool tested = false;  // a test's result has come
 };
-
-// A limit beyond the clock's range is none.
-Clock::duration seconds(double s) {
-  constexpr double kMostSeconds = 1e9;
-  return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(std::min(s, kMostSeconds)));
-}
 
 }  // namespace
 
@@ -87,7 +83,7 @@ CpuTimes CpuTimes::now(int core) {
   std::ifstream stat("/proc/stat");
   const std::string wanted = core < 0 ? "cpu" : fmt::format("cpu{}", core);
   std::string cpu;
-  CpuTimes times;
+  CpuTimes times = {};
   while (stat >> cpu && cpu != wanted) stat.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
   // user nice system idle iowait irq softirq steal; the guests' after it are part of user and nice
   constexpr int kFields = 8;
@@ -146,7 +142,7 @@ void Pool::run(const std::function<void(const std::string&)>& on_start) {
     while (auto reply = job.worker->take_reply()) {
       throw_worker_error(*reply);
       if (const auto* test = std::get_if<TestResult>(&*reply)) {
-        job.deadline = Clock::now() + seconds(job.job.limit_s);
+        job.limit = job.worker->limit(job.job.limit_s);
         job.tested = true;
         if (job.job.on_test) job.job.on_test(*test);
         continue;
@@ -173,7 +169,7 @@ void Pool::run(const std::function<void(const std::string&)>& on_start) {
       finish(job, std::move(end));
       return true;
     }
-    if (Clock::now() >= job.deadline) {
+    if (job.limit.over()) {
       job.worker->end();
       finish(job, {.answer = {},
                    .failure = {Outcome::kTimeout, fmt::format("not done after {}", duration_label(job.job.limit_s))}});
@@ -184,15 +180,13 @@ void Pool::run(const std::function<void(const std::string&)>& on_start) {
 
   while (interrupts_.signal() == 0 && (!waiting_.empty() || !running.empty())) {
     while (running.size() < workers_ && !waiting_.empty()) {
-      Running next;
-      next.job = waiting_.top();
+      Running next{.job = waiting_.top(), .worker = {}, .start = Clock::now(), .limit = TimeLimit(0)};
       waiting_.pop();
       if (on_start) on_start(next.job.title);
       next.started = unix_time();
       next.times = CpuTimes::now();
-      next.start = Clock::now();
-      next.deadline = next.start + seconds(next.job.limit_s);
       next.worker = std::make_unique<WorkerProcess>(program_, limits_);
+      next.limit = next.worker->limit(next.job.limit_s);
       next.worker->send(next.job.request);
       running.push_back(std::move(next));
     }
@@ -201,7 +195,7 @@ void Pool::run(const std::function<void(const std::string&)>& on_start) {
     for (const Running& job : running) {
       polled.push_back({job.worker->socket(), POLLIN, 0});
       polled.push_back({job.worker->output(), POLLIN, 0});
-      wake = std::min(wake, job.deadline);
+      wake = std::min(wake, job.limit.end());
     }
     const double wait_s = std::clamp(std::chrono::duration<double>(wake - Clock::now()).count(), 0.0, 3600.0);
     if (::poll(polled.data(), polled.size(), static_cast<int>(wait_s * 1000) + 1) < 0 && errno != EINTR) {

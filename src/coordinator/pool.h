@@ -47,7 +47,7 @@ struct JobEnd {
 struct Job {
   Request request;
   std::string title;
-  double limit_s = 600;  // between two replies
+  double limit_s = 600;  // between two replies, without what the worker waits for a processor (base/time_limit.h)
   double cost = 0;       // the dearest is started first
   int lost = 0;          // workers of this job that somebody else ended
   std::function<void(const TestResult&)> on_test = {};

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <chrono>
 #include <csignal>
 #include <cstring>
 #include <fcntl.h>
@@ -263,17 +262,15 @@ std::optional<Reply> WorkerProcess::take_reply() {
 }
 
 std::optional<Reply> WorkerProcess::wait_reply(double seconds, int interrupt) {
-  using Clock = std::chrono::steady_clock;
-  constexpr double kMostSeconds = 1e9;  // more is no limit
-  const auto deadline = Clock::now() + std::chrono::duration<double>(std::min(seconds, kMostSeconds));
+  TimeLimit until = limit(seconds);
   while (true) {
     if (auto reply = take_reply()) return reply;
     if (gone()) return std::nullopt;
-    const double left = std::chrono::duration<double>(deadline - Clock::now()).count();
-    if (left <= 0) return std::nullopt;
+    if (until.over()) return std::nullopt;
+    const double left = std::chrono::duration<double>(until.end() - TimeLimit::Clock::now()).count();
     std::array<pollfd, 3> polled = {pollfd{socket_, POLLIN, 0}, pollfd{output_, POLLIN, 0},
                                     pollfd{interrupt, POLLIN, 0}};
-    const int milliseconds = static_cast<int>(std::min(left * 1000 + 1, 1e9));
+    const int milliseconds = static_cast<int>(std::clamp(left * 1000 + 1, 0.0, 1e9));
     if (::poll(polled.data(), polled.size(), milliseconds) < 0 && errno != EINTR) fail("poll");
     if (polled[2].revents != 0) return std::nullopt;
     read_available();

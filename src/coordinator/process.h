@@ -6,6 +6,7 @@
 #include <string>
 #include <sys/types.h>
 
+#include "base/time_limit.h"
 #include "messages/messages.h"
 
 namespace assay {
@@ -49,7 +50,10 @@ class WorkerProcess {
   // kMostReplyBytes is a JobCrash: an engine has written to the socket, or the worker's memory is damaged.
   std::optional<Reply> take_reply();
 
-  // Waits for a reply at most `seconds`, or until the worker is gone, or `interrupt` (a descriptor, -1 for none)
+  // A limit of what the worker does from now on.
+  TimeLimit limit(double seconds) const { return TimeLimit(seconds, guard_); }
+
+  // Waits for a reply for that limit at most, or until the worker is gone, or `interrupt` (a descriptor, -1 for none)
   // becomes readable. Empty in the latter cases.
   std::optional<Reply> wait_reply(double seconds, int interrupt = -1);
 
