@@ -3,6 +3,7 @@ src/engines/mujoco."""
 
 import mujoco as mj
 import numpy as np
+from contact_room import dimension
 
 MOST_FREEDOMS = 6  # in one body of MuJoCo's
 EPSILON = 1e-14
@@ -80,15 +81,6 @@ class Tree:
                 first = model.bodies[head[i]]
                 self.parent[i] = first.parent
                 self.X_PC[i] = pose_of(first.X_PB) @ self.X_BC[head[i]] if head[i] != i else pose_of(first.X_PB)
-
-
-def dimension(pair):
-    """Rows of a contact. One without friction has one: MuJoCo would raise a zero coefficient to a small one."""
-    if pair.rolling > 0:
-        return 6
-    if pair.torsional > 0:
-        return 4
-    return 3 if pair.friction > 0 else 1
 
 
 def contact_of(pair):

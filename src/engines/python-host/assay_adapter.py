@@ -154,6 +154,21 @@ class Engine:
         """
         raise NotImplementedError("an adapter needs create()")
 
+    def create_batch(self, model, worlds, settings, device):
+        """Only of engines that step many worlds of one model together; others leave it out. `device` is "cpu" or "cuda:N".
+        Each world moves as one of create() does, to rounding. An object with
+
+        restart(states)      a state for each world, a list of State without times: called before the first step, and again
+        advance(count)       count steps of all worlds and nothing else; it may return before they are done
+        synchronize()        waits for them; raises EngineFailure for what went wrong in any world, as a contact buffer
+                             that was too small. The clock measures advance() and synchronize()
+        set_torques(torques) (worlds, joints), until the next call, as in create(); only with torques
+        read_state(world)    of one world, as in create()
+        facts()              a dict, of which all is optional: "memory_bytes" that the worlds take on the device,
+                             "compile_s" that compiling took, "device" and "driver" (names), "overflow" (of which buffer)
+        """
+        raise NotImplementedError("this adapter steps one world")
+
 
 def pinned(package, file):
     """The version of `package` in requirements.txt beside `file`."""
@@ -305,6 +320,45 @@ def _create(engine, model, time, bodies, position, velocity, balls, settings):
     if _own:
         gc.freeze()
     return made
+
+
+def _has_batches(engine):
+    return type(engine).create_batch is not Engine.create_batch
+
+
+def _create_batch(engine, model, worlds, settings, device):
+    _activate(engine)
+    import gc
+
+    if _own:
+        gc.collect()
+    made = engine.create_batch(model, worlds, _settings(settings), device)
+    if _own:
+        gc.freeze()
+    return made
+
+
+def _by_world(values, worlds):
+    return values.reshape(worlds, -1)
+
+
+def _restart(batch, worlds, bodies, position, velocity, balls):
+    states = [State() for _ in range(worlds)]
+    parts = (bodies.reshape(worlds, -1, 13), position.reshape(worlds, -1), velocity.reshape(worlds, -1),
+             balls.reshape(worlds, -1, 7))
+    for state, *own in zip(states, *parts):
+        state.time = 0.0
+        state.bodies, state.position, state.velocity, state.balls = (part.copy() for part in own)
+    batch.restart(states)
+
+
+def _batch_facts(batch):
+    facts = {"memory_bytes": 0.0, "compile_s": 0.0, "device": "", "driver": "", "overflow": ""}
+    told = batch.facts() if hasattr(batch, "facts") else {}
+    for name in told:
+        if name not in facts:
+            raise ValueError(f"facts() gave '{name}': it may give {', '.join(facts)}")
+    return json.dumps({name: type(otherwise)(told.get(name, otherwise)) for name, otherwise in facts.items()})
 
 
 def _array(memory):

@@ -13,10 +13,11 @@
 #include <nlohmann/json.hpp>
 
 #include "base/json.h"
+#include "batch.h"
 #include "engines/adapter.h"
 #include "engines/python_host.h"
+#include "engines/springs.h"
 #include "interpreter.h"
-#include "model/body_rows.h"
 #include "model_json.h"
 #include "simulation.h"
 
@@ -142,10 +143,10 @@ Capabilities capabilities_of(const json& j) {
   return c;
 }
 
-class PythonEngine final : public Engine {
+class PythonEngine : public Engine {
  public:
-  PythonEngine(std::string name, const std::string& path) : name_(std::move(name)) {
-    adapter_ = call("_load", "(ss)", path.c_str(), name_.c_str());
+  // `adapter` is the loaded module's engine.
+  PythonEngine(std::string name, Object adapter) : name_(std::move(name)), adapter_(std::move(adapter)) {
     const json declared = json::parse(text_of(call("_declaration", "(O)", adapter_.get())));
     environment_ = declared.at("environment");
     const json& build = declared.at("build");
@@ -204,18 +205,29 @@ class PythonEngine final : public Engine {
 
   std::unique_ptr<Simulation> create(const Model& model, const State& state, const Settings& settings) const override {
     require_supported(model, settings);
-    const State start = with_joint_coordinates(model, state);
-    std::vector<double> balls;
-    for (size_t i = 0; i < model.balls.size(); ++i) {
-      const Quat q = ball_rotation(model, start, static_cast<int>(i));
-      const Vec3 w = ball_velocity(model, start, static_cast<int>(i));
-      balls.insert(balls.end(), {q.w(), q.x(), q.y(), q.z(), w.x(), w.y(), w.z()});
-    }
-    const std::vector<double> bodies = rows_of(start.bodies);
-    Object made = call("_create", "(OOdNNNNs)", adapter_.get(), python_model(model), start.time, memory(bodies),
-                       memory(start.position), memory(start.velocity), memory(balls), settings_text(settings).c_str());
-    return std::make_unique<PythonSimulation>(name_, model, capabilities(settings), start.time, settings.timestep,
+    StateRows start;
+    start.add(model, state);
+    Object made =
+        call("_create", "(OOdNNNNs)", adapter_.get(), python_model(model), state.time, memory(start.bodies),
+             memory(start.position), memory(start.velocity), memory(start.balls), settings_text(settings).c_str());
+    return std::make_unique<PythonSimulation>(name_, model, capabilities(settings), state.time, settings.timestep,
                                               std::move(made));
+  }
+
+ protected:
+  std::unique_ptr<BatchSimulation> batch_of(const Model& model, std::span<const State> states, const Settings& settings,
+                                            const std::string& device) const {
+    require_supported(model, settings);
+    const Capabilities c = capabilities(settings);
+    if (adapter_adds_torques(model, c)) {
+      throw UnsupportedError(
+          fmt::format("{}: joint springs of this model are torques of the adapter, which a batch does "
+                      "not compute",
+                      name_));
+    }
+    Object made = call("_create_batch", "(OOiss)", adapter_.get(), python_model(model), static_cast<int>(states.size()),
+                       settings_text(settings).c_str(), device.c_str());
+    return std::make_unique<PythonBatch>(name_, model, c, states, settings.timestep, std::move(made));
   }
 
  private:
@@ -252,6 +264,24 @@ class PythonEngine final : public Engine {
   mutable std::deque<std::pair<std::string, Object>> models_;
 };
 
+// Of an adapter that has create_batch().
+class PythonBatchEngine final : public PythonEngine, public BatchEngine {
+ public:
+  using PythonEngine::PythonEngine;
+
+  std::unique_ptr<BatchSimulation> create_batch(const Model& model, std::span<const State> states,
+                                                const Settings& settings, const std::string& device) const override {
+    return batch_of(model, states, settings, device);
+  }
+};
+
+Engine* engine_of(const std::string& name, const std::string& path) {
+  Object adapter = call("_load", "(ss)", path.c_str(), name.c_str());
+  const bool many = PyObject_IsTrue(call("_has_batches", "(O)", adapter.get()).get()) == 1;
+  if (many) return new PythonBatchEngine(name, std::move(adapter));
+  return new PythonEngine(name, std::move(adapter));
+}
+
 }  // namespace
 }  // namespace assay::python
 
@@ -259,7 +289,7 @@ extern "C" __attribute__((visibility("default"))) assay::PythonHost assay_python
   return {
       assay::kPluginVersion,
       [](const std::string& name, const std::string& path) -> assay::Engine* {
-        return new assay::python::PythonEngine(name, path);
+        return assay::python::engine_of(name, path);
       },
       [](const assay::Engine& made) { return static_cast<const assay::python::PythonEngine&>(made).environment(); }};
 }

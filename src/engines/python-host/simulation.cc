@@ -27,36 +27,45 @@ Vec3 vector_of(const nlohmann::json& values) {
 
 }  // namespace
 
+Object method_of(const Object& made, const char* name) {
+  Object found(PyObject_GetAttrString(made.get(), name));
+  if (!found) PyErr_Clear();
+  return found;
+}
+
+Object array_of(const std::vector<double>& values) {
+  static constexpr double kNothing = 0;
+  const double* data = values.empty() ? &kNothing : values.data();
+  const auto bytes = static_cast<Py_ssize_t>(values.size() * sizeof(double));
+  return call("_array", "(N)",
+              PyMemoryView_FromMemory(const_cast<char*>(reinterpret_cast<const char*>(data)), bytes, PyBUF_READ));
+}
+
+StateForm::StateForm(std::string engine, const Model& model, Coordinates coordinates)
+    : engine_(std::move(engine)),
+      model_(model),
+      coordinates_(coordinates),
+      has_free_(std::ranges::any_of(model.bodies, &Body::is_free)) {}
+
 PythonSimulation::PythonSimulation(std::string engine, Model model, const Capabilities& capabilities, double start,
                                    double timestep, Object made)
     : engine_(std::move(engine)),
       model_(std::move(model)),
-      coordinates_(capabilities.coordinates),
+      form_(engine_, model_, capabilities.coordinates),
       explicit_springs_(capabilities.springs == SpringKind::kExplicit && model_.has_springs()),
       reads_state_(explicit_springs_ || std::ranges::any_of(model_.tendons, &Tendon::has_spring)),
-      has_free_(std::ranges::any_of(model_.bodies, &Body::is_free)),
       clock_{start, timestep},
       made_(std::move(made)),
-      advance_(method("advance")),
-      read_state_(method("read_state")),
-      joined_(std::max<size_t>(model_.joints.size(), 1), 0.0) {
+      advance_(method_of(made_, "advance")),
+      read_state_(method_of(made_, "read_state")),
+      joined_(model_.joints.size(), 0.0) {
   model_.keyframes.clear();
   if (!advance_ || !read_state_) {
     throw std::runtime_error(fmt::format("{}: what create() gave has no {}(): see assay_adapter.Engine.create", engine_,
                                          advance_ ? "read_state" : "advance"));
   }
-  if (capabilities.torques || reads_state_) set_torques_ = method("set_torques");
-  if (set_torques_) {
-    const auto bytes = static_cast<Py_ssize_t>(model_.joints.size() * sizeof(double));
-    torques_array_ =
-        call("_array", "(N)", PyMemoryView_FromMemory(reinterpret_cast<char*>(joined_.data()), bytes, PyBUF_READ));
-  }
-}
-
-Object PythonSimulation::method(const char* name) const {
-  Object found(PyObject_GetAttrString(made_.get(), name));
-  if (!found) PyErr_Clear();
-  return found;
+  if (capabilities.torques || reads_state_) set_torques_ = method_of(made_, "set_torques");
+  if (set_torques_) torques_array_ = array_of(joined_);
 }
 
 void PythonSimulation::set_torques(std::span<const double> torques) {
@@ -103,7 +112,7 @@ void PythonSimulation::take(int count) {
   clock_.steps += count;
 }
 
-std::vector<double> PythonSimulation::array(PyObject* answer, const char* name, size_t rows, size_t columns) const {
+std::vector<double> StateForm::array(PyObject* answer, const char* name, size_t rows, size_t columns) const {
   const auto fail = [&](const std::string& what) {
     throw std::runtime_error(fmt::format("{}: read_state() gave {}", engine_, what));
   };
@@ -152,32 +161,36 @@ void PythonSimulation::read_state(State& out) const {
     answer = Object(PyObject_CallNoArgs(read_state_.get()));
   }
   if (!answer) rethrow(engine_);
-  if (PyDict_Check(answer.get()) == 0) {
-    throw std::runtime_error(
-        fmt::format("{}: read_state() gave a {}: give a dict of arrays", engine_, Py_TYPE(answer.get())->tp_name));
-  }
+  form_.read(answer.get(), last_angles_, out);
   out.time = clock_.time();
+}
+
+void StateForm::read(PyObject* answer, std::vector<double>& last_angles, State& out) const {
+  if (PyDict_Check(answer) == 0) {
+    throw std::runtime_error(
+        fmt::format("{}: read_state() gave a {}: give a dict of arrays", engine_, Py_TYPE(answer)->tp_name));
+  }
   out.bodies.resize(model_.bodies.size());
   const bool joint = coordinates_ == Coordinates::kJoint;
   if (!joint || has_free_) {
-    const std::vector<double> rows = array(answer.get(), "bodies", model_.bodies.size(), kBodyRow);
+    const std::vector<double> rows = array(answer, "bodies", model_.bodies.size(), kBodyRow);
     for (size_t i = 0; i < out.bodies.size(); ++i) {
       if (joint && !model_.bodies[i].is_free()) continue;
       out.bodies[i] = body_of(&rows[i * kBodyRow]);
     }
   }
   if (!joint) {
-    out.position = last_angles_;
+    out.position = last_angles;
     joints_from_bodies(model_, out);
-    last_angles_ = out.position;
+    last_angles = out.position;
     return;
   }
   const size_t joints = model_.joints.size();
-  out.position = joints == 0 ? std::vector<double>() : array(answer.get(), "position", joints, 1);
-  out.velocity = joints == 0 ? std::vector<double>() : array(answer.get(), "velocity", joints, 1);
+  out.position = joints == 0 ? std::vector<double>() : array(answer, "position", joints, 1);
+  out.velocity = joints == 0 ? std::vector<double>() : array(answer, "velocity", joints, 1);
   std::vector<BallCoordinates> balls;
   if (!model_.balls.empty()) {
-    const std::vector<double> rows = array(answer.get(), "balls", model_.balls.size(), kBallRow);
+    const std::vector<double> rows = array(answer, "balls", model_.balls.size(), kBallRow);
     balls.reserve(model_.balls.size());
     for (size_t i = 0; i < model_.balls.size(); ++i) {
       balls.push_back({rotation_at(&rows[i * kBallRow]), vector_at(&rows[i * kBallRow + 4])});
@@ -187,7 +200,7 @@ void PythonSimulation::read_state(State& out) const {
 }
 
 bool PythonSimulation::keep_contacts() {
-  const Object keep = method("keep_contacts");
+  const Object keep = method_of(made_, "keep_contacts");
   if (!keep) return false;
   Object answer;
   {

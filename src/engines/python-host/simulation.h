@@ -11,6 +11,30 @@
 
 namespace assay::python {
 
+// How an adapter's read_state() becomes a State.
+class StateForm {
+ public:
+  StateForm(std::string engine, const Model& model, Coordinates coordinates);
+
+  // Of `answer`, a dict of arrays, checked for type and shape. `last_angles`: of the read before, in maximal
+  // coordinates.
+  void read(PyObject* answer, std::vector<double>& last_angles, State& out) const;
+
+ private:
+  std::vector<double> array(PyObject* answer, const char* name, size_t rows, size_t columns) const;
+
+  std::string engine_;
+  const Model& model_;
+  Coordinates coordinates_;
+  bool has_free_;
+};
+
+// A method of an adapter's object, or none.
+Object method_of(const Object& made, const char* name);
+
+// An array of NumPy that shows `values` to Python, which may not write them; they must stay where they are.
+Object array_of(const std::vector<double>& values);
+
 class PythonSimulation final : public Simulation {
  public:
   // `made` is what the adapter's create() gave.
@@ -27,15 +51,11 @@ class PythonSimulation final : public Simulation {
  private:
   void give_torques(const std::vector<double>& torques);
   void take(int count);
-  // A method of the simulation, or none.
-  Object method(const char* name) const;
-  // Copies an array of the adapter's answer, checked for type and shape.
-  std::vector<double> array(PyObject* answer, const char* name, size_t rows, size_t columns) const;
 
   std::string engine_;
   Model model_;
-  Coordinates coordinates_;
-  bool explicit_springs_, reads_state_, has_free_;
+  StateForm form_;
+  bool explicit_springs_, reads_state_;
   bool contacts_kept_ = false;
   bool loaded_ = false, fresh_ = false;  // the engine has torques; they are for the next step
   Clock clock_;

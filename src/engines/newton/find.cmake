@@ -1,0 +1,1 @@
+assay_find_python_engine(newton_environment newton "670 MB")
