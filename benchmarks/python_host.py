@@ -20,7 +20,8 @@ import tempfile
 
 HERE = pathlib.Path(__file__).resolve().parent
 # contender: script, its arguments
-DIRECT = {"drake-sap": ("direct_drake.py", "discrete"), "drake-rk3": ("direct_drake.py", "runge_kutta3")}
+DIRECT = {"drake-sap": ("direct_drake.py", "discrete"), "drake-rk3": ("direct_drake.py", "runge_kutta3"),
+          "mjx": ("direct_mjx.py",)}
 
 EMPTY = """
 import assay_adapter as assay

@@ -21,6 +21,7 @@
 #include "campaign/section.h"
 #include "campaign/sweep.h"
 #include "controls/policy_config.h"
+#include "measures/batch.h"
 #include "measures/run_measures.h"
 #include "model/mjcf.h"
 #include "reference/smooth.h"
@@ -136,6 +137,12 @@ void check_measures(const Section& section, const CampaignSystem& system, bool p
                                     "\"...\", hand = \"...\"}}, names of bodies",
                                     system.name));
   }
+  if (system.has(Measure::kBatch) && !passive) {
+    section.fail(where,
+                 fmt::format("system '{}' has a control, and the worlds of 'batch' move by themselves: give control "
+                             "= \"passive\", or leave 'batch' out of its measures",
+                             system.name));
+  }
   if (system.has(Measure::kScaling) && system.family.empty()) {
     section.fail(where, fmt::format("system '{}' does not say which systems it is compared with in size: give each of "
                                     "them the same family = \"...\"",
@@ -214,12 +221,16 @@ void read_initial_states(const Section& section, long long seed, CampaignSystem&
       const bool zero = width->value<double>() == 0.0;
       states.around.*part.member = zero ? 0 : around.positive(part.name, *width);
     }
-    if (states.count == 1) section.fail(node, "'perturbation' without initial_states: give their number");
+    if (states.count == 1 && !system.has(Measure::kBatch)) {
+      section.fail(node, "'perturbation' without initial_states: give their number");
+    }
   }
-  if (states.count == 1) return;
+  if (states.count == 1 && !system.has(Measure::kBatch)) return;
   if (const std::string obstacle = perturbation_obstacle(system.model); !obstacle.empty()) {
-    section.fail(section.find("initial_states"),
-                 fmt::format("system '{}' {}: leave 'initial_states' out", system.name, obstacle));
+    const bool states_given = states.count > 1;
+    section.fail(section.find(states_given ? "initial_states" : "measures"),
+                 fmt::format("system '{}' {}: leave {} out", system.name, obstacle,
+                             states_given ? "'initial_states'" : "'batch'"));
   }
   if (system.has(Measure::kConsistency) && system.pieces < states.count) {
     section.fail(section.find("initial_states"),
@@ -253,6 +264,46 @@ void read_pushes(const Section& section, CampaignSystem& system) {
                  fmt::format("'push' is for runs that 'transfer' judges, but system '{}' measures '{}', too: leave "
                              "one of them out",
                              system.name, measure_text(measure)));
+  }
+}
+
+// worlds = [1, 16, 256]
+void read_worlds(const Section& section, CampaignSystem& system) {
+  constexpr int kMostWorlds = 65536, kLeastSteps = 2 * kBatchMoments;
+  const toml::node* node = section.find("worlds");
+  const bool batch = system.has(Measure::kBatch);
+  if (node == nullptr) {
+    if (!batch) return;
+    section.fail(
+        section.find("measures"),
+        fmt::format("system '{}' does not say how many worlds 'batch' steps: give worlds = [1, 16, 256]", system.name));
+  }
+  if (!batch) {
+    section.fail(node,
+                 fmt::format("'worlds' is for the measure 'batch', which system '{}' does not have: add it to its "
+                             "measures or leave 'worlds' out",
+                             system.name));
+  }
+  for (const toml::node& entry : section.list("worlds", *node)) {
+    const auto count = entry.value_exact<std::int64_t>();
+    if (!count || *count < 1 || *count > kMostWorlds) {
+      section.fail(&entry,
+                   fmt::format("'worlds' has {}: give whole numbers from 1 to {}", node_text(entry), kMostWorlds));
+    }
+    if (std::ranges::find(system.worlds, static_cast<int>(*count)) != system.worlds.end()) {
+      section.fail(&entry, fmt::format("'worlds' has {} twice: leave one out", *count));
+    }
+    system.worlds.push_back(static_cast<int>(*count));
+  }
+  if (system.worlds.empty()) section.fail(node, "'worlds' is empty: give numbers of worlds, as in [1, 16, 256]");
+  std::ranges::sort(system.worlds);
+  const double longest = system.timing_ms.back();
+  if (1000 * system.duration_s < kLeastSteps * longest) {
+    section.fail(section.find("duration_s"),
+                 fmt::format("duration_s = {} has fewer than {} steps of {} ms, over which the worlds of 'batch' are "
+                             "spread: give at least {} s",
+                             shortest(system.duration_s), kLeastSteps, timestep_label(longest),
+                             shortest(1e-3 * kLeastSteps * longest)));
   }
 }
 
@@ -404,6 +455,7 @@ CampaignSystem system_of(const Section& section, const Defaults& defaults, long 
                  "reference_ms",
                  "grasp",
                  "family",
+                 "worlds",
                  "contenders",
                  "violation_ms",
                  "smooth",
@@ -492,6 +544,7 @@ CampaignSystem system_of(const Section& section, const Defaults& defaults, long 
                              timestep_label(system.reference_single_ms), joined_ms(system.timesteps_ms)));
   }
   system.timing_ms = section.timesteps("timing_ms").value_or(system.timesteps_ms);
+  read_worlds(section, system);
   system.violation_ms = section.timesteps("violation_ms").value_or(system.timesteps_ms);
   for (const double timestep : system.violation_ms) {
     if (std::ranges::any_of(system.timesteps_ms, [&](double each) { return same_timestep(each, timestep); })) continue;
@@ -646,8 +699,10 @@ nlohmann::json content_of(const CampaignSystem& system) {
                             {"reference_ms", system.reference_ms}};
   if (system.grasp.object >= 0) content["grasp"] = {system.grasp.object, system.grasp.hand, system.grasp.drop_m};
   if (!system.family.empty()) content["family"] = system.family;
+  if (!system.worlds.empty()) content["worlds"] = system.worlds;
   if (!system.more_pieces_ms.empty()) content["more_pieces_ms"] = system.more_pieces_ms;
-  if (system.initial_states.count > 1) content["initial_states"] = initial_states_content(system.initial_states);
+  if (system.initial_states.count > 1 || !system.worlds.empty())
+    content["initial_states"] = initial_states_content(system.initial_states);
   if (system.pushes.any()) content["push"] = pushes_content(system.pushes);
   if (system.reference_single_ms != system.reference_ms) content["reference_single_ms"] = system.reference_single_ms;
   if (system.violation_ms.size() < system.timesteps_ms.size()) content["violation_ms"] = system.violation_ms;

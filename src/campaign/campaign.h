@@ -9,8 +9,8 @@
 //   reference_ms = "1/64"                          # timestep of the reference runs; default 1/64
 //   reference_single_ms = "1/16"                   # the same of contenders in single precision; default: as above
 //   measures = ["raw_speed", "consistency"]        # raw_speed, consistency, truth, drift, violation, grasp, agreement,
-//                                                  # scaling, transfer
-//   time_limit_s = 600                             # of one cell; default 600
+//                                                  # scaling, transfer, batch
+//   time_limit_s = 600                             # of one cell (base/time_limit.h); default 600
 //   seed = 1                                       # order of the contenders within a timing round, bootstrap
 //
 //   [timing]                                       # all optional
@@ -48,6 +48,8 @@
 //                                                  # "hold", "random" or {kind = "random", seed = 2, motion = 0.3}
 //                                                  # {kind = "file", path = "torques.csv"}, from the campaign's folder
 //   grasp = {object = "capsule", hand = "palm"}    # for 'grasp': bodies; drop_m = 0.1: how far the object may slip
+//   worlds = [1, 16, 256]                          # for 'batch': how many at once; they start around moments of
+//                                                  # the contender's own run, as 'perturbation' says
 //   family = "capsules"                            # for 'scaling': systems that differ only in size
 //   floating_base = true                           # how the model's file is read, as the options of `assay check`:
 //   ground = true                                  # floating_base, fixed_base, ground, no_ground, decompose,
@@ -102,7 +104,18 @@
 namespace assay {
 
 // Run measures (measures/run_measures.h) that nothing here names have no enumerator; they follow the last one.
-enum class Measure { kRawSpeed, kConsistency, kTruth, kDrift, kViolation, kGrasp, kAgreement, kScaling, kTransfer };
+enum class Measure {
+  kRawSpeed,
+  kConsistency,
+  kTruth,
+  kDrift,
+  kViolation,
+  kGrasp,
+  kAgreement,
+  kScaling,
+  kTransfer,
+  kBatch
+};
 std::string_view measure_text(Measure measure);  // "raw_speed", ...
 
 struct TimingOptions {
@@ -133,6 +146,7 @@ struct CampaignSystem {
   double push_sample_ms = 0;  // sample_ms as the campaign has it: reruns may take more samples
   ControlSpec control;
   GraspBodies grasp;
+  std::vector<int> worlds;           // of 'batch', ascending
   std::string family;                // of systems that differ only in size, "" for none
   std::vector<Measure> measures;     // in the order of the enum
   std::vector<double> timesteps_ms;  // ascending, the reference's among them where consistency is measured
@@ -190,6 +204,7 @@ struct Campaign {
   double time_limit_s = 600;
   long long seed = 1;
   std::optional<SearchTable> search;  // not part of the hash
+  std::string device = "cpu";         // of engines that step many worlds: not of the file, nor part of the hash
   std::vector<std::string> notes;     // what a reader should know before it runs: one sentence each
 
   // Content address of everything that decides which cells there are and what they give: systems by content, contenders

@@ -13,6 +13,8 @@
 #include "base/json.h"
 #include "base/text.h"
 #include "campaign/shards.h"
+#include "engines/batch.h"
+#include "measures/batch.h"
 #include "measures/run_measures.h"
 
 namespace assay {
@@ -55,6 +57,15 @@ double timing_seconds(const Campaign& campaign, double step_s) {
   const TimingOptions& timing = campaign.timing;
   const double start_s = kInstanceSeconds + step_s * timing.warmup;
   return kSearchSeconds + (timing.rounds + kPassesOfSingleSteps) * (1e-3 * timing.batch_ms + timing.windows * start_s);
+}
+
+// The same of many worlds: starting them, the run of one world and those that are compared, and the rounds. A step of
+// all worlds may take longer than a turn.
+double batch_seconds(const Campaign& campaign, double step_s, int worlds) {
+  constexpr double kStartSeconds = 3, kWorldSeconds = 5e-4, kStepsOfATurn = 2;
+  const TimingOptions& timing = campaign.timing;
+  const double turn_s = std::max(2e-3 * timing.batch_ms, kStepsOfATurn * step_s * worlds);
+  return kStartSeconds + kWorldSeconds * worlds + timing.rounds * turn_s;
 }
 
 }  // namespace
@@ -186,6 +197,22 @@ Plan make_plan(const Campaign& campaign, int shards, ShardCells cells) {
                system.reference_of(whose), campaign.seed, own ? "" : states_from});
         }
       }
+      if (has(Measure::kBatch)) {
+        // an engine that steps one world does so in processes of the machine, whatever the device
+        const bool many = batch_engine(contender.resolved.engine) != nullptr;
+        const std::string device = many ? campaign.device : "cpu";
+        for (const double timestep : system.timing_ms) {
+          for (const int worlds : system.worlds) {
+            constexpr int kBatchVersion = 1;
+            const TimingOptions& timing = campaign.timing;
+            add(batch_measure({worlds, device}), timestep, "", 0,
+                {kBatchVersion, initial_states_content(states_of), timing.rounds, timing.batch_ms, timing.warmup,
+                 campaign.seed});
+            plan.cells.back().worlds = worlds;
+            plan.cells.back().device = device;
+          }
+        }
+      }
     }
   }
   divide(campaign, plan, shards, cells);
@@ -214,6 +241,10 @@ double estimate_seconds(const Campaign& campaign, const std::vector<PlannedCell>
       timing += timing_seconds(campaign, found == step_us.end() ? 0 : 1e-6 * found->second);
       // processes serve all timesteps of a system
       if (sessions.insert({cell.system, cell.contender}).second) timing += kProcess * campaign.timing.processes;
+      continue;
+    }
+    if (cell.worlds > 0) {
+      timing += batch_seconds(campaign, found == step_us.end() ? 0 : 1e-6 * found->second, cell.worlds);
       continue;
     }
     if (found == step_us.end()) continue;

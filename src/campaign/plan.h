@@ -36,10 +36,13 @@ struct PlannedCell {
   std::vector<std::string> against = {};
   // Content address of the run from CampaignSystem::shown_state() that the cell keeps for replays, "" for none.
   std::string keep = {};
+  int worlds = 0;           // of 'batch'
+  std::string device = {};  // of 'batch': "cpu" for engines that step one world
 };
 
 struct Plan {
-  // by system, contender, then reference, consistency, truth, drift, violation, grasp, agreement, scaling, raw_speed
+  // by system, contender, then reference, consistency, truth, drift, violation, grasp, agreement, scaling, raw_speed,
+  // batch
   std::vector<PlannedCell> cells;
 };
 
@@ -48,7 +51,9 @@ inline constexpr int kScalingMostRuns = 5;
 inline constexpr double kScalingEnoughSeconds = 2;
 
 // Cells whose figure is a time: measured alone on the machine.
-inline bool is_timed(const PlannedCell& cell) { return cell.measure == "raw_speed" || cell.measure == "scaling"; }
+inline bool is_timed(const PlannedCell& cell) {
+  return cell.measure == "raw_speed" || cell.measure == "scaling" || cell.worlds > 0;
+}
 
 // The cells of each system's contenders that are not absent, divided into `shards` (campaign/shards.h). Cells of the
 // kind that `cells` leaves out are in shard 0.

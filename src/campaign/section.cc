@@ -14,7 +14,7 @@
 namespace assay {
 namespace {
 
-constexpr std::array<std::pair<Measure, std::string_view>, 9> kNamedMeasures = {{
+constexpr std::array<std::pair<Measure, std::string_view>, 10> kNamedMeasures = {{
     {Measure::kRawSpeed, "raw_speed"},
     {Measure::kConsistency, "consistency"},
     {Measure::kTruth, "truth"},
@@ -24,6 +24,7 @@ constexpr std::array<std::pair<Measure, std::string_view>, 9> kNamedMeasures = {
     {Measure::kAgreement, "agreement"},
     {Measure::kScaling, "scaling"},
     {Measure::kTransfer, "transfer"},
+    {Measure::kBatch, "batch"},
 }};
 
 using MeasureName = std::pair<Measure, std::string_view>;

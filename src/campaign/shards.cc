@@ -49,11 +49,12 @@ double step_us_per_body(const CampaignContender& contender, bool contacts) {
 // What stays together: (system, contender), or (system, one of the constants); a family's first system stands for it.
 // Of a group that was taken apart, the timestep of a run that needs no other, else 0.
 using Group = std::tuple<int, int, double>;
-constexpr int kTimingOfAll = -1, kAgreementOfAll = -2, kScalingOfFamily = -3;
+constexpr int kTimingOfAll = -1, kAgreementOfAll = -2, kScalingOfFamily = -3, kBatchOfAll = -4;
 
 Group group_of(const Campaign& campaign, const PlannedCell& cell) {
   if (cell.measure == "raw_speed") return {cell.system, kTimingOfAll, 0};
   if (cell.measure == "agreement") return {cell.system, kAgreementOfAll, 0};
+  if (cell.worlds > 0) return {cell.system, kBatchOfAll, 0};
   if (cell.measure != "scaling") return {cell.system, cell.contender, 0};
   const std::string& family = campaign.systems[static_cast<size_t>(cell.system)].family;
   const auto first = std::ranges::find(campaign.systems, family, &CampaignSystem::family);

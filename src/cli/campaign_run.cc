@@ -75,6 +75,15 @@ std::string references_dir(const std::optional<std::string>& given) {
   return folder_in("HOME", ".cache/assay/references").value_or("");
 }
 
+void choose_device(const std::string& device, Campaign& campaign) {
+  const auto has_batches = [](const CampaignSystem& system) { return system.has(Measure::kBatch); };
+  if (std::ranges::none_of(campaign.systems, has_batches)) {
+    throw InputError(fmt::format(
+        "--device is for the measure 'batch', which no system of the campaign '{}' has: leave it out", campaign.name));
+  }
+  campaign.device = device;
+}
+
 }  // namespace
 
 void add_references(CLI::App& command, RunRequest& request) {
@@ -129,7 +138,8 @@ void rehearse_campaign(const std::string& campaign) {
 
 bool run_and_summarize(const RunRequest& request) {
   RunOptions options = run_options(request);
-  const Campaign campaign = load_campaign(find_campaign(request.campaign));
+  Campaign campaign = load_campaign(find_campaign(request.campaign));
+  if (request.device) choose_device(*request.device, campaign);
   const auto progress = json_progress(request) ? make_json_progress(stderr) : make_progress(stderr);
   options.progress = progress.get();
   const RunSummary summary = run_campaign(campaign, options);

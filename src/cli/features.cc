@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "base/terminal.h"
 #include "base/text.h"
 #include "cli/facts.h"
 #include "engines/describe.h"
@@ -136,18 +137,25 @@ std::string features_text(const std::vector<FeatureGroup>& groups) {
   for (size_t g = 0; g < groups.size(); ++g) {
     text += paragraph(fmt::format("{:>2}  {}", g + 1, names_text(groups[g].contenders)), 4);
   }
-  // columns of two characters, so that all engines stand side by side within 80 columns
+  // columns of two characters; groups that do not fit the terminal side by side follow in a table below
   size_t width = 0;
   for (const Feature feature : all_features()) width = std::max(width, feature_key(feature).size());
-  const auto row = [&](const std::string& name, const auto& cell) {
-    std::string line = fmt::format("{:<{}}", name, width);
-    for (size_t g = 0; g < groups.size(); ++g) line += fmt::format(" {:>2}", cell(g));
-    return line + "\n";
-  };
-  text += "\n" + heading(row("feature", [](size_t g) { return std::to_string(g + 1); }));
-  for (const Feature feature : all_features()) {
-    text += row(feature_key(feature),
-                [&](size_t g) { return std::string(mark(fidelity_of(groups[g], feature), {"=", "~", "-"})); });
+  size_t fitting = groups.size();
+  if (const auto columns = terminal_columns(stdout)) {
+    fitting = std::max<size_t>(1, (*columns - std::min(*columns, width)) / 3);
+  }
+  for (size_t first = 0; first < groups.size(); first += fitting) {
+    const size_t last = std::min(first + fitting, groups.size());
+    const auto row = [&](const std::string& name, const auto& cell) {
+      std::string line = fmt::format("{:<{}}", name, width);
+      for (size_t g = first; g < last; ++g) line += fmt::format(" {:>2}", cell(g));
+      return line + "\n";
+    };
+    text += "\n" + heading(row("feature", [](size_t g) { return std::to_string(g + 1); }));
+    for (const Feature feature : all_features()) {
+      text += row(feature_key(feature),
+                  [&](size_t g) { return std::string(mark(fidelity_of(groups[g], feature), {"=", "~", "-"})); });
+    }
   }
   text += std::string("\n") + kLegend + "\n";
   for (const Feature feature : all_features()) {

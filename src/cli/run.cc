@@ -12,6 +12,7 @@
 #include "cli/cli.h"
 #include "cli/contained.h"
 #include "cli/run_robot.h"
+#include "engines/batch.h"
 #include "engines/registry.h"
 #include "model/mjcf.h"
 
@@ -36,6 +37,7 @@ std::string resuming(const RunOptions& options) {
   if (!options.run.out.empty()) command += " --out " + options.run.out;
   if (options.run.shard) command += " --shard " + *options.run.shard;
   if (options.run.cells) command += " --cells " + *options.run.cells;
+  if (options.run.device) command += " --device " + *options.run.device;
   if (options.full) command += " --full";
   const auto add = [&](const char* name, const std::optional<std::string>& value) {
     if (value) command += fmt::format(" {} {}", name, *value);
@@ -79,12 +81,13 @@ void rehearse_robot(const std::string& robot, const LoadOptions& how, const std:
 
 int run(RunOptions options) {
   static_cast<void>(json_progress(options.run));  // refused before anything is read
+  if (options.run.device) require_device(*options.run.device);
   options.run.command = resuming(options);
   if (is_robot(options.run.campaign)) {
     rehearse_robot(options.run.campaign, load_options(options.model), control_given(options.control, options.policy));
-    if (options.full || options.run.shard || options.run.cells) {
+    if (options.full || options.run.shard || options.run.cells || options.run.device) {
       throw InputError(
-          "--full, --shard and --cells are for campaigns: a robot's run measures what can still win; its "
+          "--full, --shard, --cells and --device are for campaigns: a robot's run measures what can still win; its "
           "campaign.toml can be run with them");
     }
     return run_robot(options);
@@ -102,7 +105,7 @@ int run(RunOptions options) {
   if (options.run.out.empty())
     throw InputError("--out is required, and it is missing or empty: see 'assay run --help'");
   rehearse_campaign(options.run.campaign);
-  const bool searched = !options.full && !options.run.shard && !options.run.cells &&
+  const bool searched = !options.full && !options.run.device && !options.run.shard && !options.run.cells &&
                         load_campaign(find_campaign(options.run.campaign)).search.has_value();
   if (searched) return run_searched(options.run);
   return run_and_summarize(options.run) ? kDone : kFailed;
@@ -180,6 +183,10 @@ void add_run(CLI::App& app, Action& action) {
           "--cells", request.cells,
           "Measure only accuracy cells, which may share a machine, or only timings, which need one of their own")
       ->type_name("accuracy|timing");
+  command
+      ->add_option("--device", request.device,
+                   "Where engines that step many worlds together do so, for the measure 'batch' (default: cpu)")
+      ->type_name("cpu|cuda:N");
   command
       ->add_flag("--retry", request.retry,
                  "Measure again what is stored as crashed or timed out, or is damaged in the database")

@@ -6,7 +6,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <map>
+#include <iterator>
 #include <set>
 #include <sstream>
 
@@ -21,6 +21,7 @@
 #include "cli/answer.h"
 #include "cli/transfer.h"
 #include "coordinator/rerun.h"
+#include "engines/describe.h"
 #include "model/mjcf.h"
 #include "results/results.h"
 #include "search/programme.h"
@@ -216,20 +217,15 @@ void add_approximated(const Campaign& campaign, const std::string& contender, An
   const auto own = std::ranges::find_if(campaign.contenders,
                                         [&](const CampaignContender& each) { return each.resolved.name == contender; });
   if (own == campaign.contenders.end() || own->resolved.engine == nullptr) return;
-  std::map<std::string, std::vector<std::string>> elements;  // by how
+  std::vector<Limitation> limitations;
   for (const CampaignSystem& system : campaign.systems) {
-    for (const Limitation& limitation : own->resolved.engine->check(system.model, own->resolved.settings)) {
-      if (limitation.fidelity != Fidelity::kApproximated) continue;
-      std::vector<std::string>& list = elements[limitation.how];
-      if (std::ranges::find(list, limitation.element) == list.end()) list.push_back(limitation.element);
-    }
+    std::ranges::copy(own->resolved.engine->check(system.model, own->resolved.settings),
+                      std::back_inserter(limitations));
   }
   answer.part(fmt::format("What {} approximates in this robot", contender));
-  if (elements.empty()) answer.line("nothing: it carries over the whole model");
-  for (const auto& [how, list] : elements) {
-    const std::string more = list.size() > 1 ? fmt::format(" and {} more", list.size() - 1) : "";
-    answer.line(fmt::format("{}{}: {}", list.front(), more, how));
-  }
+  const std::vector<std::string> lines = approximations(limitations);
+  if (lines.empty()) answer.line("nothing: it carries over the whole model");
+  for (const std::string& line : lines) answer.line(line);
 }
 
 // Contenders for one reason, in the order in which the reasons came.

@@ -24,12 +24,6 @@ using CellName = std::tuple<std::string, std::string, std::string, double>;  // 
 
 CellName name_of(const Cell& cell) { return {cell.system, cell.contender, cell.measure, cell.timestep_ms}; }
 
-// Whose figures are times: they scatter, and compare only on one machine.
-bool is_timing(const Cell& cell) { return cell.measure == "raw_speed" || cell.measure == "scaling"; }
-
-// The value of a timing that is compared; its others are the same time in other units, or describe the measurement.
-std::string_view time_of(const Cell& cell) { return cell.measure == "scaling" ? "run_time" : "step_time"; }
-
 struct Logs {
   std::vector<double> values;
   double mean = 0, variance_of_mean = 0;
@@ -103,7 +97,7 @@ std::set<std::string> timing_machines(const Store& store, const std::vector<Cell
   }
   std::set<std::string> found;
   for (const Cell& cell : cells) {
-    if (is_timing(cell) && texts.contains(cell.node)) found.insert(texts[cell.node]);
+    if (is_timing(cell.measure) && texts.contains(cell.node)) found.insert(texts[cell.node]);
   }
   return found;
 }
@@ -131,7 +125,7 @@ class Comparer {
         continue;
       }
       ++both;
-      if (is_timing(cell)) {
+      if (is_timing(cell.measure)) {
         if (!options_.across_machines) compare_time(cell, *other->second, others);
       } else {
         compare_accuracy(cell, *other->second);
@@ -182,7 +176,7 @@ class Comparer {
       const std::vector<Cell>& cells = store == &a_ ? cells_a_ : cells_b_;
       std::set<std::string> timed;
       for (const Cell& cell : cells) {
-        if (is_timing(cell)) timed.insert(cell.contender);
+        if (is_timing(cell.measure)) timed.insert(cell.contender);
       }
       if (timed.contains(options_.control)) continue;
       throw InputError(fmt::format("'{}' has no times of the control '{}'{}", store->dir(), options_.control,
@@ -234,7 +228,7 @@ class Comparer {
 
   void compare_time(const Cell& a, const Cell& b, const std::map<CellName, const Cell*>& others) {
     if (a.contender == options_.control || compare_outcomes(a, b)) return;
-    const Value *in_a = find_value(a, time_of(a)), *in_b = find_value(b, time_of(b));
+    const Value *in_a = find_value(a, time_of(a.measure)), *in_b = find_value(b, time_of(b.measure));
     if (in_a == nullptr || in_b == nullptr) return;
     CellChange row = row_of(a, b);
     row.time = true;

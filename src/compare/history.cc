@@ -21,8 +21,6 @@ namespace {
 using nlohmann::json;
 using CourseName = std::tuple<std::string, std::string, std::string, double, std::string>;
 
-bool is_timing(const std::string& measure) { return measure == "raw_speed" || measure == "scaling"; }
-
 // A time's own scatter within its run, relative, from its interval.
 double relative_error(const Interval& value) {
   constexpr double kHalfWidths = 1.96;
@@ -82,7 +80,7 @@ class Courses {
     const std::string& control = history_.options.control;
     for (const Cell& cell : cells) {
       if (control.empty() || cell.contender != control) continue;
-      const Value* time = find_value(cell, cell.measure == "scaling" ? "run_time" : "step_time");
+      const Value* time = find_value(cell, time_of(cell.measure));
       if (time != nullptr && time->value) {
         controls[{cell.system, cell.timestep_ms, cell.measure}] = level_of(store, cell, *time->value);
       }
@@ -94,7 +92,7 @@ class Courses {
       const auto relative = controls.find({cell.system, cell.timestep_ms, cell.measure});
       if (timing && !control.empty() && relative == controls.end()) continue;
       for (const Value& value : cell.values) {
-        const bool time = value.name == "step_time" || value.name == "run_time";
+        const bool time = value.name == time_of(cell.measure);
         if (!value.value || timing != time || value_info(value.name).better == Better::kNone) continue;
         Course& course = course_of(cell, value);
         Interval figure = {*value.value, value.low.value_or(*value.value), value.high.value_or(*value.value)};

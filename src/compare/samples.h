@@ -43,13 +43,19 @@ inline TimeSamples old_time_samples(const std::vector<SampleSeries>& samples) {
   return found;
 }
 
-// Of a timing cell: what its step time is the mean of (measures/step_time.h); of a cell of scaling: its runs. Empty
+// Of a timing cell: what its step time is the mean of (measures/step_time.h); of a cell of scaling: its runs; of
+// many worlds: its rounds. Empty
 // without samples.
 inline TimeSamples time_samples(const std::vector<SampleSeries>& samples) {
   TimeSamples found;
   if (const auto* runs = series_named(samples, "run_time_s")) {
     found.rounds = true;
     for (size_t i = 0; i < runs->size(); ++i) found.times[static_cast<double>(i)] = (*runs)[i];
+    return found;
+  }
+  if (const auto* rounds = series_named(samples, "batch_step_time_us")) {
+    found.rounds = true;
+    for (size_t i = 0; i < rounds->size(); ++i) found.times[static_cast<double>(i)] = (*rounds)[i];
     return found;
   }
   const auto timed = timed_rounds(samples);

@@ -78,6 +78,7 @@ SystemRow system_row(const CampaignSystem& system) {
   const ModelVariant& variant = system.variant;
   if (!system.more_pieces_ms.empty()) row["more_pieces_ms"] = system.more_pieces_ms;
   if (system.reference_single_ms != system.reference_ms) row["reference_single_ms"] = system.reference_single_ms;
+  if (!system.worlds.empty()) row["worlds"] = system.worlds;
   if (system.initial_states.count > 1) row["initial_states"] = initial_states_content(system.initial_states);
   if (system.pushes.any()) row["push"] = pushes_content(system.pushes);
   if (system.load != LoadOptions()) {

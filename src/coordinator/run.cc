@@ -4,12 +4,14 @@
 #include <iterator>
 #include <sys/resource.h>
 #include <sys/time.h>
+#include <tuple>
 
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
 #include "base/sandbox.h"
 #include "coordinator/runner.h"
+#include "measures/batch.h"
 #include "store/facts.h"
 
 namespace assay {
@@ -139,7 +141,7 @@ void Runner::time_again_elsewhere(std::set<std::pair<int, double>>& timed_again,
     if (other == elsewhere.end()) continue;
     const auto system = std::ranges::find(campaign_.systems, cell.system, &CampaignSystem::name);
     const bool again =
-        (cell.measure == "raw_speed" && systems.contains(cell.system)) ||
+        ((cell.measure == "raw_speed" || is_batch(cell.measure)) && systems.contains(cell.system)) ||
         (cell.measure == "scaling" && system != campaign_.systems.end() && families.contains(system->family));
     if (!again) continue;
     timed_elsewhere_.insert(cell.key);
@@ -184,13 +186,17 @@ void Runner::choose() {
   std::vector<std::string> done;
   std::ranges::set_difference(store_.cell_keys(), again_keys, std::back_inserter(done));
   std::set<std::pair<int, double>> timed_again;  // one cell of a round is missing: all of the round is repeated
-  std::set<int> compared_again;                  // likewise for agreement, which compares all contenders
-  std::set<int> scaled_again;                    // systems whose runs for scaling are all repeated
+  std::set<std::tuple<int, double, int>> batches_again;
+  std::set<int> compared_again;  // likewise for agreement, which compares all contenders
+  std::set<int> scaled_again;    // systems whose runs for scaling are all repeated
   for (const PlannedCell& cell : plan_.cells) {
     if (cell.shard != options_.shard.index || (options_.wanted && !options_.wanted(cell))) continue;
     mine_.push_back(&cell);
     if (cell.measure == "raw_speed" && !std::ranges::binary_search(done, cell.key)) {
       timed_again.insert({cell.system, cell.timestep_ms});
+    }
+    if (cell.worlds > 0 && !std::ranges::binary_search(done, cell.key)) {
+      batches_again.insert({cell.system, cell.timestep_ms, cell.worlds});
     }
     if (cell.measure == "agreement" && !std::ranges::binary_search(done, cell.key)) compared_again.insert(cell.system);
     if (cell.measure == "scaling" && !std::ranges::binary_search(done, cell.key)) scaled_again.insert(cell.system);
@@ -198,6 +204,7 @@ void Runner::choose() {
   time_again_elsewhere(timed_again, scaled_again);
   for (const PlannedCell* cell : mine_) {
     const bool again = (cell->measure == "raw_speed" && timed_again.contains({cell->system, cell->timestep_ms})) ||
+                       batches_again.contains({cell->system, cell->timestep_ms, cell->worlds}) ||
                        (cell->measure == "agreement" && compared_again.contains(cell->system)) ||
                        timed_elsewhere_.contains(cell->key);
     if (again || !std::ranges::binary_search(done, cell->key)) todo_.push_back(cell);
@@ -278,6 +285,7 @@ RunSummary Runner::run() {
     accuracy();
     if (!interrupted()) scaling();
     if (!interrupted()) timing();
+    if (!interrupted()) batches();
     references_.prune();
   }
   progress_.end();

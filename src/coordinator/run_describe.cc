@@ -14,6 +14,7 @@
 #include "coordinator/machine.h"
 #include "coordinator/rows.h"
 #include "coordinator/runner.h"
+#include "measures/batch.h"
 #include "model/drawing.h"
 #include "store/facts.h"
 
@@ -188,7 +189,8 @@ void Runner::finish(RunSummary& summary, double wall_s, double cpu_s) {
     if (!keys.contains(cell.key)) continue;
     ++stored;
     ++summary.outcomes[std::string(outcome_text(cell.outcome))];
-    if (cell.measure == "scaling") continue;  // neither waits for a clock nor shares the machine
+    // neither waits for a clock nor shares the machine; has all cores
+    if (cell.measure == "scaling" || is_batch(cell.measure)) continue;
     (cell.measure == "raw_speed" ? timing_engine : accuracy_engine) += cell.engine_s;
     (cell.measure == "raw_speed" ? timing_wall : accuracy_cpu) +=
         cell.measure == "raw_speed" ? cell.wall_s : cell.cpu_s;
@@ -240,6 +242,7 @@ void Runner::finish(RunSummary& summary, double wall_s, double cpu_s) {
     entries.push_back({"twins", fmt::format("{} of {} cells of one contender under two names within 1 %, {} told apart",
                                             twins.within_1_percent, twins.cells, twins.told_apart)});
   }
+  for (const auto& [device, what] : devices_) entries.push_back({fmt::format("device {}", device), what});
   if (timing_facts_.core >= 0) entries.push_back({"timing_core", std::to_string(timing_facts_.core)});
   if (timing_facts_.clock_s > 0) {
     entries.push_back({"clock_cost_ns", fmt::format("{:.0f}", 1e9 * timing_facts_.clock_s)});

@@ -1,8 +1,11 @@
 // The timing pass: alone on one core, contenders interleaved.
+#include <tuple>
+
 #include <nlohmann/json.hpp>
 
 #include "base/hash.h"
 #include "base/json.h"
+#include "coordinator/batch.h"
 #include "coordinator/runner.h"
 
 namespace assay {
@@ -126,6 +129,41 @@ void Runner::timing() {
     pass.close();
   }
   timing_facts_ = pass.facts();
+}
+
+// Many worlds at once: all cores belong to the contender whose turn it is.
+void Runner::batches() {
+  std::map<std::tuple<int, double, int>, std::vector<const PlannedCell*>> groups;  // system, timestep, worlds
+  for (const PlannedCell* cell : todo_) {
+    if (cell->worlds == 0 || failed_gate_.contains(contender(*cell).resolved.name)) continue;
+    groups[{cell->system, cell->timestep_ms, cell->worlds}].push_back(cell);
+  }
+  if (groups.empty()) return;
+  progress_.phase("many worlds, one contender at a time");
+  if (timing_.done_s == 0) timing_.since = Clock::now();
+  for (const auto& [of, cells] : groups) {
+    const CampaignSystem& timed = system(*cells.front());
+    std::vector<BatchContender> contenders;
+    std::map<std::string, const PlannedCell*> planned;
+    for (const PlannedCell* cell : cells) {
+      const CampaignContender& own = contender(*cell);
+      contenders.push_back({own.resolved.name, cell->key,
+                            BatchJob{subject_spec(timed, own), cell->timestep_ms, cell->worlds, cell->device,
+                                     campaign_.timing.warmup, seed()}});
+      planned[cell->key] = cell;
+    }
+    measure_batch(
+        campaign_, timed, program_, interrupts_, contenders, devices_,
+        [&](const std::string& what) { progress_.started(what); },
+        [&](const std::vector<MeasuredCell>& measured) {
+          store_.put_cells(measured);
+          for (const MeasuredCell& each : measured) {
+            count(*planned.at(each.cell.key));
+            note_stored(each.cell);
+          }
+        });
+    if (interrupted()) return;
+  }
 }
 
 }  // namespace assay

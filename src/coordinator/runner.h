@@ -84,6 +84,7 @@ class Runner {
   void say_damaged_runs();
   void scaling();
   void timing();
+  void batches();
   std::vector<std::string> outline(const std::vector<PlannedCell>& ahead) const;
   TimingJob session_job(const CampaignSystem& timed, const CampaignContender& contender,
                         const std::string& reference) const;
@@ -125,8 +126,9 @@ class Runner {
   std::map<std::pair<int, int>, double> step_us_;
   std::map<std::string, std::vector<ConformanceRow>> suite_rows_;  // by contender's content
   TimingFacts timing_facts_;
-  NodeRow node_;                           // this machine and its part of the work
-  std::set<std::string> timed_elsewhere_;  // keys of stored timings of another machine
+  std::map<std::string, std::string> devices_;  // what engines say of them, by name
+  NodeRow node_;                                // this machine and its part of the work
+  std::set<std::string> timed_elsewhere_;       // keys of stored timings of another machine
   int done_now_ = 0;
   double engine_now_s_ = 0;  // inside engine steps, of the cells that were done now
   Clock::time_point start_ = Clock::now();

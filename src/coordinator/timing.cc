@@ -1,9 +1,7 @@
 #include "coordinator/timing.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <memory>
 #include <random>
 #include <utility>
 
@@ -11,7 +9,7 @@
 
 #include "base/errors.h"
 #include "base/text.h"
-#include "coordinator/process.h"
+#include "coordinator/timing_values.h"
 #include "measures/statistics.h"
 #include "measures/step_time.h"
 #include "measures/windows.h"
@@ -19,14 +17,6 @@
 
 namespace assay {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-// The same order on every machine.
-template <typename T>
-void shuffle(std::vector<T>& items, std::mt19937_64& random) {
-  for (size_t i = items.size(); i > 1; --i) std::swap(items[i - 1], items[(random() >> 32) * i >> 32]);
-}
 
 // The bounds within which a turn counts as undisturbed. A turn that lost more of its core to others than this is taken
 // again: its wall time is not the engine's.
@@ -42,26 +32,10 @@ constexpr double kMostRepeated = 0.5;
 constexpr double kLeastTurn = 0.2;
 constexpr double kMostPasses = 50;
 
-std::optional<double> finite(double number) { return std::isfinite(number) ? std::optional(number) : std::nullopt; }
-
-Value value_of(const std::string& name, const std::string& unit, double value) { return {name, unit, value, {}, {}}; }
-
-Value inverse(const std::string& name, const std::string& unit, double scale, const Interval& interval) {
-  // an interval that reaches to zero says nothing about the inverse
-  const bool bounded = interval.low > 0;
-  return {name, unit, scale / interval.value, bounded ? finite(scale / interval.high) : std::nullopt,
-          bounded ? finite(scale / interval.low) : std::nullopt};
-}
-
 }  // namespace
 
-struct TimingPass::Session {
-  explicit Session(const std::string& program) : worker(program, WorkerLimits::of_share(1)) {}
-  WorkerProcess worker;
-};
-
 // What has been measured of one cell.
-struct TimingPass::Tally {
+struct TimingPass::Tally : SessionTally {
   // A turn that counts.
   struct Turn {
     RoundFacts facts;
@@ -74,12 +48,7 @@ struct TimingPass::Tally {
     }
   };
 
-  Cell cell;
-  double stolen = 0, total = 0;  // ticks of the core
-  bool over = false;             // no more samples: it failed
-  int lost = 0;                  // workers that somebody else ended
-  bool outside = false;          // so many of them that nothing is known of the contender
-  double step_s = 0;             // as prepared
+  double step_s = 0;  // as prepared
   TurnPlan how;
   WindowLayout layout;
   std::vector<TimingWindow> windows;
@@ -108,7 +77,7 @@ struct TimingPass::Tally {
     for (const Turn& turn : turns) inputs.push_back(turn.input_us);
     const long long shortest = std::ranges::min_element(windows, {}, &TimingWindow::steps)->steps;
     std::vector<Value> found = {
-        {"step_time", "us", step.value, finite(step.low), finite(step.high)},
+        value_of("step_time", "us", step),
         value_of("coverage", "1", coverage(windows, layout)),
         value_of("window_share", "1", layout.share),
         value_of("input_time", "us", median(inputs)),
@@ -129,91 +98,7 @@ struct TimingPass::Tally {
     }
     return found;
   }
-
-  void fail(Outcome outcome, std::string reason) {
-    cell.outcome = outcome;
-    cell.reason = std::move(reason);
-    over = true;
-  }
-
-  // Why the worker's `reply`, if there is one, is not the one that was awaited; ends the worker.
-  void fail(WorkerProcess& worker, const std::optional<Reply>& reply, const std::string& too_long) {
-    const bool gone = worker.gone();
-    std::string end = worker.end();
-    if (gone && worker.ended_from_outside()) {
-      outside = ++lost >= Pool::kMostTries;
-      over = outside;
-    } else if (const auto* crash = reply ? std::get_if<JobCrash>(&*reply) : nullptr) {
-      fail(Outcome::kCrashed, crash->reason);
-    } else if (reply) {
-      fail(Outcome::kCrashed, fmt::format("the worker answered with '{}'", kind_of(*reply)));
-    } else if (gone) {
-      fail(Outcome::kCrashed, std::move(end));
-    } else {
-      fail(Outcome::kTimeout, too_long);
-    }
-  }
 };
-
-// The contender's worker, started when there is none. Null when it does not get ready: then the tally says why.
-TimingPass::Session* TimingPass::session(const TimedContender& contender, int process, Tally& tally) {
-  std::shared_ptr<Session>& held = sessions_[{contender.name, process}];
-  if (held) return held.get();
-  held = std::make_shared<Session>(program_);
-  held->worker.send(contender.session);
-  const auto reply = held->worker.wait_reply(campaign_.time_limit_s, interrupts_.descriptor());
-  if (reply) throw_worker_error(*reply);
-  if (const auto* ready = reply ? std::get_if<SessionReady>(&*reply) : nullptr) {
-    facts_.core = ready->core;
-    facts_.clock_s = std::max(facts_.clock_s, ready->clock_s);
-    return held.get();
-  }
-  if (interrupts_.signal() == 0) {
-    tally.fail(held->worker, reply, fmt::format("not ready after {}", duration_label(campaign_.time_limit_s)));
-  }
-  held.reset();
-  return nullptr;
-}
-
-// Sends a command and waits for its answer. All of that is the cell's wall time, except the start of a worker, which
-// serves all timesteps. Empty when there is no answer.
-template <typename Answer>
-std::optional<Answer> TimingPass::command(const TimedContender& contender, int process, const Request& message,
-                                          Tally& tally) {
-  const int lost = tally.lost;
-  Session* held = session(contender, process, tally);
-  const Clock::time_point start = Clock::now();
-  const CpuTimes before = CpuTimes::now(facts_.core);
-  std::optional<Answer> answer;
-  if (held != nullptr) {
-    held->worker.send(message);
-    auto reply = held->worker.wait_reply(campaign_.time_limit_s, interrupts_.descriptor());
-    if (reply) throw_worker_error(*reply);
-    if (auto* awaited = reply ? std::get_if<Answer>(&*reply) : nullptr) {
-      answer = std::move(*awaited);
-    } else if (interrupts_.signal() == 0) {
-      tally.fail(held->worker, reply, fmt::format("no sample after {}", duration_label(campaign_.time_limit_s)));
-      sessions_.erase({contender.name, process});
-    }
-  }
-  const CpuTimes after = CpuTimes::now(facts_.core);
-  tally.stolen += after.steal - before.steal;
-  tally.total += after.total - before.total;
-  tally.cell.wall_s += std::chrono::duration<double>(Clock::now() - start).count();
-  // Somebody else ended the worker: once more with another one.
-  if (!answer && tally.lost > lost && !tally.over) return command<Answer>(contender, process, message, tally);
-  if (!answer) return answer;
-  tally.cell.engine_s += answer->engine_s;
-  if constexpr (std::is_same_v<Answer, Sampled>) tally.cell.cpu_s += answer->cpu_s;
-  const auto& [outcome, reason] = answer->ending;
-  if (outcome == Outcome::kUnstable) {  // its figures count all the same
-    tally.cell.outcome = outcome;
-    tally.cell.reason = reason;
-  } else if (outcome != Outcome::kOk) {
-    tally.fail(outcome, reason);
-  }
-  return answer;
-}
 
 // Which windows all contenders time, how often each passes over them in a turn, and in how many rounds.
 void TimingPass::plan_turns(const CampaignSystem& system, const std::vector<TimedContender>& contenders,
@@ -258,7 +143,8 @@ std::vector<size_t> TimingPass::take_turns(const std::vector<TimedContender>& co
     Tally& tally = tallies[i];
     if (tally.over) continue;
     const double stolen = tally.stolen, total = tally.total;
-    auto answer = command<Sampled>(contenders[i], process, SampleCommand{tally.how}, tally);
+    auto answer =
+        sessions_.command<Sampled>(contenders[i].name, process, contenders[i].session, SampleCommand{tally.how}, tally);
     if (interrupts_.signal() != 0) return {};
     if (!answer || tally.over) continue;
     if (answer->step_us.size() != tally.windows.size()) {
@@ -301,7 +187,8 @@ void TimingPass::measure(const CampaignSystem& system, const std::vector<TimedCo
     tally.cell.started = unix_time();
     started(fmt::format("raw_speed {} at {} ms, setting up {}", system.name, timestep_label(timestep_ms),
                         contenders[i].name));
-    const auto answer = command<Prepared>(contenders[i], 0, PrepareCommand{timestep_ms}, tally);
+    const auto answer =
+        sessions_.command<Prepared>(contenders[i].name, 0, contenders[i].session, PrepareCommand{timestep_ms}, tally);
     if (interrupts_.signal() != 0) return;
     if (answer) tally.step_s = answer->step_s;
   }
@@ -331,8 +218,9 @@ void TimingPass::measure(const CampaignSystem& system, const std::vector<TimedCo
   for (size_t i = 0; i < contenders.size(); ++i) {
     Tally& tally = tallies[i];
     if (tally.over || contenders[i].name == harness) continue;
-    tally.clock_s = facts_.clock_s;
-    tally.single = command<SingleSteps>(contenders[i], 0, SingleStepsCommand{tally.how}, tally);
+    tally.clock_s = sessions_.facts().clock_s;
+    tally.single = sessions_.command<SingleSteps>(contenders[i].name, 0, contenders[i].session,
+                                                  SingleStepsCommand{tally.how}, tally);
     if (interrupts_.signal() != 0) return;
   }
   // All at once: as long as a cell of the campaign is missing, the whole timestep is repeated.

@@ -2,15 +2,14 @@
 #pragma once
 
 #include <map>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "campaign/campaign.h"
 #include "campaign/plan.h"
-#include "coordinator/pool.h"
 #include "coordinator/run.h"
+#include "coordinator/sessions.h"
 #include "store/store.h"
 
 namespace assay {
@@ -21,11 +20,6 @@ struct TimedContender {
   TimingJob session;
 };
 
-struct TimingFacts {
-  int core = -1;
-  double clock_s = 0;
-};
-
 // Measures all of `contenders` on one system at one timestep (`keys`: cells' keys by contender's name). `put` is called
 // with all cells after the last round. The contender `harness`, if it is among them, times the same windows and has no
 // say in how long they are. `share`: of the run, where others have been timed; else as the campaign's time for a turn
@@ -33,7 +27,9 @@ struct TimingFacts {
 class TimingPass {
  public:
   TimingPass(const Campaign& campaign, std::string program, const Interrupts& interrupts)
-      : campaign_(campaign), program_(std::move(program)), interrupts_(interrupts) {}
+      : campaign_(campaign),
+        interrupts_(interrupts),
+        sessions_(std::move(program), campaign.time_limit_s, WorkerLimits::of_share(1), interrupts) {}
 
   using Put = std::function<void(const std::vector<MeasuredCell>&)>;
   using Started = std::function<void(const std::string&)>;
@@ -42,27 +38,21 @@ class TimingPass {
                const Started& started, const Put& put);
 
   // Ends the sessions that measure() left open for the next timestep of the same system.
-  void close() { sessions_.clear(); }
+  void close() { sessions_.close(); }
 
-  const TimingFacts& facts() const { return facts_; }
+  const TimingFacts& facts() const { return sessions_.facts(); }
 
  private:
-  struct Session;
   struct Tally;
 
-  Session* session(const TimedContender& contender, int process, Tally& tally);
-  template <typename Answer>
-  std::optional<Answer> command(const TimedContender& contender, int process, const Request& message, Tally& tally);
   void plan_turns(const CampaignSystem& system, const std::vector<TimedContender>& contenders,
                   const std::string& harness, std::optional<double> share, std::vector<Tally>& tallies) const;
   std::vector<size_t> take_turns(const std::vector<TimedContender>& contenders, const std::vector<size_t>& order,
                                  int process, bool again, std::vector<Tally>& tallies);
 
   const Campaign& campaign_;
-  std::string program_;
   const Interrupts& interrupts_;
-  std::map<std::pair<std::string, int>, std::shared_ptr<Session>> sessions_;  // by contender and process
-  TimingFacts facts_;
+  Sessions sessions_;
 };
 
 }  // namespace assay

@@ -1,5 +1,7 @@
 #include "engines/describe.h"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 
 #include "engines/registry.h"
@@ -85,6 +87,24 @@ nlohmann::ordered_json describe_changes(const std::vector<Setting>& declared, co
                        {"meaning", setting.meaning}});
   }
   return changes;
+}
+
+std::vector<std::string> approximations(const std::vector<Limitation>& limitations) {
+  std::vector<std::pair<std::string, std::vector<std::string>>> by_how;
+  for (const Limitation& limitation : limitations) {
+    if (limitation.fidelity != Fidelity::kApproximated) continue;
+    auto same = std::ranges::find(by_how, limitation.how, &std::pair<std::string, std::vector<std::string>>::first);
+    if (same == by_how.end()) same = by_how.insert(by_how.end(), {limitation.how, {}});
+    std::vector<std::string>& elements = same->second;
+    if (std::ranges::find(elements, limitation.element) == elements.end()) elements.push_back(limitation.element);
+  }
+  std::vector<std::string> lines;
+  lines.reserve(by_how.size());
+  for (const auto& [how, elements] : by_how) {
+    const std::string more = elements.size() > 1 ? fmt::format(" and {} more", elements.size() - 1) : "";
+    lines.push_back(fmt::format("{}{}: {}", elements.front(), more, how));
+  }
+  return lines;
 }
 
 }  // namespace assay

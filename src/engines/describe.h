@@ -25,4 +25,8 @@ nlohmann::ordered_json describe(const Capabilities& capabilities);
 // [{"setting", "value", "default", "unit", "meaning"}], values as in `--set`.
 nlohmann::ordered_json describe_changes(const std::vector<Setting>& declared, const Settings& settings);
 
+// What of a model is not carried over exactly, things alike on one line: "joint 'knee' damping and 28 more: HOW". In
+// the order in which they come; each thing once.
+std::vector<std::string> approximations(const std::vector<Limitation>& limitations);
+
 }  // namespace assay

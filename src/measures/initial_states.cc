@@ -37,8 +37,9 @@ double moved(double start, double change, bool limited, double lower, double upp
   return start < lower || start > upper ? start : std::clamp(start + change, lower, upper);
 }
 
-State drawn(const Model& model, const Perturbation& around, double scale, Draw& draw) {
-  State state = model.initial;
+// Around `base`; `scale` is that of the widths of positions.
+State drawn(const Model& model, const State& base, const Perturbation& around, double scale, Draw& draw) {
+  State state = base;
   for (size_t j = 0; j < model.joints.size(); ++j) {
     const Joint& joint = model.joints[j];
     const double change = draw.within(scale * (joint.is_slide() ? around.slide_position : around.joint_position));
@@ -53,12 +54,11 @@ State drawn(const Model& model, const Perturbation& around, double scale, Draw& 
   std::vector<BallCoordinates> balls;
   for (size_t b = 0; b < model.balls.size(); ++b) {
     const auto index = static_cast<int>(b);
-    const Quat start = ball_rotation(model, model.initial, index);
+    const Quat start = ball_rotation(model, base, index);
     const Quat turned = start * draw.turn(scale * around.joint_position);
     const BallJoint& ball = model.balls[b];
     const bool stays = ball.limited && rotation_vector(turned).norm() > ball.upper;
-    balls.push_back(
-        {stays ? start : turned, Vec3(ball_velocity(model, model.initial, index) + draw.vector(around.joint_rate))});
+    balls.push_back({stays ? start : turned, Vec3(ball_velocity(model, base, index) + draw.vector(around.joint_rate))});
   }
   for (size_t i = 0; i < model.bodies.size(); ++i) {
     if (!model.bodies[i].is_free()) continue;
@@ -70,6 +70,11 @@ State drawn(const Model& model, const Perturbation& around, double scale, Draw& 
   }
   bodies_from_joints(model, balls, state);
   return state;
+}
+
+// States of one seed are independent of how many there are.
+Draw draw_of(const InitialStates& states, int index) {
+  return Draw(states.seed + 0x9E3779B97F4A7C15U * static_cast<std::uint64_t>(index));
 }
 
 }  // namespace
@@ -95,15 +100,19 @@ State initial_state(const Model& model, const InitialStates& states, int index) 
     }
     return false;
   };
-  // States of one seed are independent of how many there are.
-  Draw draw(states.seed + 0x9E3779B97F4A7C15U * static_cast<std::uint64_t>(index));
+  Draw draw = draw_of(states, index);
   double scale = 1;
   for (int attempt = 1;; ++attempt) {
-    State state = drawn(model, states.around, scale, draw);
+    State state = drawn(model, model.initial, states.around, scale, draw);
     if (scale == 0 || !overlaps(state)) return state;
     if (attempt % kAttempts == 0) scale *= 0.5;
     if (scale < 1e-3) scale = 0;  // rates alone
   }
+}
+
+State with_other_rates(const Model& model, const State& base, const InitialStates& states, int index) {
+  Draw draw = draw_of(states, index);
+  return drawn(model, base, states.around, 0, draw);
 }
 
 }  // namespace assay

@@ -53,4 +53,7 @@ std::string perturbation_obstacle(const Model& model);
 // positions. Pairs whose distance has no closed form (violation.h: separation) are not checked.
 State initial_state(const Model& model, const InitialStates& states, int index);
 
+// `base` with other rates and velocities, drawn around its own by the same widths; its positions stay.
+State with_other_rates(const Model& model, const State& base, const InitialStates& states, int index);
+
 }  // namespace assay

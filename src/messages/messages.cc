@@ -21,10 +21,11 @@ using nlohmann::json;
 // ---- the kinds, in the order of the variants ------------------------------------------------------------------------
 
 constexpr std::array<std::string_view, std::variant_size_v<Request>> kRequestKinds = {
-    "run",   "truth",  "pieces",  "agreement", "scaling",      "conformance",
-    "probe", "timing", "prepare", "sample",    "single-steps", "runs"};
+    "run",    "truth",   "pieces", "agreement",    "scaling", "conformance", "probe",
+    "timing", "prepare", "sample", "single-steps", "runs",    "batch",       "batch-sample"};
 constexpr std::array<std::string_view, std::variant_size_v<Reply>> kReplyKinds = {
-    "done", "test", "error", "crash", "ready", "prepared", "sampled", "single-stepped"};
+    "done",     "test",    "error",          "crash",          "ready",
+    "prepared", "sampled", "single-stepped", "batch-prepared", "batch-sampled"};
 
 // ---- the fields of each message: one list, by which it is written and read --------------------------------------------
 
@@ -98,6 +99,11 @@ void fields(auto& is, Of<TurnPlan> auto& m) {
   is("timestep_ms", m.timestep_ms)("windows", m.windows)("share", m.share)("restart", m.restart)("passes", m.passes);
 }
 void fields(auto& is, Of<RunsJob> auto& m) { is("runs", m.runs)("trajectories", m.trajectories)("limit_s", m.limit_s); }
+void fields(auto& is, Of<BatchJob> auto& m) {
+  is("subject", m.subject)("timestep_ms", m.timestep_ms)("worlds", m.worlds)("device", m.device);
+  is("warmup", m.warmup)("seed", m.seed);
+}
+void fields(auto& is, Of<BatchSampleCommand> auto& m) { is("steps", m.steps)("single_steps", m.single_steps); }
 void fields(auto& is, Of<PrepareCommand> auto& m) { is("timestep_ms", m.timestep_ms); }
 void fields(auto& is, Of<SampleCommand> auto& m) { is("how", m.how); }
 void fields(auto& is, Of<SingleStepsCommand> auto& m) { is("how", m.how); }
@@ -126,6 +132,15 @@ void fields(auto& is, Of<Sampled> auto& m) {
 }
 void fields(auto& is, Of<SingleSteps> auto& m) {
   is("ending", m.ending)("engine_s", m.engine_s)("p50_us", m.p50_us)("p99_us", m.p99_us)("worst_us", m.worst_us);
+}
+void fields(auto& is, Of<BatchPrepared> auto& m) {
+  is("ending", m.ending)("engine_s", m.engine_s)("step_s", m.step_s)("device", m.device)("driver", m.driver);
+  is("memory_bytes", m.memory_bytes)("compile_s", m.compile_s)("processes", m.processes);
+  is("equivalence_m", m.equivalence_m)("bound_m", m.bound_m)("compared", m.compared);
+}
+void fields(auto& is, Of<BatchSampled> auto& m) {
+  is("ending", m.ending)("engine_s", m.engine_s)("wall_s", m.wall_s);
+  is("step_us", m.step_us)("latency_us", m.latency_us);
 }
 
 // ---- writing --------------------------------------------------------------------------------------------------------

@@ -150,6 +150,17 @@ struct TimingJob {
   int warmup = 0;         // untimed steps behind a saved state
 };
 
+// A session of the measure 'batch': many worlds at one timestep. It answers with SessionReady, then PrepareCommand with
+// BatchPrepared and BatchSampleCommand with BatchSampled, until its socket is closed.
+struct BatchJob {
+  SubjectSpec subject;
+  double timestep_ms = 0;
+  int worlds = 1;
+  std::string device = "cpu";
+  int warmup = 0;          // untimed steps behind a start
+  std::uint64_t seed = 1;  // of the worlds that are compared, and the torques
+};
+
 // How a turn at a timestep is taken (measures/windows.h).
 struct TurnPlan {
   double timestep_ms = 0;
@@ -164,7 +175,7 @@ struct TurnPlan {
 struct RunsJob {
   std::vector<RunJob> runs;
   std::string trajectories;  // the folder of all of them
-  double limit_s = 600;      // of each, at least 1
+  double limit_s = 600;      // of each, without what it waits for a processor
 };
 
 // Asks for the time of a step.
@@ -181,8 +192,13 @@ struct SingleStepsCommand {
   TurnPlan how;
 };
 
+struct BatchSampleCommand {
+  long long steps = 1;   // at once
+  int single_steps = 0;  // that follow, each synchronized
+};
+
 using Request = std::variant<RunJob, TruthJob, PiecesJob, AgreementJob, ScalingJob, ConformanceJob, ProbeJob, TimingJob,
-                             PrepareCommand, SampleCommand, SingleStepsCommand, RunsJob>;
+                             PrepareCommand, SampleCommand, SingleStepsCommand, RunsJob, BatchJob, BatchSampleCommand>;
 
 // ---- replies: worker to coordinator ---------------------------------------------------------------------------------
 
@@ -253,7 +269,27 @@ struct SingleSteps {
   double p50_us = 0, p99_us = 0, worst_us = 0;
 };
 
-using Reply = std::variant<JobDone, TestResult, JobError, JobCrash, SessionReady, Prepared, Sampled, SingleSteps>;
+struct BatchPrepared {
+  Ending ending;
+  double engine_s = 0;
+  double step_s = 0;           // of all worlds, roughly
+  std::string device, driver;  // as the engine names them, "" where it does not
+  double memory_bytes = 0, compile_s = 0;
+  int processes = 0;  // of an engine that steps one world, 0 of one that steps many
+  double equivalence_m = 0, bound_m = 0;
+  int compared = 0;  // worlds
+};
+
+// Of one turn.
+struct BatchSampled {
+  Ending ending;
+  double engine_s = 0, wall_s = 0;
+  double step_us = 0;     // of all worlds, in the mean over the steps that were taken at once
+  double latency_us = 0;  // of a single one, the median
+};
+
+using Reply = std::variant<JobDone, TestResult, JobError, JobCrash, SessionReady, Prepared, Sampled, SingleSteps,
+                           BatchPrepared, BatchSampled>;
 
 // ---- the lines ------------------------------------------------------------------------------------------------------
 

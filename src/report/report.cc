@@ -13,6 +13,7 @@
 #include "base/json.h"
 #include "base/text.h"
 #include "claims/claims.h"
+#include "report/batches.h"
 #include "report/details.h"
 #include "report/page.h"
 #include "report/parity.h"
@@ -166,26 +167,28 @@ void add_unknown_contenders(json& contenders, const json& cells) {
 }
 
 // How much was measured, without the engine that does nothing.
-json measured_data(const Store& store, const json& cells) {
+json measured_data(const Store& store, const json& cells, const std::vector<Cell>& batch_cells) {
   std::set<std::string> harness = {kHarness}, contenders;
   for (const ContenderRow& row : store.contenders()) {
     if (row.engine == kHarness) harness.insert(row.name);
   }
   int count = 0, ok = 0;
-  for (const json& cell : cells) {
-    const auto contender = cell["contender"].get<std::string>();
-    if (harness.contains(contender)) continue;
+  const auto add = [&](const std::string& contender, std::string_view outcome) {
+    if (harness.contains(contender)) return;
     contenders.insert(contender);
     ++count;
-    if (cell["outcome"].get<std::string>() == outcome_text(Outcome::kOk)) ++ok;
-  }
+    if (outcome == outcome_text(Outcome::kOk)) ++ok;
+  };
+  for (const json& cell : cells) add(cell["contender"].get<std::string>(), cell["outcome"].get<std::string>());
+  for (const Cell& cell : batch_cells) add(cell.contender, outcome_text(cell.outcome));
   return {{"cells", count}, {"ok", ok}, {"contenders", contenders}};
 }
 
 // The systems that are shown, in the page's order: robots, which have actuators, before what moves by itself. Systems
 // of cells that the store does not describe come last, without facts.
 json systems_data(const Store& store, const Results& results, const Shown& shown) {
-  std::set<std::string> scaled, other;
+  std::set<std::string> scaled, other, batched;
+  for (const Cell& cell : results.batch_cells()) batched.insert(cell.system);
   for (const json& cell : shown.cells) {
     (cell["measure"] == "scaling" ? scaled : other).insert(cell["system"].get<std::string>());
   }
@@ -198,7 +201,7 @@ json systems_data(const Store& store, const Results& results, const Shown& shown
     (actuated ? driven : rest)
         .push_back({{"name", name},
                     {"facts", std::move(facts)},
-                    {"section", !family || other.contains(name)},
+                    {"section", other.contains(name) || !(family || batched.contains(name))},
                     {"size", family && scaled.contains(name)}});
     left.erase(name);
   };
@@ -289,13 +292,14 @@ json report_data(const Store& store, const ReportOptions& options) {
                {"transfer", transfer_data(results)},
                {"claims", claims_data(results)},
                {"parity", parity_data(store.dir())},
+               {"batches", batch_data(results)},
                {"catalogue", catalogue_data(results)},
                {"units", units_data(results)},
                {"looks", looks_data(results)},
                {"glossary", glossary_data()}};
 
   Shown shown = what_fits(results, options, page_bytes(data));
-  for (const char* part : {"pictures", "agreement", "replays", "transfer"}) {
+  for (const char* part : {"pictures", "agreement", "replays", "transfer", "batches"}) {
     json kept = json::array();
     for (json& each : data[part]) {
       if (shown.systems.contains(each["system"].get<std::string>())) kept.push_back(std::move(each));
@@ -306,7 +310,7 @@ json report_data(const Store& store, const ReportOptions& options) {
   data["manifest"] = std::move(manifest);
   data["systems"] = systems_data(store, results, shown);
   add_unknown_contenders(data["contenders"], shown.cells);
-  data["measured"] = measured_data(store, shown.cells);
+  data["measured"] = measured_data(store, shown.cells, results.batch_cells());
   data["cells"] = std::move(shown.cells);
   data["views"] = std::move(shown.views);
   return data;

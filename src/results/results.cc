@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "base/text.h"
+#include "measures/batch.h"
 #include "results/line_up.h"
 #include "store/facts.h"
 #include "store/trajectory.h"
@@ -70,7 +71,8 @@ std::string change_text(const SettingChange& change) {
 
 bool is_reference(const Cell& cell) { return find_value(cell, "restart_floor") != nullptr; }
 
-Results::Results(const Store& store) : store_(&store), cells_(store.cells()), rows_(store.contenders()) {
+Results::Results(const Store& store) : store_(&store), rows_(store.contenders()) {
+  for (Cell& cell : store.cells()) (is_batch(cell.measure) ? batch_cells_ : cells_).push_back(std::move(cell));
   for (const SystemRow& row : store.systems()) {
     systems_.push_back(row.name);
     const auto facts = nlohmann::json::parse(row.json, nullptr, false);

@@ -61,7 +61,9 @@ class Results {
   ~Results() = default;
 
   const Store& store() const { return *store_; }
-  const std::vector<Cell>& cells() const { return cells_; }  // in the store's order
+  // In the store's order, without those of many worlds: whatever reads these speaks of one.
+  const std::vector<Cell>& cells() const { return cells_; }
+  const std::vector<Cell>& batch_cells() const { return batch_cells_; }  // of the measure 'batch'
 
   // As the campaign lists them; what cells name and no list does, comes last. No contender is the engine that does
   // nothing.
@@ -122,7 +124,7 @@ class Results {
 
  private:
   const Store* store_;
-  std::vector<Cell> cells_;
+  std::vector<Cell> cells_, batch_cells_;
   std::vector<std::string> systems_, contenders_, papers_;
   std::map<std::string, Look> looks_;
   std::map<std::string, std::string> varied_;    // of contenders that a sweep made

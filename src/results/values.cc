@@ -4,6 +4,8 @@
 #include <array>
 #include <cctype>
 
+#include "measures/batch.h"
+
 namespace assay {
 
 std::vector<std::string> values_not_given(std::string_view contact_forces) {
@@ -167,8 +169,36 @@ const std::vector<ValueInfo>& value_catalogue() {
       {"disturbed_rounds", "1", "Disturbed rounds", "disturbed rounds", kNone, "raw_speed", kNo, kNo,
        "rounds whose turn was disturbed however often it was repeated; their times count all the same"},
       {"step_clock_share", "1", "Clock share of single steps", "clock share of single steps", kNone, "raw_speed", kNo,
-       kNo, "share of the median step, timed by itself, that reading the clock takes"}};
+       kNo, "share of the median step, timed by itself, that reading the clock takes"},
+      {"batch_rate", "1/s", "World-steps per second", "world-steps per second", kHigh, "batch", kNo, kNo,
+       "steps per second times the number of worlds that are stepped together"},
+      {"batch_step_time", "us", "Step time of all worlds", "step of all worlds", kLow, "batch", kNo, kNo,
+       "time of one step of all worlds, in the mean over steps that are asked for at once"},
+      {"batch_latency", "us", "Latency", "latency", kLow, "batch", kNo, kNo,
+       "time of a single step of all worlds, from the call until all are done"},
+      {"batch_memory", "B", "Memory of the worlds", "memory", kLow, "batch", kNo, kNo,
+       "memory that all worlds take: the engine's arrays, or what the processes of one world each have for themselves"},
+      {"batch_compile_time", "s", "Compile time", "compile time", kLow, "batch", kNo, kNo,
+       "time until the first step of so many worlds can be asked for; kernels that were compiled before are loaded"},
+      {"batch_equivalence", "m", "Distance from one world", "distance from one world", kLow, "batch", kNo, kNo,
+       "largest distance of a body in the batch from the same contender's run of one world, after the same steps from "
+       "the "
+       "same state"},
+      {"batch_bound", "m", "Bound of the distance", "bound", kNone, "batch", kNo, kNo,
+       "distance from one world that rounding explains; what is further off has no rate"},
+      {"batch_compared", "1", "Compared worlds", "compared worlds", kNone, "batch", kNo, kNo,
+       "worlds of the batch that were compared with a run of one world"},
+      {"batch_worlds", "1", "Worlds", "worlds", kNone, "batch", kNo, kNo, "worlds that are stepped together"},
+      {"batch_processes", "1", "Processes", "processes", kNone, "batch", kNo, kNo,
+       "processes, each on a core of its own, that share the worlds of an engine that steps one"}};
   return kRows;
+}
+
+bool is_timing(std::string_view measure) { return measure == "raw_speed" || measure == "scaling" || is_batch(measure); }
+
+std::string_view time_of(std::string_view measure) {
+  if (is_batch(measure)) return "batch_step_time";
+  return measure == "scaling" ? "run_time" : "step_time";
 }
 
 const ValueInfo* find_value_info(std::string_view name) {

@@ -28,6 +28,11 @@ struct ValueInfo {
 const std::vector<ValueInfo>& value_catalogue();
 
 // The catalogue's row of a value; null when it has none.
+// Whether a measure's figures are times: they scatter, and compare only on one machine; and the name of the value that
+// is compared. Its others are the same time in other units, or describe the measurement.
+bool is_timing(std::string_view measure);
+std::string_view time_of(std::string_view measure);
+
 const ValueInfo* find_value_info(std::string_view name);
 
 // The values that a contender cannot have for what its engine gives of contact forces, in the words of its capabilities

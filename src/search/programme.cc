@@ -1,6 +1,7 @@
 #include "search/programme.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -229,7 +230,7 @@ std::vector<SystemText> systems_of(const Model& model, const ProgrammeOptions& o
   return systems;
 }
 
-// The timesteps at which a policy is tried, ascending.
+// The timesteps at which a policy is tried, ascending: about that of training, or parts of its control period.
 std::vector<double> policy_timesteps(const Control& control, const std::vector<double>& given) {
   if (!given.empty()) {
     std::vector<double> sorted = given;
@@ -238,9 +239,12 @@ std::vector<double> policy_timesteps(const Control& control, const std::vector<d
     return sorted;
   }
   const PolicyConfig& policy = *control.policy();
-  const double trained_ms = 1e3 * (policy.train_timestep_s > 0 ? policy.train_timestep_s : policy.period_s);
+  const double trained_ms = 1e3 * policy.train_timestep_s, period_ms = 1e3 * policy.period_s;
+  const std::array<double, 3> tried = trained_ms > 0
+                                          ? std::array<double, 3>{trained_ms / 2, trained_ms, 2 * trained_ms}
+                                          : std::array<double, 3>{period_ms / 20, period_ms / 10, period_ms / 4};
   std::vector<double> timesteps;
-  for (const double timestep_ms : {trained_ms / 2, trained_ms, 2 * trained_ms}) {
+  for (const double timestep_ms : tried) {
     try {
       control.check_timestep(1e-3 * timestep_ms);
       timesteps.push_back(timestep_ms);
@@ -265,10 +269,10 @@ std::string policy_text(const Model& model, const Control& control, const Progra
                     pushes.joint.empty() ? "m/s" : fmt::format("of '{}'", pushes.joint), shortest(pushes.every_s));
   }
   std::vector<std::string> timesteps;
-  for (const double timestep_ms : policy_timesteps(control, options.timesteps_ms)) {
-    timesteps.push_back(shortest(timestep_ms));
-  }
-  const double reference_ms = policy.train_timestep_s > 0 ? 1e3 * policy.train_timestep_s : period_ms;
+  const std::vector<double> numbers = policy_timesteps(control, options.timesteps_ms);
+  timesteps.reserve(numbers.size());
+  for (const double timestep_ms : numbers) timesteps.push_back(shortest(timestep_ms));
+  const double reference_ms = policy.train_timestep_s > 0 ? 1e3 * policy.train_timestep_s : numbers.front();
   std::string toml = fmt::format("timesteps_ms = [{}]\nreference_ms = {}\ntime_limit_s = 120\n", join(timesteps, ", "),
                                  shortest(reference_ms));
   toml += fmt::format("\n[[system]]\nname = \"policy\"\nmodel = {}\n", toml_text(options.model));

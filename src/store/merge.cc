@@ -19,6 +19,7 @@
 #include "base/hash.h"
 #include "base/json.h"
 #include "base/text.h"
+#include "measures/batch.h"
 #include "store/cell_hash.h"
 #include "store/database.h"
 #include "store/differences.h"
@@ -180,7 +181,7 @@ class Merge {
     if (!finished.empty()) entries.push_back({"finished", finished});
     double timing_engine = 0, timing_wall = 0, accuracy_engine = 0, accuracy_cpu = 0;
     for (const auto& [measure, spent] : out_.spent()) {
-      if (measure == "scaling") continue;
+      if (measure == "scaling" || is_batch(measure)) continue;
       (measure == "raw_speed" ? timing_engine : accuracy_engine) += spent.engine_s;
       (measure == "raw_speed" ? timing_wall : accuracy_cpu) += measure == "raw_speed" ? spent.wall_s : spent.cpu_s;
     }
@@ -255,7 +256,7 @@ class Merge {
   }
 
   static std::string advice(const std::string& measure) {
-    const bool timed = measure == "raw_speed" || measure == "scaling";
+    const bool timed = measure == "raw_speed" || measure == "scaling" || is_batch(measure);
     return timed
                ? "a timing that was measured twice: leave one of the two out"
                : "the same run gave two results, so engines, processors or libraries differ: leave one of the two out";

@@ -20,6 +20,23 @@ std::vector<std::string>& writable() {
   return folders;
 }
 
+std::vector<std::string>& devices() {
+  static std::vector<std::string> files;
+  return files;
+}
+
+// What NVIDIA's driver is spoken to through, where the job steps worlds on a GPU.
+std::vector<std::string> devices_of(const Request& job) {
+  const auto* batch = std::get_if<BatchJob>(&job);
+  std::vector<std::string> files;
+  if (batch == nullptr || batch->device == "cpu") return files;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator("/dev", error)) {
+    if (entry.path().filename().string().starts_with("nvidia")) files.push_back(entry.path().string());
+  }
+  return files;
+}
+
 std::string trajectories_of(const Request& job) {
   return std::visit(
       [](const auto& each) -> std::string {
@@ -41,9 +58,10 @@ void confine_worker(const Request& job) {
   }
   if (fs::path(scratch).filename().string().starts_with(kScratchPrefix)) writable().push_back(scratch);
   for (std::string& folder : engine_caches()) writable().push_back(std::move(folder));
-  enter_sandbox({.read_everything = true, .writable = writable()});
+  devices() = devices_of(job);
+  enter_sandbox({.read_everything = true, .devices = devices(), .writable = writable()});
 }
 
-void confine_engine() { enter_sandbox({.readable = engine_files(), .writable = writable()}); }
+void confine_engine() { enter_sandbox({.readable = engine_files(), .devices = devices(), .writable = writable()}); }
 
 }  // namespace assay

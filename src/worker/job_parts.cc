@@ -4,7 +4,6 @@
 #include <cmath>
 #include <ctime>
 #include <filesystem>
-#include <sys/resource.h>
 
 #include <fmt/format.h>
 
@@ -18,19 +17,10 @@
 
 namespace assay::jobs {
 
-double thread_cpu_seconds() {
-  timespec time{};
-  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
-
 double cpu_seconds() {
-  rusage usage{};
-  ::getrusage(RUSAGE_SELF, &usage);
-  const auto seconds = [](const timeval& time) {
-    return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
-  };
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+  timespec time{};
+  ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
 ResolvedContender contender_of(const ContenderSpec& contender) {
@@ -139,7 +129,7 @@ Run run_sampled(const Subject& subject, const State& start, double timestep_ms, 
   for (long long sample = 1; sample <= samples; ++sample) {
     const double time = start.time + timestep_s * static_cast<double>(sample * steps);
     std::string why;
-    const double cpu_before = thread_cpu_seconds(), engine_before = stepper.engine_s();
+    const double cpu_before = cpu_seconds(), engine_before = stepper.engine_s();
     try {
       if (looks) {
         looks->advance(stepper, steps);
@@ -151,7 +141,7 @@ Run run_sampled(const Subject& subject, const State& start, double timestep_ms, 
     }
     // With torques at each step, or contacts that are read, only the wall clock is cheap enough to measure the engine's
     // part.
-    const double cpu_s = thread_cpu_seconds() - cpu_before;
+    const double cpu_s = cpu_seconds() - cpu_before;
     const bool only_steps = subject.free_running && !looks;
     run.engine_s += only_steps ? cpu_s : std::min(cpu_s, stepper.engine_s() - engine_before);
     try {

@@ -28,6 +28,8 @@ JobDone do_job(const RunsJob& job, const Report& report);
 // job_timing.cc
 JobDone do_job(const ScalingJob& job);
 JobDone do_job(const TimingJob& job, const Report& report, const Next& next);
+// job_batch.cc
+JobDone do_job(const BatchJob& job, const Report& report, const Next& next);
 // job_conformance.cc
 JobDone do_job(const ConformanceJob& job, const Report& report);
 // job_probe.cc
@@ -35,8 +37,8 @@ JobDone do_job(const ProbeJob& job);
 
 // ---- what they are made of ------------------------------------------------------------------------------------------
 
-double thread_cpu_seconds();  // processor time of the calling thread
-double cpu_seconds();         // processor time of the whole process
+// Processor time of the whole process: an engine may step in a thread of its own, while the caller waits.
+double cpu_seconds();
 
 ResolvedContender contender_of(const ContenderSpec& contender);
 // Throws InputError when the model's file is no longer what the campaign read.

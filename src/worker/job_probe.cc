@@ -15,13 +15,13 @@ namespace {
 double step_seconds(Stepper& stepper) {
   constexpr double kLongEnough = 5e-3;
   long long steps = 1, taken = 0;
-  const double before = thread_cpu_seconds();
-  while (thread_cpu_seconds() - before < kLongEnough && taken < (1LL << 20)) {
+  const double before = cpu_seconds();
+  while (cpu_seconds() - before < kLongEnough && taken < (1LL << 20)) {
     stepper.advance(steps);
     taken += steps;
     steps *= 2;
   }
-  return (thread_cpu_seconds() - before) / static_cast<double>(taken);
+  return (cpu_seconds() - before) / static_cast<double>(taken);
 }
 
 // Seconds of processor time of a step in the mean of a whole run. A run that costs too much is left: its other
@@ -29,10 +29,10 @@ double step_seconds(Stepper& stepper) {
 double whole_run_step_seconds(Stepper& stepper, long long steps) {
   constexpr double kMostSeconds = 3;
   std::vector<double> spent = {0};
-  const double before = thread_cpu_seconds();
+  const double before = cpu_seconds();
   while (std::ssize(spent) <= steps && spent.back() < kMostSeconds) {
     stepper.advance(1);
-    spent.push_back(thread_cpu_seconds() - before);
+    spent.push_back(cpu_seconds() - before);
   }
   const size_t taken = spent.size() - 1, recent = (taken + 2) / 3;
   const double recent_s = (spent.back() - spent[taken - recent]) / static_cast<double>(recent);
@@ -51,18 +51,18 @@ double step_us_at_moments(const Subject& subject, double timestep_ms, double dur
   Stepper coarse(subject, subject.model.initial, 1e-3 * coarse_ms);
   const auto steps = static_cast<long long>(1e3 * duration_s / coarse_ms);
   const Plausibility plausibility(subject.model, subject.model.initial, duration_s);
-  const double before = thread_cpu_seconds();
+  const double before = cpu_seconds();
   double probing_s = 0;  // at the moments
   for (long long taken = 1; taken <= steps; ++taken) {
     coarse.advance(1);
-    const bool enough = thread_cpu_seconds() - before - probing_s > kCoarseSeconds;
+    const bool enough = cpu_seconds() - before - probing_s > kCoarseSeconds;
     if (!enough && taken < steps * moments / (kMoments - 1)) continue;
     const State state = coarse.read();
     if (!plausibility.divergence(state).empty()) break;
-    const double moment_before = thread_cpu_seconds();
+    const double moment_before = cpu_seconds();
     Stepper there(subject, state, 1e-3 * timestep_ms);
     sum_s += step_seconds(there);
-    probing_s += thread_cpu_seconds() - moment_before;
+    probing_s += cpu_seconds() - moment_before;
     ++moments;
     if (enough) break;
   }

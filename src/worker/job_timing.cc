@@ -1,7 +1,6 @@
 // Jobs whose figure is a time: whole runs for scaling, and the sessions of the timing pass.
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <limits>
 #include <optional>
 #include <sched.h>
@@ -53,12 +52,6 @@ long long involuntary_switches() {
   return usage.ru_nivcsw;
 }
 
-double process_cpu_seconds() {
-  timespec time{};
-  ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
-
 // One contender on one system, at one timestep after the other.
 class TimingSession {
  public:
@@ -97,7 +90,7 @@ class TimingSession {
 
   // One turn: the windows of the run, several times where one pass is short.
   Sampled sample(const TurnPlan& how) {
-    const double engine_before = engine_s_, cpu_before = process_cpu_seconds();
+    const double engine_before = engine_s_, cpu_before = cpu_seconds();
     const long long switches_before = involuntary_switches();
     const Clock::time_point start = Clock::now();
     Sampled sampled;
@@ -123,7 +116,7 @@ class TimingSession {
       for (const std::vector<double>& of : times) sampled.step_us.push_back(1e6 * median(of));
     }
     sampled.engine_s = engine_s_ - engine_before;
-    sampled.cpu_s = process_cpu_seconds() - cpu_before;
+    sampled.cpu_s = cpu_seconds() - cpu_before;
     sampled.wall_s = seconds_since(start);
     sampled.switches = involuntary_switches() - switches_before;
     sampled.clock_share = timed_s > 0 ? static_cast<double>(reads) * clock_s_ / timed_s : 0;

@@ -2,18 +2,16 @@
 //   ASSAY_FIXTURE  the program browser_fixture
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { mkdtempSync, readFileSync, rmSync } from "node:fs";
-import { createRequire } from "node:module";
+import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 
 import { launch } from "../../web/browser.mjs";
-import { dataIn, downloads, openReport } from "./page.mjs";
+import { axeFindings, dataIn, downloads, openReport } from "./page.mjs";
 
 const work = mkdtempSync(join(tmpdir(), "assay-access-"));
 const report = join(work, "programme", "report.html");
-const axe = readFileSync(createRequire(new URL("../../web/package.json", import.meta.url)).resolve("axe-core/axe.min.js"), "utf8");
 const kPhone = { width: 390, height: 844, phone: true };
 let browser;
 
@@ -33,16 +31,10 @@ after(async () => {
 for (const [name, options] of [["light", {}], ["dark", { dark: true }], ["phone", kPhone]]) {
   test(`${name}: axe has no finding, with the drawer open, too`, async () => {
     const { page, trouble } = await open(options);
-    await page.evaluate(axe);
-    const findings = () =>
-      page.evaluate(async () => {
-        const { violations } = await window.axe.run(document, { resultTypes: ["violations"] });
-        return violations.map(({ id, nodes }) => `${id}: ${nodes.slice(0, 3).map((node) => node.html.slice(0, 120)).join(" | ")}`);
-      });
-    assert.deepEqual(await findings(), []);
+    assert.deepEqual(await axeFindings(page), []);
     await page.$eval("#humanoid .answer-link", (node) => node.click());
     await page.$$eval("details", (nodes) => nodes.forEach((node) => (node.open = true)));
-    assert.deepEqual(await findings(), []);
+    assert.deepEqual(await axeFindings(page), []);
     assert.deepEqual(trouble, []);
     await page.close();
   });

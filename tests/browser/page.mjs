@@ -1,5 +1,6 @@
 // Opens a report in the browser for a test, and reads what is in it.
 import { readFileSync } from "node:fs";
+import { createRequire } from "node:module";
 import { pathToFileURL } from "node:url";
 
 // `trouble` collects whatever a report must never do. `without` is a kind of canvas that the browser shall not have.
@@ -76,3 +77,14 @@ export function withDataIn(html, { cells, ...data }) {
 }
 
 export const replaysIn = (file) => jsonIn(readFileSync(file, "utf8"), 'id="assay-replays"');
+
+const axe = readFileSync(createRequire(new URL("../../web/package.json", import.meta.url)).resolve("axe-core/axe.min.js"), "utf8");
+
+// What axe finds in the part of the page at `selector`, or in all of it, a text each.
+export async function axeFindings(page, selector = "html") {
+  await page.evaluate(axe);
+  return page.evaluate(async (at) => {
+    const { violations } = await window.axe.run(at === "html" ? document : document.querySelector(at), { resultTypes: ["violations"] });
+    return violations.map(({ id, nodes }) => `${id}: ${nodes.slice(0, 3).map((node) => node.html.slice(0, 120)).join(" | ")}`);
+  }, selector);
+}

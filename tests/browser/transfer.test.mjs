@@ -3,20 +3,18 @@
 //   ASSAY  the program assay
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { copyFileSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
-import { createRequire } from "node:module";
+import { copyFileSync, mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { fileURLToPath } from "node:url";
 
 import { launch } from "../../web/browser.mjs";
-import { dataIn, openReport, replaysIn } from "./page.mjs";
+import { axeFindings, dataIn, openReport, replaysIn } from "./page.mjs";
 
 const example = fileURLToPath(new URL("../../examples/cart-pole-policy/", import.meta.url));
 const work = mkdtempSync(join(tmpdir(), "assay-transfer-"));
 const report = join(work, "results", "report.html");
-const axe = readFileSync(createRequire(new URL("../../web/package.json", import.meta.url)).resolve("axe-core/axe.min.js"), "utf8");
 const kPhone = { width: 390, height: 844, phone: true };
 const kPanel = ".transfer-panel";
 let browser;
@@ -108,12 +106,7 @@ for (const [name, options] of [["light", {}], ["dark", { dark: true }], ["phone"
   test(`${name}: axe has no finding, and nothing is wider than the window`, async () => {
     const { page, trouble } = await open(options);
     await page.$eval("#transfer", (node) => node.scrollIntoView());
-    await page.evaluate(axe);
-    const findings = await page.evaluate(async () => {
-      const { violations } = await window.axe.run(document.querySelector("#transfer"), { resultTypes: ["violations"] });
-      return violations.map(({ id, nodes }) => `${id}: ${nodes.slice(0, 3).map((node) => node.html.slice(0, 120)).join(" | ")}`);
-    });
-    assert.deepEqual(findings, []);
+    assert.deepEqual(await axeFindings(page, "#transfer"), []);
     assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= window.innerWidth + 1));
     if (process.env.ASSAY_SCREENSHOTS) {
       await (await page.$("#transfer")).screenshot({ path: `${process.env.ASSAY_SCREENSHOTS}/transfer-${name}.png` });

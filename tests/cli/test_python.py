@@ -3,12 +3,16 @@ host costs."""
 
 import contextlib
 import csv
+import importlib.util
 import io
 import json
 import os
 import re
 import sqlite3
 import subprocess
+import sys
+import types
+import unittest
 
 from harness import SOURCE, AssayTest, main
 
@@ -135,10 +139,15 @@ class Simulation:
 """
 
 
-ON_DEMAND = {"drake": "drake-sap", "dartpy": "dartpy", "mujoco-warp": "mujoco-warp"}  # engine: one of its contenders
+ON_DEMAND = {"drake": "drake-sap", "dartpy": "dartpy", "mujoco-warp": "mujoco-warp",
+             "newton": "newton-steel", "mjx": "mjx"}  # engine: one of its contenders
 
 # the same equations and integrator in C++, the largest difference of positions after 250 steps of the chain, m, and precision
-SAME_AS = {"drake-sap": ("mujoco-euler", 1e-9, "double"), "dartpy": ("dart", 1e-12, "double")}
+SAME_AS = {"drake-sap": ("mujoco-euler", 1e-9, "double"), "dartpy": ("dart", 1e-12, "double"),
+           "mujoco-warp": ("mujoco-euler", 2e-6, "single"), "newton-featherstone": ("mujoco-euler", 2e-6, "single"),
+           "newton-steel": ("mujoco-euler", 2e-6, "single"), "newton-mujoco-rk4": ("mujoco-rk4", 2e-6, "single"),
+           "mjx": ("mujoco-euler", 1e-12, "double"), "mjx-rk4": ("mujoco-rk4", 1e-12, "double"),
+           "mjx-implicitfast": ("mujoco-implicitfast", 1e-12, "double"), "mjx-f32": ("mujoco-euler", 2e-6, "single")}
 
 HINGES_ONLY = ("pendulum-period", "planar-chain", "spatial-chain", "restart", "torque-for-one-step", "constant-torque",
                "declared-features")
@@ -287,6 +296,35 @@ class Installed(AssayTest):
                 self.assertRegex(listed[contender]["version"], r"^\d+\.\d+")
                 for mine, its in zip(self.end(contender), self.end(native), strict=True):
                     self.assertAlmostEqual(mine, its, delta=bound)
+
+
+class Friction(unittest.TestCase):
+    """Coefficients of shapes for an engine that takes the mean of two (src/engines/newton/shape_friction.py)."""
+
+    def coefficients(self, **pairs):
+        made = types.SimpleNamespace
+        return self.engine.friction_of_shapes(made(contacts=[
+            made(shape_a=name[0], shape_b=name[1], friction=mu) for name, mu in pairs.items()]))
+
+    def setUp(self):
+        spec = importlib.util.spec_from_file_location("shape_friction", SOURCE / "src/engines/newton/shape_friction.py")
+        self.engine = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(self.engine)
+
+    def test_each_pair_has_its_own(self):
+        for pairs in ({"ab": 0.5}, {"ag": 0.3, "bg": 0.9, "cg": 0.1}, {"ab": 0.7, "ag": 1, "bg": 1}, {"ab": 0, "bc": 1},
+                      {"ab": 0.4, "bc": 0.5, "cd": 0.6, "da": 0.5}, {"ab": 0.2, "cd": 0.8}, {}):
+            with self.subTest(pairs):
+                found = self.coefficients(**pairs)
+                self.assertTrue(all(mu >= 0 for mu in found.values()), found)
+                for (a, b), mu in pairs.items():
+                    self.assertAlmostEqual((found[a] + found[b]) / 2, mu)
+
+    def test_where_none_fit(self):
+        for pairs in ({"ab": 0.4, "bc": 0.5, "cd": 0.6, "da": 0.9},  # a loop that does not close
+                      {"ab": 0.1, "bc": 0.1, "ca": 1},  # a negative one
+                      {"ab": 0, "bc": 1, "cd": 0}):
+            self.assertIsNone(self.coefficients(**pairs), pairs)
 
 
 class SetUp(AssayTest):

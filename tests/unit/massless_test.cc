@@ -208,8 +208,8 @@ TEST_F(Chains, ALinkThatBranchesBorrowsFromTheHeaviestAndNobodyLendsMoreThanHalf
 // Armature of the borrower's hinge hides borrowed inertia: more of it changes what turns about the hinge by the same
 // share.
 TEST(LentInertia, GrowsWithTheArmatureThatHidesIt) {
-  constexpr double kShare = 0.01, kInertia = 0.02, kArmature = 0.08;
-  for (const double armature : {0.0, kArmature, 1e6}) {
+  constexpr double kDiscShare = 0.01, kDiscInertia = 0.02, kDiscArmature = 0.08;
+  for (const double armature : {0.0, kDiscArmature, 1e6}) {
     Model model;
     for (int i = 0; i < 2; ++i) {
       Body& body = model.bodies.emplace_back();
@@ -219,19 +219,19 @@ TEST(LentInertia, GrowsWithTheArmatureThatHidesIt) {
       joint.body = i;
       joint.axis_B = Vec3::UnitZ();
       body.mass = i;
-      body.I_BBcm_B = kInertia * i * Mat3::Identity();
+      body.I_BBcm_B = kDiscInertia * i * Mat3::Identity();
     }
     model.joints[0].armature = armature;
     model.initial = reference_state(model);
-    const Lent lent = lend_mass(model, kShare);
-    const double part = std::min(kLargestLentShare, kShare * (1 + armature / kInertia));
-    EXPECT_NEAR(lent.model.bodies[0].mass, kShare, 1e-15) << armature;
-    EXPECT_NEAR(lent.model.bodies[0].I_BBcm_B(2, 2), part * kInertia, 1e-15) << armature;
-    EXPECT_NEAR(lent.model.bodies[1].I_BBcm_B(2, 2), (1 - part) * kInertia, 1e-15) << armature;
-    EXPECT_NEAR(lent.model.bodies[1].I_BBcm_B(2, 2) / lent.inertia_kept[1], kInertia, 1e-15) << armature;
-    const double turned = kInertia + armature;
+    const Lent lent = lend_mass(model, kDiscShare);
+    const double part = std::min(kLargestLentShare, kDiscShare * (1 + armature / kDiscInertia));
+    EXPECT_NEAR(lent.model.bodies[0].mass, kDiscShare, 1e-15) << armature;
+    EXPECT_NEAR(lent.model.bodies[0].I_BBcm_B(2, 2), part * kDiscInertia, 1e-15) << armature;
+    EXPECT_NEAR(lent.model.bodies[1].I_BBcm_B(2, 2), (1 - part) * kDiscInertia, 1e-15) << armature;
+    EXPECT_NEAR(lent.model.bodies[1].I_BBcm_B(2, 2) / lent.inertia_kept[1], kDiscInertia, 1e-15) << armature;
+    const double turned = kDiscInertia + armature;
     if (part < kLargestLentShare) {
-      EXPECT_NEAR(part * kInertia / turned, kShare, 1e-12) << "of what turns about the hinge";
+      EXPECT_NEAR(part * kDiscInertia / turned, kDiscShare, 1e-12) << "of what turns about the hinge";
     }
   }
 }

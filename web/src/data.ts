@@ -181,6 +181,24 @@ export interface Parity {
   certificates: ParityCertificate[];
 }
 
+// Many worlds of one contender (src/report/batches.h).
+export interface BatchRow {
+  contender: string;
+  timestep_ms: number;
+  worlds: number;
+  device: string; // "cpu", "cuda:0"
+  outcome: Outcome;
+  reason: string;
+  values: Record<string, { value: number | null; low: number | null; high: number | null }>;
+}
+
+// Many worlds at once; these cells are nowhere else in the JSON.
+export interface Batches {
+  system: string;
+  devices: Record<string, string>; // names of devices
+  rows: BatchRow[];
+}
+
 // Who transfers: contenders and timesteps under one policy (src/results/transfer_matrix.h).
 export interface TransferMatrix {
   system: string;
@@ -275,6 +293,7 @@ export interface ReportJson {
   claims?: Claim[];
   parity?: Parity[];
   transfer?: TransferMatrix[];
+  batches?: Batches[];
   changes?: Changes;
   history?: Courses;
   catalogue?: ValueInfo[];

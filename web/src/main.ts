@@ -11,6 +11,7 @@ import { Palette } from "./palette";
 import { canPick, picker } from "./picker";
 import { Pieces } from "./pieces";
 import { answerParts, recommendation } from "./recommendation";
+import { batchPanels } from "./plots/batches";
 import { scalingPanel } from "./plots/scaling";
 import { state } from "./state";
 import { fillSystem } from "./system";
@@ -143,6 +144,10 @@ function build(report: Report, masthead: HTMLElement, nav: HTMLElement, page: HT
   }
   if (report.sizes.length > 0) {
     add(part("scaling", "Scaling", "Processor time of a whole run of systems that differ only in size."), "Scaling", () => [scalingPanel(report, palette)]);
+  }
+  if ((report.json.batches ?? []).length > 0) {
+    const text = "World-steps a second of many worlds at once: engines that step them together, and what one process a core makes of an engine that steps one.";
+    add(part("worlds", "Many worlds", text), "Many worlds", () => batchPanels(report, palette));
   }
   if ((report.json.parity ?? []).length > 0) {
     const text = "Whether the model's file means the same robot in every engine: the forces that explain each contender's accelerations, against Newton and Euler's equations of the file.";

@@ -1,0 +1,97 @@
+#include "measures/batch.h"
+
+#include <algorithm>
+#include <cassert>
+#include <random>
+#include <set>
+
+#include <fmt/format.h>
+
+#include "base/text.h"
+
+namespace assay {
+namespace {
+
+constexpr std::string_view kBatchPrefix = "batch-";
+
+// In [-1, 1), the same everywhere.
+double signed_draw(std::mt19937_64& random) { return 2 * static_cast<double>(random() >> 11U) * 0x1p-53 - 1; }
+
+}  // namespace
+
+std::string batch_measure(const BatchOf& batch) {
+  return fmt::format("{}{}{}", kBatchPrefix, batch.worlds, batch.device == "cpu" ? "" : "-" + batch.device);
+}
+
+std::optional<BatchOf> batch_of(std::string_view measure) {
+  if (!measure.starts_with(kBatchPrefix)) return std::nullopt;
+  measure.remove_prefix(kBatchPrefix.size());
+  const size_t dash = measure.find('-');
+  const auto worlds = parse_integer(std::string(measure.substr(0, dash)));
+  if (!worlds || *worlds < 1) return std::nullopt;
+  return BatchOf{static_cast<int>(*worlds),
+                 dash == std::string_view::npos ? "cpu" : std::string(measure.substr(dash + 1))};
+}
+
+int batch_moment(int world) {
+  int moment = 0;
+  for (int bit = 1, place = kBatchMoments / 2; place > 0; bit *= 2, place /= 2) {
+    if ((world & bit) != 0) moment += place;
+  }
+  return moment;
+}
+
+std::vector<State> batch_states(const Model& model, const std::vector<State>& run, const InitialStates& states,
+                                int worlds) {
+  assert(std::ssize(run) == kBatchMoments);
+  std::vector<State> found;
+  found.reserve(static_cast<size_t>(worlds));
+  for (int world = 0; world < worlds; ++world) {
+    const State& moment = run[static_cast<size_t>(batch_moment(world))];
+    found.push_back(world == 0 ? moment : with_other_rates(model, moment, states, world));
+    found.back().time = 0;
+  }
+  return found;
+}
+
+std::vector<int> compared_worlds(int worlds, std::uint64_t seed) {
+  std::set<int> chosen = {0, worlds - 1};
+  std::mt19937_64 random(seed);
+  while (std::ssize(chosen) < std::min(worlds, kMostCompared)) {
+    chosen.insert(static_cast<int>(random() % static_cast<std::uint64_t>(worlds)));
+  }
+  return {chosen.begin(), chosen.end()};
+}
+
+double equivalence_bound(bool single_precision) { return single_precision ? 1e-5 : 1e-9; }
+
+std::vector<double> batch_torques(const Model& model, int worlds, double timestep_s, std::uint64_t seed) {
+  constexpr double kRate = 0.1;  // rad/s, of a slide m/s
+  std::vector<double> largest;   // of each joint
+  for (const Joint& joint : model.joints) {
+    // the child by itself moves the more easily
+    const Body& child = model.bodies[static_cast<size_t>(joint.body)];
+    const Vec3 arm = child.p_BBcm - joint.p_BJ;
+    const double inertia = joint.is_slide() ? child.mass
+                                            : joint.axis_B.dot(child.I_BBcm_B * joint.axis_B) +
+                                                  child.mass * joint.axis_B.cross(arm).squaredNorm();
+    largest.push_back(kRate * inertia / timestep_s);
+  }
+  std::vector<double> torques;
+  torques.reserve(largest.size() * static_cast<size_t>(worlds));
+  std::mt19937_64 random(seed);
+  for (int world = 0; world < worlds; ++world) {
+    for (const double torque : largest) torques.push_back(torque * signed_draw(random));
+  }
+  return torques;
+}
+
+double centre_distance(const State& a, const State& b) {
+  double largest = 0;
+  for (size_t i = 0; i < a.bodies.size(); ++i) {
+    largest = std::max(largest, (a.bodies[i].p_WBcm - b.bodies[i].p_WBcm).norm());
+  }
+  return largest;
+}
+
+}  // namespace assay
