@@ -191,10 +191,15 @@ Plan make_plan(const Campaign& campaign, int shards, ShardCells cells) {
         const bool own = system.states_of < 0;
         const CampaignContender& whose = own ? contender : campaign.contenders[static_cast<size_t>(system.states_of)];
         const std::string states_from = reference_of(whose);
+        constexpr int kTimingVersion = 2;  // windows start from the run at the timed timestep
         for (const double timestep : system.timing_ms) {
           add("raw_speed", timestep, states_from, 0,
-              {timing.rounds, timing.batch_ms, timing.windows, timing.warmup, timing.processes,
+              {kTimingVersion, timing.rounds, timing.batch_ms, timing.windows, timing.warmup, timing.processes,
                system.reference_of(whose), campaign.seed, own ? "" : states_from});
+          if (own && !same_timestep(timestep, system.reference_of(contender))) {
+            const nlohmann::json content = {{"timed_run", 1}, {"run", run_of(contender, timestep)}};
+            plan.cells.back().timed_run = content_hash(dump_json(content));
+          }
         }
       }
       if (has(Measure::kBatch)) {

@@ -29,6 +29,8 @@ struct PlannedCell {
   long long steps = 0;  // engine steps that it takes, without timing
   int shard = 1;        // that measures it, 0 for none
   std::string final_state = {};  // content address of the last state that the cell keeps of its run, "" for none
+  // Content address of the contender's own run at the timestep that a timing starts from, "" for the reference run.
+  std::string timed_run = {};
   // Content addresses of the reference runs from the system's other initial states that the cell reads.
   std::vector<std::string> other_states = {};
   // Content addresses of runs that the cell's own are compared with, from each of the system's initial states: those of

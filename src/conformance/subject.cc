@@ -86,6 +86,11 @@ bool Subject::accepts(Feature feature) const {
   return support != nullptr && support->fidelity != Fidelity::kRefused;
 }
 
+bool Subject::refuses(const Model& model) const {
+  return std::ranges::any_of(contender_.engine->check(model, contender_.settings),
+                             [](const Limitation& limitation) { return limitation.fidelity == Fidelity::kRefused; });
+}
+
 double Subject::epsilon() const {
   return capabilities().precision == Precision::kSingle ? std::numeric_limits<float>::epsilon()
                                                         : std::numeric_limits<double>::epsilon();

@@ -50,6 +50,9 @@ class Subject {
   bool is_exact(Feature feature) const;
   bool accepts(Feature feature) const;
 
+  // Whether the contender refuses something of this model by name.
+  bool refuses(const Model& model) const;
+
   // Distance from 1 to the next number of the declared precision.
   double epsilon() const;
 

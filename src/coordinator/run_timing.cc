@@ -52,7 +52,7 @@ void Runner::time_system(TimingPass& pass, int system_index) {
           continue;
         }
       }
-      contenders.push_back({name, session_job(timed, contender(*cell), cell->trajectory)});
+      contenders.push_back({name, session_job(timed, contender(*cell), cell->trajectory), cell->timed_run});
       keys[name] = cell->key;
       planned[name] = cell;
     }

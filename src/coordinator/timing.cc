@@ -129,7 +129,8 @@ void TimingPass::plan_turns(const CampaignSystem& system, const std::vector<Time
     tally.rounds = is_harness ? rounds : *of++;
     const double pass_s = coverage(tally.windows, tally.layout) * steps * tally.step_s;
     const double passes = is_harness ? 1 : std::clamp(std::ceil(kLeastTurn * turn_s / pass_s), 1.0, kMostPasses);
-    tally.how = {tally.cell.timestep_ms, timing.windows, planned.share, timing.common_states, static_cast<int>(passes)};
+    tally.how = {tally.cell.timestep_ms, timing.windows,           planned.share,
+                 timing.common_states,   static_cast<int>(passes), contenders[i].run};
   }
 }
 

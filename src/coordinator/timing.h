@@ -18,6 +18,7 @@ namespace assay {
 struct TimedContender {
   std::string name;
   TimingJob session;
+  std::string run = {};  // PlannedCell::timed_run
 };
 
 // Measures all of `contenders` on one system at one timestep (`keys`: cells' keys by contender's name). `put` is called

@@ -97,6 +97,7 @@ void fields(auto& is, Of<TimingJob> auto& m) {
 }
 void fields(auto& is, Of<TurnPlan> auto& m) {
   is("timestep_ms", m.timestep_ms)("windows", m.windows)("share", m.share)("restart", m.restart)("passes", m.passes);
+  is("run", m.run);
 }
 void fields(auto& is, Of<RunsJob> auto& m) { is("runs", m.runs)("trajectories", m.trajectories)("limit_s", m.limit_s); }
 void fields(auto& is, Of<BatchJob> auto& m) {

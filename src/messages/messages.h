@@ -168,6 +168,9 @@ struct TurnPlan {
   double share = 0;      // of each window's part of the run
   bool restart = false;  // every window starts from a saved state
   int passes = 1;        // over all windows
+  // Address of the contender's own run at this timestep, whose states the windows start from; the session makes it
+  // where it is not there yet. Empty: they start from those of TimingJob::reference.
+  std::string run = {};
 };
 
 // Several runs of one measure each, one after the other, each in a process of its own: what one does not survive, the

@@ -59,7 +59,8 @@ class TimingSession {
       : subject_(subject_of(job.subject)),
         warmup_(job.warmup),
         duration_s_(job.subject.duration_s),
-        sample_ms_(job.subject.sample_ms) {
+        sample_ms_(job.subject.sample_ms),
+        trajectories_(job.trajectories) {
     if (job.reference.empty()) {  // the null engine has no run of its own
       states_ = {subject_.model.initial};
     } else {
@@ -90,11 +91,14 @@ class TimingSession {
 
   // One turn: the windows of the run, several times where one pass is short.
   Sampled sample(const TurnPlan& how) {
-    const double engine_before = engine_s_, cpu_before = cpu_seconds();
+    const std::vector<TimingWindow> windows = windows_of(how);
+    const double engine_before = engine_s_;
+    Sampled sampled;
+    sampled.ending = go_to(how, windows);
+    if (sampled.ending.outcome == Outcome::kDiverged) return sampled;
+    const double cpu_before = cpu_seconds();
     const long long switches_before = involuntary_switches();
     const Clock::time_point start = Clock::now();
-    Sampled sampled;
-    const std::vector<TimingWindow> windows = windows_of(how);
     std::vector<std::vector<double>> times(windows.size());  // of each window, s a step, one a pass
     double timed_s = 0, input_s = 0;
     long long reads = 0, steps = 0;
@@ -131,6 +135,7 @@ class TimingSession {
     const double before = engine_s_;
     SingleSteps found;
     std::vector<double> least;
+    found.ending = go_to(how, windows_of(how));
     for (int pass = 0; pass < kPasses && found.ending.outcome != Outcome::kDiverged; ++pass) {
       size_t at = 0;
       const std::vector<TimingWindow> windows = windows_of(how);
@@ -155,6 +160,56 @@ class TimingSession {
   }
 
  private:
+  // Makes `starts_` the states that windows of `how` start from. How many contacts there are, and how deep, depends on
+  // the timestep, and the cost of a step on both: so they are those of the run that is timed, not of a finer one.
+  Ending go_to(const TurnPlan& how, const std::vector<TimingWindow>& windows) {
+    const bool too_coarse = how.timestep_ms > sample_ms_;
+    if (how.run.empty() || too_coarse ||
+        std::ranges::none_of(windows, [](const TimingWindow& each) { return each.state > 0; })) {
+      starts_ = &states_;
+      return {};
+    }
+    starts_ = &own_;
+    if (own_of_ == how.run) return {};
+    if (has_trajectory(trajectories_, how.run)) {
+      own_ = load(trajectories_, how.run, subject_.model).states;
+    } else {
+      Trajectory run;
+      if (Ending ending = run_to_end(1e-3 * how.timestep_ms, run); ending.outcome == Outcome::kDiverged) return ending;
+      save(trajectories_, how.run, run);
+      own_ = std::move(run.states);
+    }
+    own_of_ = how.run;
+    return {};
+  }
+
+  // The run with states as far apart as those of the reference, as nearly as the timestep allows.
+  Ending run_to_end(double timestep_s, Trajectory& run) {
+    const auto states = std::max(1LL, std::llround(1e3 * duration_s_ / sample_ms_));  // without the last one
+    const State& start = subject_.model.initial;
+    run.states = {start};
+    try {
+      const Plausibility plausibility(subject_.model, start, duration_s_,
+                                      largest_work(subject_.model, *subject_.control, duration_s_));
+      Stepper stepper(subject_, start, timestep_s);
+      long long taken = 0;
+      for (long long k = 1; k < states; ++k) {
+        const long long until = std::llround(1e-3 * static_cast<double>(k) * sample_ms_ / timestep_s);
+        if (until > taken) stepper.advance(until - taken);
+        taken = until;
+        const State& state = stepper.read();
+        if (const std::string why = plausibility.divergence(state); !why.empty()) {
+          return {Outcome::kDiverged, fmt::format("by {:.4g} s: {}", state.time, why)};
+        }
+        run.states.push_back(state);
+      }
+      engine_s_ += stepper.engine_s();
+    } catch (const EngineError& error) {
+      return {Outcome::kDiverged, fmt::format("within {:.4g} s: {}", duration_s_, error.what())};
+    }
+    return {};
+  }
+
   std::vector<TimingWindow> windows_of(const TurnPlan& how) const {
     return timing_windows({duration_s_, sample_ms_, how.timestep_ms, how.windows, warmup_, how.share, how.restart});
   }
@@ -177,7 +232,7 @@ class TimingSession {
       try {
         if (at.state >= 0) {
           end_instance();
-          const State& start = states_[std::min(static_cast<size_t>(at.state), states_.size() - 1)];
+          const State& start = (*starts_)[std::min(static_cast<size_t>(at.state), starts_->size() - 1)];
           start_s = start.time;
           length_s = timestep_s * static_cast<double>(at.untimed + at.steps);
           for (size_t next = window + 1; next < windows.size() && windows[next].state < 0; ++next) {
@@ -246,7 +301,11 @@ class TimingSession {
   Subject subject_;
   int warmup_;
   double duration_s_, sample_ms_;
-  std::vector<State> states_;  // of the run, at regular distances from its start
+  std::string trajectories_;
+  std::vector<State> states_;  // of the reference run, at regular distances from its start
+  std::vector<State> own_;     // the same of the run at the timestep that is timed
+  std::string own_of_;         // its address
+  const std::vector<State>* starts_ = &states_;
   int core_ = -1;
   double clock_s_ = 0;
   double engine_s_ = 0;

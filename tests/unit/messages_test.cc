@@ -48,7 +48,7 @@ const SubjectSpec kSubject = {
     {0.5, 2, "knee", 9},
     8,
     {"armature=off", "delay=1"}};
-const TurnPlan kHow = {0.25, 17, 0.5, true, 8};
+const TurnPlan kHow = {0.25, 17, 0.5, true, 8, "u"};
 const Ending kEnding = {Outcome::kUnstable, "at 1 s: \"too fast\"\nsecond line \xc3\xa9"};
 
 std::vector<Request> requests() {

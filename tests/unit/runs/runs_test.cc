@@ -642,6 +642,42 @@ TEST_F(RunsTest, DisturbedTurnsAreRepeatedAndCounted) {
   }
 }
 
+// Windows of a part of the run begin in states of the run that is timed, not of a finer one.
+TEST_F(RunsTest, WindowsStartFromTheRunAtTheTimedTimestep) {
+  const Campaign campaign = parse_campaign(
+      "name = \"starts\"\ncontenders = [\"mujoco-euler\"]\ntimesteps_ms = [\"1/4\", 4]\nreference_ms = \"1/4\"\n"
+      "measures = [\"raw_speed\"]\n[timing]\nrounds = 4\nprocesses = 2\nbatch_ms = 0.05\nwindows = 8\n"
+      "[[system]]\nname = \"planar-chain\"\nduration_s = 1.024\nsample_ms = 32\n",
+      "starts.toml");
+  run_scored(campaign, dir());
+  const Store store = Store::open(dir());
+  const Model& model = campaign.systems.front().model;
+  int own_runs = 0;
+  for (const PlannedCell& cell : make_plan(campaign).cells) {
+    if (cell.measure != "raw_speed") continue;
+    const Cell timed = find(store, "mujoco-euler", "raw_speed", cell.timestep_ms);
+    EXPECT_EQ(timed.outcome, Outcome::kOk) << timed.reason;
+    EXPECT_LT(number(timed, "window_share"), 1) << "there would be nothing to start from";
+    EXPECT_EQ(cell.timed_run.empty(), cell.timestep_ms == 0.25) << "the reference run is that of its own timestep";
+    if (cell.timed_run.empty()) continue;
+    const auto kept = read_trajectory(store.trajectories_dir(), cell.timed_run);
+    ASSERT_TRUE(kept) << cell.timestep_ms;
+    ++own_runs;
+    ResolvedContender contender = campaign.contenders.front().resolved;
+    contender.settings.timestep = 1e-3 * cell.timestep_ms;
+    const auto simulation = contender.engine->create(model, model.initial, contender.settings);
+    State state;
+    for (const State& each : kept->states) {
+      simulation->read_state(state);
+      EXPECT_EQ(state.time, each.time);
+      EXPECT_EQ(state.bodies.back().p_WBcm, each.bodies.back().p_WBcm) << each.time;
+      simulation->advance(8);
+    }
+    EXPECT_THAT(kept->states, SizeIs(32)) << "all that a window may start from";
+  }
+  EXPECT_EQ(own_runs, 1);
+}
+
 TEST_F(RunsTest, CommonStatesAreThoseOfOneContender) {
   const Campaign campaign = parse_campaign(
       "name = \"common\"\ncontenders = [\"mujoco-euler\", \"ode-quick\"]\ntimesteps_ms = [1]\nreference_ms = 1\n"
