@@ -46,7 +46,12 @@ class Engine(assay.Engine):
         ]
 
     def capabilities(self, settings):
-        return mujoco_declared.capabilities("mjx", settings, settings["precision"], "steps are compiled before the run")
+        declared = mujoco_declared.capabilities("mjx", settings, settings["precision"], "steps are compiled before the run")
+        # 1.1 times what the test measures (Runge-Kutta; 2.05 mm with the others)
+        declared.deviations.append(assay.Deviation(test="weld", bound=2.4e-3, reason=(
+            "welded bodies part with the square of their speed, because the constraint's own acceleration is not in its reference "
+            "(findings/mjx/weld_velocity.py)")))
+        return declared
 
     def check(self, model, settings):
         found = set()

@@ -661,7 +661,10 @@ TEST_F(RunsTest, WindowsStartFromTheRunAtTheTimedTimestep) {
     EXPECT_EQ(cell.timed_run.empty(), cell.timestep_ms == 0.25) << "the reference run is that of its own timestep";
     if (cell.timed_run.empty()) continue;
     const auto kept = read_trajectory(store.trajectories_dir(), cell.timed_run);
-    ASSERT_TRUE(kept) << cell.timestep_ms;
+    if (!kept) {
+      ADD_FAILURE() << "no run at " << cell.timestep_ms << " ms";
+      continue;
+    }
     ++own_runs;
     ResolvedContender contender = campaign.contenders.front().resolved;
     contender.settings.timestep = 1e-3 * cell.timestep_ms;
