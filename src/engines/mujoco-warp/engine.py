@@ -7,7 +7,6 @@ import assay_adapter as assay
 import mujoco_declared
 
 
-
 class Engine(assay.Engine):
     version = assay.pinned("mujoco-warp", __file__)
     source = (f"PyPI mujoco-warp {version}, warp-lang {assay.pinned('warp-lang', __file__)}, models compiled by mujoco-core "

@@ -8,7 +8,7 @@ import numpy as np
 import warp_graph
 import warp as wp
 import mujoco_warp as mjw
-from warp_world import MANY, arrays_of, compiled_of, engine_and_data, fail_if_full, take
+from warp_world import MANY, compiled_of, engine_and_data, fail_if_full, take
 
 
 class Batch:
@@ -56,5 +56,5 @@ class Batch:
         return self.compiled.read(self.data.qpos.numpy()[world], self.data.qvel.numpy()[world])
 
     def facts(self):
-        arrays = arrays_of(self.data, arrays_of(self.engine, []))
+        arrays = warp_graph.arrays_of(self.data, warp_graph.arrays_of(self.engine, []))
         return warp_graph.facts_of(self.device, arrays, self.compile_s)

@@ -35,6 +35,16 @@ class Graph:
             raise assay.EngineFailure(f"{engine}: the captured graph could not be run")
 
 
+def arrays_of(record, found):
+    """All arrays of a record and of the records in it."""
+    for value in vars(record).values():
+        if isinstance(value, wp.array):
+            found.append(value)
+        elif hasattr(value, "__dataclass_fields__"):
+            arrays_of(value, found)
+    return found
+
+
 def bytes_of(arrays):
     """That these arrays of Warp take, each once."""
     return float(sum({array.ptr: array.capacity for array in arrays if array.ptr}.values()))

@@ -17,16 +17,6 @@ SOLVERS = {"newton": mj.mjtSolver.mjSOL_NEWTON, "cg": mj.mjtSolver.mjSOL_CG}
 CONES = {"pyramidal": mj.mjtCone.mjCONE_PYRAMIDAL, "elliptic": mj.mjtCone.mjCONE_ELLIPTIC}
 
 
-def arrays_of(record, found):
-    """All arrays of a record and of the records in it."""
-    for value in vars(record).values():
-        if isinstance(value, wp.array):
-            found.append(value)
-        elif hasattr(value, "__dataclass_fields__"):
-            arrays_of(value, found)
-    return found
-
-
 def compiled_of(model, settings):
     def set_options(option):
         option.timestep = settings.timestep
@@ -64,7 +54,7 @@ class World:
     def __init__(self, model, settings):
         self.compiled = compiled_of(model, settings)
         self.engine, self.data = engine_and_data(model, settings, self.compiled, 1)
-        self.arrays = arrays_of(self.data, [])
+        self.arrays = warp_graph.arrays_of(self.data, [])
         self.start = [array.numpy().copy() for array in self.arrays]
         self.q, self.v, self.torques = (getattr(self.data, name).numpy()[0] for name in ("qpos", "qvel", "qfrc_applied"))
         self.overflow = self.data.overflow.numpy()

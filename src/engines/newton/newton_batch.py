@@ -8,7 +8,7 @@ import numpy as np
 import warp_graph
 import warp as wp
 import newton
-from newton_world import MANY, Worlds, arrays_of
+from newton_world import MANY, Worlds
 
 
 class Batch:
@@ -68,5 +68,5 @@ class Batch:
     def facts(self):
         arrays = []
         for record in (self.of.built.engine, *self.of.states, self.of.solver, self.of.solver.solver):
-            arrays_of(record, arrays)
+            warp_graph.arrays_of(record, arrays)
         return warp_graph.facts_of(self.device, arrays, self.compile_s)

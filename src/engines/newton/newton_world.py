@@ -25,16 +25,6 @@ def gather(flags: wp.array(dtype=wp.int32), seen: wp.array(dtype=wp.int32)):
     seen[world] = seen[world] | flags[world]
 
 
-def arrays_of(record, found):
-    """All arrays of a record and of the records in it."""
-    for value in vars(record).values():
-        if isinstance(value, wp.array):
-            found.append(value)
-        elif hasattr(value, "__dataclass_fields__"):
-            arrays_of(value, found)
-    return found
-
-
 class Featherstone:
     flags = None
 
@@ -110,7 +100,7 @@ class MuJoCo:
                   device=self.flags.device)
 
     def keep_start(self):
-        self.arrays = arrays_of(self.solver.mjw_data, [])
+        self.arrays = warp_graph.arrays_of(self.solver.mjw_data, [])
         self.start = [array.numpy().copy() for array in self.arrays]
 
     def begin(self, state):
