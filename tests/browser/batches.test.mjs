@@ -47,13 +47,15 @@ after(async () => {
   rmSync(work, { recursive: true, force: true });
 });
 
-test("the plot has a curve a contender, its marks at the rates of the table", async () => {
+test("each plot has a curve a contender, its marks at the values of the table", async () => {
   const { page, trouble } = await open();
   assert.equal(await page.$eval(`${kPart} h2`, (node) => node.textContent), "Many worlds");
-  const marks = await page.$$eval(`${kPart} g.series`, (groups) => groups.flatMap((group) => [...group.querySelectorAll(".mark")].map((mark) => [group.dataset.contender, Number(mark.dataset.worlds), Number(mark.dataset.rate)])));
-  const rates = batches.rows.map((row) => [row.contender, row.worlds, row.values.batch_rate.value]);
-  assert.equal(rates.length, 9);
-  assert.deepEqual(marks, rates);
+  for (const shown of ["batch_rate", "batch_latency"]) {
+    const marks = await page.$$eval(`${kPart} [data-shows="${shown}"] g.series`, (groups) => groups.flatMap((group) => [...group.querySelectorAll(".mark")].map((mark) => [group.dataset.contender, Number(mark.dataset.worlds), Number(mark.dataset.value)])));
+    const values = batches.rows.map((row) => [row.contender, row.worlds, row.values[shown].value]);
+    assert.equal(values.length, 9);
+    assert.deepEqual(marks, values);
+  }
   const rows = await page.$$eval(`${kPart} tbody tr`, (nodes) => nodes.map((node) => node.textContent));
   assert.equal(rows.length, 9);
   assert.ok(rows.every((text) => /process/.test(text)), rows[0]);
@@ -68,7 +70,9 @@ test("a contender that is switched off leaves the plot, and says so", async () =
   await page.$eval(`${kPart} .legend-item[data-contender="bullet-mb"]`, (node) => node.click());
   const left = await page.$$eval(`${kPart} g.series`, (groups) => groups.map((group) => group.dataset.contender));
   assert.deepEqual([...new Set(left)], ["mujoco-euler", "ode-quick"]);
-  assert.match(await page.$eval(`${kPart} .note`, (node) => node.textContent), /1 more contender is switched off/);
+  const notes = await page.$$eval(`${kPart} .note`, (nodes) => nodes.map((node) => node.textContent));
+  assert.equal(notes.length, 2);
+  for (const note of notes) assert.match(note, /1 more contender is switched off/);
   assert.deepEqual(trouble, []);
   await page.close();
 });

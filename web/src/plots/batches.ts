@@ -22,9 +22,22 @@ interface Curve {
 
 const kMega = 1e6;
 
-function rateOf(row: BatchRow): number | null {
-  const rate = row.values["batch_rate"]?.value ?? null;
-  return rate !== null && rate > 0 ? rate : null;
+// What a plot shows against the number of worlds.
+interface Shown {
+  value: "batch_rate" | "batch_latency";
+  title: string;
+  axis: string;
+  better: string;
+  missing: string; // what a cross stands for
+  tick: (value: number) => string;
+}
+
+const kRate: Shown = { value: "batch_rate", title: "World-steps a second", axis: "↑ more world-steps a second", better: "Higher is faster.", missing: "no rate", tick: thousands };
+const kLatency: Shown = { value: "batch_latency", title: "Latency", axis: "↑ longer until all worlds have made one step", better: "Lower is sooner.", missing: "no latency", tick: (us) => quantity(us, "us") };
+
+function positive(row: BatchRow, name: string): number | null {
+  const value = row.values[name]?.value ?? null;
+  return value !== null && value > 0 ? value : null;
 }
 
 function nameOf(batches: Batches, row: BatchRow): string {
@@ -60,26 +73,27 @@ function megabytes(bytes: number | null | undefined): string {
   return bytes === null || bytes === undefined ? "–" : `${plain(bytes / kMega, 3)} MB`;
 }
 
-function plot(batches: Batches, palette: Palette): { canvas: HTMLElement; note: HTMLElement } {
+function plot(batches: Batches, palette: Palette, what: Shown): { canvas: HTMLElement; note: HTMLElement } {
   const curves = curvesOf(batches);
+  const shownOf = (row: BatchRow) => positive(row, what.value);
   const canvas = el("div", { class: "canvas" });
   const note = el("p", { class: "quiet note" });
   drawContenders(canvas, (width) => {
     const shown = curves.filter((curve) => !state.isHidden(curve.contender));
-    const measured = shown.flatMap((curve) => curve.rows).filter((row) => rateOf(row) !== null);
+    const measured = shown.flatMap((curve) => curve.rows).filter((row) => shownOf(row) !== null);
     const off = new Set(curves.filter((curve) => state.isHidden(curve.contender)).map((curve) => curve.contender)).size;
-    note.textContent = `Higher is faster. Thin lines: engines of one world, in a process a core. A cross at the bottom: no rate there, the table says why.${off > 0 ? ` ${off} more ${off === 1 ? "contender is" : "contenders are"} switched off.` : ""}`;
+    note.textContent = `${what.better} Thin lines: engines of one world, in a process a core. A cross at the bottom: ${what.missing} there, the table says why.${off > 0 ? ` ${off} more ${off === 1 ? "contender is" : "contenders are"} switched off.` : ""}`;
     if (measured.length === 0) {
-      canvas.append(el("p", { class: "quiet empty" }, "No contender that is shown has a rate here."));
+      canvas.append(el("p", { class: "quiet empty" }, `No contender that is shown has a value here: ${what.title.toLowerCase()}.`));
       return;
     }
     const height = Math.round(Math.min(520, Math.max(360, width * 0.62)));
     const frame = { left: 62, right: width - (width > 560 ? 132 : 14), top: 22, bottom: height - 48 };
     const x = logScale(shown.flatMap((curve) => curve.rows.map((row) => row.worlds)), [frame.left, frame.right], 0.5);
-    const y = logScale(measured.map((row) => rateOf(row)!), [frame.bottom - 18, frame.top], 1);
+    const y = logScale(measured.map((row) => shownOf(row)!), [frame.bottom - 18, frame.top], 1);
     const drawing = svg("svg", {
       class: "scaling", width, height, viewBox: `0 0 ${width} ${height}`, role: "img",
-      "aria-label": `World-steps a second on ${batches.system} against the number of worlds; the table below holds the figures`,
+      "aria-label": `${what.title} on ${batches.system} against the number of worlds; the table below holds the figures`,
     }); // prettier-ignore
     drawing.append(grid(x, "x", frame.top, frame.bottom), grid(y, "y", frame.left, frame.right));
     drawing.append(frameOf(frame));
@@ -87,26 +101,26 @@ function plot(batches: Batches, palette: Palette): { canvas: HTMLElement; note: 
       drawing.append(svg("text", { class: "tick", x: x(value), y: frame.bottom + 18, "text-anchor": "middle" }, plain(value, String(value).length)));
     }
     for (const value of ticks(y, 20)) {
-      drawing.append(svg("text", { class: "tick", x: frame.left - 8, y: y(value) + 4, "text-anchor": "end" }, thousands(value)));
+      drawing.append(svg("text", { class: "tick", x: frame.left - 8, y: y(value) + 4, "text-anchor": "end" }, what.tick(value)));
     }
     drawing.append(
       svg("text", { class: "axis-title", x: frame.right, y: height - 8, "text-anchor": "end" }, "worlds"),
-      svg("text", { class: "axis-title", x: frame.left, y: height - 8 }, "↑ more world-steps a second"),
+      svg("text", { class: "axis-title", x: frame.left, y: height - 8 }, what.axis),
     );
-    const at = (row: BatchRow): [number, number] => [x(row.worlds), rateOf(row) === null ? frame.bottom - 9 : y(rateOf(row)!)];
+    const at = (row: BatchRow): [number, number] => [x(row.worlds), shownOf(row) === null ? frame.bottom - 9 : y(shownOf(row)!)];
     const path = line<BatchRow>((row) => at(row)[0], (row) => at(row)[1]); // prettier-ignore
     for (const curve of shown) {
       const look = palette.look(curve.contender);
       const alone = curve.rows.some((row) => row.values["batch_processes"]?.value);
       const group = svg("g", { class: `series${alone ? " free" : ""}`, "data-contender": curve.contender, style: `--line:${look.color}` });
-      group.append(svg("path", { class: "line", d: path(curve.rows.filter((row) => rateOf(row) !== null)) ?? "", "stroke-dasharray": look.dash }));
+      group.append(svg("path", { class: "line", d: path(curve.rows.filter((row) => shownOf(row) !== null)) ?? "", "stroke-dasharray": look.dash }));
       for (const row of curve.rows) {
         const [left, top] = at(row);
         const place = `translate(${left},${top})`;
         const rate = row.values["batch_rate"];
         group.append(
-          rateOf(row) !== null
-            ? svg("path", { class: `mark${alone ? " hollow" : ""}`, d: look.path(alone ? 52 : 42), transform: `${place} rotate(${look.turn})`, "data-worlds": row.worlds, "data-rate": rateOf(row)! })
+          shownOf(row) !== null
+            ? svg("path", { class: `mark${alone ? " hollow" : ""}`, d: look.path(alone ? 52 : 42), transform: `${place} rotate(${look.turn})`, "data-worlds": row.worlds, "data-value": shownOf(row)! })
             : svg("path", { class: "failed", d: "M-4,-4L4,4M-4,4L4,-4", transform: place, "data-worlds": row.worlds }),
         );
         const hit = hitArea(left, top);
@@ -135,7 +149,7 @@ function plot(batches: Batches, palette: Palette): { canvas: HTMLElement; note: 
       drawing.append(group);
     }
     const ends = shown.flatMap((curve) => {
-      const last = curve.rows.filter((row) => rateOf(row) !== null).pop();
+      const last = curve.rows.filter((row) => shownOf(row) !== null).pop();
       return last ? [{ name: curve.name, color: palette.look(curve.contender).color, ends: [at(last)] }] : [];
     });
     drawing.append(endLabels(ends, measured.map(at), { ...frame, right: width }));
@@ -191,7 +205,6 @@ function table(batches: Batches, palette: Palette): HTMLTableElement {
 
 export function batchPanels(report: Report, palette: Palette): HTMLElement[] {
   return (report.json.batches ?? []).map((batches) => {
-    const { canvas, note } = plot(batches, palette);
     const csv = () => [
       ["contender", "timestep_ms", "device", "worlds", "rate", "low", "high", "latency_us", "memory_bytes", "compile_s", "equivalence_m", "outcome"],
       ...batches.rows.map((row) => {
@@ -202,10 +215,17 @@ export function batchPanels(report: Report, palette: Palette): HTMLElement[] {
     ];
     const steps = [...new Set(batches.rows.map((row) => row.timestep_ms))];
     const text = `Timestep ${steps.map((step) => `${timestep(step)} ms`).join(", ")}. Every contender takes the same steps in a round; worlds start at moments spread over its own run, each with rates of its own.`;
+    const panel = (what: Shown) => {
+      const { canvas, note } = plot(batches, palette, what);
+      const file = `worlds-${batches.system}-${what.value.replace("batch_", "")}`;
+      const head = el("figcaption", {}, downloads(() => file, canvas, csv), el("h3", {}, `${batches.system}: ${what.title.toLowerCase()}`), el("p", { class: "sub" }, what === kRate ? text : "Of a single step that is asked for and waited for: what a controller of all worlds waits."));
+      return el("figure", { class: "panel scaling-panel", "data-shows": what.value }, head, canvas, note);
+    };
     return el(
       "div",
       { class: "batch-parts", "data-system": batches.system },
-      el("figure", { class: "panel scaling-panel" }, el("figcaption", {}, downloads(() => `worlds-${batches.system}`, canvas, csv), el("h3", {}, batches.system), el("p", { class: "sub" }, text)), canvas, note),
+      panel(kRate),
+      panel(kLatency),
       el("div", { class: "panel matrix-panel" }, scrollFrame(`Many worlds on ${batches.system}, by contender and number of worlds`, "Not comparable with the speed of one world in the sections above: those time single steps of one world on one core.", table(batches, palette))),
     );
   });
