@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """How small a change `assay compare` and `assay history` find, and how often they find one where nothing changed.
 
-    benchmarks/compare_power.py build/release/bin/assay results/amd-epyc-2-cores/assay.sqlite.xz
+    benchmarks/compare_power.py build/release/bin/assay results/intel-xeon-2-cores/assay.sqlite.xz
 
 The noise is that of the results: how much the processes of a timing differ from their cell's median, all cells together. From it
 the script draws the processes' times of pairs of runs of a campaign with 24 timings (and of histories of 20 runs), in which one

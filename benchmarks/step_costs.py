@@ -2,7 +2,7 @@
 """Writes the tables from which shards are balanced, from the timings of a results directory: src/campaign/step_costs.inc, the time
 of a step of each contender per body, and src/campaign/system_step_costs.inc, that of each contender on each of the systems.
 
-    benchmarks/step_costs.py results/amd-epyc-2-cores/assay.sqlite.xz src/campaign
+    benchmarks/step_costs.py results/intel-xeon-2-cores/assay.sqlite.xz src/campaign
 """
 
 import collections

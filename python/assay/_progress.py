@@ -29,7 +29,7 @@ class _Shown:
                 setattr(self, name, event[name])
         if kind == "phase":
             self.phase, self.current = event["text"], ""
-        elif kind == "started":
+        elif kind in ("started", "made"):
             self.current = event["text"]
         elif kind == "message":
             self.notes.append(event["text"])

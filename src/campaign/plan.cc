@@ -128,9 +128,9 @@ Plan make_plan(const Campaign& campaign, int shards, ShardCells cells) {
       };
       const double run_ms = system.duration_s * 1000;
       if (has_reference && !contender.twin) {
-        // with the runs from the other states, which are no cells of their own
         const int runs = system.has(Measure::kConsistency) ? states : 1;
         add("reference", reference_ms, reference, runs * steps_of(run_ms, reference_ms), {});
+        plan.cells.back().runs = runs;
       }
       if (has(Measure::kConsistency)) {
         for (const double timestep : system.timesteps_ms) {

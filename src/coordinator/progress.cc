@@ -76,6 +76,11 @@ class Bar final : public Progress {
     remaining_s_ = remaining_s;
     draw(counter_.done() == counter_.all());
   }
+  void made(const std::string& run, double remaining_s) override {
+    current_ = run;
+    remaining_s_ = remaining_s;
+    draw(false);
+  }
   void message(const std::string& text) override {
     line(text);
     draw(true);
@@ -146,16 +151,29 @@ class Lines final : public Progress {
   void phase(const std::string& what) override { line(what); }
   void finished(const Cell& cell, double remaining_s) override {
     counter_.count();
-    constexpr double kInterval = 10;
-    if (std::chrono::duration<double>(Clock::now() - last_).count() < kInterval) return;
-    last_ = Clock::now();
-    line(fmt::format("{}/{} cells, {}, {} left; last: {} {} {} at {} ms", counter_.done(), counter_.all(),
-                     counter_.rate(), duration_label(std::max(0.0, remaining_s)), cell.measure, cell.system,
-                     cell.contender, timestep_label(cell.timestep_ms)));
+    if (is_time()) {
+      said(fmt::format("{} {} {} at {} ms", cell.measure, cell.system, cell.contender,
+                       timestep_label(cell.timestep_ms)),
+           remaining_s);
+    }
+  }
+  void made(const std::string& run, double remaining_s) override {
+    if (is_time()) said(run, remaining_s);
   }
   void message(const std::string& text) override { line(text); }
 
  private:
+  bool is_time() const {
+    constexpr double kInterval = 10;
+    return std::chrono::duration<double>(Clock::now() - last_).count() >= kInterval;
+  }
+
+  void said(const std::string& last, double remaining_s) {
+    last_ = Clock::now();
+    line(fmt::format("{}/{} cells, {}, {} left; last: {}", counter_.done(), counter_.all(), counter_.rate(),
+                     duration_label(std::max(0.0, remaining_s)), last));
+  }
+
   void line(const std::string& text) {
     fmt::print(stream_, "{}\n", terminal_text(text, stream_));
     std::fflush(stream_);
@@ -187,6 +205,9 @@ class JsonLines final : public Progress {
                       {"contender", cell.contender},
                       {"timestep_ms", cell.timestep_ms},
                       {"outcome", outcome_text(cell.outcome)}});
+  }
+  void made(const std::string& run, double remaining_s) override {
+    line("made", {{"left_s", std::max(0.0, remaining_s)}, {"text", run}});
   }
   void message(const std::string& text) override { line("message", {{"text", text}}); }
   void end() override { line("end", nlohmann::ordered_json::object()); }

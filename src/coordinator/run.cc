@@ -103,6 +103,9 @@ void Runner::put_answer(const std::vector<const PlannedCell*>& cells, const JobE
 // Seconds of one worker.
 double Runner::cost(const PlannedCell& cell) const { return estimate_seconds(campaign_, {cell}, step_us_, 1); }
 
+// Of one of the runs that the cell's cost is of.
+double Runner::run_cost(const PlannedCell& cell) const { return cost(cell) / cell.runs; }
+
 // What is left of both passes, each corrected by its own speed so far.
 double Runner::remaining_s() const {
   const auto now = Clock::now();
@@ -118,7 +121,7 @@ double Runner::remaining_s() const {
 
 void Runner::count(const PlannedCell& cell) {
   Share& share = is_timed(cell) ? timing_ : accuracy_;
-  share.done_s += cost(cell);
+  share.done_s += run_cost(cell);
 }
 
 // Times of one system compare only if one machine measured them: where some are missing and the others are another

@@ -77,21 +77,32 @@ void Runner::plan_references(std::map<std::string, Waiting>& producers) {
       for (size_t i = 0; i < cell->against.size(); ++i) any[cell->against[i]] = {cell, static_cast<int>(i), &of};
     }
   }
+  std::map<std::pair<int, int>, const PlannedCell*> reference_of;  // by system and contender
+  for (const PlannedCell* cell : todo_) {
+    if (cell->measure == "reference") reference_of[{cell->system, cell->contender}] = cell;
+  }
+  std::map<std::string, std::set<const PlannedCell*>> part_of;
   for (const PlannedCell* cell : todo_) {
     if (cell->trajectory.empty() || failed_gate_.contains(owner(*cell).resolved.name)) continue;
     any[cell->trajectory] = {cell, 0, &owner(*cell)};
     if (cell->measure == "reference") cells[cell->trajectory].push_back(cell);
+    const auto reference = reference_of.find({cell->system, cell->contender});
     for (size_t i = 0; i < cell->other_states.size(); ++i) {
       any[cell->other_states[i]] = {cell, static_cast<int>(i) + 1, &owner(*cell)};
+      if (reference != reference_of.end()) part_of[cell->other_states[i]].insert(reference->second);
     }
   }
   for (const auto& [address, from] : any) {
     const auto& [cell, state, whose] = from;
     if (failed_trajectory_.contains(address)) continue;
     const bool there = has_run(address);
-    if (there && !cells.contains(address)) continue;
+    if (there && !cells.contains(address)) {
+      for (const PlannedCell* reference : part_of[address]) accuracy_.all_s -= run_cost(*reference);
+      continue;
+    }
     Waiting waiting;
     waiting.cells = cells[address];
+    waiting.part_of.assign(part_of[address].begin(), part_of[address].end());
     Job& job = waiting.job;
     RunJob run = run_job(*cell, system(*cell).reference_of(*whose));
     run.subject = subject_spec(system(*cell), *whose);
@@ -287,12 +298,15 @@ void Runner::accuracy() {
   for (auto& [address, producer] : producers) {
     const bool is_run = std::holds_alternative<RunJob>(producer.job.request);
     producer.job.on_end = [this, &release, &leave, &waiting, is_run, address = address,
-                           cells = producer.cells](const JobEnd& end) {
+                           cells = producer.cells, part_of = producer.part_of,
+                           title = producer.job.title](const JobEnd& end) {
       if (end.outside) {
         leave(address);
         return;
       }
       put_answer(cells, end);
+      for (const PlannedCell* reference : part_of) accuracy_.done_s += run_cost(*reference);
+      if (cells.empty()) progress_.made(title, remaining_s());
       // A reference solution is no cell and has no result.
       Ending failure = end.answer && !is_run ? Ending() : end.result("reference").ending;
       if (failure.outcome == Outcome::kOk || failure.outcome == Outcome::kUnstable) {

@@ -49,6 +49,7 @@ class Runner {
     Job job;
     std::set<std::string> needs;
     std::vector<const PlannedCell*> cells;
+    std::vector<const PlannedCell*> part_of = {};  // cells whose cost includes it
   };
 
   const CampaignSystem& system(const PlannedCell& cell) const {
@@ -98,6 +99,7 @@ class Runner {
   void put_failed(const PlannedCell& planned, const Ending& failure);
   void put_answer(const std::vector<const PlannedCell*>& cells, const JobEnd& end);
   double cost(const PlannedCell& cell) const;
+  double run_cost(const PlannedCell& cell) const;
   void count(const PlannedCell& cell);
   double remaining_s() const;
   void take_back_failed();

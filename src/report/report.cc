@@ -40,25 +40,28 @@ json object(const std::string& text) {
   return parsed.is_object() ? parsed : json::object();
 }
 
-// To the four digits that a reader needs of it: there are thousands.
-json rounded(std::optional<double> value) {
+// To the four digits that a reader needs of it, or to more: there are thousands.
+json rounded(std::optional<double> value, int digits = 4) {
   if (!value || !std::isfinite(*value) || *value == 0) return number(value);
-  const double digit = std::pow(10, 3 - std::floor(std::log10(std::abs(*value))));
+  const double digit = std::pow(10, digits - 1 - std::floor(std::log10(std::abs(*value))));
   return std::round(*value * digit) / digit;
 }
 
-json cell_json(const Cell& cell, const std::vector<SampleSeries>& samples) {
+// Values whole, or to six digits where the page has to be small: it shows three, and what it computes from them follows
+// views, which are whole.
+json cell_json(const Cell& cell, const std::vector<SampleSeries>& samples, bool whole) {
   json values = json::array();
+  const auto number_of = [&](std::optional<double> value) { return whole ? number(value) : rounded(value, 6); };
   for (const Value& value : cell.values) {
     const auto bound = bound_of(cell, value.name);
-    json& one = values.emplace_back(json{{"name", value.name}, {"value", number(bound ? bound : value.value)}});
+    json& one = values.emplace_back(json{{"name", value.name}, {"value", number_of(bound ? bound : value.value)}});
     if (value.unit != value_info(value.name).unit) one["unit"] = value.unit;  // else the catalogue has it
     if (bound) {
       one["bound"] = true;  // the value is an upper bound
       continue;
     }
-    if (value.low) one["low"] = number(value.low);
-    if (value.high) one["high"] = number(value.high);
+    if (value.low) one["low"] = number_of(value.low);
+    if (value.high) one["high"] = number_of(value.high);
   }
   return {{"system", cell.system},
           {"contender", cell.contender},
@@ -87,6 +90,7 @@ json claims_data(const Results& results) {
 struct Shown {
   std::set<std::string> systems;
   json cells = json::array(), views = json::array();
+  size_t without_room = 0;  // systems
   std::string left_out;
 };
 
@@ -97,7 +101,7 @@ size_t page_bytes(const json& data) {
          dump_json(data).size();
 }
 
-// System by system in their order, while there is room: with the samples' distributions if all fits so.
+// System by system in their order, where there is room: with the samples' distributions if all fits so.
 Shown what_fits(const Results& results, const ReportOptions& options, size_t other_bytes) {
   const std::vector<std::string> viewed = viewed_systems(results);
   std::map<std::string, std::vector<const Cell*>> cells;
@@ -112,26 +116,23 @@ Shown what_fits(const Results& results, const ReportOptions& options, size_t oth
     size_t bytes = 0;
     for (const std::string& system : results.systems()) {
       if (!options.systems.empty() && std::ranges::find(options.systems, system) == options.systems.end()) continue;
-      if (!without_room.empty()) {
-        without_room.push_back(system);
-        continue;
-      }
       json of_system = json::array();
       for (const Cell* cell : cells[system]) {
         of_system.push_back(
-            cell_json(*cell, with_samples ? results.store().samples(cell->id) : std::vector<SampleSeries>{}));
+            cell_json(*cell, with_samples ? results.store().samples(cell->id) : std::vector<SampleSeries>{}, with_samples));
       }
       if (!views.contains(system) && std::ranges::find(viewed, system) != viewed.end()) {
         views[system] = view_of(results, system);
       }
       const auto size = [](const json& part) { return dump_json(part).size(); };
       const auto view = views.find(system);
-      bytes += size(of_system) + (view == views.end() ? 0 : size(view->second));
-      if (bytes > room && !shown.systems.empty()) {
+      const size_t with_it = bytes + size(of_system) + (view == views.end() ? 0 : size(view->second));
+      if (with_it > room && !shown.systems.empty()) {
         without_room.push_back(system);
         if (with_samples) break;
         continue;
       }
+      bytes = with_it;
       shown.systems.insert(system);
       for (json& cell : of_system) shown.cells.push_back(std::move(cell));
       if (view != views.end()) shown.views.push_back(view->second);
@@ -142,6 +143,7 @@ Shown what_fits(const Results& results, const ReportOptions& options, size_t oth
     }
   }
   shown.left_out = "distributions of samples";
+  shown.without_room = without_room.size();
   if (!without_room.empty()) {
     shown.left_out +=
         fmt::format("; of {} systems {}: {}", results.systems().size(), without_room.size(), join(without_room, ", "));
@@ -299,6 +301,14 @@ json report_data(const Store& store, const ReportOptions& options) {
                {"glossary", glossary_data()}};
 
   Shown shown = what_fits(results, options, page_bytes(data));
+  // A system's figures before replays.
+  ReplayOptions fewer;
+  constexpr size_t kLeastReplayBytes = 1'000'000;
+  while (shown.without_room > 0 && fewer.most_bytes > kLeastReplayBytes && !data["replays"].empty()) {
+    fewer.most_bytes /= 2;
+    data["replays"] = replays_data(store, fewer);
+    shown = what_fits(results, options, page_bytes(data));
+  }
   for (const char* part : {"pictures", "agreement", "replays", "transfer", "batches"}) {
     json kept = json::array();
     for (json& each : data[part]) {

@@ -102,6 +102,30 @@ class Run(CampaignTest):
         self.refused("run", "ball.toml", "--out", "ball", "--progress", "loud", naming=["--progress", "loud", "text or json"])
         self.refused("paper", "--out", "paper", "--progress", "loud", naming=["--progress", "loud", "text or json"])
 
+    def test_runs_that_are_no_cells_move_the_progress(self):
+        self.write("states.toml", """
+name = "states"
+contenders = ["mujoco-euler"]
+timesteps_ms = [1]
+reference_ms = "1/4"
+measures = ["consistency"]
+[[system]]
+name = "planar-chain"
+duration_s = 0.128
+initial_states = 4
+pieces = 4
+piece_ms = 32
+""")
+        done = self.run_assay("run", "states.toml", "--out", "states", "--references", "off", "--progress", "json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        events = [json.loads(line) for line in done.stderr.splitlines() if line.startswith("{")]
+        made = [event for event in events if event["event"] == "made"]
+        self.assertEqual(sorted(event["text"] for event in made),
+                         [f"reference planar-chain mujoco-euler, initial state {state}" for state in (2, 3, 4)])
+        told = [event for event in events if "left_s" in event]
+        self.assertTrue(all(0 <= event["left_s"] <= told[0]["left_s"] for event in told if event["event"] == "made"), told)
+        self.assertEqual(told[-1]["left_s"], 0)
+
     def test_what_the_page_shows_as_json(self):
         self.run_tiny("tiny")
         data = self.assay_json("report", "tiny", "--json")

@@ -9,7 +9,7 @@ from harness import SOURCE, AssayTest, main
 sys.path.insert(0, str(SOURCE / "docs"))
 import update_claims  # noqa: E402
 
-RESULTS = SOURCE / "results/amd-epyc-2-cores"
+RESULTS = SOURCE / "results/intel-xeon-2-cores"
 PAGE = SOURCE / "docs/claims.md"
 VERDICTS = {"holds": "holds", "changed": "**changed**", "not-settled": "not settled", "not-measurable": "**not measurable**"}
 ABSOLUTE = re.compile(rb"(?<![\w.~-])/(?:tmp|work|root|home|mnt|opt|srv|Users)/[\w.-]+|\b[A-Z]:\\\\?Users\b")

@@ -15,7 +15,7 @@ import sqlite3
 
 from harness import SOURCE, AssayTest, main
 
-FULL = SOURCE / "results/amd-epyc-2-cores"
+FULL = SOURCE / "results/intel-xeon-2-cores"
 # Errors: magnitudes of which less is better.
 LIMITABLE = re.compile(r"truth_error(_max|_rms)?|consistency(_[\d.]+ms)?|\w+_drift(_relative)?|"
                        r"(joint_dislocation|joint_misalignment|limit_violation|penetration)_(max|rms)|grasp_slip|rebound")

@@ -33,7 +33,7 @@ interface Shown {
 }
 
 const kRate: Shown = { value: "batch_rate", title: "World-steps a second", axis: "↑ more world-steps a second", better: "Higher is faster.", missing: "no rate", tick: thousands };
-const kLatency: Shown = { value: "batch_latency", title: "Latency", axis: "↑ longer until all worlds have made one step", better: "Lower is sooner.", missing: "no latency", tick: (us) => quantity(us, "us") };
+const kLatency: Shown = { value: "batch_latency", title: "Latency", axis: "↑ longer wait for a step", better: "Lower is sooner.", missing: "no latency", tick: (us) => quantity(us, "us", 1) };
 
 function positive(row: BatchRow, name: string): number | null {
   const value = row.values[name]?.value ?? null;
