@@ -766,9 +766,9 @@ def check_text(report, store, page):
                         report.printed("page", label, text, figure and 1e3 * figure.value)
                 if contender and header[0] == "capsules" and (column == "exponent" or column.isdigit()):
                     value = exponent_of(claims, contender, "capsules") if column == "exponent" else \
-                        claims.figure(f"capsules-{column}", contender, "run_time", 10)
+                        median_of_seeds(claims, contender, f"capsules-{column}", "run_time", 10)
                     if value:
-                        report.printed("page", label, text, value if column == "exponent" else value.value)
+                        report.printed("page", label, text, value)
             if header[:2] == ["contender", "holds up to (ms)"]:
                 held, _ = Answers(claims).steps("grasp", "grasp", row[0], lambda cell: cell.outcome == "ok" and
                                                 cell.values["grasp_held"].value == 1)
@@ -782,6 +782,13 @@ def check_text(report, store, page):
                 report.check("page", f"the way it leaks, {row[1]} on {row[0]}", way,
                              (unit, way) == ("%", "lost" if rate > 0 else "gained"), rate)
                 report.printed("page", f"hidden damping, {row[1]} on {row[0]}", row[3], rate)
+
+
+def median_of_seeds(claims, contender, system, name, timestep):
+    """Over the system and those that differ from it in their seed, where the run ended well."""
+    seeds = [each for each in claims.store.systems if re.fullmatch(rf"{system}(-seed-\d+)?", each)]
+    found = [figure.value for each in seeds if (figure := claims.figure(each, contender, name, timestep))]
+    return statistics.median(found) if found else None
 
 
 def exponent_of(claims, contender, family):

@@ -158,12 +158,13 @@ bool run_and_summarize(const RunRequest& request) {
   return false;
 }
 
-void write_report_of(const std::string& dir, const nlohmann::json& more, const std::vector<std::string>& systems) {
+void write_report_of(const std::string& dir, const nlohmann::json& more, const ReportOptions& options) {
   const std::string file = (std::filesystem::path(dir) / "report.html").string();
-  const std::string left_out = write_report(dir, file, more, {.systems = systems});
+  const std::string left_out = write_report(dir, file, more, options);
   print(paragraph("report: " + file, 2));
   if (!left_out.empty()) {
-    print(paragraph(fmt::format("left out of it, to keep it small: {}; --systems chooses", left_out), 2));
+    print(paragraph(fmt::format("left out of it, to keep it small: {}; --systems chooses, --size makes room", left_out),
+                    2));
   }
   const std::string figures = (std::filesystem::path(dir) / "figures").string();
   if (!write_figures(Store::open(dir), figures).empty()) print(paragraph("figures: " + figures, 2));

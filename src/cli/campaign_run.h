@@ -8,6 +8,7 @@
 #include "cli/cli.h"
 #include "cli/parts.h"
 #include "coordinator/run.h"
+#include "report/report.h"
 #include "store/store.h"
 
 namespace assay::cli {
@@ -57,8 +58,8 @@ bool run_and_summarize(const RunRequest& request);
 // Prints a line for each of the paper's claims: number, verdict, title, figures.
 void print_claims(const std::string& dir);
 
-// Writes `dir`/report.html and prints its path, and what it does not show. `more`, `systems`: see report/report.h.
+// Writes `dir`/report.html and prints its path, and what it does not show. `more`, `options`: see report/report.h.
 void write_report_of(const std::string& dir, const nlohmann::json& more = nlohmann::json::object(),
-                     const std::vector<std::string>& systems = {});
+                     const ReportOptions& options = {});
 
 }  // namespace assay::cli

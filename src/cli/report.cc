@@ -31,6 +31,7 @@ struct ReportOptions {
   std::vector<std::string> replays;  // timesteps as given
   std::optional<std::string> against;
   std::vector<std::string> history, systems;
+  std::optional<std::string> size;
   CompareFlags compare;
   bool json = false;
 };
@@ -131,19 +132,27 @@ void add_report(CLI::App& app, Action& action) {
       ->add_option("--history", options->history,
                    "Other results of the same campaign: adds the contenders' courses over all")
       ->type_name("DIR");
-  command->add_option("--systems", options->systems, "Systems to show (default: all, or those that fit into 10 MB)")
+  command->add_option("--systems", options->systems, "Systems to show (default: all, or those that fit into --size)")
       ->delimiter(',')
       ->type_name("NAME,...")
       ->allow_extra_args(false);
+  command
+      ->add_option("--size", options->size,
+                   "Largest size of the page (default: 10); leaves out, in this order, distributions of samples, "
+                   "replays, systems")
+      ->type_name("MB");
   add_compare_flags(*command, options->compare);
   command->add_flag("--json", options->json, "Print what the page shows as JSON, without pictures; write nothing")
       ->disable_flag_override();
   command->callback([&action, options] {
     action = [options] {
       if (options->json) return print_data(*options);
+      assay::ReportOptions page{.systems = options->systems};
+      if (options->size)
+        page.most_bytes = static_cast<size_t>(std::min(1e6 * parse_positive("--size", *options->size, "MB"), 1e12));
       const nlohmann::json more = sections(*options);  // refused before anything is written
       keep_replays(options->dir, parse_replays(options->replays));
-      write_report_of(options->dir, more, options->systems);
+      write_report_of(options->dir, more, page);
       return kDone;
     };
   });

@@ -152,9 +152,9 @@ class Lines final : public Progress {
   void finished(const Cell& cell, double remaining_s) override {
     counter_.count();
     if (is_time()) {
-      said(fmt::format("{} {} {} at {} ms", cell.measure, cell.system, cell.contender,
-                       timestep_label(cell.timestep_ms)),
-           remaining_s);
+      said(
+          fmt::format("{} {} {} at {} ms", cell.measure, cell.system, cell.contender, timestep_label(cell.timestep_ms)),
+          remaining_s);
     }
   }
   void made(const std::string& run, double remaining_s) override {

@@ -297,9 +297,8 @@ void Runner::accuracy() {
   };
   for (auto& [address, producer] : producers) {
     const bool is_run = std::holds_alternative<RunJob>(producer.job.request);
-    producer.job.on_end = [this, &release, &leave, &waiting, is_run, address = address,
-                           cells = producer.cells, part_of = producer.part_of,
-                           title = producer.job.title](const JobEnd& end) {
+    producer.job.on_end = [this, &release, &leave, &waiting, is_run, address = address, cells = producer.cells,
+                           part_of = producer.part_of, title = producer.job.title](const JobEnd& end) {
       if (end.outside) {
         leave(address);
         return;

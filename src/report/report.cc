@@ -118,8 +118,8 @@ Shown what_fits(const Results& results, const ReportOptions& options, size_t oth
       if (!options.systems.empty() && std::ranges::find(options.systems, system) == options.systems.end()) continue;
       json of_system = json::array();
       for (const Cell* cell : cells[system]) {
-        of_system.push_back(
-            cell_json(*cell, with_samples ? results.store().samples(cell->id) : std::vector<SampleSeries>{}, with_samples));
+        of_system.push_back(cell_json(
+            *cell, with_samples ? results.store().samples(cell->id) : std::vector<SampleSeries>{}, with_samples));
       }
       if (!views.contains(system) && std::ranges::find(viewed, system) != viewed.end()) {
         views[system] = view_of(results, system);

@@ -15,7 +15,8 @@ class Store;
 struct ReportOptions {
   std::vector<std::string> systems = {};  // that it may show; empty: all
   // Of the page. What is beyond that is left out in this order: the distributions of samples and digits beyond
-  // the sixth, then replays (each names what it lacks), then systems for which there is no room beside those before them. Claims are judged by all results. An entry "left_out" of the page's manifest says what it was.
+  // the sixth, then replays (each names what it lacks), then systems for which there is no room beside those before
+  // them. Claims are judged by all results. An entry "left_out" of the page's manifest says what it was.
   size_t most_bytes = 10'000'000;
 };
 

@@ -43,7 +43,7 @@ class ClaimsPageTest(AssayTest):
 
     def test_no_file_tells_where_it_was_made(self):
         files = [path for path in RESULTS.rglob("*") if path.is_file()]
-        self.assertLess(sum(path.stat().st_size for path in files), 20e6)
+        self.assertLess(sum(path.stat().st_size for path in files), 22e6)
         self.assertIn(RESULTS / "report.html", files)
         for path in files:
             data = self.database() if path.suffix == ".xz" else path.read_bytes()
