@@ -127,7 +127,7 @@ Shown what_fits(const Results& results, const ReportOptions& options, size_t oth
       const auto size = [](const json& part) { return dump_json(part).size(); };
       const auto view = views.find(system);
       const size_t with_it = bytes + size(of_system) + (view == views.end() ? 0 : size(view->second));
-      if (with_it > room && !shown.systems.empty()) {
+      if (with_it > room && (with_samples || !shown.systems.empty())) {
         without_room.push_back(system);
         if (with_samples) break;
         continue;
