@@ -103,8 +103,10 @@ async function compare(dir, least) {
     ]);
     assert.equal(shown.system, system, hash);
     assert.equal(shown.best, expected.recommended === null ? null : place(expected.recommended), hash);
-    for (const { setting, value, default: otherwise } of expected.recommended?.settings ?? []) {
-      assert.ok(shown.settings.includes(otherwise === null ? `${setting} ${value}` : `${setting} ${value} instead of ${otherwise}`), `${hash}: ${shown.settings}`);
+    for (const { setting, value, default: otherwise, unit } of expected.recommended?.settings ?? []) {
+      const of = unit ? ` ${unit}` : "";
+      const text = otherwise === null ? `${setting} ${value}${of}` : `${setting} ${value}${of} instead of ${otherwise}${of}`;
+      assert.ok(shown.settings.includes(text), `${hash}: ${shown.settings}`);
     }
     const beyond = expected.recommended?.exceeds;
     const factor = beyond && Math.round((100 * beyond.timestep_ms) / expected.recommended.timestep_ms) / 100;
