@@ -28,7 +28,7 @@ struct PlannedCell {
       trajectory;       // content address of the run from the initial state that the cell makes or reads, "" for none
   long long steps = 0;  // engine steps that it takes, without timing
   int shard = 1;        // that measures it, 0 for none
-  // That `steps` are of: a reference has a run from each initial state, and those from the others are no cells.
+  // That `steps` counts: a reference has one from each initial state, of which only the first is a cell.
   int runs = 1;
   std::string final_state = {};  // content address of the last state that the cell keeps of its run, "" for none
   // Content address of the contender's own run at the timestep that a timing starts from, "" for the reference run.

@@ -138,8 +138,8 @@ void add_report(CLI::App& app, Action& action) {
       ->allow_extra_args(false);
   command
       ->add_option("--size", options->size,
-                   "Largest size of the page (default: 10); leaves out, in this order, distributions of samples, "
-                   "replays, systems")
+                   "Largest size of the page (default: 10); beyond it go distributions of samples, then replays, then "
+                   "systems")
       ->type_name("MB");
   add_compare_flags(*command, options->compare);
   command->add_flag("--json", options->json, "Print what the page shows as JSON, without pictures; write nothing")

@@ -23,7 +23,7 @@ class Progress {
   virtual void phase(const std::string& what) { (void)what; }  // "accuracy", "timing, alone on one core"
   virtual void started(const std::string& cell) { (void)cell; }
   virtual void finished(const Cell& cell, double remaining_s) { (void)cell, (void)remaining_s; }
-  // A run that cells wait for and that is none: from another initial state, or a reference solution.
+  // A run that cells wait for and that is not a cell: from another initial state, or a reference solution.
   virtual void made(const std::string& run, double remaining_s) { (void)run, (void)remaining_s; }
   virtual void message(const std::string& line) { (void)line; }  // a sentence that stays on the terminal
   virtual void end() {}

@@ -102,13 +102,14 @@ size_t page_bytes(const json& data) {
 }
 
 // System by system in their order, where there is room: with the samples' distributions if all fits so.
-Shown what_fits(const Results& results, const ReportOptions& options, size_t other_bytes) {
+// Makes the views that `views` lacks: a later call with other room finds them there.
+Shown what_fits(const Results& results, const ReportOptions& options, size_t other_bytes,
+                std::map<std::string, json>& views) {
   const std::vector<std::string> viewed = viewed_systems(results);
   std::map<std::string, std::vector<const Cell*>> cells;
   for (const Cell& cell : results.cells()) cells[cell.system].push_back(&cell);
   const size_t room = options.most_bytes > other_bytes ? options.most_bytes - other_bytes : 0;
   Shown shown;
-  std::map<std::string, json> views;
   std::vector<std::string> without_room;
   for (const bool with_samples : {true, false}) {
     shown = {};
@@ -300,14 +301,15 @@ json report_data(const Store& store, const ReportOptions& options) {
                {"looks", looks_data(results)},
                {"glossary", glossary_data()}};
 
-  Shown shown = what_fits(results, options, page_bytes(data));
+  std::map<std::string, json> views;
+  Shown shown = what_fits(results, options, page_bytes(data), views);
   // A system's figures before replays.
   ReplayOptions fewer;
   constexpr size_t kLeastReplayBytes = 1'000'000;
   while (shown.without_room > 0 && fewer.most_bytes > kLeastReplayBytes && !data["replays"].empty()) {
     fewer.most_bytes /= 2;
     data["replays"] = replays_data(store, fewer);
-    shown = what_fits(results, options, page_bytes(data));
+    shown = what_fits(results, options, page_bytes(data), views);
   }
   for (const char* part : {"pictures", "agreement", "replays", "transfer", "batches"}) {
     json kept = json::array();
