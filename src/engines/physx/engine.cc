@@ -8,6 +8,7 @@
 
 #include "engines/adapter.h"
 #include "options.h"
+#include "plugin.h"
 #include "world.h"
 
 namespace assay::px {
@@ -15,38 +16,6 @@ namespace {
 
 // Settings of contenders beside the declared defaults.
 using Set = std::map<std::string, SettingValue>;
-
-// Bounds: 1.5 to 2 times what the tests measure.
-std::vector<Deviation> deviations(const Options& options) {
-  std::vector<Deviation> list;
-  const bool articulation = options.joints == Joints::kArticulation;
-  if (!options.tgs && !articulation) {
-    list.push_back(
-        {"pendulum-period", 0.035,
-         "a joint slows a body that turns beside its centre of mass: of first order, but not yet at the 4 ms "
-         "that the test begins with (findings/physx/pgs_joint_slows_rotor.cc)"});
-  }
-  if (options.native_pd && !articulation) {
-    const char* drive =
-        "a D6 drive's torque is 2 k sin(angle / 2), not k angle (findings/physx/d6_drive_half_angle.cc)";
-    list.push_back({"spring-damper", 0.03, drive});
-    list.push_back({"wide-trees", 7e-4, drive});
-  }
-  if (!articulation && !options.tgs) {
-    // the copy with lent mass is another system: bounds are twice what the tests measure with the default share
-    const char* reason = "massless bodies have a share of mass, so the limit is that of a slightly different robot";
-    const double scale = options.lent_share / kDefaultLentShare;
-    list.push_back({"planar-root", 0.0025 * scale, reason});
-    list.push_back({"massless-joints", 0.004 * scale, reason});
-    // with 4 iterations the joints of such trees are far from solved: the limit of small timesteps shows at 1/4 ms
-    const bool few = options.position_iterations < 50;
-    list.push_back(
-        {"random-massless-trees", 0.0065 * scale * (few ? 6 : 1),
-         few ? std::string(reason) + ", and few iterations solve its joints (findings/physx/few_iterations.cc)"
-             : reason});
-  }
-  return list;
-}
 
 class PhysxEngine final : public Adapter {
  public:
@@ -71,13 +40,14 @@ class PhysxEngine final : public Adapter {
         // with this solver they would apply drives again
         set["velocity_iterations"] = 0LL;
       }
-      list.push_back({choice.name + suffix, fmt::format("PhysX, {}{}, float", choice.text, text), std::move(set)});
+      list.push_back({fmt::format("{}-{}{}", ASSAY_ENGINE_NAME, choice.name, suffix),
+                      fmt::format("{}, {}{}, float", kTitle, choice.text, text), std::move(set)});
     };
     const std::array<Choice, 4> choices = {
-        {{"physx-d6-pgs", "d6", "pgs", "rigid bodies and D6 joints, projected Gauss-Seidel"},
-         {"physx-d6-tgs", "d6", "tgs", "rigid bodies and D6 joints, temporal Gauss-Seidel"},
-         {"physx-art-pgs", "articulation", "pgs", "articulations (joint coordinates), projected Gauss-Seidel"},
-         {"physx-art-tgs", "articulation", "tgs", "articulations (joint coordinates), temporal Gauss-Seidel"}}};
+        {{"d6-pgs", "d6", "pgs", "rigid bodies and D6 joints, projected Gauss-Seidel"},
+         {"d6-tgs", "d6", "tgs", "rigid bodies and D6 joints, temporal Gauss-Seidel"},
+         {"art-pgs", "articulation", "pgs", "articulations (joint coordinates), projected Gauss-Seidel"},
+         {"art-tgs", "articulation", "tgs", "articulations (joint coordinates), temporal Gauss-Seidel"}}};
     for (const Choice& choice : choices) add(choice, "", "", {});
     for (const Choice& choice : choices) add(choice, "4", ", 4 iterations", {{"position_iterations", 4LL}});
     for (const Choice& choice : choices) {
@@ -118,11 +88,8 @@ class PhysxEngine final : public Adapter {
         c.friction_cone = "pyramid, 4 sides";
         break;
     }
-    c.friction_combine =
-        "the pair's coefficient: as the larger of two materials', or by a callback where that is another";
     c.contact = c.joint_limits = c.torques = true;
     c.contact_forces = ContactForces::kNormal;
-    c.contact_forces_note = "PxContactPairPoint::impulse of contact reports; PhysX 5.1 gives no friction";
     c.armature = articulation;
     describe_springs(c, options.native_pd,
                      articulation ? "implicit drive of the joint, linear"
@@ -141,8 +108,8 @@ class PhysxEngine final : public Adapter {
           "r^2) "
           "of its rate a step";
     }
-    c.deviations = deviations(options);
     describe_features(c, options);
+    describe_plugin(c, options);
     return c;
   }
 
@@ -206,13 +173,6 @@ class PhysxEngine final : public Adapter {
                            "joints=articulation"};
     }
     add_exact(c, {Feature::kBox});
-    add_approximated(
-        c, Feature::kCylinder,
-        "exact on planes; one contact point a step against curved bodies and boxes; on height fields a prism "
-        "of 64 sides, its radius within 0.1 %");
-    add_approximated(c, Feature::kEllipsoid,
-                     "exact on planes; against boxes a rocking ellipsoid's rate is 7 % off; on height fields a "
-                     "polyhedron of 80 faces, its radius within 3.4 %");
     add_approximated(c, Feature::kHull,
                      "at most 255 vertices and 255 faces: PhysX puts a larger hull into a simpler one around it");
     add_approximated(c, Feature::kHeightField,
