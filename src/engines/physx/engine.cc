@@ -17,6 +17,38 @@ namespace {
 // Settings of contenders beside the declared defaults.
 using Set = std::map<std::string, SettingValue>;
 
+// Bounds: 1.5 to 2 times what the tests measure.
+std::vector<Deviation> deviations(const Options& options) {
+  std::vector<Deviation> list;
+  const bool articulation = options.joints == Joints::kArticulation;
+  if (!options.tgs && !articulation) {
+    list.push_back(
+        {"pendulum-period", 0.035,
+         "a joint slows a body that turns beside its centre of mass: of first order, but not yet at the 4 ms "
+         "that the test begins with (findings/physx/pgs_joint_slows_rotor.cc)"});
+  }
+  if (options.native_pd && !articulation) {
+    const char* drive =
+        "a D6 drive's torque is 2 k sin(angle / 2), not k angle (findings/physx/d6_drive_half_angle.cc)";
+    list.push_back({"spring-damper", 0.03, drive});
+    list.push_back({"wide-trees", 7e-4, drive});
+  }
+  if (!articulation && !options.tgs) {
+    // the copy with lent mass is another system: bounds are twice what the tests measure with the default share
+    const char* reason = "massless bodies have a share of mass, so the limit is that of a slightly different robot";
+    const double scale = options.lent_share / kDefaultLentShare;
+    list.push_back({"planar-root", 0.0025 * scale, reason});
+    list.push_back({"massless-joints", 0.004 * scale, reason});
+    // with 4 iterations the joints of such trees are far from solved: the limit of small timesteps shows at 1/4 ms
+    const bool few = options.position_iterations < 50;
+    list.push_back(
+        {"random-massless-trees", 0.0065 * scale * (few ? 6 : 1),
+         few ? std::string(reason) + ", and few iterations solve its joints (findings/physx/few_iterations.cc)"
+             : reason});
+  }
+  return list;
+}
+
 class PhysxEngine final : public Adapter {
  public:
   BuildFacts build() const override {
@@ -98,17 +130,17 @@ class PhysxEngine final : public Adapter {
     c.iterations = fmt::format("{} position, {} velocity", options.position_iterations, options.velocity_iterations);
     c.sleep = "off";
     c.speed_limits = "none";
-    if (options.tgs) {
-      // findings/physx/tgs_spin_gain.cc, tgs_articulation_angle.cc
-      c.other = "what turns freely gains 6e-7 of its spin a step";
-      if (articulation) c.other += "; joint angles are summed up in float once an iteration";
-    } else if (!articulation) {
+    if (options.tgs && articulation) {
+      // findings/physx/tgs_articulation_angle.cc
+      c.other = "joint angles are summed up in float once an iteration";
+    } else if (!options.tgs && !articulation) {
       c.hidden_damping =
           "a body that turns about a joint at r from its centre of mass loses (w h)^2 / 2 of the part m r^2 / (I + m "
           "r^2) "
           "of its rate a step";
     }
     describe_features(c, options);
+    c.deviations = deviations(options);
     describe_plugin(c, options);
     return c;
   }

@@ -15,38 +15,6 @@ using namespace physx;
 
 namespace {
 
-// Bounds: 1.5 to 2 times what the tests measure.
-std::vector<Deviation> deviations(const Options& options) {
-  std::vector<Deviation> list;
-  const bool articulation = options.joints == Joints::kArticulation;
-  if (!options.tgs && !articulation) {
-    list.push_back(
-        {"pendulum-period", 0.035,
-         "a joint slows a body that turns beside its centre of mass: of first order, but not yet at the 4 ms "
-         "that the test begins with (findings/physx/pgs_joint_slows_rotor.cc)"});
-  }
-  if (options.native_pd && !articulation) {
-    const char* drive =
-        "a D6 drive's torque is 2 k sin(angle / 2), not k angle (findings/physx/d6_drive_half_angle.cc)";
-    list.push_back({"spring-damper", 0.03, drive});
-    list.push_back({"wide-trees", 7e-4, drive});
-  }
-  if (!articulation && !options.tgs) {
-    // the copy with lent mass is another system: bounds are twice what the tests measure with the default share
-    const char* reason = "massless bodies have a share of mass, so the limit is that of a slightly different robot";
-    const double scale = options.lent_share / kDefaultLentShare;
-    list.push_back({"planar-root", 0.0025 * scale, reason});
-    list.push_back({"massless-joints", 0.004 * scale, reason});
-    // with 4 iterations the joints of such trees are far from solved: the limit of small timesteps shows at 1/4 ms
-    const bool few = options.position_iterations < 50;
-    list.push_back(
-        {"random-massless-trees", 0.0065 * scale * (few ? 6 : 1),
-         few ? std::string(reason) + ", and few iterations solve its joints (findings/physx/few_iterations.cc)"
-             : reason});
-  }
-  return list;
-}
-
 // Given by the point that is farthest in a direction, as PhysX's own cylinder. Such bodies meet each other only where
 // their type is one of PhysX's own, so this is one.
 class Ellipsoid final : public PxCustomGeometryExt::CylinderCallbacks {
@@ -81,10 +49,13 @@ const bool kContactModification = true;
 std::vector<std::string> friction_models() { return {"improved_patch", "patch", "one_directional", "two_directional"}; }
 
 void describe_plugin(Capabilities& c, const Options& options) {
-  c.deviations = deviations(options);
   c.friction_combine =
       "the pair's coefficient: as the larger of two materials', or by a callback where that is another";
   c.contact_forces_note = "PxContactPairPoint::impulse of contact reports; PhysX 5.1 gives no friction";
+  if (options.tgs) {
+    // findings/physx/tgs_spin_gain.cc
+    c.other = "what turns freely gains 6e-7 of its spin a step" + (c.other.empty() ? "" : "; " + c.other);
+  }
   add_approximated(
       c, Feature::kCylinder,
       "exact on planes; one contact point a step against curved bodies and boxes; on height fields a prism "

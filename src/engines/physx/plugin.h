@@ -23,7 +23,7 @@ extern const bool kContactDamping;
 // Whether a callback can set the friction of contacts.
 extern const bool kContactModification;
 
-// Adds to the capabilities what is this version's: deviations, friction by pair, contact forces, curved shapes.
+// Adds to the capabilities what is this version's: friction by pair, contact forces, curved shapes, further deviations.
 void describe_plugin(Capabilities& capabilities, const Options& options);
 // A cylinder or an ellipsoid as a body of its own kind, with what it points to; nullopt: only as a polyhedron.
 struct Curved {

@@ -1,9 +1,9 @@
 // The part of PhysX's C++ interface that its adapter (src/engines/physx) and its findings use, on the module that PhysX
 // 5.6.1 is here: the same names with the same meaning, so that their sources compile for either version.
 //
-// An object of PhysX lies in the module's memory. The classes here have no members: `this` is where the object lies, and
-// a function calls the module's export of that name. What PhysX takes or gives by value lies in this program's memory.
-// Enumerators that the exports lack are PhysX's own numbers.
+// An object of PhysX lies in the module's memory. The classes here have no members: `this` is where the object lies,
+// and a function calls the module's export of that name. What PhysX takes or gives by value lies in this program's
+// memory. Enumerators that the exports lack are PhysX's own numbers.
 #pragma once
 
 #include <cstdio>
@@ -50,8 +50,8 @@ class PxFlags {
   PxU32 bits_ = 0;
 };
 
-#define ASSAY_PX_FLAGS(flag)                          \
-  using flag##s = PxFlags<flag::Enum>;                \
+#define ASSAY_PX_FLAGS(flag)           \
+  using flag##s = PxFlags<flag::Enum>; \
   inline flag##s operator|(flag::Enum a, flag::Enum b) { return flag##s(a) | flag##s(b); }
 
 struct PxErrorCode {
@@ -227,9 +227,7 @@ class PxRigidBody : public PxRigidActor {
   }
   void setLinearDamping(float damping) { call(PHYSX56_EXPORT(PxRigidBody_setLinearDamping_1), this, damping); }
   void setAngularDamping(float damping) { call(PHYSX56_EXPORT(PxRigidBody_setAngularDamping_1), this, damping); }
-  PxVec3 getLinearVelocity() const {
-    return read<PxVec3>(call(PHYSX56_EXPORT(PxRigidBody_getLinearVelocity_0), this));
-  }
+  PxVec3 getLinearVelocity() const { return read<PxVec3>(call(PHYSX56_EXPORT(PxRigidBody_getLinearVelocity_0), this)); }
   PxVec3 getAngularVelocity() const {
     return read<PxVec3>(call(PHYSX56_EXPORT(PxRigidBody_getAngularVelocity_0), this));
   }
@@ -387,8 +385,7 @@ struct PxCustomGeometryCallbacks {
 struct PxRigidActorExt {
   static PxShape* createExclusiveShape(PxRigidActor& actor, const PxGeometry& geometry, const PxMaterial& material) {
     return geometry.placed([&](Address placed) {
-      return at<PxShape>(
-          call(PHYSX56_EXPORT(PxRigidActorExt_createExclusiveShape_3), &actor, placed, &material));
+      return at<PxShape>(call(PHYSX56_EXPORT(PxRigidActorExt_createExclusiveShape_3), &actor, placed, &material));
     });
   }
   static PxShape* createExclusiveShape(PxRigidActor& actor, const PxGeometry& geometry, const PxMaterial& material,
@@ -429,8 +426,7 @@ inline PxConvexMesh* PxCreateConvexMesh(const PxCookingParams& parameters, const
   const Address flags = physx56::module().in(static_cast<PxU16>(description.flags.bits()), physx56::kResultSlot);
   call(PHYSX56_EXPORT(PxConvexMeshDesc_set_flags_1), desc, flags);
   const Address cooking = call(PHYSX56_EXPORT(PxCookingParams_PxCookingParams_1), parameters.scale);
-  auto* const mesh =
-      at<PxConvexMesh>(call(PHYSX56_EXPORT(PxTopLevelFunctions_CreateConvexMesh_2), cooking, desc));
+  auto* const mesh = at<PxConvexMesh>(call(PHYSX56_EXPORT(PxTopLevelFunctions_CreateConvexMesh_2), cooking, desc));
   call(PHYSX56_EXPORT(PxCookingParams_0x5F_destroy_0x5F_0), cooking);
   call(PHYSX56_EXPORT(PxConvexMeshDesc_0x5F_destroy_0x5F_0), desc);
   physx56::freed(points);
@@ -451,8 +447,8 @@ struct PxHeightFieldDesc {
 };
 
 inline PxHeightField* PxCreateHeightField(const PxHeightFieldDesc& description, PxInsertionCallback& /*insertion*/) {
-  const Address samples = physx56::copied(
-      description.samples.data, description.nbRows * description.nbColumns * description.samples.stride);
+  const Address samples = physx56::copied(description.samples.data,
+                                          description.nbRows * description.nbColumns * description.samples.stride);
   const Address desc = call(PHYSX56_EXPORT(PxHeightFieldDesc_PxHeightFieldDesc_0));
   call(PHYSX56_EXPORT(PxHeightFieldDesc_set_nbRows_1), desc, description.nbRows);
   call(PHYSX56_EXPORT(PxHeightFieldDesc_set_nbColumns_1), desc, description.nbColumns);
@@ -646,8 +642,8 @@ class PxArticulationCache {
       : jointVelocity(at<float>(read<Address>(call(PHYSX56_EXPORT(PxArticulationCache_get_jointVelocity_0), cache)))),
         jointPosition(at<float>(read<Address>(call(PHYSX56_EXPORT(PxArticulationCache_get_jointPosition_0), cache)))),
         jointForce(at<float>(read<Address>(call(PHYSX56_EXPORT(PxArticulationCache_get_jointForce_0), cache)))),
-        rootLinkData(at<PxArticulationRootLinkData>(
-            call(PHYSX56_EXPORT(PxArticulationCache_get_rootLinkData_0), cache))),
+        rootLinkData(
+            at<PxArticulationRootLinkData>(call(PHYSX56_EXPORT(PxArticulationCache_get_rootLinkData_0), cache))),
         cache_(cache) {}
   PxArticulationCache(const PxArticulationCache&) = delete;
   PxArticulationCache& operator=(const PxArticulationCache&) = delete;
@@ -821,14 +817,16 @@ class PxDefaultCpuDispatcher : public PxCpuDispatcher {
   void release() {}
 };
 inline PxDefaultCpuDispatcher* PxDefaultCpuDispatcherCreate(PxU32 /*threads*/) {
-  static auto* const dispatcher = at<PxDefaultCpuDispatcher>(
-      call(PHYSX56_EXPORT(PxTopLevelFunctions_DefaultCpuDispatcherCreate_1), PxU32{0}));
+  static auto* const dispatcher =
+      at<PxDefaultCpuDispatcher>(call(PHYSX56_EXPORT(PxTopLevelFunctions_DefaultCpuDispatcherCreate_1), PxU32{0}));
   return dispatcher;
 }
 
 struct PxSceneDesc {
   explicit PxSceneDesc(const PxTolerancesScale& scale_)
-      : scale(scale_), frictionOffsetThreshold(0.04F * scale_.length), frictionCorrelationDistance(0.025F * scale_.length) {}
+      : scale(scale_),
+        frictionOffsetThreshold(0.04F * scale_.length),
+        frictionCorrelationDistance(0.025F * scale_.length) {}
 
   PxTolerancesScale scale;
   PxVec3 gravity;
@@ -967,8 +965,7 @@ inline PxFoundation* PxCreateFoundation(PxU32 version, PxDefaultAllocator& /*all
   const Address allocator = call(PHYSX56_EXPORT(PxDefaultAllocator_PxDefaultAllocator_0));
   const Address callback = call(PHYSX56_EXPORT(PxErrorCallbackImpl_PxErrorCallbackImpl_0));
   physx56::module().listen(callback, errors);
-  return at<PxFoundation>(
-      call(PHYSX56_EXPORT(PxTopLevelFunctions_CreateFoundation_3), version, allocator, callback));
+  return at<PxFoundation>(call(PHYSX56_EXPORT(PxTopLevelFunctions_CreateFoundation_3), version, allocator, callback));
 }
 
 class PxPhysics {
@@ -985,8 +982,8 @@ class PxPhysics {
     return PxScene::make(physx56::module().address(this), description);
   }
   PxMaterial* createMaterial(float static_friction, float dynamic_friction, float restitution) {
-    return at<PxMaterial>(call(PHYSX56_EXPORT(PxPhysics_createMaterial_3), this, static_friction, dynamic_friction,
-                               restitution));
+    return at<PxMaterial>(
+        call(PHYSX56_EXPORT(PxPhysics_createMaterial_3), this, static_friction, dynamic_friction, restitution));
   }
   PxRigidStatic* createRigidStatic(const PxTransform& pose) {
     return at<PxRigidStatic>(call(PHYSX56_EXPORT(PxPhysics_createRigidStatic_1), this, pose));
@@ -1009,19 +1006,18 @@ inline bool PxInitExtensions(PxPhysics& physics, const void* /*pvd*/) {
 inline void PxCloseExtensions() { call(PHYSX56_EXPORT(PxTopLevelFunctions_CloseExtensions_0)); }
 
 inline PxRigidStatic* PxCreatePlane(PxPhysics& physics, const PxPlane& plane, PxMaterial& material) {
-  return at<PxRigidStatic>(
-      call(PHYSX56_EXPORT(PxTopLevelFunctions_CreatePlane_3), &physics, plane, &material));
+  return at<PxRigidStatic>(call(PHYSX56_EXPORT(PxTopLevelFunctions_CreatePlane_3), &physics, plane, &material));
 }
 
 inline PxD6Joint* PxD6JointCreate(PxPhysics& physics, PxRigidActor* actor0, const PxTransform& frame0,
                                   PxRigidActor* actor1, const PxTransform& frame1) {
-  return at<PxD6Joint>(call(PHYSX56_EXPORT(PxTopLevelFunctions_D6JointCreate_5), &physics, actor0, frame0, actor1,
-                            frame1));
+  return at<PxD6Joint>(
+      call(PHYSX56_EXPORT(PxTopLevelFunctions_D6JointCreate_5), &physics, actor0, frame0, actor1, frame1));
 }
 inline PxRevoluteJoint* PxRevoluteJointCreate(PxPhysics& physics, PxRigidActor* actor0, const PxTransform& frame0,
                                               PxRigidActor* actor1, const PxTransform& frame1) {
-  return at<PxRevoluteJoint>(call(PHYSX56_EXPORT(PxTopLevelFunctions_RevoluteJointCreate_5), &physics, actor0, frame0,
-                                  actor1, frame1));
+  return at<PxRevoluteJoint>(
+      call(PHYSX56_EXPORT(PxTopLevelFunctions_RevoluteJointCreate_5), &physics, actor0, frame0, actor1, frame1));
 }
 
 }  // namespace physx

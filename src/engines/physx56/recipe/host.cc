@@ -1,5 +1,5 @@
-// What the module wants from its host: 11 functions, of which a simulation needs clocks, a larger heap, somewhere to write
-// messages, and the way to PhysX's callbacks.
+// What the module wants from its host: 11 functions, of which a simulation needs clocks, a larger heap, somewhere to
+// write messages, and the way to PhysX's callbacks.
 #include "host.h"
 
 #include <chrono>
@@ -23,8 +23,15 @@ constexpr std::uint64_t kPage = 65536;
 
 // JavaScript that the module names by its place in this build (ASM_CONSTS of physx-js-webidl.mjs 2.7.3): a call of the
 // function of that name, on the object whose address is the first argument.
-enum Script : std::uint32_t { kFilterShader = 270506, kReportError = 271988, kOnConstraintBreak = 272797, kOnWake = 273077,
-                              kOnSleep = 273324, kOnContact = 273574, kOnTrigger = 273833 };
+enum Script : std::uint32_t {
+  kFilterShader = 270506,
+  kReportError = 271988,
+  kOnConstraintBreak = 272797,
+  kOnWake = 273077,
+  kOnSleep = 273324,
+  kOnContact = 273574,
+  kOnTrigger = 273833
+};
 
 std::uint32_t read_u32(w2c_physx56* module, Address address) {
   std::uint32_t value = 0;

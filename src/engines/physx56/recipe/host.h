@@ -1,7 +1,7 @@
-// PhysX's module as one C++ object: the C that wasm2c makes of it (physx56.h), its memory, and the host functions that it
-// imports (host.cc). Everything else is the exported functions emscripten_bind_*, one for each function of PhysX that the
-// package's interface lists, called as physx56.h declares them. References and pointers are addresses in the module's
-// memory, vectors and poses lie there as PhysX declares them.
+// PhysX's module as one C++ object: the C that wasm2c makes of it (physx56.h), its memory, and the host functions that
+// it imports (host.cc). Everything else is the exported functions emscripten_bind_*, one for each function of PhysX
+// that the package's interface lists, called as physx56.h declares them. References and pointers are addresses in the
+// module's memory, vectors and poses lie there as PhysX declares them.
 #pragma once
 
 #include <cstdint>
