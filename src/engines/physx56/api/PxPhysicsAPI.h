@@ -239,10 +239,10 @@ class PxRigidBody : public PxRigidActor {
   void setRigidBodyFlag(PxRigidBodyFlag::Enum flag, bool value) {
     call(PHYSX56_EXPORT(PxRigidBody_setRigidBodyFlag_2), this, flag, value);
   }
-  void addForce(const PxVec3& force, PxForceMode::Enum mode, bool autowake) {
+  void addForce(const PxVec3& force, PxForceMode::Enum mode = PxForceMode::eFORCE, bool autowake = true) {
     call(PHYSX56_EXPORT(PxRigidBody_addForce_3), this, force, mode, autowake);
   }
-  void addTorque(const PxVec3& torque, PxForceMode::Enum mode, bool autowake) {
+  void addTorque(const PxVec3& torque, PxForceMode::Enum mode = PxForceMode::eFORCE, bool autowake = true) {
     call(PHYSX56_EXPORT(PxRigidBody_addTorque_3), this, torque, mode, autowake);
   }
   void clearForce() { call(PHYSX56_EXPORT(PxRigidBody_clearForce_1), this, PxForceMode::eFORCE); }
