@@ -173,12 +173,15 @@ TEST_P(PhysxTest, FrictionThatNoMaterialsGiveIsThePairsOwn) {
   constexpr double kFriction = 0.4, kSpeed = 3;
   Model model;
   const int plane = add_shape(model, ShapeType::kPlane, kWorld);
-  const conformance::Solid ball = conformance::sphere_solid(1, kRadius);
+  const Vec3 half(2 * kRadius, 2 * kRadius, kRadius);
+  const Vec3 squares = half.cwiseProduct(half);
+  const conformance::Solid box =
+      conformance::principal_solid(1, Vec3::Zero(), Vec3::Constant(squares.sum() / 3) - squares / 3, Quat::Identity());
   for (const char* name : {"first", "second"}) {
     const int body = static_cast<int>(model.bodies.size());
-    add_free_body(model, name, ball, {Vec3(0, body, kRadius), Quat::Identity()});
+    add_free_body(model, name, box, {Vec3(0, body, kRadius), Quat::Identity()});
     const int shape = add_shape(model, ShapeType::kBox, body);
-    model.shapes[shape].half_size = {2 * kRadius, 2 * kRadius, kRadius};
+    model.shapes[shape].half_size = half;
     add_contact(model, plane, shape, body == 0 ? kFriction : 2 * kFriction);
   }
   add_contact(model, 1, 2, 0.1);
