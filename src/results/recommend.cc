@@ -126,7 +126,7 @@ void add_contender(const Results& results, const std::string& contender, SystemA
     std::string out = point.why;
     if (point.sound && errors.empty()) out = "no error was measured at this timestep";
     if (point.sound && !point.speed) {
-      out = results.timed(answers.system) ? "its speed was not timed here, nor on both sides"
+      out = results.timed(answers.system) ? "its speed was not timed here, nor on both sides of this timestep"
                                           : "the system was not timed";
     }
     if (out.empty() && point.speed) {
@@ -281,7 +281,8 @@ Joined joined_point(const Results& results, const std::vector<SystemAnswers>& ea
     }
     if (results.timed(answers.system)) {
       if (!own->speed && joined.out.empty()) {
-        joined.out = fmt::format("its speed on {} was not timed here, nor on both sides", answers.system);
+        joined.out =
+            fmt::format("its speed on {} was not timed here, nor on both sides of this timestep", answers.system);
       }
       if (own->speed && (!point.speed || own->speed->factor.value < point.speed->factor.value)) {
         point.speed = own->speed;
