@@ -873,7 +873,7 @@ describe("the programme", () => {
         assert.equal(await fresh.$eval(`${panel} input`, (node) => Number(node.value)), place, agreement.system);
         const said = await fresh.$eval(`${panel} output`, (node) => node.textContent);
         assert.ok(Math.abs(Number.parseFloat(said) - agreement.time_s[place]) <= 0.01 * agreement.time_s[place], said);
-        assert.ok((await fresh.$eval(`${panel} figcaption`, (node) => node.textContent)).includes("It begins at"));
+        assert.ok((await fresh.$eval(`${panel} figcaption`, (node) => node.textContent)).includes("The slider begins at"));
         const cut = await fresh.$eval(panel, (node) => {
           const box = node.querySelector(".canvas").getBoundingClientRect();
           return [...node.querySelectorAll(".agreement .name")].filter((name) => {
