@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <set>
 #include <tuple>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -395,21 +397,30 @@ std::optional<double> excess(const Candidate& candidate, const Limits& limits, b
 Recommendation recommend(const SystemAnswers& answers, const Limits& limits) {
   Recommendation found;
   std::set<std::string> seen;
-  double least = HUGE_VAL;
+  std::map<std::string, std::pair<double, size_t>> missing;  // of each contender the least factor, and where
   for (size_t i = 0; i < answers.candidates.size(); ++i) {
     const Candidate& candidate = answers.candidates[i];
     const auto out = excess(candidate, limits);
     if (!out) continue;
     if (*out > 0) {
-      if (!found.nearest || *out < least) found.nearest = i, least = *out;
+      const auto [at, fresh] = missing.try_emplace(answers.at(candidate).varies, *out, i);
+      if (!fresh && *out < at->second.first) at->second = {*out, i};
       continue;
     }
     if (!found.certain && excess(candidate, limits, true) == 0) found.certain = i;
     if (!seen.insert(answers.at(candidate).varies).second) continue;
     found.contenders.push_back(i);
   }
-  if (found.contenders.empty()) return found;
-  found.nearest.reset();
+  std::vector<std::pair<double, size_t>> beyond;
+  for (const auto& [varies, miss] : missing) {
+    if (!seen.contains(varies)) beyond.push_back(miss);
+  }
+  std::ranges::sort(beyond);
+  for (const auto& [factor, i] : beyond) found.beyond.push_back(i);
+  if (found.contenders.empty()) {
+    if (!found.beyond.empty()) found.nearest = found.beyond.front();
+    return found;
+  }
   const size_t best = found.contenders.front();
   found.best = best;
   const double slowest = answers.candidates[best].speed.factor.low;

@@ -1010,7 +1010,12 @@ describe("the programme", () => {
     assert.deepEqual(await page.$$eval(".pick-limit .pick-error", (nodes) => nodes.map((node) => node.value)), ["2", "20"], "in mm");
     assert.match(await page.$eval(".pick-facts", (node) => node.innerText), /Margin: /);
     const excluded = await page.$eval(".pick-excluded summary", (node) => node.textContent);
-    assert.ok(excluded.includes(`(${view.excluded.length} points)`), excluded);
+    const contendersOf = (candidates) => new Set(candidates.map(({ point }) => view.points[point].contender));
+    const within = contendersOf(passing);
+    const beyond = new Set([...contendersOf(view.candidates.filter(({ worst }) => worst.consistency && worst.penetration_max))].filter((one) => !within.has(one)));
+    assert.ok(beyond.size > 0);
+    assert.ok(excluded.includes(`(${view.excluded.length + beyond.size} points)`), excluded);
+    assert.equal(await page.$$eval(".pick-excluded tbody td:last-child", (cells) => cells.filter((cell) => cell.textContent.startsWith("beyond the limits")).length), beyond.size);
     await page.$eval(".pick-limit:nth-child(2) .pick-remove", (node) => node.click());
     await page.waitForFunction(() => !/penetration/.test(location.hash));
     // Nothing is that good: the smallest there is, is named.
