@@ -145,6 +145,19 @@ TEST_P(PhysxTest, LimitsBeyondHalfATurnHold) {
   EXPECT_NEAR(run(GetParam(), model, start, 1500).position[0], 7, 0.01);
 }
 
+// More than two turns from zero, where PhysX's plain revolute joint of articulations begins again.
+TEST_P(PhysxTest, TurnsAreCountedAndLimitsBeyondThemHold) {
+  constexpr double kStart = 14, kRate = 30;
+  Model model = wheel(0.01);
+  const State start = conformance::with_joints(model, {kStart}, {kRate});
+  EXPECT_NEAR(run(GetParam(), model, start, 1000).position[0], kStart + kRate, 0.01);
+  model.joints[0].limited = true;
+  model.joints[0].lower = 13.5;
+  model.joints[0].upper = 18;
+  model = finished(std::move(model));
+  EXPECT_NEAR(run(GetParam(), model, start, 1000).position[0], 18, 0.01);
+}
+
 TEST_P(PhysxTest, RefusesWhatPhysxCannotDo) {
   const bool articulation = std::string(GetParam()).find("art") != std::string::npos;
   Model model = wheel(0.01);
