@@ -72,7 +72,7 @@ class PhysxEngine final : public Adapter {
         // with this solver they would apply drives again
         set["velocity_iterations"] = 0LL;
       }
-      list.push_back({fmt::format("{}-{}{}", ASSAY_ENGINE_NAME, choice.name, suffix),
+      list.push_back({fmt::format("{}-{}{}", kPrefix, choice.name, suffix),
                       fmt::format("{}, {}{}, float", kTitle, choice.text, text), std::move(set)});
     };
     const std::array<Choice, 4> choices = {

@@ -41,6 +41,7 @@ class Ellipsoid final : public PxCustomGeometryExt::CylinderCallbacks {
 
 }  // namespace
 
+const char* const kPrefix = "physx";
 const char* const kTitle = "PhysX";
 
 const bool kContactDamping = true;

@@ -13,7 +13,9 @@
 
 namespace assay::px {
 
-extern const char* const kTitle;  // how the summaries of contenders begin
+// How the names and the summaries of contenders begin.
+extern const char* const kPrefix;
+extern const char* const kTitle;
 
 // Values of the setting `friction`; the first is its default.
 std::vector<std::string> friction_models();
@@ -25,6 +27,7 @@ extern const bool kContactModification;
 
 // Adds to the capabilities what is this version's: friction by pair, contact forces, curved shapes, further deviations.
 void describe_plugin(Capabilities& capabilities, const Options& options);
+
 // A cylinder or an ellipsoid as a body of its own kind, with what it points to; nullopt: only as a polyhedron.
 struct Curved {
   std::unique_ptr<physx::PxCustomGeometryCallbacks> callbacks;

@@ -7,6 +7,7 @@
 
 namespace assay::px {
 
+const char* const kPrefix = "physx56";
 const char* const kTitle = "PhysX 5.6";
 
 // The package's bindings have neither.
