@@ -84,8 +84,8 @@ TEST(ViolationTest, SolidsInAPlane) {
   const std::vector<double> reach = {0.2 * s + 0.1 * c, 0.2 * s + 0.1 * c, 0.1 * s + 0.2 * c,
                                      std::hypot(0.2 * s, 0.1 * c)};
   const Separations separations(model);
-  for (int i = 0; i < static_cast<int>(reach.size()); ++i) {
-    EXPECT_NEAR(separations.of(i, model.initial), 0.1 - reach[static_cast<size_t>(i)], 1e-14) << i;
+  for (size_t i = 0; i < reach.size(); ++i) {
+    EXPECT_NEAR(separations.of(static_cast<int>(i), model.initial), 0.1 - reach[i], 1e-14) << i;
   }
   EXPECT_NEAR(violation(model, model.initial).penetration, reach[2] - 0.1, 1e-14);
 }

@@ -778,7 +778,8 @@ class PxSimulationEventCallback {
 // The exports have no callback that modifies contacts: a scene with one is not made.
 struct PxContactModifyPair {
   struct PxContactSet {
-    static PxU32 size() { return 0; }
+    // NOLINTNEXTLINE(readability-convert-member-functions-to-static): as PhysX has it
+    PxU32 size() const { return 0; }
     void setStaticFriction(PxU32 /*i*/, float /*friction*/) {}
     void setDynamicFriction(PxU32 /*i*/, float /*friction*/) {}
   };
