@@ -1,8 +1,11 @@
 """What Genesis has instead of contact pairs: bit masks of shapes, and friction of shapes, of which it takes the larger."""
 
+import functools
+
 BITS = 31  # of Genesis' 32-bit integers, without the sign
 
 
+@functools.lru_cache(maxsize=16)
 def masks_of(model):
     """Of each shape in a contact pair (its own bits, the bits of those that it collides with), or None where they do not suffice.
 
@@ -15,6 +18,8 @@ def masks_of(model):
     of_body = {}
     for shape in partners:
         of_body.setdefault(model.shapes[shape].body, set()).add(shape)
+    if all(len(others | of_body[model.shapes[shape].body]) == len(partners) for shape, others in partners.items()):
+        return {shape: (1, 1) for shape in partners}
     allowed = {shape: others | of_body[model.shapes[shape].body] for shape, others in partners.items()}
     waiting = {shape: set(others) for shape, others in partners.items()}
     masks = {shape: [0, 0] for shape in partners}
@@ -23,12 +28,12 @@ def masks_of(model):
         if first is None or not waiting[first]:
             break
         own, others = {first}, set(allowed[first])
-        gained = len(waiting[first] & others)
+        gained = len(waiting[first])
         for shape in sorted(waiting, key=lambda shape: -len(allowed[shape] & others)):
             if shape in own:
                 continue
             common = others & allowed[shape]
-            gain = len({frozenset((a, b)) for a in own | {shape} for b in waiting[a] & common})
+            gain = sum(len(waiting[each] & common) for each in own | {shape})
             if gain > gained:
                 own, others, gained = own | {shape}, common, gain
         for shape in own:
@@ -41,6 +46,7 @@ def masks_of(model):
     return None if any(waiting.values()) else masks
 
 
+@functools.lru_cache(maxsize=16)
 def friction_of_shapes(model):
     """Sliding, torsional and rolling friction of each shape: the smallest of its pairs. None where the larger of two is not the
     pair's own: then no others give it either."""

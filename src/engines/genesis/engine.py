@@ -57,8 +57,6 @@ class Engine(assay.Engine):
             contender("genesis", "its own integrator and Newton solver, in double precision"),
             contender("genesis-f32", "the same in single precision, as Genesis has it by itself", precision="single"),
             contender("genesis-euler", "semi-implicit Euler, Newton solver", integrator="euler"),
-            contender("genesis-elliptic", "elliptic friction cone", cone="elliptic"),
-            contender("genesis-static", "kernels compiled for each model (performance mode)", static_arrays=True),
         ]
 
     def capabilities(self, settings):
