@@ -101,6 +101,18 @@ class Engine(assay.Engine):
             elif body.ball >= 0 or model.bodies[children[i][0]].ball >= 0:
                 add(f"body '{body.name}'", assay.refused(
                     "Genesis takes no ball joint beside other joints of one body: give the massless body a mass"))
+        welded = {frozenset((hold.body_a, hold.body_b)) for hold in model.welds}
+
+        def carrier(i):  # a massless body's joints and shapes are its child's in Genesis
+            while i >= 0 and model.bodies[i].is_massless and len(children[i]) == 1:
+                i = children[i][0]
+            return i
+
+        for pair in model.contacts:
+            a, b = model.shapes[pair.shape_a], model.shapes[pair.shape_b]
+            if carrier(a.body) == carrier(b.body) or frozenset((a.body, b.body)) in welded:
+                add(f"contact of '{a.name}' and '{b.name}'", assay.refused(
+                    "Genesis has no contacts within a body or between welded bodies: leave the pair out"))
         if any(pair.friction < LEAST_FRICTION for pair in model.contacts):
             add("friction of contact pairs", assay.approximated(f"at least {LEAST_FRICTION}, Genesis' lower bound"))
         if friction_of_shapes(model) is None:

@@ -6,6 +6,7 @@ from contact_pairs import friction_of_shapes, masks_of
 from mujoco_model import Compiled, Pose, turned
 
 UNSPECIFIED = np.finfo(float).eps  # a time constant that Genesis replaces by its own
+SCALAR = (int(mj.mjtJoint.mjJNT_HINGE), int(mj.mjtJoint.mjJNT_SLIDE))
 INVISIBLE = 3  # a group that Genesis makes no visual meshes of
 
 
@@ -35,8 +36,7 @@ class Prepared(Compiled):
         before = m.qpos0.copy()
         for body in range(m.nbody):
             joints = range(m.body_jntadr[body], m.body_jntadr[body] + m.body_jntnum[body])
-            scalar = (mj.mjtJoint.mjJNT_HINGE, mj.mjtJoint.mjJNT_SLIDE)
-            if any(m.jnt_type[joint] not in scalar for joint in joints):
+            if any(m.jnt_type[joint] not in SCALAR for joint in joints):
                 continue
             after = Pose()  # of the joints that follow
             for joint in reversed(joints):
@@ -54,7 +54,7 @@ class Prepared(Compiled):
         if not moved:
             return
         for equality in range(m.neq):  # counts positions from these
-            if m.eq_type[equality] == mj.mjtEq.mjEQ_JOINT:
+            if int(m.eq_type[equality]) == int(mj.mjtEq.mjEQ_JOINT):
                 data, ends = m.eq_data[equality], (m.eq_obj1id[equality], m.eq_obj2id[equality])
                 shift = [m.qpos0[m.jnt_qposadr[joint]] - before[m.jnt_qposadr[joint]] if joint >= 0 else 0.0 for joint in ends]
                 data[0] += data[1] * shift[1] - shift[0]
@@ -62,7 +62,7 @@ class Prepared(Compiled):
 
 
 def motion_of(kind, p, axis, way):
-    if kind == mj.mjtJoint.mjJNT_SLIDE:
+    if int(kind) == int(mj.mjtJoint.mjJNT_SLIDE):
         return Pose(axis * way)
     q = np.array([np.cos(way / 2), *(np.sin(way / 2) * axis)])
     return Pose(p - turned(q, p), q)

@@ -47,7 +47,7 @@ class Scene:
                 rigid_options=options_of(model, settings), show_viewer=False,
                 profiling_options=gs.options.ProfilingOptions(show_FPS=False))
             self.entity = self.scene.add_entity(Held(
-                self.prepared.mujoco, default_armature=None, convexify=True, decimate=False,
+                self.prepared.mujoco, default_armature=None, align=False, convexify=True, decimate=False,
                 decompose_object_error_threshold=float("inf"), decompose_robot_error_threshold=float("inf")))
             self.scene.build(n_envs=worlds)
         except gs.GenesisException as error:
