@@ -7,6 +7,7 @@ from mujoco_model import Compiled, Pose, turned
 
 UNSPECIFIED = np.finfo(float).eps  # a time constant that Genesis replaces by its own
 SCALAR = (int(mj.mjtJoint.mjJNT_HINGE), int(mj.mjtJoint.mjJNT_SLIDE))
+ORIGIN = "origin of the world"
 INVISIBLE = 3  # a group that Genesis makes no visual meshes of
 
 
@@ -17,7 +18,8 @@ class Prepared(Compiled):
         for solref in (m.jnt_solref, m.geom_solref, m.eq_solref):
             solref[:, 0] = UNSPECIFIED
         m.dof_solref[:, 0] = UNSPECIFIED
-        m.geom_group[:] = INVISIBLE
+        for geom in range(m.ngeom):
+            m.geom_group[geom] = 0 if m.geom(geom).name == ORIGIN else INVISIBLE
         masks, friction = masks_of(model) or {}, friction_of_shapes(model) or {}
         for shape in self.plan.shapes:
             geom = m.geom(f"shape{shape}")
@@ -27,7 +29,10 @@ class Prepared(Compiled):
         self.rest_at_spring_references()
 
     def add_pairs(self):
-        """Pairs are chosen by masks."""
+        """Pairs are chosen by masks. Genesis removes a world without a shape, also where a body is held to it."""
+        holds = [*self.model.connects, *self.model.welds]
+        if any(body < 0 for hold in holds for body in (hold.body_a, hold.body_b)):
+            self.spec.worldbody.add_geom(name=ORIGIN, type=mj.mjtGeom.mjGEOM_SPHERE, size=[0.01, 0, 0], contype=0, conaffinity=0)
 
     def rest_at_spring_references(self):
         """Genesis' springs pull to the positions of the joints where the bodies are placed, so bodies are placed where their
