@@ -201,8 +201,10 @@ class DirectPhysx final : public Direct {
     articulation_->setSolverIterationCounts(position_iterations_, velocity_iterations_);
     articulation_->setSleepThreshold(0);
     articulation_->setStabilizationThreshold(0);
+#if PX_PHYSICS_VERSION_MAJOR == 5 && PX_PHYSICS_VERSION_MINOR < 6
     articulation_->setMaxCOMLinearVelocity(PX_MAX_F32);
     articulation_->setMaxCOMAngularVelocity(PX_MAX_F32);
+#endif
     PxArticulationLink* parent = articulation_->createLink(nullptr, PxTransform(PxIdentity));
     for (size_t b = 0; b < model.bodies.size(); ++b) {
       const BodyState& s = start.bodies[b];
@@ -251,4 +253,8 @@ std::unique_ptr<Direct> make(const Scene& scene, const State& start, const Setti
 }  // namespace
 }  // namespace assay::benchmarks
 
+#if PX_PHYSICS_VERSION_MAJOR == 5 && PX_PHYSICS_VERSION_MINOR < 6
 ASSAY_DIRECT_LOOP(assay::benchmarks::make, "physx-d6-pgs", "physx-d6-tgs", "physx-art-pgs", "physx-art-tgs")
+#else
+ASSAY_DIRECT_LOOP(assay::benchmarks::make, "physx56-d6-pgs", "physx56-d6-tgs", "physx56-art-pgs", "physx56-art-tgs")
+#endif

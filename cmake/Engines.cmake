@@ -45,12 +45,19 @@ set(run_setup "Run setup/setup.sh (or ./assay), which puts it under ${ASSAY_CACH
 # assay_built_engine(name VERSION version FOLDER folder LIBRARY file [INCLUDE folder] [DEFINITIONS name...] [LINK target...])
 #
 # Makes engine::<name>${suffix} of the static library folder/lib/file that set-up has built; where that is not there, the
-# engine is absent. INCLUDE is folder/include unless given.
+# engine is absent. An engine that set-up builds on request only says in its on-request.txt what that takes. INCLUDE is folder/include unless given.
 function(assay_built_engine name)
   cmake_parse_arguments(arg "" "VERSION;FOLDER;LIBRARY;INCLUDE" "DEFINITIONS;LINK" ${ARGN})
   set(library "${arg_FOLDER}/lib/${arg_LIBRARY}")
   if(NOT EXISTS "${library}")
-    assay_engine_absent(${name} "${run_setup}")
+    set(how "${run_setup}")
+    set(on_request "${PROJECT_SOURCE_DIR}/src/engines/${name}/on-request.txt")
+    if(EXISTS "${on_request}")
+      file(READ "${on_request}" takes)
+      string(STRIP "${takes}" takes)
+      set(how "Run ./assay setup ${name} (${takes}).")
+    endif()
+    assay_engine_absent(${name} "${how}")
     return()
   endif()
   if(NOT arg_INCLUDE)

@@ -50,7 +50,7 @@ def cache():
 def files_of(package, folder):
     """The folder of the package's newest version below `folder`, and its robots' files, sorted."""
     pattern, files, _ = PACKAGES[package]
-    roots = sorted(folder.glob(pattern))
+    roots = sorted(root for root in folder.glob(pattern) if root.is_dir())  # beside locks of set-up
     if not roots:
         sys.exit(f"{folder} has no {pattern}: fetch the robots with ./assay robots")
     return roots[-1], sorted({str(path) for each in files for path in roots[-1].glob(each)})

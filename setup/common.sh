@@ -73,12 +73,16 @@ engine_python() {
   prefix="$(pkg-config --variable=exec_prefix python-3.11-embed 2>/dev/null)" || prefix=/usr
   echo "${prefix}/bin/python3.11"
 }
-# Sets python_engines to the engines that were named, or to all of them. Each has a file src/engines/NAME/requirements.txt.
-find_python_engines() {
-  local file name known=()
-  for file in "${root}"/src/engines/*/requirements.txt; do
-    name="${file%/requirements.txt}"
-    known+=("${name##*/}")
+# on_request NAME: whether the engine's recipe runs only when the engine is named: it has the file on-request.txt, which
+# says what that takes.
+on_request() { [[ -f ${root}/src/engines/$1/on-request.txt ]]; }
+# Sets python_engines and built_engines to the engines that were named, or to all that are set up on request: those with a
+# Python environment (src/engines/NAME/requirements.txt), and those whose recipe says so.
+find_engines_on_request() {
+  local file name known=() wanted=("$@")
+  for file in "${root}"/src/engines/*/{requirements.txt,on-request.txt}; do
+    name="${file#"${root}/src/engines/"}"
+    [[ ! -f ${file} ]] || known+=("${name%%/*}")
   done
   if [[ $# -eq 0 ]]; then
     echo "assay: name the engines to set up, or all of them: ${known[*]} all" >&2
@@ -90,8 +94,12 @@ find_python_engines() {
       return 1
     fi
   done
+  [[ " $* " != *" all "* ]] || wanted=("${known[@]}")
   # shellcheck disable=SC2034  # for who calls it
-  if [[ " $* " == *" all "* ]]; then python_engines=("${known[@]}"); else python_engines=("$@"); fi
+  python_engines=() built_engines=()
+  for name in "${wanted[@]}"; do
+    if on_request "${name}"; then built_engines+=("${name}"); else python_engines+=("${name}"); fi
+  done
 }
 # environment_folder NAME: the virtual environment of an engine whose adapter is in Python.
 environment_folder() { python_folder "$1" "${root}/src/engines/$1/requirements.txt" "$(engine_python)"; }

@@ -5,8 +5,9 @@
 #   setup/setup.sh [--tests]
 #   setup/setup.sh --builds BUILD...  also sets up these builds of the engines (setup/builds.txt), on demand
 #   setup/setup.sh --robots  fetches real robots (setup/pip/robots.txt) instead: some 600 MB, on demand
-#   setup/setup.sh --engines NAME...|all  makes the Python environments of these engines (src/engines/NAME/requirements.txt)
-#                            instead, on demand: they are large
+#   setup/setup.sh --engines NAME...|all  sets up these engines instead, on demand: those with a Python environment
+#                            (src/engines/NAME/requirements.txt), which are large, and those that take long to build
+#                            (src/engines/NAME/on-request.txt)
 #   setup/setup.sh --fuzz    adds the compiler that tests/fuzz/run needs
 #   setup/setup.sh --package  makes the environment that builds and tests the Python package (setup/pip/package.txt) instead: 500 MB
 #   setup/setup.sh --prune   removes shared engines, tools and downloads that no set-up has used for 90 days
@@ -20,7 +21,7 @@ set -euo pipefail
 root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
 # shellcheck source=setup/common.sh
 source "${root}/setup/common.sh"
-with_tests="" with_fuzz="" prune="" robots="" package="" builds=() python_engines=()
+with_tests="" with_fuzz="" prune="" robots="" package="" builds=() python_engines=() built_engines=()
 case "${1:-}" in
   "") ;;
   --tests) with_tests=1 ;;
@@ -30,7 +31,7 @@ case "${1:-}" in
   --package) package=1 ;;
   --engines)
     shift
-    find_python_engines "$@" || exit 2
+    find_engines_on_request "$@" || exit 2
     ;;
   --builds)
     builds=("${@:2}")
@@ -327,6 +328,17 @@ set_up_python_engines() {
   done
 }
 
+# ---- engines that take long to build ------------------------------------------------------------------------------------
+
+set_up_built_engines() {
+  local compiler name
+  # shellcheck disable=SC2034  # for the recipes
+  compiler="$(${CXX:-c++} --version | head -n 1)"
+  for name in "${built_engines[@]}"; do
+    set_up_engine "${name}"
+  done
+}
+
 # ---- libraries of the program that it loads on request -----------------------------------------------------------------
 
 # Every package of setup/pip/libraries.txt as ${cache}/libraries/NAME-VERSION.
@@ -379,6 +391,7 @@ set_up_pieces() {
   for recipe in "${root}"/src/engines/{jolt,simbody,rapier,physx,*}/recipe/build.sh; do
     name="${recipe%/recipe/build.sh}" name="${name##*/}"
     [[ -f ${recipe} && " ${pieces[*]} " != *" set_up_engine ${name} "* ]] || continue
+    on_request "${name}" && continue
     if [[ " ${ASSAY_SKIP_ENGINES:-} " == *" ${name} "* ]]; then
       say "doing without the engine ${name} (ASSAY_SKIP_ENGINES)"
     else
@@ -448,11 +461,13 @@ if [[ -n ${prune} ]]; then
   prune_cache
   exit
 fi
-if [[ ${#python_engines[@]} -gt 0 ]]; then
-  set_up_python_engines
+if [[ $((${#python_engines[@]} + ${#built_engines[@]})) -gt 0 ]]; then
+  [[ ${#python_engines[@]} -eq 0 ]] || set_up_python_engines
+  [[ ${#built_engines[@]} -eq 0 ]] || set_up_built_engines
   # what ./assay runs was built without them
   rm -f "${root}/build/product/stamp"
-  say "ready: ${python_engines[*]}"
+  engines=("${python_engines[@]}" "${built_engines[@]}")
+  say "ready: ${engines[*]}"
   exit
 fi
 if [[ -n ${package} ]]; then

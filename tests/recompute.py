@@ -774,6 +774,12 @@ def check_text(report, store, page):
                                                 cell.values["grasp_held"].value == 1)
                 report.check("page", f"what {row[0]} holds up to", row[1],
                              row[1] == (milliseconds(held) if held else "none"), milliseconds(held))
+                fails = fractions.Fraction(row[2].partition(":")[0])
+                cell = next(each for each in store.of("grasp", "grasp", row[0]) if each.timestep == float(fails))
+                share = cell.values.get("grasp_held")
+                if share:
+                    report.printed("page", f"share that {row[0]} holds at {row[2].partition(':')[0]} ms", row[3].removesuffix(" %"),
+                                   100 * share.value)
             if "hidden damping (1/s)" in header:
                 cell = store.of("drift", row[0], row[1])[0]
                 shown, unit, way = row[2].split()

@@ -1,4 +1,5 @@
-// PhysX 5.1.3, PxD6Drive::eTWIST: the drive is not a linear spring. Its torque is 2 k sin(d / 2) for a deflection d.
+// PhysX 5.1.3 and 5.6.1, PxD6Drive::eTWIST: the drive is not a linear spring. Its torque is 2 k sin(d / 2) for a
+// deflection d.
 //
 // A wheel on a PxD6Joint whose twist is free stands still, d from the drive's target, with a drive of stiffness k and
 // no damping. One small step gives it the rate h T / I, from which the torque T follows. A spring of stiffness k, in

@@ -1,4 +1,5 @@
-// PhysX 5.1.3, PxSolverType::ePGS: a body that turns about a joint beside its centre of mass loses speed in every step.
+// PhysX 5.1.3 and 5.6.1, PxSolverType::ePGS: a body that turns about a joint beside its centre of mass loses speed in
+// every step.
 //
 // A rod turns about a PxD6Joint to the world, whose twist is free and all else locked; no gravity, no damping, no
 // contact. Nothing should change its rate w. It falls by the factor

@@ -1,4 +1,5 @@
-// PhysX 5.1.3, PxSolverType::eTGS: an articulation's joint positions are summed up once an iteration, in float.
+// PhysX 5.1.3 and 5.6.1, PxSolverType::eTGS: an articulation's joint positions are summed up once an iteration, in
+// float.
 //
 // A wheel on a revolute joint turns at a constant 8 rad/s, undisturbed. Its joint velocity stays 8 rad/s to the last
 // bit. After 1 s its joint position should be 8 rad. With PxSolverType::ePGS it is wrong by float's rounding of one sum

@@ -29,6 +29,8 @@ class _Shown:
                 setattr(self, name, event[name])
         if kind == "phase":
             self.phase, self.current = event["text"], ""
+        elif kind == "tested":
+            self.current = f"{event['tests_done']}/{event['tests']} tests; last: {event['text']}"
         elif kind in ("started", "made"):
             self.current = event["text"]
         elif kind == "message":

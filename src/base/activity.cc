@@ -27,14 +27,6 @@ double cpu_seconds_so_far() {
          1e-6 * static_cast<double>(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
 }
 
-// Writable memory of this process, as RLIMIT_DATA counts it.
-std::size_t data_bytes() {
-  std::ifstream pages("/proc/self/statm");
-  std::size_t size = 0, resident = 0, shared = 0, text = 0, lib = 0, data = 0;
-  pages >> size >> resident >> shared >> text >> lib >> data;
-  return data * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
-}
-
 // Soft limits, which this process may raise again, as they were before the outermost activity.
 rlimit cpu_before{}, data_before{};
 
@@ -51,6 +43,13 @@ void limit_wall(double seconds) {
 }
 
 }  // namespace
+
+std::size_t data_bytes() {
+  std::ifstream pages("/proc/self/statm");
+  std::size_t size = 0, resident = 0, shared = 0, text = 0, lib = 0, data = 0;
+  pages >> size >> resident >> shared >> text >> lib >> data;
+  return data * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+}
 
 void watch_activities(ActivityBoard* board) { watched = board; }
 

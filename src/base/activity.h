@@ -19,6 +19,9 @@ struct ActivityLimits {
   std::size_t memory_bytes = std::size_t{2} << 30;  // beyond what the process has
 };
 
+// Writable memory of this process, as RLIMIT_DATA counts it; 0 where the system does not tell.
+std::size_t data_bytes();
+
 // From now on this process's activities are written to `board` and limited: one that takes too long is ended by SIGXCPU
 // or SIGALRM. Null ends that.
 void watch_activities(ActivityBoard* board);

@@ -19,8 +19,8 @@
 //   batch_ms = 100                                 # time in the engine's steps of a turn, in the mean over contenders
 //   windows = 32                                   # parts of the run that all contenders time
 //   warmup = 5                                     # untimed steps behind a saved state
-//   states = "own"                                 # where windows start: in states of each contender's own fine-step
-//                                                  # run, or "common": in those of one contender
+//   states = "own"                                 # where windows start: in states of each contender's own run at the
+//                                                  # timed timestep, or "common": of one contender's fine-step run
 //   states_of = "mujoco-euler"                     # which; default: the system's first one in joint coordinates
 //   twins = ["mujoco-euler"]                       # contenders that are timed twice, under NAME and NAME-twin
 //

@@ -8,15 +8,15 @@
 namespace assay::findings {
 namespace {
 
-// A joint of a root that other joints compose with it: planar and floating bases have no stops.
-bool composes_root(const Model& model, const Joint& joint) {
-  int body = joint.body;
+// Whether a body's joint is one of a root that other joints compose with it: planar and floating bases have no stops.
+bool composes_root(const Model& model, const int of) {
+  int body = of;
   const bool leads_on = model.bodies[body].is_massless();
   while (model.bodies[body].parent != kWorld) {
     body = model.bodies[body].parent;
     if (!model.bodies[body].is_massless()) return false;
   }
-  return leads_on || body != joint.body;
+  return leads_on || body != of;
 }
 
 void add_limits(const Model& model, const FileFacts& facts, std::vector<Finding>& out) {
@@ -27,14 +27,15 @@ void add_limits(const Model& model, const FileFacts& facts, std::vector<Finding>
                     .advice = "widen them, or make the joint fixed"};
   for (const Joint& joint : model.joints) {
     const std::string label = fmt::format("joint '{}'", joint.name);
-    if (!joint.limited && !composes_root(model, joint)) {
+    if (!joint.limited && !composes_root(model, joint.body)) {
       unlimited.places.push_back(place_at(facts, label));
     } else if (joint.limited && joint.lower >= joint.upper) {
       locked.places.push_back(place_at(facts, label, 0, fmt::format("at {:.4g}", joint.lower)));
     }
   }
   for (const BallJoint& ball : model.balls) {
-    if (!ball.limited) unlimited.places.push_back(place_at(facts, fmt::format("joint '{}'", ball.name)));
+    if (!ball.limited && !composes_root(model, ball.body))
+      unlimited.places.push_back(place_at(facts, fmt::format("joint '{}'", ball.name)));
   }
   unlimited.all = unlimited.places.size() == model.joints.size() + model.balls.size();
   unlimited.advice = facts.is_urdf
@@ -74,7 +75,7 @@ void add_damping(const Model& model, const FileFacts& facts, std::vector<Finding
   };
   size_t candidates = model.balls.size();
   for (const Joint& joint : model.joints) {
-    if (composes_root(model, joint)) continue;
+    if (composes_root(model, joint.body)) continue;
     ++candidates;
     consider(joint.name, joint.damping, joint.dry_friction);
   }

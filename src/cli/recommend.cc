@@ -158,6 +158,18 @@ void add_candidates(const SystemAnswers& answers, const Question& question, cons
   answer.table(headings, rows, right);
 }
 
+// What a candidate has of the values that are limited.
+std::string asked_text(const Candidate& candidate, const Question& question) {
+  std::vector<std::string> parts;
+  parts.reserve(question.asked.size() + 1);
+  for (const Asked& asked : question.asked) {
+    parts.push_back(
+        fmt::format("{} {}", asked.value.brief, worst_text(candidate.worst.at(asked.value.name), asked.value.unit)));
+  }
+  if (question.limits.realtime) parts.push_back(realtime_text(candidate.speed.factor.value) + " real time");
+  return join(parts, ", ");
+}
+
 // What is left out, by contender and reason.
 struct LeftOut {
   std::string contender, why;
@@ -165,7 +177,7 @@ struct LeftOut {
   bool fails = false;
 };
 
-std::vector<LeftOut> left_out(const SystemAnswers& answers, const Question& question) {
+std::vector<LeftOut> left_out(const SystemAnswers& answers, const Question& question, const Recommendation& found) {
   std::vector<LeftOut> groups;
   const auto add = [&](const Point& point, const std::string& why, bool fails) {
     auto same = std::ranges::find_if(groups, [&](const LeftOut& group) {
@@ -184,6 +196,10 @@ std::vector<LeftOut> left_out(const SystemAnswers& answers, const Question& ques
       add(answers.at(candidate), fmt::format("the {} was not measured", asked.value.brief), false);
     }
   }
+  for (const size_t i : found.beyond) {
+    const Candidate& candidate = answers.candidates[i];
+    add(answers.at(candidate), "beyond the limits, and nearest to them here: " + asked_text(candidate, question), false);
+  }
   for (LeftOut& group : groups) std::ranges::sort(group.timesteps_ms);
   std::ranges::stable_sort(groups, {}, &LeftOut::contender);
   return groups;
@@ -191,10 +207,10 @@ std::vector<LeftOut> left_out(const SystemAnswers& answers, const Question& ques
 
 }  // namespace
 
-void print_left_out(const SystemAnswers& answers, const Question& question) {
-  std::vector<LeftOut> groups = left_out(answers, question), single, shared;
+void print_left_out(const SystemAnswers& answers, const Question& question, const Recommendation& found) {
+  std::vector<LeftOut> groups = left_out(answers, question, found), single, shared;
   if (groups.empty()) return;
-  print("\n" + heading("Not considered") + ":\n");
+  print("\n" + heading("Not considered, or beyond the limits") + ":\n");
   // What is the same for several contenders stands once, and last.
   while (!groups.empty()) {
     LeftOut group = groups.front();
@@ -280,7 +296,7 @@ Json answer_json(const SystemAnswers& answers, const Question& question, const R
   for (const Asked& asked : question.asked) {
     limits.push_back({{"value", asked.value.name}, {"unit", asked.value.unit}, {"largest", asked.largest}});
   }
-  for (const LeftOut& group : left_out(answers, question)) {
+  for (const LeftOut& group : left_out(answers, question, found)) {
     excluded.push_back({{"contender", group.contender}, {"timesteps_ms", group.timesteps_ms}, {"why", group.why}});
   }
   const Asked* first = question.asked.empty() ? nullptr : &question.asked.front();
@@ -326,14 +342,7 @@ std::string nearest_text(const SystemAnswers& answers, const Question& question,
   if (!found.nearest) return "no point with these values is sound and was timed";
   const Candidate& candidate = answers.candidates[*found.nearest];
   const Point& point = answers.at(candidate);
-  std::vector<std::string> parts;
-  parts.reserve(question.asked.size() + 1);
-  for (const Asked& asked : question.asked) {
-    parts.push_back(
-        fmt::format("{} {}", asked.value.brief, worst_text(candidate.worst.at(asked.value.name), asked.value.unit)));
-  }
-  if (question.limits.realtime) parts.push_back(realtime_text(candidate.speed.factor.value) + " real time");
-  return fmt::format("the nearest is {} with {}", place_text(point), join(parts, ", "));
+  return fmt::format("the nearest is {} with {}", place_text(point), asked_text(candidate, question));
 }
 
 void add_best(const SystemAnswers& answers, const Question& question, const Recommendation& found, Answer& answer) {
@@ -416,7 +425,7 @@ int recommend_to(const RecommendOptions& options) {
   Answer answer;
   add_best(answers, question, found, answer);
   answer.print();
-  print_left_out(answers, question);
+  print_left_out(answers, question, found);
   return kDone;
 }
 

@@ -49,7 +49,7 @@ std::string nearest_text(const SystemAnswers& answers, const Question& question,
 void add_best(const SystemAnswers& answers, const Question& question, const Recommendation& found, Answer& answer);
 
 // "Not considered": contenders, timesteps and reasons.
-void print_left_out(const SystemAnswers& answers, const Question& question);
+void print_left_out(const SystemAnswers& answers, const Question& question, const Recommendation& found);
 
 // "mujoco-euler at 4 ms"
 std::string place_text(const Point& point);

@@ -45,7 +45,7 @@ std::vector<ManifestEntry> machine_facts() {
   return {
       {"cpu", or_unknown(proc_value("/proc/cpuinfo", "model name"))},
       {"cores", std::to_string(::sysconf(_SC_NPROCESSORS_ONLN))},
-      {"governor", governor.empty() ? "not told" : governor},
+      {"governor", governor.empty() ? "unknown" : governor},
       {"virtual_machine", hypervisor ? "yes" : "no"},
       {"memory", or_unknown(proc_value("/proc/meminfo", "MemTotal"))},
       {"kernel", fmt::format("{} {} {}", system.sysname, system.release, system.machine)},

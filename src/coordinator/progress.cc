@@ -49,6 +49,10 @@ std::string opening(int todo, int done_before, double estimate_s) {
   return text;
 }
 
+std::string tests_label(const std::string& last, int done, int all) {
+  return fmt::format("{}/{} tests; last: {}", done, all, last);
+}
+
 class Bar final : public Progress {
  public:
   explicit Bar(FILE* stream) : stream_(stream) {}
@@ -66,6 +70,10 @@ class Bar final : public Progress {
     phase_ = what;
     current_.clear();
     draw(true);
+  }
+  void tested(const std::string& test, int done, int all) override {
+    current_ = tests_label(test, done, all);
+    draw(false);
   }
   void started(const std::string& cell) override {
     current_ = cell;
@@ -149,6 +157,11 @@ class Lines final : public Progress {
     last_ = Clock::now();
   }
   void phase(const std::string& what) override { line(what); }
+  void tested(const std::string& test, int done, int all) override {
+    if (!is_time()) return;
+    last_ = Clock::now();
+    line(tests_label(test, done, all));
+  }
   void finished(const Cell& cell, double remaining_s) override {
     counter_.count();
     if (is_time()) {
@@ -181,7 +194,7 @@ class Lines final : public Progress {
 
   FILE* stream_;
   Counter counter_;
-  Clock::time_point last_;
+  Clock::time_point last_ = Clock::now();
 };
 
 class JsonLines final : public Progress {
@@ -194,6 +207,9 @@ class JsonLines final : public Progress {
     line("begin", {{"cells", counter_.all()}, {"done", counter_.done()}, {"left_s", std::max(0.0, estimate_s)}});
   }
   void phase(const std::string& what) override { line("phase", {{"text", what}}); }
+  void tested(const std::string& test, int done, int all) override {
+    line("tested", {{"tests", all}, {"tests_done", done}, {"text", test}});
+  }
   void started(const std::string& cell) override { line("started", {{"text", cell}}); }
   void finished(const Cell& cell, double remaining_s) override {
     counter_.count();

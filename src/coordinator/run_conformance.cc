@@ -27,7 +27,8 @@ const std::string& scored_as(const CampaignContender& contender) {
 
 }  // namespace
 
-// Runs the tests in one worker; when that dies in a test, the test has failed and the rest goes on in another.
+// Runs the tests in one worker; when that dies in a test, the test has failed and the rest goes on in another. It does
+// so as well when the worker ends before its tests do.
 // `lost` counts workers that somebody else ended: a test is not blamed for that.
 void Runner::run_suite(const std::string& content, const std::vector<std::string>& tests, Pool& pool, int lost) {
   const auto found = std::ranges::find_if(campaign_.contenders,
@@ -39,9 +40,10 @@ void Runner::run_suite(const std::string& content, const std::vector<std::string
   job.cost = 1;
   job.lost = lost;
   const size_t before = suite_rows_[content].size();
-  job.on_test = [this, content](const TestResult& result) {
+  job.on_test = [this, content, name = found->resolved.name](const TestResult& result) {
     suite_rows_[content].push_back({"", result.test, result.status, result.figure.value_or(0),
                                     result.tolerance.value_or(0), result.unit, result.note});
+    progress_.tested(fmt::format("{} {}", name, result.test), ++tests_done_, tests_);
   };
   job.on_end = [this, content, tests, before, lost, &pool](const JobEnd& end) {
     std::vector<ConformanceRow>& rows = suite_rows_[content];
@@ -53,6 +55,10 @@ void Runner::run_suite(const std::string& content, const std::vector<std::string
     if (end.outside) {
       lost_suite_.insert(content);
       suite_rows_.erase(content);
+      return;
+    }
+    if (end.answer && ran > 0 && ran < tests.size()) {  // its memory was running out
+      run_suite(content, {tests.begin() + static_cast<std::ptrdiff_t>(ran), tests.end()}, pool, lost);
       return;
     }
     if (!end.answer) crashed_suite_.insert(content);
@@ -74,6 +80,7 @@ void Runner::run_suite(const std::string& content, const std::vector<std::string
     for (const CampaignContender& each : campaign_.contenders) {
       if (each.content() == content) store_.set_conformance(each.resolved.name, rows);
     }
+    keep_suite(content);
   };
   pool.add(std::move(job));
 }
@@ -141,10 +148,8 @@ void Runner::conformance() {
     for (const ConformanceTest& test : conformance_tests()) tests.push_back(test.name);
     Pool pool(program_, jobs_, interrupts_);
     for (const std::string& content : contents) run_suite(content, tests, pool);
+    tests_ = static_cast<int>(contents.size() * tests.size());
     pool.run([&](const std::string& job) { progress_.started(job); });
-    if (!interrupted()) {
-      for (const std::string& content : contents) keep_suite(content);
-    }
   }
   std::erase_if(todo_, [this](const PlannedCell* cell) { return lost_suite_.contains(contender(*cell).content()); });
   std::map<std::string, std::vector<std::string>> failures;

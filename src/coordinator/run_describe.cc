@@ -155,10 +155,12 @@ void Runner::describe() {
   const TimingOptions& timing = campaign_.timing;
   entries.push_back(
       {"timing",
-       fmt::format("{} rounds in {} processes, turns of {} ms in the mean over the contenders; {} windows of "
-                   "the run, the same for all, from states of {} fine-step run, {} untimed steps first",
-                   timing.rounds, std::min(timing.processes, timing.rounds), shortest(timing.batch_ms), timing.windows,
-                   timing.common_states ? "one contender's" : "each contender's own", timing.warmup)});
+       fmt::format(
+           "{} rounds in {} processes, turns of {} ms in the mean over the contenders; {} windows of "
+           "the run, the same for all, from states of {}, {} untimed steps first",
+           timing.rounds, std::min(timing.processes, timing.rounds), shortest(timing.batch_ms), timing.windows,
+           timing.common_states ? "one contender's fine-step run" : "each contender's own run at the timed timestep",
+           timing.warmup)});
   if (!options_.command.empty()) entries.push_back({"command", options_.command});
   if (!store_.manifest("started")) entries.push_back({"started", date_text(unix_time())});
   if (!campaign_.ratios.empty()) entries.push_back({"ratios", dump_json(json(campaign_.ratios))});

@@ -127,6 +127,7 @@ class Runner {
   std::vector<std::string> without_truth_;    // as in RunSummary
   std::map<std::pair<int, int>, double> step_us_;
   std::map<std::string, std::vector<ConformanceRow>> suite_rows_;  // by contender's content
+  int tests_ = 0, tests_done_ = 0;                                 // of the suites that run now
   TimingFacts timing_facts_;
   std::map<std::string, std::string> devices_;  // what engines say of them, by name
   NodeRow node_;                                // this machine and its part of the work

@@ -31,7 +31,7 @@ constexpr const char* kPythonLibraryVariable = "ASSAY_PYTHON_LIBRARY";
 constexpr const char* kPythonLibrary = "libpython3.11.so.1.0";
 
 // The order of tables and reports: by family, which is the first word of a plugin's name. Others follow by name.
-constexpr std::array kFamilies = {"null",  "mujoco", "bullet",  "ode",  "physx",
+constexpr std::array kFamilies = {"null",  "mujoco", "bullet",  "ode",  "physx", "physx56",
                                   "havok", "dart",   "simbody", "jolt", "rapier"};
 
 // Engines that were there when assay was configured, and those that were not.

@@ -89,14 +89,14 @@ State initial_state(const Model& model, const InitialStates& states, int index) 
   if (index == 0) return model.initial;
   constexpr double kTouching = 1e-6;  // m: rounding of a keyframe's numbers
   constexpr int kAttempts = 8;        // with the same widths
+  const Separations separations(model);
+  const int pairs = static_cast<int>(model.contacts.size());
   std::vector<double> least;
   least.reserve(model.contacts.size());
-  for (const ContactPair& pair : model.contacts) {
-    least.push_back(std::min(0.0, separation(model, model.initial, pair)) - kTouching);
-  }
+  for (int i = 0; i < pairs; ++i) least.push_back(std::min(0.0, separations.of(i, model.initial)) - kTouching);
   const auto overlaps = [&](const State& state) {
-    for (size_t i = 0; i < model.contacts.size(); ++i) {
-      if (separation(model, state, model.contacts[i]) < least[i]) return true;
+    for (int i = 0; i < pairs; ++i) {
+      if (separations.of(i, state) < least[static_cast<size_t>(i)]) return true;
     }
     return false;
   };

@@ -8,6 +8,7 @@
 
 #include "measures/mechanics.h"
 #include "measures/violation.h"
+#include "model/extent.h"
 #include "model/kinematics.h"
 
 namespace assay {
@@ -153,7 +154,7 @@ std::string Plausibility::impossibility(const State& state) const {
     const auto body = static_cast<size_t>(other.body);
     const Vec3 normal = plane.X_BS.q * Vec3::UnitZ();
     const Pose X_WS = body_pose(model_.bodies[body], state.bodies[body]) * other.X_BS;
-    const double top = normal.dot(X_WS.p - plane.X_BS.p) + shape_reach(model_, other, X_WS.q.conjugate() * normal);
+    const double top = normal.dot(X_WS.p - plane.X_BS.p) + assay::reach(model_, other, X_WS.q.conjugate() * normal);
     if (std::isfinite(top) && top < 0) {
       return fmt::format("a shape of body '{}' lies wholly below the ground, by {:.3g} m", model_.bodies[body].name,
                          -top);

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "measures/violation.h"
+#include "model/extent.h"
 #include "model/kinematics.h"
 
 namespace assay {
@@ -17,7 +17,7 @@ constexpr double kSpeed = 1;  // m/s, of the impact
 double half_thickness(const Model& model, const Shape& shape) {
   double least = HUGE_VAL;
   for (const Vec3& axis : {Vec3(Vec3::UnitX()), Vec3(Vec3::UnitY()), Vec3(Vec3::UnitZ())}) {
-    least = std::min(least, (shape_reach(model, shape, axis) + shape_reach(model, shape, -axis)) / 2);
+    least = std::min(least, (reach(model, shape, axis) + reach(model, shape, -axis)) / 2);
   }
   return least;
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/errors.h"
 #include "measures/run_measures.h"
 #include "measures/statistics.h"
 #include "model/extent.h"
@@ -13,24 +14,25 @@
 namespace assay {
 namespace {
 
-// A sphere is a capsule of length zero. A plane has its point in `from` and its normal in `to`. Other shapes keep
-// their pose: their distance is known from planes alone.
+// A sphere is a capsule of length zero. A plane has its point in `from` and its normal in `to`.
 struct PlacedShape {
   Vec3 from, to;
   double radius = 0;
   bool is_plane = false;
-  const Shape* solid = nullptr;  // box, cylinder, ellipsoid, hull or height field
-  const Model* model = nullptr;
-  Quat q_WS = Quat::Identity();
 };
 
-PlacedShape place(const Model& model, const Shape& shape, const std::vector<Pose>& bodies) {
-  const Pose X_WS = shape.body == kWorld ? shape.X_BS : bodies[static_cast<size_t>(shape.body)] * shape.X_BS;
+bool is_round(const Shape& shape) { return shape.type == ShapeType::kSphere || shape.type == ShapeType::kCapsule; }
+
+// Whether the distance has a closed form.
+bool is_simple(const Model& model, const ContactPair& pair) {
+  const Shape &a = model.shapes[static_cast<size_t>(pair.shape_a)],
+              &b = model.shapes[static_cast<size_t>(pair.shape_b)];
+  return (is_round(a) && (is_round(b) || b.type == ShapeType::kPlane)) || (is_round(b) && a.type == ShapeType::kPlane);
+}
+
+PlacedShape place(const Shape& shape, const Pose& X_WS) {
   const Vec3 axis = X_WS.q * Vec3::UnitZ();
   if (shape.type == ShapeType::kPlane) return {X_WS.p, axis, 0, true};
-  if (shape.type != ShapeType::kSphere && shape.type != ShapeType::kCapsule) {
-    return {X_WS.p, X_WS.p, 0, false, &shape, &model, X_WS.q};
-  }
   const double half = shape.type == ShapeType::kCapsule ? shape.half_length : 0;
   return {X_WS.p - half * axis, X_WS.p + half * axis, shape.radius, false};
 }
@@ -56,14 +58,7 @@ double segment_segment(const PlacedShape& a, const PlacedShape& b) {
   return least;
 }
 
-// Infinite for pairs of a solid and anything but a plane.
 double distance(const PlacedShape& a, const PlacedShape& b) {
-  if (a.solid != nullptr || b.solid != nullptr) {
-    const PlacedShape &solid = a.solid != nullptr ? a : b, &plane = a.solid != nullptr ? b : a;
-    if (!plane.is_plane) return std::numeric_limits<double>::infinity();
-    const Vec3 down_S = solid.q_WS.conjugate() * -plane.to;
-    return (solid.from - plane.from).dot(plane.to) - shape_reach(*solid.model, *solid.solid, down_S);
-  }
   if (a.is_plane) {
     return std::min((b.from - a.from).dot(a.to), (b.to - a.from).dot(a.to)) - b.radius;
   }
@@ -75,31 +70,6 @@ double distance(const PlacedShape& a, const PlacedShape& b) {
 double distance_bound(const PlacedShape& a, const PlacedShape& b) {
   return 0.5 * ((a.from + a.to - b.from - b.to).norm() - (a.to - a.from).norm() - (b.to - b.from).norm()) - a.radius -
          b.radius;
-}
-
-std::vector<Pose> body_poses(const Model& model, const State& state) {
-  assert(state.bodies.size() == model.bodies.size());
-  std::vector<Pose> poses;
-  poses.reserve(model.bodies.size());
-  for (size_t i = 0; i < model.bodies.size(); ++i) poses.push_back(body_pose(model.bodies[i], state.bodies[i]));
-  return poses;
-}
-
-double deepest_penetration(const Model& model, const State& state) {
-  if (model.contacts.empty()) return 0;
-  const std::vector<Pose> bodies = body_poses(model, state);
-  std::vector<PlacedShape> shapes;
-  shapes.reserve(model.shapes.size());
-  for (const Shape& shape : model.shapes) shapes.push_back(place(model, shape, bodies));
-  double deepest = 0;
-  for (const ContactPair& pair : model.contacts) {
-    const PlacedShape& a = shapes[static_cast<size_t>(pair.shape_a)];
-    const PlacedShape& b = shapes[static_cast<size_t>(pair.shape_b)];
-    if (a.solid == nullptr && b.solid == nullptr && !a.is_plane && !b.is_plane && distance_bound(a, b) >= -deepest)
-      continue;
-    deepest = std::max(deepest, -distance(a, b));
-  }
-  return deepest;
 }
 
 Pose parent_pose(const Model& model, const State& state, const Body& body) {
@@ -117,37 +87,67 @@ double slide_rotation(const Model& model, const State& state, const Joint& slide
 
 }  // namespace
 
-double shape_reach(const Model& model, const Shape& shape, const Vec3& n) {
-  switch (shape.type) {
-    case ShapeType::kSphere:
-      return shape.radius;
-    case ShapeType::kCapsule:
-      return shape.radius + shape.half_length * std::abs(n.z());
-    case ShapeType::kBox:
-      return n.cwiseAbs().dot(shape.half_size);
-    case ShapeType::kEllipsoid:
-      return n.cwiseProduct(shape.half_size).norm();
-    case ShapeType::kCylinder:
-      return shape.radius * std::hypot(n.x(), n.y()) + shape.half_length * std::abs(n.z());
-    case ShapeType::kHull: {
-      double most = -std::numeric_limits<double>::infinity();
-      for (const Vec3& v : model.hulls[static_cast<size_t>(shape.data)].vertices) most = std::max(most, n.dot(v));
-      return most;
-    }
-    case ShapeType::kPlane:
-    case ShapeType::kHeightField:
-      break;
+Separations::Separations(const Model& model) : model_(model) {
+  std::vector<int> others;
+  for (size_t i = 0; i < model.contacts.size(); ++i) {
+    if (!is_simple(model, model.contacts[i])) others.push_back(static_cast<int>(i));
   }
-  return -std::numeric_limits<double>::infinity();
+  if (others.empty()) return;
+  try {
+    others_ = std::make_unique<PairDistances>(model, others);
+  } catch (const InputError&) {
+    has_all_ = false;
+  }
 }
 
-double separation(const Model& model, const State& state, const ContactPair& pair) {
-  const std::vector<Pose> bodies = body_poses(model, state);
-  return distance(place(model, model.shapes[static_cast<size_t>(pair.shape_a)], bodies),
-                  place(model, model.shapes[static_cast<size_t>(pair.shape_b)], bodies));
+std::vector<Pose> Separations::place_shapes(const State& state) const {
+  assert(state.bodies.size() == model_.bodies.size());
+  std::vector<Pose> X_WS;
+  X_WS.reserve(model_.shapes.size());
+  for (const Shape& shape : model_.shapes) X_WS.push_back(shape_pose(model_, state, shape));
+  return X_WS;
 }
 
-Violation violation(const Model& model, const State& state) {
+double Separations::of(int pair, const std::vector<Pose>& X_WS) const {
+  const ContactPair& of = model_.contacts[static_cast<size_t>(pair)];
+  if (!is_simple(model_, of)) {
+    return others_ == nullptr ? std::numeric_limits<double>::infinity() : others_->distance(pair, X_WS);
+  }
+  const auto a = static_cast<size_t>(of.shape_a), b = static_cast<size_t>(of.shape_b);
+  return distance(place(model_.shapes[a], X_WS[a]), place(model_.shapes[b], X_WS[b]));
+}
+
+double Separations::of(int pair, const State& state) const { return of(pair, place_shapes(state)); }
+
+double Separations::deepest_penetration(const State& state) const {
+  if (model_.contacts.empty()) return 0;
+  const std::vector<Pose> X_WS = place_shapes(state);
+  std::vector<PlacedShape> placed(model_.shapes.size());
+  std::vector<Box> boxes(others_ == nullptr ? 0 : model_.shapes.size());
+  for (size_t s = 0; s < model_.shapes.size(); ++s) {
+    const Shape& shape = model_.shapes[s];
+    if (is_round(shape) || shape.type == ShapeType::kPlane) placed[s] = place(shape, X_WS[s]);
+    if (others_ != nullptr && !is_ground(shape)) boxes[s] = box_around(model_, shape, X_WS[s]);
+  }
+  double deepest = 0;
+  for (size_t i = 0; i < model_.contacts.size(); ++i) {
+    const auto a = static_cast<size_t>(model_.contacts[i].shape_a), b = static_cast<size_t>(model_.contacts[i].shape_b);
+    if (!is_simple(model_, model_.contacts[i])) {
+      if (others_ == nullptr) continue;
+      const bool ground = is_ground(model_.shapes[a]) || is_ground(model_.shapes[b]);
+      if (!ground && !boxes[a].intersects(boxes[b])) continue;
+      deepest = std::max(deepest, -others_->distance(static_cast<int>(i), X_WS));
+      continue;
+    }
+    if (!placed[a].is_plane && !placed[b].is_plane && distance_bound(placed[a], placed[b]) >= -deepest) continue;
+    deepest = std::max(deepest, -distance(placed[a], placed[b]));
+  }
+  return deepest;
+}
+
+namespace {
+
+Violation violation(const Model& model, const State& state, const Separations& separations) {
   assert(state.position.size() == model.joints.size());
   Violation worst;
   for (size_t j = 0; j < model.joints.size(); ++j) {
@@ -179,16 +179,22 @@ Violation violation(const Model& model, const State& state) {
       worst.limit = std::max(worst.limit, angle - ball.upper);
     }
   }
-  worst.penetration = deepest_penetration(model, state);
+  worst.penetration = separations.deepest_penetration(state);
   return worst;
 }
+
+}  // namespace
+
+Violation violation(const Model& model, const State& state) { return violation(model, state, Separations(model)); }
 
 ViolationSummary violation_summary(const Model& model, const std::vector<State>& states, std::uint64_t seed) {
   assert(!states.empty());
   std::vector<Violation> worst;
   worst.reserve(states.size());
-  for (const State& state : states) worst.push_back(violation(model, state));
+  const Separations separations(model);
+  for (const State& state : states) worst.push_back(violation(model, state, separations));
   ViolationSummary summary;
+  summary.has_penetration = separations.has_all();
   std::vector<double> series(worst.size());
   for (double Violation::* const kind :
        {&Violation::dislocation, &Violation::misalignment, &Violation::limit, &Violation::penetration}) {
@@ -226,7 +232,7 @@ std::vector<RunValue> violation_values(const MeasuredRun& run) {
       std::ranges::any_of(run.model.joints, [](const Joint& joint) { return joint.limited && !joint.is_slide(); }) ||
       std::ranges::any_of(run.model.balls, &BallJoint::limited);
   if (limits) add("limit_violation", "rad", &Violation::limit);
-  if (!run.model.contacts.empty()) add("penetration", "m", &Violation::penetration);
+  if (!run.model.contacts.empty() && summary.has_penetration) add("penetration", "m", &Violation::penetration);
   return values;
 }
 

@@ -167,6 +167,10 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
 
   // static bodies are fused here, where shapes keep their lines and names
   spec->compiler.fusestatic = false;
+  // <size> is the room for MuJoCo's own simulation of the file, which there is none of; some files ask for GiB
+  spec->memory = -1;
+  spec->njmax = spec->nconmax = -1;
+  spec->nstack = -1;
   const CompiledPtr compiled(mj_compile(spec.get(), nullptr));
   if (compiled == nullptr) {
     if (!is_urdf) report.problems = mjcf_faults(text, file);
@@ -179,6 +183,7 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
                                      .compiled = compiled.get(),
                                      .drop_unsupported = options.drop_unsupported,
                                      .decompose = options.decompose,
+                                     .base_is_link = is_urdf,
                                      .keyframe = options.keyframe,
                                      .massless = urdf.massless,
                                      .facts = facts,

@@ -70,9 +70,10 @@ bool Translator::passes_filter(int g1, int g2) const {
   const int a = body_of_[b1], b = body_of_[b2];
   if (a == b) return false;
   // parent and child do not collide, except with what is fixed to the world
-  if (!disabled(mjDSBL_FILTERPARENT) && a != kWorld && b != kWorld) {
-    if (weld_parent_[a] == b || weld_parent_[b] == a) return false;
-  }
+  const bool joined = (a != kWorld && weld_parent_[a] == b) || (b != kWorld && weld_parent_[b] == a);
+  const bool with_plane = m_->geom_type[g1] == mjGEOM_PLANE || m_->geom_type[g2] == mjGEOM_PLANE;
+  const bool links = (a != kWorld && b != kWorld) || (base_is_link_ && !with_plane);
+  if (joined && links && !disabled(mjDSBL_FILTERPARENT)) return false;
   const int signature = (std::min(b1, b2) << 16) + std::max(b1, b2);
   const std::span excluded(m_->exclude_signature, m_->nexclude);
   return std::ranges::find(excluded, signature) == excluded.end();

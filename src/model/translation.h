@@ -15,7 +15,10 @@ struct TranslationInput {
   const mjSpec* spec = nullptr;       // as parsed, for lines
   const mjModel* compiled = nullptr;  // of `spec`, with fusestatic off
   bool drop_unsupported = false;
-  bool decompose = false;     // LoadOptions::decompose
+  bool decompose = false;  // LoadOptions::decompose
+  // Shapes that are fixed to the world, planes excepted, are those of a link: as between moving links, they do not
+  // collide with what a joint joins to it. So it is in URDF, where no pair can be excluded.
+  bool base_is_link = false;
   std::string keyframe = {};  // name, or number from 0, of the one that gives the initial state; empty for the first
   // Moving bodies whose mass and inertia in `compiled` are placeholders, because MuJoCo compiles no massless ones: they
   // become massless bodies.

@@ -31,6 +31,7 @@ Translator::Translator(const TranslationInput& input)
     : m_(input.compiled),
       drop_unsupported_(input.drop_unsupported),
       decompose_(input.decompose),
+      base_is_link_(input.base_is_link),
       keyframe_(input.keyframe),
       massless_(input.massless),
       facts_(input.facts),

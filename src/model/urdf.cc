@@ -216,7 +216,39 @@ class Reader {
     if (links_.empty() && result_.problems.empty()) {
       refuse("", robot_->GetLineNum(), "the robot has no link", "give it a <link> and a <joint>");
     }
+    keep_first_elements();
     return !result_.refused();
+  }
+
+  // Of an element that stands twice where one is meant, ROS's reader takes the first; MuJoCo's reads no such file.
+  void keep_first(xml::XMLElement& of, const std::string& owner, const std::vector<const char*>& kinds) {
+    for (const char* kind : kinds) {
+      xml::XMLElement* const first = of.FirstChildElement(kind);
+      while (xml::XMLElement* const again = first == nullptr ? nullptr : first->NextSiblingElement(kind)) {
+        result_.notes.push_back(fmt::format("{} has a second <{}> in line {}: the first one counts, as in ROS", owner,
+                                            kind, again->GetLineNum()));
+        of.DeleteChild(again);
+      }
+    }
+  }
+
+  void keep_first_elements() {
+    for (const Link& link : links_) {
+      const std::string owner = fmt::format("link '{}'", link.name);
+      keep_first(*link.element, owner, {"inertial"});
+      if (xml::XMLElement* inertial = link.element->FirstChildElement("inertial")) {
+        keep_first(*inertial, owner, {"origin", "mass", "inertia"});
+      }
+      for (xml::XMLElement* e = link.element->FirstChildElement("collision"); e != nullptr;
+           e = e->NextSiblingElement("collision")) {
+        keep_first(*e, owner, {"origin", "geometry"});
+      }
+    }
+    for (const UrdfJoint& joint : joints_) {
+      keep_first(
+          *joint.element, label(joint),
+          {"origin", "parent", "child", "axis", "limit", "dynamics", "mimic", "calibration", "safety_controller"});
+    }
   }
 
   // Numbers that every URDF reader takes from these attributes.

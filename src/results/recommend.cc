@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <set>
 #include <tuple>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -126,7 +128,7 @@ void add_contender(const Results& results, const std::string& contender, SystemA
     std::string out = point.why;
     if (point.sound && errors.empty()) out = "no error was measured at this timestep";
     if (point.sound && !point.speed) {
-      out = results.timed(answers.system) ? "its speed was not timed here, nor on both sides"
+      out = results.timed(answers.system) ? "its speed was not timed here, nor on both sides of this timestep"
                                           : "the system was not timed";
     }
     if (out.empty() && point.speed) {
@@ -281,7 +283,8 @@ Joined joined_point(const Results& results, const std::vector<SystemAnswers>& ea
     }
     if (results.timed(answers.system)) {
       if (!own->speed && joined.out.empty()) {
-        joined.out = fmt::format("its speed on {} was not timed here, nor on both sides", answers.system);
+        joined.out =
+            fmt::format("its speed on {} was not timed here, nor on both sides of this timestep", answers.system);
       }
       if (own->speed && (!point.speed || own->speed->factor.value < point.speed->factor.value)) {
         point.speed = own->speed;
@@ -394,21 +397,30 @@ std::optional<double> excess(const Candidate& candidate, const Limits& limits, b
 Recommendation recommend(const SystemAnswers& answers, const Limits& limits) {
   Recommendation found;
   std::set<std::string> seen;
-  double least = HUGE_VAL;
+  std::map<std::string, std::pair<double, size_t>> missing;  // of each contender the least factor, and where
   for (size_t i = 0; i < answers.candidates.size(); ++i) {
     const Candidate& candidate = answers.candidates[i];
     const auto out = excess(candidate, limits);
     if (!out) continue;
     if (*out > 0) {
-      if (!found.nearest || *out < least) found.nearest = i, least = *out;
+      const auto [at, fresh] = missing.try_emplace(answers.at(candidate).varies, *out, i);
+      if (!fresh && *out < at->second.first) at->second = {*out, i};
       continue;
     }
     if (!found.certain && excess(candidate, limits, true) == 0) found.certain = i;
     if (!seen.insert(answers.at(candidate).varies).second) continue;
     found.contenders.push_back(i);
   }
-  if (found.contenders.empty()) return found;
-  found.nearest.reset();
+  std::vector<std::pair<double, size_t>> beyond;
+  for (const auto& [varies, miss] : missing) {
+    if (!seen.contains(varies)) beyond.push_back(miss);
+  }
+  std::ranges::sort(beyond);
+  for (const auto& [factor, i] : beyond) found.beyond.push_back(i);
+  if (found.contenders.empty()) {
+    if (!found.beyond.empty()) found.nearest = found.beyond.front();
+    return found;
+  }
   const size_t best = found.contenders.front();
   found.best = best;
   const double slowest = answers.candidates[best].speed.factor.low;

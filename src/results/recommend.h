@@ -91,6 +91,8 @@ struct Recommendation {
   std::vector<size_t> alike;       // of these, but for the best, whose speed's interval reaches into the best's
   std::optional<size_t> certain;   // the fastest whose intervals lie within the limits as a whole
   std::optional<size_t> nearest;   // when nothing is within them: the one that misses by the least factor
+  std::vector<size_t> beyond;      // of each contender with candidates but none within the limits: the one that misses
+                                   // by the least factor, the least first
 };
 
 Recommendation recommend(const SystemAnswers& answers, const Limits& limits);

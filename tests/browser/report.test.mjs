@@ -873,7 +873,7 @@ describe("the programme", () => {
         assert.equal(await fresh.$eval(`${panel} input`, (node) => Number(node.value)), place, agreement.system);
         const said = await fresh.$eval(`${panel} output`, (node) => node.textContent);
         assert.ok(Math.abs(Number.parseFloat(said) - agreement.time_s[place]) <= 0.01 * agreement.time_s[place], said);
-        assert.ok((await fresh.$eval(`${panel} figcaption`, (node) => node.textContent)).includes("It begins at"));
+        assert.ok((await fresh.$eval(`${panel} figcaption`, (node) => node.textContent)).includes("The slider begins at"));
         const cut = await fresh.$eval(panel, (node) => {
           const box = node.querySelector(".canvas").getBoundingClientRect();
           return [...node.querySelectorAll(".agreement .name")].filter((name) => {
@@ -1010,7 +1010,12 @@ describe("the programme", () => {
     assert.deepEqual(await page.$$eval(".pick-limit .pick-error", (nodes) => nodes.map((node) => node.value)), ["2", "20"], "in mm");
     assert.match(await page.$eval(".pick-facts", (node) => node.innerText), /Margin: /);
     const excluded = await page.$eval(".pick-excluded summary", (node) => node.textContent);
-    assert.ok(excluded.includes(`(${view.excluded.length} points)`), excluded);
+    const contendersOf = (candidates) => new Set(candidates.map(({ point }) => view.points[point].contender));
+    const within = contendersOf(passing);
+    const beyond = new Set([...contendersOf(view.candidates.filter(({ worst }) => worst.consistency && worst.penetration_max))].filter((one) => !within.has(one)));
+    assert.ok(beyond.size > 0);
+    assert.ok(excluded.includes(`(${view.excluded.length + beyond.size} points)`), excluded);
+    assert.equal(await page.$$eval(".pick-excluded tbody td:last-child", (cells) => cells.filter((cell) => cell.textContent.startsWith("beyond the limits")).length), beyond.size);
     await page.$eval(".pick-limit:nth-child(2) .pick-remove", (node) => node.click());
     await page.waitForFunction(() => !/penetration/.test(location.hash));
     // Nothing is that good: the smallest there is, is named.

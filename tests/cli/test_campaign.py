@@ -126,6 +126,30 @@ piece_ms = 32
         self.assertTrue(all(event["left_s"] > 0 for event in made), told)
         self.assertEqual(told[-1]["left_s"], 0)
 
+    def test_the_suites_tests_move_the_progress(self):
+        self.write("suite.toml", """
+name = "suite"
+contenders = ["mujoco-euler", "mujoco-rk4"]
+timesteps_ms = [1]
+measures = ["raw_speed"]
+[[system]]
+name = "planar-chain"
+duration_s = 0.128
+""")
+        done = self.run_assay("run", "suite.toml", "--out", "suite", "--progress", "json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        events = [json.loads(line) for line in done.stderr.splitlines() if line.startswith("{")]
+        tested = [event for event in events if event["event"] == "tested"]
+        tests = self.run_assay("conformance", "--list").stdout
+        self.assertEqual([event["tests_done"] for event in tested], list(range(1, len(tested) + 1)))
+        self.assertEqual({event["tests"] for event in tested}, {len(tested)})
+        for contender in ("mujoco-euler", "mujoco-rk4"):
+            mine = [event["text"].split()[1] for event in tested if event["text"].split()[0] == contender]
+            self.assertEqual(len(mine), len(tested) // 2)
+            self.assertTrue(all(test in tests for test in mine))
+        # each suite's verdicts are kept when it ends
+        self.assertEqual(len(list((self.dir / "cache/assay/conformance").glob("*.json"))), 2)
+
     def test_what_the_page_shows_as_json(self):
         self.run_tiny("tiny")
         data = self.assay_json("report", "tiny", "--json")

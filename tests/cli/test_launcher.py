@@ -219,6 +219,22 @@ class SetUp(AssayTest):
             self.assertEqual(run.returncode, 2)
         self.assertEqual(both[1], self.folder(clone, BUILD="v3"))
 
+    def test_an_engine_on_request_is_made_when_it_is_named(self):
+        clone = self.clones[0]
+        self.write("one/src/engines/toy/on-request.txt", "a minute of compiling\n")
+        self.set_up(clone)
+        self.assertEqual((self.made(), (clone / "build/engines.txt").read_text()), (0, ""))
+        for arguments in (["toy"], ["all"]):
+            self.assertIn("ready: toy", self.set_up(clone, "--engines", *arguments))
+            self.assertEqual(self.made(), 1)
+        self.assertEqual(self.set_up(clone), "", "nothing is left to do or to say")
+        self.assertEqual((clone / "build/engines.txt").read_text().split(), [self.folder(clone)])
+        for arguments, said in [([], "name the engines to set up, or all of them: toy all"),
+                                (["toy", "joy"], "unknown engine 'joy': the engines that are set up on demand are toy, or all")]:
+            run = self.start(clone, "--engines", *arguments)
+            self.assertIn(said, run.communicate(timeout=60)[1])
+            self.assertEqual(run.returncode, 2)
+
     def test_other_recipe_is_another_piece(self):
         one, two = self.clones
         self.set_up(one)

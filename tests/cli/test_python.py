@@ -267,7 +267,7 @@ class Faults(PythonTest):
 
     def test_an_engine_that_is_not_installed_is_named_with_its_command(self):
         absent = self.absent()
-        for engine, contender in ON_DEMAND.items():
+        for engine, contender in {**ON_DEMAND, "physx56": "physx56-d6-pgs"}.items():  # the last one is none of Python's
             if engine not in absent:
                 continue  # installed here
             self.assertIn(f"./assay setup {engine}", absent[engine].replace("run ./", "./"))

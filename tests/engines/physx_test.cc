@@ -67,13 +67,18 @@ Model wheel(double inertia) {
 
 class PhysxTest : public testing::TestWithParam<const char*> {};
 
+std::string identifier(const testing::TestParamInfo<const char*>& param) {
+  std::string name = param.param;
+  std::ranges::replace(name, '-', '_');
+  return name;
+}
 INSTANTIATE_TEST_SUITE_P(Contenders, PhysxTest,
-                         testing::Values("physx-d6-pgs", "physx-d6-tgs", "physx-art-pgs", "physx-art-tgs"),
-                         [](const auto& param) {
-                           std::string name = param.param;
-                           std::ranges::replace(name, '-', '_');
-                           return name;
-                         });
+                         testing::Values("physx-d6-pgs", "physx-d6-tgs", "physx-art-pgs", "physx-art-tgs"), identifier);
+#ifdef ASSAY_HAS_PHYSX56
+INSTANTIATE_TEST_SUITE_P(Version56, PhysxTest,
+                         testing::Values("physx56-d6-pgs", "physx56-d6-tgs", "physx56-art-pgs", "physx56-art-tgs"),
+                         identifier);
+#endif
 
 // The drives' torque after one small step from rest, 2 rad from the spring's rest: linear for an articulation, by the
 // half angle's sine for a D6 joint.
@@ -140,6 +145,19 @@ TEST_P(PhysxTest, LimitsBeyondHalfATurnHold) {
   EXPECT_NEAR(run(GetParam(), model, start, 1500).position[0], 7, 0.01);
 }
 
+// More than two turns from zero, where PhysX's plain revolute joint of articulations begins again.
+TEST_P(PhysxTest, TurnsAreCountedAndLimitsBeyondThemHold) {
+  constexpr double kStart = 14, kRate = 30;
+  Model model = wheel(0.01);
+  const State start = conformance::with_joints(model, {kStart}, {kRate});
+  EXPECT_NEAR(run(GetParam(), model, start, 1000).position[0], kStart + kRate, 0.01);
+  model.joints[0].limited = true;
+  model.joints[0].lower = 13.5;
+  model.joints[0].upper = 18;
+  model = finished(std::move(model));
+  EXPECT_NEAR(run(GetParam(), model, start, 1000).position[0], 18, 0.01);
+}
+
 TEST_P(PhysxTest, RefusesWhatPhysxCannotDo) {
   const bool articulation = std::string(GetParam()).find("art") != std::string::npos;
   Model model = wheel(0.01);
@@ -160,6 +178,35 @@ TEST_P(PhysxTest, RefusesWhatPhysxCannotDo) {
   add_contact(model, first, add_shape(model, ShapeType::kSphere, 1, {Vec3(1, 0, 0), Quat::Identity()}, kRadius), 1);
   model = finished(std::move(model));
   EXPECT_EQ(refusal(GetParam(), model).empty(), !articulation);
+}
+
+// A sled slides beside two that touch each other with less friction than any of them has with the ground, so that no
+// two materials give every pair its own.
+TEST_P(PhysxTest, FrictionThatNoMaterialsGiveIsThePairsOwn) {
+  constexpr double kFriction = 0.4, kSpeed = 3;
+  Model model;
+  const int plane = add_shape(model, ShapeType::kPlane, kWorld);
+  const Vec3 half(2 * kRadius, 2 * kRadius, kRadius);
+  const Vec3 squares = half.cwiseProduct(half);
+  const conformance::Solid box =
+      conformance::principal_solid(1, Vec3::Zero(), Vec3::Constant(squares.sum() / 3) - squares / 3, Quat::Identity());
+  for (const char* name : {"first", "second"}) {
+    const int body = static_cast<int>(model.bodies.size());
+    add_free_body(model, name, box, {Vec3(0, body, kRadius), Quat::Identity()});
+    const int shape = add_shape(model, ShapeType::kBox, body);
+    model.shapes[shape].half_size = half;
+    add_contact(model, plane, shape, body == 0 ? kFriction : 2 * kFriction);
+  }
+  add_contact(model, 1, 2, 0.1);
+  model = finished(std::move(model));
+  State start = model.initial;
+  for (BodyState& body : start.bodies) body.v_WBcm = {kSpeed, 0, 0};
+  constexpr int kSteps = 200;
+  const State end = run(GetParam(), model, start, kSteps);
+  for (int body = 0; body < 2; ++body) {
+    const double lost = kSpeed - end.bodies[body].v_WBcm.x();
+    EXPECT_NEAR(lost / (kSteps * kTimestep * conformance::kGravity), (body + 1) * kFriction, 0.01) << body;
+  }
 }
 
 // Deceleration of a sliding capsule over mu g.
@@ -219,6 +266,32 @@ TEST(PhysxJoints, PgsSlowsARotorByTheFindingsFactor) {
   EXPECT_NEAR(run("physx-d6-pgs", model, start, 1000).velocity[0], rate, 2e-3);
   EXPECT_NEAR(run("physx-art-pgs", model, start, 1000).velocity[0], 8, 2e-3);
 }
+
+#ifdef ASSAY_HAS_PHYSX56
+// Two versions behind one adapter: what differs is the engine.
+TEST(Physx56, IsAnotherEngineWithTheSameSettings) {
+  const Registry& registry = Registry::instance();
+  const ResolvedContender old = registry.resolve("physx-art-pgs"), current = registry.resolve("physx56-art-pgs");
+  EXPECT_EQ(old.engine->build().version, "5.1.3");
+  EXPECT_EQ(current.engine->build().version, "5.6.1");
+  const Model model = conformance::chain(true);
+  const Vec3 a = run("physx-art-pgs", model, model.initial, 300).bodies[4].p_WBcm;
+  const Vec3 b = run("physx56-art-pgs", model, model.initial, 300).bodies[4].p_WBcm;
+  EXPECT_NE(a, b);
+  EXPECT_LT((a - b).norm(), 1e-5);
+}
+
+TEST(Physx56, RefusesEllipsoidsByName) {
+  Model model;
+  const int plane = add_shape(model, ShapeType::kPlane, kWorld);
+  add_free_body(model, "egg", conformance::sphere_solid(1, kRadius), {Vec3(0, 0, 1), Quat::Identity()});
+  const int shape = add_shape(model, ShapeType::kEllipsoid, 0);
+  model.shapes[shape].half_size = {0.1, 0.2, 0.3};
+  add_contact(model, plane, shape, 1);
+  model = finished(std::move(model));
+  EXPECT_THAT(refusal("physx56-d6-pgs", model), HasSubstr("replace it by a capsule or a mesh"));
+}
+#endif
 
 }  // namespace
 }  // namespace assay

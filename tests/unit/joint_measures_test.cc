@@ -1,6 +1,7 @@
 // Measures over slides, ball joints, tendons and solids: conserved quantities of the reference solution, and geometry
 // in closed form.
 #include <cmath>
+#include <numbers>
 
 #include <gtest/gtest.h>
 
@@ -82,10 +83,53 @@ TEST(ViolationTest, SolidsInAPlane) {
   const double s = std::sin(0.3), c = std::cos(0.3);
   const std::vector<double> reach = {0.2 * s + 0.1 * c, 0.2 * s + 0.1 * c, 0.1 * s + 0.2 * c,
                                      std::hypot(0.2 * s, 0.1 * c)};
-  for (size_t i = 0; i < reach.size(); ++i) {
-    EXPECT_NEAR(separation(model, model.initial, model.contacts[i]), 0.1 - reach[i], 1e-14) << i;
+  const Separations separations(model);
+  for (int i = 0; i < static_cast<int>(reach.size()); ++i) {
+    EXPECT_NEAR(separations.of(i, model.initial), 0.1 - reach[static_cast<size_t>(i)], 1e-14) << i;
   }
   EXPECT_NEAR(violation(model, model.initial).penetration, reach[2] - 0.1, 1e-14);
+}
+
+// Two solids on one line that runs along their flat sides' normals, turned and moved as a whole: the depth is that of
+// the untouched line.
+TEST(Measures, PenetrationOfSolidsInEachOther) {
+  const Pose X_WL = {Vec3(0.7, -1.3, 0.4), Quat(Eigen::AngleAxisd(1.1, Vec3(1, 2, -2).normalized()))};
+  struct Solid {
+    ShapeType type;
+    double reach;  // along the line
+  };
+  // half extents 0.2, 0.1, 0.1; the hull's frame is not at its middle
+  const Solid solids[] = {
+      {ShapeType::kBox, 0.2}, {ShapeType::kHull, 0.25}, {ShapeType::kEllipsoid, 0.2}, {ShapeType::kSphere, 0.1}};
+  for (const Solid& a : solids) {
+    for (const Solid& b : solids) {
+      if (a.type == ShapeType::kSphere && b.type == ShapeType::kSphere) continue;
+      Model model;
+      constexpr double kDepth = 0.004;
+      const double apart = a.reach + b.reach - kDepth;
+      for (int k = 0; k < 2; ++k) {
+        const Solid& solid = k == 0 ? a : b;
+        // the second one looks back
+        const Quat turned = k == 0 ? Quat(Quat::Identity()) : Quat(Eigen::AngleAxisd(std::numbers::pi, Vec3::UnitZ()));
+        const Pose X_LB = {Vec3(k * apart, 0, 0), turned};
+        add_free_body(model, k == 0 ? "a" : "b", sphere_solid(1, 0.1), X_WL * X_LB);
+        const int shape = add_shape(model, solid.type, k, {}, 0.1, 0.2);
+        model.shapes[shape].half_size = {0.2, 0.1, 0.1};
+        model.shapes[shape].data = 0;
+      }
+      add_contact(model, 0, 1, 1);
+      model.hulls.push_back(box_hull({0.2, 0.1, 0.1}));
+      for (Vec3& vertex : model.hulls[0].vertices) vertex.x() += 0.05;
+      model = finished(std::move(model));
+      // between two smooth shapes the narrow phase expands a polytope that only approaches them
+      const bool smooth = a.type == ShapeType::kEllipsoid && b.type == ShapeType::kEllipsoid;
+      EXPECT_NEAR(violation(model, model.initial).penetration, kDepth, smooth ? 5e-5 : 1e-6)
+          << static_cast<int>(a.type) << " " << static_cast<int>(b.type);
+      State away = model.initial;
+      away.bodies[1].p_WBcm += X_WL.q * Vec3(kDepth + 1e-5, 0, 0);
+      EXPECT_EQ(violation(model, away).penetration, 0);
+    }
+  }
 }
 
 }  // namespace

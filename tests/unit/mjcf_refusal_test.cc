@@ -183,15 +183,6 @@ INSTANTIATE_TEST_SUITE_P(
     }),
     [](const testing::TestParamInfo<ActuatorCase>& test) { return std::string(test.param.name); });
 
-TEST(MjcfRefusal, MoreMemoryThanThereIs) {
-#ifdef __SANITIZE_ADDRESS__
-  GTEST_SKIP() << "the sanitizer ends the process at such an allocation";
-#endif
-  EXPECT_THAT(refusal("<mujoco><size memory='900000T'/><worldbody><body><freejoint/><geom size='1'/></body></worldbody>"
-                      "</mujoco>"),
-              AllOf(HasSubstr("robot.xml: MuJoCo cannot compile it"), HasSubstr("memory")));
-}
-
 // A clamp between a sine and what follows it has no closed form.
 TEST(MjcfRefusal, SineOfALimitedActivation) {
   const std::string text = "<mujoco>" + std::string(kArm) +

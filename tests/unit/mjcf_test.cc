@@ -25,6 +25,7 @@ using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::UnorderedElementsAre;
 
 Model load(const std::string& inside) { return load_model_text("<mujoco>" + inside + "</mujoco>", "test"); }
 
@@ -403,6 +404,12 @@ class MjcfFile : public testing::Test {
       fmt::format("assay_mjcf_{}", testing::UnitTest::GetInstance()->random_seed() + ::getpid());
 };
 
+TEST(Mjcf, RoomForASimulationOfItsOwnIsNotTaken) {
+  for (const char* const size : {"memory='1000T'", "njmax='100000000' nconmax='100000000'", "nstack='100000000'"}) {
+    EXPECT_EQ(load(fmt::format("<size {}/><worldbody>{}</worldbody>", size, kBall)).bodies.size(), 1U) << size;
+  }
+}
+
 TEST_F(MjcfFile, IncludesAndDefaultsAreMujocos) {
   write("ball.xml", "<mujoco>" + kBall + "</mujoco>");
   const std::string path =
@@ -433,6 +440,51 @@ constexpr const char* kUrdf = R"(<robot name="arm">
     <axis xyz="1 0 0"/></joint>
   <joint name="wrist" type="fixed"><parent link="lower"/><child link="tool"/><origin xyz="0 0 0.4"/></joint>
 </robot>)";
+
+// As MJCF has it between moving links; planes are no link.
+TEST_F(MjcfFile, UrdfsBaseDoesNotCollideWithWhatAJointJoinsToIt) {
+  const auto link = [](const std::string& name) {
+    return "<link name='" + name +
+           "'><inertial><mass value='1'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'/></inertial>"
+           "<collision name='" +
+           name + "'><geometry><sphere radius='1'/></geometry></collision></link>";
+  };
+  const auto joint = [](const std::string& type, const std::string& parent, const std::string& child) {
+    return "<joint name='to_" + child + "' type='" + type + "'><parent link='" + parent + "'/><child link='" + child +
+           "'/><axis xyz='0 1 0'/></joint>";
+  };
+  const std::string path =
+      write("arm.urdf", "<robot name='arm'>" + link("stand") + link("base") + link("upper") + link("lower") +
+                            joint("fixed", "stand", "base") + joint("continuous", "base", "upper") +
+                            joint("continuous", "upper", "lower") + "</robot>");
+  LoadOptions options;
+  options.root_joint = RootJoint::kFixed;
+  options.ground = Ground::kPlane;
+  EXPECT_THAT(touching(load_model(path, options)),
+              UnorderedElementsAre("stand-lower", "base-lower", "ground-upper", "ground-lower"));
+  options.root_joint = RootJoint::kFloating;
+  EXPECT_THAT(touching(load_model(path, options)), UnorderedElementsAre("stand-lower", "base-lower", "ground-stand",
+                                                                        "ground-base", "ground-upper", "ground-lower"));
+}
+
+TEST_F(MjcfFile, UrdfsFirstElementCounts) {
+  const Model model = load_model(write("twice.urdf", R"(<robot name="twice">
+  <link name="base"/>
+  <link name="arm">
+    <inertial><mass value="2"/><mass value="3"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
+    <inertial><mass value="5"/><inertia ixx="4" ixy="0" ixz="0" iyy="4" iyz="0" izz="4"/></inertial>
+  </link>
+  <joint name="turn" type="continuous">
+    <parent link="base"/><child link="arm"/><axis xyz="0 1 0"/>
+    <axis xyz="0 0 1"/>
+  </joint>
+</robot>)"));
+  ASSERT_EQ(model.bodies.size(), 1U);
+  EXPECT_EQ(model.bodies[0].mass, 2);
+  EXPECT_TRUE(model.joints[0].axis_B.isApprox(Vec3::UnitY()));
+  EXPECT_THAT(model.notes, Contains("link 'arm' has a second <inertial> in line 5: the first one counts, as in ROS"));
+  EXPECT_THAT(model.notes, Contains("joint 'turn' has a second <axis> in line 9: the first one counts, as in ROS"));
+}
 
 TEST_F(MjcfFile, Urdf) {
   const Model model = load_model(write("arm.urdf", kUrdf));

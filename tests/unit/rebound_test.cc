@@ -47,8 +47,9 @@ TEST(Rebound, ImpactsAreAtEveryPhaseOfAStep) {
   const ImpactProbe probe = made.value_or(ImpactProbe{});
   std::set<int> phases;
   double last = 0;
+  const Separations separations(probe.model);
   for (size_t i = 0; i < probe.model.contacts.size(); ++i) {
-    const double gap = separation(probe.model, probe.model.initial, probe.model.contacts[i]);
+    const double gap = separations.of(static_cast<int>(i), probe.model.initial);
     const double steps = gap / (-probe.model.initial.bodies[i].v_WBcm.z() * kTimestep);
     EXPECT_GT(steps, 1) << "no contact at the start";
     phases.insert(static_cast<int>(std::lround(16 * (steps - std::floor(steps)))));

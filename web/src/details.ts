@@ -63,7 +63,7 @@ export function copyable(text: string, className: string): HTMLElement {
 
 function commandBox(report: Report, choice: Choice, cells: Cell[]): Child[] {
   const command = simulateCommand(report, choice.system, choice.contender, choice.timestep);
-  if (!command) return [el("p", { class: "quiet" }, "assay simulate cannot run this cell: it has no way to give this control.")];
+  if (!command) return [el("p", { class: "quiet" }, "assay simulate cannot run this cell: it does not support this control.")];
   const pieces = cells.some((cell) => cell.measure === "consistency");
   return [
     el("h3", {}, "Run it again"),

@@ -100,7 +100,7 @@ function build(report: Report, masthead: HTMLElement, nav: HTMLElement, page: HT
     else pieces.add(section, draw);
   };
   if (answered.length > 0) {
-    const text = "Of all systems together, as the command answered. Below: each system, its plots and replays.";
+    const text = "The answer for all systems together, as the command gave it. Below: each system with its plots and replays.";
     add(part("recommendation", "Recommendation", text), "Recommendation", () => [recommendation(answered)], true);
   }
   if (report.answered.length > 0) {
@@ -146,7 +146,7 @@ function build(report: Report, masthead: HTMLElement, nav: HTMLElement, page: HT
     add(part("scaling", "Scaling", "Processor time of a whole run of systems that differ only in size."), "Scaling", () => [scalingPanel(report, palette)]);
   }
   if ((report.json.batches ?? []).length > 0) {
-    const text = "World-steps a second of many worlds at once: engines that step them together, and what one process a core makes of an engine that steps one.";
+    const text = "World-steps per second of many worlds at once: engines that step them together, and engines of one world with one process per core.";
     add(part("worlds", "Many worlds", text), "Many worlds", () => batchPanels(report, palette));
   }
   if ((report.json.parity ?? []).length > 0) {

@@ -18,25 +18,43 @@ export interface Pick {
 export interface Picked {
   passing: Pick[]; // each contender's first candidate within the limits, in the list's order
   alike: Pick[]; // of those, what no measurement tells from the first
+  beyond: Pick[]; // of each other contender the candidate that misses a limit by the least factor
+}
+
+// 0 for a candidate within all limits, else the largest factor by which it misses one; null when a limited value was not
+// measured there.
+function excess(candidate: Candidate, speed: Speed, question: Question): number | null {
+  let most = 0;
+  for (const [name, largest] of question.limits) {
+    const worst = candidate.worst[name];
+    if (!worst) return null;
+    if (worst.value > largest) most = Math.max(most, worst.value / largest);
+  }
+  if (question.realtime !== null && speed.value < question.realtime) most = Math.max(most, question.realtime / speed.value);
+  return most;
 }
 
 export function pick(view: SystemView, question: Question): Picked {
   const passing: Pick[] = [];
   const seen = new Set<string>();
+  const missing = new Map<string, { by: number; one: Pick }>();
   for (const candidate of view.json.candidates) {
     const point = view.json.points[candidate.point];
     const line = point ? view.report.varied(point.contender) : "";
     if (!point?.speed || seen.has(line)) continue;
-    const within = question.limits.every(([name, largest]) => {
-      const worst = candidate.worst[name];
-      return worst !== undefined && worst.value <= largest;
-    });
-    if (!within || (question.realtime !== null && point.speed.value < question.realtime)) continue;
+    const one = { candidate, point, speed: point.speed };
+    const by = excess(candidate, point.speed, question);
+    if (by === null) continue;
+    if (by > 0) {
+      if (by < (missing.get(line)?.by ?? Infinity)) missing.set(line, { by, one });
+      continue;
+    }
     seen.add(line);
-    passing.push({ candidate, point, speed: point.speed });
+    passing.push(one);
   }
   const best = passing[0];
-  return { passing, alike: best ? passing.slice(1).filter((one) => one.speed.high >= best.speed.low) : [] };
+  const beyond = [...missing].filter(([line]) => !seen.has(line)).map(([, miss]) => miss).sort((a, b) => a.by - b.by);
+  return { passing, alike: best ? passing.slice(1).filter((one) => one.speed.high >= best.speed.low) : [], beyond: beyond.map((miss) => miss.one) };
 }
 
 // Where the contender first exceeds a limit at a larger timestep.
@@ -165,7 +183,7 @@ export function picker(report: Report, palette: Palette): HTMLElement {
       found.append(el("p", { class: "quiet" }, "Each limit needs a positive number."));
       return;
     }
-    const { passing, alike } = pick(view, question);
+    const { passing, alike, beyond } = pick(view, question);
     const best = passing[0];
     const marginText = (one: Pick) => {
       const beyond = firstExceeded(view, one, question);
@@ -198,16 +216,21 @@ export function picker(report: Report, palette: Palette): HTMLElement {
       ];
       found.append(el("details", {}, el("summary", {}, passing.length === 1 ? "The one contender within the limits" : `All ${passing.length} contenders within the limits, each at its fastest`), scrollFrame("Contenders within the limits", "", sortableTable(columns, passing))));
     }
-    found.append(excluded(view));
+    found.append(excluded(view, beyond));
   };
   // A contender's timesteps that are no candidates for one reason share a line.
-  const excluded = (view: SystemView) => {
+  const excluded = (view: SystemView, beyond: Pick[]) => {
     const groups = new Map<string, { contender: string; steps: number[]; why: string }>();
     for (const one of view.json.excluded) {
       const key = `${one.contender}\u0000${one.why}`;
       const group = groups.get(key) ?? { contender: one.contender, steps: [], why: one.why };
       group.steps.push(one.timestep_ms);
       groups.set(key, group);
+    }
+    for (const one of beyond) {
+      const values = question.limits.map(([name]) => `${valueInfo(name).label.toLowerCase()} ${worstText(name, one.candidate.worst[name], one.point.timestep_ms)}`);
+      if (question.realtime !== null) values.push(`${realtime(one.speed.value)} real time`);
+      groups.set(`${one.point.contender}\u0000beyond`, { contender: one.point.contender, steps: [one.point.timestep_ms], why: `beyond the limits, and nearest to them here: ${values.join(", ")}` });
     }
     if (groups.size === 0) return el("p", { class: "quiet note" }, "Every timestep measured is a candidate.");
     const rows = [...groups.values()];
@@ -216,7 +239,7 @@ export function picker(report: Report, palette: Palette): HTMLElement {
       { title: "Timesteps", key: (one) => Math.min(...one.steps), cell: (one) => timestepRange(one.steps), className: "name" },
       { title: "Why", key: (one) => one.why, cell: (one) => one.why, className: "wider" },
     ];
-    return el("details", { class: "pick-excluded" }, el("summary", {}, `What was excluded, and why (${view.json.excluded.length} points)`), scrollFrame("Excluded points", "", sortableTable(columns, rows)));
+    return el("details", { class: "pick-excluded" }, el("summary", {}, `What was excluded, and why (${view.json.excluded.length + beyond.length} points)`), scrollFrame("Excluded points", "", sortableTable(columns, rows)));
   };
   asked = (next) => change(next, true);
   onRestored(() => {

@@ -63,8 +63,10 @@ class ArticulatedSimulation final : public PhysxSimulation {
     articulation.setSolverIterationCounts(options_.position_iterations, options_.velocity_iterations);
     articulation.setSleepThreshold(0);
     articulation.setStabilizationThreshold(0);
+#if PX_PHYSICS_VERSION_MAJOR == 5 && PX_PHYSICS_VERSION_MINOR < 6  // later ones have only the links' limits
     articulation.setMaxCOMLinearVelocity(PX_MAX_F32);
     articulation.setMaxCOMAngularVelocity(PX_MAX_F32);
+#endif
 
     // a hinged root hangs on a link that stands in the world's origin
     PxArticulationLink* ground = nullptr;

@@ -1,9 +1,11 @@
 #include "collision.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "convert.h"
 #include "engines/adapter.h"
+#include "plugin.h"
 
 namespace assay::px {
 
@@ -20,9 +22,7 @@ Collision::Collision(const Model& model, const Options& options)
     frames_.push_back({{body.p_BBcm, principal.q_BI}, principal.diagonal});
   }
 
-  const ContactShapes touching = contact_shapes(model);
-  row_of_shape_ = touching.row;
-  rows_ = touching.count;
+  row_of_shape_ = contact_shapes(model).row;
   std::vector<bool> on_field(shapes_.size(), false);
   for (const ContactPair& pair : model.contacts) {
     if (shapes_[pair.shape_a].type == ShapeType::kHeightField) on_field[pair.shape_b] = true;
@@ -39,15 +39,20 @@ Collision::Collision(const Model& model, const Options& options)
 
 void Collision::make_tables(const Model& model) {
   const ShapeFriction own = shape_friction(model, FrictionRule::kLarger);
-  material_of_row_.assign(rows_, 0);
-  for (size_t s = 0; s < shapes_.size(); ++s) {
-    if (row_of_shape_[s] >= 0) material_of_row_[row_of_shape_[s]] = own.of[s];
+  for (const int shape : shape_of_row_) material_of_row_.push_back(own.of[shape]);
+  std::vector<std::pair<int, int>> rows_of_pair;
+  for (const ContactPair& pair : model.contacts) {
+    std::pair rows(row_of_shape_[pair.shape_a], row_of_shape_[pair.shape_b]);
+    if (!own.gives(pair) && !kContactModification) rows = {copy(rows.first, pair), copy(rows.second, pair)};
+    rows_of_pair.push_back(rows);
   }
+  rows_ = shape_of_row_.size();
   table_.assign(rows_ * rows_, kNever);
   std::vector<float> friction(rows_ * rows_, 0);
-  for (const ContactPair& pair : model.contacts) {
-    const size_t a = row_of_shape_[pair.shape_a], b = row_of_shape_[pair.shape_b];
-    const bool by_materials = own.gives(pair);
+  for (size_t i = 0; i < model.contacts.size(); ++i) {
+    const ContactPair& pair = model.contacts[i];
+    const size_t a = rows_of_pair[i].first, b = rows_of_pair[i].second;
+    const bool by_materials = own.gives(pair) || !kContactModification;
     table_[index(a, b)] = table_[index(b, a)] = by_materials ? kMaterials : kModified;
     friction[index(a, b)] = friction[index(b, a)] = real(pair.friction);
     modifies_ = modifies_ || !by_materials;
@@ -55,18 +60,28 @@ void Collision::make_tables(const Model& model) {
   if (modifies_) friction_ = std::move(friction);
 }
 
-void Collision::make_materials(const Model& model, const Options& options) {
+// Another row with the same shape, whose material is that of `pair`.
+int Collision::copy(int row, const ContactPair& pair) {
+  geometry_of_row_.push_back(geometry_of_row_[row]);
+  shape_of_row_.push_back(shape_of_row_[row]);
+  material_of_row_.push_back(pair.friction);
+  return static_cast<int>(shape_of_row_.size()) - 1;
+}
+
+void Collision::make_materials(const Model& model, [[maybe_unused]] const Options& options) {
   for (size_t row = 0; row < rows_ && !model.contacts.empty(); ++row) {
     const float mu = real(material_of_row_[row]);
     PxMaterial* material = sdk().createMaterial(mu, mu, 0);
     if (material == nullptr) throw EngineError("PhysX made no material: " + take_complaint());
     material->setFrictionCombineMode(PxCombineMode::eMAX);
+#if PX_PHYSICS_VERSION_MAJOR == 5 && PX_PHYSICS_VERSION_MINOR < 6  // later ones always have improved patches
     material->setFlag(PxMaterialFlag::eIMPROVED_PATCH_FRICTION, options.friction == Friction::kImprovedPatch);
     if (options.compliance.is_set()) {  // of two materials alike PhysX takes the mean
       material->setFlag(PxMaterialFlag::eCOMPLIANT_CONTACT, true);
       material->setRestitution(real(-options.compliance.stiffness));
       material->setDamping(real(options.compliance.damping));
     }
+#endif
     materials_.emplace_back(material);
   }
 }
@@ -74,10 +89,9 @@ void Collision::make_materials(const Model& model, const Options& options) {
 bool Collision::attach(PxRigidActor& actor, int body) const {
   const Pose X_IB = body == kWorld ? Pose{} : frames_[body].X_BI.inverse();
   bool any = false;
-  for (size_t s = 0; s < shapes_.size(); ++s) {
-    const Shape& shape = shapes_[s];
-    const int row = row_of_shape_[s];
-    if (row < 0 || shape.body != body) continue;
+  for (size_t row = 0; row < rows_; ++row) {
+    const Shape& shape = shapes_[shape_of_row_[row]];
+    if (shape.body != body) continue;
     const PxMaterial& material = *materials_[row];
     // not for scene queries: their trees would be kept up to date for nobody
     const PxShapeFlags flags = PxShapeFlag::eSIMULATION_SHAPE;
@@ -87,7 +101,7 @@ bool Collision::attach(PxRigidActor& actor, int body) const {
     made->setLocalPose(to_px(X_IB * shape.X_BS * geometry.X_SG));
     made->setContactOffset(contact_offset_);
     made->setRestOffset(0);
-    made->setSimulationFilterData(PxFilterData(row, static_cast<PxU32>(rows_), 0, 0));
+    made->setSimulationFilterData(PxFilterData(static_cast<PxU32>(row), static_cast<PxU32>(rows_), 0, 0));
     any = true;
   }
   return any;

@@ -2,7 +2,8 @@
 //
 // PhysX asks a filter shader about every pair of shapes and combines the frictions of two materials. A shape's filter
 // data is its row in a table of pairs; its material is chosen so that the larger of two coefficients is the pair's own.
-// Pairs of which that cannot be said get their coefficient from a callback in every step.
+// Pairs of which that cannot be said get their coefficient from a callback in every step, or copies of both shapes that
+// touch nothing else.
 // A scene that is asked for reports hands its contact points and their normal impulses over at the end of each step.
 #pragma once
 
@@ -69,12 +70,13 @@ class Collision final : public physx::PxContactModifyCallback, public physx::PxS
   enum Touch : std::uint8_t { kNever = 0, kMaterials = 1, kModified = 2, kReported = 4 };
 
   void make_tables(const Model& model);
+  int copy(int row, const ContactPair& pair);
   void make_materials(const Model& model, const Options& options);
   size_t index(size_t row_a, size_t row_b) const { return row_a * rows_ + row_b; }
 
   std::vector<Shape> shapes_;      // of the model
   std::vector<int> row_of_shape_;  // -1: touches nothing
-  std::vector<int> shape_of_row_;
+  std::vector<int> shape_of_row_;  // copies come last
   size_t rows_ = 0;
   std::vector<std::uint8_t> table_;  // rows x rows of Touch
   std::vector<float> friction_;      // the same, empty when all comes from materials

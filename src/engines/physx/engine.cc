@@ -8,6 +8,7 @@
 
 #include "engines/adapter.h"
 #include "options.h"
+#include "plugin.h"
 #include "world.h"
 
 namespace assay::px {
@@ -71,13 +72,14 @@ class PhysxEngine final : public Adapter {
         // with this solver they would apply drives again
         set["velocity_iterations"] = 0LL;
       }
-      list.push_back({choice.name + suffix, fmt::format("PhysX, {}{}, float", choice.text, text), std::move(set)});
+      list.push_back({fmt::format("{}-{}{}", kPrefix, choice.name, suffix),
+                      fmt::format("{}, {}{}, float", kTitle, choice.text, text), std::move(set)});
     };
     const std::array<Choice, 4> choices = {
-        {{"physx-d6-pgs", "d6", "pgs", "rigid bodies and D6 joints, projected Gauss-Seidel"},
-         {"physx-d6-tgs", "d6", "tgs", "rigid bodies and D6 joints, temporal Gauss-Seidel"},
-         {"physx-art-pgs", "articulation", "pgs", "articulations (joint coordinates), projected Gauss-Seidel"},
-         {"physx-art-tgs", "articulation", "tgs", "articulations (joint coordinates), temporal Gauss-Seidel"}}};
+        {{"d6-pgs", "d6", "pgs", "rigid bodies and D6 joints, projected Gauss-Seidel"},
+         {"d6-tgs", "d6", "tgs", "rigid bodies and D6 joints, temporal Gauss-Seidel"},
+         {"art-pgs", "articulation", "pgs", "articulations (joint coordinates), projected Gauss-Seidel"},
+         {"art-tgs", "articulation", "tgs", "articulations (joint coordinates), temporal Gauss-Seidel"}}};
     for (const Choice& choice : choices) add(choice, "", "", {});
     for (const Choice& choice : choices) add(choice, "4", ", 4 iterations", {{"position_iterations", 4LL}});
     for (const Choice& choice : choices) {
@@ -118,11 +120,8 @@ class PhysxEngine final : public Adapter {
         c.friction_cone = "pyramid, 4 sides";
         break;
     }
-    c.friction_combine =
-        "the pair's coefficient: as the larger of two materials', or by a callback where that is another";
     c.contact = c.joint_limits = c.torques = true;
     c.contact_forces = ContactForces::kNormal;
-    c.contact_forces_note = "PxContactPairPoint::impulse of contact reports; PhysX 5.1 gives no friction";
     c.armature = articulation;
     describe_springs(c, options.native_pd,
                      articulation ? "implicit drive of the joint, linear"
@@ -131,18 +130,18 @@ class PhysxEngine final : public Adapter {
     c.iterations = fmt::format("{} position, {} velocity", options.position_iterations, options.velocity_iterations);
     c.sleep = "off";
     c.speed_limits = "none";
-    if (options.tgs) {
-      // findings/physx/tgs_spin_gain.cc, tgs_articulation_angle.cc
-      c.other = "what turns freely gains 6e-7 of its spin a step";
-      if (articulation) c.other += "; joint angles are summed up in float once an iteration";
-    } else if (!articulation) {
+    if (options.tgs && articulation) {
+      // findings/physx/tgs_articulation_angle.cc
+      c.other = "joint angles are summed up in float once an iteration";
+    } else if (!options.tgs && !articulation) {
       c.hidden_damping =
           "a body that turns about a joint at r from its centre of mass loses (w h)^2 / 2 of the part m r^2 / (I + m "
           "r^2) "
           "of its rate a step";
     }
-    c.deviations = deviations(options);
     describe_features(c, options);
+    c.deviations = deviations(options);
+    describe_plugin(c, options);
     return c;
   }
 
@@ -206,13 +205,6 @@ class PhysxEngine final : public Adapter {
                            "joints=articulation"};
     }
     add_exact(c, {Feature::kBox});
-    add_approximated(
-        c, Feature::kCylinder,
-        "exact on planes; one contact point a step against curved bodies and boxes; on height fields a prism "
-        "of 64 sides, its radius within 0.1 %");
-    add_approximated(c, Feature::kEllipsoid,
-                     "exact on planes; against boxes a rocking ellipsoid's rate is 7 % off; on height fields a "
-                     "polyhedron of 80 faces, its radius within 3.4 %");
     add_approximated(c, Feature::kHull,
                      "at most 255 vertices and 255 faces: PhysX puts a larger hull into a simpler one around it");
     add_approximated(c, Feature::kHeightField,

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "engines/adapter.h"
+#include "plugin.h"
 
 namespace assay::px {
 
@@ -23,7 +24,7 @@ std::vector<Setting> declared_settings() {
            "improved_patch: up to two anchors a contact patch, which share its normal force; patch: each takes all of "
            "it, up "
            "to twice Coulomb's friction; one_directional, two_directional: at every contact point (pgs only)",
-           {"improved_patch", "patch", "one_directional", "two_directional"});
+           friction_models());
   list.add("friction_every_iteration", false, "",
            "pgs with patches: friction in every iteration instead of only the last three (tgs always does)");
   list.add(
@@ -48,7 +49,7 @@ std::vector<Setting> declared_settings() {
   std::vector<Setting> settings = list.take();
   settings.push_back(lent_share_setting());
   settings.back().default_value = kDefaultLentShare;
-  add_contact_compliance(settings, "contacts that do not give way", {{"solver", "pgs"}});
+  if (kContactDamping) add_contact_compliance(settings, "contacts that do not give way", {{"solver", "pgs"}});
   give_role(settings, "position_iterations", SettingRole::kIterations);
   give_role(settings, "link_cfm", SettingRole::kContactSoftness, {{"joints", "articulation"}});
   return settings;
@@ -72,7 +73,7 @@ Options read_options(const Settings& settings) {
   options.gyroscopic = settings.get<bool>("gyroscopic");
   options.contact_offset = settings.get<double>("contact_offset");
   options.link_cfm = settings.get<double>("link_cfm");
-  options.compliance = contact_compliance(settings);
+  if (kContactDamping) options.compliance = contact_compliance(settings);
   options.lent_share = settings.get<double>(options.joints == Joints::kArticulation ? "link_share" : "lent_share");
   return options;
 }

@@ -5,42 +5,19 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
-
-#include <extensions/PxCustomGeometryExt.h>
+#include <optional>
+#include <utility>
 
 #include "base/errors.h"
 #include "convert.h"
 #include "model/ellipsoid.h"
+#include "plugin.h"
 
 namespace assay::px {
 
 using namespace physx;
 
 namespace {
-
-// Given by the point that is farthest in a direction, as PhysX's own cylinder. Such bodies meet each other only where
-// their type is one of PhysX's own, so this is one.
-class Ellipsoid final : public PxCustomGeometryExt::CylinderCallbacks {
- public:
-  explicit Ellipsoid(const PxVec3& semi_axes)
-      : CylinderCallbacks(2 * semi_axes.z, semi_axes.x, /*axis=*/2), semi_axes_(semi_axes) {}
-
-  PxVec3 supportLocal(const PxVec3& direction) const override {
-    const PxVec3 scaled = direction.multiply(semi_axes_);
-    const float length = scaled.magnitude();
-    return length > 0 ? scaled.multiply(semi_axes_) / length : PxVec3(0, 0, semi_axes_.z);
-  }
-
- protected:
-  // A smooth body touches in one point: there is no face or edge to put in its place.
-  bool useSubstituteGeometry(PxGeometryHolder& /*geometry*/, PxTransform& /*pose*/, const PxContactPoint& /*contact*/,
-                             const PxTransform& /*own*/, const PxVec3& /*other*/) const override {
-    return false;
-  }
-
- private:
-  PxVec3 semi_axes_;
-};
 
 struct Box {
   Vec3 centre = Vec3::Zero();
@@ -127,14 +104,12 @@ Geometry Geometries::make(const Model& model, const Shape& shape, bool as_polyhe
     case ShapeType::kBox:
       return {PxGeometryHolder(PxBoxGeometry(to_px(half))), {}};
     case ShapeType::kCylinder:
-      if (as_polyhedron) return make_hull(prism(shape));
-      curved_.push_back(std::make_unique<PxCustomGeometryExt::CylinderCallbacks>(real(2 * shape.half_length),
-                                                                                 real(shape.radius), /*axis=*/2));
-      return {PxGeometryHolder(PxCustomGeometry(*curved_.back())), {}};
     case ShapeType::kEllipsoid:
-      if (as_polyhedron) return make_hull(ellipsoid_hull(half, /*subdivisions=*/1));
-      curved_.push_back(std::make_unique<Ellipsoid>(to_px(half)));
-      return {PxGeometryHolder(PxCustomGeometry(*curved_.back())), {}};
+      if (auto curved = as_polyhedron ? std::nullopt : make_curved(shape)) {
+        curved_.push_back(std::move(curved->callbacks));
+        return {curved->holder, {}};
+      }
+      return make_hull(shape.type == ShapeType::kCylinder ? prism(shape) : ellipsoid_hull(half, /*subdivisions=*/1));
     case ShapeType::kHull:
       return make_hull(model.hulls[shape.data]);
     case ShapeType::kHeightField:

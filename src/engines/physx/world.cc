@@ -15,9 +15,11 @@ namespace {
 // Beyond what any motion reaches; its square is still a float.
 constexpr float kNoLimit = 1e16F;
 
-PxFrictionType::Enum friction_type(Friction friction) {
+PxFrictionType::Enum friction_type([[maybe_unused]] Friction friction) {
+#if PX_PHYSICS_VERSION_MAJOR == 5 && PX_PHYSICS_VERSION_MINOR < 6  // later ones have patches only
   if (friction == Friction::kOneDirectional) return PxFrictionType::eONE_DIRECTIONAL;
   if (friction == Friction::kTwoDirectional) return PxFrictionType::eTWO_DIRECTIONAL;
+#endif
   return PxFrictionType::ePATCH;
 }
 

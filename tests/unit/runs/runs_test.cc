@@ -25,6 +25,7 @@
 #include "base/errors.h"
 #include "base/paths.h"
 #include "base/sandbox.h"
+#include "conformance/conformance.h"
 #include "coordinator/rerun.h"
 #include "coordinator/run.h"
 #include "measures/step_time.h"
@@ -513,6 +514,21 @@ TEST_F(RunsTest, AContenderThatCrashesInTheConformanceSuiteFailsOnlyThoseTests) 
   EXPECT_GT(rows.size(), static_cast<size_t>(crashed)) << "tests without as many steps ended";
   EXPECT_EQ(find(store, "broken", "drift", 1).outcome, Outcome::kUnsupported);
 }
+
+#ifndef __SANITIZE_ADDRESS__  // whose workers have no limit
+TEST_F(RunsTest, ASuiteGoesOnInAnotherWorkerBeforeTheMemoryOfOneRunsOut) {
+  run_campaign(faulty_campaign("keep"), options(dir()));
+  const Store store = Store::open(dir());
+  std::map<std::string, std::vector<std::string>> tests;
+  for (const ConformanceRow& row : store.conformance()) {
+    tests[row.contender].push_back(row.test);
+    EXPECT_EQ(row.note.find("memory"), std::string::npos) << row.contender << ": " << row.test << ": " << row.note;
+    EXPECT_EQ(row.note.find("alloc"), std::string::npos) << row.contender << ": " << row.test << ": " << row.note;
+  }
+  EXPECT_EQ(tests["broken"], tests["sound"]);
+  EXPECT_THAT(tests["broken"], SizeIs(conformance_tests().size()));
+}
+#endif
 
 // ---- values ---------------------------------------------------------------------------------------------------------------
 

@@ -259,8 +259,8 @@ export function agreementPanel(of: Agreement, palette: Palette): HTMLElement {
   });
 
   const begin = telling.parted
-    ? `It begins at ${plain(of.time_s[at] ?? 0)} s, when half of the pairs are farther apart than ${quantity(kParted, "m", 1)}.`
-    : `It begins at the end: most pairs are never farther apart than ${quantity(kParted, "m", 1)}.`;
+    ? `The slider begins at ${plain(of.time_s[at] ?? 0)} s, when half of the pairs are farther apart than ${quantity(kParted, "m", 1)}.`
+    : `The slider begins at the end: most pairs are never farther apart than ${quantity(kParted, "m", 1)}.`;
   const scale = el("div", { class: "heat-scale" }, el("span", {}, `≤ ${quantity(kNearest, "m", 1)}`), el("span", { class: "ramp", style: `background:linear-gradient(90deg, ${kStops.join(", ")})` }), el("span", {}, `≥ ${quantity(kFarthest, "m", 1)}`));
   return el(
     "figure",

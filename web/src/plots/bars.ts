@@ -76,7 +76,7 @@ export function bars(view: SystemView, palette: Palette): HTMLElement {
     list.sort((a, b) => b.value - a.value || a.contender.localeCompare(b.contender));
     const notes = [
       absent.length > 0 ? `Without a figure at ${timestep(step)} ms: ${absent.join(", ")}.` : "",
-      contenders.length < view.contenders.length ? "Of what was swept the bar is that of the settings that were not varied; the table of all figures has the others." : "",
+      contenders.length < view.contenders.length ? "For a swept contender the bar shows the settings that were not varied; the table of all figures has the others." : "",
       off > 0 ? `${off} more ${off === 1 ? "is" : "are"} switched off in the legend.` : "",
     ];
     missing.textContent = notes.filter(Boolean).join(" ");

@@ -218,7 +218,7 @@ export function batchPanels(report: Report, palette: Palette): HTMLElement[] {
     const panel = (what: Shown) => {
       const { canvas, note } = plot(batches, palette, what);
       const file = `worlds-${batches.system}-${what.value.replace("batch_", "")}`;
-      const head = el("figcaption", {}, downloads(() => file, canvas, csv), el("h3", {}, `${batches.system}: ${what.title.toLowerCase()}`), el("p", { class: "sub" }, what === kRate ? text : "Of a single step that is asked for and waited for: what a controller of all worlds waits."));
+      const head = el("figcaption", {}, downloads(() => file, canvas, csv), el("h3", {}, `${batches.system}: ${what.title.toLowerCase()}`), el("p", { class: "sub" }, what === kRate ? text : "Time of a single step of all worlds, from the call to its end: the time that a controller of all worlds waits."));
       return el("figure", { class: "panel scaling-panel", "data-shows": what.value }, head, canvas, note);
     };
     return el(

@@ -50,6 +50,7 @@ const kReach = 26; // px around a point that a mouse reaches
 const kFinger = 32; // px that a tap reaches
 const kNarrow = 440; // px that a plot has without its axes
 const kFailBand = 26; // room above the plot for points without a value
+const kNamedInNote = 3; // contenders; more are a list to open
 const kZeroBand = 22; // room below it for errors of exactly zero
 
 function collect(view: SystemView, name: string): { series: Series[]; unplaced: string[]; failed: string[] } {
@@ -165,6 +166,7 @@ export class SpeedAccuracy {
   readonly element: HTMLElement;
   private readonly canvas = el("div", { class: "canvas" });
   private readonly note = el("p", { class: "quiet note" });
+  private readonly lists = el("div", { class: "quiet note" });
   private readonly meaning = el("p", { class: "sub" });
   private readonly redraw: () => void;
   private series: Series[] = [];
@@ -213,6 +215,7 @@ export class SpeedAccuracy {
       el("figcaption", {}, downloads(() => `${this.view.system}-${this.name}`, this.canvas, () => this.rows()), el("h3", {}, "Speed and accuracy"), this.meaning, names.length > 1 ? choices : null),
       this.canvas,
       this.note,
+      this.lists,
     );
     this.redraw = onWidth(this.canvas, (width) => this.draw(width));
     state.subscribe(() => this.mark());
@@ -229,8 +232,15 @@ export class SpeedAccuracy {
     const everything = series.flatMap((one) => [...one.points, ...one.others]);
     const valued = everything.filter((point) => point.error !== null && point.error > 0);
     const notes: string[] = [];
-    if (unplaced.length > 0 && everything.length > 0) notes.push(`Not shown, because no speed is known: ${unplaced.join(", ")}.`);
-    if (failed.length > 0 && everything.length > 0) notes.push(`Neither speed nor error: ${failed.join(", ")}.`);
+    clear(this.lists);
+    const list = (what: string, contenders: string[]) => {
+      if (contenders.length === 0 || everything.length === 0) return;
+      const names = `${contenders.join(", ")}.`;
+      if (contenders.length <= kNamedInNote) notes.push(`${what}: ${names}`);
+      else this.lists.append(el("details", {}, el("summary", {}, `${what}: ${contenders.length} contenders`), names));
+    };
+    list("Not shown, because no speed is known", unplaced);
+    list("Neither speed nor error", failed);
     if (everything.length === 0) {
       this.canvas.append(el("p", { class: "quiet empty" }, `Nothing to place: no contender has both a ${info.label.toLowerCase()} and a timing here.`));
       this.note.textContent = notes.join(" ");

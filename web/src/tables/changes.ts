@@ -28,7 +28,7 @@ export function changes(report: Report, compared: Changes): Child[] {
   const common = compared.common_ratio;
   return [
     rows.length > 0 ? el("div", { class: "panel matrix-panel" }, scrollFrame("What changed", text, sortableTable(columns, rows))) : el("p", { class: "sub table-text" }, text),
-    common !== null ? el("p", { class: "sub table-text" }, `The median of all times' ratios is ${plain(common, 4)}. What all contenders have in common is rather the machine's.`) : null,
+    common !== null ? el("p", { class: "sub table-text" }, `The median of all times' ratios is ${plain(common, 4)}. A change that all contenders share is probably the machine's.`) : null,
     compared.too_few_samples ? el("p", { class: "sub table-text" }, "So few processes cannot show that one time among so many changed.") : null,
     list("Other builds of engines:", compared.builds),
     list("Accepted differences:", compared.accepted),

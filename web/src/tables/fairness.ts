@@ -49,7 +49,7 @@ const kColumns: { title: string; hint: string; text: (contender: Contender) => s
   { title: "Hidden damping", hint: "what the engine takes away without being asked", text: (c) => text(c, "hidden_damping") || "none" },
   { title: "Sleeping", hint: "bodies at rest are no longer computed", text: (c) => text(c, "sleep") },
   { title: "Speed limits", hint: "above which the engine cuts velocities", text: (c) => text(c, "speed_limits") },
-  { title: "Contact forces", hint: "what the engine gives of them: without, the residuals of contact are not given either", text: (c) => text(c, "contact_forces") || "not given", wide: "wide" },
+  { title: "Contact forces", hint: "which of them the engine gives; without them the residuals of contact are not given either", text: (c) => text(c, "contact_forces") || "not given", wide: "wide" },
   { title: "Threads", hint: "", text: (c) => text(c, "threads") },
   { title: "Other", hint: "velocity quantisation, clamps", text: (c) => text(c, "other") || "–", wide: "wider" },
   { title: "Settings", hint: "that differ from the adapter's defaults", text: (c) => c.settings || "defaults", wide: "wide" },
@@ -86,7 +86,7 @@ export function fairness(report: Report, palette: Palette): HTMLElement {
   }
   columns.push({
     title: "Declared deviations",
-    hint: "shown to be the engine's own",
+    hint: "proven to be caused by the engine",
     className: "wider",
     cell: (row) => {
       const list = deviations(row);

@@ -65,7 +65,7 @@ function verdict(report: Report, results: GateResult[], contenders: string[]): H
   const deviating = contendersWith(results, "deviation").filter((name) => !failed.includes(name));
   const clean = contenders.length - failed.length - deviating.length;
   const words = [`${clean} pass every test that applies to them`];
-  if (deviating.length > 0) words.push(`${deviating.length} with deviations that are proven, declared and bounded`);
+  if (deviating.length > 0) words.push(`${deviating.length} pass with deviations that are proven, declared and bounded`);
   if (failed.length > 0) words.push(`${failed.length} fail and are not scored`);
   const list = el("ul", { class: "gate-verdict" });
   // What the adapter declares, without the figures of this run, which the table has.

@@ -66,7 +66,7 @@ export function graspTable(view: SystemView, palette: Palette): HTMLElement | nu
       className: "figure largest",
     },
     {
-      title: "Without a hole",
+      title: "No smaller fails (ms)",
       hint: "the largest timestep up to which every smaller one holds it too",
       key: (contender) => single(contender, "stable_up_to_timestep"),
       cell: largest("stable_up_to_timestep"),

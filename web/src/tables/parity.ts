@@ -173,7 +173,7 @@ function one(parity: Parity): Child[] {
     el("p", {}, summary(certificates)),
     scrollFrame(
       `Parity of ${parity.model}`,
-      "The largest error of a joint's force of each kind, relative to its largest force of that kind; armature: relative to its inertia; torque: of the gain with which its actuators' torque arrives. ✓ not told from rounding and the steps' own error, ≠ differs, ? not settled, – none.",
+      "The largest error of a joint's force of each kind, relative to its largest force of that kind; armature: relative to its inertia; torque: of the gain with which its actuators' torque arrives. ✓ indistinguishable from rounding and the steps' own error, ≠ differs, ? not settled, – none.",
       table,
     ),
     ...certificates.map(unfolding),

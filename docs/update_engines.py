@@ -1,0 +1,158 @@
+#!/usr/bin/env python3
+"""Writes the tables of docs/engines.md: update_engines.py ASSAY RESULTS [--without-speeds] [--page FILE].
+
+RESULTS is a results directory of campaigns/field.toml, or the database of one packed as assay.sqlite.xz. Without its speeds
+where the machine was shared.
+"""
+
+import argparse
+import contextlib
+import json
+import lzma
+import pathlib
+import sqlite3
+import subprocess
+import tempfile
+
+from update_claims import milliseconds, table, updated
+
+PAGE = pathlib.Path(__file__).with_name("engines.md")
+NO = "–"
+SI = [(1, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n")]
+# system, options of `assay recommend`, in words
+QUESTIONS = [
+    ("spatial-chain", ["--error", "1mm"], "the chain, within 1 mm of the reference solution"),
+    ("spatial-chain", ["--error", "1um"], "the chain, within 1 µm"),
+    ("astronaut-energy", ["--error", "1mm"], "the astronaut in free flight, within 1 mm of the reference solution"),
+    ("humanoid", ["--error", "5mm", "--penetration", "5mm"],
+     "the humanoid that falls, within 5 mm of its own fine-step run, penetration below 5 mm"),
+    ("grasp", ["--slip", "5mm"], "the grasp, the object slips less than 5 mm"),
+    ("capsules-27", ["--error", "5mm", "--penetration", "5mm"], "27 capsules, within 5 mm, penetration below 5 mm"),
+]
+
+
+def quantity(value, unit):
+    """Two significant digits with a prefix."""
+    if value == 0:
+        return f"0 {unit}"
+    scale, prefix = next(((s, p) for s, p in SI if abs(value) >= 0.9995 * s), SI[-1])
+    number = float(f"{value / scale:.2g}")
+    return f"{number:g} {prefix}{unit}"
+
+
+class Run:
+    def __init__(self, db):
+        self.db = db
+        self.contenders = [name for name, in db.execute("SELECT name FROM contenders ORDER BY rowid") if name != "null"]
+
+    def facts(self, contender):
+        engine, version, capabilities = self.db.execute(
+            "SELECT engine, version, capabilities_json FROM contenders WHERE name = ?", (contender,)).fetchone()
+        return engine, version, json.loads(capabilities or "{}")
+
+    def outcome(self, system, contender, timestep, measure):
+        row = self.db.execute("SELECT outcome FROM cells WHERE system = ? AND contender = ? AND timestep_ms = ? AND measure = ?",
+                              (system, contender, timestep, measure)).fetchone()
+        return row[0] if row else ""
+
+    def value(self, system, contender, timestep, measure, name):
+        row = self.db.execute(
+            'SELECT v.value FROM cells c JOIN "values" v ON v.cell_id = c.id WHERE c.system = ? AND c.contender = ? AND '
+            "c.timestep_ms = ? AND c.measure = ? AND v.name = ?", (system, contender, timestep, measure, name)).fetchone()
+        return row[0] if row else None
+
+    def text(self, system, contender, timestep, measure, name, unit):
+        """The value, or how the run ended."""
+        outcome = self.outcome(system, contender, timestep, measure)
+        if outcome in ("", "unsupported"):
+            return NO
+        value = self.value(system, contender, timestep, measure, name)
+        return quantity(value, unit) if outcome == "ok" and value is not None else outcome
+
+    def holds_up_to(self, contender):
+        held = self.db.execute(
+            'SELECT v.value FROM cells c JOIN "values" v ON v.cell_id = c.id WHERE c.system = \'grasp\' AND c.contender = ? AND '
+            "v.name = 'stable_up_to_timestep' AND v.value IS NOT NULL", (contender,)).fetchone()
+        if held:
+            return f"{milliseconds(held[0])} ms"
+        outcomes = {outcome for outcome, in self.db.execute(
+            "SELECT outcome FROM cells WHERE system = 'grasp' AND contender = ? AND measure = 'grasp'", (contender,))}
+        return NO if outcomes <= {"unsupported"} else "never"
+
+
+def engines_table(run):
+    rows = {}
+    for contender in run.contenders:
+        engine, version, capabilities = run.facts(contender)
+        if not version:
+            continue
+        row = rows.setdefault(engine, [version, set(), set(), []])
+        row[1].add(capabilities.get("precision", ""))
+        row[2].add(capabilities.get("coordinates", ""))
+        row[3].append(f"`{contender}`")
+    return table(["engine", "version", "precision", "coordinates", "contenders here"],
+                 [[engine, version, ", ".join(sorted(precision)), ", ".join(sorted(coordinates)), ", ".join(contenders)]
+                  for engine, (version, precision, coordinates, contenders) in rows.items()])
+
+
+def figures_table(run, speeds):
+    header = ["contender", "chain: error at 1 ms", "astronaut: energy drift at 4 ms", "humanoid: error at 1 ms",
+              "humanoid: penetration at 4 ms", "grasp: holds up to", "27 capsules: penetration at 4 ms"]
+    if speeds:
+        header += ["chain: step at 1 ms", "humanoid: step at 1 ms", "27 capsules: step at 1 ms"]
+    rows = []
+    for contender in run.contenders:
+        row = [f"`{contender}`", run.text("spatial-chain", contender, 1, "truth", "truth_error_max", "m")]
+        drift = run.text("astronaut-energy", contender, 4, "drift", "energy_drift_relative", "")
+        share = run.value("astronaut-energy", contender, 4, "drift", "energy_drift_relative")
+        row.append(f"{100 * share:.2g} %" if share is not None and drift not in (NO, "diverged", "unstable") else drift)
+        row.append(run.text("humanoid", contender, 1, "consistency", "consistency", "m"))
+        row.append(run.text("humanoid", contender, 4, "violation", "penetration_max", "m"))
+        row.append(run.holds_up_to(contender))
+        row.append(run.text("capsules-27", contender, 4, "violation", "penetration_max", "m"))
+        if speeds:
+            for system in ("spatial-chain", "humanoid", "capsules-27"):
+                time = run.value(system, contender, 1, "raw_speed", "step_time")
+                row.append(quantity(1e-6 * time, "s") if time is not None else NO)
+        if any(cell != NO for cell in row[1:]):
+            rows.append(row)
+    return table(header, rows)
+
+
+def answers_table(program, folder):
+    rows = []
+    for system, options, words in QUESTIONS:
+        done = subprocess.run([program, "recommend", folder, system, *options, "--json"], capture_output=True, text=True)
+        best = json.loads(done.stdout).get("recommended") if done.returncode == 0 else None
+        text = "none"
+        if best:
+            speed = best["realtime_factor"]["value"]
+            text = f"`{best['contender']}` at {milliseconds(best['timestep_ms'])} ms, {float(f'{speed:.2g}'):g} times real time"
+        command = f"`assay recommend field {system} {' '.join(options)}`"
+        rows.append([words, text, command])
+    return table(["question", "fastest within it", "asked by"], rows)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("program")
+    parser.add_argument("results", type=pathlib.Path)
+    parser.add_argument("--without-speeds", action="store_true")
+    parser.add_argument("--page", type=pathlib.Path, default=PAGE)
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = options.results
+        if folder.is_file():
+            folder = pathlib.Path(scratch)
+            (folder / "assay.sqlite").write_bytes(lzma.decompress(options.results.read_bytes()))
+        with contextlib.closing(sqlite3.connect(folder / "assay.sqlite")) as db:
+            run = Run(db)
+            blocks = {"engines": engines_table(run), "figures": figures_table(run, not options.without_speeds)}
+        if not options.without_speeds:
+            blocks["answers"] = answers_table(options.program, folder)
+    page = options.page.read_text(encoding="utf-8")
+    options.page.write_text(updated(page, blocks), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

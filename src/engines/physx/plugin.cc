@@ -1,0 +1,81 @@
+// PhysX 5.1.3, built from its sources.
+#include "plugin.h"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <extensions/PxCustomGeometryExt.h>
+
+#include "convert.h"
+
+namespace assay::px {
+
+using namespace physx;
+
+namespace {
+
+// Given by the point that is farthest in a direction, as PhysX's own cylinder. Such bodies meet each other only where
+// their type is one of PhysX's own, so this is one.
+class Ellipsoid final : public PxCustomGeometryExt::CylinderCallbacks {
+ public:
+  explicit Ellipsoid(const PxVec3& semi_axes)
+      : CylinderCallbacks(2 * semi_axes.z, semi_axes.x, /*axis=*/2), semi_axes_(semi_axes) {}
+
+  PxVec3 supportLocal(const PxVec3& direction) const override {
+    const PxVec3 scaled = direction.multiply(semi_axes_);
+    const float length = scaled.magnitude();
+    return length > 0 ? scaled.multiply(semi_axes_) / length : PxVec3(0, 0, semi_axes_.z);
+  }
+
+ protected:
+  // A smooth body touches in one point: there is no face or edge to put in its place.
+  bool useSubstituteGeometry(PxGeometryHolder& /*geometry*/, PxTransform& /*pose*/, const PxContactPoint& /*contact*/,
+                             const PxTransform& /*own*/, const PxVec3& /*other*/) const override {
+    return false;
+  }
+
+ private:
+  PxVec3 semi_axes_;
+};
+
+}  // namespace
+
+const char* const kPrefix = "physx";
+const char* const kTitle = "PhysX";
+
+const bool kContactDamping = true;
+const bool kContactModification = true;
+
+std::vector<std::string> friction_models() { return {"improved_patch", "patch", "one_directional", "two_directional"}; }
+
+void describe_plugin(Capabilities& c, const Options& options) {
+  c.friction_combine =
+      "the pair's coefficient: as the larger of two materials', or by a callback where that is another";
+  c.contact_forces_note = "PxContactPairPoint::impulse of contact reports; PhysX 5.1 gives no friction";
+  if (options.tgs) {
+    // findings/physx/tgs_spin_gain.cc
+    c.other = "what turns freely gains 6e-7 of its spin a step" + (c.other.empty() ? "" : "; " + c.other);
+  }
+  add_approximated(
+      c, Feature::kCylinder,
+      "exact on planes; one contact point a step against curved bodies and boxes; on height fields a prism "
+      "of 64 sides, its radius within 0.1 %");
+  add_approximated(c, Feature::kEllipsoid,
+                   "exact on planes; against boxes a rocking ellipsoid's rate is 7 % off; on height fields a "
+                   "polyhedron of 80 faces, its radius within 3.4 %");
+}
+
+std::optional<Curved> make_curved(const Shape& shape) {
+  Curved curved;
+  if (shape.type == ShapeType::kCylinder) {
+    curved.callbacks = std::make_unique<PxCustomGeometryExt::CylinderCallbacks>(real(2 * shape.half_length),
+                                                                                real(shape.radius), /*axis=*/2);
+  } else {
+    curved.callbacks = std::make_unique<Ellipsoid>(to_px(shape.half_size));
+  }
+  curved.holder = PxGeometryHolder(PxCustomGeometry(*curved.callbacks));
+  return curved;
+}
+
+}  // namespace assay::px
