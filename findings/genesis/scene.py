@@ -26,9 +26,12 @@ class Run:
         self.entity = self.scene.add_entity(gs.morphs.MJCF(file=xml, default_armature=None))
         self.scene.build()
 
-    def roll(self, v, count):
-        """Positions and velocities after each of `count` steps from the model's own positions and velocities `v`."""
+    def roll(self, v, count, height=None):
+        """Positions and velocities after each of `count` steps from the model's own positions and velocities `v`; `height` is that
+        of a free body."""
         self.scene.reset()
+        if height is not None:
+            self.entity.set_qpos(np.array([0, 0, height, 1, 0, 0, 0]), zero_velocity=False)
         self.entity.set_dofs_velocity(np.array(v, dtype=float))
         states = []
         for _ in range(count):

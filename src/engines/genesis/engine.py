@@ -55,8 +55,6 @@ class Engine(assay.Engine):
 
         return [
             contender("genesis", "its own integrator and Newton solver, in double precision"),
-            contender("genesis-f32", "the same in single precision, as Genesis has it by itself", precision="single"),
-            contender("genesis-euler", "semi-implicit Euler, Newton solver", integrator="euler"),
         ]
 
     def capabilities(self, settings):
@@ -79,7 +77,7 @@ class Engine(assay.Engine):
                           "impedance 0.9 to 0.95 over 0.001 m",
             friction_cone=CONES[settings["cone"]], friction_combine=f"larger of two, as the model's pairs, at least {LEAST_FRICTION}",
             iterations=f"at most {settings['iterations']}, tolerance {tolerance:g}", sleep="off (hibernation)",
-            other="joint limits are soft as contacts", features=features, deviations=deviations(settings))
+            other="joint limits are soft as contacts", features=features, deviations=deviations())
 
     def check(self, model, settings):
         found = []
@@ -135,5 +133,12 @@ class Engine(assay.Engine):
         return genesis_batch.Batch(model, worlds, settings, device)
 
 
-def deviations(settings):
-    return []
+def deviations():
+    """Contacts as soft as MuJoCo's, but for their time constant, each shown by a program of findings/genesis. Bounds: 1.1 and 1.5
+    times what the tests measure."""
+    rebound = ("a contact is a critically damped spring that only pushes: a body leaves it with exp(-2) = 0.135 of its speed (0.174 at "
+               "4 ms; findings/genesis/contact_rebound.py)")
+    mass_ratio = ("a contact is as soft as the lighter body on it is light: a bar sinks into bars of a thousandth of its mass "
+                  "(findings/genesis/contact_mass_ratio.py)")
+    return [assay.Deviation(test="inelastic-impact", bound=0.2, reason=rebound),
+            assay.Deviation(test="stack-1000", bound=0.55, reason=mass_ratio)]
