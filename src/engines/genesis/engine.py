@@ -50,12 +50,7 @@ class Engine(assay.Engine):
         ]
 
     def contenders(self):
-        def contender(name, summary, **values):
-            return assay.Contender(name=name, summary=f"Genesis on the CPU, {summary}", set=values)
-
-        return [
-            contender("genesis", "its own integrator and Newton solver, in double precision"),
-        ]
+        return [assay.Contender(name="genesis", summary="Genesis on the CPU, its own integrator and Newton solver, in double precision")]
 
     def capabilities(self, settings):
         integrator, springs = INTEGRATORS[settings["integrator"]]
