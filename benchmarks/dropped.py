@@ -95,17 +95,16 @@ def summary(folder):
     with sqlite3.connect(folder / "assay.sqlite") as db:
         systems = [name for name, in db.execute("SELECT name FROM systems ORDER BY rowid")]
         engine_of = dict(db.execute("SELECT name, engine FROM contenders"))
-        cells = list(db.execute("SELECT system, contender, outcome, reason FROM cells WHERE measure IN ('reference', 'violation')"))
+        cells = list(db.execute("SELECT system, contender, outcome FROM cells WHERE measure IN ('reference', 'violation')"))
     left_out = json.loads((folder / "left-out.json").read_text(encoding="utf-8"))
     took, sound, reasons = (collections.defaultdict(set) for _ in range(3))
-    ran = {(system, contender) for system, contender, outcome, _ in cells if outcome != "unsupported" and engine_of[contender] != "null"}
-    failed = {(system, contender): reason or outcome for system, contender, outcome, reason in cells
-              if (system, contender) in ran and outcome != "ok"}
+    ran = {(system, contender) for system, contender, outcome in cells if outcome != "unsupported" and engine_of[contender] != "null"}
+    failed = {(system, contender): outcome for system, contender, outcome in cells if (system, contender) in ran and outcome != "ok"}
     for system, contender in sorted(ran):
         engine = engine_of[contender].split("-")[0]  # builds of one engine count once
         took[system].add(engine)
         if (system, contender) in failed:
-            reasons[system].add(f"{contender}: {failed[system, contender]}")
+            reasons[system].add(f"`{contender}` {failed[system, contender]}")
         else:
             sound[system].add(engine)
     engines = sorted({engine for each in took.values() for engine in each})
@@ -121,7 +120,7 @@ def summary(folder):
         text += f"\nSound in fewer than {ENGINES} engines:\n\n" + table(
             [["robot", "sound in", "why not in the others"],
              *([system, ", ".join(sorted(sound[system])) or "none",
-                "; ".join(sorted(reason.replace("|", "\\|") for reason in reasons[system])) or f"taken by {len(took[system])}"]
+                ", ".join(sorted(reasons[system])) or f"taken by {len(took[system])}"]
                for system in few)])
     return text + "\n"
 

@@ -198,7 +198,8 @@ std::vector<LeftOut> left_out(const SystemAnswers& answers, const Question& ques
   }
   for (const size_t i : found.beyond) {
     const Candidate& candidate = answers.candidates[i];
-    add(answers.at(candidate), "beyond the limits, and nearest to them here: " + asked_text(candidate, question), false);
+    add(answers.at(candidate), "beyond the limits, and nearest to them here: " + asked_text(candidate, question),
+        false);
   }
   for (LeftOut& group : groups) std::ranges::sort(group.timesteps_ms);
   std::ranges::stable_sort(groups, {}, &LeftOut::contender);

@@ -169,7 +169,9 @@ class BroadPhaseLayers final : public JPH::BroadPhaseLayerInterface, public JPH:
 
 // Corners are sharp: Jolt's convex radius would round them.
 constexpr float kConvexRadius = 0;
-constexpr float kHullTolerance = 1e-6f;  // of a hull's size
+// Of a hull's size. Jolt's builder gives up on some hulls with many nearly coplanar corners, so those are made with the
+// least of these that it takes; its own default is 1e-3 m.
+constexpr float kHullTolerances[] = {1e-6f, 1e-5f, 1e-4f, 1e-3f};
 
 // Jolt's builder gives up on triangles of less than 1 mm^2, so the hull is made at unit size and then scaled.
 JPH::RefConst<JPH::Shape> hull(const double* points, int count, int row) {
@@ -180,11 +182,14 @@ JPH::RefConst<JPH::Shape> hull(const double* points, int count, int row) {
     const double p[3] = {points[3 * i] / size, points[3 * i + 1] / size, points[3 * i + 2] / size};
     corners.push_back(vec(p));
   }
-  JPH::ConvexHullShapeSettings settings(corners, kConvexRadius);
-  settings.mHullTolerance = kHullTolerance;
-  settings.mUserData = static_cast<JPH::uint64>(row) + 1;
-  const JPH::Shape::ShapeResult result = settings.Create();
-  return result.IsValid() ? new JPH::ScaledShape(result.Get(), JPH::Vec3::sReplicate(real(size))) : nullptr;
+  for (const float tolerance : kHullTolerances) {
+    JPH::ConvexHullShapeSettings settings(corners, kConvexRadius);
+    settings.mHullTolerance = tolerance;
+    settings.mUserData = static_cast<JPH::uint64>(row) + 1;
+    const JPH::Shape::ShapeResult result = settings.Create();
+    if (result.IsValid()) return new JPH::ScaledShape(result.Get(), JPH::Vec3::sReplicate(real(size)));
+  }
+  return nullptr;
 }
 
 JPH::RefConst<JPH::Shape> mesh(const double* numbers, const jolt_shape& shape, int row) {
