@@ -140,7 +140,7 @@ class Simulation:
 
 
 ON_DEMAND = {"drake": "drake-sap", "dartpy": "dartpy", "mujoco-warp": "mujoco-warp",
-             "newton": "newton-steel", "mjx": "mjx"}  # engine: one of its contenders
+             "newton": "newton-steel", "mjx": "mjx", "genesis": "genesis"}  # engine: one of its contenders
 
 # the same equations and integrator in C++, the largest difference of positions after 250 steps of the chain, m, and precision
 SAME_AS = {"drake-sap": ("mujoco-euler", 1e-9, "double"), "dartpy": ("dart", 1e-12, "double"),

@@ -1,4 +1,4 @@
-"""Where the engines that compile kernels for a model keep them: mujoco-warp, newton and mjx."""
+"""Where the engines that compile kernels for a model keep them: mujoco-warp, newton, mjx and genesis."""
 
 import os
 import sys
