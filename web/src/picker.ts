@@ -221,16 +221,16 @@ export function picker(report: Report, palette: Palette): HTMLElement {
   // A contender's timesteps that are no candidates for one reason share a line.
   const excluded = (view: SystemView, beyond: Pick[]) => {
     const groups = new Map<string, { contender: string; steps: number[]; why: string }>();
+    for (const one of beyond) {
+      const values = question.limits.map(([name]) => `${valueInfo(name).label.toLowerCase()} ${worstText(name, one.candidate.worst[name], one.point.timestep_ms)}`);
+      if (question.realtime !== null) values.push(`${realtime(one.speed.value)} real time`);
+      groups.set(`${one.point.contender}\u0000beyond`, { contender: one.point.contender, steps: [one.point.timestep_ms], why: `beyond the limits, and nearest to them here: ${values.join(", ")}` });
+    }
     for (const one of view.json.excluded) {
       const key = `${one.contender}\u0000${one.why}`;
       const group = groups.get(key) ?? { contender: one.contender, steps: [], why: one.why };
       group.steps.push(one.timestep_ms);
       groups.set(key, group);
-    }
-    for (const one of beyond) {
-      const values = question.limits.map(([name]) => `${valueInfo(name).label.toLowerCase()} ${worstText(name, one.candidate.worst[name], one.point.timestep_ms)}`);
-      if (question.realtime !== null) values.push(`${realtime(one.speed.value)} real time`);
-      groups.set(`${one.point.contender}\u0000beyond`, { contender: one.point.contender, steps: [one.point.timestep_ms], why: `beyond the limits, and nearest to them here: ${values.join(", ")}` });
     }
     if (groups.size === 0) return el("p", { class: "quiet note" }, "Every timestep measured is a candidate.");
     const rows = [...groups.values()];
