@@ -1,4 +1,4 @@
-// Shapes that overlap, by MuJoCo's narrow phase.
+// Shapes that overlap, by PairDistances (model/pair_distances.h).
 #pragma once
 
 #include <vector>
