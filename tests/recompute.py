@@ -468,7 +468,7 @@ class Claims:
                      max(over.high, SMALLEST) / max(under.low, SMALLEST), None, None)
 
     def curve(self, system, contender, name):
-        """[(speed, value)], the slowest first; the speed is the timestep where nothing was timed."""
+        """[(speed, value, is near a floor)], the slowest first; the speed is the timestep where nothing was timed."""
         points = []
         for cell in self.cells(system, contender, name):
             figure = self.of(cell, name)
@@ -476,23 +476,25 @@ class Claims:
                 continue
             speed = self.speed(system, contender, cell.timestep) if self.timed(system) else cell.timestep
             if speed is not None:
-                points.append((speed, figure.value))
+                points.append((speed, figure.value, name == "consistency" and "consistency_bound" in cell.values))
         return sorted(points)
 
     def at_equal_speed(self, system, first, second, name):
         under, over = self.curve(system, first, name), self.curve(system, second, name)
         ratios = []
-        for speed, value in over:
+        for speed, value, near_floor in over:
             if not under or speed > under[-1][0] * (1 + 1e-9):
                 continue
             if speed <= under[0][0]:
-                there = log(under[0][1])
+                there, beside = log(under[0][1]), under[0][2]
             else:
-                after = next(i for i, (other, _) in enumerate(under) if speed <= other * (1 + 1e-9))
-                (slow, at_slow), (fast, at_fast) = under[after - 1], under[after]
+                after = next(i for i, (other, _, _) in enumerate(under) if speed <= other * (1 + 1e-9))
+                (slow, at_slow, slow_near), (fast, at_fast, fast_near) = under[after - 1], under[after]
+                beside = slow_near or fast_near
                 weight = math.log(speed / slow) / math.log(fast / slow)
                 there = (1 - weight) * log(at_slow) + weight * log(at_fast)
-            ratios.append(log(value) - there)
+            if not near_floor and not beside:
+                ratios.append(log(value) - there)
         if not ratios:
             return None
         return Ratio(math.exp(statistics.fmean(ratios)), None, None, math.exp(min(ratios)), math.exp(max(ratios)))

@@ -96,12 +96,17 @@ const Ratios::Curve& Ratios::curve(const std::string& system, const std::string&
       speed = timed->factor;
     }
     curve.found = Found::kThere;
+    if (figure.is_bound) {
+      curve.points.emplace_back(Point{speed, figure.value, {}, true});
+      continue;
+    }
     const std::vector<std::vector<double>> pieces = pieces_of(figure, value);
     std::vector<size_t> sizes(pieces.size());
     std::ranges::transform(pieces, sizes.begin(), &std::vector<double>::size);
-    if (curve.points.empty()) curve.pieces = sizes;
+    const bool is_first = std::ranges::all_of(curve.points, &Point::is_bound);
+    if (is_first) curve.pieces = sizes;
     if (sizes != curve.pieces) curve.pieces.clear();
-    Point& point = curve.points.emplace_back(Point{speed, figure.value, {}});
+    Point& point = curve.points.emplace_back(Point{speed, figure.value, {}, false});
     if (pieces.empty()) continue;
     point.resampled = resampled_means_of_groups(pieces, kBootstrapSeed);
     for (double& mean : point.resampled) mean = log_of(mean);
@@ -132,6 +137,9 @@ Ratio Ratios::at_equal_speed(const std::string& system, const std::string& first
   const auto error_at = [&](const Place& place, double Interval::* end) {
     return place.of(log_of(under.points[place.before].error.*end), log_of(under.points[place.after].error.*end));
   };
+  const auto near_floor = [&](const Place& place) {
+    return under.points[place.before].is_bound || under.points[place.after].is_bound;
+  };
   // How far the first's own speeds may be off.
   double fastest = 1, slowest = 1;
   for (const Point& point : under.points) {
@@ -142,16 +150,20 @@ Ratio Ratios::at_equal_speed(const std::string& system, const std::string& first
   std::vector<double> resampled(paired ? static_cast<size_t>(kBootstrapResamples) : 0);
   // Sums of logarithms: of the ratio, of its ends, and how much of these is the speeds' own.
   double sum = 0, low = 0, high = 0, by_speed_low = 0, by_speed_high = 0;
-  int count = 0;
+  int count = 0, left_out = 0;
   for (const Point& point : over.points) {
     const auto place = place_at(point.speed.value);
     if (!place) continue;
+    if (point.is_bound || near_floor(*place)) {
+      ++left_out;
+      continue;
+    }
     const double error = error_at(*place, &Interval::value);
     double least = std::min(error, error_at(*place, &Interval::low)),
            most = std::max(error, error_at(*place, &Interval::high)), least_by_speed = error, most_by_speed = error;
     for (const double speed : {point.speed.low / fastest, point.speed.high / slowest}) {
       const auto moved = place_at(speed);
-      if (!moved) continue;
+      if (!moved || near_floor(*moved)) continue;
       least = std::min(least, error_at(*moved, &Interval::low));
       most = std::max(most, error_at(*moved, &Interval::high));
       least_by_speed = std::min(least_by_speed, error_at(*moved, &Interval::value));
@@ -170,6 +182,12 @@ Ratio Ratios::at_equal_speed(const std::string& system, const std::string& first
     ratio.least = count == 0 ? std::exp(here) : std::min(ratio.least, std::exp(here));
     ratio.most = count == 0 ? std::exp(here) : std::max(ratio.most, std::exp(here));
     ++count;
+  }
+  if (count == 0 && left_out > 0) {
+    ratio.why =
+        fmt::format("on {} the errors of {} and {} are near the floors of their fine-step runs wherever both have a {}",
+                    system, first, second, ratio.by_speed ? "speed" : "timestep");
+    return ratio;
   }
   if (count == 0) {
     ratio.why = fmt::format("on {} {} is faster at every timestep than {} at any: no common {}", system, second, first,

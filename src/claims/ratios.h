@@ -36,8 +36,9 @@ class Ratios {
   // The geometric mean over the second's points, each compared with the first at its realtime factor: interpolated
   // between the first's points, logarithmically in both. A contender that is faster even at its smallest timestep keeps
   // that timestep's value, because it can always idle. Where a system's speed was not measured, at equal timesteps.
-  // Where both are means over the same pieces of the motion, the interval is a bootstrap of the pieces, drawn alike for
-  // both; with pieces from several initial states, of these states with all their pieces (measures/clusters.h).
+  // Points near the floor of a fine-step run, whose error is only bounded, are not compared. Where both are means over
+  // the same pieces of the motion, the interval is a bootstrap of the pieces, drawn alike for both; with pieces from
+  // several initial states, of these states with all their pieces (measures/clusters.h).
   Ratio at_equal_speed(const std::string& system, const std::string& first, const std::string& second,
                        const std::string& value) const;
 
@@ -45,6 +46,7 @@ class Ratios {
   struct Point {
     Interval speed, error;
     std::vector<double> resampled;  // logarithms of the mean error in the resamples; empty: no pieces
+    bool is_bound = false;          // the error is an upper bound
   };
   struct Curve {
     Found found = Found::kMissing;

@@ -9,8 +9,8 @@ namespace assay::cli {
 // "3.10 µm of 12.0 µm": the figure of one result and its tolerance.
 std::string figure_text(const Json& result);
 
-// Results as a document: a row a contender, a column a test, and below the table what is not a plain pass. `contenders`
-// is the array of `assay conformance --json`.
+// Results as a document: a row a contender with how many tests ended how, a column for each test that not all passed,
+// and below the table the others and what is not a plain pass. `contenders` is the array of `assay conformance --json`.
 std::string conformance_markdown(const Json& contenders);
 
 }  // namespace assay::cli

@@ -482,6 +482,29 @@ TEST_F(ClaimsTest, TheReferencesOwnTimestepIsLeftOut) {
   EXPECT_NEAR(figure(judged(kConsistent), "C / A").value, 20, 1e-9);
 }
 
+// Such an error is only bounded: neither it nor one interpolated beside it is compared.
+TEST_F(ClaimsTest, PointsNearAFloorAreLeftOut) {
+  const auto near_floor = [&](const std::string& contender, double h) {
+    put(contender, h, "consistency",
+        {{"consistency", "m", 1e-9, 0.9e-9, 1.1e-9}, {"consistency_bound", "m", 3e-9, {}, {}}});
+  };
+  curve("a", 2, 1e-3, 1);
+  curve("c", 2, 20e-3, 1);
+  near_floor("c", 1);
+  ClaimFigure ratio = figure(judged(kConsistent), "C / A");
+  EXPECT_NEAR(ratio.value, 20, 1e-9);
+  EXPECT_NEAR(ratio.low.value_or(0), 20 * 0.9 / 1.1, 1e-9);
+  // C's speeds lie between those of A: its second point lies beside A's first
+  curve("c", 3, 20e-3, 1);
+  near_floor("a", 1);
+  ratio = figure(judged(kConsistent), "C / A");
+  EXPECT_NEAR(ratio.value, 30, 1e-9);
+  for (const double h : {2.0, 4.0, 8.0}) near_floor("a", h);
+  const Judgement found = judged(kConsistent);
+  EXPECT_EQ(found.verdict, Verdict::kNotMeasurable);
+  EXPECT_THAT(found.reason, HasSubstr("near the floors"));
+}
+
 TEST_F(ClaimsTest, NoGain) {
   const std::string no_gain =
       "kind = 'at-equal-speed'\nvalue = 'consistency'\nsystems = ['s']\nwho = ['A']\nagainst = ['C']\nnot_above = 2\n";
