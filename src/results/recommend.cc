@@ -128,7 +128,7 @@ void add_contender(const Results& results, const std::string& contender, SystemA
     std::string out = point.why;
     if (point.sound && errors.empty()) out = "no error was measured at this timestep";
     if (point.sound && !point.speed) {
-      out = results.timed(answers.system) ? "its speed was not timed here, nor on both sides of this timestep"
+      out = results.timed(answers.system) ? "the speed was not timed here, nor on both sides of this timestep"
                                           : "the system was not timed";
     }
     if (out.empty() && point.speed) {
@@ -301,7 +301,7 @@ Joined joined_point(const Results& results, const std::vector<SystemAnswers>& ea
     }
   }
   if (!point.sound) joined.out = point.why;
-  if (joined.out.empty() && !point.speed) joined.out = "its speed was not timed";
+  if (joined.out.empty() && !point.speed) joined.out = "the speed was not timed";
   if (joined.margin.empty()) joined.margin = "no larger timestep that was measured fails";
   return joined;
 }
