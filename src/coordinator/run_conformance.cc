@@ -1,6 +1,8 @@
 // Before anything is measured: the conformance suite, and a look at each contender's speed.
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <unistd.h>
 
 #include <nlohmann/json.hpp>
@@ -8,6 +10,7 @@
 #include "base/hash.h"
 #include "base/json.h"
 #include "base/paths.h"
+#include "base/text.h"
 #include "conformance/conformance.h"
 #include "coordinator/runner.h"
 
@@ -166,8 +169,8 @@ void Runner::conformance() {
   if (options_.gate) take_back_failed();
 }
 
-// How long a step takes, roughly, for the estimate of the time left. Three systems of a family of sizes are probed; the
-// others are interpolated.
+// How long a step takes, roughly, for the estimate of the time left. Three systems of a family of sizes are probed, and
+// of the others those that take little time; the rest is interpolated by the number of bodies.
 void Runner::probe() {
   std::set<std::pair<int, int>> wanted;
   for (const PlannedCell* cell : todo_) {
@@ -187,19 +190,54 @@ void Runner::probe() {
       if (i != systems.size() / 2) wanted.erase({systems[i], name.second});
     }
   }
+  // Of each contender the smallest system, the largest, and then the others, as long as its probes have taken little
+  // time: an engine that needs seconds to start would take longer to probe than to measure.
+  constexpr double kContenderSeconds = 10;
+  struct Queue {
+    std::vector<int> systems;
+    size_t begun = 0;
+    double spent_s = 0;
+  };
+  std::map<int, Queue> queues;
+  for (const auto& [s, c] : wanted) queues[c].systems.push_back(s);
+  if (!queues.empty()) {
+    progress_.phase(
+        fmt::format("a look at the speed of {}, for the estimate of the time", counted(queues.size(), "contender")));
+  }
   Pool pool(program_, jobs_, interrupts_);
-  for (const auto& [s, c] : wanted) {
-    Job job;
+  const std::function<void(int)> add_next = [&](int c) {
+    Queue& queue = queues.at(c);
+    if (queue.begun == queue.systems.size() || queue.spent_s > kContenderSeconds) return;
+    const int s = queue.systems[queue.begun++];
     const CampaignSystem& probed = campaign_.systems[static_cast<size_t>(s)];
+    Job job;
     job.request = ProbeJob{subject_spec(probed, campaign_.contenders[static_cast<size_t>(c)]),
                            probed.timesteps_ms.front(), !probed.family.empty()};
     job.limit_s = 10;
-    job.on_end = [this, at = std::pair(s, c)](const JobEnd& end) {
+    job.on_end = [this, &add_next, &queue, at = std::pair(s, c)](const JobEnd& end) {
       if (end.answer) step_us_[at] = end.answer->step_us;
+      queue.spent_s += end.wall_s;
+      add_next(at.second);
     };
     pool.add(std::move(job));
+  };
+  for (auto& [c, queue] : queues) {
+    std::ranges::stable_sort(queue.systems, {}, size);
+    if (queue.systems.size() > 2) std::rotate(queue.systems.begin() + 1, queue.systems.end() - 1, queue.systems.end());
+    add_next(c);
   }
   pool.run({});
+  for (const auto& [c, queue] : queues) {
+    std::map<double, double> known;
+    for (const int s : queue.systems) {
+      const auto found = step_us_.find({s, c});
+      if (found != step_us_.end() && found->second > 0) known[static_cast<double>(size(s))] = found->second;
+    }
+    for (size_t i = queue.begun; i < queue.systems.size(); ++i) {
+      const int s = queue.systems[i];
+      step_us_[{s, c}] = step_us_at(known, static_cast<double>(size(s)));
+    }
+  }
   for (const auto& [name, systems] : families) {
     std::map<double, double> known;
     for (const int s : systems) {
