@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "base/text.h"
+#include "engines/registry.h"
 #include "search/knowledge.h"
 
 namespace assay {
@@ -30,26 +31,41 @@ class Search {
     std::set<int> contenders;
     for (const PlannedCell& cell : plan_.cells) contenders.insert(cell.contender);
     for (const int c : contenders) {
-      if (supported(c)) contenders_.push_back(c);
+      if (supported(c)) (starts_slowly(c) ? late_ : contenders_).push_back(c);
     }
+    // One contender of each of these engines before the second of any.
+    std::map<std::string, int> of_engine;
+    std::map<int, int> turn;
+    for (const int c : late_) turn[c] = of_engine[engine(c).name()]++;
+    std::ranges::stable_sort(late_, {}, [&](int c) { return turn[c]; });
+    if (contenders_.empty()) contenders_.swap(late_);
   }
 
   SearchSummary run() {
-    summary_.contenders = contenders_.size();
+    summary_.contenders = contenders_.size() + late_.size();
     summary_.cells = plan_.cells.size();
-    scan();
+    scan(contenders_, false);
     while (!over()) {
       std::set<std::string> next = candidates();
       if (next.empty()) next = confirmation();
-      if (next.empty()) {
-        summary_.ended_early = true;
+      const size_t before = summary_.measured;
+      if (!next.empty()) {
+        measure(next, true);
+        if (summary_.measured > before) {
+          tell_best();
+          continue;
+        }
+      }
+      // nothing is left that could win, or could be measured
+      if (late_.empty()) {
+        summary_.ended_early = next.empty();
         break;
       }
-      const size_t before = summary_.measured;
-      measure(next, true);
-      if (summary_.measured == before) break;  // nothing can be measured any more
-      tell_best();
+      contenders_.push_back(late_.front());
+      late_.erase(late_.begin());
+      scan({contenders_.back()}, true);
     }
+    contenders_.insert(contenders_.end(), late_.begin(), late_.end());
     for (const int c : contenders_) {
       const bool open = std::ranges::any_of(options_.goals, [&](const Limits& goal) {
         const auto point = next_point(c, goal);
@@ -68,6 +84,13 @@ class Search {
   double elapsed() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
   double left() const { return options_.budget_s - elapsed(); }
   bool over() const { return summary_.interrupted || left() <= 0; }
+
+  const Engine& engine(int contender) const {
+    return *campaign_.contenders[static_cast<size_t>(contender)].resolved.engine;
+  }
+  // Adapters in Python take seconds for every process, and more to compile kernels. They have their turn when the
+  // others have given an answer: as a part of the first look they would use up a budget of minutes by themselves.
+  bool starts_slowly(int contender) const { return Registry::instance().runs_python(engine(contender).name()); }
 
   // Whether the contender refuses none of the systems that it is to be measured on.
   bool supported(int c) const {
@@ -108,18 +131,27 @@ class Search {
     if (options_.tell) options_.tell(sentence);
   }
 
-  // Every contender's cheap cells at the timestep nearest to 1 ms.
-  void scan() {
+  // Cheap cells of these contenders at the timestep nearest to 1 ms.
+  void scan(const std::vector<int>& contenders, bool is_late) {
     const std::vector<double>& steps = known_.timesteps_ms();
     if (steps.empty()) return;
     const auto nearest = std::ranges::min_element(steps, {}, [](double step) { return std::abs(std::log(step)); });
     const auto step = static_cast<size_t>(nearest - steps.begin());
     std::set<std::string> keys;
-    for (const int c : contenders_) {
+    for (const int c : contenders) {
       for (const PlannedCell* cell : known_.missing({c, step}, CellGroup::kRuns)) keys.insert(cell->key);
     }
-    tell(fmt::format("{} contenders take part; first all of them at {} ms", contenders_.size(),
-                     timestep_label(*nearest)));
+    if (keys.empty()) return;
+    const std::string at = fmt::format("at {} ms", timestep_label(*nearest));
+    if (is_late) {
+      tell(fmt::format("{} {}, which takes longer to start", name(contenders.front()), at));
+    } else if (late_.empty()) {
+      tell(fmt::format("{} contenders take part; first all of them {}", summary_.contenders, at));
+    } else {
+      tell(fmt::format(
+          "{} contenders take part; first {} of them {}, and the {} in Python when these have given an answer",
+          summary_.contenders, contenders.size(), at, late_.size()));
+    }
     measure(keys, false);
   }
 
@@ -249,6 +281,7 @@ class Search {
   Plan plan_;
   Knowledge known_;
   std::vector<int> contenders_;
+  std::vector<int> late_;  // that have not had their turn (starts_slowly)
   SearchSummary summary_;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };

@@ -1,6 +1,7 @@
 // Finds the fastest contender and timestep within limits without measuring a whole campaign. Time goes to the points
 // that can still win: a look at every contender at one timestep, then for each goal the points that may be faster than
-// the best one so far, the fastest first, their cheap cells before the dear ones. What was found is stored as it comes,
+// the best one so far, the fastest first, their cheap cells before the dear ones. Contenders whose engine takes long to
+// start have their turn when the others have given an answer. What was found is stored as it comes,
 // so a search that ends early has an answer, and the same call goes on where it stopped.
 #pragma once
 

@@ -205,6 +205,20 @@ class Example(PythonTest):
         for test in ("readback", "planar-chain", "oblique-trees", "torque-for-one-step", "batches", "restart"):
             self.assertEqual(status[test], "pass", test)
 
+    def test_a_search_begins_with_engines_that_start_at_once(self):
+        """An engine in Python takes seconds to start: the first answer must not wait for it, and it has its turn after that."""
+        self.adapter("my-mujoco", example())
+        done = self.run_assay("run", "planar-chain", "--minutes", "2", "--error", "50mm", "--contenders", "mujoco-euler,my-mujoco", "--out",
+                              "found", "--progress", "text")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        told = done.stderr
+        first, answer, later = (told.find(text) for text in (
+            "2 contenders take part; first 1 of them", ": mujoco-euler at ", "my-mujoco at 1 ms, which takes longer to start"))
+        self.assertTrue(0 <= first < answer < later, told)
+        with contextlib.closing(sqlite3.connect(self.dir / "found/assay.sqlite")) as db:
+            measured = {name for name, in db.execute("SELECT DISTINCT contender FROM cells WHERE outcome = 'ok'")}
+        self.assertEqual(measured, {"mujoco-euler", "my-mujoco"})
+
     def test_it_is_the_engine_itself(self):
         self.adapter("my-mujoco", example())
 
