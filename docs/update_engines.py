@@ -23,7 +23,6 @@ SI = [(1, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n")]
 QUESTIONS = [
     ("spatial-chain", ["--error", "1mm"], "the chain, within 1 mm of the reference solution"),
     ("spatial-chain", ["--error", "1um"], "the chain, within 1 µm"),
-    ("astronaut-energy", ["--error", "1mm"], "the astronaut in free flight, within 1 mm of the reference solution"),
     ("humanoid", ["--error", "5mm", "--penetration", "5mm"],
      "the humanoid that falls, within 5 mm of its own fine-step run, penetration below 5 mm"),
     ("grasp", ["--slip", "5mm"], "the grasp, the object slips less than 5 mm"),
