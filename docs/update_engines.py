@@ -60,13 +60,26 @@ class Run:
             "c.timestep_ms = ? AND c.measure = ? AND v.name = ?", (system, contender, timestep, measure, name)).fetchone()
         return row[0] if row else None
 
-    def text(self, system, contender, timestep, measure, name, unit):
-        """The value, or how the run ended."""
+    def interval(self, system, contender, timestep, measure, name):
+        low, high = self.db.execute(
+            'SELECT v.low, v.high FROM cells c JOIN "values" v ON v.cell_id = c.id WHERE c.system = ? AND c.contender = ? AND '
+            "c.timestep_ms = ? AND c.measure = ? AND v.name = ?", (system, contender, timestep, measure, name)).fetchone()
+        return (low, high) if low is not None and low < high else None
+
+    def text(self, system, contender, timestep, measure, name, unit, scale=1):
+        """The value with its interval, times `scale`, or how the run ended."""
         outcome = self.outcome(system, contender, timestep, measure)
         if outcome in ("", "unsupported"):
             return NO
         value = self.value(system, contender, timestep, measure, name)
-        return quantity(value, unit) if outcome == "ok" and value is not None else outcome
+        bound = self.value(system, contender, timestep, measure, "consistency_bound") if name == "consistency" else None
+        if outcome == "ok" and bound is not None:
+            return f"≤ {quantity(bound, unit)}"
+        if outcome != "ok" or value is None:
+            return outcome
+        interval = self.interval(system, contender, timestep, measure, name)
+        around = f" [{quantity(scale * interval[0], unit)}, {quantity(scale * interval[1], unit)}]" if interval else ""
+        return quantity(scale * value, unit) + around
 
     def holds_up_to(self, contender):
         held = self.db.execute(
@@ -111,8 +124,7 @@ def figures_table(run, speeds):
         row.append(run.text("capsules-27", contender, 4, "violation", "penetration_max", "m"))
         if speeds:
             for system in ("spatial-chain", "humanoid", "capsules-27"):
-                time = run.value(system, contender, 1, "raw_speed", "step_time")
-                row.append(quantity(1e-6 * time, "s") if time is not None else NO)
+                row.append(run.text(system, contender, 1, "raw_speed", "step_time", "s", 1e-6))
         if any(cell != NO for cell in row[1:]):
             rows.append(row)
     return table(header, rows)
