@@ -54,31 +54,26 @@ class Run:
                               (system, contender, timestep, measure)).fetchone()
         return row[0] if row else ""
 
-    def value(self, system, contender, timestep, measure, name):
+    def stored(self, system, contender, timestep, measure, name):
+        """The value with the ends of its interval, each None where there is none."""
         row = self.db.execute(
-            'SELECT v.value FROM cells c JOIN "values" v ON v.cell_id = c.id WHERE c.system = ? AND c.contender = ? AND '
-            "c.timestep_ms = ? AND c.measure = ? AND v.name = ?", (system, contender, timestep, measure, name)).fetchone()
-        return row[0] if row else None
-
-    def interval(self, system, contender, timestep, measure, name):
-        low, high = self.db.execute(
-            'SELECT v.low, v.high FROM cells c JOIN "values" v ON v.cell_id = c.id WHERE c.system = ? AND c.contender = ? AND '
-            "c.timestep_ms = ? AND c.measure = ? AND v.name = ?", (system, contender, timestep, measure, name)).fetchone()
-        return (low, high) if low is not None and low < high else None
+            'SELECT v.value, v.low, v.high FROM cells c JOIN "values" v ON v.cell_id = c.id WHERE c.system = ? AND '
+            "c.contender = ? AND c.timestep_ms = ? AND c.measure = ? AND v.name = ?",
+            (system, contender, timestep, measure, name)).fetchone()
+        return row or (None, None, None)
 
     def text(self, system, contender, timestep, measure, name, unit, scale=1):
         """The value with its interval, times `scale`, or how the run ended."""
         outcome = self.outcome(system, contender, timestep, measure)
         if outcome in ("", "unsupported"):
             return NO
-        value = self.value(system, contender, timestep, measure, name)
-        bound = self.value(system, contender, timestep, measure, "consistency_bound") if name == "consistency" else None
-        if outcome == "ok" and bound is not None:
-            return f"≤ {quantity(bound, unit)}"
+        value, low, high = self.stored(system, contender, timestep, measure, name)
         if outcome != "ok" or value is None:
             return outcome
-        interval = self.interval(system, contender, timestep, measure, name)
-        around = f" [{quantity(scale * interval[0], unit)}, {quantity(scale * interval[1], unit)}]" if interval else ""
+        bound, _, _ = self.stored(system, contender, timestep, measure, f"{name}_bound")
+        if bound is not None:
+            return f"≤ {quantity(scale * bound, unit)}"
+        around = "" if low is None or low == high else f" [{quantity(scale * low, unit)}, {quantity(scale * high, unit)}]"
         return quantity(scale * value, unit) + around
 
     def holds_up_to(self, contender):
@@ -116,7 +111,7 @@ def figures_table(run, speeds):
     for contender in run.contenders:
         row = [f"`{contender}`", run.text("spatial-chain", contender, 1, "truth", "truth_error_max", "m")]
         drift = run.text("astronaut-energy", contender, 4, "drift", "energy_drift_relative", "")
-        share = run.value("astronaut-energy", contender, 4, "drift", "energy_drift_relative")
+        share, _, _ = run.stored("astronaut-energy", contender, 4, "drift", "energy_drift_relative")
         row.append(f"{100 * share:.2g} %" if share is not None and drift not in (NO, "diverged", "unstable") else drift)
         row.append(run.text("humanoid", contender, 1, "consistency", "consistency", "m"))
         row.append(run.text("humanoid", contender, 4, "violation", "penetration_max", "m"))

@@ -54,6 +54,10 @@ def publish(program, results, folder, compact):
         # Without free pages and without the files of an interrupted writer.
         packed = pathlib.Path(scratch) / "packed.sqlite"
         db.execute("VACUUM INTO ?", (str(packed),))
+        # The command without the folders of the machine that it was given on.
+        manifest["command"] = re.sub(r"(?<!\S)/\S*/", "", manifest["command"])
+        with contextlib.closing(sqlite3.connect(packed)) as copy, copy:
+            copy.execute("UPDATE manifest SET value = ? WHERE key = 'command'", (manifest["command"],))
         (folder / "assay.sqlite.xz").write_bytes(lzma.compress(packed.read_bytes(), preset=9))
     (folder / "manifest.json").write_text(json.dumps(manifest, indent=1) + "\n", encoding="utf-8")
 

@@ -227,29 +227,17 @@ void Runner::probe() {
     add_next(c);
   }
   pool.run({});
-  for (const auto& [c, queue] : queues) {
+  // Systems without a time, also those whose probe took too long. The probe of an engine that fails has answered 0.
+  const auto interpolate = [&](const std::vector<int>& systems, int c) {
     std::map<double, double> known;
-    for (const int s : queue.systems) {
+    for (const int s : systems) {
       const auto found = step_us_.find({s, c});
       if (found != step_us_.end() && found->second > 0) known[static_cast<double>(size(s))] = found->second;
     }
-    for (size_t i = queue.begun; i < queue.systems.size(); ++i) {
-      const int s = queue.systems[i];
-      step_us_[{s, c}] = step_us_at(known, static_cast<double>(size(s)));
-    }
-  }
-  for (const auto& [name, systems] : families) {
-    std::map<double, double> known;
-    for (const int s : systems) {
-      const auto found = step_us_.find({s, name.second});
-      if (found != step_us_.end() && found->second > 0) known[static_cast<double>(size(s))] = found->second;
-    }
-    for (const int s : systems) {
-      // Also where the probe took too long. The probe of an engine that fails has answered 0.
-      const std::pair<int, int> at(s, name.second);
-      if (!step_us_.contains(at)) step_us_[at] = step_us_at(known, static_cast<double>(size(s)));
-    }
-  }
+    for (const int s : systems) step_us_.try_emplace({s, c}, step_us_at(known, static_cast<double>(size(s))));
+  };
+  for (const auto& [name, systems] : families) interpolate(systems, name.second);
+  for (const auto& [c, queue] : queues) interpolate(queue.systems, c);
 }
 
 }  // namespace assay

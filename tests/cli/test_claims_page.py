@@ -1,7 +1,9 @@
-"""Committed results and docs/claims.md: the page agrees with the results, and no file names a path of the machine."""
+"""Committed results, docs/claims.md and docs/engines.md: the pages agree with the results, and no file names a path of the
+machine."""
 
 import lzma
 import re
+import subprocess
 import sys
 
 from harness import SOURCE, AssayTest, main
@@ -42,13 +44,22 @@ class ClaimsPageTest(AssayTest):
         self.assertEqual(exported.splitlines(), (RESULTS / "values.csv").read_text(encoding="utf-8").splitlines())
 
     def test_no_file_tells_where_it_was_made(self):
-        files = [path for path in RESULTS.rglob("*") if path.is_file()]
-        self.assertLess(sum(path.stat().st_size for path in files), 22e6)
-        self.assertIn(RESULTS / "report.html", files)
-        for path in files:
-            data = self.database() if path.suffix == ".xz" else path.read_bytes()
-            found = ABSOLUTE.search(data)
+        own = [path for path in RESULTS.rglob("*") if path.is_file()]
+        self.assertLess(sum(path.stat().st_size for path in own), 22e6)
+        self.assertIn(RESULTS / "report.html", own)
+        for path in [path for path in RESULTS.parent.glob("*/**/*") if path.is_file()]:
+            data = path.read_bytes()
+            found = ABSOLUTE.search(lzma.decompress(data) if path.suffix == ".xz" else data)
             self.assertIsNone(found, f"{path}: {found and found.group()}")
+
+    def test_the_page_of_the_engines_says_what_their_results_say(self):
+        page = SOURCE / "docs/engines.md"
+        results = SOURCE / "results" / re.search(r"results/(field-[\d-]+)/README", page.read_text(encoding="utf-8")).group(1)
+        again = self.write("engines.md", page.read_text(encoding="utf-8"))
+        subprocess.run([sys.executable, "-B", SOURCE / "docs/update_engines.py", self.program, results / "assay.sqlite.xz", "--page",
+                        again], check=True, env=self.env)
+        self.assertEqual(again.read_text(encoding="utf-8"), page.read_text(encoding="utf-8"),
+                         "write it with docs/update_engines.py")
 
 
 if __name__ == "__main__":

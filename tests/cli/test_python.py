@@ -208,8 +208,8 @@ class Example(PythonTest):
     def test_a_search_begins_with_engines_that_start_at_once(self):
         """An engine in Python takes seconds to start: the first answer must not wait for it, and it has its turn after that."""
         self.adapter("my-mujoco", example())
-        done = self.run_assay("run", "planar-chain", "--minutes", "2", "--error", "50mm", "--contenders", "mujoco-euler,my-mujoco", "--out",
-                              "found", "--progress", "text")
+        done = self.run_assay("run", "planar-chain", "--minutes", "2", "--error", "50mm", "--contenders", "mujoco-euler,my-mujoco",
+                              "--out", "found", "--progress", "text")
         self.assertEqual(done.returncode, 0, done.stderr)
         told = done.stderr
         first, answer, later = (told.find(text) for text in (
