@@ -24,6 +24,28 @@ sqlite3* open_database(const std::string& path, int flags) {
   return db;
 }
 
+sqlite3* open_to_read(const std::string& path) {
+  constexpr auto first_error = [](sqlite3* db) {
+    sqlite3_exec(db, "SELECT count(*) FROM sqlite_schema", nullptr, nullptr, nullptr);
+    return sqlite3_errcode(db) & 0xff;
+  };
+  sqlite3* db = open_database(path, SQLITE_OPEN_READONLY);
+  int error = first_error(db);
+  // What has to be rolled back cannot be through a connection that may only read.
+  if (error == SQLITE_READONLY) {
+    sqlite3* writer = open_database(path, SQLITE_OPEN_READWRITE);
+    first_error(writer);
+    sqlite3_close_v2(writer);
+    error = first_error(db);
+  }
+  // On a read-only medium SQLite cannot make the index of the write-ahead log; nobody can be writing there either.
+  if (error == SQLITE_CANTOPEN) {
+    sqlite3_close_v2(db);
+    db = open_database(uri_of(path) + "?immutable=1", SQLITE_OPEN_READONLY | SQLITE_OPEN_URI);
+  }
+  return db;
+}
+
 std::string uri_of(const std::string& path) {
   std::string uri = "file:";
   for (const char c : path) {

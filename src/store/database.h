@@ -15,6 +15,10 @@ namespace assay::sql {
 // Never null. Errors other than a lack of memory show at the first use.
 sqlite3* open_database(const std::string& path, int flags);
 
+// A results database, to be read only. A transaction that a killed process left half written to it is rolled back.
+// Never null.
+sqlite3* open_to_read(const std::string& path);
+
 // A path as a URI.
 std::string uri_of(const std::string& path);
 

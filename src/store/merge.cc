@@ -563,7 +563,7 @@ void refuse_another_campaign(const Description& first, const Description& other)
 bool has_content(const std::string& path) {
   std::error_code error;
   if (!fs::is_regular_file(path, error)) return false;
-  const std::unique_ptr<sqlite3, CloseDatabase> db(sql::open_database(path, SQLITE_OPEN_READONLY));
+  const std::unique_ptr<sqlite3, CloseDatabase> db(sql::open_to_read(path));
   return sql::pragma(db.get(), "schema_version") != 0 || sql::pragma(db.get(), "application_id") != 0;
 }
 

@@ -288,12 +288,7 @@ Store Store::open(const std::string& dir) {
   if (!fs::is_regular_file(path, error)) {
     throw InputError(fmt::format("'{}' holds no results: give a directory that `assay run` made", dir));
   }
-  Store store(dir, std::unique_ptr<sqlite3, Deleter>(open_database(path, SQLITE_OPEN_READONLY)), -1);
-  // On a read-only medium SQLite cannot make the index of the write-ahead log; nobody can be writing there either.
-  sqlite3_exec(store.db_.get(), "SELECT count(*) FROM sqlite_schema", nullptr, nullptr, nullptr);
-  if ((sqlite3_errcode(store.db_.get()) & 0xff) == SQLITE_CANTOPEN) {
-    store.db_.reset(open_database(sql::uri_of(path) + "?immutable=1", SQLITE_OPEN_READONLY | SQLITE_OPEN_URI));
-  }
+  Store store(dir, std::unique_ptr<sqlite3, Deleter>(sql::open_to_read(path)), -1);
   store.hashed_ = check_readable(store.db_.get(), path) >= kSchemaVersion;
   return store;
 }

@@ -166,6 +166,31 @@ class Refusals(CampaignTest):
         self.assay("merge", "a", "b", "--out", "killed")
         self.assertEqual(self.assay("export", "killed", "--format", "csv"), self.assay("export", "whole", "--format", "csv"))
 
+    def test_what_a_killed_merge_left_half_written_is_rolled_back(self):
+        self.run_tiny("a", "--shard", "1/2")
+        self.run_tiny("b", "--shard", "2/2")
+        self.assay("merge", "a", "b", "--out", "whole")
+        for command in [("merge", "a", "b", "--out", "killed"), ("export", "killed", "--format", "csv"), ("status", "killed")]:
+            shutil.rmtree(self.dir / "killed", ignore_errors=True)
+            (self.dir / "killed").mkdir()
+            with contextlib.closing(sqlite3.connect(self.dir / "whole/assay.sqlite")) as whole:
+                whole.execute("VACUUM INTO ?", (str(self.dir / "part.sqlite"),))
+            with contextlib.closing(sqlite3.connect(self.dir / "part.sqlite", isolation_level=None)) as db:
+                # without a write-ahead log, as in a database whose first transaction has not ended
+                db.execute("PRAGMA journal_mode = DELETE")
+                db.execute("PRAGMA cache_size = 1")
+                db.execute("BEGIN")
+                db.execute("DELETE FROM samples")
+                db.execute('DELETE FROM "values"')
+                shutil.copy(self.dir / "part.sqlite", self.dir / "killed/assay.sqlite")
+                shutil.copy(self.dir / "part.sqlite-journal", self.dir / "killed/assay.sqlite-journal")
+                db.execute("ROLLBACK")
+            (self.dir / "part.sqlite").unlink()
+            with self.subTest(command=command):
+                self.assay(*command)
+                self.assertEqual(self.assay("export", "killed", "--format", "csv"),
+                                 self.assay("export", "whole", "--format", "csv"))
+
 
 if __name__ == "__main__":
     main()
