@@ -294,11 +294,26 @@ class Faults(PythonTest):
 class Installed(AssayTest):
     """Engines that are set up on demand, beside the one that computes the same in C++."""
 
-    def end(self, contender):
-        text = self.assay("simulate", "planar-chain", "--engine", contender, "--contacts", "off", "--timestep", "1",
+    def end(self, contender, model="planar-chain", bodies=5, columns=("x", "y", "z")):
+        text = self.assay("simulate", model, "--engine", contender, "--contacts", "off", "--timestep", "1",
                           "--duration", "0.25", "--sample", "250", "--out", "-")
-        rows = list(csv.DictReader(io.StringIO(text)))[-5:]
-        return [float(row[axis]) for row in rows for axis in "xyz"]
+        rows = list(csv.DictReader(io.StringIO(text)))[-bodies:]
+        return [float(row[column]) for row in rows for column in columns]
+
+    def test_a_flat_body_is_no_reason_to_refuse(self):
+        """Its moments are A + B = C, which rounding to single precision turns into A + B < C."""
+        self.write("plates.xml", """<mujoco model="plates"><worldbody>""" + "".join(
+            f"""<body name="plate{i}" pos="{i} 0 1" quat="0.9 0.1 0.{i} 0.3"><freejoint/>
+            <inertial mass="0.3" pos="0 0 0" quat="0.7 0.{i} 0.3 0.5" diaginertia="{a} {b} {a + b:.17g}"/></body>"""
+            for i, (a, b) in enumerate([(0.001, 0.002), (0.0037, 0.0021), (0.00013, 0.00029), (0.01, 0.01), (0.0007, 1e-9)])) +
+            """</worldbody></mujoco>""")
+        listed = {row["contender"] for row in self.assay_json("engines", "--json")["contenders"]}
+        for contender in ("mujoco-euler", "newton-steel", "newton-mujoco", "mujoco-warp", "mjx"):
+            if contender in listed:
+                with self.subTest(contender):
+                    turns = self.end(contender, "plates.xml", 5, ("qw", "qx", "qy", "qz"))
+                    for i in range(5):
+                        self.assertAlmostEqual(turns[4 * i] / turns[4 * i + 1], 9, delta=1e-4)
 
     def test_they_end_where_the_native_engine_does(self):
         listed = {row["contender"]: row for row in self.assay_json("engines", "--json")["contenders"]}

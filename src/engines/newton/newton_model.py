@@ -15,6 +15,21 @@ SIZES = {"sphere": lambda shape: {"radius": shape.radius},
          "ellipsoid": lambda shape: dict(zip(("rx", "ry", "rz"), shape.half_size))}
 
 
+ROUNDING = 1e-6  # of moments in single precision, relative
+
+
+def inertia_in_single(I):
+    """An inertia whose moments MuJoCo takes after rounding to single precision: it refuses A + B < C, and flat bodies have
+    A + B = C."""
+    moments, axes = np.linalg.eigh(np.array(I, dtype=float))
+    largest = int(np.argmax(moments))
+    others = moments.sum() - moments[largest]
+    if not others * (1 - ROUNDING) < moments[largest] < others * (1 + ROUNDING):
+        return tuple(map(tuple, I))
+    moments[largest] = others * (1 - ROUNDING)
+    return tuple(map(tuple, (axes * moments @ axes.T).tolist()))
+
+
 def xyzw(q):
     return [q[1], q[2], q[3], q[0]]
 
@@ -53,7 +68,7 @@ class Built:
             body = model.bodies[i]
             # a free body's frame lies in its centre of mass, so that its joint's coordinates are those of assay
             com = (0.0, 0.0, 0.0) if body.is_free else tuple(body.p_BBcm)
-            self.body_of[i] = builder.add_link(mass=body.mass, com=com, inertia=tuple(map(tuple, body.I_BBcm_B)),
+            self.body_of[i] = builder.add_link(mass=body.mass, com=com, inertia=inertia_in_single(body.I_BBcm_B),
                                                lock_inertia=True)
             self.joint_of_body[i] = self.add_joint(i)
             # couplings act within an articulation alone
