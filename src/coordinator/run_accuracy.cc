@@ -306,8 +306,9 @@ void Runner::accuracy() {
       put_answer(cells, end);
       for (const PlannedCell* reference : part_of) accuracy_.done_s += run_cost(*reference);
       if (cells.empty()) progress_.made(title, remaining_s());
-      // A reference solution is no cell and has no result.
-      Ending failure = end.answer && !is_run ? Ending() : end.result("reference").ending;
+      // A reference solution is no cell: it has a result only when there is none.
+      const bool solved = !is_run && end.answer && end.answer->cells.empty();
+      Ending failure = solved ? Ending() : end.result(is_run ? "reference" : "truth").ending;
       if (failure.outcome == Outcome::kOk || failure.outcome == Outcome::kUnstable) {
         references_.keep(address, store_.trajectories_dir());
         release(address, std::nullopt);

@@ -22,6 +22,10 @@ using reference::System;
 // rad, and m/s or rad/s.
 constexpr Real kLargestGap = 1e-6;
 
+// Steps that are taken before it is told whether there would be too many, and how many are: the dampers of some models
+// (1e11 Ns/m, to lock a joint) need so many that no computer ends.
+constexpr long long kStepsBeforeJudging = 1000, kMostSteps = 2'000'000;
+
 }  // namespace
 
 std::string smooth_obstacle(const Model& model) {
@@ -78,6 +82,7 @@ std::vector<State> smooth_solution(const Model& model, const State& start, const
   check_limits();
 
   std::vector<State> states;
+  long long taken = 0;  // steps, and tries
   for (const double target : times) {
     if (target < static_cast<double>(time)) {
       throw InputError(fmt::format("time {} of a smooth solution comes after {}: times must ascend from the start's",
@@ -85,6 +90,16 @@ std::vector<State> smooth_solution(const Model& model, const State& start, const
     }
     int rejected = 0;
     while (time < target) {
+      if (++taken == kStepsBeforeJudging) {
+        const Real passed = time - static_cast<Real>(start.time), whole = times.back() - static_cast<Real>(start.time);
+        if (whole * taken > passed * kMostSteps) {
+          throw InputError(
+              fmt::format("model '{}': the smooth solution would take {:.1g} steps, because springs or dampers are "
+                          "stiff: `assay check` "
+                          "names the stiffest joint; make it softer, or fix it",
+                          model.name, static_cast<double>(whole / passed * taken)));
+        }
+      }
       Real next = std::min<Real>(step, target - time);
       const bool last = next == target - time;
       const Real before = step;

@@ -30,7 +30,7 @@ std::string smooth_obstacle(const Model& model);
 // States at `times` (s, ascending, none before start.time) of the motion that starts in `start`. Covers all joints in
 // any order, massless bodies, gravity, springs, dampers and armature, and equality constraints, which it holds exactly.
 // Throws InputError for contact pairs, dry friction, a limit that is reached, a start more than 1e-6 (m, rad) off the
-// equality constraints, and when the error control fails.
+// equality constraints, when the error control fails, and for motions so stiff that millions of steps would not do.
 std::vector<State> smooth_solution(const Model& model, const State& start, const std::vector<double>& times,
                                    const SmoothOptions& options = {});
 

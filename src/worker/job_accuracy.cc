@@ -150,8 +150,8 @@ Ending worst_of(const std::vector<CellResult>& cells) {
     if (worst.outcome < ending.outcome) worst = ending, first = i;
   }
   if (count > 0 && cells.size() > 1) {
-    worst.reason =
-        fmt::format("{} of {} initial states, first number {}: {}", count, cells.size(), first + 1, worst.reason);
+    worst.reason = fmt::format("{} of {} initial states (the first is number {}): {}", count, cells.size(), first + 1,
+                               worst.reason);
   }
   return worst;
 }
@@ -338,7 +338,12 @@ JobDone do_job(const TruthJob& job) {
   for (long long i = 1; i <= samples; ++i) {
     times.push_back(model.initial.time + job.duration_s * static_cast<double>(i) / static_cast<double>(samples));
   }
-  truth.states = smooth_solution(model, model.initial, times);
+  try {
+    truth.states = smooth_solution(model, model.initial, times);
+  } catch (const InputError& error) {
+    // Of this model, and no reason to end the campaign.
+    return job_done({{"truth", {Outcome::kUnsupported, error.what()}, {}, {}}}, 0);
+  }
   truth.states.insert(truth.states.begin(), model.initial);
   save(job.trajectories, job.save, truth);
   return job_done({}, 0);

@@ -73,6 +73,27 @@ class CampaignTest(AssayTest):
 
 
 class Run(CampaignTest):
+    def test_a_motion_without_a_reference_solution_does_not_end_the_campaign(self):
+        self.write("locked.xml", """<mujoco model="locked"><worldbody><body><joint type="slide" axis="1 0 0" damping="1e11"/>
+            <geom size="0.1"/><body pos="0 0 1"><joint axis="0 1 0"/><geom size="0.1" pos="1 0 0"/></body></body></worldbody></mujoco>""")
+        self.write("tiny.toml", tiny(contenders=["mujoco-euler"]) + """
+[[system]]
+name = "locked"
+model = "locked.xml"
+smooth = true
+measures = ["truth", "violation"]
+timesteps_ms = [1]
+sample_ms = 16
+duration_s = 0.16
+""")
+        self.run_tiny()
+        with contextlib.closing(sqlite3.connect(self.dir / "results/assay.sqlite")) as db:
+            ended = dict(db.execute("SELECT measure, outcome FROM cells WHERE system = 'locked'"))
+            reason, = db.execute("SELECT reason FROM cells WHERE system = 'locked' AND measure = 'truth'").fetchone()
+            others = {outcome for outcome, in db.execute("SELECT outcome FROM cells WHERE system != 'locked'")}
+        self.assertEqual((ended["truth"], ended["violation"], others), ("unsupported", "ok", {"ok"}))
+        self.assertIn("springs or dampers are stiff", reason)
+
     def test_every_cell_has_a_value(self):
         text = self.run_tiny()
         self.assertRegex(text, r"^26 cells in .*: 26 ok \(26 now, 0 before\)\n")

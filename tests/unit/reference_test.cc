@@ -359,6 +359,12 @@ TEST(SmoothSolutionTest, RefusesWhatIsNotSmooth) {
   EXPECT_NEAR(smooth_solution(limited, with_joints(limited, {0.5}, {0}), 2.0).time, 2, 0);
   EXPECT_THAT(refusal(limited, with_joints(limited, {1.5}, {0}), {2}), HasSubstr("'bob_hinge' reaches its limit"));
 
+  Model locked = conformance::pendulum().model;
+  locked.joints[0].damping = 1e3;  // stiff, and a second is still within reach
+  EXPECT_NEAR(smooth_solution(locked, with_joints(locked, {0.5}, {0}), 0.25).time, 0.25, 0);
+  locked.joints[0].damping = 1e11;
+  EXPECT_THAT(refusal(locked, with_joints(locked, {0.5}, {0}), {0.1, 1}), HasSubstr("springs or dampers are stiff"));
+
   const Model chain = conformance::chain(false);
   EXPECT_THAT(refusal(chain, chain.initial, {0.5, 0.4}), HasSubstr("must ascend"));
 }
