@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
-"""Writes the tables from which shards are balanced, from the timings of a results directory: src/campaign/step_costs.inc, the time
+"""Writes the tables from which shards are balanced, from the timings of results directories: src/campaign/step_costs.inc, the time
 of a step of each contender per body, and src/campaign/system_step_costs.inc, that of each contender on each of the systems.
 
-    benchmarks/step_costs.py results/intel-xeon-2-cores/assay.sqlite.xz src/campaign
+    benchmarks/step_costs.py results/intel-xeon-2-cores/assay.sqlite.xz results/field-2026-11-25/assay.sqlite.xz src/campaign
+
+A contender's times are those of the first directory that has it.
 """
 
 import collections
@@ -19,8 +21,9 @@ def mean(logs):
     return math.exp(sum(logs) / len(logs))
 
 
-def main():
-    source, target = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])
+def read(source, times, of_system):
+    """Adds the logarithms of a directory's step times: per body, and of a system, of contenders that are not there yet."""
+    known = {contender for contender, _ in times}
     with tempfile.TemporaryDirectory() as folder:
         path = source
         if source.suffix == ".xz":
@@ -28,18 +31,28 @@ def main():
             path.write_bytes(lzma.decompress(source.read_bytes()))
         db = sqlite3.connect(f"file:{path}?immutable=1", uri=True)
         facts = {name: json.loads(text) for name, text in db.execute("SELECT name, json FROM systems")}
-        times, of_system = collections.defaultdict(list), collections.defaultdict(list)
         for system, contender, value in db.execute(
                 """SELECT c.system, c.contender, v.value FROM cells c JOIN "values" v ON v.cell_id = c.id
                    WHERE v.name = 'step_time' AND c.outcome = 'ok' AND v.value > 0"""):
+            if contender in known:
+                continue
             contacts = facts[system].get("contact_pairs", 0) > 0
             times[contender, contacts].append(math.log(value / facts[system]["bodies"]))
             of_system[system, contender].append(math.log(value))
         for system, contender, timestep, value in db.execute(
                 """SELECT c.system, c.contender, c.timestep_ms, v.value FROM cells c JOIN "values" v ON v.cell_id = c.id
                    WHERE v.name = 'run_time' AND c.outcome = 'ok' AND v.value > 0"""):
+            if contender in known:
+                continue
             steps = 1e3 * facts[system]["duration_s"] / timestep
             of_system[system, contender].append(math.log(1e6 * value / steps))
+
+
+def main():
+    *sources, target = map(pathlib.Path, sys.argv[1:])
+    times, of_system = collections.defaultdict(list), collections.defaultdict(list)
+    for source in sources:
+        read(source, times, of_system)
     lines = ["// Written by benchmarks/step_costs.py from measured step times; microseconds of a step per body: contender, model",
              "// without contact pairs, model with them; 0 where it was not measured."]
     for contender in sorted({name for name, _ in times} - {"null"}):
