@@ -16,6 +16,7 @@ import os
 import pathlib
 import re
 import sqlite3
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -164,8 +165,40 @@ def counts_row(name, counts):
     return [name, files, valid, share(plain, valid), share(switched, valid), touching, share(common, touching)]
 
 
+AGREEMENT = 1e-4  # m
+BASELINE = "mujoco-euler"  # whose speeds the others' are divided by
+
+
+def contenders_table(results, speeds_too):
+    """A row for each contender, over all robots."""
+    with sqlite3.connect(pathlib.Path(results) / "assay.sqlite") as db:
+        names = [name for name, in db.execute("SELECT name FROM contenders WHERE name != 'null' ORDER BY rowid")]
+        outcomes = {(contender, system, measure): outcome for contender, system, measure, outcome in db.execute(
+            "SELECT contender, system, measure, outcome FROM cells WHERE measure IN ('reference', 'truth')")}
+        errors, speeds = (
+            {(contender, system): value for contender, system, value in db.execute(
+                'SELECT c.contender, c.system, v.value FROM cells c JOIN "values" v ON v.cell_id = c.id '
+                "WHERE v.name = ? AND c.outcome = 'ok'", [value])} for value in ("truth_error_max", "realtime_factor"))
+    robots = sorted({system for _, system, measure in outcomes if measure == "reference"})
+    rows = [["contender", "robots it takes", "sound for 2 s", "diverged", "unstable", "crashed", "takes without contacts",
+             "within 0.1 mm of the reference solution", *([f"speed / `{BASELINE}`, median (range)"] if speeds_too else [])]]
+    for name in names:
+        ended = [outcomes.get((name, robot, "reference"), "unsupported") for robot in robots]
+        swings = [f"{robot}-swing" for robot in robots
+                  if outcomes.get((name, f"{robot}-swing", "truth"), "unsupported") not in ("unsupported", "timeout")]
+        rows.append([f"`{name}`", len(robots) - ended.count("unsupported"),
+                     *(ended.count(outcome) for outcome in ("ok", "diverged", "unstable", "crashed")), len(swings),
+                     sum(errors.get((name, swing), math.inf) < AGREEMENT for swing in swings)])
+        if speeds_too and name == BASELINE:
+            rows[-1].append("1")
+        elif speeds_too:
+            both = sorted(speeds[name, robot] / speeds[BASELINE, robot] for robot in robots if all(
+                (each, robot) in speeds and outcomes.get((each, robot, "reference")) == "ok" for each in (name, BASELINE)))
+            rows[-1].append(f"{statistics.median(both):.2g} ({both[0]:.2g}–{both[-1]:.2g}), {len(both)} {'robots' if len(both) > 1 else 'robot'}" if both else "–")
+    return table(rows)
+
+
 def campaign_table(results, speeds_too):
-    agreement = 1e-4  # m
     with sqlite3.connect(pathlib.Path(results) / "assay.sqlite") as db:
         systems = [name for name, in db.execute("SELECT name FROM systems ORDER BY rowid")]
         facts = {name: json.loads(text) for name, text in db.execute("SELECT name, json FROM systems")}
@@ -193,7 +226,7 @@ def campaign_table(results, speeds_too):
         speeds = [(values.get((cell[0], "realtime_factor")) or 0, cell[2]) for cell in own
                   if cell[4] == "raw_speed" and cell[5] == "ok" and cell[2] in sound_contenders]
         rows.append([system, facts[system]["dof"], len(took), len(sound),
-                     f"{sum(error < agreement for error, _ in errors)} of {len(swings)}" if swings else "–",
+                     f"{sum(error < AGREEMENT for error, _ in errors)} of {len(swings)}" if swings else "–",
                      "{:.1e} m ({})".format(*max(errors)) if errors else "–"])
         if speeds_too:
             rows[-1].append("{1}, {0:.0f}×".format(*max(speeds)) if speeds else "–")
@@ -211,7 +244,8 @@ def main():
     options = parser.parse_args()
     text = options.page.read_text(encoding="utf-8")
     if options.results:
-        text = updated(text, {"campaign": "\n" + campaign_table(options.results, not options.without_speeds) + "\n"})
+        text = updated(text, {"contenders": "\n" + contenders_table(options.results, not options.without_speeds) + "\n",
+                              "campaign": "\n" + campaign_table(options.results, not options.without_speeds) + "\n"})
     else:
         text = updated(text, {"loads": "\n" + loads_table(options.program, options.jobs, options.robots) + "\n"})
     options.page.write_text(text, encoding="utf-8")
