@@ -236,16 +236,19 @@ double step_us_at(const std::map<double, double>& known, double size) {
 }
 
 double estimate_seconds(const Campaign& campaign, const std::vector<PlannedCell>& cells,
-                        const std::map<std::pair<int, int>, double>& step_us, int jobs) {
-  constexpr double kProcess = 0.05;  // seconds to start a worker
+                        const std::map<std::pair<int, int>, double>& step_us, int jobs,
+                        const std::map<int, double>& start_s) {
+  constexpr double kNativeStart = 0.05;
   std::set<std::pair<int, int>> sessions;
   double accuracy = 0, timing = 0, longest = 0;
   for (const PlannedCell& cell : cells) {
     const auto found = step_us.find({cell.system, cell.contender});
+    const auto started = start_s.find(cell.contender);
+    const double start = std::max(kNativeStart, started == start_s.end() ? 0 : started->second);
     if (cell.measure == "raw_speed") {
       timing += timing_seconds(campaign, found == step_us.end() ? 0 : 1e-6 * found->second);
       // processes serve all timesteps of a system
-      if (sessions.insert({cell.system, cell.contender}).second) timing += kProcess * campaign.timing.processes;
+      if (sessions.insert({cell.system, cell.contender}).second) timing += start * campaign.timing.processes;
       continue;
     }
     if (cell.worlds > 0) {
@@ -253,7 +256,7 @@ double estimate_seconds(const Campaign& campaign, const std::vector<PlannedCell>
       continue;
     }
     if (found == step_us.end()) continue;
-    const double seconds = kProcess + 1e-6 * found->second * static_cast<double>(cell.steps);
+    const double seconds = start + 1e-6 * found->second * static_cast<double>(cell.steps);
     if (is_timed(cell)) {
       timing += seconds * std::clamp(std::ceil(kScalingEnoughSeconds / seconds), 1.0, 1.0 * kScalingMostRuns);
       continue;

@@ -69,8 +69,10 @@ Plan make_plan(const Campaign& campaign, int shards = 1, ShardCells cells = Shar
 double step_us_at(const std::map<double, double>& known, double size);
 
 // Seconds that `cells` of the plan will take with `jobs` accuracy workers. `step_us` is the measured time of one step
-// for each (system, contender).
+// for each (system, contender), `start_s` the seconds until a worker has a contender's first step; of one without,
+// those of a native engine.
 double estimate_seconds(const Campaign& campaign, const std::vector<PlannedCell>& cells,
-                        const std::map<std::pair<int, int>, double>& step_us, int jobs);
+                        const std::map<std::pair<int, int>, double>& step_us, int jobs,
+                        const std::map<int, double>& start_s = {});
 
 }  // namespace assay

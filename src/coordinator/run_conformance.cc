@@ -192,7 +192,7 @@ void Runner::probe() {
   }
   // Of each contender the smallest system, the largest, and then the others, as long as its probes have taken little
   // time: an engine that needs seconds to start would take longer to probe than to measure.
-  constexpr double kContenderSeconds = 10;
+  constexpr double kContenderSeconds = 10, kStartSeconds = 60;
   struct Queue {
     std::vector<int> systems;
     size_t begun = 0;
@@ -213,9 +213,12 @@ void Runner::probe() {
     Job job;
     job.request = ProbeJob{subject_spec(probed, campaign_.contenders[static_cast<size_t>(c)]),
                            probed.timesteps_ms.front(), !probed.family.empty()};
-    job.limit_s = 10;
+    job.limit_s = kStartSeconds;
     job.on_end = [this, &add_next, &queue, at = std::pair(s, c)](const JobEnd& end) {
-      if (end.answer) step_us_[at] = end.answer->step_us;
+      if (end.answer) {
+        step_us_[at] = end.answer->step_us;
+        if (end.answer->start_s > 0) start_s_.emplace(at.second, end.answer->start_s);
+      }
       queue.spent_s += end.wall_s;
       add_next(at.second);
     };
@@ -234,10 +237,21 @@ void Runner::probe() {
       const auto found = step_us_.find({s, c});
       if (found != step_us_.end() && found->second > 0) known[static_cast<double>(size(s))] = found->second;
     }
+    if (known.empty()) return;
     for (const int s : systems) step_us_.try_emplace({s, c}, step_us_at(known, static_cast<double>(size(s))));
   };
   for (const auto& [name, systems] : families) interpolate(systems, name.second);
-  for (const auto& [c, queue] : queues) interpolate(queue.systems, c);
+  for (const auto& [c, queue] : queues) {
+    // A step with contacts costs another multiple of the bodies than one without.
+    for (const bool contacts : {false, true}) {
+      std::vector<int> alike;
+      std::ranges::copy_if(queue.systems, std::back_inserter(alike), [&](int s) {
+        return campaign_.systems[static_cast<size_t>(s)].model.contacts.empty() != contacts;
+      });
+      interpolate(alike, c);
+    }
+    interpolate(queue.systems, c);
+  }
 }
 
 }  // namespace assay

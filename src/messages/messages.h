@@ -223,7 +223,8 @@ struct CellResult {
 struct JobDone {
   std::vector<CellResult> cells;
   double engine_s = 0, cpu_s = 0;
-  double step_us = 0;  // of a ProbeJob; 0 when the engine failed
+  // Of a ProbeJob: the time of a step, 0 when the engine failed, and processor time until the first one was done.
+  double step_us = 0, start_s = 0;
 };
 
 // One test of the conformance suite has ended. A figure that is not finite is absent.

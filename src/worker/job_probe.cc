@@ -41,10 +41,9 @@ double whole_run_step_seconds(Stepper& stepper, long long steps) {
 
 // The mean over steps at some moments of a coarse run, as far as that run comes in little time, because a step in a
 // pile costs more than one in a fall.
-double step_us_at_moments(const Subject& subject, double timestep_ms, double duration_s) {
+double step_us_at_moments(const Subject& subject, double timestep_ms, double duration_s, Stepper& first) {
   constexpr double kCoarseMs = 1, kCoarseSeconds = 0.4;
   constexpr long long kMoments = 4;
-  Stepper first(subject, subject.model.initial, 1e-3 * timestep_ms);
   double sum_s = step_seconds(first);
   long long moments = 1;
   const double coarse_ms = std::max(kCoarseMs, timestep_ms);
@@ -77,12 +76,14 @@ JobDone do_job(const ProbeJob& job) {
   JobDone done = job_done({}, 0);
   try {
     check_supported(subject, 1e-3 * job.timestep_ms);
+    Stepper stepper(subject, subject.model.initial, 1e-3 * job.timestep_ms);
+    stepper.advance(1);  // may compile
+    done.start_s = cpu_seconds();
     if (job.whole_run) {
-      Stepper stepper(subject, subject.model.initial, 1e-3 * job.timestep_ms);
       const auto steps = std::max(1LL, std::llround(1e3 * duration_s / job.timestep_ms));
       done.step_us = 1e6 * whole_run_step_seconds(stepper, steps);
     } else {
-      done.step_us = step_us_at_moments(subject, job.timestep_ms, duration_s);
+      done.step_us = step_us_at_moments(subject, job.timestep_ms, duration_s, stepper);
     }
   } catch (const EngineError&) {
     done.step_us = 0;  // its cells will give the reason

@@ -94,6 +94,24 @@ TEST(Plan, ViolationMayBeMeasuredOfFewerRuns) {
   EXPECT_EQ(steps, (std::map<double, long long>{{0.25, 0}, {4, 250}})) << "the finest is the reference";
 }
 
+TEST(Plan, AnEngineThatStartsSlowlyCostsItsStartsToo) {
+  const Campaign both = campaign(kText);
+  const Plan plan = make_plan(both);
+  long long starts = 0;
+  std::vector<PlannedCell> cells;
+  for (const PlannedCell& cell : plan.cells) {
+    if (is_timed(cell)) continue;
+    cells.push_back(cell);
+    starts += cell.contender == 0 ? 1 : 0;
+  }
+  ASSERT_GT(starts, 0);
+  const double without = estimate_seconds(both, cells, expected_step_us(both), 1);
+  const double native = estimate_seconds(both, cells, expected_step_us(both), 1, {{0, 1e-3}});
+  const double slow = estimate_seconds(both, cells, expected_step_us(both), 1, {{0, 10}});
+  EXPECT_DOUBLE_EQ(native, without);
+  EXPECT_NEAR(slow - without, 9.95 * static_cast<double>(starts), 1e-6);
+}
+
 TEST(Plan, ATimedRunIsRepeatedWhileItIsShort) {
   const auto seconds = [](double step_us) {
     const Campaign family = campaign(R"(
