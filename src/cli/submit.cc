@@ -22,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kMostNodes = 10000;
-constexpr int kPartsPerNode = 4;  // so that nodes of unequal speed end together
+constexpr int kPartsPerNode = 8;  // so that nodes of unequal speed end together
 
 struct SubmitOptions {
   std::string campaign, out, partition, account, time;
