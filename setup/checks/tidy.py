@@ -1,7 +1,7 @@
 """Runs clang-tidy over assay's own sources, in parallel, and only where something changed since it last passed.
 
-What passed is in a file of the repository, a line "HASH SOURCE" for each source, so that a fresh clone need not find out
-again. The hash covers what the verdict depends on: clang-tidy, its configuration, the compile command, the source and
+What passed is in a file of the repository, a line "HASH SOURCE" for each way in which a source is compiled, so that a fresh clone
+need not find out again. The hash covers what the verdict depends on: clang-tidy, its configuration, the compile command, the source and
 every file of the repository that it includes. Headers from elsewhere count by the folder they come from, whose name has
 the engine's version in it. The file is rewritten with what this run found out: commit it with the change.
 """
@@ -34,7 +34,8 @@ def compile_commands(build):
 
 class Hasher:
     def __init__(self, root, build, base, places):
-        self.root, self.build, self.base, self.places = root, build, base, places
+        self.root, self.build, self.base = root, build, base
+        self.places = sorted(places, key=lambda place: -len(place[0]))  # one may begin as another does
         self.includes, self.hashes = {}, {}
 
     def ours(self, path):
@@ -95,7 +96,7 @@ def main():
         for line in ledger.read_text().splitlines():
             if line and not line.startswith("#"):
                 key, source = line.split(" ", 1)
-                passed[source] = key
+                passed.setdefault(source, set()).add(key)
 
     # one job a source, although several targets may compile it
     hasher = Hasher(root, build, base, [(build, "BUILD"), (root, "ROOT"), (os.path.realpath(args.engines), "CACHE"),
@@ -103,11 +104,11 @@ def main():
     keys, commands = {}, []
     for source, folder, words in compile_commands(build):
         if hasher.ours(source):
-            keys.setdefault(source, []).append(hasher.key(source, words))
+            keys.setdefault(source, set()).add(hashlib.sha256(hasher.key(source, words).encode()).hexdigest()[:20])
             commands.append({"directory": folder, "file": source, "arguments": words})
-    jobs = {source: hashlib.sha256("".join(sorted(some)).encode()).hexdigest()[:20] for source, some in keys.items()}
-    name = {source: os.path.relpath(source, root) for source in jobs}
-    todo = [source for source in sorted(jobs) if passed.get(name[source]) != jobs[source]]
+    name = {source: os.path.relpath(source, root) for source in keys}
+    # lines of other ways to compile a source that did not change stay: those of an engine that is not installed here
+    todo = [source for source in sorted(keys) if not keys[source] <= passed.get(name[source], set())]
     database = pathlib.Path(build, "tidy")
     database.mkdir(exist_ok=True)
     (database / "compile_commands.json").write_text(json.dumps(commands))
@@ -115,15 +116,15 @@ def main():
     def check(source):
         return source, subprocess.run([args.clang_tidy, "-p", str(database), "--quiet", source], capture_output=True, text=True)
 
-    print(f"clang-tidy: {len(jobs)} files, {len(todo)} of them to check", flush=True)
+    print(f"clang-tidy: {len(keys)} files, {len(todo)} of them to check", flush=True)
     failed = 0
     # a file that is in no build here, for want of its engine, keeps its line
-    passed = {source: key for source, key in passed.items() if source in tracked}
+    passed = {source: some for source, some in passed.items() if source in tracked}
     try:
         with concurrent.futures.ThreadPoolExecutor(max(1, args.jobs)) as pool:
             for source, run in pool.map(check, todo):
                 if run.returncode == 0:
-                    passed[name[source]] = jobs[source]
+                    passed[name[source]] = keys[source]
                     continue
                 failed += 1
                 passed.pop(name[source], None)
@@ -132,7 +133,7 @@ def main():
                     print(run.stderr.strip(), flush=True)
     finally:
         text = "# Sources in which clang-tidy found nothing, each with a hash of what that depends on (setup/checks/tidy.py, which writes it).\n"
-        text += "".join(f"{key} {source}\n" for source, key in sorted(passed.items()))
+        text += "".join(f"{key} {source}\n" for source in sorted(passed) for key in sorted(passed[source]))
         if not ledger.exists() or ledger.read_text() != text:
             part = ledger.with_suffix(".part")
             part.write_text(text)

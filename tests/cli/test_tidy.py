@@ -27,24 +27,24 @@ class Tidy(AssayTest):
         self.write("tree/src/two.h", '#include "one.h"\n')
         for name, header in (("a", "one.h"), ("b", "two.h"), ("c", "vector")):
             self.write(f"tree/src/{name}.cc", f'#include "{header}"\n')
-        self.compile(flags="-O3")
+        self.compile("-O3")
 
-    def compile(self, flags):
-        """As two sources in a unit, with a generated file before them, and one by itself."""
+    def compile(self, *several):
+        """As two sources in a unit, with a generated file before them, and one by itself, with each of several flags."""
         tree = self.tree
         unit = tree / "build/x/Unity/unity_0_cxx.cxx"
         unit.parent.mkdir(parents=True, exist_ok=True)
         unit.write_text("".join(f'#include "{tree}/src/{name}.cc"\n' for name in "ab"))
         commands = [{"directory": str(tree / "build"), "file": str(file),
                      "command": f"c++ -I{tree}/src {flags} -o {index}.o -c {file}"}
-                    for index, file in enumerate([unit, tree / "src/c.cc"])]
+                    for flags in several for index, file in enumerate([unit, tree / "src/c.cc"])]
         (tree / "build/compile_commands.json").write_text(json.dumps(commands))
 
-    def asked(self, status=0):
+    def asked(self, status=0, cache="cache"):
         (self.dir / "asked").write_text("")
         tree = self.tree
         done = subprocess.run([sys.executable, SOURCE / "setup/checks/tidy.py", "--root", tree, "--build", tree / "build",
-                               "--engines", self.dir / "cache", "--clang-tidy", self.dir / "checker",
+                               "--engines", self.dir / cache, "--clang-tidy", self.dir / "checker",
                                "--passed", tree / "passed.txt"], env=self.env, capture_output=True, text=True)
         self.assertEqual(done.returncode, status, done.stdout + done.stderr)
         return sorted((self.dir / "asked").read_text().split())
@@ -56,7 +56,7 @@ class Tidy(AssayTest):
         self.assertEqual(self.asked(), ["b.cc"])
         self.write("tree/src/one.h", "// changed\n")
         self.assertEqual(self.asked(), ["a.cc", "b.cc"])
-        for change in (lambda: self.compile(flags="-O2"), lambda: self.write("tree/.clang-tidy", "Checks: more\n"),
+        for change in (lambda: self.compile("-O2"), lambda: self.write("tree/.clang-tidy", "Checks: more\n"),
                        lambda: self.env.update(VERSION="2")):
             change()
             self.assertEqual(self.asked(), ["a.cc", "b.cc", "c.cc"])
@@ -76,8 +76,28 @@ class Tidy(AssayTest):
         self.asked()
         self.tree.rename(self.dir / "other")
         self.tree = self.dir / "other"
-        self.compile(flags="-O3")
+        self.compile("-O3")
         self.assertEqual(self.asked(), [])
+
+    def test_a_cache_whose_name_begins_as_the_clone_s_is_another_place(self):
+        for place in ("cache", "tree-cache"):
+            (self.dir / place).mkdir()
+            self.compile(f"-I{self.dir / place}/engine")
+            asked = self.asked(cache=place)
+        self.assertEqual(asked, [])
+
+    def test_an_engine_that_is_not_installed_here_changes_nothing(self):
+        """Its sources are those of another engine, compiled in another way."""
+        self.compile("-O3", "-DOTHER")
+        self.assertEqual(self.asked(), ["a.cc", "b.cc", "c.cc"])
+        for several in (["-O3"], ["-O3", "-DOTHER"], ["-DOTHER"]):
+            self.compile(*several)
+            self.assertEqual(self.asked(), [], several)
+        self.compile("-DOTHER")
+        self.write("tree/src/c.cc", "// changed\n")
+        self.assertEqual(self.asked(), ["c.cc"])
+        self.compile("-O3", "-DOTHER")
+        self.assertEqual(self.asked(), ["c.cc"])
 
 
 if __name__ == "__main__":
