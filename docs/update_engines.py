@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Writes the tables of docs/engines.md: update_engines.py ASSAY RESULTS [--without-speeds] [--page FILE].
+"""Writes the tables of docs/engines.md: update_engines.py ASSAY RESULTS [--worlds RESULTS] [--without-speeds] [--page FILE].
 
-RESULTS is a results directory of campaigns/field.toml, or the database of one packed as assay.sqlite.xz. Without its speeds
-where the machine was shared.
+RESULTS is a results directory of campaigns/field.toml, or the database of one packed as assay.sqlite.xz; after --worlds one of
+campaigns/batches.toml. Without the field's speeds where the machine was shared.
 """
 
 import argparse
@@ -53,6 +53,12 @@ class Run:
         row = self.db.execute("SELECT outcome FROM cells WHERE system = ? AND contender = ? AND timestep_ms = ? AND measure = ?",
                               (system, contender, timestep, measure)).fetchone()
         return row[0] if row else ""
+
+    def why(self, system, contender, measure):
+        """The outcome's cause where it is the machine's and not the contender's."""
+        reason, = self.db.execute("SELECT reason FROM cells WHERE system = ? AND contender = ? AND measure = ?",
+                                  (system, contender, measure)).fetchone()
+        return "no memory" if "allocate" in reason else ""
 
     def stored(self, system, contender, timestep, measure, name):
         """The value with the ends of its interval, each None where there is none."""
@@ -125,6 +131,32 @@ def figures_table(run, speeds):
     return table(header, rows)
 
 
+def worlds_table(run, system):
+    """World-steps a second by the number of worlds, and what a step of one and of the most costs."""
+    counts = sorted({int(measure.removeprefix("batch-")) for measure, in run.db.execute(
+        "SELECT DISTINCT measure FROM cells WHERE measure LIKE 'batch-%' AND system = ?", (system,))})
+    timestep, = run.db.execute("SELECT DISTINCT timestep_ms FROM cells WHERE measure LIKE 'batch-%' AND system = ?", (system,)).fetchone()
+    most = counts[-1]
+    rows = []
+    for contender in run.contenders:
+        row = [f"`{contender}`"]
+        for worlds in counts:
+            outcome, (rate, _, _) = (get(system, contender, timestep, f"batch-{worlds}", *more) for get, more in (
+                (run.outcome, ()), (run.stored, ("batch_rate",))))
+            if outcome == "ok" and rate:
+                row.append(f"{float(f'{rate / 1e3:.2g}'):g}")
+            else:
+                row.append(NO if outcome in ("", "unsupported") else run.why(system, contender, f"batch-{worlds}") or outcome)
+        for worlds in (1, most):
+            latency, _, _ = run.stored(system, contender, timestep, f"batch-{worlds}", "batch_latency")
+            row.append(quantity(1e-6 * latency, "s") if latency else NO)
+        memory, _, _ = run.stored(system, contender, timestep, f"batch-{most}", "batch_memory")
+        row.append(f"{float(f'{memory / 1e6:.2g}'):g} MB" if memory else NO)
+        if any(cell != NO for cell in row[1:]):
+            rows.append(row)
+    return table(["contender", *map(str, counts), "latency of 1", f"of {most}", f"memory of {most}"], rows)
+
+
 def answers_table(program, folder):
     rows = []
     for system, options, words in QUESTIONS:
@@ -139,23 +171,35 @@ def answers_table(program, folder):
     return table(["question", "fastest within it", "asked by"], rows)
 
 
+def unpacked(results, folder):
+    """The directory of results that may be a packed database."""
+    if results.is_dir():
+        return results
+    folder.mkdir()
+    (folder / "assay.sqlite").write_bytes(lzma.decompress(results.read_bytes()))
+    return folder
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program")
     parser.add_argument("results", type=pathlib.Path)
+    parser.add_argument("--worlds", type=pathlib.Path)
     parser.add_argument("--without-speeds", action="store_true")
     parser.add_argument("--page", type=pathlib.Path, default=PAGE)
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as scratch:
-        folder = options.results
-        if folder.is_file():
-            folder = pathlib.Path(scratch)
-            (folder / "assay.sqlite").write_bytes(lzma.decompress(options.results.read_bytes()))
+        folder = unpacked(options.results, pathlib.Path(scratch) / "field")
         with contextlib.closing(sqlite3.connect(folder / "assay.sqlite")) as db:
             run = Run(db)
             blocks = {"engines": engines_table(run), "figures": figures_table(run, not options.without_speeds)}
         if not options.without_speeds:
             blocks["answers"] = answers_table(options.program, folder)
+        if options.worlds:
+            with contextlib.closing(sqlite3.connect(unpacked(options.worlds, pathlib.Path(scratch) / "worlds") / "assay.sqlite")) as db:
+                run = Run(db)
+                for system in ("planar-chain", "humanoid"):
+                    blocks[f"worlds-{system}"] = worlds_table(run, system)
     page = options.page.read_text(encoding="utf-8")
     options.page.write_text(updated(page, blocks), encoding="utf-8")
 

@@ -54,9 +54,10 @@ class ClaimsPageTest(AssayTest):
 
     def test_the_page_of_the_engines_says_what_their_results_say(self):
         page = SOURCE / "docs/engines.md"
-        results = SOURCE / "results" / re.search(r"results/(field-[\d-]+)/README", page.read_text(encoding="utf-8")).group(1)
+        field, worlds = (SOURCE / "results" / re.search(rf"results/({kind}-[\d-]+)/README", page.read_text(encoding="utf-8")).group(1)
+                         / "assay.sqlite.xz" for kind in ("field", "worlds"))
         again = self.write("engines.md", page.read_text(encoding="utf-8"))
-        subprocess.run([sys.executable, "-B", SOURCE / "docs/update_engines.py", self.program, results / "assay.sqlite.xz", "--page",
+        subprocess.run([sys.executable, "-B", SOURCE / "docs/update_engines.py", self.program, field, "--worlds", worlds, "--page",
                         again], check=True, env=self.env)
         self.assertEqual(again.read_text(encoding="utf-8"), page.read_text(encoding="utf-8"),
                          "write it with docs/update_engines.py")
