@@ -141,8 +141,8 @@ def worlds_table(run, system):
     for contender in run.contenders:
         row = [f"`{contender}`"]
         for worlds in counts:
-            outcome, (rate, _, _) = (get(system, contender, timestep, f"batch-{worlds}", *more) for get, more in (
-                (run.outcome, ()), (run.stored, ("batch_rate",))))
+            outcome = run.outcome(system, contender, timestep, f"batch-{worlds}")
+            rate, _, _ = run.stored(system, contender, timestep, f"batch-{worlds}", "batch_rate")
             if outcome == "ok" and rate:
                 row.append(f"{float(f'{rate / 1e3:.2g}'):g}")
             else:
