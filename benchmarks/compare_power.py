@@ -11,7 +11,6 @@ contender is slower by 0, 1, 2, 3 or 5 %, and less accurate by as much, and coun
 import argparse
 import collections
 import json
-import lzma
 import os
 import pathlib
 import random
@@ -21,6 +20,9 @@ import statistics
 import subprocess
 import sys
 import tempfile
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "results"))
+import packed  # noqa: E402
 
 TIMESTEPS = [0.25, 0.5, 1, 2, 4, 8]
 CONTENDERS = ["changed", "same-1", "same-2", "same-3"]
@@ -49,11 +51,7 @@ PRAGMA user_version = 1;
 def noise_of(source):
     """Relative deviations of processes from their cell's median."""
     with tempfile.TemporaryDirectory() as folder:
-        path = source
-        if source.suffix == ".xz":
-            path = pathlib.Path(folder) / "assay.sqlite"
-            path.write_bytes(lzma.decompress(source.read_bytes()))
-        db = sqlite3.connect(f"file:{path}?immutable=1", uri=True)
+        db = sqlite3.connect(f"file:{packed.database(source, folder)}?immutable=1", uri=True)
         cells = collections.defaultdict(lambda: collections.defaultdict(list))
         for cell, process, time in db.execute(
                 """SELECT r.cell_id, p.value, r.value FROM samples r JOIN samples p ON p.cell_id = r.cell_id AND p.idx = r.idx

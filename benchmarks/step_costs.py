@@ -9,12 +9,14 @@ A contender's times are those of the first directory that has it.
 
 import collections
 import json
-import lzma
 import math
 import pathlib
 import sqlite3
 import sys
 import tempfile
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "results"))
+import packed  # noqa: E402
 
 
 def mean(logs):
@@ -25,11 +27,7 @@ def read(source, times, of_system):
     """Adds the logarithms of a directory's step times: per body, and of a system, of contenders that are not there yet."""
     known = {contender for contender, _ in times}
     with tempfile.TemporaryDirectory() as folder:
-        path = source
-        if source.suffix == ".xz":
-            path = pathlib.Path(folder) / "assay.sqlite"
-            path.write_bytes(lzma.decompress(source.read_bytes()))
-        db = sqlite3.connect(f"file:{path}?immutable=1", uri=True)
+        db = sqlite3.connect(f"file:{packed.database(source, folder)}?immutable=1", uri=True)
         facts = {name: json.loads(text) for name, text in db.execute("SELECT name, json FROM systems")}
         for system, contender, value in db.execute(
                 """SELECT c.system, c.contender, v.value FROM cells c JOIN "values" v ON v.cell_id = c.id

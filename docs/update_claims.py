@@ -7,12 +7,14 @@ and the tables of failed runs, each with the command that shows it.
 import contextlib
 import fractions
 import json
-import lzma
 import pathlib
 import sqlite3
 import subprocess
 import sys
 import tempfile
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "results"))
+import packed  # noqa: E402
 
 # Measures whose run starts at the system's initial state, as `assay simulate` does.
 WHOLE_RUNS = ("grasp", "drift", "violation", "truth")
@@ -106,21 +108,10 @@ def claims(program, results):
     return subprocess.run([program, "claims", results, "--markdown"], check=True, capture_output=True, text=True).stdout
 
 
-@contextlib.contextmanager
-def unpacked(results):
-    """The results directory for either form of RESULTS."""
-    if results.suffix != ".xz":
-        yield results
-        return
-    with tempfile.TemporaryDirectory() as scratch:
-        folder = pathlib.Path(scratch)
-        (folder / "assay.sqlite").write_bytes(lzma.decompress(results.read_bytes()))
-        yield folder
-
-
 def blocks(program, results):
     """The text of each generated block."""
-    with unpacked(results) as folder:
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = packed.database(results, scratch).parent
         return {"claims": claims(program, folder), "failures": failures(folder)}
 
 

@@ -8,13 +8,12 @@ campaigns/batches.toml. Without the field's speeds where the machine was shared.
 import argparse
 import contextlib
 import json
-import lzma
 import pathlib
 import sqlite3
 import subprocess
 import tempfile
 
-from update_claims import milliseconds, table, updated
+from update_claims import milliseconds, packed, table, updated
 
 PAGE = pathlib.Path(__file__).with_name("engines.md")
 NO = "–"
@@ -139,7 +138,8 @@ def worlds_table(run, system):
     most = counts[-1]
     rows = []
     for contender in run.contenders:
-        row = [f"`{contender}`"]
+        processes = max(int(run.stored(system, contender, timestep, f"batch-{worlds}", "batch_processes")[0] or 1) for worlds in counts)
+        row = [f"`{contender}`", str(processes)]
         for worlds in counts:
             outcome = run.outcome(system, contender, timestep, f"batch-{worlds}")
             rate, _, _ = run.stored(system, contender, timestep, f"batch-{worlds}", "batch_rate")
@@ -152,9 +152,9 @@ def worlds_table(run, system):
             row.append(quantity(1e-6 * latency, "s") if latency else NO)
         memory, _, _ = run.stored(system, contender, timestep, f"batch-{most}", "batch_memory")
         row.append(f"{float(f'{memory / 1e6:.2g}'):g} MB" if memory else NO)
-        if any(cell != NO for cell in row[1:]):
+        if any(cell != NO for cell in row[2:]):
             rows.append(row)
-    return table(["contender", *map(str, counts), "latency of 1", f"of {most}", f"memory of {most}"], rows)
+    return table(["contender", "cores", *map(str, counts), "latency of 1", f"of {most}", f"memory of {most}"], rows)
 
 
 def answers_table(program, folder):
@@ -171,15 +171,6 @@ def answers_table(program, folder):
     return table(["question", "fastest within it", "asked by"], rows)
 
 
-def unpacked(results, folder):
-    """The directory of results that may be a packed database."""
-    if results.is_dir():
-        return results
-    folder.mkdir()
-    (folder / "assay.sqlite").write_bytes(lzma.decompress(results.read_bytes()))
-    return folder
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program")
@@ -189,14 +180,14 @@ def main():
     parser.add_argument("--page", type=pathlib.Path, default=PAGE)
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as scratch:
-        folder = unpacked(options.results, pathlib.Path(scratch) / "field")
-        with contextlib.closing(sqlite3.connect(folder / "assay.sqlite")) as db:
+        database = packed.database(options.results, pathlib.Path(scratch) / "field")
+        with contextlib.closing(sqlite3.connect(database)) as db:
             run = Run(db)
             blocks = {"engines": engines_table(run), "figures": figures_table(run, not options.without_speeds)}
         if not options.without_speeds:
-            blocks["answers"] = answers_table(options.program, folder)
+            blocks["answers"] = answers_table(options.program, database.parent)
         if options.worlds:
-            with contextlib.closing(sqlite3.connect(unpacked(options.worlds, pathlib.Path(scratch) / "worlds") / "assay.sqlite")) as db:
+            with contextlib.closing(sqlite3.connect(packed.database(options.worlds, pathlib.Path(scratch) / "worlds"))) as db:
                 run = Run(db)
                 for system in ("planar-chain", "humanoid"):
                     blocks[f"worlds-{system}"] = worlds_table(run, system)

@@ -12,9 +12,10 @@ import math
 import pathlib
 import sqlite3
 import sys
+import tempfile
 
 from plain_figure import Plot
-from update_claims import milliseconds, table, unpacked, updated
+from update_claims import milliseconds, packed, table, updated
 
 SYSTEM = "planar-chain"
 FACTORS = (10, 30, 100, 300)
@@ -164,7 +165,8 @@ def main():
     if len(sys.argv) not in (2, 3):
         sys.exit("usage: update_self_consistency.py RESULTS [PAGE]")
     page = pathlib.Path(sys.argv[2] if len(sys.argv) == 3 else pathlib.Path(__file__).parent / "self-consistency.md")
-    with unpacked(pathlib.Path(sys.argv[1])) as folder, contextlib.closing(sqlite3.connect(folder / "assay.sqlite")) as db:
+    with (tempfile.TemporaryDirectory() as scratch,
+          contextlib.closing(sqlite3.connect(packed.database(sys.argv[1], scratch))) as db):
         found, whole = rankings(db)
         by_length = {length: rankings(db, length)[0] for length in LENGTHS_MS}
         held = held_steps(db)

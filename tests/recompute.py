@@ -18,7 +18,6 @@ import collections
 import csv
 import fractions
 import json
-import lzma
 import math
 import pathlib
 import re
@@ -28,6 +27,9 @@ import struct
 import sys
 import tempfile
 import tomllib
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "results"))
+import packed  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 METHODOLOGY = ROOT / "docs/methodology.md"
@@ -117,17 +119,6 @@ class Store:
     def is_reference(self, cell):
         """Whether the cell is at the timestep of the contender's fine-step run."""
         return "restart_floor" in cell.values
-
-
-def unpacked(results, scratch):
-    """The path of the database for any form of RESULTS."""
-    if results.is_dir():
-        return results / "assay.sqlite"
-    if results.suffix != ".xz":
-        return results
-    path = pathlib.Path(scratch) / "assay.sqlite"
-    path.write_bytes(lzma.decompress(results.read_bytes()))
-    return path
 
 
 # ---- values from samples ---------------------------------------------------------------------------------------------
@@ -875,7 +866,7 @@ def main():
     parser.add_argument("--readme", type=pathlib.Path, metavar="FILE", help="the README of RESULTS")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as scratch:
-        report = check_all(unpacked(given.results, scratch), given.claims, given.readme, given.values)
+        report = check_all(packed.database(given.results, scratch), given.claims, given.readme, given.values)
     for wrong in report.wrong:
         print(wrong)
     print(", ".join(f"{count} {kind}" for kind, count in report.counts.items()) + f": {len(report.wrong)} differ")

@@ -398,6 +398,7 @@ LoadOptions load_options_of(const Section& section) {
   load.drop_unsupported = section.flag("drop_unsupported", false);
   load.decompose = section.flag("decompose", false);
   load.allow_external_files = section.flag("allow_external_files", false);
+  load.within_limits = section.flag("within_limits", false);
   const auto [floating, fixed] = either("floating_base", "fixed_base");
   if (floating) load.root_joint = RootJoint::kFloating;
   if (fixed) load.root_joint = RootJoint::kFixed;
@@ -475,7 +476,8 @@ CampaignSystem system_of(const Section& section, const Defaults& defaults, long 
                  "perturbation",
                  "push",
                  "reference_single_ms",
-                 "allow_external_files"});
+                 "allow_external_files",
+                 "within_limits"});
   CampaignSystem system;
   system.name = section.required_text("name");
   const toml::node* model_node = section.find("model") != nullptr ? section.find("model") : section.find("name");

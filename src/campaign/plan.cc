@@ -243,20 +243,20 @@ double estimate_seconds(const Campaign& campaign, const std::vector<PlannedCell>
   double accuracy = 0, timing = 0, longest = 0;
   for (const PlannedCell& cell : cells) {
     const auto found = step_us.find({cell.system, cell.contender});
+    const double step_s = found == step_us.end() ? 0 : 1e-6 * found->second;
     const auto started = start_s.find(cell.contender);
     const double start = std::max(kNativeStart, started == start_s.end() ? 0 : started->second);
     if (cell.measure == "raw_speed") {
-      timing += timing_seconds(campaign, found == step_us.end() ? 0 : 1e-6 * found->second);
+      timing += timing_seconds(campaign, step_s);
       // processes serve all timesteps of a system
       if (sessions.insert({cell.system, cell.contender}).second) timing += start * campaign.timing.processes;
       continue;
     }
     if (cell.worlds > 0) {
-      timing += batch_seconds(campaign, found == step_us.end() ? 0 : 1e-6 * found->second, cell.worlds);
+      timing += batch_seconds(campaign, step_s, cell.worlds);
       continue;
     }
-    if (found == step_us.end()) continue;
-    const double seconds = start + 1e-6 * found->second * static_cast<double>(cell.steps);
+    const double seconds = start + step_s * static_cast<double>(cell.steps);
     if (is_timed(cell)) {
       timing += seconds * std::clamp(std::ceil(kScalingEnoughSeconds / seconds), 1.0, 1.0 * kScalingMostRuns);
       continue;

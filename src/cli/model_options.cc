@@ -41,6 +41,7 @@ void add_load_options(CLI::App& command, ModelOptions& options) {
   flag("--fixed-base", options.fixed_base, "Fixes the robot's root to the world");
   flag("--ground", options.ground, "Adds a ground plane at the lowest point of the robot's shapes at its start");
   flag("--no-ground", options.no_ground, "Leaves out the file's planes");
+  flag("--within-limits", options.within_limits, "Puts joints that start beyond their limits at the limit");
   flag("--decompose", options.decompose,
        "Takes concave meshes for several convex hulls instead of one; seconds a mesh, kept for the next time");
   command
@@ -70,6 +71,7 @@ LoadOptions load_options(const ModelOptions& options) {
   load.qpos = options.qpos.value_or("");
   load.decompose = options.decompose;
   load.allow_external_files = options.allow_external_files;
+  load.within_limits = options.within_limits;
   if (options.floating_base) load.root_joint = RootJoint::kFloating;
   if (options.fixed_base) load.root_joint = RootJoint::kFixed;
   if (options.ground) load.ground = Ground::kPlane;
@@ -108,6 +110,7 @@ std::vector<std::string> option_words(const LoadOptions& options) {
   if (options.ground == Ground::kNone) words.emplace_back("--no-ground");
   if (options.decompose) words.emplace_back("--decompose");
   if (options.allow_external_files) words.emplace_back("--allow-external-files");
+  if (options.within_limits) words.emplace_back("--within-limits");
   if (!options.keyframe.empty()) words.insert(words.end(), {"--keyframe", options.keyframe});
   if (!options.qpos.empty()) words.insert(words.end(), {"--qpos", options.qpos});
   return words;

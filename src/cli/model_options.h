@@ -20,6 +20,7 @@ struct ModelOptions {
   bool ground = false, no_ground = false;
   bool decompose = false;
   bool allow_external_files = false;
+  bool within_limits = false;
   std::vector<std::string> packages;  // NAME=DIR
   std::optional<std::string> keyframe, qpos;
 };

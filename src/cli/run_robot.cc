@@ -58,6 +58,7 @@ std::vector<std::string> model_lines(const LoadOptions& load, const std::string&
   if (load.ground == Ground::kNone) lines.emplace_back("no_ground = true");
   if (load.decompose) lines.emplace_back("decompose = true");
   if (load.allow_external_files) lines.emplace_back("allow_external_files = true");
+  if (load.within_limits) lines.emplace_back("within_limits = true");
   if (!load.keyframe.empty()) lines.push_back("keyframe = " + toml_text(load.keyframe));
   if (!load.qpos.empty()) lines.push_back("qpos = " + toml_text(relative_path(load.qpos, dir)));
   std::vector<std::string> packages;
@@ -465,7 +466,7 @@ int run_robot(const RobotRequest& request) {
   RunRequest run = request.run;
   if (run.out.empty()) run.out = default_out(run.campaign);
   const std::string file = find_model(run.campaign);
-  const auto [how, model, notes] = stand(file, load_options(request.model), run.out);
+  const auto [how, model, notes] = stand(file, load_options(request.model));
   ProgrammeOptions options;
   options.model_lines = model_lines(how, run.out);
   options.notes = notes;

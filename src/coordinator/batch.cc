@@ -43,7 +43,7 @@ struct BatchTally : SessionTally {
 
 // Graphics memory is no memory of a process, but a driver maps all of it.
 WorkerLimits limits_of(const std::string& device) {
-  WorkerLimits limits = WorkerLimits::of_share(1);
+  WorkerLimits limits = WorkerLimits::of_machine();
   if (device != "cpu") limits.memory_bytes = 0;
   return limits;
 }

@@ -129,14 +129,21 @@ bool readable_within(int descriptor, double seconds) {
 
 }  // namespace
 
-WorkerLimits WorkerLimits::of_share(int jobs) {
-  constexpr std::uint64_t kGiB = std::uint64_t{1} << 30, kMoreTasks = 512;
+WorkerLimits WorkerLimits::of_machine() {
+  constexpr std::uint64_t kMoreTasks = 512;
   const auto pages = static_cast<std::uint64_t>(std::max(0L, ::sysconf(_SC_PHYS_PAGES)));
   const auto page = static_cast<std::uint64_t>(std::max(0L, ::sysconf(_SC_PAGESIZE)));
   WorkerLimits limits;
-  limits.memory_bytes =
-      std::clamp(pages * page / 5 * 4 / static_cast<std::uint64_t>(std::max(1, jobs)), kGiB, 4 * kGiB);
+  limits.memory_bytes = pages * page / 5 * 4;
   limits.tasks = tasks_of_user() + kMoreTasks;
+  return limits;
+}
+
+WorkerLimits WorkerLimits::of_share(int jobs) {
+  constexpr std::uint64_t kGiB = std::uint64_t{1} << 30;
+  WorkerLimits limits = of_machine();
+  limits.memory_bytes =
+      std::clamp(limits.memory_bytes / static_cast<std::uint64_t>(std::max(1, jobs)), kGiB, 4 * kGiB);
   return limits;
 }
 

@@ -22,6 +22,10 @@ struct WorkerLimits {
   // tasks beyond those that there are.
   static WorkerLimits of_share(int jobs);
 
+  // For a worker that has the machine to itself and holds as much as it can: four fifths of the machine's memory. Its
+  // processes share them (worker/process_batch.cc).
+  static WorkerLimits of_machine();
+
   // Limits the memory of this process and those that it starts from now on.
   void limit_memory() const;
 };

@@ -105,7 +105,8 @@ CampaignSystem system_of(const Store& store, const std::string& name, const json
                    static_cast<RootJoint>(load->at("root_joint").get<int>()),
                    static_cast<Ground>(load->at("ground").get<int>()),
                    load->value("decompose", false),
-                   load->value("allow_external_files", false)};
+                   load->value("allow_external_files", false),
+                   load->value("within_limits", false)};
   }
   system.model = load_model(system.model_path, system.load);
   ModelVariant& variant = system.variant;

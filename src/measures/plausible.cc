@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include <fmt/format.h>
 
@@ -15,6 +16,7 @@ namespace assay {
 namespace {
 
 constexpr double kReachFactor = 1000;
+constexpr double kTurn = 2 * std::numbers::pi;
 
 bool is_finite(const BodyState& body) {
   return body.p_WBcm.allFinite() && body.q_WB.coeffs().allFinite() && body.v_WBcm.allFinite() && body.w_WB.allFinite();
@@ -142,6 +144,11 @@ std::string Plausibility::impossibility(const State& state) const {
     if (is_slide) apart -= apart.dot(frames.axis_W_parent) * frames.axis_W_parent;
     if (const double gap = apart.norm(); gap > size_) {
       return fmt::format("{} '{}' is {:.3g} m apart", is_slide ? "slide" : "hinge", model_.joints[j].name, gap);
+    }
+    if (is_slide || !model_.joints[j].limited) continue;
+    const double q = state.position[j];
+    if (const double beyond = std::max(model_.joints[j].lower - q, q - model_.joints[j].upper); beyond > kTurn) {
+      return fmt::format("hinge '{}' is {:.3g} rad beyond its limit", model_.joints[j].name, beyond);
     }
   }
   for (const ContactPair& pair : model_.contacts) {

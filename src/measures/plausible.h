@@ -18,8 +18,9 @@ class Plausibility {
   std::string divergence(const State& state) const;
 
   // Why no motion of the model reaches this finite state: more than kEnergyFactor times the available kinetic energy, a
-  // joint torn apart by more than its body's size, or a body's shape that lies as a whole below the ground that it
-  // collides with: less deep it is a penetration, which has a measure of its own. "" for a possible state.
+  // joint torn apart by more than its body's size, a hinge more than a turn beyond its limit, or a body's shape that
+  // lies as a whole below the ground that it collides with: less deep it is a penetration, which has a measure of its
+  // own. "" for a possible state.
   std::string impossibility(const State& state) const;
 
   double reach() const { return reach_; }                        // m

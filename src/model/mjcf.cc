@@ -204,6 +204,7 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
   }
   model.notes.insert(model.notes.end(), notes.begin(), notes.end());
   if (!options.qpos.empty()) start_from(model, read_text(options.qpos), options.qpos);
+  if (options.within_limits) start_within_limits(model);
   if (!ground.empty()) put_under(model, ground);
   if (options.ground == Ground::kNone) remove_planes(model);
   if (facts != nullptr) {

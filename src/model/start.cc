@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <sstream>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -119,6 +120,30 @@ void start_from(Model& model, const std::string& text, const std::string& file) 
     set_qpos(model, numbers, file);
   }
   bodies_from_joints(model, model.initial);
+}
+
+std::vector<Clamped> start_within_limits(Model& model) {
+  constexpr double kBeyond = 1e-3;  // rad, m
+  std::vector<double>& position = model.initial.position;
+  const auto follows = [&](size_t j) {
+    return std::ranges::any_of(model.couplings,
+                               [&](const Coupling& coupling) { return std::cmp_equal(coupling.joint, j); });
+  };
+  std::vector<Clamped> clamped;
+  for (size_t j = 0; j < position.size(); ++j) {
+    const Joint& joint = model.joints[j];
+    if (!joint.limited || follows(j)) continue;
+    const double within = std::clamp(position[j], joint.lower, joint.upper);
+    if (std::abs(within - position[j]) <= kBeyond) continue;
+    clamped.push_back({j, position[j]});
+    position[j] = within;
+  }
+  if (clamped.empty()) return clamped;
+  for (const Coupling& coupling : model.couplings) {
+    position[static_cast<size_t>(coupling.joint)] = coupling.offset + sum_of_terms(coupling.terms, position);
+  }
+  bodies_from_joints(model, model.initial);
+  return clamped;
 }
 
 std::vector<double> lowest_points(const Model& model) {

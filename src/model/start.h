@@ -1,4 +1,4 @@
-// What --qpos, --ground and --no-ground do to a model that is loaded.
+// What --qpos, --within-limits, --ground and --no-ground do to a model that is loaded.
 #pragma once
 
 #include <string>
@@ -13,6 +13,16 @@ namespace assay {
 // separated by blanks, commas or lines; or lines JOINT=VALUE for hinges and slides, where the others keep theirs. `#`
 // begins a comment. Throws InputError with the line.
 void start_from(Model& model, const std::string& text, const std::string& file);
+
+// A joint that started beyond its limits.
+struct Clamped {
+  size_t joint = 0;
+  double was = 0;  // rad, m
+};
+
+// Puts hinges and slides whose initial position lies more than 1 mrad or 1 mm beyond their limits at the limit, and where
+// one was put, those that a coupling moves where they belong. Names the former. The base and velocities stay as they are.
+std::vector<Clamped> start_within_limits(Model& model);
 
 // The lowest point of the collision shapes in the initial state, planes and height fields apart, m. Zero without any.
 double lowest_point(const Model& model);

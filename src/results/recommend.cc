@@ -92,8 +92,16 @@ std::string margin_of(const std::vector<Step>& steps, size_t at) {
   return fmt::format("sound up to {} ms, the largest measured", timestep_label(steps.back().timestep_ms));
 }
 
+// Whether it is another name of a contender, timed to test the timing, without an error of its own.
+bool is_twin(const std::vector<Step>& steps) {
+  const auto compared = [](const Cell* cell) { return find_value(*cell, "aa_ratio") != nullptr; };
+  return std::ranges::any_of(steps, [&](const Step& step) { return std::ranges::any_of(step.cells, compared); }) &&
+         std::ranges::all_of(steps, [](const Step& step) { return errors_at(step).empty(); });
+}
+
 void add_contender(const Results& results, const std::string& contender, SystemAnswers& answers) {
   const std::vector<Step> steps = steps_of(results.cells(answers.system, contender));
+  if (is_twin(steps)) return;
   std::map<std::string, Worst> worst;
   std::optional<Interval> held;
   double fails_ms = 0;

@@ -1,10 +1,7 @@
 #include "search/stance.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
-#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <limits>
@@ -35,55 +32,19 @@ std::optional<Model> loaded(const std::string& file, const LoadOptions& load) {
   return inspect_model(file, load).model;
 }
 
-// Puts joints that start beyond their limits at the limit, and joints that follow others where they belong. Does
-// nothing for a file that is refused: that is said later.
-void start_within_limits(const std::string& file, const std::string& folder, Stance& stance) {
-  constexpr double kBeyond = 1e-3;  // rad, m
-  LoadOptions load = stance.load;
-  std::optional<Model> model = loaded(file, load);
+// Starts at the limit where the file starts beyond one. Does nothing for a file that is refused: that is said later.
+void keep_within_limits(const std::string& file, Stance& stance) {
+  std::optional<Model> model = loaded(file, stance.load);
   if (!model) return;
-  std::vector<double>& position = model->initial.position;
-  std::vector<size_t> moved;
-  std::string first;
-  const auto follows = [&](size_t j) {
-    return std::ranges::any_of(model->couplings,
-                               [&](const Coupling& coupling) { return std::cmp_equal(coupling.joint, j); });
-  };
-  for (size_t j = 0; j < position.size(); ++j) {
-    const Joint& joint = model->joints[j];
-    if (!joint.limited || follows(j)) continue;
-    const double within = std::clamp(position[j], joint.lower, joint.upper);
-    if (std::abs(within - position[j]) <= kBeyond) continue;
-    if (moved.empty()) {
-      first = fmt::format("'{}', {} instead of {}", joint.name, shortest(within), shortest(position[j]));
-    }
-    position[j] = within;
-    moved.push_back(j);
-  }
-  if (moved.empty()) return;
-  for (const Coupling& coupling : model->couplings) {
-    const auto own = static_cast<size_t>(coupling.joint);
-    position[own] = coupling.offset + sum_of_terms(coupling.terms, position);
-    moved.push_back(own);
-  }
-  std::string text = "# the start pose, with joints that the file starts beyond their limits at the limit\n";
-  for (const size_t j : moved) text += fmt::format("{}={:.17g}\n", model->joints[j].name, position[j]);
-  const std::filesystem::path path = std::filesystem::path(folder) / "start.txt";
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  std::ofstream stream(path);
-  if (!(stream << text) || !stream.flush()) {
-    throw SystemError(fmt::format("'{}' cannot be written: {}", path.string(), std::strerror(errno)));
-  }
-  const size_t count = moved.size() - model->couplings.size();
-  load.qpos = path.string();
-  stream.close();
-  if (!loaded(file, load)) return;
-  stance.load = load;
+  const std::vector<Clamped> clamped = start_within_limits(*model);
+  if (clamped.empty()) return;
+  stance.load.within_limits = true;
+  const Clamped& first = clamped.front();
   stance.notes.push_back(
-      fmt::format("{} joint{} beyond the limits in the file and {} at the limit (first {}; --qpos "
+      fmt::format("{} joint{} beyond the limits in the file and {} at the limit (first '{}', {} instead of {}; --qpos "
                   "or --keyframe gives another pose)",
-                  count, count == 1 ? " is" : "s are", count == 1 ? "starts" : "start", first));
+                  clamped.size(), clamped.size() == 1 ? " is" : "s are", clamped.size() == 1 ? "starts" : "start",
+                  model->joints[first.joint].name, shortest(model->initial.position[first.joint]), shortest(first.was)));
 }
 
 // How many limbs of the only root reach the ground while the root itself stays clear of it.
@@ -146,9 +107,9 @@ bool has_free_slide(const Model& model) {
   });
 }
 
-Stance stand(const std::string& file, const LoadOptions& given, const std::string& folder) {
+Stance stand(const std::string& file, const LoadOptions& given) {
   Stance stance{given, {}, {}};
-  if (given.qpos.empty() && given.keyframe.empty()) start_within_limits(file, folder, stance);
+  if (given.qpos.empty() && given.keyframe.empty() && !given.within_limits) keep_within_limits(file, stance);
   const LoadOptions load = stance.load;
   std::optional<Model> model;
   if (load.root_joint == RootJoint::kAsInFile && is_urdf(file)) {

@@ -15,13 +15,11 @@ struct Stance {
   std::vector<std::string> notes;  // a sentence for each decision, with the switch that turns it off
 };
 
-// Loads `file` for a run that keeps its files in `folder`. URDF has no word for a base that is free: it is taken to be
-// free when the robot stands on two or more of its limbs or wheels, or has no joint, and its root is not called
-// 'world'. A robot with a free or sliding base that gravity pulls down and that nothing in the world can stop gets a
-// plane under its lowest point. Joints that start beyond their limits, where no pose was asked for, are put at the
-// limit: `folder`/start.txt has the pose. Throws InputError as load_model(), SystemError where the pose cannot be
-// written.
-Stance stand(const std::string& file, const LoadOptions& given, const std::string& folder);
+// Loads `file` for a run. URDF has no word for a base that is free: it is taken to be free when the robot stands on two
+// or more of its limbs or wheels, or has no joint, and its root is not called 'world'. A robot with a free or sliding
+// base that gravity pulls down and that nothing in the world can stop gets a plane under its lowest point. Joints that
+// start beyond their limits, where no pose was asked for, start at the limit. Throws InputError as load_model().
+Stance stand(const std::string& file, const LoadOptions& given);
 
 // The body of the world that carries `body`, or `body` itself.
 int root_of(const Model& model, int body);

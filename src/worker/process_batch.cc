@@ -12,6 +12,7 @@
 #include <stdexcept>
 #include <string>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <type_traits>
@@ -181,6 +182,14 @@ bool answer(int socket, const Work& work) {
   }
 }
 
+// The memory that this process may have is shared by `count` that it starts.
+void share_memory_limit(int count) {
+  rlimit limit{};
+  if (::getrlimit(RLIMIT_DATA, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return;
+  limit.rlim_cur /= static_cast<rlim_t>(count);
+  ::setrlimit(RLIMIT_DATA, &limit);
+}
+
 [[noreturn]] void serve_worlds(int socket, int core, const Engine& engine, const Model& model,
                                std::span<const State> states, const Settings& settings) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
@@ -274,6 +283,7 @@ void ProcessBatch::start() {
     if (process->pid == 0) {
       for (const auto& other : processes_) ::close(other->socket);
       ::close(ends[0]);
+      share_memory_limit(count);
       serve_worlds(ends[1], cores[static_cast<size_t>(i)], engine_, model_,
                    std::span(states_).subspan(static_cast<size_t>(process->first), static_cast<size_t>(process->count)),
                    settings_);

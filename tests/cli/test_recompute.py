@@ -54,7 +54,7 @@ grasp = {object = "object", hand = "palm"}
 class Published(AssayTest):
     def unpack(self):
         (self.dir / "full").mkdir()
-        return shutil.move(recompute.unpacked(FULL / "assay.sqlite.xz", self.dir), self.dir / "full/assay.sqlite")
+        return shutil.move(recompute.packed.database(FULL / "assay.sqlite.xz", self.dir), self.dir / "full/assay.sqlite")
 
     def check_full(self, database):
         return recompute.check_all(pathlib.Path(database), PAGE, FULL / "README.md", FULL / "values.csv")
@@ -71,7 +71,7 @@ class Published(AssayTest):
         others = [path.parent for path in SOURCE.glob("results/*/assay.sqlite.xz") if path.parent != FULL]
         for folder in others:
             with self.subTest(folder=folder.name):
-                database = recompute.unpacked(folder / "assay.sqlite.xz", self.dir)
+                database = recompute.packed.database(folder / "assay.sqlite.xz", self.dir)
                 report = recompute.check_all(database, values=folder / "values.csv")
                 self.assertEqual(report.wrong, [])
                 rows = len((folder / "values.csv").read_text("utf-8").splitlines()) - 1

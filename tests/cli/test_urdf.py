@@ -155,6 +155,13 @@ class Options(AssayTest):
         self.assertEqual(self.assay_json("check", "arm.urdf", "--json")["model"]["dof"], 1)
         self.assertEqual(self.assay_json("check", "arm.urdf", "--floating-base", "--json")["model"]["dof"], 7)
 
+    def test_within_limits(self):
+        self.write("arm.urdf", arm(joint='type="revolute"', inside='<limit lower="0.5" upper="2" effort="1" velocity="1"/>'))
+        kinds = [[finding["kind"] for finding in self.assay_json("check", "arm.urdf", *options, "--json")["model_findings"]]
+                 for options in ([], ["--within-limits"])]
+        self.assertIn("start-beyond-limits", kinds[0])
+        self.assertNotIn("start-beyond-limits", kinds[1])
+
     def test_qpos(self):
         self.write("arm.urdf", arm())
         self.write("q.txt", "turn = 0.5  # rad\n")

@@ -1,10 +1,14 @@
 #include <cmath>
+#include <new>
 #include <numbers>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>
 
+#include "base/activity.h"
 #include "engines/registry.h"
 #include "model/kinematics.h"
 
@@ -218,6 +222,29 @@ TEST(Mujoco, TakesDampingImplicitlyAsDeclared) {
   EXPECT_GT(final_rate({{"euler_damping", "off"}}), 1e4);
   EXPECT_GT(final_rate({{"integrator", "rk4"}}), 1e4);
 }
+
+#ifndef __SANITIZE_ADDRESS__  // memory has no limit there
+// MuJoCo reports it as any other error, and it is no outcome of the model.
+TEST(MujocoDeathTest, LackOfMemoryIsNoErrorOfTheEngine) {
+  const auto hoard = [] {
+    constexpr rlim_t kMore = rlim_t{64} << 20;
+    rlimit limit{};
+    ::getrlimit(RLIMIT_DATA, &limit);
+    limit.rlim_cur = data_bytes() + kMore;
+    ::setrlimit(RLIMIT_DATA, &limit);
+    const Model model = heap();
+    std::vector<std::unique_ptr<Simulation>> simulations;
+    try {
+      for (;;) simulations.push_back(create(model, mujoco()));
+    } catch (const std::bad_alloc&) {
+      ::_exit(0);
+    } catch (...) {
+      ::_exit(1);
+    }
+  };
+  EXPECT_EXIT(hoard(), testing::ExitedWithCode(0), "");
+}
+#endif
 
 }  // namespace
 }  // namespace assay

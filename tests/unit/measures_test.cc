@@ -369,6 +369,24 @@ TEST(Plausible, AHingeTornApart) {
   EXPECT_THAT(plausibility.impossibility(torn), HasSubstr("'elbow'"));
 }
 
+TEST(Plausible, AHingeThatHasPassedItsLimit) {
+  Model model = double_pendulum();
+  State turned = model.initial;
+  turned.position[1] = 100;
+  EXPECT_EQ(Plausibility(model, model.initial, 1).impossibility(turned), "") << "it has no limit";
+  model.joints[1].limited = true;
+  model.joints[1].lower = -1;
+  model.joints[1].upper = 1;
+  const Plausibility plausibility(model, model.initial, 1);
+  EXPECT_EQ(plausibility.impossibility(model.initial), "");
+  for (const double side : {-1, 1}) {
+    turned.position[1] = side * 7.2;
+    EXPECT_EQ(plausibility.impossibility(turned), "") << "a violation, which has a measure";
+    turned.position[1] = side * 7.3;
+    EXPECT_THAT(plausibility.impossibility(turned), HasSubstr("hinge 'elbow' is 6.3 rad beyond its limit"));
+  }
+}
+
 TEST(Plausible, BelowTheGround) {
   Model model = free_body();
   Shape ball, floor;

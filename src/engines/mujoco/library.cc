@@ -1,5 +1,8 @@
 #include "library.h"
 
+#include <new>
+#include <string_view>
+
 #include <fmt/format.h>
 
 #include "base/errors.h"
@@ -10,7 +13,10 @@ namespace {
 // MuJoCo's own handler ends the process on an error, prints, and writes a log file. Here errors become exceptions (it
 // is built with unwind tables), and warnings are read from mjData, where they are counted.
 void on_message(const mjLogMessage* message) {
-  if (message->level == mjLOG_ERROR) throw EngineError(fmt::format("MuJoCo: {}", one_line(message->subject)));
+  if (message->level != mjLOG_ERROR) return;
+  // An outcome of the machine and not of the model: "could not allocate mjData buffer", "Could not allocate memory".
+  if (std::string_view(message->subject).find("ould not allocate") != std::string_view::npos) throw std::bad_alloc();
+  throw EngineError(fmt::format("MuJoCo: {}", one_line(message->subject)));
 }
 
 }  // namespace
