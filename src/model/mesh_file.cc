@@ -78,7 +78,7 @@ class Builder {
 };
 
 // assimp's readers of other formats are many and old, and what is not read cannot harm.
-constexpr std::array<std::string_view, 4> kEndings = {".stl", ".obj", ".dae", ".msh"};
+constexpr std::array<std::string_view, 5> kEndings = {".stl", ".obj", ".dae", ".glb", ".msh"};
 constexpr std::uintmax_t kMostBytes = std::uintmax_t{256} << 20;
 
 // Only the mesh itself: what it names (materials, pictures) could lie anywhere and is not needed.
@@ -220,7 +220,7 @@ MeshData read_mesh(const std::string& path) {
   std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   if (std::ranges::find(kEndings, ending) == kEndings.end()) {
     throw InputError(
-        fmt::format("is of the format '{}', and .stl, .obj, .dae and .msh are read; export it as one "
+        fmt::format("is of the format '{}', and .stl, .obj, .dae, .glb and .msh are read; export it as one "
                     "of these",
                     ending));
   }

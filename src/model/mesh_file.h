@@ -1,5 +1,5 @@
-// Mesh files as triangles: what the loader needs of .stl (binary or text), MuJoCo's .msh, .obj and .dae. No other
-// file is opened, whatever the mesh names.
+// Mesh files as triangles: what the loader needs of .stl (binary or text), MuJoCo's .msh, .obj, .dae and .glb. No
+// other file is opened, whatever the mesh names.
 #pragma once
 
 #include <array>
@@ -10,8 +10,8 @@
 
 namespace assay {
 
-// Vertices at equal positions are one. Of a .dae file the unit and the nodes' transformations are applied and the up
-// axis is not, as ROS does: URDF gives the pose of the mesh's own axes.
+// Vertices at equal positions are one. Of a .dae or .glb file the unit and the nodes' transformations are applied
+// and the up axis is not, as ROS does: URDF gives the pose of the mesh's own axes.
 struct MeshData {
   std::vector<Vec3> vertices;             // m
   std::vector<std::array<int, 3>> faces;  // indices into vertices

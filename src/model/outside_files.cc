@@ -50,6 +50,16 @@ bool has_marker(const fs::path& folder) {
   return false;
 }
 
+// Whether Python packages lie unpacked in the folder.
+bool holds_python_packages(const fs::path& folder) {
+  if (folder.filename() == "site-packages" || folder.filename() == "dist-packages") return true;
+  std::error_code error;
+  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+    if (it->path().extension() == ".dist-info") return true;
+  }
+  return false;
+}
+
 std::string attribute(const xml::XMLElement& element, const char* name) {
   const char* value = element.Attribute(name);
   return value == nullptr ? "" : value;
@@ -234,6 +244,9 @@ std::string model_root(const std::string& path) {
   }
   if (!cache_dir().empty() && !inside.empty() && *inside.begin() != ".." && *inside.begin() != ".") {
     return robots / *inside.begin();
+  }
+  for (fs::path above = begin; !is_personal(above); above = above.parent_path()) {
+    if (holds_python_packages(above.parent_path())) return above;
   }
   int levels = 0;
   for (fs::path above = begin; !is_personal(above) && levels <= kMostLevels; above = above.parent_path(), ++levels) {

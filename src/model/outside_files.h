@@ -13,6 +13,7 @@ namespace assay {
 // The folder below which the files of a model have to lie, as one unpacks it:
 // - the nearest folder upward that has a package.xml;
 // - else, of a robot in the user's cache, its package;
+// - else, of a robot in an installed Python package, that package;
 // - else the nearest folder upward, at most three above, that looks like the top of what somebody published (a licence,
 //   a README, a repository);
 // - else the model's own folder, or the one around it where that is called urdf, mjcf or the like.

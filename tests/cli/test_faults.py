@@ -120,6 +120,15 @@ class OutsideFiles(AssayTest):
         self.write("mine/robot.xml", mjcf('<include file="link.xml"/>'))
         self.refused("check", "mine/robot.xml", naming=["link.xml", "outside the model's folder"])
 
+    # What one unpacks is the package, and nothing beside it.
+    def test_python_packages(self):
+        self.write("lib/bots-1.0.dist-info/METADATA", "Name: bots")
+        self.write("lib/bots/shared/deep/part.xml", in_world(FREE_BALL))
+        self.write("lib/bots/a/b/c/d/robot.xml", mjcf('<include file="../../../../shared/deep/part.xml"/>'))
+        self.assay("check", "lib/bots/a/b/c/d/robot.xml")
+        self.write("lib/bots/a/b/c/d/robot.xml", mjcf('<include file="../../../../../../secret/part.xml"/>'))
+        self.refused("check", "lib/bots/a/b/c/d/robot.xml", naming=["secret", "outside the model's folder", "lib/bots'"])
+
     def test_urdf(self):
         body = ('<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
                 '<collision><geometry><mesh filename="{}"/></geometry></collision>')

@@ -66,6 +66,15 @@ class RecommendTest(AssayTest):
         text = self.assay("recommend", "results", "planar-chain", "--error", f"{limit}m", "--measure", "consistency")
         self.assertIn(f"{best[0]} at {best[1]:g} ms", text.splitlines()[0])
 
+    # A second name of a contender tests the timing: it has speeds and no errors.
+    def test_a_twin_is_not_considered(self):
+        self.write("twins.toml", CAMPAIGN.format(name="twins", timing="1, 4").replace("batch_ms = 1", 'batch_ms = 1\ntwins = ["mujoco-euler"]'))
+        self.assay("run", "twins.toml", "--out", "results")
+        self.assertIn(("mujoco-euler-twin", 1.0), self.values("aa_ratio"))
+        told = self.assay_json("recommend", "results", "planar-chain", "--error", "1um", "--json")
+        named = {row["contender"] for row in [*told["contenders"], *told["excluded"]]}
+        self.assertEqual(named, {"mujoco-euler", "mujoco-rk4"})
+
     def test_results_without_a_name_and_other_measures(self):
         self.measure()
         told = self.assay_json("recommend", "planar-chain", "--error", "1m", "--json")

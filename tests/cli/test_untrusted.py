@@ -95,7 +95,7 @@ class ModelsRoot(AssayTest):
         for mesh in ("scene.blend", "scene.ply"):
             shutil.copy(SOURCE / "tests/fuzz/corpus/mesh/assimp-crash.ply", self.write(f"arm/{mesh}", ""))
             self.write("arm/arm.urdf", ROBOT.format(mesh))
-            self.refused("check", "arm/arm.urdf", "--floating-base", naming=[mesh, mesh[5:], ".stl, .obj, .dae and .msh", "export it"])
+            self.refused("check", "arm/arm.urdf", "--floating-base", naming=[mesh, mesh[5:], ".stl, .obj, .dae, .glb and .msh", "export it"])
 
 
 class Confined(AssayTest):

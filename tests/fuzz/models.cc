@@ -70,7 +70,7 @@ void read_urdf(std::string_view bytes) {
 
 // The upper half of the first byte's values: through MuJoCo's reader, as in MJCF files.
 void read_mesh(std::string_view bytes) {
-  constexpr std::array kEndings = {".stl", ".obj", ".dae", ".msh", ".ply"};
+  constexpr std::array kEndings = {".stl", ".obj", ".dae", ".msh", ".ply", ".glb"};
   constexpr unsigned kThroughMujoco = 0x80;
   if (bytes.empty()) return;
   const auto which = static_cast<unsigned char>(bytes.front());

@@ -111,6 +111,33 @@ std::string msh(const Solid& s) {
   return bytes;
 }
 
+// glTF in one file: a JSON of its structure, then the numbers. `node` is what else its node has.
+std::string glb(const Solid& s, const std::string& node = "") {
+  std::string numbers;
+  for (const Vec3& p : s.vertices) {
+    for (const double x : p) put(numbers, static_cast<float>(x));
+  }
+  const size_t points = numbers.size();
+  for (const auto& face : s.faces) {
+    for (const int k : face) put(numbers, static_cast<std::uint32_t>(k));
+  }
+  std::string json = fmt::format(
+      R"({{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0{}}}],)"
+      R"("meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},"indices":1}}]}}],"accessors":[)"
+      R"({{"bufferView":0,"componentType":5126,"count":{},"type":"VEC3","min":[0,0,0],"max":[0.4,0.3,0.2]}},)"
+      R"({{"bufferView":1,"componentType":5125,"count":{},"type":"SCALAR"}}],"bufferViews":[)"
+      R"({{"buffer":0,"byteLength":{}}},{{"buffer":0,"byteOffset":{},"byteLength":{}}}],"buffers":[{{"byteLength":{}}}]}})",
+      node, s.vertices.size(), 3 * s.faces.size(), points, points, numbers.size() - points, numbers.size());
+  json.resize((json.size() + 3) / 4 * 4, ' ');
+  std::string bytes = "glTF";
+  for (const size_t number : {size_t{2}, 28 + json.size() + numbers.size(), json.size()}) {
+    put(bytes, static_cast<std::uint32_t>(number));
+  }
+  bytes += "JSON" + json;
+  put(bytes, static_cast<std::uint32_t>(numbers.size()));
+  return bytes + std::string("BIN\0", 4) + numbers;
+}
+
 // In units of `unit` metres; `node` is a transformation of the node that has the geometry.
 std::string dae(const Solid& s, double unit, const std::string& up, const std::string& node = "") {
   std::string numbers, indices;
@@ -169,9 +196,10 @@ TEST_F(MeshFile, EveryFormatIsTheSameSolid) {
   write("metres.dae", dae(l, 1, "Z_UP"));
   write("inches.dae", dae(l, 0.0254, "Z_UP"));
   write("y_up.dae", dae(l, 1, "Y_UP"));  // the up axis does not turn it, as in ROS
+  write("l.glb", glb(l));
   const Model first = robot("l.stl");
   ASSERT_EQ(first.hulls.size(), 1U);
-  for (const char* name : {"l.stl", "l_text.stl", "l.obj", "l.msh", "metres.dae", "inches.dae", "y_up.dae"}) {
+  for (const char* name : {"l.stl", "l_text.stl", "l.obj", "l.msh", "metres.dae", "inches.dae", "y_up.dae", "l.glb"}) {
     SCOPED_TRACE(name);
     const MeshData mesh = read_mesh(dir_ / name);
     EXPECT_EQ(mesh.vertices.size(), 12U);
@@ -192,12 +220,16 @@ TEST_F(MeshFile, EveryFormatIsTheSameSolid) {
   }
 }
 
-TEST_F(MeshFile, NodesOfCollada) {
+TEST_F(MeshFile, NodesOfColladaAndGltf) {
   const Solid l = solid();
   write("moved.dae", dae(l, 1, "Z_UP", "<translate>1 2 3</translate><scale>2 1 1</scale>"));
-  const MeshData mesh = read_mesh(dir_ / "moved.dae");
-  EXPECT_NEAR(volume(mesh.vertices, mesh.faces), 2 * l.volume, 1e-7);
-  EXPECT_TRUE(std::ranges::any_of(mesh.vertices, [](const Vec3& p) { return (p - Vec3(1.8, 2, 3)).norm() < 1e-6; }));
+  write("moved.glb", glb(l, R"(,"translation":[1,2,3],"scale":[2,1,1])"));
+  for (const char* name : {"moved.dae", "moved.glb"}) {
+    SCOPED_TRACE(name);
+    const MeshData mesh = read_mesh(dir_ / name);
+    EXPECT_NEAR(volume(mesh.vertices, mesh.faces), 2 * l.volume, 1e-7);
+    EXPECT_TRUE(std::ranges::any_of(mesh.vertices, [](const Vec3& p) { return (p - Vec3(1.8, 2, 3)).norm() < 1e-6; }));
+  }
 }
 
 TEST_F(MeshFile, ScaleMayMirror) {
@@ -225,6 +257,7 @@ TEST_F(MeshFile, MeshesThatAreWrong) {
   EXPECT_THAT(refusal("e.stl", ""), HasSubstr("empty file"));
   EXPECT_THAT(refusal("b.obj", "v 0 0 nan\n"), HasSubstr("export it again"));
   EXPECT_THAT(refusal("b.dae", "<COLLADA"), HasSubstr("cannot be read"));
+  EXPECT_THAT(refusal("b.glb", glb(solid()).substr(0, 200)), HasSubstr("cannot be read"));
   EXPECT_THAT(refusal("short.msh", msh(solid()).substr(0, 100)), HasSubstr("does not match"));
   Solid wrong = solid();
   wrong.faces[3][1] = 99;
