@@ -51,9 +51,7 @@ Times measure(const Options& options, const Model& model, const ResolvedContende
   const int all = static_cast<int>(std::lround(1e3 * options.duration_s / options.timestep_ms));
   Times times{std::vector<double>(count, std::numeric_limits<double>::infinity()),
               std::vector<double>(count, std::numeric_limits<double>::infinity())};
-  const auto create = [&](const State& from) {
-    return contender.engine->create(model, from, contender.settings);
-  };
+  const auto create = [&](const State& from) { return contender.engine->create(model, from, contender.settings); };
   for (int repeat = 0; repeat < options.repeats; ++repeat) {
     std::vector<State> states(count);
     const auto run = create(model.initial);
@@ -105,8 +103,9 @@ int main(int argc, char** argv) {
       throw std::invalid_argument("the windows do not fit into the run: give fewer, or shorter ones");
     }
     const Model model = load_model(find_model(options.system));
-    fmt::print("| contender | whole run, us a step | from states | ratio | quartile | quartile |\n"
-               "| --- | ---: | ---: | ---: | ---: | ---: |\n");
+    fmt::print(
+        "| contender | whole run, us a step | from states | ratio | quartile | quartile |\n"
+        "| --- | ---: | ---: | ---: | ---: | ---: |\n");
     for (const std::string& name : options.contenders) {
       ResolvedContender contender = Registry::instance().resolve(name);
       contender.settings.timestep = options.timestep_ms / 1e3;

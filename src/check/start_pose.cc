@@ -29,8 +29,9 @@ void add_start_beyond_limits(const Model& model, const FileFacts& facts, std::ve
                        .kind = "start-beyond-limits",
                        .title = is_slide ? "start beyond the limits of slides" : "start beyond the joint limits",
                        .unit = is_slide ? "m" : "rad",
-                       .advice = "engines throw them back: start at the limit (--within-limits) or elsewhere (--keyframe, "
-                                 "--qpos), or widen the limits"};
+                       .advice =
+                           "engines throw them back: start at the limit (--within-limits) or elsewhere (--keyframe, "
+                           "--qpos), or widen the limits"};
     for (size_t j = 0; j < model.joints.size(); ++j) {
       const Joint& joint = model.joints[j];
       if (!joint.limited || joint.is_slide() != is_slide) continue;

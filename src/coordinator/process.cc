@@ -142,8 +142,7 @@ WorkerLimits WorkerLimits::of_machine() {
 WorkerLimits WorkerLimits::of_share(int jobs) {
   constexpr std::uint64_t kGiB = std::uint64_t{1} << 30;
   WorkerLimits limits = of_machine();
-  limits.memory_bytes =
-      std::clamp(limits.memory_bytes / static_cast<std::uint64_t>(std::max(1, jobs)), kGiB, 4 * kGiB);
+  limits.memory_bytes = std::clamp(limits.memory_bytes / static_cast<std::uint64_t>(std::max(1, jobs)), kGiB, 4 * kGiB);
   return limits;
 }
 

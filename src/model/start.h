@@ -20,8 +20,9 @@ struct Clamped {
   double was = 0;  // rad, m
 };
 
-// Puts hinges and slides whose initial position lies more than 1 mrad or 1 mm beyond their limits at the limit, and where
-// one was put, those that a coupling moves where they belong. Names the former. The base and velocities stay as they are.
+// Puts hinges and slides whose initial position lies more than 1 mrad or 1 mm beyond their limits at the limit, and
+// where one was put, those that a coupling moves where they belong. Names the former. The base and velocities stay as
+// they are.
 std::vector<Clamped> start_within_limits(Model& model);
 
 // The lowest point of the collision shapes in the initial state, planes and height fields apart, m. Zero without any.

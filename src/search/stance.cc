@@ -40,11 +40,11 @@ void keep_within_limits(const std::string& file, Stance& stance) {
   if (clamped.empty()) return;
   stance.load.within_limits = true;
   const Clamped& first = clamped.front();
-  stance.notes.push_back(
-      fmt::format("{} joint{} beyond the limits in the file and {} at the limit (first '{}', {} instead of {}; --qpos "
-                  "or --keyframe gives another pose)",
-                  clamped.size(), clamped.size() == 1 ? " is" : "s are", clamped.size() == 1 ? "starts" : "start",
-                  model->joints[first.joint].name, shortest(model->initial.position[first.joint]), shortest(first.was)));
+  stance.notes.push_back(fmt::format(
+      "{} joint{} beyond the limits in the file and {} at the limit (first '{}', {} instead of {}; --qpos "
+      "or --keyframe gives another pose)",
+      clamped.size(), clamped.size() == 1 ? " is" : "s are", clamped.size() == 1 ? "starts" : "start",
+      model->joints[first.joint].name, shortest(model->initial.position[first.joint]), shortest(first.was)));
 }
 
 // How many limbs of the only root reach the ground while the root itself stays clear of it.
