@@ -7,7 +7,7 @@
 
 `measure` prints the processor time of each part with one worker, and the longest over the mean. `simulate` takes the times of the cells
 of a results directory (of cells that it lacks the expected time), divides the campaign as `assay submit` does, and lets nodes take the
-parts in the scheduler's order: accuracy parts, eight for each node and one worker each, then a timing part a node. The figure is the end over
+parts in the scheduler's order: accuracy parts, twelve for each node and one worker each, then a timing part a node. The figure is the end over
 total / nodes; the bound is what no division could beat: a fine-step run and the cells that read it stay together, and so do a
 system's timings. Fine-step runs that timings read lie in a shared folder, as `submit` has it.
 """
@@ -23,7 +23,7 @@ import sqlite3
 import subprocess
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
-PARTS_PER_NODE = 8  # as in src/cli/submit.cc
+PARTS_PER_NODE = 12  # as in src/cli/submit.cc
 TIMED = ("raw_speed", "scaling")
 
 

@@ -1,4 +1,5 @@
 // `assay submit`: a campaign as jobs of a cluster's scheduler.
+#include <algorithm>
 #include <filesystem>
 #include <set>
 
@@ -22,7 +23,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kMostNodes = 10000;
-constexpr int kPartsPerNode = 8;  // so that nodes of unequal speed end together
+constexpr int kPartsPerNode = 12;  // so that nodes of unequal speed end together, and wrong estimates even out
+constexpr int kUsualArray = 1000;  // jobs of an array that Slurm takes by default (MaxArraySize 1001)
 
 struct SubmitOptions {
   std::string campaign, out, partition, account, time;
@@ -55,8 +57,8 @@ SlurmRequest request_of(const SubmitOptions& options) {
   request.time_limit = options.time;
   request.nodes = options.nodes ? parse_count("--nodes", *options.nodes, 1, kMostNodes) : 1;
   request.cpus = options.cpus ? parse_count("--cpus", *options.cpus, 1, kMostNodes) : 1;
-  const int wanted =
-      options.shards ? parse_count("--shards", *options.shards, 1, kMostNodes) : kPartsPerNode * request.nodes;
+  const int usual = std::max(request.nodes, std::min(kPartsPerNode * request.nodes, kUsualArray));
+  const int wanted = options.shards ? parse_count("--shards", *options.shards, 1, kMostNodes) : usual;
   // A part without cells would wait for a node to do nothing.
   request.accuracy_parts = parts_with_work(campaign, ShardCells::kAccuracy, wanted);
   request.timing_parts = parts_with_work(campaign, ShardCells::kTiming, request.nodes);
