@@ -124,16 +124,30 @@ void start_from(Model& model, const std::string& text, const std::string& file) 
 
 std::vector<Clamped> start_within_limits(Model& model) {
   constexpr double kBeyond = 1e-3;  // rad, m
+  using Range = std::pair<double, double>;
+  constexpr double kAny = std::numeric_limits<double>::infinity();
+  std::vector<Range> ranges;
+  ranges.reserve(model.joints.size());
+  for (const Joint& joint : model.joints) {
+    ranges.push_back(joint.limited ? Range(joint.lower, joint.upper) : Range(-kAny, kAny));
+  }
+  // A joint that one other moves narrows that one's range, unless no position satisfies both.
+  for (const Coupling& coupling : model.couplings) {
+    const Range own = ranges[static_cast<size_t>(coupling.joint)];
+    ranges[static_cast<size_t>(coupling.joint)] = {-kAny, kAny};
+    if (coupling.terms.size() != 1) continue;
+    const JointTerm& term = coupling.terms.front();
+    Range& leader = ranges[static_cast<size_t>(term.joint)];
+    const auto [lower, upper] = std::minmax(
+        {(own.first - coupling.offset) / term.coefficient, (own.second - coupling.offset) / term.coefficient});
+    if (lower <= leader.second && upper >= leader.first) {
+      leader = {std::max(leader.first, lower), std::min(leader.second, upper)};
+    }
+  }
   std::vector<double>& position = model.initial.position;
-  const auto follows = [&](size_t j) {
-    return std::ranges::any_of(model.couplings,
-                               [&](const Coupling& coupling) { return std::cmp_equal(coupling.joint, j); });
-  };
   std::vector<Clamped> clamped;
   for (size_t j = 0; j < position.size(); ++j) {
-    const Joint& joint = model.joints[j];
-    if (!joint.limited || follows(j)) continue;
-    const double within = std::clamp(position[j], joint.lower, joint.upper);
+    const double within = std::clamp(position[j], ranges[j].first, ranges[j].second);
     if (std::abs(within - position[j]) <= kBeyond) continue;
     clamped.push_back({j, position[j]});
     position[j] = within;

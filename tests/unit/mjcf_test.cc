@@ -22,6 +22,7 @@ namespace assay {
 namespace {
 
 using testing::Contains;
+using testing::DoubleNear;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -286,20 +287,24 @@ TEST(Mjcf, JointForceLimitIsTheActuators) {
 }
 
 TEST(Mjcf, StartWithinLimits) {
-  const std::string text =
-      "<mujoco><compiler angle='radian'/><worldbody><body name='a'><joint name='below' range='0.5 2'/>"
-      "<geom size='0.1' pos='1 0 0'/><body name='b' pos='1 0 0'><joint name='follows' range='-1 1'/>"
-      "<geom size='0.1' pos='1 0 0'/></body></body><body name='c'><joint name='within' type='slide' range='-1 1'/>"
-      "<geom size='0.1'/></body></worldbody>"
-      "<equality><joint joint1='follows' joint2='below' polycoef='0.1 2 0 0 0'/></equality>"
-      "<keyframe><key qpos='-0.25 0 0.5' qvel='0 0 3'/></keyframe></mujoco>";
-  const Model as_written = load_model_text(text, "test");
-  const Model model = load_model_text(text, "test", {.within_limits = true});
-  EXPECT_THAT(as_written.initial.position, ElementsAre(-0.25, 0, 0.5));
-  EXPECT_THAT(model.initial.position, ElementsAre(0.5, 1.1, 0.5)) << "couplings decide about what follows";
-  EXPECT_THAT(model.initial.velocity, ElementsAre(0, 0, 3));
-  EXPECT_LT((model.initial.bodies[0].p_WBcm - Vec3(std::cos(0.5), std::sin(0.5), 0)).norm(), 1e-15);
-  EXPECT_NE(model.hash, as_written.hash);
+  // 0.2: 'below' leads; 2: it follows, and its limit asks for 1.1 of the other
+  for (const auto& [slope, follows] : {std::pair(0.2, 0.2), std::pair(2.0, 1.1)}) {
+    const std::string text = fmt::format(
+        "<mujoco><compiler angle='radian'/><worldbody><body name='a'><joint name='below' range='0.5 2'/>"
+        "<geom size='0.1' pos='1 0 0'/><body name='b' pos='1 0 0'><joint name='follows' range='-1 3'/>"
+        "<geom size='0.1' pos='1 0 0'/></body></body><body name='c'><joint name='within' type='slide' range='-1 1'/>"
+        "<geom size='0.1'/></body></worldbody>"
+        "<equality><joint joint1='follows' joint2='below' polycoef='0.1 {} 0 0 0'/></equality>"
+        "<keyframe><key qpos='-0.25 0 0.5' qvel='0 0 3'/></keyframe></mujoco>",
+        slope);
+    const Model as_written = load_model_text(text, "test");
+    const Model model = load_model_text(text, "test", {.within_limits = true});
+    EXPECT_THAT(as_written.initial.position, ElementsAre(-0.25, 0, 0.5));
+    EXPECT_THAT(model.initial.position, ElementsAre(DoubleNear(0.5, 1e-12), DoubleNear(follows, 1e-12), 0.5));
+    EXPECT_THAT(model.initial.velocity, ElementsAre(0, 0, 3));
+    EXPECT_LT((model.initial.bodies[0].p_WBcm - Vec3(std::cos(0.5), std::sin(0.5), 0)).norm(), 1e-12);
+    EXPECT_NE(model.hash, as_written.hash);
+  }
 }
 
 TEST(Mjcf, KeyframesAndInitialState) {
