@@ -78,6 +78,7 @@ void report(const std::string& name, const Times& times) {
     return std::accumulate(of.begin(), of.end(), 0.0) / static_cast<double>(of.size());
   };
   std::vector<double> ratios;
+  ratios.reserve(times.whole.size());
   for (size_t i = 0; i < times.whole.size(); ++i) ratios.push_back(times.fresh[i] / times.whole[i]);
   std::ranges::sort(ratios);
   fmt::print("| {} | {:.2f} | {:.2f} | {:.3f} | {:.3f} | {:.3f} |\n", name, mean(times.whole), mean(times.fresh),
