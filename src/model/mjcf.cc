@@ -184,6 +184,7 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
                                      .drop_unsupported = options.drop_unsupported,
                                      .decompose = options.decompose,
                                      .base_is_link = is_urdf,
+                                     .base_floats = options.root_joint == RootJoint::kFloating,
                                      .keyframe = options.keyframe,
                                      .massless = urdf.massless,
                                      .facts = facts,

@@ -74,9 +74,13 @@ void Translator::translate_bodies() {
       refuse("it has no bodies, and nothing in it can move",
              "name a file with bodies: some files get theirs from a program, which has to write them out first");
     } else {
-      refuse("nothing in it can move",
-             "give at least one body a <freejoint/> or a <joint/>, or free a robot that is fixed to the world with "
-             "--floating-base");
+      // in MJCF the option frees a body without moving parts only where it is the only one
+      const bool can_float = base_is_link_ || std::count(m_->body_parentid + 1, m_->body_parentid + m_->nbody, 0) == 1;
+      const std::string_view mend = base_floats_ ? "give its links an <inertial>: what has no mass cannot move freely"
+                                    : can_float  ? "give at least one body a <freejoint/> or a <joint/>, or free it with "
+                                                   "--floating-base"
+                                                 : "give at least one body a <freejoint/> or a <joint/>";
+      refuse("nothing in it can move", std::string(mend));
     }
     return;
   }

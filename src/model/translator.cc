@@ -32,6 +32,7 @@ Translator::Translator(const TranslationInput& input)
       drop_unsupported_(input.drop_unsupported),
       decompose_(input.decompose),
       base_is_link_(input.base_is_link),
+      base_floats_(input.base_floats),
       keyframe_(input.keyframe),
       massless_(input.massless),
       facts_(input.facts),

@@ -140,7 +140,7 @@ class Translator {
   void fill_lines(std::map<std::string, int>& lines) const;
 
   const mjModel* m_;
-  bool drop_unsupported_, decompose_, base_is_link_;
+  bool drop_unsupported_, decompose_, base_is_link_, base_floats_;
   bool has_sprung_free_ = false;  // free joints as three slides and a ball
   std::string keyframe_;
   std::set<std::string> massless_;

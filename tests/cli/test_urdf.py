@@ -155,6 +155,19 @@ class Options(AssayTest):
         self.assertEqual(self.assay_json("check", "arm.urdf", "--json")["model"]["dof"], 1)
         self.assertEqual(self.assay_json("check", "arm.urdf", "--floating-base", "--json")["model"]["dof"], 7)
 
+    # Each refusal's mend is one that mends.
+    def test_nothing_moves(self):
+        self.write("cube.urdf", '<robot name="cube"><link name="cube"><collision><geometry><box size="1 1 1"/></geometry></collision></link></robot>')
+        self.refused("check", "cube.urdf", naming=["nothing in it can move", "--floating-base"])
+        self.refused("check", "cube.urdf", "--floating-base", naming=["nothing in it can move", "<inertial>"])
+        body = '<body><geom size="1"/></body>'
+        self.write("one.xml", f"<mujoco><worldbody>{body}</worldbody></mujoco>")
+        self.refused("check", "one.xml", naming=["nothing in it can move", "--floating-base"])
+        self.assay("check", "one.xml", "--floating-base")
+        self.write("two.xml", f"<mujoco><worldbody>{body}{body}</worldbody></mujoco>")
+        self.assertNotIn("--floating-base", self.refused("check", "two.xml", naming=["nothing in it can move", "<freejoint/>"]))
+        self.refused("check", "two.xml", "--floating-base", naming=["<freejoint/>"])
+
     def test_within_limits(self):
         self.write("arm.urdf", arm(joint='type="revolute"', inside='<limit lower="0.5" upper="2" effort="1" velocity="1"/>'))
         kinds = [[finding["kind"] for finding in self.assay_json("check", "arm.urdf", *options, "--json")["model_findings"]]
