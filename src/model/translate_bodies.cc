@@ -76,11 +76,13 @@ void Translator::translate_bodies() {
     } else {
       // in MJCF the option frees a body without moving parts only where it is the only one
       const bool can_float = base_is_link_ || std::count(m_->body_parentid + 1, m_->body_parentid + m_->nbody, 0) == 1;
-      const std::string_view mend = base_floats_ ? "give its links an <inertial>: what has no mass cannot move freely"
-                                    : can_float  ? "give at least one body a <freejoint/> or a <joint/>, or free it with "
-                                                   "--floating-base"
-                                                 : "give at least one body a <freejoint/> or a <joint/>";
-      refuse("nothing in it can move", std::string(mend));
+      std::string mend = "give at least one body a <freejoint/> or a <joint/>";
+      if (base_floats_) {
+        mend = "give its links an <inertial>: what has no mass cannot move freely";
+      } else if (can_float) {
+        mend += ", or free it with --floating-base";
+      }
+      refuse("nothing in it can move", mend);
     }
     return;
   }
