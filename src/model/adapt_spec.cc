@@ -170,7 +170,8 @@ void apply_root_joint(mjSpec* spec, RootJoint root, LoadReport& report, std::vec
     if (fixed) {
       notes.emplace_back("--fixed-base changes nothing: no root has a free joint");
     } else {
-      report.refuse("no root of the file is fixed to the world and carries moving bodies", "give the body that shall move a <freejoint/>, or leave out --floating-base");
+      report.refuse("no root of the file is fixed to the world and carries moving bodies",
+                    "give the body that shall move a <freejoint/>, or leave out --floating-base");
     }
     return;
   }

@@ -19,7 +19,7 @@ struct TranslationInput {
   // Shapes that are fixed to the world, planes excepted, are those of a link: as between moving links, they do not
   // collide with what a joint joins to it. So it is in URDF, where no pair can be excluded.
   bool base_is_link = false;
-  bool base_floats = false;  // RootJoint::kFloating
+  bool base_floats = false;   // RootJoint::kFloating
   std::string keyframe = {};  // name, or number from 0, of the one that gives the initial state; empty for the first
   // Moving bodies whose mass and inertia in `compiled` are placeholders, because MuJoCo compiles no massless ones: they
   // become massless bodies.
