@@ -11,10 +11,8 @@
 
 #include <fmt/format.h>
 
-#include "base/errors.h"
 #include "base/text.h"
 #include "controls/hold.h"
-#include "model/kinematics.h"
 #include "model/mjcf.h"
 #include "model/start.h"
 #include "model/urdf.h"
