@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "measures/violation.h"
+#include "model/couplings.h"
 #include "model/kinematics.h"
 
 namespace assay {
@@ -46,11 +47,8 @@ State drawn(const Model& model, const State& base, const Perturbation& around, d
     state.position[j] = moved(state.position[j], change, joint.limited, joint.lower, joint.upper);
     state.velocity[j] += draw.within(joint.is_slide() ? around.slide_rate : around.joint_rate);
   }
-  for (const Coupling& coupling : model.couplings) {
-    const auto joint = static_cast<size_t>(coupling.joint);
-    state.position[joint] = coupling.offset + sum_of_terms(coupling.terms, state.position);
-    state.velocity[joint] = sum_of_terms(coupling.terms, state.velocity);
-  }
+  follow_leaders(model, state.position);
+  velocities_follow_leaders(model, state.velocity);
   std::vector<BallCoordinates> balls;
   for (size_t b = 0; b < model.balls.size(); ++b) {
     const auto index = static_cast<int>(b);

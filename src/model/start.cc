@@ -10,6 +10,7 @@
 
 #include "base/errors.h"
 #include "base/text.h"
+#include "model/couplings.h"
 #include "model/extent.h"
 #include "model/kinematics.h"
 
@@ -62,6 +63,64 @@ void set_qpos(Model& model, const std::vector<double>& qpos, const std::string& 
   }
 }
 
+using Range = std::pair<double, double>;
+constexpr double kAny = std::numeric_limits<double>::infinity();
+
+Range range_of(const Joint& joint) { return joint.limited ? Range(joint.lower, joint.upper) : Range(-kAny, kAny); }
+
+double distance_to(const Range& range, double position) {
+  return std::max({range.first - position, position - range.second, 0.0});
+}
+
+// A joint that a leader moves. Without another leader its position is `ratio` times the leader's plus `offset`.
+struct Follower {
+  size_t joint = 0;
+  double ratio = 0, offset = 0;
+  bool has_other_leader = false;
+};
+
+std::vector<std::vector<Follower>> followers_by_leader(const Model& model) {
+  const std::vector<bool> leads = leaders(model);
+  const auto positions_of_all = [&](const std::vector<double>& of_leaders) {
+    std::vector<double> positions = of_leaders;
+    std::vector<bool> settled = leads;
+    follow(model, settled, positions);
+    return positions;
+  };
+  const size_t count = model.joints.size();
+  const std::vector<double> offsets = positions_of_all(std::vector<double>(count));
+  std::vector<std::vector<Follower>> followers(count);
+  std::vector<int> leaders_of(count);
+  for (size_t leader = 0; leader < count; ++leader) {
+    if (!leads[leader]) continue;
+    std::vector<double> one(count);
+    one[leader] = 1;
+    const std::vector<double> moved = positions_of_all(one);
+    for (size_t j = 0; j < count; ++j) {
+      if (j == leader || moved[j] == offsets[j]) continue;
+      followers[leader].push_back({j, moved[j] - offsets[j], offsets[j]});
+      ++leaders_of[j];
+    }
+  }
+  for (std::vector<Follower>& of_leader : followers) {
+    for (Follower& follower : of_leader) follower.has_other_leader = leaders_of[follower.joint] > 1;
+  }
+  return followers;
+}
+
+// The part of the leader's range that keeps each follower in its own, as far as there is one.
+Range narrowed(Range leader, const std::vector<Follower>& followers, const std::vector<Range>& ranges) {
+  for (const Follower& follower : followers) {
+    if (follower.has_other_leader) continue;
+    const Range& own = ranges[follower.joint];
+    const auto [lower, upper] =
+        std::minmax({(own.first - follower.offset) / follower.ratio, (own.second - follower.offset) / follower.ratio});
+    if (lower > leader.second || upper < leader.first) continue;
+    leader = {std::max(leader.first, lower), std::min(leader.second, upper)};
+  }
+  return leader;
+}
+
 }  // namespace
 
 void start_from(Model& model, const std::string& text, const std::string& file) {
@@ -74,14 +133,13 @@ void start_from(Model& model, const std::string& text, const std::string& file) 
   model.initial = state;
 
   std::vector<double> numbers;
-  bool named = false;
+  std::vector<bool> named(model.joints.size());
   std::istringstream lines(text);
   int number = 0;
   for (std::string raw; std::getline(lines, raw);) {
     ++number;
     std::string line = trimmed(raw.substr(0, raw.find('#')));
     if (const size_t equals = line.find('='); equals != std::string::npos) {
-      named = true;
       const std::string name = trimmed(line.substr(0, equals));
       const auto value = parse_number(trimmed(line.substr(equals + 1)));
       if (!value) throw InputError(fmt::format("{}:{}: '{}' is not a number; write JOINT=VALUE", file, number, line));
@@ -94,6 +152,7 @@ void start_from(Model& model, const std::string& text, const std::string& file) 
                                      did_you_mean(name, names)));
       }
       model.initial.position[joint - model.joints.begin()] = *value;
+      named[joint - model.joints.begin()] = true;
       continue;
     }
     std::ranges::replace(line, ',', ' ');
@@ -107,10 +166,13 @@ void start_from(Model& model, const std::string& text, const std::string& file) 
       numbers.push_back(*value);
     }
   }
-  if (!numbers.empty() && named) {
+  const bool by_name = std::ranges::count(named, true) > 0;
+  if (!numbers.empty() && by_name) {
     throw InputError(fmt::format("{}: it mixes numbers and lines JOINT=VALUE; use one of the two forms", file));
   }
-  if (!named) {
+  if (by_name) {
+    follow(model, named, model.initial.position);
+  } else {
     if (numbers.size() != qpos_size(model)) {
       throw InputError(
           fmt::format("{}: it has {} numbers, and the qpos of '{}' has {}; give all of them, or lines "
@@ -124,39 +186,38 @@ void start_from(Model& model, const std::string& text, const std::string& file) 
 
 std::vector<Clamped> start_within_limits(Model& model) {
   constexpr double kBeyond = 1e-3;  // rad, m
-  using Range = std::pair<double, double>;
-  constexpr double kAny = std::numeric_limits<double>::infinity();
   std::vector<Range> ranges;
   ranges.reserve(model.joints.size());
-  for (const Joint& joint : model.joints) {
-    ranges.push_back(joint.limited ? Range(joint.lower, joint.upper) : Range(-kAny, kAny));
+  for (const Joint& joint : model.joints) ranges.push_back(range_of(joint));
+  const std::vector<double> as_written = model.initial.position;
+  std::vector<double>& position = model.initial.position;
+  const auto starts_beyond = [&](size_t joint) { return distance_to(ranges[joint], as_written[joint]) > kBeyond; };
+  const std::vector<std::vector<Follower>> followers = followers_by_leader(model);
+  std::vector<bool> settled(position.size(), true), beyond(position.size());
+  std::vector<bool> follows(position.size());
+  for (const std::vector<Follower>& of_leader : followers) {
+    for (const Follower& follower : of_leader) follows[follower.joint] = true;
   }
-  // A joint that one other moves narrows that one's range, unless no position satisfies both.
-  for (const Coupling& coupling : model.couplings) {
-    const Range own = ranges[static_cast<size_t>(coupling.joint)];
-    ranges[static_cast<size_t>(coupling.joint)] = {-kAny, kAny};
-    if (coupling.terms.size() != 1) continue;
-    const JointTerm& term = coupling.terms.front();
-    Range& leader = ranges[static_cast<size_t>(term.joint)];
-    const auto [lower, upper] = std::minmax(
-        {(own.first - coupling.offset) / term.coefficient, (own.second - coupling.offset) / term.coefficient});
-    if (lower <= leader.second && upper >= leader.first) {
-      leader = {std::max(leader.first, lower), std::min(leader.second, upper)};
+  for (size_t j = 0; j < position.size(); ++j) {
+    if (follows[j]) continue;
+    const Range range = narrowed(ranges[j], followers[j], ranges);
+    if (distance_to(range, position[j]) > kBeyond) {
+      beyond[j] = true;
+      position[j] = std::clamp(position[j], range.first, range.second);
+    } else if (std::ranges::none_of(followers[j], starts_beyond, &Follower::joint)) {
+      continue;
+    }
+    for (const Follower& follower : followers[j]) {
+      settled[follower.joint] = false;
+      beyond[follower.joint] = starts_beyond(follower.joint);
     }
   }
-  std::vector<double>& position = model.initial.position;
+  follow(model, settled, position);
   std::vector<Clamped> clamped;
   for (size_t j = 0; j < position.size(); ++j) {
-    const double within = std::clamp(position[j], ranges[j].first, ranges[j].second);
-    if (std::abs(within - position[j]) <= kBeyond) continue;
-    clamped.push_back({j, position[j]});
-    position[j] = within;
+    if (beyond[j] && std::abs(position[j] - as_written[j]) > kBeyond) clamped.push_back({j, as_written[j]});
   }
-  if (clamped.empty()) return clamped;
-  for (const Coupling& coupling : model.couplings) {
-    position[static_cast<size_t>(coupling.joint)] = coupling.offset + sum_of_terms(coupling.terms, position);
-  }
-  bodies_from_joints(model, model.initial);
+  if (!clamped.empty()) bodies_from_joints(model, model.initial);
   return clamped;
 }
 

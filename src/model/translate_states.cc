@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "base/text.h"
+#include "model/couplings.h"
 #include "model/kinematics.h"
 #include "model/translator.h"
 
@@ -49,6 +50,7 @@ void Translator::choose_initial_state() {
       const std::vector<mjtNum> rest(static_cast<size_t>(m_->nv), 0);
       model_.initial = state_at(m_->qpos0, rest.data());
     }
+    if (base_is_link_) start_mimics();
     model_.control0.assign(model_.actuators.size(), 0.0);
   } else {
     model_.initial = model_.keyframes[chosen].state;
@@ -62,6 +64,19 @@ void Translator::choose_initial_state() {
       }
     }
   }
+}
+
+// URDF has no initial positions, and zero does not satisfy a mimic joint with an offset: it starts where the joint that it
+// mimics puts it.
+void Translator::start_mimics() {
+  std::vector<bool> settled(model_.joints.size(), true);
+  for (int e = 0; e < m_->neq; ++e) {
+    if (m_->eq_type[e] != mjEQ_JOINT) continue;
+    const int body = body_of_joint_[m_->eq_obj1id[e]];
+    if (body >= 0 && model_.bodies[body].joint >= 0) settled[static_cast<size_t>(model_.bodies[body].joint)] = false;
+  }
+  follow(model_, settled, model_.initial.position);
+  bodies_from_joints(model_, model_.initial);
 }
 
 State Translator::keyframe_state(int k) const {

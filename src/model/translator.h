@@ -133,6 +133,7 @@ class Translator {
   State keyframe_state(int k) const;
   State state_at(const mjtNum* qpos, const mjtNum* qvel) const;
   void choose_initial_state();
+  void start_mimics();
   void note_open_constraints();
   void require_finite();
 

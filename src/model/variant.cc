@@ -11,6 +11,7 @@
 
 #include "base/errors.h"
 #include "base/text.h"
+#include "model/couplings.h"
 #include "model/extent.h"
 #include "model/kinematics.h"
 
@@ -62,9 +63,7 @@ void set_rates(Model& model, double largest) {
   const auto uniform = [&] { return largest * (2 * static_cast<double>(random() >> 11U) * 0x1p-53 - 1); };
   State& state = model.initial;
   for (double& rate : state.velocity) rate = uniform();
-  for (const Coupling& coupling : model.couplings) {
-    state.velocity[static_cast<size_t>(coupling.joint)] = sum_of_terms(coupling.terms, state.velocity);
-  }
+  velocities_follow_leaders(model, state.velocity);
   for (size_t b = 0; b < model.bodies.size(); ++b) {
     if (model.bodies[b].ball < 0) continue;
     for (int axis = 0; axis < 3; ++axis) state.bodies[b].w_WB[axis] = uniform();
