@@ -1,12 +1,12 @@
 """The planar chain as a user of dartpy would write it: five links of 1 kg on hinges. Prints µs a step, a number a round."""
 
-import json
-import time
 
 import dartpy as dart
 import numpy as np
 
-h, steps, rounds = 1e-3, 1000, 20
+from direct_rounds import print_times
+
+h, steps = 1e-3, 1000
 world = dart.simulation.World("chain")
 world.setTimeStep(h)
 world.setGravity(np.zeros(3))
@@ -31,10 +31,4 @@ def run():
         world.step()
 
 
-run()
-times = []
-for _ in range(rounds):
-    begin = time.process_time()
-    run()
-    times.append((time.process_time() - begin) / steps * 1e6)
-print(json.dumps(times))
+print_times(run, steps)

@@ -1,8 +1,6 @@
 """The planar chain as a user of pydrake would write it: five capsules of 1 kg on hinges. Prints µs a step, a number a round."""
 
-import json
 import sys
-import time
 
 import numpy as np
 from pydrake.math import RigidTransform
@@ -11,7 +9,9 @@ from pydrake.multibody.tree import FixedOffsetFrame, RevoluteJoint, SpatialInert
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
 from pydrake.systems.framework import DiagramBuilder
 
-h, steps, rounds = 1e-3, 1000, 20
+from direct_rounds import print_times
+
+h, steps = 1e-3, 1000
 integrator = sys.argv[1]
 builder = DiagramBuilder()
 plant, _ = AddMultibodyPlant(MultibodyPlantConfig(time_step=h if integrator == "discrete" else 0.0, contact_model="point",
@@ -39,12 +39,13 @@ context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
 plant.SetVelocities(context, np.ones(5))
 plant.get_applied_generalized_force_input_port().FixValue(context, np.zeros(5))
 simulator.Initialize()
-done = steps
-simulator.AdvanceTo(done * h)
-times = []
-for _ in range(rounds):
+done = 0
+
+
+def run():
+    global done
     done += steps
-    start = time.thread_time()
     simulator.AdvanceTo(done * h)
-    times.append((time.thread_time() - start) / steps * 1e6)
-print(json.dumps(times))
+
+
+print_times(run, steps)

@@ -1,11 +1,9 @@
 """The planar chain as a user of Genesis would write it, in double precision on one thread. Prints µs a step, a number a round."""
 
-import json
 import os
 import pathlib
 import sys
 import tempfile
-import time
 import types
 
 os.environ.update(QD_NUM_THREADS="1", OMP_NUM_THREADS="1")
@@ -15,20 +13,16 @@ import torch  # noqa: E402
 
 torch.set_num_threads(1)
 import genesis as gs  # noqa: E402
+from direct_rounds import chain, print_times  # noqa: E402
 
-h, steps, rounds = 1e-3, 500, 20
-LINK = """<body pos="{} 0 0"><joint type="hinge" axis="0 1 0"/>
-  <inertial pos="0.15 0 0" mass="1" diaginertia="0.00125 0.0263 0.0263"/>{}</body>"""
-chain = ""
-for i in reversed(range(5)):
-    chain = LINK.format(0.3 if i else 0, chain)
+h, steps = 1e-3, 500
 gs.init(backend=gs.cpu, precision="64", logging_level="critical")
 scene = gs.Scene(sim_options=gs.options.SimOptions(dt=h, substeps=1, gravity=(0, 0, 0)), show_viewer=False,
                  rigid_options=gs.options.RigidOptions(enable_collision=False),
                  profiling_options=gs.options.ProfilingOptions(show_FPS=False))
 with tempfile.TemporaryDirectory() as folder:
     file = pathlib.Path(folder) / "chain.xml"
-    file.write_text(f"<mujoco><worldbody>{chain}</worldbody></mujoco>")
+    file.write_text(chain())
     robot = scene.add_entity(gs.morphs.MJCF(file=str(file), default_armature=None))
     scene.build()
 robot.set_dofs_velocity([1.0] * robot.n_dofs)
@@ -39,10 +33,4 @@ def run():
         scene.step(update_visualizer=False, refresh_visualizer=False)
 
 
-run()
-times = []
-for _ in range(rounds):
-    begin = time.process_time()
-    run()
-    times.append((time.process_time() - begin) / steps * 1e6)
-print(json.dumps(times))
+print_times(run, steps)

@@ -1,15 +1,15 @@
 """The planar chain as a user of Newton would write it, its steps captured as a graph on the CPU. Prints µs a step, a number a
 round."""
 
-import json
 import sys
-import time
 
 import newton
 import warp as wp
 
+from direct_rounds import print_times
+
 wp.set_device("cpu")
-h, steps, captured, rounds = 1e-3, 1024, 32, 20
+h, steps, captured = 1e-3, 1024, 32
 kind = sys.argv[1]
 builder = newton.ModelBuilder(gravity=(0.0, 0.0, 0.0))
 if kind == "steel":
@@ -53,10 +53,4 @@ def run():
         wp.capture_launch(capture.graph)
 
 
-run()
-times = []
-for _ in range(rounds):
-    begin = time.process_time()
-    run()
-    times.append((time.process_time() - begin) / steps * 1e6)
-print(json.dumps(times))
+print_times(run, steps)
