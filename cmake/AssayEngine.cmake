@@ -17,6 +17,7 @@ function(assay_add_engine)
   # Another build of the engine (setup/builds.txt) is a plugin <name>@<build>, where that build was made.
   set(target assay-engine-${arg_NAME})
   set(name ${arg_NAME})
+  set(model assay::model)
   set(build_flags "")
   if(ASSAY_BUILD)
     list(TRANSFORM arg_LIBRARIES APPEND "-${ASSAY_BUILD}" REGEX "^engine::")
@@ -28,6 +29,7 @@ function(assay_add_engine)
     string(APPEND target "-${ASSAY_BUILD}")
     string(APPEND name "@${ASSAY_BUILD}")
     separate_arguments(build_flags UNIX_COMMAND "${ASSAY_BUILD_FLAGS_${ASSAY_BUILD}}")
+    assay_model_of_build(model "${build_flags}")
   endif()
 
   # The first engine::<x> among the libraries is the engine whose facts count.
@@ -58,7 +60,7 @@ function(assay_add_engine)
   set_target_properties(${target} PROPERTIES
     PREFIX "" OUTPUT_NAME "assay-engine-${name}" LIBRARY_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/engines"
     CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
-  target_link_libraries(${target} PRIVATE assay::model assay::base ${arg_LIBRARIES})
+  target_link_libraries(${target} PRIVATE ${model} assay::base ${arg_LIBRARIES})
   # An unknown symbol must fail here and not at the user's; the sanitizers' own come from the program.
   target_link_options(${target} PRIVATE -Wl,-Bsymbolic -Wl,--exclude-libs,ALL
     $<$<NOT:$<BOOL:${ASSAY_SANITIZE}>>:-Wl,-z,defs>)
@@ -85,6 +87,25 @@ function(assay_add_engine)
   # shared libraries of engines and of the distribution, where they are installed with assay
   set_target_properties(${target} PROPERTIES INSTALL_RPATH "$ORIGIN/..")
   install(TARGETS ${target} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/assay/engines)
+endfunction()
+
+# Sets `variable` to assay::model compiled with the flags of ASSAY_BUILD. A plugin is of one build as a whole: Eigen's dynamic
+# arrays are allocated in another way where AVX is on, and what one half allocates the other half would free.
+function(assay_model_of_build variable flags)
+  set(target assay_model-${ASSAY_BUILD})
+  set(${variable} ${target} PARENT_SCOPE)
+  if(TARGET ${target})
+    return()
+  endif()
+  get_target_property(sources assay_model SOURCES)
+  get_target_property(folder assay_model SOURCE_DIR)
+  list(TRANSFORM sources PREPEND "${folder}/")
+  add_library(${target} STATIC ${sources})
+  target_include_directories(${target} PUBLIC ${PROJECT_SOURCE_DIR}/src)
+  target_link_libraries(${target} PUBLIC assay::base Eigen3::Eigen)
+  target_compile_options(${target} PRIVATE ${flags})
+  set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+  assay_optimise_at_link(${target})
 endfunction()
 
 # What the plugin's binary, and the engine's own where that is a shared library, says of its build, as a file beside the
