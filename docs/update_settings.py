@@ -11,48 +11,54 @@ import argparse
 import contextlib
 import json
 import pathlib
+import shutil
 import sqlite3
 import subprocess
 import sys
 import tempfile
 
-from update_claims import packed, table, updated
+from update_claims import milliseconds, packed, table, updated
 
 HERE = pathlib.Path(__file__).resolve().parent
 SYSTEMS = ("capsules-27", "humanoid", "grasp")
-ERROR, DEPTH = "1mm", "5mm"
+ERROR, DEPTH = "1 mm", "5 mm"
 NONE = "at none"
 
 
 def within(program, results, system, *limits):
-    """By contender of the campaign the fastest of its points within the limits: as it is, and with any setting."""
-    done = subprocess.run([program, "recommend", results, system, "--error", ERROR, *limits, "--json"], capture_output=True, text=True)
+    """By contender of the campaign the fastest of its points within the limits, with any of its settings."""
+    done = subprocess.run([program, "recommend", results, system, "--error", ERROR.replace(" ", ""), *limits, "--json"],
+                          capture_output=True, text=True)
     if not done.stdout.startswith("{"):
         sys.exit(f"{system}: {done.stderr.strip()}")
-    own, best = {}, {}
-    for point in json.loads(done.stdout)["contenders"]:
-        if not point["timed"]:
-            continue
-        base = point["varies"]
-        if point["contender"] == base:
-            own[base] = point
-        if base not in best or point["realtime_factor"]["value"] > best[base]["realtime_factor"]["value"]:
-            best[base] = point
-    return own, best
+    return {point["varies"]: point for point in json.loads(done.stdout)["contenders"]}
+
+
+def without_sweeps(database, folder):
+    """A copy of the results as if the campaign had swept nothing; what a sweep makes has a blank in its name."""
+    folder.mkdir()
+    shutil.copy(database, folder / "assay.sqlite")
+    with contextlib.closing(sqlite3.connect(folder / "assay.sqlite")) as db:
+        db.execute("PRAGMA foreign_keys = ON")
+        db.execute("DELETE FROM cells WHERE contender LIKE '% %'")
+        db.commit()
+    return folder
 
 
 def text_of(point, base):
     if point is None:
         return NONE
     setting = point["contender"].removeprefix(base).strip()
-    return f"{point['realtime_factor']['value']:.2g}× at {point['timestep_ms']:g} ms" + (f", `{setting}`" if setting else "")
+    speed = float(f"{point['realtime_factor']['value']:.2g}")
+    about = "" if point["timed"] else "~"  # interpolated between timesteps that were timed
+    return f"{about}{speed:g}× at {milliseconds(point['timestep_ms'])} ms" + (f", `{setting}`" if setting else "")
 
 
-def settings_tables(program, results, contenders):
+def settings_tables(program, results, plain, contenders):
     text = ""
     for system in SYSTEMS:
-        own, best = within(program, results, system)
-        _, shallow = within(program, results, system, "--penetration", DEPTH)
+        own, best = within(program, plain, system), within(program, results, system)
+        shallow = within(program, results, system, "--penetration", DEPTH.replace(" ", ""))
         rows = [[f"`{base}`", text_of(own.get(base), base), text_of(best.get(base), base), text_of(shallow.get(base), base)]
                 for base in contenders if base in best]
         missing = [f"`{base}`" for base in contenders if base not in best]
@@ -67,7 +73,7 @@ def ratio_table(db):
     found, systems = {}, []
     for system, contender, value, low, high in db.execute(
             'SELECT system, contender, value, low, high FROM cells JOIN "values" ON cell_id = cells.id'
-            " WHERE \"values\".name = 'ratio' AND outcome = 'ok'"):
+            " WHERE \"values\".name = 'time_ratio' AND outcome = 'ok'"):
         found[contender, system] = (value, low, high)
         if system not in systems:
             systems.append(system)
@@ -88,9 +94,10 @@ def main():
         if options.settings:
             database = packed.database(options.settings, pathlib.Path(scratch) / "settings")
             with contextlib.closing(sqlite3.connect(database)) as db:
-                contenders = [name for name, in db.execute("SELECT name FROM contenders WHERE name NOT LIKE '% %' ORDER BY rowid")]
+                contenders = [name for name, in db.execute("SELECT name FROM contenders WHERE name NOT LIKE '% %' AND name <> 'null'")]
+            plain = without_sweeps(database, pathlib.Path(scratch) / "plain")
             page = HERE / "settings.md"
-            page.write_text(updated(page.read_text("utf-8"), {"settings": settings_tables(options.program, database.parent, contenders)}), "utf-8")
+            page.write_text(updated(page.read_text("utf-8"), {"settings": settings_tables(options.program, database.parent, plain, contenders)}), "utf-8")
         if options.builds:
             database = packed.database(options.builds, pathlib.Path(scratch) / "builds")
             with contextlib.closing(sqlite3.connect(database)) as db:
