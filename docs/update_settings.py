@@ -2,7 +2,7 @@
 """Writes the tables of docs/settings.md from a run of campaigns/settings.toml, and that of docs/performance.md from one of
 campaigns/builds.toml.
 
-    update_settings.py ASSAY [--settings RESULTS] [--builds RESULTS]
+    update_settings.py ASSAY [--settings RESULTS] [--builds RESULTS] [--pages FOLDER]
 
 RESULTS is a results directory, or the database of one packed as assay.sqlite.xz.
 """
@@ -89,6 +89,7 @@ def main():
     parser.add_argument("program")
     parser.add_argument("--settings", type=pathlib.Path)
     parser.add_argument("--builds", type=pathlib.Path)
+    parser.add_argument("--pages", type=pathlib.Path, default=HERE, help="folder of the pages")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as scratch:
         if options.settings:
@@ -96,13 +97,13 @@ def main():
             with contextlib.closing(sqlite3.connect(database)) as db:
                 contenders = [name for name, in db.execute("SELECT name FROM contenders WHERE name NOT LIKE '% %' AND name <> 'null'")]
             plain = without_sweeps(database, pathlib.Path(scratch) / "plain")
-            page = HERE / "settings.md"
+            page = options.pages / "settings.md"
             page.write_text(updated(page.read_text("utf-8"), {"settings": settings_tables(options.program, database.parent, plain, contenders)}), "utf-8")
         if options.builds:
             database = packed.database(options.builds, pathlib.Path(scratch) / "builds")
             with contextlib.closing(sqlite3.connect(database)) as db:
                 rows = ratio_table(db)
-            page = HERE / "performance.md"
+            page = options.pages / "performance.md"
             page.write_text(updated(page.read_text("utf-8"), {"builds": rows}), "utf-8")
 
 

@@ -1,4 +1,4 @@
-"""Committed results, docs/claims.md and docs/engines.md: the pages agree with the results, and no file names a path of the
+"""Committed results, docs/claims.md, docs/engines.md and docs/settings.md: the pages agree with the results, and no file names a path of the
 machine."""
 
 import lzma
@@ -61,6 +61,17 @@ class ClaimsPageTest(AssayTest):
                         again], check=True, env=self.env)
         self.assertEqual(again.read_text(encoding="utf-8"), page.read_text(encoding="utf-8"),
                          "write it with docs/update_engines.py")
+
+    def test_the_tables_of_settings_and_builds_say_what_their_results_say(self):
+        pages = {name: (SOURCE / "docs" / name).read_text(encoding="utf-8") for name in ("settings.md", "performance.md")}
+        for name, text in pages.items():
+            self.write(name, text)
+        results = {kind: SOURCE / "results" / re.search(rf"results/({kind}-[\d-]+)/README", text).group(1) / "assay.sqlite.xz"
+                   for kind, text in zip(("settings", "builds"), pages.values())}
+        subprocess.run([sys.executable, "-B", SOURCE / "docs/update_settings.py", self.program, "--settings", results["settings"], "--builds",
+                        results["builds"], "--pages", self.dir], check=True, env=self.env)
+        for name, text in pages.items():
+            self.assertEqual((self.dir / name).read_text(encoding="utf-8"), text, "write it with docs/update_settings.py")
 
 
 if __name__ == "__main__":
