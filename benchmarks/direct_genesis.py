@@ -4,6 +4,7 @@ import os
 import pathlib
 import sys
 import tempfile
+import time
 import types
 
 os.environ.update(QD_NUM_THREADS="1", OMP_NUM_THREADS="1")
@@ -33,4 +34,4 @@ def run():
         scene.step(update_visualizer=False, refresh_visualizer=False)
 
 
-print_times(run, steps)
+print_times(run, steps, time.process_time)

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """What the host of adapters in Python costs.
 
-    benchmarks/python_host.py build/release/bin/assay_benchmark_python_host [--pairs 15]
+    benchmarks/python_host.py build/release/bin/assay_benchmark_python_host [--pairs 15] [--contenders NAME...]
 
 An empty advance(), and for each engine that is installed its chain of five links through the interface, against the same
 chain in a program that uses the engine's package alone (benchmarks/direct_<engine>.py), in turns, each in a process of its
@@ -68,12 +68,14 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program")
     parser.add_argument("--pairs", type=int, default=15)
+    parser.add_argument("--contenders", nargs="+", choices=DIRECT, default=list(DIRECT))
     arguments = parser.parse_args()
     engines = pathlib.Path(arguments.program).resolve().parents[1] / "engines"
     search = [engines] + [pathlib.Path(folder) for folder in os.environ.get("ASSAY_ENGINE_PATH", "").split(":") if folder]
     print("| contender | through assay, µs a step | package alone, µs a step | ratio [95 %] |\n| --- | --- | --- | --- |")
     environment = None
-    for contender, (script, *more) in DIRECT.items():
+    for contender in arguments.contenders:
+        script, *more = DIRECT[contender]
         name = script.removeprefix("direct_").removesuffix(".py")
         found = [folder / f"assay-engine-{name}/environment.txt" for folder in search]
         found = [file for file in found if file.exists()]
