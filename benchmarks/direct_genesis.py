@@ -17,7 +17,7 @@ import genesis as gs  # noqa: E402
 from direct_rounds import chain, print_times  # noqa: E402
 
 h, steps = 1e-3, 500
-gs.init(backend=gs.cpu, precision="64", logging_level="critical")
+gs.init(backend=gs.cpu, precision="64", logging_level="critical", use_deterministic_algorithms=True)
 scene = gs.Scene(sim_options=gs.options.SimOptions(dt=h, substeps=1, gravity=(0, 0, 0)), show_viewer=False,
                  rigid_options=gs.options.RigidOptions(enable_collision=False),
                  profiling_options=gs.options.ProfilingOptions(show_FPS=False))
@@ -27,6 +27,7 @@ with tempfile.TemporaryDirectory() as folder:
     robot = scene.add_entity(gs.morphs.MJCF(file=str(file), default_armature=None))
     scene.build()
 robot.set_dofs_velocity([1.0] * robot.n_dofs)
+robot.control_dofs_force([0.0] * robot.n_dofs)
 
 
 def run():
