@@ -4,10 +4,10 @@
 //   assay_benchmark_restart_floor CONTENDER... [--system capsules-27] [--timestep MS] [--duration S] [--pieces N]
 //       [--piece MS] [--run-in STEPS,...]
 //
-// An engine that begins again without its contact points and impulses makes an error in the first steps; a run-in lets it
-// find both before the piece begins, but makes that error too. Prints for each contender and length of the run-in the
-// mean distance of the bodies' centres of mass from the run, in mm, at the beginning of the piece and at its end, over
-// all pieces, and the largest at the end.
+// An engine that begins again without its contact points and impulses makes an error in the first steps; a run-in lets
+// it find both before the piece begins, but makes that error too. Prints for each contender and length of the run-in
+// the mean distance of the bodies' centres of mass from the run, in mm, at the beginning of the piece and at its end,
+// over all pieces, and the largest at the end.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

@@ -36,8 +36,8 @@ auto near(double value) { return DoubleNear(value, 1e-12); }
 
 TEST(Couplings, ChainsFollowTheirLeaderInAnyOrder) {
   // 3 follows 2 follows 1 follows 0, written from the end; 4 is free, 5 is held
-  const Model model = model_of(6, {{"c", 3, {{2, 0.5}}, 0.1}, {"b", 2, {{1, -1}}, 0}, {"a", 1, {{0, 1}}, 0.2},
-                                   {"held", 5, {}, 0.7}});
+  const Model model =
+      model_of(6, {{"c", 3, {{2, 0.5}}, 0.1}, {"b", 2, {{1, -1}}, 0}, {"a", 1, {{0, 1}}, 0.2}, {"held", 5, {}, 0.7}});
   EXPECT_THAT(leaders(model), ElementsAre(true, false, false, false, false, false));
   std::vector<double> positions = {1, 9, 9, 9, 4, 9};
   follow_leaders(model, positions);
@@ -71,7 +71,8 @@ TEST(Couplings, SumsNeedAllButOne) {
   EXPECT_THAT(positions, ElementsAre(1, 3, 1, 1));
 }
 
-// A finger of four joints; the last mimics the third, which mimics the second by a ratio above 1, which mimics the first.
+// A finger of four joints; the last mimics the third, which mimics the second by a ratio above 1, which mimics the
+// first.
 std::string finger(const std::string& range_of_last) {
   std::string text = "<robot name='finger'><link name='l0'/>";
   const char* const mimics[] = {"", "<mimic joint='j1' multiplier='1' offset='0.3'/>",
