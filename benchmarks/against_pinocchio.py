@@ -30,6 +30,7 @@ from update_robots import PACKAGES, SWITCHES, cache, files_of, table  # noqa: E4
 CONTENDERS = ["mujoco-euler", "mujoco-implicitfast", "mujoco-rk4", "bullet-mb", "bullet-si-f64", "dart", "simbody-euler",
               "ode-step", "rapier-multibody-f64", "rapier-impulse-f64"]
 LIMIT = 1e-4  # m, of a contender at the smallest timestep
+FINE_MS = 1 / 64  # that timestep
 SETTLED = 1e-11  # m: Pinocchio's integration ends when halving its step changes the end by less
 MOST_STEPS = 1 << 17
 
@@ -349,7 +350,7 @@ def order_of(entry, settled):
 
 def failing(entry, settled):
     """Why a contender does not agree; empty when it does."""
-    if entry["failures"]:
+    if not entry["errors"] or errors_of(entry)[0][0] > FINE_MS:
         return entry["failures"][0]
     fine = errors_of(entry)[0][1]
     if not fine < LIMIT:
@@ -388,12 +389,15 @@ def tables(rows, roots):
     with_reference = [row for row in ran if "reference" in row]
     own = [row for row in ran if row["own"]]
     least = [sum(1 for entry in row["contenders"] if not entry["refused"] and not failing(entry, row["settled"])) for row in ran]
-    text = (f"Of {len(rows)} files {len(ran)} load and have no closed loops. Pinocchio reads {len(own)} of them by itself.\n"
+    unsettled = sum("settle" in row["why"] for row in rows)
+    text = (f"Of {len(rows)} files {len(ran)} are compared: {len(rows) - len(ran) - unsettled} do not load or have closed loops, and Pinocchio's "
+            f"integration does not settle for {unsettled}.\nPinocchio reads {len(own)} of them by itself; its models of the others are built from what assay has "
+            "read, so these compare dynamics alone.\n"
             f"The reference solution is within {max((row['reference'] for row in with_reference), default=0):.1e} m of Pinocchio on "
             f"all {len(with_reference)} that have one.\nAt least {min(least, default=0)} contenders agree on every robot.\n\n")
     text += table(lines)
     if notes:
-        text += "\nWhere a contender takes a robot and does not agree:\n\n" + table([["contender", "file", "at 1/64 ms"], *notes])
+        text += "\nWhere a contender takes a robot and does not agree, with the first approximation that it declares:\n\n" + table([["contender", "file", "at 1/64 ms"], *notes])
     left = [row for row in rows if row["why"] == "it has closed loops" or "settle" in row["why"]]
     if left:
         text += "\nNot compared: " + "; ".join(f"`{pathlib.Path(row['file']).name}`, because {row['why']}" for row in left) + ".\n"

@@ -49,6 +49,7 @@ void measure(const Options& options, const Model& model, const ResolvedContender
   // Pieces lie evenly between the longest run-in and the run's end.
   const int first = std::ranges::max(options.run_in);
   std::vector<int> begins;
+  begins.reserve(static_cast<size_t>(options.pieces));
   for (int i = 0; i < options.pieces; ++i) begins.push_back(first + (all - piece - first) * i / options.pieces);
   std::map<int, State> states;
   for (const int begin : begins) {
