@@ -63,10 +63,10 @@ def settings_tables(program, results, plain, contenders):
     text = ""
     for system in SYSTEMS:
         own, best = within(program, plain, system), within(program, results, system)
-        shallow = within(program, results, system, "--penetration", DEPTH.replace(" ", ""))
-        for base in own.keys() & best.keys():
-            if is_no_better(best[base], own[base]):
-                best[base] = own[base]
+        depth = ("--penetration", DEPTH.replace(" ", ""))
+        own_shallow, shallow = within(program, plain, system, *depth), within(program, results, system, *depth)
+        for of_own, of_all in ((own, best), (own_shallow, shallow)):
+            of_all.update({base: point for base, point in of_own.items() if is_no_better(of_all[base], point)})
         rows = [[f"`{base}`", text_of(own.get(base), base), text_of(best.get(base), base), text_of(shallow.get(base), base)]
                 for base in contenders if base in best]
         missing = [f"`{base}`" for base in contenders if base not in best]
