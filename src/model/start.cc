@@ -172,6 +172,11 @@ void start_from(Model& model, const std::string& text, const std::string& file) 
   }
   if (by_name) {
     follow(model, named, model.initial.position);
+    for (size_t j = 0; j < model.joints.size(); ++j) {
+      if (std::isfinite(model.initial.position[j])) continue;
+      throw InputError(fmt::format("{}: couplings put joint '{}' at {}; give the position of the joint that leads it",
+                                   file, model.joints[j].name, model.initial.position[j]));
+    }
   } else {
     if (numbers.size() != qpos_size(model)) {
       throw InputError(

@@ -10,6 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "base/errors.h"
 #include "model/mjcf.h"
 #include "model/start.h"
 #include "model/variant.h"
@@ -110,6 +111,18 @@ TEST(Couplings, NamedJointsTakeTheirFollowersAlong) {
   EXPECT_THAT(by_name(model, model.initial.position), ElementsAre(0.2, near(0.5), near(-0.9), near(-0.9)));
   start_from(model, "j4 = 0.1", "pose.txt");
   EXPECT_THAT(by_name(model, model.initial.position), ElementsAre(near(-0.3), near(0), near(0.1), 0.1));
+}
+
+TEST(Couplings, APositionThatOverflowsIsRefused) {
+  std::string text = finger("lower='-3' upper='3'");
+  text.replace(text.find("multiplier='-2'"), 15, "multiplier='-1e-300'");
+  Model model = load_model_text(text, "finger.urdf");
+  try {
+    start_from(model, "j3 = 1e10", "pose.txt");
+    FAIL() << "not refused";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("pose.txt: couplings put joint 'j1' at -inf; give the position of"));
+  }
 }
 
 TEST(Couplings, WithinLimitsAlongAChain) {
