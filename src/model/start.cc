@@ -222,7 +222,7 @@ std::vector<Clamped> start_within_limits(Model& model) {
   for (size_t j = 0; j < position.size(); ++j) {
     if (beyond[j] && std::abs(position[j] - as_written[j]) > kBeyond) clamped.push_back({j, as_written[j]});
   }
-  if (!clamped.empty()) bodies_from_joints(model, model.initial);
+  if (position != as_written) bodies_from_joints(model, model.initial);
   return clamped;
 }
 

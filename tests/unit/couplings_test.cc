@@ -2,6 +2,7 @@
 #include "model/couplings.h"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
@@ -133,6 +134,20 @@ TEST(Couplings, WithinLimitsAlongAChain) {
   Model again = model;
   EXPECT_THAT(start_within_limits(again), IsEmpty());
   EXPECT_EQ(again.initial.position, model.initial.position);
+}
+
+// A joint that cannot be within its limits follows its leader all the same, and its body with it, however small the
+// way.
+TEST(Couplings, BodiesStayWithTheJoints) {
+  const Model model = load_model_text(
+      "<mujoco><compiler angle='radian'/><worldbody><body name='a'><joint name='leads' range='0 1'/><geom "
+      "size='1'/></body>"
+      "<body name='b'><joint name='follows' range='2 3'/><geom size='1' pos='1 0 0'/></body></worldbody>"
+      "<equality><joint joint1='follows' joint2='leads' polycoef='0 1 0 0 0'/></equality>"
+      "<keyframe><key qpos='0.5 0.5005'/></keyframe></mujoco>",
+      "test", {.within_limits = true});
+  EXPECT_THAT(model.initial.position, ElementsAre(0.5, near(0.5)));
+  EXPECT_LT((model.initial.bodies[1].p_WBcm - Vec3(std::cos(0.5), std::sin(0.5), 0)).norm(), 1e-12);
 }
 
 // Rates of a model's variant satisfy its couplings, whatever their order.
