@@ -1,6 +1,5 @@
 """The planar chain as a user of dartpy would write it: five links of 1 kg on hinges. Prints µs a step, a number a round."""
 
-
 import dartpy as dart
 import numpy as np
 
