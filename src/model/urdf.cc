@@ -372,10 +372,15 @@ class Reader {
   // --floating-base hangs the robot on the link "world", which MuJoCo takes for the world; --fixed-base fixes it there.
   void apply_root_joint() {
     Link& root = links_[order_.front()];
+    const auto floats = [this](int j) { return joints_[j].type == "floating"; };
     if (options_.root_joint == RootJoint::kFixed) {
       for (const int j : root.children) {
-        if (joints_[j].type == "floating") set_type(joints_[j], "fixed");
+        if (floats(j)) set_type(joints_[j], "fixed");
       }
+    }
+    if (std::ranges::any_of(root.children, floats)) {
+      take_root_for_world();
+      return;
     }
     if (options_.root_joint != RootJoint::kFloating) return;
     if (root.name == "world") {
@@ -402,6 +407,23 @@ class Reader {
     added.name = "world";
     added.children = {joint_index};
     order_.insert(order_.begin(), world_index);
+  }
+
+  // The root is fixed, so what floats on it floats in the world; MuJoCo frees only what hangs on a link of that name.
+  void take_root_for_world() {
+    Link& root = links_[order_.front()];
+    if (root.name == "world") return;
+    const auto taken = std::ranges::find(links_, "world", &Link::name);
+    if (taken != links_.end()) {
+      refuse("link 'world'", taken->element->GetLineNum(), "is not the root, and the robot floats",
+             "give it another name");
+      return;
+    }
+    root.name = "world";
+    root.element->SetAttribute("name", "world");
+    for (const int j : root.children) {
+      joints_[j].element->FirstChildElement("parent")->SetAttribute("link", "world");
+    }
   }
 
   static void set_type(UrdfJoint& joint, const char* type) {

@@ -155,6 +155,17 @@ class Options(AssayTest):
         self.assertEqual(self.assay_json("check", "arm.urdf", "--json")["model"]["dof"], 1)
         self.assertEqual(self.assay_json("check", "arm.urdf", "--floating-base", "--json")["model"]["dof"], 7)
 
+    # What floats on the root floats in the world, whatever the root is called.
+    def test_floating_joint(self):
+        free = arm(joint='type="floating"')
+        for text in (free, free.replace('"base"', '"world"')):
+            self.write("arm.urdf", text)
+            for option in ((), ("--floating-base",)):
+                self.assertEqual(self.assay_json("check", "arm.urdf", *option, "--json")["model"]["dof"], 6, option)
+            self.refused("check", "arm.urdf", "--fixed-base", naming=["nothing in it can move"])
+        self.write("arm.urdf", free.replace('"tip"', '"world"'))
+        self.refused("check", "arm.urdf", naming=["link 'world'", "line 3", "not the root"])
+
     # Each refusal's mend is one that mends.
     def test_nothing_moves(self):
         self.write("cube.urdf", '<robot name="cube"><link name="cube"><collision><geometry><box size="1 1 1"/></geometry></collision></link></robot>')
