@@ -224,12 +224,35 @@ Plan make_plan(const Campaign& campaign, int shards, ShardCells cells) {
   return plan;
 }
 
+namespace {
+
+// How a step's time grows with the size, beyond the sizes whose times are known: the power that fits all of them. Two
+// robots of about one size, of which one takes longer, would give any power by themselves.
+double power_of_size(const std::map<double, double>& known) {
+  constexpr double kMost = 3;  // that of solvers with dense matrices
+  double mean_x = 0, mean_y = 0, xx = 0, xy = 0;
+  for (const auto& [size, time] : known) {
+    mean_x += std::log(size) / static_cast<double>(known.size());
+    mean_y += std::log(time) / static_cast<double>(known.size());
+  }
+  for (const auto& [size, time] : known) {
+    const double x = std::log(size) - mean_x;
+    xx += x * x;
+    xy += x * (std::log(time) - mean_y);
+  }
+  return std::clamp(xy / xx, 0.0, kMost);
+}
+
+}  // namespace
+
 double step_us_at(const std::map<double, double>& known, double size) {
   if (known.empty()) return 0;
   if (known.size() == 1) return known.begin()->second * size / known.begin()->first;
-  auto above = known.lower_bound(size);
-  if (above == known.begin()) ++above;
-  if (above == known.end()) --above;
+  const auto above = known.lower_bound(size);
+  if (above == known.begin() || above == known.end()) {
+    const auto& [nearest, time] = above == known.begin() ? *above : *std::prev(above);
+    return time * std::pow(size / nearest, power_of_size(known));
+  }
   const auto below = std::prev(above);
   const double exponent = std::log(above->second / below->second) / std::log(above->first / below->first);
   return below->second * std::pow(size / below->first, exponent);

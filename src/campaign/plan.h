@@ -64,8 +64,8 @@ inline bool is_timed(const PlannedCell& cell) {
 Plan make_plan(const Campaign& campaign, int shards = 1, ShardCells cells = ShardCells::kAll);
 
 // The time of a step on a system of `size` bodies, from the positive times on others of its family, by number of
-// bodies: interpolated in logarithms, and extrapolated as between the last two. In proportion to the size when one time
-// is known, 0 when none is.
+// bodies: interpolated in logarithms, and extrapolated by the power of at most 3 that fits them all. In proportion to
+// the size when one time is known, 0 when none is.
 double step_us_at(const std::map<double, double>& known, double size);
 
 // Seconds that `cells` of the plan will take with `jobs` accuracy workers. `step_us` is the measured time of one step

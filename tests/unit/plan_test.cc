@@ -245,8 +245,10 @@ TEST(StepTimes, FollowTheFamilysGrowth) {
   EXPECT_DOUBLE_EQ(step_us_at(cubic, 100), 6400);
   EXPECT_NEAR(step_us_at(cubic, 20), 8, 1e-12) << "between 10 and 40 it grows with the third power";
   EXPECT_NEAR(step_us_at(cubic, 5), 0.125, 1e-12) << "and below";
-  const double steep = std::log(100) / std::log(2.5);
-  EXPECT_NEAR(step_us_at(cubic, 200), 6400 * std::pow(2, steep), 1e-6) << "beyond the largest as between the last two";
+  EXPECT_NEAR(step_us_at(cubic, 200), 8 * 6400, 1e-6) << "beyond the largest no steeper than that";
+  const std::map<double, double> robots = {{6, 10}, {13, 20}, {14, 60}};
+  EXPECT_LT(step_us_at(robots, 57), 60 * std::pow(57.0 / 14, 3)) << "the last two are two robots, not a law";
+  EXPECT_GT(step_us_at(robots, 57), 60 * (57.0 / 14));
 }
 
 }  // namespace
