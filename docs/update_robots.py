@@ -183,10 +183,11 @@ def contenders_table(results, speeds_too):
     rows = [["contender", "robots it takes", "sound for 2 s", "diverged", "unstable", "crashed", "takes without contacts",
              "within 0.1 mm of the reference solution", *([f"speed / `{BASELINE}`, median (range)"] if speeds_too else [])]]
     for name in names:
-        ended = [outcomes.get((name, robot, "reference"), "unsupported") for robot in robots]
+        ended = [outcomes[name, robot, "reference"] for robot in robots if (name, robot, "reference") in outcomes]
+        took = len(ended) - ended.count("unsupported")
         swings = [f"{robot}-swing" for robot in robots
                   if outcomes.get((name, f"{robot}-swing", "truth"), "unsupported") not in ("unsupported", "timeout")]
-        rows.append([f"`{name}`", len(robots) - ended.count("unsupported"),
+        rows.append([f"`{name}`", took if len(ended) == len(robots) else f"{took} of {len(ended)}",
                      *(ended.count(outcome) for outcome in ("ok", "diverged", "unstable", "crashed")), len(swings),
                      sum(errors.get((name, swing), math.inf) < AGREEMENT for swing in swings)])
         if speeds_too and name == BASELINE:
