@@ -52,10 +52,10 @@ long long steps_of(double length_ms, double timestep_ms) { return std::llround(l
 
 // Seconds of wall time that timing a cell takes: a look at the time of a step, the rounds and the single steps, and for
 // each saved state an instance and its untimed steps. In the mean over contenders: one that is slow takes longer turns.
-double timing_seconds(const Campaign& campaign, double step_s) {
-  constexpr double kInstanceSeconds = 5e-4, kSearchSeconds = 2e-2, kPassesOfSingleSteps = 3;
+double timing_seconds(const Campaign& campaign, double step_s, double instance_s) {
+  constexpr double kSearchSeconds = 2e-2, kPassesOfSingleSteps = 3;
   const TimingOptions& timing = campaign.timing;
-  const double start_s = kInstanceSeconds + step_s * timing.warmup;
+  const double start_s = instance_s + step_s * timing.warmup;
   return kSearchSeconds + (timing.rounds + kPassesOfSingleSteps) * (1e-3 * timing.batch_ms + timing.windows * start_s);
 }
 
@@ -245,7 +245,7 @@ double power_of_size(const std::map<double, double>& known) {
 
 }  // namespace
 
-double step_us_at(const std::map<double, double>& known, double size) {
+double time_at_size(const std::map<double, double>& known, double size) {
   if (known.empty()) return 0;
   if (known.size() == 1) return known.begin()->second * size / known.begin()->first;
   const auto above = known.lower_bound(size);
@@ -259,18 +259,21 @@ double step_us_at(const std::map<double, double>& known, double size) {
 }
 
 double estimate_seconds(const Campaign& campaign, const std::vector<PlannedCell>& cells,
-                        const std::map<std::pair<int, int>, double>& step_us, int jobs,
-                        const std::map<int, double>& start_s) {
-  constexpr double kNativeStart = 0.05;
+                        const std::map<std::pair<int, int>, double>& step_us, int jobs, const StartTimes& starts) {
+  constexpr double kNativeStart = 0.05, kNativeInstance = 5e-4;
+  const auto at_least = [](double least, const auto& times, const auto& key) {
+    const auto found = times.find(key);
+    return found == times.end() ? least : std::max(least, found->second);
+  };
   std::set<std::pair<int, int>> sessions;
   double accuracy = 0, timing = 0, longest = 0;
   for (const PlannedCell& cell : cells) {
     const auto found = step_us.find({cell.system, cell.contender});
     const double step_s = found == step_us.end() ? 0 : 1e-6 * found->second;
-    const auto started = start_s.find(cell.contender);
-    const double start = std::max(kNativeStart, started == start_s.end() ? 0 : started->second);
+    const double start = at_least(kNativeStart, starts.worker_s, cell.contender);
     if (cell.measure == "raw_speed") {
-      timing += timing_seconds(campaign, step_s);
+      timing += timing_seconds(campaign, step_s,
+                               at_least(kNativeInstance, starts.instance_s, std::pair(cell.system, cell.contender)));
       // processes serve all timesteps of a system
       if (sessions.insert({cell.system, cell.contender}).second) timing += start * campaign.timing.processes;
       continue;

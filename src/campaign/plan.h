@@ -63,16 +63,20 @@ inline bool is_timed(const PlannedCell& cell) {
 // kind that `cells` leaves out are in shard 0.
 Plan make_plan(const Campaign& campaign, int shards = 1, ShardCells cells = ShardCells::kAll);
 
-// The time of a step on a system of `size` bodies, from the positive times on others of its family, by number of
-// bodies: interpolated in logarithms, and extrapolated by the power of at most 3 that fits them all. In proportion to
-// the size when one time is known, 0 when none is.
-double step_us_at(const std::map<double, double>& known, double size);
+// The time of a step, or of making an instance, on a system of `size` bodies, from the positive times on others, by
+// number of bodies: interpolated in logarithms, and extrapolated by the power of at most 3 that fits them all. In
+// proportion to the size when one time is known, 0 when none is.
+double time_at_size(const std::map<double, double>& known, double size);
+
+// What it takes to start, s. What is not there is that of a native engine with primitive shapes.
+struct StartTimes {
+  std::map<int, double> worker_s;                    // by contender: until a worker has its first step
+  std::map<std::pair<int, int>, double> instance_s;  // by (system, contender): each further instance, as of hulls
+};
 
 // Seconds that `cells` of the plan will take with `jobs` accuracy workers. `step_us` is the measured time of one step
-// for each (system, contender), `start_s` the seconds until a worker has a contender's first step; of one without,
-// those of a native engine.
+// for each (system, contender).
 double estimate_seconds(const Campaign& campaign, const std::vector<PlannedCell>& cells,
-                        const std::map<std::pair<int, int>, double>& step_us, int jobs,
-                        const std::map<int, double>& start_s = {});
+                        const std::map<std::pair<int, int>, double>& step_us, int jobs, const StartTimes& starts = {});
 
 }  // namespace assay

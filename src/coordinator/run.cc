@@ -101,9 +101,7 @@ void Runner::put_answer(const std::vector<const PlannedCell*>& cells, const JobE
 }
 
 // Seconds of one worker.
-double Runner::cost(const PlannedCell& cell) const {
-  return estimate_seconds(campaign_, {cell}, step_us_, 1, start_s_);
-}
+double Runner::cost(const PlannedCell& cell) const { return estimate_seconds(campaign_, {cell}, step_us_, 1, starts_); }
 
 // Of one of the runs that the cell's cost is of.
 double Runner::run_cost(const PlannedCell& cell) const { return cost(cell) / cell.runs; }
@@ -247,7 +245,7 @@ std::vector<std::string> Runner::outline(const std::vector<PlannedCell>& ahead) 
     for (const auto& [measure, count] : counts) parts.push_back(fmt::format("{} {}", measure, count));
     lines.push_back(fmt::format(
         "  {}: {} contenders; {}; about {}", campaign_.systems[s].name, contenders.size(), join(parts, ", "),
-        duration_label(std::max(1.0, estimate_seconds(campaign_, cells, step_us_, jobs_, start_s_)))));
+        duration_label(std::max(1.0, estimate_seconds(campaign_, cells, step_us_, jobs_, starts_)))));
   }
   return lines;
 }
@@ -286,7 +284,7 @@ RunSummary Runner::run() {
     accuracy_.since = Clock::now();
     progress_.plan(outline(ahead));
     progress_.begin(static_cast<int>(todo_.size()), static_cast<int>(mine_.size() - todo_.size()),
-                    estimate_seconds(campaign_, ahead, step_us_, jobs_, start_s_));
+                    estimate_seconds(campaign_, ahead, step_us_, jobs_, starts_));
     accuracy();
     if (!interrupted()) scaling();
     if (!interrupted()) timing();

@@ -217,7 +217,8 @@ void Runner::probe() {
     job.on_end = [this, &add_next, &queue, at = std::pair(s, c)](const JobEnd& end) {
       if (end.answer) {
         step_us_[at] = end.answer->step_us;
-        if (end.answer->start_s > 0) start_s_.emplace(at.second, end.answer->start_s);
+        starts_.instance_s[at] = end.answer->instance_s;
+        if (end.answer->start_s > 0) starts_.worker_s.emplace(at.second, end.answer->start_s);
       }
       queue.spent_s += end.wall_s;
       add_next(at.second);
@@ -232,13 +233,15 @@ void Runner::probe() {
   pool.run({});
   // Systems without a time, also those whose probe took too long. The probe of an engine that fails has answered 0.
   const auto interpolate = [&](const std::vector<int>& systems, int c) {
-    std::map<double, double> known;
-    for (const int s : systems) {
-      const auto found = step_us_.find({s, c});
-      if (found != step_us_.end() && found->second > 0) known[static_cast<double>(size(s))] = found->second;
+    for (std::map<std::pair<int, int>, double>* times : {&step_us_, &starts_.instance_s}) {
+      std::map<double, double> known;
+      for (const int s : systems) {
+        const auto found = times->find({s, c});
+        if (found != times->end() && found->second > 0) known[static_cast<double>(size(s))] = found->second;
+      }
+      if (known.empty()) continue;
+      for (const int s : systems) times->try_emplace({s, c}, time_at_size(known, static_cast<double>(size(s))));
     }
-    if (known.empty()) return;
-    for (const int s : systems) step_us_.try_emplace({s, c}, step_us_at(known, static_cast<double>(size(s))));
   };
   for (const auto& [name, systems] : families) interpolate(systems, name.second);
   for (const auto& [c, queue] : queues) {

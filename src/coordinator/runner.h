@@ -126,7 +126,7 @@ class Runner {
   std::vector<std::string> damaged_runs_;     // a text each
   std::vector<std::string> without_truth_;    // as in RunSummary
   std::map<std::pair<int, int>, double> step_us_;
-  std::map<int, double> start_s_;                                  // of a contender's worker, until its first step
+  StartTimes starts_;
   std::map<std::string, std::vector<ConformanceRow>> suite_rows_;  // by contender's content
   int tests_ = 0, tests_done_ = 0;                                 // of the suites that run now
   TimingFacts timing_facts_;

@@ -118,7 +118,8 @@ void fields(auto& is, Of<CellResult> auto& m) {
   is("measure", m.measure)("ending", m.ending)("values", m.values)("samples", m.samples);
 }
 void fields(auto& is, Of<JobDone> auto& m) {
-  is("cells", m.cells)("engine_s", m.engine_s)("cpu_s", m.cpu_s)("step_us", m.step_us)("start_s", m.start_s);
+  is("cells", m.cells)("engine_s", m.engine_s)("cpu_s", m.cpu_s)("step_us", m.step_us)("start_s", m.start_s)(
+      "instance_s", m.instance_s);
 }
 void fields(auto& is, Of<TestResult> auto& m) {
   is("test", m.test)("status", m.status)("figure", m.figure)("tolerance", m.tolerance)("unit", m.unit)("note", m.note);

@@ -223,8 +223,9 @@ struct CellResult {
 struct JobDone {
   std::vector<CellResult> cells;
   double engine_s = 0, cpu_s = 0;
-  // Of a ProbeJob: the time of a step, 0 when the engine failed, and processor time until the first one was done.
-  double step_us = 0, start_s = 0;
+  // Of a ProbeJob: the time of a step, 0 when the engine failed, processor time until the first one was done, and that
+  // of another instance with its first step.
+  double step_us = 0, start_s = 0, instance_s = 0;
 };
 
 // One test of the conformance suite has ended. A figure that is not finite is absent.

@@ -76,9 +76,11 @@ JobDone do_job(const ProbeJob& job) {
   JobDone done = job_done({}, 0);
   try {
     check_supported(subject, 1e-3 * job.timestep_ms);
-    Stepper stepper(subject, subject.model.initial, 1e-3 * job.timestep_ms);
-    stepper.advance(1);  // may compile
+    Stepper(subject, subject.model.initial, 1e-3 * job.timestep_ms).advance(1);  // may compile
     done.start_s = cpu_seconds();
+    Stepper stepper(subject, subject.model.initial, 1e-3 * job.timestep_ms);
+    stepper.advance(1);
+    done.instance_s = cpu_seconds() - done.start_s;
     if (job.whole_run) {
       const auto steps = std::max(1LL, std::llround(1e3 * duration_s / job.timestep_ms));
       done.step_us = 1e6 * whole_run_step_seconds(stepper, steps);

@@ -253,7 +253,8 @@ class MishapSimulation final : public Simulation {
     } else if (fault == "forge-done") {
       answer(
           "{\"kind\": \"done\", \"cells\": [{\"measure\": \"drift\", \"ending\": {\"outcome\": \"ok\", \"reason\": "
-          "\"\"}, \"values\": [], \"samples\": []}], \"engine_s\": 0, \"cpu_s\": 0, \"step_us\": 0, \"start_s\": 0}\n");
+          "\"\"}, \"values\": [], \"samples\": []}], \"engine_s\": 0, \"cpu_s\": 0, \"step_us\": 0, \"start_s\": 0, "
+          "\"instance_s\": 0}\n");
     } else if (fault == "forge-tests") {
       while (!ever) {
         answer(

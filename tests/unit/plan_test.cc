@@ -106,10 +106,27 @@ TEST(Plan, AnEngineThatStartsSlowlyCostsItsStartsToo) {
   }
   ASSERT_GT(starts, 0);
   const double without = estimate_seconds(both, cells, expected_step_us(both), 1);
-  const double native = estimate_seconds(both, cells, expected_step_us(both), 1, {{0, 1e-3}});
-  const double slow = estimate_seconds(both, cells, expected_step_us(both), 1, {{0, 10}});
+  const double native =
+      estimate_seconds(both, cells, expected_step_us(both), 1, {.worker_s = {{0, 1e-3}}, .instance_s = {}});
+  const double slow =
+      estimate_seconds(both, cells, expected_step_us(both), 1, {.worker_s = {{0, 10}}, .instance_s = {}});
   EXPECT_DOUBLE_EQ(native, without);
   EXPECT_NEAR(slow - without, 9.95 * static_cast<double>(starts), 1e-6);
+}
+
+TEST(Plan, TimingCostsAnInstanceForEachWindowOfEachRound) {
+  const Campaign both = campaign(kText);
+  std::vector<PlannedCell> cells;
+  std::ranges::copy_if(make_plan(both).cells, std::back_inserter(cells),
+                       [](const PlannedCell& cell) { return cell.measure == "raw_speed"; });
+  ASSERT_FALSE(cells.empty());
+  std::map<std::pair<int, int>, double> instances;
+  for (const PlannedCell& cell : cells) instances[{cell.system, cell.contender}] = 0.1;
+  const auto seconds = [&](const StartTimes& starts) {
+    return estimate_seconds(both, cells, expected_step_us(both), 1, starts);
+  };
+  const double least = 0.09 * both.timing.rounds * both.timing.windows * static_cast<double>(cells.size());
+  EXPECT_GT(seconds({.worker_s = {}, .instance_s = instances}) - seconds({}), least);
 }
 
 TEST(Plan, ATimedRunIsRepeatedWhileItIsShort) {
@@ -238,17 +255,17 @@ TEST(Plan, EstimateGrowsWithStepsAndShrinksWithWorkers) {
 }
 
 TEST(StepTimes, FollowTheFamilysGrowth) {
-  EXPECT_EQ(step_us_at({}, 10), 0);
-  EXPECT_DOUBLE_EQ(step_us_at({{20, 5}}, 80), 20) << "in proportion";
+  EXPECT_EQ(time_at_size({}, 10), 0);
+  EXPECT_DOUBLE_EQ(time_at_size({{20, 5}}, 80), 20) << "in proportion";
   const std::map<double, double> cubic = {{10, 1}, {40, 64}, {100, 6400}};
-  EXPECT_DOUBLE_EQ(step_us_at(cubic, 10), 1);
-  EXPECT_DOUBLE_EQ(step_us_at(cubic, 100), 6400);
-  EXPECT_NEAR(step_us_at(cubic, 20), 8, 1e-12) << "between 10 and 40 it grows with the third power";
-  EXPECT_NEAR(step_us_at(cubic, 5), 0.125, 1e-12) << "and below";
-  EXPECT_NEAR(step_us_at(cubic, 200), 8 * 6400, 1e-6) << "beyond the largest no steeper than that";
+  EXPECT_DOUBLE_EQ(time_at_size(cubic, 10), 1);
+  EXPECT_DOUBLE_EQ(time_at_size(cubic, 100), 6400);
+  EXPECT_NEAR(time_at_size(cubic, 20), 8, 1e-12) << "between 10 and 40 it grows with the third power";
+  EXPECT_NEAR(time_at_size(cubic, 5), 0.125, 1e-12) << "and below";
+  EXPECT_NEAR(time_at_size(cubic, 200), 8 * 6400, 1e-6) << "beyond the largest no steeper than that";
   const std::map<double, double> robots = {{6, 10}, {13, 20}, {14, 60}};
-  EXPECT_LT(step_us_at(robots, 57), 60 * std::pow(57.0 / 14, 3)) << "the last two are two robots, not a law";
-  EXPECT_GT(step_us_at(robots, 57), 60 * (57.0 / 14));
+  EXPECT_LT(time_at_size(robots, 57), 60 * std::pow(57.0 / 14, 3)) << "the last two are two robots, not a law";
+  EXPECT_GT(time_at_size(robots, 57), 60 * (57.0 / 14));
 }
 
 }  // namespace
