@@ -1,5 +1,7 @@
 // Writing into a results directory: one transaction a call.
+#include <cstdlib>
 #include <set>
+#include <string>
 
 #include "store/cell_hash.h"
 #include "store/database.h"
@@ -10,6 +12,22 @@ namespace assay {
 using sql::execute;
 using sql::Statement;
 using sql::Transaction;
+
+namespace {
+
+// Results are shared, and an engine's message may hold the path of a file that it was compiled from.
+std::string without_home(std::string text) {
+  const char* given = std::getenv("HOME");
+  const std::string home = given == nullptr ? "" : given;
+  if (home.size() < 2) return text;
+  const std::string folder = home + "/";
+  for (size_t at = text.find(folder); at != std::string::npos; at = text.find(folder, at)) {
+    text.replace(at, folder.size(), "~/");
+  }
+  return text;
+}
+
+}  // namespace
 
 void Store::set_manifest(const std::vector<ManifestEntry>& entries) {
   Transaction transaction(db_.get());
@@ -92,7 +110,7 @@ std::int64_t Store::insert_cell(const Cell& cell, const std::vector<SampleSeries
                 "INSERT INTO cells(key, system, contender, timestep_ms, measure, outcome, reason, wall_s, cpu_s, "
                 "engine_s, steal, started, finished, node) VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
   put.bind_all(cell.key, cell.system, cell.contender, std::optional(cell.timestep_ms), cell.measure,
-               std::string(outcome_text(cell.outcome)), cell.reason, std::optional(cell.wall_s),
+               std::string(outcome_text(cell.outcome)), without_home(cell.reason), std::optional(cell.wall_s),
                std::optional(cell.cpu_s), std::optional(cell.engine_s), std::optional(cell.steal),
                std::optional(cell.started), std::optional(cell.finished), cell.node.empty() ? node_ : cell.node)
       .run();

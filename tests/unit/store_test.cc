@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -104,6 +105,19 @@ TEST_F(StoreTest, NoNanIsStored) {
   EXPECT_EQ(value.value, std::nullopt);
   EXPECT_EQ(value.low, std::nullopt);
   EXPECT_EQ(value.high, 1);
+}
+
+TEST_F(StoreTest, AReasonDoesNotTellTheHomeFolder) {
+  const char* before = std::getenv("HOME");
+  const std::string kept = before == nullptr ? "" : before;
+  ::setenv("HOME", "/home/alice", 1);
+  Store store = Store::create(dir(), kIdentity);
+  Cell failed = cell("k");
+  failed.outcome = Outcome::kDiverged;
+  failed.reason = "failed in [/home/alice/ode/a.cpp:460], not in /home/alicent/b";
+  store.put_cell(failed);
+  ::setenv("HOME", kept.c_str(), 1);
+  EXPECT_EQ(store.cells().at(0).reason, "failed in [~/ode/a.cpp:460], not in /home/alicent/b");
 }
 
 TEST_F(StoreTest, ACellOfTheSameKeyIsReplacedWithAllThatBelongsToIt) {
