@@ -84,7 +84,7 @@ void Store::set_conformance(const std::string& contender, const std::vector<Conf
   Statement put(db_.get(), "INSERT INTO conformance VALUES(?, ?, ?, ?, ?, ?, ?)");
   for (const ConformanceRow& row : rows) {
     put.bind_all(contender, row.test, row.status, std::optional(row.figure), std::optional(row.tolerance), row.unit,
-                 row.note)
+                 without_home(row.note))
         .run();
   }
   sql::put_table_hash(db_.get(), "conformance");

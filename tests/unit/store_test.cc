@@ -107,7 +107,7 @@ TEST_F(StoreTest, NoNanIsStored) {
   EXPECT_EQ(value.high, 1);
 }
 
-TEST_F(StoreTest, AReasonDoesNotTellTheHomeFolder) {
+TEST_F(StoreTest, WhatAnEngineSaysDoesNotTellTheHomeFolder) {
   const char* before = std::getenv("HOME");
   const std::string kept = before == nullptr ? "" : before;
   ::setenv("HOME", "/home/alice", 1);
@@ -116,7 +116,9 @@ TEST_F(StoreTest, AReasonDoesNotTellTheHomeFolder) {
   failed.outcome = Outcome::kDiverged;
   failed.reason = "failed in [/home/alice/ode/a.cpp:460], not in /home/alicent/b";
   store.put_cell(failed);
+  store.set_conformance("ode", {{"", "free-fall", "fail", 0, 0, "", "crashed: failed in /home/alice/ode/a.cpp"}});
   ::setenv("HOME", kept.c_str(), 1);
+  EXPECT_EQ(store.conformance().at(0).note, "crashed: failed in ~/ode/a.cpp");
   EXPECT_EQ(store.cells().at(0).reason, "failed in [~/ode/a.cpp:460], not in /home/alicent/b");
 }
 
