@@ -6,18 +6,20 @@ accurate on purpose (slowed_engine.cc), measured by the program before and after
     benchmarks/regressions.py build/release [--trials 20] [--shares 0,1,2,5] [--append FILE]
 
 A trial is one run without a regression and one for each share, in random order, so that a slow hour of the machine does not
-fall on one of them. "Found" means that `assay compare --threshold 1%` calls a time of the slowed contender worse; a false alarm is
+fall on one of them. "Found" means that `assay compare --threshold T` calls a time of the slowed contender worse; a false alarm is
 any other time that it calls better or worse. It does both with and without a control: a contender that did not change. Other work on
 the machine makes the noise larger than on a quiet one; the table says how large it was.
 """
 
 import argparse
+import contextlib
 import datetime
 import json
 import os
 import pathlib
 import random
 import shutil
+import sqlite3
 import statistics
 import subprocess
 import sys
@@ -58,6 +60,10 @@ class Bench:
         done = subprocess.run([self.assay, "run", self.folder / campaign, "--out", self.folder / out, "--jobs", "1"],
                               env={**self.env, **{key: str(value) for key, value in slowed.items()}}, capture_output=True, text=True)
         assert done.returncode == 0, done.stderr[-2000:]
+        with contextlib.closing(sqlite3.connect(self.folder / out / "assay.sqlite")) as db:
+            failed = db.execute("SELECT contender, system, outcome, reason FROM cells WHERE outcome <> 'ok'").fetchone()
+        if failed is not None:
+            sys.exit("{} on {} is {}: {}".format(*failed))
 
     def compare(self, a, b, *words):
         done = subprocess.run([self.assay, "compare", self.folder / a, self.folder / b, "--format", "json", *words], env=self.env,
@@ -81,7 +87,7 @@ def main():
     parser.add_argument("--shares", default="0,1,2,5", help="percent")
     parser.add_argument("--processes", type=int, default=8)
     parser.add_argument("--timesteps", default="1", help="ms")
-    parser.add_argument("--threshold", default="1%")
+    parser.add_argument("--thresholds", default="1%,2%", help="each judges the same runs")
     parser.add_argument("--wrap", default="ode", help="plugin that is wrapped")
     parser.add_argument("--contender", default="ode-quick")
     parser.add_argument("--seed", type=int, default=1)
@@ -89,9 +95,11 @@ def main():
     parser.add_argument("--append", type=pathlib.Path, help="file to which the table is appended")
     asked = parser.parse_args()
     shares = [float(text) for text in asked.shares.split(",")]
-    names = [("compare", ()), ("with a control", ("--control", CONTROL))]
-    counts = {(share, name): [0, 0] for share in shares for name, _ in names}
-    seen = {(share, name): [] for share in shares for name, _ in names}
+    thresholds = asked.thresholds.split(",")
+    names = [(threshold, control, ("--threshold", threshold, *(("--control", CONTROL) if control else ())))
+             for threshold in thresholds for control in (False, True)]
+    counts = {(share, threshold, control): [0, 0] for share in shares for threshold, control, _ in names}
+    seen = {share: [] for share in shares}
     accuracy = dict.fromkeys(shares, "")
     chance = random.Random(asked.seed)
     begin, trials = time.monotonic(), 0
@@ -103,7 +111,7 @@ def main():
         bench.run("errors.toml", "exact")
         for share in shares:  # deterministic: once
             bench.run("errors.toml", "less", SLOWED_ERROR=share / 100)
-            rows = [row for row in bench.compare("exact", "less", "--threshold", asked.threshold)["rows"]
+            rows = [row for row in bench.compare("exact", "less", "--threshold", thresholds[0])["rows"]
                     if row["contender"] == "slowed" and row["value"] == "truth_error_max"]
             assert rows, "no error was compared"
             worse = sum(row["change"] == "worse" for row in rows)
@@ -118,22 +126,25 @@ def main():
                 slower = {} if each == "before" else {"SLOWED_REPEATS": each / 100}
                 bench.run("times.toml", str(each), **slower)
             for share in shares:
-                for name, words in names:
-                    right, wrong, ratios = judge(bench.compare("before", str(share), "--threshold", asked.threshold, *words), share > 0)
-                    counts[share, name][0] += right
-                    counts[share, name][1] += wrong
-                    seen[share, name] += ratios
-            print(f"trial {trial + 1}: {counts}", file=sys.stderr, flush=True)
+                for threshold, control, words in names:
+                    right, wrong, ratios = judge(bench.compare("before", str(share), *words), share > 0)
+                    counts[share, threshold, control][0] += right
+                    counts[share, threshold, control][1] += wrong
+                    if control and threshold == thresholds[0]:
+                        seen[share] += ratios
+            told = "; ".join(f"{share:g} % at {threshold}{' with a control' if control else ''}: {right} found, {wrong} false"
+                             for (share, threshold, control), (right, wrong) in counts.items())
+            print(f"trial {trial + 1}: {told}", file=sys.stderr, flush=True)
     lines = [f"{datetime.date.today().isoformat()}, `benchmarks/regressions.py build/release --trials {trials} --processes {asked.processes} "
-             f"--threshold {asked.threshold}`: {trials} trials, {asked.contender} wrapped, two systems, timesteps {asked.timesteps} ms; load average at the "
+             f"--shares {asked.shares}`: {trials} trials, {asked.contender} wrapped, two systems, timesteps {asked.timesteps} ms; load average at the "
              f"end {os.getloadavg()[1]:.1f} on {os.cpu_count()} cores.", "",
-             "| steps repeated | compare: found | false alarms | with a control: found | false alarms | ratio measured, with a control | "
-             "less accurate by as much: found |", "| --- | ---: | ---: | ---: | ---: | --- | --- |"]
+             "| steps repeated | threshold | compare: found | trials with a false alarm | with a control: found | trials with a false alarm | "
+             "ratio measured, with a control | less accurate by as much: found |", "| --- | --- | ---: | ---: | ---: | ---: | --- | --- |"]
     for share in shares:
-        ratios = seen[share, names[1][0]]
-        level, spread = statistics.mean(ratios), statistics.stdev(ratios) if len(ratios) > 1 else 0
-        cells = " | ".join(f"{counts[share, name][0]} | {counts[share, name][1]}" for name, _ in names)
-        lines.append(f"| {share:g} % | {cells} | {level:.4f} ± {spread:.4f} | {accuracy[share]} |")
+        level, spread = statistics.mean(seen[share]), statistics.stdev(seen[share]) if len(seen[share]) > 1 else 0
+        for threshold in thresholds:
+            cells = " | ".join(f"{counts[share, threshold, control][0]} | {counts[share, threshold, control][1]}" for control in (False, True))
+            lines.append(f"| {share:g} % | {threshold} | {cells} | {level:.4f} ± {spread:.4f} | {accuracy[share]} |")
     text = "\n".join(lines) + "\n"
     print(text)
     if asked.append:

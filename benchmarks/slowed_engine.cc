@@ -16,6 +16,7 @@
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "engines/engine.h"
 
@@ -103,11 +104,14 @@ class SlowedSimulation final : public Simulation {
   }
 
   EngineView view() const override { return main_->view(); }
+  bool keep_contacts() override { return main_->keep_contacts(); }
+  void read_contacts(std::vector<ContactForce>& out) const override { main_->read_contacts(out); }
 
  private:
   std::unique_ptr<Simulation> main_, twin_, fine_;
   std::string fault_;
-  double repeats_ = 0, error_ = 0, owed_ = 0;
+  double repeats_ = 0, error_ = 0;
+  double owed_ = 0.5;  // steps: rounded, not cut off, at the end of a short window
 };
 
 class SlowedEngine final : public Engine {

@@ -76,7 +76,7 @@ std::string said_of(const BatchPrepared& prepared, const std::string& device) {
 
 void measure_batch(const Campaign& campaign, const CampaignSystem& system, const std::string& program,
                    const Interrupts& interrupts, const std::vector<BatchContender>& contenders,
-                   std::map<std::string, std::string>& said, const std::function<void(const std::string&)>& started,
+                   std::map<std::string, std::string>& said, const TimingPass::Started& started,
                    const std::function<void(const std::vector<MeasuredCell>&)>& put) {
   const int worlds = contenders.front().session.worlds;
   const double timestep_ms = contenders.front().session.timestep_ms;
@@ -96,7 +96,7 @@ void measure_batch(const Campaign& campaign, const CampaignSystem& system, const
     tally.cell.timestep_ms = timestep_ms;
     tally.cell.measure = batch_measure({worlds, contender.session.device});
     tally.cell.started = unix_time();
-    started(fmt::format("{}, setting up {}", title, contender.name));
+    started(fmt::format("{}, setting up {}", title, contender.name), 0);
     const auto answer = session(contender).command<BatchPrepared>(contender.name, 0, contender.session,
                                                                   PrepareCommand{timestep_ms}, tally);
     if (interrupts.signal() != 0) return;
@@ -108,7 +108,8 @@ void measure_batch(const Campaign& campaign, const CampaignSystem& system, const
   const BatchSampleCommand how = plan_turn(campaign, system, timestep_ms, tallies);
   std::mt19937_64 random(static_cast<std::uint64_t>(campaign.seed) * 1000003 + static_cast<std::uint64_t>(worlds));
   for (int round = 0; round < campaign.timing.rounds; ++round) {
-    started(fmt::format("{}, round {} of {}", title, round + 1, campaign.timing.rounds));
+    started(fmt::format("{}, round {} of {}", title, round + 1, campaign.timing.rounds),
+            static_cast<double>(round) / campaign.timing.rounds);
     std::vector<size_t> order;
     for (size_t i = 0; i < tallies.size(); ++i) {
       if (!tallies[i].over) order.push_back(i);

@@ -8,6 +8,7 @@
 
 #include "campaign/campaign.h"
 #include "coordinator/sessions.h"
+#include "coordinator/timing.h"
 #include "store/store.h"
 
 namespace assay {
@@ -23,7 +24,7 @@ struct BatchContender {
 // says of its device, by device.
 void measure_batch(const Campaign& campaign, const CampaignSystem& system, const std::string& program,
                    const Interrupts& interrupts, const std::vector<BatchContender>& contenders,
-                   std::map<std::string, std::string>& said, const std::function<void(const std::string&)>& started,
+                   std::map<std::string, std::string>& said, const TimingPass::Started& started,
                    const std::function<void(const std::vector<MeasuredCell>&)>& put);
 
 }  // namespace assay

@@ -75,8 +75,9 @@ class Bar final : public Progress {
     current_ = tests_label(test, done, all);
     draw(false);
   }
-  void started(const std::string& cell) override {
+  void started(const std::string& cell, double remaining_s) override {
     current_ = cell;
+    remaining_s_ = remaining_s;
     draw(false);
   }
   void finished(const Cell& /*cell*/, double remaining_s) override {
@@ -146,7 +147,7 @@ class Bar final : public Progress {
 
 class Lines final : public Progress {
  public:
-  explicit Lines(FILE* stream) : stream_(stream) {}
+  Lines(FILE* stream, double interval_s) : stream_(stream), interval_s_(interval_s) {}
 
   void plan(const std::vector<std::string>& lines) override {
     for (const std::string& each : lines) line(each);
@@ -162,29 +163,29 @@ class Lines final : public Progress {
     last_ = Clock::now();
     line(tests_label(test, done, all));
   }
+  void started(const std::string& cell, double remaining_s) override {
+    if (counter_.all() > 0 && is_time()) said("now: " + cell, remaining_s);
+  }
   void finished(const Cell& cell, double remaining_s) override {
     counter_.count();
     if (is_time()) {
-      said(
-          fmt::format("{} {} {} at {} ms", cell.measure, cell.system, cell.contender, timestep_label(cell.timestep_ms)),
-          remaining_s);
+      said(fmt::format("last: {} {} {} at {} ms", cell.measure, cell.system, cell.contender,
+                       timestep_label(cell.timestep_ms)),
+           remaining_s);
     }
   }
   void made(const std::string& run, double remaining_s) override {
-    if (is_time()) said(run, remaining_s);
+    if (is_time()) said("last: " + run, remaining_s);
   }
   void message(const std::string& text) override { line(text); }
 
  private:
-  bool is_time() const {
-    constexpr double kInterval = 10;
-    return std::chrono::duration<double>(Clock::now() - last_).count() >= kInterval;
-  }
+  bool is_time() const { return std::chrono::duration<double>(Clock::now() - last_).count() >= interval_s_; }
 
-  void said(const std::string& last, double remaining_s) {
+  void said(const std::string& what, double remaining_s) {
     last_ = Clock::now();
-    line(fmt::format("{}/{} cells, {}, {} left; last: {}", counter_.done(), counter_.all(), counter_.rate(),
-                     duration_label(std::max(0.0, remaining_s)), last));
+    line(fmt::format("{}/{} cells, {}, {} left; {}", counter_.done(), counter_.all(), counter_.rate(),
+                     duration_label(std::max(0.0, remaining_s)), what));
   }
 
   void line(const std::string& text) {
@@ -193,6 +194,7 @@ class Lines final : public Progress {
   }
 
   FILE* stream_;
+  double interval_s_;
   Counter counter_;
   Clock::time_point last_ = Clock::now();
 };
@@ -210,7 +212,9 @@ class JsonLines final : public Progress {
   void tested(const std::string& test, int done, int all) override {
     line("tested", {{"tests", all}, {"tests_done", done}, {"text", test}});
   }
-  void started(const std::string& cell) override { line("started", {{"text", cell}}); }
+  void started(const std::string& cell, double remaining_s) override {
+    line("started", {{"left_s", std::max(0.0, remaining_s)}, {"text", cell}});
+  }
   void finished(const Cell& cell, double remaining_s) override {
     counter_.count();
     line("finished", {{"cells", counter_.all()},
@@ -244,9 +248,9 @@ class JsonLines final : public Progress {
 
 std::unique_ptr<Progress> make_json_progress(FILE* stream) { return std::make_unique<JsonLines>(stream); }
 
-std::unique_ptr<Progress> make_progress(FILE* stream) {
+std::unique_ptr<Progress> make_progress(FILE* stream, double interval_s) {
   if (terminal_columns(stream)) return std::make_unique<Bar>(stream);
-  return std::make_unique<Lines>(stream);
+  return std::make_unique<Lines>(stream, interval_s);
 }
 
 }  // namespace assay

@@ -110,11 +110,11 @@ double Runner::run_cost(const PlannedCell& cell) const { return cost(cell) / cel
 double Runner::remaining_s() const {
   const auto now = Clock::now();
   const auto left = [&](const Share& share, double workers) {
-    const double expected_s = share.done_s / workers;
+    const double done_s = share.done_s + share.under_way_s, expected_s = done_s / workers;
     const double elapsed_s = std::chrono::duration<double>(now - share.since).count();
     constexpr double kEnough = 0.05;  // of the pass, to learn from
-    const bool learned = share.done_s > kEnough * share.all_s && expected_s > 0;
-    return (share.all_s - share.done_s) / workers * (learned ? elapsed_s / expected_s : 1);
+    const bool learned = done_s > kEnough * share.all_s && expected_s > 0;
+    return (share.all_s - done_s) / workers * (learned ? elapsed_s / expected_s : 1);
   };
   return left(accuracy_, jobs_) + left(timing_, 1);
 }

@@ -23,7 +23,8 @@ class Progress {
   virtual void phase(const std::string& what) { (void)what; }  // "accuracy", "timing, alone on one core"
   // A test of the conformance suite has ended: "mujoco-rk4 free-fall", the 12th of 71 in all contenders' suites.
   virtual void tested(const std::string& test, int done, int all) { (void)test, (void)done, (void)all; }
-  virtual void started(const std::string& cell) { (void)cell; }
+  // A cell, or a round of the timing, in which a long time passes without a finished cell.
+  virtual void started(const std::string& cell, double remaining_s) { (void)cell, (void)remaining_s; }
   virtual void finished(const Cell& cell, double remaining_s) { (void)cell, (void)remaining_s; }
   // A run that cells wait for and that is not a cell: from another initial state, or a reference solution.
   virtual void made(const std::string& run, double remaining_s) { (void)run, (void)remaining_s; }
@@ -31,8 +32,10 @@ class Progress {
   virtual void end() {}
 };
 
-// A bar with rate, time left and current cell when `stream` is a terminal, else a plain line now and then.
-std::unique_ptr<Progress> make_progress(FILE* stream);
+constexpr double kProgressInterval = 10;  // s
+
+// A bar with rate, time left and current cell when `stream` is a terminal, else a plain line each `interval_s`.
+std::unique_ptr<Progress> make_progress(FILE* stream, double interval_s = kProgressInterval);
 
 // For programs: every call as one line of JSON, an object with "event", which is the call's name, and its arguments
 // (docs/python.md).

@@ -348,7 +348,7 @@ void Runner::accuracy() {
     start(waiting[i]);
     waiting.erase(waiting.begin() + static_cast<std::ptrdiff_t>(i));
   }
-  pool.run([&](const std::string& job) { progress_.started(job); });
+  pool.run([&](const std::string& job) { progress_.started(job, remaining_s()); });
 }
 
 }  // namespace assay

@@ -152,7 +152,7 @@ void Runner::conformance() {
     Pool pool(program_, jobs_, interrupts_);
     for (const std::string& content : contents) run_suite(content, tests, pool);
     tests_ = static_cast<int>(contents.size() * tests.size());
-    pool.run([&](const std::string& job) { progress_.started(job); });
+    pool.run([&](const std::string& job) { progress_.started(job, remaining_s()); });
   }
   std::erase_if(todo_, [this](const PlannedCell* cell) { return lost_suite_.contains(contender(*cell).content()); });
   std::map<std::string, std::vector<std::string>> failures;

@@ -57,6 +57,8 @@ void Runner::time_system(TimingPass& pass, int system_index) {
       planned[name] = cell;
     }
     if (contenders.empty()) continue;
+    double of_all_s = 0;
+    for (const auto& [name, cell] : planned) of_all_s += run_cost(*cell);
     const std::string key =
         content_hash(dump_json(json{{"harness", campaign_.name}, {"system", timed.name}, {"h", timestep}}));
     // When a run is resumed, the harness's finished cell is not measured again either.
@@ -70,9 +72,13 @@ void Runner::time_system(TimingPass& pass, int system_index) {
     }
     pass.measure(
         timed, contenders, timestep, keys, with_harness ? kHarness : "", stored_share(timed.name, timestep),
-        [&](const std::string& what) { progress_.started(what); },
+        [&](const std::string& what, double done) {
+          timing_.under_way_s = done * of_all_s;
+          progress_.started(what, remaining_s());
+        },
         [&](const std::vector<MeasuredCell>& cells) {
           store_.put_cells(cells);
+          timing_.under_way_s = 0;
           for (const MeasuredCell& each : cells) {
             if (has_harness && each.cell.contender == kHarness) continue;  // not a cell of the campaign
             count(*planned.at(each.cell.contender));
@@ -116,7 +122,7 @@ void Runner::scaling() {
   if (!any) return;
   progress_.phase("scaling, one run at a time");
   timing_.since = Clock::now();
-  pool.run([&](const std::string& job) { progress_.started(job); });
+  pool.run([&](const std::string& job) { progress_.started(job, remaining_s()); });
 }
 
 void Runner::timing() {
@@ -145,7 +151,9 @@ void Runner::batches() {
     const CampaignSystem& timed = system(*cells.front());
     std::vector<BatchContender> contenders;
     std::map<std::string, const PlannedCell*> planned;
+    double of_all_s = 0;
     for (const PlannedCell* cell : cells) {
+      of_all_s += run_cost(*cell);
       const CampaignContender& own = contender(*cell);
       contenders.push_back({own.resolved.name, cell->key,
                             BatchJob{subject_spec(timed, own), cell->timestep_ms, cell->worlds, cell->device,
@@ -154,9 +162,13 @@ void Runner::batches() {
     }
     measure_batch(
         campaign_, timed, program_, interrupts_, contenders, devices_,
-        [&](const std::string& what) { progress_.started(what); },
+        [&](const std::string& what, double done) {
+          timing_.under_way_s = done * of_all_s;
+          progress_.started(what, remaining_s());
+        },
         [&](const std::vector<MeasuredCell>& measured) {
           store_.put_cells(measured);
+          timing_.under_way_s = 0;
           for (const MeasuredCell& each : measured) {
             count(*planned.at(each.cell.key));
             note_stored(each.cell);

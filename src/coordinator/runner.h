@@ -139,6 +139,7 @@ class Runner {
   // Estimated seconds of one worker, of a pass and of what is done of it.
   struct Share {
     double all_s = 0, done_s = 0;
+    double under_way_s = 0;  // done of cells that are not finished
     Clock::time_point since;
   };
   Share accuracy_, timing_;

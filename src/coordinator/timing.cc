@@ -187,7 +187,8 @@ void TimingPass::measure(const CampaignSystem& system, const std::vector<TimedCo
     tally.cell.measure = "raw_speed";
     tally.cell.started = unix_time();
     started(fmt::format("raw_speed {} at {} ms, setting up {}", system.name, timestep_label(timestep_ms),
-                        contenders[i].name));
+                        contenders[i].name),
+            0);
     const auto answer =
         sessions_.command<Prepared>(contenders[i].name, 0, contenders[i].session, PrepareCommand{timestep_ms}, tally);
     if (interrupts_.signal() != 0) return;
@@ -202,7 +203,8 @@ void TimingPass::measure(const CampaignSystem& system, const std::vector<TimedCo
   const int rounds = campaign_.timing.rounds, processes = std::min(campaign_.timing.processes, rounds);
   for (int round = 0; round < rounds; ++round) {
     started(fmt::format("raw_speed {} at {} ms, round {} of {}", system.name, timestep_label(timestep_ms), round + 1,
-                        rounds));
+                        rounds),
+            static_cast<double>(round) / rounds);
     const int process = round * processes / rounds;
     const int first = (process * rounds + processes - 1) / processes;  // round of the process
     std::vector<size_t> order;
@@ -215,7 +217,7 @@ void TimingPass::measure(const CampaignSystem& system, const std::vector<TimedCo
       if (interrupts_.signal() != 0) return;
     }
   }
-  started(fmt::format("raw_speed {} at {} ms, single steps", system.name, timestep_label(timestep_ms)));
+  started(fmt::format("raw_speed {} at {} ms, single steps", system.name, timestep_label(timestep_ms)), 1);
   for (size_t i = 0; i < contenders.size(); ++i) {
     Tally& tally = tallies[i];
     if (tally.over || contenders[i].name == harness) continue;

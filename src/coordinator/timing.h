@@ -33,7 +33,7 @@ class TimingPass {
         sessions_(std::move(program), campaign.time_limit_s, WorkerLimits::of_share(1), interrupts) {}
 
   using Put = std::function<void(const std::vector<MeasuredCell>&)>;
-  using Started = std::function<void(const std::string&)>;
+  using Started = std::function<void(const std::string& what, double done)>;  // done: share of the rounds
   void measure(const CampaignSystem& system, const std::vector<TimedContender>& contenders, double timestep_ms,
                const std::map<std::string, std::string>& keys, const std::string& harness, std::optional<double> share,
                const Started& started, const Put& put);

@@ -234,6 +234,7 @@ MeshData read_mesh(const std::string& path) {
   if (scene == nullptr || scene->mRootNode == nullptr) {
     std::string why = importer.GetErrorString();
     std::ranges::replace(why, '\n', ' ');
+    if (why == "std::bad_alloc") why = "its reader asks for more memory than it may have";
     throw InputError(fmt::format("cannot be read ({}); export it again", why));
   }
   size_t triangles = 0;

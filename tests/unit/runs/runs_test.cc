@@ -1030,11 +1030,11 @@ TEST_F(RunsTest, FactsOfASystemThatCannotBeReadAreAnErrorOfTheInput) {
 
 // ---- progress -----------------------------------------------------------------------------------------------------------
 
-std::string drawn(FILE* stream, const std::function<std::string()>& read) {
-  const auto progress = make_progress(stream);
+std::string drawn(FILE* stream, const std::function<std::string()>& read, double interval_s = kProgressInterval) {
+  const auto progress = make_progress(stream, interval_s);
   progress->begin(2, 3, 75);
   progress->phase("accuracy");
-  progress->started("drift planar-chain ode-step 1 ms");
+  progress->started("drift planar-chain ode-step 1 ms", 75);
   Cell cell;
   cell.measure = "drift";
   progress->finished(cell, 40);
@@ -1045,19 +1045,32 @@ std::string drawn(FILE* stream, const std::function<std::string()>& read) {
   return read();
 }
 
-TEST(Progress, PlainLinesWhereThereIsNoTerminal) {
+std::string lines(double interval_s) {
   FILE* file = std::tmpfile();
-  const std::string text = drawn(file, [&] {
+  const auto read = [&] {
     std::fseek(file, 0, SEEK_SET);
     std::string content(10000, '\0');
     content.resize(std::fread(content.data(), 1, content.size(), file));
     return content;
-  });
+  };
+  const std::string text = drawn(file, read, interval_s);
   std::fclose(file);
+  return text;
+}
+
+TEST(Progress, PlainLinesWhereThereIsNoTerminal) {
+  const std::string text = lines(kProgressInterval);
   EXPECT_THAT(text, AllOf(HasSubstr("2 cells to measure, 3 are there already; about 1 min 15 s\n"),
                           HasSubstr("accuracy\n"), HasSubstr("a sentence\n")));
   EXPECT_EQ(text.find('\r'), std::string::npos);
   EXPECT_EQ(text.find('\x1b'), std::string::npos);
+}
+
+// Cells that are timed together finish together: until then their rounds show that something happens.
+TEST(Progress, PlainLinesTellWhatHasBegun) {
+  EXPECT_THAT(lines(0),
+              AllOf(HasSubstr("3/5 cells, 0 cells/min, 1 min 15 s left; now: drift planar-chain ode-step 1 ms\n"),
+                    HasSubstr("4/5 cells, "), HasSubstr("40 s left; last: drift")));
 }
 
 TEST(Progress, ABarOnATerminal) {
