@@ -48,6 +48,11 @@ std::string read_text(const std::string& path) {
   return text;
 }
 
+// MuJoCo puts the folder of a relative path twice before the assets of a file that it includes from another folder.
+mjSpec* parse_file(const std::string& path, char* message, int size) {
+  return mj_parseXML(fs::absolute(path).c_str(), nullptr, message, size);
+}
+
 // Formats that people have beside MJCF and URDF, by their root element.
 bool refuse_other_format(const std::string& root, LoadReport& report) {
   static const std::map<std::string, std::string> kOthers = {
@@ -248,7 +253,7 @@ LoadReport inspect_model(const std::string& path, const LoadOptions& options, Fi
     report = inspect_model_text(capsules_mjcf(*capsules), path, options, facts);
   } else {
     report = load(fs::path(path).stem().string(), path, read_text(path), options, facts,
-                  [&](char* message, int size) { return mj_parseXML(path.c_str(), nullptr, message, size); });
+                  [&](char* message, int size) { return parse_file(path, message, size); });
   }
   if (report.model) report.model->source = path;
   return report;
@@ -267,7 +272,7 @@ Drawing read_drawing(const std::string& path, const LoadOptions& options) {
   const std::string text = read_text(path);
   const LoadReport report = load(
       fs::path(path).stem().string(), path, text, options, nullptr,
-      [&](char* message, int size) { return mj_parseXML(path.c_str(), nullptr, message, size); }, &drawing);
+      [&](char* message, int size) { return parse_file(path, message, size); }, &drawing);
   if (!report.model) return {};
   if (root_element(text) == "robot") add_urdf_visuals(text, path, options, drawing);
   return drawing;

@@ -163,6 +163,15 @@ class Refused(AssayTest):
         self.assertEqual(
             self.assay_json("check", "arm/arm.xml", "--json", "--allow-external-files")["model"]["bodies"], 1)
 
+    def test_meshes_beside_an_included_file(self):
+        self.write("arm/scene.xml", '<mujoco><include file="parts/arm.xml"/></mujoco>')
+        self.write("arm/parts/arm.xml", '<mujoco><asset><mesh name="arm" file="arm.obj"/></asset><worldbody><body><freejoint/>'
+                                        '<geom type="mesh" mesh="arm"/></body></worldbody></mujoco>')
+        self.refused("check", "arm/scene.xml", naming=["mesh 'arm'", "parts/arm.xml", "line 1", "arm/parts/arm.obj"])
+        self.write("arm/parts/arm.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+        for model in ("arm/scene.xml", self.dir / "arm/scene.xml"):
+            self.assertIn("scene: 1 body, 6 DOF", self.assay("check", model))
+
     def test_included_elements_have_their_file_and_line(self):
         (self.dir / "parts").mkdir()
         self.write("robot.xml", '<mujoco>\n<worldbody><geom name="floor" type="plane" size="1 1 1"/>'
