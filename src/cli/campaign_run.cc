@@ -119,6 +119,8 @@ RunOptions run_options(const RunRequest& request) {
   if (request.shard) options.shard = parse_shard(*request.shard);
   if (request.cells) options.shard.cells = parse_shard_cells(*request.cells);
   options.retry = request.retry;
+  options.windows_of = request.windows_of;
+  if (!options.windows_of.empty()) static_cast<void>(Store::open(options.windows_of));  // refused before anything runs
   return options;
 }
 

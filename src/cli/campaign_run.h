@@ -22,6 +22,7 @@ struct RunRequest {
   std::optional<std::string> references;  // as given; see add_references()
   std::optional<std::string> progress;    // as given; see add_progress()
   std::optional<std::string> device;      // of the measure 'batch', as given; default: cpu
+  std::string windows_of;                 // see RunOptions
   bool retry = false;                     // see RunOptions
   std::string command;                    // what resumes it
 };

@@ -1,6 +1,9 @@
 // `assay compare` and `assay history`: what changed between results.
 #include "compare/compare.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include <fmt/format.h>
 
 #include "base/errors.h"
@@ -18,6 +21,7 @@ struct CompareCommand {
   std::string a, b;
   CompareFlags flags;
   std::optional<std::string> format, out, fail;
+  bool allow_gaps = false;
 };
 
 struct HistoryCommand {
@@ -46,8 +50,13 @@ void write(const std::optional<std::string>& out, const std::string& text) {
 }
 
 std::string row_text(const CellChange& row) {
-  const std::string ratio =
-      row.ratio ? fmt::format("{:.3f}", row.ratio->value) : fmt::format("{} → {}", row.outcome_a, row.outcome_b);
+  std::string ratio = fmt::format("{} → {}", row.outcome_a, row.outcome_b);
+  if (row.value != "outcome") {
+    ratio = row.ratio ? fmt::format("{:.3f}", row.ratio->value) : fmt::format("{:.3g} → {:.3g}", *row.a, *row.b);
+    if (row.ratio && std::isfinite(row.ratio->low)) {
+      ratio += fmt::format(" [{:.3f}, {:.3f}]", row.ratio->low, row.ratio->high);
+    }
+  }
   return fmt::format("{} of {} on {} at {} ms: {}", row.value, row.contender, row.system,
                      timestep_label(row.timestep_ms), ratio);
 }
@@ -64,15 +73,28 @@ int run_compare(const CompareCommand& command) {
   }
   const std::optional<double> limit =
       command.fail ? std::optional(parse_share("--fail-on-regression", *command.fail)) : std::nullopt;
-  const Comparison found = compare(Store::open(command.a), Store::open(command.b), compare_options(command.flags));
+  CompareOptions options = compare_options(command.flags);
+  // what the caller wants to be told cannot be too small to count
+  if (limit) options.threshold = std::min(options.threshold, *limit);
+  const Comparison found = compare(Store::open(command.a), Store::open(command.b), options);
   write(command.out, text_of(found, format));
   if (!limit) return kDone;
-  const std::vector<const CellChange*> worse = regressions(found, *limit);
-  if (worse.empty()) return kDone;
-  message(fmt::format("{} by at least {:.3g} %, the first is {}",
-                      counted(worse.size(), "value is worse", "values are worse"), 100 * *limit,
-                      row_text(*worse.front())));
-  return kFailed;
+  const std::vector<const CellChange*> worse = regressions(found, *limit), open = undecided(found, *limit);
+  if (!worse.empty()) {
+    message(fmt::format("{} by at least {:.3g} %, the first is {}",
+                        counted(worse.size(), "value is worse", "values are worse"), 100 * *limit,
+                        row_text(*worse.front())));
+  }
+  if (!open.empty()) {
+    message(fmt::format("{} undecided: the samples do not exclude that it is slower by {:.3g} %; the first is {}; "
+                        "measure with more processes or on a quieter machine",
+                        counted(open.size(), "time is", "times are"), 100 * *limit, row_text(*open.front())));
+  }
+  if (!worse.empty()) return kFailed;
+  if (const std::string why = gaps(found); !why.empty() && !command.allow_gaps) {
+    throw InputError(fmt::format("that nothing is worse cannot be said: {}; --allow-gaps accepts that", why));
+  }
+  return kDone;
 }
 
 int run_history(const HistoryCommand& command) {
@@ -122,8 +144,12 @@ void add_compare(CLI::App& app, Action& action) {
   add_compare_flags(*command, options->flags);
   command
       ->add_option("--fail-on-regression", options->fail,
-                   "End with status 1 when a value is worse by at least this share")
+                   "End with status 1 when a value is worse by at least this share, with 2 when B lacks what A has")
       ->type_name("SHARE");
+  command
+      ->add_flag("--allow-gaps", options->allow_gaps,
+                 "With --fail-on-regression: judge what both have, whatever cells B lacks and times do not compare")
+      ->disable_flag_override();
   command->add_option("--format", options->format, "Default: markdown")->type_name("markdown|json|csv");
   command->add_option("--out", options->out, "File to write (default: standard output)")->type_name("PATH");
   command->callback([&action, options] { action = [options] { return run_compare(*options); }; });

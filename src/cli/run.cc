@@ -38,6 +38,7 @@ std::string resuming(const RunOptions& options) {
   if (options.run.shard) command += " --shard " + *options.run.shard;
   if (options.run.cells) command += " --cells " + *options.run.cells;
   if (options.run.device) command += " --device " + *options.run.device;
+  if (!options.run.windows_of.empty()) command += " --windows-of " + options.run.windows_of;
   if (options.full) command += " --full";
   const auto add = [&](const char* name, const std::optional<std::string>& value) {
     if (value) command += fmt::format(" {} {}", name, *value);
@@ -191,6 +192,10 @@ void add_run(CLI::App& app, Action& action) {
       ->add_flag("--retry", request.retry,
                  "Measure again what is stored as crashed or timed out, or is damaged in the database")
       ->disable_flag_override();
+  command
+      ->add_option("--windows-of", request.windows_of,
+                   "Time the same parts of each run as the results DIR did, so that 'assay compare' compares all times")
+      ->type_name("DIR");
   command->add_flag("--full", options->full, "Measure every cell of a campaign that has a table [search]")
       ->disable_flag_override();
   add_references(*command, request);

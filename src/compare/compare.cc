@@ -33,6 +33,10 @@ constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 int freedom(const Logs& logs) { return static_cast<int>(logs.values.size()) - 1; }
 
+// What processes of one cell differ by, relative (standard deviation; docs/performance.md#what-compare-finds): rounds of
+// one process do not show it.
+constexpr double kOfProcess = 0.0132;
+
 Logs logs_of(const TimeSamples& samples, const TimeSamples* control) {
   Logs logs;
   for (const auto& [number, time] : samples.times) {
@@ -51,23 +55,61 @@ Logs logs_of(const TimeSamples& samples, const TimeSamples* control) {
   logs.mean = found.value;
   const double error = logs.values.size() > 1 ? (found.high - found.low) / 2 / student_t_975(freedom(logs)) : kUnknown;
   logs.variance_of_mean = error * error;
+  if (samples.rounds) logs.variance_of_mean += kOfProcess * kOfProcess;
   return logs;
 }
 
+struct Tested {
+  Interval ratio;
+  double p = 1;
+};
+
 // exp of the difference of the means; without an interval (NaN) where there are fewer than two samples of either.
-Interval ratio_of(const Logs& a, const Logs& b) {
+Tested welch(const Logs& a, const Logs& b) {
   const double difference = b.mean - a.mean, variance = a.variance_of_mean + b.variance_of_mean;
-  Interval ratio = {std::exp(difference), kUnknown, kUnknown};
-  if (std::isnan(variance)) return ratio;
+  Tested tested = {{std::exp(difference), kUnknown, kUnknown}, 1};
+  if (std::isnan(variance)) return tested;
   double half = 0;
   if (variance > 0) {
     const auto part = [](const Logs& logs) { return logs.variance_of_mean * logs.variance_of_mean / freedom(logs); };
-    const double welch = variance * variance / (part(a) + part(b));  // at least the smaller of the two freedoms
-    half = student_t_975(std::max(1, static_cast<int>(welch))) * std::sqrt(variance);
+    // at least the smaller of the two freedoms
+    const int both = std::max(1, static_cast<int>(variance * variance / (part(a) + part(b))));
+    half = student_t_975(both) * std::sqrt(variance);
+    tested.p = student_t_p(difference / std::sqrt(variance), both);
+  } else {
+    tested.p = difference == 0 ? 1 : 0;
   }
-  ratio.low = std::exp(difference - half);
-  ratio.high = std::exp(difference + half);
-  return ratio;
+  tested.ratio.low = std::exp(difference - half);
+  tested.ratio.high = std::exp(difference + half);
+  return tested;
+}
+
+// The samples over which an accuracy value is a mean or a median, in the same order in every results: its figures in
+// each initial state, or in each piece of the run.
+const std::vector<double>* figures_of(const std::vector<SampleSeries>& samples, const std::string& value) {
+  const std::vector<double>* found = series_named(samples, value + " of states");
+  return found == nullptr && value == "consistency" ? series_named(samples, "piece_error_m") : found;
+}
+
+// The p-value of a change that is alike in all pairs: Student's t on the pairs' ratios where all are positive, else on
+// their differences. Nothing for fewer than three pairs.
+std::optional<double> paired_p(const std::vector<double>& a, const std::vector<double>& b) {
+  constexpr size_t kFewest = 3;
+  if (a.size() != b.size()) return std::nullopt;
+  const auto positive = [](double figure) { return figure > 0; };
+  const bool logs = std::ranges::all_of(a, positive) && std::ranges::all_of(b, positive);
+  std::vector<double> changes;
+  for (size_t i = 0; i < a.size(); ++i) {
+    const double change = logs ? std::log(b[i] / a[i]) : b[i] - a[i];
+    if (std::isfinite(change)) changes.push_back(change);
+  }
+  if (changes.size() < kFewest) return std::nullopt;
+  const auto count = static_cast<double>(changes.size());
+  const double middle = mean(changes);
+  double squares = 0;
+  for (const double change : changes) squares += (change - middle) * (change - middle);
+  if (squares == 0) return middle == 0 ? 1 : 0;
+  return student_t_p(middle / std::sqrt(squares / (count - 1) / count), count - 1);
 }
 
 // Why the two cannot be compared, or nothing.
@@ -89,15 +131,13 @@ std::string advice(const Difference& difference) {
   }
 }
 
-// Nodes on which a directory's times were measured, "" for unknown ones.
-std::set<std::string> timing_machines(const Store& store, const std::vector<Cell>& cells) {
-  std::map<std::string, std::string> texts;
-  for (const NodeRow& node : store.nodes()) {
-    texts[node.id] = text_fact(facts_of(node.json), "name");
-  }
-  std::set<std::string> found;
-  for (const Cell& cell : cells) {
-    if (is_timing(cell.measure) && texts.contains(cell.node)) found.insert(texts[cell.node]);
+// The nodes that timed each system.
+std::map<std::string, std::set<std::string>> timing_machines(const Store& store) {
+  std::map<std::string, std::string> names;
+  for (const NodeRow& node : store.nodes()) names[node.id] = text_fact(facts_of(node.json), "name");
+  std::map<std::string, std::set<std::string>> found;
+  for (const Cell& cell : store.cells()) {
+    if (is_timing(cell.measure) && names.contains(cell.node)) found[cell.system].insert(names[cell.node]);
   }
   return found;
 }
@@ -121,7 +161,7 @@ class Comparer {
       if (cell.contender == kHarness) continue;
       const auto other = others.find(name_of(cell));
       if (other == others.end()) {
-        ++found_.only_a;
+        if (!options_.across_machines || !is_timing(cell.measure)) found_.only_a.push_back(row_of(cell, cell));
         continue;
       }
       ++both;
@@ -148,7 +188,7 @@ class Comparer {
                       "both with the same windows and batch_ms, or compare accuracy alone with --across-machines",
                       a_.dir(), b_.dir(), first.contender, first.system, timestep_label(first.timestep_ms)));
     }
-    judge_times();
+    judge();
     return std::move(found_);
   }
 
@@ -160,18 +200,21 @@ class Comparer {
       throw InputError(fmt::format("'{}' and '{}' do not compare: {}; {}", a_.dir(), b_.dir(),
                                    why->text(a_.dir(), b_.dir()), advice(*why)));
     }
-    const std::set<std::string> in_a = timing_machines(a_, cells_a_), in_b = timing_machines(b_, cells_b_);
-    if (!options_.across_machines && !in_a.empty() && !in_b.empty() && in_a != in_b) {
-      const Difference machine = {DifferenceKind::kMachine, "", "the machine", join({in_a.begin(), in_a.end()}, ", "),
-                                  join({in_b.begin(), in_b.end()}, ", ")};
-      throw InputError(fmt::format("'{}' and '{}' do not compare: {}; {}", a_.dir(), b_.dir(),
-                                   machine.text(a_.dir(), b_.dir()), advice(machine)));
+    if (!options_.across_machines) {
+      if (const auto machine = other_machine(a_, b_)) {
+        throw InputError(fmt::format("'{}' and '{}' do not compare: {}; {}", a_.dir(), b_.dir(),
+                                     machine->text(a_.dir(), b_.dir()), advice(*machine)));
+      }
     }
     for (const Difference& each : all) {
       std::vector<Difference>& other = each.kind == DifferenceKind::kCoverage ? found_.coverage : found_.ignored;
       (each.kind == DifferenceKind::kBuild ? found_.builds : other).push_back(each);
     }
     if (options_.control.empty()) return;
+    if (options_.control == kHarness) {
+      throw InputError(fmt::format("the control is '{}', the harness without an engine, whose times are noise alone: "
+                                   "give an engine's contender that did not change", kHarness));
+    }
     for (const Store* store : {&a_, &b_}) {
       const std::vector<Cell>& cells = store == &a_ ? cells_a_ : cells_b_;
       std::set<std::string> timed;
@@ -207,31 +250,52 @@ class Comparer {
 
   void compare_accuracy(const Cell& a, const Cell& b) {
     if (compare_outcomes(a, b)) return;
+    std::vector<SampleSeries> samples_a, samples_b;
     for (const Value& value : a.values) {
       const Value* other = find_value(b, value.name);
-      if (!value.value || other == nullptr || !other->value) continue;
+      if (!value.value) continue;
+      if (other == nullptr || !other->value) {
+        ++found_.values_only_in_a;
+        continue;
+      }
+      const Better better = value_info(value.name).better;
       const double in_a = *value.value, in_b = *other->value;
+      const double size_a = std::abs(in_a), size_b = std::abs(in_b);
       CellChange row = row_of(a, b);
       row.value = value.name;
       row.unit = value.unit;
       row.a = in_a;
       row.b = in_b;
-      if (in_a != 0) row.ratio = Interval{in_b / in_a, kUnknown, kUnknown};
+      if (in_a != 0) row.ratio = Interval{better == Better::kNone ? in_b / in_a : size_b / size_a, kUnknown, kUnknown};
       if (in_a != in_b) {
-        const bool small = in_a != 0 && std::abs(in_b / in_a - 1) < options_.threshold;
-        row.change =
-            small ? Change::kWithin : change_of(std::abs(in_b) > std::abs(in_a), value_info(value.name).better);
+        const bool rounding = std::max(size_a, size_b) < kRounding;
+        const bool small = row.ratio && std::abs(row.ratio->value - 1) < options_.threshold;
+        row.change = small || rounding ? Change::kWithin : change_of(size_b > size_a, better);
+        if (samples_a.empty()) {
+          samples_a = a_.samples(a.id);
+          samples_b = b_.samples(b.id);
+        }
+        const auto *of_a = figures_of(samples_a, value.name), *of_b = figures_of(samples_b, value.name);
+        const auto p = of_a == nullptr || of_b == nullptr ? std::nullopt : paired_p(*of_a, *of_b);
+        if (p) {
+          row.tested = true;
+          row.p = *p;
+          row.samples_a = row.samples_b = of_a->size();
+        }
       }
       found_.rows.push_back(std::move(row));
     }
   }
 
   void compare_time(const Cell& a, const Cell& b, const std::map<CellName, const Cell*>& others) {
-    if (a.contender == options_.control || compare_outcomes(a, b)) return;
+    if (compare_outcomes(a, b) || a.contender == options_.control) return;
     const Value *in_a = find_value(a, time_of(a.measure)), *in_b = find_value(b, time_of(b.measure));
-    if (in_a == nullptr || in_b == nullptr) return;
+    if (in_a == nullptr || in_b == nullptr) {
+      if (in_a != nullptr) ++found_.values_only_in_a;
+      return;
+    }
     CellChange row = row_of(a, b);
-    row.time = true;
+    row.time = row.tested = true;
     row.value = in_a->name;
     row.unit = in_a->unit;
     row.a = in_a->value;
@@ -243,58 +307,68 @@ class Comparer {
     }
     const TimeSamples samples_a = time_samples(series_a), samples_b = time_samples(series_b);
     TimeSamples control_a, control_b;
-    if (!options_.control.empty()) {
+    const bool controlled = !options_.control.empty();
+    if (controlled) {
       CellName control = name_of(a);
       std::get<1>(control) = options_.control;
       const auto of_a = by_name_a_.find(control);
       const auto of_b = others.find(control);
-      if (of_a == by_name_a_.end() || of_b == others.end()) return;
-      control_a = time_samples(a_.samples(of_a->second->id));
-      control_b = time_samples(b_.samples(of_b->second->id));
+      if (of_a != by_name_a_.end()) control_a = time_samples(a_.samples(of_a->second->id));
+      if (of_b != others.end()) control_b = time_samples(b_.samples(of_b->second->id));
+      if (control_a.times.empty() || control_b.times.empty()) {
+        found_.without_control.push_back(std::move(row));
+        return;
+      }
     }
-    const bool controlled = !options_.control.empty();
     const Logs logs_a = logs_of(samples_a, controlled ? &control_a : nullptr),
                logs_b = logs_of(samples_b, controlled ? &control_b : nullptr);
     row.samples_a = logs_a.values.size();
     row.samples_b = logs_b.values.size();
     row.rounds = samples_a.rounds || samples_b.rounds;
     if (!logs_a.values.empty() && !logs_b.values.empty()) {
-      row.ratio = ratio_of(logs_a, logs_b);
-      row.p = rank_test(logs_a.values, logs_b.values);
+      const Tested tested = welch(logs_a, logs_b);
+      row.ratio = tested.ratio;
+      row.p = tested.p;
+      row.p_rank = rank_test(logs_a.values, logs_b.values);
     }
     found_.rows.push_back(std::move(row));
   }
 
-  void judge_times() {
-    std::vector<CellChange*> times;
-    for (CellChange& row : found_.rows) {
-      if (row.time && row.ratio) times.push_back(&row);
-    }
+  // p-values corrected for the number of `rows`.
+  static void correct(const std::vector<CellChange*>& rows) {
     std::vector<double> p;
-    p.reserve(times.size());
-    double least_possible = 1;
-    for (const CellChange* row : times) {
+    std::vector<std::string> contenders;
+    for (const CellChange* row : rows) {
       p.push_back(row->p);
-      least_possible = std::min(least_possible, smallest_rank_p(row->samples_a, row->samples_b));
+      contenders.push_back(row->contender);
     }
-    const std::vector<double> corrected = corrected_for_number(p);
+    const std::vector<double> corrected = corrected_by_family(p, contenders);
+    for (size_t i = 0; i < rows.size(); ++i) rows[i]->p_corrected = corrected[i];
+  }
+
+  void judge() {
+    std::vector<CellChange*> times, others;
+    for (CellChange& row : found_.rows) {
+      if (row.tested && row.ratio) (row.time ? times : others).push_back(&row);
+    }
+    correct(times);
+    correct(others);
     std::vector<double> ratios;
     std::set<std::string> contenders;
-    for (size_t i = 0; i < times.size(); ++i) {
-      CellChange& row = *times[i];
-      const Interval ratio = row.ratio.value_or(Interval{});
-      row.p_corrected = corrected[i];
-      ratios.push_back(ratio.value);
-      contenders.insert(row.contender);
-      const bool one_sided = ratio.low > 1 || ratio.high < 1;
-      if (row.p_corrected > options_.level || !one_sided) continue;
-      row.change = ratio.value > 1 ? Change::kWorse : Change::kBetter;
-      if (std::abs(ratio.value - 1) < options_.threshold) row.change = Change::kWithin;
+    for (CellChange* row : times) {
+      ratios.push_back(row->ratio->value);
+      contenders.insert(row->contender);
+      const double rank_level = std::max(options_.level, 1.0001 * smallest_rank_p(row->samples_a, row->samples_b));
+      if (row->p_corrected > options_.level || row->p_rank > rank_level) continue;
+      row->change = row->ratio->value > 1 ? Change::kWorse : Change::kBetter;
+      if (std::abs(row->ratio->value - 1) < options_.threshold) row->change = Change::kWithin;
+    }
+    for (CellChange* row : others) {
+      const bool changed = row->change == Change::kWorse || row->change == Change::kBetter || row->change == Change::kOther;
+      if (changed && row->p_corrected > options_.level) row->change = Change::kUnsettled;
     }
     constexpr size_t kEnoughContenders = 3;
     if (contenders.size() >= kEnoughContenders && options_.control.empty()) found_.common_ratio = median(ratios);
-    // one changed time among many has to stand out by itself
-    found_.too_few_samples = !times.empty() && least_possible * static_cast<double>(times.size()) > options_.level;
   }
 
   const Store &a_, &b_;
@@ -332,10 +406,24 @@ std::string_view change_text(Change change) {
       return "worse";
     case Change::kOther:
       return "other";
+    case Change::kUnsettled:
+      return "unsettled";
     case Change::kNone:
       break;
   }
   return "none";
+}
+
+std::optional<Difference> other_machine(const Store& a, const Store& b) {
+  const auto in_a = timing_machines(a), in_b = timing_machines(b);
+  const auto listed = [](const std::set<std::string>& names) { return join({names.begin(), names.end()}, ", "); };
+  for (const auto& [system, machines] : in_a) {
+    const auto other = in_b.find(system);
+    if (other == in_b.end() || other->second == machines) continue;
+    return Difference{DifferenceKind::kMachine, system, fmt::format("the machine that timed '{}'", system),
+                      listed(machines), listed(other->second)};
+  }
+  return std::nullopt;
 }
 
 Comparison compare(const Store& a, const Store& b, const CompareOptions& options) {
@@ -347,11 +435,45 @@ std::vector<const CellChange*> regressions(const Comparison& comparison, double 
   for (const CellChange& row : comparison.rows) {
     if (row.change != Change::kWorse) continue;
     const bool by_outcome = row.value == "outcome" || !row.ratio;
-    const double ratio = std::abs(row.ratio.value_or(Interval{}).value);
+    const double ratio = row.ratio.value_or(Interval{}).value;
     // a value of which more is better got worse when it fell
     if (by_outcome || std::max(ratio, 1 / std::max(ratio, 1e-300)) >= 1 + limit) found.push_back(&row);
   }
   return found;
+}
+
+std::vector<const CellChange*> undecided(const Comparison& comparison, double limit) {
+  std::vector<const CellChange*> found;
+  for (const CellChange& row : comparison.rows) {
+    if (!row.time || row.change != Change::kNone) continue;
+    if (!row.ratio || !(row.ratio->high < 1 + limit)) found.push_back(&row);
+  }
+  return found;
+}
+
+std::string gaps(const Comparison& comparison) {
+  const auto example = [](const std::vector<CellChange>& rows) {
+    const CellChange& row = rows.front();
+    return fmt::format("such as {} of '{}' on '{}' at {} ms", row.measure, row.contender, row.system,
+                       timestep_label(row.timestep_ms));
+  };
+  std::vector<std::string> parts;
+  if (!comparison.only_a.empty()) {
+    parts.push_back(fmt::format("{} of '{}' {} not in '{}', {}",
+                                counted(comparison.only_a.size(), "cell", "cells"), comparison.a,
+                                comparison.only_a.size() == 1 ? "is" : "are", comparison.b, example(comparison.only_a)));
+  }
+  if (!comparison.other_windows.empty()) {
+    parts.push_back(fmt::format("{} of other windows of the run, {} (measure with `--windows-of {}`)",
+                                counted(comparison.other_windows.size(), "time is", "times are"),
+                                example(comparison.other_windows), comparison.a));
+  }
+  if (!comparison.without_control.empty()) {
+    parts.push_back(fmt::format("{} without a time of the control, {}",
+                                counted(comparison.without_control.size(), "time is", "times are"),
+                                example(comparison.without_control)));
+  }
+  return join(parts, "; ");
 }
 
 }  // namespace assay

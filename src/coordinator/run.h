@@ -56,6 +56,9 @@ struct RunOptions {
   // Measures again what is stored as crashed or timed out (also contenders whose conformance suite ended so), and cells
   // that are damaged in the database.
   bool retry = false;
+  // Results whose timings are to compare with these: what they have timed of a system at a timestep is timed here, too,
+  // however long this run's contenders take. "" for none.
+  std::string windows_of;
 
   // ---- parts of a campaign, one after the other (search/search.h) ----
   std::function<bool(const PlannedCell&)> wanted;  // only these cells; all when empty

@@ -91,7 +91,13 @@ void Runner::time_system(TimingPass& pass, int system_index) {
 
 // The share of the run that contenders were timed in at this timestep, where some have been: others then time the same.
 std::optional<double> Runner::stored_share(const std::string& system, double timestep_ms) const {
-  for (const Cell& cell : store_.cells()) {
+  const std::optional<double> own = share_in(store_.cells(), system, timestep_ms);
+  if (own || options_.windows_of.empty()) return own;
+  return share_in(Store::open(options_.windows_of).cells(), system, timestep_ms);
+}
+
+std::optional<double> Runner::share_in(const std::vector<Cell>& cells, const std::string& system, double timestep_ms) {
+  for (const Cell& cell : cells) {
     if (cell.measure != "raw_speed" || cell.system != system || !same_timestep(cell.timestep_ms, timestep_ms)) continue;
     if (const Value* share = find_value(cell, "window_share")) return share->value;
   }

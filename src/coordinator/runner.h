@@ -91,6 +91,7 @@ class Runner {
                         const std::string& reference) const;
   void time_system(TimingPass& pass, int system_index);
   std::optional<double> stored_share(const std::string& system, double timestep_ms) const;
+  static std::optional<double> share_in(const std::vector<Cell>& cells, const std::string& system, double timestep_ms);
   void finish(RunSummary& summary, double wall_s, double cpu_s);
 
   std::uint64_t seed() const { return static_cast<std::uint64_t>(campaign_.seed); }

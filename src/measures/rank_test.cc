@@ -1,9 +1,12 @@
 #include "measures/rank_test.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <numeric>
+#include <utility>
 
 namespace assay {
 namespace {
@@ -79,6 +82,29 @@ std::vector<double> corrected_for_number(const std::vector<double>& p) {
     const auto rank = static_cast<double>(order.size() - i);
     least = std::min(least, p[order[i]] * static_cast<double>(p.size()) / rank);
     corrected[order[i]] = least;
+  }
+  return corrected;
+}
+
+std::vector<double> corrected_by_family(const std::vector<double>& p, const std::vector<std::string>& family) {
+  assert(p.size() == family.size());
+  std::map<std::string, std::vector<size_t>> members;
+  for (size_t i = 0; i < p.size(); ++i) members[family[i]].push_back(i);
+  std::vector<double> corrected(p.size());
+  std::vector<std::pair<double, const std::vector<size_t>*>> families;  // Simes' p-value
+  for (const auto& [name, own] : members) {
+    std::vector<double> of_own;
+    of_own.reserve(own.size());
+    for (const size_t i : own) of_own.push_back(p[i]);
+    const std::vector<double> within = corrected_for_number(of_own);
+    for (size_t k = 0; k < own.size(); ++k) corrected[own[k]] = within[k];
+    families.emplace_back(std::ranges::min(within), &own);
+  }
+  std::ranges::sort(families, {}, [](const auto& each) { return each.first; });
+  double largest = 0;
+  for (size_t k = 0; k < families.size(); ++k) {
+    largest = std::max(largest, std::min(1.0, families[k].first * static_cast<double>(families.size() - k)));
+    for (const size_t i : *families[k].second) corrected[i] = std::max(corrected[i], largest);
   }
   return corrected;
 }

@@ -8,6 +8,8 @@
 #include <numeric>
 #include <random>
 
+#include <boost/math/distributions/students_t.hpp>
+
 namespace assay {
 namespace {
 
@@ -85,6 +87,11 @@ double student_t_975(int freedom) {
   const double n = freedom;
   return z + (std::pow(z, 3) + z) / (4 * n) + (5 * std::pow(z, 5) + 16 * std::pow(z, 3) + 3 * z) / (96 * n * n) +
          (3 * std::pow(z, 7) + 19 * std::pow(z, 5) + 17 * std::pow(z, 3) - 15 * z) / (384 * n * n * n);
+}
+
+double student_t_p(double t, double freedom) {
+  if (std::isinf(t)) return 0;
+  return 2 * boost::math::cdf(boost::math::complement(boost::math::students_t(freedom), std::abs(t)));
 }
 
 Interval t_interval(std::span<const double> samples) {

@@ -31,6 +31,9 @@ std::vector<double> resampled_means(std::span<const double> samples, std::uint64
 // The 0.975 quantile of Student's t distribution with `freedom` degrees of freedom (at least 1).
 double student_t_975(int freedom);
 
+// How likely |T| would be at least |t|, for Student's t distribution with `freedom` > 0 degrees of freedom.
+double student_t_p(double t, double freedom);
+
 // Mean of a few samples, in the order in which they were taken, with its 95 % t-interval. It is wider where neighbours
 // are alike: the variance of the mean grows by 1 + 2 (n - 1) / n times their correlation (lag 1, its bias of -1/n taken
 // off, never negative). Fewer than two samples give no interval: both ends are NaN.
