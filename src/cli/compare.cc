@@ -86,9 +86,10 @@ int run_compare(const CompareCommand& command) {
                         row_text(*worse.front())));
   }
   if (!open.empty()) {
-    message(fmt::format("{} undecided: the samples do not exclude that it is slower by {:.3g} %; the first is {}; "
-                        "measure with more processes or on a quieter machine",
-                        counted(open.size(), "time is", "times are"), 100 * *limit, row_text(*open.front())));
+    message(
+        fmt::format("{} undecided: the samples do not exclude that it is slower by {:.3g} %; the first is {}; "
+                    "measure with more processes or on a quieter machine",
+                    counted(open.size(), "time is", "times are"), 100 * *limit, row_text(*open.front())));
   }
   if (!worse.empty()) return kFailed;
   if (const std::string why = gaps(found); !why.empty() && !command.allow_gaps) {

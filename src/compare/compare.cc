@@ -20,10 +20,6 @@
 namespace assay {
 namespace {
 
-using CellName = std::tuple<std::string, std::string, std::string, double>;  // system, contender, measure, timestep
-
-CellName name_of(const Cell& cell) { return {cell.system, cell.contender, cell.measure, cell.timestep_ms}; }
-
 struct Logs {
   std::vector<double> values;
   double mean = 0, variance_of_mean = 0;
@@ -33,8 +29,8 @@ constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 int freedom(const Logs& logs) { return static_cast<int>(logs.values.size()) - 1; }
 
-// What processes of one cell differ by, relative (standard deviation; docs/performance.md#what-compare-finds): rounds of
-// one process do not show it.
+// What processes of one cell differ by, relative (standard deviation; docs/performance.md#what-compare-finds): rounds
+// of one process do not show it.
 constexpr double kOfProcess = 0.0132;
 
 Logs logs_of(const TimeSamples& samples, const TimeSamples* control) {
@@ -212,8 +208,10 @@ class Comparer {
     }
     if (options_.control.empty()) return;
     if (options_.control == kHarness) {
-      throw InputError(fmt::format("the control is '{}', the harness without an engine, whose times are noise alone: "
-                                   "give an engine's contender that did not change", kHarness));
+      throw InputError(
+          fmt::format("the control is '{}', the harness without an engine, whose times are noise alone: "
+                      "give an engine's contender that did not change",
+                      kHarness));
     }
     for (const Store* store : {&a_, &b_}) {
       const std::vector<Cell>& cells = store == &a_ ? cells_a_ : cells_b_;
@@ -364,7 +362,8 @@ class Comparer {
       if (std::abs(row->ratio->value - 1) < options_.threshold) row->change = Change::kWithin;
     }
     for (CellChange* row : others) {
-      const bool changed = row->change == Change::kWorse || row->change == Change::kBetter || row->change == Change::kOther;
+      const bool changed =
+          row->change == Change::kWorse || row->change == Change::kBetter || row->change == Change::kOther;
       if (changed && row->p_corrected > options_.level) row->change = Change::kUnsettled;
     }
     constexpr size_t kEnoughContenders = 3;
@@ -459,9 +458,9 @@ std::string gaps(const Comparison& comparison) {
   };
   std::vector<std::string> parts;
   if (!comparison.only_a.empty()) {
-    parts.push_back(fmt::format("{} of '{}' {} not in '{}', {}",
-                                counted(comparison.only_a.size(), "cell", "cells"), comparison.a,
-                                comparison.only_a.size() == 1 ? "is" : "are", comparison.b, example(comparison.only_a)));
+    parts.push_back(fmt::format("{} of '{}' {} not in '{}', {}", counted(comparison.only_a.size(), "cell", "cells"),
+                                comparison.a, comparison.only_a.size() == 1 ? "is" : "are", comparison.b,
+                                example(comparison.only_a)));
   }
   if (!comparison.other_windows.empty()) {
     parts.push_back(fmt::format("{} of other windows of the run, {} (measure with `--windows-of {}`)",

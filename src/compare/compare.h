@@ -1,18 +1,18 @@
 // What changed from results A to results B, cell by cell.
 //
 // Times: the ratio of the mean step times (B over A), by the clock's own estimate for each process
-// (measures/step_time.h), with the 95 % interval and the p-value of Welch's t on the logarithms of the processes' times.
-// A process is one sample, because its rounds share its place in memory; where there is one process, its rounds are the
-// samples, and what processes differ by is added to their variance. The p-values are corrected for their number, a
-// contender's times being a family (measures/rank_test.h). A time has changed when its corrected p-value is at most
-// `level`, a rank test on the same samples agrees (at most `level`, or as small as so few samples can make it), and its
-// ratio is at least the practical threshold away from 1.
+// (measures/step_time.h), with the 95 % interval and the p-value of Welch's t on the logarithms of the processes'
+// times. A process is one sample, because its rounds share its place in memory; where there is one process, its rounds
+// are the samples, and what processes differ by is added to their variance. The p-values are corrected for their
+// number, a contender's times being a family (measures/rank_test.h). A time has changed when its corrected p-value is
+// at most `level`, a rank test on the same samples agrees (at most `level`, or as small as so few samples can make it),
+// and its ratio is at least the practical threshold away from 1.
 //
 // Accuracy is deterministic: a value is equal to the last bit, or it changed, and the ratio of its magnitudes says how
 // much. A change that is smaller than the threshold, or of values that are smaller than kRounding in their unit, counts
 // as "within". But another build rounds otherwise, and a chaotic motion makes that large: where a value is over several
-// initial states or pieces of the run, the pairs of both results are tested (Student's t, corrected like the times), and
-// a change that is not alike in them is "unsettled".
+// initial states or pieces of the run, the pairs of both results are tested (Student's t, corrected like the times),
+// and a change that is not alike in them is "unsettled".
 //
 // Both runs' samples say nothing of what happened between the runs: a machine that is slower on another day slows all
 // contenders. A control is a contender that is known not to have changed: times are then divided by its time in the
@@ -35,7 +35,7 @@ namespace assay {
 struct CompareOptions {
   double threshold = 0.02;       // of practical significance, relative
   double level = 0.05;           // of corrected p-values
-  std::string control = {};  // contender whose times the others' are divided by; "" for none
+  std::string control = {};      // contender whose times the others' are divided by; "" for none
   bool across_machines = false;  // accuracy alone
   bool across_programs = false;  // another version or build of assay is accepted
 };
@@ -82,10 +82,10 @@ struct Comparison {
   std::vector<Difference> coverage;       // systems and contenders that one of them lacks
   std::vector<Difference> ignored;        // other machines or programs that the options accept
   std::vector<CellChange> rows;           // as stored, times and accuracy; cells that only one of them has are left out
-  std::vector<CellChange> only_a;           // cells, without figures
-  size_t only_b = 0;                        // cells
-  size_t values_only_in_a = 0;              // figures of cells that both have
-  std::vector<CellChange> other_windows;    // times that are not compared: each run timed another part of the motion
+  std::vector<CellChange> only_a;         // cells, without figures
+  size_t only_b = 0;                      // cells
+  size_t values_only_in_a = 0;            // figures of cells that both have
+  std::vector<CellChange> other_windows;  // times that are not compared: each run timed another part of the motion
   std::vector<CellChange> without_control;  // times that are not compared: the control has none beside them
   // The median ratio of all times, where there are at least three contenders: far from 1 it is rather the machine's.
   std::optional<double> common_ratio;

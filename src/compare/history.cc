@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <string_view>
 #include <tuple>
@@ -19,7 +20,8 @@ namespace assay {
 namespace {
 
 using nlohmann::json;
-using CourseName = std::tuple<std::string, std::string, std::string, double, std::string>;
+namespace fs = std::filesystem;
+using CourseName = std::tuple<std::string, std::string, std::string, double, std::string>;  // with the value
 
 // A time's own scatter within its run, relative, from its interval.
 double relative_error(const Interval& value) {
@@ -38,6 +40,10 @@ class Courses {
     std::optional<Store> first;
     for (const auto& [started, dir] : order) {
       Store store = Store::open(dir);
+      std::error_code error;
+      if (const auto twice = named_.emplace(fs::weakly_canonical(dir, error), dir); !twice.second) {
+        throw InputError(fmt::format("'{}' and '{}' are the same results: name each once", twice.first->second, dir));
+      }
       if (first) {
         refuse_others(*first, store);
         add(store);
@@ -61,7 +67,9 @@ class Courses {
 
  private:
   void refuse_others(const Store& first, const Store& other) const {
-    for (const Difference& each : differences(first, other)) {
+    std::vector<Difference> found = differences(first, other);
+    if (const auto machine = other_machine(first, other)) found.push_back(*machine);
+    for (const Difference& each : found) {
       if (accepts(history_.options, each)) continue;
       std::string_view switches;
       if (each.kind == DifferenceKind::kProgram) switches = ", or accept it with --across-programs";
@@ -89,6 +97,14 @@ class Courses {
       if (cell.contender == kHarness || cell.contender == control) continue;
       const bool timing = is_timing(cell.measure);
       if (timing && history_.options.across_machines) continue;
+      if (cell.values.empty()) {
+        add_failure(cell, run);
+        continue;
+      }
+      if (timing && !has_first_windows(store, cell)) {
+        ++history_.other_windows;
+        continue;
+      }
       const auto relative = controls.find({cell.system, cell.timestep_ms, cell.measure});
       if (timing && !control.empty() && relative == controls.end()) continue;
       for (const Value& value : cell.values) {
@@ -105,8 +121,18 @@ class Courses {
         }
         course.points.push_back({run, figure, std::string(outcome_text(cell.outcome))});
       }
-      if (cell.values.empty()) add_failure(cell, run);
     }
+  }
+
+  // Whether the cell timed the parts of the run that the first results with this cell did.
+  bool has_first_windows(const Store& store, const Cell& cell) {
+    std::vector<SampleSeries> samples = store.samples(cell.id);
+    const auto [first, fresh] = windows_.try_emplace(name_of(cell), std::vector<SampleSeries>());
+    if (!fresh) return same_windows(first->second, samples);
+    std::erase_if(samples, [](const SampleSeries& each) { return !each.name.starts_with("window_"); });
+    std::erase_if(samples, [](const SampleSeries& each) { return each.name == "window_step_time_us"; });
+    first->second = std::move(samples);
+    return true;
   }
 
   // The median over processes: one that was disturbed is no change of level. The stored mean where there are no
@@ -118,7 +144,10 @@ class Courses {
   }
 
   Course& course_of(const Cell& cell, const Value& value) {
-    Course& course = courses_[{cell.system, cell.contender, cell.measure, cell.timestep_ms, value.name}];
+    const auto [at, fresh] =
+        courses_.try_emplace({cell.system, cell.contender, cell.measure, cell.timestep_ms, value.name});
+    Course& course = at->second;
+    if (fresh) course.points = failures_[name_of(cell)];
     course.system = cell.system;
     course.contender = cell.contender;
     course.measure = cell.measure;
@@ -129,8 +158,9 @@ class Courses {
     return course;
   }
 
-  // A cell without values is a point of every course that it had values for.
+  // A cell without values is a point of every course that it has values for in another run.
   void add_failure(const Cell& cell, size_t run) {
+    failures_[name_of(cell)].push_back({run, {}, std::string(outcome_text(cell.outcome))});
     for (auto& [name, course] : courses_) {
       if (course.system == cell.system && course.contender == cell.contender && course.measure == cell.measure &&
           course.timestep_ms == cell.timestep_ms) {
@@ -139,21 +169,28 @@ class Courses {
     }
   }
 
+  static bool find_outcome_change(Course& course, const CoursePoint& before, const CoursePoint& after) {
+    if (before.outcome == after.outcome) return false;
+    const Change change = change_of_outcome(before.outcome == "ok", after.outcome == "ok");
+    course.changes.push_back({after.run, 0, change, fmt::format("{} → {}", before.outcome, after.outcome)});
+    return true;
+  }
+
   void find_changes(Course& course) const {
     for (size_t i = 1; i < course.points.size(); ++i) {
       const CoursePoint &before = course.points[i - 1], &after = course.points[i];
-      if (before.outcome != after.outcome) {
-        const Change change = change_of_outcome(before.outcome == "ok", after.outcome == "ok");
-        course.changes.push_back({after.run, 0, change, fmt::format("{} → {}", before.outcome, after.outcome)});
-        continue;
-      }
+      if (find_outcome_change(course, before, after)) continue;
       const double a = std::abs(before.value.value), b = std::abs(after.value.value);
+      if (std::max(a, b) < kRounding) continue;
       if (a == b || (a > 0 && std::abs(b / a - 1) < history_.options.threshold)) continue;
       add_change(course, after.run, a > 0 ? b / a : 0, b > a);
     }
   }
 
   void find_time_changes(Course& course, size_t courses) const {
+    for (size_t i = 1; i < course.points.size(); ++i) {
+      find_outcome_change(course, course.points[i - 1], course.points[i]);
+    }
     std::vector<double> logs, errors;
     std::vector<size_t> runs;
     for (const CoursePoint& point : course.points) {
@@ -184,7 +221,10 @@ class Courses {
   }
 
   History history_;
+  std::map<fs::path, std::string> named_;  // directories, by where they are
   std::map<CourseName, Course> courses_;
+  std::map<CellName, std::vector<CoursePoint>> failures_;
+  std::map<CellName, std::vector<SampleSeries>> windows_;
 };
 
 }  // namespace
@@ -221,6 +261,10 @@ std::string history_markdown(const History& history) {
   } else {
     text += "| change | system | contender | ms | value | by | since |\n| --- | --- | --- | --- | --- | --- | --- |\n" +
             rows + fmt::format("\n{} other courses did not change.\n", steady);
+  }
+  if (history.other_windows > 0) {
+    text += fmt::format("\nTimes of other windows of the run than the first results timed, left out: {}.\n",
+                        history.other_windows);
   }
   text += fmt::format(
       "\nLevels of step times by optimal partitioning, practical threshold {:.2g} %{}. A change that only the last run "
@@ -263,6 +307,7 @@ json history_json(const History& history) {
   }
   return {{"runs", std::move(runs)},
           {"courses", std::move(courses)},
+          {"other_windows", history.other_windows},
           {"threshold", history.options.threshold},
           {"control", history.options.control.empty() ? json(nullptr) : json(history.options.control)}};
 }

@@ -44,11 +44,12 @@ struct HistoryRun {
 struct History {
   std::vector<HistoryRun> runs;  // in the order of time
   std::vector<Course> courses;   // those with at least two points
+  size_t other_windows = 0;      // times that are left out: not of the windows that the first run timed
   CompareOptions options;
 };
 
-// Throws InputError that names the first difference when the runs cannot be compared (compare.h), and for fewer than
-// two.
+// Throws InputError that names the first difference when the runs cannot be compared (compare.h), for fewer than two,
+// and for one that is named twice.
 History history(const std::vector<std::string>& dirs, const CompareOptions& options);
 
 // How costly a change is among so many runs and courses.

@@ -1,11 +1,13 @@
-// The independent samples of a time. Internal to src/compare.
+// Cells by name, and the independent samples of a time. Internal to src/compare.
 #pragma once
 
 #include <algorithm>
 #include <initializer_list>
 #include <map>
 #include <set>
+#include <string>
 #include <string_view>
+#include <tuple>
 #include <vector>
 
 #include "measures/statistics.h"
@@ -14,6 +16,10 @@
 #include "store/timing_samples.h"
 
 namespace assay {
+
+using CellName = std::tuple<std::string, std::string, std::string, double>;  // system, contender, measure, timestep
+
+inline CellName name_of(const Cell& cell) { return {cell.system, cell.contender, cell.measure, cell.timestep_ms}; }
 
 struct TimeSamples {
   std::map<double, double> times;  // by process, or by round where there is one process

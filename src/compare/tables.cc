@@ -151,16 +151,18 @@ std::string comparison_markdown(const Comparison& comparison) {
 
 std::string comparison_csv(const Comparison& comparison) {
   std::string text =
-      "system,contender,timestep_ms,measure,value,unit,a,b,ratio,low,high,p,p_rank,p_corrected,change,outcome_a,outcome_b\n";
+      "system,contender,timestep_ms,measure,value,unit,a,b,ratio,low,high,p,p_rank,p_corrected,change,outcome_a,"
+      "outcome_b\n";
   for (const CellChange& row : comparison.rows) {
     const auto bound = [&](double Interval::* which) {
       return csv_number(row.ratio ? std::optional((*row.ratio).*which) : std::nullopt);
     };
     const auto p = [&](double value) { return row.tested ? csv_number(value) : ""; };
-    text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", quoted(row.system), quoted(row.contender),
-                        shortest(row.timestep_ms), row.measure, row.value, row.unit, csv_number(row.a),
-                        csv_number(row.b), bound(&Interval::value), bound(&Interval::low), bound(&Interval::high),
-                        p(row.p), row.time ? csv_number(row.p_rank) : "", p(row.p_corrected), change_text(row.change), row.outcome_a, row.outcome_b);
+    text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", quoted(row.system),
+                        quoted(row.contender), shortest(row.timestep_ms), row.measure, row.value, row.unit,
+                        csv_number(row.a), csv_number(row.b), bound(&Interval::value), bound(&Interval::low),
+                        bound(&Interval::high), p(row.p), row.time ? csv_number(row.p_rank) : "", p(row.p_corrected),
+                        change_text(row.change), row.outcome_a, row.outcome_b);
   }
   return text;
 }

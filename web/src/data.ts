@@ -101,7 +101,7 @@ export interface Changes {
   level: number;
   control: string | null;
   common_ratio: number | null;
-  too_few_samples: boolean;
+  gaps: string; // what keeps it from saying that nothing is worse, "" for nothing
   builds: string[];
   accepted: string[];
   coverage: string[];
@@ -116,9 +116,9 @@ export interface ChangeRow {
   unit: string;
   a: number | null;
   b: number | null;
-  change: "none" | "within" | "better" | "worse" | "other";
+  change: "none" | "within" | "better" | "worse" | "other" | "unsettled";
   text: string; // "+5.1 % (+4.0 to +6.2)"
-  p_corrected?: number; // of times
+  p_corrected?: number; // of times, and of accuracy over several initial states
 }
 
 // `assay history`.

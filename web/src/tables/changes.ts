@@ -4,7 +4,7 @@ import { el, type Child } from "../dom";
 import { plain, quantity, timestep } from "../format";
 import { scrollFrame, sortableTable, type Column } from "./sortable";
 
-const kWords: Record<ChangeRow["change"], string> = { none: "none", within: "small", better: "better", worse: "worse", other: "changed" };
+const kWords: Record<ChangeRow["change"], string> = { none: "none", within: "small", better: "better", worse: "worse", other: "changed", unsettled: "unsettled" };
 
 function list(title: string, lines: string[]): HTMLElement | null {
   if (lines.length === 0) return null;
@@ -24,12 +24,12 @@ export function changes(report: Report, compared: Changes): Child[] {
     { title: "After against before", cell: (row) => row.text, className: "figure" },
     { title: "p, corrected", key: (row) => row.p_corrected ?? 0, cell: (row) => (row.p_corrected === undefined ? "exact" : plain(row.p_corrected, 2)), className: "figure" },
   ];
-  const text = `From ${compared.a} to ${compared.b}. Times: ratio with its 95 % interval, rank test over processes, corrected for the number of times (Benjamini and Hochberg) at ${plain(compared.level, 2)}; smaller changes than ${plain(100 * compared.threshold, 2)} % are left out${compared.control ? `; relative to ${compared.control}` : ""}.`;
+  const text = `From ${compared.a} to ${compared.b}. Times: ratio with its 95 % interval, corrected for the number of contenders (Holm) and of a contender's times (Benjamini and Hochberg) at ${plain(compared.level, 2)}; smaller changes than ${plain(100 * compared.threshold, 2)} % are left out${compared.control ? `; relative to ${compared.control}` : ""}.`;
   const common = compared.common_ratio;
   return [
     rows.length > 0 ? el("div", { class: "panel matrix-panel" }, scrollFrame("What changed", text, sortableTable(columns, rows))) : el("p", { class: "sub table-text" }, text),
     common !== null ? el("p", { class: "sub table-text" }, `The median of all times' ratios is ${plain(common, 4)}. A change that all contenders share is probably the machine's.`) : null,
-    compared.too_few_samples ? el("p", { class: "sub table-text" }, "So few processes cannot show that one time among so many changed.") : null,
+    compared.gaps ? el("p", { class: "sub table-text" }, `Not judged: ${compared.gaps}.`) : null,
     list("Other builds of engines:", compared.builds),
     list("Accepted differences:", compared.accepted),
     list("Not in both:", compared.coverage),
