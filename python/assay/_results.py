@@ -135,13 +135,14 @@ class Comparison:
                    "text", "outcome_a", "outcome_b"]
         return table_of(self.data["rows"], columns, frame)
 
-    def regressions(self, share: str = "5%") -> str:
+    def regressions(self, share: str = "5%", allow_gaps: bool = False) -> str:
         """"" where nothing got worse by at least `share` beyond the noise, else the sentence with which `assay compare
-        --fail-on-regression` ends a CI."""
+        --fail-on-regression` ends a CI. InputError where that cannot be said: cells or times are missing, unless allow_gaps=True."""
         from .errors import RunError
 
         try:
-            _program.call("compare", *self._folders, "--fail-on-regression", share, *_program.words(self._options))
+            _program.call("compare", *self._folders, "--fail-on-regression", share, *_program.words(self._options),
+                          *(["--allow-gaps"] if allow_gaps else []))
         except RunError as error:
             return str(error)
         return ""
