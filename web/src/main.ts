@@ -121,7 +121,7 @@ function build(report: Report, masthead: HTMLElement, nav: HTMLElement, page: HT
     add(part("claims", "What the paper claims, tested again", text), "Claims", () => [claimsList(claims)]);
   }
   const compared = report.json.changes;
-  if (compared) add(part("changes", "What changed", compared.summary + "."), "Changes", () => changes(report, compared));
+  if (compared) add(part("changes", "What changed", `${compared.summary.charAt(0).toUpperCase()}${compared.summary.slice(1)}.`), "Changes", () => changes(report, compared));
   const followed = report.json.history;
   if (followed) {
     const text = `The course of each contender over ${followed.runs.length} runs, where it changed.`;

@@ -15,14 +15,14 @@ export function changes(report: Report, compared: Changes): Child[] {
   const rows = compared.rows.filter((row) => row.change !== "none" && row.change !== "within");
   const columns: Column<ChangeRow>[] = [
     { title: "Contender", key: (row) => row.contender, cell: (row) => report.title(row.contender), head: true, className: "sticky" },
+    { title: "Change", key: (row) => row.change, cell: (row) => (row.change === "worse" ? el("b", { class: "bad" }, kWords.worse) : kWords[row.change]) },
+    { title: "After against before", cell: (row) => row.text, className: "figure" },
     { title: "System", key: (row) => row.system, cell: (row) => row.system, className: "name" },
     { title: "Timestep", key: (row) => row.timestep_ms, cell: (row) => `${timestep(row.timestep_ms)} ms` },
     { title: "Value", key: (row) => row.value, cell: (row) => row.value.replace(/_/g, " ") },
-    { title: "Change", key: (row) => row.change, cell: (row) => (row.change === "worse" ? el("b", { class: "bad" }, kWords.worse) : kWords[row.change]) },
     { title: "Before", key: (row) => row.a, cell: (row) => (row.a === null ? "" : quantity(row.a, row.unit)), className: "figure" },
     { title: "After", key: (row) => row.b, cell: (row) => (row.b === null ? "" : quantity(row.b, row.unit)), className: "figure" },
-    { title: "After against before", cell: (row) => row.text, className: "figure" },
-    { title: "p, corrected", key: (row) => row.p_corrected ?? 0, cell: (row) => (row.p_corrected === undefined ? "exact" : plain(row.p_corrected, 2)), className: "figure" },
+    { title: "p, corrected", key: (row) => row.p_corrected ?? 0, cell: (row) => (row.p_corrected === undefined ? "exact" : row.p_corrected < 1e-4 ? "< 0.0001" : plain(row.p_corrected, 2)), className: "figure" },
   ];
   const text = `From ${compared.a} to ${compared.b}. Times: ratio with its 95 % interval, corrected for the number of contenders (Holm) and of a contender's times (Benjamini and Hochberg) at ${plain(compared.level, 2)}; smaller changes than ${plain(100 * compared.threshold, 2)} % are left out${compared.control ? `; relative to ${compared.control}` : ""}.`;
   const common = compared.common_ratio;
