@@ -386,7 +386,7 @@ Parts lost_parts(const SlurmRequest& request, const Parts& busy) {
   const auto is_lost = [&](const std::string& kind, int part) {
     const std::string dir = part_dir(request, kind, part);
     std::error_code error;
-    if (!fs::is_regular_file(dir + "/assay.sqlite", error)) return true;
+    if (!fs::is_regular_file(dir + "/assay.sqlite", error) || fs::is_empty(dir + "/assay.sqlite", error)) return true;
     const Store store = Store::open(dir);
     // a part that has nothing to do has a plan without cells, and a node that says when it ended
     for (const Store::PartDone& done : store.plan_done()) {
