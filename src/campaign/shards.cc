@@ -90,14 +90,15 @@ std::optional<std::string> variable(const char* name) {
 struct ArrayVariables {
   const char* index;
   int first;          // the index of the first part
+  const char* begin;  // variable with the index at which the array begins, "" for none
   const char* last;   // variable with the index of the last part, "" for none
   const char* count;  // variable with the number of parts, "" for none
 };
-constexpr auto kArrays = std::to_array<ArrayVariables>({{"JOB_COMPLETION_INDEX", 0, "", ""},
-                                                        {"PBS_ARRAY_INDEX", 1, "", "PBS_ARRAY_COUNT"},
-                                                        {"LSB_JOBINDEX", 1, "LSB_JOBINDEX_END", ""},
-                                                        {"SGE_TASK_ID", 1, "SGE_TASK_LAST", ""},
-                                                        {"AWS_BATCH_JOB_ARRAY_INDEX", 0, "", ""}});
+constexpr auto kArrays = std::to_array<ArrayVariables>({{"JOB_COMPLETION_INDEX", 0, "", "", ""},
+                                                        {"PBS_ARRAY_INDEX", 1, "", "", "PBS_ARRAY_COUNT"},
+                                                        {"LSB_JOBINDEX", 1, "", "LSB_JOBINDEX_END", ""},
+                                                        {"SGE_TASK_ID", 1, "SGE_TASK_FIRST", "SGE_TASK_LAST", ""},
+                                                        {"AWS_BATCH_JOB_ARRAY_INDEX", 0, "", "", ""}});
 
 long long number_in(const char* name, const std::string& text) {
   const auto number = parse_integer(text);
@@ -105,11 +106,20 @@ long long number_in(const char* name, const std::string& text) {
   return *number;
 }
 
+// `told` is the length of an array. It is the number of parts only where the array is whole, and one that measures some
+// parts again need not tell that it is not.
 Shard checked(long long index, std::optional<long long> told, std::optional<long long> given, const std::string& from) {
-  if (told && given && *told != *given) {
-    throw InputError(fmt::format("{} tells of {} parts, and --shard of {}: give the same number", from, *told, *given));
+  if (told && given && *told > *given) {
+    throw InputError(
+        fmt::format("{} tells of {} parts, and --shard of {}: give the number into which the campaign is "
+                    "divided",
+                    from, *told, *given));
   }
   const std::optional<long long> count = given ? given : told;
+  if (!given && told && *told == 1) {
+    throw InputError(fmt::format(
+        "{} is of an array of one job, which may be a part of more: give --shard auto/N, with N parts in all", from));
+  }
   if (!count) throw InputError(fmt::format("{} does not tell the number of parts: give --shard auto/N", from));
   if (index < 1 || index > *count || *count > kMostShards) {
     throw InputError(
@@ -118,36 +128,41 @@ Shard checked(long long index, std::optional<long long> told, std::optional<long
   return {static_cast<int>(index), static_cast<int>(*count)};
 }
 
+std::optional<long long> number_in(const char* name) {
+  const auto text = *name == '\0' ? std::nullopt : variable(name);
+  return text && *text != "undefined" ? std::optional(number_in(name, *text)) : std::nullopt;
+}
+
 Shard slurm_shard(const std::string& task, std::optional<long long> given) {
-  const auto number = [](const char* name) -> std::optional<long long> {
-    const auto text = variable(name);
-    return text ? std::optional(number_in(name, *text)) : std::nullopt;
-  };
-  const auto first = number("SLURM_ARRAY_TASK_MIN"), last = number("SLURM_ARRAY_TASK_MAX"),
-             count = number("SLURM_ARRAY_TASK_COUNT");
+  const auto first = number_in("SLURM_ARRAY_TASK_MIN"), last = number_in("SLURM_ARRAY_TASK_MAX"),
+             count = number_in("SLURM_ARRAY_TASK_COUNT");
   const long long index = number_in("SLURM_ARRAY_TASK_ID", task);
+  // An array that counts from 0 does so where some of its numbers are repeated, if 0 is one of these.
+  const long long part = first && *first == 0 ? index + 1 : index;
   // An array of some numbers, such as one that repeats lost parts, does not tell how many parts there are.
   const bool whole = first && last && count && *count == *last - *first + 1 && (*first == 0 || *first == 1);
-  if (whole) return checked(index - *first + 1, count, given, "SLURM_ARRAY_TASK_ID");
-  return checked(index, std::nullopt, given, "SLURM_ARRAY_TASK_ID");
+  return checked(part, whole ? count : std::nullopt, given, "SLURM_ARRAY_TASK_ID");
 }
 
 Shard shard_of_environment(std::optional<long long> count) {
   if (const auto text = variable("ASSAY_SHARD")) {
     if (text->starts_with("auto")) throw InputError(fmt::format("ASSAY_SHARD is '{}': give I/N", *text));
     const Shard shard = parse_shard(*text);
-    return checked(shard.index, shard.count, count, "ASSAY_SHARD");
+    if (count && *count != shard.count) {
+      throw InputError(
+          fmt::format("ASSAY_SHARD tells of {} parts, and --shard of {}: give the same number", shard.count, *count));
+    }
+    return shard;
   }
   if (const auto task = variable("SLURM_ARRAY_TASK_ID")) return slurm_shard(*task, count);
   for (const ArrayVariables& array : kArrays) {
     const auto index = variable(array.index);
     // Grid Engine sets the variable to 'undefined' outside of an array
     if (!index || *index == "undefined") continue;
-    std::optional<long long> told;
-    for (const char* name : {array.last, array.count}) {
-      const auto text = *name == '\0' ? std::nullopt : variable(name);
-      if (text && !told) told = number_in(name, *text);
-    }
+    std::optional<long long> told = number_in(array.last);
+    if (!told) told = number_in(array.count);
+    const auto begin = number_in(array.begin);
+    if (begin && *begin != array.first) told = std::nullopt;
     return checked(number_in(array.index, *index) - array.first + 1, told, count, array.index);
   }
   throw InputError(

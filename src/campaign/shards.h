@@ -12,9 +12,10 @@ namespace assay {
 
 inline constexpr int kMostShards = 10000;  // into which a campaign is divided
 
-// "2/8", or "auto" for the part that a scheduler's variables in the environment name, or "auto/8" where they do not
-// tell the number of parts. Throws InputError for anything else, and where the environment names no part or an
-// impossible one.
+// "2/8", or "auto/8" for the part that a scheduler's variables in the environment name, or "auto" where these tell the
+// number of parts, too. They tell the length of an array, which is less where parts are measured again; an array of one
+// job is refused, and the record of the results directory finds the others. Throws InputError for anything else, and
+// where the environment names no part or an impossible one.
 //   ASSAY_SHARD                                       "2/8": before all others
 //   SLURM_ARRAY_TASK_ID, _MIN, _MAX, _COUNT           Slurm, `sbatch --array=1-8`
 //   JOB_COMPLETION_INDEX                              Kubernetes, an indexed job: from 0, without a count

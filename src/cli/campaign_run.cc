@@ -17,6 +17,7 @@
 #include "coordinator/run.h"
 #include "report/figures.h"
 #include "report/report.h"
+#include "store/facts.h"
 #include "store/store.h"
 
 namespace assay::cli {
@@ -84,6 +85,36 @@ void choose_device(const std::string& device, Campaign& campaign) {
   campaign.device = device;
 }
 
+// A directory has one plan: that of its part. Cells of a second part would be measured and then missed.
+void refuse_other_part(const RunRequest& request, const Shard& shard) {
+  if (!request.shard && !request.cells) return;  // all cells, whatever the directory began with
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(request.out + "/assay.sqlite", error)) return;
+  const auto text = [](const std::string& part, const std::string& cells) {
+    const std::string kind = cells == "all" ? "" : fmt::format(" of the {} cells", cells);
+    return part == "1/1" ? fmt::format("the whole{}", kind.empty() ? " campaign" : kind)
+                         : fmt::format("part {}{}", part, kind);
+  };
+  const std::string wanted = text(shard_text(shard), std::string(shard_cells_text(shard.cells)));
+  std::vector<std::string> begun;
+  try {
+    for (const NodeRow& row : Store::open(request.out).nodes()) {
+      const auto facts = facts_of(row.json);
+      if (!facts.contains("shard")) continue;
+      std::string part = text(text_fact(facts, "shard"), text_fact(facts, "cells", "all"));
+      if (std::ranges::find(begun, part) == begun.end()) begun.push_back(std::move(part));
+    }
+  } catch (const InputError&) {
+    return;  // the run says what is wrong with it, and may mend it
+  }
+  if (begun.empty() || (begun.size() == 1 && begun.front() == wanted)) return;
+  constexpr size_t kFew = 3;
+  if (begun.size() > kFew) begun = {fmt::format("{} parts", begun.size())};
+  throw InputError(fmt::format(
+      "'{}' was begun as {} and cannot go on as {}: give each part an --out of its own, which 'assay merge' unites",
+      request.out, join(begun, ", "), wanted));
+}
+
 }  // namespace
 
 void add_references(CLI::App& command, RunRequest& request) {
@@ -140,6 +171,7 @@ void rehearse_campaign(const std::string& campaign) {
 
 bool run_and_summarize(const RunRequest& request) {
   RunOptions options = run_options(request);
+  refuse_other_part(request, options.shard);
   Campaign campaign = load_campaign(find_campaign(request.campaign));
   if (request.device) choose_device(*request.device, campaign);
   const auto progress = json_progress(request) ? make_json_progress(stderr) : make_progress(stderr);

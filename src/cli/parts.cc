@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <map>
 #include <set>
 
@@ -19,9 +20,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// A process that was killed at its start may have left an empty file.
 bool has_results(const fs::path& dir) {
   std::error_code error;
-  return fs::is_regular_file(dir / "assay.sqlite", error);
+  return fs::is_regular_file(dir / "assay.sqlite", error) && fs::file_size(dir / "assay.sqlite", error) > 0 && !error;
 }
 
 std::vector<std::string> results_in(const fs::path& dir) {
@@ -34,15 +36,21 @@ std::vector<std::string> results_in(const fs::path& dir) {
   return found;
 }
 
-// Of each kind of division ("all", "accuracy", "timing" in so many parts), the parts that are there and their cells.
+std::vector<std::string> results_inside(const std::string& dir) {
+  std::vector<std::string> inside = results_in(fs::path(dir) / "shards");
+  return inside.empty() ? results_in(dir) : inside;
+}
+
+// The parts of a division that are there, and what they lack.
 struct Division {
   std::set<int> present;
   std::map<int, size_t> lacking;  // cells by part
 };
 
-void add_divisions(const Store& store, std::map<std::pair<std::string, int>, Division>& divisions) {
-  // A plan's row says its part, and a node which division it worked on; parts of one division share its count.
-  std::set<std::pair<std::string, int>> here;
+// The divisions that a directory's nodes worked on, with the parts. Where one was to measure all cells, the plan is of
+// all.
+std::map<DivisionKind, std::set<int>> divisions_of(const Store& store) {
+  std::map<DivisionKind, std::set<int>> divisions;
   for (const NodeRow& row : store.nodes()) {
     const auto facts = facts_of(row.json);
     if (!facts.contains("shard")) continue;
@@ -51,20 +59,17 @@ void add_divisions(const Store& store, std::map<std::pair<std::string, int>, Div
     const auto index = parse_integer(text.substr(0, slash));
     const auto count = slash == std::string::npos ? std::nullopt : parse_integer(text.substr(slash + 1));
     if (!index || !count || *index < 1 || *index > *count || *count > kMostShards) continue;
-    const std::pair division(text_fact(facts, "cells", "all"), static_cast<int>(*count));
-    here.insert(division);
-    divisions[division].present.insert(static_cast<int>(*index));
+    divisions[{text_fact(facts, "cells", "all"), static_cast<int>(*count)}].insert(static_cast<int>(*index));
   }
-  if (here.empty()) return;
-  for (const Store::PartDone& part : store.plan_done()) {
-    for (const auto& division : here) {
-      const bool fits = division.first == "all" || (division.first == "accuracy") == part.accuracy;
-      if (fits && part.done < part.cells) divisions[division].lacking[part.shard] += part.cells - part.done;
-    }
-  }
+  if (const auto whole = divisions.find({"all", 1}); whole != divisions.end()) return {*whole};
+  return divisions;
 }
 
-std::vector<std::string> missing_text(const std::map<std::pair<std::string, int>, Division>& divisions) {
+bool fits(const DivisionKind& division, bool accuracy) {
+  return division.first == "all" || (division.first == "accuracy") == accuracy;
+}
+
+std::vector<std::string> missing_text(const std::map<DivisionKind, Division>& divisions) {
   std::vector<std::string> missing;
   for (const auto& [kind, division] : divisions) {
     const std::string what = kind.first == "all" ? "" : fmt::format(" of the {} cells", kind.first);
@@ -83,6 +88,27 @@ std::vector<std::string> missing_text(const std::map<std::pair<std::string, int>
   return missing;
 }
 
+// Cells that a directory has, and that it was to measure.
+struct Keys {
+  Keys() = default;
+  explicit Keys(const Store& store) {
+    for (std::string& key : store.cell_keys()) cells.insert(std::move(key));
+    for (PlanRow& row : store.plan()) planned.insert(std::move(row.key));
+  }
+  void add(const Keys& more) {
+    cells.insert(more.cells.begin(), more.cells.end());
+    planned.insert(more.planned.begin(), more.planned.end());
+  }
+  bool have(const Keys& other) const {
+    const auto all_in = [](const auto& keys, const auto& set) {
+      return std::ranges::all_of(keys, [&](const std::string& key) { return set.contains(key); });
+    };
+    return all_in(other.cells, cells) && all_in(other.planned, planned);
+  }
+
+  std::unordered_set<std::string> cells, planned;
+};
+
 }  // namespace
 
 std::vector<std::string> parts_of(const std::vector<std::string>& dirs) {
@@ -92,8 +118,7 @@ std::vector<std::string> parts_of(const std::vector<std::string>& dirs) {
       parts.push_back(dir);
       continue;
     }
-    std::vector<std::string> inside = results_in(fs::path(dir) / "shards");
-    if (inside.empty()) inside = results_in(dir);
+    const std::vector<std::string> inside = results_inside(dir);
     if (inside.empty()) {
       std::error_code error;
       throw InputError(fs::is_directory(dir, error)
@@ -105,15 +130,96 @@ std::vector<std::string> parts_of(const std::vector<std::string>& dirs) {
   return parts;
 }
 
+bool has_parts(const std::string& dir) { return has_results(dir) || !results_inside(dir).empty(); }
+
+std::vector<std::string> parts_ahead(const std::vector<std::string>& dirs) {
+  std::vector<std::string> parts;
+  for (const std::string& dir : dirs) {
+    if (!has_results(dir)) {
+      std::ranges::move(parts_of({dir}), std::back_inserter(parts));
+      continue;
+    }
+    const std::vector<std::string> inside = results_in(fs::path(dir) / "shards");
+    if (inside.empty()) {
+      parts.push_back(dir);
+      continue;
+    }
+    const Keys united(Store::open(dir));
+    bool ahead = false;
+    Keys apart;
+    for (const std::string& part : inside) {
+      const Keys keys(Store::open(part));
+      ahead |= Store::is_written(part) || !united.have(keys);
+      apart.add(keys);
+    }
+    if (!ahead || !apart.have(united)) parts.push_back(dir);
+    if (ahead) parts.insert(parts.end(), inside.begin(), inside.end());
+  }
+  return parts;
+}
+
 std::vector<std::string> missing_parts(const Store& store) {
-  std::map<std::pair<std::string, int>, Division> divisions;
-  add_divisions(store, divisions);
+  // A plan's row says its part, and a node which division it worked on; parts of one division share its count.
+  std::map<DivisionKind, Division> divisions;
+  for (const auto& [kind, present] : divisions_of(store)) divisions[kind].present = present;
+  for (const Store::PartDone& part : store.plan_done()) {
+    for (auto& [kind, division] : divisions) {
+      if (fits(kind, part.accuracy) && part.done < part.cells) division.lacking[part.shard] += part.cells - part.done;
+    }
+  }
   return missing_text(divisions);
 }
 
-std::vector<std::string> missing_parts(const std::vector<std::string>& dirs) {
-  std::map<std::pair<std::string, int>, Division> divisions;
-  for (const std::string& dir : dirs) add_divisions(Store::open(dir), divisions);
+void Coverage::add(const Store& store) {
+  const std::string campaign = store.manifest("campaign").value_or("");
+  const std::string hash = store.manifest("campaign_hash").value_or("");
+  if (dir_.empty()) {
+    dir_ = store.dir();
+    campaign_ = campaign;
+    campaign_hash_ = hash;
+  } else if (campaign != campaign_) {
+    throw InputError(fmt::format("'{}' has the campaign '{}' and '{}' has '{}': give the directories of one campaign",
+                                 dir_, campaign_, store.dir(), campaign));
+  } else if (hash != campaign_hash_) {
+    throw InputError(
+        fmt::format("'{}' and '{}' have the campaign '{}' in two states, so their cells do not add up: give the "
+                    "directories of one",
+                    dir_, store.dir(), campaign));
+  }
+  const auto here = divisions_of(store);
+  for (const auto& [kind, present] : here) present_[kind].insert(present.begin(), present.end());
+  const std::vector<PlanRow> plan = store.plan();
+  for (const PlanRow& row : plan) {
+    planned_.insert(row.key);
+    for (const auto& [kind, present] : here) {
+      if (fits(kind, row.accuracy)) cells_[kind][row.key] = row.shard;
+    }
+  }
+  for (std::string& key : store.cell_keys()) {
+    if (plan.empty()) planned_.insert(key);
+    stored_.insert(std::move(key));
+  }
+}
+
+bool Coverage::has_part(const DivisionKind& division, int part) const {
+  const auto found = present_.find(division);
+  return found != present_.end() && found->second.contains(part);
+}
+
+size_t Coverage::done() const {
+  return static_cast<size_t>(std::ranges::count_if(planned_, [&](const auto& key) { return stored_.contains(key); }));
+}
+
+std::vector<std::string> Coverage::missing() const {
+  std::map<DivisionKind, Division> divisions;
+  for (const auto& [kind, present] : present_) {
+    divisions[kind].present = present;
+    const auto cells = cells_.find(kind);
+    if (cells == cells_.end()) continue;
+    for (const auto& [key, part] : cells->second) {
+      if (!stored_.contains(key)) ++divisions[kind].lacking[part];
+    }
+  }
   return missing_text(divisions);
 }
 

@@ -1,6 +1,9 @@
 // `assay status`: how far a campaign is, in one directory or in the parts of several machines.
 #include <algorithm>
 #include <filesystem>
+#include <iterator>
+#include <optional>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -8,6 +11,7 @@
 #include "base/text.h"
 #include "cli/cli.h"
 #include "cli/parts.h"
+#include "cluster/slurm.h"
 #include "store/facts.h"
 #include "store/store.h"
 
@@ -23,11 +27,13 @@ struct PartStatus {
   std::string dir, shard, cells, node;
   size_t planned = 0, done = 0;
   double left_s = 0;
-  bool running = false;
+  bool begun = true, running = false;
+  bool known = true;  // what it is to measure
 
   std::string_view state() const {
+    if (!begun) return "waiting";
     if (running) return "running";
-    return done == planned ? "complete" : "stopped";
+    return known && done == planned ? "complete" : "stopped";
   }
 };
 
@@ -43,8 +49,7 @@ double seconds_left(const std::vector<Store::PartDone>& parts, int jobs) {
   return left;
 }
 
-PartStatus status_of(const std::string& dir) {
-  const Store store = Store::open(dir);
+PartStatus status_of(const std::string& dir, const Store& store) {
   PartStatus status;
   status.dir = dir;
   status.running = Store::is_written(dir);
@@ -68,23 +73,65 @@ PartStatus status_of(const std::string& dir) {
     status.done += part.done;
   }
   if (parts.empty()) status.planned = status.done = store.cell_keys().size();
+  // a process that was killed at its start has left neither
+  status.known = status.planned > 0 || !store.nodes().empty();
   status.left_s = seconds_left(parts, jobs);
   return status;
 }
 
+// Parts that were submitted to a scheduler and are not begun. Those of a union may have been removed.
+std::vector<PartStatus> waiting_parts(const std::string& dir, const SlurmRequest& request, const Coverage& coverage) {
+  std::vector<PartStatus> waiting;
+  SlurmRequest here = request;
+  here.out = dir.size() > 1 && dir.ends_with('/') ? dir.substr(0, dir.size() - 1) : dir;
+  const auto add = [&](const char* kind, int count, const std::vector<PartPlan>& plan, int jobs) {
+    for (int part = 1; part <= count; ++part) {
+      PartStatus status;
+      status.dir = part_dir(here, kind, part);
+      if (has_parts(status.dir)) continue;
+      if (coverage.has_part({kind, count}, part)) continue;
+      status.begun = false;
+      status.shard = fmt::format("{}/{}", part, count);
+      status.cells = kind;
+      if (std::cmp_less_equal(part, plan.size())) {
+        const PartPlan& expected = plan[static_cast<size_t>(part) - 1];
+        status.planned = expected.cells;
+        status.left_s = expected.seconds / std::max(1, jobs);
+      }
+      waiting.push_back(std::move(status));
+    }
+  };
+  add("accuracy", request.accuracy_parts, request.accuracy_plan, request.cpus);
+  add("timing", request.timing_parts, request.timing_plan, 1);
+  return waiting;
+}
+
 int status(const StatusOptions& options) {
-  const std::vector<std::string> dirs = parts_of(options.dirs);
   std::vector<PartStatus> parts;
-  parts.reserve(dirs.size());
-  for (const std::string& dir : dirs) parts.push_back(status_of(dir));
-  const std::vector<std::string> missing = missing_parts(dirs);
-  size_t planned = 0, done = 0;
+  Coverage coverage;
   double longest_s = 0;
-  for (const PartStatus& part : parts) {
-    planned += part.planned;
-    done += part.done;
-    longest_s = std::max(longest_s, part.left_s);
+  size_t waiting_cells = 0;
+  std::vector<std::pair<std::string, SlurmRequest>> submitted;
+  for (const std::string& dir : options.dirs) {
+    const auto request = find_request(dir);
+    if (request) submitted.emplace_back(dir, *request);
+    if (request && !has_parts(dir)) continue;  // only submitted
+    for (const std::string& part : parts_ahead({dir})) {
+      const Store store = Store::open(part);
+      parts.push_back(status_of(part, store));
+      coverage.add(store);
+      longest_s = std::max(longest_s, parts.back().left_s);
+    }
   }
+  for (const auto& [dir, request] : submitted) {
+    for (PartStatus& part : waiting_parts(dir, request, coverage)) {
+      waiting_cells += part.planned;
+      longest_s = std::max(longest_s, part.left_s);
+      parts.push_back(std::move(part));
+    }
+  }
+  const std::vector<std::string> missing = coverage.missing();
+  const size_t planned = coverage.planned() + waiting_cells, done = coverage.done();
   if (options.json) {
     Json rows = Json::array();
     for (const PartStatus& part : parts) {

@@ -28,6 +28,7 @@ constexpr int kUsualArray = 1000;  // jobs of an array that Slurm takes by defau
 
 struct SubmitOptions {
   std::string campaign, out, partition, account, time;
+  std::vector<std::string> sbatch;
   std::optional<std::string> nodes, shards, cpus, attempt;
   bool slurm = false, dry_run = false, resume = false;
 };
@@ -41,9 +42,26 @@ int parts_with_work(const Campaign& campaign, ShardCells cells, int wanted) {
   return static_cast<int>(used.size());
 }
 
+// Of each of `count` parts.
+std::vector<PartPlan> plan_of_parts(const Campaign& campaign, ShardCells cells, int count) {
+  std::vector<PartPlan> parts(static_cast<size_t>(count));
+  if (count == 0) return parts;
+  const Plan plan = make_plan(campaign, count, cells);
+  for (const PlannedCell& cell : plan.cells) {
+    if (cell.shard > 0) ++parts[static_cast<size_t>(cell.shard) - 1].cells;
+  }
+  for (const auto& [shard, seconds] : shard_seconds(campaign, plan)) {
+    parts[static_cast<size_t>(shard) - 1].seconds = seconds;
+  }
+  return parts;
+}
+
 std::string absolute(const std::string& path) { return fs::absolute(path).lexically_normal().string(); }
 
 SlurmRequest request_of(const SubmitOptions& options) {
+  std::vector<std::string> more;
+  more.reserve(options.sbatch.size());
+  for (const std::string& option : options.sbatch) more.push_back(parse_sbatch_option(option));
   if (options.campaign.empty()) throw InputError("CAMPAIGN is missing: give a campaign's file, or --resume");
   rehearse_campaign(options.campaign);
   const Campaign campaign = load_campaign(find_campaign(options.campaign));
@@ -62,6 +80,9 @@ SlurmRequest request_of(const SubmitOptions& options) {
   // A part without cells would wait for a node to do nothing.
   request.accuracy_parts = parts_with_work(campaign, ShardCells::kAccuracy, wanted);
   request.timing_parts = parts_with_work(campaign, ShardCells::kTiming, request.nodes);
+  request.accuracy_plan = plan_of_parts(campaign, ShardCells::kAccuracy, request.accuracy_parts);
+  request.timing_plan = plan_of_parts(campaign, ShardCells::kTiming, request.timing_parts);
+  request.options = std::move(more);
   return request;
 }
 
@@ -78,36 +99,95 @@ std::string jobs_text(const SlurmRequest& request, const Parts& parts, const Slu
   return fmt::format("{}; 'assay status {}' tells how far they are", join(texts, ", "), request.out);
 }
 
+// "accuracy parts 1-3, timing parts none"
+std::string parts_text(const Parts& parts) {
+  const auto numbers = [](const std::vector<int>& of_kind) { return of_kind.empty() ? "none" : array_text(of_kind); };
+  return fmt::format("accuracy parts {}, timing parts {}", numbers(parts.accuracy), numbers(parts.timing));
+}
+
+std::string busy_text(const Parts& busy, const LiveJobs& live) {
+  const bool named = live.known() && !live.jobs.empty();
+  return fmt::format("{} wait or run{} and are left alone", parts_text(busy),
+                     named ? fmt::format(" (Slurm's jobs {})", join(live.ids(), ", ")) : "");
+}
+
+void tell_unknown(const LiveJobs& live) {
+  if (live.known()) return;
+  message(fmt::format(
+      "whether jobs {} still wait or run is not known ({}): only parts that a process writes to are left alone",
+      join(live.ids(), ", "), live.unknown));
+}
+
 // What the last job does, and what a user may do by hand at any time: parts that were lost are submitted again as long
 // as tries are left, then what there is becomes the union.
 int resume(const SubmitOptions& options) {
   const SlurmRequest request = read_request(options.out);
   const bool by_hand = !options.attempt;
   const int attempt = by_hand ? 0 : parse_count("--attempt", *options.attempt, 1, kMostNodes);
-  const Parts lost = lost_parts(request);
+  const LiveJobs live = live_jobs(request);
+  const Parts busy = busy_parts(request, live);
+  const Parts lost = lost_parts(request, busy);
+  tell_unknown(live);
+  if (!busy.empty()) print(paragraph(busy_text(busy, live)));
   if (options.dry_run) {
-    print(paragraph(fmt::format("lost: accuracy parts {}, timing parts {}",
-                                lost.accuracy.empty() ? "none" : array_text(lost.accuracy),
-                                lost.timing.empty() ? "none" : array_text(lost.timing))));
+    print(paragraph("lost: " + parts_text(lost)));
     return kDone;
   }
   if (!lost.empty() && attempt < request.tries) {
-    print(paragraph(jobs_text(request, lost, submit_to_slurm(request, lost, attempt + 1))));
+    print(paragraph(jobs_text(request, lost, submit_to_slurm(request, lost, attempt + 1, live))));
     return kDone;
   }
+  const bool awaited = live.known() && !live.jobs.empty();
+  if (awaited && std::ranges::find(live.jobs, JobKind::kFinish, &SubmittedJob::kind) == live.jobs.end()) {
+    print(paragraph(jobs_text(request, {}, submit_to_slurm(request, {}, std::max(attempt, 1), live))));
+  }
+  if (awaited && lost.empty()) return kDone;
   const std::vector<std::string> parts = parts_of({request.out + "/shards"});
   const MergeSummary summary =
       merge_results(parts, request.out, derived_values(), {}, [](Store& merged) { derive_values(merged); });
   print(paragraph(fmt::format("{} from {}", counted(summary.cells + summary.cells_before, "cell"),
                               counted(summary.sources, "part"))));
   write_report_of(request.out);
-  if (lost.empty()) return kDone;
-  message(fmt::format(
-      "lost after {}: accuracy parts {}, timing parts {}; 'assay submit --resume --out {}' tries them again",
-      counted(static_cast<size_t>(request.tries), "try", "tries"),
-      lost.accuracy.empty() ? "none" : array_text(lost.accuracy),
-      lost.timing.empty() ? "none" : array_text(lost.timing), request.out));
-  return kFailed;
+  if (!lost.empty()) {
+    message(fmt::format("lost after {}: {}; 'assay submit --resume --out {}' tries them again",
+                        counted(static_cast<size_t>(request.tries), "try", "tries"), parts_text(lost), request.out));
+  } else if (!busy.empty()) {
+    message(fmt::format("{} were not complete: 'assay submit --resume --out {}' unites them when they are",
+                        parts_text(busy), request.out));
+  }
+  return lost.empty() && busy.empty() ? kDone : kFailed;
+}
+
+// Jobs that were submitted to the same directory and still wait or run would measure the same parts.
+void refuse_second(const SlurmRequest& request) {
+  const auto before = find_request(request.out);
+  if (!before) return;
+  const LiveJobs live = live_jobs(*before);
+  if (live.known() && !live.jobs.empty()) {
+    throw InputError(fmt::format(
+        "'{}' has jobs of Slurm that wait or run: 'assay submit --resume --out {}' goes on with them and submits what "
+        "was lost, 'scancel {}' ends them",
+        request.out, request.out, join(live.ids(), " ")));
+  }
+  const Parts busy = busy_parts(*before, live);
+  if (!busy.empty()) {
+    throw InputError(fmt::format(
+        "{} of '{}' are being measured: 'assay submit --resume --out {}' submits only what was lost, or end them first",
+        parts_text(busy), request.out, request.out));
+  }
+  tell_unknown(live);
+  const auto refuse_other_count = [&](const char* kind, int there, int wanted, const char* option) {
+    std::error_code error;
+    if (there == wanted) return;
+    for (int part = 1; part <= there; ++part) {
+      if (!fs::exists(part_dir(*before, kind, part) + "/assay.sqlite", error)) continue;
+      throw InputError(fmt::format("'{}' has results of {} and not of {}: give {} {}, or another --out", request.out,
+                                   counted(static_cast<size_t>(there), fmt::format("{} part", kind)), wanted, option,
+                                   there));
+    }
+  };
+  refuse_other_count("accuracy", before->accuracy_parts, request.accuracy_parts, "--shards");
+  refuse_other_count("timing", before->timing_parts, request.timing_parts, "--nodes");
 }
 
 int submit(const SubmitOptions& options) {
@@ -129,6 +209,7 @@ int submit(const SubmitOptions& options) {
     print("sbatch --parsable --dependency=afterany:ACCURACY:TIMING jobs/finish.sh\n");
     return kDone;
   }
+  refuse_second(request);
   const Parts parts = all_parts(request);
   print(paragraph(jobs_text(request, parts, submit_to_slurm(request, parts, 1))));
   return kDone;
@@ -153,8 +234,14 @@ void add_submit(CLI::App& app, Action& action) {
       ->type_name("P");
   command->add_option("--account", options->account, "Slurm's account")->type_name("NAME");
   command->add_option("--time", options->time, "Time limit of each job, as Slurm writes it")->type_name("TIME");
+  command
+      ->add_option("--sbatch", options->sbatch,
+                   "One more option of sbatch for all jobs, as in --sbatch=--constraint=zen4; may be repeated")
+      ->type_name("OPTION")
+      ->allow_extra_args(false);
   command->add_option("--nodes", options->nodes, "Nodes that measure times side by side (default: 1)")->type_name("N");
-  command->add_option("--shards", options->shards, "Accuracy parts (default: 4 a node)")->type_name("K");
+  command->add_option("--shards", options->shards, fmt::format("Accuracy parts (default: {} a node)", kPartsPerNode))
+      ->type_name("K");
   command->add_option("--cpus", options->cpus, "Processors of an accuracy part (default: 1)")->type_name("N");
   command->add_flag("--resume", options->resume, "Goes on with what was submitted to --out")->disable_flag_override();
   command->add_option("--attempt", options->attempt, "Of the job that finishes: the try that has ended")

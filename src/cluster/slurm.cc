@@ -1,8 +1,15 @@
 #include "cluster/slurm.h"
 
+#include <algorithm>
+#include <array>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
+#include <optional>
+#include <string_view>
+#include <unistd.h>
 #include <utility>
 
 #include <fmt/format.h>
@@ -31,6 +38,7 @@ std::string options_of(const SlurmRequest& request, const std::string& title, bo
   if (!request.partition.empty()) text += fmt::format("#SBATCH --partition={}\n", request.partition);
   if (!request.account.empty()) text += fmt::format("#SBATCH --account={}\n", request.account);
   if (!request.time_limit.empty()) text += fmt::format("#SBATCH --time={}\n", request.time_limit);
+  for (const std::string& option : request.options) text += fmt::format("#SBATCH {}\n", option);
   return text;
 }
 
@@ -42,43 +50,149 @@ std::string part_command(const SlurmRequest& request, const std::string& kind, i
          "\"${SLURM_ARRAY_TASK_ID}\"";
 }
 
+// As a whole: another job may be reading it.
 void write_text(const std::string& path, const std::string& text) {
-  std::ofstream file(path);
+  const std::string partial = fmt::format("{}.{}.tmp", path, ::getpid());
+  std::ofstream file(partial);
   file << text;
   file.close();
-  if (!file) throw SystemError(fmt::format("cannot write '{}'", path));
+  std::error_code error;
+  if (file) fs::rename(partial, path, error);
+  if (!file || error) throw SystemError(fmt::format("cannot write '{}'", path));
 }
 
-// Slurm's number of the job that `words` submit.
-std::string submit(const std::vector<std::string>& words, const std::vector<std::string>& submitted) {
-  const auto end = run_program(words);
-  const auto take_back = [&] {
-    for (const std::string& job : submitted) {
-      if (!job.empty()) run_program({"scancel", job});
+void write_request(const SlurmRequest& request) {
+  write_text(jobs_dir(request.out) + "/request.json", dump_json(request.to_json(), 1) + "\n");
+}
+
+// Warnings may come before what is wrong, and "Batch job submission failed: ..." says it last.
+std::string reason_of(const ProgramEnd& end) {
+  std::string first, error;
+  for (size_t at = 0; at < end.error.size();) {
+    const size_t line_end = std::min(end.error.find('\n', at), end.error.size());
+    std::string line = end.error.substr(at, line_end - at);
+    at = line_end + 1;
+    if (first.empty()) first = line;
+    for (const std::string_view prefix : {"sbatch: error: ", "sbatch: fatal: "}) {
+      if (line.starts_with(prefix)) error = line.substr(prefix.size());
     }
-  };
-  if (!end) {
-    throw InputError(
-        "there is no Slurm here ('sbatch' is not in PATH): run this on a cluster's login node, or measure parts with "
-        "'assay run --shard I/N'");
   }
-  if (end->status != 0) {
-    take_back();
-    std::string why = end->error.substr(0, end->error.find('\n'));
-    constexpr std::string_view kPrefix = "sbatch: error: ";
-    if (why.starts_with(kPrefix)) why.erase(0, kPrefix.size());
-    while (!why.empty() && (why.back() == '.' || why.back() == ' ')) why.pop_back();
-    throw InputError(fmt::format("Slurm refuses the job: {}; nothing was submitted",
-                                 why.empty() ? fmt::format("sbatch ended with status {}", end->status) : why));
+  std::string why = error.empty() ? first : error;
+  while (!why.empty() && (why.back() == '.' || why.back() == ' ')) why.pop_back();
+  return why.empty() ? fmt::format("sbatch ended with status {}", end.status) : why;
+}
+
+constexpr std::array<std::pair<JobKind, const char*>, 3> kKindNames = {
+    {{JobKind::kAccuracy, "accuracy"}, {JobKind::kTiming, "timing"}, {JobKind::kFinish, "finish"}}};
+
+json job_json(const SubmittedJob& job) {
+  const auto* name = std::ranges::find(kKindNames, job.kind, &std::pair<JobKind, const char*>::first);
+  return {{"id", job.id}, {"kind", name->second}, {"parts", job.parts}};
+}
+
+SubmittedJob job_of(const json& from) {
+  SubmittedJob job;
+  job.id = from.at("id");
+  const std::string kind = from.at("kind");
+  for (const auto& [each, name] : kKindNames) {
+    if (kind == name) job.kind = each;
   }
-  // "12" or "12;cluster"
-  std::string job = end->out.substr(0, end->out.find_first_of(";\n"));
+  job.parts = from.at("parts").get<std::vector<int>>();
   return job;
 }
+
+json plan_json(const std::vector<PartPlan>& plan) {
+  json rows = json::array();
+  for (const PartPlan& part : plan) rows.push_back({{"cells", part.cells}, {"seconds", part.seconds}});
+  return rows;
+}
+
+std::vector<PartPlan> plan_of(const json& from, const char* name) {
+  std::vector<PartPlan> plan;
+  if (!from.contains(name)) return plan;
+  for (const json& row : from.at(name)) plan.push_back({row.at("cells"), row.at("seconds")});
+  return plan;
+}
+
+std::optional<std::string> read_text(const std::string& path) {
+  std::ifstream file(path);
+  if (!file) return std::nullopt;
+  return std::string{std::istreambuf_iterator<char>(file), {}};
+}
+
+SlurmRequest request_of_text(const std::string& text, const std::string& out) {
+  SlurmRequest request = SlurmRequest::from_json(json::parse(text));
+  request.out = fs::absolute(out).lexically_normal().string();
+  while (request.out.size() > 1 && request.out.ends_with('/')) request.out.pop_back();
+  return request;
+}
+
+void add_parts(std::vector<int>& parts, const std::vector<int>& more) {
+  parts.insert(parts.end(), more.begin(), more.end());
+  std::ranges::sort(parts);
+  const auto repeated = std::ranges::unique(parts);
+  parts.erase(repeated.begin(), repeated.end());
+}
+
+bool has_ended(std::string_view state) {
+  // COMPLETING: its processes have ended or are being killed; the lock tells whether one still writes
+  constexpr auto kEnded =
+      std::to_array<std::string_view>({"BOOT_FAIL", "CANCELLED", "COMPLETED", "COMPLETING", "DEADLINE", "FAILED",
+                                       "NODE_FAIL", "OUT_OF_MEMORY", "PREEMPTED", "REVOKED", "TIMEOUT"});
+  return std::ranges::find(kEnded, state) != kEnded.end();
+}
+
+// Submits jobs of one request, in turn; all or none.
+class Submission {
+ public:
+  // `waits`: whether the request's jobs are known to wait or run. Slurm may refuse to wait for one that it has
+  // forgotten.
+  Submission(SlurmRequest request, bool waits)
+      : request_(std::move(request)), before_(request_.jobs.size()), first_(waits ? 0 : before_) {}
+
+  // Slurm's number of the job that `words` submit. It is stored at once: the process may be killed.
+  std::string submit(const std::vector<std::string>& words, JobKind kind, const std::vector<int>& parts) {
+    const auto end = run_program(words);
+    if (!end) {
+      throw InputError(
+          "there is no Slurm here ('sbatch' is not in PATH): run this on a cluster's login node, or measure parts with "
+          "'assay run --shard I/N'");
+    }
+    if (end->status != 0) {
+      for (size_t i = before_; i < request_.jobs.size(); ++i) run_program({"scancel", request_.jobs[i].id});
+      request_.jobs.resize(before_);
+      write_request(request_);
+      throw InputError(fmt::format("Slurm refuses the job: {}; nothing was submitted", reason_of(*end)));
+    }
+    // "12" or "12;cluster"
+    const std::string job = end->out.substr(0, end->out.find_first_of(";\n"));
+    request_.jobs.push_back({job, kind, parts});
+    write_request(request_);
+    return job;
+  }
+
+  // "--dependency=afterany:1:2" on what was submitted and what was live of these kinds; empty for none.
+  std::vector<std::string> after(const std::vector<JobKind>& kinds) const {
+    std::vector<std::string> ids;
+    for (size_t i = first_; i < request_.jobs.size(); ++i) {
+      const SubmittedJob& job = request_.jobs[i];
+      if (std::ranges::find(kinds, job.kind) != kinds.end()) ids.push_back(job.id);
+    }
+    if (ids.empty()) return {};
+    return {"--dependency=afterany:" + join(ids, ":")};
+  }
+
+ private:
+  SlurmRequest request_;
+  size_t before_ = 0;  // jobs that were there before
+  size_t first_ = 0;   // that later ones may wait for
+};
 
 }  // namespace
 
 json SlurmRequest::to_json() const {
+  json submitted = json::array();
+  for (const SubmittedJob& job : jobs) submitted.push_back(job_json(job));
   return {{"program", program},
           {"campaign", campaign},
           {"out", out},
@@ -89,7 +203,11 @@ json SlurmRequest::to_json() const {
           {"timing_parts", timing_parts},
           {"cpus", cpus},
           {"nodes", nodes},
-          {"tries", tries}};
+          {"tries", tries},
+          {"options", options},
+          {"accuracy_plan", plan_json(accuracy_plan)},
+          {"timing_plan", plan_json(timing_plan)},
+          {"jobs", std::move(submitted)}};
 }
 
 SlurmRequest SlurmRequest::from_json(const json& from) {
@@ -105,6 +223,12 @@ SlurmRequest SlurmRequest::from_json(const json& from) {
   request.cpus = from.at("cpus");
   request.nodes = from.at("nodes");
   request.tries = from.at("tries");
+  request.options = from.value("options", std::vector<std::string>());
+  request.accuracy_plan = plan_of(from, "accuracy_plan");
+  request.timing_plan = plan_of(from, "timing_plan");
+  if (from.contains("jobs")) {
+    for (const json& job : from.at("jobs")) request.jobs.push_back(job_of(job));
+  }
   return request;
 }
 
@@ -148,11 +272,121 @@ std::string part_dir(const SlurmRequest& request, const std::string& kind, int p
   return fmt::format("{}/shards/{}-{}", request.out, kind, part);
 }
 
-Parts lost_parts(const SlurmRequest& request) {
+std::string parse_sbatch_option(const std::string& text) {
+  const auto refuse = [&](const std::string& why) { throw InputError(fmt::format("--sbatch is '{}': {}", text, why)); };
+  if (!text.starts_with("--") || text.size() < 3) {
+    refuse("give a long option of sbatch, as in --sbatch=--constraint=zen4");
+  }
+  for (const char c : text) {
+    // a line of a script has no escapes that would be the same in all versions of Slurm
+    if (c <= ' ' || c > '~' || c == '"' || c == '\'' || c == '\\' || c == '#') {
+      refuse("spaces, quotes, # and what is not ASCII cannot be passed on; give one option, as in --sbatch=--mem=8G");
+    }
+  }
+  const std::string name = text.substr(2, text.find('=') - 2);
+  constexpr auto kOwn = std::to_array<std::pair<std::string_view, std::string_view>>({{"account", "--account"},
+                                                                                      {"array", ""},
+                                                                                      {"cpus-per-task", "--cpus"},
+                                                                                      {"dependency", ""},
+                                                                                      {"error", ""},
+                                                                                      {"export", ""},
+                                                                                      {"job-name", ""},
+                                                                                      {"nodes", "--nodes"},
+                                                                                      {"ntasks", ""},
+                                                                                      {"open-mode", ""},
+                                                                                      {"output", ""},
+                                                                                      {"parsable", ""},
+                                                                                      {"partition", "--partition"},
+                                                                                      {"test-only", "--dry-run"},
+                                                                                      {"time", "--time"},
+                                                                                      {"wait", ""},
+                                                                                      {"wrap", ""}});
+  for (const auto& [own, instead] : kOwn) {
+    // sbatch takes shortened names too
+    if (name.empty() || own.starts_with(name)) {
+      refuse(instead.empty() ? fmt::format("assay sets --{} itself, so leave it out", own)
+                             : fmt::format("use {} of 'assay submit' for it", instead));
+    }
+  }
+  return text;
+}
+
+std::vector<std::string> LiveJobs::ids() const {
+  std::vector<std::string> ids;
+  ids.reserve(jobs.size());
+  for (const SubmittedJob& job : jobs) ids.push_back(job.id);
+  return ids;
+}
+
+LiveJobs live_jobs(const SlurmRequest& request) {
+  LiveJobs live;
+  if (request.jobs.empty()) return live;
+  live.jobs = request.jobs;
+  const char* own = std::getenv("SLURM_JOB_ID");
+  if (own != nullptr) std::erase_if(live.jobs, [&](const SubmittedJob& job) { return job.id == own; });
+  if (live.jobs.empty()) return live;
+  const auto end =
+      run_program({"squeue", "--noheader", "--array", "--jobs=" + join(live.ids(), ","), "--format=%i %T"});
+  if (!end) {
+    live.unknown = "'squeue' is not in PATH";
+    return live;
+  }
+  // squeue knows of ended jobs only for a while; it refuses a single number that it has forgotten
+  const bool forgotten = end->error.find("Invalid job id") != std::string::npos;
+  if (end->status != 0 && !forgotten) {
+    live.unknown = fmt::format("squeue: {}", end->error.substr(0, end->error.find('\n')));
+    return live;
+  }
+  std::map<std::string, std::vector<int>> waiting;  // parts by job
+  for (size_t at = 0; at < end->out.size();) {
+    const size_t line_end = std::min(end->out.find('\n', at), end->out.size());
+    const std::string line = end->out.substr(at, line_end - at);
+    at = line_end + 1;
+    const std::string element = line.substr(0, line.find(' '));  // "41_3", or "43" for a job without an array
+    if (element.size() >= line.size() || has_ended(line.substr(element.size() + 1))) continue;
+    const size_t underline = std::min(element.find('_'), element.size());
+    std::vector<int>& parts = waiting[element.substr(0, underline)];
+    if (underline == element.size()) continue;
+    const auto part = parse_integer(element.substr(underline + 1));
+    if (part) {
+      add_parts(parts, {static_cast<int>(*part)});
+    } else {  // "41_[3-7]", from a squeue that does not take arrays apart
+      for (const SubmittedJob& job : live.jobs) {
+        if (job.id == element.substr(0, underline)) add_parts(parts, job.parts);
+      }
+    }
+  }
+  std::erase_if(live.jobs, [&](const SubmittedJob& job) { return !waiting.contains(job.id); });
+  for (SubmittedJob& job : live.jobs) {
+    std::erase_if(job.parts,
+                  [&](int part) { return std::ranges::find(waiting[job.id], part) == waiting[job.id].end(); });
+  }
+  return live;
+}
+
+Parts busy_parts(const SlurmRequest& request, const LiveJobs& live) {
+  Parts busy;
+  if (live.known()) {
+    for (const SubmittedJob& job : live.jobs) {
+      if (job.kind != JobKind::kFinish)
+        add_parts(job.kind == JobKind::kAccuracy ? busy.accuracy : busy.timing, job.parts);
+    }
+  }
+  const Parts all = all_parts(request);
+  for (const int part : all.accuracy) {
+    if (Store::is_written(part_dir(request, "accuracy", part))) add_parts(busy.accuracy, {part});
+  }
+  for (const int part : all.timing) {
+    if (Store::is_written(part_dir(request, "timing", part))) add_parts(busy.timing, {part});
+  }
+  return busy;
+}
+
+Parts lost_parts(const SlurmRequest& request, const Parts& busy) {
   const auto is_lost = [&](const std::string& kind, int part) {
     const std::string dir = part_dir(request, kind, part);
     std::error_code error;
-    if (!fs::is_regular_file(dir + "/assay.sqlite", error)) return true;
+    if (!fs::is_regular_file(dir + "/assay.sqlite", error) || fs::is_empty(dir + "/assay.sqlite", error)) return true;
     const Store store = Store::open(dir);
     // a part that has nothing to do has a plan without cells, and a node that says when it ended
     for (const Store::PartDone& done : store.plan_done()) {
@@ -163,59 +397,70 @@ Parts lost_parts(const SlurmRequest& request) {
   Parts lost;
   const Parts all = all_parts(request);
   for (const int part : all.accuracy) {
-    if (is_lost("accuracy", part)) lost.accuracy.push_back(part);
+    if (!std::ranges::binary_search(busy.accuracy, part) && is_lost("accuracy", part)) lost.accuracy.push_back(part);
   }
   for (const int part : all.timing) {
-    if (is_lost("timing", part)) lost.timing.push_back(part);
+    if (!std::ranges::binary_search(busy.timing, part) && is_lost("timing", part)) lost.timing.push_back(part);
   }
   return lost;
 }
 
-SlurmJobs submit_to_slurm(const SlurmRequest& request, const Parts& parts, int attempt) {
+SlurmJobs submit_to_slurm(SlurmRequest request, const Parts& parts, int attempt, const LiveJobs& live) {
   std::error_code error;
   for (const std::string& folder : {jobs_dir(request.out), request.out + "/shards"}) {
     fs::create_directories(folder, error);
     if (error) throw SystemError(fmt::format("cannot make the directory '{}': {}", folder, error.message()));
   }
-  write_text(jobs_dir(request.out) + "/request.json", dump_json(request.to_json(), 1) + "\n");
+  request.jobs = live.jobs;
+  write_request(request);
   for (const auto& [name, text] : slurm_scripts(request)) write_text(jobs_dir(request.out) + "/" + name, text);
 
-  SlurmJobs jobs;
   const auto script = [&](const char* name) { return jobs_dir(request.out) + "/" + name; };
-  std::vector<std::string> submitted;
+  Submission submission(request, live.known());
+  SlurmJobs jobs;
   if (!parts.accuracy.empty()) {
     jobs.accuracy =
-        submit({"sbatch", "--parsable", "--array=" + array_text(parts.accuracy), script("accuracy.sh")}, submitted);
-    submitted.push_back(jobs.accuracy);
+        submission.submit({"sbatch", "--parsable", "--array=" + array_text(parts.accuracy), script("accuracy.sh")},
+                          JobKind::kAccuracy, parts.accuracy);
   }
+  const auto submit_after = [&](std::vector<std::string> words, const std::vector<JobKind>& kinds, const char* name,
+                                JobKind kind, const std::vector<int>& of_job) {
+    for (std::string& word : submission.after(kinds)) words.push_back(std::move(word));
+    words.push_back(script(name));
+    return submission.submit(words, kind, of_job);
+  };
   if (!parts.timing.empty()) {
-    std::vector<std::string> words = {"sbatch", "--parsable",
-                                      fmt::format("--array={}%{}", array_text(parts.timing), request.nodes)};
     // afterwards, so that the fine-step runs are there
-    if (!jobs.accuracy.empty()) words.push_back("--dependency=afterany:" + jobs.accuracy);
-    words.push_back(script("timing.sh"));
-    jobs.timing = submit(words, submitted);
-    submitted.push_back(jobs.timing);
+    jobs.timing =
+        submit_after({"sbatch", "--parsable", fmt::format("--array={}%{}", array_text(parts.timing), request.nodes)},
+                     {JobKind::kAccuracy}, "timing.sh", JobKind::kTiming, parts.timing);
   }
-  std::vector<std::string> words = {"sbatch", "--parsable", fmt::format("--export=ALL,ASSAY_ATTEMPT={}", attempt)};
-  if (!submitted.empty()) words.push_back("--dependency=afterany:" + join(submitted, ":"));
-  words.push_back(script("finish.sh"));
-  jobs.finish = submit(words, submitted);
+  // After another job that finishes, too: two at a time would write one directory.
+  jobs.finish =
+      submit_after({"sbatch", "--parsable", fmt::format("--export=ALL,ASSAY_ATTEMPT={}", attempt)},
+                   {JobKind::kAccuracy, JobKind::kTiming, JobKind::kFinish}, "finish.sh", JobKind::kFinish, {});
   return jobs;
+}
+
+std::optional<SlurmRequest> find_request(const std::string& out) {
+  const auto text = read_text(jobs_dir(out) + "/request.json");
+  if (!text) return std::nullopt;
+  try {
+    return request_of_text(*text, out);
+  } catch (const json::exception&) {
+    return std::nullopt;
+  }
 }
 
 SlurmRequest read_request(const std::string& out) {
   const std::string path = jobs_dir(out) + "/request.json";
-  std::ifstream file(path);
-  if (!file) {
+  const auto text = read_text(path);
+  if (!text) {
     throw InputError(
         fmt::format("'{}' is not there: give the directory that 'assay submit' was given with --out", path));
   }
-  const std::string text{std::istreambuf_iterator<char>(file), {}};
   try {
-    SlurmRequest request = SlurmRequest::from_json(json::parse(text));
-    request.out = fs::absolute(out).lexically_normal().string();
-    return request;
+    return request_of_text(*text, out);
   } catch (const json::exception&) {
     throw InputError(fmt::format("'{}' is damaged: submit the campaign again with 'assay submit --slurm'", path));
   }

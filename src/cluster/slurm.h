@@ -2,12 +2,12 @@
 //   OUT/shards/accuracy-I, timing-I   results of the parts
 //   OUT/references                    fine-step runs that the accuracy parts leave for the timings
 //   OUT/jobs/accuracy.sh, timing.sh   arrays of jobs, one element a part; finish.sh: after both, in a job of its own
-//   OUT/jobs/request.json             what was asked for, so that a later job can go on
+//   OUT/jobs/request.json             what was asked for and which jobs that made, so that a later job can go on
 //   OUT/jobs/*.log                    what the jobs said
 //   OUT/assay.sqlite, report.html     the union
 // The file system has to be one that all nodes share. Accuracy parts share nodes, timings have theirs alone. The last
 // job finds parts that were lost (killed, a node that failed), submits these again, at most `tries` times in all, and
-// unites what there is.
+// unites what there is. A part that waits or runs is not lost.
 #pragma once
 
 #include <map>
@@ -19,6 +19,27 @@
 
 namespace assay {
 
+// The parts of a kind, as numbers from 1, ascending.
+struct Parts {
+  std::vector<int> accuracy, timing;
+  bool empty() const { return accuracy.empty() && timing.empty(); }
+  bool operator==(const Parts&) const = default;
+};
+
+enum class JobKind { kAccuracy, kTiming, kFinish };
+
+struct SubmittedJob {
+  std::string id;  // Slurm's number
+  JobKind kind = JobKind::kFinish;
+  std::vector<int> parts;  // elements of its array
+};
+
+// What a part is expected to be, before it is begun.
+struct PartPlan {
+  size_t cells = 0;
+  double seconds = 0;  // of one worker
+};
+
 struct SlurmRequest {
   std::string program;              // assay, as the nodes find it
   std::string campaign;             // its file, absolute
@@ -26,19 +47,20 @@ struct SlurmRequest {
   std::string partition;            // "": Slurm's default
   std::string account, time_limit;  // "": Slurm's default
   int accuracy_parts = 0, timing_parts = 0;
-  int cpus = 1;   // of an accuracy part
-  int nodes = 1;  // at most so many are used at a time for timings
-  int tries = 3;  // how often a part is submitted
+  int cpus = 1;                                      // of an accuracy part
+  int nodes = 1;                                     // at most so many are used at a time for timings
+  int tries = 3;                                     // how often a part is submitted
+  std::vector<std::string> options;                  // more options of sbatch, see parse_sbatch_option()
+  std::vector<PartPlan> accuracy_plan, timing_plan;  // by part; empty where it was not stored
+  std::vector<SubmittedJob> jobs;                    // that may still wait or run
 
   nlohmann::json to_json() const;
   static SlurmRequest from_json(const nlohmann::json& from);
 };
 
-// The parts of a kind, as numbers from 1.
-struct Parts {
-  std::vector<int> accuracy, timing;
-  bool empty() const { return accuracy.empty() && timing.empty(); }
-};
+// Throws InputError for what cannot be a line of a script, and for options that assay sets itself.
+std::string parse_sbatch_option(const std::string& text);
+
 Parts all_parts(const SlurmRequest& request);
 
 // "1-4,7"
@@ -50,16 +72,32 @@ std::map<std::string, std::string> slurm_scripts(const SlurmRequest& request);
 // Results directory of a part.
 std::string part_dir(const SlurmRequest& request, const std::string& kind, int part);
 
-// Parts whose directory lacks cells of its plan, or is not there.
-Parts lost_parts(const SlurmRequest& request);
+// What Slurm still has of the request's jobs, without the job that asks.
+struct LiveJobs {
+  std::vector<SubmittedJob> jobs;  // each with those of its parts that wait or run; all jobs where that is not known
+  std::string unknown;             // why Slurm's queue could not be asked, "" where it was
+  bool known() const { return unknown.empty(); }
+  std::vector<std::string> ids() const;
+};
+LiveJobs live_jobs(const SlurmRequest& request);
+
+// Parts that are left alone: they wait or run in Slurm, or a process holds the writer's lock of their directory.
+Parts busy_parts(const SlurmRequest& request, const LiveJobs& live);
+
+// Parts that are not busy and whose directory lacks cells of its plan, or is not there.
+Parts lost_parts(const SlurmRequest& request, const Parts& busy);
 
 struct SlurmJobs {
   std::string accuracy, timing, finish;  // Slurm's numbers, "" for none
 };
 
-// Writes scripts and request, and submits `parts` and the job that finishes, as try `attempt`. Throws InputError with
-// one sentence where there is no Slurm or where it refuses; nothing stays submitted then.
-SlurmJobs submit_to_slurm(const SlurmRequest& request, const Parts& parts, int attempt);
+// Writes scripts and request, and submits `parts` and the job that finishes after them and after `live`, as try
+// `attempt`. Throws InputError with one sentence where there is no Slurm or where it refuses; nothing of these stays
+// submitted then.
+SlurmJobs submit_to_slurm(SlurmRequest request, const Parts& parts, int attempt, const LiveJobs& live = {});
+
+// What was asked for in this results directory, if anything that can be read.
+std::optional<SlurmRequest> find_request(const std::string& out);
 
 // What was asked for in this results directory; throws InputError for one that was not submitted.
 SlurmRequest read_request(const std::string& out);

@@ -115,6 +115,42 @@ std::string common_columns(sqlite3* db, const std::string& table, std::string_vi
   return join(common, ", ");
 }
 
+// The machine that timed each system. Speeds compare only where they were measured on one; so do times of many worlds
+// on one device, and those of a family for scaling. What is of two kinds is in shards of its own, and no reader
+// compares it.
+class TimedMachines {
+ public:
+  bool empty() const { return machine_of_.empty(); }
+
+  // Adds the timings of a database that a connection has under the name `cells_in`; `nodes_in` has its nodes. Cells
+  // that name no node are of `unnamed`. Returns what would be of two machines.
+  std::optional<std::string> add(sqlite3* db, const char* cells_in, const char* nodes_in, const std::string& unnamed) {
+    Statement query(
+        db,
+        fmt::format("SELECT c.system, c.measure, json_extract(n.json, '$.name'), json_extract(n.json, '$.cpu') FROM "
+                    "(SELECT DISTINCT system, measure, {} AS node FROM {}.cells WHERE measure IN ('raw_speed', "
+                    "'scaling') OR measure LIKE 'batch-%') c JOIN {}.nodes n ON n.id = c.node ORDER BY 1, 3, 4, 2",
+                    unnamed.empty() ? "node" : fmt::format("'{}'", unnamed), cells_in, nodes_in));
+    while (query.step()) {
+      const std::string system = query.text(0), measure = query.text(1);
+      const auto batch = batch_of(measure);
+      if (!batch && measure != "raw_speed" && measure != "scaling") continue;
+      const std::string kind = batch ? "times of many worlds on " + batch->device : "timings";
+      const std::string name = query.text(2), here = name.empty() ? query.text(3) : name;
+      const std::string& machine = machine_of_.emplace(std::pair(system, batch ? kind : measure), here).first->second;
+      if (machine == here) continue;
+      return fmt::format(
+          "the {} of '{}' would be of two machines, '{}' and '{}', whose speeds do not compare: measure them in one "
+          "shard",
+          kind, system, machine, here);
+    }
+    return std::nullopt;
+  }
+
+ private:
+  std::map<std::pair<std::string, std::string>, std::string> machine_of_;  // by system and kind
+};
+
 class Merge {
  public:
   Merge(sqlite3* db, Store& out, const std::vector<std::string>& derived) : db_(db), out_(out) {
@@ -444,25 +480,11 @@ class Merge {
     }
   }
 
-  // Speeds compare only where they were measured on one machine.
   void refuse_mixed_machines() {
     // Of the union that is there, once; then each source adds its own.
-    const char* schema = machine_of_.empty() ? "main" : "src";
-    Statement query(
-        db_, fmt::format(
-                 "SELECT c.system, c.node, json_extract(n.json, '$.name'), json_extract(n.json, '$.cpu') FROM (SELECT "
-                 "DISTINCT system, {1} AS node FROM {0}.cells WHERE measure IN ('raw_speed', 'scaling')) c "
-                 "JOIN main.nodes n ON n.id = c.node ORDER BY 1, 3, 4",
-                 schema, machine_of_.empty() || unnamed_node_.empty() ? "node" : fmt::format("'{}'", unnamed_node_)));
-    while (query.step()) {
-      const std::string name = query.text(2), here = name.empty() ? query.text(3) : name;
-      const auto& [system, machine] = *machine_of_.emplace(query.text(0), here).first;
-      if (machine == here) continue;
-      refuse(
-          fmt::format("the timings of '{}' would be of two machines, '{}' and '{}', whose speeds do not compare: "
-                      "measure them in one shard",
-                      system, machine, here));
-    }
+    const bool first = machines_.empty();
+    const std::string unnamed = first ? "" : unnamed_node_;
+    if (const auto mixed = machines_.add(db_, first ? "main" : "src", "main", unnamed)) refuse(*mixed);
   }
 
   // Files that lie beside the database, named by what they follow from: linked where both lie in one file system.
@@ -518,13 +540,13 @@ class Merge {
 
   sqlite3* db_;
   Store& out_;
-  std::string derived_;                            // names as a list of SQL
-  std::string dir_;                                // of the source
-  std::string unnamed_node_;                       // the machine of a source without nodes
-  bool any_there_ = false;                         // whether the union has some of the source's cells
-  std::int64_t last_id_ = 0;                       // of the union's cells before the source's
-  std::set<std::string> changed_tables_;           // by this source
-  std::map<std::string, std::string> machine_of_;  // the machine that timed each system of the union
+  std::string derived_;                   // names as a list of SQL
+  std::string dir_;                       // of the source
+  std::string unnamed_node_;              // the machine of a source without nodes
+  bool any_there_ = false;                // whether the union has some of the source's cells
+  std::int64_t last_id_ = 0;              // of the union's cells before the source's
+  std::set<std::string> changed_tables_;  // by this source
+  TimedMachines machines_;                // of the union
 };
 
 // A directory whose process was killed before it had stored more than the campaign's name.
@@ -567,6 +589,12 @@ bool has_content(const std::string& path) {
   return sql::pragma(db.get(), "schema_version") != 0 || sql::pragma(db.get(), "application_id") != 0;
 }
 
+std::optional<std::string> add_machines(const std::string& dir, TimedMachines& machines) {
+  const std::unique_ptr<sqlite3, CloseDatabase> db(sql::open_to_read(dir + "/assay.sqlite"));
+  if (!sql::has_table(db.get(), "nodes")) return std::nullopt;  // of version 1: Merge gives it a node
+  return machines.add(db.get(), "main", "main", "");
+}
+
 bool same_directory(const std::string& a, const std::string& b) {
   std::error_code error;
   return fs::equivalent(a, b, error);
@@ -588,8 +616,19 @@ MergeSummary merge_results(const std::vector<std::string>& sources, const std::s
   }
   if (has_content(out + "/assay.sqlite")) refuse_another_campaign(first, describe(Store::open(out)));
 
+  // What follows from single cells is found when their source's turn comes.
+  TimedMachines machines;
+  if (has_content(out + "/assay.sqlite")) static_cast<void>(add_machines(out, machines));
+  for (const std::string& source : sources) {
+    if (same_directory(source, out)) continue;
+    if (const auto mixed = add_machines(source, machines)) {
+      throw InputError(fmt::format("'{}' does not fit into '{}': {}; nothing was merged", source, out, *mixed));
+    }
+  }
+
   MergeSummary summary;
   Store result = Store::create(out, {first.fact("campaign"), first.fact("campaign_hash")});
+  std::string refused;
   {
     const std::unique_ptr<sqlite3, CloseDatabase> db(
         sql::open_database(sql::uri_of(out + "/assay.sqlite"), SQLITE_OPEN_READWRITE | SQLITE_OPEN_URI));
@@ -600,12 +639,23 @@ MergeSummary merge_results(const std::vector<std::string>& sources, const std::s
     for (const std::string& source : sources) {
       if (same_directory(source, out)) continue;  // all of it is there
       if (begin) begin(source);
-      merge.add(source, summary);
+      try {
+        merge.add(source, summary);
+      } catch (const InputError& error) {
+        if (summary.sources == 0) throw;
+        refused = error.what();
+        break;
+      }
       ++summary.sources;
     }
     merge.summarize();
   }
   if (finish) finish(result);
+  if (!refused.empty()) {
+    throw InputError(fmt::format("{}; {} before it {} merged", refused,
+                                 counted(summary.sources, "directory", "directories"),
+                                 summary.sources == 1 ? "was" : "were"));
+  }
   return summary;
 }
 

@@ -23,9 +23,10 @@ struct MergeSummary {
 // taken, because the caller computes them anew from the union: in `finish`, which gets it still open, as opening checks
 // all of it. `begin` is told each source.
 //
-// Throws InputError that names the directories and what differs, with the source's results not taken, when a source is
-// of another campaign, program or schema; has a cell, a run or a verdict of the conformance suite with another result;
-// or when the timings of one system would come from two machines.
+// Throws InputError that names the directories and what differs. Before anything is merged when a source is of another
+// campaign, program or schema, or when the timings of one system would come from two machines. When a source has a
+// cell, a run or a verdict of the conformance suite with another result, nothing of it is taken; what came before it
+// stays, is a whole union after `finish`, and the sentence says so.
 MergeSummary merge_results(const std::vector<std::string>& sources, const std::string& out,
                            const std::vector<std::string>& derived,
                            const std::function<void(const std::string& source)>& begin = {},

@@ -102,8 +102,16 @@ class Shards(CampaignTest):
         self.shard = "auto/2"
         done = part(JOB_COMPLETION_INDEX=0)
         self.assertEqual((done.returncode, done.stdout.split(" ")[0]), (0, cells["first"]), done.stderr)
+        done = part(SLURM_ARRAY_TASK_ID=1, SLURM_ARRAY_TASK_MIN=1, SLURM_ARRAY_TASK_MAX=1, SLURM_ARRAY_TASK_COUNT=1)
+        self.assertEqual((done.returncode, done.stdout.split(" ")[0]), (0, cells["first"]), done.stderr)
         for shard, variables, words in [
                 ("auto", {}, ["--shard auto", "I/N"]),
+                # one index of a larger array again: it looks like a whole array of one
+                ("auto", {"SLURM_ARRAY_TASK_ID": 1, "SLURM_ARRAY_TASK_MIN": 1, "SLURM_ARRAY_TASK_MAX": 1,
+                          "SLURM_ARRAY_TASK_COUNT": 1}, ["SLURM_ARRAY_TASK_ID", "array of one", "auto/N"]),
+                ("auto", {"SGE_TASK_ID": 3, "SGE_TASK_FIRST": 3, "SGE_TASK_LAST": 3}, ["SGE_TASK_ID", "auto/N"]),
+                ("auto/2", {"SLURM_ARRAY_TASK_ID": 1, "SLURM_ARRAY_TASK_MIN": 1, "SLURM_ARRAY_TASK_MAX": 3,
+                            "SLURM_ARRAY_TASK_COUNT": 3}, ["3 parts", "of 2"]),
                 ("auto", {"JOB_COMPLETION_INDEX": 0}, ["JOB_COMPLETION_INDEX", "auto/N"]),
                 ("auto", {"SLURM_ARRAY_TASK_ID": 3, "SLURM_ARRAY_TASK_MIN": 3, "SLURM_ARRAY_TASK_MAX": 7,
                           "SLURM_ARRAY_TASK_COUNT": 2}, ["SLURM_ARRAY_TASK_ID", "auto/N"]),
@@ -114,6 +122,49 @@ class Shards(CampaignTest):
             done = part(**variables)
             self.assertEqual(done.returncode, 2, (shard, variables, done.stdout))
             self.check_sentence(done.stderr, words)
+
+    def test_a_directory_goes_on_only_as_the_part_that_it_was_begun_as(self):
+        self.run_tiny("part", "--shard", "1/2")
+        before = self.content("part")
+        self.refused("run", "tiny.toml", "--out", "part", "--shard", "2/2",
+                     naming=["'part'", "part 1/2", "part 2/2", "assay merge"])
+        self.refused("run", "tiny.toml", "--out", "part", "--shard", "1/2", "--cells", "timing",
+                     naming=["part 1/2 of the timing cells"])
+        # what repeats parts 1 of 1 of an array of two
+        self.env["ASSAY_SHARD"] = "1/1"
+        self.refused("run", "tiny.toml", "--out", "part", "--shard", "auto", naming=["the whole campaign"])
+        self.assertEqual(self.content("part"), before)
+        self.assertIn("(0 now", self.run_tiny("part", "--shard", "1/2"))
+        # all cells are no part: what is missing is added, and then nothing is
+        self.run_tiny("part")
+        self.assertNotIn("missing", self.assay("status", "part"))
+
+    def test_parts_that_are_ahead_of_their_union_count(self):
+        self.run_tiny("out/shards/one", "--shard", "1/3")
+        self.assay("merge", "out/shards", "--out", "out")
+        united = self.assay_json("status", "out", "--json")
+        self.assertEqual([part["dir"] for part in united["parts"]], ["out"])
+        self.run_tiny("out/shards/two", "--shard", "2/3")
+        status = self.assay_json("status", "out", "--json")
+        self.assertEqual([part["dir"] for part in status["parts"]], ["out/shards/one", "out/shards/two"])
+        self.assertGreater(status["done"], united["done"])
+        self.assertEqual(status["done"], status["planned"])
+        self.assertEqual(status["missing"], ["part 3 of 3"])
+        # cells that only the union has are not lost, and none counts twice
+        shutil.rmtree(self.dir / "out/shards/one")
+        again = self.assay_json("status", "out", "--json")
+        self.assertEqual([part["dir"] for part in again["parts"]], ["out", "out/shards/two"])
+        self.assertEqual((again["done"], again["missing"]), (status["done"], status["missing"]))
+        self.assertEqual(self.assay_json("status", "out", "out/shards/two", "--json")["done"], status["done"])
+
+    def test_status_does_not_add_up_two_campaigns(self):
+        self.run_tiny("one", "--shard", "1/3")
+        self.write("tiny.toml", tiny(name="other"))
+        self.run_tiny("two", "--shard", "2/3")
+        self.refused("status", "one", "two", naming=["'one'", "'tiny'", "'two'", "'other'"])
+        self.write("tiny.toml", tiny().replace("duration_s = 0.16", "duration_s = 0.32"))
+        self.run_tiny("three", "--shard", "2/3")
+        self.refused("status", "one", "three", naming=["'one'", "'three'", "two states"])
 
     def test_a_part_that_moves_to_another_machine_times_its_systems_again(self):
         self.env["ASSAY_NODE"] = "one"

@@ -1,6 +1,7 @@
 """`assay submit`: scripts, and a real Slurm of one node on this machine, started and stopped here."""
 
 import contextlib
+import fcntl
 import json
 import os
 import pathlib
@@ -161,11 +162,146 @@ class Scripts(CampaignTest):
         self.refused("submit", "--slurm", "tiny.toml", "--out", "out", naming=["Slurm refuses", "Invalid account"])
         self.assertEqual((self.dir / "cancelled").read_text(), "41\n")
 
+    def test_the_reason_is_the_last_error_and_no_warning(self):
+        self.write("bin/sbatch", """#!/bin/sh
+            echo 'sbatch: warning: nodes are few' >&2
+            echo 'sbatch: error: Memory specification can not be satisfied' >&2
+            echo 'sbatch: error: Batch job submission failed: Requested node configuration is not available.' >&2
+            echo 'sbatch: see the manual' >&2
+            exit 1""")
+        (self.dir / "bin/sbatch").chmod(0o755)
+        self.env["PATH"] = f"{self.dir}/bin:{self.env['PATH']}"
+        told = self.refused("submit", "--slurm", "tiny.toml", "--out", "out",
+                            naming=["the job: Batch job submission failed: Requested node configuration is not available;"])
+        self.assertNotIn("warning", told)
+
+    def test_more_options_of_sbatch(self):
+        text = self.assay("submit", "--slurm", "tiny.toml", "--out", "out", "--sbatch=--constraint=[zen4|zen5]",
+                          "--sbatch=--mem=8G", "--sbatch=--qos=long", "--dry-run")
+        for line in ["#SBATCH --constraint=[zen4|zen5]", "#SBATCH --mem=8G", "#SBATCH --qos=long"]:
+            self.assertEqual(text.splitlines().count(line), 3, text)
+        for option, words in [("-C zen4", ["'-C zen4'", "long option"]), ("--mem=8G\n#SBATCH --array=1", ["--mem=8G"]),
+                              ("--mem=8G --array=1", ["spaces"]), ("--array=1-9", ["--array", "itself"]),
+                              ("--arr=1-9", ["--array", "itself"]), ("--time=1:00", ["use --time"]), ("--", ["long option"]),
+                              ("--=x", ["--sbatch"])]:
+            self.refused("submit", "--slurm", "tiny.toml", "--out", "out", f"--sbatch={option}", "--dry-run", naming=words)
+
+    def test_the_help_tells_how_many_parts_there_are(self):
+        told = re.search(r"default: (\d+) a\s+node", self.assay("submit", "--help"))
+        text = self.assay("submit", "--slurm", "quick", "--out", "out", "--dry-run")
+        self.assertIn(f"--array=1-{told[1]} ", text)
+
     def test_wrong_use(self):
         self.refused("submit", "tiny.toml", "--out", "out", naming=["--slurm"])
         self.refused("submit", "--slurm", "--out", "out", naming=["CAMPAIGN"])
         self.refused("submit", "--resume", "--out", "out", naming=["request.json"])
         self.refused("submit", "--slurm", "tiny.toml", "--out", "out", "--nodes", "0", naming=["--nodes", "0"])
+
+
+class Queue(CampaignTest):
+    """Stand-ins of Slurm's commands: `queue` is what squeue says, `submitted` what sbatch was asked."""
+
+    def setUp(self):
+        super().setUp()
+        self.write("bin/sbatch", f"""#!/bin/sh
+            echo "$@" >> '{self.dir}/submitted'
+            wc -l < '{self.dir}/submitted'""")
+        self.write("bin/squeue", f"""#!/bin/sh
+            if [ -e '{self.dir}/down' ]; then
+              echo 'slurm_load_jobs error: Unable to contact slurm controller' >&2; exit 1
+            fi
+            cat '{self.dir}/queue'""")
+        for name in ["sbatch", "squeue"]:
+            (self.dir / "bin" / name).chmod(0o755)
+        self.env["PATH"] = f"{self.dir}/bin:{self.env['PATH']}"
+        self.queue()
+        self.assay("submit", "--slurm", "tiny.toml", "--out", "out", "--shards", "2")  # jobs 1, 2 and 3
+        self.assertEqual(len(self.new_jobs()), 3)
+
+    def queue(self, *lines):
+        self.write("queue", "".join(f"{line}\n" for line in lines))
+
+    def new_jobs(self):
+        """Since the last call: the arguments of sbatch, without the folder of the script."""
+        lines = (self.dir / "submitted").read_text().splitlines()
+        new = lines[getattr(self, "seen", 0):]
+        self.seen = len(lines)
+        return [re.sub(r"\S*/jobs/", "", line).removeprefix("--parsable ") for line in new]
+
+    def test_what_waits_or_runs_is_left_alone(self):
+        self.queue("1_1 RUNNING", "1_2 PENDING", "2_1 PENDING", "3 PENDING")
+        text = self.assay("submit", "--resume", "--out", "out")
+        self.assertIn("accuracy parts 1-2, timing parts 1 wait or run (Slurm's jobs 1, 2, 3) and are left alone", text)
+        self.assertEqual(self.new_jobs(), [])
+        # one that was killed is submitted again, before timings that still wait: their finishing job comes last
+        self.queue("1_1 NODE_FAIL", "1_2 COMPLETING", "2_1 PENDING", "3 PENDING")
+        self.assertIn("timing parts 1 wait or run", self.assay("submit", "--resume", "--out", "out"))
+        self.assertEqual(self.new_jobs(), ["--array=1-2 accuracy.sh",
+                                           "--export=ALL,ASSAY_ATTEMPT=1 --dependency=afterany:2:3:4 finish.sh"])
+        self.queue("2_1 PENDING", "3 PENDING", "4_1 PENDING", "4_2 RUNNING", "5 PENDING")
+        self.assay("submit", "--resume", "--out", "out")
+        self.assertEqual(self.new_jobs(), [])
+
+    def test_the_finishing_job_waits_for_what_was_submitted_meanwhile(self):
+        self.env["SLURM_JOB_ID"] = "3"
+        self.queue("1_1 COMPLETED", "1_2 RUNNING", "2_1 PENDING", "3 RUNNING")
+        self.run_tiny("out/shards/accuracy-1", "--shard", "1/2", "--cells", "accuracy")
+        done = self.run_assay("submit", "--resume", "--out", "out", "--attempt", "3")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertNotIn("lost after", done.stdout)
+        self.assertEqual(self.new_jobs(), ["--export=ALL,ASSAY_ATTEMPT=3 --dependency=afterany:1:2 finish.sh"])
+        # and what has ended without all of its cells is lost
+        self.queue()
+        done = self.run_assay("submit", "--resume", "--out", "out", "--attempt", "3")
+        self.assertEqual(done.returncode, 1, done.stdout)
+        self.assertIn("lost after 3 tries: accuracy parts 2, timing parts 1", done.stderr)
+
+    def test_without_an_answer_of_squeue_the_lock_decides(self):
+        self.write("down", "")
+        self.write("out/shards/accuracy-1/.lock", "")
+        with open(self.dir / "out/shards/accuracy-1/.lock") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            done = self.run_assay("submit", "--resume", "--out", "out")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.check_sentence(done.stderr, ["jobs 1, 2, 3", "not known", "Unable to contact"])
+            self.assertIn("accuracy parts 1, timing parts none wait or run", done.stdout)
+            self.assertEqual(self.new_jobs()[:2], ["--array=2 accuracy.sh", "--array=1%1 --dependency=afterany:4 timing.sh"])
+            self.refused("submit", "--slurm", "tiny.toml", "--out", "out", naming=["accuracy parts 1", "--resume"])
+
+    def test_a_part_that_was_killed_at_its_start_is_lost(self):
+        self.write("out/shards/accuracy-1/assay.sqlite", "")
+        self.assertEqual([part["state"] for part in self.assay_json("status", "out", "--json")["parts"]], 3 * ["waiting"])
+        self.assay("submit", "--resume", "--out", "out")
+        self.assertEqual(self.new_jobs()[0], "--array=1-2 accuracy.sh")
+
+    def test_a_second_submission_over_jobs_is_refused(self):
+        self.queue("1_2 RUNNING", "3 PENDING")
+        for shards in ["2", "3"]:
+            self.refused("submit", "--slurm", "tiny.toml", "--out", "out", "--shards", shards,
+                         naming=["--resume", "scancel 1 3"])
+        self.queue()
+        self.assertEqual(self.new_jobs(), [])
+        # nor may other parts follow those that have results
+        self.run_tiny("out/shards/accuracy-1", "--shard", "1/2", "--cells", "accuracy")
+        self.refused("submit", "--slurm", "tiny.toml", "--out", "out", "--shards", "1",
+                     naming=["2 accuracy parts", "not of 1", "--shards 2"])
+        self.assay("submit", "--slurm", "tiny.toml", "--out", "out", "--shards", "2")
+        self.assertEqual(len(self.new_jobs()), 3)
+
+    def test_status_shows_what_was_submitted(self):
+        self.run_tiny("whole")
+        whole = self.assay_json("status", "whole", "--json")
+        status = self.assay_json("status", "out", "--json")
+        self.assertEqual([(part["dir"], part["state"]) for part in status["parts"]],
+                         [(f"out/shards/{name}", "waiting") for name in ["accuracy-1", "accuracy-2", "timing-1"]])
+        self.assertEqual((status["planned"], status["done"]), (whole["planned"], 0))
+        self.assertGreater(status["left_s"], 0)
+        self.run_tiny("out/shards/accuracy-1", "--shard", "1/2", "--cells", "accuracy")
+        status = self.assay_json("status", "out", "--json")
+        self.assertEqual([part["state"] for part in status["parts"]], ["complete", "waiting", "waiting"])
+        self.assertEqual(status["planned"], whole["planned"])
+        self.assay("merge", "out/shards", "--out", "out")
+        self.assertEqual(self.assay_json("status", "out", "--json")["planned"], whole["planned"])
 
 
 class RealSlurm(CampaignTest):
@@ -221,6 +357,26 @@ class RealSlurm(CampaignTest):
         with contextlib.closing(sqlite3.connect(self.dir / "out/assay.sqlite")) as db:
             names = {json.loads(text)["name"] for (text,) in db.execute("SELECT json FROM nodes")}
         self.assertEqual(names, {self.slurm.host})
+
+    def test_resume_leaves_jobs_alone_that_wait(self):
+        self.run_tiny("whole")
+        self.slurm.run("scontrol", "update", f"NodeName={self.slurm.host}", "State=DRAIN", "Reason=test")
+        self.assay("submit", "--slurm", "tiny.toml", "--out", "out", "--shards", "2", "--sbatch=--comment=tiny")
+        first = {name: job.split("_")[0] for job, _, name in self.jobs()}
+        before = self.jobs()
+        self.assertEqual(len(before), 4)
+        self.assertIn("are left alone", self.assay("submit", "--resume", "--out", "out"))
+        self.refused("submit", "--slurm", "tiny.toml", "--out", "out", naming=["scancel", first["assay-timing"]])
+        self.assertEqual(self.jobs(), before)
+        self.assertIn("waiting", self.assay("status", "out"))
+        self.slurm.run("scancel", f"{first['assay-accuracy']}_2")
+        self.assertIn("1 accuracy part,", self.assay("submit", "--resume", "--out", "out").replace("\n", " "))
+        self.assertEqual(len(self.jobs()), 5)  # another finishing job, after the first one
+        self.slurm.run("scontrol", "update", f"NodeName={self.slurm.host}", "State=RESUME")
+        self.wait_for_the_end()
+        self.assertEqual(self.table("out"), self.table("whole"), self.logs())
+        self.assertNotIn("lost", self.logs())
+        self.assertNotIn("another", self.logs())
 
     def test_slurm_refuses(self):
         self.refused("submit", "--slurm", "tiny.toml", "--out", "out", "--partition", "nowhere",

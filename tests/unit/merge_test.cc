@@ -225,6 +225,41 @@ TEST_F(MergeTest, TimingsOfASystemComeFromOneMachine) {
   }
   EXPECT_THAT(refusal([&] { merge({"ccc", "d"}, "out"); }),
               AllOf(HasSubstr("'chain'"), HasSubstr("'n1'"), HasSubstr("'n7'"), HasSubstr("one shard")));
+  EXPECT_FALSE(fs::exists(path("out"))) << "refused before anything is written";
+}
+
+TEST_F(MergeTest, TimesOfManyWorldsComeFromOneMachineForEachDevice) {
+  three_parts();  // "ccc" has a timing of one world from n1
+  const auto batch = [&](const std::string& name, const std::string& machine, const std::string& measure) {
+    Store store = part(name, machine);
+    store.put_cell(cell("key-" + name, measure, 3, 12));
+  };
+  batch("d", "n7", "batch-256");
+  batch("e", "n8", "batch-1024-cuda:0");
+  batch("f", "n8", "batch-1024");
+  merge({"a", "ccc", "d", "e"}, "out");
+  EXPECT_EQ(Store::open(path("out")).cell_keys().size(), 5U) << "no reader compares times of two kinds";
+  EXPECT_THAT(refusal([&] { merge({"a", "d", "f"}, "other"); }),
+              AllOf(HasSubstr("many worlds on cpu"), HasSubstr("'n7'"), HasSubstr("'n8'")));
+  EXPECT_FALSE(fs::exists(path("other"))) << "refused before anything is written";
+}
+
+TEST_F(MergeTest, WhatWasMergedBeforeARefusalIsAWholeUnion) {
+  three_parts();
+  {
+    Store d = part("d", "n4");
+    d.put_cell(cell("k1", "consistency", 9, 10));
+  }
+  size_t finished = 0;
+  const auto work = [&] {
+    merge_results({path("a"), path("bb"), path("d"), path("ccc")}, path("out"), kDerived, {},
+                  [&](Store& merged) { finished = merged.cell_keys().size(); });
+  };
+  EXPECT_THAT(refusal(work),
+              AllOf(HasSubstr("nothing of it was taken"), HasSubstr("2 directories before it were merged")));
+  EXPECT_EQ(finished, 3U) << "derived values are computed for what is there";
+  merge({"a", "bb"}, "same");
+  EXPECT_EQ(content_of(path("out")), content_of(path("same")));
 }
 
 TEST_F(MergeTest, ACampaignThatChangedIsRefusedAndTheChangeNamed) {
