@@ -58,7 +58,20 @@ std::vector<PartPlan> plan_of_parts(const Campaign& campaign, ShardCells cells, 
 
 std::string absolute(const std::string& path) { return fs::absolute(path).lexically_normal().string(); }
 
+// A line of the script that Slurm reads ends at a newline, and what follows would be a line of its own.
+void require_one_line(const char* option, const std::string& text) {
+  const auto breaks = [](unsigned char c) { return c < ' ' || c == 0x7f; };
+  if (std::ranges::any_of(text, breaks)) {
+    throw InputError(fmt::format("{} is '{}', which has a control character: name it without", option, text));
+  }
+}
+
 SlurmRequest request_of(const SubmitOptions& options) {
+  require_one_line("--partition", options.partition);
+  require_one_line("--account", options.account);
+  require_one_line("--time", options.time);
+  require_one_line("--out", options.out);
+  require_one_line("CAMPAIGN", options.campaign);
   std::vector<std::string> more;
   more.reserve(options.sbatch.size());
   for (const std::string& option : options.sbatch) more.push_back(parse_sbatch_option(option));

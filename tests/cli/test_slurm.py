@@ -186,6 +186,12 @@ class Scripts(CampaignTest):
                               ("--=x", ["--sbatch"])]:
             self.refused("submit", "--slurm", "tiny.toml", "--out", "out", f"--sbatch={option}", "--dry-run", naming=words)
 
+    def test_a_newline_does_not_make_a_line_of_the_script(self):
+        for option in ("--partition", "--account", "--time"):
+            self.refused("submit", "--slurm", "tiny.toml", "--out", "out", option, "x\n#SBATCH --wrap=rm", "--dry-run",
+                         naming=[option, "control character"])
+        self.refused("submit", "--slurm", "tiny.toml", "--out", "o\nut", "--dry-run", naming=["--out", "control character"])
+
     def test_the_help_tells_how_many_parts_there_are(self):
         told = re.search(r"default: (\d+) a\s+node", self.assay("submit", "--help"))
         text = self.assay("submit", "--slurm", "quick", "--out", "out", "--dry-run")
