@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
 #include <set>
 
@@ -12,6 +13,7 @@
 #include "base/paths.h"
 #include "base/text.h"
 #include "claims/claims.h"
+#include "controls/input_file.h"
 #include "results/line_up.h"
 
 namespace assay {
@@ -301,7 +303,8 @@ ClaimsFile parse_claims(const std::string& toml, const std::string& source) {
 
 ClaimsFile load_claims(const std::string& path) {
   try {
-    return claims_of(toml::parse_file(path), path);
+    constexpr std::uintmax_t kMostBytes = 16 << 20;
+    return claims_of(toml::parse(input_file(path, "the file of claims", "a TOML file", kMostBytes), path), path);
   } catch (const toml::parse_error& error) {
     throw InputError(fmt::format("{}:{}: {}", path, error.source().begin.line, error.description()));
   }

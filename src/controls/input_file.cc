@@ -1,31 +1,29 @@
 #include "controls/input_file.h"
 
-#include <filesystem>
-#include <fstream>
 #include <sstream>
 
 #include <fmt/format.h>
 
 #include "base/errors.h"
+#include "base/regular_file.h"
 
 namespace assay {
 
 std::string input_file(const std::string& path, const std::string& what, const std::string& give,
                        std::uintmax_t most_bytes) {
-  namespace fs = std::filesystem;
-  std::error_code error;
-  if (fs::exists(path, error) && !fs::is_regular_file(path, error)) {
-    throw InputError(fmt::format("{} '{}' is not a regular file: give {}", what, path, give));
+  const RegularFile file(path);
+  if (!file.other().empty()) {
+    throw InputError(fmt::format("{} '{}' is {} and not a regular file: give {}", what, path, file.other(), give));
   }
-  if (const auto size = fs::file_size(path, error); !error && size > most_bytes) {
-    throw InputError(fmt::format("{} '{}' has {} KiB, and at most {} are read: give {} of less", what, path, size >> 10,
-                                 most_bytes >> 10, give));
+  if (file.size() > most_bytes) {
+    throw InputError(fmt::format("{} '{}' has {} KiB, and at most {} are read: give {} of less", what, path,
+                                 file.size() >> 10, most_bytes >> 10, give));
   }
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream all;
-  if (file && file.peek() != std::ifstream::traits_type::eof()) all << file.rdbuf();
-  if (!file.is_open() || !all) throw InputError(fmt::format("{} '{}' cannot be read: check the path", what, path));
-  return all.str();
+  std::string bytes;
+  if (file.error() != 0 || file.read(bytes, most_bytes) != 0) {
+    throw InputError(fmt::format("{} '{}' cannot be read: check the path", what, path));
+  }
+  return bytes;
 }
 
 std::vector<std::string> csv_fields(const std::string& line) {

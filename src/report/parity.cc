@@ -1,11 +1,14 @@
 #include "report/parity.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <filesystem>
-#include <fstream>
+#include <string>
 #include <vector>
 
 #include <nlohmann/json.hpp>
+
+#include "base/regular_file.h"
 
 namespace assay {
 
@@ -28,8 +31,11 @@ json parity_data(const std::string& dir) {
   std::ranges::sort(files);
   json certificates = json::array();
   for (const fs::path& file : files) {
-    std::ifstream stream(file);
-    json parsed = json::parse(stream, nullptr, /*allow_exceptions=*/false);
+    constexpr std::uintmax_t kMostBytes = 64 << 20;
+    const RegularFile certificate(file);
+    std::string text;
+    if (certificate.size() > kMostBytes || certificate.read(text, kMostBytes) != 0) continue;
+    json parsed = json::parse(text, nullptr, /*allow_exceptions=*/false);
     if (parsed.is_object() && parsed.contains("certificates")) certificates.push_back(std::move(parsed));
   }
   return certificates;
