@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "base/errors.h"
+#include "base/regular_file.h"
 
 namespace assay::cli {
 
@@ -34,7 +35,17 @@ OutputFile::OutputFile(const std::string& path) : path_(path) {
     // through symbolic links, so that renaming replaces the file and not the link
     if (fs::is_symlink(fs::symlink_status(path, error)) && fs::exists(status)) path_ = fs::canonical(path);
     written_ = direct ? path_ : path_ + ".partial";
-    fd_ = open(written_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);  // NOLINT(*-vararg)
+    if (direct) {
+      fd_ = open(written_.c_str(), O_WRONLY | O_CLOEXEC);  // NOLINT(*-vararg)
+    } else {
+      // An earlier command may have left it. It is made anew, so that no link under that name is written through.
+      if (const std::string other = other_than_file(written_); !other.empty()) {
+        throw InputError(
+            fmt::format("'{}', where --out is written first, is {}: remove it or give another file", written_, other));
+      }
+      unlink(written_.c_str());
+      fd_ = open(written_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);  // NOLINT(*-vararg)
+    }
   }
   if (fd_ >= 0) return;
   const int error = errno;

@@ -7,9 +7,9 @@
 
 namespace assay::cli {
 
-// Writes to "PATH.partial", which finish() renames to PATH; until then an earlier file at PATH stays untouched. "-" is
-// standard output; a device or a pipe is written directly. If the program ends before finish(), "PATH.partial" remains,
-// unless it is empty.
+// Writes to "PATH.partial", made anew, which finish() renames to PATH; until then an earlier file at PATH stays
+// untouched. "-" is standard output; a device or a pipe is written directly. If the program ends before finish(),
+// "PATH.partial" remains, unless it is empty.
 class OutputFile {
  public:
   // Throws InputError for a path that cannot be a file, SystemError for one that cannot be written.

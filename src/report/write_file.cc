@@ -18,7 +18,9 @@ void write_file(const std::string& path, const std::string& content) {
     std::remove(part.c_str());
     throw SystemError(fmt::format("cannot {} '{}': {}", what, path, std::strerror(error)));
   };
-  std::FILE* file = std::fopen(part.c_str(), "wb");
+  // Made here, so that no link that lies there is followed.
+  std::remove(part.c_str());
+  std::FILE* file = std::fopen(part.c_str(), "wbx");
   if (file == nullptr) fail("write");
   const bool written = std::fwrite(content.data(), 1, content.size(), file) == content.size() &&
                        std::fflush(file) == 0 && fsync(fileno(file)) == 0;
