@@ -4,16 +4,21 @@
 #include <cctype>
 #include <chrono>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <set>
 #include <sys/stat.h>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
 
 #include "base/errors.h"
+#include "base/regular_file.h"
 
 namespace assay::sql {
+
+namespace fs = std::filesystem;
 
 sqlite3* open_database(const std::string& path, int flags) {
   sqlite3* db = nullptr;
@@ -21,7 +26,41 @@ sqlite3* open_database(const std::string& path, int flags) {
   const int code = sqlite3_open_v2(path.c_str(), &db, flags | SQLITE_OPEN_NOMUTEX, nullptr);
   if (code != SQLITE_OK && db == nullptr) throw SystemError(fmt::format("cannot open '{}': out of memory", path));
   sqlite3_busy_timeout(db, 10000);
+  sqlite3_limit(db, SQLITE_LIMIT_LENGTH, kMostValueBytes);
+  for (const auto& [option, on] : {std::pair{SQLITE_DBCONFIG_ENABLE_TRIGGER, 0},
+                                   {SQLITE_DBCONFIG_ENABLE_VIEW, 0},
+                                   {SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0},
+                                   {SQLITE_DBCONFIG_DEFENSIVE, 1}}) {
+    sqlite3_db_config(db, option, on, nullptr);
+  }
   return db;
+}
+
+void check_side_files(const std::string& path) {
+  std::error_code error;
+  const fs::path followed = fs::canonical(path, error);  // SQLite's files lie beside the file that a link means
+  const std::string beside = error ? path : followed.string();
+  for (const char* ending : {"-journal", "-wal", "-shm"}) {
+    const std::string file = beside + ending;
+    if (const std::string other = other_than_file(file); !other.empty()) {
+      throw InputError(
+          fmt::format("'{}' is {}, and beside results only a regular file can have this name: remove it", file, other));
+    }
+  }
+  // A journal of several databases ends with the name of a file that SQLite removes when it has rolled back, whatever
+  // that file is.
+  constexpr std::string_view kMagic("\xd9\xd5\x05\xf9\x20\xa1\x63\xd7", 8);
+  std::ifstream journal(beside + "-journal", std::ios::binary | std::ios::ate);
+  if (!journal || journal.tellg() < std::ssize(kMagic)) return;
+  std::string end(kMagic.size(), '\0');
+  journal.seekg(-std::ssize(kMagic), std::ios::end);
+  journal.read(end.data(), std::ssize(end));
+  if (end == kMagic) {
+    throw InputError(
+        fmt::format("'{}-journal' belongs to several databases, and assay writes no such journal: remove it, and "
+                    "restore '{}' from a copy if it is damaged then",
+                    beside, path));
+  }
 }
 
 sqlite3* open_to_read(const std::string& path) {
@@ -29,6 +68,7 @@ sqlite3* open_to_read(const std::string& path) {
     sqlite3_exec(db, "SELECT count(*) FROM sqlite_schema", nullptr, nullptr, nullptr);
     return sqlite3_errcode(db) & 0xff;
   };
+  check_side_files(path);
   sqlite3* db = open_database(path, SQLITE_OPEN_READONLY);
   int error = first_error(db);
   // What has to be rolled back cannot be through a connection that may only read.
@@ -55,9 +95,37 @@ std::string uri_of(const std::string& path) {
   return uri;
 }
 
+namespace {
+
+// Throws for the first table of the connection's databases with a value that is longer than what is read.
+void refuse_long_value(sqlite3* db) {
+  for (const char* schema : {"main", "src"}) {  // as store/merge.cc attaches
+    const char* file = sqlite3_db_filename(db, schema);
+    for (const char* table : {"manifest", "systems", "contenders", "conformance", "cells", "values", "samples", "runs",
+                              "scenes", "nodes", "plan", "hashes"}) {
+      sqlite3_stmt* query = nullptr;
+      const std::string sql = fmt::format("SELECT * FROM {}.\"{}\"", schema, table);
+      if (file == nullptr || sqlite3_prepare_v2(db, sql.c_str(), -1, &query, nullptr) != SQLITE_OK) continue;
+      int code = SQLITE_ROW;
+      while (code == SQLITE_ROW) code = sqlite3_step(query);
+      sqlite3_finalize(query);
+      if (code != SQLITE_TOOBIG) continue;
+      throw InputError(damaged_text(
+          file, fmt::format("a value in the table '{}' has more than {} MiB", table, kMostValueBytes >> 20)));
+    }
+  }
+}
+
+}  // namespace
+
 void fail(sqlite3* db) {
   const std::string path = sqlite3_db_filename(db, "main");
   const int code = sqlite3_errcode(db) & 0xff;
+  const std::string message = sqlite3_errmsg(db);
+  if (code == SQLITE_TOOBIG) {
+    refuse_long_value(db);
+    throw SystemError(fmt::format("cannot write '{}': a value has more than {} MiB", path, kMostValueBytes >> 20));
+  }
   if (code == SQLITE_FULL) {
     throw SystemError(fmt::format("cannot write '{}': the disk is full; what was finished is kept", path));
   }
@@ -69,11 +137,11 @@ void fail(sqlite3* db) {
   }
   // The statements are constant, so one that fails in itself met another schema than the one that was written.
   if (code == SQLITE_CORRUPT || (code == SQLITE_ERROR && looks_like_results(path))) {
-    throw InputError(damaged_text(path, sqlite3_errmsg(db)));
+    throw InputError(damaged_text(path, message));
   }
   const int why = sqlite3_system_errno(db);
-  throw SystemError(fmt::format("cannot use '{}': {}{}", path, sqlite3_errmsg(db),
-                                why != 0 ? fmt::format(" ({})", std::strerror(why)) : ""));
+  throw SystemError(
+      fmt::format("cannot use '{}': {}{}", path, message, why != 0 ? fmt::format(" ({})", std::strerror(why)) : ""));
 }
 
 void execute(sqlite3* db, const char* sql) {

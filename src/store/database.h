@@ -12,12 +12,20 @@
 
 namespace assay::sql {
 
-// Never null. Errors other than a lack of memory show at the first use.
+// No value of a results database is longer: what a worker sends has at most 64 MiB, the scene of a large robot 1.
+inline constexpr int kMostValueBytes = 64 << 20;
+
+// A connection that runs none of the database's own code (triggers, views, functions in its schema) and reads no value
+// above kMostValueBytes. Never null. Errors other than a lack of memory show at the first use.
 sqlite3* open_database(const std::string& path, int flags);
 
 // A results database, to be read only. A transaction that a killed process left half written to it is rolled back.
-// Never null.
+// Never null. Throws as check_side_files().
 sqlite3* open_to_read(const std::string& path);
+
+// Throws InputError for what SQLite would open beside the database and assay has not made: files that are no regular
+// files, and a journal that makes SQLite remove another file.
+void check_side_files(const std::string& path);
 
 // A path as a URI.
 std::string uri_of(const std::string& path);

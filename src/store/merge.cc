@@ -18,6 +18,7 @@
 #include "base/errors.h"
 #include "base/hash.h"
 #include "base/json.h"
+#include "base/regular_file.h"
 #include "base/text.h"
 #include "measures/batch.h"
 #include "store/cell_hash.h"
@@ -163,7 +164,13 @@ class Merge {
   void add(const std::string& dir, MergeSummary& summary) {
     dir_ = dir;
     const Store source = Store::open(dir);
-    (void)source.cells();  // throws for one that is damaged
+    // Throw for one that is damaged, before SQL copies it row by row.
+    (void)source.cells();
+    (void)source.systems();
+    (void)source.contenders();
+    (void)source.conformance();
+    (void)source.runs();
+    (void)source.scenes();
     const Attached attached(db_, dir);
     Transaction transaction(db_);
     changed_tables_.clear();
@@ -495,6 +502,12 @@ class Merge {
     for (const auto& entry : fs::directory_iterator(from, error)) {
       if (entry.path().extension() != ending) continue;
       const fs::path target = to / entry.path().filename();
+      // What a link means may be no part of the results, and a pipe would be waited for.
+      for (const fs::path& file : {entry.path(), target}) {
+        if (const std::string other = other_than_file(file.string()); !other.empty()) {
+          refuse(fmt::format("'{}' is {} and not a regular file: remove it", file.string(), other));
+        }
+      }
       if (fs::exists(target, error)) {
         if (!same_file(entry.path(), target)) {
           refuse(fmt::format("'{}' has another content there: the same run gave two results", entry.path().string()));
@@ -530,7 +543,8 @@ class Merge {
     fs::create_hard_link(from, to, error);
     if (!error) return;
     const fs::path partial = fmt::format("{}.{}.tmp", to.string(), ::getpid());
-    fs::copy_file(from, partial, fs::copy_options::overwrite_existing, error);
+    fs::remove(partial, error);  // a link that lies there is not followed
+    fs::copy_file(from, partial, error);
     if (!error) fs::rename(partial, to, error);
     if (!error) return;
     std::error_code ignored;

@@ -56,7 +56,7 @@ std::vector<Store::PartDone> Store::plan_done() const {
 }
 
 bool Store::is_written(const std::string& dir) {
-  const int lock = ::open((dir + "/.lock").c_str(), O_RDONLY | O_CLOEXEC);
+  const int lock = ::open((dir + "/.lock").c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
   if (lock < 0) return false;
   const bool held = ::flock(lock, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
   ::close(lock);  // gives the lock back

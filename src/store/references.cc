@@ -11,6 +11,7 @@
 
 #include <fmt/format.h>
 
+#include "base/regular_file.h"
 #include "store/trajectory.h"
 
 namespace assay {
@@ -20,10 +21,12 @@ namespace fs = std::filesystem;
 
 // A second name for the file, or a copy of it where there can be none (another file system). Whole or not at all.
 bool link_or_copy(const std::string& from, const std::string& to) {
+  if (!other_than_file(from).empty()) return false;
   if (::link(from.c_str(), to.c_str()) == 0 || errno == EEXIST) return true;
   const std::string temporary = fmt::format("{}.{}.tmp", to, ::getpid());
   std::error_code error;
-  fs::copy_file(from, temporary, fs::copy_options::overwrite_existing, error);
+  fs::remove(temporary, error);  // a link that lies there is not followed
+  fs::copy_file(from, temporary, error);
   if (!error) fs::rename(temporary, to, error);
   if (error) {
     std::error_code ignored;

@@ -6,7 +6,6 @@
 #include <cstring>
 #include <fcntl.h>
 #include <filesystem>
-#include <set>
 #include <string_view>
 #include <sys/file.h>
 #include <unistd.h>
@@ -15,8 +14,10 @@
 #include <fmt/format.h>
 
 #include "base/errors.h"
+#include "base/regular_file.h"
 #include "store/cell_hash.h"
 #include "store/database.h"
+#include "store/schema.h"
 
 namespace assay {
 namespace {
@@ -39,67 +40,10 @@ constexpr std::array<std::pair<Outcome, std::string_view>, 6> kOutcomes = {{
 
 constexpr int kApplicationId = 0x61737361;  // "assa": tells our databases from others
 
-constexpr const char* kSchema = R"sql(
-  CREATE TABLE manifest(key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
-  CREATE TABLE systems(name TEXT PRIMARY KEY, json TEXT NOT NULL);
-  CREATE TABLE contenders(name TEXT PRIMARY KEY, engine TEXT NOT NULL, version TEXT NOT NULL, base TEXT NOT NULL,
-    settings TEXT NOT NULL, capabilities_json TEXT NOT NULL, build_json TEXT NOT NULL);
-  CREATE TABLE conformance(contender TEXT NOT NULL, test TEXT NOT NULL, status TEXT NOT NULL, figure REAL,
-    tolerance REAL, unit TEXT NOT NULL, note TEXT NOT NULL, PRIMARY KEY(contender, test));
-  CREATE TABLE cells(id INTEGER PRIMARY KEY, key TEXT NOT NULL UNIQUE, system TEXT NOT NULL, contender TEXT NOT NULL,
-    timestep_ms REAL NOT NULL, measure TEXT NOT NULL, outcome TEXT NOT NULL, reason TEXT NOT NULL, wall_s REAL,
-    cpu_s REAL, engine_s REAL, steal REAL, started REAL, finished REAL, node TEXT, samples_hash TEXT, hash TEXT);
-  CREATE TABLE "values"(cell_id INTEGER NOT NULL REFERENCES cells(id) ON DELETE CASCADE, name TEXT NOT NULL,
-    unit TEXT NOT NULL, value REAL, low REAL, high REAL, PRIMARY KEY(cell_id, name)) WITHOUT ROWID;
-  CREATE TABLE samples(cell_id INTEGER NOT NULL REFERENCES cells(id) ON DELETE CASCADE, name TEXT NOT NULL,
-    idx INTEGER NOT NULL, value REAL, PRIMARY KEY(cell_id, name, idx)) WITHOUT ROWID;
-  CREATE TABLE runs(system TEXT NOT NULL, contender TEXT NOT NULL, timestep_ms REAL NOT NULL, address TEXT NOT NULL,
-    PRIMARY KEY(system, contender, timestep_ms)) WITHOUT ROWID;
-  CREATE TABLE scenes(system TEXT PRIMARY KEY, json TEXT NOT NULL) WITHOUT ROWID;
-  CREATE TABLE nodes(id TEXT PRIMARY KEY, json TEXT NOT NULL) WITHOUT ROWID;
-  CREATE TABLE plan(key TEXT PRIMARY KEY, shard INTEGER NOT NULL, cost_s REAL NOT NULL, accuracy INTEGER NOT NULL)
-    WITHOUT ROWID;
-  CREATE TABLE hashes(name TEXT PRIMARY KEY, hash TEXT NOT NULL) WITHOUT ROWID;
-)sql";
-
 // Of version 1: in its runs a column that is no key came first, which SQLite's integrity check takes for damage.
 constexpr const char* kFalseAlarm = "NULL value in runs.address";
 
-// From version 1, whose tables runs and scenes came later.
-constexpr const char* kMigration = R"sql(
-  CREATE TABLE IF NOT EXISTS runs(address TEXT NOT NULL, system TEXT NOT NULL, contender TEXT NOT NULL,
-    timestep_ms REAL NOT NULL, PRIMARY KEY(system, contender, timestep_ms)) WITHOUT ROWID;
-  ALTER TABLE runs RENAME TO old_runs;
-  CREATE TABLE runs(system TEXT NOT NULL, contender TEXT NOT NULL, timestep_ms REAL NOT NULL, address TEXT NOT NULL,
-    PRIMARY KEY(system, contender, timestep_ms)) WITHOUT ROWID;
-  INSERT INTO runs SELECT system, contender, timestep_ms, address FROM old_runs;
-  DROP TABLE old_runs;
-  CREATE TABLE IF NOT EXISTS scenes(system TEXT PRIMARY KEY, json TEXT NOT NULL) WITHOUT ROWID;
-  CREATE TABLE hashes(name TEXT PRIMARY KEY, hash TEXT NOT NULL) WITHOUT ROWID;
-  ALTER TABLE cells ADD COLUMN samples_hash TEXT;
-  ALTER TABLE cells ADD COLUMN hash TEXT;
-  ALTER TABLE cells ADD COLUMN node TEXT;
-  CREATE TABLE nodes(id TEXT PRIMARY KEY, json TEXT NOT NULL) WITHOUT ROWID;
-  CREATE TABLE plan(key TEXT PRIMARY KEY, shard INTEGER NOT NULL, cost_s REAL NOT NULL, accuracy INTEGER NOT NULL)
-    WITHOUT ROWID;
-)sql";
-
-// What version 2 has beyond version 1.
-bool is_new_in_2(const std::string& table, const std::string& column) {
-  return table == "hashes" || table == "runs" || table == "scenes" || table == "nodes" || table == "plan" ||
-         (table == "cells" && (column == "hash" || column == "samples_hash" || column == "node"));
-}
-
 std::string database_path(const std::string& dir) { return dir + "/assay.sqlite"; }
-
-// The results' schema, as (table, column).
-std::set<std::pair<std::string, std::string>> columns_of(sqlite3* db) {
-  std::set<std::pair<std::string, std::string>> columns;
-  Statement query(db,
-                  "SELECT t.name, c.name FROM sqlite_schema t JOIN pragma_table_info(t.name) c WHERE t.type = 'table'");
-  while (query.step()) columns.insert({query.text(0), query.text(1)});
-  return columns;
-}
 
 // Throws InputError for a database that this program cannot read. An empty file has version 0. Returns the version.
 std::int64_t check_readable(sqlite3* db, const std::string& path) {
@@ -108,13 +52,20 @@ std::int64_t check_readable(sqlite3* db, const std::string& path) {
     if (sql::looks_like_results(path)) {
       throw InputError(sql::damaged_text(path, "its header does not say that it is a results database"));
     }
+    // As a process leaves it that was ended at once, or one whose write-ahead log was lost.
+    if (application == 0 && pragma(db, "schema_version") == 0) {
+      throw InputError(fmt::format(
+          "'{}' is empty, so it is not a results database of assay: start the command that makes it again, or give "
+          "another directory",
+          path));
+    }
     throw InputError(fmt::format("'{}' is not a results database of assay: give another directory", path));
   }
-  const auto present = columns_of(db);
+  constexpr size_t kShownLetters = 40;
   std::string writer;
-  if (present.contains({"manifest", "key"}) && present.contains({"manifest", "value"})) {
+  if (sql::has_manifest(db)) {
     Statement query(db, "SELECT value FROM manifest WHERE key = 'assay_version'");
-    if (query.step()) writer = fmt::format(", written by assay {}", query.text(0));
+    if (query.step()) writer = fmt::format(", written by assay {}", query.text(0).substr(0, kShownLetters));
   }
   if (version < 1 || version > kSchemaVersion) {
     throw InputError(fmt::format("'{}' has results of schema version {}{}, and this assay reads versions 1 to {}: {}",
@@ -122,17 +73,8 @@ std::int64_t check_readable(sqlite3* db, const std::string& path) {
                                  version > kSchemaVersion ? "use the assay that wrote them, or a newer one"
                                                           : "measure again into another directory"));
   }
+  sql::check_schema(db, path, version, writer);
   sql::check_integrity(db, path, Store::kIntegritySeconds, version == 1 ? kFalseAlarm : "");
-  const std::unique_ptr<sqlite3, int (*)(sqlite3*)> model(
-      open_database(":memory:", SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE), sqlite3_close_v2);
-  execute(model.get(), kSchema);
-  for (const auto& [table, column] : columns_of(model.get())) {
-    if (present.contains({table, column}) || (version == 1 && is_new_in_2(table, column))) continue;
-    throw InputError(
-        fmt::format("'{}' has no column '{}' in the table '{}'{}: it is damaged, or another assay's; measure again "
-                    "into another directory",
-                    path, column, table, writer));
-  }
   return version;
 }
 
@@ -144,7 +86,7 @@ void set_version(sqlite3* db) {
 // All or nothing: a version 1 that was not migrated to its end stays one.
 void migrate(sqlite3* db) {
   Transaction transaction(db);
-  execute(db, kMigration);
+  sql::migrate_tables(db);
   std::vector<std::int64_t> cells;
   Statement query(db, "SELECT id FROM cells");
   while (query.step()) cells.push_back(query.integer(0));
@@ -158,10 +100,20 @@ void migrate(sqlite3* db) {
   transaction.commit();
 }
 
+// Throws InputError for what is there under a name of the results and is no regular file: a link would be followed, a
+// pipe waited for.
+void refuse_other(const std::string& path) {
+  if (const std::string other = other_than_file(path); !other.empty()) {
+    throw InputError(
+        fmt::format("'{}' is {}, and in results only a regular file can have this name: remove it", path, other));
+  }
+}
+
 // The writer's lock ends with the process that holds it, however that ends.
 int take_writer_lock(const std::string& dir) {
   const std::string path = dir + "/.lock";
-  const int lock = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  refuse_other(path);
+  const int lock = ::open(path.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0644);
   if (lock < 0) throw SystemError(fmt::format("cannot write to '{}': {}", dir, std::strerror(errno)));
   // A worker that a killed run was just starting holds the lock for a moment longer than the run.
   constexpr int kTries = 20;
@@ -239,6 +191,13 @@ Store Store::create(const std::string& dir, const Identity& identity) {
   const std::string path = database_path(dir);
   if (fs::is_directory(path, ignored))
     throw InputError(fmt::format("'{}' is a directory: give another directory", path));
+  refuse_other(path);
+  sql::check_side_files(path);
+  // A worker would write through it, elsewhere.
+  if (const std::string runs = dir + "/trajectories"; fs::is_symlink(fs::symlink_status(runs, ignored))) {
+    throw InputError(fmt::format(
+        "'{}' is a symbolic link, and runs are only written below their results: put the folder there", runs));
+  }
   const int lock = take_writer_lock(dir);
   Store store(dir, std::unique_ptr<sqlite3, Deleter>(), lock);  // owns the lock whatever happens below
   store.db_.reset(open_database(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE));
@@ -266,7 +225,7 @@ Store Store::create(const std::string& dir, const Identity& identity) {
   execute(db, "PRAGMA synchronous = FULL; PRAGMA foreign_keys = ON");
   if (fresh) {
     Transaction transaction(db);
-    execute(db, kSchema);
+    sql::create_tables(db);
     set_version(db);
     Statement put(db, "INSERT INTO manifest VALUES(?, ?)");
     put.bind_all(std::string("campaign"), identity.campaign).run();
@@ -288,6 +247,7 @@ Store Store::open(const std::string& dir) {
   if (!fs::is_regular_file(path, error)) {
     throw InputError(fmt::format("'{}' holds no results: give a directory that `assay run` made", dir));
   }
+  refuse_other(dir + "/.lock");
   Store store(dir, std::unique_ptr<sqlite3, Deleter>(sql::open_to_read(path)), -1);
   store.hashed_ = check_readable(store.db_.get(), path) >= kSchemaVersion;
   return store;

@@ -156,9 +156,10 @@ class Store {
   static Store create(const std::string& dir, const Identity& identity);
 
   // Opens the results of `dir` for reading, on a read-only medium too. Throws InputError when it holds none, or those
-  // of an unknown schema version, or a table or column is missing. A damaged database throws InputError that says where
-  // the damage is: here, as far as SQLite's integrity check comes in kIntegritySeconds, or when the damaged part is
-  // read. Cells whose outcome or timestep cannot be are refused when they are read.
+  // of an unknown schema version, a table or column is missing, or there is anything that assay does not make: a
+  // trigger, a view, another table, a pipe beside the database. Nothing of that is run. A damaged database throws
+  // InputError that says where the damage is: here, as far as SQLite's integrity check comes in kIntegritySeconds, or
+  // when the damaged part is read. Cells whose outcome or timestep cannot be are refused when they are read.
   static Store open(const std::string& dir);
 
   Store(Store&& other) noexcept;

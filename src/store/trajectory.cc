@@ -1,5 +1,6 @@
 #include "store/trajectory.h"
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cmath>
@@ -7,10 +8,8 @@
 #include <cstring>
 #include <fcntl.h>
 #include <filesystem>
-#include <fstream>
 #include <limits>
 #include <string_view>
-#include <sys/stat.h>
 #include <type_traits>
 #include <unistd.h>
 #include <utility>
@@ -19,6 +18,7 @@
 
 #include "base/errors.h"
 #include "base/hash.h"
+#include "base/regular_file.h"
 
 namespace assay {
 namespace {
@@ -32,7 +32,8 @@ namespace fs = std::filesystem;
 constexpr std::string_view kMagic = "assay-trajectory-2\n";
 constexpr std::string_view kOlderMagic = "assay-trajectory-1\n";
 static_assert(kMagic.size() == kOlderMagic.size());
-constexpr std::uint64_t kMostBytes = std::uint64_t{8} << 30;  // of a file that is read
+constexpr std::uint64_t kMostBytes = std::uint64_t{4} << 30;  // of a file: what a worker may write
+constexpr std::uint64_t kMostAddress = 255;                   // bytes: it is a file's name
 constexpr std::uint64_t kMostCount = 1 << 24;                 // bodies and hinges of a model
 constexpr size_t kHashDigits = 32;
 constexpr size_t kBodyNumbers = 13;
@@ -95,61 +96,76 @@ std::string encode(const Trajectory& trajectory, const std::string& address) {
   return out + content_hash(out);
 }
 
-// A file's content up to its states.
-struct Opened {
+// What stands before the states.
+struct Header {
   std::string fault;  // as trajectory_fault()
+  bool older = false;
+  std::string address;
   std::uint64_t count = 0, bodies = 0, hinges = 0;
-  std::string_view states;
+  size_t bytes = 0;  // of the file up to the states
 };
+constexpr size_t kCountBytes = 3 * sizeof(std::uint64_t);
+constexpr size_t kMostHeaderBytes = kMagic.size() + sizeof(std::uint64_t) + kMostAddress + kCountBytes;
 
-Opened open_content(std::string_view bytes, const std::string& address) {
-  const auto damaged = [](const char* how) {
-    Opened opened;
-    opened.fault = fmt::format("is damaged ({})", how);
-    return opened;
+std::string damaged_fault(const std::string& how) { return fmt::format("is damaged ({})", how); }
+
+// From the first bytes of a file of `size`: whether it can be a trajectory is known before the rest is read.
+Header read_header(std::string_view bytes, std::uint64_t size) {
+  Header header;
+  const auto faulty = [&](const char* how) {
+    header.fault = damaged_fault(how);
+    return header;
   };
-  constexpr size_t kCounts = 3 * sizeof(std::uint64_t);
-  const bool older = bytes.starts_with(kOlderMagic);
-  if (!older && !bytes.starts_with(kMagic)) return damaged("it does not begin as a trajectory does");
-  if (bytes.size() < kMagic.size() + sizeof(std::uint64_t) + kCounts + kHashDigits) return damaged("it is cut off");
-  const std::string_view content = bytes.substr(0, bytes.size() - kHashDigits);
-  if (content_hash(content) != bytes.substr(content.size())) return damaged("its checksum is wrong");
-  std::string_view rest = content.substr(kMagic.size());
-  Opened opened;
-  if (older) {
-    opened.fault = kOlderFormat;
-  } else {
+  header.older = bytes.starts_with(kOlderMagic);
+  if (!header.older && !bytes.starts_with(kMagic)) return faulty("it does not begin as a trajectory does");
+  if (size < kMagic.size() + sizeof(std::uint64_t) + kCountBytes + kHashDigits ||
+      bytes.size() < std::min<std::uint64_t>(size, kMostHeaderBytes)) {
+    return faulty("it is cut off");
+  }
+  std::string_view rest = bytes.substr(kMagic.size());
+  if (!header.older) {
     const auto length = Reader(rest).take<std::uint64_t>();
     rest.remove_prefix(sizeof(std::uint64_t));
-    if (length > rest.size()) return damaged("its address is longer than the file");
-    if (const std::string_view own = rest.substr(0, length); own != address) {
-      opened.fault = fmt::format("holds the run {}", own);
-      return opened;
-    }
+    if (length > kMostAddress || length > rest.size()) return faulty("its address is longer than that of a run");
+    header.address = rest.substr(0, length);
     rest.remove_prefix(length);
   }
-  if (rest.size() < kCounts) return damaged("it is cut off");
+  if (rest.size() < kCountBytes) return faulty("it is cut off");
   Reader reader(rest);
-  opened.count = reader.take<std::uint64_t>();
-  opened.bodies = reader.take<std::uint64_t>();
-  opened.hinges = reader.take<std::uint64_t>();
-  opened.states = rest.substr(kCounts);
-  if (opened.bodies > kMostCount || opened.hinges > kMostCount)
-    return damaged("it counts more bodies than a model has");
-  const std::uint64_t state_bytes = sizeof(double) * (1 + kBodyNumbers * opened.bodies + 2 * opened.hinges);
-  if (opened.states.size() / state_bytes != opened.count || opened.states.size() % state_bytes != 0) {
-    return damaged("its size is not that of its states");
+  header.count = reader.take<std::uint64_t>();
+  header.bodies = reader.take<std::uint64_t>();
+  header.hinges = reader.take<std::uint64_t>();
+  header.bytes = bytes.size() - rest.size() + kCountBytes;
+  if (header.bodies > kMostCount || header.hinges > kMostCount) {
+    return faulty("it counts more bodies than a model has");
   }
-  return opened;
+  const std::uint64_t state_bytes = sizeof(double) * (1 + kBodyNumbers * header.bodies + 2 * header.hinges);
+  const std::uint64_t others = header.bytes + kHashDigits;
+  if (size < others || (size - others) / state_bytes != header.count || (size - others) % state_bytes != 0) {
+    return faulty("its size is not that of its states");
+  }
+  return header;
 }
 
+// A file's content up to its states.
+struct Opened {
+  bool is_there = true;
+  std::string fault;  // as trajectory_fault()
+  Header header;
+  std::string bytes;
+  std::string_view states() const {
+    return std::string_view(bytes).substr(header.bytes, bytes.size() - header.bytes - kHashDigits);
+  }
+};
+
 Trajectory decode(const Opened& opened) {
-  Reader reader(opened.states);
+  Reader reader(opened.states());
+  const Header& header = opened.header;
   Trajectory trajectory;
-  trajectory.states.resize(opened.count);
+  trajectory.states.resize(header.count);
   for (State& state : trajectory.states) {
     state.time = reader.take<double>();
-    state.bodies.resize(opened.bodies);
+    state.bodies.resize(header.bodies);
     for (BodyState& body : state.bodies) {
       body.p_WBcm = reader.take_vec3();
       const auto w = reader.take<double>(), x = reader.take<double>(), y = reader.take<double>(),
@@ -158,8 +174,8 @@ Trajectory decode(const Opened& opened) {
       body.v_WBcm = reader.take_vec3();
       body.w_WB = reader.take_vec3();
     }
-    state.position.resize(opened.hinges);
-    state.velocity.resize(opened.hinges);
+    state.position.resize(header.hinges);
+    state.velocity.resize(header.hinges);
     for (double& angle : state.position) angle = reader.take<double>();
     for (double& rate : state.velocity) rate = reader.take<double>();
   }
@@ -172,7 +188,7 @@ std::string states_fault(const Trajectory& trajectory) {
   for (const State& state : trajectory.states) {
     std::string fault = state_value_fault(state);
     if (fault.empty() && state.time < time) fault = "time that runs backwards";
-    if (!fault.empty()) return fmt::format("is damaged (it has {})", fault);
+    if (!fault.empty()) return damaged_fault(fmt::format("it has {}", fault));
     time = state.time;
   }
   return "";
@@ -191,35 +207,38 @@ void write_all(int file, std::string_view bytes, const std::string& path) {
   }
 }
 
-// Empty when there is no such file.
-std::optional<std::string> read_bytes(const std::string& path) {
-  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (file < 0) {
-    if (errno == ENOENT || errno == ENOTDIR) return std::nullopt;
-    fail("read", path, errno);
+Opened open_trajectory(const std::string& dir, const std::string& address) {
+  const std::string path = trajectory_path(dir, address);
+  const RegularFile file(path);
+  Opened opened;
+  const auto faulty = [&](std::string fault) {
+    opened.fault = std::move(fault);
+    return std::move(opened);
+  };
+  if (file.error() == ENOENT || file.error() == ENOTDIR) {
+    opened.is_there = false;
+    return opened;
   }
-  std::string bytes;
-  struct stat facts{};
-  if (::fstat(file, &facts) == 0) {
-    if (std::cmp_greater(facts.st_size, kMostBytes)) {
-      ::close(file);
-      fail("read", path, EFBIG);
-    }
-    bytes.reserve(static_cast<size_t>(facts.st_size));
+  if (file.error() != 0) fail("read", path, file.error());
+  if (!file.other().empty()) return faulty(damaged_fault(fmt::format("it is {} and not a regular file", file.other())));
+  if (file.size() > kMostBytes) {
+    return faulty(
+        damaged_fault(fmt::format("it has {} MiB, and a run at most {}", file.size() >> 20, kMostBytes >> 20)));
   }
-  std::array<char, 1 << 16> buffer{};
-  ssize_t got = 0;
-  while ((got = ::read(file, buffer.data(), buffer.size())) != 0) {
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) {
-      const int why = errno;
-      ::close(file);
-      fail("read", path, why);
-    }
-    bytes.append(buffer.data(), static_cast<size_t>(got));
-  }
-  ::close(file);
-  return bytes;
+  int error = file.read(opened.bytes, kMostHeaderBytes);
+  if (error != 0) fail("read", path, error);
+  opened.header = read_header(opened.bytes, file.size());
+  if (!opened.header.fault.empty()) return faulty(opened.header.fault);
+  opened.bytes.reserve(file.size());
+  error = file.read(opened.bytes, file.size() - std::min<std::uint64_t>(opened.bytes.size(), file.size()));
+  if (error != 0) fail("read", path, error);
+  if (opened.bytes.size() != file.size()) return faulty(damaged_fault("it is cut off"));  // meanwhile
+  const std::string_view content = std::string_view(opened.bytes).substr(0, opened.bytes.size() - kHashDigits);
+  if (content_hash(content) != opened.bytes.substr(content.size()))
+    return faulty(damaged_fault("its checksum is wrong"));
+  if (opened.header.older) return faulty(kOlderFormat);
+  if (opened.header.address != address) return faulty(fmt::format("holds the run {}", opened.header.address));
+  return opened;
 }
 
 }  // namespace
@@ -232,7 +251,8 @@ void write_trajectory(const std::string& dir, const std::string& address, const 
   if (error) fail("make the directory", dir, error.value());
   const std::string path = trajectory_path(dir, address);
   const std::string temporary = fmt::format("{}.{}.tmp", path, ::getpid());
-  const int file = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+  ::unlink(temporary.c_str());
+  const int file = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
   if (file < 0) fail("write", temporary, errno);
   try {
     write_all(file, encode(trajectory, address), temporary);
@@ -251,9 +271,8 @@ void write_trajectory(const std::string& dir, const std::string& address, const 
 }
 
 std::optional<Trajectory> read_trajectory(const std::string& dir, const std::string& address) {
-  const std::optional<std::string> bytes = read_bytes(trajectory_path(dir, address));
-  if (!bytes) return std::nullopt;
-  const Opened opened = open_content(*bytes, address);
+  const Opened opened = open_trajectory(dir, address);
+  if (!opened.is_there) return std::nullopt;
   if (!opened.fault.empty() && opened.fault != kOlderFormat) return std::nullopt;
   Trajectory trajectory = decode(opened);
   if (!states_fault(trajectory).empty()) return std::nullopt;
@@ -261,9 +280,8 @@ std::optional<Trajectory> read_trajectory(const std::string& dir, const std::str
 }
 
 std::string trajectory_fault(const std::string& dir, const std::string& address) {
-  const std::optional<std::string> bytes = read_bytes(trajectory_path(dir, address));
-  if (!bytes) return "";
-  const Opened opened = open_content(*bytes, address);
+  const Opened opened = open_trajectory(dir, address);
+  if (!opened.is_there) return "";
   return opened.fault.empty() ? states_fault(decode(opened)) : opened.fault;
 }
 
@@ -299,20 +317,11 @@ bool has_trajectory(const std::string& dir, const std::string& address) {
 }
 
 size_t count_states(const std::string& dir, const std::string& address) {
-  std::ifstream file(trajectory_path(dir, address), std::ios::binary);
-  const auto take = [&](size_t size) {
-    std::string bytes(size, '\0');
-    file.read(bytes.data(), static_cast<std::streamsize>(size));
-    return file ? bytes : "";
-  };
-  const std::string magic = take(kMagic.size());
-  if (magic != kMagic && magic != kOlderMagic) return 0;
-  std::string number = take(sizeof(std::uint64_t));
-  if (magic == kMagic && !number.empty()) {
-    if (Reader(number).take<std::uint64_t>() != address.size() || take(address.size()) != address) return 0;
-    number = take(sizeof(std::uint64_t));
-  }
-  return number.empty() ? 0 : Reader(number).take<std::uint64_t>();
+  const RegularFile file(trajectory_path(dir, address));
+  std::string bytes;
+  if (file.error() != 0 || !file.other().empty() || file.read(bytes, kMostHeaderBytes) != 0) return 0;
+  const Header header = read_header(bytes, file.size());
+  return !header.fault.empty() || (!header.older && header.address != address) ? 0 : header.count;
 }
 
 }  // namespace assay

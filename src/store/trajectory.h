@@ -21,8 +21,8 @@ std::string trajectory_path(const std::string& dir, const std::string& address);
 void write_trajectory(const std::string& dir, const std::string& address, const Trajectory& trajectory);
 
 // Empty when there is no such file or when trajectory_fault() finds something: then it has to be computed again. Files
-// of an older format, which do not say their address, are read. Throws SystemError when the file is there and cannot be
-// read.
+// of an older format, which do not say their address, are read. Throws SystemError when a regular file is there and
+// cannot be read. At most 4 GiB are read, and only of a file whose size is that of the states that it counts.
 std::optional<Trajectory> read_trajectory(const std::string& dir, const std::string& address);
 
 // What keeps the file from being the run of this address, as the end of a sentence about it: "is damaged (its checksum
@@ -38,7 +38,8 @@ std::string state_value_fault(const State& state);
 
 bool has_trajectory(const std::string& dir, const std::string& address);
 
-// How many states the file says that it holds; 0 when there is none. Its content is not looked at.
+// How many states the file says that it holds; 0 when there is none, or its size is another. Its content is not looked
+// at.
 size_t count_states(const std::string& dir, const std::string& address);
 
 }  // namespace assay

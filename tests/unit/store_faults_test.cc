@@ -2,6 +2,7 @@
 // results of an older program. Whatever it is, nothing wrong is read.
 #include <algorithm>
 #include <array>
+#include <csignal>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -9,6 +10,9 @@
 #include <map>
 #include <random>
 #include <sstream>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 #include <utility>
 #include <vector>
 
@@ -20,6 +24,7 @@
 #include "base/errors.h"
 #include "base/hash.h"
 #include "reliability.h"
+#include "store/merge.h"
 #include "store/references.h"
 #include "store/store.h"
 #include "store/trajectory.h"
@@ -472,6 +477,219 @@ TEST_F(StoreFaultsTest, APowerCutLosesNoFinishedCell) {
               "the same command goes on", "no finished cell");
 }
 
+// ---- a damaged write-ahead log --------------------------------------------------------------------------------------
+
+// Cells as they were written, however many of them; else nothing.
+void expect_nothing_wrong(const Store& store, const std::string& campaign_text, int samples) {
+  const std::vector<Cell> cells = store.cells();
+  for (const Cell& cell : cells) {
+    const int number = static_cast<int>(cell.timestep_ms) - 1;
+    EXPECT_EQ(cell.key, numbered_cell(number).key);
+    EXPECT_EQ(cell.values.at(0).value, 1e-5 * (1 + number));
+    EXPECT_EQ(store.samples(cell.id).at(0).values, numbered_samples(number, samples).at(0).values);
+  }
+  if (cells.empty()) return;  // what comes before the cells is as it was
+  std::string text;
+  for (const SystemRow& row : store.systems()) text += row.name + row.json;
+  for (const SceneRow& row : store.scenes()) text += row.system + row.json;
+  EXPECT_EQ(text, campaign_text);
+}
+
+TEST_F(StoreFaultsTest, ADamagedWriteAheadLogGivesNothingWrong) {
+  constexpr int kCells = 40, kSamples = 20, kTries = 200;
+  const pid_t child = ::fork();
+  if (child == 0) {
+    Store store = Store::create(dir(), kCampaign);
+    store.set_systems({{"chain", R"({"dof": 5})"}});
+    store.set_scenes({{"chain", "{}"}});
+    for (int i = 0; i < kCells; ++i) store.put_cell(numbered_cell(i), numbered_samples(i, kSamples));
+    ::raise(SIGKILL);
+  }
+  ::waitpid(child, nullptr, 0);
+  const std::string base = bytes_of(fs::path(dir()) / "assay.sqlite"),
+                    log = bytes_of(fs::path(dir()) / "assay.sqlite-wal");
+  ASSERT_GT(log.size(), 10000U) << "a killed process leaves its log";
+  EXPECT_THAT(Store::open(dir()).cells(), SizeIs(kCells));
+  const unsigned seed = std::random_device{}();
+  std::mt19937 random(seed);
+  int fewer = 0, sentences = 0;
+  for (int i = 0; i < kTries; ++i) {
+    std::string damaged = log;
+    const size_t at = std::uniform_int_distribution<size_t>(0, log.size() - 1)(random);
+    if (i % 3 == 0) {
+      damaged.resize(at);
+    } else {
+      damaged[at] = static_cast<char>(damaged[at] ^ (1 << std::uniform_int_distribution<int>(0, 7)(random)));
+    }
+    SCOPED_TRACE(fmt::format("byte {}, {}, seed {}", at, i % 3 == 0 ? "cut off" : "a bit", seed));
+    fs::remove_all(dir("copy"));
+    fs::create_directories(dir("copy"));
+    write_bytes(fs::path(dir("copy")) / "assay.sqlite", base);
+    write_bytes(fs::path(dir("copy")) / "assay.sqlite-wal", damaged);
+    try {
+      const Store store = Store::open(dir("copy"));
+      expect_nothing_wrong(store, R"(chain{"dof": 5}chain{})", kSamples);
+      fewer += store.cells().size() < kCells ? 1 : 0;
+    } catch (const InputError& error) {
+      ++sentences;
+      EXPECT_THAT(std::string(error.what()), HasSubstr("assay.sqlite"));
+    }
+    Store again = Store::create(dir("copy"), kCampaign);  // the same command goes on
+    expect_nothing_wrong(again, R"(chain{"dof": 5}chain{})", kSamples);
+    again.put_cell(numbered_cell(kCells), numbered_samples(kCells, kSamples));
+  }
+  EXPECT_GT(fewer + sentences, kTries / 2) << "seed " << seed;
+  reliability("a bit of the write-ahead log of a killed run changes, or the log is cut off", kTries,
+              "nothing wrong is read; the same command goes on", "cells that were only in the damaged part of the log");
+}
+
+// ---- what is no part of results ------------------------------------------------------------------------------------
+
+TEST_F(StoreFaultsTest, WhatAssayDoesNotMakeIsRefusedByName) {
+  const std::vector<std::pair<std::string, std::vector<std::string>>> changes = {
+      {"CREATE TRIGGER x AFTER INSERT ON cells BEGIN DELETE FROM cells; END", {"the trigger 'x'", "DROP TRIGGER"}},
+      {"CREATE VIEW x AS SELECT * FROM cells", {"the view 'x'", "DROP VIEW"}},
+      {"CREATE TABLE x(a)", {"the table 'x'", "DROP TABLE"}},
+      {"CREATE INDEX x ON cells(abs(timestep_ms))", {"the index 'x'", "DROP INDEX"}},
+      {"CREATE VIRTUAL TABLE x USING rtree(a, b, c)", {"the virtual table 'x'", "DROP TABLE"}},
+      {"DROP TABLE scenes; CREATE VIEW scenes AS SELECT name AS system, json FROM systems", {"the view 'scenes'"}},
+      {"ALTER TABLE cells ADD COLUMN x AS (length(zeroblob(1000000000)))", {"'cells'", "a column 'x'"}},
+      {"ALTER TABLE cells ADD COLUMN x TEXT", {"'cells'", "a column 'x'"}},
+      {"DROP TABLE plan; CREATE TABLE plan(key TEXT PRIMARY KEY, shard INTEGER NOT NULL, cost_s REAL NOT NULL, "
+       "accuracy "
+       "INTEGER NOT NULL CHECK(randomblob(1000000000) IS NOT NULL)) WITHOUT ROWID",
+       {"'plan'", "types, keys, checks or defaults"}}};
+  for (const auto& [sql, says] : changes) {
+    SCOPED_TRACE(sql);
+    fs::remove_all(dir());
+    fill(dir(), 3, 3);
+    change(dir(), sql);
+    for (const std::string& text : {text_of<InputError>([&] { Store::open(dir()); }),
+                                    text_of<InputError>([&] { Store::create(dir(), kCampaign); }),
+                                    text_of<InputError>([&] { merge_results({dir()}, dir("union"), {}, {}, {}); })}) {
+      EXPECT_THAT(text, AllOf(HasSubstr("assay.sqlite"), HasSubstr("that assay does not make")));
+      for (const std::string& part : says) EXPECT_THAT(text, HasSubstr(part));
+    }
+  }
+  reliability(
+      "a results database has triggers, views, indexes, virtual tables, generated columns, checks or other tables",
+      static_cast<int>(changes.size()) * 3, "refused by name; nothing of it is run", "nothing");
+}
+
+// Whoever gets past the check of the schema.
+TEST_F(StoreFaultsTest, TriggersThatComeLaterAreNotRun) {
+  fill(dir(), 3, 3);
+  Store store = Store::create(dir(), kCampaign);
+  change(dir(), "CREATE TRIGGER x AFTER INSERT ON cells BEGIN DELETE FROM cells; END");
+  store.put_cell(numbered_cell(7), numbered_samples(7, 3));
+  EXPECT_THAT(store.cells(), SizeIs(4));
+}
+
+TEST_F(StoreFaultsTest, AValueThatIsTooLongNamesItsTable) {
+  constexpr const char* kLong = "zeroblob(80000000)";
+  const std::vector<std::pair<std::string, std::string>> changes = {
+      {"UPDATE systems SET json = ", "'systems'"},
+      {"UPDATE cells SET reason = ", "'cells'"},
+      {"UPDATE samples SET value = ", "'samples'"},
+      {"UPDATE conformance SET note = ", "'conformance'"},
+  };
+  for (const auto& [sql, table] : changes) {
+    SCOPED_TRACE(sql);
+    fs::remove_all(dir());
+    fs::remove_all(dir("union"));
+    fill(dir(), 1, 1);
+    change(dir(), sql + kLong);
+    const auto says = AllOf(HasSubstr(dir() + "/assay.sqlite' is damaged"), HasSubstr(table), HasSubstr("64 MiB"));
+    EXPECT_THAT(text_of<InputError>([&] { content_of(Store::open(dir())); }), says);
+    EXPECT_THAT(text_of<InputError>([&] { merge_results({dir()}, dir("union"), {}, {}, {}); }), says);
+  }
+  reliability("a value of 80 MB in a results database", static_cast<int>(changes.size()) * 2,
+              "a sentence that names the table", "nothing wrong is read");
+}
+
+TEST_F(StoreFaultsTest, AValueThatIsTooLongIsNotWritten) {
+  Store store = Store::create(dir(), kCampaign);
+  Cell cell = numbered_cell(1);
+  cell.reason.assign(size_t{65} << 20, 'x');
+  EXPECT_THAT(text_of<SystemError>([&] { store.put_cell(cell); }), HasSubstr("more than 64 MiB"));
+  store.put_cell(numbered_cell(2));
+  EXPECT_THAT(store.cells(), SizeIs(1));
+}
+
+TEST_F(StoreFaultsTest, FilesBesideTheDatabaseThatAreNoFilesAreRefusedByName) {
+  int tries = 0;
+  fs::create_directories(dir_);
+  write_bytes(dir_ / "victim", "mine");
+  for (const char* name : {"assay.sqlite-journal", "assay.sqlite-wal", "assay.sqlite-shm", ".lock"}) {
+    const fs::path path = fs::path(dir()) / name;
+    const std::vector<std::pair<std::string, std::function<void()>>> others = {
+        {"a named pipe", [&] { ASSERT_EQ(::mkfifo(path.c_str(), 0600), 0); }},
+        {"a symbolic link", [&] { fs::create_symlink("/dev/zero", path); }},
+        {"a symbolic link", [&] { fs::create_symlink(dir_ / "victim", path); }},
+        {"a symbolic link", [&] { fs::create_symlink(dir_ / "made", path); }},
+        {"a directory", [&] { fs::create_directory(path); }}};
+    for (const auto& [what, make] : others) {
+      SCOPED_TRACE(fmt::format("{} is {}", name, what));
+      fs::remove_all(dir());
+      fill(dir(), 2, 2);
+      fs::remove(path);
+      make();
+      const auto says = AllOf(HasSubstr(path.string()), HasSubstr(what), HasSubstr("remove it"));
+      EXPECT_THAT(text_of<InputError>([&] { Store::open(dir()); }), says);
+      EXPECT_THAT(text_of<InputError>([&] { Store::create(dir(), kCampaign); }), says);
+      EXPECT_THAT(text_of<InputError>([&] { merge_results({dir()}, dir("union"), {}, {}, {}); }), says);
+      EXPECT_FALSE(Store::is_written(dir()));
+      tries += 3;
+    }
+  }
+  EXPECT_EQ(bytes_of(dir_ / "victim"), "mine");
+  EXPECT_FALSE(fs::exists(dir_ / "made"));
+  reliability("a pipe, a device, a link or a folder in place of the database's log, journal, index or lock", tries,
+              "one sentence that names it", "nothing");
+}
+
+TEST_F(StoreFaultsTest, NothingIsWrittenThroughLinksOfAResultsFolder) {
+  fs::create_directories(dir());
+  fs::create_symlink(dir_ / "elsewhere.sqlite", fs::path(dir()) / "assay.sqlite");
+  EXPECT_THAT(text_of<InputError>([&] { Store::create(dir(), kCampaign); }), HasSubstr("a symbolic link"));
+  EXPECT_FALSE(fs::exists(dir_ / "elsewhere.sqlite"));
+  fs::remove(fs::path(dir()) / "assay.sqlite");
+  fs::create_directories(dir_ / "elsewhere");
+  fs::create_symlink(dir_ / "elsewhere", fs::path(dir()) / "trajectories");
+  EXPECT_THAT(text_of<InputError>([&] { Store::create(dir(), kCampaign); }),
+              AllOf(HasSubstr("trajectories' is a symbolic link"), HasSubstr("put the folder there")));
+}
+
+// SQLite removes the file that the end of such a journal names, when it has rolled back.
+TEST_F(StoreFaultsTest, AJournalRemovesNoOtherFile) {
+  fill(dir(), 2, 2);
+  change(dir(), "PRAGMA journal_mode = DELETE");
+  const fs::path victim = dir_ / "victim", journal = fs::path(dir()) / "assay.sqlite-journal";
+  write_bytes(victim, "mine");
+  const std::string magic = "\xd9\xd5\x05\xf9\x20\xa1\x63\xd7", name = victim.string();
+  std::string bytes = magic;
+  const auto put = [&](std::uint32_t number) {
+    for (const int shift : {24, 16, 8, 0}) bytes += static_cast<char>(number >> shift & 0xffU);
+  };
+  const auto pages = static_cast<std::uint32_t>(fs::file_size(fs::path(dir()) / "assay.sqlite") / 4096);
+  for (const std::uint32_t number : {0U, 1U, pages, 512U, 4096U}) put(number);  // of a journal without pages
+  bytes.resize(512);
+  std::uint32_t sum = 0;
+  for (const char c : name) sum += static_cast<std::uint32_t>(static_cast<int>(c));
+  constexpr std::uint32_t kPendingByte = 0x40000000;
+  put(kPendingByte / 4096 + 1);
+  bytes += name;
+  put(static_cast<std::uint32_t>(name.size()));
+  put(sum);
+  bytes += magic;
+  write_bytes(journal, bytes);
+  for (const std::string& text : {text_of<InputError>([&] { content_of(Store::open(dir())); }),
+                                  text_of<InputError>([&] { Store::create(dir(), kCampaign); })}) {
+    EXPECT_THAT(text, AllOf(HasSubstr(journal.string()), HasSubstr("remove it")));
+  }
+  EXPECT_TRUE(fs::exists(victim));
+}
+
 // ---- trajectories ---------------------------------------------------------------------------------------------------
 
 Trajectory moving(int states, int bodies, double offset) {
@@ -543,6 +761,61 @@ TEST_F(StoreFaultsTest, AForgedTrajectoryIsRefused) {
   EXPECT_THAT(forged(1, 1, 0, std::string(kState, '\0')), HasSubstr("an orientation of length 0"));
   EXPECT_THAT(forged(1, 1, 0, std::string(kState, '\xff')), HasSubstr("a non-finite number"));
   EXPECT_FALSE(read_trajectory(dir(), "aaaa"));
+}
+
+// Instead of a run's file: nothing is waited for, and no memory is taken for what is no run.
+TEST_F(StoreFaultsTest, ATrajectoryThatIsNoFileOrFarTooLargeIsDamaged) {
+  write_trajectory(dir(), "aaaa", moving(5, 2, 0));
+  const fs::path path = trajectory_path(dir(), "aaaa");
+  const std::string whole = bytes_of(path);
+  constexpr std::uintmax_t kGiB = std::uintmax_t{1} << 30;
+  const std::vector<std::pair<std::string, std::function<void()>>> others = {
+      {"a named pipe", [&] { ASSERT_EQ(::mkfifo(path.c_str(), 0600), 0); }},
+      {"a device", [&] { fs::create_symlink("/dev/zero", path); }},
+      {"a directory", [&] { fs::create_directory(path); }},
+      {"102400 MiB",
+       [&] {
+         write_bytes(path, whole);
+         fs::resize_file(path, 100 * kGiB);
+       }},
+      {"its size is not that of its states",
+       [&] {
+         write_bytes(path, whole);
+         fs::resize_file(path, 3 * kGiB);
+       }},
+      {"does not begin as a trajectory", [&] {
+         write_bytes(path, "");
+         fs::resize_file(path, 3 * kGiB);
+       }}};
+  for (const auto& [what, make] : others) {
+    SCOPED_TRACE(what);
+    fs::remove_all(path);
+    make();
+    EXPECT_TRUE(has_trajectory(dir(), "aaaa"));
+    EXPECT_FALSE(read_trajectory(dir(), "aaaa"));
+    EXPECT_THAT(trajectory_fault(dir(), "aaaa"), AllOf(StartsWith("is damaged"), HasSubstr(what)));
+    EXPECT_EQ(count_states(dir(), "aaaa"), 0U);
+    const References kept(dir("kept"));
+    kept.keep("aaaa", dir());
+    EXPECT_FALSE(kept.fetch("aaaa", dir("other")));
+  }
+  reliability("a run's file is a pipe, a device, a folder, or has 100 GiB", static_cast<int>(others.size()),
+              "damaged: named, and the others are read", "the time of that run");
+}
+
+// What a link means may be a file that is not to be shared.
+TEST_F(StoreFaultsTest, AMergeTakesNoFilesThroughLinks) {
+  fill(dir(), 2, 2);
+  write_bytes(dir_ / "secret", "mine");
+  for (const char* folder : {"trajectories/x.bin", "parity/x.json"}) {
+    const fs::path path = fs::path(dir()) / folder;
+    fs::create_directories(path.parent_path());
+    fs::create_symlink(dir_ / "secret", path);
+    fs::remove_all(dir("union"));
+    EXPECT_THAT(text_of<InputError>([&] { merge_results({dir()}, dir("union"), {}, {}, {}); }),
+                AllOf(HasSubstr(path.string()), HasSubstr("a symbolic link"), HasSubstr("remove it")));
+    fs::remove(path);
+  }
 }
 
 TEST_F(StoreFaultsTest, TrajectoriesOfTheOlderFormatAreReadAndNotMeasuredFrom) {
