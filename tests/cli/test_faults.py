@@ -3,6 +3,7 @@
 import contextlib
 import os
 import pathlib
+import random
 import shutil
 import sqlite3
 import time
@@ -273,6 +274,63 @@ class DamagedResults(AssayTest):
         self.assertEqual(self.assay("export", "results", "--format", "csv"), values)
         reliability("a stored value changes on the disk", 1, "named when it is read; --retry measures the cell again",
                     "that cell")
+
+
+class DamagedLog(AssayTest):
+    """The write-ahead log of a run that was killed, with bits changed or cut off."""
+
+    def test_nothing_wrong_is_read_and_the_same_command_goes_on(self):
+        self.write("ball.xml", BALL)
+        self.write("c.toml", BALL_CAMPAIGN.replace('["null"]', '["mujoco-euler", "mujoco-rk4"]').replace(
+            "timesteps_ms = [1]", "timesteps_ms = [1, 2, 4, 8]").replace('["drift"]', '["consistency", "drift"]').replace(
+                "0.01", "0.128\npiece_ms = 64"))
+        self.assay("run", "c.toml", "--out", "whole", "--references", "off")
+        values = self.assay("export", "whole", "--format", "csv")
+        log, process = self.dir / "r/assay.sqlite-wal", None
+        for _ in range(20):
+            shutil.rmtree(self.dir / "r", ignore_errors=True)
+            process = self.start_assay("run", "c.toml", "--out", "r", "--references", "off", "--jobs", "1")
+            while process.poll() is None and (not log.exists() or log.stat().st_size < 200_000):
+                time.sleep(0.002)
+            process.kill()
+            process.communicate()
+            if process.returncode == -9 and log.exists() and log.stat().st_size > 100_000:
+                break
+        self.assertEqual(process.returncode, -9, "it was never killed in time")
+        whole = log.read_bytes()
+        seed = random.randrange(1 << 32)
+        draw, tries, sentences, fewer = random.Random(seed), 24, 0, 0
+        before = self.assay("export", "r", "--format", "csv").splitlines()
+        shutil.copytree(self.dir / "r", self.dir / "copy", ignore=shutil.ignore_patterns("*-shm"))
+        # reading may have put the log into the database
+        self.assertEqual((self.dir / "copy/assay.sqlite-wal").read_bytes(), whole)
+        shutil.move(self.dir / "copy", self.dir / "killed")
+        for number in range(tries):
+            shutil.rmtree(self.dir / "copy", ignore_errors=True)
+            shutil.copytree(self.dir / "killed", self.dir / "copy")
+            damaged, at = bytearray(whole), draw.randrange(len(whole))
+            if number % 4 == 0:
+                damaged = damaged[:at]
+            else:
+                damaged[at] ^= 1 << draw.randrange(8)
+            (self.dir / "copy/assay.sqlite-wal").write_bytes(damaged)
+            with self.subTest(seed=seed, at=at, number=number):
+                done = self.run_assay("export", "copy", "--format", "csv")
+                self.assertIn(done.returncode, (0, 2), done.stderr)
+                if done.returncode == 2:
+                    sentences += 1
+                    self.check_sentence(done.stderr, ["copy"])
+                else:
+                    rows = done.stdout.splitlines()
+                    self.assertLessEqual(set(rows), set(before))
+                    fewer += len(rows) < len(before)
+                if number % 8 == 0:
+                    self.assay("run", "c.toml", "--out", "copy", "--references", "off")
+                    self.assertEqual(self.assay("export", "copy", "--format", "csv"), values)
+        self.assertGreater(sentences + fewer, 0, f"seed {seed}")
+        reliability("the write-ahead log of a run that was killed is cut off, or a bit of it changes", tries,
+                    "a sentence, or fewer cells and no other value; the same command measures the rest",
+                    "cells that were only in the damaged part of the log")
 
 
 if __name__ == "__main__":

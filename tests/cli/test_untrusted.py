@@ -1,12 +1,15 @@
 """What strangers' files and engines may not do: read and write elsewhere, take all memory, speak through names."""
 
+import contextlib
 import json
 import os
 import pathlib
 import re
 import shutil
 import sqlite3
+import struct
 import subprocess
+import time
 import unittest
 
 from harness import BALL, BALL_CAMPAIGN, SOURCE, AssayTest, main, reliability
@@ -190,7 +193,7 @@ class HostileNames(AssayTest):
 
     def test_of_models(self):
         self.write("ball.xml", BALL.replace('name="ball"', 'name="b&#27;]0;owned&#7;&#27;[31m&#155;31m"'))
-        for arguments in (["check", "ball.xml"], ["simulate", "ball.xml", "--engine", "null", "--timestep", "1", "--duration", "0.01",
+        for arguments in (["check", "ball.xml"], ["simulate", "ball.xml", "--engine", "mujoco-euler", "--timestep", "1", "--duration", "0.01",
                                                   "--out", "-"]):
             status, shown = self.on_terminal(*arguments, NO_COLOR="1")
             self.assertEqual(status, 0, shown)
@@ -307,6 +310,161 @@ class EndlessFiles(AssayTest):
         (self.dir / "zero.csv").symlink_to("/dev/zero")
         for path in ("zero.csv", "pipe.csv"):
             self.refused("run", "ball.xml", "--control", path, "--plan", naming=[path])
+
+
+class StrangersResults(AssayTest):
+    """What may lie in a results folder that somebody else has made: it is refused by name, soon, and nothing of it is run."""
+
+    PATIENCE = 60  # s; none of it takes one, on a machine that does nothing else
+
+    def setUp(self):
+        super().setUp()
+        self.write("ball.xml", BALL)
+        self.write("c.toml", BALL_CAMPAIGN.replace('["null"]', '["mujoco-euler"]').replace('["drift"]', '["drift", "consistency"]').replace(
+            "0.01", "0.128\npiece_ms = 64"))
+        self.assay("run", "c.toml", "--out", "whole", "--references", "off")
+        self.values = self.assay("export", "whole", "--format", "csv")
+        self.readers = (["export", "r", "--format", "csv"], ["report", "r"], ["claims", "r"], ["status", "r"],
+                        ["merge", "r", "whole", "--out", "union"])
+        self.writer = ["run", "c.toml", "--out", "r", "--references", "off"]
+
+    def copy(self):
+        for folder in ("r", "union"):
+            shutil.rmtree(self.dir / folder, ignore_errors=True)
+        shutil.copytree(self.dir / "whole", self.dir / "r")
+
+    def forge(self, statements):
+        with contextlib.closing(sqlite3.connect(self.dir / "r/assay.sqlite")) as db:
+            db.executescript(statements)
+
+    def all_refuse(self, naming, commands=None):
+        """Returns how many commands did."""
+        commands = commands or (*self.readers, self.writer)
+        for arguments in commands:
+            with self.subTest(" ".join(arguments)):
+                start = time.monotonic()
+                self.refused(*arguments, naming=naming)
+                self.assertLess(time.monotonic() - start, self.PATIENCE)
+        return len(commands)
+
+    def test_code_of_a_database(self):
+        count = "WITH RECURSIVE c(n) AS (SELECT 1 UNION ALL SELECT n + 1 FROM c) SELECT max(n) FROM c"
+        tries = 0
+        for statements, naming in {
+                f"CREATE TABLE z(a); CREATE TRIGGER x AFTER INSERT ON cells BEGIN INSERT INTO z {count}; END":
+                    ["'z'", "DROP TABLE"],
+                f"CREATE TRIGGER x AFTER INSERT ON cells BEGIN DELETE FROM plan WHERE cost_s = ({count}); END":
+                    ["the trigger 'x'", "DROP TRIGGER"],
+                f"DROP TABLE scenes; CREATE VIEW scenes AS SELECT name AS system, ({count}) AS json FROM systems":
+                    ["the view 'scenes'", "DROP VIEW"],
+                "ALTER TABLE cells ADD COLUMN x AS (length(zeroblob(1000000000)))": ["'cells'", "a column 'x'"]}.items():
+            self.copy()
+            self.forge("DELETE FROM cells WHERE measure = 'drift';" + statements)
+            tries += self.all_refuse(["assay.sqlite", *naming])
+        reliability("a stranger's results with triggers, views, generated columns or further tables that never end", tries,
+                    "one sentence that names them, exit status 2; nothing of it is run", "nothing")
+
+    def test_values_that_take_all_memory(self):
+        tries = 0
+        for statement, table, readers in (("UPDATE systems SET json = zeroblob(90000000)", "'systems'", "report claims merge"),
+                                          ("UPDATE cells SET reason = hex(zeroblob(45000000))", "'cells'", "export report claims merge run")):
+            self.copy()
+            self.forge(statement)
+            commands = [each for each in (*self.readers, self.writer) if each[0] in readers.split()]
+            tries += self.all_refuse(["r/assay.sqlite", "damaged", table, "more than 64 MiB"], commands)
+        reliability("a stranger's results with values of 90 MB", tries, "one sentence that names the table, exit status 2", "nothing")
+
+    def test_files_that_are_no_files(self):
+        tries = 0
+        for name in ("assay.sqlite-journal", "assay.sqlite-wal", "assay.sqlite-shm", ".lock"):
+            for what, make in (("a named pipe", os.mkfifo), ("a symbolic link", lambda path: path.symlink_to("/dev/zero")),
+                               ("a symbolic link", lambda path: path.symlink_to(self.dir / "made")), ("a directory", os.mkdir)):
+                self.copy()
+                file = self.dir / "r" / name
+                file.unlink(missing_ok=True)
+                make(file)
+                some = [self.readers[0], self.readers[3], self.writer]
+                tries += self.all_refuse([f"r/{name}'", what, "remove it"], some)
+                self.assertFalse((self.dir / "made").exists())
+        reliability("a stranger's results with a pipe, a device, a link or a folder for the log, journal, index or lock", tries,
+                    "one sentence that names it, exit status 2", "nothing")
+
+    def test_a_journal_that_removes_a_file(self):
+        self.copy()
+        self.forge("PRAGMA journal_mode = DELETE")
+        victim = self.write("victim", "mine")
+        magic, name = bytes.fromhex("d9d505f920a163d7"), bytes(victim)
+        header = magic + struct.pack(">5I", 0, 1, (self.dir / "r/assay.sqlite").stat().st_size // 4096, 512, 4096)
+        (self.dir / "r/assay.sqlite-journal").write_bytes(
+            header.ljust(512, b"\0") + struct.pack(">I", 0x40000000 // 4096 + 1) + name + struct.pack(">II", len(name), sum(name)) + magic)
+        tries = self.all_refuse(["r/assay.sqlite-journal", "remove it"])
+        self.assertEqual(victim.read_text(), "mine")
+        reliability("a stranger's results with a journal that has SQLite remove another file", tries, "one sentence, exit status 2", "nothing")
+
+    def test_runs_that_are_no_runs(self):
+        def sparse(begin, size):
+            def make(path):
+                path.write_bytes(begin)
+                os.truncate(path, size)
+            return make
+
+        first = next(iter((self.dir / "whole/trajectories").glob("*.bin")))
+        makers = [os.mkfifo, lambda path: path.symlink_to("/dev/zero"), os.mkdir, sparse(first.read_bytes(), 100 << 30),
+                  sparse(first.read_bytes(), 3 << 30), sparse(b"", 3 << 30)]
+        for make in makers:
+            self.copy()
+            shutil.rmtree(self.dir / "states", ignore_errors=True)
+            file = self.dir / "r/trajectories" / first.name
+            file.unlink()
+            make(file)
+            start = time.monotonic()
+            done = self.run_assay("export", "r", "--trajectories", "csv", "--out", "states")
+            self.assertEqual(done.returncode, 1, done.stderr)
+            self.assertIn(f"{first.name}' is damaged", done.stderr)
+            self.assertTrue((self.dir / "states/index.csv").exists(), "it has gone on")
+            self.assay("report", "r")
+            self.assertLess(time.monotonic() - start, self.PATIENCE)
+        reliability("a stranger's run is a pipe, a device, a folder, or a sparse file of 3 or 100 GiB", 2 * len(makers),
+                    "damaged: named by the export, left out by the report", "that run")
+
+    def test_links_are_not_written_through(self):
+        self.write("victim", "mine")
+        for name in (".lock", "assay.sqlite", "trajectories"):
+            self.copy()
+            path = self.dir / "r" / name
+            if path.exists():
+                path.rename(self.dir / f"moved-{name}")
+            path.symlink_to(self.dir / ("victim" if name == ".lock" else f"moved-{name}"))
+            self.refused(*self.writer, naming=[f"r/{name}'", "a symbolic link"])
+        self.copy()
+        for arguments in (["export", "r", "--format", "csv", "--out", "x.csv"],
+                          ["simulate", "ball.xml", "--engine", "mujoco-euler", "--timestep", "1", "--duration", "0.01", "--out", "x.csv"]):
+            (self.dir / "x.csv.partial").symlink_to(self.dir / "victim")
+            done = self.run_assay(*arguments)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.check_sentence(done.stderr.splitlines()[-1], ["'x.csv.partial'", "a symbolic link", "remove it"])  # after notes
+            (self.dir / "x.csv.partial").unlink()
+            (self.dir / "x.csv.partial").write_text("of an earlier command")
+            os.link(self.dir / "x.csv.partial", self.dir / "second-name")
+            self.assay(*arguments)
+            self.assertFalse((self.dir / "x.csv.partial").exists())
+            self.assertEqual((self.dir / "second-name").read_text(), "of an earlier command")
+            (self.dir / "second-name").unlink()
+        self.assertEqual((self.dir / "victim").read_text(), "mine")
+
+    def test_claims_from_a_pipe(self):
+        os.mkfifo(self.dir / "pipe.toml")
+        (self.dir / "zero.toml").symlink_to("/dev/zero")
+        for name, what in (("pipe.toml", "a named pipe"), ("zero.toml", "a device")):
+            self.refused("claims", "whole", "--claims", name, naming=[name, what, "give a TOML file"])
+        self.refused("claims", "whole", "--claims", "none.toml", naming=["none.toml", "check the path"])
+
+    def test_a_certificate_from_a_pipe(self):
+        self.copy()
+        (self.dir / "r/parity").mkdir(exist_ok=True)
+        os.mkfifo(self.dir / "r/parity/ball.json")
+        (self.dir / "r/parity/zero.json").symlink_to("/dev/zero")
+        self.assay("report", "r")
 
 
 class FuzzedModels(AssayTest):
