@@ -561,6 +561,23 @@ class BadCampaigns(AssayTest):
         self.refused_run("name = [", ["c.toml"])
         self.refused_run("", ["c.toml"])
 
+    def test_texts_that_end_early(self):
+        def refused(old, new, line):
+            self.write("ball.xml", BALL)
+            self.assertIn(old, BALL_CAMPAIGN)
+            self.refused_run(BALL_CAMPAIGN.replace(old, new), [f"c.toml:{line}:", "NUL", "remove it"])
+
+        refused('model = "./ball.xml"', 'model = "./ball\\u0000.xml"', 8)
+        refused('contenders = ["null"]', 'contenders = ["null\\u0000x"]', 2)
+        refused("contacts = false", '"a\\u0000b" = 1', 10)
+        self.write("torques.csv", "time,a\0b\n")
+        self.refused_run(BALL_CAMPAIGN.replace("contacts = false", 'control = {kind = "file", path = "torques.csv"}'),
+                         ["torques.csv", "NUL", "line 1"])
+
+    def test_paths_that_are_too_long(self):
+        self.refused_run(BALL_CAMPAIGN.replace("./ball.xml", "./" + 5000 * "x" + ".xml"), ["c.toml:8:", "too long"])
+        self.refused("run", 5000 * "x" + ".toml", "--out", "results", naming=["too long"])
+
     def test_names(self):
         self.refused_run(tiny(contenders=["mujoco-eular"]), ["mujoco-eular", "mujoco-euler"])
         self.refused_run(tiny().replace('name = "planar-chain"', 'name = "planar-chian"'), ["planar-chian", "planar-chain"])

@@ -1,10 +1,14 @@
 """Strangers' files, deadly plugins and damaged results: each ends in one sentence and a status, in a few seconds."""
 
 import contextlib
+import itertools
+import json
 import os
 import pathlib
+import resource
 import shutil
 import sqlite3
+import subprocess
 import time
 
 from harness import BALL, BALL_CAMPAIGN, DEADLY_PLUGINS, AssayTest, main, read_csv, reliability
@@ -91,6 +95,70 @@ class StrangersModels(AssayTest):
 
     def test_family_names_its_limit(self):
         self.refused("check", "capsules-1000000", naming=["capsules-1000000", "10000"])
+
+
+class EndlessFiles(AssayTest):
+    """Pipes, devices and files without end where a file of the user's is expected."""
+
+    KINDS = {"a pipe": "regular file", "/dev/zero": "regular file", "100 GiB": "102400 MiB"}
+
+    def make(self, kind, name):
+        path = self.dir / name
+        path.parent.mkdir(exist_ok=True)
+        path.unlink(missing_ok=True)
+        if kind == "a pipe":
+            os.mkfifo(path)
+        elif kind == "/dev/zero":
+            path.symlink_to("/dev/zero")
+        else:
+            with open(path, "wb") as file:
+                file.truncate(100 << 30)
+
+    def quickly(self, work):
+        start = time.monotonic()
+        work()
+        self.assertLess(time.monotonic() - start, PATIENCE)
+
+    def test_campaigns(self):
+        for kind, says in self.KINDS.items():
+            with self.subTest(kind):
+                self.make(kind, "c.toml")
+                self.quickly(lambda: self.refused("run", "c.toml", "--out", "results", naming=["campaign", "c.toml", says]))
+        (self.dir / "c.toml").unlink()
+        self.write("c.toml", "# " + "x" * (5 << 20) + "\n" + BALL_CAMPAIGN)
+        self.refused("run", "c.toml", "--out", "results", naming=["c.toml", "at most 4 MiB"])
+        self.assertFalse((self.dir / "results").exists())
+        reliability("a campaign, model or file of joint positions is a pipe, /dev/zero or 100 GiB of nothing",
+                    3 * len(self.KINDS), "one sentence, exit status 2", "nothing")
+
+    def test_models(self):
+        for kind, says in self.KINDS.items():
+            with self.subTest(kind):
+                self.make(kind, "huge.xml")
+                naming = ["huge.xml", says if kind == "100 GiB" else "not a file"]
+                self.quickly(lambda: self.refused("check", "huge.xml", naming=naming))
+                self.quickly(lambda: self.refused("check", "huge.xml", "--repair", "out.xml", naming=["huge.xml"]))
+
+    def test_positions(self):
+        self.write("ball.xml", BALL)
+        for kind, says in self.KINDS.items():
+            with self.subTest(kind):
+                self.make(kind, "q.txt")
+                self.quickly(lambda: self.refused("check", "ball.xml", "--qpos", "q.txt",
+                                                  naming=["joint positions", "q.txt", says, "JOINT=VALUE"]))
+
+    def test_a_programme_that_is_there_already(self):
+        self.write("ball.xml", BALL)
+        self.make("a pipe", "q/campaign.toml")
+        self.quickly(lambda: self.refused("run", "ball.xml", "--out", "q", "--plan", naming=["q/campaign.toml", "regular file"]))
+
+    def test_the_manifest_of_a_package(self):
+        self.make("a pipe", "package.xml")
+        self.write("arm.urdf", '<robot name="arm"><link name="base"/><link name="arm"><inertial><mass value="1"/><inertia ixx="1" '
+                   'iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry><mesh filename="package://arm/a.stl"/>'
+                   '</geometry></collision></link><joint name="j" type="continuous"><parent link="base"/><child link="arm"/></joint>'
+                   '</robot>')
+        self.quickly(lambda: self.refused("check", "arm.urdf", naming=["arm.urdf", "a.stl"]))
 
 
 class OutsideFiles(AssayTest):
