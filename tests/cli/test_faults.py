@@ -289,6 +289,43 @@ class Escapes(AssayTest):
         self.assertEqual(status, 2)
         self.assertNotIn("\x1b[31m", shown)
 
+    TITLE = "b\x1b]0;owned\x07"  # would set the window's title
+
+    def test_states_on_a_terminal(self):
+        self.write("ball.xml", BALL.replace('body name="ball"', 'body name="b&#27;]0;owned&#7;"'))
+        arguments = ["simulate", "ball.xml", "--engine", "null", "--timestep", 1, "--duration", 0.002, "--out"]
+        status, shown = self.on_terminal(*arguments, "-", NO_COLOR="1")
+        self.assertEqual(status, 0, shown)
+        self.assertNotRegex(shown, r"[\x07\x1b]")
+        self.assertIn(r"b\x1b]0;owned\x07", shown)
+        for text in (self.assay(*arguments, "-"), (self.assay(*arguments, "x.csv"), (self.dir / "x.csv").read_text())[1]):
+            self.assertEqual({row["body"] for row in read_csv(text)}, {self.TITLE})
+
+    def test_values_on_a_terminal(self):
+        turned = "b\u009b\u0085\u202e\u2066"
+        self.write("ball.xml", BALL)
+        self.write("faults.toml", BALL_CAMPAIGN + BALL_CAMPAIGN[BALL_CAMPAIGN.index("[[system]]"):].replace(
+            'name = "ball"', 'name = "b\\u009b\\u0085\\u202e\\u2066"'))
+        text = self.dir / "faults.toml"
+        text.write_text(text.read_text().replace('[[system]]\nname = "ball"', r'[[system]]' '\n' r'name = "b\u001b]0;owned\u0007"'))
+        self.assay("run", "faults.toml", "--out", "results")
+        for how in ("csv", "json"):
+            status, shown = self.on_terminal("export", "results", "--format", how, NO_COLOR="1")
+            self.assertEqual(status, 0, shown)
+            self.assertNotRegex(shown, "[\x07\x1b\u0080-\u009f\u202e\u2066]")
+        self.assertIn(self.TITLE, self.assay("export", "results", "--format", "csv"))
+        written = self.assay("export", "results", "--format", "json")
+        self.assertNotRegex(written, "[\u0080-\u009f\u202e\u2066]")
+        self.assertLessEqual({self.TITLE, turned}, {row["system"] for row in json.loads(written)})
+
+    def test_a_name_begins_no_line_of_its_own(self):
+        self.write("ball.xml", BALL)
+        self.write("faults.toml", BALL_CAMPAIGN.replace('[[system]]\nname = "ball"', '[[system]]\nname = "b\\nassay: all verified"'))
+        done = self.run_assay("run", "faults.toml", "--out", "results", "--jobs", 1)
+        shown = self.on_terminal("run", "faults.toml", "--out", "others")[1]
+        for text in (done.stdout, done.stderr, shown, self.on_terminal("report", "results")[1]):
+            self.assertNotRegex(text, "(?m)^assay: all verified")
+
 
 class Numbers(AssayTest):
     def campaign(self, **changes):
