@@ -58,6 +58,15 @@ void fail(const std::string& fault) {
   while (fault == "hang" && !ever) std::this_thread::sleep_for(std::chrono::milliseconds(10));
 }
 
+// What a simulation owes of a step at its start, spread evenly over simulations: windows are short, and what is left of
+// a step at their ends is cut off.
+double next_part() {
+  constexpr double kGolden = 0.6180339887498949;
+  static double part = 0;
+  part = std::fmod(part + kGolden, 1);
+  return part;
+}
+
 class SlowedSimulation final : public Simulation {
  public:
   SlowedSimulation(const Model& model, const State& state, const Settings& settings)
@@ -111,7 +120,7 @@ class SlowedSimulation final : public Simulation {
   std::unique_ptr<Simulation> main_, twin_, fine_;
   std::string fault_;
   double repeats_ = 0, error_ = 0;
-  double owed_ = 0.5;  // steps: rounded, not cut off, at the end of a short window
+  double owed_ = next_part();  // steps
 };
 
 class SlowedEngine final : public Engine {

@@ -1,8 +1,35 @@
 #include "base/json.h"
 
+#include <algorithm>
 #include <cstdint>
 
+#include <fmt/format.h>
+
+#include "base/text.h"
+
 namespace assay {
+
+std::string without_steering(std::string json) {
+  const auto plain = [](char c) { return static_cast<unsigned char>(c) < 0x7f; };
+  if (std::ranges::all_of(json, plain)) return json;
+  std::string out;
+  out.reserve(json.size());
+  for (size_t at = 0; at < json.size();) {
+    const auto first = static_cast<unsigned char>(json[at]);
+    const size_t bytes = first < 0x80 ? 1 : first < 0xe0 ? 2 : first < 0xf0 ? 3 : 4;
+    char32_t code = first & (bytes == 1 ? 0x7fU : 0x7fU >> bytes);
+    for (size_t i = 1; i < bytes && at + i < json.size(); ++i) {
+      code = code << 6U | (static_cast<unsigned char>(json[at + i]) & 0x3fU);
+    }
+    if (steers(code)) {
+      out += fmt::format("\\u{:04x}", static_cast<unsigned>(code));
+    } else {
+      out.append(json, at, bytes);
+    }
+    at += bytes;
+  }
+  return out;
+}
 
 bool is_utf8(std::string_view text) {
   while (!text.empty()) {

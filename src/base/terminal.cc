@@ -16,8 +16,10 @@
 namespace assay {
 namespace {
 
-constexpr char kMark = '\0';
-constexpr std::string_view kEnd{"\0.", 2};
+// Begins a mark of styled(); a third byte is its kind. A lone NUL, as in a text that somebody has cut, is no mark.
+constexpr std::string_view kMark{"\0\1", 2};
+constexpr size_t kMarkBytes = kMark.size() + 1;
+constexpr std::string_view kEnd{"\0\1.", kMarkBytes};
 constexpr size_t kDefaultColumns = 80;
 
 // Whether an environment variable is there and not empty.
@@ -26,7 +28,7 @@ bool is_set(const char* variable) {
   return value != nullptr && *value != '\0';
 }
 
-// Null for what is no mark's second character.
+// Null for what is no mark's last character.
 const char* escape_sequence(char style) {
   switch (style) {
     case static_cast<char>(Style::kHeading):
@@ -71,15 +73,14 @@ struct Glyph {
 Glyph first_glyph(std::string_view text) {
   const auto byte = static_cast<unsigned char>(text.front());
   if (byte >= 0x20 && byte < 0x7f) return {1, 1, byte, false};
-  if (text.front() == kMark && text.size() > 1 && escape_sequence(text[1]) != nullptr) return {2, 0, 0, true};
+  if (text.starts_with(kMark) && text.size() >= kMarkBytes && escape_sequence(text[kMark.size()]) != nullptr) {
+    return {kMarkBytes, 0, 0, true};
+  }
   wchar_t code = 0;
   std::mbstate_t state{};
   const size_t bytes = std::mbrtowc(&code, text.data(), text.size(), &state);
   if (bytes == 0 || bytes > text.size()) return {};
-  // marks and overrides of the writing direction, by which a name could show as another
-  const bool turns = (code >= 0x200e && code <= 0x200f) || (code >= 0x202a && code <= 0x202e) ||
-                     (code >= 0x2066 && code <= 0x2069) || code == 0x061c;
-  return {bytes, turns ? -1 : ::wcwidth(code), code, false};
+  return {bytes, steers(static_cast<char32_t>(code)) ? -1 : ::wcwidth(code), code, false};
 }
 
 std::string escaped(const Glyph& glyph, char first) {
@@ -138,8 +139,9 @@ void close_styles(std::vector<std::string>& lines) {
   for (std::string& line : lines) {
     const size_t text_begins = std::min(line.find_first_not_of(' '), line.size());
     line.insert(text_begins, open);
-    for (size_t at = line.find(kMark); at != std::string::npos && at + 1 < line.size(); at = line.find(kMark, at + 2)) {
-      open = line[at + 1] == '.' ? "" : line.substr(at, 2);
+    for (size_t at = line.find(kMark); at != std::string::npos && at + kMark.size() < line.size();
+         at = line.find(kMark, at + kMarkBytes)) {
+      open = line[at + kMark.size()] == '.' ? "" : line.substr(at, kMarkBytes);
     }
     if (!open.empty()) line += kEnd;
   }
@@ -165,7 +167,8 @@ bool has_color(std::FILE* stream) {
 }
 
 std::string styled(std::string_view text, Style style) {
-  std::string out{kMark, static_cast<char>(style)};
+  std::string out(kMark);
+  out += static_cast<char>(style);
   out += text;
   return out += kEnd;
 }
@@ -193,11 +196,12 @@ std::string terminal_text(std::string_view text, std::FILE* stream) {
     const size_t end = std::min(text.find('\n', start), text.size());
     const std::string line = printable(text.substr(start, end - start));
     for (size_t at = 0; at < line.size(); ++at) {
-      if (line[at] != kMark) {
+      // printable() has left no NUL but those of marks
+      if (line[at] != kMark.front()) {
         out += line[at];
         continue;
       }
-      ++at;
+      at += kMark.size();
       if (color) out += escape_sequence(line[at]);
     }
     if (end < text.size()) out += '\n';

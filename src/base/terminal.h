@@ -20,8 +20,8 @@ bool has_color(std::FILE* stream);
 
 enum class Style : char { kHeading = 'h', kGood = 'g', kWarning = 'w', kBad = 'b' };
 
-// `text` between marks that terminal_text() turns into colour or weight. The marks begin with a NUL, which is in no
-// text of a file, an engine or a command line. Styles do not nest.
+// `text` between marks that terminal_text() turns into colour or weight. The marks begin with a NUL and a control
+// character, which stand in no text that is meant to be read. Styles do not nest.
 std::string styled(std::string_view text, Style style);
 
 // `text` on one line with control characters, invalid UTF-8 and direction overrides as escapes ("\x1b"), so that no

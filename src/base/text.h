@@ -40,6 +40,13 @@ std::string duration_label(double seconds);
 // "1 body", "2 bodies"; without `plural` it is `singular` with an s.
 std::string counted(size_t count, const std::string& singular, const std::string& plural = "");
 
+// Whether a character is no text but steers what shows it: a control character, or a mark or override of the writing
+// direction, by which a name could show as another. Newlines in texts of JSON are escapes already.
+constexpr bool steers(char32_t code) {
+  return (code >= 0x7f && code < 0xa0) || code == 0x061c || (code >= 0x200e && code <= 0x200f) ||
+         (code >= 0x2028 && code <= 0x202e) || (code >= 0x2066 && code <= 0x2069);
+}
+
 std::string join(const std::vector<std::string>& parts, std::string_view separator);
 
 }  // namespace assay

@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <optional>
-#include <sstream>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -14,13 +12,16 @@
 #include "base/activity.h"
 #include "base/errors.h"
 #include "base/hash.h"
+#include "base/input_file.h"
 #include "base/json.h"
 #include "base/paths.h"
+#include "base/run_bounds.h"
 #include "base/text.h"
 #include "campaign/roster.h"
 #include "campaign/section.h"
 #include "campaign/sweep.h"
 #include "controls/policy_config.h"
+#include "controls/toml_file.h"
 #include "measures/batch.h"
 #include "measures/run_measures.h"
 #include "model/mjcf.h"
@@ -309,22 +310,20 @@ void read_worlds(const Section& section, CampaignSystem& system) {
 
 // A run whose states fit into no memory, or whose steps nobody can wait for, is a slip of the file.
 void check_size(const Section& section, const CampaignSystem& system) {
-  constexpr double kMostBytes = 4e9, kMostSteps = 1e12, kBodyBytes = 13 * sizeof(double);
+  constexpr double kMostBytes = 4e9, kBodyBytes = 13 * sizeof(double);
+  const toml::node* where = section.find("duration_s");
+  const double finest_ms = std::min(system.reference_ms, system.timesteps_ms.front());
+  if (const std::string obstacle = duration_obstacle(system.duration_s, finest_ms); !obstacle.empty()) {
+    section.fail(where, fmt::format("duration_s = {}: {}", shortest(system.duration_s), obstacle));
+  }
   const double samples = 1000 * system.duration_s / system.grid_ms();
   const double state_bytes = kBodyBytes * static_cast<double>(system.model.bodies.size() + 1);
-  const double steps = 1000 * system.duration_s / std::min(system.reference_ms, system.timesteps_ms.front());
-  const toml::node* where = section.find("duration_s");
   if (samples * state_bytes > kMostBytes) {
     section.fail(where,
                  fmt::format("duration_s = {} takes {:.3g} samples of {} ms, which are {:.3g} GB: give at most "
                              "{:.3g} s, or a longer sample_ms",
                              shortest(system.duration_s), samples, timestep_label(system.grid_ms()),
                              1e-9 * samples * state_bytes, system.duration_s * kMostBytes / (samples * state_bytes)));
-  }
-  if (steps > kMostSteps) {
-    section.fail(where,
-                 fmt::format("duration_s = {} takes {:.3g} steps at the smallest timestep: give at most {:.3g} s",
-                             shortest(system.duration_s), steps, system.duration_s * kMostSteps / steps));
   }
 }
 
@@ -485,8 +484,9 @@ CampaignSystem system_of(const Section& section, const Defaults& defaults, long 
   system.load = load_options_of(section);
   system.model_name = model;
   // A path counts from the campaign's folder, so that a campaign can be moved with its models.
+  std::error_code error;
   if (const fs::path beside = fs::path(section.source()).parent_path() / model;
-      model.find('/') != std::string::npos && fs::path(model).is_relative() && fs::exists(beside)) {
+      model.find('/') != std::string::npos && fs::path(model).is_relative() && fs::exists(beside, error)) {
     model = beside.string();
   }
   at_node(section, model_node, [&] {
@@ -813,14 +813,9 @@ std::string Campaign::hash() const {
 }
 
 Campaign parse_campaign(const std::string& toml_text, const std::string& source, const Registry& registry) {
-  toml::table table;
-  try {
-    const Activity reading(fmt::format("reading the campaign '{}'", source));
-    table = toml::parse(toml_text, source);
-  } catch (const toml::parse_error& error) {
-    throw InputError(
-        fmt::format("{}:{}: this is not TOML: {}", source, error.source().begin.line, error.description()));
-  }
+  std::optional<Activity> reading(std::in_place, fmt::format("reading the campaign '{}'", source));
+  const toml::table table = toml_table(toml_text, source);
+  reading.reset();  // a model's limits are its own
   const Section root(table, "a campaign", source);
   root.allow({"name", "title", "contenders", "timesteps_ms", "reference_ms", "measures", "time_limit_s", "seed",
               "reference_single_ms", "timing", "system", "contender", "ratio", "search", "sweep", "builds"});
@@ -829,10 +824,10 @@ Campaign parse_campaign(const std::string& toml_text, const std::string& source,
   campaign.name = root.required_text("name");
   campaign.title = root.text("title").value_or(campaign.name);
   campaign.time_limit_s = root.positive("time_limit_s", campaign.time_limit_s);
-  constexpr double kMostSeconds = 1e7;  // four months
-  if (campaign.time_limit_s > kMostSeconds) {
-    root.fail(root.find("time_limit_s"), fmt::format("'time_limit_s' is {}: give at most {} seconds for one cell",
-                                                     shortest(campaign.time_limit_s), shortest(kMostSeconds)));
+  if (campaign.time_limit_s < kLeastTimeLimitS || campaign.time_limit_s > kMostTimeLimitS) {
+    root.fail(root.find("time_limit_s"),
+              fmt::format("'time_limit_s' is {}: give at least {} and at most {} seconds for one cell",
+                          shortest(campaign.time_limit_s), shortest(kLeastTimeLimitS), shortest(kMostTimeLimitS)));
   }
   campaign.seed = root.count("seed", 1, 0, 1'000'000'000);
   if (const toml::node* node = root.find("timing")) {
@@ -865,7 +860,9 @@ Campaign parse_campaign(const std::string& toml_text, const std::string& source,
   }
   campaign.notes = roster.notes();
   campaign.contenders = std::move(roster).contenders();
+  reading.emplace(fmt::format("reading the sweeps of the campaign '{}'", source));
   add_variants(root, registry, campaign);
+  reading.reset();
   if (const toml::node* node = root.find("timing")) {
     const Section timing(*node->as_table(), "[timing]", source);
     add_twins(timing, campaign);
@@ -876,13 +873,14 @@ Campaign parse_campaign(const std::string& toml_text, const std::string& source,
   return campaign;
 }
 
+std::string campaign_text(const std::string& path) {
+  constexpr std::uintmax_t kMostBytes = std::uintmax_t{4} << 20;
+  const Activity reading(fmt::format("reading the campaign '{}'", path));
+  return input_text(path, "campaign", "a TOML file", kMostBytes);
+}
+
 Campaign load_campaign(const std::string& path, const Registry& registry) {
-  std::ifstream file(path);
-  std::ostringstream text;
-  if (!(file && text << file.rdbuf())) {
-    throw InputError(fmt::format("campaign '{}' cannot be read: check the path", path));
-  }
-  return parse_campaign(text.str(), path, registry);
+  return parse_campaign(campaign_text(path), path, registry);
 }
 
 }  // namespace assay

@@ -212,6 +212,9 @@ struct Campaign {
   std::string hash() const;
 };
 
+// The text of a campaign's file, of at most 4 MiB. Throws InputError.
+std::string campaign_text(const std::string& path);
+
 // Reads a campaign's file, loads its models and resolves its contenders. Throws InputError for whatever cannot be used:
 // one sentence with file, line, value and the nearest known name. A contender of a known engine that is not installed
 // is no error: it is marked as absent.

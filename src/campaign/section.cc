@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "base/run_bounds.h"
 #include "base/text.h"
 #include "measures/run_measures.h"
 
@@ -128,6 +129,9 @@ double Section::positive(std::string_view key, const toml::node& node) const {
   if (!value || !std::isfinite(*value) || *value <= 0) {
     fail(&node,
          fmt::format("'{}' has {}: give a positive number, or a fraction as text like \"1/64\"", key, node_text(node)));
+  }
+  if (const std::string obstacle = key.ends_with("_ms") ? milliseconds_obstacle(*value) : ""; !obstacle.empty()) {
+    fail(&node, fmt::format("'{}' has {}: {}", key, node_text(node), obstacle));
   }
   return *value;
 }

@@ -10,10 +10,10 @@
 #include <toml++/toml.h>
 
 #include "base/errors.h"
+#include "base/input_file.h"
 #include "base/paths.h"
 #include "base/text.h"
 #include "claims/claims.h"
-#include "controls/input_file.h"
 #include "results/line_up.h"
 
 namespace assay {

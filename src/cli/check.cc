@@ -1,7 +1,5 @@
 // `assay check`: what is wrong with a model or worth knowing of it, and what each engine does with it, before anything
 // is run.
-#include <fstream>
-#include <iterator>
 #include <optional>
 
 #include <fmt/format.h>
@@ -68,8 +66,7 @@ int repair(const std::string& file, const std::string& out, const LoadOptions& h
   std::string mended;
   {
     const Activity reading(fmt::format("reading '{}'", file));
-    std::ifstream stream(file, std::ios::binary);
-    const std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+    const std::string text = model_text(file);
     // what it includes may become part of the mended text
     if (root_element(text) == "mujoco") {
       const std::vector<Problem> refusals = document_refusals(text, file, how);

@@ -36,15 +36,15 @@ Json json_number(const std::optional<double>& number) {
   return number && std::isfinite(*number) ? Json(*number) : Json(nullptr);
 }
 
-std::string as_csv(const std::vector<Row>& rows) {
+template <typename Field>
+std::string as_csv(const std::vector<Row>& rows, const Field& field) {
   std::string text = "system,contender,timestep_ms,measure,value,unit,outcome,low,high\n";
   for (const auto& [cell, value] : rows) {
     const Value none{cell->measure, "", {}, {}, {}};
     const Value& shown = value ? *value : none;
-    text +=
-        fmt::format("{},{},{},{},{},{},{},{},{}\n", csv_field(cell->system), csv_field(cell->contender),
-                    shortest(cell->timestep_ms), csv_field(shown.name), csv_number(shown.value), csv_field(shown.unit),
-                    outcome_text(cell->outcome), csv_number(shown.low), csv_number(shown.high));
+    text += fmt::format("{},{},{},{},{},{},{},{},{}\n", field(cell->system), field(cell->contender),
+                        shortest(cell->timestep_ms), field(shown.name), csv_number(shown.value), field(shown.unit),
+                        outcome_text(cell->outcome), csv_number(shown.low), csv_number(shown.high));
   }
   return text;
 }
@@ -83,7 +83,9 @@ int export_values(const ExportOptions& options, const std::string& format) {
     if (cell.values.empty() && cell.outcome != Outcome::kOk) rows.push_back({&cell, std::nullopt});
   }
   OutputFile file(options.out.value_or("-"));
-  file.write(format == "csv" ? as_csv(rows) : as_json(rows));
+  const bool shown = is_terminal(file.path());
+  const auto field = [&](const std::string& text) { return csv_field(shown ? printable(text) : text); };
+  file.write(format == "csv" ? as_csv(rows, field) : as_json(rows));
   file.finish();
   return kDone;
 }

@@ -9,11 +9,12 @@
 
 #include "base/activity.h"
 #include "base/errors.h"
+#include "base/input_file.h"
 #include "base/text.h"
 #include "cli/cli.h"
 #include "cli/model_options.h"
 #include "cli/output_file.h"
-#include "controls/input_file.h"
+#include "controls/csv_line.h"
 #include "controls/isaac_env.h"
 #include "controls/onnx_network.h"
 #include "controls/policy_config.h"
@@ -42,7 +43,7 @@ std::vector<std::string> joints_given(const std::string& text) {
   std::error_code error;
   const bool is_list = text.find(',') != std::string::npos || !fs::exists(text, error);
   if (is_list) return csv_fields(text);
-  std::istringstream lines(input_file(text, "the file of joints", "a name on each line", kMostNamesBytes));
+  std::istringstream lines(input_text(text, "the file of joints", "a name on each line", kMostNamesBytes));
   std::vector<std::string> names;
   for (std::string line; std::getline(lines, line);) {
     const std::string name = csv_fields(line).front();

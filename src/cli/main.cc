@@ -2,11 +2,14 @@
 // sentence and a status.
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
+#include <fcntl.h>
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <unistd.h>
 
 #include <fmt/format.h>
 
@@ -165,10 +168,22 @@ int run(int argc, char** argv) {
   return is_contained ? contained(action, writable_of(*called(app))) : action();
 }
 
+// Numbers 0 to 2 that the starter has closed would go to the next files that are opened: what is printed would go into
+// them. Standard output and error are opened for reading only, so that writing there fails as on a full disk: nothing
+// that was to be shown is lost in silence. False without /dev/null.
+bool have_standard_streams() {
+  for (const int number : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (::fcntl(number, F_GETFD) >= 0 || errno != EBADF) continue;
+    if (::open("/dev/null", O_RDONLY) != number) return false;  // NOLINT(*-vararg): the lowest free number
+  }
+  return true;
+}
+
 }  // namespace
 }  // namespace assay::cli
 
 int main(int argc, char** argv) {
+  if (!assay::cli::have_standard_streams()) return assay::cli::kFailed;
   // whoever started us may have switched it off: `assay engines | head -1` ends quietly
   std::signal(SIGPIPE, SIG_DFL);
   // a limit of file sizes is a full disk to us: an error of the write, not the end

@@ -41,10 +41,16 @@ constexpr size_t kShownError = 1;
 
 // ---- the programme ----------------------------------------------------------------------------------------------------
 
+fs::path canonical_path(const std::string& path) {
+  std::error_code error;
+  const fs::path whole = fs::weakly_canonical(fs::absolute(path, error), error);
+  if (error) throw InputError(fmt::format("'{}' cannot be a path ({}): give another", path, error.message()));
+  return whole;
+}
+
 // `file` from the folder `dir`, so that both can be moved together.
 std::string relative_path(const std::string& file, const std::string& dir) {
-  const fs::path from = fs::weakly_canonical(fs::absolute(dir));
-  const std::string path = fs::weakly_canonical(fs::absolute(file)).lexically_relative(from).string();
+  const std::string path = canonical_path(file).lexically_relative(canonical_path(dir)).string();
   return path.find('/') == std::string::npos ? "./" + path : path;
 }
 
@@ -72,18 +78,12 @@ std::vector<std::string> model_lines(const LoadOptions& load, const std::string&
 
 std::string default_out(const std::string& robot) { return fs::path(robot).stem().string() + "-results"; }
 
-std::string text_of(const fs::path& file) {
-  std::ifstream stream(file);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return text.str();
-}
-
 // Writes the programme, or leaves one that measures the same, so that a search goes on.
 void write_programme(const std::string& dir, const Programme& programme) {
   const fs::path file = fs::path(dir) / "campaign.toml";
-  if (fs::exists(file)) {
-    const std::string there = text_of(file);
+  std::error_code error;
+  if (fs::exists(file, error)) {
+    const std::string there = campaign_text(file.string());
     if (there == programme.toml) return;
     if (parse_campaign(there, file).hash() != parse_campaign(programme.toml, file).hash()) {
       throw InputError(
@@ -92,7 +92,6 @@ void write_programme(const std::string& dir, const Programme& programme) {
                       file.string(), file.string(), dir));
     }
   }
-  std::error_code error;
   fs::create_directories(dir, error);
   std::ofstream stream(file);
   if (!(stream << programme.toml) || !stream.flush()) {

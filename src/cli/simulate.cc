@@ -60,7 +60,8 @@ int run(const SimulateJob& job, bool time, OutputFile& file, const std::function
   std::vector<double> torques(model.joints.size());
   std::vector<std::string> names;
   names.reserve(model.bodies.size());
-  for (const Body& body : model.bodies) names.push_back(csv_field(body.name));
+  const bool shown = is_terminal(file.path());
+  for (const Body& body : model.bodies) names.push_back(csv_field(shown ? printable(body.name) : body.name));
 
   State state;
   fmt::memory_buffer text;

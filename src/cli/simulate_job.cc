@@ -1,10 +1,12 @@
 #include "cli/simulate_job.h"
 
 #include <cmath>
+#include <tuple>
 
 #include <fmt/format.h>
 
 #include "base/errors.h"
+#include "base/run_bounds.h"
 #include "base/text.h"
 #include "cli/cli.h"
 #include "engines/describe.h"
@@ -12,13 +14,11 @@
 namespace assay::cli {
 namespace {
 
-constexpr double kMostSteps = 1e15;
-
 // How many times `part` goes into `whole`, if that is a whole number within rounding.
 std::optional<long long> whole_number_of(double whole, double part) {
   const double ratio = whole / part;
   const double nearest = std::round(ratio);
-  if (nearest < 1 || nearest > kMostSteps || std::abs(ratio - nearest) > 1e-9 * nearest) return std::nullopt;
+  if (nearest < 1 || nearest > kMostRunSteps || std::abs(ratio - nearest) > 1e-9 * nearest) return std::nullopt;
   return std::llround(nearest);
 }
 
@@ -37,9 +37,13 @@ SimulateJob prepare(const SimulateOptions& options) {
   job.duration_s = parse_positive("--duration", options.duration, "seconds");
   const std::string sample = options.sample.value_or(options.timestep);
   const double sample_ms = parse_positive("--sample", sample, "milliseconds");
-  if (const double steps = job.duration_s * 1000 / job.timestep_ms; steps > kMostSteps) {
-    throw InputError(fmt::format("--duration is {} s, which takes {:.3g} timesteps of {} ms: use at most {:.3g} s",
-                                 options.duration, steps, options.timestep, kMostSteps * job.timestep_ms / 1000));
+  for (const auto& [option, given, ms] :
+       {std::tuple("--timestep", options.timestep, job.timestep_ms), std::tuple("--sample", sample, sample_ms)}) {
+    const std::string obstacle = milliseconds_obstacle(ms);
+    if (!obstacle.empty()) throw InputError(fmt::format("{} is {} ms: {}", option, given, obstacle));
+  }
+  if (const std::string obstacle = duration_obstacle(job.duration_s, job.timestep_ms); !obstacle.empty()) {
+    throw InputError(fmt::format("--duration is {} s: {}", options.duration, obstacle));
   }
   const auto per_sample = whole_number_of(sample_ms, job.timestep_ms);
   if (!per_sample) {

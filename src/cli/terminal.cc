@@ -5,8 +5,11 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <fcntl.h>
 #include <limits>
 #include <numeric>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <fmt/format.h>
 
@@ -26,6 +29,12 @@ void write_output(const std::string& text) {
   if (std::fwrite(text.data(), 1, text.size(), stdout) == text.size()) return;
   throw SystemError(fmt::format("standard output cannot be written ({}): free some space or redirect it elsewhere",
                                 std::strerror(errno != 0 ? errno : EIO)));
+}
+
+// To standard error. What cannot be written there is lost: nothing ends because of it.
+void write_note(const std::string& text) {
+  std::fwrite(text.data(), 1, text.size(), stderr);
+  std::fflush(stderr);
 }
 
 constexpr std::array<std::string_view, 5> kGood = {"exact", "pass", "conforms", "ok", "holds"};
@@ -72,6 +81,16 @@ Layout layout(const std::vector<std::string>& headings, const std::vector<std::v
 
 }  // namespace
 
+bool is_terminal(const std::string& file) {
+  if (file == "-") return ::isatty(STDOUT_FILENO) == 1;
+  struct stat facts{};
+  if (::stat(file.c_str(), &facts) != 0 || !S_ISCHR(facts.st_mode)) return false;
+  const int opened = ::open(file.c_str(), O_WRONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);  // NOLINT(*-vararg)
+  const bool is_one = opened >= 0 && ::isatty(opened) == 1;
+  if (opened >= 0) ::close(opened);
+  return is_one;
+}
+
 void print(const std::string& text) { write_output(terminal_text(text, stdout)); }
 
 void print_json(const Json& json) { write_output(json_text(json, 0) + "\n"); }
@@ -107,12 +126,11 @@ void flush_output() {
 void message(const std::string& text) {
   std::fflush(stdout);
   for (const std::string& line : wrapped("assay: " + text, terminal_columns(stderr).value_or(kUnlimited), kGap)) {
-    const std::string shown = terminal_text(line + "\n", stderr);
-    std::fwrite(shown.data(), 1, shown.size(), stderr);
+    write_note(terminal_text(line, stderr) + "\n");
   }
 }
 
-std::string heading(const std::string& text) { return styled(text, Style::kHeading); }
+std::string heading(const std::string& text) { return styled(printable(text), Style::kHeading); }
 
 std::string status(const std::string& word) {
   const auto is_in = [&](const auto& words) { return std::ranges::find(words, word) != words.end(); };
@@ -190,13 +208,12 @@ void ProgressLine::show(const std::string& text) {
   }
   // a line that fills the last column would wrap on some terminals
   const std::string line = terminal_text(clipped(text, terminal_columns(stderr).value_or(2) - 1), stderr);
-  fmt::print(stderr, "\r\x1b[K{}", line);
-  std::fflush(stderr);
+  write_note("\r\x1b[K" + line);
   shown_ = true;
 }
 
 void ProgressLine::clear() {
-  if (shown_) fmt::print(stderr, "\r\x1b[K");
+  if (shown_) write_note("\r\x1b[K");
   shown_ = false;
 }
 

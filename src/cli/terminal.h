@@ -25,6 +25,10 @@ std::string json_text(const Json& json, int depth);
 void print_json_members(const std::vector<std::pair<std::string, std::string>>& members);
 void flush_output();
 
+// Whether `file`, the value of an --out, is a terminal; "-" is standard output. Bytes of tables go there through
+// printable(), and to files and pipes as they are.
+bool is_terminal(const std::string& file);
+
 // "assay: <text>" on standard error, as one sentence.
 void message(const std::string& text);
 

@@ -16,7 +16,6 @@
 #include "base/errors.h"
 #include "base/paths.h"
 #include "base/text.h"
-#include "controls/input_file.h"
 
 namespace assay {
 namespace {

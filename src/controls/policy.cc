@@ -13,8 +13,8 @@
 #include <fmt/format.h>
 
 #include "base/hash.h"
+#include "base/input_file.h"
 #include "base/text.h"
-#include "controls/input_file.h"
 #include "controls/onnx_network.h"
 #include "controls/recorded_actions.h"
 
@@ -176,7 +176,7 @@ class PolicyControl final : public Control {
           "the policy '{}' names no network: give network = \"policy.onnx\" there, or --policy", config_.path));
     }
     const bool recorded = network_.ends_with(".csv");
-    bytes_ = recorded ? input_file(network_, "the file of actions", "a CSV file", kMostNetworkBytes)
+    bytes_ = recorded ? input_text(network_, "the file of actions", "a CSV file", kMostNetworkBytes)
                       : input_file(network_, "the network", "an ONNX file", kMostNetworkBytes);
     if (recorded) recorded_ = parse_recorded_actions(bytes_, network_, config_, model_);
     hash_ = content_hash(config_.hash + content_hash(bytes_));

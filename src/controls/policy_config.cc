@@ -14,9 +14,10 @@
 
 #include "base/errors.h"
 #include "base/hash.h"
+#include "base/input_file.h"
 #include "base/text.h"
 #include "controls/hold.h"
-#include "controls/input_file.h"
+#include "controls/toml_file.h"
 
 namespace assay {
 namespace {
@@ -606,19 +607,14 @@ size_t PolicyConfig::observations() const {
 }
 
 PolicyConfig parse_policy_config(const Model& model, std::string_view text, const std::string& path) {
-  toml::table root;
-  try {
-    root = toml::parse(text, path);
-  } catch (const toml::parse_error& error) {
-    throw InputError(fmt::format("{}:{}: {}", path, error.source().begin.line, error.description()));
-  }
+  const toml::table root = toml_table(text, path);
   PolicyConfig config = ConfigReader(model, root, path).read();
   config.hash = content_hash(text);
   return config;
 }
 
 PolicyConfig read_policy_config(const Model& model, const std::string& path) {
-  return parse_policy_config(model, input_file(path, "the policy's configuration", "a TOML file", kMostConfigBytes),
+  return parse_policy_config(model, input_text(path, "the policy's configuration", "a TOML file", kMostConfigBytes),
                              path);
 }
 

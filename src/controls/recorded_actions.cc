@@ -7,7 +7,7 @@
 
 #include "base/errors.h"
 #include "base/text.h"
-#include "controls/input_file.h"
+#include "controls/csv_line.h"
 
 namespace assay {
 namespace {

@@ -9,8 +9,9 @@
 
 #include "base/errors.h"
 #include "base/hash.h"
+#include "base/input_file.h"
 #include "base/text.h"
-#include "controls/input_file.h"
+#include "controls/csv_line.h"
 
 namespace assay {
 namespace {
@@ -20,7 +21,7 @@ constexpr std::uintmax_t kMostBytes = std::uintmax_t{256} << 20;
 class FileControl final : public Control {
  public:
   FileControl(const Model& model, const std::string& path) {
-    const std::string text = input_file(path, "the file of torques", "a CSV file", kMostBytes);
+    const std::string text = input_text(path, "the file of torques", "a CSV file", kMostBytes);
     hash_ = content_hash(text);
     std::istringstream lines(text);
     int number = 0;

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstring>
+#include <ctime>
 #include <fcntl.h>
 #include <fstream>
 #include <limits>
@@ -116,7 +117,16 @@ CellResult JobEnd::result(const std::string& measure) const {
 }
 
 double unix_time() {
-  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+  // of the time since the machine was started, which stands still for nobody and goes on while the machine sleeps
+  const auto since_boot = [] {
+    constexpr double kNanosecond = 1e-9;
+    timespec now{};
+    ::clock_gettime(CLOCK_BOOTTIME, &now);
+    return static_cast<double>(now.tv_sec) + kNanosecond * static_cast<double>(now.tv_nsec);
+  };
+  static const double boot =
+      std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count() - since_boot();
+  return boot + since_boot();
 }
 
 Pool::Pool(std::string program, int workers, const Interrupts& interrupts)

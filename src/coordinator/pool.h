@@ -83,6 +83,8 @@ class Pool {
 // Throws the InputError or SystemError that a worker reports, if this is one.
 void throw_worker_error(const Reply& reply);
 
+// Seconds since 1970 by the clock as this process found it: one that is set while a campaign runs puts no end before
+// its beginning.
 double unix_time();
 
 }  // namespace assay

@@ -43,7 +43,7 @@ struct Ends {
   int socket = -1, output = -1, status = -1, failure = -1;
 };
 
-// Between fork and exec: only system calls. When exec fails, its error is written to `failure`.
+// Between fork and exec: only system calls. When one fails, its error is written to `failure`.
 [[noreturn]] void become_worker(const char* program, Ends ends, const WorkerLimits& limits, pid_t parent) {
   constexpr int kCannotExec = 127;
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
@@ -53,11 +53,21 @@ struct Ends {
   if (nothing >= 0) ::dup2(nothing, STDIN_FILENO);
   ::dup2(ends.output, STDOUT_FILENO);
   ::dup2(ends.output, STDERR_FILENO);
+  const auto give_up = [&] {
+    const int error = errno;
+    (void)!::write(ends.failure, &error, sizeof error);
+    ::_exit(kCannotExec);
+  };
   // away from the numbers that they are to have
   constexpr int kAbove = 10;
-  ends.socket = ::fcntl(ends.socket, F_DUPFD_CLOEXEC, kAbove);
-  ends.status = ::fcntl(ends.status, F_DUPFD_CLOEXEC, kAbove);
-  ends.failure = ::fcntl(ends.failure, F_DUPFD_CLOEXEC, kAbove);
+  for (int* end : {&ends.failure, &ends.socket, &ends.status}) {
+    const int there = ::fcntl(*end, F_DUPFD_CLOEXEC, kAbove);
+    if (there < 0) {
+      if (errno == EINVAL) errno = EMFILE;  // such numbers are beyond the limit
+      give_up();
+    }
+    *end = there;
+  }
   ::dup2(ends.socket, kWorkerSocket);
   ::dup2(ends.status, kWorkerStatus);
   limits.limit_memory();
@@ -70,8 +80,7 @@ struct Ends {
   ::sigprocmask(SIG_SETMASK, &none, nullptr);
   ::signal(SIGPIPE, SIG_DFL);
   ::execv(program, arguments.data());
-  const int error = errno;
-  (void)!::write(ends.failure, &error, sizeof error);
+  give_up();
   ::_exit(kCannotExec);
 }
 
@@ -185,7 +194,7 @@ WorkerProcess::WorkerProcess(const std::string& program, const WorkerLimits& lim
   send_line(secret_ + "\n");
 }
 
-WorkerProcess::~WorkerProcess() { end(); }
+WorkerProcess::~WorkerProcess() { finish(); }
 
 void WorkerProcess::send(const Request& message) const { send_line(to_line(message)); }
 
@@ -205,6 +214,11 @@ void WorkerProcess::read_socket() {
     const ssize_t got = ::recv(socket_, buffer.data(), buffer.size(), MSG_DONTWAIT);
     if (got > 0) {
       received_.append(buffer.data(), static_cast<size_t>(got));
+      if (const std::string taken = fmt::format("{} {}\n", secret_, kJobTaken);
+          !taken_ && received_.starts_with(taken)) {
+        taken_ = true;
+        received_.erase(0, taken.size());
+      }
       // no reply is as long: nothing more is taken
       too_long_ = received_.size() > kMostReplyBytes && received_.find('\n') == std::string::npos;
       if (too_long_ || received_.size() > 2 * kMostReplyBytes) {
@@ -292,6 +306,16 @@ std::string WorkerProcess::last_line() const {
 }
 
 std::string WorkerProcess::end() {
+  const bool ended_early = guard_ >= 0 && gone() && !taken_;
+  std::string how = finish();
+  if (!ended_early || outside_) return how;
+  throw SystemError(fmt::format(
+      "a worker ended before it had its job, which no engine does ({}): raise the limits of open files, processes and "
+      "memory (ulimit -a)",
+      how));
+}
+
+std::string WorkerProcess::finish() {
   if (guard_ < 0) return "";
   // It may be about to end by itself: its socket is closed before its exit status is there.
   constexpr double kPatience = 1, kMostPatience = 10;  // s

@@ -65,7 +65,8 @@ class WorkerProcess {
   bool gone() const { return socket_ < 0; }
 
   // Ends it (SIGKILL when it still runs) and says how it ended: "signal 11 (Segmentation fault)", "exit status 3", with
-  // the last line that it printed.
+  // the last line that it printed. Throws SystemError for one that ended by itself before it had taken its job: that is
+  // the machine's fault, not an engine's.
   std::string end();
 
   // After end(): the worker was ended by a signal that an engine's fault does not send and we did not either, as the
@@ -76,6 +77,7 @@ class WorkerProcess {
 
  private:
   void send_line(const std::string& line) const;
+  std::string finish();
   void read_socket();
   void read_output();
   std::string last_line() const;
@@ -84,6 +86,7 @@ class WorkerProcess {
   int socket_ = -1, output_ = -1, status_ = -1;
   std::string secret_;  // begins each of the worker's replies
   std::string received_;
+  bool taken_ = false;     // its job
   bool too_long_ = false;  // a reply
   bool outside_ = false;
   std::string printed_;  // the tail of it

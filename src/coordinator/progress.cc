@@ -17,6 +17,12 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+// What cannot be written (a full disk, a closed descriptor) is lost: the campaign is worth more than the word about it.
+void put(FILE* stream, const std::string& text) {
+  std::fwrite(text.data(), 1, text.size(), stream);
+  std::fflush(stream);
+}
+
 class Counter {
  public:
   void begin(int todo, int done_before) {
@@ -102,17 +108,15 @@ class Bar final : public Progress {
   void line(const std::string& text) {
     clear();
     for (const std::string& each : wrapped(text, columns(), 2)) {
-      fmt::print(stream_, "{}\n", terminal_text(each, stream_));
+      put(stream_, terminal_text(each, stream_) + "\n");
     }
-    std::fflush(stream_);
   }
 
   size_t columns() const { return terminal_columns(stream_).value_or(kUsualColumns); }
 
   void clear() {
-    if (drawn_) std::fputs("\r\x1b[K", stream_);
+    put(stream_, drawn_ ? "\r\x1b[K" : "");
     drawn_ = false;
-    std::fflush(stream_);
   }
 
   // At most ten times a second: a terminal must not slow the run.
@@ -132,8 +136,7 @@ class Bar final : public Progress {
     }
     text += phase_ + (phase_.empty() || current_.empty() ? "" : ": ") + current_;
     // a line that fills the last column would wrap on some terminals
-    fmt::print(stream_, "\r{}\x1b[K", terminal_text(clipped(text, width - 1), stream_));
-    std::fflush(stream_);
+    put(stream_, fmt::format("\r{}\x1b[K", terminal_text(clipped(text, width - 1), stream_)));
     drawn_ = true;
   }
 
@@ -189,8 +192,7 @@ class Lines final : public Progress {
   }
 
   void line(const std::string& text) {
-    fmt::print(stream_, "{}\n", terminal_text(text, stream_));
-    std::fflush(stream_);
+    put(stream_, terminal_text(printable(text), stream_) + "\n");  // a name's newline would begin a line of its own
   }
 
   FILE* stream_;
@@ -236,8 +238,7 @@ class JsonLines final : public Progress {
   void line(const char* event, const nlohmann::ordered_json& more) {
     nlohmann::ordered_json whole = {{"event", event}};
     whole.update(more);
-    fmt::print(stream_, "{}\n", dump_json(whole));
-    std::fflush(stream_);
+    put(stream_, dump_json(whole) + "\n");
   }
 
   FILE* stream_;

@@ -1,8 +1,8 @@
 // What the coordinator and its workers say to each other: one JSON object a line over the worker's socket, its "kind"
-// first. The first line that a worker is sent is a secret, the second one its job. It answers with any number of
-// TestResult, then with JobDone, JobError or JobCrash. A timing session answers with SessionReady, and then each
-// command with Prepared, Sampled or SingleSteps. Before each of its lines the worker writes the secret and a space: an
-// engine that writes to the socket does not know it.
+// first. The first line that a worker is sent is a secret, the second one its job. It answers with kJobTaken, then with
+// any number of TestResult, then with JobDone, JobError or JobCrash. A timing session answers with SessionReady, and
+// then each command with Prepared, Sampled or SingleSteps. Before each of its lines the worker writes the secret and a
+// space: an engine that writes to the socket does not know it.
 //
 // to_line() and the parsers are the only code that knows the JSON. The parsers refuse unknown, missing and mistyped
 // fields.
@@ -30,6 +30,10 @@ namespace assay {
 // The descriptors on which a worker finds its socket, and the pipe for its exit status (an int as waitpid() gives it),
 // which its guard writes.
 inline constexpr int kWorkerSocket = 3, kWorkerStatus = 4;
+
+// What a worker says first, as soon as it has its job. What ends it before that is the machine's fault, for no engine
+// has been near it.
+inline constexpr std::string_view kJobTaken = "taken";
 
 // A line that is not a message. The text names the kind and the field.
 class MessageError : public SystemError {

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <optional>
 #include <utility>
@@ -11,6 +10,7 @@
 
 #include "base/activity.h"
 #include "base/errors.h"
+#include "base/input_file.h"
 #include "base/paths.h"
 #include "model/adapt_spec.h"
 #include "model/capsules.h"
@@ -27,26 +27,6 @@ namespace assay {
 namespace {
 
 namespace fs = std::filesystem;
-
-// The file's bytes. Throws InputError when the file cannot be read.
-std::string read_text(const std::string& path) {
-  std::error_code error;
-  const fs::file_status status = fs::status(path, error);
-  if (!fs::exists(status)) throw InputError(fmt::format("there is no file '{}'; check the path", path));
-  if (fs::is_directory(status)) {
-    throw InputError(fmt::format("'{}' is a folder; name an .xml (MJCF) or .urdf file in it", path));
-  }
-  if (!fs::is_regular_file(status))
-    throw InputError(fmt::format("'{}' is not a file; name an .xml or .urdf file", path));
-  std::ifstream stream(path, std::ios::binary);
-  std::string text;
-  std::array<char, 1 << 16> block = {};
-  while (stream.read(block.data(), block.size()) || stream.gcount() > 0) {
-    text.append(block.data(), static_cast<size_t>(stream.gcount()));
-  }
-  if (!stream.eof()) throw InputError(fmt::format("'{}' cannot be read; check its permissions", path));
-  return text;
-}
 
 // MuJoCo puts the folder of a relative path twice before the assets of a file that it includes from another folder.
 mjSpec* parse_file(const std::string& path, char* message, int size) {
@@ -209,7 +189,11 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
     notes.push_back(fmt::format("MuJoCo warns: {}", one_line(warning)));
   }
   model.notes.insert(model.notes.end(), notes.begin(), notes.end());
-  if (!options.qpos.empty()) start_from(model, read_text(options.qpos), options.qpos);
+  if (!options.qpos.empty()) {
+    constexpr std::uintmax_t kMostBytes = std::uintmax_t{16} << 20;
+    const std::string give = "a file of MuJoCo's qpos, or of lines JOINT=VALUE";
+    start_from(model, input_text(options.qpos, "the file of joint positions", give, kMostBytes), options.qpos);
+  }
   if (options.within_limits) start_within_limits(model);
   if (!ground.empty()) put_under(model, ground);
   if (options.ground == Ground::kNone) remove_planes(model);
@@ -244,6 +228,18 @@ ActivityLimits limits_of(const LoadOptions& options) {
 
 }  // namespace
 
+std::string model_text(const std::string& path) {
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (!fs::exists(status)) throw InputError(fmt::format("there is no file '{}'; check the path", path));
+  if (fs::is_directory(status)) {
+    throw InputError(fmt::format("'{}' is a folder; name an .xml (MJCF) or .urdf file in it", path));
+  }
+  if (!fs::is_regular_file(status))
+    throw InputError(fmt::format("'{}' is not a file; name an .xml or .urdf file", path));
+  return input_file(path, "model", "an .xml or .urdf file", kMostModelFileBytes);
+}
+
 LoadReport inspect_model(const std::string& path, const LoadOptions& options, FileFacts* facts) {
   const Activity reading(fmt::format("reading '{}'", path), limits_of(options));
   const std::optional<CapsulesName> capsules = capsules_named(fs::path(path).stem().string());
@@ -252,7 +248,7 @@ LoadReport inspect_model(const std::string& path, const LoadOptions& options, Fi
   if (capsules && !fs::exists(path, error)) {
     report = inspect_model_text(capsules_mjcf(*capsules), path, options, facts);
   } else {
-    report = load(fs::path(path).stem().string(), path, read_text(path), options, facts,
+    report = load(fs::path(path).stem().string(), path, model_text(path), options, facts,
                   [&](char* message, int size) { return parse_file(path, message, size); });
   }
   if (report.model) report.model->source = path;
@@ -269,7 +265,7 @@ Drawing read_drawing(const std::string& path, const LoadOptions& options) {
   Drawing drawing;
   std::error_code error;
   if (!fs::exists(path, error)) return drawing;  // generated models have capsules alone
-  const std::string text = read_text(path);
+  const std::string text = model_text(path);
   const LoadReport report = load(
       fs::path(path).stem().string(), path, text, options, nullptr,
       [&](char* message, int size) { return parse_file(path, message, size); }, &drawing);

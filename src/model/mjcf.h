@@ -22,6 +22,9 @@
 
 namespace assay {
 
+// The text of a model's file, of at most kMostModelFileBytes. Throws InputError.
+std::string model_text(const std::string& path);
+
 // Loads `path`, an .xml (MJCF) or .urdf file; a missing capsules-N.xml is generated (model/capsules.h). Throws
 // InputError for a file that is missing, unreadable, malformed or outside the common subset: one sentence with element,
 // name, line where it is known, and how to mend it. Concurrent calls wait for each other: MuJoCo's message handler

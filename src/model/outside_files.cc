@@ -15,6 +15,7 @@
 #include <fmt/format.h>
 #include <tinyxml2.h>
 
+#include "base/input_file.h"
 #include "base/paths.h"
 #include "base/text.h"
 
@@ -24,10 +25,9 @@ namespace {
 namespace fs = std::filesystem;
 namespace xml = tinyxml2;
 
-constexpr int kMostDepth = 64;                         // of includes and models in models
-constexpr double kMostCount = 1e6;                     // of keyframes, user data
-constexpr double kMostHeights = 1e8;                   // of a height field
-constexpr std::uintmax_t kMostFileBytes = 256u << 20;  // of an included file
+constexpr int kMostDepth = 64;        // of includes and models in models
+constexpr double kMostCount = 1e6;    // of keyframes, user data
+constexpr double kMostHeights = 1e8;  // of a height field
 
 // What a package's folder of models is called, beside folders of meshes and textures.
 constexpr std::array<std::string_view, 6> kPartsOfPackages = {"urdf", "xacro", "mjcf", "sdf", "robots", "robot"};
@@ -185,8 +185,8 @@ class Examination {
       refuse(element, fmt::format("names '{}', which is not a regular file", name), "name a file");
       return false;
     }
-    if (fs::file_size(file, error) > kMostFileBytes) {
-      refuse(element, fmt::format("names the file '{}' of more than {} MiB", name, kMostFileBytes >> 20),
+    if (fs::file_size(file, error) > kMostModelFileBytes) {
+      refuse(element, fmt::format("names the file '{}' of more than {} MiB", name, kMostModelFileBytes >> 20),
              "simplify it");
       return false;
     }

@@ -1,5 +1,6 @@
 #include "model/package_paths.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <optional>
@@ -21,8 +22,13 @@ bool is_file(const fs::path& path) {
 
 // The name that a package.xml gives.
 std::string package_name(const fs::path& manifest) {
-  std::ifstream file(manifest);
-  const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  // the name stands at the beginning; a pipe of that name would be waited for
+  constexpr size_t kRead = 64 << 10;
+  if (!is_file(manifest)) return "";
+  std::string text(kRead, '\0');
+  std::ifstream file(manifest, std::ios::binary);
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<size_t>(std::max<std::streamsize>(file.gcount(), 0)));
   constexpr std::string_view kOpen = "<name>";
   const size_t begins = text.find(kOpen);
   const size_t ends = begins == std::string::npos ? begins : text.find("</name>", begins);

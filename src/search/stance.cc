@@ -2,8 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iterator>
+#include <filesystem>
 #include <limits>
 #include <map>
 #include <optional>
@@ -21,8 +20,9 @@ namespace assay {
 namespace {
 
 bool is_urdf(const std::string& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return root_element(std::string(std::istreambuf_iterator<char>(stream), {})) == "robot";
+  std::error_code error;
+  // a generated model has no file
+  return std::filesystem::exists(file, error) && root_element(model_text(file)) == "robot";
 }
 
 // The model, or nothing where the file is refused like this.

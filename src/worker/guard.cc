@@ -84,7 +84,11 @@ void run_guarded(const std::function<int()>& work) {
   const std::string scratch = make_scratch();
   const pid_t guard = ::getpid();
   const pid_t worker = ::fork();
-  if (worker < 0) ::_exit(kFailed);
+  if (worker < 0) {
+    // as the last line that it has printed it reaches the user
+    std::perror("starting a process");
+    ::_exit(kFailed);
+  }
   if (worker == 0) {
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (::getppid() != guard) ::_exit(kFailed);

@@ -1,6 +1,7 @@
 // The worker's side of the socket.
 #include "worker/worker.h"
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <csignal>
@@ -28,11 +29,7 @@ namespace {
 
 class Channel {
  public:
-  // Takes the socket away from its well-known number, and from programs that an engine starts.
-  Channel() : socket_(::fcntl(kWorkerSocket, F_DUPFD_CLOEXEC, kAbove)) {
-    ::close(kWorkerSocket);
-    secret_ = receive_line().value_or("");
-  }
+  Channel() : socket_(moved(kWorkerSocket)) { secret_ = receive_line().value_or(""); }
 
   // Empty when the parent is gone.
   std::optional<Request> receive() {
@@ -41,8 +38,29 @@ class Channel {
     return parse_request(*line);
   }
 
-  void send(const Reply& reply) const {
-    const std::string line = fmt::format("{} {}", secret_, to_line(reply));
+  void send(const Reply& reply) const { send_line(to_line(reply)); }
+
+  void send_taken() const { send_line(std::string(kJobTaken) + "\n"); }
+
+ private:
+  // Away from its well-known number, far above what an engine opens, and from programs that an engine starts. A small
+  // limit of open files leaves it where it can be.
+  static int moved(int socket) {
+    constexpr rlim_t kFarAbove = 100;
+    rlimit files{};
+    ::getrlimit(RLIMIT_NOFILE, &files);
+    const int above = static_cast<int>(std::min(kFarAbove, files.rlim_cur / 2));
+    const int there = ::fcntl(socket, F_DUPFD_CLOEXEC, above);
+    if (there < 0) {
+      ::fcntl(socket, F_SETFD, FD_CLOEXEC);
+      return socket;
+    }
+    ::close(socket);
+    return there;
+  }
+
+  void send_line(const std::string& message) const {
+    const std::string line = fmt::format("{} {}", secret_, message);
     for (size_t at = 0; at < line.size();) {
       const ssize_t sent = ::send(socket_, line.data() + at, line.size() - at, MSG_NOSIGNAL);
       if (sent < 0 && errno == EINTR) continue;
@@ -50,9 +68,6 @@ class Channel {
       at += static_cast<size_t>(sent);
     }
   }
-
- private:
-  static constexpr int kAbove = 100;
 
   std::optional<std::string> receive_line() {
     size_t end = std::string::npos;
@@ -78,6 +93,7 @@ int serve() {
   try {
     const std::optional<Request> job = channel.receive();
     if (!job) return 1;
+    channel.send_taken();
     confine_worker(*job);
     answer = do_job(*job, [&](const Reply& reply) { channel.send(reply); }, [&] { return channel.receive(); });
   } catch (const InputError& error) {

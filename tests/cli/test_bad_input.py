@@ -135,8 +135,8 @@ class Numbers(AssayTest):
         self.simulate(["--duration", "1 s", "300 ms", "0.9 or 1.2"], sample="300")
 
     def test_runs_without_end(self):
-        self.simulate(["--duration", "1e300 s", "timesteps"], duration="1e300")
-        self.simulate(["1e-320", "timesteps"], timestep="1e-320")
+        self.simulate(["--duration", "1e300 s", "at most"], duration="1e300")
+        self.simulate(["--timestep", "1e-320 ms", "at least"], timestep="1e-320")
 
     def test_switches(self):
         self.simulate(["--contacts", "'maybe'", "on or off"], contacts="maybe")

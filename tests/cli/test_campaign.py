@@ -413,6 +413,76 @@ class Interrupted(CampaignTest):
         self.run_tiny()
         self.assertEqual(self.table(), self.table("clean"))
 
+    def test_hangups_at_random_moments(self):
+        start = time.monotonic()
+        self.run_tiny("clean")
+        duration = time.monotonic() - start
+        seed = random.randrange(1 << 32)
+        chance = random.Random(seed)
+        hangups, done = 0, False
+        for attempt in range(40):
+            # one under nohup would not notice
+            process = self.start_assay("run", "tiny.toml", "--out", "results",
+                                       preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_DFL))
+            try:
+                # the later, the more time: it has to come to its end
+                process.communicate(timeout=chance.uniform(0.02, 0.7 + 0.1 * attempt) * duration)
+            except subprocess.TimeoutExpired:
+                process.send_signal(signal.SIGHUP)
+                _, err = process.communicate(timeout=60)
+                hangups += 1
+                if process.returncode == 1:
+                    self.assertRegex(err.splitlines()[-1], "^assay: stopped by Hangup: ", f"seed {seed}")
+            self.assertIn(process.returncode, (0, 1, -signal.SIGHUP), f"seed {seed}")
+            done = process.returncode == 0
+            if done and hangups > 0:
+                break
+        self.assertGreater(hangups, 0, f"seed {seed}: it was never interrupted")
+        self.run_tiny()
+        self.assertEqual(self.table(), self.table("clean"), f"seed {seed}")
+        reliability("SIGHUP of the parent at random moments", hangups, "the same command goes on; the same values", "running cells")
+
+    @staticmethod
+    def workers_of(process):
+        def children(parent):
+            try:
+                return [int(child) for child in pathlib.Path(f"/proc/{parent}/task/{parent}/children").read_text().split()]
+            except OSError:
+                return []
+
+        def is_worker(child):
+            try:
+                return pathlib.Path(f"/proc/{child}/cmdline").read_bytes().split(b"\0")[1:2] == [b"worker"]
+            except OSError:
+                return False
+
+        return [worker for guard in children(process) if is_worker(guard) for worker in children(guard)]
+
+    def test_workers_that_are_interrupted_and_hung_up(self):
+        self.run_tiny("clean")
+        seed = random.randrange(1 << 32)
+        chance = random.Random(seed)
+        ended = 0
+        # rarely enough that no job is lost three times; where one is, the next start measures it
+        for _ in range(5):
+            process = self.start_assay("run", "tiny.toml", "--out", "results")
+            while process.poll() is None:
+                time.sleep(chance.uniform(0.05, 0.3))
+                workers = self.workers_of(process.pid)
+                if workers and ended < 20:
+                    with contextlib.suppress(ProcessLookupError):
+                        os.kill(chance.choice(workers), chance.choice([signal.SIGINT, signal.SIGHUP]))
+                        ended += 1
+            err = process.communicate()[1]
+            if process.returncode == 0:
+                break
+            self.assertIn("ended from outside", err, f"seed {seed}")
+        self.assertGreater(ended, 0)
+        self.run_tiny()
+        self.assertEqual(self.table(), self.table("clean"), f"seed {seed}")
+        reliability("SIGINT and SIGHUP of workers at random moments", ended, "measured by other workers; the same values",
+                    "the time of these workers")
+
     def test_one_writer_at_a_time(self):
         first = self.start_assay("run", "tiny.toml", "--out", "results")
         while not (self.dir / "results/assay.sqlite").exists():
@@ -560,6 +630,23 @@ class BadCampaigns(AssayTest):
         self.refused("run", ".", "--out", "results", naming=["'.'", "directory"])
         self.refused_run("name = [", ["c.toml"])
         self.refused_run("", ["c.toml"])
+
+    def test_texts_that_end_early(self):
+        def refused(old, new, line):
+            self.write("ball.xml", BALL)
+            self.assertIn(old, BALL_CAMPAIGN)
+            self.refused_run(BALL_CAMPAIGN.replace(old, new), [f"c.toml:{line}:", "NUL", "remove it"])
+
+        refused('model = "./ball.xml"', 'model = "./ball\\u0000.xml"', 8)
+        refused('contenders = ["null"]', 'contenders = ["null\\u0000x"]', 2)
+        refused("contacts = false", '"a\\u0000b" = 1', 10)
+        self.write("torques.csv", "time,a\0b\n")
+        self.refused_run(BALL_CAMPAIGN.replace("contacts = false", 'control = {kind = "file", path = "torques.csv"}'),
+                         ["torques.csv", "NUL", "line 1"])
+
+    def test_paths_that_are_too_long(self):
+        self.refused_run(BALL_CAMPAIGN.replace("./ball.xml", "./" + 5000 * "x" + ".xml"), ["c.toml:8:", "too long"])
+        self.refused("run", 5000 * "x" + ".toml", "--out", "results", naming=["too long"])
 
     def test_names(self):
         self.refused_run(tiny(contenders=["mujoco-eular"]), ["mujoco-eular", "mujoco-euler"])

@@ -1,11 +1,15 @@
 """Strangers' files, deadly plugins and damaged results: each ends in one sentence and a status, in a few seconds."""
 
 import contextlib
+import itertools
+import json
 import os
 import pathlib
 import random
+import resource
 import shutil
 import sqlite3
+import subprocess
 import time
 
 from harness import BALL, BALL_CAMPAIGN, DEADLY_PLUGINS, AssayTest, main, read_csv, reliability
@@ -92,6 +96,70 @@ class StrangersModels(AssayTest):
 
     def test_family_names_its_limit(self):
         self.refused("check", "capsules-1000000", naming=["capsules-1000000", "10000"])
+
+
+class EndlessFiles(AssayTest):
+    """Pipes, devices and files without end where a file of the user's is expected."""
+
+    KINDS = {"a pipe": "regular file", "/dev/zero": "regular file", "100 GiB": "102400 MiB"}
+
+    def make(self, kind, name):
+        path = self.dir / name
+        path.parent.mkdir(exist_ok=True)
+        path.unlink(missing_ok=True)
+        if kind == "a pipe":
+            os.mkfifo(path)
+        elif kind == "/dev/zero":
+            path.symlink_to("/dev/zero")
+        else:
+            with open(path, "wb") as file:
+                file.truncate(100 << 30)
+
+    def quickly(self, work):
+        start = time.monotonic()
+        work()
+        self.assertLess(time.monotonic() - start, PATIENCE)
+
+    def test_campaigns(self):
+        for kind, says in self.KINDS.items():
+            with self.subTest(kind):
+                self.make(kind, "c.toml")
+                self.quickly(lambda: self.refused("run", "c.toml", "--out", "results", naming=["campaign", "c.toml", says]))
+        (self.dir / "c.toml").unlink()
+        self.write("c.toml", "# " + "x" * (5 << 20) + "\n" + BALL_CAMPAIGN)
+        self.refused("run", "c.toml", "--out", "results", naming=["c.toml", "at most 4 MiB"])
+        self.assertFalse((self.dir / "results").exists())
+        reliability("a campaign, model or file of joint positions is a pipe, /dev/zero or 100 GiB of nothing",
+                    3 * len(self.KINDS), "one sentence, exit status 2", "nothing")
+
+    def test_models(self):
+        for kind, says in self.KINDS.items():
+            with self.subTest(kind):
+                self.make(kind, "huge.xml")
+                naming = ["huge.xml", says if kind == "100 GiB" else "not a file"]
+                self.quickly(lambda: self.refused("check", "huge.xml", naming=naming))
+                self.quickly(lambda: self.refused("check", "huge.xml", "--repair", "out.xml", naming=["huge.xml"]))
+
+    def test_positions(self):
+        self.write("ball.xml", BALL)
+        for kind, says in self.KINDS.items():
+            with self.subTest(kind):
+                self.make(kind, "q.txt")
+                self.quickly(lambda: self.refused("check", "ball.xml", "--qpos", "q.txt",
+                                                  naming=["joint positions", "q.txt", says, "JOINT=VALUE"]))
+
+    def test_a_programme_that_is_there_already(self):
+        self.write("ball.xml", BALL)
+        self.make("a pipe", "q/campaign.toml")
+        self.quickly(lambda: self.refused("run", "ball.xml", "--out", "q", "--plan", naming=["q/campaign.toml", "regular file"]))
+
+    def test_the_manifest_of_a_package(self):
+        self.make("a pipe", "package.xml")
+        self.write("arm.urdf", '<robot name="arm"><link name="base"/><link name="arm"><inertial><mass value="1"/><inertia ixx="1" '
+                   'iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry><mesh filename="package://arm/a.stl"/>'
+                   '</geometry></collision></link><joint name="j" type="continuous"><parent link="base"/><child link="arm"/></joint>'
+                   '</robot>')
+        self.quickly(lambda: self.refused("check", "arm.urdf", naming=["arm.urdf", "a.stl"]))
 
 
 class OutsideFiles(AssayTest):
@@ -222,6 +290,43 @@ class Escapes(AssayTest):
         self.assertEqual(status, 2)
         self.assertNotIn("\x1b[31m", shown)
 
+    TITLE = "b\x1b]0;owned\x07"  # would set the window's title
+
+    def test_states_on_a_terminal(self):
+        self.write("ball.xml", BALL.replace('body name="ball"', 'body name="b&#27;]0;owned&#7;"'))
+        arguments = ["simulate", "ball.xml", "--engine", "null", "--timestep", 1, "--duration", 0.002, "--out"]
+        status, shown = self.on_terminal(*arguments, "-", NO_COLOR="1")
+        self.assertEqual(status, 0, shown)
+        self.assertNotRegex(shown, r"[\x07\x1b]")
+        self.assertIn(r"b\x1b]0;owned\x07", shown)
+        for text in (self.assay(*arguments, "-"), (self.assay(*arguments, "x.csv"), (self.dir / "x.csv").read_text())[1]):
+            self.assertEqual({row["body"] for row in read_csv(text)}, {self.TITLE})
+
+    def test_values_on_a_terminal(self):
+        turned = "b\u009b\u0085\u202e\u2066"
+        self.write("ball.xml", BALL)
+        self.write("faults.toml", BALL_CAMPAIGN + BALL_CAMPAIGN[BALL_CAMPAIGN.index("[[system]]"):].replace(
+            'name = "ball"', 'name = "b\\u009b\\u0085\\u202e\\u2066"'))
+        text = self.dir / "faults.toml"
+        text.write_text(text.read_text().replace('[[system]]\nname = "ball"', r'[[system]]' '\n' r'name = "b\u001b]0;owned\u0007"'))
+        self.assay("run", "faults.toml", "--out", "results")
+        for how in ("csv", "json"):
+            status, shown = self.on_terminal("export", "results", "--format", how, NO_COLOR="1")
+            self.assertEqual(status, 0, shown)
+            self.assertNotRegex(shown, "[\x07\x1b\u0080-\u009f\u202e\u2066]")
+        self.assertIn(self.TITLE, self.assay("export", "results", "--format", "csv"))
+        written = self.assay("export", "results", "--format", "json")
+        self.assertNotRegex(written, "[\u0080-\u009f\u202e\u2066]")
+        self.assertLessEqual({self.TITLE, turned}, {row["system"] for row in json.loads(written)})
+
+    def test_a_name_begins_no_line_of_its_own(self):
+        self.write("ball.xml", BALL)
+        self.write("faults.toml", BALL_CAMPAIGN.replace('[[system]]\nname = "ball"', '[[system]]\nname = "b\\nassay: all verified"'))
+        done = self.run_assay("run", "faults.toml", "--out", "results", "--jobs", 1)
+        shown = self.on_terminal("run", "faults.toml", "--out", "others")[1]
+        for text in (done.stdout, done.stderr, shown, self.on_terminal("report", "results")[1]):
+            self.assertNotRegex(text, "(?m)^assay: all verified")
+
 
 class Numbers(AssayTest):
     def campaign(self, **changes):
@@ -235,12 +340,163 @@ class Numbers(AssayTest):
     def test_limits_that_overflow(self):
         self.campaign(limit=("timesteps_ms", "time_limit_s = 1e10\ntimesteps_ms"))
         self.refused("run", "faults.toml", "--out", "results", naming=["time_limit_s", "10000000000", "at most"])
+        self.campaign(limit=("timesteps_ms", "time_limit_s = 1e-320\ntimesteps_ms"))
+        self.refused("run", "faults.toml", "--out", "results", naming=["time_limit_s", "e-320", "at least 0.01"])
+        self.campaign(limit=("timesteps_ms", "time_limit_s = inf\ntimesteps_ms"))
+        self.refused("run", "faults.toml", "--out", "results", naming=["time_limit_s", "inf"])
+        reliability("time limits that overflow the clock, or that nothing keeps", 3, "one sentence, exit status 2", "nothing")
 
     def test_durations_that_nobody_can_wait_for(self):
         self.campaign(long=("duration_s = 0.01", "duration_s = 1e12"))
         self.refused("run", "faults.toml", "--out", "results", naming=["duration_s", "at most"])
         self.campaign(long=("duration_s = 0.01", "duration_s = 1e12\nsample_ms = 1e12\ntiming_ms = [1]"))
         self.refused("run", "faults.toml", "--out", "results", naming=["duration_s", "at most"])
+        self.campaign(long=("duration_s = 0.01", "duration_s = 1e308"))
+        self.refused("run", "faults.toml", "--out", "results", naming=["duration_s", "at most 1e+09 s"])
+        self.campaign(fine=("reference_ms = 1", "reference_ms = 1e-320"))
+        self.refused("run", "faults.toml", "--out", "results", naming=["reference_ms", "e-32", "at least 1e-06 ms"])
+
+    def test_one_run_has_a_campaigns_limits(self):
+        self.write("ball.xml", BALL)
+        for timestep, duration, naming in [("1e-320", "1", ["--timestep", "at least 1e-06 ms"]),
+                                           ("1e308", "1", ["--timestep", "at most 1e+12 ms"]),
+                                           ("1", "1e12", ["--duration", "1e12", "at most 1e+09 s"]),
+                                           ("1e-6", "1e6", ["--duration", "1e6", "at most 1e+03 s"])]:
+            self.refused("simulate", "ball.xml", "--engine", "null", "--timestep", timestep, "--duration", duration, "--out",
+                         "x.csv", naming=naming)
+
+
+class Descriptors(AssayTest):
+    """What a program is started with: streams that are closed or full, a small limit of open files."""
+
+    def setUp(self):
+        super().setUp()
+        self.write("ball.xml", BALL)
+        self.write("faults.toml", BALL_CAMPAIGN.replace('["null"]', '["mujoco-euler", "ode-quick"]'))
+
+    def started(self, *arguments, prepare):
+        return self.run_assay(*arguments, preexec_fn=prepare)
+
+    def test_closed_streams(self):
+        self.assay("run", "faults.toml", "--out", "clean")
+        values = self.assay("export", "clean", "--format", "csv")
+        tries = 0
+        for closed in itertools.chain.from_iterable(itertools.combinations(range(3), count) for count in (1, 2, 3)):
+            with self.subTest(closed):
+                close = lambda: [os.close(number) for number in closed]  # noqa: E731
+                done = self.started("run", "faults.toml", "--out", f"results{tries}", prepare=close)
+                # what it has measured is stored; only the word about it is lost
+                self.assertEqual(done.returncode, 1 if 1 in closed else 0, done.stderr)
+                self.assertEqual((self.dir / f"results{tries}/.lock").read_bytes(), (self.dir / "clean/.lock").read_bytes())
+                self.assertEqual(self.assay("export", f"results{tries}", "--format", "csv"), values)
+                done = self.started("simulate", "ball.xml", "--engine", "mujoco-euler", "--timestep", 1, "--duration", 0.01, "--out",
+                                    "x.csv", prepare=close)
+                self.assertEqual(done.returncode, 0, done.stderr)
+                self.assertEqual(len(read_csv((self.dir / "x.csv").read_text())), 11)
+                (self.dir / "x.csv").unlink()
+                tries += 1
+        done = self.started("engines", prepare=lambda: os.close(1))
+        self.assertEqual(done.returncode, 1)
+        self.check_sentence(done.stderr, ["standard output cannot be written"])
+        reliability("standard input, output or error is closed at the start", 2 * tries + 1,
+                    "results are whole; what cannot be shown ends with status 1", "the words that nobody could read")
+
+    def test_progress_that_cannot_be_written(self):
+        with open("/dev/full", "wb") as full:
+            for form in ("text", "json"):
+                done = subprocess.run(self.command("run", "faults.toml", "--out", form, "--progress", form), cwd=self.dir,
+                                      env=self.env, stdout=subprocess.PIPE, stderr=full, timeout=500)
+                self.assertEqual(done.returncode, 0)
+                self.assertIn(b"2 ok", done.stdout)
+
+    def test_few_open_files(self):
+        self.assay("run", "faults.toml", "--out", "clean")
+        values = self.assay("export", "clean", "--format", "csv")
+        limits = (4, 6, 8, 10, 11, 12, 14, 16, 20, 24, 32, 48, 64, 100)
+        for most in limits:
+            with self.subTest(most):
+                done = self.started("run", "faults.toml", "--out", f"results{most}",
+                                    prepare=lambda: resource.setrlimit(resource.RLIMIT_NOFILE, (most, most)))
+                if most >= 48:
+                    self.assertEqual(done.returncode, 0, done.stderr)
+                if done.returncode == 0:
+                    self.assertEqual(self.assay("export", f"results{most}", "--format", "csv"), values)
+                    continue
+                self.assertIn(done.returncode, (1, 2))
+                self.assertRegex(done.stderr.splitlines()[-1] if done.stderr else "", "^assay: ")
+                # an engine is not to blame, and the same command goes on
+                self.assay("run", "faults.toml", "--out", f"results{most}")
+                self.assertEqual(self.assay("export", f"results{most}", "--format", "csv"), values)
+        done = self.started("run", "faults.toml", "--out", "none",
+                            prepare=lambda: resource.setrlimit(resource.RLIMIT_NOFILE, (3, 3)))
+        self.assertNotEqual(done.returncode, 0)
+        reliability("a small limit of open files (4 to 100)", len(limits),
+                    "one sentence, exit status 1 or 2, or all is measured; with more files it goes on", "nothing")
+
+
+class Clock(AssayTest):
+    SHIM = """
+        #define _GNU_SOURCE
+        #include <sys/syscall.h>
+        #include <sys/time.h>
+        #include <time.h>
+        #include <unistd.h>
+        static long jump(void) {
+          static long calls;
+          return (__atomic_fetch_add(&calls, 1, __ATOMIC_RELAXED) % 2 ? 5 : -5) * 3600L;
+        }
+        int clock_gettime(clockid_t clock, struct timespec* now) {
+          const int result = syscall(SYS_clock_gettime, clock, now);
+          if (clock == CLOCK_REALTIME) now->tv_sec += jump();
+          return result;
+        }
+        int gettimeofday(struct timeval* restrict now, void* restrict zone) {
+          (void)zone;
+          struct timespec exact;
+          syscall(SYS_clock_gettime, CLOCK_REALTIME, &exact);
+          now->tv_sec = exact.tv_sec + jump();
+          now->tv_usec = exact.tv_nsec / 1000;
+          return 0;
+        }
+        time_t time(time_t* out) {
+          struct timespec exact;
+          syscall(SYS_clock_gettime, CLOCK_REALTIME, &exact);
+          const time_t now = exact.tv_sec + jump();
+          if (out) *out = now;
+          return now;
+        }
+    """
+
+    def test_it_jumps_by_hours(self):
+        self.write("shim.c", self.SHIM)
+        subprocess.run(["cc", "-shared", "-fPIC", "-O1", "-o", "shim.so", "shim.c"], cwd=self.dir, check=True)
+        self.write("ball.xml", BALL)
+        self.write("faults.toml", BALL_CAMPAIGN.replace('["null"]', '["mujoco-euler", "ode-quick"]').replace(
+            '["drift"]', '["drift", "consistency", "raw_speed"]').replace("0.01", "0.128\npiece_ms = 64").replace(
+            "timesteps_ms = [1]", "timesteps_ms = [1, 2]").replace("[[system]]", "[timing]\nrounds = 2\nbatch_ms = 1\n[[system]]"))
+
+        def rows(out, query):
+            with contextlib.closing(sqlite3.connect(self.dir / out / "assay.sqlite")) as db:
+                return db.execute(query).fetchall()
+
+        def untimed(out):
+            return rows(out, """SELECT system, contender, timestep_ms, outcome, name, value FROM "values"
+                JOIN cells ON cells.id = cell_id WHERE measure IN ('drift', 'consistency') ORDER BY 1, 2, 3, 4, 5""")
+
+        self.assay("run", "faults.toml", "--out", "clean")
+        values = untimed("clean")
+        self.assertTrue(values)
+        self.env["LD_PRELOAD"] = str(self.dir / "shim.so")
+        self.assay("run", "faults.toml", "--out", "results")
+        del self.env["LD_PRELOAD"]
+        self.assertEqual(untimed("results"), values)
+        cells = rows("results", "SELECT started, finished, wall_s FROM cells")
+        self.assertTrue(cells)
+        for started, finished, wall_s in cells:
+            self.assertGreaterEqual(wall_s, 0)
+            self.assertLess(wall_s, 3600)
+            self.assertTrue(0 <= finished - started < 3600, (started, finished))
+        reliability("the system's clock jumps back and forth by hours", len(cells), "the same values, no negative duration", "nothing")
 
 
 class DamagedResults(AssayTest):

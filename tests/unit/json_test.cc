@@ -21,6 +21,13 @@ TEST(Json, BytesThatAreNoCharactersAreReplaced) {
   EXPECT_EQ(dump_json(nlohmann::json{1}, 1), "[\n 1\n]");
 }
 
+TEST(Json, WhatSteersATerminalIsEscaped) {
+  const std::string name = "4.34 µm \u009b31m\u0085\u202e\u2066\u2028\x7f \U0001f916";
+  const std::string text = dump_json(nlohmann::json{{"name", name}});
+  EXPECT_EQ(text, "{\"name\":\"4.34 µm \\u009b31m\\u0085\\u202e\\u2066\\u2028\\u007f \U0001f916\"}");
+  EXPECT_EQ(nlohmann::json::parse(text)["name"], name);
+}
+
 TEST(Json, Utf8IsToldFromOtherBytes) {
   for (const char* text : {"", "plain\n\x1b[", "4.34 µm \u673a \U0001f916", "\u07ff\u0800\uffff\U0010ffff"}) {
     EXPECT_TRUE(is_utf8(text)) << text;

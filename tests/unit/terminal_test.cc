@@ -27,6 +27,8 @@ TEST(Terminal, NothingSteersTheTerminal) {
   EXPECT_EQ(printable("\xc2\x9b"), "\\u009b");        // the one-character form of an escape sequence
   const std::string turn = {'\xe2', '\x80', '\xae'};  // U+202E turns the writing direction
   EXPECT_EQ(printable(turn), "\\u202e");
+  // the endings and headings of styles are longer
+  EXPECT_EQ(printable(std::string("ball\0.xml\0h\0", 12)), "ball\\x00.xml\\x00h\\x00");
   EXPECT_EQ(printable("a\xff z\xc3"), "a\\xff z\\xc3");  // no UTF-8
   EXPECT_EQ(printable("4.34 µm \u673a"), "4.34 µm \u673a");
   EXPECT_EQ(display_width("\x1b"), 4);  // as it is shown
