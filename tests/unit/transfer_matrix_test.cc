@@ -61,11 +61,11 @@ TEST_F(TransferMatrixTest, NamesWhatPartsFirstInMostRuns) {
   EXPECT_EQ(parting.first_s, 0.25);
   EXPECT_EQ(parting.median_s, 0.5);
   EXPECT_EQ(parting.shown_s, 0.25);  // of the second state, which is kept
-  const auto json = transfer_json(matrix);
-  EXPECT_EQ(json["rows"][1]["parting"]["joint"], "knee");
-  EXPECT_TRUE(json["rows"][0]["parting"]["median_s"].is_null());
-  EXPECT_EQ(json["trained_ms"], 5);
-  EXPECT_THAT(json["answer"][0].get<std::string>(), testing::HasSubstr("2 of 2 contenders"));
+  const auto found = transfer_json(matrix);
+  EXPECT_EQ(found["rows"][1]["parting"]["joint"], "knee");
+  EXPECT_TRUE(found["rows"][0]["parting"]["median_s"].is_null());
+  EXPECT_EQ(found["trained_ms"], 5);
+  EXPECT_THAT(found["answer"][0].get<std::string>(), testing::HasSubstr("2 of 2 contenders"));
 }
 
 TEST_F(TransferMatrixTest, NumbersThatNameNothingAreNoName) {
