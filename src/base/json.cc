@@ -16,7 +16,8 @@ std::string without_steering(std::string json) {
   out.reserve(json.size());
   for (size_t at = 0; at < json.size();) {
     const auto first = static_cast<unsigned char>(json[at]);
-    const size_t bytes = first < 0x80 ? 1 : first < 0xe0 ? 2 : first < 0xf0 ? 3 : 4;
+    size_t bytes = 1;
+    for (const unsigned least : {0xc0U, 0xe0U, 0xf0U}) bytes += first >= least ? 1 : 0;
     char32_t code = first & (bytes == 1 ? 0x7fU : 0x7fU >> bytes);
     for (size_t i = 1; i < bytes && at + i < json.size(); ++i) {
       code = code << 6U | (static_cast<unsigned char>(json[at + i]) & 0x3fU);

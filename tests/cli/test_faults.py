@@ -321,7 +321,8 @@ class Escapes(AssayTest):
 
     def test_a_name_begins_no_line_of_its_own(self):
         self.write("ball.xml", BALL)
-        self.write("faults.toml", BALL_CAMPAIGN.replace('[[system]]\nname = "ball"', '[[system]]\nname = "b\\nassay: all verified"'))
+        self.write("faults.toml", BALL_CAMPAIGN.replace("null", "mujoco-euler").replace(
+            '[[system]]\nname = "ball"', '[[system]]\nname = "b\\nassay: all verified"'))
         done = self.run_assay("run", "faults.toml", "--out", "results", "--jobs", 1)
         shown = self.on_terminal("run", "faults.toml", "--out", "others")[1]
         for text in (done.stdout, done.stderr, shown, self.on_terminal("report", "results")[1]):

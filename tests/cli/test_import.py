@@ -515,7 +515,7 @@ class Hostile(Import):
         self.is_refused("[" * 200_000, "cart_pole.xml", naming=["env.yaml:1", "nested deeper than 100 levels"])
         self.is_refused("{a: " * 100_000, "cart_pole.xml", naming=["env.yaml:1", "nested deeper than 100 levels"])
         (self.dir / "env.yaml").write_bytes(b"a: b\n" * (2 << 20))
-        self.refused("import", "env.yaml", "cart_pole.xml", "--out", "policy.toml", naming=["env.yaml", "KiB"])
+        self.refused("import", "env.yaml", "cart_pole.xml", "--out", "policy.toml", naming=["env.yaml", "at most 8 MiB"])
         self.refused("import", str(self.dir), "cart_pole.xml", "--out", "policy.toml", naming=["not a regular file"])
         self.refused("import", "missing.yaml", "cart_pole.xml", "--out", "policy.toml", naming=["missing.yaml", "cannot be read"])
 
