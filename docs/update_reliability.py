@@ -18,7 +18,7 @@ from update_claims import updated
 
 PAGE = pathlib.Path(__file__).with_name("reliability.md")
 # Tests that leave lines.
-TESTS = "Runs|Fault|StoreFaults|cli.faults|cli.campaign.(Interrupted|FullDisk|BadDirectories)"
+TESTS = "Runs|Fault|StoreFaults|cli.faults|cli.campaign.(Interrupted|FullDisk|BadDirectories)|cli.shards.Refusals|cli.slurm|cli.untrusted"
 
 
 def table(folder):

@@ -8,7 +8,7 @@ import signal
 import sqlite3
 import time
 
-from harness import AssayTest, main
+from harness import AssayTest, main, reliability
 from test_campaign import CampaignTest, tiny
 
 
@@ -204,6 +204,8 @@ class Refusals(CampaignTest):
             db.execute("""UPDATE "values" SET value = 2 * value""")
         self.refused("merge", "a", "changed", "--out", "merged", naming=["changed", "damaged"])
         self.assertEqual(self.content("a"), before)
+        reliability("merging: a campaign that changed between parts, a part that is missing, empty or was changed", 4,
+                    "one sentence that names it, exit status 2", "nothing")
 
     def test_a_merge_that_was_killed_is_finished_by_the_same_command(self):
         self.run_tiny("a", "--shard", "1/2")
@@ -216,6 +218,7 @@ class Refusals(CampaignTest):
             merge.communicate()
         self.assay("merge", "a", "b", "--out", "killed")
         self.assertEqual(self.assay("export", "killed", "--format", "csv"), self.assay("export", "whole", "--format", "csv"))
+        reliability("SIGKILL of `assay merge` at any moment", 4, "the same command finishes it; the same values", "nothing")
 
     def test_what_a_killed_merge_left_half_written_is_rolled_back(self):
         self.run_tiny("a", "--shard", "1/2")

@@ -14,7 +14,7 @@ import subprocess
 import time
 import unittest
 
-from harness import PROGRAM, AssayTest, main
+from harness import PROGRAM, AssayTest, main, reliability
 from test_campaign import CampaignTest, tiny
 
 SBIN = "/usr/sbin:/sbin"
@@ -146,6 +146,7 @@ class Scripts(CampaignTest):
     def test_without_slurm_one_sentence(self):
         self.env["PATH"] = str(self.dir)
         self.refused("submit", "--slurm", "tiny.toml", "--out", "out", naming=["no Slurm", "sbatch", "--shard"])
+        reliability("a Slurm that is not there", 1, "one sentence with the commands that need none, exit status 2", "nothing")
 
     def test_a_refusal_of_slurm_is_passed_on_and_nothing_stays_submitted(self):
         # a stand-in that takes the first job and refuses the second
@@ -161,6 +162,7 @@ class Scripts(CampaignTest):
         self.env["PATH"] = f"{self.dir}/bin:{self.env['PATH']}"
         self.refused("submit", "--slurm", "tiny.toml", "--out", "out", naming=["Slurm refuses", "Invalid account"])
         self.assertEqual((self.dir / "cancelled").read_text(), "41\n")
+        reliability("a Slurm that takes a job and refuses the next", 1, "one sentence with its reason; the first is cancelled", "nothing")
 
     def test_the_reason_is_the_last_error_and_no_warning(self):
         self.write("bin/sbatch", """#!/bin/sh
@@ -363,6 +365,8 @@ class RealSlurm(CampaignTest):
         with contextlib.closing(sqlite3.connect(self.dir / "out/assay.sqlite")) as db:
             names = {json.loads(text)["name"] for (text,) in db.execute("SELECT json FROM nodes")}
         self.assertEqual(names, {self.slurm.host})
+        reliability("on a cluster: a part is killed, the node is drained, the controller is restarted", 3,
+                    "the part is submitted again; the union has the same values", "that part's running cells")
 
     def test_resume_leaves_jobs_alone_that_wait(self):
         self.run_tiny("whole")

@@ -310,6 +310,7 @@ class EndlessFiles(AssayTest):
         (self.dir / "zero.csv").symlink_to("/dev/zero")
         for path in ("zero.csv", "pipe.csv"):
             self.refused("run", "ball.xml", "--control", path, "--plan", naming=[path])
+        reliability("torques from a pipe or an endless device", 2, "one sentence, exit status 2", "nothing")
 
 
 class StrangersResults(AssayTest):
@@ -481,6 +482,8 @@ class FuzzedModels(AssayTest):
                 self.assertIn(done.returncode, (0, 2), done.stderr[-500:])
                 if done.returncode == 2:
                     self.assertRegex(done.stderr, "(?m)^assay: ")
+        reliability("models on which MuJoCo's library crashes, hangs or takes all memory, as fuzzing found them", len(files),
+                    "one sentence, exit status 2", "nothing")
 
 
 if __name__ == "__main__":
