@@ -149,12 +149,13 @@ std::string features_text(const std::vector<FeatureGroup>& groups) {
     const auto row = [&](const std::string& name, const auto& cell) {
       std::string line = fmt::format("{:<{}}", name, width);
       for (size_t g = first; g < last; ++g) line += fmt::format(" {:>2}", cell(g));
-      return line + "\n";
+      return line;
     };
-    text += "\n" + heading(row("feature", [](size_t g) { return std::to_string(g + 1); }));
+    text += "\n" + heading(row("feature", [](size_t g) { return std::to_string(g + 1); })) + "\n";
     for (const Feature feature : all_features()) {
       text += row(feature_key(feature),
-                  [&](size_t g) { return std::string(mark(fidelity_of(groups[g], feature), {"=", "~", "-"})); });
+                  [&](size_t g) { return std::string(mark(fidelity_of(groups[g], feature), {"=", "~", "-"})); }) +
+              "\n";
     }
   }
   text += std::string("\n") + kLegend + "\n";

@@ -142,9 +142,14 @@ int run(int argc, char** argv) {
                            "'assay COMMAND --help' shows a command's options and examples. NO_COLOR=1 switches colours "
                            "off."));
 
-  if (argc > 1 && argv[1][0] != '-') check_command(app, argv[1]);
+  std::vector<const char*> words(argv, argv + argc);
+  if (argc > 1 && std::string_view(argv[1]) == "help") {  // 'assay help COMMAND', as with other programs
+    words.erase(words.begin() + 1);
+    words.push_back("--help");
+  }
+  if (words.size() > 1 && words[1][0] != '-') check_command(app, words[1]);
   try {
-    app.parse(argc, argv);
+    app.parse(static_cast<int>(words.size()), words.data());
   } catch (const CLI::CallForVersion& version) {
     print(std::string(version.what()) + "\n");
     return kDone;

@@ -19,6 +19,9 @@ class Help(AssayTest):
                 text = self.assay(command, "--help")
                 self.assertIn("Examples:\n", text)
                 self.assertEqual(text, self.assay(command, "-h"))
+                self.assertEqual(text, self.assay("help", command))
+        self.assertEqual(self.assay("help"), self.assay("--help"))
+        self.refused("help", "simlate", naming=["unknown command 'simlate'", "did you mean 'simulate'?"])
 
     def test_examples_use_options_that_exist(self):
         for command in COMMANDS:
