@@ -35,7 +35,7 @@ std::string input_file(const std::string& path, const std::string& what, const s
                        std::uintmax_t most_bytes) {
   const RegularFile file(path);
   if (!file.other().empty()) {
-    throw InputError(fmt::format("{} '{}' is not a regular file: give {}", what, path, give));
+    throw InputError(fmt::format("{} '{}' is {} and not a regular file: give {}", what, path, file.other(), give));
   }
   if (file.error() != 0) cannot_be_read(what, path, file.error());
   const auto refuse = [&](const std::string& size) {

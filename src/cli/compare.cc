@@ -52,7 +52,8 @@ void write(const std::optional<std::string>& out, const std::string& text) {
 std::string row_text(const CellChange& row) {
   std::string ratio = fmt::format("{} → {}", row.outcome_a, row.outcome_b);
   if (row.value != "outcome") {
-    ratio = row.ratio ? fmt::format("{:.3f}", row.ratio->value) : fmt::format("{:.3g} → {:.3g}", *row.a, *row.b);
+    ratio = row.ratio ? fmt::format("{:.3f}", row.ratio->value)
+                      : fmt::format("{:.3g} → {:.3g}", row.a.value_or(0), row.b.value_or(0));
     if (row.ratio && std::isfinite(row.ratio->low)) {
       ratio += fmt::format(" [{:.3f}, {:.3f}]", row.ratio->low, row.ratio->high);
     }

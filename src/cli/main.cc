@@ -177,11 +177,11 @@ int run(int argc, char** argv) {
 // them. Standard output and error are opened for reading only, so that writing there fails as on a full disk: nothing
 // that was to be shown is lost in silence. False without /dev/null.
 bool have_standard_streams() {
-  for (const int number : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
-    if (::fcntl(number, F_GETFD) >= 0 || errno != EBADF) continue;
-    if (::open("/dev/null", O_RDONLY) != number) return false;  // NOLINT(*-vararg): the lowest free number
-  }
-  return true;
+  constexpr std::array kStreams = {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO};
+  return std::ranges::all_of(kStreams, [](int number) {
+    if (::fcntl(number, F_GETFD) >= 0 || errno != EBADF) return true;  // NOLINT(*-vararg)
+    return ::open("/dev/null", O_RDONLY) == number;                    // NOLINT(*-vararg): the lowest free number
+  });
 }
 
 }  // namespace

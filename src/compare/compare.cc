@@ -354,12 +354,13 @@ class Comparer {
     std::vector<double> ratios;
     std::set<std::string> contenders;
     for (CellChange* row : times) {
-      ratios.push_back(row->ratio->value);
+      const double ratio = row->ratio.value_or(Interval{}).value;
+      ratios.push_back(ratio);
       contenders.insert(row->contender);
       const double rank_level = std::max(options_.level, 1.0001 * smallest_rank_p(row->samples_a, row->samples_b));
       if (row->p_corrected > options_.level || row->p_rank > rank_level) continue;
-      row->change = row->ratio->value > 1 ? Change::kWorse : Change::kBetter;
-      if (std::abs(row->ratio->value - 1) < options_.threshold) row->change = Change::kWithin;
+      row->change = ratio > 1 ? Change::kWorse : Change::kBetter;
+      if (std::abs(ratio - 1) < options_.threshold) row->change = Change::kWithin;
     }
     for (CellChange* row : others) {
       const bool changed =

@@ -49,11 +49,11 @@ TEST_F(InputFileTest, AFileIsReadAsItIs) {
 
 TEST_F(InputFileTest, WhatIsNoFileIsNotRead) {
   EXPECT_THAT(refusal("/nowhere"), AllOf(HasSubstr("the list '/nowhere' cannot be read"), HasSubstr("No such file")));
-  EXPECT_THAT(refusal("/dev/zero"), HasSubstr("is not a regular file: give a text file"));
-  EXPECT_THAT(refusal(dir_.string()), HasSubstr("is not a regular file"));
+  EXPECT_THAT(refusal("/dev/zero"), HasSubstr("is a device and not a regular file: give a text file"));
+  EXPECT_THAT(refusal(dir_.string()), HasSubstr("and not a regular file"));
   const std::string pipe = (dir_ / "pipe").string();
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
-  EXPECT_THAT(refusal(pipe), HasSubstr("is not a regular file"));
+  EXPECT_THAT(refusal(pipe), HasSubstr("and not a regular file"));
   EXPECT_THAT(refusal("/proc/self/mem"), HasSubstr("cannot be read"));
 }
 
