@@ -404,7 +404,8 @@ TEST_F(CompareTest, RoundingIsNoRegressionAndTheSignOfAnErrorDoesNotCount) {
   make("more", {.error = -6e-4});
   EXPECT_EQ(row(compared("plus", "minus"), "engine-a", "truth_error").change, Change::kWithin);
   EXPECT_EQ(row(compared("plus", "more"), "engine-a", "truth_error").change, Change::kWorse);
-  const CellChange& grown = row(compared("zero", "plus"), "engine-a", "truth_error");
+  const Comparison from_zero = compared("zero", "plus");
+  const CellChange& grown = row(from_zero, "engine-a", "truth_error");
   EXPECT_EQ(grown.change, Change::kWorse);
   EXPECT_FALSE(grown.ratio);
 }
