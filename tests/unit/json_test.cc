@@ -22,6 +22,7 @@ TEST(Json, BytesThatAreNoCharactersAreReplaced) {
 }
 
 TEST(Json, WhatSteersATerminalIsEscaped) {
+  // NOLINTNEXTLINE(misc-misleading-bidirectional): that is what it is about
   const std::string name = "4.34 µm \u009b31m\u0085\u202e\u2066\u2028\x7f \U0001f916";
   const std::string text = dump_json(nlohmann::json{{"name", name}});
   EXPECT_EQ(text, "{\"name\":\"4.34 µm \\u009b31m\\u0085\\u202e\\u2066\\u2028\\u007f \U0001f916\"}");
