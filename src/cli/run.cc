@@ -86,9 +86,11 @@ int run(RunOptions options) {
   options.run.command = resuming(options);
   if (is_robot(options.run.campaign)) {
     rehearse_robot(options.run.campaign, load_options(options.model), control_given(options.control, options.policy));
-    if (options.full || options.run.shard || options.run.cells || options.run.device) {
+    if (options.full || options.run.shard || options.run.cells || options.run.device ||
+        !options.run.windows_of.empty()) {
       throw InputError(
-          "--full, --shard, --cells and --device are for campaigns: a robot's run measures what can still win; its "
+          "--full, --shard, --cells, --device and --windows-of are for campaigns: a robot's run measures what can "
+          "still win; its "
           "campaign.toml can be run with them");
     }
     return run_robot(options);

@@ -127,17 +127,6 @@ std::string advice(const Difference& difference) {
   }
 }
 
-// The nodes that timed each system.
-std::map<std::string, std::set<std::string>> timing_machines(const Store& store) {
-  std::map<std::string, std::string> names;
-  for (const NodeRow& node : store.nodes()) names[node.id] = text_fact(facts_of(node.json), "name");
-  std::map<std::string, std::set<std::string>> found;
-  for (const Cell& cell : store.cells()) {
-    if (is_timing(cell.measure) && names.contains(cell.node)) found[cell.system].insert(names[cell.node]);
-  }
-  return found;
-}
-
 class Comparer {
  public:
   Comparer(const Store& a, const Store& b, const CompareOptions& options)
@@ -197,7 +186,7 @@ class Comparer {
                                    why->text(a_.dir(), b_.dir()), advice(*why)));
     }
     if (!options_.across_machines) {
-      if (const auto machine = other_machine(a_, b_)) {
+      if (const auto machine = other_machine(timing_nodes(a_, cells_a_), timing_nodes(b_, cells_b_))) {
         throw InputError(fmt::format("'{}' and '{}' do not compare: {}; {}", a_.dir(), b_.dir(),
                                      machine->text(a_.dir(), b_.dir()), advice(*machine)));
       }
@@ -248,7 +237,7 @@ class Comparer {
 
   void compare_accuracy(const Cell& a, const Cell& b) {
     if (compare_outcomes(a, b)) return;
-    std::vector<SampleSeries> samples_a, samples_b;
+    std::optional<std::vector<SampleSeries>> samples_a, samples_b;  // read once, where a value differs
     for (const Value& value : a.values) {
       const Value* other = find_value(b, value.name);
       if (!value.value) continue;
@@ -269,11 +258,9 @@ class Comparer {
         const bool rounding = std::max(size_a, size_b) < kRounding;
         const bool small = row.ratio && std::abs(row.ratio->value - 1) < options_.threshold;
         row.change = small || rounding ? Change::kWithin : change_of(size_b > size_a, better);
-        if (samples_a.empty()) {
-          samples_a = a_.samples(a.id);
-          samples_b = b_.samples(b.id);
-        }
-        const auto *of_a = figures_of(samples_a, value.name), *of_b = figures_of(samples_b, value.name);
+        if (!samples_a) samples_a = a_.samples(a.id);
+        if (!samples_b) samples_b = b_.samples(b.id);
+        const auto *of_a = figures_of(*samples_a, value.name), *of_b = figures_of(*samples_b, value.name);
         const auto p = of_a == nullptr || of_b == nullptr ? std::nullopt : paired_p(*of_a, *of_b);
         if (p) {
           row.tested = true;
@@ -414,14 +401,23 @@ std::string_view change_text(Change change) {
   return "none";
 }
 
-std::optional<Difference> other_machine(const Store& a, const Store& b) {
-  const auto in_a = timing_machines(a), in_b = timing_machines(b);
+TimingNodes timing_nodes(const Store& store, const std::vector<Cell>& cells) {
+  std::map<std::string, std::string> names;
+  for (const NodeRow& node : store.nodes()) names[node.id] = text_fact(facts_of(node.json), "name");
+  TimingNodes found;
+  for (const Cell& cell : cells) {
+    if (is_timing(cell.measure) && names.contains(cell.node)) found[cell.system].insert(names[cell.node]);
+  }
+  return found;
+}
+
+std::optional<Difference> other_machine(const TimingNodes& a, const TimingNodes& b) {
   const auto listed = [](const std::set<std::string>& names) { return join({names.begin(), names.end()}, ", "); };
-  for (const auto& [system, machines] : in_a) {
-    const auto other = in_b.find(system);
-    if (other == in_b.end() || other->second == machines) continue;
+  for (const auto& [system, nodes] : a) {
+    const auto other = b.find(system);
+    if (other == b.end() || other->second == nodes) continue;
     return Difference{DifferenceKind::kMachine, system, fmt::format("the machine that timed '{}'", system),
-                      listed(machines), listed(other->second)};
+                      listed(nodes), listed(other->second)};
   }
   return std::nullopt;
 }

@@ -19,7 +19,9 @@
 // same process of the same run.
 #pragma once
 
+#include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -96,9 +98,13 @@ struct Comparison {
 // control that one of them lacks or that is the harness; or when both timed other windows of every run.
 Comparison compare(const Store& a, const Store& b, const CompareOptions& options);
 
+// The names of the nodes that timed each system, of those whose nodes are known. `cells`: the store's.
+using TimingNodes = std::map<std::string, std::set<std::string>>;
+TimingNodes timing_nodes(const Store& store, const std::vector<Cell>& cells);
+
 // The first system that other nodes timed in `b` than in `a`: its times do not compare, even if both results are of the
 // same nodes.
-std::optional<Difference> other_machine(const Store& a, const Store& b);
+std::optional<Difference> other_machine(const TimingNodes& a, const TimingNodes& b);
 
 // Rows that are worse: times whose ratio is at least 1 + `limit`, accuracy whose error grew by at least `limit` of
 // itself, outcomes that were ok and no longer are.

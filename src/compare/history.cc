@@ -38,19 +38,20 @@ class Courses {
     for (const std::string& dir : dirs) order.emplace_back(Store::open(dir).manifest("started").value_or(""), dir);
     std::ranges::stable_sort(order);
     std::optional<Store> first;
+    TimingNodes first_nodes;
     for (const auto& [started, dir] : order) {
       Store store = Store::open(dir);
       std::error_code error;
       if (const auto twice = named_.emplace(fs::weakly_canonical(dir, error), dir); !twice.second) {
         throw InputError(fmt::format("'{}' and '{}' are the same results: name each once", twice.first->second, dir));
       }
-      if (first) {
-        refuse_others(*first, store);
-        add(store);
-      } else {
-        first.emplace(std::move(store));
-        add(*first);
-      }
+      const std::vector<Cell> cells = store.cells();
+      const TimingNodes nodes = timing_nodes(store, cells);
+      if (first) refuse_others(*first, first_nodes, store, nodes);
+      add(store, cells);
+      if (first) continue;
+      first.emplace(std::move(store));
+      first_nodes = nodes;
     }
   }
 
@@ -66,9 +67,10 @@ class Courses {
   }
 
  private:
-  void refuse_others(const Store& first, const Store& other) const {
+  void refuse_others(const Store& first, const TimingNodes& first_nodes, const Store& other,
+                     const TimingNodes& nodes) const {
     std::vector<Difference> found = differences(first, other);
-    if (const auto machine = other_machine(first, other)) found.push_back(*machine);
+    if (const auto machine = other_machine(first_nodes, nodes)) found.push_back(*machine);
     for (const Difference& each : found) {
       if (accepts(history_.options, each)) continue;
       std::string_view switches;
@@ -79,11 +81,10 @@ class Courses {
     }
   }
 
-  void add(const Store& store) {
+  void add(const Store& store, const std::vector<Cell>& cells) {
     const size_t run = history_.runs.size();
     history_.runs.push_back(
         {store.dir(), store.manifest("started").value_or(""), store.manifest("commit").value_or("")});
-    const std::vector<Cell> cells = store.cells();
     std::map<std::tuple<std::string, double, std::string>, double> controls;  // system, timestep, measure: time
     const std::string& control = history_.options.control;
     for (const Cell& cell : cells) {

@@ -92,8 +92,7 @@ void Runner::time_system(TimingPass& pass, int system_index) {
 // The share of the run that contenders were timed in at this timestep, where some have been: others then time the same.
 std::optional<double> Runner::stored_share(const std::string& system, double timestep_ms) const {
   const std::optional<double> own = share_in(store_.cells(), system, timestep_ms);
-  if (own || options_.windows_of.empty()) return own;
-  return share_in(Store::open(options_.windows_of).cells(), system, timestep_ms);
+  return own ? own : share_in(windows_of_, system, timestep_ms);
 }
 
 std::optional<double> Runner::share_in(const std::vector<Cell>& cells, const std::string& system, double timestep_ms) {
@@ -134,6 +133,7 @@ void Runner::scaling() {
 void Runner::timing() {
   if (std::ranges::none_of(todo_, [](const PlannedCell* cell) { return cell->measure == "raw_speed"; })) return;
   progress_.phase("timing, alone on one core");
+  if (!options_.windows_of.empty()) windows_of_ = Store::open(options_.windows_of).cells();
   if (timing_.done_s == 0) timing_.since = Clock::now();
   TimingPass pass(campaign_, program_, interrupts_);
   for (size_t s = 0; s < campaign_.systems.size() && !interrupted(); ++s) {

@@ -131,6 +131,7 @@ class Runner {
   std::map<std::string, std::vector<ConformanceRow>> suite_rows_;  // by contender's content
   int tests_ = 0, tests_done_ = 0;                                 // of the suites that run now
   TimingFacts timing_facts_;
+  std::vector<Cell> windows_of_;                // of RunOptions::windows_of
   std::map<std::string, std::string> devices_;  // what engines say of them, by name
   NodeRow node_;                                // this machine and its part of the work
   std::set<std::string> timed_elsewhere_;       // keys of stored timings of another machine

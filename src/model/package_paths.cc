@@ -1,13 +1,13 @@
 #include "model/package_paths.h"
 
-#include <algorithm>
+#include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <optional>
 #include <sstream>
 #include <string_view>
 
 #include "base/paths.h"
+#include "base/regular_file.h"
 #include "model/outside_files.h"
 
 namespace assay {
@@ -22,13 +22,10 @@ bool is_file(const fs::path& path) {
 
 // The name that a package.xml gives.
 std::string package_name(const fs::path& manifest) {
-  // the name stands at the beginning; a pipe of that name would be waited for
-  constexpr size_t kRead = 64 << 10;
-  if (!is_file(manifest)) return "";
-  std::string text(kRead, '\0');
-  std::ifstream file(manifest, std::ios::binary);
-  file.read(text.data(), static_cast<std::streamsize>(text.size()));
-  text.resize(static_cast<size_t>(std::max<std::streamsize>(file.gcount(), 0)));
+  constexpr std::uintmax_t kRead = 64 << 10;  // the name stands at the beginning
+  const RegularFile file(manifest);
+  std::string text;
+  if (!file.other().empty() || file.error() != 0 || file.read(text, kRead) != 0) return "";
   constexpr std::string_view kOpen = "<name>";
   const size_t begins = text.find(kOpen);
   const size_t ends = begins == std::string::npos ? begins : text.find("</name>", begins);

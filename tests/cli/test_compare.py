@@ -3,7 +3,7 @@
 import sqlite3
 import sys
 
-from harness import SOURCE, AssayTest, main
+from harness import BALL, SOURCE, AssayTest, main
 
 sys.path.insert(0, str(SOURCE / "benchmarks"))
 import compare_power  # noqa: E402
@@ -107,6 +107,8 @@ class Compare(AssayTest):
         self.assertLess(share("own"), share("a"))
         self.assertEqual(share("as-a"), share("a"))
         self.refused("run", "b.toml", "--out", "other", "--windows-of", "nowhere", naming=["nowhere"])
+        self.write("ball.xml", BALL)
+        self.refused("run", "ball.xml", "--windows-of", "a", naming=["--windows-of", "are for campaigns"])
 
 
 if __name__ == "__main__":
