@@ -1,5 +1,5 @@
-// How a campaign is divided into parts, for benchmarks/balance.py: the cells as CSV, and on standard error the seconds
-// that planning took.
+// How a campaign is divided into parts, for benchmarks/record.py and scale.py: the cells as CSV, and on standard error
+// the seconds that planning took.
 #include <chrono>
 #include <cstdio>
 #include <string>
@@ -20,7 +20,7 @@ int main(int argc, char** argv) {
   CLI::App app("Prints how a campaign is divided into parts.");
   app.add_option("CAMPAIGN", file, "A campaign's file")->required();
   app.add_option("--shards", shards)->check(CLI::PositiveNumber);
-  app.add_option("--cells", kind, "all, accuracy or timing");
+  app.add_option("--cells", kind, "as of assay run");
   CLI11_PARSE(app, argc, argv);
   try {
     const Campaign campaign = load_campaign(file);

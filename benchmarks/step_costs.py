@@ -2,16 +2,20 @@
 """Writes the tables from which shards are balanced, from the timings of results directories: src/campaign/step_costs.inc, the time
 of a step of each contender per body, and src/campaign/system_step_costs.inc, that of each contender on each of the systems.
 
-    benchmarks/step_costs.py results/intel-xeon-2-cores/assay.sqlite.xz results/field-2026-11-25/assay.sqlite.xz src/campaign
+    benchmarks/step_costs.py results/intel-xeon-2-cores/assay.sqlite.xz results/field-2026-11-25/assay.sqlite.xz src/campaign [--runs DIR]
 
-A contender's times are those of the first directory that has it.
+A contender's times are those of the first directory that has it. --runs names results (`assay run quick --cells accuracy --jobs 1 --references off`) whose fine-step runs tell what a step costs there, also
+where the run ends early or the engine is timed elsewhere in the motion: they replace the timings of their systems, scaled to the timings' machine
+by the median ratio.
 """
 
+import argparse
 import collections
 import json
 import math
 import pathlib
 import sqlite3
+import statistics
 import sys
 import tempfile
 
@@ -46,11 +50,30 @@ def read(source, times, of_system):
             of_system[system, contender].append(math.log(1e6 * value / steps))
 
 
+def runs(folder):
+    """Microseconds of processor time of each planned step of the fine-step runs, by system and contender."""
+    db = sqlite3.connect(f"file:{folder}/assay.sqlite?mode=ro", uri=True)
+    duration = {name: json.loads(text)["duration_s"] for name, text in db.execute("SELECT name, json FROM systems")}
+    return {(system, contender): 1e6 * seconds / (1e3 * duration[system] / timestep) for system, contender, timestep, seconds in db.execute(
+        "SELECT system, contender, timestep_ms, cpu_s FROM cells WHERE measure = 'reference' AND cpu_s > 0")}
+
+
 def main():
-    *sources, target = map(pathlib.Path, sys.argv[1:])
+    parser = argparse.ArgumentParser()
+    parser.add_argument("sources", nargs="+", type=pathlib.Path)
+    parser.add_argument("target", type=pathlib.Path)
+    parser.add_argument("--runs", type=pathlib.Path)
+    asked = parser.parse_args()
+    target = asked.target
     times, of_system = collections.defaultdict(list), collections.defaultdict(list)
-    for source in sources:
+    for source in asked.sources:
         read(source, times, of_system)
+    if asked.runs is not None:
+        of_runs = runs(asked.runs)
+        scale = statistics.median(mean(of_system[at]) / us for at, us in of_runs.items() if at in of_system)
+        print(f"fine-step runs of {len(of_runs)} pairs, times {scale:.3f}")
+        for at, us in of_runs.items():
+            of_system[at] = [math.log(max(scale * us, 0.1))]
     lines = ["// Written by benchmarks/step_costs.py from measured step times; microseconds of a step per body: contender, model",
              "// without contact pairs, model with them; 0 where it was not measured."]
     for contender in sorted({name for name, _ in times} - {"null"}):

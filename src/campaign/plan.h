@@ -11,8 +11,10 @@
 namespace assay {
 
 // Which cells are divided into shards: all, or only one kind, so that a cluster can run accuracy cells side by side on
-// shared machines and timings alone on others.
-enum class ShardCells { kAll, kAccuracy, kTiming };
+// shared machines and timings alone on others. kRuns are no cells but what these read: fine-step runs from each initial
+// state and reference solutions, for the folder of RunOptions::references. kAfterRuns are the accuracy cells where
+// kRuns have been made before: what reads a run need not be with what makes it.
+enum class ShardCells { kAll, kAccuracy, kTiming, kRuns, kAfterRuns };
 
 struct Shard {
   int index = 1, count = 1;  // 1 <= index <= count
@@ -44,7 +46,19 @@ struct PlannedCell {
   std::string device = {};  // of 'batch': "cpu" for engines that step one world
 };
 
+// A run that cells read.
+struct PlannedRun {
+  std::string address;  // content address, "" for the reference solution of a system, which the worker names
+  size_t cell = 0;      // in Plan::cells: one that reads it, of its system
+  int contender = -1;   // whose run it is, -1 for a reference solution
+  int state = 0;        // number of the initial state
+  long long steps = 0;
+  int shard = 1;
+};
+
 struct Plan {
+  ShardCells kind = ShardCells::kAll;  // what was divided into shards
+  std::vector<PlannedRun> runs;        // each once, by contender; only of ShardCells::kRuns
   // by system, contender, then reference, consistency, truth, drift, violation, grasp, agreement, scaling, raw_speed,
   // batch
   std::vector<PlannedCell> cells;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdlib>
 #include <optional>
 #include <set>
@@ -32,7 +33,8 @@ struct SystemStepCost {
 constexpr auto kSystemStepCosts = std::to_array<SystemStepCost>({
 #include "campaign/system_step_costs.inc"
 });
-constexpr double kLargeShare = 0.25;  // of a shard's mean
+constexpr double kLargeShare = 0.25;                      // of a shard's mean
+constexpr double kRunStart = 0.05, kSolutionSeconds = 1;  // of a run, and of a reference solution, as far as known
 
 constexpr StepCost kUsualCost = {"", 2, 4};
 
@@ -62,7 +64,18 @@ Group group_of(const Campaign& campaign, const PlannedCell& cell) {
 }
 
 bool takes_part(const PlannedCell& cell, ShardCells cells) {
-  return cells == ShardCells::kAll || is_timed(cell) == (cells == ShardCells::kTiming);
+  switch (cells) {
+    case ShardCells::kAll:
+      return true;
+    case ShardCells::kTiming:
+      return is_timed(cell);
+    case ShardCells::kAccuracy:
+    case ShardCells::kAfterRuns:
+      return !is_timed(cell);
+    case ShardCells::kRuns:
+      break;
+  }
+  return false;
 }
 
 // Fine-step runs that a group reads and does not measure: a timing makes those of all contenders again, unless they lie
@@ -79,6 +92,36 @@ std::vector<PlannedCell> runs_made_again(const std::map<std::string, const Plann
     if (made != references.end()) runs.push_back(*made->second);
   }
   return runs;
+}
+
+// In their order, so that a part has few contenders: each is cut off where it has its share of what is left. The
+// longest parts come first, as a scheduler takes them in turn.
+void divide_runs(const Campaign& campaign, Plan& plan, int shards) {
+  for (PlannedCell& cell : plan.cells) cell.shard = 0;
+  plan.runs = runs_of(campaign, plan.cells);
+  const auto step_us = expected_step_us(campaign);
+  double left = 0, load = 0;
+  for (const PlannedRun& run : plan.runs) left += run_seconds(plan, run, step_us);
+  int shard = 1;
+  for (PlannedRun& run : plan.runs) {
+    const double seconds = run_seconds(plan, run, step_us);
+    // nearer to the share without it than with it
+    if (shard < shards && load > 0 && load + seconds / 2 > left / (shards - shard + 1)) {
+      left -= load;
+      load = 0;
+      ++shard;
+    }
+    load += seconds;
+    run.shard = shard;
+  }
+  std::map<int, double> loads;
+  for (const PlannedRun& run : plan.runs) loads[run.shard] += run_seconds(plan, run, step_us);
+  std::vector<std::pair<double, int>> order;
+  for (const auto& [part, seconds] : loads) order.emplace_back(-seconds, part);
+  std::ranges::sort(order);
+  std::map<int, int> number;
+  for (const auto& [seconds, part] : order) number.emplace(part, static_cast<int>(number.size()) + 1);
+  for (PlannedRun& run : plan.runs) run.shard = number.at(run.shard);
 }
 
 std::optional<std::string> variable(const char* name) {
@@ -186,10 +229,11 @@ Shard parse_shard(const std::string& text) {
 }
 
 ShardCells parse_shard_cells(const std::string& text) {
-  for (const ShardCells cells : {ShardCells::kAll, ShardCells::kAccuracy, ShardCells::kTiming}) {
+  for (const ShardCells cells :
+       {ShardCells::kAll, ShardCells::kAccuracy, ShardCells::kTiming, ShardCells::kRuns, ShardCells::kAfterRuns}) {
     if (text == shard_cells_text(cells)) return cells;
   }
-  throw InputError(fmt::format("--cells is '{}': use all, accuracy or timing", text));
+  throw InputError(fmt::format("--cells is '{}': use all, accuracy, timing, runs or after-runs", text));
 }
 
 std::string shard_text(const Shard& shard) { return fmt::format("{}/{}", shard.index, shard.count); }
@@ -200,10 +244,19 @@ std::string_view shard_cells_text(ShardCells cells) {
       return "accuracy";
     case ShardCells::kTiming:
       return "timing";
+    case ShardCells::kRuns:
+      return "runs";
+    case ShardCells::kAfterRuns:
+      return "after-runs";
     case ShardCells::kAll:
       break;
   }
   return "all";
+}
+
+PlannedCell after_runs(PlannedCell cell) {
+  if (cell.measure == "reference") cell.steps = 0;
+  return cell;
 }
 
 bool stands_alone(const PlannedCell& cell) {
@@ -236,10 +289,51 @@ std::map<std::pair<int, int>, double> expected_step_us(const Campaign& campaign)
   return found;
 }
 
+std::vector<PlannedRun> runs_of(const Campaign& campaign, const std::vector<PlannedCell>& cells) {
+  std::map<std::string, PlannedRun> runs;  // by address
+  const auto add = [&](const std::string& address, size_t cell, int contender, int state) {
+    const CampaignSystem& system = campaign.systems[static_cast<size_t>(cells[cell].system)];
+    const double timestep_ms = system.reference_of(campaign.contenders[static_cast<size_t>(contender)]);
+    runs.try_emplace(
+        address, PlannedRun{address, cell, contender, state, std::llround(1000 * system.duration_s / timestep_ms), 1});
+  };
+  std::vector<PlannedRun> found;
+  std::set<std::tuple<std::string, double, double>> solved;  // reference solutions, by model, duration and samples
+  for (size_t i = 0; i < cells.size(); ++i) {
+    const PlannedCell& cell = cells[i];
+    const CampaignSystem& system = campaign.systems[static_cast<size_t>(cell.system)];
+    if (cell.measure == "truth" && solved.insert({system.model.hash, system.duration_s, system.sample_ms}).second) {
+      found.push_back({"", i, -1, 0, 0, 1});
+    }
+    if (cell.measure == "reference") add(cell.trajectory, i, cell.contender, 0);
+    for (size_t k = 0; k < cell.other_states.size(); ++k) {
+      add(cell.other_states[k], i, cell.contender, static_cast<int>(k) + 1);
+    }
+    for (size_t k = 0; k < cell.against.size(); ++k) add(cell.against[k], i, system.trained_in, static_cast<int>(k));
+  }
+  for (const auto& [address, run] : runs) found.push_back(run);
+  std::ranges::sort(found, {}, [&](const PlannedRun& run) {
+    return std::tuple(run.contender, cells[run.cell].system, run.state, run.cell);
+  });
+  return found;
+}
+
+double run_seconds(const Plan& plan, const PlannedRun& run, const std::map<std::pair<int, int>, double>& step_us) {
+  if (run.contender < 0) return kSolutionSeconds;
+  const auto found = step_us.find({plan.cells[run.cell].system, run.contender});
+  return kRunStart + (found == step_us.end() ? 0 : 1e-6 * found->second * static_cast<double>(run.steps));
+}
+
 void divide(const Campaign& campaign, Plan& plan, int shards, ShardCells cells) {
+  plan.kind = cells;
+  if (cells == ShardCells::kRuns) {
+    divide_runs(campaign, plan, shards);
+    return;
+  }
+  const bool after = cells == ShardCells::kAfterRuns;
   std::map<Group, std::vector<PlannedCell>> groups;
   for (const PlannedCell& cell : plan.cells) {
-    if (takes_part(cell, cells)) groups[group_of(campaign, cell)].push_back(cell);
+    if (takes_part(cell, cells)) groups[group_of(campaign, cell)].push_back(after ? after_runs(cell) : cell);
   }
   std::map<std::string, const PlannedCell*> references;  // by the run that they make: the first one makes it
   for (const PlannedCell& cell : plan.cells) {
@@ -264,7 +358,8 @@ void divide(const Campaign& campaign, Plan& plan, int shards, ShardCells cells) 
     const bool apart = shards > 1 && seconds_of_group.at(group) > large;
     for (const PlannedCell& cell : of_group) {
       Group part = group;
-      if (apart && stands_alone(cell)) std::get<2>(part) = cell.timestep_ms;
+      const bool alone = stands_alone(cell) || (after && cell.measure != "agreement");
+      if (apart && alone) std::get<2>(part) = cell.timestep_ms;
       parts[part].push_back(cell);
     }
   }
@@ -284,11 +379,14 @@ void divide(const Campaign& campaign, Plan& plan, int shards, ShardCells cells) 
 
 std::map<int, double> shard_seconds(const Campaign& campaign, const Plan& plan) {
   const auto step_us = expected_step_us(campaign);
+  std::map<int, double> seconds;
+  for (const PlannedRun& run : plan.runs) seconds[run.shard] += run_seconds(plan, run, step_us);
   std::map<std::pair<int, Group>, std::vector<PlannedCell>> groups;
   for (const PlannedCell& cell : plan.cells) {
-    if (cell.shard > 0) groups[{cell.shard, group_of(campaign, cell)}].push_back(cell);
+    if (cell.shard == 0) continue;
+    groups[{cell.shard, group_of(campaign, cell)}].push_back(plan.kind == ShardCells::kAfterRuns ? after_runs(cell)
+                                                                                                 : cell);
   }
-  std::map<int, double> seconds;
   for (const auto& [at, cells] : groups) seconds[at.first] += estimate_seconds(campaign, cells, step_us, 1);
   return seconds;
 }

@@ -23,7 +23,7 @@ inline constexpr int kMostShards = 10000;  // into which a campaign is divided
 //   AWS_BATCH_JOB_ARRAY_INDEX                         from 0
 Shard parse_shard(const std::string& text);
 
-// "all", "accuracy" or "timing". Throws InputError.
+// "all", "accuracy", "timing", "runs" or "after-runs". Throws InputError.
 ShardCells parse_shard_cells(const std::string& text);
 std::string shard_text(const Shard& shard);           // "2/8"
 std::string_view shard_cells_text(ShardCells cells);  // "all", ...
@@ -41,7 +41,18 @@ bool stands_alone(const PlannedCell& cell);
 // cells; the accuracy cells of one contender and system, which share a fine-step run; a system's cells of agreement. Of
 // accuracy cells that are more than a quarter of a shard's mean, those that do not read the fine-step run form groups
 // by timestep, so that the longest group is a fine-step run with its pieces.
+// Where the runs are made before (kAfterRuns), groups are by timestep as well. Of kRuns each part has runs of few
+// contenders, because each contender costs a suite and a start.
 void divide(const Campaign& campaign, Plan& plan, int shards, ShardCells cells);
+
+// The runs that the plan's accuracy cells and timings read, by contender, reference solutions first.
+std::vector<PlannedRun> runs_of(const Campaign& campaign, const std::vector<PlannedCell>& cells);
+
+// What is left to do of the cell where its runs are there (ShardCells::kAfterRuns).
+PlannedCell after_runs(PlannedCell cell);
+
+// Expected seconds of such a run with one worker.
+double run_seconds(const Plan& plan, const PlannedRun& run, const std::map<std::pair<int, int>, double>& step_us);
 
 // Expected seconds of each shard with one worker.
 std::map<int, double> shard_seconds(const Campaign& campaign, const Plan& plan);

@@ -13,6 +13,7 @@
 #include "base/input_file.h"
 #include "base/paths.h"
 #include "base/text.h"
+#include "base/toml_file.h"
 #include "claims/claims.h"
 #include "results/line_up.h"
 
@@ -294,20 +295,12 @@ ClaimsFile claims_of(const toml::table& root, const std::string& source) {
 }  // namespace
 
 ClaimsFile parse_claims(const std::string& toml, const std::string& source) {
-  try {
-    return claims_of(toml::parse(toml, source), source);
-  } catch (const toml::parse_error& error) {
-    throw InputError(fmt::format("{}:{}: {}", source, error.source().begin.line, error.description()));
-  }
+  return claims_of(toml_table(toml, source), source);
 }
 
 ClaimsFile load_claims(const std::string& path) {
-  try {
-    constexpr std::uintmax_t kMostBytes = 16 << 20;
-    return claims_of(toml::parse(input_file(path, "the file of claims", "a TOML file", kMostBytes), path), path);
-  } catch (const toml::parse_error& error) {
-    throw InputError(fmt::format("{}:{}: {}", path, error.source().begin.line, error.description()));
-  }
+  constexpr std::uintmax_t kMostBytes = 16 << 20;
+  return parse_claims(input_file(path, "the file of claims", "a TOML file", kMostBytes), path);
 }
 
 std::optional<std::string> paper_claims_file() {

@@ -30,6 +30,17 @@ void print_summary(const RunSummary& summary, const std::string& out) {
   outcomes.reserve(summary.outcomes.size());
   for (const auto& [outcome, count] : summary.outcomes) outcomes.push_back(fmt::format("{} {}", count, outcome));
   const auto line = [](const std::string& text) { print(paragraph(text, 2)); };
+  if (summary.makes_runs) {
+    const int left = summary.runs - summary.runs_made - summary.runs_failed;
+    line(fmt::format("runs that other parts read: {} of {}, in {}{}{}", summary.runs_made, summary.runs,
+                     duration_label(summary.wall_s),
+                     summary.runs_failed > 0
+                         ? fmt::format("; {} failed, as the parts that read them will find again", summary.runs_failed)
+                         : "",
+                     left > 0 ? fmt::format("; {} were ended from outside", left) : ""));
+    for (const std::string& contender : summary.failed_gate) line("not scored: " + contender);
+    return;
+  }
   line(fmt::format("{} in {}: {} ({} now, {} before)", counted(static_cast<size_t>(summary.cells), "cell"),
                    duration_label(summary.wall_s), outcomes.empty() ? "none" : join(outcomes, ", "), summary.done_now,
                    summary.done_before));
@@ -91,7 +102,10 @@ void refuse_other_part(const RunRequest& request, const Shard& shard) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(request.out + "/assay.sqlite", error)) return;
   const auto text = [](const std::string& part, const std::string& cells) {
-    const std::string kind = cells == "all" ? "" : fmt::format(" of the {} cells", cells);
+    const std::string kind = cells == "all"          ? ""
+                             : cells == "runs"       ? " of the runs that others read"
+                             : cells == "after-runs" ? " of the accuracy cells after their runs"
+                                                     : fmt::format(" of the {} cells", cells);
     return part == "1/1" ? fmt::format("the whole{}", kind.empty() ? " campaign" : kind)
                          : fmt::format("part {}{}", part, kind);
   };
@@ -149,6 +163,9 @@ RunOptions run_options(const RunRequest& request) {
   if (request.jobs) options.jobs = parse_count("--jobs", *request.jobs, 1, kMostJobs);
   if (request.shard) options.shard = parse_shard(*request.shard);
   if (request.cells) options.shard.cells = parse_shard_cells(*request.cells);
+  if (options.shard.cells == ShardCells::kRuns && options.references.empty()) {
+    throw InputError("--cells runs leaves its runs in --references, which is 'off': give a folder that all parts see");
+  }
   options.retry = request.retry;
   options.windows_of = request.windows_of;
   if (!options.windows_of.empty()) static_cast<void>(Store::open(options.windows_of));  // refused before anything runs
@@ -178,9 +195,12 @@ bool run_and_summarize(const RunRequest& request) {
   options.progress = progress.get();
   const RunSummary summary = run_campaign(campaign, options);
   if (summary.interrupted) {
-    message(fmt::format("stopped by {}: {} of {} are stored in '{}'; '{}' resumes", strsignal(summary.signal),
-                        summary.done_before + summary.done_now, counted(static_cast<size_t>(summary.cells), "cell"),
-                        request.out, request.command));
+    const bool runs = summary.makes_runs;
+    message(fmt::format(
+        "stopped by {}: {} of {} are stored in '{}'; '{}' resumes", strsignal(summary.signal),
+        runs ? summary.runs_made : summary.done_before + summary.done_now,
+        runs ? counted(static_cast<size_t>(summary.runs), "run") : counted(static_cast<size_t>(summary.cells), "cell"),
+        runs ? options.references : request.out, request.command));
     return false;
   }
   print_summary(summary, request.out);

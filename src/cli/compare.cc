@@ -80,7 +80,9 @@ int run_compare(const CompareCommand& command) {
   const Comparison found = compare(Store::open(command.a), Store::open(command.b), options);
   write(command.out, text_of(found, format));
   if (!limit) return kDone;
-  const std::vector<const CellChange*> worse = regressions(found, *limit), open = undecided(found, *limit);
+  const std::vector<const CellChange*> worse = regressions(found, *limit);
+  std::vector<const CellChange*> open, uneven;
+  for (const CellChange* row : undecided(found, *limit)) (row->time ? open : uneven).push_back(row);
   if (!worse.empty()) {
     message(fmt::format("{} by at least {:.3g} %, the first is {}",
                         counted(worse.size(), "value is worse", "values are worse"), 100 * *limit,
@@ -91,6 +93,12 @@ int run_compare(const CompareCommand& command) {
         fmt::format("{} undecided: the samples do not exclude that it is slower by {:.3g} %; the first is {}; "
                     "measure with more processes or on a quieter machine",
                     counted(open.size(), "time is", "times are"), 100 * *limit, row_text(*open.front())));
+  }
+  if (!uneven.empty()) {
+    message(
+        fmt::format("{} undecided: worse by {:.3g} %, but not alike in the initial states; the first is {}; measure "
+                    "from more initial states",
+                    counted(uneven.size(), "value is", "values are"), 100 * *limit, row_text(*uneven.front())));
   }
   if (!worse.empty()) return kFailed;
   if (const std::string why = gaps(found); !why.empty() && !command.allow_gaps) {

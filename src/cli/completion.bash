@@ -18,7 +18,7 @@ _assay() {
     --control) candidates="passive actuators sine" ;;
     --format) candidates="csv json" ;;
     --progress) candidates="text json" ;;
-    --cells) candidates="accuracy timing" ;;
+    --cells) candidates="accuracy timing runs after-runs" ;;
     --trajectories) candidates="npz csv" ;;
     --test) candidates="$("${program}" conformance --list 2>/dev/null | sed '1d;s/ .*//')" ;;
     --timestep | --duration | --sample | --jobs | --shard | --set | --change-a | --change-b | --seconds | --seeds) return ;;

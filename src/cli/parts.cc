@@ -59,20 +59,23 @@ std::map<DivisionKind, std::set<int>> divisions_of(const Store& store) {
     const auto index = parse_integer(text.substr(0, slash));
     const auto count = slash == std::string::npos ? std::nullopt : parse_integer(text.substr(slash + 1));
     if (!index || !count || *index < 1 || *index > *count || *count > kMostShards) continue;
-    divisions[{text_fact(facts, "cells", "all"), static_cast<int>(*count)}].insert(static_cast<int>(*index));
+    const std::string cells = text_fact(facts, "cells", "all");
+    if (cells == shard_cells_text(ShardCells::kRuns)) continue;  // has none
+    divisions[{cells, static_cast<int>(*count)}].insert(static_cast<int>(*index));
   }
   if (const auto whole = divisions.find({"all", 1}); whole != divisions.end()) return {*whole};
   return divisions;
 }
 
 bool fits(const DivisionKind& division, bool accuracy) {
-  return division.first == "all" || (division.first == "accuracy") == accuracy;
+  return division.first == "all" || (division.first != "timing") == accuracy;
 }
 
 std::vector<std::string> missing_text(const std::map<DivisionKind, Division>& divisions) {
   std::vector<std::string> missing;
   for (const auto& [kind, division] : divisions) {
-    const std::string what = kind.first == "all" ? "" : fmt::format(" of the {} cells", kind.first);
+    const std::string what =
+        kind.first == "all" ? "" : fmt::format(" of the {} cells", kind.first == "timing" ? "timing" : "accuracy");
     std::vector<std::string> absent;
     for (int part = 1; part <= kind.second; ++part) {
       if (!division.present.contains(part)) absent.push_back(std::to_string(part));

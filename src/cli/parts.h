@@ -25,7 +25,7 @@ std::vector<std::string> parts_ahead(const std::vector<std::string>& dirs);
 // What the plan has and the results lack, a phrase each: "part 3 of 4", "12 cells of part 2".
 std::vector<std::string> missing_parts(const Store& store);
 
-// A division of a campaign: its kind ("all", "accuracy", "timing") and the number of parts.
+// A division of a campaign: its kind ("all", "accuracy", "timing", "after-runs") and the number of parts.
 using DivisionKind = std::pair<std::string, int>;
 
 // The same for results that lie in several directories, with each cell counted once.

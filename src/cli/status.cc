@@ -84,15 +84,15 @@ std::vector<PartStatus> waiting_parts(const std::string& dir, const SlurmRequest
   std::vector<PartStatus> waiting;
   SlurmRequest here = request;
   here.out = dir.size() > 1 && dir.ends_with('/') ? dir.substr(0, dir.size() - 1) : dir;
-  const auto add = [&](const char* kind, int count, const std::vector<PartPlan>& plan, int jobs) {
+  const auto add = [&](const char* kind, const char* cells, int count, const std::vector<PartPlan>& plan, int jobs) {
     for (int part = 1; part <= count; ++part) {
       PartStatus status;
       status.dir = part_dir(here, kind, part);
       if (has_parts(status.dir)) continue;
-      if (coverage.has_part({kind, count}, part)) continue;
+      if (coverage.has_part({cells, count}, part)) continue;
       status.begun = false;
       status.shard = fmt::format("{}/{}", part, count);
-      status.cells = kind;
+      status.cells = cells;
       if (std::cmp_less_equal(part, plan.size())) {
         const PartPlan& expected = plan[static_cast<size_t>(part) - 1];
         status.planned = expected.cells;
@@ -101,9 +101,50 @@ std::vector<PartStatus> waiting_parts(const std::string& dir, const SlurmRequest
       waiting.push_back(std::move(status));
     }
   };
-  add("accuracy", request.accuracy_parts, request.accuracy_plan, request.cpus);
-  add("timing", request.timing_parts, request.timing_plan, 1);
+  add("accuracy", request.accuracy_cells(), request.accuracy_parts, request.accuracy_plan, request.cpus);
+  add("timing", "timing", request.timing_parts, request.timing_plan, 1);
   return waiting;
+}
+
+// Of the parts that make the runs which others read. They have no cells.
+struct RunsStatus {
+  int parts = 0, ended = 0, under_way = 0;
+  size_t runs = 0, runs_ended = 0;
+  double left_s = 0;  // of the longest that has not ended
+  bool are_over = false;
+};
+
+RunsStatus runs_status(const std::string& dir, const SlurmRequest& request) {
+  RunsStatus status;
+  SlurmRequest here = request;
+  here.out = dir;
+  for (int part = 1; part <= request.runs_parts; ++part) {
+    const std::string folder = part_dir(here, "runs", part);
+    PartPlan plan;
+    if (std::cmp_less_equal(part, request.runs_plan.size())) plan = request.runs_plan[static_cast<size_t>(part) - 1];
+    size_t ended = 0;
+    bool has_ended = false;
+    if (has_parts(folder)) {
+      for (const NodeRow& row : Store::open(folder).nodes()) {
+        const auto facts = facts_of(row.json);
+        ended = static_cast<size_t>(std::clamp(number_fact(facts, "runs_ended", 0), 0.0, 1e9));
+        has_ended |= facts.contains("finished");
+      }
+      if (Store::is_written(folder)) {
+        ++status.under_way;
+        has_ended = false;
+      }
+    }
+    ++status.parts;
+    status.ended += has_ended ? 1 : 0;
+    status.runs += plan.cells;
+    status.runs_ended += ended;
+    if (has_ended) continue;
+    const double share =
+        plan.cells > 0 ? static_cast<double>(std::min(ended, plan.cells)) / static_cast<double>(plan.cells) : 0;
+    status.left_s = std::max(status.left_s, (1 - share) * plan.seconds / std::max(1, request.cpus));
+  }
+  return status;
 }
 
 int status(const StatusOptions& options) {
@@ -112,9 +153,14 @@ int status(const StatusOptions& options) {
   double longest_s = 0;
   size_t waiting_cells = 0;
   std::vector<std::pair<std::string, SlurmRequest>> submitted;
+  std::vector<RunsStatus> runs;
   for (const std::string& dir : options.dirs) {
     const auto request = find_request(dir);
-    if (request) submitted.emplace_back(dir, *request);
+    if (request) {
+      submitted.emplace_back(dir, *request);
+      runs.push_back(runs_status(dir, *request));
+      runs.back().are_over = has_parts(dir);
+    }
     if (request && !has_parts(dir)) continue;  // only submitted
     for (const std::string& part : parts_ahead({dir})) {
       const Store store = Store::open(part);
@@ -130,6 +176,9 @@ int status(const StatusOptions& options) {
       parts.push_back(std::move(part));
     }
   }
+  // the accuracy parts begin when these have ended, however they did
+  std::erase_if(runs, [](const RunsStatus& each) { return each.are_over; });
+  for (const RunsStatus& each : runs) longest_s += each.left_s;
   const std::vector<std::string> missing = coverage.missing();
   const size_t planned = coverage.planned() + waiting_cells, done = coverage.done();
   if (options.json) {
@@ -144,7 +193,21 @@ int status(const StatusOptions& options) {
                       {"left_s", part.left_s},
                       {"state", part.state()}});
     }
-    print_json({{"parts", rows}, {"missing", missing}, {"planned", planned}, {"done", done}, {"left_s", longest_s}});
+    Json ahead = Json::array();
+    for (const RunsStatus& each : runs) {
+      ahead.push_back({{"parts", each.parts},
+                       {"parts_ended", each.ended},
+                       {"parts_running", each.under_way},
+                       {"runs", each.runs},
+                       {"runs_ended", each.runs_ended},
+                       {"left_s", each.left_s}});
+    }
+    print_json({{"parts", rows},
+                {"runs", ahead},
+                {"missing", missing},
+                {"planned", planned},
+                {"done", done},
+                {"left_s", longest_s}});
     return kDone;
   }
   std::vector<std::vector<std::string>> rows;
@@ -158,6 +221,14 @@ int status(const StatusOptions& options) {
       "{} of {} cells{}", done, planned,
       done < planned ? fmt::format("; about {} left where all parts run side by side", duration_label(longest_s))
                      : "")));
+  for (const RunsStatus& each : runs) {
+    if (each.parts == 0) continue;
+    print(
+        paragraph(fmt::format("first the runs that these read: {} of {} in {}, of which {} ended and {} are under way",
+                              each.runs_ended, counted(each.runs, "run"),
+                              counted(static_cast<size_t>(each.parts), "part"), each.ended, each.under_way),
+                  2));
+  }
   for (const std::string& each : missing) print(paragraph("missing: " + each, 2));
   return kDone;
 }

@@ -22,8 +22,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kMostNodes = 10000;
 constexpr int kPartsPerNode = 12;  // so that nodes of unequal speed end together, and wrong estimates even out
+// Of a part, so that its start (half a second and a contender's conformance suite) is little of it.
+constexpr double kLeastPartSeconds = 10;
 constexpr int kUsualArray = 1000;  // jobs of an array that Slurm takes by default (MaxArraySize 1001)
 
 struct SubmitOptions {
@@ -33,13 +34,33 @@ struct SubmitOptions {
   bool slurm = false, dry_run = false, resume = false;
 };
 
-// At most as many parts as there are with work in them.
-int parts_with_work(const Campaign& campaign, ShardCells cells, int wanted) {
+// Shards of a plan that have work.
+size_t shards_with_work(const Plan& plan) {
   std::set<int> used;
-  for (const PlannedCell& cell : make_plan(campaign, wanted, cells).cells) {
+  for (const PlannedCell& cell : plan.cells) {
     if (cell.shard > 0) used.insert(cell.shard);
   }
-  return static_cast<int>(used.size());
+  for (const PlannedRun& run : plan.runs) used.insert(run.shard);
+  return used.size();
+}
+
+// At most as many parts as there are with work in them: fewer of them may again leave one without.
+int parts_with_work(const Campaign& campaign, ShardCells cells, int wanted) {
+  for (;;) {
+    const int used = static_cast<int>(shards_with_work(make_plan(campaign, std::max(1, wanted), cells)));
+    if (used == 0 || used == wanted) return used;
+    wanted = used;
+  }
+}
+
+// What is divided unless the user says into how many parts.
+int usual_parts(const Campaign& campaign, ShardCells cells, int nodes) {
+  const Plan plan = make_plan(campaign, 1, cells);
+  const auto seconds = shard_seconds(campaign, plan);
+  const double all = seconds.empty() ? 0 : seconds.begin()->second;
+  // as many on each node, or some would take one more than the others
+  const double most = std::clamp(kUsualArray / nodes, 1, kPartsPerNode);
+  return nodes * static_cast<int>(std::clamp(all / nodes / kLeastPartSeconds, 1.0, most));
 }
 
 // Of each of `count` parts.
@@ -50,6 +71,7 @@ std::vector<PartPlan> plan_of_parts(const Campaign& campaign, ShardCells cells, 
   for (const PlannedCell& cell : plan.cells) {
     if (cell.shard > 0) ++parts[static_cast<size_t>(cell.shard) - 1].cells;
   }
+  for (const PlannedRun& run : plan.runs) ++parts[static_cast<size_t>(run.shard) - 1].cells;
   for (const auto& [shard, seconds] : shard_seconds(campaign, plan)) {
     parts[static_cast<size_t>(shard) - 1].seconds = seconds;
   }
@@ -57,14 +79,6 @@ std::vector<PartPlan> plan_of_parts(const Campaign& campaign, ShardCells cells, 
 }
 
 std::string absolute(const std::string& path) { return fs::absolute(path).lexically_normal().string(); }
-
-// A line of the script that Slurm reads ends at a newline, and what follows would be a line of its own.
-void require_one_line(const char* option, const std::string& text) {
-  const auto breaks = [](unsigned char c) { return c < ' ' || c == 0x7f; };
-  if (std::ranges::any_of(text, breaks)) {
-    throw InputError(fmt::format("{} is '{}', which has a control character: name it without", option, text));
-  }
-}
 
 SlurmRequest request_of(const SubmitOptions& options) {
   require_one_line("--partition", options.partition);
@@ -86,14 +100,19 @@ SlurmRequest request_of(const SubmitOptions& options) {
   request.partition = options.partition;
   request.account = options.account;
   request.time_limit = options.time;
-  request.nodes = options.nodes ? parse_count("--nodes", *options.nodes, 1, kMostNodes) : 1;
-  request.cpus = options.cpus ? parse_count("--cpus", *options.cpus, 1, kMostNodes) : 1;
-  const int usual = std::max(request.nodes, std::min(kPartsPerNode * request.nodes, kUsualArray));
-  const int wanted = options.shards ? parse_count("--shards", *options.shards, 1, kMostNodes) : usual;
+  request.nodes = options.nodes ? parse_count("--nodes", *options.nodes, 1, kMostParts) : 1;
+  request.cpus = options.cpus ? parse_count("--cpus", *options.cpus, 1, kMostParts) : 1;
+  const auto wanted = [&](ShardCells cells) {
+    return options.shards ? parse_count("--shards", *options.shards, 1, kMostParts)
+                          : usual_parts(campaign, cells, request.nodes);
+  };
   // A part without cells would wait for a node to do nothing.
-  request.accuracy_parts = parts_with_work(campaign, ShardCells::kAccuracy, wanted);
+  request.runs_parts = parts_with_work(campaign, ShardCells::kRuns, wanted(ShardCells::kRuns));
+  const ShardCells accuracy = parse_shard_cells(request.accuracy_cells());
+  request.accuracy_parts = parts_with_work(campaign, accuracy, wanted(accuracy));
   request.timing_parts = parts_with_work(campaign, ShardCells::kTiming, request.nodes);
-  request.accuracy_plan = plan_of_parts(campaign, ShardCells::kAccuracy, request.accuracy_parts);
+  request.runs_plan = plan_of_parts(campaign, ShardCells::kRuns, request.runs_parts);
+  request.accuracy_plan = plan_of_parts(campaign, accuracy, request.accuracy_parts);
   request.timing_plan = plan_of_parts(campaign, ShardCells::kTiming, request.timing_parts);
   request.options = std::move(more);
   return request;
@@ -101,6 +120,9 @@ SlurmRequest request_of(const SubmitOptions& options) {
 
 std::string jobs_text(const SlurmRequest& request, const Parts& parts, const SlurmJobs& jobs) {
   std::vector<std::string> texts;
+  if (!jobs.runs.empty()) {
+    texts.push_back(fmt::format("job {}: {} of runs that others read", jobs.runs, counted(parts.runs.size(), "part")));
+  }
   if (!jobs.accuracy.empty()) {
     texts.push_back(fmt::format("job {}: {}", jobs.accuracy, counted(parts.accuracy.size(), "accuracy part")));
   }
@@ -115,7 +137,8 @@ std::string jobs_text(const SlurmRequest& request, const Parts& parts, const Slu
 // "accuracy parts 1-3, timing parts none"
 std::string parts_text(const Parts& parts) {
   const auto numbers = [](const std::vector<int>& of_kind) { return of_kind.empty() ? "none" : array_text(of_kind); };
-  return fmt::format("accuracy parts {}, timing parts {}", numbers(parts.accuracy), numbers(parts.timing));
+  return fmt::format("accuracy parts {}, timing parts {}{}", numbers(parts.accuracy), numbers(parts.timing),
+                     parts.runs.empty() ? "" : fmt::format(", parts of runs {}", numbers(parts.runs)));
 }
 
 std::string busy_text(const Parts& busy, const LiveJobs& live) {
@@ -136,7 +159,7 @@ void tell_unknown(const LiveJobs& live) {
 int resume(const SubmitOptions& options) {
   const SlurmRequest request = read_request(options.out);
   const bool by_hand = !options.attempt;
-  const int attempt = by_hand ? 0 : parse_count("--attempt", *options.attempt, 1, kMostNodes);
+  const int attempt = by_hand ? 0 : parse_count("--attempt", *options.attempt, 1, kMostParts);
   const LiveJobs live = live_jobs(request);
   const Parts busy = busy_parts(request, live);
   const Parts lost = lost_parts(request, busy);
@@ -200,6 +223,13 @@ void refuse_second(const SlurmRequest& request) {
     }
   };
   refuse_other_count("accuracy", before->accuracy_parts, request.accuracy_parts, "--shards");
+  refuse_other_count("runs", before->runs_parts, request.runs_parts, "--shards");
+  if (std::string_view(before->accuracy_cells()) != request.accuracy_cells()) {
+    throw InputError(
+        fmt::format("'{}' was submitted by an assay that divides accuracy cells in another way: give another --out, or "
+                    "'assay submit --resume --out {}' goes on with it",
+                    request.out, request.out));
+  }
   refuse_other_count("timing", before->timing_parts, request.timing_parts, "--nodes");
 }
 
@@ -213,13 +243,17 @@ int submit(const SubmitOptions& options) {
     for (const auto& [name, text] : slurm_scripts(request))
       print(fmt::format("# {}/jobs/{}\n{}\n", request.out, name, text));
     const Parts all = all_parts(request);
-    if (!all.accuracy.empty())
-      print(fmt::format("sbatch --parsable --array={} jobs/accuracy.sh\n", array_text(all.accuracy)));
-    if (!all.timing.empty()) {
-      print(fmt::format("sbatch --parsable --array={}%{} --dependency=afterany:ACCURACY jobs/timing.sh\n",
-                        array_text(all.timing), request.nodes));
-    }
-    print("sbatch --parsable --dependency=afterany:ACCURACY:TIMING jobs/finish.sh\n");
+    std::string after;
+    const auto array = [&](const std::vector<int>& parts, const char* kind, const char* name, const std::string& more) {
+      if (parts.empty()) return;
+      print(fmt::format("sbatch --parsable --array={}{}{} jobs/{}.sh\n", array_text(parts), more,
+                        after.empty() ? "" : " --dependency=afterany" + after, kind));
+      after += fmt::format(":{}", name);
+    };
+    array(all.runs, "runs", "RUNS", "");
+    array(all.accuracy, "accuracy", "ACCURACY", "");
+    array(all.timing, "timing", "TIMING", fmt::format("%{}", request.nodes));
+    print(fmt::format("sbatch --parsable --dependency=afterany{} jobs/finish.sh\n", after));
     return kDone;
   }
   refuse_second(request);
@@ -252,10 +286,14 @@ void add_submit(CLI::App& app, Action& action) {
                    "One more option of sbatch for all jobs, as in --sbatch=--constraint=zen4; may be repeated")
       ->type_name("OPTION")
       ->allow_extra_args(false);
-  command->add_option("--nodes", options->nodes, "Nodes that measure times side by side (default: 1)")->type_name("N");
-  command->add_option("--shards", options->shards, fmt::format("Accuracy parts (default: {} a node)", kPartsPerNode))
+  command->add_option("--nodes", options->nodes, "Nodes to divide for; so many measure times side by side (default: 1)")->type_name("N");
+  command
+      ->add_option("--shards", options->shards,
+                   fmt::format("Parts of the runs and of the accuracy cells (default: of at least {:.0f} s, at least "
+                               "one and at most {} a node)",
+                               kLeastPartSeconds, kPartsPerNode))
       ->type_name("K");
-  command->add_option("--cpus", options->cpus, "Processors of an accuracy part (default: 1)")->type_name("N");
+  command->add_option("--cpus", options->cpus, "Processors of a part that measures no times (default: 1)")->type_name("N");
   command->add_flag("--resume", options->resume, "Goes on with what was submitted to --out")->disable_flag_override();
   command->add_option("--attempt", options->attempt, "Of the job that finishes: the try that has ended")
       ->type_name("N")

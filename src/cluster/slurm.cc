@@ -5,7 +5,6 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <map>
 #include <optional>
 #include <string_view>
@@ -16,7 +15,9 @@
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
+#include "base/input_file.h"
 #include "base/json.h"
+#include "base/paths.h"
 #include "base/text.h"
 #include "cluster/program.h"
 #include "store/store.h"
@@ -42,11 +43,11 @@ std::string options_of(const SlurmRequest& request, const std::string& title, bo
   return text;
 }
 
-std::string part_command(const SlurmRequest& request, const std::string& kind, int parts) {
-  return fmt::format(
-             "exec {} run {} --shard \"${{SLURM_ARRAY_TASK_ID}}/{}\" --cells {} --references {} --out {}/shards/{}-",
-             shell_word(request.program), shell_word(request.campaign), parts, kind,
-             shell_word(request.out + "/references"), shell_word(request.out), kind) +
+// `cells` as --cells has them; `folder` of the parts, to which their number is added.
+std::string part_command(const SlurmRequest& request, const std::string& cells, const std::string& folder, int parts) {
+  return fmt::format("exec {} run {} --shard \"${{SLURM_ARRAY_TASK_ID}}/{}\" --cells {} --references {} --out {}/{}",
+                     shell_word(request.program), shell_word(request.campaign), parts, cells,
+                     shell_word(request.out + "/references"), shell_word(request.out), folder) +
          "\"${SLURM_ARRAY_TASK_ID}\"";
 }
 
@@ -82,8 +83,10 @@ std::string reason_of(const ProgramEnd& end) {
   return why.empty() ? fmt::format("sbatch ended with status {}", end.status) : why;
 }
 
-constexpr std::array<std::pair<JobKind, const char*>, 3> kKindNames = {
-    {{JobKind::kAccuracy, "accuracy"}, {JobKind::kTiming, "timing"}, {JobKind::kFinish, "finish"}}};
+constexpr std::array<std::pair<JobKind, const char*>, 4> kKindNames = {{{JobKind::kRuns, "runs"},
+                                                                        {JobKind::kAccuracy, "accuracy"},
+                                                                        {JobKind::kTiming, "timing"},
+                                                                        {JobKind::kFinish, "finish"}}};
 
 json job_json(const SubmittedJob& job) {
   const auto* name = std::ranges::find(kKindNames, job.kind, &std::pair<JobKind, const char*>::first);
@@ -115,13 +118,36 @@ std::vector<PartPlan> plan_of(const json& from, const char* name) {
 }
 
 std::optional<std::string> read_text(const std::string& path) {
-  std::ifstream file(path);
-  if (!file) return std::nullopt;
-  return std::string{std::istreambuf_iterator<char>(file), {}};
+  constexpr std::uintmax_t kMostBytes = 64 << 20;  // a row for each part
+  std::error_code error;
+  if (!fs::exists(fs::symlink_status(path, error))) return std::nullopt;
+  return input_file(path, "the record of the jobs", "the directory of 'assay submit'", kMostBytes);
 }
 
-SlurmRequest request_of_text(const std::string& text, const std::string& out) {
+// Of a file that somebody else may have written.
+void check(const SlurmRequest& request, const std::string& path) {
+  const auto in = [](int number, int least) { return least <= number && number <= kMostParts; };
+  const auto known = [&](const SubmittedJob& job) {
+    return parse_integer(job.id).value_or(0) > 0 &&
+           std::ranges::all_of(job.parts, [&](int part) { return in(part, 1); });
+  };
+  if (!in(request.accuracy_parts, 0) || !in(request.timing_parts, 0) || !in(request.runs_parts, 0) ||
+      !in(request.cpus, 1) || !in(request.nodes, 1) || !in(request.tries, 1) || request.jobs.size() > kMostParts ||
+      !std::ranges::all_of(request.jobs, known)) {
+    throw InputError(fmt::format(
+        "'{}' has numbers that no submission makes: submit the campaign again with 'assay submit --slurm'", path));
+  }
+  require_one_line("the partition", request.partition);
+  require_one_line("the account", request.account);
+  require_one_line("the time limit", request.time_limit);
+  require_one_line("the campaign", request.campaign);
+  for (const std::string& option : request.options) parse_sbatch_option(option);
+}
+
+SlurmRequest request_of_text(const std::string& text, const std::string& out, const std::string& path) {
   SlurmRequest request = SlurmRequest::from_json(json::parse(text));
+  check(request, path);
+  request.program = program_path();
   request.out = fs::absolute(out).lexically_normal().string();
   while (request.out.size() > 1 && request.out.ends_with('/')) request.out.pop_back();
   return request;
@@ -201,12 +227,14 @@ json SlurmRequest::to_json() const {
           {"time_limit", time_limit},
           {"accuracy_parts", accuracy_parts},
           {"timing_parts", timing_parts},
+          {"runs_parts", runs_parts},
           {"cpus", cpus},
           {"nodes", nodes},
           {"tries", tries},
           {"options", options},
           {"accuracy_plan", plan_json(accuracy_plan)},
           {"timing_plan", plan_json(timing_plan)},
+          {"runs_plan", plan_json(runs_plan)},
           {"jobs", std::move(submitted)}};
 }
 
@@ -220,12 +248,14 @@ SlurmRequest SlurmRequest::from_json(const json& from) {
   request.time_limit = from.at("time_limit");
   request.accuracy_parts = from.at("accuracy_parts");
   request.timing_parts = from.at("timing_parts");
+  request.runs_parts = from.value("runs_parts", 0);
   request.cpus = from.at("cpus");
   request.nodes = from.at("nodes");
   request.tries = from.at("tries");
   request.options = from.value("options", std::vector<std::string>());
   request.accuracy_plan = plan_of(from, "accuracy_plan");
   request.timing_plan = plan_of(from, "timing_plan");
+  request.runs_plan = plan_of(from, "runs_plan");
   if (from.contains("jobs")) {
     for (const json& job : from.at("jobs")) request.jobs.push_back(job_of(job));
   }
@@ -236,6 +266,7 @@ Parts all_parts(const SlurmRequest& request) {
   Parts parts;
   for (int part = 1; part <= request.accuracy_parts; ++part) parts.accuracy.push_back(part);
   for (int part = 1; part <= request.timing_parts; ++part) parts.timing.push_back(part);
+  for (int part = 1; part <= request.runs_parts; ++part) parts.runs.push_back(part);
   return parts;
 }
 
@@ -252,15 +283,18 @@ std::string array_text(const std::vector<int>& parts) {
 
 std::map<std::string, std::string> slurm_scripts(const SlurmRequest& request) {
   std::map<std::string, std::string> scripts;
+  const auto shared = [&](const char* title, const char* cells, const char* folder, int parts) {
+    return options_of(request, title, true) + fmt::format("#SBATCH --cpus-per-task={}\n", request.cpus) +
+           part_command(request, cells, folder, parts) + fmt::format(" --jobs {}\n", request.cpus);
+  };
+  if (request.runs_parts > 0) scripts["runs.sh"] = shared("runs", "runs", "runs/", request.runs_parts);
   if (request.accuracy_parts > 0) {
-    scripts["accuracy.sh"] =
-        options_of(request, "accuracy", true) + fmt::format("#SBATCH --cpus-per-task={}\n", request.cpus) +
-        part_command(request, "accuracy", request.accuracy_parts) + fmt::format(" --jobs {}\n", request.cpus);
+    scripts["accuracy.sh"] = shared("accuracy", request.accuracy_cells(), "shards/accuracy-", request.accuracy_parts);
   }
   if (request.timing_parts > 0) {
     // assay pins the engine's process to one core of the node, which nobody else uses meanwhile
     scripts["timing.sh"] = options_of(request, "timing", true) + "#SBATCH --exclusive\n" +
-                           part_command(request, "timing", request.timing_parts) + " --jobs 1\n";
+                           part_command(request, "timing", "shards/timing-", request.timing_parts) + " --jobs 1\n";
   }
   scripts["finish.sh"] = options_of(request, "finish", false) +
                          fmt::format("exec {} submit --resume --out {} --attempt \"${{ASSAY_ATTEMPT:-1}}\"\n",
@@ -269,7 +303,15 @@ std::map<std::string, std::string> slurm_scripts(const SlurmRequest& request) {
 }
 
 std::string part_dir(const SlurmRequest& request, const std::string& kind, int part) {
-  return fmt::format("{}/shards/{}-{}", request.out, kind, part);
+  return kind == "runs" ? fmt::format("{}/runs/{}", request.out, part)
+                        : fmt::format("{}/shards/{}-{}", request.out, kind, part);
+}
+
+void require_one_line(const char* option, const std::string& text) {
+  const auto breaks = [](unsigned char c) { return c < ' ' || c == 0x7f; };
+  if (std::ranges::any_of(text, breaks)) {
+    throw InputError(fmt::format("{} is '{}', which has a control character: name it without", option, text));
+  }
 }
 
 std::string parse_sbatch_option(const std::string& text) {
@@ -368,8 +410,9 @@ Parts busy_parts(const SlurmRequest& request, const LiveJobs& live) {
   Parts busy;
   if (live.known()) {
     for (const SubmittedJob& job : live.jobs) {
-      if (job.kind != JobKind::kFinish)
-        add_parts(job.kind == JobKind::kAccuracy ? busy.accuracy : busy.timing, job.parts);
+      if (job.kind == JobKind::kAccuracy) add_parts(busy.accuracy, job.parts);
+      if (job.kind == JobKind::kTiming) add_parts(busy.timing, job.parts);
+      if (job.kind == JobKind::kRuns) add_parts(busy.runs, job.parts);
     }
   }
   const Parts all = all_parts(request);
@@ -378,6 +421,9 @@ Parts busy_parts(const SlurmRequest& request, const LiveJobs& live) {
   }
   for (const int part : all.timing) {
     if (Store::is_written(part_dir(request, "timing", part))) add_parts(busy.timing, {part});
+  }
+  for (const int part : all.runs) {
+    if (Store::is_written(part_dir(request, "runs", part))) add_parts(busy.runs, {part});
   }
   return busy;
 }
@@ -418,35 +464,39 @@ SlurmJobs submit_to_slurm(SlurmRequest request, const Parts& parts, int attempt,
   const auto script = [&](const char* name) { return jobs_dir(request.out) + "/" + name; };
   Submission submission(request, live.known());
   SlurmJobs jobs;
-  if (!parts.accuracy.empty()) {
-    jobs.accuracy =
-        submission.submit({"sbatch", "--parsable", "--array=" + array_text(parts.accuracy), script("accuracy.sh")},
-                          JobKind::kAccuracy, parts.accuracy);
-  }
   const auto submit_after = [&](std::vector<std::string> words, const std::vector<JobKind>& kinds, const char* name,
                                 JobKind kind, const std::vector<int>& of_job) {
     for (std::string& word : submission.after(kinds)) words.push_back(std::move(word));
     words.push_back(script(name));
     return submission.submit(words, kind, of_job);
   };
+  if (!parts.runs.empty()) {
+    jobs.runs = submit_after({"sbatch", "--parsable", "--array=" + array_text(parts.runs)}, {}, "runs.sh",
+                             JobKind::kRuns, parts.runs);
+  }
+  if (!parts.accuracy.empty()) {
+    jobs.accuracy = submit_after({"sbatch", "--parsable", "--array=" + array_text(parts.accuracy)}, {JobKind::kRuns},
+                                 "accuracy.sh", JobKind::kAccuracy, parts.accuracy);
+  }
   if (!parts.timing.empty()) {
     // afterwards, so that the fine-step runs are there
     jobs.timing =
         submit_after({"sbatch", "--parsable", fmt::format("--array={}%{}", array_text(parts.timing), request.nodes)},
-                     {JobKind::kAccuracy}, "timing.sh", JobKind::kTiming, parts.timing);
+                     {JobKind::kRuns, JobKind::kAccuracy}, "timing.sh", JobKind::kTiming, parts.timing);
   }
   // After another job that finishes, too: two at a time would write one directory.
-  jobs.finish =
-      submit_after({"sbatch", "--parsable", fmt::format("--export=ALL,ASSAY_ATTEMPT={}", attempt)},
-                   {JobKind::kAccuracy, JobKind::kTiming, JobKind::kFinish}, "finish.sh", JobKind::kFinish, {});
+  jobs.finish = submit_after({"sbatch", "--parsable", fmt::format("--export=ALL,ASSAY_ATTEMPT={}", attempt)},
+                             {JobKind::kRuns, JobKind::kAccuracy, JobKind::kTiming, JobKind::kFinish}, "finish.sh",
+                             JobKind::kFinish, {});
   return jobs;
 }
 
 std::optional<SlurmRequest> find_request(const std::string& out) {
-  const auto text = read_text(jobs_dir(out) + "/request.json");
+  const std::string path = jobs_dir(out) + "/request.json";
+  const auto text = read_text(path);
   if (!text) return std::nullopt;
   try {
-    return request_of_text(*text, out);
+    return request_of_text(*text, out, path);
   } catch (const json::exception&) {
     return std::nullopt;
   }
@@ -460,7 +510,7 @@ SlurmRequest read_request(const std::string& out) {
         fmt::format("'{}' is not there: give the directory that 'assay submit' was given with --out", path));
   }
   try {
-    return request_of_text(*text, out);
+    return request_of_text(*text, out, path);
   } catch (const json::exception&) {
     throw InputError(fmt::format("'{}' is damaged: submit the campaign again with 'assay submit --slurm'", path));
   }

@@ -1,13 +1,16 @@
 // A campaign as jobs of Slurm. In the results directory OUT:
 //   OUT/shards/accuracy-I, timing-I   results of the parts
-//   OUT/references                    fine-step runs that the accuracy parts leave for the timings
-//   OUT/jobs/accuracy.sh, timing.sh   arrays of jobs, one element a part; finish.sh: after both, in a job of its own
+//   OUT/references                    fine-step runs and reference solutions, which these parts read
+//   OUT/runs/I                        of the parts that make them
+//   OUT/jobs/runs.sh, accuracy.sh, timing.sh
+//                                     arrays of jobs, one element a part; finish.sh: after all, in a job of its own
 //   OUT/jobs/request.json             what was asked for and which jobs that made, so that a later job can go on
 //   OUT/jobs/*.log                    what the jobs said
 //   OUT/assay.sqlite, report.html     the union
 // The file system has to be one that all nodes share. Accuracy parts share nodes, timings have theirs alone. The last
 // job finds parts that were lost (killed, a node that failed), submits these again, at most `tries` times in all, and
-// unites what there is. A part that waits or runs is not lost.
+// unites what there is. A part that waits or runs is not lost. What the parts of the runs have not made, those that
+// read it make themselves.
 #pragma once
 
 #include <map>
@@ -22,11 +25,12 @@ namespace assay {
 // The parts of a kind, as numbers from 1, ascending.
 struct Parts {
   std::vector<int> accuracy, timing;
-  bool empty() const { return accuracy.empty() && timing.empty(); }
+  std::vector<int> runs;  // never lost
+  bool empty() const { return accuracy.empty() && timing.empty() && runs.empty(); }
   bool operator==(const Parts&) const = default;
 };
 
-enum class JobKind { kAccuracy, kTiming, kFinish };
+enum class JobKind { kRuns, kAccuracy, kTiming, kFinish };
 
 struct SubmittedJob {
   std::string id;  // Slurm's number
@@ -47,16 +51,26 @@ struct SlurmRequest {
   std::string partition;            // "": Slurm's default
   std::string account, time_limit;  // "": Slurm's default
   int accuracy_parts = 0, timing_parts = 0;
+  int runs_parts = 0;                                // 0: accuracy parts make their runs themselves
   int cpus = 1;                                      // of an accuracy part
   int nodes = 1;                                     // at most so many are used at a time for timings
   int tries = 3;                                     // how often a part is submitted
   std::vector<std::string> options;                  // more options of sbatch, see parse_sbatch_option()
   std::vector<PartPlan> accuracy_plan, timing_plan;  // by part; empty where it was not stored
+  std::vector<PartPlan> runs_plan;                   // with runs in the place of cells
   std::vector<SubmittedJob> jobs;                    // that may still wait or run
+
+  const char* accuracy_cells() const { return runs_parts > 0 ? "after-runs" : "accuracy"; }  // as --cells has it
 
   nlohmann::json to_json() const;
   static SlurmRequest from_json(const nlohmann::json& from);
 };
+
+inline constexpr int kMostParts = 10000;  // of a kind, and nodes, and processors of a part
+
+// A line of the script that Slurm reads ends at a newline, and what follows would be a line of its own: throws
+// InputError, with the name of the option, for a text with a control character.
+void require_one_line(const char* option, const std::string& text);
 
 // Throws InputError for what cannot be a line of a script, and for options that assay sets itself.
 std::string parse_sbatch_option(const std::string& text);
@@ -66,10 +80,10 @@ Parts all_parts(const SlurmRequest& request);
 // "1-4,7"
 std::string array_text(const std::vector<int>& parts);
 
-// By file name: "accuracy.sh", "timing.sh", "finish.sh". A kind without parts has no script.
+// By file name: "runs.sh", "accuracy.sh", "timing.sh", "finish.sh". A kind without parts has no script.
 std::map<std::string, std::string> slurm_scripts(const SlurmRequest& request);
 
-// Results directory of a part.
+// Results directory of a part of "accuracy", "timing" or "runs".
 std::string part_dir(const SlurmRequest& request, const std::string& kind, int part);
 
 // What Slurm still has of the request's jobs, without the job that asks.
@@ -88,7 +102,7 @@ Parts busy_parts(const SlurmRequest& request, const LiveJobs& live);
 Parts lost_parts(const SlurmRequest& request, const Parts& busy);
 
 struct SlurmJobs {
-  std::string accuracy, timing, finish;  // Slurm's numbers, "" for none
+  std::string runs, accuracy, timing, finish;  // Slurm's numbers, "" for none
 };
 
 // Writes scripts and request, and submits `parts` and the job that finishes after them and after `live`, as try
@@ -96,7 +110,8 @@ struct SlurmJobs {
 // submitted then.
 SlurmJobs submit_to_slurm(SlurmRequest request, const Parts& parts, int attempt, const LiveJobs& live = {});
 
-// What was asked for in this results directory, if anything that can be read.
+// What was asked for in this results directory, if anything that can be read. The directory may be a stranger's: what
+// could not have been asked for is refused (InputError), and the program is this one.
 std::optional<SlurmRequest> find_request(const std::string& out);
 
 // What was asked for in this results directory; throws InputError for one that was not submitted.

@@ -31,7 +31,10 @@ int freedom(const Logs& logs) { return static_cast<int>(logs.values.size()) - 1;
 
 // What processes of one cell differ by, relative (standard deviation; docs/performance.md#what-compare-finds): rounds
 // of one process do not show it.
-constexpr double kOfProcess = 0.0132;
+constexpr double kOfProcess = 0.0101;
+// Of a time, to name a change; and what its mean is known to at best, relative: below that two machines' clocks agree.
+constexpr size_t kFewestSamples = 3;
+constexpr double kLeastError = 1e-4;
 
 Logs logs_of(const TimeSamples& samples, const TimeSamples* control) {
   Logs logs;
@@ -50,8 +53,9 @@ Logs logs_of(const TimeSamples& samples, const TimeSamples* control) {
   const Interval found = t_interval(logs.values);
   logs.mean = found.value;
   const double error = logs.values.size() > 1 ? (found.high - found.low) / 2 / student_t_975(freedom(logs)) : kUnknown;
-  logs.variance_of_mean = error * error;
-  if (samples.rounds) logs.variance_of_mean += kOfProcess * kOfProcess;
+  logs.variance_of_mean = error * error + kLeastError * kLeastError;
+  // of each process that a ratio is of
+  if (samples.rounds) logs.variance_of_mean += (control == nullptr ? 1 : 2) * kOfProcess * kOfProcess;
   return logs;
 }
 
@@ -65,31 +69,56 @@ Tested welch(const Logs& a, const Logs& b) {
   const double difference = b.mean - a.mean, variance = a.variance_of_mean + b.variance_of_mean;
   Tested tested = {{std::exp(difference), kUnknown, kUnknown}, 1};
   if (std::isnan(variance)) return tested;
-  double half = 0;
-  if (variance > 0) {
-    const auto part = [](const Logs& logs) { return logs.variance_of_mean * logs.variance_of_mean / freedom(logs); };
-    // at least the smaller of the two freedoms
-    const int both = std::max(1, static_cast<int>(variance * variance / (part(a) + part(b))));
-    half = student_t_975(both) * std::sqrt(variance);
-    tested.p = student_t_p(difference / std::sqrt(variance), both);
-  } else {
-    tested.p = difference == 0 ? 1 : 0;
-  }
+  const auto part = [](const Logs& logs) { return logs.variance_of_mean * logs.variance_of_mean / freedom(logs); };
+  // at least the smaller of the two freedoms
+  const int both = std::max(1, static_cast<int>(variance * variance / (part(a) + part(b))));
+  const double half = student_t_975(both) * std::sqrt(variance);
+  tested.p = student_t_p(difference / std::sqrt(variance), both);
   tested.ratio.low = std::exp(difference - half);
   tested.ratio.high = std::exp(difference + half);
   return tested;
 }
 
-// The samples over which an accuracy value is a mean or a median, in the same order in every results: its figures in
-// each initial state, or in each piece of the run.
-const std::vector<double>* figures_of(const std::vector<SampleSeries>& samples, const std::string& value) {
-  const std::vector<double>* found = series_named(samples, value + " of states");
-  return found == nullptr && value == "consistency" ? series_named(samples, "piece_error_m") : found;
+// The means of a series by another one's numbers, in the order of these.
+std::vector<double> means_by(const std::vector<double>& figures, const std::vector<double>& numbers) {
+  std::map<double, std::vector<double>> groups;
+  for (size_t i = 0; i < std::min(figures.size(), numbers.size()); ++i) groups[numbers[i]].push_back(figures[i]);
+  std::vector<double> means;
+  for (const auto& [number, of_group] : groups) means.push_back(mean(of_group));
+  return means;
 }
 
-// The p-value of a change that is alike in all pairs: Student's t on the pairs' ratios where all are positive, else on
-// their differences. Nothing for fewer than three pairs.
-std::optional<double> paired_p(const std::vector<double>& a, const std::vector<double>& b) {
+// The figures over which an accuracy value is a mean, in the same order in every results: in each initial state, as far
+// as all of them have one. Pieces of one motion depend on each other: they stand for themselves only where there is
+// one.
+std::vector<double> figures_of(const std::vector<SampleSeries>& samples, const std::string& value) {
+  constexpr std::string_view kOfStates = " of states", kConsistency = "consistency";
+  if (const auto* found = series_named(samples, value + std::string(kOfStates))) {
+    // one that some states lack says not which
+    const bool whole = std::ranges::none_of(samples, [&](const SampleSeries& other) {
+      return other.name.ends_with(kOfStates) && other.values.size() > found->size();
+    });
+    return whole ? *found : std::vector<double>();
+  }
+  std::string length;  // of pieces that are not the main ones: " 100 ms"
+  if (value.starts_with("consistency_") && value.ends_with("ms")) {
+    length = fmt::format(" {} ms", value.substr(kConsistency.size() + 1, value.size() - kConsistency.size() - 3));
+  } else if (value != kConsistency && value != "restart_floor") {
+    return {};
+  }
+  const auto* errors = series_named(samples, "piece_error_m" + length);
+  const auto* states = series_named(samples, "piece_state" + length);
+  if (errors == nullptr) return {};
+  return states == nullptr ? *errors : means_by(*errors, *states);
+}
+
+// Of a change that is alike in all pairs: the p-value of Student's t on the pairs' ratios where all are positive, else
+// on their differences, and whether they grew. Nothing for fewer than three pairs.
+struct Paired {
+  double p = 1;
+  bool grew = false;
+};
+std::optional<Paired> paired(const std::vector<double>& a, const std::vector<double>& b) {
   constexpr size_t kFewest = 3;
   if (a.size() != b.size()) return std::nullopt;
   const auto positive = [](double figure) { return figure > 0; };
@@ -104,8 +133,8 @@ std::optional<double> paired_p(const std::vector<double>& a, const std::vector<d
   const double middle = mean(changes);
   double squares = 0;
   for (const double change : changes) squares += (change - middle) * (change - middle);
-  if (squares == 0) return middle == 0 ? 1 : 0;
-  return student_t_p(middle / std::sqrt(squares / (count - 1) / count), count - 1);
+  if (squares == 0) return Paired{middle == 0 ? 1.0 : 0.0, middle > 0};
+  return Paired{student_t_p(middle / std::sqrt(squares / (count - 1) / count), count - 1), middle > 0};
 }
 
 // Why the two cannot be compared, or nothing.
@@ -196,12 +225,7 @@ class Comparer {
       (each.kind == DifferenceKind::kBuild ? found_.builds : other).push_back(each);
     }
     if (options_.control.empty()) return;
-    if (options_.control == kHarness) {
-      throw InputError(
-          fmt::format("the control is '{}', the harness without an engine, whose times are noise alone: "
-                      "give an engine's contender that did not change",
-                      kHarness));
-    }
+    require_control(options_.control);
     for (const Store* store : {&a_, &b_}) {
       const std::vector<Cell>& cells = store == &a_ ? cells_a_ : cells_b_;
       std::set<std::string> timed;
@@ -227,7 +251,7 @@ class Comparer {
 
   // An outcome that changed is a change by itself, without figures.
   bool compare_outcomes(const Cell& a, const Cell& b) {
-    if (a.outcome == b.outcome) return a.outcome != Outcome::kOk;
+    if (a.outcome == b.outcome) return a.outcome != Outcome::kOk && a.outcome != Outcome::kUnstable;
     CellChange row = row_of(a, b);
     row.value = "outcome";
     row.change = change_of_outcome(a.outcome == Outcome::kOk, b.outcome == Outcome::kOk);
@@ -242,7 +266,10 @@ class Comparer {
       const Value* other = find_value(b, value.name);
       if (!value.value) continue;
       if (other == nullptr || !other->value) {
-        ++found_.values_only_in_a;
+        // more of the others may be none at all, as when a grasp no longer drops its object
+        if (value_info(value.name).better != Better::kLow) continue;
+        found_.values_only_in_a.push_back(row_of(a, b));
+        found_.values_only_in_a.back().value = value.name;
         continue;
       }
       const Better better = value_info(value.name).better;
@@ -260,12 +287,12 @@ class Comparer {
         row.change = small || rounding ? Change::kWithin : change_of(size_b > size_a, better);
         if (!samples_a) samples_a = a_.samples(a.id);
         if (!samples_b) samples_b = b_.samples(b.id);
-        const auto *of_a = figures_of(*samples_a, value.name), *of_b = figures_of(*samples_b, value.name);
-        const auto p = of_a == nullptr || of_b == nullptr ? std::nullopt : paired_p(*of_a, *of_b);
-        if (p) {
+        const auto of_a = figures_of(*samples_a, value.name), of_b = figures_of(*samples_b, value.name);
+        if (const auto found = paired(of_a, of_b)) {
           row.tested = true;
-          row.p = *p;
-          row.samples_a = row.samples_b = of_a->size();
+          // a mean that one large figure moved against the others has not changed alike
+          row.p = found->grew == (better == Better::kNone ? in_b > in_a : size_b > size_a) ? found->p : 1;
+          row.samples_a = row.samples_b = of_a.size();
         }
       }
       found_.rows.push_back(std::move(row));
@@ -275,13 +302,14 @@ class Comparer {
   void compare_time(const Cell& a, const Cell& b, const std::map<CellName, const Cell*>& others) {
     if (compare_outcomes(a, b) || a.contender == options_.control) return;
     const Value *in_a = find_value(a, time_of(a.measure)), *in_b = find_value(b, time_of(b.measure));
-    if (in_a == nullptr || in_b == nullptr) {
-      if (in_a != nullptr) ++found_.values_only_in_a;
+    if (in_a == nullptr) return;
+    CellChange row = row_of(a, b);
+    row.time = true;
+    row.value = in_a->name;
+    if (in_b == nullptr) {
+      found_.values_only_in_a.push_back(std::move(row));
       return;
     }
-    CellChange row = row_of(a, b);
-    row.time = row.tested = true;
-    row.value = in_a->name;
     row.unit = in_a->unit;
     row.a = in_a->value;
     row.b = in_b->value;
@@ -315,6 +343,7 @@ class Comparer {
       row.ratio = tested.ratio;
       row.p = tested.p;
       row.p_rank = rank_test(logs_a.values, logs_b.values);
+      row.tested = std::min(row.samples_a, row.samples_b) >= kFewestSamples;
     }
     found_.rows.push_back(std::move(row));
   }
@@ -334,7 +363,7 @@ class Comparer {
   void judge() {
     std::vector<CellChange*> times, others;
     for (CellChange& row : found_.rows) {
-      if (row.tested && row.ratio) (row.time ? times : others).push_back(&row);
+      if (row.tested) (row.time ? times : others).push_back(&row);
     }
     correct(times);
     correct(others);
@@ -401,6 +430,14 @@ std::string_view change_text(Change change) {
   return "none";
 }
 
+void require_control(const std::string& control) {
+  if (control != kHarness) return;
+  throw InputError(
+      fmt::format("the control is '{}', the harness without an engine, whose times are noise alone: "
+                  "give an engine's contender that did not change",
+                  kHarness));
+}
+
 TimingNodes timing_nodes(const Store& store, const std::vector<Cell>& cells) {
   std::map<std::string, std::string> names;
   for (const NodeRow& node : store.nodes()) names[node.id] = text_fact(facts_of(node.json), "name");
@@ -426,14 +463,28 @@ Comparison compare(const Store& a, const Store& b, const CompareOptions& options
   return Comparer(a, b, options).run();
 }
 
+namespace {
+
+// By outcome, from zero, or by a ratio that is that far from 1: of a value of which more is better 1 over it.
+bool is_by(const CellChange& row, double limit) {
+  const bool by_outcome = row.value == "outcome" || !row.ratio;
+  const double ratio = row.ratio.value_or(Interval{}).value;
+  return by_outcome || std::max(ratio, 1 / std::max(ratio, 1e-300)) >= 1 + limit;
+}
+
+bool is_regression(const CellChange& row, double limit) { return row.change == Change::kWorse && is_by(row, limit); }
+
+bool is_larger_where_less_is_better(const CellChange& row) {
+  const bool grew = std::abs(row.b.value_or(0)) > std::abs(row.a.value_or(0));
+  return change_of(grew, value_info(row.value).better) == Change::kWorse;
+}
+
+}  // namespace
+
 std::vector<const CellChange*> regressions(const Comparison& comparison, double limit) {
   std::vector<const CellChange*> found;
   for (const CellChange& row : comparison.rows) {
-    if (row.change != Change::kWorse) continue;
-    const bool by_outcome = row.value == "outcome" || !row.ratio;
-    const double ratio = row.ratio.value_or(Interval{}).value;
-    // a value of which more is better got worse when it fell
-    if (by_outcome || std::max(ratio, 1 / std::max(ratio, 1e-300)) >= 1 + limit) found.push_back(&row);
+    if (is_regression(row, limit)) found.push_back(&row);
   }
   return found;
 }
@@ -441,8 +492,10 @@ std::vector<const CellChange*> regressions(const Comparison& comparison, double 
 std::vector<const CellChange*> undecided(const Comparison& comparison, double limit) {
   std::vector<const CellChange*> found;
   for (const CellChange& row : comparison.rows) {
-    if (!row.time || row.change != Change::kNone) continue;
-    if (!row.ratio || !(row.ratio->high < 1 + limit)) found.push_back(&row);
+    const bool time = row.time && row.value != "outcome" && !is_regression(row, limit) &&
+                      (!row.ratio || !(row.ratio->high < 1 + limit));
+    const bool accuracy = row.change == Change::kUnsettled && is_larger_where_less_is_better(row) && is_by(row, limit);
+    if (time || accuracy) found.push_back(&row);
   }
   return found;
 }
@@ -458,6 +511,13 @@ std::string gaps(const Comparison& comparison) {
     parts.push_back(fmt::format("{} of '{}' {} not in '{}', {}", counted(comparison.only_a.size(), "cell", "cells"),
                                 comparison.a, comparison.only_a.size() == 1 ? "is" : "are", comparison.b,
                                 example(comparison.only_a)));
+  }
+  if (!comparison.values_only_in_a.empty()) {
+    const CellChange& row = comparison.values_only_in_a.front();
+    parts.push_back(fmt::format("{} of '{}' {} no figure in '{}', such as {} of '{}' on '{}' at {} ms",
+                                counted(comparison.values_only_in_a.size(), "value", "values"), comparison.a,
+                                comparison.values_only_in_a.size() == 1 ? "has" : "have", comparison.b, row.value,
+                                row.contender, row.system, timestep_label(row.timestep_ms)));
   }
   if (!comparison.other_windows.empty()) {
     parts.push_back(fmt::format("{} of other windows of the run, {} (measure with `--windows-of {}`)",

@@ -12,7 +12,8 @@
 // much. A change that is smaller than the threshold, or of values that are smaller than kRounding in their unit, counts
 // as "within". But another build rounds otherwise, and a chaotic motion makes that large: where a value is over several
 // initial states or pieces of the run, the pairs of both results are tested (Student's t, corrected like the times),
-// and a change that is not alike in them is "unsettled".
+// and a change that is not alike in them, or whose mean moved the other way, is "unsettled". Pieces from one initial
+// state count as one figure, their mean; only where there is one state, they stand for themselves.
 //
 // Both runs' samples say nothing of what happened between the runs: a machine that is slower on another day slows all
 // contenders. A control is a contender that is known not to have changed: times are then divided by its time in the
@@ -80,15 +81,15 @@ struct CellChange {
 struct Comparison {
   std::string a, b;  // directories
   CompareOptions options;
-  std::vector<Difference> builds;         // engines' versions and plugins that differ: what the comparison may be about
-  std::vector<Difference> coverage;       // systems and contenders that one of them lacks
-  std::vector<Difference> ignored;        // other machines or programs that the options accept
-  std::vector<CellChange> rows;           // as stored, times and accuracy; cells that only one of them has are left out
-  std::vector<CellChange> only_a;         // cells, without figures
-  size_t only_b = 0;                      // cells
-  size_t values_only_in_a = 0;            // figures of cells that both have
-  std::vector<CellChange> other_windows;  // times that are not compared: each run timed another part of the motion
-  std::vector<CellChange> without_control;  // times that are not compared: the control has none beside them
+  std::vector<Difference> builds;    // engines' versions and plugins that differ: what the comparison may be about
+  std::vector<Difference> coverage;  // systems and contenders that one of them lacks
+  std::vector<Difference> ignored;   // other machines or programs that the options accept
+  std::vector<CellChange> rows;      // as stored, times and accuracy; cells that only one of them has are left out
+  std::vector<CellChange> only_a;    // cells, without figures
+  size_t only_b = 0;                 // cells
+  std::vector<CellChange> values_only_in_a;  // of cells that both have: times, and values of which less is better
+  std::vector<CellChange> other_windows;     // times that are not compared: each run timed another part of the motion
+  std::vector<CellChange> without_control;   // times that are not compared: the control has none beside them
   // The median ratio of all times, where there are at least three contenders: far from 1 it is rather the machine's.
   std::optional<double> common_ratio;
 };
@@ -97,6 +98,9 @@ struct Comparison {
 // of a contender that both have; another machine or program that the options do not accept; no cell in common; a
 // control that one of them lacks or that is the harness; or when both timed other windows of every run.
 Comparison compare(const Store& a, const Store& b, const CompareOptions& options);
+
+// Throws InputError for a control that is the harness, whose times are noise alone.
+void require_control(const std::string& control);
 
 // The names of the nodes that timed each system, of those whose nodes are known. `cells`: the store's.
 using TimingNodes = std::map<std::string, std::set<std::string>>;
@@ -110,8 +114,8 @@ std::optional<Difference> other_machine(const TimingNodes& a, const TimingNodes&
 // itself, outcomes that were ok and no longer are.
 std::vector<const CellChange*> regressions(const Comparison& comparison, double limit);
 
-// Times that may be slower by `limit` for all that the samples say: they have not changed, and their interval reaches
-// that far, or there is none.
+// What may be worse by `limit` for all that the samples say: times that are no regression, but whose interval reaches
+// that far, or that have none; accuracy that is unsettled and whose value is worse by that much.
 std::vector<const CellChange*> undecided(const Comparison& comparison, double limit);
 
 // A sentence on what keeps the comparison from saying that nothing is worse: cells that B lacks, times that are not

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <set>
 #include <string_view>
 #include <tuple>
 
@@ -21,6 +22,7 @@ namespace {
 
 using nlohmann::json;
 namespace fs = std::filesystem;
+constexpr size_t kFewestRuns = 4;                                                           // of times: two levels
 using CourseName = std::tuple<std::string, std::string, std::string, double, std::string>;  // with the value
 
 // A time's own scatter within its run, relative, from its interval.
@@ -56,6 +58,12 @@ class Courses {
   }
 
   History finish() {
+    const std::string& control = history_.options.control;
+    require_control(control);
+    if (!control.empty() && !timed_.contains(control)) {
+      throw InputError(fmt::format("no results have times of the control '{}'{}", control,
+                                   did_you_mean(control, {timed_.begin(), timed_.end()})));
+    }
     size_t times = 0;
     for (auto& [name, course] : courses_) {
       if (course.points.size() < 2) continue;
@@ -63,6 +71,9 @@ class Courses {
       history_.courses.push_back(std::move(course));
     }
     for (Course& course : history_.courses) course.time ? find_time_changes(course, times) : find_changes(course);
+    for (const Course& course : history_.courses) {
+      if (course.time && course.points.size() < kFewestRuns) ++history_.too_short;
+    }
     return std::move(history_);
   }
 
@@ -88,6 +99,7 @@ class Courses {
     std::map<std::tuple<std::string, double, std::string>, double> controls;  // system, timestep, measure: time
     const std::string& control = history_.options.control;
     for (const Cell& cell : cells) {
+      if (is_timing(cell.measure) && cell.contender != kHarness) timed_.insert(cell.contender);
       if (control.empty() || cell.contender != control) continue;
       const Value* time = find_value(cell, time_of(cell.measure));
       if (time != nullptr && time->value) {
@@ -107,7 +119,10 @@ class Courses {
         continue;
       }
       const auto relative = controls.find({cell.system, cell.timestep_ms, cell.measure});
-      if (timing && !control.empty() && relative == controls.end()) continue;
+      if (timing && !control.empty() && relative == controls.end()) {
+        ++history_.without_control;
+        continue;
+      }
       for (const Value& value : cell.values) {
         const bool time = value.name == time_of(cell.measure);
         if (!value.value || timing != time || value_info(value.name).better == Better::kNone) continue;
@@ -177,14 +192,20 @@ class Courses {
     return true;
   }
 
+  // Against the last figure that was a change, so that many small steps in one direction count.
   void find_changes(Course& course) const {
+    size_t level = 0;
     for (size_t i = 1; i < course.points.size(); ++i) {
-      const CoursePoint &before = course.points[i - 1], &after = course.points[i];
-      if (find_outcome_change(course, before, after)) continue;
+      const CoursePoint &before = course.points[level], &after = course.points[i];
+      if (find_outcome_change(course, course.points[i - 1], after)) {
+        level = i;
+        continue;
+      }
       const double a = std::abs(before.value.value), b = std::abs(after.value.value);
       if (std::max(a, b) < kRounding) continue;
       if (a == b || (a > 0 && std::abs(b / a - 1) < history_.options.threshold)) continue;
       add_change(course, after.run, a > 0 ? b / a : 0, b > a);
+      level = i;
     }
   }
 
@@ -201,7 +222,8 @@ class Courses {
       runs.push_back(point.run);
     }
     if (logs.empty()) return;
-    const double noise = std::max(noise_of(logs), median(errors));
+    constexpr double kLeastNoise = 1e-3;  // times that are alike to the last digit are no noise to measure by
+    const double noise = std::max({noise_of(logs), median(errors), kLeastNoise});
     const std::vector<size_t> changes = change_points(logs, noise, change_penalty(logs.size(), courses));
     size_t from = 0;
     for (size_t i = 0; i < changes.size(); ++i) {
@@ -222,6 +244,7 @@ class Courses {
   }
 
   History history_;
+  std::set<std::string> timed_;            // contenders
   std::map<fs::path, std::string> named_;  // directories, by where they are
   std::map<CourseName, Course> courses_;
   std::map<CellName, std::vector<CoursePoint>> failures_;
@@ -263,14 +286,21 @@ std::string history_markdown(const History& history) {
     text += "| change | system | contender | ms | value | by | since |\n| --- | --- | --- | --- | --- | --- | --- |\n" +
             rows + fmt::format("\n{} other courses did not change.\n", steady);
   }
+  if (history.too_short > 0) {
+    text +=
+        fmt::format("\nA level of times has at least two runs: of fewer than {} no change is found, which {} have.\n",
+                    kFewestRuns, counted(history.too_short, "course of times", "courses of times"));
+  }
+  if (history.without_control > 0) {
+    text += fmt::format("\nTimes without one of the control beside them, left out: {}.\n", history.without_control);
+  }
   if (history.other_windows > 0) {
     text += fmt::format("\nTimes of other windows of the run than the first results timed, left out: {}.\n",
                         history.other_windows);
   }
   text += fmt::format(
       "\nLevels of step times by optimal partitioning, practical threshold {:.2g} %{}. A change that only the last run "
-      "shows "
-      "is for `assay compare`.\n",
+      "shows is for `assay compare`, and so is whether a change of accuracy is alike in the initial states.\n",
       100 * history.options.threshold,
       history.options.control.empty() ? "" : fmt::format(", relative to the control {}", history.options.control));
   return text;
@@ -309,6 +339,8 @@ json history_json(const History& history) {
   return {{"runs", std::move(runs)},
           {"courses", std::move(courses)},
           {"other_windows", history.other_windows},
+          {"without_control", history.without_control},
+          {"too_short", history.too_short},
           {"threshold", history.options.threshold},
           {"control", history.options.control.empty() ? json(nullptr) : json(history.options.control)}};
 }

@@ -45,11 +45,14 @@ struct History {
   std::vector<HistoryRun> runs;  // in the order of time
   std::vector<Course> courses;   // those with at least two points
   size_t other_windows = 0;      // times that are left out: not of the windows that the first run timed
+  size_t without_control = 0;    // times that are left out: the control has none beside them
+  size_t too_short = 0;          // courses of times with too few runs for two levels
   CompareOptions options;
 };
 
 // Throws InputError that names the first difference when the runs cannot be compared (compare.h), for fewer than two,
-// and for one that is named twice.
+// for one that is named twice,
+// and for a control that none of them has timed or that is the harness.
 History history(const std::vector<std::string>& dirs, const CompareOptions& options);
 
 // How costly a change is among so many runs and courses.

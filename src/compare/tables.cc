@@ -90,9 +90,9 @@ std::string comparison_summary(const Comparison& comparison) {
     text += fmt::format("; {} cells only in '{}', {} only in '{}'", comparison.only_a.size(), comparison.a,
                         comparison.only_b, comparison.b);
   }
-  if (comparison.values_only_in_a > 0) {
+  if (!comparison.values_only_in_a.empty()) {
     text += fmt::format("; {} of cells that both have only in '{}'",
-                        counted(comparison.values_only_in_a, "figure", "figures"), comparison.a);
+                        counted(comparison.values_only_in_a.size(), "figure", "figures"), comparison.a);
   }
   return text;
 }
@@ -228,7 +228,7 @@ json comparison_json(const Comparison& comparison) {
           {"coverage", all(comparison.coverage)},
           {"only_a", comparison.only_a.size()},
           {"only_b", comparison.only_b},
-          {"values_only_in_a", comparison.values_only_in_a},
+          {"values_only_in_a", comparison.values_only_in_a.size()},
           {"rows", std::move(rows)}};
 }
 

@@ -16,8 +16,8 @@
 #include "base/hash.h"
 #include "base/input_file.h"
 #include "base/text.h"
+#include "base/toml_file.h"
 #include "controls/hold.h"
-#include "controls/toml_file.h"
 
 namespace assay {
 namespace {

@@ -132,8 +132,8 @@ class Bar final : public Progress {
                          counter_.all());
       const bool rate_is_known = counter_.done_now() > 0 && counter_.elapsed_s() > 1;
       if (rate_is_known && width >= kLeastForRate) text += counter_.rate() + "  ";
-      text += duration_label(std::max(0.0, remaining_s_)) + " left  ";
     }
+    if (counter_.all() > 0 || remaining_s_ > 0) text += duration_label(std::max(0.0, remaining_s_)) + " left  ";
     text += phase_ + (phase_.empty() || current_.empty() ? "" : ": ") + current_;
     // a line that fills the last column would wrap on some terminals
     put(stream_, fmt::format("\r{}\x1b[K", terminal_text(clipped(text, width - 1), stream_)));
@@ -187,8 +187,9 @@ class Lines final : public Progress {
 
   void said(const std::string& what, double remaining_s) {
     last_ = Clock::now();
-    line(fmt::format("{}/{} cells, {}, {} left; {}", counter_.done(), counter_.all(), counter_.rate(),
-                     duration_label(std::max(0.0, remaining_s)), what));
+    const std::string cells =
+        counter_.all() == 0 ? "" : fmt::format("{}/{} cells, {}, ", counter_.done(), counter_.all(), counter_.rate());
+    line(fmt::format("{}{} left; {}", cells, duration_label(std::max(0.0, remaining_s)), what));
   }
 
   void line(const std::string& text) {

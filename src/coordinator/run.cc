@@ -10,6 +10,7 @@
 
 #include "base/errors.h"
 #include "base/sandbox.h"
+#include "campaign/shards.h"
 #include "coordinator/runner.h"
 #include "measures/batch.h"
 #include "store/facts.h"
@@ -101,7 +102,13 @@ void Runner::put_answer(const std::vector<const PlannedCell*>& cells, const JobE
 }
 
 // Seconds of one worker.
-double Runner::cost(const PlannedCell& cell) const { return estimate_seconds(campaign_, {cell}, step_us_, 1, starts_); }
+double Runner::cost(const PlannedCell& cell) const {
+  return estimate_seconds(campaign_, {ahead_of(cell)}, step_us_, 1, starts_);
+}
+
+PlannedCell Runner::ahead_of(const PlannedCell& cell) const {
+  return options_.shard.cells == ShardCells::kAfterRuns ? after_runs(cell) : cell;
+}
 
 // Of one of the runs that the cell's cost is of.
 double Runner::run_cost(const PlannedCell& cell) const { return cost(cell) / cell.runs; }
@@ -182,9 +189,30 @@ std::vector<std::string> Runner::retried() {
   return keys;
 }
 
+// Whose cells or runs are still to do.
+std::set<const CampaignContender*> Runner::contenders_ahead() const {
+  std::set<const CampaignContender*> ahead;
+  for (const PlannedCell* cell : todo_) {
+    ahead.insert(&contender(*cell));
+    // whose runs it reads, in whatever part it is
+    const int trained_in = system(*cell).trained_in, states_of = system(*cell).states_of;
+    if (!cell->against.empty()) ahead.insert(&campaign_.contenders[static_cast<size_t>(trained_in)]);
+    if (cell->measure == "raw_speed" && states_of >= 0) {
+      ahead.insert(&campaign_.contenders[static_cast<size_t>(states_of)]);
+    }
+  }
+  for (const PlannedRun* run : runs_) {
+    if (run->contender >= 0) ahead.insert(&campaign_.contenders[static_cast<size_t>(run->contender)]);
+  }
+  return ahead;
+}
+
 // Which cells belong to this shard, and which of them are still to do.
 void Runner::choose() {
   plan_ = make_plan(campaign_, options_.shard.count, options_.shard.cells);
+  for (const PlannedRun& run : plan_.runs) {
+    if (run.shard == options_.shard.index) runs_.push_back(&run);
+  }
   const std::vector<std::string> again_keys = retried();
   std::vector<std::string> done;
   std::ranges::set_difference(store_.cell_keys(), again_keys, std::back_inserter(done));
@@ -271,20 +299,28 @@ RunSummary Runner::run() {
   if (const std::string lacking = offered_sandbox().lacking; !lacking.empty()) progress_.message("note: " + lacking);
   choose();
   describe();
-  if (!todo_.empty() && !interrupted()) conformance();
+  if (has_work() && !interrupted()) conformance();
+  if (!runs_.empty()) step_us_ = expected_step_us(campaign_);
   if (!todo_.empty() && !interrupted() && options_.probe) probe();
   if (!interrupted()) {
     std::vector<PlannedCell> ahead;
     ahead.reserve(todo_.size());
     for (const PlannedCell* cell : todo_) {
       if (failed_gate_.contains(contender(*cell).resolved.name)) continue;
-      ahead.push_back(*cell);
+      ahead.push_back(ahead_of(*cell));
       (is_timed(*cell) ? timing_ : accuracy_).all_s += cost(*cell);
     }
+    for (const PlannedRun* run : runs_) accuracy_.all_s += run_seconds(plan_, *run, step_us_);
     accuracy_.since = Clock::now();
     progress_.plan(outline(ahead));
-    progress_.begin(static_cast<int>(todo_.size()), static_cast<int>(mine_.size() - todo_.size()),
-                    estimate_seconds(campaign_, ahead, step_us_, jobs_, starts_));
+    if (!runs_.empty()) {
+      progress_.message(fmt::format("{} to make for other parts; about {}", counted(runs_.size(), "run"),
+                                    duration_label(std::max(1.0, accuracy_.all_s / jobs_))));
+    }
+    if (options_.shard.cells != ShardCells::kRuns) {
+      progress_.begin(static_cast<int>(todo_.size()), static_cast<int>(mine_.size() - todo_.size()),
+                      estimate_seconds(campaign_, ahead, step_us_, jobs_, starts_));
+    }
     accuracy();
     if (!interrupted()) scaling();
     if (!interrupted()) timing();

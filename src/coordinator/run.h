@@ -90,12 +90,14 @@ struct RunSummary {
   int cells = 0;        // of this shard
   int done_before = 0;  // already there
   int done_now = 0;
-  std::map<std::string, int> outcomes;   // of all the shard's stored cells
-  std::vector<std::string> failed_gate;  // "ode-quick (free-fall, tumbling)"
-  std::vector<std::string> left_out;     // contenders of absent engines, a sentence each
-  std::vector<std::string> warnings;     // a sentence each: floors, noisy timings, ...
-  std::vector<TimePair> aa;              // pairs of equal contenders under two names
-  std::vector<TimePair> ratios;          // those the campaign asks for
+  bool makes_runs = false;                       // for other parts (ShardCells::kRuns), and measures nothing
+  int runs = 0, runs_made = 0, runs_failed = 0;  // of these
+  std::map<std::string, int> outcomes;           // of all the shard's stored cells
+  std::vector<std::string> failed_gate;          // "ode-quick (free-fall, tumbling)"
+  std::vector<std::string> left_out;             // contenders of absent engines, a sentence each
+  std::vector<std::string> warnings;             // a sentence each: floors, noisy timings, ...
+  std::vector<TimePair> aa;                      // pairs of equal contenders under two names
+  std::vector<TimePair> ratios;                  // those the campaign asks for
   double wall_s = 0, cpu_s = 0;
   double engine_share_accuracy = 0;  // time inside engine steps / wall time of the cells, over this run's cells
   double engine_share_timing = 0;

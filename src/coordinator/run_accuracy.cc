@@ -6,6 +6,7 @@
 #include "base/errors.h"
 #include "base/hash.h"
 #include "base/json.h"
+#include "campaign/shards.h"
 #include "coordinator/runner.h"
 #include "store/trajectory.h"
 
@@ -37,6 +38,15 @@ bool Runner::has_run(const std::string& address) {
   return run_is_there_[address] = has_trajectory(dir, address) || references_.fetch(address, dir);
 }
 
+// What others read has to be where they look. What lies only here is made again: see where runs are kept.
+bool Runner::others_have(const std::string& address) {
+  const std::string dir = store_.trajectories_dir();
+  if (references_.fetch(address, dir)) return true;
+  std::error_code error;
+  std::filesystem::remove(trajectory_path(dir, address), error);
+  return false;
+}
+
 // All of them at once.
 void Runner::say_damaged_runs() {
   if (damaged_runs_.empty()) return;
@@ -64,6 +74,17 @@ void Runner::plan_references(std::map<std::string, Waiting>& producers) {
     const CampaignContender* owner = nullptr;  // whose run it is
   };
   std::map<std::string, From> any;
+  std::map<std::string, double> for_others;  // seconds by address
+  for (const PlannedRun* run : runs_) {
+    if (run->contender < 0) continue;
+    const CampaignContender& of = campaign_.contenders[static_cast<size_t>(run->contender)];
+    if (failed_gate_.contains(of.resolved.name)) {
+      made_for_others(run_seconds(plan_, *run, step_us_), false);
+      continue;
+    }
+    any[run->address] = {&plan_.cells[run->cell], run->state, &of};
+    for_others[run->address] = run_seconds(plan_, *run, step_us_);
+  }
   // Whose run it is: timings may start from another contender's states.
   const auto owner = [&](const PlannedCell& cell) -> const CampaignContender& {
     const int of = cell.measure == "raw_speed" ? system(cell).states_of : -1;
@@ -95,14 +116,18 @@ void Runner::plan_references(std::map<std::string, Waiting>& producers) {
   for (const auto& [address, from] : any) {
     const auto& [cell, state, whose] = from;
     if (failed_trajectory_.contains(address)) continue;
-    const bool there = has_run(address);
+    const auto other = for_others.find(address);
+    const bool there = other != for_others.end() ? others_have(address) : has_run(address);
     if (there && !cells.contains(address)) {
+      if (other != for_others.end()) made_for_others(other->second, true);
       for (const PlannedCell* reference : part_of[address]) accuracy_.all_s -= run_cost(*reference);
       continue;
     }
     Waiting waiting;
     waiting.cells = cells[address];
     waiting.part_of.assign(part_of[address].begin(), part_of[address].end());
+    if (other != for_others.end()) waiting.run_s = other->second;
+    waiting.is_made = !there;
     Job& job = waiting.job;
     RunJob run = run_job(*cell, system(*cell).reference_of(*whose));
     run.subject = subject_spec(system(*cell), *whose);
@@ -125,18 +150,35 @@ void Runner::plan_references(std::map<std::string, Waiting>& producers) {
 }
 
 void Runner::plan_truths(std::map<std::string, Waiting>& producers) {
-  for (const PlannedCell* cell : todo_) {
-    if (cell->measure != "truth") continue;
-    const std::string address = truth_address(system(*cell));
-    if (producers.contains(address) || has_run(address)) continue;
+  const auto add = [&](const CampaignSystem& of, double run_s) {
+    const std::string address = truth_address(of);
+    if (producers.contains(address)) return;
+    const bool there = run_s > 0 ? others_have(address) : has_run(address);
+    if (there) {
+      if (run_s > 0) made_for_others(run_s, true);
+      return;
+    }
     Waiting waiting;
-    const CampaignSystem& of = system(*cell);
+    waiting.run_s = run_s;
     waiting.job.request = TruthJob{model_spec(of), of.duration_s, of.sample_ms, store_.trajectories_dir(), address};
-    waiting.job.title = fmt::format("truth {}", system(*cell).name);
+    waiting.job.title = fmt::format("truth {}", of.name);
     waiting.job.limit_s = std::min(options_.truth_limit_s, campaign_.time_limit_s);
     waiting.job.cost = 1e7;
     producers[address] = std::move(waiting);
+  };
+  for (const PlannedCell* cell : todo_) {
+    if (cell->measure == "truth") add(system(*cell), 0);
   }
+  for (const PlannedRun* run : runs_) {
+    if (run->contender < 0) add(system(plan_.cells[run->cell]), run_seconds(plan_, *run, step_us_));
+  }
+}
+
+// A run of this part's that other parts find in the shared folder, or will have to make themselves.
+void Runner::made_for_others(double seconds, bool made) {
+  accuracy_.done_s += seconds;
+  ++(made ? runs_made_ : runs_failed_);
+  describe_node(/*finished=*/false, 0, 0);
 }
 
 std::vector<Runner::Waiting> Runner::plan_measures() {
@@ -246,7 +288,7 @@ void Runner::leave_truth_out(std::vector<Waiting>& waiting, const std::string& a
 }
 
 void Runner::accuracy() {
-  progress_.phase("accuracy");
+  progress_.phase(runs_.empty() ? "accuracy" : "runs that other parts read");
   for (const PlannedCell* cell : todo_) {
     const auto failed = failed_gate_.find(contender(*cell).resolved.name);
     if (failed != failed_gate_.end()) put_failed(*cell, failed->second);
@@ -298,19 +340,26 @@ void Runner::accuracy() {
   for (auto& [address, producer] : producers) {
     const bool is_run = std::holds_alternative<RunJob>(producer.job.request);
     producer.job.on_end = [this, &release, &leave, &waiting, is_run, address = address, cells = producer.cells,
-                           part_of = producer.part_of, title = producer.job.title](const JobEnd& end) {
+                           part_of = producer.part_of, run_s = producer.run_s, is_made = producer.is_made,
+                           title = producer.job.title](const JobEnd& end) {
       if (end.outside) {
         leave(address);
         return;
       }
       put_answer(cells, end);
       for (const PlannedCell* reference : part_of) accuracy_.done_s += run_cost(*reference);
-      if (cells.empty()) progress_.made(title, remaining_s());
+      if (cells.empty() && run_s == 0) progress_.made(title, remaining_s());
       // A reference solution is no cell: it has a result only when there is none.
       const bool solved = !is_run && end.answer && end.answer->cells.empty();
       Ending failure = solved ? Ending() : end.result(is_run ? "reference" : "truth").ending;
-      if (failure.outcome == Outcome::kOk || failure.outcome == Outcome::kUnstable) {
-        references_.keep(address, store_.trajectories_dir());
+      const bool made = failure.outcome == Outcome::kOk || failure.outcome == Outcome::kUnstable;
+      if (run_s > 0) {
+        made_for_others(run_s, made);
+        progress_.made(fmt::format("{}, {}/{} runs", title, runs_made_ + runs_failed_, runs_.size()), remaining_s());
+      }
+      if (made) {
+        // what lay in the results may be a stranger's, who can give any states a right checksum
+        if (is_made) references_.keep(address, store_.trajectories_dir());
         release(address, std::nullopt);
       } else if (!is_run && options_.truth_optional) {
         for (const Waiting& one : waiting) {

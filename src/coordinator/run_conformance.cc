@@ -130,7 +130,7 @@ void Runner::keep_suite(const std::string& content) const {
 void Runner::conformance() {
   std::set<std::string> scored;
   if (options_.gate) {
-    for (const PlannedCell* cell : todo_) scored.insert(scored_as(contender(*cell)));
+    for (const CampaignContender* each : contenders_ahead()) scored.insert(scored_as(*each));
   }
   std::set<std::string> known;
   for (const ConformanceRow& row : store_.conformance()) {
@@ -155,6 +155,10 @@ void Runner::conformance() {
     pool.run([&](const std::string& job) { progress_.started(job, remaining_s()); });
   }
   std::erase_if(todo_, [this](const PlannedCell* cell) { return lost_suite_.contains(contender(*cell).content()); });
+  std::erase_if(runs_, [this](const PlannedRun* run) {
+    return run->contender >= 0 &&
+           lost_suite_.contains(campaign_.contenders[static_cast<size_t>(run->contender)].content());
+  });
   std::map<std::string, std::vector<std::string>> failures;
   for (const ConformanceRow& row : store_.conformance()) {
     if (row.status == status_text(ConformanceStatus::kFail)) failures[row.contender].push_back(row.test);

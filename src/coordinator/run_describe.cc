@@ -64,7 +64,12 @@ void Runner::describe_node(bool finished, double wall_s, double cpu_s) {
     const double before = parse_number(text_fact(facts, key)).value_or(0);
     facts[key] = fmt::format("{:.1f}", before + more);
   };
-  if (finished && done_now_ > 0) {
+  const bool makes_runs = options_.shard.cells == ShardCells::kRuns;
+  if (makes_runs) {
+    facts["runs"] = runs_.size();
+    facts["runs_ended"] = runs_made_ + runs_failed_;
+  }
+  if (finished && (done_now_ > 0 || makes_runs)) {
     sum("wall_s", wall_s);
     sum("cpu_s", cpu_s);
     sum("engine_s", engine_now_s_);
@@ -138,7 +143,8 @@ void Runner::describe() {
     planned.reserve(mine_.size());
     const auto step_us = expected_step_us(campaign_);
     for (const PlannedCell* cell : mine_) {
-      planned.push_back({cell->key, cell->shard, estimate_seconds(campaign_, {*cell}, step_us, 1), !is_timed(*cell)});
+      planned.push_back(
+          {cell->key, cell->shard, estimate_seconds(campaign_, {ahead_of(*cell)}, step_us, 1), !is_timed(*cell)});
     }
     store_.set_plan(planned);
   }
@@ -172,6 +178,10 @@ void Runner::finish(RunSummary& summary, double wall_s, double cpu_s) {
   summary.cells = static_cast<int>(mine_.size());
   summary.done_before = static_cast<int>(mine_.size() - todo_.size());
   summary.done_now = done_now_;
+  summary.makes_runs = options_.shard.cells == ShardCells::kRuns;
+  summary.runs = static_cast<int>(runs_.size());
+  summary.runs_made = runs_made_;
+  summary.runs_failed = runs_failed_;
   summary.wall_s = wall_s;
   summary.cpu_s = cpu_s;
   summary.signal = interrupts_.signal();

@@ -50,6 +50,8 @@ class Runner {
     std::set<std::string> needs;
     std::vector<const PlannedCell*> cells;
     std::vector<const PlannedCell*> part_of = {};  // cells whose cost includes it
+    double run_s = 0;                              // its cost, of a run that no cell of this part reads
+    bool is_made = true;                           // and not read from the results
   };
 
   const CampaignSystem& system(const PlannedCell& cell) const {
@@ -66,6 +68,8 @@ class Runner {
   void describe();
   void describe_node(bool finished, double wall_s, double cpu_s);
   void choose();
+  bool has_work() const { return !todo_.empty() || !runs_.empty(); }
+  std::set<const CampaignContender*> contenders_ahead() const;
   void time_again_elsewhere(std::set<std::pair<int, double>>& timed_again, std::set<int>& scaled_again);
   std::vector<std::string> retried();
   void conformance();
@@ -77,11 +81,13 @@ class Runner {
   void accuracy();
   void plan_references(std::map<std::string, Waiting>& producers);
   void plan_truths(std::map<std::string, Waiting>& producers);
+  void made_for_others(double seconds, bool made);
   RunJob run_job(const PlannedCell& cell, double timestep_ms) const;  // without measures
   std::vector<Waiting> plan_measures();
   void plan_agreement(std::vector<Waiting>& jobs);
   static void leave_truth_out(std::vector<Waiting>& waiting, const std::string& address);
   bool has_run(const std::string& address);
+  bool others_have(const std::string& address);
   void say_damaged_runs();
   void scaling();
   void timing();
@@ -100,6 +106,7 @@ class Runner {
   void put_failed(const PlannedCell& planned, const Ending& failure);
   void put_answer(const std::vector<const PlannedCell*>& cells, const JobEnd& end);
   double cost(const PlannedCell& cell) const;
+  PlannedCell ahead_of(const PlannedCell& cell) const;  // what is to do of it, as far as is expected
   double run_cost(const PlannedCell& cell) const;
   void count(const PlannedCell& cell);
   double remaining_s() const;
@@ -117,6 +124,8 @@ class Runner {
   int jobs_;
   Plan plan_;
   std::vector<const PlannedCell*> mine_, todo_;
+  std::vector<const PlannedRun*> runs_;  // that this part makes for others (ShardCells::kRuns)
+  int runs_made_ = 0, runs_failed_ = 0;
   std::map<std::string, Ending> failed_gate_;        // by contender: it failed the conformance suite
   std::map<std::string, Ending> failed_trajectory_;  // by address
   // Of runs, suites (by contender's content) whose workers somebody else ended: what needs them is not measured now.

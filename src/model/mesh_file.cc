@@ -168,6 +168,44 @@ std::optional<MeshData> read_msh(const std::string& path) {
   return builder.take();
 }
 
+// Binary glTF: a head of magic, version and length, then parts of a length each. assimp takes the memory that a part
+// asks for before it looks whether the file has as much, and reads behind the end of one that it has not, or of a file
+// with another head.
+void require_whole_glb(const std::string& path, bool named_glb) {
+  constexpr std::uintmax_t kHead = 12, kPartHead = 8;
+  std::ifstream file(path, std::ios::binary);
+  std::array<char, 4> magic{};
+  std::array<std::uint32_t, 2> head{};  // version and length
+  file.read(magic.data(), magic.size());
+  const bool is_glb = file && std::string_view(magic.data(), magic.size()) == "glTF";
+  if (!is_glb && named_glb) throw InputError("is no binary glTF; export it again");
+  if (!is_glb) return;
+  file.read(reinterpret_cast<char*>(head.data()), sizeof head);
+  if (!file || head[0] < 1 || head[0] > 2) throw InputError("is no glTF of version 1 or 2; export it again");
+  std::error_code error;
+  const std::uintmax_t size = fs::file_size(path, error);
+  const auto need = [&](std::uintmax_t bytes, const char* what) {
+    if (bytes <= size) return;
+    throw InputError(
+        fmt::format("is damaged: {} ends at byte {}, and the file has {}; export it again", what, bytes, size));
+  };
+  need(head[1], "its content");
+  if (head[0] == 1) {  // one part of text, then what is left
+    std::uint32_t text = 0;
+    file.read(reinterpret_cast<char*>(&text), sizeof text);
+    need(kHead + kPartHead + text, "its text");
+    return;
+  }
+  for (std::uintmax_t at = kHead; at + kPartHead <= size;) {
+    std::array<std::uint32_t, 2> part{};  // length and type
+    file.seekg(static_cast<std::streamoff>(at));
+    file.read(reinterpret_cast<char*>(part.data()), sizeof part);
+    if (!file) break;
+    at += kPartHead + part[0];
+    need(at, "a part of it");
+  }
+}
+
 void add_node(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent, Builder& builder) {
   const aiMatrix4x4 X = parent * node.mTransformation;
   for (unsigned int m = 0; m < node.mNumMeshes; ++m) {
@@ -226,6 +264,7 @@ MeshData read_mesh(const std::string& path) {
   }
   if (auto mesh = read_binary_stl(path)) return std::move(*mesh);
   if (auto mesh = read_msh(path)) return std::move(*mesh);
+  require_whole_glb(path, ending == ".glb");
 
   Assimp::Importer importer;
   importer.SetIOHandler(new OneFile(path));  // the importer deletes it

@@ -484,7 +484,10 @@ JobDone do_job(const PiecesJob& job) {
       }
       cell.samples.push_back(
           {main ? "piece_error_m" : fmt::format("piece_error_m {} ms", shortest(each.length_ms)), each.errors});
-      if (main && job.references.size() > 1) cell.samples.push_back({"piece_state", each.states});
+      if (job.references.size() > 1) {
+        cell.samples.push_back(
+            {main ? "piece_state" : fmt::format("piece_state {} ms", shortest(each.length_ms)), each.states});
+      }
     }
   }
   return job_done({std::move(cell)}, pieces.engine_s());

@@ -3,6 +3,7 @@
 import contextlib
 import json
 import os
+import re
 import shutil
 import signal
 import sqlite3
@@ -82,6 +83,65 @@ class Shards(CampaignTest):
             self.assertEqual({row[0] for row in db.execute("SELECT DISTINCT measure FROM cells")}, {"raw_speed"})
         self.assertNotIn("missing", self.assay("merge", "parts", "--out", "merged"))
         self.assertEqual(self.table("merged"), self.table("whole"))
+
+    def test_runs_that_were_made_before_are_read(self):
+        self.write("tiny.toml", tiny().replace('"raw_speed", ', '"agreement", "raw_speed", ').replace("pieces = 2", "pieces = 3\ninitial_states = 3"))
+        self.run_tiny("whole", "--references", "off")
+        made = {}
+        for i in [1, 2, 3]:
+            told = self.run_tiny(f"runs/{i}", "--shard", f"{i}/3", "--cells", "runs", "--references", "made")
+            made[i] = int(re.search(r"^runs that other parts read: (\d+) of", told)[1])
+            self.assertEqual(self.assay_json("status", f"runs/{i}", "--json")["planned"], 0)
+        # of two contenders from three states, and one reference solution
+        self.assertEqual(sum(made.values()), 2 * 3 + 1)
+        self.assertGreater(min(made.values()), 0, made)
+        files = {file.name: file.stat() for file in (self.dir / "made").glob("*.bin")}
+        self.assertEqual(len(files), 7)
+        # again: they are there
+        self.assertIn(f"read: {made[1]} of", self.run_tiny("runs/1", "--shard", "1/3", "--cells", "runs", "--references", "made"))
+        for i in [1, 2, 3]:
+            self.run_tiny(f"parts/a{i}", "--shard", f"{i}/3", "--cells", "after-runs", "--references", "made")
+        self.run_tiny("parts/t1", "--shard", "1/1", "--cells", "timing", "--references", "made")
+        read = {file.name: file for file in (self.dir / "parts").glob("*/trajectories/*.bin") if file.name in files}
+        self.assertEqual(set(read), set(files))
+        for name, file in read.items():  # the same file, which nobody has made again
+            self.assertEqual(file.stat().st_ino, files[name].st_ino)
+        self.assertNotIn("missing", self.assay("merge", "parts", "--out", "merged"))
+        self.assertEqual(self.table("merged"), self.table("whole"))
+        # without them these parts make their own
+        shutil.rmtree(self.dir / "parts")
+        for i in [1, 2, 3]:
+            self.run_tiny(f"parts/a{i}", "--shard", f"{i}/3", "--cells", "after-runs", "--references", "off")
+        self.run_tiny("parts/t1", "--shard", "1/1", "--cells", "timing")
+        self.assay("merge", "parts", "--out", "again")
+        self.assertEqual(self.table("again"), self.table("whole"))
+
+    def test_runs_need_a_folder_that_others_see(self):
+        self.refused("run", "tiny.toml", "--out", "runs", "--cells", "runs", "--references", "off", naming=["--references", "'off'"])
+        self.refused("run", "tiny.toml", "--out", "runs", "--cells", "run", naming=["'run'", "after-runs"])
+        self.run_tiny("runs", "--shard", "1/2", "--cells", "runs", "--references", "made")
+        self.refused("run", "tiny.toml", "--out", "runs", "--shard", "1/2", "--cells", "after-runs", "--references", "made",
+                     naming=["part 1/2 of the runs that others read"])
+
+    def test_runs_that_lay_in_the_results_are_not_kept_for_other_campaigns(self):
+        # the results may be a stranger's, and a checksum tells nothing of who made a run
+        self.run_tiny("r", "--cells", "timing", "--references", "off")
+
+        def names(folder):
+            return {file.name for file in (self.dir / folder).glob("*.bin")}
+
+        there = names("r/trajectories")
+        self.assertTrue(there)
+        self.run_tiny("r", "--references", "kept")
+        self.assertTrue(names("kept"))
+        self.assertEqual(names("kept") & there, set())
+        # nor does a part that makes runs for others count one as made that only its own folder has
+        self.run_tiny("runs", "--cells", "runs", "--references", "first")
+        made = names("first")
+        self.run_tiny("runs", "--cells", "runs", "--references", "second")
+        self.assertEqual(names("second"), made)
+        for name in made:
+            self.assertNotEqual((self.dir / "second" / name).stat().st_ino, (self.dir / "first" / name).stat().st_ino)
 
     def test_shard_from_the_environment(self):
         def part(**variables):

@@ -131,12 +131,15 @@ class Scripts(CampaignTest):
         text = self.assay("submit", "--slurm", "tiny.toml", "--out", "a folder", "--nodes", "2", "--partition", "fast",
                           "--cpus", "2", "--dry-run")
         self.assertFalse((self.dir / "a folder").exists())
-        self.assertEqual(text.count("#SBATCH --partition=fast"), 3)
+        self.assertEqual(text.count("#SBATCH --partition=fast"), 4)
         timing = text[text.index("timing.sh\n"):]
         self.assertIn("#SBATCH --exclusive", timing)
-        self.assertNotIn("--exclusive", text[:text.index("finish.sh")])
-        self.assertIn("--cells accuracy", text)
-        self.assertIn("--dependency=afterany:ACCURACY:TIMING", text)
+        self.assertNotIn("--exclusive", text[:text.index("timing.sh\n")])
+        for cells, folder in [("runs", "/runs/"), ("after-runs", "/shards/accuracy-"), ("timing", "/shards/timing-")]:
+            self.assertRegex(text, f"--cells {cells} --references '[^']*/a folder/references' --out '[^']*/a folder'{folder}\"")
+        self.assertIn("--dependency=afterany:RUNS jobs/accuracy.sh", text)
+        self.assertIn("--dependency=afterany:RUNS:ACCURACY jobs/timing.sh", text)
+        self.assertIn("--dependency=afterany:RUNS:ACCURACY:TIMING jobs/finish.sh", text)
         # the planar chain's timings are one group: a second timing part would be empty
         self.assertRegex(text, r"--array=1%2 ")
         for script in re.findall(r"(?s)(#!/bin/sh\n.*?)\n\n", text):
@@ -181,7 +184,7 @@ class Scripts(CampaignTest):
         text = self.assay("submit", "--slurm", "tiny.toml", "--out", "out", "--sbatch=--constraint=[zen4|zen5]",
                           "--sbatch=--mem=8G", "--sbatch=--qos=long", "--dry-run")
         for line in ["#SBATCH --constraint=[zen4|zen5]", "#SBATCH --mem=8G", "#SBATCH --qos=long"]:
-            self.assertEqual(text.splitlines().count(line), 3, text)
+            self.assertEqual(text.splitlines().count(line), 4, text)
         for option, words in [("-C zen4", ["'-C zen4'", "long option"]), ("--mem=8G\n#SBATCH --array=1", ["--mem=8G"]),
                               ("--mem=8G --array=1", ["spaces"]), ("--array=1-9", ["--array", "itself"]),
                               ("--arr=1-9", ["--array", "itself"]), ("--time=1:00", ["use --time"]), ("--", ["long option"]),
@@ -194,10 +197,18 @@ class Scripts(CampaignTest):
                          naming=[option, "control character"])
         self.refused("submit", "--slurm", "tiny.toml", "--out", "o\nut", "--dry-run", naming=["--out", "control character"])
 
-    def test_the_help_tells_how_many_parts_there_are(self):
-        told = re.search(r"default: (\d+) a\s+node", self.assay("submit", "--help"))
-        text = self.assay("submit", "--slurm", "quick", "--out", "out", "--dry-run")
-        self.assertIn(f"--array=1-{told[1]} ", text)
+    def test_as_many_parts_on_each_node_and_none_of_little_work(self):
+        told = re.sub(r"\s+", " ", self.assay("submit", "--help"))
+        most = int(re.search(r"at least one and at most (\d+) a node", told)[1])
+
+        def parts(*words):
+            text = self.assay("submit", "--slurm", *words, "--out", "out", "--dry-run")
+            return [int(n) for n in re.findall(r"--array=1-(\d+) .*?jobs/(?:runs|accuracy)\.sh", text)]
+
+        self.assertEqual(parts("paper", "--nodes", "2"), [2 * most, 2 * most])
+        self.assertEqual(parts("quick", "--nodes", "64"), [64, 64])  # some seconds each
+        few = parts("quick", "--nodes", "4")
+        self.assertTrue(all(n % 4 == 0 and 4 < n < 4 * most for n in few), few)
 
     def test_wrong_use(self):
         self.refused("submit", "tiny.toml", "--out", "out", naming=["--slurm"])
@@ -223,8 +234,13 @@ class Queue(CampaignTest):
             (self.dir / "bin" / name).chmod(0o755)
         self.env["PATH"] = f"{self.dir}/bin:{self.env['PATH']}"
         self.queue()
-        self.assay("submit", "--slurm", "tiny.toml", "--out", "out", "--shards", "2")  # jobs 1, 2 and 3
-        self.assertEqual(len(self.new_jobs()), 3)
+        self.assay("submit", "--slurm", "tiny.toml", "--out", "out", "--shards", "2")  # jobs 1 to 4
+        self.assertEqual(self.new_jobs(), ["--array=1-2 runs.sh", "--array=1-2 --dependency=afterany:1 accuracy.sh",
+                                           "--array=1%1 --dependency=afterany:1:2 timing.sh",
+                                           "--export=ALL,ASSAY_ATTEMPT=1 --dependency=afterany:1:2:3 finish.sh"])
+
+    def run_part_1(self):
+        self.run_tiny("out/shards/accuracy-1", "--shard", "1/2", "--cells", "after-runs", "--references", "out/references")
 
     def queue(self, *lines):
         self.write("queue", "".join(f"{line}\n" for line in lines))
@@ -237,27 +253,32 @@ class Queue(CampaignTest):
         return [re.sub(r"\S*/jobs/", "", line).removeprefix("--parsable ") for line in new]
 
     def test_what_waits_or_runs_is_left_alone(self):
-        self.queue("1_1 RUNNING", "1_2 PENDING", "2_1 PENDING", "3 PENDING")
+        self.queue("1_1 COMPLETED", "1_2 RUNNING", "2_1 PENDING", "2_2 PENDING", "3_1 PENDING", "4 PENDING")
         text = self.assay("submit", "--resume", "--out", "out")
-        self.assertIn("accuracy parts 1-2, timing parts 1 wait or run (Slurm's jobs 1, 2, 3) and are left alone", text)
+        self.assertIn("accuracy parts 1-2, timing parts 1, parts of runs 2 wait or run (Slurm's jobs 1, 2, 3, 4) and are left "
+                      "alone", text)
+        self.assertEqual(self.new_jobs(), [])
+        self.queue("2_1 RUNNING", "2_2 PENDING", "3_1 PENDING", "4 PENDING")
+        text = self.assay("submit", "--resume", "--out", "out")
+        self.assertIn("accuracy parts 1-2, timing parts 1 wait or run (Slurm's jobs 2, 3, 4) and are left alone", text)
         self.assertEqual(self.new_jobs(), [])
         # one that was killed is submitted again, before timings that still wait: their finishing job comes last
-        self.queue("1_1 NODE_FAIL", "1_2 COMPLETING", "2_1 PENDING", "3 PENDING")
+        self.queue("2_1 NODE_FAIL", "2_2 COMPLETING", "3_1 PENDING", "4 PENDING")
         self.assertIn("timing parts 1 wait or run", self.assay("submit", "--resume", "--out", "out"))
         self.assertEqual(self.new_jobs(), ["--array=1-2 accuracy.sh",
-                                           "--export=ALL,ASSAY_ATTEMPT=1 --dependency=afterany:2:3:4 finish.sh"])
-        self.queue("2_1 PENDING", "3 PENDING", "4_1 PENDING", "4_2 RUNNING", "5 PENDING")
+                                           "--export=ALL,ASSAY_ATTEMPT=1 --dependency=afterany:3:4:5 finish.sh"])
+        self.queue("3_1 PENDING", "4 PENDING", "5_1 PENDING", "5_2 RUNNING", "6 PENDING")
         self.assay("submit", "--resume", "--out", "out")
         self.assertEqual(self.new_jobs(), [])
 
     def test_the_finishing_job_waits_for_what_was_submitted_meanwhile(self):
-        self.env["SLURM_JOB_ID"] = "3"
-        self.queue("1_1 COMPLETED", "1_2 RUNNING", "2_1 PENDING", "3 RUNNING")
-        self.run_tiny("out/shards/accuracy-1", "--shard", "1/2", "--cells", "accuracy")
+        self.env["SLURM_JOB_ID"] = "4"
+        self.queue("2_1 COMPLETED", "2_2 RUNNING", "3_1 PENDING", "4 RUNNING")
+        self.run_part_1()
         done = self.run_assay("submit", "--resume", "--out", "out", "--attempt", "3")
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertNotIn("lost after", done.stdout)
-        self.assertEqual(self.new_jobs(), ["--export=ALL,ASSAY_ATTEMPT=3 --dependency=afterany:1:2 finish.sh"])
+        self.assertEqual(self.new_jobs(), ["--export=ALL,ASSAY_ATTEMPT=3 --dependency=afterany:2:3 finish.sh"])
         # and what has ended without all of its cells is lost
         self.queue()
         done = self.run_assay("submit", "--resume", "--out", "out", "--attempt", "3")
@@ -271,9 +292,9 @@ class Queue(CampaignTest):
             fcntl.flock(lock, fcntl.LOCK_EX)
             done = self.run_assay("submit", "--resume", "--out", "out")
             self.assertEqual(done.returncode, 0, done.stderr)
-            self.check_sentence(done.stderr, ["jobs 1, 2, 3", "not known", "Unable to contact"])
+            self.check_sentence(done.stderr, ["jobs 1, 2, 3, 4", "not known", "Unable to contact"])
             self.assertIn("accuracy parts 1, timing parts none wait or run", done.stdout)
-            self.assertEqual(self.new_jobs()[:2], ["--array=2 accuracy.sh", "--array=1%1 --dependency=afterany:4 timing.sh"])
+            self.assertEqual(self.new_jobs()[:2], ["--array=2 accuracy.sh", "--array=1%1 --dependency=afterany:5 timing.sh"])
             self.refused("submit", "--slurm", "tiny.toml", "--out", "out", naming=["accuracy parts 1", "--resume"])
 
     def test_a_part_that_was_killed_at_its_start_is_lost(self):
@@ -282,19 +303,56 @@ class Queue(CampaignTest):
         self.assay("submit", "--resume", "--out", "out")
         self.assertEqual(self.new_jobs()[0], "--array=1-2 accuracy.sh")
 
+    def test_a_request_that_a_stranger_wrote(self):
+        request = self.dir / "out/jobs/request.json"
+        good = json.loads(request.read_text())
+
+        def forge(**keys):
+            request.write_text(json.dumps({**good, **keys}))
+
+        evil = [{"runs_parts": 2000000000}, {"accuracy_parts": -1}, {"cpus": 0}, {"nodes": 10**9},
+                {"options": ["--wrap=rm"]}, {"partition": "x\n#SBATCH --wrap=rm"},
+                {"jobs": [{"id": "1; rm", "kind": "accuracy", "parts": [1]}]}, {"jobs": [{"id": "1", "kind": "accuracy", "parts": [0]}]}]
+        for keys in evil:
+            forge(**keys)
+            self.refused("status", "out", naming=[])
+            self.refused("submit", "--resume", "--out", "out", naming=[])
+        self.assertEqual(self.new_jobs(), [])
+        forge(program="/tmp/another program")
+        self.assay("submit", "--resume", "--out", "out")
+        self.assertEqual(self.new_jobs()[0], "--array=1-2 accuracy.sh")
+        self.assertNotIn("another program", (self.dir / "out/jobs/accuracy.sh").read_text())
+        request.unlink()
+        os.mkfifo(request)
+        self.refused("status", "out", naming=["request.json", "a named pipe"])
+        self.refused("submit", "--resume", "--out", "out", naming=["request.json", "a named pipe"])
+        reliability("a submitted directory whose record a stranger wrote: numbers, options, another program, a pipe", len(evil) + 2,
+                    "one sentence, exit status 2; this program's own scripts", "nothing")
+
+    def test_a_directory_of_an_older_submission_is_resumed_or_refused(self):
+        request = self.dir / "out/jobs/request.json"
+        old = json.loads(request.read_text())
+        for key in ["runs_parts", "runs_plan"]:
+            del old[key]
+        request.write_text(json.dumps({**old, "jobs": []}))
+        self.assay("submit", "--resume", "--out", "out")
+        self.assertEqual(self.new_jobs()[0], "--array=1-2 accuracy.sh")
+        self.assertIn("--cells accuracy ", (self.dir / "out/jobs/accuracy.sh").read_text())
+        self.refused("submit", "--slurm", "tiny.toml", "--out", "out", "--shards", "2", naming=["another way", "--resume"])
+
     def test_a_second_submission_over_jobs_is_refused(self):
-        self.queue("1_2 RUNNING", "3 PENDING")
+        self.queue("2_2 RUNNING", "4 PENDING")
         for shards in ["2", "3"]:
             self.refused("submit", "--slurm", "tiny.toml", "--out", "out", "--shards", shards,
-                         naming=["--resume", "scancel 1 3"])
+                         naming=["--resume", "scancel 2 4"])
         self.queue()
         self.assertEqual(self.new_jobs(), [])
         # nor may other parts follow those that have results
-        self.run_tiny("out/shards/accuracy-1", "--shard", "1/2", "--cells", "accuracy")
+        self.run_part_1()
         self.refused("submit", "--slurm", "tiny.toml", "--out", "out", "--shards", "1",
                      naming=["2 accuracy parts", "not of 1", "--shards 2"])
         self.assay("submit", "--slurm", "tiny.toml", "--out", "out", "--shards", "2")
-        self.assertEqual(len(self.new_jobs()), 3)
+        self.assertEqual(len(self.new_jobs()), 4)
 
     def test_status_shows_what_was_submitted(self):
         self.run_tiny("whole")
@@ -304,7 +362,15 @@ class Queue(CampaignTest):
                          [(f"out/shards/{name}", "waiting") for name in ["accuracy-1", "accuracy-2", "timing-1"]])
         self.assertEqual((status["planned"], status["done"]), (whole["planned"], 0))
         self.assertGreater(status["left_s"], 0)
-        self.run_tiny("out/shards/accuracy-1", "--shard", "1/2", "--cells", "accuracy")
+        self.assertEqual([(each["parts"], each["parts_ended"]) for each in status["runs"]], [(2, 0)])
+        self.assertIn("in 2 parts, of which 0 ended and 0 are under way", self.assay("status", "out"))
+        self.run_tiny("out/runs/1", "--shard", "1/2", "--cells", "runs", "--references", "out/references")
+        ended, = self.assay_json("status", "out", "--json")["runs"]
+        self.assertEqual((ended["parts_ended"], ended["parts_running"]), (1, 0))
+        self.assertGreater(ended["runs_ended"], 0)
+        self.assertLess(ended["runs_ended"], ended["runs"])
+        self.run_part_1()
+        self.assertNotIn("first the runs", self.assay("status", "out"))
         status = self.assay_json("status", "out", "--json")
         self.assertEqual([part["state"] for part in status["parts"]], ["complete", "waiting", "waiting"])
         self.assertEqual(status["planned"], whole["planned"])
@@ -342,7 +408,7 @@ class RealSlurm(CampaignTest):
     def test_a_campaign_as_jobs_survives_what_a_cluster_does(self):
         self.run_tiny("whole")
         text = self.assay("submit", "--slurm", "tiny.toml", "--out", "out", "--shards", "2")
-        self.assertRegex(text, r"job \d+: 2 accuracy parts, job \d+: 1 timing part")
+        self.assertRegex(text.replace("\n", " "), r"job \d+: 2 parts of runs that others read, job \d+: 2 accuracy parts, job \d+: 1 timing part")
         # a part that is killed
         killed = False
         deadline = time.monotonic() + 120
@@ -374,14 +440,14 @@ class RealSlurm(CampaignTest):
         self.assay("submit", "--slurm", "tiny.toml", "--out", "out", "--shards", "2", "--sbatch=--comment=tiny")
         first = {name: job.split("_")[0] for job, _, name in self.jobs()}
         before = self.jobs()
-        self.assertEqual(len(before), 4)
+        self.assertEqual(len(before), 6)
         self.assertIn("are left alone", self.assay("submit", "--resume", "--out", "out"))
         self.refused("submit", "--slurm", "tiny.toml", "--out", "out", naming=["scancel", first["assay-timing"]])
         self.assertEqual(self.jobs(), before)
         self.assertIn("waiting", self.assay("status", "out"))
         self.slurm.run("scancel", f"{first['assay-accuracy']}_2")
         self.assertIn("1 accuracy part,", self.assay("submit", "--resume", "--out", "out").replace("\n", " "))
-        self.assertEqual(len(self.jobs()), 5)  # another finishing job, after the first one
+        self.assertEqual(len(self.jobs()), 7)  # another finishing job, after the first one
         self.slurm.run("scontrol", "update", f"NodeName={self.slurm.host}", "State=RESUME")
         self.wait_for_the_end()
         self.assertEqual(self.table("out"), self.table("whole"), self.logs())

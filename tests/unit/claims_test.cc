@@ -768,6 +768,15 @@ TEST(ClaimsFile, RefusesWhatItCannotUse) {
   EXPECT_THROW(load_claims("/nowhere/claims.toml"), InputError);
   EXPECT_THROW(parse_claims("[engines]\nA = ['a']\n", "x"), InputError);
   EXPECT_THROW(parse_claims("engines = 1\n", "x"), InputError);
+  for (const auto& [text, words] : {std::pair("\n[engines]\nA = [\"a\\u0000b\"]\n", "x:3: a text has a NUL character"),
+                                    std::pair("\n= 1\n", "x:2: this is not TOML")}) {
+    try {
+      static_cast<void>(parse_claims(text, "x"));
+      ADD_FAILURE() << text;
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), HasSubstr(words));
+    }
+  }
 }
 
 // Every contender of the paper's line-up exists, and the paper's campaign measures what the claims ask for.

@@ -162,6 +162,8 @@ class CompareTest : public TempFolderTest {
     std::string node = {};                                   // that measured, "" for none that is known
     std::vector<double> states = {};                         // penetration of engine-a in each initial state, m
     int timings = 1;                                         // of each contender, at as many timesteps
+    bool has_error = true;                                   // of engine-a
+    std::vector<double> pieces = {}, piece_states = {};      // errors of engine-a's pieces of both lengths, m
   };
 
   std::string path(const std::string& name) const { return (dir_ / name).string(); }
@@ -185,9 +187,22 @@ class CompareTest : public TempFolderTest {
         violation.values = {{"penetration_rms", "m", mean(made.states), {}, {}}};
         store.put_cell(violation, {{"penetration_rms of states", made.states}});
       }
+      if (is_a && !made.pieces.empty()) {
+        Cell pieces = cell(fmt::format("{}", ++key), contender, "consistency");
+        std::vector<SampleSeries> samples;
+        for (const std::string length : {"", " 100 ms"}) {
+          const std::string value = length.empty() ? "consistency" : "consistency_100ms";
+          pieces.values.push_back({value, "m", mean(made.pieces), {}, {}});
+          samples.push_back({"piece_error_m" + length, made.pieces});
+          if (!made.piece_states.empty()) samples.push_back({"piece_state" + length, made.piece_states});
+        }
+        store.put_cell(pieces, samples);
+      }
       Cell truth = cell(fmt::format("{}", ++key), contender, "truth");
       truth.outcome = is_a ? made.outcome : Outcome::kOk;
-      if (truth.outcome == Outcome::kOk) truth.values = {{"truth_error", "m", is_a ? made.error : 1e-3, {}, {}}};
+      const bool has_error = truth.outcome == Outcome::kOk || truth.outcome == Outcome::kUnstable;
+      if (has_error && (!is_a || made.has_error))
+        truth.values = {{"truth_error", "m", is_a ? made.error : 1e-3, {}, {}}};
       store.put_cell(truth);
       for (int timing = 0; timing < made.timings; ++timing) {
         Cell speed = cell(fmt::format("{}", ++key), contender, "raw_speed");
@@ -422,6 +437,85 @@ TEST_F(CompareTest, AChangeThatIsNotAlikeInTheStatesIsUnsettled) {
   EXPECT_THAT(comparison_markdown(chaos), HasSubstr("| unsettled | chain | engine-a |"));
 }
 
+TEST_F(CompareTest, AMeanThatOneStateMovedAgainstTheOthersIsUnsettled) {
+  std::vector<double> before(20, 1e-3), after(20, 0.9e-3);
+  before.back() = 2e-2;
+  after.back() = 2.6e-2;
+  make("a", {.states = before});
+  make("b", {.states = after});
+  const Comparison found = compared("a", "b");
+  const CellChange& penetration = row(found, "engine-a", "penetration_rms");
+  EXPECT_GT(penetration.ratio.value_or(Interval{}).value, 1.1);
+  EXPECT_EQ(penetration.change, Change::kUnsettled);
+  const auto open = undecided(found, 0.05);
+  ASSERT_EQ(open.size(), 1U) << "a CI is told";
+  EXPECT_EQ(open.front()->value, "penetration_rms");
+  EXPECT_TRUE(undecided(compared("b", "a"), 0.05).empty()) << "smaller is no matter";
+}
+
+TEST_F(CompareTest, FromZeroIsTestedToo) {
+  std::vector<double> one(20, 0), all(20, 1e-3);
+  one.front() = 1e-3;
+  make("zero", {.states = std::vector<double>(20, 0)});
+  make("one", {.states = one});
+  make("all", {.states = all});
+  EXPECT_EQ(row(compared("zero", "one"), "engine-a", "penetration_rms").change, Change::kUnsettled);
+  EXPECT_EQ(regressions(compared("zero", "one"), 0.05).size(), 0U);
+  EXPECT_EQ(row(compared("zero", "all"), "engine-a", "penetration_rms").change, Change::kWorse);
+}
+
+// Pieces of one motion depend on each other: three states are three figures, whatever their pieces.
+TEST_F(CompareTest, PiecesOfOneMotionAreOneFigure) {
+  const std::vector<double> states = {0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2};
+  std::vector<double> before(12, 1e-3),
+      after = {4e-3, 4.1e-3, 3.9e-3, 4e-3, 1.1e-3, 1.1e-3, 1.1e-3, 1.1e-3, 1.05e-3, 1.05e-3, 1.05e-3, 1.05e-3};
+  make("a", {.pieces = before, .piece_states = states});
+  make("b", {.pieces = after, .piece_states = states});
+  const Comparison found = compared("a", "b");
+  for (const char* value : {"consistency", "consistency_100ms"}) {
+    EXPECT_EQ(row(found, "engine-a", value).samples_a, 3U) << value;
+    EXPECT_EQ(row(found, "engine-a", value).change, Change::kUnsettled) << value;
+  }
+  make("one a", {.pieces = before});
+  make("one b", {.pieces = after});
+  EXPECT_EQ(row(compared("one a", "one b"), "engine-a", "consistency").samples_a, 12U) << "of one motion";
+}
+
+TEST_F(CompareTest, WhatIsSlowerByLessThanTheLimitMayStillBeSlowerByTheLimit) {
+  make("a", {.noise = 0.02, .processes = 12});
+  make("b", {.slower = 1.04, .seed = 2, .noise = 0.02, .processes = 12});
+  const Comparison found = compared("a", "b");
+  const CellChange& time = row(found, "engine-a", "step_time");
+  ASSERT_EQ(time.change, Change::kWorse);
+  const double high = time.ratio.value_or(Interval{}).high;
+  EXPECT_TRUE(regressions(found, 0.99 * (high - 1)).empty());
+  EXPECT_EQ(undecided(found, 0.99 * (high - 1)).size(), 1U);
+  EXPECT_TRUE(undecided(found, 1.01 * (high - 1)).empty());
+}
+
+TEST_F(CompareTest, TwoProcessesNameNoChange) {
+  make("a", {.noise = 0, .processes = 2});
+  make("b", {.slower = 1.5, .noise = 0, .processes = 2});
+  const Comparison found = compared("a", "b");
+  EXPECT_EQ(row(found, "engine-a", "step_time").change, Change::kNone);
+  EXPECT_EQ(undecided(found, 0.05).size(), 1U);
+  make("c", {.noise = 0, .processes = 3});
+  make("d", {.slower = 1.5, .noise = 0, .processes = 3});
+  EXPECT_EQ(row(compared("c", "d"), "engine-a", "step_time").change, Change::kWorse);
+}
+
+TEST_F(CompareTest, FiguresOfUnstableCellsAreComparedAndMissingOnesAreAGap) {
+  make("a", {.outcome = Outcome::kUnstable});
+  make("b", {.error = 2e-3, .outcome = Outcome::kUnstable});
+  EXPECT_EQ(row(compared("a", "b"), "engine-a", "truth_error").change, Change::kWorse);
+  make("c", {});
+  make("d", {.has_error = false});
+  const Comparison found = compared("c", "d");
+  EXPECT_EQ(found.values_only_in_a.size(), 1U);
+  EXPECT_THAT(gaps(found), AllOf(HasSubstr("1 value"), HasSubstr("truth_error of 'engine-a'")));
+  EXPECT_EQ(gaps(compared("d", "c")), "");
+}
+
 TEST_F(CompareTest, TablesHaveAllRowsAndNoNan) {
   make("a", {});
   make("b", {.slower = 1.2, .seed = 2});
@@ -508,6 +602,33 @@ TEST_F(CompareTest, AHistoryNamesTheRunSinceWhichACellFails) {
   ASSERT_EQ(error.changes.size(), 1U) << "failures before the first figure count";
   EXPECT_EQ(error.changes[0].run, 2U);
   EXPECT_EQ(error.changes[0].change, Change::kBetter);
+}
+
+TEST_F(CompareTest, AHistorySeesManySmallStepsAndSaysWhereItCannotLook) {
+  std::vector<std::string> dirs;
+  for (int i = 0; i < 3; ++i) {
+    dirs.push_back(path(fmt::format("run{}", i)));
+    make(fmt::format("run{}", i), {.slower = i < 1 ? 1 : 3.0,
+                                   .error = 1e-3 * std::pow(1.015, i),
+                                   .seed = static_cast<std::uint64_t>(i),
+                                   .started = fmt::format("2026-01-{:02}", i + 1)});
+  }
+  const History found = history(dirs, {});
+  size_t errors = 0;
+  for (const Course& course : found.courses) {
+    if (course.contender != "engine-a" || course.value != "truth_error") continue;
+    ASSERT_EQ(course.changes.size(), 1U) << "3 % in two steps";
+    EXPECT_EQ(course.changes[0].run, 2U);
+    EXPECT_NEAR(course.changes[0].ratio, 1.015 * 1.015, 1e-6);
+    ++errors;
+  }
+  EXPECT_EQ(errors, 1U);
+  EXPECT_EQ(found.too_short, 2U);
+  EXPECT_THAT(history_markdown(found), HasSubstr("fewer than 4"));
+  for (const char* control : {"typo", "null"}) EXPECT_THROW(history(dirs, {.control = control}), InputError) << control;
+  make("last", {.seed = 9, .started = "2026-01-09", .timed_b = Outcome::kCrashed});
+  dirs.push_back(path("last"));
+  EXPECT_EQ(history(dirs, {.control = "engine-b"}).without_control, 1U);
 }
 
 TEST_F(CompareTest, AHistoryLeavesOutTimesOfOtherWindows) {

@@ -257,7 +257,18 @@ TEST_F(MeshFile, MeshesThatAreWrong) {
   EXPECT_THAT(refusal("e.stl", ""), HasSubstr("empty file"));
   EXPECT_THAT(refusal("b.obj", "v 0 0 nan\n"), HasSubstr("export it again"));
   EXPECT_THAT(refusal("b.dae", "<COLLADA"), HasSubstr("cannot be read"));
-  EXPECT_THAT(refusal("b.glb", glb(solid()).substr(0, 200)), HasSubstr("cannot be read"));
+  EXPECT_THAT(refusal("b.glb", glb(solid()).substr(0, 200)), HasSubstr("its content ends at byte"));
+  // lengths that the library would take memory for
+  const auto with = [](std::uint32_t version, std::uint32_t length) {
+    std::string bytes = glb(solid());
+    std::memcpy(bytes.data() + 4, &version, sizeof version);
+    std::memcpy(bytes.data() + 12, &length, sizeof length);
+    return bytes;
+  };
+  EXPECT_THAT(refusal("b.glb", with(2, 0x7d0001cc)), HasSubstr("a part of it ends at byte 2097152480"));
+  EXPECT_THAT(refusal("b.glb", with(1, 0x7d0001cc)), HasSubstr("its text ends at byte 2097152480"));
+  EXPECT_THAT(refusal("b.glb", with(3, 4)), HasSubstr("version 1 or 2"));
+  EXPECT_THAT(refusal("b.glb", "glT#F"), HasSubstr("no binary glTF"));
   EXPECT_THAT(refusal("short.msh", msh(solid()).substr(0, 100)), HasSubstr("does not match"));
   Solid wrong = solid();
   wrong.faces[3][1] = 99;

@@ -227,6 +227,81 @@ measures = ["consistency", "truth", "drift"]
   EXPECT_LT(longest(8), longest(1));
 }
 
+// Runs that are made before, and what reads them, are divided by themselves.
+TEST(Plan, RunsAndWhatReadsThem) {
+  const Campaign divided = campaign(R"(
+name = "runs"
+contenders = ["mujoco-euler", "ode-step", "mujoco-rk4"]
+timesteps_ms = ["1/4", 1, 4]
+reference_ms = "1/4"
+measures = ["consistency", "truth", "agreement", "raw_speed"]
+[[system]]
+name = "planar-chain"
+duration_s = 2
+pieces = 4
+initial_states = 4
+[[system]]
+name = "capsules-27"
+duration_s = 1
+measures = ["consistency"]
+)");
+  const Plan whole = make_plan(divided);
+  EXPECT_TRUE(whole.runs.empty());
+  std::set<std::string> read;  // fine-step runs
+  for (const PlannedCell& cell : whole.cells) {
+    if (!cell.trajectory.empty()) read.insert(cell.trajectory);
+    read.insert(cell.other_states.begin(), cell.other_states.end());
+  }
+  EXPECT_EQ(read.size(), 3U * 4 + 3);
+  constexpr int kParts = 6;
+  const Plan runs = make_plan(divided, kParts, ShardCells::kRuns);
+  std::multiset<std::string> made;
+  std::map<int, std::set<int>> parts_of;  // by contender
+  int solutions = 0;
+  for (const PlannedRun& run : runs.runs) {
+    ASSERT_TRUE(run.shard >= 1 && run.shard <= kParts);
+    const PlannedCell& reads = runs.cells.at(run.cell);
+    if (run.contender < 0) {
+      ++solutions;
+      EXPECT_EQ(reads.measure, "truth");
+      continue;
+    }
+    made.insert(run.address);
+    parts_of[run.contender].insert(run.shard);
+    EXPECT_EQ(run.state == 0 ? reads.trajectory : reads.other_states.at(static_cast<size_t>(run.state) - 1),
+              run.address);
+  }
+  EXPECT_EQ(made, std::multiset<std::string>(read.begin(), read.end())) << "each once";
+  EXPECT_EQ(solutions, 1);
+  size_t starts = 0;
+  for (const auto& [contender, parts] : parts_of) starts += parts.size();
+  EXPECT_LE(starts, size_t{kParts} + 2) << "a part has one contender, or two where one ends";
+  for (const PlannedCell& cell : runs.cells) EXPECT_EQ(cell.shard, 0);
+  const auto seconds = shard_seconds(divided, runs);
+  EXPECT_EQ(seconds.size(), size_t{kParts});
+  EXPECT_TRUE(std::ranges::is_sorted(seconds, std::ranges::greater_equal(), [](const auto& part) {
+    return part.second;
+  })) << "the longest first";
+
+  const Plan after = make_plan(divided, kParts, ShardCells::kAfterRuns);
+  std::map<std::tuple<int, int, std::string>, std::set<int>> shards;
+  for (const PlannedCell& cell : after.cells) {
+    EXPECT_EQ(cell.shard == 0, cell.measure == "raw_speed");
+    if (cell.shard > 0) shards[{cell.system, cell.contender, cell.measure}].insert(cell.shard);
+  }
+  bool apart = false;
+  for (const auto& [of, used] : shards) apart = apart || (std::get<2>(of) == "consistency" && used.size() > 1);
+  EXPECT_TRUE(apart) << "what reads a run need not be where it is made";
+  double all = 0, with_runs = 0;
+  for (const auto& [shard, s] : shard_seconds(divided, after)) all += s;
+  for (const auto& [shard, s] : shard_seconds(divided, make_plan(divided, kParts, ShardCells::kAccuracy)))
+    with_runs += s;
+  for (const auto& [shard, s] : seconds) all += s;
+  EXPECT_GT(all, with_runs);
+  EXPECT_LT(all, with_runs + 1 + 0.1 * static_cast<double>(runs.runs.size()))
+      << "nothing is counted twice; a start for each run, and the reference solution";
+}
+
 TEST(Plan, ShardsAsText) {
   EXPECT_EQ(parse_shard("2/8").index, 2);
   EXPECT_EQ(parse_shard("2/8").count, 8);
