@@ -35,6 +35,14 @@ int main(int argc, char** argv) {
                  campaign.contenders[static_cast<size_t>(cell.contender)].resolved.name, cell.timestep_ms, cell.measure,
                  stands_alone(cell) ? 1 : 0, estimate_seconds(campaign, {cell}, step_us, 1));
     }
+    for (const PlannedRun& run : plan.runs) {
+      const bool solution = run.contender < 0;
+      const CampaignSystem& system = campaign.systems[static_cast<size_t>(plan.cells[run.cell].system)];
+      const CampaignContender* of = solution ? nullptr : &campaign.contenders[static_cast<size_t>(run.contender)];
+      fmt::print("{},{},{},{},{},{},1,{:.4f}\n", run.address, run.shard, system.name, solution ? "" : of->resolved.name,
+                 solution ? 0 : system.reference_of(*of), solution ? "solution" : fmt::format("state {}", run.state),
+                 run_seconds(plan, run, step_us));
+    }
     fmt::print(stderr, "{} cells planned in {:.3f} s\n{}\n{}\n", plan.cells.size(), planning.count(), campaign.name,
                campaign.hash());
   } catch (const std::exception& error) {

@@ -33,8 +33,8 @@ struct SystemStepCost {
 constexpr auto kSystemStepCosts = std::to_array<SystemStepCost>({
 #include "campaign/system_step_costs.inc"
 });
-constexpr double kLargeShare = 0.25;                      // of a shard's mean
-constexpr double kRunStart = 0.05, kSolutionSeconds = 1;  // of a run, and of a reference solution, as far as known
+constexpr double kLargeShare = 0.25;                        // of a shard's mean
+constexpr double kRunStart = 0.05, kSolutionSeconds = 0.3;  // of a run, and of a reference solution, as far as known
 
 constexpr StepCost kUsualCost = {"", 2, 4};
 
@@ -49,7 +49,7 @@ double step_us_per_body(const CampaignContender& contender, bool contacts) {
 }
 
 // What stays together: (system, contender), or (system, one of the constants); a family's first system stands for it.
-// Of a group that was taken apart, the timestep of a run that needs no other, else 0.
+// Of a group that was taken apart, the timestep, negative for what stands alone beside what reads a run; else 0.
 using Group = std::tuple<int, int, double>;
 constexpr int kTimingOfAll = -1, kAgreementOfAll = -2, kScalingOfFamily = -3, kBatchOfAll = -4;
 
@@ -117,6 +117,7 @@ void divide_runs(const Campaign& campaign, Plan& plan, int shards) {
   std::map<int, double> loads;
   for (const PlannedRun& run : plan.runs) loads[run.shard] += run_seconds(plan, run, step_us);
   std::vector<std::pair<double, int>> order;
+  order.reserve(loads.size());
   for (const auto& [part, seconds] : loads) order.emplace_back(-seconds, part);
   std::ranges::sort(order);
   std::map<int, int> number;
@@ -358,21 +359,42 @@ void divide(const Campaign& campaign, Plan& plan, int shards, ShardCells cells) 
     const bool apart = shards > 1 && seconds_of_group.at(group) > large;
     for (const PlannedCell& cell : of_group) {
       Group part = group;
-      const bool alone = stands_alone(cell) || (after && cell.measure != "agreement");
-      if (apart && alone) std::get<2>(part) = cell.timestep_ms;
+      const bool alone = stands_alone(cell);
+      if (apart && (alone || (after && cell.measure != "agreement"))) std::get<2>(part) = cell.timestep_ms;
+      if (after && alone && shards > 1) std::get<2>(part) = -cell.timestep_ms;  // not with what waits for a run
       parts[part].push_back(cell);
     }
   }
-  std::vector<std::pair<const std::vector<PlannedCell>*, double>> sorted;
+  struct Part {
+    const std::vector<PlannedCell>* cells;
+    double seconds;
+    bool alone;
+  };
+  std::vector<Part> sorted;
   sorted.reserve(parts.size());
-  for (const auto& [part, of_part] : parts) sorted.emplace_back(&of_part, seconds_of(of_part));
-  std::ranges::stable_sort(sorted, [](const auto& a, const auto& b) { return a.second > b.second; });
+  double alone_seconds = 0, all_seconds = 0;
+  for (const auto& [part, of_part] : parts) {
+    const bool alone = after && std::ranges::all_of(of_part, stands_alone);
+    sorted.push_back({&of_part, seconds_of(of_part), alone});
+    all_seconds += sorted.back().seconds;
+    if (alone) alone_seconds += sorted.back().seconds;
+  }
+  std::ranges::stable_sort(sorted, [](const Part& a, const Part& b) { return a.seconds > b.seconds; });
+  // as many shards for what stands alone as its share of the work is
+  int first = 0;
+  if (after && alone_seconds > 0 && shards > 1) {
+    const bool all = alone_seconds == all_seconds;
+    first =
+        std::clamp(static_cast<int>(std::lround(shards * alone_seconds / all_seconds)), 1, all ? shards : shards - 1);
+  }
   std::vector<double> loads(static_cast<size_t>(shards), 0);
   std::unordered_map<std::string_view, int> shard_of;  // by the cell's key
-  for (const auto& [of_part, seconds] : sorted) {
-    const auto least = std::ranges::min_element(loads);
-    *least += seconds;
-    for (const PlannedCell& cell : *of_part) shard_of[cell.key] = static_cast<int>(least - loads.begin()) + 1;
+  for (const Part& part : sorted) {
+    const bool to_first = part.alone && first > 0;
+    const auto least =
+        std::min_element(loads.begin() + (to_first ? 0 : first), to_first ? loads.begin() + first : loads.end());
+    *least += part.seconds;
+    for (const PlannedCell& cell : *part.cells) shard_of[cell.key] = static_cast<int>(least - loads.begin()) + 1;
   }
   for (PlannedCell& cell : plan.cells) cell.shard = takes_part(cell, cells) ? shard_of.at(cell.key) : 0;
 }

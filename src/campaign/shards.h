@@ -41,8 +41,9 @@ bool stands_alone(const PlannedCell& cell);
 // cells; the accuracy cells of one contender and system, which share a fine-step run; a system's cells of agreement. Of
 // accuracy cells that are more than a quarter of a shard's mean, those that do not read the fine-step run form groups
 // by timestep, so that the longest group is a fine-step run with its pieces.
-// Where the runs are made before (kAfterRuns), groups are by timestep as well. Of kRuns each part has runs of few
-// contenders, because each contender costs a suite and a start.
+// Where the runs are made before (kAfterRuns), groups are by timestep as well, and the first shards have only cells
+// that stand alone, which need not wait for the runs. Of kRuns each part has runs of few contenders, because each
+// contender costs a suite and a start.
 void divide(const Campaign& campaign, Plan& plan, int shards, ShardCells cells);
 
 // The runs that the plan's accuracy cells and timings read, by contender, reference solutions first.

@@ -102,10 +102,9 @@ void refuse_other_part(const RunRequest& request, const Shard& shard) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(request.out + "/assay.sqlite", error)) return;
   const auto text = [](const std::string& part, const std::string& cells) {
-    const std::string kind = cells == "all"          ? ""
-                             : cells == "runs"       ? " of the runs that others read"
-                             : cells == "after-runs" ? " of the accuracy cells after their runs"
-                                                     : fmt::format(" of the {} cells", cells);
+    std::string kind = cells == "all" ? "" : fmt::format(" of the {} cells", cells);
+    if (cells == "runs") kind = " of the runs that others read";
+    if (cells == "after-runs") kind = " of the accuracy cells after their runs";
     return part == "1/1" ? fmt::format("the whole{}", kind.empty() ? " campaign" : kind)
                          : fmt::format("part {}{}", part, kind);
   };

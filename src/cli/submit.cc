@@ -69,7 +69,10 @@ std::vector<PartPlan> plan_of_parts(const Campaign& campaign, ShardCells cells, 
   if (count == 0) return parts;
   const Plan plan = make_plan(campaign, count, cells);
   for (const PlannedCell& cell : plan.cells) {
-    if (cell.shard > 0) ++parts[static_cast<size_t>(cell.shard) - 1].cells;
+    if (cell.shard == 0) continue;
+    PartPlan& part = parts[static_cast<size_t>(cell.shard) - 1];
+    if (part.cells++ == 0) part.waits = false;
+    part.waits = part.waits || !stands_alone(cell);
   }
   for (const PlannedRun& run : plan.runs) ++parts[static_cast<size_t>(run.shard) - 1].cells;
   for (const auto& [shard, seconds] : shard_seconds(campaign, plan)) {
@@ -124,7 +127,8 @@ std::string jobs_text(const SlurmRequest& request, const Parts& parts, const Slu
     texts.push_back(fmt::format("job {}: {} of runs that others read", jobs.runs, counted(parts.runs.size(), "part")));
   }
   if (!jobs.accuracy.empty()) {
-    texts.push_back(fmt::format("job {}: {}", jobs.accuracy, counted(parts.accuracy.size(), "accuracy part")));
+    texts.push_back(fmt::format("{} {}: {}", jobs.accuracy.size() > 1 ? "jobs" : "job", join(jobs.accuracy, " and "),
+                                counted(parts.accuracy.size(), "accuracy part")));
   }
   if (!jobs.timing.empty()) {
     texts.push_back(
@@ -244,15 +248,19 @@ int submit(const SubmitOptions& options) {
       print(fmt::format("# {}/jobs/{}\n{}\n", request.out, name, text));
     const Parts all = all_parts(request);
     std::string after;
-    const auto array = [&](const std::vector<int>& parts, const char* kind, const char* name, const std::string& more) {
+    const auto array = [&](const std::vector<int>& parts, const char* kind, const char* name, const std::string& more,
+                           const std::string& waits_for) {
       if (parts.empty()) return;
       print(fmt::format("sbatch --parsable --array={}{}{} jobs/{}.sh\n", array_text(parts), more,
-                        after.empty() ? "" : " --dependency=afterany" + after, kind));
+                        waits_for.empty() ? "" : " --dependency=afterany" + waits_for, kind));
       after += fmt::format(":{}", name);
     };
-    array(all.runs, "runs", "RUNS", "");
-    array(all.accuracy, "accuracy", "ACCURACY", "");
-    array(all.timing, "timing", "TIMING", fmt::format("%{}", request.nodes));
+    const auto [free, waiting] = apart(request, all.accuracy);
+    array(all.runs, "runs", "RUNS", "", "");
+    const std::string after_runs = after;
+    array(free, "accuracy", "ALONE", "", "");
+    array(waiting, "accuracy", "ACCURACY", "", after_runs);
+    array(all.timing, "timing", "TIMING", fmt::format("%{}", request.nodes), after);
     print(fmt::format("sbatch --parsable --dependency=afterany{} jobs/finish.sh\n", after));
     return kDone;
   }
@@ -286,14 +294,16 @@ void add_submit(CLI::App& app, Action& action) {
                    "One more option of sbatch for all jobs, as in --sbatch=--constraint=zen4; may be repeated")
       ->type_name("OPTION")
       ->allow_extra_args(false);
-  command->add_option("--nodes", options->nodes, "Nodes to divide for; so many measure times side by side (default: 1)")->type_name("N");
+  command->add_option("--nodes", options->nodes, "Nodes to divide for; so many measure times side by side (default: 1)")
+      ->type_name("N");
   command
       ->add_option("--shards", options->shards,
                    fmt::format("Parts of the runs and of the accuracy cells (default: of at least {:.0f} s, at least "
                                "one and at most {} a node)",
                                kLeastPartSeconds, kPartsPerNode))
       ->type_name("K");
-  command->add_option("--cpus", options->cpus, "Processors of a part that measures no times (default: 1)")->type_name("N");
+  command->add_option("--cpus", options->cpus, "Processors of a part that measures no times (default: 1)")
+      ->type_name("N");
   command->add_flag("--resume", options->resume, "Goes on with what was submitted to --out")->disable_flag_override();
   command->add_option("--attempt", options->attempt, "Of the job that finishes: the try that has ended")
       ->type_name("N")

@@ -106,14 +106,15 @@ SubmittedJob job_of(const json& from) {
 
 json plan_json(const std::vector<PartPlan>& plan) {
   json rows = json::array();
-  for (const PartPlan& part : plan) rows.push_back({{"cells", part.cells}, {"seconds", part.seconds}});
+  for (const PartPlan& part : plan)
+    rows.push_back({{"cells", part.cells}, {"seconds", part.seconds}, {"waits", part.waits}});
   return rows;
 }
 
 std::vector<PartPlan> plan_of(const json& from, const char* name) {
   std::vector<PartPlan> plan;
   if (!from.contains(name)) return plan;
-  for (const json& row : from.at(name)) plan.push_back({row.at("cells"), row.at("seconds")});
+  for (const json& row : from.at(name)) plan.push_back({row.at("cells"), row.at("seconds"), row.value("waits", true)});
   return plan;
 }
 
@@ -268,6 +269,16 @@ Parts all_parts(const SlurmRequest& request) {
   for (int part = 1; part <= request.timing_parts; ++part) parts.timing.push_back(part);
   for (int part = 1; part <= request.runs_parts; ++part) parts.runs.push_back(part);
   return parts;
+}
+
+std::pair<std::vector<int>, std::vector<int>> apart(const SlurmRequest& request, const std::vector<int>& parts) {
+  std::pair<std::vector<int>, std::vector<int>> found;
+  for (const int part : parts) {
+    const auto at = static_cast<size_t>(part) - 1;
+    const bool waits = at >= request.accuracy_plan.size() || request.accuracy_plan[at].waits;
+    (waits ? found.second : found.first).push_back(part);
+  }
+  return found;
 }
 
 std::string array_text(const std::vector<int>& parts) {
@@ -474,9 +485,15 @@ SlurmJobs submit_to_slurm(SlurmRequest request, const Parts& parts, int attempt,
     jobs.runs = submit_after({"sbatch", "--parsable", "--array=" + array_text(parts.runs)}, {}, "runs.sh",
                              JobKind::kRuns, parts.runs);
   }
-  if (!parts.accuracy.empty()) {
-    jobs.accuracy = submit_after({"sbatch", "--parsable", "--array=" + array_text(parts.accuracy)}, {JobKind::kRuns},
-                                 "accuracy.sh", JobKind::kAccuracy, parts.accuracy);
+  // what reads no run fills the nodes while the last runs end
+  const auto [free, waiting] = apart(request, parts.accuracy);
+  if (!free.empty()) {
+    jobs.accuracy.push_back(submit_after({"sbatch", "--parsable", "--array=" + array_text(free)}, {}, "accuracy.sh",
+                                         JobKind::kAccuracy, free));
+  }
+  if (!waiting.empty()) {
+    jobs.accuracy.push_back(submit_after({"sbatch", "--parsable", "--array=" + array_text(waiting)}, {JobKind::kRuns},
+                                         "accuracy.sh", JobKind::kAccuracy, waiting));
   }
   if (!parts.timing.empty()) {
     // afterwards, so that the fine-step runs are there

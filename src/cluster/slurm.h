@@ -16,6 +16,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <nlohmann/json_fwd.hpp>
@@ -42,6 +43,7 @@ struct SubmittedJob {
 struct PartPlan {
   size_t cells = 0;
   double seconds = 0;  // of one worker
+  bool waits = true;   // reads runs that the parts of the runs make
 };
 
 struct SlurmRequest {
@@ -77,6 +79,9 @@ std::string parse_sbatch_option(const std::string& text);
 
 Parts all_parts(const SlurmRequest& request);
 
+// Of accuracy parts: those that need not wait for the runs, and the others.
+std::pair<std::vector<int>, std::vector<int>> apart(const SlurmRequest& request, const std::vector<int>& parts);
+
 // "1-4,7"
 std::string array_text(const std::vector<int>& parts);
 
@@ -102,7 +107,8 @@ Parts busy_parts(const SlurmRequest& request, const LiveJobs& live);
 Parts lost_parts(const SlurmRequest& request, const Parts& busy);
 
 struct SlurmJobs {
-  std::string runs, accuracy, timing, finish;  // Slurm's numbers, "" for none
+  std::string runs, timing, finish;   // Slurm's numbers, "" for none
+  std::vector<std::string> accuracy;  // of those that wait for no run, and of the others
 };
 
 // Writes scripts and request, and submits `parts` and the job that finishes after them and after `live`, as try

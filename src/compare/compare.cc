@@ -84,6 +84,7 @@ std::vector<double> means_by(const std::vector<double>& figures, const std::vect
   std::map<double, std::vector<double>> groups;
   for (size_t i = 0; i < std::min(figures.size(), numbers.size()); ++i) groups[numbers[i]].push_back(figures[i]);
   std::vector<double> means;
+  means.reserve(groups.size());
   for (const auto& [number, of_group] : groups) means.push_back(mean(of_group));
   return means;
 }

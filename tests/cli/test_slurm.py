@@ -137,9 +137,11 @@ class Scripts(CampaignTest):
         self.assertNotIn("--exclusive", text[:text.index("timing.sh\n")])
         for cells, folder in [("runs", "/runs/"), ("after-runs", "/shards/accuracy-"), ("timing", "/shards/timing-")]:
             self.assertRegex(text, f"--cells {cells} --references '[^']*/a folder/references' --out '[^']*/a folder'{folder}\"")
+        # what reads no run need not wait for them
+        self.assertRegex(text, r"--array=\S+ jobs/accuracy.sh")
         self.assertIn("--dependency=afterany:RUNS jobs/accuracy.sh", text)
-        self.assertIn("--dependency=afterany:RUNS:ACCURACY jobs/timing.sh", text)
-        self.assertIn("--dependency=afterany:RUNS:ACCURACY:TIMING jobs/finish.sh", text)
+        self.assertIn("--dependency=afterany:RUNS:ALONE:ACCURACY jobs/timing.sh", text)
+        self.assertIn("--dependency=afterany:RUNS:ALONE:ACCURACY:TIMING jobs/finish.sh", text)
         # the planar chain's timings are one group: a second timing part would be empty
         self.assertRegex(text, r"--array=1%2 ")
         for script in re.findall(r"(?s)(#!/bin/sh\n.*?)\n\n", text):
@@ -203,7 +205,7 @@ class Scripts(CampaignTest):
 
         def parts(*words):
             text = self.assay("submit", "--slurm", *words, "--out", "out", "--dry-run")
-            return [int(n) for n in re.findall(r"--array=1-(\d+) .*?jobs/(?:runs|accuracy)\.sh", text)]
+            return [max(int(n) for n in re.findall(rf"--array=[\d-]*?(\d+) (?:\S+ )?jobs/{kind}\.sh", text)) for kind in ("runs", "accuracy")]
 
         self.assertEqual(parts("paper", "--nodes", "2"), [2 * most, 2 * most])
         self.assertEqual(parts("quick", "--nodes", "64"), [64, 64])  # some seconds each
@@ -234,10 +236,10 @@ class Queue(CampaignTest):
             (self.dir / "bin" / name).chmod(0o755)
         self.env["PATH"] = f"{self.dir}/bin:{self.env['PATH']}"
         self.queue()
-        self.assay("submit", "--slurm", "tiny.toml", "--out", "out", "--shards", "2")  # jobs 1 to 4
-        self.assertEqual(self.new_jobs(), ["--array=1-2 runs.sh", "--array=1-2 --dependency=afterany:1 accuracy.sh",
-                                           "--array=1%1 --dependency=afterany:1:2 timing.sh",
-                                           "--export=ALL,ASSAY_ATTEMPT=1 --dependency=afterany:1:2:3 finish.sh"])
+        self.assay("submit", "--slurm", "tiny.toml", "--out", "out", "--shards", "2")  # jobs 1 to 5
+        self.assertEqual(self.new_jobs(), ["--array=1-2 runs.sh", "--array=1 accuracy.sh", "--array=2 --dependency=afterany:1 accuracy.sh",
+                                           "--array=1%1 --dependency=afterany:1:2:3 timing.sh",
+                                           "--export=ALL,ASSAY_ATTEMPT=1 --dependency=afterany:1:2:3:4 finish.sh"])
 
     def run_part_1(self):
         self.run_tiny("out/shards/accuracy-1", "--shard", "1/2", "--cells", "after-runs", "--references", "out/references")
@@ -253,32 +255,32 @@ class Queue(CampaignTest):
         return [re.sub(r"\S*/jobs/", "", line).removeprefix("--parsable ") for line in new]
 
     def test_what_waits_or_runs_is_left_alone(self):
-        self.queue("1_1 COMPLETED", "1_2 RUNNING", "2_1 PENDING", "2_2 PENDING", "3_1 PENDING", "4 PENDING")
+        self.queue("1_1 COMPLETED", "1_2 RUNNING", "2_1 PENDING", "3_2 PENDING", "4_1 PENDING", "5 PENDING")
         text = self.assay("submit", "--resume", "--out", "out")
-        self.assertIn("accuracy parts 1-2, timing parts 1, parts of runs 2 wait or run (Slurm's jobs 1, 2, 3, 4) and are left "
+        self.assertIn("accuracy parts 1-2, timing parts 1, parts of runs 2 wait or run (Slurm's jobs 1, 2, 3, 4, 5) and are left "
                       "alone", text)
         self.assertEqual(self.new_jobs(), [])
-        self.queue("2_1 RUNNING", "2_2 PENDING", "3_1 PENDING", "4 PENDING")
+        self.queue("2_1 RUNNING", "3_2 PENDING", "4_1 PENDING", "5 PENDING")
         text = self.assay("submit", "--resume", "--out", "out")
-        self.assertIn("accuracy parts 1-2, timing parts 1 wait or run (Slurm's jobs 2, 3, 4) and are left alone", text)
+        self.assertIn("accuracy parts 1-2, timing parts 1 wait or run (Slurm's jobs 2, 3, 4, 5) and are left alone", text)
         self.assertEqual(self.new_jobs(), [])
         # one that was killed is submitted again, before timings that still wait: their finishing job comes last
-        self.queue("2_1 NODE_FAIL", "2_2 COMPLETING", "3_1 PENDING", "4 PENDING")
+        self.queue("2_1 NODE_FAIL", "3_2 COMPLETING", "4_1 PENDING", "5 PENDING")
         self.assertIn("timing parts 1 wait or run", self.assay("submit", "--resume", "--out", "out"))
-        self.assertEqual(self.new_jobs(), ["--array=1-2 accuracy.sh",
-                                           "--export=ALL,ASSAY_ATTEMPT=1 --dependency=afterany:3:4:5 finish.sh"])
-        self.queue("3_1 PENDING", "4 PENDING", "5_1 PENDING", "5_2 RUNNING", "6 PENDING")
+        self.assertEqual(self.new_jobs(), ["--array=1 accuracy.sh", "--array=2 accuracy.sh",
+                                           "--export=ALL,ASSAY_ATTEMPT=1 --dependency=afterany:4:5:6:7 finish.sh"])
+        self.queue("4_1 PENDING", "5 PENDING", "6_1 PENDING", "7_2 RUNNING", "8 PENDING")
         self.assay("submit", "--resume", "--out", "out")
         self.assertEqual(self.new_jobs(), [])
 
     def test_the_finishing_job_waits_for_what_was_submitted_meanwhile(self):
-        self.env["SLURM_JOB_ID"] = "4"
-        self.queue("2_1 COMPLETED", "2_2 RUNNING", "3_1 PENDING", "4 RUNNING")
+        self.env["SLURM_JOB_ID"] = "5"
+        self.queue("2_1 COMPLETED", "3_2 RUNNING", "4_1 PENDING", "5 RUNNING")
         self.run_part_1()
         done = self.run_assay("submit", "--resume", "--out", "out", "--attempt", "3")
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertNotIn("lost after", done.stdout)
-        self.assertEqual(self.new_jobs(), ["--export=ALL,ASSAY_ATTEMPT=3 --dependency=afterany:2:3 finish.sh"])
+        self.assertEqual(self.new_jobs(), ["--export=ALL,ASSAY_ATTEMPT=3 --dependency=afterany:3:4 finish.sh"])
         # and what has ended without all of its cells is lost
         self.queue()
         done = self.run_assay("submit", "--resume", "--out", "out", "--attempt", "3")
@@ -292,16 +294,16 @@ class Queue(CampaignTest):
             fcntl.flock(lock, fcntl.LOCK_EX)
             done = self.run_assay("submit", "--resume", "--out", "out")
             self.assertEqual(done.returncode, 0, done.stderr)
-            self.check_sentence(done.stderr, ["jobs 1, 2, 3, 4", "not known", "Unable to contact"])
+            self.check_sentence(done.stderr, ["jobs 1, 2, 3, 4, 5", "not known", "Unable to contact"])
             self.assertIn("accuracy parts 1, timing parts none wait or run", done.stdout)
-            self.assertEqual(self.new_jobs()[:2], ["--array=2 accuracy.sh", "--array=1%1 --dependency=afterany:5 timing.sh"])
+            self.assertEqual(self.new_jobs()[:2], ["--array=2 accuracy.sh", "--array=1%1 --dependency=afterany:6 timing.sh"])
             self.refused("submit", "--slurm", "tiny.toml", "--out", "out", naming=["accuracy parts 1", "--resume"])
 
     def test_a_part_that_was_killed_at_its_start_is_lost(self):
         self.write("out/shards/accuracy-1/assay.sqlite", "")
         self.assertEqual([part["state"] for part in self.assay_json("status", "out", "--json")["parts"]], 3 * ["waiting"])
         self.assay("submit", "--resume", "--out", "out")
-        self.assertEqual(self.new_jobs()[0], "--array=1-2 accuracy.sh")
+        self.assertEqual(self.new_jobs()[:2], ["--array=1 accuracy.sh", "--array=2 accuracy.sh"])
 
     def test_a_request_that_a_stranger_wrote(self):
         request = self.dir / "out/jobs/request.json"
@@ -320,7 +322,7 @@ class Queue(CampaignTest):
         self.assertEqual(self.new_jobs(), [])
         forge(program="/tmp/another program")
         self.assay("submit", "--resume", "--out", "out")
-        self.assertEqual(self.new_jobs()[0], "--array=1-2 accuracy.sh")
+        self.assertEqual(self.new_jobs()[0], "--array=1 accuracy.sh")
         self.assertNotIn("another program", (self.dir / "out/jobs/accuracy.sh").read_text())
         request.unlink()
         os.mkfifo(request)
@@ -334,6 +336,8 @@ class Queue(CampaignTest):
         old = json.loads(request.read_text())
         for key in ["runs_parts", "runs_plan"]:
             del old[key]
+        for part in old["accuracy_plan"]:
+            del part["waits"]
         request.write_text(json.dumps({**old, "jobs": []}))
         self.assay("submit", "--resume", "--out", "out")
         self.assertEqual(self.new_jobs()[0], "--array=1-2 accuracy.sh")
@@ -341,10 +345,10 @@ class Queue(CampaignTest):
         self.refused("submit", "--slurm", "tiny.toml", "--out", "out", "--shards", "2", naming=["another way", "--resume"])
 
     def test_a_second_submission_over_jobs_is_refused(self):
-        self.queue("2_2 RUNNING", "4 PENDING")
+        self.queue("3_2 RUNNING", "5 PENDING")
         for shards in ["2", "3"]:
             self.refused("submit", "--slurm", "tiny.toml", "--out", "out", "--shards", shards,
-                         naming=["--resume", "scancel 2 4"])
+                         naming=["--resume", "scancel 3 5"])
         self.queue()
         self.assertEqual(self.new_jobs(), [])
         # nor may other parts follow those that have results
@@ -352,7 +356,7 @@ class Queue(CampaignTest):
         self.refused("submit", "--slurm", "tiny.toml", "--out", "out", "--shards", "1",
                      naming=["2 accuracy parts", "not of 1", "--shards 2"])
         self.assay("submit", "--slurm", "tiny.toml", "--out", "out", "--shards", "2")
-        self.assertEqual(len(self.new_jobs()), 4)
+        self.assertEqual(len(self.new_jobs()), 5)
 
     def test_status_shows_what_was_submitted(self):
         self.run_tiny("whole")
@@ -408,7 +412,8 @@ class RealSlurm(CampaignTest):
     def test_a_campaign_as_jobs_survives_what_a_cluster_does(self):
         self.run_tiny("whole")
         text = self.assay("submit", "--slurm", "tiny.toml", "--out", "out", "--shards", "2")
-        self.assertRegex(text.replace("\n", " "), r"job \d+: 2 parts of runs that others read, job \d+: 2 accuracy parts, job \d+: 1 timing part")
+        self.assertRegex(text.replace("\n", " "), r"job \d+: 2 parts of runs that others read, jobs \d+ and \d+: 2 accuracy parts, "
+                         r"job \d+: 1 timing part")
         # a part that is killed
         killed = False
         deadline = time.monotonic() + 120
@@ -445,7 +450,7 @@ class RealSlurm(CampaignTest):
         self.refused("submit", "--slurm", "tiny.toml", "--out", "out", naming=["scancel", first["assay-timing"]])
         self.assertEqual(self.jobs(), before)
         self.assertIn("waiting", self.assay("status", "out"))
-        self.slurm.run("scancel", f"{first['assay-accuracy']}_2")
+        self.slurm.run("scancel", *(job for job, _, name in before if name == "assay-accuracy" and job.endswith("_2")))
         self.assertIn("1 accuracy part,", self.assay("submit", "--resume", "--out", "out").replace("\n", " "))
         self.assertEqual(len(self.jobs()), 7)  # another finishing job, after the first one
         self.slurm.run("scontrol", "update", f"NodeName={self.slurm.host}", "State=RESUME")

@@ -284,6 +284,12 @@ measures = ["consistency"]
   })) << "the longest first";
 
   const Plan after = make_plan(divided, kParts, ShardCells::kAfterRuns);
+  std::set<int> alone, waiting;
+  for (const PlannedCell& cell : after.cells) {
+    if (cell.shard > 0) (stands_alone(cell) ? alone : waiting).insert(cell.shard);
+  }
+  ASSERT_FALSE(alone.empty() || waiting.empty());
+  EXPECT_LT(*alone.rbegin(), *waiting.begin()) << "the first need not wait for runs";
   std::map<std::tuple<int, int, std::string>, std::set<int>> shards;
   for (const PlannedCell& cell : after.cells) {
     EXPECT_EQ(cell.shard == 0, cell.measure == "raw_speed");
