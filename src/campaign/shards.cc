@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <numeric>
 #include <optional>
 #include <set>
 #include <string_view>
@@ -94,35 +95,52 @@ std::vector<PlannedCell> runs_made_again(const std::map<std::string, const Plann
   return runs;
 }
 
-// In their order, so that a part has few contenders: each is cut off where it has its share of what is left. The
+// Shards of these costs in their order, from 1, none of which has more than `most` unless it is of one.
+std::vector<int> packed(const std::vector<long long>& costs, long long most) {
+  std::vector<int> shards;
+  shards.reserve(costs.size());
+  int shard = 1;
+  long long load = 0;
+  for (const long long cost : costs) {
+    if (load > 0 && load + cost > most) {
+      load = 0;
+      ++shard;
+    }
+    load += cost;
+    shards.push_back(shard);
+  }
+  return shards;
+}
+
+// In their order, so that a part has few contenders, and so that the longest part is as short as that allows. The
 // longest parts come first, as a scheduler takes them in turn.
 void divide_runs(const Campaign& campaign, Plan& plan, int shards) {
   for (PlannedCell& cell : plan.cells) cell.shard = 0;
   plan.runs = runs_of(campaign, plan.cells);
+  if (plan.runs.empty()) return;
   const auto step_us = expected_step_us(campaign);
-  double left = 0, load = 0;
-  for (const PlannedRun& run : plan.runs) left += run_seconds(plan, run, step_us);
-  int shard = 1;
-  for (PlannedRun& run : plan.runs) {
-    const double seconds = run_seconds(plan, run, step_us);
-    // nearer to the share without it than with it
-    if (shard < shards && load > 0 && load + seconds / 2 > left / (shards - shard + 1)) {
-      left -= load;
-      load = 0;
-      ++shard;
+  std::vector<long long> costs;  // us, whole ones: all machines find the same division
+  costs.reserve(plan.runs.size());
+  for (const PlannedRun& run : plan.runs) costs.push_back(std::llround(1e6 * run_seconds(plan, run, step_us)));
+  long long least = *std::ranges::max_element(costs), most = std::accumulate(costs.begin(), costs.end(), 0LL);
+  while (least < most) {
+    const long long middle = least + (most - least) / 2;
+    if (packed(costs, middle).back() <= shards) {
+      most = middle;
+    } else {
+      least = middle + 1;
     }
-    load += seconds;
-    run.shard = shard;
   }
-  std::map<int, double> loads;
-  for (const PlannedRun& run : plan.runs) loads[run.shard] += run_seconds(plan, run, step_us);
-  std::vector<std::pair<double, int>> order;
+  const std::vector<int> parts = packed(costs, most);
+  std::map<int, long long> loads;  // negative, so that the longest sorts first
+  for (size_t i = 0; i < parts.size(); ++i) loads[parts[i]] -= costs[i];
+  std::vector<std::pair<long long, int>> order;
   order.reserve(loads.size());
-  for (const auto& [part, seconds] : loads) order.emplace_back(-seconds, part);
+  for (const auto& [part, load] : loads) order.emplace_back(load, part);
   std::ranges::sort(order);
   std::map<int, int> number;
-  for (const auto& [seconds, part] : order) number.emplace(part, static_cast<int>(number.size()) + 1);
-  for (PlannedRun& run : plan.runs) run.shard = number.at(run.shard);
+  for (const auto& [load, part] : order) number.emplace(part, static_cast<int>(number.size()) + 1);
+  for (size_t i = 0; i < parts.size(); ++i) plan.runs[i].shard = number.at(parts[i]);
 }
 
 std::optional<std::string> variable(const char* name) {

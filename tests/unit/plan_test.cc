@@ -278,7 +278,8 @@ measures = ["consistency"]
   EXPECT_LE(starts, size_t{kParts} + 2) << "a part has one contender, or two where one ends";
   for (const PlannedCell& cell : runs.cells) EXPECT_EQ(cell.shard, 0);
   const auto seconds = shard_seconds(divided, runs);
-  EXPECT_EQ(seconds.size(), size_t{kParts});
+  EXPECT_LE(seconds.size(), size_t{kParts});
+  EXPECT_GE(seconds.size(), size_t{kParts} - 1);
   EXPECT_TRUE(std::ranges::is_sorted(seconds, std::ranges::greater_equal(), [](const auto& part) {
     return part.second;
   })) << "the longest first";
