@@ -184,10 +184,9 @@ void add_run(CLI::App& app, Action& action) {
   command
       ->add_option(
           "--cells", request.cells,
-          "Measure only accuracy cells, which may share a machine, or only timings, which need one of their own; "
-          "'runs' "
-          "makes what both read, into --references, and 'after-runs' are the accuracy cells where that was done")
-      ->type_name("accuracy|timing|runs|after-runs");
+          "Measure only 'accuracy' cells, which may share a machine, or 'timing' cells, which need one of their own; "
+          "'runs' makes what both read, into --references, 'after-runs' are the accuracy cells where that was done")
+      ->type_name("KIND");
   command
       ->add_option("--device", request.device,
                    "Where engines that step many worlds together do so, for the measure 'batch' (default: cpu)")

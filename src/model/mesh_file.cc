@@ -19,6 +19,7 @@
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <fmt/format.h>
+#include <tinyxml2.h>
 
 #include "base/errors.h"
 
@@ -206,6 +207,32 @@ void require_whole_glb(const std::string& path, bool named_glb) {
   }
 }
 
+// The indices of a COLLADA file, of which assimp reads the same one without end where it is no number.
+class Indices final : public tinyxml2::XMLVisitor {
+ public:
+  bool VisitEnter(const tinyxml2::XMLElement& element, const tinyxml2::XMLAttribute* /*first*/) override {
+    constexpr std::array<std::string_view, 4> kNames = {"p", "h", "v", "vcount"};
+    if (std::ranges::find(kNames, std::string_view(element.Name())) == kNames.end()) return true;
+    for (const auto* child = element.FirstChild(); child != nullptr; child = child->NextSibling()) {
+      const tinyxml2::XMLText* text = child->ToText();
+      const std::string_view numbers = text == nullptr ? std::string_view() : text->Value();
+      const size_t at = numbers.find_first_not_of("0123456789-+ \t\r\n");
+      if (at == std::string_view::npos) continue;
+      throw InputError(fmt::format("has an index that is no whole number in <{}> (line {}); export it again",
+                                   element.Name(), child->GetLineNum()));
+    }
+    return true;
+  }
+};
+
+void require_whole_indices(const std::string& path) {
+  tinyxml2::XMLDocument document;
+  // What is no XML assimp refuses by itself.
+  if (document.LoadFile(path.c_str()) != tinyxml2::XML_SUCCESS) return;
+  Indices indices;
+  document.Accept(&indices);
+}
+
 void add_node(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent, Builder& builder) {
   const aiMatrix4x4 X = parent * node.mTransformation;
   for (unsigned int m = 0; m < node.mNumMeshes; ++m) {
@@ -265,6 +292,7 @@ MeshData read_mesh(const std::string& path) {
   if (auto mesh = read_binary_stl(path)) return std::move(*mesh);
   if (auto mesh = read_msh(path)) return std::move(*mesh);
   require_whole_glb(path, ending == ".glb");
+  if (ending == ".dae") require_whole_indices(path);
 
   Assimp::Importer importer;
   importer.SetIOHandler(new OneFile(path));  // the importer deletes it

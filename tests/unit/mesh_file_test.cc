@@ -257,6 +257,9 @@ TEST_F(MeshFile, MeshesThatAreWrong) {
   EXPECT_THAT(refusal("e.stl", ""), HasSubstr("empty file"));
   EXPECT_THAT(refusal("b.obj", "v 0 0 nan\n"), HasSubstr("export it again"));
   EXPECT_THAT(refusal("b.dae", "<COLLADA"), HasSubstr("cannot be read"));
+  std::string index = dae(solid(), 1, "Z_UP");
+  index.insert(index.find("<p>") + 4, "(");
+  EXPECT_THAT(refusal("b.dae", index), HasSubstr("an index that is no whole number in <p> (line 9)"));
   EXPECT_THAT(refusal("b.glb", glb(solid()).substr(0, 200)), HasSubstr("its content ends at byte"));
   // lengths that the library would take memory for
   const auto with = [](std::uint32_t version, std::uint32_t length) {
