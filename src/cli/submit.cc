@@ -1,7 +1,8 @@
 // `assay submit`: a campaign as jobs of a cluster's scheduler.
 #include <algorithm>
 #include <filesystem>
-#include <set>
+#include <map>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -34,25 +35,6 @@ struct SubmitOptions {
   bool slurm = false, dry_run = false, resume = false;
 };
 
-// Shards of a plan that have work.
-size_t shards_with_work(const Plan& plan) {
-  std::set<int> used;
-  for (const PlannedCell& cell : plan.cells) {
-    if (cell.shard > 0) used.insert(cell.shard);
-  }
-  for (const PlannedRun& run : plan.runs) used.insert(run.shard);
-  return used.size();
-}
-
-// At most as many parts as there are with work in them: fewer of them may again leave one without.
-int parts_with_work(const Campaign& campaign, ShardCells cells, int wanted) {
-  for (;;) {
-    const int used = static_cast<int>(shards_with_work(make_plan(campaign, std::max(1, wanted), cells)));
-    if (used == 0 || used == wanted) return used;
-    wanted = used;
-  }
-}
-
 // What is divided unless the user says into how many parts.
 int usual_parts(const Campaign& campaign, ShardCells cells, int nodes) {
   const Plan plan = make_plan(campaign, 1, cells);
@@ -63,22 +45,29 @@ int usual_parts(const Campaign& campaign, ShardCells cells, int nodes) {
   return nodes * static_cast<int>(std::clamp(all / nodes / kLeastPartSeconds, 1.0, most));
 }
 
-// Of each of `count` parts.
-std::vector<PartPlan> plan_of_parts(const Campaign& campaign, ShardCells cells, int count) {
-  std::vector<PartPlan> parts(static_cast<size_t>(count));
-  if (count == 0) return parts;
-  const Plan plan = make_plan(campaign, count, cells);
-  for (const PlannedCell& cell : plan.cells) {
-    if (cell.shard == 0) continue;
-    PartPlan& part = parts[static_cast<size_t>(cell.shard) - 1];
-    if (part.cells++ == 0) part.waits = false;
-    part.waits = part.waits || !stands_alone(cell);
+// Each of at most `wanted` parts, as many as there are with work in them: a part without cells would wait for a node to
+// do nothing, and fewer of them may again leave one without.
+std::vector<PartPlan> plan_of_parts(const Campaign& campaign, ShardCells cells, int wanted) {
+  for (;;) {
+    const Plan plan = make_plan(campaign, wanted, cells);
+    std::map<int, PartPlan> parts;
+    for (const PlannedCell& cell : plan.cells) {
+      if (cell.shard == 0) continue;
+      PartPlan& part = parts[cell.shard];
+      if (part.cells++ == 0) part.waits = false;
+      part.waits = part.waits || !stands_alone(cell);
+    }
+    for (const PlannedRun& run : plan.runs) ++parts[run.shard].cells;
+    if (!parts.empty() && std::cmp_less(parts.size(), wanted)) {
+      wanted = static_cast<int>(parts.size());
+      continue;
+    }
+    for (const auto& [shard, seconds] : shard_seconds(campaign, plan)) parts[shard].seconds = seconds;
+    std::vector<PartPlan> planned;
+    planned.reserve(parts.size());
+    for (const auto& [shard, part] : parts) planned.push_back(part);
+    return planned;
   }
-  for (const PlannedRun& run : plan.runs) ++parts[static_cast<size_t>(run.shard) - 1].cells;
-  for (const auto& [shard, seconds] : shard_seconds(campaign, plan)) {
-    parts[static_cast<size_t>(shard) - 1].seconds = seconds;
-  }
-  return parts;
 }
 
 std::string absolute(const std::string& path) { return fs::absolute(path).lexically_normal().string(); }
@@ -109,14 +98,14 @@ SlurmRequest request_of(const SubmitOptions& options) {
     return options.shards ? parse_count("--shards", *options.shards, 1, kMostParts)
                           : usual_parts(campaign, cells, request.nodes);
   };
-  // A part without cells would wait for a node to do nothing.
-  request.runs_parts = parts_with_work(campaign, ShardCells::kRuns, wanted(ShardCells::kRuns));
+  const auto plan = [&](ShardCells cells, int parts, std::vector<PartPlan>& planned) {
+    planned = plan_of_parts(campaign, cells, parts);
+    return static_cast<int>(planned.size());
+  };
+  request.runs_parts = plan(ShardCells::kRuns, wanted(ShardCells::kRuns), request.runs_plan);
   const ShardCells accuracy = parse_shard_cells(request.accuracy_cells());
-  request.accuracy_parts = parts_with_work(campaign, accuracy, wanted(accuracy));
-  request.timing_parts = parts_with_work(campaign, ShardCells::kTiming, request.nodes);
-  request.runs_plan = plan_of_parts(campaign, ShardCells::kRuns, request.runs_parts);
-  request.accuracy_plan = plan_of_parts(campaign, accuracy, request.accuracy_parts);
-  request.timing_plan = plan_of_parts(campaign, ShardCells::kTiming, request.timing_parts);
+  request.accuracy_parts = plan(accuracy, wanted(accuracy), request.accuracy_plan);
+  request.timing_parts = plan(ShardCells::kTiming, request.nodes, request.timing_plan);
   request.options = std::move(more);
   return request;
 }

@@ -32,7 +32,8 @@ int freedom(const Logs& logs) { return static_cast<int>(logs.values.size()) - 1;
 // What processes of one cell differ by, relative (standard deviation; docs/performance.md#what-compare-finds): rounds
 // of one process do not show it.
 constexpr double kOfProcess = 0.0101;
-// Of a time, to name a change; and what its mean is known to at best, relative: below that two machines' clocks agree.
+// Of a time, to name a change; and what its mean is known to at best, relative: samples that are alike to the last
+// digit do not show that the next process would be.
 constexpr size_t kFewestSamples = 3;
 constexpr double kLeastError = 1e-4;
 
