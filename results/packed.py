@@ -1,7 +1,21 @@
-"""The database of results in any form that they have here: a directory, its database, or that packed as assay.sqlite.xz."""
+"""The database of results in any form that they have here: a directory, its database, or that packed as assay.sqlite.xz;
+and the hash by which the program notices that content is not what was written."""
 
+import ctypes
 import lzma
 import pathlib
+
+
+class Hash128(ctypes.Structure):
+    _fields_ = [("low", ctypes.c_uint64), ("high", ctypes.c_uint64)]
+
+
+def content_hash(content):
+    """That of src/base/hash.h, by the library that the program is built with."""
+    xxh128 = ctypes.CDLL("libxxhash.so.0").XXH3_128bits
+    xxh128.argtypes, xxh128.restype = [ctypes.c_char_p, ctypes.c_size_t], Hash128
+    found = xxh128(content, len(content))
+    return f"{found.high:016x}{found.low:016x}"
 
 
 def database(results, scratch):

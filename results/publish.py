@@ -13,10 +13,12 @@ import pathlib
 import re
 import shutil
 import sqlite3
+import struct
 import subprocess
 import sys
 import tempfile
 
+import packed
 
 REPLAYS = re.compile(r'(<script[^>]*id="assay-replays"[^>]*>)(.*?)(</script>)', re.S)
 
@@ -27,6 +29,12 @@ def keep_replays(old, new):
     page, count = REPLAYS.subn(lambda match: match.group(1) + kept + match.group(3), new, count=1)
     assert count == 1, "the report has no element for replays"
     return page
+
+
+def manifest_hash(db):
+    """What the program stores of the manifest's rows: src/store/cell_hash.cc."""
+    rows = db.execute("SELECT CAST(key AS BLOB), CAST(value AS BLOB) FROM manifest ORDER BY key")
+    return packed.content_hash(b"".join(b"t" + struct.pack("<Q", len(text)) + text for row in rows for text in row))
 
 
 def publish(program, results, folder, compact):
@@ -52,13 +60,16 @@ def publish(program, results, folder, compact):
             dict(zip(("name", "engine", "version", "settings"), row)) | {"build": json.loads(row[4])}
             for row in db.execute("SELECT name, engine, version, settings, build_json FROM contenders ORDER BY rowid")]
         # Without free pages and without the files of an interrupted writer.
-        packed = pathlib.Path(scratch) / "packed.sqlite"
-        db.execute("VACUUM INTO ?", (str(packed),))
+        small = pathlib.Path(scratch) / "assay.sqlite"
+        db.execute("VACUUM INTO ?", (str(small),))
         # The command without the folders of the machine that it was given on.
         manifest["command"] = re.sub(r"(?<!\S)/\S*/", "", manifest["command"])
-        with contextlib.closing(sqlite3.connect(packed)) as copy, copy:
+        with contextlib.closing(sqlite3.connect(small)) as copy, copy:
             copy.execute("UPDATE manifest SET value = ? WHERE key = 'command'", (manifest["command"],))
-        (folder / "assay.sqlite.xz").write_bytes(lzma.compress(packed.read_bytes(), preset=9))
+            if copy.execute("PRAGMA user_version").fetchone()[0] > 1:  # version 1 has no hashes
+                copy.execute("UPDATE hashes SET hash = ? WHERE name = 'manifest'", (manifest_hash(copy),))
+        subprocess.run([program, "status", scratch], check=True, stdout=subprocess.DEVNULL)  # it can be opened
+        (folder / "assay.sqlite.xz").write_bytes(lzma.compress(small.read_bytes(), preset=9))
     (folder / "manifest.json").write_text(json.dumps(manifest, indent=1) + "\n", encoding="utf-8")
 
 

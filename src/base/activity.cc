@@ -51,6 +51,11 @@ std::size_t data_bytes() {
   return data * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
 }
 
+bool is_half_full() {
+  rlimit limit = {};
+  return ::getrlimit(RLIMIT_DATA, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY && data_bytes() > limit.rlim_cur / 2;
+}
+
 void watch_activities(ActivityBoard* board) { watched = board; }
 
 Activity::Activity(std::string_view what, const ActivityLimits& limits) {

@@ -22,6 +22,10 @@ struct ActivityLimits {
 // Writable memory of this process, as RLIMIT_DATA counts it; 0 where the system does not tell.
 std::size_t data_bytes();
 
+// Whether half of what this process may take of it (RLIMIT_DATA) is taken. Engines that compile code for each model
+// keep it: the models of a whole suite are GiB in some.
+bool is_half_full();
+
 // From now on this process's activities are written to `board` and limited: one that takes too long is ended by SIGXCPU
 // or SIGALRM. Null ends that.
 void watch_activities(ActivityBoard* board);

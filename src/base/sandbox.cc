@@ -12,7 +12,9 @@
 #include <linux/audit.h>
 #include <linux/filter.h>
 #include <linux/seccomp.h>
+#include <sys/ioctl.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
 #include <unistd.h>
@@ -134,7 +136,7 @@ constexpr std::uint32_t kMachine = 0, kOtherCalls = 0;
 
 constexpr std::uint32_t refusal(int error) { return SECCOMP_RET_ERRNO | static_cast<std::uint32_t>(error); }
 
-// Calls that reach the network, other processes, or what Landlock does not cover.
+// Calls that reach the network, other processes, or what Landlock does not cover, whatever their arguments are.
 constexpr std::array kRefused = {
     SYS_socket,
     SYS_fchmod,
@@ -149,6 +151,19 @@ constexpr std::array kRefused = {
     SYS_fremovexattr,
     SYS_process_vm_readv,
     SYS_process_vm_writev,
+    SYS_shmget,  // memory and queues that every process of the user has by their numbers
+    SYS_shmat,
+    SYS_shmctl,
+    SYS_semget,
+    SYS_semop,
+    SYS_semtimedop,
+    SYS_semctl,
+    SYS_msgget,
+    SYS_msgsnd,
+    SYS_msgrcv,
+    SYS_msgctl,
+    SYS_mq_open,
+    SYS_mq_unlink,
     SYS_unshare,
     SYS_setns,
     SYS_mount,
@@ -194,15 +209,36 @@ bool confine_calls() {
     add(BPF_JMP | condition | BPF_K, k, 0, 1);
     add(BPF_RET | BPF_K, refusal(error));
   };
-  add(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, arch));
+  const auto load = [&](size_t offset) { add(BPF_LD | BPF_W | BPF_ABS, static_cast<std::uint32_t>(offset)); };
+  // Refuses the call where the lower half of an argument is one of the values, or where it is none of them.
+  const auto refuse_where = [&](long call, int argument, bool is_one, const std::vector<std::uint32_t>& values) {
+    const auto count = static_cast<std::uint8_t>(values.size());
+    add(BPF_JMP | BPF_JEQ | BPF_K, static_cast<std::uint32_t>(call), 0, count + 3);
+    load(offsetof(seccomp_data, args) + sizeof(std::uint64_t) * argument);
+    for (std::uint8_t i = 0; i < count; ++i) {
+      const auto to_refusal = static_cast<std::uint8_t>(count - 1 - i);
+      const bool last = i + 1 == count;
+      add(BPF_JMP | BPF_JEQ | BPF_K, values[i], is_one ? to_refusal : to_refusal + 1, is_one && last ? 1 : 0);
+    }
+    add(BPF_RET | BPF_K, refusal(EPERM));
+    load(offsetof(seccomp_data, nr));
+  };
+  load(offsetof(seccomp_data, arch));
   add(BPF_JMP | BPF_JEQ | BPF_K, kMachine, 1, 0);
   add(BPF_RET | BPF_K, refusal(EPERM));
-  add(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr));
+  load(offsetof(seccomp_data, nr));
   if (kOtherCalls != 0) refuse_if(BPF_JGE, kOtherCalls, EPERM);
   for (const auto call : kRefused) refuse_if(BPF_JEQ, static_cast<std::uint32_t>(call), EPERM);
   constexpr std::uint32_t kFchmodat2 = 452, kSetxattrat = 463, kRemovexattrat = 466;
   for (const std::uint32_t call : {kFchmodat2, kSetxattrat, kRemovexattrat}) refuse_if(BPF_JEQ, call, EPERM);
   refuse_if(BPF_JEQ, kIoUring, ENOSYS);
+  // 0 is the caller; what it starts later has another number than this one. Threads' processors stay free to choose:
+  // engines name them by numbers that no filter knows.
+  const auto self = static_cast<std::uint32_t>(::getpid());
+  refuse_where(SYS_prlimit64, 0, false, {0, self});
+  refuse_where(SYS_setpriority, 0, true, {PRIO_USER});
+  refuse_where(SYS_setpriority, 1, false, {0, self});
+  refuse_where(SYS_ioctl, 1, true, {TIOCSTI, TIOCLINUX});  // words for the terminal's next program
   add(BPF_RET | BPF_K, SECCOMP_RET_ALLOW);
   const sock_fprog filter = {static_cast<unsigned short>(program.size()), program.data()};
   // Without the flag, older kernels slow down all that follows (speculative stores), which a clock would see.

@@ -11,6 +11,7 @@
 
 #include "base/activity.h"
 #include "base/errors.h"
+#include "base/external_files.h"
 #include "base/hash.h"
 #include "base/input_file.h"
 #include "base/json.h"
@@ -397,6 +398,12 @@ LoadOptions load_options_of(const Section& section) {
   load.drop_unsupported = section.flag("drop_unsupported", false);
   load.decompose = section.flag("decompose", false);
   load.allow_external_files = section.flag("allow_external_files", false);
+  if (load.allow_external_files && !agreed_to_external_files()) {
+    section.fail(
+        section.find("allow_external_files"),
+        "'allow_external_files' lets models read files from outside their folders: look at what they name, and "
+        "then give --allow-external-files");
+  }
   load.within_limits = section.flag("within_limits", false);
   const auto [floating, fixed] = either("floating_base", "fixed_base");
   if (floating) load.root_joint = RootJoint::kFloating;

@@ -92,13 +92,17 @@ void add_ranges(const Model& model, const FileFacts& facts, std::vector<Finding>
 }
 
 void add_inertias(const Model& model, const FileFacts& facts, std::vector<Finding>& out) {
-  std::vector<double> farthest(model.bodies.size(), 0);  // point of the shapes from the centre of mass, m
+  // point of the shapes from the centre of mass, m, of all and of those that are not only drawn: a marker or a field of
+  // view is no place for mass
+  std::vector<double> farthest(model.bodies.size(), 0), farthest_solid(model.bodies.size(), 0);
   for (const Shape& shape : model.shapes) {
     if (shape.body == kWorld || is_ground(shape)) continue;
     const Box box = box_around(model, shape, shape.X_BS);
     const Vec3& centre = model.bodies[shape.body].p_BBcm;
     const Vec3 corner = (box.max() - centre).cwiseAbs().cwiseMax((box.min() - centre).cwiseAbs());
     farthest[shape.body] = std::max(farthest[shape.body], corner.norm());
+    if (facts.drawn.contains(shape.name)) continue;
+    farthest_solid[shape.body] = std::max(farthest_solid[shape.body], corner.norm());
   }
   Finding far = {.level = Level::kMend,
                  .kind = "inertia-far",
@@ -113,13 +117,15 @@ void add_inertias(const Model& model, const FileFacts& facts, std::vector<Findin
     const Body& body = model.bodies[i];
     if (body.is_massless() || farthest[i] == 0) continue;
     const double gyration = std::sqrt(principal_inertia(body.I_BBcm_B).diagonal.maxCoeff() / body.mass);
-    Place place = place_at(facts, fmt::format("body '{}'", body.name), gyration,
-                           fmt::format("radius of gyration {}, shapes within {}", quantity_text(gyration, "m"),
-                                       quantity_text(farthest[i], "m")));
+    const auto place = [&](double within) {
+      return place_at(facts, fmt::format("body '{}'", body.name), gyration,
+                      fmt::format("radius of gyration {}, shapes within {}", quantity_text(gyration, "m"),
+                                  quantity_text(within, "m")));
+    };
     if (gyration > kFar * farthest[i]) {
-      far.places.push_back(std::move(place));
-    } else if (gyration < kNear * farthest[i]) {
-      near.places.push_back(std::move(place));
+      far.places.push_back(place(farthest[i]));
+    } else if (gyration < kNear * farthest_solid[i]) {
+      near.places.push_back(place(farthest_solid[i]));
     }
   }
   sort_by_value(far);

@@ -74,6 +74,12 @@ int repair(const std::string& file, const std::string& out, const LoadOptions& h
     }
     mended = mended_model(text, file, out, mends);
   }
+  if (mends.empty()) {
+    const LoadReport report = inspect_model(file, how);
+    message(fmt::format("--repair finds nothing in '{}' that it can mend{}", file,
+                        report.refused() ? "" : fmt::format(", and it loads: '{}' is not written", out)));
+    return report.refused() ? print_refusal(file, report, {}) : kDone;
+  }
   OutputFile output(out);
   output.write(mended);
   output.finish();

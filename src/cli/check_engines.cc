@@ -15,6 +15,7 @@
 #include <fmt/format.h>
 
 #include "base/activity.h"
+#include "base/processes.h"
 #include "base/text.h"
 #include "cli/check_findings.h"
 #include "cli/cli.h"
@@ -310,6 +311,8 @@ std::map<std::string, std::string> not_survived(const Model& model) {
       rehearse("asking the engines", [&] {
         for (const std::string& name : some) static_cast<void>(asked(registry.resolve(name), model));
       });
+    } catch (const EndedFromOutside&) {
+      throw;
     } catch (const std::exception& error) {
       return error.what();
     }

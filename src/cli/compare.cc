@@ -30,7 +30,7 @@ struct HistoryCommand {
   std::optional<std::string> format, out;
 };
 
-// "5%", "5 %" or "0.05".
+// "5%", "5 %" or "0.05". A plain number from 1 on is refused: 5 for "5%" would mean 500 %, which nothing ever exceeds.
 double parse_share(const std::string& option, const std::string& text) {
   std::string number = text;
   const bool percent = number.ends_with('%');
@@ -39,6 +39,10 @@ double parse_share(const std::string& option, const std::string& text) {
   const auto value = parse_number(number);
   if (!value || *value < 0) {
     throw InputError(fmt::format("{} is '{}': give a share that is not negative, such as 5%", option, text));
+  }
+  if (!percent && *value >= 1) {
+    throw InputError(fmt::format("{0} is '{1}', which is {2} %: add %, as in {1}%, or give a number below 1", option,
+                                 text, shortest(100 * *value)));
   }
   return percent ? *value / 100 : *value;
 }
@@ -120,7 +124,8 @@ int run_history(const HistoryCommand& command) {
 }  // namespace
 
 void add_compare_flags(CLI::App& command, CompareFlags& flags) {
-  command.add_option("--threshold", flags.threshold, "Smaller changes do not count (default: 2%)")->type_name("SHARE");
+  command.add_option("--threshold", flags.threshold, "Smaller changes do not count, as in 2% or 0.02 (default: 2%)")
+      ->type_name("SHARE");
   command
       .add_option(
           "--control", flags.control,
@@ -153,8 +158,10 @@ void add_compare(CLI::App& app, Action& action) {
   command->add_option("B", options->b, "Results directory: after")->required()->type_name("");
   add_compare_flags(*command, options->flags);
   command
-      ->add_option("--fail-on-regression", options->fail,
-                   "End with status 1 when a value is worse by at least this share, with 2 when B lacks what A has")
+      ->add_option(
+          "--fail-on-regression", options->fail,
+          "End with status 1 when a value is worse by at least this share (5% or 0.05), with 2 when B lacks what A "
+          "has")
       ->type_name("SHARE");
   command
       ->add_flag("--allow-gaps", options->allow_gaps,

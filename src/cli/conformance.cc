@@ -7,8 +7,10 @@
 
 #include <fmt/format.h>
 
+#include "base/activity.h"
 #include "base/errors.h"
 #include "base/json.h"
+#include "base/processes.h"
 #include "base/quantity.h"
 #include "base/text.h"
 #include "cli/child.h"
@@ -22,6 +24,7 @@ namespace {
 struct Options {
   std::vector<std::string> contenders, engines;  // two ways to name them
   std::vector<std::string> tests;
+  std::string time_limit = fmt::format("{:g}", kMostTestSeconds);  // s
   bool list = false;
   bool json = false;
   bool markdown = false;
@@ -86,8 +89,20 @@ std::string result_line(const Json& result) {
   return paragraph(line, 4) + paragraph("    " + text("note"), 4);
 }
 
-// Runs the suite on one contender in a process of its own, because an adapter under development may crash.
+// Names of the tests that were asked for, in the order in which they run.
+std::vector<std::string> wanted_tests(const Options& options) {
+  std::vector<std::string> wanted;
+  for (const ConformanceTest& test : conformance_tests()) {
+    const bool all = options.tests.empty();
+    if (all || std::ranges::find(options.tests, test.name) != options.tests.end()) wanted.push_back(test.name);
+  }
+  return wanted;
+}
+
+// Runs the suite on one contender in a process of its own, because an adapter under development may crash. It goes on
+// in another one when somebody else has ended the first, or its memory is running out.
 Json examine(const ResolvedContender& contender, const Options& options) {
+  const double limit_s = parse_positive("--time-limit", options.time_limit, "seconds");
   Json results = Json::array();
   const auto take = [&](const std::string& line) {
     const Json result = Json::parse(line);
@@ -98,30 +113,40 @@ Json examine(const ResolvedContender& contender, const Options& options) {
     results.push_back(result);
   };
   if (options.lines()) print(heading(contender.name) + "\n");
-  const ChildEnd end = run_in_child(
-      [&](const Send& send) {
-        std::signal(SIGINT, SIG_DFL);
-        std::signal(SIGTERM, SIG_DFL);
-        ConformanceOptions suite;
-        suite.tests = options.tests;
-        suite.on_result = [&](const ConformanceResult& result) { send(dump_json(result_json(result))); };
-        run_conformance(contender, suite);
-        return kDone;
-      },
-      take);
-  if (interrupted()) throw SystemError("interrupted: the tests above were completed");
-  // an engine may also end its process in an orderly way: what counts is whether all results came
-  const auto& tests = conformance_tests();
-  const auto missing = std::ranges::find_if(tests, [&](const ConformanceTest& test) {
-    const bool wanted = options.tests.empty() || std::ranges::find(options.tests, test.name) != options.tests.end();
-    return wanted && std::ranges::none_of(results, [&](const Json& result) { return result.at("test") == test.name; });
-  });
-  if (missing != tests.end() || end.signal != 0 || end.status != kDone) {
+  const std::vector<std::string> wanted = wanted_tests(options);
+  constexpr int kMostTries = 3;
+  for (int lost = 0; results.size() < wanted.size();) {
+    const size_t ran = results.size();
+    const ChildEnd end = run_in_child(
+        [&](const Send& send) {
+          std::signal(SIGINT, SIG_DFL);
+          std::signal(SIGTERM, SIG_DFL);
+          ConformanceOptions suite;
+          suite.on_result = [&](const ConformanceResult& result) { send(dump_json(result_json(result))); };
+          for (size_t i = ran; i < wanted.size() && (i == ran || !is_half_full()); ++i) {
+            suite.tests = {wanted[i]};
+            run_conformance(contender, suite);
+          }
+          return kDone;
+        },
+        take, limit_s);
+    if (interrupted()) throw SystemError("interrupted: the tests above were completed");
+    // an engine may also end its process in an orderly way: what counts is whether results come
+    const bool orderly = end.signal == 0 && end.status == kDone, has_more = results.size() > ran;
+    if (orderly && has_more) continue;
+    const std::string at = results.size() < wanted.size() ? wanted[results.size()] : "end of the suite";
+    if (end.from_outside()) {
+      lost = has_more ? 1 : lost + 1;
+      if (lost == kMostTries) throw EndedFromOutside(fmt::format("{} of {}", at, contender.name), end.signal);
+      continue;
+    }
     ConformanceResult result;
-    result.test = missing != tests.end() ? missing->name : "end of the suite";
+    result.test = at;
     result.status = ConformanceStatus::kFail;
     result.note = end.signal != 0 ? fmt::format("crashed with {}", end.signal_text()) : "the process ended early";
+    if (!end.stopped.empty()) result.note = end.stopped;
     take(dump_json(result_json(result)));
+    break;
   }
   return results;
 }
@@ -191,6 +216,9 @@ void add_conformance(CLI::App& app, Action& action) {
   command->add_option("--test", options->tests, "Only this test; may be repeated")
       ->type_name("TEST")
       ->allow_extra_args(false);
+  command->add_option("--time-limit", options->time_limit, "Seconds for one test")
+      ->type_name("S")
+      ->capture_default_str();
   command->add_flag("--list", options->list, "List the tests instead")->disable_flag_override();
   CLI::Option* json = command->add_flag("--json", options->json, "Print JSON");
   json->disable_flag_override();

@@ -20,6 +20,7 @@
 #include "base/activity.h"
 #include "base/errors.h"
 #include "base/paths.h"
+#include "base/processes.h"
 #include "base/sandbox.h"
 #include "cli/cli.h"
 #include "engines/engine_files.h"
@@ -91,6 +92,7 @@ std::vector<std::string> with_cache(std::vector<std::string> writable) {
   ::setrlimit(RLIMIT_CORE, &no_core);
   if (writable) enter_sandbox({.read_everything = true, .writable = with_cache(*writable)});
   watch_activities(&shared->board);
+  be_expendable();
   int status = kFailed;
   try {
     status = work();
@@ -101,9 +103,13 @@ std::vector<std::string> with_cache(std::vector<std::string> writable) {
   ::_exit(status);
 }
 
+std::string activity(const Shared& shared, const std::string& what) {
+  return shared.board.text.front() == '\0' ? what : shared.board.text.data();
+}
+
 // "reading 'x.xml' ended with SIGSEGV (Segmentation fault): ..."
 std::string what_happened(const Shared& shared, const std::string& what, int result) {
-  const std::string doing = shared.board.text.front() == '\0' ? what : shared.board.text.data();
+  const std::string doing = activity(shared, what);
   if (!WIFSIGNALED(result)) {
     return fmt::format("{} ended the process early, with status {}: a library or plugin did that, not assay", doing,
                        WEXITSTATUS(result));
@@ -115,6 +121,42 @@ std::string what_happened(const Shared& shared, const std::string& what, int res
                        signal == SIGXCPU ? limits.cpu_s : limits.wall_s, signal == SIGXCPU ? " of processor time" : "");
   }
   return fmt::format("{} ended with SIG{} ({}): it cannot be used", doing, ::sigabbrev_np(signal), ::strsignal(signal));
+}
+
+// The end of the process that did `work`, as waitpid() gives it.
+int rehearsed(const SharedPage& shared, const std::string& what, const std::function<void()>& work) {
+  flush_output();
+  const pid_t parent = ::getpid();
+  const pid_t child = ::fork();
+  if (child < 0) throw failure("starting a process");
+  if (child == 0) {
+    const int nothing = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
+    for (const int stream : {STDOUT_FILENO, STDERR_FILENO}) ::dup2(nothing, stream);
+    be_child(
+        shared,
+        [&] {
+          try {
+            work();
+          } catch (const InputError& error) {
+            shared->note(Shared::Thrown::kInputError, error.what());
+          } catch (const std::bad_alloc&) {
+            const std::string doing = shared->board.text.data();
+            shared->note(Shared::Thrown::kInputError,
+                         fmt::format("{} takes more than {} GiB of memory", doing.empty() ? what : doing,
+                                     ActivityLimits().memory_bytes >> 30));
+          } catch (const std::exception& error) {
+            shared->note(Shared::Thrown::kOther, error.what());
+          } catch (...) {
+            shared->note(Shared::Thrown::kOther, "an engine threw an exception that is not a std::exception");
+          }
+          return kDone;
+        },
+        parent, std::vector<std::string>{});
+  }
+  int result = 0;
+  while (::waitpid(child, &result, 0) < 0 && errno == EINTR) {
+  }
+  return result;
 }
 
 }  // namespace
@@ -166,46 +208,28 @@ int contained(const std::function<int()>& work, const std::optional<std::vector<
       if (signal == ending) ::raise(ending);
     }
   }
+  if (ended_from_outside(result)) {
+    message(EndedFromOutside(activity(*shared, "the command"), WTERMSIG(result)).what());
+    return kFailed;
+  }
   message(what_happened(*shared, "the command", result));
   return shared->board.text.front() == '\0' ? kFailed : kWrongInput;
 }
 
 void rehearse(const std::string& what, const std::function<void()>& work) {
-  flush_output();
-  const SharedPage shared;
-  const pid_t parent = ::getpid();
-  const pid_t child = ::fork();
-  if (child < 0) throw failure("starting a process");
-  if (child == 0) {
-    const int nothing = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
-    for (const int stream : {STDOUT_FILENO, STDERR_FILENO}) ::dup2(nothing, stream);
-    be_child(
-        shared,
-        [&] {
-          try {
-            work();
-          } catch (const InputError& error) {
-            shared->note(Shared::Thrown::kInputError, error.what());
-          } catch (const std::bad_alloc&) {
-            const std::string doing = shared->board.text.data();
-            shared->note(Shared::Thrown::kInputError,
-                         fmt::format("{} takes more than {} GiB of memory", doing.empty() ? what : doing,
-                                     ActivityLimits().memory_bytes >> 30));
-          } catch (const std::exception& error) {
-            shared->note(Shared::Thrown::kOther, error.what());
-          } catch (...) {
-            shared->note(Shared::Thrown::kOther, "an engine threw an exception that is not a std::exception");
-          }
-          return kDone;
-        },
-        parent, std::vector<std::string>{});
+  constexpr int kMostTries = 3;
+  for (int tries = 1;; ++tries) {
+    const SharedPage shared;
+    const int result = rehearsed(shared, what, work);
+    if (!shared->done && ended_from_outside(result)) {
+      if (tries == kMostTries) throw EndedFromOutside(activity(*shared, what), WTERMSIG(result));
+      continue;
+    }
+    if (!shared->done) throw InputError(what_happened(*shared, what, result));
+    if (shared->thrown == Shared::Thrown::kInputError) throw InputError(shared->text.data());
+    if (shared->thrown == Shared::Thrown::kOther) throw SystemError(shared->text.data());
+    return;
   }
-  int result = 0;
-  while (::waitpid(child, &result, 0) < 0 && errno == EINTR) {
-  }
-  if (!shared->done) throw InputError(what_happened(*shared, what, result));
-  if (shared->thrown == Shared::Thrown::kInputError) throw InputError(shared->text.data());
-  if (shared->thrown == Shared::Thrown::kOther) throw SystemError(shared->text.data());
 }
 
 }  // namespace assay::cli

@@ -12,6 +12,7 @@
 
 #include "base/errors.h"
 #include "base/json.h"
+#include "base/processes.h"
 #include "base/quantity.h"
 #include "base/sandbox.h"
 #include "base/text.h"
@@ -64,6 +65,9 @@ Json examined(const ExplainQuestion& question, const Side& side, const parity::B
       },
       [&](const std::string& line) { certificate = Json::parse(line); });
   if (interrupted()) throw SystemError("interrupted: nothing was found out");
+  if (certificate.is_null() && end.from_outside()) {
+    throw EndedFromOutside(fmt::format("examining {}", side.contender), end.signal);
+  }
   if (certificate.is_null()) {
     parity::Certificate failed;
     failed.contender = side.contender;
@@ -285,6 +289,7 @@ Json explanation_json(const ExplainQuestion& question, const Explanation& found,
   return {{"system", question.model.name},
           {"model", question.spec.path},
           {"model_hash", question.model.hash},
+          {"notes", question.model.notes},
           {"a", side_json(question.a)},
           {"b", side_json(question.b)},
           {"control", question.control->description()},
@@ -335,6 +340,7 @@ int run_explain(const ExplainRequest& request) {
     question.control->rehearse();
   });
   const ExplainQuestion question = explain_question(request);
+  tell_notes(question.model);
   const Pairing pairing = question.pairing();
   const double tolerance = tolerance_of(question);
   ProgressLine progress;

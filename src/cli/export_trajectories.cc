@@ -92,11 +92,6 @@ void write_csv(const std::string& path, const Trajectory& trajectory, const Scen
 }
 
 // Whether the states fit the scene's model.
-bool fits(const Trajectory& trajectory, const Scene& scene) {
-  return !trajectory.states.empty() && trajectory.states.front().bodies.size() == scene.bodies.size() &&
-         trajectory.states.front().position.size() == scene.joints.size();
-}
-
 }  // namespace
 
 int export_trajectories(const std::string& dir, const std::string& format, const std::string& folder) {
@@ -120,12 +115,14 @@ int export_trajectories(const std::string& dir, const std::string& format, const
     const auto scene = scenes.find(run.system);
     if (scene == scenes.end() || !has_trajectory(store.trajectories_dir(), run.address)) continue;
     const auto trajectory = read_trajectory(store.trajectories_dir(), run.address);
-    if (!trajectory || !fits(*trajectory, scene->second)) {
+    const std::string fault = trajectory
+                                  ? run_fault(*trajectory, scene->second.bodies.size(), scene->second.joints.size())
+                                  : trajectory_fault(store.trajectories_dir(), run.address);
+    if (!trajectory || !fault.empty()) {
       ++damaged;
       message(fmt::format("'{}' {}: the run of {} on {} at {} ms is left out",
-                          trajectory_path(store.trajectories_dir(), run.address),
-                          trajectory ? "is another system's" : trajectory_fault(store.trajectories_dir(), run.address),
-                          run.contender, run.system, timestep_label(run.timestep_ms)));
+                          trajectory_path(store.trajectories_dir(), run.address), fault, run.contender, run.system,
+                          timestep_label(run.timestep_ms)));
       continue;
     }
     make_folder(fmt::format("{}/{}", folder, file_name(run.system)));

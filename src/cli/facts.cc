@@ -74,14 +74,20 @@ Json contender_json(const ResolvedContender& contender) {
 Json model_json(const std::string& name, const Model& model) {
   const auto shapes = [&](ShapeType type) { return std::ranges::count(model.shapes, type, &Shape::type); };
   const auto free = std::ranges::count_if(model.bodies, &Body::is_free);
+  const auto slides = std::ranges::count_if(model.joints, &Joint::is_slide);
+  const auto limited_slides =
+      std::ranges::count_if(model.joints, [](const Joint& j) { return j.is_slide() && j.limited; });
   return {{"system", name},
           {"file", model.source},
           {"hash", model.hash},
           {"bodies", model.bodies.size()},
           {"dof", model.dof()},
-          {"hinges", model.joints.size()},
+          {"hinges", std::ssize(model.joints) - slides},
+          {"slides", slides},
+          {"balls", model.balls.size()},
           {"free_joints", free},
-          {"limited_hinges", std::ranges::count_if(model.joints, &Joint::limited)},
+          {"limited_hinges", std::ranges::count_if(model.joints, &Joint::limited) - limited_slides},
+          {"limited_slides", limited_slides},
           {"spheres", shapes(ShapeType::kSphere)},
           {"capsules", shapes(ShapeType::kCapsule)},
           {"planes", shapes(ShapeType::kPlane)},

@@ -4,10 +4,12 @@
 #include <array>
 #include <cerrno>
 #include <csignal>
+#include <cstdint>
 #include <cstdio>
 #include <fcntl.h>
 #include <filesystem>
 #include <memory>
+#include <new>
 #include <optional>
 #include <unistd.h>
 
@@ -19,6 +21,8 @@
 #include "cli/cli.h"
 #include "cli/contained.h"
 #include "cli/help.h"
+#include "cli/output_file.h"
+#include "coordinator/process.h"
 #include "worker/worker.h"
 
 namespace assay::cli {
@@ -90,6 +94,52 @@ std::optional<std::vector<std::string>> writable_of(const CLI::App& command) {
     if (folder.has_relative_path()) folders.push_back(folder);
   }
   return folders;
+}
+
+// A model that its own run replaces would be gone. Options whose value is no file are left out: a file may be called 1.
+void check_outputs(const CLI::App& command) {
+  constexpr std::array<std::string_view, 4> kFiles = {"qpos", "control", "policy", "policy-config"};
+  std::vector<std::string> given;
+  for (const CLI::Option* option : command.get_options()) {
+    const bool names_file = std::ranges::any_of(
+        option->get_lnames(), [&](const std::string& name) { return std::ranges::find(kFiles, name) != kFiles.end(); });
+    if (!names_file && !option->get_positional()) continue;
+    for (const std::string& value : option->results()) given.push_back(value);
+  }
+  for (const char* name : {"--out", "--repair"}) {
+    const CLI::Option* option = command.get_option_no_throw(name);
+    if (option != nullptr && option->count() > 0) refuse_to_overwrite(name, option->as<std::string>(), given);
+  }
+}
+
+// The writable memory, in bytes, of a command that reads results. They may be a stranger's, and what they take to be
+// read is for him to choose. Nothing for other commands.
+std::optional<std::uint64_t> reading_memory(const std::string& command) {
+  constexpr std::array<std::string_view, 8> kReaders = {"recommend", "report", "compare", "history",
+                                                        "claims",    "export", "status",  "merge"};
+  constexpr std::array<std::string_view, 2> kDrawers = {"movie", "snapshot"};  // large pictures take more
+  if (std::ranges::find(kReaders, command) != kReaders.end()) return WorkerLimits::of_share(1).memory_bytes;
+  if (std::ranges::find(kDrawers, command) != kDrawers.end()) return WorkerLimits::of_machine().memory_bytes;
+  return std::nullopt;
+}
+
+// The limit holds for what it starts, too.
+Action within_memory(Action action, const std::string& command, std::uint64_t bytes) {
+  return [action = std::move(action), command, bytes] {
+    WorkerLimits limits;
+    limits.memory_bytes = bytes;
+    limits.file_bytes = limits.tasks = 0;  // not limited
+    limits.apply();
+    try {
+      return action();
+    } catch (const std::bad_alloc&) {
+      constexpr double kGiB = 1 << 30;
+      throw SystemError(
+          fmt::format("out of memory: '{}' may take {:.2g} GiB here, and what it was given needs more: give smaller "
+                      "results or a smaller model",
+                      command, static_cast<double>(bytes) / kGiB));
+    }
+  };
 }
 
 // A wrong command line in one sentence that ends in where to look.
@@ -165,12 +215,17 @@ int run(int argc, char** argv) {
     std::fwrite(help.data(), 1, help.size(), stderr);
     return kWrongInput;
   }
+  const CLI::App& command = *called(app);
+  check_outputs(command);
+  if (const auto bytes = reading_memory(command.get_name())) {
+    action = within_memory(std::move(action), full_name(app, command), *bytes);
+  }
   // They read models and load plugins, and write no results: they do it in a process of their own. The others rehearse
   // that part.
   constexpr std::array<std::string_view, 8> kContained = {"engines",     "systems", "check",    "parity",
                                                           "conformance", "import",  "snapshot", "movie"};
-  const bool is_contained = std::ranges::find(kContained, called(app)->get_name()) != kContained.end();
-  return is_contained ? contained(action, writable_of(*called(app))) : action();
+  const bool is_contained = std::ranges::find(kContained, command.get_name()) != kContained.end();
+  return is_contained ? contained(action, writable_of(command)) : action();
 }
 
 // Numbers 0 to 2 that the starter has closed would go to the next files that are opened: what is printed would go into

@@ -7,6 +7,7 @@
 #include "base/text.h"
 #include "cli/cli.h"
 #include "cli/parts.h"
+#include "coordinator/ratios.h"
 #include "coordinator/run.h"
 #include "store/store.h"
 
@@ -20,9 +21,12 @@ struct MergeOptions {
 
 int merge(const MergeOptions& options) {
   const std::vector<std::string> sources = parts_of(options.dirs);
+  // What finishes a union reads them: a source whose own cannot be read is refused before anything is written.
+  for (const std::string& source : sources) static_cast<void>(asked_ratios(Store::open(source)));
   ProgressLine progress;
   size_t begun = 0;
   std::vector<std::string> warnings, missing;
+  size_t planned = 0, done = 0, stored = 0;  // cells of the union
   const auto begin = [&](const std::string& source) {
     ++begun;
     if (progress.due()) progress.show(fmt::format("{} of {}: {}", begun, sources.size(), source));
@@ -30,6 +34,11 @@ int merge(const MergeOptions& options) {
   const auto finish = [&](Store& merged) {
     warnings = derive_values(merged);
     missing = missing_parts(merged);
+    for (const Store::PartDone& part : merged.plan_done()) {
+      planned += part.cells;
+      done += part.done;
+    }
+    stored = merged.cell_keys().size();
   };
   const MergeSummary summary = merge_results(sources, options.out, derived_values(), begin, finish);
   progress.clear();
@@ -38,6 +47,11 @@ int merge(const MergeOptions& options) {
                             counted(summary.sources, "directory", "directories"), summary.cells_before,
                             counted(summary.trajectories, "trajectory", "trajectories"), options.out + "/assay.sqlite"),
                 2));
+  if (planned > 0) {  // what `assay status` counts
+    const std::string more =
+        stored > done ? fmt::format(", and {} that no plan counts, as times of the harness itself", stored - done) : "";
+    print(paragraph(fmt::format("the union has {} of {} planned cells{}", done, planned, more), 2));
+  }
   for (const std::string& each : missing) print(paragraph("missing: " + each, 2));
   for (const std::string& warning : warnings) print(paragraph("warning: " + warning, 2));
   return kDone;

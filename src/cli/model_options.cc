@@ -7,6 +7,7 @@
 
 #include "base/errors.h"
 #include "base/paths.h"
+#include "cli/terminal.h"
 #include "model/mjcf.h"
 
 namespace assay::cli {
@@ -96,6 +97,10 @@ LoadOptions load_options(const ModelOptions& options) {
 Model load(const ModelOptions& options) {
   const LoadOptions how = load_options(options);
   return load_model(find_model(options.model), how);
+}
+
+void tell_notes(const Model& model) {
+  for (const std::string& note : model.notes) message("note: " + note);
 }
 
 std::vector<std::string> option_words(const LoadOptions& options) {

@@ -37,6 +37,9 @@ LoadOptions load_options(const ModelOptions& options);
 // The model that MODEL names, a file or a system, read as the options say. Throws InputError.
 Model load(const ModelOptions& options);
 
+// What the file has and the model has not: a line for each note on standard error.
+void tell_notes(const Model& model);
+
 // The options as words of a command line, without MODEL: "--ground", "--keyframe", "home"; none for the defaults.
 std::vector<std::string> option_words(const LoadOptions& options);
 

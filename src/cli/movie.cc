@@ -11,6 +11,7 @@
 #include "base/errors.h"
 #include "base/text.h"
 #include "cli/cli.h"
+#include "cli/output_file.h"
 #include "cli/pictures.h"
 #include "coordinator/rerun.h"
 #include "render/encoder.h"
@@ -50,8 +51,8 @@ std::string reason_of(const std::vector<Cell>& cells, const std::string& system,
   return "no kept run";
 }
 
-std::vector<Part> stored_parts(const Store& store, const std::vector<Cell>& cells, const MovieOptions& options,
-                               const std::vector<std::string>& contenders) {
+std::vector<Part> stored_parts(const Store& store, const Scene& scene, const std::vector<Cell>& cells,
+                               const MovieOptions& options, const std::vector<std::string>& contenders) {
   std::vector<Part> parts;
   const std::vector<RunRow> runs = store.runs();
   for (const std::string& contender : contenders) {
@@ -60,15 +61,17 @@ std::vector<Part> stored_parts(const Store& store, const std::vector<Cell>& cell
     for (const RunRow& run : runs) {
       if (run.system != options.system || run.contender != contender || !part.states.empty()) continue;
       part.timestep_ms = run.timestep_ms;
-      if (auto kept = read_trajectory(store.trajectories_dir(), run.address)) part.states = std::move(kept->states);
+      auto kept = read_run(store.trajectories_dir(), run.address, scene.bodies.size(), scene.joints.size());
+      if (kept) part.states = std::move(kept->states);
     }
     if (part.states.empty()) part.failure = reason_of(cells, options.system, contender);
   }
   return parts;
 }
 
-std::vector<Part> new_parts(const Store& store, const MovieOptions& options, const std::string& timestep,
-                            const std::vector<std::string>& contenders, ProgressLine& progress) {
+std::vector<Part> new_parts(const Store& store, const Scene& scene, const MovieOptions& options,
+                            const std::string& timestep, const std::vector<std::string>& contenders,
+                            ProgressLine& progress) {
   const double timestep_ms = parse_positive("--timestep", timestep, "milliseconds");
   const double sample_ms = finer_sample_ms(store, options.system, timestep_ms, kFrameMs);
   std::vector<Part> parts;
@@ -80,7 +83,13 @@ std::vector<Part> new_parts(const Store& store, const MovieOptions& options, con
     part.contender = rerun.contender;
     part.timestep_ms = timestep_ms;
     part.failure = rerun.failure;
-    if (rerun.trajectory) part.states = std::move(rerun.trajectory->states);
+    if (!rerun.trajectory) continue;
+    const std::string fault = run_fault(*rerun.trajectory, scene.bodies.size(), scene.joints.size());
+    if (fault.empty()) {
+      part.states = std::move(rerun.trajectory->states);
+    } else if (part.failure.empty()) {
+      part.failure = "the run " + fault;
+    }
   }
   return parts;
 }
@@ -165,8 +174,9 @@ int movie(const MovieOptions& options) {
   const std::vector<Cell> cells = store.cells();
   ProgressLine progress;
   watch_for_interruption();
-  const std::vector<Part> parts = options.timestep ? new_parts(store, options, *options.timestep, contenders, progress)
-                                                   : stored_parts(store, cells, options, contenders);
+  const std::vector<Part> parts = options.timestep
+                                      ? new_parts(store, scene, options, *options.timestep, contenders, progress)
+                                      : stored_parts(store, scene, cells, options, contenders);
   if (interrupted()) return kFailed;
 
   std::vector<const std::vector<State>*> runs;
@@ -196,12 +206,12 @@ int movie(const MovieOptions& options) {
   const size_t frames = (longest->size() - 1) / stride + 1;
 
   const int columns = grid_columns(static_cast<int>(parts.size()), width, height);
-  Renderer renderer(scene, view_of(scene, runs), width, height, lettering(width / columns));
-  Partial partial(options.out + ".partial");
   std::error_code ignored;
   if (std::filesystem::is_directory(options.out, ignored)) {
     throw InputError(fmt::format("--out '{}' is a directory: give a file in it", options.out));
   }
+  Partial partial(fresh_partial(options.out));
+  Renderer renderer(scene, view_of(scene, runs), width, height, lettering(width / columns));
   {
     Encoder encoder(partial.path(), width, height, frame_ms);
     const Clock::time_point start = Clock::now();

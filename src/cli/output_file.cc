@@ -18,6 +18,30 @@ namespace assay::cli {
 
 namespace fs = std::filesystem;
 
+std::string fresh_partial(const std::string& path) {
+  std::string partial = path + ".partial";
+  if (const std::string other = other_than_file(partial); !other.empty()) {
+    throw InputError(
+        fmt::format("'{}', where --out is written first, is {}: remove it or give another file", partial, other));
+  }
+  unlink(partial.c_str());
+  return partial;
+}
+
+void refuse_to_overwrite(const std::string& option, const std::string& out, const std::vector<std::string>& given) {
+  std::error_code error;
+  if (out == "-" || !fs::is_regular_file(out, error)) return;
+  for (const std::string& read : given) {
+    for (const fs::path& file : {fs::path(read), fs::path(read) / "assay.sqlite"}) {
+      if (!fs::is_regular_file(file, error) || !fs::equivalent(out, file, error)) continue;
+      throw InputError(file == fs::path(out)
+                           ? fmt::format("{} '{}' is a file that the command reads: give another one", option, out)
+                           : fmt::format("{} '{}' is the same file as '{}', which the command reads: give another one",
+                                         option, out, file.string()));
+    }
+  }
+}
+
 OutputFile::OutputFile(const std::string& path) : path_(path) {
   if (path.empty()) throw InputError("--out is empty: give the name of a file");
   if (path == "-") {
@@ -34,16 +58,10 @@ OutputFile::OutputFile(const std::string& path) : path_(path) {
     }
     // through symbolic links, so that renaming replaces the file and not the link
     if (fs::is_symlink(fs::symlink_status(path, error)) && fs::exists(status)) path_ = fs::canonical(path);
-    written_ = direct ? path_ : path_ + ".partial";
+    written_ = direct ? path_ : fresh_partial(path_);
     if (direct) {
       fd_ = open(written_.c_str(), O_WRONLY | O_CLOEXEC);  // NOLINT(*-vararg)
     } else {
-      // An earlier command may have left it. It is made anew, so that no link under that name is written through.
-      if (const std::string other = other_than_file(written_); !other.empty()) {
-        throw InputError(
-            fmt::format("'{}', where --out is written first, is {}: remove it or give another file", written_, other));
-      }
-      unlink(written_.c_str());
       fd_ = open(written_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);  // NOLINT(*-vararg)
     }
   }

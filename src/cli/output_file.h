@@ -4,8 +4,17 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace assay::cli {
+
+// "PATH.partial", where PATH is written first. What an earlier command left there is removed, so that it is made anew.
+// Throws InputError for what is no regular file: a link would be written through.
+std::string fresh_partial(const std::string& path);
+
+// Throws InputError where `out`, the value of `option`, is one of the files that a command is given to read, under
+// whatever name, or the database of a results directory that it is given. `given` may hold other words, too.
+void refuse_to_overwrite(const std::string& option, const std::string& out, const std::vector<std::string>& given);
 
 // Writes to "PATH.partial", made anew, which finish() renames to PATH; until then an earlier file at PATH stays
 // untouched. "-" is standard output; a device or a pipe is written directly. If the program ends before finish(),

@@ -4,17 +4,19 @@
 #include <algorithm>
 #include <csignal>
 #include <filesystem>
-#include <fstream>
 
 #include <fmt/format.h>
 
 #include "base/errors.h"
 #include "base/json.h"
+#include "base/processes.h"
 #include "base/quantity.h"
 #include "base/text.h"
+#include "base/write_file.h"
 #include "cli/child.h"
 #include "cli/cli.h"
 #include "cli/model_options.h"
+#include "cli/output_file.h"
 #include "parity/certificate.h"
 
 namespace assay::cli {
@@ -130,15 +132,16 @@ void write_certificate(const Json& document, const std::string& out) {
   namespace fs = std::filesystem;
   std::error_code error;
   const bool folder = out.ends_with('/') || fs::is_directory(out, error);
-  std::string path = out;
-  if (folder) {
-    path = parity_file(out, document.at("model").get<std::string>());
-    fs::create_directories(fs::path(path).parent_path(), error);
+  const std::string text = dump_json(document, 1) + "\n";
+  if (!folder) {
+    OutputFile file(out);
+    file.write(text);
+    file.finish();
+    return;
   }
-  std::ofstream file(path);
-  file << dump_json(document, 1) << "\n";
-  if (!file.flush()) throw SystemError(fmt::format("'{}' cannot be written; check the folder", path));
-  if (!folder) return;
+  const std::string path = parity_file(out, document.at("model").get<std::string>());
+  make_own_folder(fs::path(path).parent_path());
+  write_file(path, text);
   message(fs::exists(fs::path(out) / "assay.sqlite", error)
               ? fmt::format("the certificate is in '{}'; `assay report {}` shows it", path, out)
               : fmt::format("the certificate is in '{}'", path));
@@ -154,6 +157,7 @@ int run_parity(const ParityOptions& options) {
   Json certificates = Json::array();
   ProgressLine progress;
   const std::vector<ResolvedContender> contenders = chosen(options, model);
+  tell_notes(model);
   for (const ResolvedContender& contender : contenders) {
     progress.show(fmt::format("{} of {}: {}", certificates.size() + 1, contenders.size(), contender.name));
     Json certificate;
@@ -166,6 +170,9 @@ int run_parity(const ParityOptions& options) {
         },
         [&](const std::string& line) { certificate = Json::parse(line); });
     if (interrupted()) throw SystemError("interrupted: nothing was written");
+    if (certificate.is_null() && end.from_outside()) {
+      throw EndedFromOutside(fmt::format("examining {}", contender.name), end.signal);
+    }
     if (certificate.is_null()) {
       parity::Certificate crashed;
       crashed.contender = contender.name;
@@ -177,11 +184,9 @@ int run_parity(const ParityOptions& options) {
     certificates.push_back(std::move(certificate));
   }
   progress.clear();
-  const Json document = {{"model", model.name},
-                         {"hash", model.hash},
-                         {"samples", experiments.samples},
-                         {"seed", experiments.seed},
-                         {"certificates", certificates}};
+  const Json document = {{"model", model.name},      {"hash", model.hash},
+                         {"notes", model.notes},     {"samples", experiments.samples},
+                         {"seed", experiments.seed}, {"certificates", certificates}};
   if (!options.out.empty()) write_certificate(document, options.out);
   if (options.json) {
     print_json(document);

@@ -5,6 +5,7 @@
 #include <iterator>
 #include <map>
 #include <set>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -71,9 +72,23 @@ bool fits(const DivisionKind& division, bool accuracy) {
   return division.first == "all" || (division.first != "timing") == accuracy;
 }
 
+// Whether other divisions that are there in all their parts have the same cells: beside a whole run, the second part of
+// two is not missing.
+bool is_covered(const DivisionKind& kind, const std::map<DivisionKind, Division>& divisions) {
+  const auto has_all = [&](bool accuracy) {
+    return std::ranges::any_of(divisions, [&](const auto& other) {
+      return other.first != kind && std::cmp_equal(other.second.present.size(), other.first.second) &&
+             fits(other.first, accuracy);
+    });
+  };
+  return (!fits(kind, true) || has_all(true)) && (!fits(kind, false) || has_all(false));
+}
+
 std::vector<std::string> missing_text(const std::map<DivisionKind, Division>& divisions) {
   std::vector<std::string> missing;
   for (const auto& [kind, division] : divisions) {
+    const bool is_whole = std::cmp_equal(division.present.size(), kind.second);
+    if (!is_whole && is_covered(kind, divisions)) continue;
     const std::string what =
         kind.first == "all" ? "" : fmt::format(" of the {} cells", kind.first == "timing" ? "timing" : "accuracy");
     std::vector<std::string> absent;

@@ -38,7 +38,7 @@ const ValueInfo& limitable(const SystemAnswers& answers, const std::string& name
   const auto known = std::ranges::find(answers.values, own, &ValueInfo::name);
   const std::string near = did_you_mean(name, answers.errors);
   if (known == answers.values.end()) {
-    throw InputError(fmt::format("system '{}' was not measured by '{}'{}", answers.system, name, near));
+    throw InputError(fmt::format("'{}' was not measured by '{}'{}", answers.system, name, near));
   }
   if (std::ranges::find(answers.errors, own) == answers.errors.end()) {
     throw InputError(fmt::format("'{}' cannot be limited: it is no error that was measured on '{}' (known: {})", own,

@@ -5,6 +5,7 @@
 
 #include "base/activity.h"
 #include "base/errors.h"
+#include "base/external_files.h"
 #include "base/paths.h"
 #include "base/text.h"
 #include "campaign/campaign.h"
@@ -60,6 +61,7 @@ std::string resuming(const RunOptions& options) {
   add("--realtime", options.limits.realtime);
   for (const std::string& name : options.contenders) command += fmt::format(" --contenders '{}'", name);
   for (const std::string& limit : options.limits.limits) command += " --limit " + limit;
+  if (options.plan_only) command += " --plan";
   return command;
 }
 
@@ -84,6 +86,7 @@ int run(RunOptions options) {
   static_cast<void>(json_progress(options.run));  // refused before anything is read
   if (options.run.device) require_device(*options.run.device);
   options.run.command = resuming(options);
+  if (options.model.allow_external_files) agree_to_external_files();
   if (is_robot(options.run.campaign)) {
     rehearse_robot(options.run.campaign, load_options(options.model), control_given(options.control, options.policy));
     if (options.full || options.run.shard || options.run.cells || options.run.device ||
@@ -101,7 +104,9 @@ int run(RunOptions options) {
   refuse_for_campaign("--seeds, --seconds and --timesteps",
                       options.seeds || options.seconds || !options.timesteps.empty());
   refuse_for_campaign("--push", options.push || options.push_every || options.push_joint);
-  refuse_for_campaign("how a model is read", load_options(options.model) != LoadOptions());
+  LoadOptions reading = load_options(options.model);
+  reading.allow_external_files = false;  // no setting of the campaign, but the user's agreement to one
+  refuse_for_campaign("how a model is read", reading != LoadOptions());
   refuse_for_campaign("--contenders", !options.contenders.empty());
   refuse_for_campaign("--plan", options.plan_only);
   refuse_for_campaign("a limit", options.limits.any() || options.limits.measure);

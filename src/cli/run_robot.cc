@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -16,9 +15,11 @@
 #include "base/paths.h"
 #include "base/quantity.h"
 #include "base/text.h"
+#include "base/write_file.h"
 #include "campaign/campaign.h"
 #include "cli/answer.h"
 #include "cli/transfer.h"
+#include "coordinator/model_notes.h"
 #include "coordinator/rerun.h"
 #include "engines/describe.h"
 #include "model/mjcf.h"
@@ -77,25 +78,39 @@ std::vector<std::string> model_lines(const LoadOptions& load, const std::string&
 
 std::string default_out(const std::string& robot) { return fs::path(robot).stem().string() + "-results"; }
 
-// Writes the programme, or leaves one that measures the same, so that a search goes on.
-void write_programme(const std::string& dir, const Programme& programme) {
-  const fs::path file = fs::path(dir) / "campaign.toml";
+// Whether the programme is there already, word for word. Throws InputError for another one.
+bool has_programme(const std::string& dir, const std::string& file, const Programme& programme) {
   std::error_code error;
-  if (fs::exists(file, error)) {
-    const std::string there = campaign_text(file.string());
-    if (there == programme.toml) return;
-    if (parse_campaign(there, file).hash() != parse_campaign(programme.toml, file).hash()) {
-      throw InputError(
-          fmt::format("'{}' is another programme: give another folder with --out, or go on with 'assay run "
-                      "{} --out {}'",
-                      file.string(), file.string(), dir));
-    }
+  if (!fs::exists(file, error)) return false;
+  const std::string there = campaign_text(file);
+  if (there == programme.toml) return true;
+  // Earlier versions did not write it as a whole: a kill or a full disk left its beginning.
+  if (programme.toml.starts_with(there) && !fs::exists(dir + "/assay.sqlite", error)) {
+    message(fmt::format("'{}' is only the beginning of the programme, and nothing was measured yet: it is written anew",
+                        file));
+    return false;
   }
+  std::string hash;
+  try {
+    hash = parse_campaign(there, file).hash();
+  } catch (const InputError& why) {
+    throw InputError(fmt::format("{}; remove the file, or give another folder with --out", why.what()));
+  }
+  if (hash == parse_campaign(programme.toml, file).hash()) return false;
+  throw InputError(
+      fmt::format("'{}' is another programme: give another folder with --out, or go on with 'assay run "
+                  "{} --out {}'",
+                  file, file, dir));
+}
+
+// Writes the programme unless it is there, so that a search goes on.
+void write_programme(const std::string& dir, const Programme& programme) {
+  const std::string file = (fs::path(dir) / "campaign.toml").string();
+  if (has_programme(dir, file, programme)) return;
+  std::error_code error;
   fs::create_directories(dir, error);
-  std::ofstream stream(file);
-  if (!(stream << programme.toml) || !stream.flush()) {
-    throw SystemError(fmt::format("'{}' cannot be written: {}", file.string(), std::strerror(errno)));
-  }
+  if (error) throw SystemError(fmt::format("cannot make the directory '{}': {}", dir, error.message()));
+  write_file(file, programme.toml);
 }
 
 // ---- what is searched for ---------------------------------------------------------------------------------------------
@@ -111,9 +126,31 @@ std::vector<std::string> errors_of(const Campaign& campaign) {
   return values;
 }
 
+// A limit on what is not measured would end in no answer after the whole budget.
+void check_limitable(const Campaign& campaign, const char* option, const std::string& given, const std::string& name) {
+  const auto measured = [&](const ValueInfo& value) {
+    return std::ranges::any_of(campaign.systems, [&](const CampaignSystem& system) {
+      return std::ranges::any_of(system.measures,
+                                 [&](const Measure measure) { return measure_text(measure) == value.measure; });
+    });
+  };
+  const ValueInfo value = value_info(name);
+  if (value.limit && measured(value)) return;
+  std::vector<std::string> names;
+  for (const ValueInfo& each : value_catalogue()) {
+    if (each.limit && measured(each)) names.push_back(each.name);
+  }
+  throw InputError(fmt::format("{}: '{}' {}{}", option, given,
+                               measured(value) ? "is no error and cannot be limited"
+                                               : fmt::format("is not measured on any system of '{}'", campaign.name),
+                               did_you_mean(given, names)));
+}
+
 Limits limits_of(const Campaign& campaign, const LimitOptions& options) {
   Limits limits;
   const auto add = [&](const std::string& what, const std::string& name, const std::string& text) {
+    const bool twice = std::ranges::any_of(limits.largest, [&](const auto& other) { return other.first == name; });
+    if (twice) throw InputError(fmt::format("'{}' is limited twice: give one limit for it", name));
     const ValueInfo value = value_info(name);
     limits.largest.emplace_back(name, parse_quantity(what, text, value.unit.empty() ? "m" : value.unit));
   };
@@ -124,14 +161,18 @@ Limits limits_of(const Campaign& campaign, const LimitOptions& options) {
     for (const std::string& value : errors_of(campaign)) add("--error", value, *options.error);
   }
   if (options.penetration) add("--penetration", "penetration_max", *options.penetration);
-  if (options.slip) add("--slip", "grasp_slip", *options.slip);
+  if (options.slip) {
+    check_limitable(campaign, "--slip", "grasp_slip", "grasp_slip");
+    add("--slip", "grasp_slip", *options.slip);
+  }
   for (const std::string& limit : options.limits) {
     const size_t equals = limit.find('=');
     if (equals == std::string::npos || equals == 0) {
       throw InputError(fmt::format("--limit is '{}': write NAME=QUANTITY, as in truth_error_max=1mm", limit));
     }
-    const std::string name = limit.substr(0, equals), named = value_named(name);
-    add("--limit " + name, named.empty() ? name : named, limit.substr(equals + 1));
+    const std::string name = limit.substr(0, equals), named = value_named(name), own = named.empty() ? name : named;
+    check_limitable(campaign, "--limit", name, own);
+    add("--limit " + name, own, limit.substr(equals + 1));
   }
   if (options.realtime) limits.realtime = parse_positive("--realtime", *options.realtime, "times real time");
   return limits;
@@ -539,7 +580,16 @@ int run_robot(const RobotRequest& request) {
 }
 
 int run_searched(const RunRequest& request) {
-  return search_and_answer(request, load_campaign(find_campaign(request.campaign)), {});
+  const Campaign campaign = load_campaign(find_campaign(request.campaign));
+  const auto events = json_progress(request) ? make_json_progress(stderr) : nullptr;
+  for (const std::string& note : model_notes(campaign)) {
+    if (events == nullptr) {
+      message("note: " + note);
+    } else {
+      events->message("note: " + note);
+    }
+  }
+  return search_and_answer(request, campaign, {});
 }
 
 }  // namespace assay::cli

@@ -9,6 +9,7 @@
 
 #include "base/activity.h"
 #include "base/errors.h"
+#include "base/processes.h"
 #include "base/sandbox.h"
 #include "base/text.h"
 #include "cli/child.h"
@@ -20,10 +21,9 @@
 #include "cli/state_rows.h"
 #include "controls/policy.h"
 #include "controls/work.h"
-#include "coordinator/process.h"
 #include "engines/engine_files.h"
 #include "measures/plausible.h"
-#include "store/trajectory.h"
+#include "model/state_faults.h"
 
 namespace assay::cli {
 namespace {
@@ -48,11 +48,22 @@ std::string caught_text() {
   }
 }
 
+// The simulation at its start. What an engine throws says with which contender.
+std::unique_ptr<Simulation> created(const SimulateJob& job) {
+  try {
+    return job.contender.engine->create(job.model, job.model.initial, job.contender.settings);
+  } catch (const InputError&) {
+    throw;  // of a setting, with how to mend it
+  } catch (...) {
+    throw EngineError(fmt::format("{} failed before its first step: {}", job.contender.name, caught_text()));
+  }
+}
+
 // Steps the engine to the end, to its failure or to an interruption. Every sample is in the file before the next
 // begins; `finish` gives it its name at the end.
 int run(const SimulateJob& job, bool time, OutputFile& file, const std::function<void()>& finish) {
   const Model& model = job.model;
-  const auto simulation = job.contender.engine->create(model, model.initial, job.contender.settings);
+  const auto simulation = created(job);
   const Control& control = *job.control;
   const auto driven = control.start(1e-3 * job.timestep_ms);
   const Plausibility plausibility(model, model.initial, job.duration_s, largest_work(model, control, job.duration_s));
@@ -75,16 +86,19 @@ int run(const SimulateJob& job, bool time, OutputFile& file, const std::function
     file.write({text.data(), text.size()});
   };
 
-  // A state of another size has no place in the table; one whose values cannot be has diverged.
-  const auto read_state = [&] {
+  // A state of another size or time has no place in the table; one whose values cannot be has diverged.
+  const auto read_state = [&](long long step) {
     simulation->read_state(state);
     const std::string shape = state_shape_fault(state, model.bodies.size(), model.joints.size());
     if (!shape.empty()) throw std::runtime_error(fmt::format("the engine gave {}", shape));
     const std::string value = state_value_fault(state);
-    return value.empty() ? "" : fmt::format("the engine gave {}", value);
+    if (!value.empty()) return fmt::format("the engine gave {}", value);
+    const std::string moment = state_time_fault(state, model.initial.time, job.contender.settings.timestep, step);
+    if (!moment.empty()) throw std::runtime_error(fmt::format("the engine gave {}", moment));
+    return std::string();
   };
+  if (const std::string fault = read_state(0); !fault.empty()) throw EngineError(fault);
   file.write(kStateHeader);
-  if (const std::string fault = read_state(); !fault.empty()) throw EngineError(fault);
   write_sample(0);
   ProgressLine progress;
   const Clock::time_point start = Clock::now();
@@ -102,7 +116,7 @@ int run(const SimulateJob& job, bool time, OutputFile& file, const std::function
         engine += Clock::now() - before;
         ++step;
         if (!feedback && step < sample_end) continue;
-        divergence = read_state();
+        divergence = read_state(step);
         if (divergence.empty()) divergence = plausibility.divergence(state);
       }
     } catch (const PolicyError& error) {
@@ -173,8 +187,6 @@ int simulate(const SimulateOptions& options) {
         ::dup2(STDERR_FILENO, STDOUT_FILENO);
         // the file is open: it is given its name outside
         enter_sandbox({.readable = engine_files(), .writable = engine_caches()});
-        // a network is a stranger's program
-        if (job.control->policy() != nullptr) WorkerLimits::of_share(1).limit_memory();
         const int status = guarded([&] { return run(job, options.time, file, [&] { send(kFinish); }); });
         send("end");
         return status;
@@ -184,11 +196,15 @@ int simulate(const SimulateOptions& options) {
         came_to_end = line != kFinish;
       });
   if (came_to_end) return end.status;
+  const std::string left =
+      file.empty() ? "it did not take a step" : fmt::format("the earlier samples are in {}", file.whereabouts());
+  if (interrupted()) throw SystemError("interrupted: " + left);
+  if (end.from_outside()) {
+    throw EndedFromOutside(fmt::format("{} on '{}' ({})", job.contender.name, job.model.name, left), end.signal);
+  }
   const std::string what =
       end.signal != 0 ? fmt::format("crashed with {}", end.signal_text()) : "ended its process early";
-  throw EngineError(fmt::format(
-      "{} {} on '{}': {}", job.contender.name, what, job.model.name,
-      file.empty() ? "it did not take a step" : fmt::format("the earlier samples are in {}", file.whereabouts())));
+  throw EngineError(fmt::format("{} {} on '{}': {}", job.contender.name, what, job.model.name, left));
 }
 
 }  // namespace
@@ -220,8 +236,10 @@ void add_simulate(CLI::App& app, Action& action) {
   command->add_option("--gravity", options->gravity, "off removes gravity (default: on)")->type_name("on|off");
   command
       ->add_option("--control", options->control,
-                   "passive, actuators (the model's own, the default) or a sine of torque at every hinge: "
-                   "sine,amplitude=NM,frequency=HZ,phase_step=RAD")
+                   "passive; actuators: the model's own (default); hold: a PD at the start pose, "
+                   "hold,natural_frequency=HZ (default: 0, which is 10 Hz); random: seeded torques at every joint, "
+                   "random,motion=RAD,seed=N; a sine of torque at every hinge: "
+                   "sine,amplitude=NM,frequency=HZ,phase_step=RAD; or a CSV file of torques: time,JOINT,...")
       ->type_name("CONTROL");
   add_policy_options(*command, options->policy);
   command->add_option("--set", options->set, "Overrides a setting of the contender; may be repeated")

@@ -81,7 +81,7 @@ void check_fidelity(const SimulateJob& job) {
                                    limitation.how));
     }
   }
-  for (const std::string& note : job.model.notes) message(fmt::format("note: {}", note));
+  tell_notes(job.model);
   for (const std::string& line : approximations(limitations)) {
     message(fmt::format("note: {} approximates {}", job.contender.name, line));
   }

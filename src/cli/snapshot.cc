@@ -39,6 +39,7 @@ Shot of_model(const SnapshotOptions& options) {
   LoadOptions how = load_options(options.load);
   how.drop_unsupported = true;
   const Model model = load_model(find_model(options.where.front()), how);
+  tell_notes(model);
   return {scene_of(model), {model.initial}, 0};
 }
 
@@ -51,9 +52,9 @@ Shot of_results(const SnapshotOptions& options) {
     if (run.system != system || !has_trajectory(store.trajectories_dir(), run.address)) continue;
     kept.push_back(run.contender);
     if (!shot.states.empty() || (options.contender && *options.contender != run.contender)) continue;
-    if (auto trajectory = read_trajectory(store.trajectories_dir(), run.address)) {
-      shot.states = std::move(trajectory->states);
-    }
+    const Scene& scene = shot.scene;
+    auto trajectory = read_run(store.trajectories_dir(), run.address, scene.bodies.size(), scene.joints.size());
+    if (trajectory) shot.states = std::move(trajectory->states);
   }
   if (shot.states.empty()) {
     if (!options.contender) throw InputError(fmt::format("'{}' keeps no run of '{}'", store.dir(), system));

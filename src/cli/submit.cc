@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "base/errors.h"
+#include "base/external_files.h"
 #include "base/paths.h"
 #include "base/text.h"
 #include "campaign/campaign.h"
@@ -32,7 +33,7 @@ struct SubmitOptions {
   std::string campaign, out, partition, account, time;
   std::vector<std::string> sbatch;
   std::optional<std::string> nodes, shards, cpus, attempt;
-  bool slurm = false, dry_run = false, resume = false;
+  bool slurm = false, dry_run = false, resume = false, allow_external_files = false;
 };
 
 // What is divided unless the user says into how many parts.
@@ -228,6 +229,7 @@ void refuse_second(const SlurmRequest& request) {
 
 int submit(const SubmitOptions& options) {
   if (options.out.empty()) throw InputError("--out is required, and it is empty: give a directory that all nodes see");
+  if (options.allow_external_files) agree_to_external_files();
   if (options.resume) return resume(options);
   if (!options.slurm)
     throw InputError("give --slurm: the scheduler that the campaign is submitted to (docs/clusters.md has others)");
@@ -293,6 +295,10 @@ void add_submit(CLI::App& app, Action& action) {
       ->type_name("K");
   command->add_option("--cpus", options->cpus, "Processors of a part that measures no times (default: 1)")
       ->type_name("N");
+  command
+      ->add_flag("--allow-external-files", options->allow_external_files,
+                 "The campaign's 'allow_external_files' may be obeyed: its models may name files outside their folders")
+      ->disable_flag_override();
   command->add_flag("--resume", options->resume, "Goes on with what was submitted to --out")->disable_flag_override();
   command->add_option("--attempt", options->attempt, "Of the job that finishes: the try that has ended")
       ->type_name("N")

@@ -4,21 +4,21 @@
 #include <array>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <optional>
 #include <string_view>
-#include <unistd.h>
 #include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
+#include "base/external_files.h"
 #include "base/input_file.h"
 #include "base/json.h"
 #include "base/paths.h"
 #include "base/text.h"
+#include "base/write_file.h"
 #include "cluster/program.h"
 #include "store/store.h"
 
@@ -44,26 +44,57 @@ std::string options_of(const SlurmRequest& request, const std::string& title, bo
 }
 
 // `cells` as --cells has them; `folder` of the parts, to which their number is added.
+// The user's, of the command that submits: a request that a stranger wrote has none.
+const char* agreement() { return agreed_to_external_files() ? " --allow-external-files" : ""; }
+
 std::string part_command(const SlurmRequest& request, const std::string& cells, const std::string& folder, int parts) {
-  return fmt::format("exec {} run {} --shard \"${{SLURM_ARRAY_TASK_ID}}/{}\" --cells {} --references {} --out {}/{}",
-                     shell_word(request.program), shell_word(request.campaign), parts, cells,
+  return fmt::format("exec {} run {}{} --shard \"${{SLURM_ARRAY_TASK_ID}}/{}\" --cells {} --references {} --out {}/{}",
+                     shell_word(request.program), shell_word(request.campaign), agreement(), parts, cells,
                      shell_word(request.out + "/references"), shell_word(request.out), folder) +
          "\"${SLURM_ARRAY_TASK_ID}\"";
 }
 
+std::string request_file(const std::string& out) { return jobs_dir(out) + "/request.json"; }
+
 // As a whole: another job may be reading it.
-void write_text(const std::string& path, const std::string& text) {
-  const std::string partial = fmt::format("{}.{}.tmp", path, ::getpid());
-  std::ofstream file(partial);
-  file << text;
-  file.close();
-  std::error_code error;
-  if (file) fs::rename(partial, path, error);
-  if (!file || error) throw SystemError(fmt::format("cannot write '{}'", path));
+void write_request(const SlurmRequest& request) {
+  write_file(request_file(request.out), dump_json(request.to_json(), 1) + "\n");
 }
 
-void write_request(const SlurmRequest& request) {
-  write_text(jobs_dir(request.out) + "/request.json", dump_json(request.to_json(), 1) + "\n");
+// Makes the folders that jobs write into, of which none may lead elsewhere.
+void make_folders(const SlurmRequest& request) {
+  const std::string jobs = jobs_dir(request.out), shards = request.out + "/shards";
+  for (const std::string& folder : {jobs, shards}) make_own_folder(folder);
+  for (const char* folder : {"/references", "/runs"}) refuse_linked_folder(request.out + folder);
+  const Parts all = all_parts(request);
+  for (const auto& [kind, parts] :
+       {std::pair("accuracy", &all.accuracy), std::pair("timing", &all.timing), std::pair("runs", &all.runs)}) {
+    for (const int part : *parts) refuse_linked_folder(part_dir(request, kind, part));
+  }
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(jobs, error)) {
+    if (!entry.is_symlink(error)) continue;
+    throw InputError(fmt::format("'{}' is a symbolic link, and Slurm would write a job's log through it: remove it",
+                                 entry.path().string()));
+  }
+}
+
+// Slurm's number of a job in what `sbatch --parsable` says: "12" or "12;cluster", in the last line that looks so, since
+// wrappers of sbatch greet first. Empty for none.
+std::optional<std::string> job_number(const std::string& said) {
+  std::optional<std::string> found;
+  for (size_t at = 0; at < said.size();) {
+    const size_t line_end = std::min(said.find('\n', at), said.size());
+    std::string line = said.substr(at, line_end - at);
+    at = line_end + 1;
+    while (!line.empty() && (line.back() == '\r' || line.back() == ' ')) line.pop_back();
+    const size_t number_end = std::min(line.find(';'), line.size());
+    const bool cluster = number_end == line.size() || (number_end + 1 < line.size() &&
+                                                       line.find_first_of(" \t;", number_end + 1) == std::string::npos);
+    const auto number = parse_integer(line.substr(0, number_end));
+    if (cluster && number && *number > 0) found = std::to_string(*number);
+  }
+  return found;
 }
 
 // Warnings may come before what is wrong, and "Batch job submission failed: ..." says it last.
@@ -83,15 +114,26 @@ std::string reason_of(const ProgramEnd& end) {
   return why.empty() ? fmt::format("sbatch ended with status {}", end.status) : why;
 }
 
+// The last line of an answer that is none, cut where it is long.
+std::string quoted_end(std::string said) {
+  constexpr size_t kMost = 100;
+  while (!said.empty() && (said.back() == '\n' || said.back() == '\r' || said.back() == ' ')) said.pop_back();
+  if (const size_t line = said.rfind('\n'); line != std::string::npos) said.erase(0, line + 1);
+  if (said.size() > kMost) said = said.substr(0, kMost) + "...";
+  return said.empty() ? "it is empty" : fmt::format("'{}'", said);
+}
+
 constexpr std::array<std::pair<JobKind, const char*>, 4> kKindNames = {{{JobKind::kRuns, "runs"},
                                                                         {JobKind::kAccuracy, "accuracy"},
                                                                         {JobKind::kTiming, "timing"},
                                                                         {JobKind::kFinish, "finish"}}};
 
-json job_json(const SubmittedJob& job) {
-  const auto* name = std::ranges::find(kKindNames, job.kind, &std::pair<JobKind, const char*>::first);
-  return {{"id", job.id}, {"kind", name->second}, {"parts", job.parts}};
+// As the scripts are called, and their jobs after "assay-".
+const char* kind_name(JobKind kind) {
+  return std::ranges::find(kKindNames, kind, &std::pair<JobKind, const char*>::first)->second;
 }
+
+json job_json(const SubmittedJob& job) { return {{"id", job.id}, {"kind", kind_name(job.kind)}, {"parts", job.parts}}; }
 
 SubmittedJob job_of(const json& from) {
   SubmittedJob job;
@@ -125,8 +167,16 @@ std::optional<std::string> read_text(const std::string& path) {
   return input_file(path, "the record of the jobs", "the directory of 'assay submit'", kMostBytes);
 }
 
+// A new submission beside jobs that the record named would start every part twice.
+[[noreturn]] void refuse_record(const std::string& path, const std::string& why) {
+  throw InputError(fmt::format(
+      "'{}' {}: look with 'squeue --me' whether its jobs wait or run and end them with 'scancel', then move "
+      "the file away and submit the campaign again with 'assay submit --slurm'",
+      path, why));
+}
+
 // Of a file that somebody else may have written.
-void check(const SlurmRequest& request, const std::string& path) {
+void check(const SlurmRequest& request) {
   const auto in = [](int number, int least) { return least <= number && number <= kMostParts; };
   const auto known = [&](const SubmittedJob& job) {
     return parse_integer(job.id).value_or(0) > 0 &&
@@ -135,8 +185,7 @@ void check(const SlurmRequest& request, const std::string& path) {
   if (!in(request.accuracy_parts, 0) || !in(request.timing_parts, 0) || !in(request.runs_parts, 0) ||
       !in(request.cpus, 1) || !in(request.nodes, 1) || !in(request.tries, 1) || request.jobs.size() > kMostParts ||
       !std::ranges::all_of(request.jobs, known)) {
-    throw InputError(fmt::format(
-        "'{}' has numbers that no submission makes: submit the campaign again with 'assay submit --slurm'", path));
+    throw InputError("it has numbers that no submission makes");
   }
   require_one_line("the partition", request.partition);
   require_one_line("the account", request.account);
@@ -146,8 +195,15 @@ void check(const SlurmRequest& request, const std::string& path) {
 }
 
 SlurmRequest request_of_text(const std::string& text, const std::string& out, const std::string& path) {
-  SlurmRequest request = SlurmRequest::from_json(json::parse(text));
-  check(request, path);
+  SlurmRequest request;
+  try {
+    request = SlurmRequest::from_json(json::parse(text));
+    check(request);
+  } catch (const json::exception&) {
+    refuse_record(path, "is damaged");
+  } catch (const InputError& why) {
+    refuse_record(path, fmt::format("is no record of a submission ({})", why.what()));
+  }
   request.program = program_path();
   request.out = fs::absolute(out).lexically_normal().string();
   while (request.out.size() > 1 && request.out.ends_with('/')) request.out.pop_back();
@@ -185,17 +241,37 @@ class Submission {
           "there is no Slurm here ('sbatch' is not in PATH): run this on a cluster's login node, or measure parts with "
           "'assay run --shard I/N'");
     }
-    if (end->status != 0) {
-      for (size_t i = before_; i < request_.jobs.size(); ++i) run_program({"scancel", request_.jobs[i].id});
-      request_.jobs.resize(before_);
-      write_request(request_);
-      throw InputError(fmt::format("Slurm refuses the job: {}; nothing was submitted", reason_of(*end)));
+    if (end->status != 0) throw InputError(fmt::format("Slurm refuses the job: {}", reason_of(*end)));
+    const auto job = job_number(end->out);
+    if (!job) {
+      throw InputError(
+          fmt::format("Slurm's answer has no job number: {} (if 'squeue --me' shows a job 'assay-{}' all the same, end "
+                      "it with 'scancel')",
+                      quoted_end(end->out), kind_name(kind)));
     }
-    // "12" or "12;cluster"
-    const std::string job = end->out.substr(0, end->out.find_first_of(";\n"));
-    request_.jobs.push_back({job, kind, parts});
+    request_.jobs.push_back({*job, kind, parts});
     write_request(request_);
-    return job;
+    return *job;
+  }
+
+  // After a failure: ends what was submitted. How that went, for a message.
+  std::string undo() {
+    std::vector<SubmittedJob> stay;
+    std::vector<std::string> ids;
+    for (size_t i = before_; i < request_.jobs.size(); ++i) {
+      if (is_cancelled(request_.jobs[i].id)) continue;
+      stay.push_back(request_.jobs[i]);
+      ids.push_back(request_.jobs[i].id);
+    }
+    request_.jobs.resize(before_);
+    request_.jobs.insert(request_.jobs.end(), stay.begin(), stay.end());
+    try {
+      write_request(request_);
+    } catch (const SystemError&) {  // what stays is named all the same
+    }
+    return ids.empty()
+               ? "nothing was submitted"
+               : fmt::format("jobs that could not be cancelled stay: end them with 'scancel {}'", join(ids, " "));
   }
 
   // "--dependency=afterany:1:2" on what was submitted and what was live of these kinds; empty for none.
@@ -213,7 +289,52 @@ class Submission {
   SlurmRequest request_;
   size_t before_ = 0;  // jobs that were there before
   size_t first_ = 0;   // that later ones may wait for
+
+  static bool is_cancelled(const std::string& id) {
+    try {
+      const auto end = run_program({"scancel", id});
+      return end && end->status == 0;
+    } catch (const SystemError&) {
+      return false;
+    }
+  }
 };
+
+SlurmJobs submit_jobs(Submission& submission, const SlurmRequest& request, const Parts& parts, int attempt) {
+  const auto script = [&](const char* name) { return jobs_dir(request.out) + "/" + name; };
+  SlurmJobs jobs;
+  const auto submit_after = [&](std::vector<std::string> words, const std::vector<JobKind>& kinds, const char* name,
+                                JobKind kind, const std::vector<int>& of_job) {
+    for (std::string& word : submission.after(kinds)) words.push_back(std::move(word));
+    words.push_back(script(name));
+    return submission.submit(words, kind, of_job);
+  };
+  if (!parts.runs.empty()) {
+    jobs.runs = submit_after({"sbatch", "--parsable", "--array=" + array_text(parts.runs)}, {}, "runs.sh",
+                             JobKind::kRuns, parts.runs);
+  }
+  // what reads no run fills the nodes while the last runs end
+  const auto [free, waiting] = apart(request, parts.accuracy);
+  if (!free.empty()) {
+    jobs.accuracy.push_back(submit_after({"sbatch", "--parsable", "--array=" + array_text(free)}, {}, "accuracy.sh",
+                                         JobKind::kAccuracy, free));
+  }
+  if (!waiting.empty()) {
+    jobs.accuracy.push_back(submit_after({"sbatch", "--parsable", "--array=" + array_text(waiting)}, {JobKind::kRuns},
+                                         "accuracy.sh", JobKind::kAccuracy, waiting));
+  }
+  if (!parts.timing.empty()) {
+    // afterwards, so that the fine-step runs are there
+    jobs.timing =
+        submit_after({"sbatch", "--parsable", fmt::format("--array={}%{}", array_text(parts.timing), request.nodes)},
+                     {JobKind::kRuns, JobKind::kAccuracy}, "timing.sh", JobKind::kTiming, parts.timing);
+  }
+  // After another job that finishes, too: two at a time would write one directory.
+  jobs.finish = submit_after({"sbatch", "--parsable", fmt::format("--export=ALL,ASSAY_ATTEMPT={}", attempt)},
+                             {JobKind::kRuns, JobKind::kAccuracy, JobKind::kTiming, JobKind::kFinish}, "finish.sh",
+                             JobKind::kFinish, {});
+  return jobs;
+}
 
 }  // namespace
 
@@ -308,8 +429,8 @@ std::map<std::string, std::string> slurm_scripts(const SlurmRequest& request) {
                            part_command(request, "timing", "shards/timing-", request.timing_parts) + " --jobs 1\n";
   }
   scripts["finish.sh"] = options_of(request, "finish", false) +
-                         fmt::format("exec {} submit --resume --out {} --attempt \"${{ASSAY_ATTEMPT:-1}}\"\n",
-                                     shell_word(request.program), shell_word(request.out));
+                         fmt::format("exec {} submit --resume{} --out {} --attempt \"${{ASSAY_ATTEMPT:-1}}\"\n",
+                                     shell_word(request.program), agreement(), shell_word(request.out));
   return scripts;
 }
 
@@ -463,74 +584,32 @@ Parts lost_parts(const SlurmRequest& request, const Parts& busy) {
 }
 
 SlurmJobs submit_to_slurm(SlurmRequest request, const Parts& parts, int attempt, const LiveJobs& live) {
-  std::error_code error;
-  for (const std::string& folder : {jobs_dir(request.out), request.out + "/shards"}) {
-    fs::create_directories(folder, error);
-    if (error) throw SystemError(fmt::format("cannot make the directory '{}': {}", folder, error.message()));
-  }
+  make_folders(request);
   request.jobs = live.jobs;
   write_request(request);
-  for (const auto& [name, text] : slurm_scripts(request)) write_text(jobs_dir(request.out) + "/" + name, text);
-
-  const auto script = [&](const char* name) { return jobs_dir(request.out) + "/" + name; };
+  for (const auto& [name, text] : slurm_scripts(request)) write_file(jobs_dir(request.out) + "/" + name, text);
   Submission submission(request, live.known());
-  SlurmJobs jobs;
-  const auto submit_after = [&](std::vector<std::string> words, const std::vector<JobKind>& kinds, const char* name,
-                                JobKind kind, const std::vector<int>& of_job) {
-    for (std::string& word : submission.after(kinds)) words.push_back(std::move(word));
-    words.push_back(script(name));
-    return submission.submit(words, kind, of_job);
-  };
-  if (!parts.runs.empty()) {
-    jobs.runs = submit_after({"sbatch", "--parsable", "--array=" + array_text(parts.runs)}, {}, "runs.sh",
-                             JobKind::kRuns, parts.runs);
+  try {
+    return submit_jobs(submission, request, parts, attempt);
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}; {}", error.what(), submission.undo()));
+  } catch (const std::exception& error) {
+    throw SystemError(fmt::format("{}; {}", error.what(), submission.undo()));
   }
-  // what reads no run fills the nodes while the last runs end
-  const auto [free, waiting] = apart(request, parts.accuracy);
-  if (!free.empty()) {
-    jobs.accuracy.push_back(submit_after({"sbatch", "--parsable", "--array=" + array_text(free)}, {}, "accuracy.sh",
-                                         JobKind::kAccuracy, free));
-  }
-  if (!waiting.empty()) {
-    jobs.accuracy.push_back(submit_after({"sbatch", "--parsable", "--array=" + array_text(waiting)}, {JobKind::kRuns},
-                                         "accuracy.sh", JobKind::kAccuracy, waiting));
-  }
-  if (!parts.timing.empty()) {
-    // afterwards, so that the fine-step runs are there
-    jobs.timing =
-        submit_after({"sbatch", "--parsable", fmt::format("--array={}%{}", array_text(parts.timing), request.nodes)},
-                     {JobKind::kRuns, JobKind::kAccuracy}, "timing.sh", JobKind::kTiming, parts.timing);
-  }
-  // After another job that finishes, too: two at a time would write one directory.
-  jobs.finish = submit_after({"sbatch", "--parsable", fmt::format("--export=ALL,ASSAY_ATTEMPT={}", attempt)},
-                             {JobKind::kRuns, JobKind::kAccuracy, JobKind::kTiming, JobKind::kFinish}, "finish.sh",
-                             JobKind::kFinish, {});
-  return jobs;
 }
 
 std::optional<SlurmRequest> find_request(const std::string& out) {
-  const std::string path = jobs_dir(out) + "/request.json";
+  const std::string path = request_file(out);
   const auto text = read_text(path);
   if (!text) return std::nullopt;
-  try {
-    return request_of_text(*text, out, path);
-  } catch (const json::exception&) {
-    return std::nullopt;
-  }
+  return request_of_text(*text, out, path);
 }
 
 SlurmRequest read_request(const std::string& out) {
-  const std::string path = jobs_dir(out) + "/request.json";
-  const auto text = read_text(path);
-  if (!text) {
-    throw InputError(
-        fmt::format("'{}' is not there: give the directory that 'assay submit' was given with --out", path));
-  }
-  try {
-    return request_of_text(*text, out, path);
-  } catch (const json::exception&) {
-    throw InputError(fmt::format("'{}' is damaged: submit the campaign again with 'assay submit --slurm'", path));
-  }
+  auto request = find_request(out);
+  if (request) return *std::move(request);
+  throw InputError(
+      fmt::format("'{}' is not there: give the directory that 'assay submit' was given with --out", request_file(out)));
 }
 
 }  // namespace assay

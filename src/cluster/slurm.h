@@ -112,11 +112,11 @@ struct SlurmJobs {
 };
 
 // Writes scripts and request, and submits `parts` and the job that finishes after them and after `live`, as try
-// `attempt`. Throws InputError with one sentence where there is no Slurm or where it refuses; nothing of these stays
-// submitted then.
+// `attempt`. Throws InputError with one sentence where there is no Slurm or where it refuses, SystemError where the
+// request cannot be written; what was submitted is cancelled then, and the sentence names jobs that could not be.
 SlurmJobs submit_to_slurm(SlurmRequest request, const Parts& parts, int attempt, const LiveJobs& live = {});
 
-// What was asked for in this results directory, if anything that can be read. The directory may be a stranger's: what
+// What was asked for in this results directory, if anything. The directory may be a stranger's: what is damaged or
 // could not have been asked for is refused (InputError), and the program is this one.
 std::optional<SlurmRequest> find_request(const std::string& out);
 

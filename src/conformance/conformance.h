@@ -40,6 +40,9 @@ struct ConformanceTest {
 // All tests in the order in which they run, the most basic first.
 const std::vector<ConformanceTest>& conformance_tests();
 
+// The limit of one test, s (base/time_limit.h): of `assay conformance`, and the most in a campaign.
+inline constexpr double kMostTestSeconds = 300;
+
 struct ConformanceOptions {
   std::vector<std::string> tests = {};                           // names; empty: all
   std::function<void(const ConformanceResult&)> on_result = {};  // called after each test, in order

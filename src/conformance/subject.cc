@@ -10,6 +10,7 @@
 
 #include "base/text.h"
 #include "model/joint_rows.h"
+#include "model/state_faults.h"
 
 namespace assay::conformance {
 namespace {
@@ -107,6 +108,17 @@ std::unique_ptr<Simulation> Subject::create(const Model& model, const State& sta
   return contender_.engine->create(model, state, settings);
 }
 
+void Subject::read(const Simulation& simulation, const Model& model, double not_before_s, State& out) const {
+  simulation.read_state(out);
+  std::string fault = state_shape_fault(out, model.bodies.size(), model.joints.size());
+  if (fault.empty()) fault = state_value_fault(out);
+  constexpr double kRounding = 1e-6;  // of an adapter that keeps its time in single precision
+  if (fault.empty() && out.time < not_before_s - kRounding * (1 + std::abs(not_before_s))) {
+    fault = fmt::format("the time {:.6g} s after {:.6g} s", out.time, not_before_s);
+  }
+  if (!fault.empty()) throw EngineError(fmt::format("the engine gave {}", fault));
+}
+
 State Subject::run(const Model& model, const State& start, double timestep, double duration,
                    std::span<const double> torques) const {
   const std::unique_ptr<Simulation> simulation = create(model, start, timestep);
@@ -123,7 +135,7 @@ State Subject::run(const Model& model, const State& start, double timestep, doub
       simulation->advance(count);
     }
     done += count;
-    simulation->read_state(state);
+    read(*simulation, model, done == count ? start.time : state.time, state);
   }
   return state;
 }
@@ -135,14 +147,14 @@ std::vector<State> Subject::record(const Model& model, const State& start, doubl
   std::vector<State> states;
   states.reserve(steps + 1);
   State state;
-  simulation->read_state(state);
+  read(*simulation, model, start.time, state);
   states.push_back(state);
   const bool has_input = !torques.empty() || needs_torques(model);
   const std::vector<double> zero(model.joints.size(), 0.0);
   for (int i = 0; i < steps; ++i) {
     if (has_input) simulation->set_torques(torques.empty() ? zero : torques);
     simulation->advance(1);
-    simulation->read_state(state);
+    read(*simulation, model, state.time, state);
     states.push_back(state);
   }
   return states;

@@ -66,6 +66,10 @@ class Subject {
 
   std::unique_ptr<Simulation> create(const Model& model, const State& state, double timestep) const;
 
+  // A state on the way: throws EngineError for one of another size, with values that cannot be, or of a time before
+  // `not_before_s`.
+  void read(const Simulation& simulation, const Model& model, double not_before_s, State& out) const;
+
   // The state after `duration` (a whole number of timesteps), with constant torques or none. Reads the state every
   // 10 ms, so that angles unwrap.
   State run(const Model& model, const State& start, double timestep, double duration,

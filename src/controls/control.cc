@@ -248,9 +248,11 @@ ControlSpec parse_control(const std::string& text) {
 std::unique_ptr<Control> make_control(const Model& model, const ControlSpec& spec) {
   const std::vector<std::string> kinds = control_kinds();
   if (std::ranges::find(kinds, spec.kind) == kinds.end()) {
-    throw InputError(fmt::format("there is no control '{}'{}; use one of {}", spec.kind,
-                                 nearest_name(spec.kind, kinds) ? did_you_mean(spec.kind, kinds) : "",
-                                 join(kinds, ", ")));
+    throw InputError(fmt::format(
+        "there is no control '{}'{}; use one of {}, the last two with their files: "
+        "file,path=torques.csv, policy,config=policy.toml, in a campaign {{kind = \"file\", path = "
+        "\"torques.csv\"}}",
+        spec.kind, nearest_name(spec.kind, kinds) ? did_you_mean(spec.kind, kinds) : "", join(kinds, ", ")));
   }
   for (const ControlPart& part : kControlParts) {
     const double value = spec.*part.member;
@@ -265,7 +267,7 @@ std::unique_ptr<Control> make_control(const Model& model, const ControlSpec& spe
     if (spec.natural_frequency < 0) {
       throw InputError(
           fmt::format("the natural_frequency of the control 'hold' is {}; give a positive number of Hz, "
-                      "or 0 for one that fits the model",
+                      "or 0 for the default, 10 Hz",
                       shortest(spec.natural_frequency)));
     }
     return hold_control(model, spec.natural_frequency);
@@ -278,7 +280,11 @@ std::unique_ptr<Control> make_control(const Model& model, const ControlSpec& spe
     return random_control(model, spec.motion, static_cast<std::uint64_t>(spec.seed));
   }
   if (spec.kind == "file") {
-    if (spec.file.empty()) throw InputError("the control 'file' has no path: write file,path=torques.csv");
+    if (spec.file.empty()) {
+      throw InputError(
+          "the control 'file' has no path: write file,path=torques.csv, in a campaign {kind = \"file\", path = "
+          "\"torques.csv\"}");
+    }
     return file_control(model, spec.file);
   }
   if (spec.kind == "policy") {

@@ -10,13 +10,16 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "base/errors.h"
 #include "base/text.h"
+#include "coordinator/ratios.h"
 #include "coordinator/run.h"
 #include "measures/accuracy.h"
 #include "measures/grasp.h"
 #include "measures/scaling.h"
 #include "measures/statistics.h"
 #include "measures/step_time.h"
+#include "store/facts.h"
 #include "store/timing_samples.h"
 
 namespace assay {
@@ -130,8 +133,10 @@ void derive_scaling(const Store& store, const std::vector<Cell>& cells, std::uin
                     std::vector<Store::Derived>& derived) {
   std::map<std::string, std::pair<std::string, double>> sizes;  // of a system: its family, its bodies
   for (const SystemRow& row : store.systems()) {
-    const auto facts = nlohmann::json::parse(row.json, nullptr, false);
-    if (facts.is_object() && facts.contains("family")) sizes[row.name] = {facts["family"], facts.value("bodies", 0.0)};
+    const nlohmann::json facts = facts_of(row.json);
+    const std::string family = text_fact(facts, "family");
+    const double bodies = number_fact(facts, "bodies");
+    if (!family.empty() && bodies > 0) sizes[row.name] = {family, bodies};
   }
   struct Group {
     std::vector<TimeAtSize> points;
@@ -203,8 +208,7 @@ void derive_ratios(const Store& store, const std::vector<Cell>& cells, std::vect
   for (const auto& [key, names] : alike) {
     for (size_t i = 1; i < names.size(); ++i) pairs.push_back({"aa_ratio", names[i], names.front()});
   }
-  const auto asked = nlohmann::json::parse(store.manifest("ratios").value_or("{}"));
-  for (const auto& [of, to] : asked.items()) pairs.push_back({"time_ratio", of, to.get<std::string>()});
+  for (const auto& [of, to] : asked_ratios(store)) pairs.push_back({"time_ratio", of, to});
 
   std::map<std::tuple<std::string, std::string, double>, const Cell*> timed;
   for (const Cell& cell : cells) {
@@ -227,6 +231,25 @@ void derive_ratios(const Store& store, const std::vector<Cell>& cells, std::vect
 }
 
 }  // namespace
+
+std::vector<std::pair<std::string, std::string>> asked_ratios(const Store& store) {
+  const std::string text = store.manifest("ratios").value_or("{}");
+  const auto asked = nlohmann::json::parse(text, nullptr, /*allow_exceptions=*/false);
+  std::vector<std::pair<std::string, std::string>> pairs;
+  bool sound = asked.is_object();
+  if (sound) {
+    for (const auto& [of, to] : asked.items()) {
+      sound = sound && to.is_string();
+      if (to.is_string()) pairs.emplace_back(of, to.get<std::string>());
+    }
+  }
+  if (sound) return pairs;
+  constexpr size_t kShownLetters = 80;
+  throw InputError(fmt::format(
+      "the manifest of '{}' has '{}' for 'ratios', which is no object that gives each contender another: it "
+      "was written by another program; measure again into another directory",
+      store.dir(), text.substr(0, kShownLetters)));
+}
 
 const std::vector<std::string>& derived_values() {
   static const std::vector<std::string> kNames = {

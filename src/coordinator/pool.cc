@@ -205,6 +205,7 @@ void Pool::run(const std::function<void(const std::string&)>& on_start) {
     for (const Running& job : running) {
       polled.push_back({job.worker->socket(), POLLIN, 0});
       polled.push_back({job.worker->output(), POLLIN, 0});
+      polled.push_back({job.worker->status(), POLLIN, 0});
       wake = std::min(wake, job.limit.end());
     }
     const double wait_s = std::clamp(std::chrono::duration<double>(wake - Clock::now()).count(), 0.0, 3600.0);

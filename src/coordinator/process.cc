@@ -7,6 +7,8 @@
 #include <cstring>
 #include <fcntl.h>
 #include <filesystem>
+#include <fstream>
+#include <string_view>
 #include <sys/prctl.h>
 #include <sys/random.h>
 #include <sys/resource.h>
@@ -21,6 +23,7 @@
 #include <poll.h>
 
 #include "base/errors.h"
+#include "base/processes.h"
 
 namespace assay {
 namespace {
@@ -44,7 +47,8 @@ struct Ends {
 };
 
 // Between fork and exec: only system calls. When one fails, its error is written to `failure`.
-[[noreturn]] void become_worker(const char* program, Ends ends, const WorkerLimits& limits, pid_t parent) {
+[[noreturn]] void become_worker(const char* program, char* const* environment, Ends ends, const WorkerLimits& limits,
+                                pid_t parent) {
   constexpr int kCannotExec = 127;
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (::getppid() != parent) ::_exit(kCannotExec);  // it died before prctl
@@ -70,16 +74,14 @@ struct Ends {
   }
   ::dup2(ends.socket, kWorkerSocket);
   ::dup2(ends.status, kWorkerStatus);
-  limits.limit_memory();
-  limit(RLIMIT_FSIZE, limits.file_bytes);
-  limit(RLIMIT_NPROC, limits.tasks);
+  limits.apply();
   std::array<char, 7> worker = {'w', 'o', 'r', 'k', 'e', 'r', '\0'};
   std::array<char*, 3> arguments = {const_cast<char*>(program), worker.data(), nullptr};
   sigset_t none;
   ::sigemptyset(&none);
   ::sigprocmask(SIG_SETMASK, &none, nullptr);
   ::signal(SIGPIPE, SIG_DFL);
-  ::execv(program, arguments.data());
+  ::execve(program, arguments.data(), environment);
   give_up();
   ::_exit(kCannotExec);
 }
@@ -124,16 +126,47 @@ std::uint64_t tasks_of_user() {
   return tasks;
 }
 
-// Signals by which somebody else ends a process; an engine's faults send others.
-bool is_from_outside(int signal) {
-  constexpr std::array kOutside = {SIGKILL, SIGTERM, SIGINT, SIGHUP, SIGQUIT, SIGPWR};
-  return std::ranges::find(kOutside, signal) != kOutside.end();
-}
-
 // Whether `descriptor` becomes readable within `seconds`.
 bool readable_within(int descriptor, double seconds) {
   pollfd polled = {descriptor, POLLIN, 0};
   return ::poll(&polled, 1, static_cast<int>(1000 * seconds)) > 0;
+}
+
+// A name that nobody has, for the worker's guard to make.
+std::string scratch_name(const std::string& secret) {
+  constexpr size_t kEnough = 12;  // of its digits; engines have sockets there, whose paths may have 107 characters
+  std::error_code error;
+  std::filesystem::path folder = std::filesystem::absolute(std::filesystem::temp_directory_path(error), error);
+  if (error) folder = "/nonexistent";
+  return (folder / (kScratchPrefix + secret.substr(0, kEnough))).string();
+}
+
+std::string scratch_entry(const std::string& scratch) { return fmt::format("{}={}", kScratchVariable, scratch); }
+
+// Of this process, with the worker's folder.
+std::vector<std::string> environment_with(const std::string& scratch) {
+  std::vector<std::string> entries = {scratch_entry(scratch)};
+  const std::string begin = scratch_entry("");
+  for (char* const* entry = environ; *entry != nullptr; ++entry) {
+    if (!std::string_view(*entry).starts_with(begin)) entries.emplace_back(*entry);
+  }
+  return entries;
+}
+
+// Whether the process was started with this entry in its environment, or is forked from one that was.
+bool has_in_environment(pid_t process, const std::string& entry) {
+  std::ifstream file(fmt::format("/proc/{}/environ", process), std::ios::binary);
+  for (std::string line; std::getline(file, line, '\0');) {
+    if (line == entry) return true;
+  }
+  return false;
+}
+
+// Ends what was below a guard that has ended itself: that has become this process's, beside children that are not
+// touched. The worker is in the guard's group; what its engine has started may have left that.
+void end_orphans(pid_t guard, const std::string& scratch) {
+  const std::string entry = scratch_entry(scratch);
+  end_children([&](pid_t child) { return ::getpgid(child) == guard || has_in_environment(child, entry); });
 }
 
 }  // namespace
@@ -155,13 +188,16 @@ WorkerLimits WorkerLimits::of_share(int jobs) {
   return limits;
 }
 
-void WorkerLimits::limit_memory() const {
+void WorkerLimits::apply() const {
 #ifndef __SANITIZE_ADDRESS__  // its shadow memory counts
   limit(RLIMIT_DATA, memory_bytes);
 #endif
+  limit(RLIMIT_FSIZE, file_bytes);
+  limit(RLIMIT_NPROC, tasks);
 }
 
-WorkerProcess::WorkerProcess(const std::string& program, const WorkerLimits& limits) : secret_(random_secret()) {
+WorkerProcess::WorkerProcess(const std::string& program, const WorkerLimits& limits)
+    : secret_(random_secret()), scratch_(scratch_name(random_secret())) {
   std::array<int, 2> sockets = {-1, -1}, pipes = {-1, -1}, failures = {-1, -1}, statuses = {-1, -1};
   const auto give_up = [&](const char* what) {
     const int error = errno;
@@ -175,10 +211,18 @@ WorkerProcess::WorkerProcess(const std::string& program, const WorkerLimits& lim
   if (::pipe2(statuses.data(), O_CLOEXEC) != 0) give_up("pipe");
   // The worker blocks when it prints too much; the reading end does not block.
   ::fcntl(pipes[1], F_SETFL, 0);
+  std::vector<std::string> environment = environment_with(scratch_);
+  std::vector<char*> entries;
+  entries.reserve(environment.size() + 1);
+  for (std::string& entry : environment) entries.push_back(entry.data());
+  entries.push_back(nullptr);
+  ::prctl(PR_SET_CHILD_SUBREAPER, 1);
   const pid_t parent = ::getpid();
   guard_ = ::fork();
   if (guard_ < 0) give_up("fork");
-  if (guard_ == 0) become_worker(program.c_str(), {sockets[1], pipes[1], statuses[1], failures[1]}, limits, parent);
+  if (guard_ == 0) {
+    become_worker(program.c_str(), entries.data(), {sockets[1], pipes[1], statuses[1], failures[1]}, limits, parent);
+  }
   close_all({sockets[1], pipes[1], statuses[1], failures[1]});
   sockets[1] = pipes[1] = statuses[1] = failures[1] = -1;
   // The machine's fault, not an engine's.
@@ -259,8 +303,11 @@ void WorkerProcess::read_output() {
 }
 
 void WorkerProcess::read_available() {
+  const bool ended = status_ >= 0 && readable_within(status_, 0);
   read_output();
   read_socket();
+  // Whatever holds the socket open now is not the worker.
+  if (ended && socket_ >= 0) ::close(std::exchange(socket_, -1));
 }
 
 std::optional<Reply> WorkerProcess::take_reply() {
@@ -288,8 +335,8 @@ std::optional<Reply> WorkerProcess::wait_reply(double seconds, int interrupt) {
     if (gone()) return std::nullopt;
     if (until.over()) return std::nullopt;
     const double left = std::chrono::duration<double>(until.end() - TimeLimit::Clock::now()).count();
-    std::array<pollfd, 3> polled = {pollfd{socket_, POLLIN, 0}, pollfd{output_, POLLIN, 0},
-                                    pollfd{interrupt, POLLIN, 0}};
+    std::array<pollfd, 4> polled = {pollfd{socket_, POLLIN, 0}, pollfd{output_, POLLIN, 0},
+                                    pollfd{interrupt, POLLIN, 0}, pollfd{status_, POLLIN, 0}};
     const int milliseconds = static_cast<int>(std::clamp(left * 1000 + 1, 0.0, 1e9));
     if (::poll(polled.data(), polled.size(), milliseconds) < 0 && errno != EINTR) fail("poll");
     if (polled[2].revents != 0) return std::nullopt;
@@ -333,12 +380,17 @@ std::string WorkerProcess::finish() {
   int guard_status = 0;
   while (::waitpid(guard_, &guard_status, 0) < 0 && errno == EINTR) {
   }
-  guard_ = -1;
-  if (got != sizeof status) status = guard_status;  // the guard was ended with it
+  const pid_t guard = std::exchange(guard_, -1);
+  if (got != sizeof status) {  // the guard was ended, and the worker with it
+    status = guard_status;
+    end_orphans(guard, scratch_);
+    std::error_code ignored;
+    std::filesystem::remove_all(scratch_, ignored);
+  }
   read_output();
   close_all({socket_, output_, status_});
   socket_ = output_ = status_ = -1;
-  outside_ = !by_us && WIFSIGNALED(status) && is_from_outside(WTERMSIG(status));
+  outside_ = !by_us && assay::ended_from_outside(status);
   std::string how = "no exit status";
   if (WIFSIGNALED(status)) how = fmt::format("signal {} ({})", WTERMSIG(status), ::strsignal(WTERMSIG(status)));
   if (WIFEXITED(status)) how = fmt::format("exit status {}", WEXITSTATUS(status));

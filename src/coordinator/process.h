@@ -26,12 +26,13 @@ struct WorkerLimits {
   // processes share them (worker/process_batch.cc).
   static WorkerLimits of_machine();
 
-  // Limits the memory of this process and those that it starts from now on.
-  void limit_memory() const;
+  // To this process and those that it starts from now on. Only system calls.
+  void apply() const;
 };
 
 // The process ends with its parent (PR_SET_PDEATHSIG), however that ends, and with this object; so do all processes
-// that its engine has started (worker/guard.h).
+// that its engine has started (worker/guard.h). To end them even when somebody else has ended the guard, the process
+// that has made such an object inherits what its descendants leave (PR_SET_CHILD_SUBREAPER), for good.
 class WorkerProcess {
  public:
   // Starts `program worker`. Throws SystemError when the process or the program cannot be started.
@@ -43,9 +44,10 @@ class WorkerProcess {
   // A worker that is gone is noticed when its reply is awaited.
   void send(const Request& message) const;
 
-  // Descriptors to poll for reading; -1 when closed.
+  // Descriptors to poll for reading; -1 when closed. The third one tells of the guard's end.
   int socket() const { return socket_; }
   int output() const { return output_; }
+  int status() const { return status_; }
 
   // Takes in what there is to read, without waiting.
   void read_available();
@@ -61,7 +63,7 @@ class WorkerProcess {
   // becomes readable. Empty in the latter cases.
   std::optional<Reply> wait_reply(double seconds, int interrupt = -1);
 
-  // True when the worker has closed its socket: no message will come any more.
+  // True when the worker has closed its socket or its guard has ended: no message will come any more.
   bool gone() const { return socket_ < 0; }
 
   // Ends it (SIGKILL when it still runs) and says how it ended: "signal 11 (Segmentation fault)", "exit status 3", with
@@ -84,7 +86,8 @@ class WorkerProcess {
 
   pid_t guard_ = -1;
   int socket_ = -1, output_ = -1, status_ = -1;
-  std::string secret_;  // begins each of the worker's replies
+  std::string secret_;   // begins each of the worker's replies
+  std::string scratch_;  // its folder for temporary files
   std::string received_;
   bool taken_ = false;     // its job
   bool too_long_ = false;  // a reply

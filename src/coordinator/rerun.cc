@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
+#include "base/external_files.h"
 #include "base/hash.h"
 #include "base/json.h"
 #include "base/paths.h"
@@ -105,7 +106,7 @@ CampaignSystem system_of(const Store& store, const std::string& name, const json
                    static_cast<RootJoint>(load->at("root_joint").get<int>()),
                    static_cast<Ground>(load->at("ground").get<int>()),
                    load->value("decompose", false),
-                   load->value("allow_external_files", false),
+                   load->value("allow_external_files", false) && agreed_to_external_files(),
                    load->value("within_limits", false)};
   }
   system.model = load_model(system.model_path, system.load);

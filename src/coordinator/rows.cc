@@ -97,6 +97,7 @@ SystemRow system_row(const CampaignSystem& system) {
   if (variant.start_rates > 0) row["start_rates"] = variant.start_rates;
   for (const BodyPair& pair : variant.exclude) row["exclude"].push_back({pair.a, pair.b});
   if (!system.family.empty()) row["family"] = system.family;
+  if (!model.notes.empty()) row["notes"] = model.notes;
   // The --control option with which `assay simulate` drives the model in the same way; its default is the actuators.
   const bool unasked =
       system.control.kind == "actuators" || (model.actuators.empty() && make_control(model, system.control)->is_zero());

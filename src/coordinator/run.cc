@@ -11,6 +11,7 @@
 #include "base/errors.h"
 #include "base/sandbox.h"
 #include "campaign/shards.h"
+#include "coordinator/model_notes.h"
 #include "coordinator/runner.h"
 #include "measures/batch.h"
 #include "store/facts.h"
@@ -296,6 +297,7 @@ RunSummary Runner::run() {
   const double cpu_before = children_cpu_seconds();
   const Timer timer(options_.budget_s);
   for (const std::string& note : campaign_.notes) progress_.message("note: " + note);
+  for (const std::string& note : model_notes(campaign_)) progress_.message("note: " + note);
   if (const std::string lacking = offered_sandbox().lacking; !lacking.empty()) progress_.message("note: " + lacking);
   choose();
   describe();

@@ -17,15 +17,19 @@
 #include <unistd.h>
 
 #include <fmt/format.h>
+#include <poll.h>
 
+#include "base/processes.h"
 #include "base/sandbox.h"
+#include "base/time_limit.h"
 
 namespace assay {
 namespace {
 
 // What was refused, a line "PATH\tREASON" each.
 constexpr const char* kTried = "ASSAY_PLUGINS_TRIED";
-constexpr unsigned kMostSeconds = 10;  // for one plugin
+constexpr double kMostSeconds = 10;  // for one plugin
+constexpr int kMostTries = 3;        // of one that somebody else ended
 constexpr rlim_t kMostBytes = rlim_t{4} << 30;
 
 std::optional<std::map<std::string, std::string>> tried_before() {
@@ -40,8 +44,9 @@ std::optional<std::map<std::string, std::string>> tried_before() {
   return refused;
 }
 
-// How the child tells what it has come to: a byte before each plugin and one after it.
-constexpr char kBegins = 'b', kEnds = 'e', kThrows = 't';
+// How the child tells what it has come to: a byte before each plugin and one after it. At the end its guard says how it
+// ended.
+constexpr char kBegins = 'b', kEnds = 'e', kThrows = 't', kStatus = 's', kTimeIsUp = 'u';
 
 void say(int to, std::string_view text) {
   while (!text.empty()) {
@@ -54,7 +59,7 @@ void say(int to, std::string_view text) {
 
 [[noreturn]] void try_all(const std::vector<std::string>& plugins, size_t first,
                           const std::function<void(const std::string&)>& use, int to) {
-  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+  ::prctl(PR_SET_CHILD_SUBREAPER, 1);
   const rlimit no_core = {0, 0}, memory = {kMostBytes, kMostBytes};
   ::setrlimit(RLIMIT_CORE, &no_core);
 #ifndef __SANITIZE_ADDRESS__  // its shadow memory counts
@@ -64,11 +69,9 @@ void say(int to, std::string_view text) {
 #endif
   const int nothing = ::open("/dev/null", O_RDWR | O_CLOEXEC);
   for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) ::dup2(nothing, stream);
-  ::signal(SIGALRM, SIG_DFL);
   enter_sandbox({.read_everything = true});
   for (size_t i = first; i < plugins.size(); ++i) {
     say(to, {&kBegins, 1});
-    ::alarm(kMostSeconds);
     std::string thrown;
     try {
       use(plugins[i]);
@@ -77,7 +80,13 @@ void say(int to, std::string_view text) {
     } catch (...) {
       thrown = "throws where it must not";
     }
-    ::alarm(0);
+    // Whoever loads it for its work would have that process, too, with all that it holds open.
+    while (::waitpid(-1, nullptr, WNOHANG) > 0) {
+    }
+    if (!children_of(::getpid()).empty()) {
+      end_descendants();
+      thrown = "leaves a process behind when it is loaded: let it start that in create()";
+    }
     if (thrown.empty()) {
       say(to, {&kEnds, 1});
     } else {
@@ -90,10 +99,59 @@ void say(int to, std::string_view text) {
   ::_exit(0);
 }
 
-std::string how_it_ended(int status) {
-  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM) {
-    return fmt::format("is not loaded after {} s", kMostSeconds);
+// Stands between the process that tries plugins and its parent: passes on what that one says, ends it when a plugin
+// takes too long, and everything that plugins have started. No plugin can hold the parent's pipe open.
+[[noreturn]] void guard_trial(const std::vector<std::string>& plugins, size_t first,
+                              const std::function<void(const std::string&)>& use, int to, pid_t parent) {
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+  ::prctl(PR_SET_CHILD_SUBREAPER, 1);
+  std::array<int, 2> ends{};
+  if (::getppid() != parent || ::pipe2(ends.data(), O_CLOEXEC | O_NONBLOCK) != 0) ::_exit(1);
+  ::fcntl(ends[1], F_SETFL, 0);
+  const pid_t guard = ::getpid(), child = ::fork();
+  if (child < 0) ::_exit(1);
+  if (child == 0) {
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (::getppid() != guard) ::_exit(1);
+    ::close(to);
+    ::close(ends[0]);
+    try_all(plugins, first, use, ends[1]);
   }
+  ::close(ends[1]);
+  int status = 0;
+  bool over = false;
+  TimeLimit limit(kMostSeconds, child);
+  constexpr size_t kMostSaid = size_t{1} << 20;
+  size_t count = 0;  // of bytes
+  std::array<char, 4096> buffer{};
+  while (true) {
+    // first whether it has ended: after that it says no more
+    const bool ended = ::waitpid(child, &status, WNOHANG) == child;
+    for (ssize_t got = 0; count < kMostSaid && (got = ::read(ends[0], buffer.data(), buffer.size())) > 0;) {
+      say(to, {buffer.data(), static_cast<size_t>(got)});
+      count += static_cast<size_t>(got);
+      limit = TimeLimit(kMostSeconds, child);
+    }
+    if (ended) break;
+    if (count >= kMostSaid || limit.over()) {
+      over = true;
+      ::kill(child, SIGKILL);
+      while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
+      }
+      break;
+    }
+    constexpr int kPauseMs = 5;
+    pollfd polled = {ends[0], POLLIN, 0};
+    ::poll(&polled, 1, kPauseMs);
+    if ((polled.revents & POLLIN) == 0) ::poll(nullptr, 0, 1);  // it says no more and is about to end
+  }
+  end_descendants();
+  say(to, fmt::format("{}{}\n", over ? kTimeIsUp : kStatus, status));
+  ::_exit(0);
+}
+
+std::string how_it_ended(int status, bool over) {
+  if (over) return fmt::format("is not loaded after {:g} s", kMostSeconds);
   if (WIFSIGNALED(status)) {
     return fmt::format("ends the process that loads it (signal {}, {})", WTERMSIG(status),
                        ::strsignal(WTERMSIG(status)));
@@ -109,27 +167,38 @@ std::map<std::string, std::string> refused_plugins(const std::vector<std::string
                                                    const std::function<void(const std::string&)>& use) {
   if (auto before = tried_before()) return *std::move(before);
   std::map<std::string, std::string> refused;
+  int tries = 0;
   for (size_t next = 0; next < plugins.size();) {
     std::array<int, 2> ends{};
     if (::pipe2(ends.data(), O_CLOEXEC) != 0) break;
-    const pid_t child = ::fork();
-    if (child == 0) try_all(plugins, next, use, ends[1]);
+    const pid_t parent = ::getpid(), guard = ::fork();
+    if (guard == 0) {
+      ::close(ends[0]);
+      guard_trial(plugins, next, use, ends[1], parent);
+    }
     ::close(ends[1]);
     std::string said;
     std::array<char, 4096> buffer{};
-    while (child > 0) {
+    while (guard > 0) {
       const ssize_t got = ::read(ends[0], buffer.data(), buffer.size());
       if (got < 0 && errno == EINTR) continue;
       if (got <= 0) break;
       said.append(buffer.data(), static_cast<size_t>(got));
     }
     ::close(ends[0]);
-    if (child < 0) break;  // no process can be started now: loading them will show
+    if (guard < 0) break;  // no process can be started now: loading them will show
     int status = 0;
-    while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
+    while (::waitpid(guard, &status, 0) < 0 && errno == EINTR) {
     }
+    const size_t first = next;
     bool within = false;  // a plugin was begun and not ended
-    for (size_t at = 0; at < said.size(); ++at) {
+    bool over = false;
+    for (size_t at = 0; at < said.size() && next < plugins.size(); ++at) {
+      if (said[at] == kStatus || said[at] == kTimeIsUp) {
+        over = said[at] == kTimeIsUp;
+        status = static_cast<int>(std::strtol(said.c_str() + at + 1, nullptr, 10));
+        break;
+      }
       within = said[at] == kBegins;
       if (within) continue;
       if (said[at] == kThrows) {
@@ -139,8 +208,16 @@ std::map<std::string, std::string> refused_plugins(const std::vector<std::string
       }
       ++next;
     }
-    if (within) refused[plugins.at(next++)] = how_it_ended(status);
-    if (said.empty()) break;  // the process did not even begin
+    if (next < plugins.size() && !over && ended_from_outside(status)) {
+      // of the same plugin
+      tries = next == first ? tries + 1 : 1;
+      if (tries == kMostTries) {
+        throw EndedFromOutside(fmt::format("loading '{}' to try it", plugins.at(next)), WTERMSIG(status));
+      }
+      continue;
+    }
+    if (within && next < plugins.size()) refused[plugins.at(next++)] = how_it_ended(status, over);
+    if (next == first) break;  // the process did not even begin
   }
   std::string text;
   for (const auto& [plugin, why] : refused) text += fmt::format("{}\t{}\n", plugin, why);

@@ -11,8 +11,9 @@ namespace assay {
 
 // Calls `use` with each plugin, in order, in forked processes without output. Returns the plugins with which the
 // process did not go on, and why, as the end of a sentence: "ends the process that loads it (signal 7, Bus error)".
-// What `use` throws is such a reason too. The result is left in the environment, so that processes which this one
-// starts need not try again.
+// What `use` throws is such a reason too, and so is a process that a plugin leaves behind. The result is left in the
+// environment, so that processes which this one starts need not try again. Throws EndedFromOutside when somebody else
+// ends the process of one plugin several times: that says nothing of the plugin.
 std::map<std::string, std::string> refused_plugins(const std::vector<std::string>& plugins,
                                                    const std::function<void(const std::string&)>& use);
 

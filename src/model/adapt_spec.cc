@@ -129,6 +129,7 @@ void leave_out_pictures(mjSpec* spec, const std::string& folder, bool drawn_mesh
         {.severity = Severity::kRefused,
          .element = fmt::format("mesh '{}'", name),
          .line = spec_line(mesh->info),
+         .file = spec_line(mesh->info) > 0 ? spec_origin(spec, mesh->element) : "",
          .message = fmt::format("is not found (looked for: {})", spec_mesh_path(spec, mesh, folder).string()),
          .mend = "put the file there, or correct its name",
          .option = {}});

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -26,9 +27,10 @@ struct FileFacts {
   // Line of each body, joint, geom, actuator, tendon, coupling, connect and weld of the Model by its label, "joint
   // 'knee'". What the loader made up is missing.
   std::map<std::string, int> lines;
-  // The included file of each that has its line in one, as the <include> writes it.
+  // The included file of each that has its line in one, as the <include> or <model> writes it.
   std::map<std::string, std::string> files;
   std::vector<MeshFacts> meshes;
+  std::set<std::string> drawn;  // names of shapes that the file lets collide with nothing
 
   // Of an element as limitations name it, "joint 'knee' armature"; 0 when it is not known.
   int line_of(const std::string& element) const;

@@ -36,6 +36,7 @@ MeshFacts compiled_mesh(const mjSpec* spec, const mjModel* m, int id, const std:
     if (mjs_getId(e) != id) continue;
     const mjsMesh* mesh = mjs_asMesh(e);
     facts.line = spec_line(mesh->info);
+    if (facts.line > 0) facts.in = spec_origin(spec, e);
     const fs::path file = spec_mesh_path(spec, mesh, folder);
     if (file.empty()) break;
     facts.file = file.lexically_normal();

@@ -19,6 +19,7 @@ size_t open_edges(const std::vector<Vec3>& vertices, const std::vector<std::arra
 double enclosed_volume(const std::vector<Vec3>& vertices, const std::vector<std::array<int, 3>>& faces);
 
 // One entry for each mesh that a hull of `model` was made from. `folder` is the model's. `urdf` is empty for MJCF.
+// Of a mesh that was attached, MeshFacts::in is the name of the model asset.
 std::vector<MeshFacts> mesh_facts(const Model& model, const mjSpec* spec, const mjModel* compiled,
                                   const std::string& folder, const UrdfDocument& urdf);
 

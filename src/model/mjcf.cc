@@ -28,9 +28,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// MuJoCo puts the folder of a relative path twice before the assets of a file that it includes from another folder.
+// MuJoCo puts the folder of a relative path twice before the assets of a file that it includes from another folder, and
+// takes ".." for the folder above whatever links there are.
 mjSpec* parse_file(const std::string& path, char* message, int size) {
-  return mj_parseXML(fs::absolute(path).c_str(), nullptr, message, size);
+  const fs::path file = model_folder(path) / fs::path(path).filename();
+  return mj_parseXML(file.c_str(), nullptr, message, size);
 }
 
 // Formats that people have beside MJCF and URDF, by their root element.
@@ -123,7 +125,12 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
   const SpecPtr spec(is_urdf ? mj_parseXMLString(urdf.text.c_str(), nullptr, error.data(), error_size)
                              : parse(error.data(), error_size));
   if (spec == nullptr) {
-    report.refuse(fmt::format("MuJoCo cannot parse it: {}", one_line(error.data())), mend_of(error.data()));
+    std::string message = one_line(error.data());
+    const IncludedPlace place = is_urdf ? IncludedPlace() : place_of_fault(text, file, message);
+    if (place.line > 0) message = message.substr(0, message.find(", line 0"));
+    report.refuse(fmt::format("MuJoCo cannot parse it: {}", message), mend_of(message));
+    report.problems.back().line = place.line;
+    report.problems.back().file = place.file;
     return report;
   }
   for (const std::string& warning : MessageGuard::warnings()) {
@@ -133,8 +140,8 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
     }
   }
 
-  const std::map<std::string, IncludedPlace> included =
-      is_urdf ? std::map<std::string, IncludedPlace>() : included_places(text, file);
+  const DocumentPlaces places = is_urdf ? DocumentPlaces() : places_in(text, file);
+  const std::map<std::string, IncludedPlace>& included = places.included;
   std::vector<std::string> notes = urdf.notes;
   if (is_urdf) {
     // a link without <inertial> has no mass, whatever its shapes are
@@ -144,6 +151,7 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
   } else {
     const std::string folder = fs::path(file).parent_path().string();
     leave_out_pictures(spec.get(), folder, drawing != nullptr, report, notes);
+    for (Problem& problem : report.problems) problem.file = places.file_of_model(problem.file);
     apply_root_joint(spec.get(), options.root_joint, report, notes);
   }
   const std::string ground = options.ground == Ground::kPlane ? add_ground(spec.get(), notes) : "";
@@ -164,16 +172,18 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
     report.refuse(fmt::format("MuJoCo cannot compile it: {}", one_line(message)), mend_of(message));
     return report;
   }
-  LoadReport translated = translate({.spec = spec.get(),
-                                     .compiled = compiled.get(),
-                                     .drop_unsupported = options.drop_unsupported,
-                                     .decompose = options.decompose,
-                                     .base_is_link = is_urdf,
-                                     .base_floats = options.root_joint == RootJoint::kFloating,
-                                     .keyframe = options.keyframe,
-                                     .massless = urdf.massless,
-                                     .facts = facts,
-                                     .drawing = drawing});
+  LoadReport translated =
+      translate({.spec = spec.get(),
+                 .compiled = compiled.get(),
+                 .drop_unsupported = options.drop_unsupported,
+                 .decompose = options.decompose,
+                 .base_is_link = is_urdf,
+                 .base_floats = options.root_joint == RootJoint::kFloating,
+                 .keyframe = options.keyframe,
+                 .massless = urdf.massless,
+                 .file_of_model = [&](const std::string& name) { return places.file_of_model(name); },
+                 .facts = facts,
+                 .drawing = drawing});
   place_problems(included, translated.problems);
   report.problems.insert(report.problems.end(), translated.problems.begin(), translated.problems.end());
   if (!translated.model) return report;
@@ -200,6 +210,7 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
   if (facts != nullptr) {
     facts->is_urdf = is_urdf;
     facts->meshes = mesh_facts(model, spec.get(), compiled.get(), fs::path(file).parent_path().string(), urdf);
+    for (MeshFacts& mesh : facts->meshes) mesh.in = places.file_of_model(mesh.in);
     if (is_urdf) add_urdf_lines(model, urdf, facts->lines);
     place_facts(included, model, *facts);
   }

@@ -20,6 +20,7 @@
 #include "base/errors.h"
 #include "base/text.h"
 #include "model/inertia.h"
+#include "model/outside_files.h"
 
 namespace assay {
 namespace {
@@ -55,15 +56,10 @@ std::string moments_text(const Vec3& moments) {
   return fmt::format("{:.3g}, {:.3g}, {:.3g}", moments[0], moments[1], moments[2]);
 }
 
-fs::path folder_of(const std::string& path) {
-  if (path.empty()) return fs::current_path();
-  std::error_code error;
-  return fs::weakly_canonical(fs::absolute(path), error).parent_path();
-}
-
 // One file of the document: the model's own, or one that it includes.
 struct Source {
-  std::string name;  // as the <include> writes it; empty for the model's own
+  std::string name;    // as the <include> writes it; empty for the model's own
+  std::string folder;  // of the file, where MuJoCo looks for what it includes
   std::string text;
   xml::XMLDocument document;
   std::map<std::pair<int, std::string>, int> counted;  // elements of a name that began in a line so far
@@ -82,14 +78,27 @@ struct Fault {
 
 class Document {
  public:
-  Document(const std::string& text, const std::string& path) : folder_(folder_of(path)) { read("", text); }
+  Document(const std::string& text, const std::string& path) : folder_(model_folder(path)) {
+    read("", folder_.string(), text);
+  }
 
   const std::vector<Fault>& faults() const { return faults_; }
   const std::map<std::string, IncludedPlace>& places() const { return places_; }
+  const std::map<std::string, std::string>& models() const { return models_; }
+
+  // The first element of an included file that `is_it` takes.
+  template <typename IsIt>
+  IncludedPlace first(const IsIt& is_it) const {
+    for (const auto& source : sources_) {
+      if (source->name.empty()) continue;
+      if (const int line = first_line(*source->document.RootElement(), is_it); line > 0) return {source->name, line};
+    }
+    return {};
+  }
 
   // The whole text with the faults mended, to be written into `out`.
   std::string mended(const std::string& out) const {
-    const bool moved = folder_of(out) != folder_;
+    const bool moved = model_folder(out) != folder_;
     const bool flat = moved || std::ranges::any_of(sources_, [](const auto& source) {
                         return !source->name.empty() && !source->edits.empty();
                       });
@@ -106,10 +115,21 @@ class Document {
   }
 
  private:
+  template <typename IsIt>
+  static int first_line(const xml::XMLElement& element, const IsIt& is_it) {
+    if (is_it(element)) return element.GetLineNum();
+    for (const xml::XMLElement* e = element.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+      if (const int line = first_line(*e, is_it); line > 0) return line;
+    }
+    return 0;
+  }
+
   // Null for a file that is missing, no XML, or read already: MuJoCo's parser says so.
-  Source* read(const std::string& name, const std::string& text, const std::string& section = "") {
+  Source* read(const std::string& name, const std::string& folder, const std::string& text,
+               const std::string& section = "") {
     auto source = std::make_unique<Source>();
     source->name = name;
+    source->folder = folder;
     source->text = text;
     source->document.Parse(text.data(), text.size());
     const xml::XMLElement* root = source->document.RootElement();
@@ -138,6 +158,9 @@ class Document {
       examine_ranges(source, element, index, body);
     }
     if (!source.name.empty()) note_place(source, element, section);
+    if (kind == "model" && section == "asset" && element.Attribute("name") != nullptr) {
+      models_.emplace(text_of(element, "name"), text_of(element, "file"));
+    }
     static const std::set<std::string_view> kSections = {"asset",  "contact",  "equality", "tendon", "actuator",
                                                          "sensor", "keyframe", "custom",   "default"};
     std::string inner = section;
@@ -169,12 +192,14 @@ class Document {
 
   void include(Source& source, const xml::XMLElement& element, int index, const std::string& section) {
     const std::string name = text_of(element, "file");
-    if (!included_.insert(name).second) return;
+    const std::string path = included_file(folder_.string(), source.folder, name);
     std::error_code error;
-    if (!fs::is_regular_file(folder_ / name, error)) return;
-    std::ifstream file(folder_ / name, std::ios::binary);
+    if (!included_.insert(path).second || !fs::is_regular_file(path, error)) return;
+    std::ifstream file(path, std::ios::binary);
     const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-    if (Source* other = read(name, text, section)) source.includes.push_back({element.GetLineNum(), index, other});
+    if (Source* other = read(name, fs::path(path).parent_path().string(), text, section)) {
+      source.includes.push_back({element.GetLineNum(), index, other});
+    }
   }
 
   void read_compiler(const xml::XMLElement& element) {
@@ -275,15 +300,42 @@ class Document {
   std::set<std::string> included_;
   std::vector<Fault> faults_;
   std::map<std::string, IncludedPlace> places_;  // in included files
+  std::map<std::string, std::string> models_;    // name -> file
   std::string meshes_, textures_;                // folders of files, from the model's
   bool inertia_counts_ = true;
 };
 
 }  // namespace
 
-std::map<std::string, IncludedPlace> included_places(const std::string& text, const std::string& path) {
-  if (text.find("<include") == std::string::npos) return {};
-  return Document(text, path).places();
+std::string DocumentPlaces::file_of_model(const std::string& name) const {
+  const auto found = models.find(name);
+  return found == models.end() || name.empty() ? name : found->second;
+}
+
+DocumentPlaces places_in(const std::string& text, const std::string& path) {
+  if (text.find("<include") == std::string::npos && text.find("<model") == std::string::npos) return {};
+  const Document document(text, path);
+  return {document.places(), document.models()};
+}
+
+IncludedPlace place_of_fault(const std::string& text, const std::string& path, const std::string& message) {
+  if (message.find(", line 0") == std::string::npos || text.find("<include") == std::string::npos) return {};
+  const auto quoted_after = [&message](std::string_view words) -> std::string {
+    const size_t at = message.find(words);
+    if (at == std::string::npos) return "";
+    const size_t from = at + words.size();
+    return message.substr(from, message.find('\'', from) - from);
+  };
+  const std::string kind = quoted_after("Element '");
+  const std::string unknown = quoted_after("unrecognized attribute: '"),
+                    bad = quoted_after("bad format in attribute '");
+  const bool unknown_element = message.find("unrecognized element") != std::string::npos;
+  return Document(text, path).first([&](const xml::XMLElement& element) {
+    if (kind != element.Name()) return false;
+    if (!unknown.empty()) return element.Attribute(unknown.c_str()) != nullptr;
+    if (!bad.empty()) return element.Attribute(bad.c_str()) != nullptr && numbers_of(element, bad.c_str()).empty();
+    return unknown_element;
+  });
 }
 
 std::vector<Problem> mjcf_faults(const std::string& text, const std::string& path) {

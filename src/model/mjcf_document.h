@@ -21,9 +21,21 @@ struct IncludedPlace {
   int line = 0;
 };
 
-// The named elements of included files by their labels, "joint 'knee'", "coupling 'fingers'"; MuJoCo's parser keeps no
-// lines of them.
-std::map<std::string, IncludedPlace> included_places(const std::string& text, const std::string& path);
+struct DocumentPlaces {
+  // The named elements of included files by their labels, "joint 'knee'", "coupling 'fingers'"; MuJoCo's parser keeps
+  // no lines of them.
+  std::map<std::string, IncludedPlace> included;
+  // The files of models that are assets, as the <model> writes them, by the assets' names.
+  std::map<std::string, std::string> models;
+
+  // Of an element that was attached from the model asset `name`; its name where the file is not known.
+  std::string file_of_model(const std::string& name) const;
+};
+DocumentPlaces places_in(const std::string& text, const std::string& path);
+
+// Where a fault in an included file is, of which MuJoCo's parser names the element without the file: "unrecognized
+// attribute: 'colour' Element 'geom', line 0". Line 0 where it is not found.
+IncludedPlace place_of_fault(const std::string& text, const std::string& path, const std::string& message);
 
 // The text without those faults, for mended_model().
 std::string mend_mjcf(const std::string& text, const std::string& path, const std::string& out,

@@ -45,7 +45,7 @@ std::string one_line(std::string_view message) {
 }
 
 std::string mend_of(std::string_view message) {
-  constexpr std::array<std::pair<std::string_view, const char*>, 14> kMends = {
+  constexpr std::array<std::pair<std::string_view, const char*>, 17> kMends = {
       {{"Error opening file", "put it there or correct its name, which counts from the model's folder"},
        {"already included", "include a file once"},
        {"repeated name", "rename one of the two"},
@@ -58,6 +58,10 @@ std::string mend_of(std::string_view message) {
        {"stl_decoder", "export the mesh again as binary STL"},
        {"coplanar", "give the mesh a thickness, or use a thin box"},
        {"is not finite", "export the mesh again"},
+       {"must be positive", "make it positive"},
+       {"mass and inertia of moving bodies",
+        "give it an <inertial>, or a geom of positive size and density, whose group is in inertiagrouprange"},
+       {"is repeated in equality", "name two different ones"},
        {"unknown", "correct the name"},
        {"not found", "correct the name"}}};
   const auto found = std::ranges::find_if(

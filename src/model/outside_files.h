@@ -27,9 +27,18 @@ bool is_personal(const std::filesystem::path& folder);
 // Whether `file`, its links followed, lies below `root`.
 bool is_below(const std::string& file, const std::string& root);
 
+// The folder that names in the model's file at `path` count from: its own, links to the folder followed, not those of
+// the file; the current one for a text, whose path is empty.
+std::filesystem::path model_folder(const std::string& path);
+
+// The file that MuJoCo opens for an <include> of `name` in a file of `folder`: it looks in `first`, the folder of the
+// model's own file, before that. Empty where there is none.
+std::string included_file(const std::string& first, const std::string& folder, const std::string& name);
+
 // Refusals of an MJCF document that includes or names files outside its folder (unless the options allow them), what is
-// no regular file, or a model that contains itself; that holds a class name which MuJoCo would take for a format; or
-// whose counts ask for more memory than a model needs. `path` is where relative names count from; empty for a text.
+// no regular file, an archive, or a model that contains itself; that holds a class name which MuJoCo would take for a
+// format; or whose counts ask for more memory than a model needs. The same of all that it includes. `path` is where
+// relative names count from; empty for a text.
 std::vector<Problem> document_refusals(const std::string& text, const std::string& path, const LoadOptions& options);
 
 }  // namespace assay

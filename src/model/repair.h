@@ -31,8 +31,8 @@ size_t tag_end(const std::string& text, size_t begin);
 // The mended text of the URDF or MJCF file at `path`, to be written to `out`: an inertia that is not positive or breaks
 // the triangle inequality becomes the nearest valid one about the same principal axes, swapped limits are swapped back,
 // a joint of a URDF file that moves no mass becomes fixed. Names of files that would not be found from `out` become
-// absolute. Included files are written into the text where they need a change or `out` lies in another folder. Throws
-// InputError for a file that cannot be mended, or that has nothing to be mended.
+// absolute. Included files are written into the text where they need a change or `out` lies in another folder. Without
+// anything to mend, `mends` stays empty and the text as it is. Throws InputError for a file that cannot be mended.
 std::string mended_model(const std::string& text, const std::string& path, const std::string& out,
                          std::vector<Mend>& mends);
 

@@ -23,6 +23,12 @@ inline int spec_line(const mjString* info) {
   return static_cast<int>(parse_integer(words.substr(5, end == std::string::npos ? end : end - 5)).value_or(0));
 }
 
+// The name of the model asset that an element was attached from; empty for an element of the model's own files.
+inline std::string spec_origin(const mjSpec* spec, const mjsElement* element) {
+  const mjSpec* origin = mjs_getOriginSpec(element);
+  return origin == nullptr || origin == spec ? "" : spec_text(origin->modelname);
+}
+
 // The file of a mesh that MuJoCo would open; `folder` is the model's. Empty where the mesh has none.
 inline std::filesystem::path spec_mesh_path(const mjSpec* spec, const mjsMesh* mesh, const std::string& folder) {
   std::filesystem::path file = spec_text(mesh->file);

@@ -151,6 +151,10 @@ void start_from(Model& model, const std::string& text, const std::string& file) 
         throw InputError(fmt::format("{}:{}: the model has no hinge or slide '{}'{}", file, number, name,
                                      did_you_mean(name, names)));
       }
+      if (named[joint - model.joints.begin()]) {
+        throw InputError(
+            fmt::format("{}:{}: joint '{}' has a position already; remove one of the two", file, number, name));
+      }
       model.initial.position[joint - model.joints.begin()] = *value;
       named[joint - model.joints.begin()] = true;
       continue;

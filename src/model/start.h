@@ -11,7 +11,8 @@ namespace assay {
 // Starts the model at rest in the configuration of the text of `file`: all numbers of MuJoCo's qpos in their order
 // (free joint: position of the body frame and quaternion w x y z; ball: quaternion; hinge or slide: one number),
 // separated by blanks, commas or lines; or lines JOINT=VALUE for hinges and slides, where the others keep theirs,
-// except those that couplings move with the named ones. `#` begins a comment. Throws InputError with the line.
+// except those that couplings move with the named ones. `#` begins a comment. Throws InputError with the line, also
+// where a joint is named twice.
 void start_from(Model& model, const std::string& text, const std::string& file);
 
 // A joint that started beyond its limits.

@@ -272,7 +272,9 @@ void Translator::translate_ball(int j, BallJoint& ball) {
 std::pair<double, double> Translator::narrowed(mjtObj type, int id, const mjtNum* range, double margin) {
   const double lower = range[0] + margin, upper = range[1] - margin;
   if (margin != 0 && lower > upper) {
-    refuse(type, id, fmt::format("has a limit margin of {}, more than half of its range", shortest(margin)),
+    std::string unit;  // none for tendons, whose lengths mix both
+    if (type == mjOBJ_JOINT) unit = m_->jnt_type[id] == mjJNT_SLIDE ? " m" : " rad";
+    refuse(type, id, fmt::format("has a limit margin of {}{}, more than half of its range", shortest(margin), unit),
            "remove the margin or widen the range");
   }
   return {lower, upper};
@@ -297,9 +299,11 @@ void Translator::examine_joint(int j) {
   if (const mjtNum* range = row(m_->jnt_range, 2, j); !m_->jnt_limited[j] && range[0] > range[1]) {
     swapped_.push_back(label(mjOBJ_JOINT, j));
   }
-  if (limited(j) && has_own_softness(row(m_->jnt_solref, mjNREF, j), row(m_->jnt_solimp, mjNIMP, j))) {
-    soften(label(mjOBJ_JOINT, j));
-  }
+  const bool soft_limit =
+      limited(j) && has_own_softness(row(m_->jnt_solref, mjNREF, j), row(m_->jnt_solimp, mjNIMP, j));
+  const bool soft_friction = has_dry_friction() && m_->dof_frictionloss[dof] != 0 &&
+                             has_own_softness(row(m_->dof_solref, mjNREF, dof), row(m_->dof_solimp, mjNIMP, dof));
+  if (soft_limit || soft_friction) soften(label(mjOBJ_JOINT, j));
 }
 
 // ---- what engines rely on ------------------------------------------------------------------------------------------

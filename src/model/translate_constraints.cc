@@ -102,6 +102,10 @@ void Translator::translate_tendons() {
       }
     }
     if (has_dry_friction()) tendon.dry_friction = m_->tendon_frictionloss[t];
+    if (tendon.dry_friction != 0 &&
+        has_own_softness(row(m_->tendon_solref_fri, mjNREF, t), row(m_->tendon_solimp_fri, mjNIMP, t))) {
+      soften(label(mjOBJ_TENDON, t));
+    }
     // one that only transmits an actuator's force is part of the actuator
     if (tendon.has_spring() || tendon.limited || tendon.dry_friction != 0) model_.tendons.push_back(std::move(tendon));
   }
@@ -110,7 +114,11 @@ void Translator::translate_tendons() {
 // ---- equality -------------------------------------------------------------------------------------------------------
 
 std::string Translator::equality_name(int e) {
-  return unique_name(name(mjOBJ_EQUALITY, e), fmt::format("equality{}", e + 1), equality_names_);
+  // URDF gives a mimic no name, and each joint has at most one
+  const bool mimic = base_is_link_ && m_->eq_type[e] == mjEQ_JOINT;
+  const std::string joint = mimic ? name(mjOBJ_JOINT, m_->eq_obj1id[e]) : "";
+  return unique_name(name(mjOBJ_EQUALITY, e), joint.empty() ? fmt::format("equality{}", e + 1) : joint,
+                     equality_names_);
 }
 
 void Translator::translate_equalities() {
@@ -242,7 +250,20 @@ void Translator::translate_body_equality(int e) {
     return;
   }
   const int a = body[0] == kWorld ? 1 : 0, b = 1 - a;
-  if (weld) {
+  // scales the turn's part of the constraint: without it only the points are held together
+  const double torque_scale = weld ? data[10] : 1;
+  if (torque_scale == 0) {
+    note(fmt::format(
+        "{} has torquescale=\"0\", so that it holds points and no orientation: it is written, exactly, as a "
+        "connect",
+        label(mjOBJ_EQUALITY, e)));
+  } else if (torque_scale != 1) {
+    unsupported(mjOBJ_EQUALITY, e,
+                fmt::format("has torquescale=\"{}\", which is not supported", shortest(torque_scale)),
+                "remove torquescale to hold the orientation rigidly, or make it 0 to leave it free",
+                "holds the orientation rigidly");
+  }
+  if (weld && torque_scale != 0) {
     model_.welds.push_back(
         {.name = equality_name(e), .body_a = body[a], .body_b = body[b], .X_AB = X_BC[a] * X_BC[b].inverse()});
   } else {

@@ -1,6 +1,7 @@
 // From MuJoCo's compiled model to the neutral Model: the part of the loader (mjcf.h) behind the parser.
 #pragma once
 
+#include <functional>
 #include <set>
 #include <string>
 
@@ -24,6 +25,8 @@ struct TranslationInput {
   // Moving bodies whose mass and inertia in `compiled` are placeholders, because MuJoCo compiles no massless ones: they
   // become massless bodies.
   std::set<std::string> massless = {};
+  // The file of elements that were attached from a model asset of this name, for messages.
+  std::function<std::string(const std::string&)> file_of_model = [](const std::string& name) { return name; };
   FileFacts* facts = nullptr;  // where given, gets the lines
   Drawing* drawing = nullptr;  // gets the links' places and the meshes of the compiled model, where it is wanted
 };

@@ -37,7 +37,7 @@ Translator::Translator(const TranslationInput& input)
       massless_(input.massless),
       facts_(input.facts),
       drawing_(input.drawing) {
-  read_lines(input.spec);
+  read_places(input);
   for (int i = 0; i < m_->nbody; ++i) body_names_.insert(name(mjOBJ_BODY, i));
   for (int i = 0; i < m_->njnt; ++i) joint_names_.insert(name(mjOBJ_JOINT, i));
   for (int i = 0; i < m_->ngeom; ++i) shape_names_.insert(name(mjOBJ_GEOM, i));
@@ -63,7 +63,12 @@ LoadReport Translator::translate() {
         "decides it",
         softened_);
     require_finite();
-    if (facts_ != nullptr) fill_lines(facts_->lines);
+    if (facts_ != nullptr) {
+      fill_places(*facts_);
+      for (int g = 0; g < m_->ngeom && !contacts_disabled(); ++g) {
+        if (shape_of_[g] >= 0 && !may_collide(g)) facts_->drawn.insert(model_.shapes[shape_of_[g]].name);
+      }
+    }
     if (drawing_ != nullptr) translate_drawing(*drawing_);
   }
   LoadReport report;
@@ -75,10 +80,14 @@ LoadReport Translator::translate() {
 
 // ---- places and labels for messages ---------------------------------------------------------------------------------
 
-void Translator::read_lines(const mjSpec* spec) {
+void Translator::read_places(const TranslationInput& input) {
+  const mjSpec* spec = input.spec;
   const auto note = [&](mjtObj type, auto as) {
     for (mjsElement* e = mjs_firstElement(spec, type); e != nullptr; e = mjs_nextElement(spec, e)) {
-      lines_[{type, mjs_getId(e)}] = spec_line(as(e)->info);  // 0 in included files
+      FilePlace& own = places_[{type, mjs_getId(e)}];
+      own.line = spec_line(as(e)->info);  // 0 in included files
+      const std::string origin = own.line > 0 ? spec_origin(spec, e) : "";
+      if (!origin.empty()) own.file = input.file_of_model(origin);
     }
   };
   note(mjOBJ_BODY, mjs_asBody);
@@ -94,13 +103,12 @@ void Translator::read_lines(const mjSpec* spec) {
   note(mjOBJ_KEY, mjs_asKey);
 }
 
-int Translator::line(mjtObj type, int id) const {
-  const auto found = lines_.find({type, id});
-  const int own = found == lines_.end() ? 0 : found->second;
-  if (own > 0) return own;
-  if (type == mjOBJ_JOINT) return line(mjOBJ_BODY, m_->jnt_bodyid[id]);
-  if (type == mjOBJ_GEOM) return line(mjOBJ_BODY, m_->geom_bodyid[id]);
-  return 0;
+Translator::FilePlace Translator::place(mjtObj type, int id) const {
+  const auto found = places_.find({type, id});
+  if (found != places_.end() && found->second.line > 0) return found->second;
+  if (type == mjOBJ_JOINT) return place(mjOBJ_BODY, m_->jnt_bodyid[id]);
+  if (type == mjOBJ_GEOM) return place(mjOBJ_BODY, m_->geom_bodyid[id]);
+  return {};
 }
 
 std::string Translator::name(mjtObj type, int id) const {
@@ -129,7 +137,8 @@ void Translator::add_problem(Problem problem) {
 }
 
 void Translator::refuse(mjtObj type, int id, const std::string& what, const std::string& mend) {
-  add_problem({.element = label(type, id), .line = line(type, id), .message = what, .mend = mend});
+  const auto [line, file] = place(type, id);
+  add_problem({.element = label(type, id), .line = line, .file = file, .message = what, .mend = mend});
 }
 
 void Translator::refuse(const std::string& what, const std::string& mend) {
@@ -138,7 +147,8 @@ void Translator::refuse(const std::string& what, const std::string& mend) {
 
 void Translator::unsupported(mjtObj type, int id, const std::string& what, const std::string& mend,
                              const std::string& drop) {
-  Problem problem = {.element = label(type, id), .line = line(type, id), .message = what, .mend = mend};
+  const auto [line, file] = place(type, id);
+  Problem problem = {.element = label(type, id), .line = line, .file = file, .message = what, .mend = mend};
   problem.option = drop_unsupported_ ? "" : fmt::format("--drop-unsupported, which {}", drop);
   if (drop_unsupported_) {
     problem.severity = Severity::kLeftOut;

@@ -34,8 +34,12 @@ class Translator {
 
  private:
   // ---- translator.cc: places and labels for messages
-  void read_lines(const mjSpec* spec);
-  int line(mjtObj type, int id) const;
+  struct FilePlace {
+    int line = 0;           // 0 when unknown
+    std::string file = {};  // of a model that is an asset; empty for the model's own
+  };
+  void read_places(const TranslationInput& input);
+  FilePlace place(mjtObj type, int id) const;
   std::string name(mjtObj type, int id) const;
   // "joint 'knee'", "geom 2 of body 'foot'", "tendon number 2": enough for the user to find the element.
   std::string label(mjtObj type, int id) const;
@@ -138,7 +142,7 @@ class Translator {
   void require_finite();
 
   // ---- translate_facts.cc
-  void fill_lines(std::map<std::string, int>& lines) const;
+  void fill_places(FileFacts& facts) const;
 
   const mjModel* m_;
   bool drop_unsupported_, decompose_, base_is_link_, base_floats_;
@@ -150,10 +154,10 @@ class Translator {
   Model model_;
   std::vector<Problem> problems_;
 
-  std::map<std::pair<int, int>, int> lines_;  // (object type, id) -> line in the file, 0 when unknown
-  std::vector<bool> frozen_;                  // by MuJoCo body: its joints are left out
-  std::vector<int> body_of_;                  // MuJoCo body -> index into Model::bodies, kWorld when static
-  std::vector<Pose> X_MB_;                    // MuJoCo body's frame in that body (or the world)
+  std::map<std::pair<int, int>, FilePlace> places_;  // (object type, id) -> where it is
+  std::vector<bool> frozen_;                         // by MuJoCo body: its joints are left out
+  std::vector<int> body_of_;                         // MuJoCo body -> index into Model::bodies, kWorld when static
+  std::vector<Pose> X_MB_;                           // MuJoCo body's frame in that body (or the world)
   std::vector<int> weld_parent_;    // Model body -> Model body of the MuJoCo parent (chains are one body there)
   std::vector<int> joint_of_;       // Model body -> MuJoCo joint
   std::vector<int> coordinate_of_;  // Model body -> its first coordinate in that joint: 0, or 0 to 3 of a free joint

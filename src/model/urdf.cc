@@ -116,10 +116,13 @@ class Reader {
     robot_ = document_.FirstChildElement("robot");
     if (!refuse_xacro() && read_elements() && check_numbers() && build_tree()) {
       note_lines();
+      note_unread_parts();
+      refuse_loops();
       apply_root_joint();
       read_inertia();
       find_massless();
       check_inertia();
+      check_sizes();
       write_inertia();
       adapt_joints();
       adapt_meshes();
@@ -282,6 +285,30 @@ class Reader {
     }
   }
 
+  // MuJoCo refuses them too, without a place.
+  void check_sizes() {
+    static const std::map<std::string, std::vector<std::string>> kSizes = {{"box", {"size"}},
+                                                                           {"cylinder", {"radius", "length"}},
+                                                                           {"capsule", {"radius", "length"}},
+                                                                           {"sphere", {"radius"}}};
+    for (const Link& link : links_) {
+      for (const xml::XMLElement* c = link.element->FirstChildElement("collision"); c != nullptr;
+           c = c->NextSiblingElement("collision")) {
+        const xml::XMLElement* geometry = c->FirstChildElement("geometry");
+        const xml::XMLElement* shape = geometry == nullptr ? nullptr : geometry->FirstChildElement();
+        const auto sizes = kSizes.find(shape == nullptr ? "" : shape->Name());
+        if (sizes == kSizes.end()) continue;
+        for (const std::string& attribute : sizes->second) {
+          const std::vector<double> numbers = numbers_of(shape, attribute.c_str());
+          if (std::ranges::all_of(numbers, [](double v) { return v > 0; })) continue;
+          refuse(fmt::format("<{}> of link '{}'", shape->Name(), link.name), shape->GetLineNum(),
+                 fmt::format("has {}=\"{}\"", attribute, text_of(shape, attribute.c_str())),
+                 fmt::format("give {}", numbers.size() == 1 ? "a positive number" : "positive numbers"));
+        }
+      }
+    }
+  }
+
   bool check_numbers() {
     for (const Link& link : links_) check_numbers_below(*link.element, fmt::format("link '{}'", link.name));
     for (const UrdfJoint& joint : joints_) check_numbers_below(*joint.element, fmt::format("joint '{}'", joint.name));
@@ -364,7 +391,131 @@ class Reader {
 
   void note_lines() {
     for (const Link& link : links_) result_.lines[fmt::format("body '{}'", link.name)] = link.element->GetLineNum();
-    for (const UrdfJoint& joint : joints_) result_.lines[label(joint)] = line_of(joint);
+    for (const UrdfJoint& joint : joints_) {
+      result_.lines[label(joint)] = line_of(joint);
+      if (const xml::XMLElement* mimic = joint.element->FirstChildElement("mimic")) {
+        result_.lines[fmt::format("coupling '{}'", joint.name)] = mimic->GetLineNum();
+      }
+    }
+  }
+
+  // ---- what is not read
+
+  struct KnownParts {
+    std::vector<std::string> attributes, elements;
+  };
+  // Of the elements that are read. What stands in others is not looked at: a <material>, an extension.
+  static const std::map<std::string, KnownParts>& known_parts() {
+    static const std::map<std::string, KnownParts> kKnown = {
+        {"robot",
+         {{"name", "version"},
+          {"link", "joint", "material", "loop_joint", "transmission", "gazebo", "ros2_control", "mujoco"}}},
+        {"link", {{"name"}, {"inertial", "visual", "collision"}}},
+        {"inertial", {{}, {"origin", "mass", "inertia"}}},
+        {"visual", {{"name"}, {"origin", "geometry", "material"}}},
+        {"collision", {{"name"}, {"origin", "geometry", "material"}}},
+        {"geometry", {{}, {"box", "cylinder", "capsule", "sphere", "mesh"}}},
+        {"joint", {{"name", "type"}, {"origin", "parent", "child", "axis", "limit", "dynamics", "mimic"}}},
+        {"origin", {{"xyz", "rpy"}, {}}},
+        {"mass", {{"value"}, {}}},
+        {"inertia", {{"ixx", "ixy", "ixz", "iyy", "iyz", "izz"}, {}}},
+        {"box", {{"size"}, {}}},
+        {"cylinder", {{"radius", "length"}, {}}},
+        {"capsule", {{"radius", "length"}, {}}},
+        {"sphere", {{"radius"}, {}}},
+        {"mesh", {{"filename", "scale"}, {}}},
+        {"parent", {{"link"}, {}}},
+        {"child", {{"link"}, {}}},
+        {"axis", {{"xyz"}, {}}},
+        {"limit", {{"lower", "upper", "effort", "velocity"}, {}}},
+        {"dynamics", {{"damping", "friction"}, {}}},
+        {"mimic", {{"joint", "multiplier", "offset"}, {}}}};
+    return kKnown;
+  }
+
+  // Elements or attributes of one kind that are not read.
+  struct Unread {
+    std::string what;   // "attribute 'low' of <limit>"
+    std::string where;  // the first: " of joint 'j' (line 3)"
+    std::string hint;   // " (did you mean 'lower'?)"
+    size_t count = 1;
+  };
+
+  // One note for each kind; extensions of many robots have a few of them, a file that is no robot has any number.
+  void note_unread_parts() {
+    constexpr size_t kMostKinds = 30;
+    std::map<std::string, size_t> index_of;
+    std::vector<Unread> kinds;
+    size_t others = 0;
+    collect_unread(*robot_, "", [&](const std::string& kind) -> Unread* {
+      const auto found = index_of.find(kind);
+      if (found != index_of.end()) {
+        ++kinds[found->second].count;
+        return nullptr;
+      }
+      if (kinds.size() == kMostKinds) {
+        ++others;
+        return nullptr;
+      }
+      index_of.emplace(kind, kinds.size());
+      return &kinds.emplace_back();
+    });
+    for (const Unread& unread : kinds) {
+      result_.notes.push_back(unread.count == 1
+                                  ? fmt::format("{}{} is not read{}", unread.what, unread.where, unread.hint)
+                                  : fmt::format("{}{} and {} more are not read{}", unread.what, unread.where,
+                                                unread.count - 1, unread.hint));
+    }
+    if (others > 0) result_.notes.push_back(fmt::format("other elements and attributes that are not read: {}", others));
+  }
+
+  // `owner` is the link or joint that the element belongs to, "joint 'j'"; `add` gets each kind, and returns what is to
+  // be filled in where it is the first.
+  template <typename Add>
+  static void collect_unread(const xml::XMLElement& element, const std::string& owner, const Add& add) {
+    const auto known = known_parts().find(element.Name());
+    if (known == known_parts().end()) return;
+    const auto& [attributes, elements] = known->second;
+    const std::string tag = element.Name();
+    const std::string inside = tag == "link" || tag == "joint" ? "" : fmt::format(" of <{}>", tag);
+    const auto report = [&](const std::string& what, const std::string& of, const std::string& name, int line,
+                            const std::vector<std::string>& candidates) {
+      Unread* unread = add(fmt::format("{} in {}", what, tag));
+      if (unread == nullptr) return;
+      unread->what = what + of;
+      unread->where = fmt::format("{} (line {})", owner.empty() ? "" : " of " + owner, line);
+      if (const auto nearest = nearest_name(name, candidates))
+        unread->hint = fmt::format(" (did you mean '{}'?)", *nearest);
+    };
+    for (const xml::XMLAttribute* a = element.FirstAttribute(); a != nullptr; a = a->Next()) {
+      const std::string name = a->Name();
+      if (name.starts_with("xmlns") || std::ranges::find(attributes, name) != attributes.end()) continue;
+      report(fmt::format("attribute '{}'", name), inside, name, element.GetLineNum(), attributes);
+    }
+    for (const xml::XMLElement* e = element.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+      const std::string name = e->Name();
+      if (std::ranges::find(elements, name) == elements.end()) {
+        report(fmt::format("<{}>", name), tag == "robot" ? "" : inside, name, e->GetLineNum(), elements);
+        continue;
+      }
+      const bool owns = name == "link" || name == "joint";
+      collect_unread(*e, owns ? fmt::format("{} '{}'", name, text_of(e, "name")) : owner, add);
+    }
+  }
+
+  // Not part of URDF, which is a tree, but written by some programs.
+  void refuse_loops() {
+    for (const xml::XMLElement* e = robot_->FirstChildElement("loop_joint"); e != nullptr;
+         e = e->NextSiblingElement("loop_joint")) {
+      const std::string element = fmt::format("loop_joint '{}'", text_of(e, "name"));
+      if (options_.drop_unsupported) {
+        leave_out(element, e->GetLineNum(), "closes a loop of links and is left out, so that the loop is open");
+      } else {
+        refuse(element, e->GetLineNum(), "closes a loop of links, which is not supported in URDF",
+               "write the robot as MJCF with a <connect> or <weld> there",
+               "--drop-unsupported, which leaves it out, so that the loop is open");
+      }
+    }
   }
 
   // ---- root
@@ -469,9 +620,9 @@ class Reader {
     }
   }
 
-  // Mass that a joint moves.
+  // Mass that a joint moves. A negative one counts: that is another fault.
   double carried_mass(int link) const {
-    double mass = links_[link].mass;
+    double mass = std::abs(links_[link].mass);
     for (const int joint : links_[link].children) mass += carried_mass(joints_[joint].child);
     return mass;
   }
@@ -545,7 +696,8 @@ class Reader {
     if (head_[i] == i && whole_[i].mass > 0 && !whole_valid) {
       // every part may be possible and the whole still be a point or a line
       for (size_t k = 0; k < links_.size(); ++k) {
-        if (head_[k] == i && (!inertia_possible(links_[k].I) && !links_[k].I.isZero(0))) return;  // named there
+        if (head_[k] != i) continue;
+        if (links_[k].mass < 0 || (!inertia_possible(links_[k].I) && !links_[k].I.isZero(0))) return;  // named there
       }
       refuse(name, line,
              fmt::format("has an inertia that is not positive (principal moments {} kg m^2)",
@@ -598,6 +750,7 @@ class Reader {
   // ---- joints
 
   void adapt_joints() {
+    open_mimic_cycles();
     size_t velocities = 0, unlimited = 0;
     for (UrdfJoint& joint : joints_) {
       xml::XMLElement* limit = joint.element->FirstChildElement("limit");
@@ -641,6 +794,7 @@ class Reader {
     }
     note_elements("transmission", "transmissions", "every joint that is not fixed and mimics none has a motor");
     note_elements("gazebo", "gazebo extensions", "they are another program's");
+    note_elements("ros2_control", "ros2_control blocks", "they are another program's");
   }
 
   void note_elements(const char* name, const char* plural, const char* why) {
@@ -649,6 +803,46 @@ class Reader {
       ++count;
     }
     if (count > 0) result_.notes.push_back(fmt::format("{} are not read ({}): {}", plural, count, why));
+  }
+
+  void refuse_mimic(UrdfJoint& joint, xml::XMLElement& mimic, const std::string& fault, const std::string& mend) {
+    if (options_.drop_unsupported) {
+      leave_out(label(joint), mimic.GetLineNum(), fault + ": its <mimic> is left out, so that it moves freely");
+      joint.element->DeleteChild(&mimic);
+    } else {
+      refuse(label(joint), mimic.GetLineNum(), fault, mend,
+             "--drop-unsupported, which removes it, so that the joint moves freely");
+    }
+  }
+
+  // Joints that mimic each other in a circle: their position follows from nothing, and may contradict itself.
+  void open_mimic_cycles() {
+    std::map<std::string, int> index_of;
+    for (size_t j = 0; j < joints_.size(); ++j) index_of.emplace(joints_[j].name, static_cast<int>(j));
+    std::vector<int> leader(joints_.size(), -1);
+    for (size_t j = 0; j < joints_.size(); ++j) {
+      const xml::XMLElement* mimic = joints_[j].element->FirstChildElement("mimic");
+      const auto found = index_of.find(text_of(mimic, "joint"));
+      if (mimic == nullptr || joints_[j].type == "fixed" || found == index_of.end()) continue;
+      if (joints_[found->second].type != "fixed") leader[j] = found->second;
+    }
+    std::vector<size_t> walk_of(joints_.size(), 0);  // the walk that came there first, from 1
+    for (size_t start = 0; start < joints_.size(); ++start) {
+      std::vector<int> way;
+      int j = static_cast<int>(start);
+      for (; j >= 0 && walk_of[j] == 0; j = leader[j]) {
+        walk_of[j] = start + 1;
+        way.push_back(j);
+      }
+      if (j < 0 || walk_of[j] != start + 1) continue;
+      std::vector<std::string> between;
+      for (auto k = std::ranges::find(way, j) + 1; k != way.end(); ++k) {
+        between.push_back(fmt::format("'{}'", joints_[*k].name));
+      }
+      const std::string through = between.empty() ? "" : fmt::format(" by way of {}", join(between, ", "));
+      refuse_mimic(joints_[j], *joints_[j].element->FirstChildElement("mimic"), "mimics itself" + through,
+                   between.empty() ? "name another joint in <mimic>" : "remove <mimic> from one of them");
+    }
   }
 
   void adapt_mimic(UrdfJoint& joint) {
@@ -662,15 +856,10 @@ class Reader {
       std::vector<std::string> names;
       names.reserve(joints_.size());
       for (const UrdfJoint& other : joints_) names.push_back(other.name);
-      const std::string fault = fmt::format("mimics the unknown joint '{}'", target);
-      if (options_.drop_unsupported) {
-        leave_out(label(joint), mimic->GetLineNum(), fault + ": its <mimic> is left out, so that it moves freely");
-        joint.element->DeleteChild(mimic);
-      } else {
-        refuse(label(joint), mimic->GetLineNum(),
-               fault + (nearest_name(target, names) ? did_you_mean(target, names) : ""), "correct <mimic>",
-               "--drop-unsupported, which removes it, so that the joint moves freely");
-      }
+      refuse_mimic(joint, *mimic,
+                   fmt::format("mimics the unknown joint '{}'{}", target,
+                               nearest_name(target, names) ? did_you_mean(target, names) : ""),
+                   "correct <mimic>");
     } else if (found->type == "fixed") {
       if (options_.drop_unsupported) {
         leave_out(label(joint), mimic->GetLineNum(),

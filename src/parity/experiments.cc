@@ -9,7 +9,9 @@
 #include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 
+#include "base/errors.h"
 #include "model/kinematics.h"
+#include "model/state_faults.h"
 
 namespace assay::parity {
 namespace {
@@ -117,6 +119,16 @@ Eigen::VectorXd given_forces(const Bench& bench, const Experiment& experiment) {
   return forces;
 }
 
+// The state `steps` timesteps after `start_s`. Throws EngineError for one that cannot be.
+void read_state(const Simulation& simulation, const Model& model, double start_s, double timestep_s, long long steps,
+                State& out) {
+  simulation.read_state(out);
+  std::string fault = state_shape_fault(out, model.bodies.size(), model.joints.size());
+  if (fault.empty()) fault = state_value_fault(out);
+  if (fault.empty()) fault = state_time_fault(out, start_s, timestep_s, steps);
+  if (!fault.empty()) throw EngineError(fmt::format("the engine gave {}", fault));
+}
+
 // One step of the contender. In maximal coordinates it is a later one: a solver of constraints needs some steps until
 // its warm start and its correction of the joints' drift are those of a motion, not of a start.
 Step one_step(const Bench& bench, const Experiment& experiment, const ResolvedContender& contender, Settings settings,
@@ -127,16 +139,19 @@ Step one_step(const Bench& bench, const Experiment& experiment, const ResolvedCo
   const auto simulation = contender.engine->create(model, experiment.state, settings);
   Step step;
   State after;
+  long long steps = 0;
+  const auto read = [&](State& out) { read_state(*simulation, model, experiment.state.time, timestep, steps, out); };
   if (contender.engine->capabilities(settings).coordinates == Coordinates::kMaximal) {
-    for (int i = 0; i < kStepsBefore; ++i) {
+    for (; steps < kStepsBefore; ++steps) {
       simulation->set_torques(experiment.torques);
       simulation->advance(1);
     }
   }
-  simulation->read_state(step.state);
+  read(step.state);
   simulation->set_torques(experiment.torques);
   simulation->advance(1);
-  simulation->read_state(after);
+  ++steps;
+  read(after);
   step.acceleration = (speeds(model, bench.layout, after) - speeds(model, bench.layout, step.state)) / timestep;
   return step;
 }
@@ -321,7 +336,7 @@ std::vector<LimitPlace> find_limits(const Model& model, const ResolvedContender&
         simulation->set_torques(none);
         simulation->advance(1);
         State after;
-        simulation->read_state(after);
+        read_state(*simulation, one, state.time, kStep, 1, after);
         const double back = speed - outward * after.velocity[j];
         return back > (speed > 0 ? speed / 2 : kReaction * range);
       };

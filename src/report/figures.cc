@@ -6,11 +6,10 @@
 
 #include <fmt/format.h>
 
-#include "base/errors.h"
+#include "base/write_file.h"
 #include "report/canvas.h"
 #include "report/figures/axes.h"
 #include "report/figures/drawing.h"
-#include "report/write_file.h"
 #include "results/results.h"
 
 namespace assay {
@@ -32,9 +31,7 @@ std::vector<std::string> write_figures(const Store& store, const std::string& fo
   for (const auto& [name, drawing] : drawings) {
     if (!drawing) continue;
     for (const auto& [format, ending] : {std::pair{Format::kSvg, "svg"}, std::pair{Format::kPdf, "pdf"}}) {
-      std::error_code error;
-      std::filesystem::create_directories(folder, error);
-      if (error) throw SystemError(fmt::format("cannot make the folder '{}': {}", folder, error.message()));
+      make_own_folder(folder);
       Canvas canvas(format, figures::kWidth, drawing->height);
       canvas.fill_rectangle(0, 0, figures::kWidth, drawing->height, {1, 1, 1});
       drawing->draw(canvas);

@@ -6,8 +6,10 @@
 #include <string>
 #include <vector>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "base/errors.h"
 #include "base/regular_file.h"
 
 namespace assay {
@@ -30,11 +32,20 @@ json parity_data(const std::string& dir) {
   }
   std::ranges::sort(files);
   json certificates = json::array();
+  constexpr std::uintmax_t kMostBytes = 16 << 20;  // of all; as JSON they take up to 40 times as much
+  std::uintmax_t left = kMostBytes;
   for (const fs::path& file : files) {
-    constexpr std::uintmax_t kMostBytes = 64 << 20;
     const RegularFile certificate(file);
     std::string text;
-    if (certificate.size() > kMostBytes || certificate.read(text, kMostBytes) != 0) continue;
+    if (certificate.error() != 0 || !certificate.other().empty()) continue;
+    if (certificate.read(text, left + 1) != 0) continue;
+    if (text.size() > left) {
+      throw InputError(
+          fmt::format("the certificates of parity up to '{}' have more than {} MiB together, and at most that is read: "
+                      "remove those that are not of these results",
+                      file.string(), kMostBytes >> 20));
+    }
+    left -= text.size();
     json parsed = json::parse(text, nullptr, /*allow_exceptions=*/false);
     if (parsed.is_object() && parsed.contains("certificates")) certificates.push_back(std::move(parsed));
   }

@@ -156,9 +156,9 @@ std::vector<Kept> kept_runs(const Store& store, const std::string& system, size_
   });
   std::vector<Kept> kept;
   for (const RunRow& row : rows) {
-    auto trajectory = read_trajectory(store.trajectories_dir(), row.address);
+    auto trajectory = read_run(store.trajectories_dir(), row.address, bodies);
     // A single state is no run, and a damaged file is computed again by the campaign's next start.
-    if (!trajectory || trajectory->states.size() < 2 || trajectory->states.front().bodies.size() != bodies) continue;
+    if (!trajectory || trajectory->states.size() < 2) continue;
     kept.push_back({row, std::move(trajectory->states)});
   }
   // Fine-step runs may have more samples than the others.

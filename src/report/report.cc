@@ -12,6 +12,7 @@
 #include "base/errors.h"
 #include "base/json.h"
 #include "base/text.h"
+#include "base/write_file.h"
 #include "claims/claims.h"
 #include "report/batches.h"
 #include "report/details.h"
@@ -20,7 +21,6 @@
 #include "report/replays.h"
 #include "report/transfer.h"
 #include "report/views.h"
-#include "report/write_file.h"
 #include "results/values.h"
 #include "store/store.h"
 

@@ -161,10 +161,8 @@ std::optional<Results::End> Results::end_of(const std::string& system) const {
   const Scene* drawn = scene(system);
   for (const RunRow& run : store_->runs()) {
     if (run.system != system || drawn == nullptr) continue;
-    auto trajectory = read_trajectory(store_->trajectories_dir(), run.address);
-    if (!trajectory || trajectory->states.empty()) continue;
-    State& last = trajectory->states.back();
-    if (last.bodies.size() == drawn->bodies.size()) return End{run.contender, std::move(last)};
+    auto trajectory = read_run(store_->trajectories_dir(), run.address, drawn->bodies.size());
+    if (trajectory) return End{run.contender, std::move(trajectory->states.back())};
   }
   return std::nullopt;
 }

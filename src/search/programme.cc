@@ -186,6 +186,7 @@ std::vector<SystemText> systems_of(const Model& model, const ProgrammeOptions& o
   std::string driven = fmt::format("with the control '{}'", control.kind);
   if (control.kind == "hold") driven = "held at its start pose by a PD";
   if (control.kind == "passive") driven = "without torques";
+  if (!control.file.empty()) driven = fmt::format("with the torques of '{}'", control.file);
   work.name = drops ? "drop" : control.kind;
   std::string where = "stands on its fixed base";
   if (floats) where = "is free in space, without gravity";
@@ -306,6 +307,7 @@ Programme programme_for(const Model& model, const ProgrammeOptions& options, con
   toml = fmt::format("# Written by: {}\n# Change it and run it again: assay run THIS_FILE --out ANOTHER_FOLDER\n#\n",
                      printable(options.command));
   for (const std::string& note : options.notes) toml += fmt::format("# {}\n", printable(note));
+  for (const std::string& note : model.notes) toml += fmt::format("# note on the model: {}\n", printable(note));
   for (const SystemText& system : systems) {
     toml += fmt::format("# {}\n", printable(system.why));
     programme.systems.push_back(system.why);

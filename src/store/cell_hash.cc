@@ -18,7 +18,8 @@ const std::vector<std::pair<std::string, std::string>>& hashed_tables() {
                                                                           {"conformance", "rowid"},
                                                                           {"runs", "system, contender, timestep_ms"},
                                                                           {"scenes", "system"},
-                                                                          {"nodes", "id"}};
+                                                                          {"nodes", "id"},
+                                                                          {"plan", "key"}};
   return tables;
 }
 
@@ -47,7 +48,7 @@ void CellHasher::put_samples_hash(std::int64_t cell_id) {
   std::string bytes;
   samples_.bind(0, cell_id);
   while (samples_.step()) {
-    for (int column = 0; column < 3; ++column) samples_.append_to(bytes, column);
+    for (int column = 0; column < kSampleColumnCount; ++column) samples_.append_to(bytes, column);
   }
   samples_.run();  // steps past the end, which resets it; so below
   set_samples_.bind_all(content_hash(bytes), cell_id).run();
@@ -70,6 +71,24 @@ void CellHasher::put_cell_hash(std::int64_t cell_id) {
 
 void put_table_hash(sqlite3* db, const std::string& table) {
   Statement(db, "INSERT OR REPLACE INTO hashes VALUES(?, ?)").bind_all(table, table_hash(db, table)).run();
+}
+
+std::set<std::int64_t> cells_of_damaged_samples(sqlite3* db) {
+  std::set<std::int64_t> damaged;
+  Statement cells(db, "SELECT id, samples_hash FROM cells ORDER BY id");
+  Statement samples(db, kAllSamplesQuery);
+  bool more = samples.step();
+  std::string bytes;
+  while (cells.step()) {
+    const std::int64_t id = cells.integer(0);
+    bytes.clear();
+    while (more && samples.integer(kSampleColumnCount) < id) more = samples.step();  // of no cell
+    for (; more && samples.integer(kSampleColumnCount) == id; more = samples.step()) {
+      for (int column = 0; column < kSampleColumnCount; ++column) samples.append_to(bytes, column);
+    }
+    if (content_hash(bytes) != cells.text(1)) damaged.insert(id);
+  }
+  return damaged;
 }
 
 std::string cell_title(const Cell& cell) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -24,6 +25,9 @@ inline constexpr const char* kAllValuesQuery =
     "SELECT name, unit, value, low, high, cell_id FROM \"values\" ORDER BY cell_id, name";
 inline constexpr const char* kSamplesQuery =
     "SELECT name, idx, value FROM samples WHERE cell_id = ? ORDER BY name, idx";
+inline constexpr int kSampleColumnCount = 3;
+inline constexpr const char* kAllSamplesQuery =
+    "SELECT name, idx, value, cell_id FROM samples ORDER BY cell_id, name, idx";
 
 // Tables with a hash of their own, and the order in which their rows count.
 const std::vector<std::pair<std::string, std::string>>& hashed_tables();
@@ -44,6 +48,9 @@ class CellHasher {
 void put_table_hash(sqlite3* db, const std::string& table);
 
 std::string table_hash(sqlite3* db, const std::string& table);
+
+// The cells whose samples are not what was written, by id. One pass over both tables, which lie in the same order.
+std::set<std::int64_t> cells_of_damaged_samples(sqlite3* db);
 
 // "drift of chain, ode-quick at 1 ms"
 std::string cell_title(const Cell& cell);

@@ -24,7 +24,7 @@ constexpr std::array<std::string_view, 2> kMethodFacts = {"timing", "seed"};
 // Facts of a system's row that say which model it is, not how it is measured; and those that say neither.
 constexpr std::array<std::string_view, 10> kModelFacts = {"model_hash",    "dof",     "bodies",  "hinges",   "shapes",
                                                           "contact_pairs", "mass_kg", "gravity", "contacts", "control"};
-constexpr std::array<std::string_view, 4> kSilentFacts = {"model", "load", "measures", "family"};
+constexpr std::array<std::string_view, 5> kSilentFacts = {"model", "load", "measures", "family", "notes"};
 
 template <size_t kCount>
 bool is_among(const std::array<std::string_view, kCount>& names, std::string_view name) {

@@ -24,9 +24,9 @@ struct MergeSummary {
 // all of it. `begin` is told each source.
 //
 // Throws InputError that names the directories and what differs. Before anything is merged when a source is of another
-// campaign, program or schema, or when the timings of one system would come from two machines. When a source has a
-// cell, a run or a verdict of the conformance suite with another result, nothing of it is taken; what came before it
-// stays, is a whole union after `finish`, and the sentence says so.
+// campaign, program or schema, when `out` is damaged, or when the timings of one system would come from two machines.
+// When a source has a cell, a run or a verdict of the conformance suite with another result, nothing of it is taken;
+// what came before it stays, is a whole union after `finish`, and the sentence says so.
 MergeSummary merge_results(const std::vector<std::string>& sources, const std::string& out,
                            const std::vector<std::string>& derived,
                            const std::function<void(const std::string& source)>& begin = {},

@@ -27,6 +27,8 @@ std::vector<NodeRow> Store::nodes() const {
 std::vector<PlanRow> Store::plan() const {
   std::vector<PlanRow> rows;
   if (!sql::has_table(db_.get(), "plan")) return rows;
+  const sql::Snapshot snapshot(db_.get());
+  verify("plan");
   Statement query(db_.get(), "SELECT key, shard, cost_s, accuracy FROM plan ORDER BY key");
   while (query.step()) {
     rows.push_back({query.text(0), static_cast<int>(query.integer(1)), query.number(2), query.integer(3) != 0});
@@ -44,6 +46,8 @@ std::map<std::string, Store::Spent> Store::spent() const {
 std::vector<Store::PartDone> Store::plan_done() const {
   std::vector<PartDone> parts;
   if (!sql::has_table(db_.get(), "plan")) return parts;
+  const sql::Snapshot snapshot(db_.get());
+  verify("plan");
   Statement query(db_.get(),
                   "SELECT p.shard, p.accuracy, count(*), count(c.id), sum(p.cost_s), "
                   "total(CASE WHEN c.id IS NULL THEN 0 ELSE p.cost_s END), total(c.wall_s) "
@@ -65,6 +69,7 @@ bool Store::is_written(const std::string& dir) {
 
 void Store::set_node(const NodeRow& row) {
   Transaction transaction(db_.get());
+  verify("nodes");
   Statement(db_.get(), "INSERT OR REPLACE INTO nodes VALUES(?, ?)").bind_all(row.id, row.json).run();
   sql::put_table_hash(db_.get(), "nodes");
   transaction.commit();
@@ -78,6 +83,7 @@ void Store::set_plan(const std::vector<PlanRow>& rows) {
   for (const PlanRow& row : rows) {
     put.bind_all(row.key, std::int64_t{row.shard}, std::optional(row.cost_s), std::int64_t{row.accuracy ? 1 : 0}).run();
   }
+  sql::put_table_hash(db_.get(), "plan");
   transaction.commit();
 }
 

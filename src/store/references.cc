@@ -1,7 +1,6 @@
 #include "store/references.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <fcntl.h>
 #include <filesystem>
 #include <sys/stat.h>
@@ -19,12 +18,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A second name for the file, or a copy of it where there can be none (another file system). Whole or not at all.
-bool link_or_copy(const std::string& from, const std::string& to) {
+// No second name for the file: an engine may write to the runs of its results, and these are not to be others', too.
+// Whole or not at all.
+bool copy_whole(const std::string& from, const std::string& to) {
   if (!other_than_file(from).empty()) return false;
-  if (::link(from.c_str(), to.c_str()) == 0 || errno == EEXIST) return true;
-  const std::string temporary = fmt::format("{}.{}.tmp", to, ::getpid());
   std::error_code error;
+  if (fs::exists(to, error)) return true;
+  const std::string temporary = fmt::format("{}.{}.tmp", to, ::getpid());
   fs::remove(temporary, error);  // a link that lies there is not followed
   fs::copy_file(from, temporary, error);
   if (!error) fs::rename(temporary, to, error);
@@ -51,7 +51,7 @@ bool References::fetch(const std::string& address, const std::string& results) c
   ::utimensat(AT_FDCWD, kept.c_str(), nullptr, 0);  // used now
   std::error_code error;
   fs::create_directories(results, error);
-  if (link_or_copy(kept, trajectory_path(results, address))) return true;
+  if (copy_whole(kept, trajectory_path(results, address))) return true;
   write_trajectory(results, address, *trajectory);  // says what is wrong with the folder
   return true;
 }
@@ -60,7 +60,7 @@ void References::keep(const std::string& address, const std::string& results) co
   if (dir_.empty() || has_trajectory(dir_, address) || !has_trajectory(results, address)) return;
   std::error_code error;
   fs::create_directories(dir_, error);
-  if (!error) link_or_copy(trajectory_path(results, address), trajectory_path(dir_, address));
+  if (!error) copy_whole(trajectory_path(results, address), trajectory_path(dir_, address));
 }
 
 void References::prune() const {

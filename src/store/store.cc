@@ -15,6 +15,7 @@
 
 #include "base/errors.h"
 #include "base/regular_file.h"
+#include "base/write_file.h"
 #include "store/cell_hash.h"
 #include "store/database.h"
 #include "store/schema.h"
@@ -194,10 +195,7 @@ Store Store::create(const std::string& dir, const Identity& identity) {
   refuse_other(path);
   sql::check_side_files(path);
   // A worker would write through it, elsewhere.
-  if (const std::string runs = dir + "/trajectories"; fs::is_symlink(fs::symlink_status(runs, ignored))) {
-    throw InputError(fmt::format(
-        "'{}' is a symbolic link, and runs are only written below their results: put the folder there", runs));
-  }
+  refuse_linked_folder(dir + "/trajectories");
   const int lock = take_writer_lock(dir);
   Store store(dir, std::unique_ptr<sqlite3, Deleter>(), lock);  // owns the lock whatever happens below
   store.db_.reset(open_database(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE));

@@ -14,7 +14,7 @@
 //   scenes(system, json): what a picture of the system needs (store/scene.h)
 //   nodes(id, json): the machines that measured, each with the facts of its part of the work
 //   plan(key, shard, cost_s, accuracy): the cells that this directory, or one that was merged into it, was to measure
-//   hashes(name, hash): of the content of each table but cells, values, samples, plan
+//   hashes(name, hash): of the content of each table but cells, values, samples; older results have none of plan
 // A cell's `hash` covers its columns but the id, its values and `samples_hash`, which covers its samples. What is read
 // is compared with its hash: bits that changed on the disk are found, deliberate changes are not. Version 1 has no
 // hashes, nodes and plan, `address` comes first in `runs`, and `runs` and `scenes` may be missing. It is read as it is;
@@ -226,8 +226,8 @@ class Store {
     Value value;
   };
   void set_derived(const std::vector<std::string>& names, const std::vector<Derived>& values);
-  // Removes the cells that are not what was written, so that they are measured again. Returns a title each: "drift of
-  // chain, ode-quick at 1 ms".
+  // Removes the cells that are not what was written, their samples included, so that they are measured again. Returns a
+  // title each: "drift of chain, ode-quick at 1 ms".
   std::vector<std::string> remove_damaged_cells();
 
  private:

@@ -139,6 +139,8 @@ Header read_header(std::string_view bytes, std::uint64_t size) {
   if (header.bodies > kMostCount || header.hinges > kMostCount) {
     return faulty("it counts more bodies than a model has");
   }
+  // Each would take far more memory than its bytes in the file.
+  if (header.bodies == 0 && header.count > 0) return faulty("it counts states of no bodies");
   const std::uint64_t state_bytes = sizeof(double) * (1 + kBodyNumbers * header.bodies + 2 * header.hinges);
   const std::uint64_t others = header.bytes + kHashDigits;
   if (size < others || (size - others) / state_bytes != header.count || (size - others) % state_bytes != 0) {
@@ -285,31 +287,26 @@ std::string trajectory_fault(const std::string& dir, const std::string& address)
   return opened.fault.empty() ? states_fault(decode(opened)) : opened.fault;
 }
 
-std::string state_shape_fault(const State& state, size_t bodies, size_t joints) {
-  const auto counts = [](size_t found, size_t wanted, const char* what) {
-    return fmt::format("{} {} where the model has {}", found, what, wanted);
-  };
-  if (state.bodies.size() != bodies) return counts(state.bodies.size(), bodies, "bodies");
-  if (state.position.size() != joints) return counts(state.position.size(), joints, "joint positions");
-  if (state.velocity.size() != joints) return counts(state.velocity.size(), joints, "joint velocities");
+std::string run_fault(const Trajectory& trajectory, size_t bodies, std::optional<size_t> joints) {
+  constexpr double kLeastStep = 1e-9, kLatest = 1e9;  // s; readers divide by the one, and count steps up to the other
+  const std::vector<State>& states = trajectory.states;
+  if (states.empty()) return "has no states";
+  for (const State& state : states) {
+    const size_t own = state.position.size();
+    if (!state_shape_fault(state, bodies, joints.value_or(own)).empty()) return "is another system's";
+    if (std::abs(state.time) > kLatest) return "has times that no run reaches";
+  }
+  for (size_t i = 1; i < states.size(); ++i) {
+    if (states[i].time - states[i - 1].time < kLeastStep) return "has times that do not increase";
+  }
   return "";
 }
 
-std::string state_value_fault(const State& state) {
-  bool finite = std::isfinite(state.time);
-  for (const double number : state.position) finite = finite && std::isfinite(number);
-  for (const double number : state.velocity) finite = finite && std::isfinite(number);
-  for (const BodyState& body : state.bodies) {
-    finite = finite && body.p_WBcm.allFinite() && body.q_WB.coeffs().allFinite() && body.v_WBcm.allFinite() &&
-             body.w_WB.allFinite();
-  }
-  if (!finite) return "a non-finite number";
-  for (const BodyState& body : state.bodies) {
-    constexpr double kLengthTolerance = 1e-2;  // far above what single precision loses
-    const double length = body.q_WB.norm();
-    if (std::abs(length - 1) > kLengthTolerance) return fmt::format("an orientation of length {:.3g}", length);
-  }
-  return "";
+std::optional<Trajectory> read_run(const std::string& dir, const std::string& address, size_t bodies,
+                                   std::optional<size_t> joints) {
+  auto trajectory = read_trajectory(dir, address);
+  if (!trajectory || !run_fault(*trajectory, bodies, joints).empty()) return std::nullopt;
+  return trajectory;
 }
 
 bool has_trajectory(const std::string& dir, const std::string& address) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "model/state.h"
+#include "model/state_faults.h"
 
 namespace assay {
 
@@ -30,11 +31,14 @@ std::optional<Trajectory> read_trajectory(const std::string& dir, const std::str
 // and for none. Throws SystemError as above.
 std::string trajectory_fault(const std::string& dir, const std::string& address);
 
-// What in a state that comes from an engine, or from a file of its states, cannot be; "" for nothing.
-// Its shape: "3 bodies where the model has 5". `bodies` and `joints` are the model's.
-std::string state_shape_fault(const State& state, size_t bodies, size_t joints);
-// Its values: "a non-finite number", "an orientation of length 0".
-std::string state_value_fault(const State& state);
+// What keeps states that a file held from being a run of a system with so many bodies and joints (hinges and slides),
+// in the words of trajectory_fault(): "has no states", "is another system's", "has times that do not increase". "" for
+// nothing: then all states have these shapes, times lie at least 1 ns apart and within 1e9 s of 0.
+std::string run_fault(const Trajectory& trajectory, size_t bodies, std::optional<size_t> joints = std::nullopt);
+
+// read_trajectory() of results that may be a stranger's: empty where run_fault() finds something, too.
+std::optional<Trajectory> read_run(const std::string& dir, const std::string& address, size_t bodies,
+                                   std::optional<size_t> joints = std::nullopt);
 
 bool has_trajectory(const std::string& dir, const std::string& address);
 

@@ -31,6 +31,7 @@ std::string without_home(std::string text) {
 
 void Store::set_manifest(const std::vector<ManifestEntry>& entries) {
   Transaction transaction(db_.get());
+  verify("manifest");  // the hash of what is there already must not become right by that
   Statement put(db_.get(), "INSERT OR REPLACE INTO manifest VALUES(?, ?)");
   for (const ManifestEntry& entry : entries) put.bind_all(entry.key, entry.value).run();
   sql::put_table_hash(db_.get(), "manifest");
@@ -80,6 +81,7 @@ void Store::set_scenes(const std::vector<SceneRow>& rows) {
 
 void Store::set_conformance(const std::string& contender, const std::vector<ConformanceRow>& rows) {
   Transaction transaction(db_.get());
+  verify("conformance");
   Statement(db_.get(), "DELETE FROM conformance WHERE contender = ?").bind_all(contender).run();
   Statement put(db_.get(), "INSERT INTO conformance VALUES(?, ?, ?, ?, ?, ?, ?)");
   for (const ConformanceRow& row : rows) {
@@ -154,7 +156,11 @@ void Store::set_derived(const std::vector<std::string>& names, const std::vector
 
 std::vector<std::string> Store::remove_damaged_cells() {
   std::vector<Cell> damaged;
-  read_cells(damaged);
+  std::vector<Cell> others = read_cells(damaged);
+  const std::set<std::int64_t> by_samples = sql::cells_of_damaged_samples(db_.get());
+  for (Cell& cell : others) {
+    if (by_samples.contains(cell.id)) damaged.push_back(std::move(cell));
+  }
   std::vector<std::string> titles;
   Transaction transaction(db_.get());
   Statement remove(db_.get(), "DELETE FROM cells WHERE id = ?");

@@ -7,7 +7,6 @@
 
 #include "base/sandbox.h"
 #include "engines/engine_files.h"
-#include "worker/guard.h"
 
 namespace assay {
 namespace {

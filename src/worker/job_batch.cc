@@ -12,6 +12,7 @@
 #include "measures/batch.h"
 #include "measures/plausible.h"
 #include "measures/statistics.h"
+#include "model/state_faults.h"
 #include "worker/job_parts.h"
 #include "worker/process_batch.h"
 
@@ -28,12 +29,16 @@ auto of_engine(const Work& work) {
   }
 }
 
-void examine(const State& state, const Model& model) {
+// A state that was read `steps` timesteps after `start_s`.
+void examine(const State& state, const Model& model, double start_s, double timestep_s, long long steps) {
   if (const std::string fault = state_shape_fault(state, model.bodies.size(), model.joints.size()); !fault.empty()) {
     throw AdapterFault(fmt::format("the engine gave {}", fault));
   }
   if (const std::string fault = state_value_fault(state); !fault.empty()) {
     throw EngineError(fmt::format("the engine gave {}", fault));
+  }
+  if (const std::string fault = state_time_fault(state, start_s, timestep_s, steps); !fault.empty()) {
+    throw AdapterFault(fmt::format("the engine gave {}", fault));
   }
 }
 
@@ -93,8 +98,7 @@ class BatchSession {
       for (int i = 0; i < how.single_steps; ++i) singles.push_back(timed(1));
       if (!singles.empty()) sampled.latency_us = 1e6 * median(singles);
       for (const int world : compared_worlds(job_.worlds, job_.seed)) {
-        batch_->read_state(world, state_);
-        examine(state_, subject_.model);
+        read_world(world);
       }
     } catch (const EngineError& error) {
       sampled.ending = {Outcome::kDiverged, error.what()};
@@ -105,6 +109,11 @@ class BatchSession {
   }
 
  private:
+  void read_world(int world) {
+    batch_->read_state(world, state_);
+    examine(state_, subject_.model, starts_[static_cast<size_t>(world)].time, timestep_s_, since_restart_);
+  }
+
   std::unique_ptr<BatchSimulation> made() const {
     if (batch_engine_ != nullptr) {
       return batch_engine_->create_batch(subject_.model, starts_, settings_, job_.device);
@@ -116,7 +125,8 @@ class BatchSession {
   // this one must not have started it.
   class OneWorld {
    public:
-    OneWorld(const BatchSession& session, const State& start) : model_(session.subject_.model) {
+    OneWorld(const BatchSession& session, const State& start)
+        : model_(session.subject_.model), start_s_(start.time), timestep_s_(session.timestep_s_) {
       const Engine& engine = *session.subject_.contender.engine;
       if (session.batch_engine_ != nullptr) {
         simulation_ = engine.create(model_, start, session.settings_);
@@ -128,6 +138,7 @@ class BatchSession {
       simulation_ ? simulation_->set_torques(torques) : process_->set_torques(torques);
     }
     void advance(long long steps) {
+      steps_ += steps;
       if (simulation_) {
         simulation_->advance(static_cast<int>(steps));
         return;
@@ -137,12 +148,14 @@ class BatchSession {
     }
     const State& read() {
       simulation_ ? simulation_->read_state(state_) : process_->read_state(0, state_);
-      examine(state_, model_);
+      examine(state_, model_, start_s_, timestep_s_, steps_);
       return state_;
     }
 
    private:
     const Model& model_;
+    double start_s_, timestep_s_;
+    long long steps_ = 0;
     std::unique_ptr<Simulation> simulation_;
     std::unique_ptr<ProcessBatch> process_;
     State state_;
@@ -176,8 +189,7 @@ class BatchSession {
     std::vector<State> found;
     const std::vector<int> worlds = compared_worlds(job_.worlds, job_.seed);
     for (const int world : worlds) {
-      batch_->read_state(world, state_);
-      examine(state_, subject_.model);
+      read_world(world);
       found.push_back(state_);
     }
     const bool single =

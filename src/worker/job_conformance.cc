@@ -1,22 +1,9 @@
 // The conformance suite on one contender.
-#include <sys/resource.h>
-
 #include "base/activity.h"
 #include "conformance/conformance.h"
 #include "worker/job_parts.h"
 
 namespace assay::jobs {
-namespace {
-
-// Whether half of what this process may take is taken. Engines that compile code for each model keep it: the models of
-// a whole suite are GiB in some.
-bool is_half_full() {
-  rlimit limit = {};
-  return ::getrlimit(RLIMIT_DATA, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY && data_bytes() > limit.rlim_cur / 2;
-}
-
-}  // namespace
-
 // Ends after the test that leaves too little memory for others; the answers tell which tests were run.
 JobDone do_job(const ConformanceJob& job, const Report& report) {
   ConformanceOptions options;

@@ -14,6 +14,7 @@
 #include <poll.h>
 
 #include "base/errors.h"
+#include "base/processes.h"
 #include "base/text.h"
 #include "base/time_limit.h"
 #include "engines/registry.h"
@@ -116,6 +117,7 @@ CellResult cell_of(const RunJob& run, double limit_s) {
     const auto* crash = std::get_if<JobCrash>(&reply);
     cell.ending.reason = crash != nullptr ? crash->reason : "it gave another answer";
   } else if (WIFSIGNALED(status)) {
+    share_end(status);
     const int signal = WTERMSIG(status);
     cell.ending.reason = fmt::format("SIG{} ({})", ::sigabbrev_np(signal), ::strsignal(signal));
   } else {

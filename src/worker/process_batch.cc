@@ -22,6 +22,7 @@
 #include <fmt/format.h>
 
 #include "base/errors.h"
+#include "base/processes.h"
 #include "model/body_rows.h"
 
 namespace assay {
@@ -249,8 +250,10 @@ struct ProcessBatch::Process {
  private:
   std::string how_it_ended() {
     int status = 0;
-    ::waitpid(pid, &status, 0);
+    while (pid > 0 && ::waitpid(pid, &status, 0) < 0 && errno == EINTR) {
+    }
     pid = -1;
+    share_end(status);
     const std::string worlds = fmt::format("the process of worlds {} to {}", first, first + count - 1);
     if (WIFSIGNALED(status))
       return fmt::format("{} ended by signal {} ({})", worlds, WTERMSIG(status), ::strsignal(WTERMSIG(status)));

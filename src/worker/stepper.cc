@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "base/errors.h"
-#include "store/trajectory.h"
+#include "model/state_faults.h"
 
 namespace assay {
 namespace {
@@ -60,12 +60,8 @@ void Stepper::read_state() {
   if (const std::string fault = state_value_fault(state_); !fault.empty()) {
     throw EngineError(fmt::format("the engine gave {}", fault));
   }
-  // An engine may sum up its timesteps, but not lose or repeat one.
-  constexpr double kRounding = 1e-3;
-  const double elapsed = timestep_s_ * static_cast<double>(steps_), asked = start_s_ + elapsed;
-  if (std::abs(state_.time - asked) > 0.5 * timestep_s_ + kRounding * elapsed) {
-    throw AdapterFault(
-        fmt::format("the engine gave the time {:.6g} s where {:.6g} s was asked for", state_.time, asked));
+  if (const std::string fault = state_time_fault(state_, start_s_, timestep_s_, steps_); !fault.empty()) {
+    throw AdapterFault(fmt::format("the engine gave {}", fault));
   }
 }
 

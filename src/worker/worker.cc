@@ -18,6 +18,7 @@
 #include <fmt/format.h>
 
 #include "base/errors.h"
+#include "base/processes.h"
 #include "messages/messages.h"
 #include "worker/confinement.h"
 #include "worker/guard.h"
@@ -130,8 +131,9 @@ int worker_main(int /*argc*/, char** /*argv*/) {
   ::signal(SIGXFSZ, SIG_IGN);
   const rlimit no_core = {0, 0};
   ::setrlimit(RLIMIT_CORE, &no_core);
+  be_expendable();
 
-  run_guarded(serve);
+  run_guarded(serve, kWorkerStatus, {kWorkerSocket});
 }
 
 }  // namespace assay

@@ -66,8 +66,10 @@ class AssayTest(unittest.TestCase):
     """Each test has an empty folder of its own as current directory of the program."""
 
     maxDiff = 4000
+    running = None  # the test that reliability() asks
 
     def setUp(self):
+        AssayTest.running = self
         if not PROGRAM:
             self.fail("ASSAY_PROGRAM names no program: run the tests with ctest")
         folder = tempfile.TemporaryDirectory(prefix="assay-cli-")
@@ -184,12 +186,18 @@ class AssayTest(unittest.TestCase):
 
 
 def reliability(fault, tries, outcome, lost):
-    """A line of docs/reliability.md (docs/update_reliability.py): call it at the end of a test."""
+    """A line of docs/reliability.md (docs/update_reliability.py): call it at the end of a test. A test in which a part has
+    failed (subTest) goes on to its end, and leaves none."""
+    if AssayTest.running._outcome.success:  # pylint: disable=protected-access
+        leave({"fault": fault, "tries": tries, "outcome": outcome, "lost": lost}, fault)
+
+
+def leave(line, name):
     if RELIABILITY:
-        name = hashlib.sha256(fault.encode()).hexdigest()[:16]
-        line = {"fault": fault, "tries": tries, "outcome": outcome, "lost": lost}
-        pathlib.Path(RELIABILITY).mkdir(parents=True, exist_ok=True)
-        (pathlib.Path(RELIABILITY) / f"{name}.json").write_text(json.dumps(line) + "\n", encoding="utf-8")
+        folder = pathlib.Path(RELIABILITY)
+        folder.mkdir(parents=True, exist_ok=True)
+        name = hashlib.sha256(name.encode()).hexdigest()[:16]
+        (folder / f"{name}.json").write_text(json.dumps(line) + "\n", encoding="utf-8")
 
 
 def read_csv(text):
@@ -210,4 +218,8 @@ def data_folder(folder, campaigns=()):
 
 
 def main():
-    unittest.main(module="__main__", argv=sys.argv, verbosity=2)
+    result = unittest.main(module="__main__", argv=sys.argv, verbosity=2, exit=False).result
+    for test, reason in result.skipped:
+        name = f"{pathlib.Path(sys.argv[0]).stem}.{test.id().removeprefix('__main__.')}"
+        leave({"skipped": name, "reason": reason}, name)
+    sys.exit(not result.wasSuccessful())

@@ -1,6 +1,10 @@
 // Plugins that assay has to refuse by name: FAULT says which one this is.
+#include <csignal>
 #include <cstdlib>
+#include <fcntl.h>
 #include <stdexcept>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include "engines/engine.h"
 
@@ -18,11 +22,46 @@ enum Fault {
   kAbortsInName,
   kExitsInContenders,
   kThrowsInCapabilities,
+  // these hold it up
+  kForksWhenLoaded,
+  kHangsWhenLoaded,
+  // somebody else ends it
+  kKilledWhenLoaded,
 };
+
+// A process of its own session that holds all descriptors for minutes.
+[[maybe_unused]] void leave_a_process() {
+  constexpr unsigned kSeconds = 300;
+  if (::fork() != 0) return;
+  ::setsid();
+  ::sleep(kSeconds);
+  ::_exit(0);
+}
+
+[[maybe_unused]] void hang() {
+  std::signal(SIGALRM, SIG_IGN);
+  std::signal(SIGTERM, SIG_IGN);
+  while (true) ::pause();
+}
+
+// SIGKILL, as the kernel sends it when memory runs out, as often in all processes together as the environment says.
+[[maybe_unused]] void be_killed() {
+  const char* const mark = std::getenv("ASSAY_MISHAP_MARK");
+  const char* const times = std::getenv("ASSAY_MISHAP_KILLS");
+  if (mark == nullptr || times == nullptr) return;
+  const int file = ::open(mark, O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
+  struct stat facts{};
+  if (file < 0 || ::fstat(file, &facts) != 0) return;
+  if (facts.st_size < std::strtol(times, nullptr, 10) && ::write(file, "k", 1) == 1) ::kill(::getpid(), SIGKILL);
+  ::close(file);
+}
 
 [[maybe_unused]] const bool kLoaded = [] {
   if (FAULT == kAbortsWhenLoaded) std::abort();
   if (FAULT == kExitsWhenLoaded) std::exit(0);
+  if (FAULT == kForksWhenLoaded) leave_a_process();
+  if (FAULT == kHangsWhenLoaded) hang();
+  if (FAULT == kKilledWhenLoaded) be_killed();
   return true;
 }();
 

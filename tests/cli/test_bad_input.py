@@ -3,7 +3,7 @@
 import resource
 import subprocess
 
-from harness import BALL, SOURCE, AssayTest, data_folder, main, obey_permissions
+from harness import BALL, BALL_CAMPAIGN, SOURCE, AssayTest, data_folder, main, obey_permissions
 
 ROBOT = """<mujoco>
   <worldbody>
@@ -141,6 +141,40 @@ class Numbers(AssayTest):
     def test_switches(self):
         self.simulate(["--contacts", "'maybe'", "on or off"], contacts="maybe")
         self.simulate(["--gravity", "'0'", "on or off"], gravity="0")
+
+
+class Overwriting(AssayTest):
+    """What a command is given to read stays as it is, under whatever name it is to be written."""
+
+    def kept(self, option, out, *arguments):
+        before = (self.dir / out).read_bytes()
+        self.refused(*arguments, option, out, naming=[option, f"'{out}'", "the command reads", "give another"])
+        self.assertEqual((self.dir / out).read_bytes(), before)
+        self.assertEqual(list(self.dir.glob("*.partial")), [])
+
+    def test_a_model_by_its_run_its_picture_or_its_repair(self):
+        self.write("ball.xml", BALL)
+        (self.dir / "link.xml").symlink_to("ball.xml")
+        self.write("torques.csv", "time\n0\n")
+        self.write("start.txt", "0 0 10 1 0 0 0")
+        simulate = ["simulate", "ball.xml", "--engine", "mujoco-euler", "--timestep", "1", "--duration", "0.01"]
+        self.kept("--out", "ball.xml", *simulate)
+        self.kept("--out", "link.xml", *simulate)
+        self.kept("--out", "torques.csv", *simulate, "--control", "torques.csv")
+        self.kept("--out", "start.txt", *simulate, "--qpos", "start.txt")
+        self.kept("--out", "ball.xml", "snapshot", "ball.xml")
+        self.kept("--out", "ball.xml", "parity", "./ball.xml", "mujoco-euler")
+        self.kept("--repair", "ball.xml", "check", "ball.xml")
+        # a file of before that is only called like another option's value is written anew
+        self.write("1", "of before")
+        self.assay(*simulate, "--out", "1")
+
+    def test_results_by_their_export(self):
+        self.write("ball.xml", BALL)
+        self.write("ball.toml", BALL_CAMPAIGN)
+        self.assay("run", "ball.toml", "--out", "results")
+        self.kept("--out", "results/assay.sqlite", "export", "results", "--format", "csv")
+        self.kept("--out", "results/assay.sqlite", "compare", "results", "results")
 
 
 class Names(AssayTest):

@@ -14,9 +14,13 @@ import shutil
 import signal
 import sqlite3
 import subprocess
+import sys
 import time
 
-from harness import BALL, BALL_CAMPAIGN, PROGRAM, REFUSED_PLUGINS, AssayTest, data_folder, main, obey_permissions, reliability
+from harness import BALL, BALL_CAMPAIGN, PROGRAM, REFUSED_PLUGINS, SOURCE, AssayTest, data_folder, main, obey_permissions, reliability
+
+sys.path.insert(0, str(SOURCE / "results"))
+import packed  # noqa: E402
 
 TINY = """
 name = "{name}"
@@ -169,6 +173,44 @@ duration_s = 0.128
             self.assertTrue(all(test in tests for test in mine))
         # each suite's verdicts are kept when it ends
         self.assertEqual(len(list((self.dir / "cache/assay/conformance").glob("*.json"))), 2)
+
+    # A changed verdict would leave a contender out; another type, a pipe or a large file would end or stop the run.
+    def test_kept_verdicts_that_are_not_what_was_written(self):
+        self.write("ball.xml", BALL)
+        self.write("suite.toml", BALL_CAMPAIGN.replace('["null"]', '["mujoco-euler"]'))
+
+        def tested(name):
+            done = self.run_assay("run", "suite.toml", "--out", name, "--progress", "json")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn(",ok,", self.assay("export", name, "--format", "csv"))
+            return done.stderr.count('"tested"')
+
+        tests = tested("first")
+        self.assertGreater(tests, 10)
+        self.assertEqual(tested("second"), 0, "the verdicts are taken over")
+        kept, = (self.dir / "cache/assay/conformance").glob("*.json")
+        whole = kept.read_text("utf-8")
+        rows = whole.split("\n")[1]
+
+        def instead(make):
+            kept.unlink()
+            make(kept)
+
+        def forged(content, name=kept.name):
+            kept.write_text(packed.content_hash((name + content).encode()) + "\n" + content, "utf-8")
+
+        for what, change in (("a changed verdict", lambda: kept.write_text(whole.replace('"pass"', '"fail"', 1), "utf-8")),
+                             ("no hash", lambda: kept.write_text(rows, "utf-8")),
+                             ("8 GiB", lambda: os.truncate(kept, 8 << 30)),
+                             ("a pipe", lambda: instead(os.mkfifo)),
+                             ("those of another contender", lambda: forged(rows, "0" * 32 + ".json")),
+                             ("other types", lambda: forged("[[1, 2, 3, 4, 5, 6]]")),
+                             ("another status", lambda: forged('[["free-fall", "passed", 1, 1, "m", ""]]'))):
+            with self.subTest(what):
+                change()
+                self.assertEqual(tested(what), tests)
+                self.assertRegex(kept.read_text("utf-8"), r"^[0-9a-f]{32}\n\[\[", "and kept again")
+                shutil.rmtree(self.dir / what)
 
     def test_what_the_page_shows_as_json(self):
         self.run_tiny("tiny")
@@ -488,10 +530,14 @@ class Interrupted(CampaignTest):
         while not (self.dir / "results/assay.sqlite").exists():
             self.assertIsNone(first.poll())
             time.sleep(0.01)
-        second = self.run_assay("run", "tiny.toml", "--out", "results")
-        if first.poll() is None:
-            self.assertEqual(second.returncode, 2, second.stderr)
-            self.check_sentence(second.stderr, ["results"])
+        os.kill(first.pid, signal.SIGSTOP)  # else it might end before the second one looks
+        try:
+            self.assertIsNone(first.poll(), "the first one has ended too early")
+            second = self.run_assay("run", "tiny.toml", "--out", "results")
+        finally:
+            os.kill(first.pid, signal.SIGCONT)
+        self.assertEqual(second.returncode, 2, second.stderr)
+        self.check_sentence(second.stderr, ["another assay is writing to 'results'"])
         first.communicate()
         self.assertEqual(first.returncode, 0)
         reliability("two runs write into one directory", 1, "the second one is refused, the first one goes on", "nothing")

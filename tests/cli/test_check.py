@@ -111,6 +111,11 @@ class Check(AssayTest):
         self.write("robot.xml", ROBOT)
         self.assertEqual(self.run_assay("check", "robot.xml").returncode, 0)
 
+    def test_hinges_and_slides_are_counted_apart(self):
+        model = self.report(ROBOT.replace('name="wrist"', 'name="wrist" type="slide"'))["model"]
+        self.assertEqual({key: model[key] for key in ("hinges", "slides", "balls", "limited_hinges", "limited_slides", "free_joints")},
+                         {"hinges": 1, "slides": 1, "balls": 0, "limited_hinges": 1, "limited_slides": 0, "free_joints": 2})
+
     def test_what_was_left_out_comes_first(self):
         self.write("kite.xml", BALL.replace('name="ball"', 'name="ball" gravcomp="0.5"'))
         text = self.assay("check", "kite.xml", "--drop-unsupported")

@@ -58,6 +58,15 @@ class Compare(AssayTest):
         self.assertIn("truth_error of changed", sentence)
         self.assertEqual(self.status("b", "--fail-on-regression", "2%"), (0, ""))
 
+    def test_a_share_without_percent_is_below_1(self):
+        self.results("a")
+        self.results("b", slower=0.08)
+        for option in ("--threshold", "--fail-on-regression"):
+            self.refused("compare", "a", "b", option, "5", naming=[option, "'5'", "500 %", "as in 5%"])
+        self.refused("history", "a", "b", "--threshold", "1", naming=["--threshold", "'1'", "as in 1%"])
+        self.assertEqual(self.status("b", "--fail-on-regression", "0.05")[0], 1, "a share of 5 %")
+        self.assertEqual(self.status("b", "--fail-on-regression", "100%"), (0, ""))
+
     def test_missing_cells_end_with_status_2(self):
         self.results("a")
         self.results("b")

@@ -87,6 +87,26 @@ class Conformance(AssayTest):
         self.assertRegex(self.failing("mishap-abort"), r"(?m)^  fail +\S+ .*SIGABRT")
         self.assertRegex(self.failing("mishap-exit-at-once"), r"(?m)^  fail +\S+ .*ended early")
 
+    def test_each_test_has_a_limit_of_time(self):
+        self.use_mishap_engine()
+        self.assertRegex(self.failing("mishap-hang", "--test", "free-fall", "--time-limit", "1"),
+                         r"(?m)^  fail +free-fall .*not done after 1 s")
+        self.refused("conformance", "mishap-hang", "--time-limit", "never", naming=["--time-limit", "'never'", "seconds"])
+
+    def test_a_test_is_not_blamed_for_what_somebody_else_ended(self):
+        self.use_mishap_engine()
+        # each time: nothing can be said
+        done = self.run_assay("conformance", "mishap-killed")
+        self.assertEqual(done.returncode, 1)
+        self.check_sentence(done.stderr, ["of mishap-killed was ended from outside (SIGKILL)", "start the same command again"])
+        self.assertNotIn("SIGKILL", done.stdout)
+        # once: that test is run again, and the others
+        self.env |= {"ASSAY_MISHAP_MARK": str(self.dir / "mark"), "ASSAY_SANDBOX": "off"}  # it may not write there
+        text = self.failing("mishap-killed")
+        self.assertEqual((self.dir / "mark").stat().st_size, 1)
+        self.assertNotIn("SIGKILL", text)
+        self.assertEqual(re.findall(r"(?m)^  (?:pass|fail|deviation|not-applicable) +(\S+)", text), self.names())
+
     def test_interruption(self):
         self.use_mishap_engine()
         process = self.start_assay("conformance", "mishap-hang", start_new_session=True)

@@ -10,7 +10,9 @@ import resource
 import shutil
 import sqlite3
 import subprocess
+import sys
 import time
+import zipfile
 
 from harness import BALL, BALL_CAMPAIGN, DEADLY_PLUGINS, AssayTest, main, read_csv, reliability
 
@@ -189,6 +191,116 @@ class OutsideFiles(AssayTest):
         self.write("mine/robot.xml", mjcf('<include file="link.xml"/>'))
         self.refused("check", "mine/robot.xml", naming=["link.xml", "outside the model's folder"])
 
+    MESH = ('<asset><mesh name="m" file="{}"/></asset><worldbody><body><freejoint/><geom type="mesh" mesh="m"/></body>'
+            '</worldbody>')
+
+    def is_outside(self, *naming):
+        self.refused("check", "mine/robot.xml", naming=[*naming, "outside the model's folder", "--allow-external-files"])
+
+    # MuJoCo looks for what a file includes in the model's folder, then in that file's own.
+    def test_what_included_files_name(self):
+        self.write("mine/robot.xml", mjcf('<include file="sub/a.xml"/>'))
+        (self.dir / "mine/sub").mkdir()
+        (self.dir / "mine/sub/link.xml").symlink_to("../../secret/part.xml")
+        parts = {
+            "include": mjcf('<include file="../../secret/part.xml"/>'),
+            "link": mjcf('<include file="link.xml"/>'),
+            "third level": mjcf('<include file="deep/b.xml"/>'),
+            "mesh": mjcf(self.MESH.format("../../secret/cube.obj")),
+            "model": mjcf('<asset><model name="m" file="../../secret/part.xml"/></asset>'),
+            "folder": mjcf('<compiler meshdir="../secret"/>' + self.MESH.format("cube.obj")),
+            "name alone": mjcf('<compiler meshdir="../secret" strippath="true"/>' + self.MESH.format("x/cube.obj")),
+            "backslashes": mjcf('<include file="..\\..\\secret\\part.xml"/>'),
+        }
+        self.write("mine/sub/deep/b.xml", mjcf('<include file="../../../secret/part.xml"/>'))
+        for name, text in parts.items():
+            with self.subTest(name):
+                self.write("mine/sub/a.xml", text)
+                self.is_outside("sub/a.xml" if name != "third level" else "deep/b.xml", "line 1")
+        for name in ("include", "link", "mesh"):
+            self.write("mine/sub/a.xml", parts[name])
+            self.assay("check", "mine/robot.xml", "--allow-external-files")
+        reliability("an included file names files, links, meshes, models or folders of meshes outside the model's folder",
+                    len(parts), "one sentence, exit status 2; nothing of them is opened", "nothing")
+
+    # What is said in one file holds for all of them.
+    def test_folders_that_included_files_choose(self):
+        self.write("mine/c.xml", mjcf('<compiler meshdir="../secret"/>'))
+        include = '<include file="c.xml"/>'
+        for inside in (include + self.MESH.format("cube.obj"), self.MESH.format("cube.obj") + include):
+            self.write("mine/robot.xml", mjcf(inside))
+            self.is_outside("cube.obj")
+            self.assay("check", "mine/robot.xml", "--allow-external-files")
+
+    def test_a_name_says_nothing_about_what_exists(self):
+        (self.dir / "mine").mkdir()
+        (self.dir / "mine/link.xml").symlink_to("../secret/none.xml")
+        for name in ("../secret/none.xml", "/nowhere/none.xml", "link.xml"):
+            self.write("mine/robot.xml", mjcf(f'<include file="{name}"/>'))
+            self.is_outside(name.rsplit("/", maxsplit=1)[-1])
+        self.write("mine/robot.xml", mjcf('<include file="none.xml"/>'))
+        self.refused("check", "mine/robot.xml", naming=["none.xml", "correct its name"])
+
+    # MuJoCo takes a name and ".." after it away, whatever link the name is.
+    def test_a_folder_that_is_a_link(self):
+        self.write("secret/deep/x.xml", mjcf(""))
+        (self.dir / "mine").mkdir()
+        (self.dir / "mine/link").symlink_to("../secret/deep")
+        self.write("mine/part.xml", in_world(FREE_BALL))
+        self.write("mine/robot.xml", mjcf('<include file="link/../part.xml"/>'))
+        self.assay("check", "mine/robot.xml")
+        self.write("mine/robot.xml", mjcf('<include file="link/../../secret/part.xml"/>'))
+        self.is_outside("part.xml")
+
+    def test_what_included_files_hold(self):
+        self.write("mine/robot.xml", mjcf('<include file="sub/a.xml"/>'))
+        self.write("mine/sub/a.xml", mjcf('<include file="b.xml"/>'))
+        parts = {
+            "class": (in_world('<body><freejoint/><geom class="%s%n" size=".1"/></body>'), ["%s%n", "rename the class"]),
+            "keyframes": (mjcf(f'<size nkey="2000000000"/><worldbody>{FREE_BALL}</worldbody>'), ["nkey", "at most"]),
+            "itself": (mjcf('<include file="b.xml"/>'), ["contains itself"]),
+            "capitals": (mjcf('<INCLUDE file="../../secret/part.xml"/>'), ["write 'include'"]),
+            "no XML": ("<mujoco><worldbody></mujoco>", ["is not XML", "correct the XML"]),
+        }
+        for name, (text, naming) in parts.items():
+            with self.subTest(name):
+                self.write("mine/sub/b.xml", text)
+                self.refused("check", "mine/robot.xml", naming=["b.xml", *naming])
+        (self.dir / "mine/sub/b.xml").unlink()
+        os.mkfifo(self.dir / "mine/sub/b.xml")
+        start = time.monotonic()
+        self.refused("check", "mine/robot.xml", naming=["'b.xml'", "sub/a.xml, line 1", "regular file"])
+        self.assertLess(time.monotonic() - start, 20)  # the parser's own limit is 30 s
+
+    # MuJoCo unpacks one wherever it finds it, and reads the model in it with all that that names.
+    def test_archives(self):
+        with zipfile.ZipFile(self.write("mine/cube.mjz", ""), "w") as archive:
+            archive.writestr("model.xml", mjcf(f'<include file="{self.dir}/secret/part.xml"/>'))
+        for inside in (self.MESH.format("cube.mjz"), '<asset><model name="m" file="cube.mjz"/></asset>'):
+            self.write("mine/robot.xml", mjcf(inside))
+            self.refused("check", "mine/robot.xml", naming=["the archive 'cube.mjz'", "unpack it"])
+
+    def test_a_robot_in_parts(self):
+        cube = (self.dir / "secret/cube.obj").read_text()
+        self.write("mine/robot.xml", mjcf('<compiler meshdir="meshes"/><include file="sub/a.xml"/><include file="floor.xml"/>'))
+        self.write("mine/floor.xml", in_world('<geom type="plane" size="1 1 1"/>'))
+        self.write("mine/sub/a.xml", mjcf('<include file="arm.xml"/><include file="deep/../hand.xml"/><include file="../more.xml"/>'))
+        self.write("mine/sub/arm.xml", mjcf(self.MESH.format("cube.obj")))
+        self.write("mine/sub/hand.xml", mjcf(self.MESH.format("../tips/tip.obj").replace('"m"', '"tip"')))
+        self.write("mine/more.xml", in_world(FREE_BALL))
+        self.write("mine/meshes/cube.obj", cube)
+        self.write("mine/tips/tip.obj", cube)
+        self.assertIn("3 bodies", self.assay("check", "mine/robot.xml"))
+
+    def test_a_repair_of_a_robot_in_parts(self):
+        self.write("mine/robot.xml", mjcf('<include file="sub/a.xml"/>'))
+        self.write("mine/sub/a.xml", mjcf('<include file="b.xml"/>'))
+        self.write("mine/sub/b.xml", in_world('<body><joint name="j" limited="true" range="1 -1"/><geom size=".1"/></body>'))
+        self.refused("check", "mine/robot.xml", naming=["joint 'j'", "b.xml, line 1", "swapped"])
+        self.assay("check", "mine/robot.xml", "--repair", "mine/mended.xml")
+        self.assertNotIn("include", (self.dir / "mine/mended.xml").read_text())
+        self.assay("check", "mine/mended.xml")
+
     # What one unpacks is the package, and nothing beside it.
     def test_python_packages(self):
         self.write("lib/bots-1.0.dist-info/METADATA", "Name: bots")
@@ -241,6 +353,44 @@ class DeadlyPlugins(AssayTest):
         reliability("plugins that abort, exit(0), throw or are cut off: when loaded, in name(), contenders(), capabilities()",
                     len(expected) + 1, "left out, by name and reason", "that engine")
 
+    def test_those_that_do_not_come_to_an_end(self):
+        self.env["ASSAY_ENGINE_PATH"] = str(pathlib.Path(DEADLY_PLUGINS).parent / "hanging")
+        start = time.monotonic()
+        listed = self.assay_json("engines", "--json")
+        self.assertLess(time.monotonic() - start, PATIENCE)
+        absent = {row["engine"]: row["reason"] for row in listed["absent"]}
+        self.assertIn("is not loaded after 10 s", absent["hanger"])
+        self.assertIn("leaves a process behind", absent["forker"])
+        self.assertIn("null", [row["contender"] for row in listed["contenders"]])
+        reliability("plugins that hang with signals ignored, or leave a process that holds all descriptors: when loaded", 2,
+                    "left out after 10 s, by name and reason, with what they started", "that engine")
+
+    def test_one_whose_trial_somebody_else_ends(self):
+        self.env["ASSAY_ENGINE_PATH"] = str(pathlib.Path(DEADLY_PLUGINS).parent / "killed")
+        self.env["ASSAY_MISHAP_MARK"] = str(self.dir / "mark")
+        self.env["ASSAY_SANDBOX"] = "off"  # the trial may not write there
+        self.env["ASSAY_MISHAP_KILLS"] = "2"
+        absent = {row["engine"]: row["reason"] for row in self.assay_json("engines", "--json")["absent"]}
+        self.assertEqual((self.dir / "mark").stat().st_size, 2)
+        self.assertIn("calls itself 'somebody-else'", absent["victim"])
+        self.env["ASSAY_MISHAP_KILLS"] = "1000"
+        self.refused("engines", status=1, naming=["assay-engine-victim.so", "ended from outside (SIGKILL)", "start the same"])
+        reliability("SIGKILL of the trial of a plugin", 5, "tried again; after the third time one sentence, exit status 1",
+                    "nothing")
+
+    def test_an_engine_whose_answer_somebody_else_ends(self):
+        self.use_mishap_engine()
+        self.write("ball.xml", BALL)
+        self.env["ASSAY_MISHAP_MARK"] = str(self.dir / "mark")
+        self.env["ASSAY_SANDBOX"] = "off"
+        simulate = ["simulate", "ball.xml", "--engine", "mishap-killed-in-check", "--timestep", 1, "--duration", 0.01,
+                    "--out", "-", "--set"]
+        self.assay(*simulate, "times=2")
+        self.assertEqual((self.dir / "mark").stat().st_size, 2)
+        self.refused(*simulate, "times=1000", status=1, naming=["asking mishap-killed-in-check", "ended from outside (SIGKILL)"])
+        reliability("SIGKILL of the process that tries a file or asks an engine", 5,
+                    "tried again; after the third time one sentence, exit status 1", "nothing")
+
     def test_an_engine_that_ends_the_process_when_it_is_asked_about_a_model(self):
         self.use_mishap_engine()
         self.write("ball.xml", BALL)
@@ -272,11 +422,27 @@ class EnginesOutput(AssayTest):
         self.use_mishap_engine()
         self.write("ball.xml", BALL)
         for fault, says in {"wrong-size": "0 bodies where the model has 1", "zero-orientation": "length 0",
-                            "nan-time": "non-finite"}.items():
+                            "nan-time": "non-finite", "backward": "the time -0.01 s where 0.01 s was asked for"}.items():
             done = self.run_assay("simulate", "ball.xml", "--engine", f"mishap-{fault}", "--timestep", 1, "--duration",
                                   0.02, "--out", "run.csv")
             self.assertEqual(done.returncode, 1, fault)
             self.check_sentence(done.stderr, ["the engine gave", says])
+
+    def test_states_that_cannot_be_are_no_forces_and_no_figures(self):
+        self.use_mishap_engine()
+        faults = {"wrong-size": "4 bodies where the model has 5", "zero-orientation": "length 0", "nan-time": "non-finite",
+                  "backward": "the time -"}
+        for fault, says in faults.items():
+            with self.subTest(fault):
+                certificate, = self.assay_json("parity", "planar-chain", f"mishap-{fault}", "--samples", 2, "--json")["certificates"]
+                self.assertEqual((certificate["verdict"], certificate["causes"]), ("not examined", []))
+                self.assertIn("the engine gave", certificate["failure"])
+                self.assertIn(says, certificate["failure"])
+                done = self.run_assay("conformance", f"mishap-{fault}", "--test", "planar-chain")
+                self.assertEqual(done.returncode, 1)
+                self.assertRegex(done.stdout, rf"(?m)^  fail +planar-chain .*the engine gave .*{says}")
+        reliability("an engine's states of another size, of a time that goes back, or with numbers that cannot be, in parity and conformance",
+                    2 * len(faults), "not examined, or a test that fails, with the reason", "nothing")
 
 
 class Escapes(AssayTest):
@@ -438,12 +604,25 @@ class Descriptors(AssayTest):
 class Clock(AssayTest):
     SHIM = """
         #define _GNU_SOURCE
+        #include <errno.h>
+        #include <fcntl.h>
+        #include <stdlib.h>
+        #include <string.h>
         #include <sys/syscall.h>
         #include <sys/time.h>
         #include <time.h>
         #include <unistd.h>
+        // Each program in which the clock has jumped leaves its name, where it may write.
+        static void leave_name(void) {
+          const char* mark = getenv("SHIM_MARK");
+          const int file = mark ? open(mark, O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644) : -1;
+          if (file < 0) return;
+          if (write(file, program_invocation_short_name, strlen(program_invocation_short_name)) > 0) (void)!write(file, "\\n", 1);
+          close(file);
+        }
         static long jump(void) {
-          static long calls;
+          static long calls, left;
+          if (!__atomic_exchange_n(&left, 1, __ATOMIC_RELAXED)) leave_name();
           return (__atomic_fetch_add(&calls, 1, __ATOMIC_RELAXED) % 2 ? 5 : -5) * 3600L;
         }
         int clock_gettime(clockid_t clock, struct timespec* now) {
@@ -487,9 +666,15 @@ class Clock(AssayTest):
         self.assay("run", "faults.toml", "--out", "clean")
         values = untimed("clean")
         self.assertTrue(values)
-        self.env["LD_PRELOAD"] = str(self.dir / "shim.so")
+        self.env |= {"LD_PRELOAD": str(self.dir / "shim.so"), "SHIM_MARK": str(self.dir / "mark")}
+        times = subprocess.run([sys.executable, "-c", "import time; print(time.time(), time.time())"], env=self.env,
+                               capture_output=True, text=True, check=True).stdout.split()
+        self.assertGreater(abs(float(times[1]) - float(times[0])), 9 * 3600, "the clock does not jump")
+        (self.dir / "mark").unlink()
         self.assay("run", "faults.toml", "--out", "results")
-        del self.env["LD_PRELOAD"]
+        for name in ("LD_PRELOAD", "SHIM_MARK"):
+            del self.env[name]
+        self.assertIn(pathlib.Path(self.program).name, (self.dir / "mark").read_text().split())
         self.assertEqual(untimed("results"), values)
         cells = rows("results", "SELECT started, finished, wall_s FROM cells")
         self.assertTrue(cells)
@@ -531,6 +716,25 @@ class DamagedResults(AssayTest):
         self.assertEqual(self.assay("export", "results", "--format", "csv"), values)
         reliability("a stored value changes on the disk", 1, "named when it is read; --retry measures the cell again",
                     "that cell")
+
+
+    def test_damaged_samples_are_measured_again(self):
+        database = self.dir / "results/assay.sqlite"
+
+        def samples():
+            with contextlib.closing(sqlite3.connect(database)) as db:
+                return db.execute("SELECT c.key, s.name, s.idx, s.value FROM samples s JOIN cells c ON c.id = s.cell_id "
+                                  "ORDER BY 1, 2, 3").fetchall()
+
+        before = samples()
+        self.assertTrue(before)
+        with contextlib.closing(sqlite3.connect(database)) as db:
+            db.execute("UPDATE samples SET value = value + 1")
+            db.commit()
+        self.assertNotEqual(samples(), before)
+        self.assay("run", "faults.toml", "--out", "results", "--retry")
+        self.assertEqual(samples(), before)
+        self.assay("report", "results")
 
 
 class DamagedLog(AssayTest):

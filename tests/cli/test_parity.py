@@ -32,6 +32,31 @@ class Certificate(AssayTest):
         self.assay("report", "results")
         self.assertEqual(self.in_report(), [stored])
 
+    def test_is_not_written_through_links(self):
+        victim = self.write("victim", "mine")
+        (self.dir / "r/parity").mkdir(parents=True)
+        file = self.dir / "r/parity/planar-chain.json"
+        file.symlink_to(victim)
+        command = ["parity", "planar-chain", "mujoco-euler", "--samples", "2", "--out"]
+        self.assay(*command, "r")
+        self.assertFalse(file.is_symlink())
+        self.assertEqual(json.loads(file.read_text())["model"], "planar-chain")
+        file.unlink()
+        file.parent.rmdir()
+        (self.dir / "elsewhere").mkdir()
+        file.parent.symlink_to(self.dir / "elsewhere")
+
+        def is_refused(out, naming):
+            done = self.run_assay(*command, out)
+            self.assertEqual((done.returncode, done.stdout), (2, ""), done.stderr)
+            self.check_sentence(done.stderr.splitlines()[-1], naming)  # after the progress
+
+        is_refused("r", ["r/parity'", "a symbolic link"])
+        self.assertEqual(list((self.dir / "elsewhere").iterdir()), [])
+        (self.dir / "one.json.partial").symlink_to(victim)
+        is_refused("one.json", ["'one.json.partial'", "a symbolic link"])
+        self.assertEqual(victim.read_text(), "mine")
+
     def in_report(self):
         page = (self.dir / "results/report.html").read_text()
         data = re.search(r'<script[^>]*id="assay-data"[^>]*>(.*?)</script>', page, re.S).group(1)

@@ -10,11 +10,15 @@ import shutil
 import signal
 import struct
 import subprocess
+import sys
 import time
 import unittest
 import zipfile
 
-from harness import AssayTest, main, read_csv
+from harness import SOURCE, AssayTest, main, read_csv
+
+sys.path.insert(0, str(SOURCE / "results"))
+import packed  # noqa: E402
 
 try:
     import numpy
@@ -141,6 +145,31 @@ class Trajectories(WithResults):
         self.assertIn("1 run written to 'states'; 1 run failed or not measured yet", done.stderr)
         self.assertEqual(len(list((self.dir / "states").rglob("*.npz"))), 1)
 
+    # Files of another program, with the right address and checksum.
+    def test_forged_runs_are_no_runs(self):
+        movie = ("movie", "results", "planar-chain", "--size", "64x64", "--out", "movie.mp4")
+        snapshot = ("snapshot", "results", "planar-chain", "--size", "64x64", "--out", "picture.png")
+        for what, bodies, times in (("states of no bodies", 0, (0, 1, 2)), ("another system's", 4, (0, 1, 2)),
+                                    ("another system's", 6, (0, 1, 2)), ("times that do not increase", 5, (1, 1, 1)),
+                                    ("times that do not increase", 5, (0, 1, 1 + 1e-12)),
+                                    ("times that no run reaches", 5, (0, 1, 1e300))):
+            with self.subTest(what, bodies=bodies):
+                for file in (self.dir / "results/trajectories").glob("*.bin"):
+                    address = file.stem.encode()
+                    content = (b"assay-trajectory-2\n" + struct.pack("<Q", len(address)) + address +
+                               struct.pack("<3Q", len(times), bodies, 5))
+                    for moment in times:
+                        content += struct.pack("<d", moment)
+                        content += bodies * struct.pack("<13d", 0, 0, 1, 1, *(9 * [0])) + struct.pack("<10d", *(10 * [0]))
+                    file.write_bytes(content + packed.content_hash(content).encode())
+                done = self.run_assay("export", "results", "--trajectories", "csv", "--out", "states")
+                self.assertEqual(done.returncode, 1, done.stderr)
+                self.assertIn(what, done.stderr)
+                self.refused(*snapshot, naming=["keeps no run of 'planar-chain'"])
+                self.refused(*movie, naming=["planar-chain", "no kept run"])
+        self.assertFalse((self.dir / "movie.mp4").exists())
+        self.assay("report", "results")
+
     def test_refusals(self):
         self.refused("export", "results", "--trajectories", "mat", "--out", "states", naming=["'mat'", "npz or csv"])
         self.refused("export", "results", "--trajectories", "npz", naming=["--out"])
@@ -181,6 +210,16 @@ class Replays(WithResults):
         self.assertEqual(sorted(path.name for path in (self.dir / "states").rglob("*.npz")),
                          ["mujoco-euler-4ms.npz", "mujoco-euler.npz", "mujoco-rk4-4ms.npz", "mujoco-rk4.npz"])
         self.refused("report", "results", "--replays", "x", naming=["--replays", "'x'"])
+
+
+class Links(WithResults):
+    def test_a_movie_is_not_written_through_one(self):
+        victim = self.write("victim", "mine")
+        (self.dir / "movie.mp4.partial").symlink_to(victim)
+        self.refused("movie", "results", "planar-chain", "--out", "movie.mp4",
+                     naming=["'movie.mp4.partial'", "a symbolic link", "remove it"])
+        self.assertEqual(victim.read_text(), "mine")
+        self.assertTrue((self.dir / "movie.mp4.partial").is_symlink())
 
 
 class Pictures(WithResults):

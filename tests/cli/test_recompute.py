@@ -3,14 +3,19 @@
 import contextlib
 import pathlib
 import re
+import resource
 import shutil
 import sqlite3
 import sys
+import time
 
-from harness import SOURCE, AssayTest, main
+from harness import BALL, BALL_CAMPAIGN, SOURCE, AssayTest, main
 
 sys.path.insert(0, str(SOURCE / "tests"))
 import recompute  # noqa: E402
+
+sys.path.insert(0, str(SOURCE / "results"))
+import publish  # noqa: E402
 
 PAGE = SOURCE / "docs/claims.md"
 # The committed run that the page is written from.
@@ -77,6 +82,50 @@ class Published(AssayTest):
                 rows = len((folder / "values.csv").read_text("utf-8").splitlines()) - 1
                 self.assertGreater(rows, 20)
                 self.assertGreaterEqual(report.counts["export"], rows)
+
+    # Merging verifies each table and each cell of its source.
+    def test_the_program_opens_all_committed_runs(self):
+        packed = sorted(SOURCE.glob("results/*/assay.sqlite.xz"))
+        self.assertGreater(len(packed), 5)
+        for path in packed:
+            with self.subTest(folder=path.parent.name):
+                name = path.parent.name
+                recompute.packed.database(path, self.dir / name)
+                self.assay("status", name)
+                self.assay("merge", name, "--out", f"{name}-again")
+                shutil.rmtree(self.dir / f"{name}-again")
+
+    def test_reading_results_has_limited_memory(self):
+        recompute.packed.database(FULL / "assay.sqlite.xz", self.dir / "full")
+        # What is printed fills the pipe, so that it waits to be looked at.
+        reading = self.start_assay("export", "full", "--format", "csv")
+        try:
+            deadline = time.monotonic() + 60
+            most = "unlimited"
+            while most == "unlimited" and time.monotonic() < deadline:
+                limits = pathlib.Path(f"/proc/{reading.pid}/limits").read_text("ascii")
+                most, = re.search(r"^Max data size +(\S+)", limits, re.M).groups()
+                time.sleep(0.01)
+            self.assertNotEqual(most, "unlimited")
+            self.assertLessEqual(int(most), 4 << 30)
+        finally:
+            reading.kill()
+            reading.communicate()
+        few = 12 << 20
+        done = self.run_assay("export", "full", "--format", "csv", "--out", "values.csv",
+                              preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_DATA, (few, few)))
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.check_sentence(done.stderr, ["out of memory", "'assay export'", "smaller results"])
+
+    def test_the_program_opens_what_is_published(self):
+        self.write("ball.xml", BALL)
+        self.write("ball.toml", BALL_CAMPAIGN)
+        self.assay("run", "ball.toml", "--out", self.dir / "out")  # the command names a folder of this machine
+        publish.publish(self.program, self.dir / "out", self.dir / "published", compact=True)
+        with contextlib.closing(sqlite3.connect(recompute.packed.database(self.dir / "published", self.dir / "u"))) as db:
+            command, = db.execute("SELECT value FROM manifest WHERE key = 'command'").fetchone()
+        self.assertNotIn(str(self.dir), command)
+        self.assertIn("1 of 1 cells", self.assay("status", "u"))
 
     # One number that changes is found in everything that follows from it.
     def test_a_wrong_figure_is_found(self):

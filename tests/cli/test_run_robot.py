@@ -6,7 +6,7 @@ import sqlite3
 import time
 import tomllib
 
-from harness import AssayTest, main
+from harness import AssayTest, main, reliability
 
 ARM = """<mujoco model="arm">
   <worldbody>
@@ -101,6 +101,31 @@ class RunRobot(AssayTest):
         before = self.cells("found")
         self.search("robots/arm.xml", "--out", "found", "--error", "5mm", "--realtime", "2")
         self.assertGreaterEqual(len(self.cells("found")), len(before))
+
+    def test_limits_on_what_is_not_measured_come_before_the_budget(self):
+        self.write("arm.xml", ARM)
+        for more in (["--plan"], []):
+            run = ["run", "arm.xml", "--minutes", "9", "--contenders", "mujoco-euler", "--out", "found", *more]
+            self.refused(*run, "--limit", "truth_eror=1mm", naming=["--limit", "'truth_eror'", "did you mean 'truth_error'?"])
+            self.refused(*run, "--limit", "energy_drift=1J", naming=["--limit", "'energy_drift'", "not measured", "of 'arm'"])
+            self.refused(*run, "--limit", "step_time=1us", naming=["--limit", "'step_time'", "no error"])
+            self.refused(*run, "--slip", "1mm", naming=["--slip", "not measured"])
+            self.refused(*run, "--error", "1mm", "--limit", "truth_error_max=1mm", naming=["'truth_error_max'", "limited twice"])
+            self.assertFalse((self.dir / "found/assay.sqlite").exists())
+        # a right one mends what the wrong ones have left
+        self.assay("run", "arm.xml", "--plan", "--contenders", "mujoco-euler", "--out", "found", "--limit", "truth_error=1mm")
+        campaign = tomllib.loads((self.dir / "found/campaign.toml").read_text())
+        self.assertEqual(campaign["search"]["limits"], ["truth_error=1mm"])
+
+    def test_a_plan_says_how_it_was_written_and_which_torques_drive_it(self):
+        self.write("arm.xml", ARM)
+        self.write("push.csv", "time,shoulder\n0,0\n1,2\n")
+        text = self.assay("run", "arm.xml", "--plan", "--contenders", "mujoco-euler", "--control", "push.csv", "--out", "plan")
+        self.assertIn("with the torques of '../push.csv'", text)
+        first = (self.dir / "plan/campaign.toml").read_text().splitlines()[0]
+        self.assertTrue(first.startswith("# Written by: assay run arm.xml"), first)
+        self.assertIn("--control push.csv", first)
+        self.assertTrue(first.endswith(" --plan"), first)
 
     def test_what_a_robot_is_decides_what_is_measured(self):
         self.write("hopper.xml", HOPPER)
@@ -228,6 +253,35 @@ class RunRobot(AssayTest):
         self.write("eggs.xml", f"<mujoco><worldbody>{bodies}</worldbody></mujoco>")
         done = self.run_assay("run", "eggs.xml", "--plan", "--out", "eggs")
         self.assertIn("dart: refuses contact (3 times, first egg0 and egg1):", done.stdout)
+
+    def test_a_programme_that_was_cut_is_written_anew(self):
+        self.write("arm.xml", ARM)
+        command = ["run", "arm.xml", "--plan", "--contenders", "mujoco-euler", "--out", "found"]
+        self.assay(*command)
+        file = self.dir / "found/campaign.toml"
+        whole = file.read_bytes()
+        sizes = (0, 10, 200, 900)
+        for size in sizes:
+            self.assertLess(size, len(whole))
+            file.write_bytes(whole[:size])
+            done = self.run_assay(*command)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn("'found/campaign.toml' is only the beginning", done.stderr)
+            self.assertEqual(file.read_bytes(), whole)
+        self.assertEqual([path.name for path in file.parent.iterdir()], ["campaign.toml"])
+        # what somebody has written stays
+        file.write_text("name = ")
+        self.refused(*command, naming=["found/campaign.toml", "remove the file"])
+        self.assertEqual(file.read_text(), "name = ")
+        # a link is replaced
+        file.unlink()
+        file.symlink_to(self.dir / "made")
+        self.assay(*command)
+        self.assertFalse((self.dir / "made").exists())
+        self.assertFalse(file.is_symlink())
+        self.assertEqual(file.read_bytes(), whole)
+        reliability("the programme of a robot's run is cut after 0 to 900 bytes", len(sizes), "it is written anew, and the command goes on",
+                    "nothing")
 
     def test_wrong_use(self):
         self.write("arm.xml", ARM)

@@ -3,10 +3,12 @@
 import contextlib
 import json
 import os
+import random
 import re
 import shutil
 import signal
 import sqlite3
+import subprocess
 import time
 
 from harness import AssayTest, main, reliability
@@ -54,6 +56,25 @@ class Shards(CampaignTest):
         self.assertEqual(status["planned"], status["done"])
         self.assertRegex(self.assay("merge", "parts", "--out", "merged"), r"(?m)^missing: parts 2, 3 of 3$")
         self.assertIn("missing: parts 2, 3 of 3", self.assay("status", "merged"))
+
+    def test_a_part_beside_the_whole_lacks_nothing(self):
+        self.run_tiny("whole")
+        self.run_tiny("part", "--shard", "1/3")
+        for dirs in (["part", "whole"], ["whole", "part"]):
+            status = self.assay_json("status", *dirs, "--json")
+            self.assertEqual(status["missing"], [])
+            self.assertEqual(status["done"], status["planned"])
+        text = self.assay("status", "part", "whole")
+        self.assertIn(f"{status['done']} of {status['planned']} cells", text)
+        self.assertNotIn("missing", text)
+        # a part of another division still is one, and a merge counts as the status does
+        alone = self.assay_json("status", "part", "--json")
+        self.assertEqual(alone["missing"], ["parts 2, 3 of 3"])
+        text = self.assay("merge", "part", "--out", "merged")
+        stored = int(re.match(r"(\d+) cells? from 1 directory", text).group(1))
+        said = re.search(r"(?m)^the union has (\d+) of (\d+) planned cells(?:, and (\d+) that no plan counts.*)?$", text)
+        self.assertEqual((int(said.group(1)), int(said.group(2))), (alone["done"], alone["planned"]))
+        self.assertEqual(int(said.group(3) or 0), stored - alone["done"])
 
     def test_status_of_an_interrupted_part_tells_the_time_left(self):
         self.write("tiny.toml", tiny().replace("rounds = 3", "rounds = 300"))
@@ -270,15 +291,35 @@ class Refusals(CampaignTest):
     def test_a_merge_that_was_killed_is_finished_by_the_same_command(self):
         self.run_tiny("a", "--shard", "1/2")
         self.run_tiny("b", "--shard", "2/2")
+        start = time.monotonic()
         self.assay("merge", "a", "b", "--out", "whole")
-        for delay in [0.0, 0.01, 0.02, 0.05]:
+        duration = time.monotonic() - start
+        values = self.assay("export", "whole", "--format", "csv")
+        seed = random.randrange(1 << 32)
+        chance = random.Random(seed)
+        kills = half_done = 0
+        for _ in range(60):
+            for folder in ("killed", "copy"):
+                shutil.rmtree(self.dir / folder, ignore_errors=True)
             merge = self.start_assay("merge", "a", "b", "--out", "killed")
-            time.sleep(delay)
-            merge.kill()
-            merge.communicate()
-        self.assay("merge", "a", "b", "--out", "killed")
-        self.assertEqual(self.assay("export", "killed", "--format", "csv"), self.assay("export", "whole", "--format", "csv"))
-        reliability("SIGKILL of `assay merge` at any moment", 4, "the same command finishes it; the same values", "nothing")
+            try:
+                merge.communicate(timeout=chance.uniform(0, 1.1) * duration)
+            except subprocess.TimeoutExpired:
+                merge.kill()
+                merge.communicate()
+            if merge.returncode != -signal.SIGKILL:  # it has ended before
+                continue
+            kills += 1
+            if (self.dir / "killed").exists():
+                shutil.copytree(self.dir / "killed", self.dir / "copy")
+                half_done += self.run_assay("export", "copy", "--format", "csv").stdout != values
+            self.assay("merge", "a", "b", "--out", "killed")
+            self.assertEqual(self.assay("export", "killed", "--format", "csv"), values, f"seed {seed}")
+            if kills >= 6 and half_done >= 2:
+                break
+        self.assertGreaterEqual(kills, 6, f"seed {seed}: kills that came before the end of a merge of {duration:.3f} s")
+        self.assertGreaterEqual(half_done, 1, f"seed {seed}: merges that had begun to write in {kills} kills")
+        reliability("SIGKILL of `assay merge` at random moments", kills, "the same command finishes it; the same values", "nothing")
 
     def test_what_a_killed_merge_left_half_written_is_rolled_back(self):
         self.run_tiny("a", "--shard", "1/2")

@@ -4,6 +4,7 @@ import contextlib
 import json
 import math
 import os
+import pathlib
 import signal
 import sqlite3
 import time
@@ -308,6 +309,64 @@ class Unfinished(Csv):
                 self.refused(*self.common(f"mishap-{fault}"), status=1,
                              naming=[f"mishap-{fault} ended its process early", "'run.csv.partial'"])
         self.kept("run.csv.partial", 10)
+
+    def test_failures_in_other_calls_than_a_step(self):
+        for fault, naming in {"throw-in-create": ["failed before its first step: no more in create"],
+                              "exit-in-create": ["ended its process early", "did not take a step"]}.items():
+            self.refused(*self.common(f"mishap-{fault}"), status=1, naming=[f"mishap-{fault} {naming[0]}", *naming[1:]])
+            self.assertEqual([path.name for path in self.dir.iterdir()], ["ball.xml"], fault)
+        for call, samples in {"torques": 11, "read": 10}.items():
+            self.refused(*self.common(f"mishap-throw-in-{call}"), status=1,
+                         naming=[f"mishap-throw-in-{call} failed at 0.1 s: no more in {call}", "'run.csv'"])
+            self.kept("run.csv", samples)
+            self.refused(*self.common(f"mishap-exit-in-{call}"), status=1,
+                         naming=[f"mishap-exit-in-{call} ended its process early", "'run.csv.partial'"])
+            self.kept("run.csv.partial", samples)
+
+    def test_somebody_else_ends_it(self):
+        self.refused(*self.common("mishap-killed"), status=1,
+                     naming=["mishap-killed", "'run.csv.partial'", "ended from outside (SIGKILL)", "start the same command"])
+        self.kept("run.csv.partial", 10)
+
+    def test_memory_has_a_limit(self):
+        self.refused(*self.common("mishap-hoard"), status=1, naming=["mishap-hoard failed at 0.09", "bad_alloc", "'run.csv'"])
+
+    def left(self):
+        """Processes that the engine has started, as it wrote them down."""
+        mark = self.dir / "mark"
+        return [int(line) for line in mark.read_text().split()] if mark.exists() else []
+
+    def are_gone(self, processes):
+        for process in processes:
+            with self.assertRaises(ProcessLookupError, msg=f"{process} outlives the command"):
+                for _ in range(500):
+                    os.kill(process, 0)
+                    time.sleep(0.01)
+
+    def test_what_the_engine_starts_ends_with_it(self):
+        self.env |= {"ASSAY_MISHAP_MARK": str(self.dir / "mark"), "ASSAY_SANDBOX": "off"}  # it may not write there
+        start = time.monotonic()
+        self.assay(*self.common("mishap-leave"))
+        self.assertLess(time.monotonic() - start, 60)  # the process that was left sleeps for 300 s
+        self.assertEqual(len(self.left()), 1)
+        self.are_gone(self.left())
+
+    def test_what_the_engine_starts_ends_with_a_killed_guard(self):
+        self.env |= {"ASSAY_MISHAP_MARK": str(self.dir / "mark"), "ASSAY_SANDBOX": "off"}
+        process = self.start_assay(*self.common("mishap-leave-and-hang"))
+        for _ in range(2000):
+            if self.left():
+                break
+            time.sleep(0.01)
+        left = self.left()
+        self.assertEqual(len(left), 1)
+        guard = pathlib.Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+        self.assertEqual(len(guard), 1)
+        os.kill(int(guard[0]), signal.SIGKILL)
+        _, err = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 1)
+        self.check_sentence(err, ["mishap-leave-and-hang", "ended from outside (SIGKILL)"])
+        self.are_gone(left)
 
     def test_crash_leaves_an_earlier_file_alone(self):
         self.write("run.csv", "an earlier run")

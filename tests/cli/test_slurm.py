@@ -5,6 +5,7 @@ import fcntl
 import json
 import os
 import re
+import shutil
 import sqlite3
 import subprocess
 import time
@@ -56,6 +57,58 @@ class Scripts(CampaignTest):
         self.refused("submit", "--slurm", "tiny.toml", "--out", "out", naming=["Slurm refuses", "Invalid account"])
         self.assertEqual((self.dir / "cancelled").read_text(), "41\n")
         reliability("a Slurm that takes a job and refuses the next", 1, "one sentence with its reason; the first is cancelled", "nothing")
+
+    def stand_in(self, name, script):
+        self.write(f"bin/{name}", f"#!/bin/sh\n{script}\n").chmod(0o755)
+        self.env["PATH"] = f"{self.dir}/bin:{os.environ['PATH']}"
+
+    def test_an_answer_without_a_number_cancels_what_was_submitted(self):
+        self.stand_in("sbatch", f"""echo x >> '{self.dir}/submitted'
+            if [ "$(wc -l < '{self.dir}/submitted')" -gt 1 ]; then cat '{self.dir}/said'; else echo 41; fi""")
+        self.stand_in("scancel", f"echo \"$@\" >> '{self.dir}/cancelled'")
+        answers = {"": "empty", "\n": "empty", "Welcome to the cluster\n": "'Welcome to the cluster'", "12 jobs\n": "'12 jobs'", "0": "'0'",
+                   "-4\n": "'-4'", "12;\n": "'12;'", "12;a;b": "'12;a;b'", "99999999999999999999": "'99999999999999999999'", "4.2": "'4.2'"}
+        for said, quoted in answers.items():
+            for file in ("submitted", "cancelled"):
+                (self.dir / file).unlink(missing_ok=True)
+            self.write("said", said)
+            with self.subTest(said):
+                self.refused("submit", "--slurm", "tiny.toml", "--out", "out",
+                             naming=["no job number", quoted, "squeue --me", "'assay-accuracy'", "nothing was submitted"])
+                self.assertEqual((self.dir / "cancelled").read_text(), "41\n")
+                self.assertEqual(json.loads((self.dir / "out/jobs/request.json").read_text())["jobs"], [])
+        reliability("a Slurm whose answer has no job number", len(answers), "one sentence; what was submitted before is cancelled", "nothing")
+
+    def test_a_wrapper_of_sbatch_may_greet(self):
+        self.stand_in("sbatch", f"""echo "$@" >> '{self.dir}/submitted'
+            echo 'Welcome to the cluster, quota 12 of 50'; echo 77; printf '%s;west\\r\\n' "$(wc -l < '{self.dir}/submitted')"
+            echo 'Please cite us'""")
+        text = self.assay("submit", "--slurm", "tiny.toml", "--out", "out", "--shards", "2")
+        self.assertIn("job 1: 2 parts of runs", text.replace("\n", " "))
+        self.assertEqual([job["id"] for job in json.loads((self.dir / "out/jobs/request.json").read_text())["jobs"]], list("12345"))
+        self.assertIn("--dependency=afterany:1:2:3:4 ", (self.dir / "submitted").read_text())
+
+    def test_a_record_that_cannot_be_written_leaves_no_job(self):
+        self.stand_in("sbatch", f"rm -r '{self.dir}/out/jobs'\necho 41")
+        self.stand_in("scancel", f"echo \"$@\" >> '{self.dir}/cancelled'")
+        told = self.refused("submit", "--slurm", "tiny.toml", "--out", "out", status=1, naming=["request.json", "nothing was submitted"])
+        self.assertEqual((self.dir / "cancelled").read_text(), "41\n", told)
+        self.stand_in("scancel", "exit 1")
+        self.refused("submit", "--slurm", "tiny.toml", "--out", "out", status=1, naming=["request.json", "'scancel 41'"])
+        reliability("the record of submitted jobs cannot be written", 2, "one sentence; the jobs are cancelled, or named", "nothing")
+
+    def test_links_of_the_directory_are_not_followed(self):
+        self.env["PATH"] = str(self.dir)
+        elsewhere = self.dir / "elsewhere"
+        elsewhere.mkdir()
+        for name in ("jobs", "jobs/finish.log", "shards", "shards/accuracy-1", "shards/timing-1", "runs", "runs/1", "references"):
+            with self.subTest(name):
+                shutil.rmtree(self.dir / "out", ignore_errors=True)
+                link = self.dir / "out" / name
+                link.parent.mkdir(parents=True)
+                link.symlink_to(elsewhere)
+                self.refused("submit", "--slurm", "tiny.toml", "--out", "out", naming=[f"out/{name}'", "a symbolic link"])
+                self.assertEqual(list(elsewhere.iterdir()), [])
 
     def test_the_reason_is_the_last_error_and_no_warning(self):
         self.write("bin/sbatch", """#!/bin/sh
@@ -218,6 +271,29 @@ class Queue(CampaignTest):
         self.refused("submit", "--resume", "--out", "out", naming=["request.json", "a named pipe"])
         reliability("a submitted directory whose record a stranger wrote: numbers, options, another program, a pipe", len(evil) + 2,
                     "one sentence, exit status 2; this program's own scripts", "nothing")
+
+    def test_a_damaged_record_starts_no_part_twice(self):
+        self.queue("3_2 RUNNING", "5 PENDING")
+        request = self.dir / "out/jobs/request.json"
+        good = request.read_bytes()
+        damages = [b"", good[:len(good) // 2], good[:-3], b"[]", b"{}"]
+        for damaged in damages:
+            request.write_bytes(damaged)
+            with self.subTest(damaged[-20:]):
+                for command in (["submit", "--resume"], ["submit", "--slurm", "tiny.toml", "--shards", "2"]):
+                    self.refused(*command, "--out", "out", naming=["request.json' is damaged", "squeue", "scancel", "move the file away"])
+                self.refused("status", "out", naming=["request.json' is damaged"])
+        # numbers that nobody asked for are refused by both, too
+        request.write_text(json.dumps({**json.loads(good), "cpus": 0}))
+        for command in (["submit", "--resume"], ["submit", "--slurm", "tiny.toml", "--shards", "2"]):
+            self.refused(*command, "--out", "out", naming=["request.json'", "numbers", "move the file away"])
+        self.assertEqual(self.new_jobs(), [])
+        # what it advises works
+        self.queue()
+        request.rename(self.dir / "away.json")
+        self.assay("submit", "--slurm", "tiny.toml", "--out", "out", "--shards", "2")
+        self.assertEqual(len(self.new_jobs()), 5)
+        reliability("a damaged record of submitted jobs while they run", len(damages), "refused, with what to do", "nothing")
 
     def test_a_directory_of_an_older_submission_is_resumed_or_refused(self):
         request = self.dir / "out/jobs/request.json"

@@ -101,6 +101,27 @@ class ModelsRoot(AssayTest):
             self.refused("check", "arm/arm.urdf", "--floating-base", naming=[mesh, mesh[5:], ".stl, .obj, .dae, .glb and .msh", "export it"])
 
 
+class CampaignsThatAsk(AssayTest):
+    def test_a_campaign_cannot_agree_for_its_user(self):
+        self.write("secret/part.xml", "<mujoco><worldbody><body><freejoint/><geom size='1'/></body></worldbody></mujoco>")
+        self.write("mine/ball.xml", "<mujoco><include file='../secret/part.xml'/></mujoco>")
+        self.write("mine/c.toml", BALL_CAMPAIGN + "allow_external_files = true\n")
+        asks = ["mine/c.toml", "allow_external_files", "--allow-external-files"]
+        self.refused("run", "mine/c.toml", "--out", "out", naming=asks)
+        self.refused("submit", "--slurm", "mine/c.toml", "--out", "out", "--dry-run", naming=asks)
+        self.assertFalse((self.dir / "out").exists())
+        text = self.assay("submit", "--slurm", "mine/c.toml", "--out", "out", "--dry-run", "--allow-external-files")
+        self.assertEqual(text.count(" --allow-external-files"), 4)  # of each script
+        self.assay("run", "mine/c.toml", "--out", "out", "--allow-external-files")
+        self.env["ASSAY_ALLOW_EXTERNAL_FILES"] = "1"
+        self.assay("run", "mine/c.toml", "--out", "out")
+        # a robot's run agrees with its own option, for its programme too
+        del self.env["ASSAY_ALLOW_EXTERNAL_FILES"]
+        self.refused("run", "mine/ball.xml", "--out", "plan", "--plan", naming=["part.xml", "--allow-external-files"])
+        self.assay("run", "mine/ball.xml", "--out", "plan", "--plan", "--allow-external-files")
+        self.refused("run", "plan/campaign.toml", "--out", "again", naming=["allow_external_files"])
+
+
 class Confined(AssayTest):
     """What runs engines and reads models cannot reach the rest of the machine."""
 
@@ -120,7 +141,8 @@ class Confined(AssayTest):
                               "run.csv")
 
     def test_an_engine_of_simulate(self):
-        faults = ["write-home", "read-file", "append-file", "remove-file", "open-socket", "change-mode"]
+        faults = ["write-home", "read-file", "append-file", "remove-file", "open-socket", "change-mode", "limit-others", "slow-others",
+                  "share-memory", "type-commands"]
         for fault in faults:
             with self.subTest(fault):
                 done = self.simulate(fault)
@@ -128,6 +150,8 @@ class Confined(AssayTest):
                 self.assertRegex(self.check_sentence(done.stderr, [fault]), "Permission denied|Operation not permitted")
         self.assertEqual(list(self.home.iterdir()), [])
         self.assertEqual((self.dir / "mark").read_text(), "kkk")
+        done = self.simulate("limit-itself")  # which OpenMP's, Python's and others' libraries do
+        self.assertEqual(done.returncode, 0, done.stderr)
 
     def test_it_can_be_switched_off(self):
         self.env["ASSAY_SANDBOX"] = "off"
@@ -294,6 +318,14 @@ class ForgedResults(AssayTest):
                    "UPDATE systems SET json = '{\"model_hash\": 3, \"family\": [], \"dof\": \"x\"}'")
         self.assay("report", "results")
         self.assay("compare", "results", "results")
+        self.assay("merge", "results", "--out", "union")
+
+    def test_ratios_that_are_no_pairs(self):
+        for text in ("{", '[{"of":3}]', '{"a": 3}', '"a"', "3"):
+            with self.subTest(text):
+                self.forge(f"INSERT OR REPLACE INTO manifest VALUES('ratios', '{text}')")
+                self.refused("merge", "results", "--out", "union", naming=["'results'", f"'{text}'", "'ratios'"])
+                self.assertFalse((self.dir / "union").exists())
 
     def test_parts_without_number(self):
         self.forge("CREATE TABLE nodes(id TEXT PRIMARY KEY, json TEXT NOT NULL) WITHOUT ROWID",
@@ -466,6 +498,16 @@ class StrangersResults(AssayTest):
         os.mkfifo(self.dir / "r/parity/ball.json")
         (self.dir / "r/parity/zero.json").symlink_to("/dev/zero")
         self.assay("report", "r")
+
+    # Each of them is small; together, as JSON, they would take some 40 times as much memory.
+    def test_many_certificates(self):
+        self.copy()
+        (self.dir / "r/parity").mkdir(exist_ok=True)
+        for i in range(5):
+            self.write(f"r/parity/{i}.json", '{"certificates": [' + "[]," * (4 << 18) + "[]]}")  # 3 MiB
+        self.assay("report", "r")
+        self.write("r/parity/5.json", " " * (1 << 20) + "{}")
+        self.refused("report", "r", naming=["r/parity/5.json", "16 MiB", "remove"])
 
 
 class FuzzedMeshes(AssayTest):

@@ -138,6 +138,19 @@ class Mistakes(AssayTest):
         self.assertIn('<mass value="1"/>', mended)
 
 
+    def test_nothing_to_repair(self):
+        self.write("arm.urdf", arm())
+        done = self.run_assay("check", "arm.urdf", "--repair", "mended.urdf")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("finds nothing in 'arm.urdf' that it can mend, and it loads", done.stderr)
+        self.assertFalse((self.dir / "mended.urdf").exists())
+        self.write("arm.urdf", arm(inertial=INERTIAL.replace('value="1"', 'value="-1"')))
+        done = self.run_assay("check", "arm.urdf", "--repair", "mended.urdf")
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertIn("has the mass -1 kg; give a positive mass", done.stderr)
+        self.assertFalse((self.dir / "mended.urdf").exists())
+
+
 class MjcfRepair(AssayTest):
     def test_inertia_is_repaired(self):
         self.write("arm.xml", '<mujoco>\n<worldbody><body name="b"><joint/>\n<inertial pos="0 0 0" mass="1" '
@@ -194,6 +207,8 @@ class Options(AssayTest):
         self.refused("check", "arm.urdf", "--qpos", "q.txt", naming=["q.txt:1", "did you mean 'turn'?"])
         self.write("q.txt", "1 2\n")
         self.refused("check", "arm.urdf", "--qpos", "q.txt", naming=["2 numbers", "has 1"])
+        self.write("q.txt", "turn = 0.5\nturn = 0.6\n")
+        self.refused("check", "arm.urdf", "--qpos", "q.txt", naming=["q.txt:2", "joint 'turn' has a position already"])
 
 
 if __name__ == "__main__":

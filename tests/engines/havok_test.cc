@@ -12,6 +12,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "base/processes.h"
 #include "conformance/models.h"
 #include "engines/registry.h"
 #include "model/kinematics.h"
@@ -293,6 +294,26 @@ TEST_F(HavokNode, ANodeThatDiesIsAnEngineErrorAndTheNextSimulationHasAnother) {
     std::_Exit(0);
   };
   EXPECT_EXIT(killed(), ExitedWithCode(3), "Node ended");
+}
+
+// As in a worker, whose parent then starts another one.
+TEST_F(HavokNode, ANodeThatSomebodyElseEndsTakesAnExpendableProcessAlong) {
+  const Model model = heap();
+  const ResolvedContender node = resolve("havok-node");
+  const auto killed = [&](int signal) {
+    be_expendable();
+    const auto simulation = create(model, node);
+    for (const pid_t child : children_of(getpid())) kill(child, signal);
+    try {
+      simulation->advance(1);
+    } catch (const EngineError& error) {
+      std::fputs(error.what(), stderr);
+      std::_Exit(3);
+    }
+    std::_Exit(0);
+  };
+  EXPECT_EXIT(killed(SIGKILL), testing::KilledBySignal(SIGKILL), "");
+  EXPECT_EXIT(killed(SIGUSR2), ExitedWithCode(3), "Node ended") << "as by itself";
 }
 
 }  // namespace

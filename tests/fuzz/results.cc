@@ -14,8 +14,10 @@
 #include "base/errors.h"
 #include "base/hash.h"
 #include "compare/compare.h"
+#include "coordinator/run.h"
 #include "report/report.h"
 #include "store/cell_hash.h"
+#include "store/merge.h"
 #include "store/scene.h"
 #include "store/store.h"
 #include "store/trajectory.h"
@@ -42,6 +44,17 @@ void read_results(const std::string& dir) {
     store.nodes();
     report_html(report_data(store));
     comparison_json(compare(store, store, CompareOptions{}));
+  } catch (const InputError&) {   // NOLINT(bugprone-empty-catch)
+  } catch (const SystemError&) {  // NOLINT(bugprone-empty-catch)
+  }
+}
+
+// As `assay merge` does, into a union of its own.
+void unite(const std::string& dir) {
+  const std::string out = scratch() + "/union";
+  fs::remove_all(out);
+  try {
+    merge_results({dir}, out, derived_values(), {}, [](Store& merged) { derive_values(merged); });
   } catch (const InputError&) {   // NOLINT(bugprone-empty-catch)
   } catch (const SystemError&) {  // NOLINT(bugprone-empty-catch)
   }
@@ -121,6 +134,7 @@ void read_rows(std::string_view bytes) {
     }
   }
   read_results(dir);
+  unite(dir);
 }
 
 void read_trajectory(std::string_view bytes) {

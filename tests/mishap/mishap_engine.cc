@@ -13,8 +13,13 @@
 #include <limits>
 #include <memory>
 #include <new>
+#include <stdexcept>
 #include <string>
 #include <string_view>
+#include <sys/ioctl.h>
+#include <sys/ipc.h>
+#include <sys/resource.h>
+#include <sys/shm.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <thread>
@@ -84,16 +89,26 @@ void be_killed(long long times) {
   ::close(file);
 }
 
-// A process that leaves the worker's group and session and goes on for minutes; its number is in the file.
+// A process that leaves the worker's group and session and goes on for minutes; its number is in the file when this
+// returns.
 void leave_a_process() {
+  std::array<int, 2> told{};
+  if (::pipe2(told.data(), O_CLOEXEC) != 0) return;
   const pid_t child = ::fork();
-  if (child != 0) return;
+  if (child != 0) {
+    ::close(told[1]);
+    char none = 0;
+    [[maybe_unused]] const ssize_t end = ::read(told[0], &none, 1);  // when the other process has closed it
+    ::close(told[0]);
+    return;
+  }
   ::setsid();
   if (::fork() != 0) ::_exit(0);
   const int file = ::open(mark_file(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
   const std::string text = std::to_string(::getpid()) + "\n";
   [[maybe_unused]] const ssize_t written = ::write(file, text.data(), text.size());
   ::close(file);
+  ::close(told[1]);
   constexpr unsigned kSeconds = 300;
   ::sleep(kSeconds);
   ::_exit(0);
@@ -136,6 +151,29 @@ int make_socket() {
   return error_of(made);
 }
 
+// What belongs to other processes, tried in a way that leaves it as it is: the error, or 0.
+int trespass_on_processes(const std::string& fault) {
+  rlimit limit{};
+  if (fault == "limit-others") return error_of(::prlimit(::getppid(), RLIMIT_CORE, nullptr, &limit));
+  if (fault == "slow-others") {
+    const int now = ::getpriority(PRIO_PROCESS, static_cast<id_t>(::getppid()));
+    return error_of(::setpriority(PRIO_PROCESS, static_cast<id_t>(::getppid()), now));
+  }
+  if (fault == "share-memory") {
+    const int segment = ::shmget(IPC_PRIVATE, 1, IPC_CREAT | 0600);
+    return segment < 0 ? errno : error_of(::shmctl(segment, IPC_RMID, nullptr));
+  }
+  if (fault == "type-commands") {
+    const char key = '\n';
+    return error_of(::ioctl(STDIN_FILENO, TIOCSTI, &key));
+  }
+  if (fault == "limit-itself") {  // no trespass
+    if (::prlimit(0, RLIMIT_CORE, nullptr, &limit) != 0) return errno;
+    return error_of(::setpriority(PRIO_PROCESS, 0, ::getpriority(PRIO_PROCESS, 0)));
+  }
+  return 0;
+}
+
 // What an engine has no use for, tried once: the error, or 0 where the system lets it.
 int trespass(const std::string& fault) {
   if (fault == "write-home") return write_in("HOME");
@@ -146,13 +184,20 @@ int trespass(const std::string& fault) {
   if (fault == "open-socket") return make_socket();
   if (fault == "change-mode") return error_of(::chmod(mark_file(), 0777));
   if (fault == "signal-others") return error_of(::kill(1, 0));
-  return 0;
+  return trespass_on_processes(fault);
 }
 
 // Bytes without a line's end, for ever.
 void flood() {
   const std::string block(1 << 20, 'x');
   while (!ever) answer(block);
+}
+
+// Ends where `call` names it in the settings' fault: "throw-in-create", "exit-in-read".
+void end_in(const std::string& call, const Settings& settings) {
+  const auto& fault = settings.get<std::string>("fault");
+  if (fault == "throw-in-" + call) throw std::logic_error("no more in " + call);
+  if (fault == "exit-in-" + call) std::exit(0);
 }
 
 class MishapSimulation final : public Simulation {
@@ -162,7 +207,9 @@ class MishapSimulation final : public Simulation {
     if (settings_.get<std::string>("fault") == "keep") keep();
   }
 
-  void set_torques(std::span<const double> /*torques*/) override {}
+  void set_torques(std::span<const double> /*torques*/) override {
+    if (steps_ >= settings_.get<long long>("at_step")) end_in("torques", settings_);
+  }
 
   void advance(int count) override {
     for (int i = 0; i < count; ++i) step();
@@ -172,6 +219,7 @@ class MishapSimulation final : public Simulation {
     out = state_;
     const auto& fault = settings_.get<std::string>("fault");
     if (steps_ < settings_.get<long long>("at_step")) return;
+    end_in("read", settings_);
     if (fault == "wrong-size") {
       out.bodies.pop_back();
     } else if (fault == "zero-orientation") {
@@ -246,6 +294,9 @@ class MishapSimulation final : public Simulation {
       be_killed(settings_.get<long long>("times"));
     } else if (fault == "leave") {
       leave_a_process();
+    } else if (fault == "leave-and-hang") {
+      leave_a_process();
+      while (true) std::this_thread::sleep_for(std::chrono::milliseconds(10));
     } else if (fault == "hoard") {
       hoard();
     } else if (fault == "flood") {
@@ -304,11 +355,16 @@ class MishapEngine final : public Engine {
     if (fault == "refuse") return {{Fidelity::kRefused, element, "give it to somebody else"}};
     if (fault == "abort-in-check") std::abort();
     if (fault == "exit-in-check") std::exit(0);
+    // only where a test asks for it: some commands ask all contenders
+    if (fault == "killed-in-check" && std::getenv("ASSAY_MISHAP_MARK") != nullptr) {
+      be_killed(settings.get<long long>("times"));
+    }
     if (fault == "inexact") return {{Fidelity::kApproximated, element, "rounded"}};
     return {};
   }
   std::unique_ptr<Simulation> create(const Model& model, const State& state, const Settings& settings) const override {
     require_supported(model, settings);
+    end_in("create", settings);
     return std::make_unique<MishapSimulation>(state, settings);
   }
 
@@ -344,6 +400,7 @@ class MishapEngine final : public Engine {
             "forge-tests",
             "killed",
             "leave",
+            "leave-and-hang",
             "hoard",
             "keep",
             "flood",
@@ -354,6 +411,7 @@ class MishapEngine final : public Engine {
             "nan-angle",
             "abort-in-check",
             "exit-in-check",
+            "killed-in-check",
             "write-home",
             "write-scratch",
             "read-file",
@@ -361,7 +419,18 @@ class MishapEngine final : public Engine {
             "remove-file",
             "open-socket",
             "change-mode",
-            "signal-others"};
+            "signal-others",
+            "limit-others",
+            "slow-others",
+            "share-memory",
+            "type-commands",
+            "limit-itself",
+            "throw-in-create",
+            "throw-in-torques",
+            "throw-in-read",
+            "exit-in-create",
+            "exit-in-torques",
+            "exit-in-read"};
   }
 };
 

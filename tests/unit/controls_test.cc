@@ -217,14 +217,20 @@ std::string refusal(const ControlSpec& spec) {
 
 TEST(Controls, UnknownNamesAndValuesAreRefused) {
   EXPECT_THAT(refusal({.kind = "sinus"}), HasSubstr("'sinus' (did you mean 'sine'?)"));
-  EXPECT_EQ(refusal({.kind = "quadratic"}),
-            "there is no control 'quadratic'; use one of passive, sine, actuators, hold, random, file, policy");
+  EXPECT_EQ(
+      refusal({.kind = "quadratic"}),
+      "there is no control 'quadratic'; use one of passive, sine, actuators, hold, random, file, policy, the last "
+      "two with their files: file,path=torques.csv, policy,config=policy.toml, in a campaign {kind = \"file\", "
+      "path = \"torques.csv\"}");
   EXPECT_THAT(refusal({.kind = "sine", .frequency = std::nan("")}),
               HasSubstr("frequency of the control 'sine' is nan"));
   EXPECT_THAT(refusal({.kind = "sine", .amplitude = HUGE_VAL}), HasSubstr("amplitude of the control 'sine' is inf"));
   EXPECT_THAT(refusal({.kind = "hold", .natural_frequency = -1}), HasSubstr("natural_frequency of the control 'hold'"));
   EXPECT_THAT(refusal({.kind = "random", .seed = 0.5}), HasSubstr("seed of the control 'random' is 0.5"));
   EXPECT_THAT(refusal({.kind = "file"}), HasSubstr("has no path"));
+  // which is the syntax that is understood
+  EXPECT_EQ(parse_control("file,path=torques.csv").file, "torques.csv");
+  EXPECT_EQ(parse_control("policy,config=policy.toml").policy, "policy.toml");
   EXPECT_THAT(refusal({.kind = "file", .file = "/nowhere.csv"}), HasSubstr("'/nowhere.csv' cannot be read"));
 }
 

@@ -361,11 +361,48 @@ TEST_F(MergeTest, DamageIsNotTakenOver) {
               AllOf(HasSubstr("damaged"), HasSubstr("consistency of chain")));
 }
 
+// A union that is added to gets new hashes, after which no damage would show.
+TEST_F(MergeTest, DamageOfTheUnionIsFoundBeforeItIsAddedTo) {
+  three_parts();
+  merge({"a"}, "out");
+  int damaged = 0;
+  for (const auto& [sql, says] : {std::pair("UPDATE nodes SET json = '{}'", "'nodes'"),
+                                  {"UPDATE plan SET shard = 7", "'plan'"},
+                                  {"DELETE FROM plan WHERE key = 'k1'", "'plan'"},
+                                  {"UPDATE conformance SET note = 'x'", "'conformance'"},
+                                  {"UPDATE runs SET timestep_ms = 2", "'runs'"},
+                                  {"UPDATE systems SET json = '{}'", "'systems'"},
+                                  {"UPDATE \"values\" SET value = 2 * value", "2 of 2 cells"}}) {
+    SCOPED_TRACE(sql);
+    const std::string name = fmt::format("damaged{}", damaged++);
+    fs::copy(path("out"), path(name), fs::copy_options::recursive);
+    sqlite3* db = nullptr;
+    ASSERT_EQ(sqlite3_open((path(name) + "/assay.sqlite").c_str(), &db), SQLITE_OK);
+    ASSERT_EQ(sqlite3_exec(db, sql, nullptr, nullptr, nullptr), SQLITE_OK);
+    sqlite3_close(db);
+    EXPECT_THAT(refusal([&] { merge({"bb"}, name); }), AllOf(HasSubstr(name), HasSubstr("damaged"), HasSubstr(says)));
+    EXPECT_THAT(refusal([&] { merge({name}, "other"); }), AllOf(HasSubstr("damaged"), HasSubstr(says)));
+  }
+  merge({"bb", "ccc"}, "out");
+  EXPECT_EQ(Store::open(path("out")).plan().size(), 5U);
+}
+
 TEST(Differences, SayWhatIsNotTheSame) {
   const Difference model = {DifferenceKind::kModel, "chain", "the model of 'chain'", "1", ""};
   EXPECT_EQ(model.text("a", "b"), "the model of 'chain' is 1 in 'a' and not stored in 'b'");
   const Difference lacking = {DifferenceKind::kCoverage, "chain", "system 'chain'", "", "there"};
   EXPECT_EQ(lacking.text("a", "b"), "only 'b' has the system 'chain'");
+}
+
+// Results of before have no notes on a model, and their words may change: the model's hash says what it is.
+TEST(Differences, DoNotCountNotesOnAModel) {
+  Description before, after;
+  before.systems = {{"chain", R"({"model_hash": "1"})"}};
+  after.systems = {{"chain", R"({"model_hash": "1", "notes": ["sensors are left out"]})"}};
+  EXPECT_TRUE(differences(before, after).empty());
+  after.systems = {{"chain", R"({"model_hash": "2", "notes": ["sensors are left out"]})"}};
+  ASSERT_EQ(differences(before, after).size(), 1U);
+  EXPECT_EQ(differences(before, after).front().kind, DifferenceKind::kModel);
 }
 
 }  // namespace

@@ -609,8 +609,9 @@ TEST(AgainstMujoco, ConnectAndWeldHoldWhatItHolds) {
   };
   for (const char* equality :
        {"<weld body1='tip' body2='hand' relpose='0.1 0.2 0.3 0.5 0.5 -0.5 0.5' anchor='0.3 0 0.1'/>",
-        "<weld body1='tip' body2='hand'/>", "<weld body1='a'/>", "<weld body1='wall' body2='hand'/>",
-        "<weld site1='s' site2='t'/>", "<weld site1='anchor' site2='t'/>",
+        "<weld body1='tip' body2='hand' relpose='0.1 0.2 0.3 0.5 0.5 -0.5 0.5' anchor='0.3 0 0.1' torquescale='0'/>",
+        "<weld site1='s' site2='t' torquescale='0'/>", "<weld body1='tip' body2='hand'/>", "<weld body1='a'/>",
+        "<weld body1='wall' body2='hand'/>", "<weld site1='s' site2='t'/>", "<weld site1='anchor' site2='t'/>",
         "<connect body1='tip' body2='hand' anchor='0.1 0.2 0.3'/>", "<connect body1='hand' anchor='0.1 0.2 0.3'/>",
         "<connect site1='s' site2='t'/>", "<connect site1='anchor' site2='s'/>"}) {
     SCOPED_TRACE(equality);

@@ -61,7 +61,7 @@ const std::vector<Case> kCases = {
      {"joint 'j'", "yields", "springyield"}},
     {"LimitMargin",
      "<worldbody><body><joint name='j' range='-10 10' margin='0.2'/><geom size='1'/></body></worldbody>",
-     {"joint 'j' (line 2)", "limit margin of 0.2", "widen the range"}},
+     {"joint 'j' (line 2)", "limit margin of 0.2 rad,", "widen the range"}},
     {"GravityCompensation",
      "<worldbody><body name='kite' gravcomp='1'><freejoint/><geom size='1'/></body></worldbody>",
      {"body 'kite' (line 2)", "gravity compensation", "remove gravcomp"}},
@@ -73,6 +73,11 @@ const std::vector<Case> kCases = {
      "<worldbody><body><joint name='a'/><geom size='1'/></body><body><joint name='b'/><geom size='1'/></body>"
      "</worldbody>\n<equality>\n<joint name='cam' joint1='a' joint2='b' polycoef='0 1 0.5 0 0'/></equality>",
      {"'cam' (line 4)", "polynomial of higher degree", "give polycoef two numbers", "move independently"}},
+    {"TorqueScale",
+     "<worldbody><body name='a'><freejoint/><geom size='1'/></body></worldbody>\n<equality>\n<weld name='w' body1='a' "
+     "torquescale='0.5'/></equality>",
+     {"'w' (line 4) has torquescale=\"0.5\"", "remove torquescale", "make it 0",
+      "--drop-unsupported, which holds the orientation rigidly"}},
     {"SpatialTendon",
      "<worldbody><site name='s'/><body><joint name='j'/><geom size='1'/><site name='t' pos='0 0 1'/></body>"
      "</worldbody>\n<tendon><spatial name='cable'><site site='s'/><site site='t'/></spatial></tendon>\n"
@@ -144,7 +149,14 @@ const std::vector<Case> kCases = {
     {"MissingInclude", "<include file='nowhere.xml'/>", {"cannot parse", "nowhere.xml"}},
     {"MasslessBody",
      "<worldbody>\n<body name='ghost'><joint/></body></worldbody>",
-     {"cannot compile", "mass and inertia", "ghost", "line 3"}},
+     {"cannot compile", "mass and inertia", "ghost", "line 3", "give it an <inertial>"}},
+    {"NegativeSize",
+     "<worldbody><body><freejoint/>\n<geom size='-1'/></body></worldbody>",
+     {"size 0 must be positive", "line 3", "; make it positive"}},
+    {"JointEqualToItself",
+     "<worldbody><body><joint name='j'/><geom size='1'/></body></worldbody>\n<equality><joint joint1='j' "
+     "joint2='j'/></equality>",
+     {"'j' is repeated", "line 3", "; name two different ones"}},
     {"MissingMeshFile",
      "<asset><mesh name='m' file='nowhere.stl'/></asset><worldbody><body><freejoint/><geom type='mesh' "
      "mesh='m'/></body>"
@@ -232,6 +244,58 @@ TEST(MjcfRefusal, UrdfJointsAndMimic) {
   EXPECT_THAT(dropped.notes, testing::Contains(HasSubstr("so that it moves freely")));
 }
 
+// A URDF robot: `tip` is what its moving link in line 3 has beside mass, `more` follows the joint in lines 4 and 5.
+std::string urdf(const std::string& tip, const std::string& inside, const std::string& more = "") {
+  return fmt::format(
+      "<robot name='r'>\n<link name='base'/>\n<link name='tip'><inertial><mass value='1'/><inertia ixx='1' ixy='0' "
+      "ixz='0' iyy='1' iyz='0' izz='1'/></inertial>{}</link>\n<joint name='j' type='continuous'><parent link='base'/>"
+      "<child link='tip'/>\n{}</joint>\n{}</robot>",
+      tip, inside, more);
+}
+
+TEST(MjcfRefusal, UrdfSizesThatAreNotPositive) {
+  const auto with = [](const char* shape) {
+    return refusal(urdf(fmt::format("<collision><geometry><{}/></geometry></collision>", shape), ""));
+  };
+  EXPECT_EQ(with("sphere radius='0.1'"), "");
+  EXPECT_EQ(with("sphere radius='-.05'"),
+            "robot.xml: <sphere> of link 'tip' (line 3) has radius=\"-.05\"; give a positive number");
+  EXPECT_THAT(with("box size='1 0 1'"), HasSubstr("<box> of link 'tip' (line 3) has size=\"1 0 1\"; give positive"));
+  EXPECT_THAT(with("cylinder radius='1' length='0'"), HasSubstr("has length=\"0\""));
+}
+
+TEST(MjcfRefusal, UrdfLoopJoint) {
+  const std::string text = urdf("", "", "<loop_joint name='l' type='ball'><link1 link='tip'/></loop_joint>");
+  EXPECT_THAT(refusal(text), AllOf(HasSubstr("loop_joint 'l' (line 6) closes a loop of links"),
+                                   HasSubstr("MJCF with a <connect> or <weld>"), HasSubstr("--drop-unsupported")));
+  const Model dropped = load_model_text(text, "robot.urdf", {.drop_unsupported = true});
+  EXPECT_THAT(dropped.notes, testing::Contains(HasSubstr("loop_joint 'l' closes a loop of links and is left out")));
+}
+
+TEST(MjcfRefusal, UrdfMimicsInACircle) {
+  const std::string other =
+      "<link name='top'><inertial><mass value='1'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' "
+      "izz='1'/></inertial>"
+      "</link>\n<joint name='k' type='continuous'><parent link='tip'/><child link='top'/>{}</joint>";
+  const auto robot = [&](const char* of_j, const char* of_k) {
+    return urdf("", of_j, fmt::format(fmt::runtime(other), of_k));
+  };
+  EXPECT_EQ(refusal(robot("", "<mimic joint='j'/>")), "");
+  EXPECT_THAT(
+      refusal(robot("<mimic joint='j'/>", "")),
+      AllOf(HasSubstr("joint 'j' (line 5) mimics itself; name another joint"), HasSubstr("--drop-unsupported")));
+  const std::string circle = robot("<mimic joint='k' multiplier='2' offset='0.5'/>", "<mimic joint='j'/>");
+  EXPECT_THAT(refusal(circle),
+              AllOf(HasSubstr("joint 'j' (line 5) mimics itself by way of 'k'; remove <mimic> from one"),
+                    Not(HasSubstr("more;"))));
+  // a joint beside the circle is none of it
+  EXPECT_THAT(refusal(robot("<mimic joint='k'/>", "<mimic joint='k'/>")),
+              HasSubstr("joint 'k' (line 7) mimics itself;"));
+  const Model dropped = load_model_text(circle, "robot.urdf", {.drop_unsupported = true});
+  EXPECT_EQ(dropped.couplings.size(), 1U);
+  EXPECT_EQ(dropped.joints.at(dropped.couplings.at(0).joint).name, "k");
+}
+
 // Every problem is found, each with its element, and the exception counts the others.
 TEST(MjcfRefusal, AllProblemsAtOnce) {
   const std::string text =
@@ -305,6 +369,26 @@ TEST(MjcfRefusal, FilesThatHoldNoModel) {
   EXPECT_THAT(with("<html></html>"), AllOf(HasSubstr("cannot parse"), HasSubstr("html")));
   EXPECT_THAT(with(std::string("\x89PNG\0\1\2", 7)), HasSubstr("cannot parse"));
   EXPECT_THAT(with("<mujoco>\n<worldbody>"), HasSubstr("cannot parse"));
+  std::filesystem::remove_all(folder);
+}
+
+// MuJoCo's parser names neither the included file nor the line.
+TEST(MjcfRefusal, FaultsInIncludedFilesHaveTheirPlace) {
+  const std::filesystem::path folder =
+      std::filesystem::path(testing::TempDir()) / fmt::format("assay_included_{}", ::getpid());
+  std::filesystem::create_directories(folder);
+  const auto with = [&](const std::string& geom) {
+    std::ofstream(folder / "part.xml") << "<mujocoinclude><worldbody>\n<body name='b'><freejoint/><geom size='1'/>\n"
+                                       << geom << "</body></worldbody></mujocoinclude>";
+    std::ofstream(folder / "robot.xml") << "<mujoco><include file='part.xml'/></mujoco>";
+    return file_refusal(folder / "robot.xml");
+  };
+  EXPECT_EQ(with("<geom size='1'/>"), "");
+  EXPECT_THAT(with("<geom sise='1'/>"),
+              AllOf(HasSubstr("robot.xml: (part.xml, line 3) MuJoCo cannot parse it: "),
+                    HasSubstr("'sise' Element 'geom'; remove it, or correct its name"), Not(HasSubstr("line 0"))));
+  EXPECT_THAT(with("<geo size='1'/>"), HasSubstr("(part.xml, line 3) MuJoCo cannot parse it: "));
+  EXPECT_THAT(with("<geom size='1 x'/>"), HasSubstr("(part.xml, line 3) MuJoCo cannot parse it: "));
   std::filesystem::remove_all(folder);
 }
 

@@ -2,6 +2,7 @@
 // compares with MuJoCo itself, mjcf_refusal_test.cc tests refusals.
 #include "model/mjcf.h"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -367,6 +368,9 @@ TEST(Mjcf, ContenderMattersBecomeNotes) {
                                  "geom 'floor'")));
   EXPECT_THAT(model.notes, Contains(HasSubstr("1 sensors are left out")));
   EXPECT_THAT(load("<worldbody>" + kBall + "</worldbody>").notes, IsEmpty());
+  EXPECT_THAT(load(hinge_body("frictionloss='1' solreffriction='0.01 1'")).notes,
+              Contains(HasSubstr("because the contender decides it: joint 'elbow'")));
+  EXPECT_THAT(load(hinge_body("solreffriction='0.01 1'")).notes, IsEmpty());
 }
 
 TEST(Mjcf, DisabledPhysicsIsNotThere) {
@@ -464,6 +468,27 @@ constexpr const char* kUrdf = R"(<robot name="arm">
 </robot>)";
 
 // As MJCF has it between moving links; planes are no link.
+TEST_F(MjcfFile, WhatIsAttachedIsInItsOwnFile) {
+  const auto robot = [&](const char* spring) {
+    write("part.xml", fmt::format("<mujoco>\n<worldbody>\n<body name='hand'>\n<joint name='j' {}/><geom name='g' "
+                                  "size='0.1'/></body></worldbody></mujoco>",
+                                  spring));
+    return write("robot.xml",
+                 "<mujoco><asset><model name='part' file='part.xml'/></asset><worldbody>\n<body name='arm'><joint "
+                 "name='k'/><geom size='0.1'/><frame><attach model='part' body='hand' prefix='l_'/></frame></body>"
+                 "</worldbody></mujoco>");
+  };
+  const LoadReport refused = inspect_model(robot("stiffness='1 2'"));
+  ASSERT_EQ(refused.problems.size(), 1U);
+  EXPECT_THAT(problem_text(refused.problems[0]), HasSubstr("joint 'l_j' (part.xml, line 4) has a nonlinear spring"));
+  FileFacts facts;
+  ASSERT_FALSE(inspect_model(robot(""), {}, &facts).refused());
+  EXPECT_EQ(facts.line_of("joint 'l_j'"), 4);
+  EXPECT_EQ(facts.file_of("joint 'l_j'"), "part.xml");
+  EXPECT_EQ(facts.line_of("joint 'k'"), 2);
+  EXPECT_EQ(facts.file_of("joint 'k'"), "");
+}
+
 TEST_F(MjcfFile, UrdfsBaseDoesNotCollideWithWhatAJointJoinsToIt) {
   const auto link = [](const std::string& name) {
     return "<link name='" + name +
@@ -544,6 +569,60 @@ TEST_F(MjcfFile, Urdf) {
   EXPECT_EQ(model.control0, (std::vector<double>{0, 0}));
   // from a string it is the same robot
   EXPECT_EQ(load_model_text(kUrdf, "arm").hash, model.hash);
+}
+
+// What URDF readers know and what they do not, once for each kind.
+TEST_F(MjcfFile, UrdfPartsThatAreNotReadAreNoted) {
+  const auto robot = [](const std::string& tip, const std::string& inside, const std::string& more) {
+    return fmt::format(R"(<robot name="r" xmlns:drake="x" version="1.0">
+<link name="base"/><material name="red"><color rgba="1 0 0 1" shade="2"/></material>
+<link name="tip"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
+<visual name="v"><geometry><mesh filename="m.dae" scale="1 1 1"/></geometry><material name="red"/></visual>{}</link>
+<joint name="j" type="revolute"><parent link="base"/><child link="tip"/><axis xyz="0 1 0"/><origin rpy="0 0 0"/>
+{}</joint>{}</robot>)",
+                       tip, inside, more);
+  };
+  const auto unread = [](const Model& model) {
+    return std::ranges::count_if(model.notes,
+                                 [](const std::string& note) { return note.find("not read") != std::string::npos; });
+  };
+  const std::string limit = R"(<limit lower="-1" upper="1" effort="1"/>)";
+  EXPECT_EQ(unread(load_model_text(robot("", limit, ""), "r")), 0);
+  const Model model = load_model_text(
+      robot(R"(<contact><lateral_friction value="0.1"/></contact><self_collision_checking/>)",
+            R"(<limit low="-1" upper="1" effort="1"/><dynamics damping="1" spring_stiffness="3"/><limits lower="0"/>
+<drake:rotor_inertia value="1"/><drake:rotor_inertia value="2"/><safety_controller k_velocity="3"/>)",
+            R"(<ros2_control name="x" type="system"><joint name="j"/></ros2_control>
+<drake:collision_filter_group name="g"/><gazebo/>)"),
+      "r");
+  for (const char* note :
+       {"<contact> of link 'tip' (line 4) is not read", "<self_collision_checking> of link 'tip' (line 4) is not read",
+        "attribute 'low' of <limit> of joint 'j' (line 6) is not read (did you mean 'lower'?)",
+        "attribute 'spring_stiffness' of <dynamics> of joint 'j' (line 6) is not read",
+        "<limits> of joint 'j' (line 6) is not read (did you mean 'limit'?)",
+        "<drake:rotor_inertia> of joint 'j' (line 7) and 1 more are not read",
+        "<safety_controller> of joint 'j' (line 7) is not read", "<drake:collision_filter_group> (line 8) is not read",
+        "ros2_control blocks are not read (1): they are another program's",
+        "gazebo extensions are not read (1): they are another program's"}) {
+    EXPECT_THAT(model.notes, Contains(note));
+  }
+  EXPECT_EQ(unread(model), 10);
+}
+
+// A coupling without a name of its own is found in the file.
+TEST_F(MjcfFile, UrdfMimicHasItsJointsNameAndLine) {
+  const std::string path = write("hand.urdf", R"(<robot name="hand"><link name="base"/>
+<link name="a"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
+<link name="b"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
+<joint name="left" type="continuous"><parent link="base"/><child link="a"/><axis xyz="0 1 0"/></joint>
+<joint name="right" type="continuous"><parent link="base"/><child link="b"/><axis xyz="0 1 0"/>
+<mimic joint="left" multiplier="2"/></joint></robot>)");
+  FileFacts facts;
+  const LoadReport report = inspect_model(path, {}, &facts);
+  ASSERT_TRUE(report.model.has_value());
+  ASSERT_EQ(report.model.value_or(Model{}).couplings.size(), 1U);
+  EXPECT_EQ(report.model.value_or(Model{}).couplings[0].name, "right");
+  EXPECT_EQ(facts.line_of("coupling 'right'"), 6);
 }
 
 // Shapes have no mass in URDF: neither those of a link without <inertial>, nor those of a link whose inertia is joined

@@ -363,6 +363,23 @@ TEST(MjcfTranslation, DroppedFlexIsFixed) {
   EXPECT_THAT(names(model.bodies), ElementsAre("b"));
 }
 
+// mjcf_against_mujoco_test.cc compares the points with MuJoCo's.
+TEST(MjcfTranslation, WeldWithoutTorqueIsAConnect) {
+  const std::string text =
+      "<worldbody><body name='a'><freejoint/><geom size='0.1'/></body></worldbody><equality><weld name='w' body1='a' "
+      "torquescale='{}'/></equality>";
+  const Model connected = load_inside(fmt::format(fmt::runtime(text), 0));
+  EXPECT_THAT(connected.welds, IsEmpty());
+  EXPECT_THAT(names(connected.connects), ElementsAre("w"));
+  EXPECT_THAT(connected.notes, Contains(AllOf(HasSubstr("equality 'w'"), HasSubstr("as a connect"))));
+  const Model welded = load_inside(fmt::format(fmt::runtime(text), 1));
+  EXPECT_THAT(names(welded.welds), ElementsAre("w"));
+  EXPECT_THAT(welded.notes, Not(Contains(HasSubstr("torquescale"))));
+  const Model dropped = load_dropped(fmt::format(fmt::runtime(text), 2));
+  EXPECT_THAT(names(dropped.welds), ElementsAre("w"));
+  EXPECT_THAT(dropped.notes, Contains(HasSubstr("torquescale=\"2\"")));
+}
+
 TEST(MjcfTranslation, OpenConstraintsAreNoted) {
   const Model model =
       load_inside(kTwoHinges + "<equality><joint name='gears' joint1='a' joint2='b' polycoef='0.5 1'/></equality>");

@@ -260,6 +260,18 @@ TEST(ModelCheck, InertiaAgainstTheShapes) {
   EXPECT_EQ(solid.find("inertia-near"), nullptr);
 }
 
+TEST(ModelCheck, MassNeedsNotFillWhatIsOnlyDrawn) {
+  const auto beside = [](const char* filter) {
+    return check_bodies(
+        fmt::format(R"(<body name="b"><freejoint/><inertial pos="0 0 0" mass="1" diaginertia=".01 .01 .01"/>)"
+                    R"(<geom size=".1"/><geom size="5" {}/></body>)",
+                    filter));
+  };
+  ASSERT_NE(beside("").find("inertia-near"), nullptr);
+  EXPECT_NEAR(beside("").find("inertia-near")->places.front().value, 0.1, 1e-12);
+  EXPECT_EQ(beside(R"(contype="0" conaffinity="0")").find("inertia-near"), nullptr);
+}
+
 // ---- joints ---------------------------------------------------------------------------------------------------------
 
 TEST(ModelCheck, JointsWithoutLimitsEffortAndDamping) {

@@ -42,6 +42,21 @@ TEST_F(ReferencesTest, WhatIsKeptIsThereForAnotherCampaign) {
   EXPECT_FALSE(references.fetch("two", path("second")));
 }
 
+// An engine may write to the runs of its results: those are no second names of what is kept, nor of other results.
+TEST_F(ReferencesTest, WhatResultsHoldIsTheirs) {
+  const References references(path("kept"));
+  write_trajectory(path("first"), "one", run(7));
+  references.keep("one", path("first"));
+  ASSERT_TRUE(references.fetch("one", path("second")));
+  for (const char* results : {"first", "second"}) {
+    std::fstream file(trajectory_path(path(results), "one"), std::ios::binary | std::ios::in | std::ios::out);
+    file << "overwritten";
+    ASSERT_TRUE(file.flush());
+  }
+  ASSERT_TRUE(references.fetch("one", path("third")));
+  EXPECT_EQ(read_trajectory(path("third"), "one").value_or(Trajectory{}).states.size(), 3U);
+}
+
 TEST_F(ReferencesTest, WithoutAFolderNothingIsKept) {
   const References none("");
   write_trajectory(path("first"), "one", run(7));

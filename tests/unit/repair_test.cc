@@ -149,13 +149,29 @@ TEST_F(Repair, SwappedBoundsThatMujocoAcceptsAreNoted) {
 
 TEST_F(Repair, NothingToMend) {
   std::vector<Mend> mends;
-  EXPECT_THROW(mended_model("<mujoco><worldbody/></mujoco>", "a.xml", "b.xml", mends), InputError);
   EXPECT_THROW(mended_model("<sdf/>", "a.sdf", "b.sdf", mends), InputError);
-  // MuJoCo mends these itself
-  EXPECT_THROW(mended_model("<mujoco><compiler balanceinertia='true'/><worldbody><body><inertial mass='1' pos='0 0 0' "
-                            "diaginertia='1 1 3'/></body></worldbody></mujoco>",
-                            "a.xml", "b.xml", mends),
-               InputError);
+  // MuJoCo mends the second one itself
+  for (const std::string text : {"<mujoco><worldbody/></mujoco>",
+                                 "<mujoco><compiler balanceinertia='true'/><worldbody><body><inertial mass='1' "
+                                 "pos='0 0 0' diaginertia='1 1 3'/></body></worldbody></mujoco>"}) {
+    EXPECT_EQ(mended_model(text, "a.xml", "b.xml", mends), text);
+    EXPECT_TRUE(mends.empty()) << text;
+  }
+}
+
+// A negative mass has no obvious mend, and a joint that moves it is no idle one.
+TEST_F(Repair, NegativeMassIsLeftToTheUser) {
+  const std::string from = write("arm.urdf", R"(<robot name="arm"><link name="base"/>
+<link name="tip"><inertial><mass value="-1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="j" type="continuous"><parent link="base"/><child link="tip"/></joint></robot>)");
+  const LoadReport report = inspect_model(from);
+  ASSERT_THAT(report.problems, SizeIs(1));
+  EXPECT_EQ(problem_text(report.problems.front()), "link 'tip' (line 2) has the mass -1 kg; give a positive mass");
+  std::vector<Mend> mends;
+  std::ifstream file(from);
+  const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  EXPECT_EQ(mended_model(text, from, path("mended.urdf"), mends), text);
+  EXPECT_TRUE(mends.empty());
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "base/errors.h"
 #include "report/canvas.h"
 #include "report/details.h"
 #include "report/figures.h"
@@ -166,6 +167,11 @@ TEST_F(DetailsTest, EqualResultsGiveEqualFigures) {
     EXPECT_GT(text_of(first[i]).size(), 1000U);
     EXPECT_EQ(text_of(first[i]), text_of(second[i])) << first[i];
   }
+  // a stranger's results could have the folder lead anywhere
+  std::filesystem::create_directories(dir_ + "/elsewhere");
+  std::filesystem::create_directory_symlink(dir_ + "/elsewhere", dir_ + "/link");
+  EXPECT_THROW(write_figures(store, dir_ + "/link"), InputError);
+  EXPECT_TRUE(std::filesystem::is_empty(dir_ + "/elsewhere"));
 }
 
 // A heap of red balls of which two roll away.

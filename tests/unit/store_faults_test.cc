@@ -37,6 +37,7 @@ namespace fs = std::filesystem;
 using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::SizeIs;
 using ::testing::StartsWith;
 
@@ -94,6 +95,10 @@ std::string content_of(const Store& store) {
     text += fmt::format("{} {} {} {}\n", row.address, row.system, row.contender, row.timestep_ms);
   }
   for (const SceneRow& row : store.scenes()) text += row.system + row.json + "\n";
+  for (const NodeRow& row : store.nodes()) text += row.id + row.json + "\n";
+  for (const PlanRow& row : store.plan()) {
+    text += fmt::format("{} {} {} {}\n", row.key, row.shard, row.cost_s, row.accuracy);
+  }
   for (const Cell& cell : store.cells()) {
     text += fmt::format("{} {} {} {} {} {} {} {} {} {}\n", cell.key, cell.system, cell.contender, cell.timestep_ms,
                         cell.measure, outcome_text(cell.outcome), cell.reason, cell.wall_s, cell.started, cell.steal);
@@ -117,6 +122,10 @@ void fill(const std::string& dir, int cells, int samples) {
   store.set_conformance("ode-quick", {{"", "free-fall", "pass", 1e-6, 1e-5, "m", "note"}});
   store.set_runs({{"abc", "chain", "ode-quick", 1}});
   store.set_scenes({{"chain", "{\"bodies\": []}"}});
+  store.set_node({"0123456789abcdef", R"({"name": "one", "shard": "1/1"})"});
+  std::vector<PlanRow> plan;
+  for (int i = 0; i <= cells; ++i) plan.push_back({numbered_cell(i).key, 1 + i % 2, 0.25 * i, i % 3 == 0});
+  store.set_plan(plan);
   for (int i = 0; i < cells; ++i) store.put_cell(numbered_cell(i), numbered_samples(i, samples));
   store.set_derived({"truth_order"}, {{1, {"truth_order", "1", 1.0, {}, {}}}});
 }
@@ -192,7 +201,10 @@ TEST_F(StoreFaultsTest, AChangedValueIsNamed) {
       {"UPDATE systems SET json = '{}'", "the table 'systems'"},
       {"UPDATE manifest SET value = 'y' WHERE key = 'cpu'", "the table 'manifest'"},
       {"UPDATE runs SET address = 'def'", "the table 'runs'"},
-      {"UPDATE conformance SET status = 'fail'", "the table 'conformance'"}};
+      {"UPDATE conformance SET status = 'fail'", "the table 'conformance'"},
+      {"UPDATE nodes SET json = '{\"name\": \"two\"}'", "the table 'nodes'"},
+      {"UPDATE plan SET shard = 3 WHERE key = 'key0001'", "the table 'plan'"},
+      {"DELETE FROM plan WHERE key = 'key0001'", "the table 'plan'"}};
   for (const auto& [sql, says] : changes) {
     fs::remove_all(dir());
     fill(dir(), 5, 5);
@@ -213,6 +225,54 @@ TEST_F(StoreFaultsTest, DamagedCellsCanBeMeasuredAgain) {
   EXPECT_THAT(store.remove_damaged_cells(), ElementsAre("consistency of chain, ode-quick at 3 ms"));
   EXPECT_THAT(store.cells(), SizeIs(4));
   EXPECT_THAT(store.remove_damaged_cells(), SizeIs(0));
+}
+
+// Cells are sound without them.
+TEST_F(StoreFaultsTest, CellsOfDamagedSamplesCanBeMeasuredAgain) {
+  fill(dir(), 5, 5);
+  change(
+      dir(),
+      "UPDATE samples SET value = value + 1e-9 WHERE cell_id = 4 AND idx = 2; DELETE FROM samples WHERE cell_id = 2");
+  {
+    Store store = Store::create(dir(), kCampaign);
+    EXPECT_THAT(store.cells(), SizeIs(5));
+    EXPECT_THAT(store.remove_damaged_cells(),
+                ElementsAre("consistency of chain, ode-quick at 2 ms", "consistency of chain, ode-quick at 4 ms"));
+    EXPECT_THAT(store.remove_damaged_cells(), SizeIs(0));
+  }
+  EXPECT_THAT(content_of(Store::open(dir())), Not(HasSubstr("key0001 chain")));
+}
+
+// What is written beside damage does not make it right.
+TEST_F(StoreFaultsTest, ADamagedTableIsNotAddedTo) {
+  fill(dir(), 2, 2);
+  change(dir(),
+         "UPDATE nodes SET json = '{}'; UPDATE conformance SET status = 'fail'; UPDATE manifest SET value = 'y' WHERE "
+         "key = 'cpu'");
+  const std::vector<std::pair<const char*, std::function<void(Store&)>>> writers = {
+      {"the table 'nodes'", [](Store& store) { store.set_node({"other", "{}"}); }},
+      {"the table 'conformance'",
+       [](Store& store) { store.set_conformance("other", {{"", "free-fall", "pass", 1e-6, 1e-5, "m", ""}}); }}};
+  EXPECT_THAT(text_of<InputError>([&] { Store::create(dir(), kCampaign); }), HasSubstr("the table 'manifest'"));
+  change(dir(), "UPDATE manifest SET value = 'x' WHERE key = 'cpu'");
+  for (const auto& writer : writers) {
+    EXPECT_THAT(text_of<InputError>([&] {
+                  Store store = Store::create(dir(), kCampaign);
+                  writer.second(store);
+                }),
+                AllOf(HasSubstr("is damaged"), HasSubstr(writer.first)));
+    EXPECT_THAT(text_of<InputError>([&] { content_of(Store::open(dir())); }), HasSubstr("is damaged"));
+  }
+}
+
+// Results of before have no hash of the plan.
+TEST_F(StoreFaultsTest, APlanWithoutAHashIsRead) {
+  fill(dir(), 5, 5);
+  const std::string before = content_of(Store::open(dir()));
+  change(dir(), "DELETE FROM hashes WHERE name = 'plan'");
+  EXPECT_EQ(content_of(Store::open(dir())), before);
+  merge_results({dir()}, dir("union"), {}, {}, {});
+  EXPECT_THAT(asked(dir("union"), "SELECT name FROM hashes"), HasSubstr("plan;"));
 }
 
 TEST_F(StoreFaultsTest, ADamagedHeaderIsDamageAndNotAnotherProgramsFile) {
@@ -760,7 +820,31 @@ TEST_F(StoreFaultsTest, AForgedTrajectoryIsRefused) {
   EXPECT_THAT(forged(2, 1, 0, std::string(kState, '\0')), StartsWith("is damaged"));
   EXPECT_THAT(forged(1, 1, 0, std::string(kState, '\0')), HasSubstr("an orientation of length 0"));
   EXPECT_THAT(forged(1, 1, 0, std::string(kState, '\xff')), HasSubstr("a non-finite number"));
+  // each would take some 80 bytes of memory
+  EXPECT_THAT(forged(1000, 0, 0, std::string(8000, '\0')), HasSubstr("states of no bodies"));
   EXPECT_FALSE(read_trajectory(dir(), "aaaa"));
+}
+
+// What pictures, replays and exports index and divide by.
+TEST_F(StoreFaultsTest, ARunIsOfItsSystemAndItsTimesIncrease) {
+  const auto fault = [](Trajectory run, const std::function<void(std::vector<State>&)>& work) {
+    work(run.states);
+    return run_fault(run, 2, 1);
+  };
+  EXPECT_EQ(fault(moving(5, 2, 0), [](auto&) {}), "");
+  EXPECT_EQ(fault(moving(5, 2, 0), [](auto& states) { states.resize(1); }), "");
+  EXPECT_EQ(fault(moving(5, 2, 0), [](auto& states) { states.clear(); }), "has no states");
+  EXPECT_EQ(fault(moving(5, 3, 0), [](auto&) {}), "is another system's");
+  EXPECT_EQ(fault(moving(5, 2, 0), [](auto& states) { states[4].bodies.pop_back(); }), "is another system's");
+  EXPECT_EQ(fault(moving(5, 2, 0), [](auto& states) { states[4].position.clear(); }), "is another system's");
+  EXPECT_EQ(run_fault(moving(5, 2, 0), 2), "") << "where the joints are not known";
+  EXPECT_EQ(fault(moving(5, 2, 0), [](auto& states) { states[3].time = states[2].time; }),
+            "has times that do not increase");
+  EXPECT_EQ(fault(moving(5, 2, 0), [](auto& states) { states[4].time = 1e12; }), "has times that no run reaches");
+  write_trajectory(dir(), "aaaa", moving(5, 2, 0));
+  EXPECT_TRUE(read_run(dir(), "aaaa", 2, 1));
+  EXPECT_FALSE(read_run(dir(), "aaaa", 2, 2));
+  EXPECT_FALSE(read_run(dir(), "aaaa", 1));
 }
 
 // Instead of a run's file: nothing is waited for, and no memory is taken for what is no run.

@@ -176,6 +176,7 @@ export interface ParityCertificate {
 
 export interface Parity {
   model: string;
+  notes?: string[]; // what the model leaves out of its file
   samples: number;
   seed: number;
   certificates: ParityCertificate[];

@@ -2,6 +2,7 @@
 import { outcomeCounts } from "./analysis";
 import { valueInfo, type System, type SystemView } from "./data";
 import { el } from "./dom";
+import { modelNotes } from "./notes";
 import type { Palette } from "./palette";
 import { agreementPanel } from "./plots/agreement";
 import { bars } from "./plots/bars";
@@ -43,7 +44,7 @@ function systemFacts(system: System): HTMLElement {
 // Fills `section` with its head and plots; what comes below them is drawn by the functions returned, in their order.
 export function fillSystem(section: HTMLElement, view: SystemView, system: System, palette: Palette): (() => void)[] {
   const drawn = view.report.json.pictures?.find((candidate) => candidate.system === view.system);
-  const head = el("div", { class: "system-head" }, el("div", {}, el("h2", {}, view.system), systemFacts(system)), drawn ? picture(drawn, 110, 74) : "");
+  const head = el("div", { class: "system-head" }, el("div", {}, el("h2", {}, view.system), systemFacts(system), modelNotes(system.facts["notes"])), drawn ? picture(drawn, 110, 74) : "");
   section.replaceChildren(head);
   if (view.cells.length === 0) {
     section.append(el("p", { class: "quiet" }, "No cell of this system has been run yet."));

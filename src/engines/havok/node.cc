@@ -2,6 +2,7 @@
 // simulations; node_host.mjs describes what goes over the socket to it.
 #include <bit>
 #include <cerrno>
+#include <chrono>
 #include <csignal>
 #include <cstring>
 #include <dlfcn.h>
@@ -11,6 +12,7 @@
 #include <string_view>
 #include <sys/socket.h>
 #include <sys/wait.h>
+#include <thread>
 #include <unistd.h>
 #include <utility>
 #include <vector>
@@ -18,6 +20,7 @@
 #include <spawn.h>
 
 #include "base/errors.h"
+#include "base/processes.h"
 #include "module.h"
 #include "plugin.h"
 
@@ -149,12 +152,30 @@ class Node {
   }
 
   [[noreturn]] void fail(const std::string& what) {
+    const int error = errno;
     broken_ = true;
-    throw EngineError(errno == 0 ? what : what + ": " + std::strerror(errno));
+    reap();
+    throw EngineError(error == 0 ? what : what + ": " + std::strerror(error));
+  }
+
+  // Its socket is closed a moment before its end is known. One that somebody else ended is not Havok's failure.
+  void reap() {
+    constexpr int kMostTries = 1000;  // a millisecond each
+    int status = 0;
+    for (int i = 0; i < kMostTries && process_ > 0; ++i) {
+      const pid_t ended = waitpid(process_, &status, WNOHANG);
+      if (ended == 0 || (ended < 0 && errno == EINTR)) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        continue;
+      }
+      process_ = -1;
+      if (ended > 0) share_end(status);
+    }
   }
 
   void end() const {
     close(socket_);
+    if (process_ < 0) return;
     kill(process_, SIGKILL);
     while (waitpid(process_, nullptr, 0) < 0 && errno == EINTR) {
     }

@@ -24,6 +24,7 @@
 
 #include "base/errors.h"
 #include "base/paths.h"
+#include "base/processes.h"
 #include "base/sandbox.h"
 #include "conformance/conformance.h"
 #include "coordinator/rerun.h"
@@ -200,7 +201,11 @@ INSTANTIATE_TEST_SUITE_P(
         Fault{"throw-foreign", Outcome::kCrashed, "not an engine's error"},
         Fault{"throw-number", Outcome::kCrashed, "no std::exception"},
         Fault{"throw-input", Outcome::kCrashed, "the user is to blame"},
-        Fault{"throw-system", Outcome::kCrashed, "the machine is to blame"}, Fault{"chatter", Outcome::kOk, ""},
+        Fault{"throw-system", Outcome::kCrashed, "the machine is to blame"},
+        Fault{"throw-in-create", Outcome::kCrashed, "no more in create"},
+        Fault{"throw-in-read", Outcome::kCrashed, "no more in read"},
+        Fault{"exit-in-create", Outcome::kCrashed, "exit status 0"},
+        Fault{"exit-in-read", Outcome::kCrashed, "exit status 0"}, Fault{"chatter", Outcome::kOk, ""},
         Fault{"garble", Outcome::kCrashed, "something other than the worker wrote"},
         Fault{"forge", Outcome::kCrashed, "something other than the worker wrote"},
         Fault{"forge-done", Outcome::kCrashed, "something other than the worker wrote"},
@@ -265,6 +270,7 @@ TEST_F(RunsTest, FaultsWhileTiming) {
 // ---- what comes from outside, and what is left behind -------------------------------------------------------------------
 
 pid_t start_run(const Campaign& campaign, const RunOptions& options, const std::string& mark);
+std::vector<pid_t> workers_of(pid_t run);
 Campaign real_campaign(const std::string& measures = R"("raw_speed", "consistency", "truth", "drift")");
 
 void write_mark(const std::string& path, size_t size) { std::ofstream(path) << std::string(size, 'k'); }
@@ -285,8 +291,8 @@ TEST_F(RunsTest, WorkersAreConfined) {
   write_mark(mark, 3);
   ::setenv("HOME", home.c_str(), 1);
   ::setenv("ASSAY_MISHAP_MARK", mark.c_str(), 1);
-  std::vector<std::string> faults = {"write-home",  "read-file",   "append-file",
-                                     "remove-file", "open-socket", "change-mode"};
+  std::vector<std::string> faults = {"write-home",  "read-file",    "append-file", "remove-file",  "open-socket",
+                                     "change-mode", "limit-others", "slow-others", "share-memory", "type-commands"};
   if (sandbox.landlock >= 6) faults.emplace_back("signal-others");
   for (const std::string& fault : faults) {
     const std::string out = dir("out-" + fault);
@@ -307,7 +313,7 @@ TEST_F(RunsTest, WorkersAreConfined) {
   EXPECT_EQ(find(Store::open(dir("scratch")), "broken", "drift", 4).outcome, Outcome::kOk);
   reliability(
       "an engine writes to the home folder, reads, changes or removes another file, makes a socket, changes "
-      "permissions, signals another process",
+      "permissions, signals, limits or slows another process, shares memory with it, types on the terminal",
       static_cast<int>(faults.size()), "refused by the kernel: diverged, with the system's reason", "that cell");
 }
 
@@ -345,6 +351,90 @@ TEST_F(RunsTest, AWorkerThatIsAlwaysKilledIsNotMeasuredAndNotBlamed) {
   for (const Cell& cell : Store::open(dir()).cells()) EXPECT_EQ(cell.outcome, Outcome::kOk) << cell.reason;
   reliability("SIGKILL of every worker of a contender", 9, "not measured, exit status 1; the next start measures it",
               "nothing");
+}
+
+// `set`: of the contender that is broken.
+Campaign broken_batch(const std::string& set) {
+  return parse_campaign(
+      "name = \"worlds\"\ntimesteps_ms = [1]\n[timing]\nrounds = 3\nbatch_ms = 1\n"
+      "[[contender]]\nname = \"sound\"\nbase = \"mishap\"\n"
+      "[[contender]]\nname = \"broken\"\nbase = \"mishap\"\nset = {" +
+          set + "}\n[[system]]\nname = \"planar-chain\"\nmeasures = [\"batch\"]\nworlds = [2]\nduration_s = 0.256\n",
+      "worlds.toml");
+}
+
+Campaign killed_batch(int times) {
+  return broken_batch("fault = \"killed\", at_step = 3, times = " + std::to_string(times));
+}
+
+// The states of worlds are examined as those of one run are.
+TEST_F(RunsTest, WorldsWhoseStatesCannotBeHaveNoRate) {
+  const std::vector<Fault> faults = {{"backward", Outcome::kCrashed, "was asked for"},
+                                     {"wrong-size", Outcome::kCrashed, "the engine gave a state of another size"},
+                                     {"zero-orientation", Outcome::kDiverged, "an orientation of length 0"},
+                                     {"nan-time", Outcome::kDiverged, "a non-finite number"}};
+  for (const Fault& fault : faults) {
+    run_scored(broken_batch("fault = \"" + fault.name + "\""), dir(fault.name));
+    const Store store = Store::open(dir(fault.name));
+    const Cell broken = find(store, "broken", "batch-2", 1);
+    EXPECT_EQ(outcome_text(broken.outcome), outcome_text(fault.outcome)) << fault.name << ": " << broken.reason;
+    EXPECT_THAT(broken.reason, HasSubstr(fault.reason));
+    EXPECT_FALSE(value(broken, "batch_rate")) << fault.name;
+    EXPECT_EQ(find(store, "sound", "batch-2", 1).outcome, Outcome::kOk);
+  }
+}
+
+// What is killed is not the worker but one of the processes in which it steps worlds.
+TEST_F(RunsTest, AKilledProcessOfABatchIsNotBlamed) {
+  const std::string mark = mark_here(dir("mark"));
+  const RunSummary summary = run_scored(killed_batch(2), dir("twice"));
+  EXPECT_EQ(fs::file_size(mark), 2U) << "processes were killed";
+  EXPECT_EQ(summary.unmeasured, 0);
+  for (const Cell& cell : Store::open(dir("twice")).cells()) {
+    EXPECT_EQ(cell.outcome, Outcome::kOk) << cell.contender << ": " << cell.reason;
+  }
+  const Campaign always = killed_batch(1000);
+  EXPECT_EQ(run_scored(always, dir("always")).unmeasured, 1);
+  for (const Cell& cell : Store::open(dir("always")).cells()) EXPECT_EQ(cell.contender, "sound") << cell.reason;
+  write_mark(mark, 1000);  // the memory is there again
+  EXPECT_EQ(run_campaign(always, options(dir("always"))).unmeasured, 0);
+  for (const Cell& cell : Store::open(dir("always")).cells()) EXPECT_EQ(cell.outcome, Outcome::kOk) << cell.reason;
+  reliability("SIGKILL of a process in which worlds of a batch are stepped", 5,
+              "another worker measures the cell; after the third it is not measured, exit status 1", "nothing");
+}
+
+// An engine that needs another process: the adapter says how that ended.
+TEST_F(RunsTest, AKilledNodeIsNotHavoksFailure) {
+  try {
+    const ResolvedContender node = Registry::instance().resolve("havok-node");
+    const Model& model = faulty_campaign("none").systems.front().model;
+    node.engine->create(model, model.initial, node.settings);
+  } catch (const InputError& error) {
+    GTEST_SKIP() << error.what();
+  } catch (const EngineError& error) {
+    GTEST_SKIP() << error.what();
+  }
+  const Campaign campaign = parse_campaign(
+      "name = \"node\"\ncontenders = [\"havok-node\"]\ntimesteps_ms = [1]\nmeasures = [\"drift\"]\n"
+      "[[system]]\nname = \"planar-chain\"\nduration_s = 0.128\n",
+      "node.toml");
+  const pid_t run = start_run(campaign, options(dir()), dir());
+  bool killed = false;
+  for (int i = 0; i < 10000 && !killed; ++i) {
+    for (const pid_t worker : workers_of(run)) {
+      for (const pid_t child : children_of(worker)) killed = killed || ::kill(child, SIGKILL) == 0;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  int status = 0;
+  ::waitpid(run, &status, 0);
+  EXPECT_TRUE(killed);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+  const Store store = Store::open(dir());
+  EXPECT_THAT(store.conformance(), SizeIs(conformance_tests().size()));
+  for (const ConformanceRow& row : store.conformance()) EXPECT_NE(row.status, "fail") << row.test << ": " << row.note;
+  EXPECT_EQ(find(store, "havok-node", "drift", 1).outcome, Outcome::kOk);
+  reliability("SIGKILL of the Node in which Havok runs", 1, "another worker goes on", "the time of that worker");
 }
 
 TEST_F(RunsTest, AKilledConformanceSuiteIsNotBlamedEither) {
@@ -427,6 +517,44 @@ TEST_F(RunsTest, WhatAnEngineStartsEndsWithAKilledParent) {
   EXPECT_TRUE(gone) << "process " << left << " outlives the killed run";
   reliability("SIGKILL of the parent while an engine has a process of its own", 1, "it ends with the worker",
               "nothing");
+}
+
+// The guard itself is killed: its parent does what it would have done.
+TEST_F(RunsTest, WhatAnEngineStartsEndsWithAKilledGuard) {
+  const std::string mark = mark_here(dir("mark")), scratch = dir("scratch");
+  fs::create_directories(scratch);
+  const char* const temporary = std::getenv("TMPDIR");
+  const std::string before = temporary == nullptr ? "" : temporary;
+  ::setenv("TMPDIR", scratch.c_str(), 1);
+  const Campaign campaign = faulty_campaign("leave-and-hang");
+  pass_gate(campaign, dir());
+  RunOptions without_probe = options(dir());
+  without_probe.probe = false;
+  const pid_t run = start_run(campaign, without_probe, dir());
+  before.empty() ? ::unsetenv("TMPDIR") : ::setenv("TMPDIR", before.c_str(), 1);
+  const auto left = [&] {
+    std::vector<pid_t> found;
+    std::ifstream file(mark);
+    for (pid_t process = 0; file >> process;) found.push_back(process);
+    return found;
+  };
+  for (int i = 0; i < 2000 && left().empty(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  int kills = 0;
+  for (const pid_t guard : children_of(run)) kills += ::kill(guard, SIGKILL) == 0 ? 1 : 0;
+  int status = 0;
+  ::waitpid(run, &status, 0);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+  EXPECT_GT(kills, 0);
+  EXPECT_GT(left().size(), 2U) << "a killed guard's job is tried again";
+  for (const pid_t process : left()) EXPECT_NE(::kill(process, 0), 0) << "process " << process << " outlives its guard";
+  EXPECT_TRUE(fs::is_empty(scratch)) << fs::directory_iterator(scratch)->path();
+  const Store store = Store::open(dir());
+  for (const double timestep : {1.0, 4.0}) {
+    EXPECT_EQ(find(store, "sound", "drift", timestep).outcome, Outcome::kOk);
+    EXPECT_EQ(find(store, "broken", "drift", timestep).outcome, Outcome::kTimeout);
+  }
+  reliability("SIGKILL of the guard above a worker whose engine has a process of its own", kills,
+              "that ends too, another worker measures the cell", "the time of that worker");
 }
 
 #ifndef __SANITIZE_ADDRESS__  // memory has no limit there
@@ -901,15 +1029,9 @@ TEST_F(RunsTest, KilledAtRandomMomentsItEndsWithTheSameTable) {
 
 // The worker processes of a run, below their guards.
 std::vector<pid_t> workers_of(pid_t run) {
-  const auto children = [](pid_t parent) {
-    std::vector<pid_t> found;
-    std::ifstream file(fmt::format("/proc/{0}/task/{0}/children", parent));
-    for (pid_t child = 0; file >> child;) found.push_back(child);
-    return found;
-  };
   std::vector<pid_t> workers;
-  for (const pid_t guard : children(run)) {
-    for (const pid_t worker : children(guard)) workers.push_back(worker);
+  for (const pid_t guard : children_of(run)) {
+    for (const pid_t worker : children_of(guard)) workers.push_back(worker);
   }
   return workers;
 }
@@ -926,10 +1048,10 @@ TEST_F(RunsTest, WorkersKilledAtRandomMomentsLeaveTheSameTable) {
   int kills = 0, status = 0;
   while (::waitpid(run, &status, WNOHANG) == 0) {
     std::this_thread::sleep_for(std::chrono::milliseconds(50 + random() % 150));
-    const std::vector<pid_t> workers = workers_of(run);
-    if (workers.empty() || kills >= kMostKills) continue;
+    const std::vector<pid_t> victims = random() % 3 == 0 ? children_of(run) : workers_of(run);
+    if (victims.empty() || kills >= kMostKills) continue;
     // rarely enough that no job is lost three times
-    if (::kill(workers[random() % workers.size()], random() % 4 == 0 ? SIGTERM : SIGKILL) == 0) ++kills;
+    if (::kill(victims[random() % victims.size()], random() % 4 == 0 ? SIGTERM : SIGKILL) == 0) ++kills;
   }
   EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
   EXPECT_GT(kills, 0);

@@ -3,6 +3,7 @@
 import type { Parity, ParityCertificate, ParityJoint, ParityLimit, Report } from "../data";
 import { el, type Child } from "../dom";
 import { plain, sentenceList } from "../format";
+import { modelNotes } from "../notes";
 import { scrollFrame } from "./sortable";
 
 const kKinds = ["inertia", "gravity", "Coriolis", "springs", "damping", "armature", "dry friction", "torque"] as const;
@@ -171,6 +172,7 @@ function one(parity: Parity): Child[] {
   return [
     el("h3", {}, parity.model),
     el("p", {}, summary(certificates)),
+    modelNotes(parity.notes),
     scrollFrame(
       `Parity of ${parity.model}`,
       "The largest error of a joint's force of each kind, relative to its largest force of that kind; armature: relative to its inertia; torque: of the gain with which its actuators' torque arrives. ✓ indistinguishable from rounding and the steps' own error, ≠ differs, ? not settled, – none.",

@@ -1,8 +1,9 @@
-#include "report/write_file.h"
+#include "base/write_file.h"
 
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <unistd.h>
 
 #include <fmt/format.h>
@@ -29,6 +30,20 @@ void write_file(const std::string& path, const std::string& content) {
   if (!written) errno = error;
   if (!written || !closed) fail("write");
   if (std::rename(part.c_str(), path.c_str()) != 0) fail("write");
+}
+
+void refuse_linked_folder(const std::string& folder) {
+  std::error_code ignored;  // what cannot be looked at is no link that leads anywhere
+  if (!std::filesystem::is_symlink(std::filesystem::symlink_status(folder, ignored))) return;
+  throw InputError(fmt::format(
+      "'{}' is a symbolic link, and results are only written below their own folder: put the folder there", folder));
+}
+
+void make_own_folder(const std::string& folder) {
+  refuse_linked_folder(folder);
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw SystemError(fmt::format("cannot make the folder '{}': {}", folder, error.message()));
 }
 
 }  // namespace assay

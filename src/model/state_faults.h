@@ -1,0 +1,21 @@
+// What in a state that comes from an engine, or from a file of its states, cannot be: "" for nothing, else words that
+// follow "the engine gave".
+#pragma once
+
+#include <string>
+
+#include "model/state.h"
+
+namespace assay {
+
+// Its shape: "3 bodies where the model has 5". `bodies` and `joints` are the model's.
+std::string state_shape_fault(const State& state, size_t bodies, size_t joints);
+
+// Its values: "a non-finite number", "an orientation of length 0".
+std::string state_value_fault(const State& state);
+
+// Its time, which is finite, `steps` timesteps after `start_s`: "the time 1 s where 2 s was asked for". An engine may
+// sum up its timesteps, but not lose or repeat one.
+std::string state_time_fault(const State& state, double start_s, double timestep_s, long long steps);
+
+}  // namespace assay
