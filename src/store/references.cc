@@ -58,6 +58,7 @@ bool References::fetch(const std::string& address, const std::string& results) c
 
 void References::keep(const std::string& address, const std::string& results) const {
   if (dir_.empty() || has_trajectory(dir_, address) || !has_trajectory(results, address)) return;
+  if (!trajectory_fault(results, address).empty()) return;
   std::error_code error;
   fs::create_directories(dir_, error);
   if (!error) copy_whole(trajectory_path(results, address), trajectory_path(dir_, address));

@@ -4,30 +4,32 @@ import json
 import os
 import subprocess
 import sys
+import textwrap
 
 from harness import SOURCE, AssayTest, main
 
-MODULE = """
-import sys
-sys.path.insert(0, {folder!r})
-from harness import AssayTest, main, reliability
+# Indented: CTest takes tests from lines that begin as a class or a test does.
+MODULE = textwrap.dedent("""
+    import sys
+    sys.path.insert(0, {folder!r})
+    from harness import AssayTest, main, reliability
 
-class Faults(AssayTest):
-    def test_a_part_fails(self):
-        with self.subTest("part"):
-            self.fail("on purpose")
-        reliability("of a part that fails", 1, "outcome", "lost")
+    class Faults(AssayTest):
+        def test_a_part_fails(self):
+            with self.subTest("part"):
+                self.fail("on purpose")
+            reliability("of a part that fails", 1, "outcome", "lost")
 
-    def test_all_parts_pass(self):
-        with self.subTest("part"):
-            pass
-        reliability("of parts | that pass", 2, "outcome", "nothing")
+        def test_all_parts_pass(self):
+            with self.subTest("part"):
+                pass
+            reliability("of parts | that pass", 2, "outcome", "nothing")
 
-    def test_left_out(self):
-        self.skipTest("nothing is here")
+        def test_left_out(self):
+            self.skipTest("nothing is here")
 
-main()
-"""
+    main()
+    """)
 PAGE = """before
 <!-- faults: begin -->
 | fault | tries | outcome | lost |

@@ -43,6 +43,16 @@ class Help(AssayTest):
         self.assertEqual((done.returncode, done.stdout), (2, ""))
         self.assertEqual(done.stderr, self.assay("--help"))
 
+    def test_simulate_names_every_control_that_it_takes(self):
+        text = " ".join(self.assay("simulate", "--help").split())
+        for control in ["passive", "actuators", "hold,natural_frequency=HZ", "0, which is 10 Hz", "random,motion=RAD,seed=N",
+                        "sine,amplitude=NM,frequency=HZ,phase_step=RAD", "CSV file of torques"]:
+            self.assertIn(control, text)
+        common = ["simulate", "planar-chain", "--engine", "null", "--timestep", "1", "--duration", "0.01", "--out", "x.csv"]
+        for control in ["hold,natural_frequency=0", "random,motion=0.1,seed=2"]:
+            self.assay(*common, "--control", control)
+        self.refused(*common, "--control", "quadratic", naming=["'quadratic'", "file,path=torques.csv", "policy,config=policy.toml"])
+
 
 class WrongUsage(AssayTest):
     def test_unknown_command_gets_the_nearest_name(self):
@@ -61,18 +71,6 @@ class WrongUsage(AssayTest):
         self.refused("check", "planar-chain", "capsules-27", naming=["'capsules-27'", "assay check --help"])
         self.refused("run", "quick", naming=["--out is required"])
         self.refused("report", naming=["DIR is required"])
-
-
-class Help(AssayTest):
-    def test_simulate_names_every_control_that_it_takes(self):
-        text = " ".join(self.assay("simulate", "--help").split())
-        for control in ["passive", "actuators", "hold,natural_frequency=HZ", "0, which is 10 Hz", "random,motion=RAD,seed=N",
-                        "sine,amplitude=NM,frequency=HZ,phase_step=RAD", "CSV file of torques"]:
-            self.assertIn(control, text)
-        common = ["simulate", "planar-chain", "--engine", "null", "--timestep", "1", "--duration", "0.01", "--out", "x.csv"]
-        for control in ["hold,natural_frequency=0", "random,motion=0.1,seed=2"]:
-            self.assay(*common, "--control", control)
-        self.refused(*common, "--control", "quadratic", naming=["'quadratic'", "file,path=torques.csv", "policy,config=policy.toml"])
 
 
 class Output(AssayTest):

@@ -131,6 +131,7 @@ class MergeTest : public TempFolderTest {
     a.set_scenes({{"chain", "{}"}});
     Trajectory run;
     run.states.resize(2);
+    for (State& state : run.states) state.bodies.resize(1);
     write_trajectory(a.trajectories_dir(), "address1", run);
     write_trajectory(b.trajectories_dir(), "address1", run);
     write_trajectory(b.trajectories_dir(), "address2", run);
@@ -310,6 +311,7 @@ TEST_F(MergeTest, ARunWithOtherStatesIsRefused) {
     Store d = part("d", "n1");
     Trajectory run;
     run.states.resize(2);
+    for (State& state : run.states) state.bodies.resize(1);
     run.states[1].time = 1;
     write_trajectory(d.trajectories_dir(), "address1", run);
   }

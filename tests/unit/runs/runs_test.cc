@@ -407,7 +407,7 @@ TEST_F(RunsTest, AKilledProcessOfABatchIsNotBlamed) {
 TEST_F(RunsTest, AKilledNodeIsNotHavoksFailure) {
   try {
     const ResolvedContender node = Registry::instance().resolve("havok-node");
-    const Model& model = faulty_campaign("none").systems.front().model;
+    const Model model = faulty_campaign("none").systems.front().model;
     node.engine->create(model, model.initial, node.settings);
   } catch (const InputError& error) {
     GTEST_SKIP() << error.what();
