@@ -127,14 +127,15 @@ std::vector<std::string> errors_of(const Campaign& campaign) {
 }
 
 // A limit on what is not measured would end in no answer after the whole budget.
-void check_limitable(const Campaign& campaign, const char* option, const std::string& given, const std::string& name) {
+void check_limitable(const Campaign& campaign, const char* option, const std::string& given,
+                     const std::string& of_value) {
   const auto measured = [&](const ValueInfo& value) {
     return std::ranges::any_of(campaign.systems, [&](const CampaignSystem& system) {
       return std::ranges::any_of(system.measures,
                                  [&](const Measure measure) { return measure_text(measure) == value.measure; });
     });
   };
-  const ValueInfo value = value_info(name);
+  const ValueInfo value = value_info(of_value);
   if (value.limit && measured(value)) return;
   std::vector<std::string> names;
   for (const ValueInfo& each : value_catalogue()) {

@@ -267,7 +267,7 @@ class Submission {
     request_.jobs.insert(request_.jobs.end(), stay.begin(), stay.end());
     try {
       write_request(request_);
-    } catch (const SystemError&) {  // what stays is named all the same
+    } catch (const SystemError&) {  // NOLINT(bugprone-empty-catch): what stays is named all the same
     }
     return ids.empty()
                ? "nothing was submitted"

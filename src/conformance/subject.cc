@@ -108,7 +108,7 @@ std::unique_ptr<Simulation> Subject::create(const Model& model, const State& sta
   return contender_.engine->create(model, state, settings);
 }
 
-void Subject::read(const Simulation& simulation, const Model& model, double not_before_s, State& out) const {
+void Subject::read(const Simulation& simulation, const Model& model, double not_before_s, State& out) {
   simulation.read_state(out);
   std::string fault = state_shape_fault(out, model.bodies.size(), model.joints.size());
   if (fault.empty()) fault = state_value_fault(out);

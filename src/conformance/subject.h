@@ -68,7 +68,7 @@ class Subject {
 
   // A state on the way: throws EngineError for one of another size, with values that cannot be, or of a time before
   // `not_before_s`.
-  void read(const Simulation& simulation, const Model& model, double not_before_s, State& out) const;
+  static void read(const Simulation& simulation, const Model& model, double not_before_s, State& out);
 
   // The state after `duration` (a whole number of timesteps), with constant torques or none. Reads the state every
   // 10 ms, so that angles unwrap.

@@ -328,12 +328,12 @@ class Examination {
       return false;
     }
     // MuJoCo would read a model in it, whatever the element is
-    for (const char* ending : {".mjz", ".zip"}) {
-      if (file.size() < 4 || ::strcasecmp(file.c_str() + file.size() - 4, ending) != 0) continue;
-      refuse(element, part, fmt::format("names the archive '{}'", name), "unpack it, and name the file in it");
-      return false;
-    }
-    return true;
+    const auto ends_with = [&](const char* ending) {
+      return file.size() >= 4 && ::strcasecmp(file.c_str() + file.size() - 4, ending) == 0;
+    };
+    if (!ends_with(".mjz") && !ends_with(".zip")) return true;
+    refuse(element, part, fmt::format("names the archive '{}'", name), "unpack it, and name the file in it");
+    return false;
   }
 
   static std::string read(const fs::path& file) {

@@ -202,7 +202,7 @@ TEST_F(StoreFaultsTest, AChangedValueIsNamed) {
       {"UPDATE manifest SET value = 'y' WHERE key = 'cpu'", "the table 'manifest'"},
       {"UPDATE runs SET address = 'def'", "the table 'runs'"},
       {"UPDATE conformance SET status = 'fail'", "the table 'conformance'"},
-      {"UPDATE nodes SET json = '{\"name\": \"two\"}'", "the table 'nodes'"},
+      {R"(UPDATE nodes SET json = '{"name": "two"}')", "the table 'nodes'"},
       {"UPDATE plan SET shard = 3 WHERE key = 'key0001'", "the table 'plan'"},
       {"DELETE FROM plan WHERE key = 'key0001'", "the table 'plan'"}};
   for (const auto& [sql, says] : changes) {
