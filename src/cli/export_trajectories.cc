@@ -91,7 +91,6 @@ void write_csv(const std::string& path, const Trajectory& trajectory, const Scen
   file.finish();
 }
 
-// Whether the states fit the scene's model.
 }  // namespace
 
 int export_trajectories(const std::string& dir, const std::string& format, const std::string& folder) {

@@ -43,10 +43,10 @@ std::string options_of(const SlurmRequest& request, const std::string& title, bo
   return text;
 }
 
-// `cells` as --cells has them; `folder` of the parts, to which their number is added.
 // The user's, of the command that submits: a request that a stranger wrote has none.
 const char* agreement() { return agreed_to_external_files() ? " --allow-external-files" : ""; }
 
+// `cells` as --cells has them; `folder` of the parts, to which their number is added.
 std::string part_command(const SlurmRequest& request, const std::string& cells, const std::string& folder, int parts) {
   return fmt::format("exec {} run {}{} --shard \"${{SLURM_ARRAY_TASK_ID}}/{}\" --cells {} --references {} --out {}/{}",
                      shell_word(request.program), shell_word(request.campaign), agreement(), parts, cells,

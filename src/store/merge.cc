@@ -629,12 +629,15 @@ bool same_directory(const std::string& a, const std::string& b) {
 MergeSummary merge_results(const std::vector<std::string>& sources, const std::string& out,
                            const std::vector<std::string>& derived,
                            const std::function<void(const std::string& source)>& begin,
-                           const std::function<void(Store& merged)>& finish) {
+                           const std::function<void(Store& merged)>& finish,
+                           const std::function<void(const Store& source)>& check) {
   if (sources.empty()) throw InputError("there is nothing to merge: name results directories");
   // Before anything is written.
   Description first = describe(Store::open(sources.front()));
   for (const std::string& source : sources) {
-    Description other = describe(Store::open(source));
+    const Store opened = Store::open(source);
+    Description other = describe(opened);
+    if (check) check(opened);
     refuse_another_campaign(first, other);
     if (is_only_begun(first)) first = std::move(other);
   }

@@ -21,7 +21,7 @@ struct MergeSummary {
 // what was interrupted goes on with the same call. Memory does not grow with the sources. A source may be still written
 // to; its finished cells are taken. Values named in `derived` follow from several cells: they are neither compared nor
 // taken, because the caller computes them anew from the union: in `finish`, which gets it still open, as opening checks
-// all of it. `begin` is told each source.
+// all of it. `begin` is told each source. `check` gets each source before anything is merged, and may throw.
 //
 // Throws InputError that names the directories and what differs. Before anything is merged when a source is of another
 // campaign, program or schema, when `out` is damaged, or when the timings of one system would come from two machines.
@@ -30,6 +30,7 @@ struct MergeSummary {
 MergeSummary merge_results(const std::vector<std::string>& sources, const std::string& out,
                            const std::vector<std::string>& derived,
                            const std::function<void(const std::string& source)>& begin = {},
-                           const std::function<void(Store& merged)>& finish = {});
+                           const std::function<void(Store& merged)>& finish = {},
+                           const std::function<void(const Store& source)>& check = {});
 
 }  // namespace assay

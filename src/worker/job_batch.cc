@@ -12,9 +12,9 @@
 #include "measures/batch.h"
 #include "measures/plausible.h"
 #include "measures/statistics.h"
-#include "model/state_faults.h"
 #include "worker/job_parts.h"
 #include "worker/process_batch.h"
+#include "worker/stepper.h"
 
 namespace assay::jobs {
 namespace {
@@ -26,19 +26,6 @@ auto of_engine(const Work& work) {
     return work();
   } catch (const InputError& error) {
     throw std::runtime_error(error.what());
-  }
-}
-
-// A state that was read `steps` timesteps after `start_s`.
-void examine(const State& state, const Model& model, double start_s, double timestep_s, long long steps) {
-  if (const std::string fault = state_shape_fault(state, model.bodies.size(), model.joints.size()); !fault.empty()) {
-    throw AdapterFault(fmt::format("the engine gave {}", fault));
-  }
-  if (const std::string fault = state_value_fault(state); !fault.empty()) {
-    throw EngineError(fmt::format("the engine gave {}", fault));
-  }
-  if (const std::string fault = state_time_fault(state, start_s, timestep_s, steps); !fault.empty()) {
-    throw AdapterFault(fmt::format("the engine gave {}", fault));
   }
 }
 
@@ -111,7 +98,7 @@ class BatchSession {
  private:
   void read_world(int world) {
     batch_->read_state(world, state_);
-    examine(state_, subject_.model, starts_[static_cast<size_t>(world)].time, timestep_s_, since_restart_);
+    examine_state(state_, subject_.model, starts_[static_cast<size_t>(world)].time, timestep_s_, since_restart_);
   }
 
   std::unique_ptr<BatchSimulation> made() const {
@@ -148,7 +135,7 @@ class BatchSession {
     }
     const State& read() {
       simulation_ ? simulation_->read_state(state_) : process_->read_state(0, state_);
-      examine(state_, model_, start_s_, timestep_s_, steps_);
+      examine_state(state_, model_, start_s_, timestep_s_, steps_);
       return state_;
     }
 

@@ -27,6 +27,18 @@ void engines_own(const Work& work) {
 
 }  // namespace
 
+void examine_state(const State& state, const Model& model, double start_s, double timestep_s, long long steps) {
+  if (const std::string fault = state_shape_fault(state, model.bodies.size(), model.joints.size()); !fault.empty()) {
+    throw AdapterFault(fmt::format("the engine gave {}", fault));
+  }
+  if (const std::string fault = state_value_fault(state); !fault.empty()) {
+    throw EngineError(fmt::format("the engine gave {}", fault));
+  }
+  if (const std::string fault = state_time_fault(state, start_s, timestep_s, steps); !fault.empty()) {
+    throw AdapterFault(fmt::format("the engine gave {}", fault));
+  }
+}
+
 Stepper::Stepper(const Subject& subject, const State& start, double timestep_s)
     : subject_(subject),
       control_(subject.control->start(timestep_s)),
@@ -53,16 +65,7 @@ void Stepper::restart(State from) {
 
 void Stepper::read_state() {
   engines_own([&] { simulation_->read_state(state_); });
-  const Model& model = subject_.model;
-  if (const std::string fault = state_shape_fault(state_, model.bodies.size(), model.joints.size()); !fault.empty()) {
-    throw AdapterFault(fmt::format("the engine gave {}", fault));
-  }
-  if (const std::string fault = state_value_fault(state_); !fault.empty()) {
-    throw EngineError(fmt::format("the engine gave {}", fault));
-  }
-  if (const std::string fault = state_time_fault(state_, start_s_, timestep_s_, steps_); !fault.empty()) {
-    throw AdapterFault(fmt::format("the engine gave {}", fault));
-  }
+  examine_state(state_, subject_.model, start_s_, timestep_s_, steps_);
 }
 
 void Stepper::advance(long long steps) {

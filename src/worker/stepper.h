@@ -43,7 +43,11 @@ class AdapterFault : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// Every state that the worker reads from an engine is read and examined here.
+// What a state that was read `steps` timesteps after `start_s` may not be: throws AdapterFault for another size or
+// time, EngineError for values that cannot be.
+void examine_state(const State& state, const Model& model, double start_s, double timestep_s, long long steps);
+
+// Every state of one world that the worker reads from an engine is read and examined here.
 class Stepper {
  public:
   // Throws UnsupportedError and EngineError as Engine::create does, and InputError as Control::start does. Here and
