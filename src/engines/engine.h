@@ -7,6 +7,7 @@
 #pragma once
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -85,6 +86,9 @@ struct Deviation {
   std::string test;
   double bound = 0;
   std::string reason;  // one sentence, ends in the report's fairness table
+  // Timesteps between which it shows, s, both included; a test that tries others has to pass there.
+  double finest = 0;
+  double coarsest = std::numeric_limits<double>::infinity();
 };
 
 // What an adapter does with one thing of a model.
@@ -115,6 +119,9 @@ struct Capabilities {
   bool contact = false;
   bool joint_limits = false;
   bool torques = true;    // joint torques can be applied
+  // The adapter gives Model::actuators to the engine as the engine's own, and set_torques() adds to them. False: the
+  // caller computes their forces and passes them as torques.
+  bool actuators = false;
   bool armature = false;  // exact joint armature; models with armature are refused without it
   SpringKind springs = SpringKind::kNone;
   std::string spring_note;
@@ -127,6 +134,8 @@ struct Capabilities {
   ContactForces contact_forces = ContactForces::kNone;
   std::string contact_forces_note;  // where they come from and what they leave out, or why there are none
   int threads = 1;
+  // s; at shorter timesteps the engine loses slow motions, so that no fine-step run is made there; 0: no such timestep.
+  double finest_timestep = 0;
   std::vector<Deviation> deviations;
   std::vector<FeatureSupport> features;  // a feature that is not listed is refused: "ENGINE has no slide joints"
 
@@ -269,7 +278,7 @@ class Engine {
 // ---- plugins --------------------------------------------------------------------------------------------------------
 
 // Raised with every change of this header or of model.h and state.h; a plugin of another version is refused by name.
-inline constexpr int kPluginVersion = 9;
+inline constexpr int kPluginVersion = 10;
 
 struct PluginEntry {
   int version;
