@@ -59,8 +59,12 @@ std::vector<Setting> declared_settings() {
        1.0},
       {"max_correction", 0.2, "m", "most that one iteration of the position solver moves a body", {}, 1e-6, 1e6},
       {"warm_start", true, "", "start from the impulses of the step before"},
-      {"pair_cache", true, "",
-       "keep the contact points of two bodies whose relative pose changed by less than 1 mm and 2 degrees"},
+      {"pair_cache", false, "",
+       "keep the contact points of two bodies whose relative pose changed by less than 1 mm and 2 degrees, as Jolt "
+       "does "
+       "by default: a round body at rest then rolls away"},
+      {"slow_turns", true, "",
+       "keep turns of at most 1e-6 rad a step, which Jolt drops: bodies get them once they add up to more"},
       lent_share_setting(),
       {"gyroscopic", true, "", "gyroscopic torque (Jolt's own default is off); off is wrong for asymmetric bodies"},
   };
@@ -84,6 +88,7 @@ Options read_options(const Settings& settings) {
   options.world.warm_start = flag("warm_start");
   options.world.pair_cache = flag("pair_cache");
   options.world.gyroscopic = flag("gyroscopic");
+  options.world.slow_turns = flag("slow_turns");
   options.lent_share = settings.get<double>("lent_share");
   options.native_springs = is(settings, "pd", "native");
   return options;

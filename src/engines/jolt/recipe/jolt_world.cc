@@ -320,6 +320,52 @@ class Rotors final : public JPH::PhysicsStepListener {
   std::vector<Coordinate> rotors_;
 };
 
+// Body::AddRotationStep drops turns of at most this, rad, at any timestep: at 1/4 ms a body slower than 4 mrad/s would
+// not turn at all (findings/jolt/slow_turns.cc).
+constexpr float kLeastTurn = 1e-6f;
+
+// Gives bodies the turns that Jolt dropped, once their sum is large enough for Jolt to make it. What single precision
+// rounds away of that turn stays in the sum.
+class SlowTurns final : public JPH::PhysicsStepListener {
+ public:
+  void add(JPH::Body* body) { turns_.push_back({body}); }
+
+  // Between the substeps of a step.
+  void OnStep(const JPH::PhysicsStepListenerContext& context) override {
+    if (!context.mIsFirstStep) after(context.mDeltaTime);
+  }
+
+  // After a (sub)step of `h` seconds.
+  void after(float h) {
+    for (Turn& turn : turns_) {
+      const JPH::Vec3 dropped = turn.body->GetAngularVelocity() * h;
+      if (dropped.Length() > kLeastTurn || dropped == JPH::Vec3::sZero()) continue;
+      double square = 0;
+      for (int k = 0; k < 3; ++k) {
+        turn.sum[k] += double{dropped[k]};
+        square += turn.sum[k] * turn.sum[k];
+      }
+      if (square <= double{kLeastTurn} * double{kLeastTurn}) continue;
+      const JPH::Quat from = turn.body->GetRotation();
+      turn.body->AddRotationStep(vec(turn.sum));
+      const JPH::Quat to = turn.body->GetRotation();
+      // the vector part of to * conjugate(from) is half of the turn that was made
+      const double w = from.GetW(), x = from.GetX(), y = from.GetY(), z = from.GetZ();
+      const double tw = to.GetW(), tx = to.GetX(), ty = to.GetY(), tz = to.GetZ();
+      turn.sum[0] -= 2 * (tx * w - tw * x - ty * z + tz * y);
+      turn.sum[1] -= 2 * (ty * w - tw * y - tz * x + tx * z);
+      turn.sum[2] -= 2 * (tz * w - tw * z - tx * y + ty * x);
+    }
+  }
+
+ private:
+  struct Turn {
+    JPH::Body* body;
+    double sum[3] = {0, 0, 0};  // rad, world axes
+  };
+  std::vector<Turn> turns_;
+};
+
 // Jolt's contact cache after a step has the impulses of its solver. No function of Jolt gives them; it saves them with
 // its state (ContactConstraintManager::ManifoldCache::SaveState in Jolt 5.6, whose order this is).
 struct CachedPoint {
@@ -427,6 +473,7 @@ struct jolt_world {
   ~jolt_world() {
     JPH::BodyInterface& bodies_of = system.GetBodyInterfaceNoLock();
     if (!rotors.empty()) system.RemoveStepListener(&rotors);
+    if (settings.collision_steps > 1) system.RemoveStepListener(&slow_turns);
     for (const JPH::Ref<JPH::Constraint>& constraint : constraints) system.RemoveConstraint(constraint);
     constraints.clear();
     coordinates.clear();
@@ -477,6 +524,7 @@ struct jolt_world {
     }
     for (int j = 0; j < joint_count; ++j) add_joint(joints[j]);
     if (!rotors.empty()) system.AddStepListener(&rotors);
+    if (settings.collision_steps > 1) system.AddStepListener(&slow_turns);
     system.OptimizeBroadPhase();
     return true;
   }
@@ -492,6 +540,7 @@ struct jolt_world {
   std::vector<Coordinate> coordinates;  // the hinges and slides
   std::vector<JPH::Ref<JPH::PointConstraint>> balls;
   Rotors rotors;
+  SlowTurns slow_turns;
   bool has_slides = false;
   bool keeps_contacts = false;
   Normals normals;                  // of the last step
@@ -528,6 +577,7 @@ struct jolt_world {
     motion.SetInverseInertia(vec(inverse), quat(body.q_inertia).Normalized());
     interface.AddBody(created->GetID(), JPH::EActivation::Activate);
     bodies.push_back(created);
+    if (settings.slow_turns != 0) slow_turns.add(created);
   }
 
   bool add_static(const jolt_shape& shape, const double* numbers, int row) {
@@ -699,6 +749,7 @@ int32_t jolt_step(jolt_world* world, int32_t count) {
       for (size_t b = 0; b < world->bodies.size(); ++b) world->before[b] = world->bodies[b]->GetCenterOfMassTransform();
     }
     errors |= world->system.Update(h, collision_steps, &world->memory, &world->jobs);
+    world->slow_turns.after(h / static_cast<float>(collision_steps));
   }
   return static_cast<int32_t>(errors);
 }

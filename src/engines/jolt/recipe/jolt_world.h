@@ -31,6 +31,8 @@ typedef struct jolt_settings {
   double plane_half_extent;    /* m, beyond which a plane is not felt */
   int32_t velocity_steps, position_steps, collision_steps;
   int32_t warm_start, pair_cache, gyroscopic;
+  int32_t slow_turns; /* keep turns of at most 1e-6 rad a step, which Jolt drops */
+  int32_t unused;
 } jolt_settings;
 
 typedef struct jolt_body {
@@ -108,8 +110,9 @@ jolt_world* jolt_create(const jolt_settings* settings, const jolt_body* bodies, 
                         const double* numbers, int32_t number_count, const jolt_joint* joints, int32_t joint_count);
 void jolt_free(jolt_world* world);
 
-/* `count` calls of the engine's step function. Not 0: the bits of JPH::EPhysicsUpdateError, a cache was too small; -1:
-   the engine trapped (WebAssembly). */
+/* `count` calls of the engine's step function. With slow_turns bodies then get the turns that Jolt dropped, once they
+   add up to one that it makes. Not 0: the bits of JPH::EPhysicsUpdateError, a cache was too small; -1: the engine
+   trapped (WebAssembly). */
 int32_t jolt_step(jolt_world* world, int32_t count);
 
 /* One for each body, in the order of creation. */
