@@ -178,7 +178,7 @@ def more_licences(part, work):
         return [(pathlib.Path("/usr/share/common-licenses/Apache-2.0"), "rapier-parry-and-rust-std/APACHE-2.0.txt")]
     if not (part.startswith("jolt-") and part.endswith("-wasm")):
         return []
-    script = 'root="$1"; source "$1/setup/common.sh"; find_cache && download_folder "$1/src/engines/jolt/recipe/zig-pins.txt"'
+    script = 'root="$1"; source "$1/setup/common.sh"; find_cache && download_folder "$1/src/engines/jolt-wasm/recipe/zig-pins.txt"'
     done = subprocess.run(["bash", "-c", script, "-", ROOT], capture_output=True, text=True, check=True)
     wheels = list(pathlib.Path(done.stdout.strip()).glob("ziglang-*.whl"))
     if not wheels:

@@ -1,13 +1,10 @@
-# Jolt behind the C interface jolt_world.h: built from source with positions in single and double precision, and the first
-# also as WebAssembly. Jolt's own headers come along for programs that use its API.
+# Jolt behind the C interface jolt_world.h: built from source with positions in single and double precision. Jolt's own
+# headers come along for programs that use its API.
 set(version 5.6.0)
 assay_engine_folder(made jolt)
-foreach(variant f32 f64 wasm)
+foreach(variant f32 f64)
   set(folder "${made}/jolt-${version}-${variant}")
-  set(own "")
-  if(NOT variant STREQUAL wasm)
-    set(own LINK "${folder}/lib/libJolt.a"
-      DEFINITIONS JPH_OBJECT_LAYER_BITS=16 "$<$<STREQUAL:${variant},f64>:JPH_DOUBLE_PRECISION>")
-  endif()
-  assay_built_engine(jolt-${variant} VERSION ${version} FOLDER "${folder}" LIBRARY libjolt_world.a ${own})
+  assay_built_engine(jolt-${variant} VERSION ${version} FOLDER "${folder}" LIBRARY libjolt_world.a
+    LINK "${folder}/lib/libJolt.a"
+    DEFINITIONS JPH_OBJECT_LAYER_BITS=16 "$<$<STREQUAL:${variant},f64>:JPH_DOUBLE_PRECISION>")
 endforeach()
