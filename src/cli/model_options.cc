@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "base/errors.h"
+#include "base/external_files.h"
 #include "base/paths.h"
 #include "cli/terminal.h"
 #include "model/mjcf.h"
@@ -72,6 +73,7 @@ LoadOptions load_options(const ModelOptions& options) {
   load.qpos = options.qpos.value_or("");
   load.decompose = options.decompose;
   load.allow_external_files = options.allow_external_files;
+  if (options.allow_external_files) agree_to_external_files();
   load.within_limits = options.within_limits;
   if (options.floating_base) load.root_joint = RootJoint::kFloating;
   if (options.fixed_base) load.root_joint = RootJoint::kFixed;

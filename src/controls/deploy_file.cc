@@ -28,14 +28,14 @@ class DeployImporter : PolicyImporter {
     // a decimal fraction of a second
     const double period = read_.positive(read_.need(root_, "step_dt"));
     const std::string control = fmt::format("\n[control]\nperiod_ms = {}\n", shortest(std::round(1e12 * period) / 1e9));
-    const std::string observations = observations_text();
-    const std::string actions = actions_text();
-    const std::string pd = pd_text();
+    std::string observations, actions, pd;
+    part([&] { observations = observations_text(); });
+    if (part([&] { actions = actions_text(); })) part([&] { pd = pd_text(); });
     list_no_termination("terminations");
     left_out("step_dt",
              "the timestep of training, which the file does not have: a run tries a twentieth, a tenth and a quarter "
              "of it, or --timesteps");
-    return finish(kTrainedIn, control + observations + actions + pd + command_text_);
+    return finish(kTrainedIn, control + observations + actions + pd + hold_text(held_) + command_text_);
   }
 
  private:
@@ -159,10 +159,9 @@ class DeployImporter : PolicyImporter {
     std::vector<double> acted_stiffness, acted_damping;
     for (size_t i = 0; i < names_.size(); ++i) {
       if (std::ranges::find(acted_, names_[i]) == acted_.end()) {
-        must_ignore(read_.need(root_, "stiffness"),
-                    fmt::format("the drive of '{}', on which the policy does not act: give the joint of '{}' the "
-                                "stiffness {} and the damping {}",
-                                names_[i], model_.name, shortest(stiffness[i]), shortest(damping[i])));
+        const Joint& own = joint(names_[i]);
+        held_.push_back({names_[i], default_pos_[i], std::max(0.0, stiffness[i] - own.stiffness),
+                         std::max(0.0, damping[i] - own.damping)});
       }
     }
     for (const std::string& name : acted_) {
@@ -249,6 +248,7 @@ class DeployImporter : PolicyImporter {
   std::vector<double> ids_;  // of each of the policy's joints, number of its motor; whole numbers
   std::string type_;
   std::vector<std::string> acted_;  // joints of the actions, in their order
+  std::vector<Held> held_;
 };
 
 }  // namespace

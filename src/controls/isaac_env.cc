@@ -39,17 +39,20 @@ class Importer : PolicyImporter {
   PolicyImport run() {
     check_kind();
     order_joints();
-    read_action();
-    read_robot();
-    read_drives();
-    const std::string control = control_text();
-    const std::string observations = observations_text();
-    const std::string actions = actions_text();
-    const std::string pd = pd_text();
-    const std::string termination = termination_text();
-    list_events();
-    list_world();
-    return finish(trained_in(), control + observations + actions + pd + command_text_ + termination);
+    std::string control, observations, actions, pd, termination;
+    part([&] { read_action(); });
+    // the rest asks for the robot and the joints of the actions
+    if (acted_.empty()) throw_problems();
+    part([&] { read_robot(); });
+    const bool drives = part([&] { read_drives(); });
+    part([&] { control = control_text(); });
+    part([&] { observations = observations_text(); });
+    part([&] { actions = actions_text(); });
+    if (drives) part([&] { pd = pd_text(); });
+    part([&] { termination = termination_text(); });
+    part([&] { list_events(); });
+    part([&] { list_world(); });
+    return finish(trained_in(), control + observations + actions + pd + hold_text(held_) + command_text_ + termination);
   }
 
  private:
@@ -148,23 +151,35 @@ class Importer : PolicyImporter {
   void read_action() {
     const YamlPlace actions = read_.need(root_, "actions");
     const std::vector<YamlPlace> terms = YamlValues::entries(actions);
-    if (terms.size() != 1) {
-      read_.fail(actions,
-                 fmt::format("it has {}: assay takes exactly one term of actions", counted(terms.size(), "term")));
-    }
-    action_ = terms.front();
-    if (action_.node->kind != YamlNode::Kind::kMap) read_.fail(action_, "it is no term of actions");
-    const std::string kind = read_.name_of(action_, "class_type");
     const std::map<std::string, std::string> types = {{"JointPositionAction", "joint_position"},
                                                       {"JointVelocityAction", "joint_velocity"},
                                                       {"JointEffortAction", "joint_effort"}};
-    const auto type = types.find(kind);
-    if (type == types.end()) {
-      read_.fail(action_, fmt::format("assay has no actions of the kind '{}', only JointPositionAction, "
-                                      "JointVelocityAction and JointEffortAction",
-                                      kind));
+    std::vector<YamlPlace> taken;
+    for (const YamlPlace& term : terms) {
+      if (term.node->kind != YamlNode::Kind::kMap) read_.fail(term, "it is no term of actions");
+      const std::string kind = read_.name_of(term, "class_type");
+      const bool known = types.contains(kind);
+      const std::string held = "its joints are held at their default positions by the drives of training";
+      if (ignores(term, fmt::format("actions of the kind '{}': {}", kind, held))) continue;
+      if (known) {
+        taken.push_back(term);
+      } else {
+        must_ignore(term,
+                    fmt::format("assay has no actions of the kind '{}', only JointPositionAction, JointVelocityAction "
+                                "and JointEffortAction; without it {}",
+                                kind, held));
+      }
     }
-    type_ = type->second;
+    if (taken.empty()) read_.fail(actions, "no term of it gives a network's actions to joints");
+    action_ = taken.front();
+    for (size_t i = 1; i < taken.size(); ++i) {
+      must_ignore(taken[i],
+                  fmt::format("a second term of actions beside '{}', and assay takes one: without it its joints "
+                              "are held at their default positions by the drives of training, and the network "
+                              "has to have the other's actions alone",
+                              YamlValues::key(action_)));
+    }
+    type_ = types.at(read_.name_of(action_, "class_type"));
     const auto asset = YamlValues::child(action_, "asset_name");
     robot_ = read_.need(read_.need(root_, "scene"), asset ? read_.text(*asset) : "robot");
     acted_ = matching(read_.need(action_, "joint_names"), read_.flag(action_, "preserve_order", false));
@@ -289,9 +304,12 @@ class Importer : PolicyImporter {
     }
   }
 
-  // Drives of joints on which the policy does not act, or acts by efforts, are springs and dampers of the robot.
+  // Drives of joints on which the policy does not act hold them at their default positions in training, and dampers act
+  // beside efforts: springs and dampers of the engine. Where a stiffness beside efforts pulls to, the file does not
+  // say.
   void list_passive_drives() {
     std::set<std::string> told;
+    std::vector<std::string> held;
     for (const auto& [name, drive] : drives_) {
       const bool acted = std::ranges::find(acted_, name) != acted_.end();
       const Joint& own = joint(name);
@@ -300,12 +318,28 @@ class Importer : PolicyImporter {
         continue;
       }
       if (nearly(own.stiffness, drive.stiffness) && nearly(own.damping, drive.damping)) continue;
+      if (!acted || drive.stiffness == 0) {
+        // the robot's own springs may be those of training already, or a part of them
+        held_.push_back({name, default_pos_[static_cast<size_t>(std::ranges::find(names_, name) - names_.begin())],
+                         std::max(0.0, drive.stiffness - own.stiffness), std::max(0.0, drive.damping - own.damping)});
+        held.push_back(name);
+        continue;
+      }
       if (!told.insert(drive.group.path).second) continue;
-      must_ignore(drive.group,
-                  fmt::format("it gives the joint '{}' the stiffness {} and the damping {} beside the policy, and the "
-                              "robot has {} and {}: give the joint of '{}' those of training",
-                              name, shortest(drive.stiffness), shortest(drive.damping), shortest(own.stiffness),
-                              shortest(own.damping), model_.name));
+      must_ignore(
+          drive.group,
+          fmt::format(
+              "it gives the joint '{}' the stiffness {} and the damping {} beside the policy, and the "
+              "robot has {} and {}: give it a [hold] in the configuration, or the joint of '{}' those of training",
+              name, shortest(drive.stiffness), shortest(drive.damping), shortest(own.stiffness), shortest(own.damping),
+              model_.name));
+    }
+    if (!held.empty()) {
+      left_out(
+          robot_.path + ".actuators",
+          fmt::format("no targets for {}: springs and dampers of the engine act as the drives of training did, without "
+                      "limits of effort ([hold])",
+                      some_of(held)));
     }
     if (!beside_.empty()) {
       left_out(robot_.path + ".actuators",
@@ -620,6 +654,7 @@ class Importer : PolicyImporter {
   std::vector<std::string> acted_;  // joints of the actions, in their order
   std::map<std::string, Drive> drives_;
   std::vector<std::string> beside_;
+  std::vector<Held> held_;
   int delay_ = 0;
 };
 

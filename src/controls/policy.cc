@@ -200,11 +200,23 @@ class PolicyControl final : public Control {
     }
   }
   void equip(Model& model) const override {
-    if (!config_.engine_drives) return;
-    for (size_t i = 0; i < config_.joints.size(); ++i) {
+    if (!config_.engine_drives && config_.held.empty()) return;
+    for (size_t i = 0; config_.engine_drives && i < config_.joints.size(); ++i) {
       Joint& joint = model.joints[static_cast<size_t>(config_.joints[i])];
       joint.stiffness += config_.stiffness[i];
       joint.damping += config_.damping[i];
+    }
+    for (size_t i = 0; i < config_.held.size(); ++i) {
+      Joint& joint = model.joints[static_cast<size_t>(config_.held[i])];
+      const double stiffness = joint.stiffness + config_.held_stiffness[i];
+      // two springs are one that is at rest where their forces cancel
+      if (stiffness > 0) {
+        joint.spring_reference =
+            (joint.stiffness * joint.spring_reference + config_.held_stiffness[i] * config_.held_position[i]) /
+            stiffness;
+      }
+      joint.stiffness = stiffness;
+      joint.damping += config_.held_damping[i];
     }
     model.hash = model_hash(model);
   }
@@ -223,6 +235,7 @@ class PolicyControl final : public Control {
         fmt::format("{} of {} every {} ms, {}", recorded_.steps > 0 ? "record" : "policy",
                     counted(config_.joints.size(), "action"), shortest(1e3 * config_.period_s), hash_.substr(0, 12));
     if (config_.engine_drives) text += ", PD by the engine's springs, without torque limits";
+    if (!config_.held.empty()) text += fmt::format(", {} held by springs", counted(config_.held.size(), "joint"));
     return text;
   }
 

@@ -13,11 +13,13 @@
 #include <toml++/toml.h>
 
 #include "base/errors.h"
+#include "base/external_files.h"
 #include "base/hash.h"
 #include "base/input_file.h"
 #include "base/text.h"
 #include "base/toml_file.h"
 #include "controls/hold.h"
+#include "model/outside_files.h"
 
 namespace assay {
 namespace {
@@ -174,10 +176,17 @@ class ConfigReader {
 
   PolicyConfig read() {
     root_.allow({"network", "output", "trained_in", "base", "joints", "default_joint_pos", "control", "observations",
-                 "actions", "pd", "command", "termination"});
+                 "actions", "pd", "hold", "command", "termination"});
     const fs::path folder = fs::path(config_.path).parent_path();
     if (const std::string file = root_.text("network", ""); !file.empty()) {
       config_.network = (folder / file).lexically_normal().string();
+      const std::string root = model_root(config_.path);
+      if (!agreed_to_external_files() && !is_below(config_.network, root)) {
+        root_.fail(root_.find("network"),
+                   fmt::format("network = '{}' lies outside the configuration's folder '{}': copy it there, or give "
+                               "--allow-external-files (ASSAY_ALLOW_EXTERNAL_FILES=1) if you trust the policy",
+                               file, root));
+      }
     }
     config_.output = root_.text("output", "");
     config_.trained_in = root_.text("trained_in", "");
@@ -187,6 +196,7 @@ class ConfigReader {
     read_control();
     read_actions();
     read_pd();
+    read_hold();
     read_command();
     read_observations();
     read_termination();
@@ -395,6 +405,36 @@ class ConfigReader {
     std::vector<double> all = model_.initial.position;
     for (size_t i = 0; i < joints_.size(); ++i) all[static_cast<size_t>(joints_[i])] = zero_[i];
     return all;
+  }
+
+  void read_hold() {
+    const auto table = root_.table("hold");
+    if (!table) return;
+    table->allow({"joints", "position", "stiffness", "damping"});
+    if (table->find("joints") == nullptr) table->fail(nullptr, "[hold] has no joints: name those that it holds");
+    config_.held = joints_in(*table, "joints", {});
+    for (const int joint : config_.held) {
+      const bool targeted = config_.type != ActionType::kEffort;
+      if (targeted && std::ranges::find(config_.joints, joint) != config_.joints.end()) {
+        table->fail(table->find("joints"), fmt::format("'{}' has the drive of [pd]: leave it out of [hold]",
+                                                       names_[static_cast<size_t>(joint)]));
+      }
+    }
+    std::vector<double> zero(names_.size(), 0.0);
+    for (size_t i = 0; i < joints_.size(); ++i) zero[static_cast<size_t>(joints_[i])] = zero_[i];
+    config_.held_position = per_joint(*table, "position", config_.held, zero);
+    finite(*table, "position", config_.held_position);
+    for (const auto& [key, into] :
+         {std::pair{"stiffness", &config_.held_stiffness}, {"damping", &config_.held_damping}}) {
+      if (table->find(key) == nullptr) {
+        table->fail(nullptr, fmt::format("[hold] has no {}: give it, as a number for all joints", key));
+      }
+      *into = per_joint(*table, key, config_.held, {});
+      finite(*table, key, *into);
+      if (std::ranges::any_of(*into, [](double value) { return value < 0; })) {
+        table->fail(table->find(key), fmt::format("'{}' has a negative number: give 0 or more", key));
+      }
+    }
   }
 
   void read_pd() {

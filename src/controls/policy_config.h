@@ -39,6 +39,12 @@
 //   damping = 0.5                     # Nms/rad, Ns/m
 //   effort_limit = 23.7               # Nm, N; inf for none; default: the robot's
 //
+//   [hold]                            # springs of the engine on joints without targets: no actions, or efforts
+//   joints = ["arm_shoulder"]
+//   position = 0                      # rad, m, at which the springs are at rest; default: default_joint_pos
+//   stiffness = 40                    # Nm/rad, N/m; added to the robot's own, as the damping
+//   damping = 1                       # Nms/rad, Ns/m
+//
 //   [command]
 //   velocity = [0.5, 0, 0]            # forward, left (m/s) and turning (rad/s), in the base's heading
 //
@@ -131,6 +137,9 @@ struct PolicyConfig {
   std::vector<double> scale, offset;  // of each action
   bool engine_drives = false;
   std::vector<double> stiffness, damping, effort_limit;  // of each action
+
+  std::vector<int> held;  // indices into Model::joints; the next three have one number for each
+  std::vector<double> held_position, held_stiffness, held_damping;
 
   std::vector<double> command;  // forward, left, turning; empty: none
 

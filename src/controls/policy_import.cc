@@ -105,10 +105,34 @@ PolicyImporter::Ignored* PolicyImporter::ignored(const std::string& path) {
 }
 
 void PolicyImporter::must_ignore(const YamlPlace& place, const std::string& meaning) {
-  if (ignored(place.path) == nullptr) {
-    read_.fail(place, fmt::format("{}; --ignore {} leaves it out", meaning, place.path));
-  }
+  if (ignores(place, meaning)) return;
+  part([&] { read_.fail(place, fmt::format("{}; --ignore {} leaves it out", meaning, place.path)); });
+}
+
+bool PolicyImporter::ignores(const YamlPlace& place, const std::string& meaning) {
+  if (ignored(place.path) == nullptr) return false;
   left_out(place.path, "IGNORED: " + meaning);
+  return true;
+}
+
+void PolicyImporter::throw_problems() const {
+  if (problems_.empty()) return;
+  if (problems_.size() == 1) throw InputError(problems_.front());
+  throw InputError(fmt::format("'{}' has {}: {}", path_, counted(problems_.size(), "problem"), join(problems_, "; ")));
+}
+
+std::string PolicyImporter::hold_text(const std::vector<Held>& held) {
+  if (held.empty()) return "";
+  std::vector<std::string> names;
+  std::vector<double> positions, stiffness, damping;
+  for (const Held& each : held) {
+    names.push_back(each.joint);
+    positions.push_back(each.position);
+    stiffness.push_back(each.stiffness);
+    damping.push_back(each.damping);
+  }
+  return fmt::format("\n[hold]\njoints = {}\n", names_text(names)) + assay::per_joint("position", names, positions) +
+         assay::per_joint("stiffness", names, stiffness) + assay::per_joint("damping", names, damping);
 }
 
 std::optional<int> PolicyImporter::zeros_for(const std::string& path) {
@@ -205,6 +229,7 @@ void PolicyImporter::list_no_termination(const std::string& path) {
 }
 
 PolicyImport PolicyImporter::finish(const std::string& trained_in, const std::string& parts) const {
+  throw_problems();
   for (const Ignored& each : ignored_) {
     if (!each.used) {
       throw InputError(

@@ -65,10 +65,27 @@ class PolicyImporter {
   ~PolicyImporter() = default;
 
   void left_out(const std::string& path, const std::string& meaning) { left_out_.push_back({path, meaning}); }
-  // A part without which the policy is another one: throws InputError unless an option ignores it.
+  // A part without which the policy is another one: a problem unless an option ignores it, as if it did from here on.
   void must_ignore(const YamlPlace& place, const std::string& meaning);
+  // Whether an option ignores it; then it is listed as left out.
+  bool ignores(const YamlPlace& place, const std::string& meaning);
   // Of an observation that an option replaces: the number of zeros.
   std::optional<int> zeros_for(const std::string& path);
+
+  // Runs one part of the import. What it throws as InputError becomes a problem, so that all parts name theirs at
+  // once; then it is false.
+  template <typename Work>
+  bool part(const Work& work) {
+    try {
+      work();
+      return true;
+    } catch (const InputError& error) {
+      problems_.emplace_back(error.what());
+      return false;
+    }
+  }
+  // Throws InputError with all problems so far.
+  void throw_problems() const;
 
   // Hinges and slides of the model, in the file's order. Throws InputError where there are none.
   std::vector<std::string> robot_joints() const;
@@ -88,7 +105,15 @@ class PolicyImporter {
   void take_history(const YamlPlace& place, int steps);
   void list_no_termination(const std::string& path);
 
-  // The configuration: notes, joints and `parts`. Throws InputError for an `ignore` that named nothing.
+  // [hold] for joints that training held by drives, each with its stiffness and damping.
+  struct Held {
+    std::string joint;
+    double position = 0, stiffness = 0, damping = 0;
+  };
+  static std::string hold_text(const std::vector<Held>& held);
+
+  // The configuration: notes, joints and `parts`. Throws InputError for problems and for an `ignore` that named
+  // nothing.
   PolicyImport finish(const std::string& trained_in, const std::string& parts) const;
 
   const Model& model_;
@@ -112,6 +137,7 @@ class PolicyImporter {
 
   std::vector<Ignored> ignored_;
   std::vector<LeftOut> left_out_;
+  std::vector<std::string> problems_;
   std::vector<size_t> joints_;  // of each name, index into Model::joints
   std::string joint_order_;
 };

@@ -5,7 +5,7 @@ import pathlib
 import tomllib
 
 import onnx_file
-from harness import SOURCE, AssayTest, main
+from harness import SOURCE, AssayTest, main, read_csv
 
 CART_POLE = SOURCE / "examples/cart-pole-policy/cart_pole.xml"
 
@@ -265,8 +265,13 @@ class CartPole(Import):
 
     def test_drives_beside_the_policy_are_the_robots(self):
         env = CART_ENV.replace("damping: 0.0\n      pole", "damping: 3.0\n      pole")
-        self.is_refused(env, "cart_pole.xml", naming=["'slider'", "damping 3", "--ignore scene.robot.actuators.cart"])
-        _, left_out = self.imported(env, "cart_pole.xml", "--ignore", "actuators.cart")
+        config, left_out = self.imported(env, "cart_pole.xml")
+        self.assertEqual(config["hold"], {"joints": ["slider"], "position": 0, "stiffness": 0, "damping": 3})
+        self.assertIn("[hold]", left_out["scene.robot.actuators"])
+        (self.dir / "policy.toml").unlink()
+        stiff = env.replace("stiffness: 0.0\n        damping: 3.0", "stiffness: 5.0\n        damping: 3.0")
+        self.is_refused(stiff, "cart_pole.xml", naming=["'slider'", "stiffness 5", "--ignore scene.robot.actuators.cart"])
+        _, left_out = self.imported(stiff, "cart_pole.xml", "--ignore", "actuators.cart")
         self.assertIn("IGNORED", left_out["scene.robot.actuators.cart"])
         self.write("cart_pole.xml", CART_POLE.read_text().replace('name="slider"', 'name="slider" damping="3"'))
         _, left_out = self.imported(env, "cart_pole.xml")
@@ -281,6 +286,34 @@ class CartPole(Import):
 
 
 class Legs(Import):
+    # A second term that holds the knees in a pose, as configurations of robots with an arm have it.
+    HELD = (LEGS_ENV.replace("joint_names: [.*]\n", "joint_names: [.*_hip]\n", 1)
+            .replace("\nactions:\n", "\nactions:\n  knees:\n    class_type: spot.mdp:ConstantPoseAction\n    asset_name: robot\n"
+                     "    joint_names: [.*_knee]\n", 1))
+
+    def test_joints_that_another_term_holds(self):
+        self.is_refused(self.HELD, "legs.xml", naming=["'ConstantPoseAction'", "--ignore actions.knees", "held at their default"])
+        env = self.HELD.replace("scale: {.*_hip: 0.25, .*_knee: 0.5}", "scale: 0.25")
+        config, left_out = self.imported(env, "legs.xml", "--ignore", "actions.knees")
+        self.assertIn("IGNORED", left_out["actions.knees"])
+        self.assertEqual(config["actions"]["joints"], ["left_hip", "right_hip"])
+        self.assertEqual(config["hold"], {"joints": ["left_knee", "right_knee"], "position": [-0.8, -0.9], "stiffness": 40,
+                                          "damping": config["hold"]["damping"]})
+        # the springs act: from the default pose the knees of a robot without gravity stay there, to rounding
+        self.write("legs.xml", LEGS.replace("<compiler", '<option gravity="0 0 0"/><compiler').replace(
+            "</mujoco>", '<keyframe><key qpos="0 0 5 1 0 0 0 0.4 -0.8 0.4 -0.9"/></keyframe></mujoco>'))
+        self.write("still.csv", "left_hip,right_hip\n0,0\n")
+        rows = read_csv(self.assay("simulate", "legs.xml", "--policy-config", "policy.toml", "--policy", "still.csv", "--engine",
+                                   "mujoco-euler", "--timestep", "1", "--duration", "1", "--out", "-"))
+        heights = [row["z"] for row in rows if row["body"] == "left_shank"]
+        self.assertLess(abs(heights[-1] - heights[0]), 1e-9)
+
+    def test_all_problems_at_once(self):
+        env = (self.HELD.replace("dt: 0.005", "dt: 0").replace("lin_vel_x: !!python/tuple [-1.0, 1.0]", "lin_vel_x: fast")
+               .replace("actuator_pd:DCMotor", "actuator_net:ActuatorNetLSTM"))
+        sentence = self.is_refused(env, "legs.xml", naming=["problems:", "sim.dt", "'fast'", "'ActuatorNetLSTM'", "'ConstantPoseAction'"])
+        self.assertIn("5 problems", sentence)  # the scale of joints that the other term holds is one
+
     def test_order_of_joints(self):
         breadth = ["left_hip", "right_hip", "left_knee", "right_knee"]
         config, _ = self.imported(LEGS_ENV, "legs.xml")

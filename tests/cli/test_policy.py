@@ -154,6 +154,25 @@ class Hostile(Policy):
         self.assertRegex(done.stderr, "the policy's network failed|takes more than 2 GiB|cannot be used|ended the process early")
 
 
+class OutsideFiles(Policy):
+    def test_a_network_outside_the_configurations_folder(self):
+        secret = self.write("elsewhere/actions.csv", "slider\n0\n")
+        (self.dir / "mine").mkdir()
+        for name in ["cart_pole.xml", "policy.toml"]:
+            (self.dir / name).rename(self.dir / "mine" / name)
+        config = self.dir / "mine/policy.toml"
+        own = "\n".join(line for line in config.read_text().splitlines() if not line.startswith("network"))
+        (self.dir / "mine/link.csv").symlink_to(secret)
+        for network in ["/etc/passwd", "../elsewhere/actions.csv", str(secret), "link.csv"]:
+            with self.subTest(network):
+                config.write_text(f'network = "{network}"\n{own}\n')
+                command = ["simulate", "mine/cart_pole.xml", "--policy-config", "mine/policy.toml", "--engine", "mujoco-euler",
+                           "--timestep", 5, "--duration", 0.01, "--out", "-"]
+                self.refused(*command, naming=["mine/policy.toml:1", f"'{network}'", "--allow-external-files"])
+                if network.endswith(".csv"):  # the switch that the sentence names works
+                    self.assertIn("pole", self.assay(*command, "--allow-external-files"))
+
+
 class Parting(Policy):
     def test_what_parts_first_and_the_runs_that_show_it(self):
         """Without a push the pole falls, and two integrators part at its hinge; recorded actions need no network."""
