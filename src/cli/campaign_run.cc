@@ -204,10 +204,19 @@ bool run_and_summarize(const RunRequest& request) {
   }
   print_summary(summary, request.out);
   if (summary.unmeasured == 0) return true;
-  message(fmt::format(
-      "{} not measured: their workers were ended from outside, {} times each (out of memory?); '{}' "
-      "tries them again, --jobs 1 needs the least memory",
-      counted(static_cast<size_t>(summary.unmeasured), "cell is", "cells are"), Pool::kMostTries, request.command));
+  const std::string cells = counted(static_cast<size_t>(summary.unmeasured), "cell is", "cells are");
+  if (!summary.lack.empty()) {
+    message(
+        fmt::format("{} not measured, because the machine lacks what they take ({}): raise the limit or free memory "
+                    "and room; '{}' then "
+                    "measures them",
+                    cells, summary.lack, request.command));
+    return false;
+  }
+  message(
+      fmt::format("{} not measured: their workers were ended from outside, {} times each (out of memory?); '{}' "
+                  "tries them again, --jobs 1 needs the least memory",
+                  cells, Pool::kMostTries, request.command));
   return false;
 }
 

@@ -10,6 +10,7 @@
 #include "base/activity.h"
 #include "base/errors.h"
 #include "base/json.h"
+#include "base/machine_lack.h"
 #include "base/processes.h"
 #include "base/quantity.h"
 #include "base/text.h"
@@ -145,6 +146,10 @@ Json examine(const ResolvedContender& contender, const Options& options) {
     result.status = ConformanceStatus::kFail;
     result.note = end.signal != 0 ? fmt::format("crashed with {}", end.signal_text()) : "the process ended early";
     if (!end.stopped.empty()) result.note = end.stopped;
+    if (const std::string limit = inherited_memory_limit(); !limit.empty() && end.stopped.empty()) {
+      result.status = ConformanceStatus::kNotRun;
+      result.note += fmt::format(", and this shell allows {}", limit);
+    }
     take(dump_json(result_json(result)));
     break;
   }
@@ -170,15 +175,16 @@ int conformance(const Options& options) {
   if (options.list) return list_tests(options.json);
   check_tests(options.tests);
   Json json = {{"contenders", Json::array()}};
-  std::vector<std::string> failed;
+  std::vector<std::string> failed, not_run;
   std::vector<std::string> names = options.contenders;
   names.insert(names.end(), options.engines.begin(), options.engines.end());
   for (const ResolvedContender& contender : chosen(names)) {
     const Json results = examine(contender, options);
     std::map<std::string, int> counts;
     for (const Json& result : results) ++counts[result.at("status").get<std::string>()];
-    const bool passed = counts["fail"] == 0;
-    if (!passed) failed.push_back(contender.name);
+    const bool passed = counts["fail"] + counts["not-run"] == 0;
+    if (counts["fail"] > 0) failed.push_back(contender.name);
+    if (counts["not-run"] > 0) not_run.push_back(contender.name);
     json["contenders"].push_back({{"contender", contender.name}, {"conforms", passed}, {"results", results}});
     if (options.lines()) {
       print(paragraph(fmt::format("  {}: {} pass, {} fail, {} declared deviations, {} not applicable",
@@ -190,7 +196,14 @@ int conformance(const Options& options) {
   }
   if (options.json) print_json(json);
   if (options.markdown) print(conformance_markdown(json.at("contenders")));
-  if (failed.empty()) return kDone;
+  if (!not_run.empty()) {
+    message(
+        fmt::format("the machine lacks what some tests take, so nothing is said of {}: raise the limits of memory "
+                    "(ulimit -v, -d) or "
+                    "free memory and room, and run it again",
+                    join(not_run, ", ")));
+  }
+  if (failed.empty()) return not_run.empty() ? kDone : kFailed;
   message(fmt::format("{} not conform: {}",
                       failed.size() == 1 ? "1 contender does" : fmt::format("{} contenders do", failed.size()),
                       join(failed, ", ")));

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "base/machine_lack.h"
 #include "base/text.h"
 #include "conformance/tests.h"
 
@@ -402,8 +403,9 @@ ConformanceResult judge(const Entry& entry, const Subject& subject) {
       }
     }
   } catch (const std::exception& error) {
-    result.status = ConformanceStatus::kFail;
-    result.note = error.what();
+    const std::string lack = machine_lack(error);
+    result.status = lack.empty() ? ConformanceStatus::kFail : ConformanceStatus::kNotRun;
+    result.note = lack.empty() ? error.what() : lack;
   } catch (...) {
     result.status = ConformanceStatus::kFail;
     result.note = "the adapter threw something that is not a std::exception";
@@ -423,6 +425,8 @@ std::string_view status_text(ConformanceStatus status) {
       return "deviation";
     case ConformanceStatus::kNotApplicable:
       return "not-applicable";
+    case ConformanceStatus::kNotRun:
+      return "not-run";
   }
   return "fail";
 }
@@ -457,7 +461,9 @@ std::vector<ConformanceResult> run_conformance(const ResolvedContender& contende
 }
 
 bool conforms(const std::vector<ConformanceResult>& results) {
-  return std::ranges::none_of(results, [](const auto& result) { return result.status == ConformanceStatus::kFail; });
+  return std::ranges::none_of(results, [](const auto& result) {
+    return result.status == ConformanceStatus::kFail || result.status == ConformanceStatus::kNotRun;
+  });
 }
 
 }  // namespace assay

@@ -17,9 +17,10 @@ enum class ConformanceStatus {
   kFail,           // the adapter is wrong, or the engine deviates without a declaration
   kDeviation,      // a failure that Capabilities::deviations declares, within the declared bound
   kNotApplicable,  // the contender lacks the capability that the note names
+  kNotRun,         // the machine lacked memory, room or processes, as the note says: no verdict
 };
 
-// "pass", "fail", "deviation", "not-applicable": as stored.
+// "pass", "fail", "deviation", "not-applicable", "not-run": as stored; what was not run is not stored.
 std::string_view status_text(ConformanceStatus status);
 
 struct ConformanceResult {
@@ -49,12 +50,13 @@ struct ConformanceOptions {
 };
 
 // Runs the suite; one result per test. Each test chooses its timesteps (Settings::timestep is ignored). An exception
-// from the adapter makes a failed test with its message. Throws InputError for an unknown test's name. An adapter that
-// crashes takes the caller with it: `assay run` calls this in a worker process.
+// from the adapter makes a failed test with its message, or one that was not run (base/machine_lack.h). Throws
+// InputError for an unknown test's name. An adapter that crashes takes the caller with it: `assay run` calls this in a
+// worker process.
 std::vector<ConformanceResult> run_conformance(const ResolvedContender& contender,
                                                const ConformanceOptions& options = {});
 
-// True when no result is a failure, so that the contender may be scored.
+// True when every test was run and no result is a failure, so that the contender may be scored.
 bool conforms(const std::vector<ConformanceResult>& results);
 
 }  // namespace assay

@@ -19,6 +19,7 @@
 #include <poll.h>
 
 #include "base/errors.h"
+#include "base/machine_lack.h"
 #include "base/text.h"
 #include "base/time_limit.h"
 
@@ -140,6 +141,9 @@ void Pool::add(Job job) { waiting_.push(std::move(job)); }
 void Pool::run(const std::function<void(const std::string&)>& on_start) {
   std::vector<Running> running;
   const auto finish = [](Running& done, JobEnd end) {
+    // Where memory is short, a crash says nothing of the contender, and another try would end alike.
+    end.outside =
+        end.outside || (!end.answer && end.failure.outcome == Outcome::kCrashed && !inherited_memory_limit().empty());
     end.wall_s = std::chrono::duration<double>(Clock::now() - done.start).count();
     end.steal = steal_share(done.times, CpuTimes::now());
     end.started = done.started;

@@ -11,6 +11,7 @@
 #include "base/errors.h"
 #include "base/sandbox.h"
 #include "campaign/shards.h"
+#include "conformance/conformance.h"
 #include "coordinator/model_notes.h"
 #include "coordinator/runner.h"
 #include "measures/batch.h"
@@ -178,8 +179,7 @@ std::vector<std::string> Runner::retried() {
     progress_.message(fmt::format("{} damaged cells are measured again: {}", damaged.size(), join(damaged, "; ")));
   }
   for (const ConformanceRow& row : store_.conformance()) {
-    const auto begins = [&](const char* text) { return row.note.starts_with(text); };
-    if (row.status != "pass" && (begins("crashed: ") || begins("timeout: "))) suite_again_.insert(row.contender);
+    if (row.status == status_text(ConformanceStatus::kFail)) suite_again_.insert(row.contender);
   }
   for (const Cell& cell : store_.cells()) {
     const bool failed = cell.outcome == Outcome::kCrashed || cell.outcome == Outcome::kTimeout;

@@ -103,9 +103,11 @@ struct RunSummary {
   double engine_share_timing = 0;
   double engine_share_cpu = 0;  // time inside engine steps / processor time of all workers, of what was done now
   std::vector<std::string> without_truth;  // systems whose reference solution failed: "swing: why"
-  int unmeasured = 0;                      // cells whose workers somebody else ended: the same call tries them again
-  bool interrupted = false;                // by SIGINT or SIGTERM: everything finished is stored, the same call resumes
-  int signal = 0;                          // which
+  int unmeasured =
+      0;             // cells whose workers somebody else ended or the machine could not hold: the same call tries them
+  std::string lack;  // what the machine lacked for them, where that is known
+  bool interrupted = false;  // by SIGINT or SIGTERM: everything finished is stored, the same call resumes
+  int signal = 0;            // which
 };
 
 // Throws InputError when `out` holds something else (see Store::create), SystemError when it cannot be written or no

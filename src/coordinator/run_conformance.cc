@@ -10,6 +10,7 @@
 #include "base/errors.h"
 #include "base/hash.h"
 #include "base/json.h"
+#include "base/machine_lack.h"
 #include "base/paths.h"
 #include "base/regular_file.h"
 #include "base/text.h"
@@ -83,8 +84,8 @@ std::vector<ConformanceRow> kept_suite(const std::string& path) {
 }  // namespace
 
 // Runs the tests in one worker; when that dies in a test, the test has failed and the rest goes on in another. It does
-// so as well when the worker ends before its tests do.
-// `lost` counts workers that somebody else ended: a test is not blamed for that.
+// so as well when the worker ends before its tests do, or had too little memory left for one.
+// `lost` counts workers that somebody else ended: a test is not blamed for that, nor for what the machine lacks.
 void Runner::run_suite(const std::string& content, const std::vector<std::string>& tests, Pool& pool, int lost) {
   const auto found = std::ranges::find_if(campaign_.contenders,
                                           [&](const CampaignContender& each) { return each.content() == content; });
@@ -100,14 +101,22 @@ void Runner::run_suite(const std::string& content, const std::vector<std::string
                                     result.tolerance.value_or(0), result.unit, result.note});
     progress_.tested(fmt::format("{} {}", name, result.test), ++tests_done_, tests_);
   };
-  job.on_end = [this, content, tests, before, lost, &pool](const JobEnd& end) {
+  job.on_end = [this, content, tests, before, lost, name = found->resolved.name, &pool](const JobEnd& end) {
     std::vector<ConformanceRow>& rows = suite_rows_[content];
+    const auto not_run = std::ranges::find(rows.begin() + static_cast<std::ptrdiff_t>(before), rows.end(),
+                                           status_text(ConformanceStatus::kNotRun), &ConformanceRow::status);
+    const bool lacking = not_run != rows.end();
+    if (lacking) lack_ = fmt::format("{} of {}: {}", not_run->test, name, not_run->note);
+    tests_done_ -= static_cast<int>(rows.end() - not_run);
+    rows.erase(not_run, rows.end());
     const size_t ran = rows.size() - before;
-    if (end.outside && lost + 1 < Pool::kMostTries) {
+    const bool limited = !inherited_memory_limit().empty();
+    if (end.outside && limited) lack_ = fmt::format("this shell allows {}", inherited_memory_limit());
+    if (end.outside && !limited && lost + 1 < Pool::kMostTries) {
       run_suite(content, {tests.begin() + static_cast<std::ptrdiff_t>(ran), tests.end()}, pool, lost + 1);
       return;
     }
-    if (end.outside) {
+    if (end.outside || (lacking && ran == 0)) {
       lost_suite_.insert(content);
       suite_rows_.erase(content);
       return;

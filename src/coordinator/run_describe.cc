@@ -10,6 +10,7 @@
 
 #include "base/hash.h"
 #include "base/json.h"
+#include "base/machine_lack.h"
 #include "campaign/shards.h"
 #include "coordinator/machine.h"
 #include "coordinator/rows.h"
@@ -219,6 +220,10 @@ void Runner::finish(RunSummary& summary, double wall_s, double cpu_s) {
     }
   }
   if (!summary.interrupted && without_truth_.empty()) summary.unmeasured = static_cast<int>(keys.size()) - stored;
+  summary.lack = lack_;
+  if (const std::string limit = inherited_memory_limit(); lack_.empty() && !limit.empty()) {
+    summary.lack = fmt::format("this shell allows {}", limit);
+  }
   for (TimePair& pair : summary.aa) {
     const auto content = [&](const std::string& name) {
       const auto found = std::ranges::find_if(

@@ -130,6 +130,7 @@ class Runner {
   std::map<std::string, Ending> failed_trajectory_;  // by address
   // Of runs, suites (by contender's content) whose workers somebody else ended: what needs them is not measured now.
   std::set<std::string> lost_trajectory_, lost_suite_;
+  std::string lack_;                          // as in RunSummary
   std::set<std::string> crashed_suite_;       // with a test that ended its worker, by content
   std::set<std::string> suite_again_;         // contenders whose conformance suite is tried again
   std::map<std::string, bool> run_is_there_;  // by address, as it was found first

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "base/machine_lack.h"
+
 namespace assay {
 
 void SessionTally::fail(Outcome outcome, std::string reason) {
@@ -13,7 +15,10 @@ void SessionTally::fail(Outcome outcome, std::string reason) {
 void SessionTally::fail(WorkerProcess& worker, const std::optional<Reply>& reply, const std::string& too_long) {
   const bool gone = worker.gone();
   std::string end = worker.end();
-  if (gone && worker.ended_from_outside()) {
+  const bool crashed = gone || reply;
+  if (crashed && !inherited_memory_limit().empty()) {  // where memory is short, a crash says nothing of the contender
+    outside = over = true;
+  } else if (gone && worker.ended_from_outside()) {
     outside = ++lost >= Pool::kMostTries;
     over = outside;
   } else if (const auto* crash = reply ? std::get_if<JobCrash>(&*reply) : nullptr) {

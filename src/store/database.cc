@@ -118,7 +118,17 @@ void refuse_long_value(sqlite3* db) {
 
 }  // namespace
 
+void check_still_there(sqlite3* db) {
+  int moved = 0;
+  if (sqlite3_file_control(db, "main", SQLITE_FCNTL_HAS_MOVED, &moved) != SQLITE_OK || moved == 0) return;
+  throw SystemError(fmt::format(
+      "'{}' was removed, moved or replaced while it was written: what was measured since then is lost. Put it "
+      "back where it was, or measure again",
+      sqlite3_db_filename(db, "main")));
+}
+
 void fail(sqlite3* db) {
+  check_still_there(db);
   const std::string path = sqlite3_db_filename(db, "main");
   const int code = sqlite3_errcode(db) & 0xff;
   const std::string message = sqlite3_errmsg(db);

@@ -122,6 +122,9 @@ class Snapshot {
   sqlite3* db_;
 };
 
+// Throws SystemError when the database's file is no longer where it was opened: what is written goes nowhere then.
+void check_still_there(sqlite3* db);
+
 // All or nothing of what is written between construction and commit() is kept.
 class Transaction {
  public:
@@ -134,6 +137,7 @@ class Transaction {
   void commit() {
     execute(db_, "COMMIT");
     done_ = true;
+    check_still_there(db_);
   }
 
  private:

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <new>
 #include <stdexcept>
 
 #include <fmt/format.h>
 
 #include "base/errors.h"
+#include "base/machine_lack.h"
 #include "model/state_faults.h"
 
 namespace assay {
@@ -51,7 +53,14 @@ Stepper::Stepper(const Subject& subject, const State& start, double timestep_s)
 void Stepper::create(const State& start) {
   Settings settings = subject_.contender.settings;
   settings.timestep = timestep_s_;
-  engines_own([&] { simulation_ = subject_.contender.engine->create(subject_.model, start, settings); });
+  engines_own([&] {
+    try {
+      simulation_ = subject_.contender.engine->create(subject_.model, start, settings);
+    } catch (const EngineError& error) {
+      if (!machine_lack(error).empty()) throw std::bad_alloc();
+      throw;
+    }
+  });
   read_state();
 }
 

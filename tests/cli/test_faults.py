@@ -601,6 +601,85 @@ class Descriptors(AssayTest):
                     "one sentence, exit status 1 or 2, or all is measured; with more files it goes on", "nothing")
 
 
+class ShortOfMemory(AssayTest):
+    """What the machine lacks is no verdict on a contender, and nothing of it is kept."""
+
+    CAMPAIGN = """name = "short"
+contenders = ["mujoco-euler"]
+timesteps_ms = [1]
+reference_ms = 1
+measures = ["drift"]
+[[system]]
+name = "planar-chain"
+duration_s = 0.064
+"""
+    RUN = ["run", "short.toml", "--out", "results", "--references", "kept"]
+
+    def under(self, limits, *arguments):
+        """The finished process under limits of memory, or None where the program itself does not start under them, as
+        sanitizers'."""
+
+        def prepare():
+            for kind, most in limits.items():
+                resource.setrlimit(kind, (most, most))
+
+        if self.run_assay("--version", preexec_fn=prepare).returncode != 0:
+            return None
+        return self.run_assay(*arguments, preexec_fn=prepare)
+
+    def test_a_limit_of_the_shell(self):
+        self.write("short.toml", self.CAMPAIGN)
+        tried = 0
+        limits = [{resource.RLIMIT_AS: size << 20} for size in (90, 120, 140)] + [{resource.RLIMIT_DATA: size << 20} for size in (20, 40)]
+        for limit in limits:
+            done = self.under(limit, *self.RUN)
+            if done is None:
+                continue
+            tried += 1
+            if done.returncode != 0:
+                self.assertEqual(done.returncode, 1, done.stderr)
+                self.assertNotIn("not scored", done.stdout)
+                self.assertIn("ulimit -", done.stderr)
+            # the same command without the limit has every cell, as has a fresh directory
+            for out in ["results", "fresh"]:
+                self.assertIn("1 ok", self.assay(*self.RUN[:3], out, *self.RUN[4:]))
+            for folder in ["results", "fresh", "kept", "conformance", "cache"]:
+                shutil.rmtree(self.dir / folder, ignore_errors=True)
+        if tried == 0:
+            self.skipTest("the program does not start under a limit of memory")
+
+    def test_the_suite_by_hand(self):
+        done = self.under({resource.RLIMIT_AS: 150000 << 10}, "conformance", "mujoco-euler")
+        if done is None:
+            self.skipTest("the program does not start under a limit of memory")
+        self.assertNotRegex(done.stdout, "(?m)^  fail ")
+        if "not-run" in done.stdout:
+            self.assertEqual(done.returncode, 1)
+            self.assertIn("ulimit -v", done.stderr)
+
+
+class LostDatabase(AssayTest):
+    def test_a_database_that_is_removed_during_a_run(self):
+        self.use_mishap_engine()
+        campaign = BALL_CAMPAIGN.replace('["null"]', '["null", "mishap"]')
+        self.write("ball.xml", BALL)
+        self.write("faults.toml", campaign.replace("timesteps_ms = [1]", "timesteps_ms = [1, 2]"))
+        for replaced in [False, True]:
+            with self.subTest(replaced=replaced):
+                run = self.start_assay("run", "faults.toml", "--out", "results", "--progress", "json")
+                database = self.dir / "results/assay.sqlite"
+                while run.poll() is None and not database.exists():
+                    time.sleep(0.001)
+                database.unlink()
+                if replaced:
+                    database.write_bytes(b"another")
+                told = run.communicate(timeout=PATIENCE)[1].splitlines()[-1]
+                self.assertEqual(run.returncode, 1, told)
+                self.assertIn("results/assay.sqlite", told)
+                self.assertRegex(told, "removed, moved or replaced")
+                shutil.rmtree(self.dir / "results")
+
+
 class Clock(AssayTest):
     SHIM = """
         #define _GNU_SOURCE
