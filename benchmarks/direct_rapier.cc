@@ -36,6 +36,7 @@ RapierOptions options_of(const Settings& settings, const Vec3& gravity) {
   options.warmstart = number("warmstart");
   options.warmstart_joints = flag("warmstart_joints");
   options.contact_recycling = flag("contact_recycling");
+  options.contact_coherence = flag("contact_coherence");
   options.friction_in_bias_pass = flag("friction_in_bias_pass");
   options.coulomb = settings.get<std::string>("friction_model") == "coulomb" ? 1 : 0;
   options.ccd_substeps = integer("ccd_substeps");

@@ -42,6 +42,7 @@ double measured(const Box& box, bool coulomb) {
   options.max_corrective_speed = 3;
   options.prediction_distance = 0.02;
   options.warmstart = 1;
+  options.contact_coherence = 1;
   options.coulomb = coulomb ? 1 : 0;
   RapierWorld* world = api.create(&options);
   if (world == nullptr) return -1;

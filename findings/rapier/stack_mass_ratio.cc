@@ -33,6 +33,7 @@ double way(double ratio, int iterations, bool own_friction) {
   options.max_corrective_speed = 3;
   options.prediction_distance = 0.02;
   options.warmstart = 1;
+  options.contact_coherence = 1;
   options.coulomb = own_friction ? 0 : 1;
   RapierWorld* world = api.create(&options);
   if (world == nullptr) return -1;

@@ -67,10 +67,16 @@ class RapierEngine final : public Adapter {
                       fmt::format("Rapier, {} joints, double, joint springs and dampers by its motors", joints),
                       {{"joints", joints}, {"precision", "f64"}, {"pd", "native"}}});
     }
-    list.push_back({"rapier-default",
-                    "Rapier's own defaults, impulse joints, double: friction a manifold, contacts kept, fast bodies "
-                    "stopped",
-                    {{"friction_model", "simplified"}, {"contact_recycling", true}, {"ccd_substeps", 1LL}}});
+    list.push_back(
+        {"rapier-default",
+         "Rapier's own defaults, impulse joints, double: friction a manifold, contacts kept and softer, fast "
+         "bodies stopped",
+         {{"friction_model", "simplified"},
+          {"contact_recycling", true},
+          {"contact_coherence", true},
+          {"contact_natural_frequency", 30.0},
+          {"static_contact_natural_frequency", 60.0},
+          {"ccd_substeps", 1LL}}});
     return list;
   }
 

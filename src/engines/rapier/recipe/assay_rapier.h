@@ -27,6 +27,7 @@ typedef struct RapierOptions {
   double warmstart;            /* of contacts, 0 to 1 */
   int warmstart_joints;
   int contact_recycling;
+  int contact_coherence; /* contact points are kept while they move by less than 1 mm and 1 degree */
   int friction_in_bias_pass;
   int coulomb; /* a friction constraint a contact point, instead of one a manifold */
   int gyroscopic;

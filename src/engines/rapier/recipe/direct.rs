@@ -11,6 +11,7 @@ impl Direct {
         let mut world = PhysicsWorld::new();
         world.gravity = vec3(&options.gravity);
         world.integration_parameters = parameters(options);
+        world.narrow_phase = narrow_phase(options);
         let bodies: Vec<_> = bodies
             .iter()
             .map(|body| {

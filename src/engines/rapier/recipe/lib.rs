@@ -29,6 +29,7 @@ pub struct Options {
     warmstart: f64,
     warmstart_joints: c_int,
     contact_recycling: c_int,
+    contact_coherence: c_int,
     friction_in_bias_pass: c_int,
     coulomb: c_int,
     gyroscopic: c_int,

@@ -5,7 +5,12 @@
 
 use super::*;
 use rapier::math::{Pose, Real, Rotation, Vector};
-use rapier::geometry::NEW_CONTACT_BIT;
+use rapier::geometry::{ContactData, ContactManifoldData, NEW_CONTACT_BIT};
+use rapier::parry::query::{
+    details::{ContactManifoldsWorkspace, NormalConstraints, ShapeCastOptions}, ClosestPoints, Contact, DefaultQueryDispatcher, NonlinearRigidMotion,
+    PersistentQueryDispatcher, QueryDispatcher, ShapeCastHit, ShapeDistance, ShapeIntersection, Unsupported,
+};
+use rapier::parry::shape::Shape as ParryShape;
 use rapier::prelude::*;
 use rapier::utils::OrthonormalBasis;
 
@@ -91,6 +96,100 @@ impl PhysicsHooks for Pairs {
     }
 }
 
+/// Before Parry's own dispatcher in a chain: has it find contact points anew in each step. Otherwise they are kept while
+/// they move by less than 1 mm and 1 degree, so that a capsule at rest on a box rolls away.
+struct FreshContacts;
+
+impl QueryDispatcher for FreshContacts {
+    fn intersection_test(
+        &self,
+        _: &Pose,
+        _: &dyn ParryShape,
+        _: &dyn ParryShape,
+    ) -> Result<ShapeIntersection, Unsupported> {
+        Err(Unsupported)
+    }
+    fn distance(&self, _: &Pose, _: &dyn ParryShape, _: &dyn ParryShape) -> Result<ShapeDistance, Unsupported> {
+        Err(Unsupported)
+    }
+    fn contact(
+        &self,
+        _: &Pose,
+        _: &dyn ParryShape,
+        _: &dyn ParryShape,
+        _: Real,
+    ) -> Result<Option<Contact>, Unsupported> {
+        Err(Unsupported)
+    }
+    fn closest_points(
+        &self,
+        _: &Pose,
+        _: &dyn ParryShape,
+        _: &dyn ParryShape,
+        _: Real,
+    ) -> Result<ClosestPoints, Unsupported> {
+        Err(Unsupported)
+    }
+    fn cast_shapes(
+        &self,
+        _: &Pose,
+        _: Vector,
+        _: &dyn ParryShape,
+        _: &dyn ParryShape,
+        _: ShapeCastOptions,
+    ) -> Result<Option<ShapeCastHit>, Unsupported> {
+        Err(Unsupported)
+    }
+    fn cast_shapes_nonlinear(
+        &self,
+        _: &NonlinearRigidMotion,
+        _: &dyn ParryShape,
+        _: &NonlinearRigidMotion,
+        _: &dyn ParryShape,
+        _: Real,
+        _: Real,
+        _: bool,
+    ) -> Result<Option<ShapeCastHit>, Unsupported> {
+        Err(Unsupported)
+    }
+}
+
+impl PersistentQueryDispatcher<ContactManifoldData, ContactData> for FreshContacts {
+    fn contact_manifolds(
+        &self,
+        _: &Pose,
+        _: &dyn ParryShape,
+        _: &dyn ParryShape,
+        _: Real,
+        manifolds: &mut Vec<ContactManifold>,
+        _: &mut Option<ContactManifoldsWorkspace>,
+    ) -> Result<(), Unsupported> {
+        for manifold in manifolds {
+            manifold.mark_shapes_deformed();
+        }
+        Err(Unsupported)
+    }
+    fn contact_manifold_convex_convex(
+        &self,
+        _: &Pose,
+        _: &dyn ParryShape,
+        _: &dyn ParryShape,
+        _: Option<&dyn NormalConstraints>,
+        _: Option<&dyn NormalConstraints>,
+        _: Real,
+        _: &mut ContactManifold,
+    ) -> Result<(), Unsupported> {
+        Err(Unsupported)
+    }
+}
+
+fn narrow_phase(options: &Options) -> NarrowPhase {
+    if options.contact_coherence != 0 {
+        return NarrowPhase::new();
+    }
+    NarrowPhase::with_query_dispatcher(FreshContacts.chain(DefaultQueryDispatcher))
+}
+
 pub struct World {
     options: Options,
     physics: PhysicsWorld,
@@ -135,6 +234,7 @@ impl World {
         let mut physics = PhysicsWorld::new();
         physics.gravity = vec3(&options.gravity);
         physics.integration_parameters = parameters(options);
+        physics.narrow_phase = narrow_phase(options);
         Self {
             options: *options,
             physics,
