@@ -4,15 +4,18 @@ import time
 
 import assay_adapter as assay
 import numpy as np
+from genesis_start import torch  # it sets its threads first
 from genesis_world import Scene, begin, gs
 
 
 class Batch:
     def __init__(self, model, worlds, settings, device):
-        if device != "cpu":
-            raise assay.Unsupported(f"the adapter starts Genesis on the CPU, not on '{device}'")
+        if device not in ("cpu", "cuda:0"):
+            raise assay.Unsupported(f"the adapter starts Genesis on the CPU or the first GPU, not on '{device}'")
+        if device != "cpu" and not torch.cuda.is_available():
+            raise assay.Unsupported(f"this PyTorch {torch.__version__} has no '{device}': step worlds of Genesis on the processor")
         started = time.monotonic()
-        begin(settings)
+        begin(settings, device)
         self.of, self.worlds = Scene(model, settings, worlds), worlds
         self.step = self.of.scene.step
         self.step(False, False)  # compiles what is not compiled yet
@@ -36,11 +39,14 @@ class Batch:
             raise assay.EngineFailure(f"Genesis: {error}") from error
 
     def synchronize(self):
+        if torch.cuda.is_available():
+            torch.cuda.synchronize()
         self.of.fail_if_wrong()
 
     def read_state(self, world):
         entity = self.of.entity
-        return self.of.read(entity.get_qpos().numpy()[world].astype(float), entity.get_dofs_velocity().numpy()[world].astype(float))
+        q, v = (each[world].cpu().numpy().astype(float) for each in (entity.get_qpos(), entity.get_dofs_velocity()))
+        return self.of.read(q, v)
 
     def facts(self):
         return {"compile_s": self.compile_s}

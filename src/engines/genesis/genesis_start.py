@@ -1,4 +1,4 @@
-"""Genesis on one thread of the CPU, with compiled kernels in a folder that this process may write; imported before anything else
+"""Genesis, on one thread where it is on the CPU, with compiled kernels in a folder that this process may write; imported before anything else
 of it."""
 
 import os
@@ -29,20 +29,20 @@ from quadrants.lang import impl  # noqa: E402
 _started = None
 
 
-def ways(settings):
-    """Genesis has one precision and one kind of arrays in a process."""
-    return {"precision": "64" if settings["precision"] == "double" else "32", "performance_mode": settings["static_arrays"]}
+def ways(settings, device):
+    """Genesis has one device, one precision and one kind of arrays in a process."""
+    return {"backend": gs.cpu if device == "cpu" else gs.gpu, "precision": "64" if settings["precision"] == "double" else "32", "performance_mode": settings["static_arrays"]}
 
 
-def is_started(settings):
-    return _started == ways(settings)
+def is_started(settings, device="cpu"):
+    return _started == ways(settings, device)
 
 
-def start(settings):
+def start(settings, device="cpu"):
     global _started
     stop()
-    gs.init(backend=gs.cpu, logging_level="critical", use_deterministic_algorithms=True, **ways(settings))
-    _started = ways(settings)
+    gs.init(logging_level="critical", use_deterministic_algorithms=True, **ways(settings, device))
+    _started = ways(settings, device)
 
 
 def stop():

@@ -127,14 +127,14 @@ def is_used():
     return any(world.taken for _, _, world in _worlds)
 
 
-def begin(settings):
+def begin(settings, device="cpu"):
     if is_used():
-        if not is_started(settings):
-            raise assay.EngineFailure("this process runs Genesis in another precision or with other arrays: run the contenders in "
-                                      "processes of their own")
-    elif not is_started(settings):
+        if not is_started(settings, device):
+            raise assay.EngineFailure("this process runs Genesis in another precision, with other arrays or on another device: run the "
+                                      "contenders in processes of their own")
+    elif not is_started(settings, device):
         _worlds.clear()
-        start(settings)
+        start(settings, device)
 
 
 class Simulation:

@@ -5,21 +5,31 @@ import time
 import assay_adapter as assay
 import jax
 import numpy as np
-from mjx_world import number, world_for
+from mjx_world import number, refusals, world_of
+
+
+def place_of(device):
+    """JAX's device of that name. A process has the platform that JAX_PLATFORMS names, and its first device is the default."""
+    platform, _, index = device.partition(":")
+    try:
+        return jax.devices(platform)[int(index or 0)]
+    except (RuntimeError, IndexError) as error:
+        raise assay.Unsupported(f"JAX {jax.__version__} has no code for '{device}' in this process: step worlds of MJX on the "
+                                f"processor ({' '.join(str(error).split())[:200]})") from error
 
 
 class Batch:
     def __init__(self, model, worlds, settings, device):
-        if device != "cpu":
-            raise assay.Unsupported(f"the JAX that is pinned here has no code for '{device}': step worlds of MJX on the processor")
-        self.world, self.worlds = world_for(model, settings), worlds
+        self.place = place_of(device)
+        with refusals():
+            self.world, self.worlds = world_of(model, settings), worlds
         self.compiled = self.world.compiled
         dof = self.compiled.mujoco.nv
         self.timestep = self.world.array(settings.timestep)
         self.force = np.zeros((worlds, dof))
         self.torques = self.world.array(self.force)
         started = time.monotonic()
-        with self.world.precision():
+        with self.world.precision(), refusals():
             begin = self.world.begin(np.tile(self.compiled.mujoco.qpos0, (worlds, 1)), np.zeros((worlds, dof)))
             arguments = (begin, self.torques, self.timestep)
             self.run = jax.jit(self.steps, donate_argnums=0).lower(*arguments, number(1)).compile()
@@ -50,5 +60,5 @@ class Batch:
 
     def facts(self):
         memory = self.run.memory_analysis()
-        return {"compile_s": self.compile_s, "memory_bytes": memory.argument_size_in_bytes + memory.output_size_in_bytes +
+        return {"compile_s": self.compile_s, "device": self.place.device_kind if self.place.platform != "cpu" else "", "memory_bytes": memory.argument_size_in_bytes + memory.output_size_in_bytes +
                 memory.temp_size_in_bytes - memory.alias_size_in_bytes}

@@ -1,5 +1,6 @@
 """MJX's arrays of a model, its step as a compiled function of the state, and one running simulation."""
 
+import contextlib
 import copy
 import functools
 import warnings
@@ -31,10 +32,16 @@ class World:
         self.type = np.float64 if settings["precision"] == "double" else np.float32
         with self.precision():
             self.engine, self.rest = mjx.put_model(self.compiled.mujoco), mjx.make_data(self.compiled.mujoco)
+
+    @functools.cached_property
+    def run(self):
+        """Steps of one world, compiled when the first simulation of one world asks for them."""
+        with self.precision():
             start = self.begin(self.compiled.mujoco.qpos0, np.zeros(self.compiled.mujoco.nv))
             rest = (self.array(np.zeros(self.compiled.mujoco.nv)), self.array(1e-3))
-            self.run = jax.jit(self.steps, donate_argnums=0).lower(start, *rest, number(1)).compile()
-            jax.block_until_ready(self.run(start, *rest, number(0)))  # the first call loads the compiled code
+            run = jax.jit(self.steps, donate_argnums=0).lower(start, *rest, number(1)).compile()
+            jax.block_until_ready(run(start, *rest, number(0)))  # the first call loads the compiled code
+        return run
 
     def precision(self):
         """What JAX makes of Python's numbers: MJX's functions ask for it while they are made into a compiled one."""
@@ -84,10 +91,11 @@ def world_of(model, settings):
     return _worlds[-1][2]
 
 
-def world_for(model, settings):
-    """The same for those who call the adapter."""
+@contextlib.contextmanager
+def refusals():
+    """What MJX raises for a model that it does not take, as assay's outcomes."""
     try:
-        return world_of(model, settings)
+        yield
     except (ValueError, NotImplementedError) as error:
         raise assay.EngineFailure(f"MJX refuses the model: {error}") from error
     except UserWarning as warning:
@@ -96,8 +104,9 @@ def world_for(model, settings):
 
 class Simulation:
     def __init__(self, model, state, settings):
-        self.world = world_for(model, settings)
-        self.run, self.compiled = self.world.run, self.world.compiled
+        with refusals():
+            self.world = world_of(model, settings)
+            self.run, self.compiled = self.world.run, self.world.compiled
         self.state = self.world.begin(*self.compiled.coordinates(state))
         self.timestep = self.world.array(settings.timestep)
         self.force = np.zeros(self.compiled.mujoco.nv)

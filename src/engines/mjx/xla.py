@@ -1,5 +1,5 @@
-"""JAX and MJX on the CPU, with compiled steps kept in a folder that this process may write; imported before anything else of
-them."""
+"""JAX and MJX, on the CPU unless JAX_PLATFORMS names another platform, with compiled steps kept in a folder that this process may
+write; imported before anything else of them."""
 
 import contextlib
 import hashlib
@@ -9,7 +9,9 @@ import tempfile
 from kernel_folder import folder_of_programs
 
 # XLA reads these when it starts. Its pool has as many threads as NPROC says.
-os.environ.update(JAX_PLATFORMS="cpu", NPROC="1", XLA_FLAGS="--xla_cpu_multi_thread_eigen=false")
+os.environ.setdefault("JAX_PLATFORMS", "cpu")
+if os.environ["JAX_PLATFORMS"] == "cpu":
+    os.environ.update(NPROC="1", XLA_FLAGS="--xla_cpu_multi_thread_eigen=false")
 
 import jax  # noqa: E402
 
