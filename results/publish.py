@@ -63,7 +63,7 @@ def publish(program, results, folder, compact):
         small = pathlib.Path(scratch) / "assay.sqlite"
         db.execute("VACUUM INTO ?", (str(small),))
         # The command without the folders of the machine that it was given on.
-        manifest["command"] = re.sub(r"(?<!\S)/\S*/", "", manifest["command"])
+        manifest["command"] = re.sub(r"(?<!\S)/\S*/", "", manifest.get("command", ""))  # merged results have none
         with contextlib.closing(sqlite3.connect(small)) as copy, copy:
             copy.execute("UPDATE manifest SET value = ? WHERE key = 'command'", (manifest["command"],))
             if copy.execute("PRAGMA user_version").fetchone()[0] > 1:  # version 1 has no hashes

@@ -816,7 +816,7 @@ def check_counts(report, store, readme):
 def check_export(report, store, rows):
     """Each exported row against the database, and each value of the database against the rows."""
     left = collections.defaultdict(list)  # several where many worlds were stepped: by their number
-    for cell in sorted(store.cells.values(), key=lambda cell: (int(cell.measure.partition("-")[2] or 0), cell.id)):
+    for cell in sorted(store.cells.values(), key=lambda cell: (cell.measure, cell.id)):
         for name, value in cell.values.items():
             if cell.contender != HARNESS:
                 left[cell.system, cell.contender, cell.timestep, name].append(value)

@@ -88,6 +88,7 @@ def anchor(options, say, wait_for_turn, versions, starts_kind):
     device = wp.get_device(options.device)
     with wp.ScopedDevice(device):
         engine = mjw.put_model(m)
+        mjw.step(engine, mjw.put_data(m, data, nworld=1, nconmax=24, njmax=64))  # compiles
         for worlds in options.worlds:
             wait_for_turn(worlds=worlds, stage="measuring")
             begin = time.monotonic()

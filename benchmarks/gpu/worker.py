@@ -52,6 +52,27 @@ def wait_for_turn(**facts):
         raise SystemExit(0)
 
 
+class Absorbing(type):
+    """Of classes that take every call and answer with nothing, as their instances do."""
+
+    def __new__(cls, name, bases, members):
+        def answer(self, *arguments, **named):
+            return self
+
+        members = {**members, "__init__": lambda self, *arguments, **named: None, "__call__": answer, "__getitem__": answer,
+                   "__iter__": lambda self: iter(()), "__bool__": lambda self: False, "__len__": lambda self: 0}
+        members.setdefault("__getattr__", lambda self, name: self if not name.startswith("__") else object.__getattribute__(self, name))
+        return super().__new__(cls, name, bases, members)
+
+    def __getattr__(cls, name):
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return Absorbing(name, (), {})
+
+    def __getitem__(cls, key):
+        return None
+
+
 class Unused:
     """Finds packages that Genesis imports for files of meshes, films and soft bodies, where they are missing: empty ones, which rigid
     bodies of primitive shapes do not use."""
@@ -59,14 +80,16 @@ class Unused:
     NAMES = ("pygltflib", "tetgen", "av", "z3", "OpenEXR", "Imath", "imath", "DracoPy", "pygel3d", "coacd", "fast_simplification",
              "rtree", "pyglet", "OpenGL", "freetype", "pymeshlab", "collada", "xacro", "zstandard", "vtk", "moviepy", "pysplashsurf")
 
+    DRAWING = ("genesis.ext.pyrender", "genesis.vis.visualizer")  # need a library for graphics
+
     class Module(types.ModuleType):
         def __getattr__(self, name):
             if name.startswith("__"):
                 raise AttributeError(name)
-            return type(name, (), {})
+            return Absorbing(name, (), {})
 
     def find_spec(self, name, path=None, target=None):
-        if name.partition(".")[0] not in self.NAMES:
+        if name.partition(".")[0] not in self.NAMES and not name.startswith(self.DRAWING):
             return None
         return importlib.machinery.ModuleSpec(name, self, is_package=True)
 
@@ -82,6 +105,9 @@ def load_adapter(root, folder, cache):
     engines = os.path.join(root, "src", "engines")
     if folder == "genesis":
         sys.meta_path.append(Unused())
+        drawing = Unused()
+        drawing.NAMES = ()
+        sys.meta_path.insert(0, drawing)
     sys.path[:0] = [os.path.join(engines, folder), os.path.join(engines, "mujoco-warp"), os.path.join(engines, "python-host")]
     kept = types.ModuleType("kernel_folder")
     kept.folder_of_programs = lambda: cache
@@ -286,7 +312,7 @@ def measure(subject, batch, worlds):
         batch.synchronize()
         single.append(time.perf_counter() - begin)
     record["single_step_s"] = single
-    record.update({name: value for name, value in batch.facts().items()})
+    record.update({"device_name" if name == "device" else name: value for name, value in batch.facts().items()})
     if worlds == 1:
         rows, end = [], []
         for world in range(KEPT):
@@ -355,16 +381,20 @@ def run(options):
             subject = stand_in.Subject(options, Starts)
         else:
             subject = Subject(options)
-        assay, import_s = subject.assay, None
+        assay = subject.assay
+        # XLA compiles for each number of worlds: not while it has the device
+        wait_from = options.wait_from if subject.folder != "mjx" else float("inf")
+        if options.worlds[0] >= wait_from:
+            subject.made(1)  # the others compile once for all
         for worlds in options.worlds:
             stage = "making the worlds"
-            if worlds >= options.wait_from:
+            if worlds >= wait_from:
                 wait_for_turn(worlds=worlds, stage=stage)
             begin = time.monotonic()
             batch = subject.made(worlds)
             created_s = time.monotonic() - begin
             since_start_s = time.monotonic() - STARTED
-            if worlds < options.wait_from:
+            if worlds < wait_from:
                 wait_for_turn(worlds=worlds, stage="measuring")
             stage = "measuring"
             record, states = measure(subject, batch, worlds)
