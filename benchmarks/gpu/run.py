@@ -20,6 +20,15 @@ LEAST_SECONDS = 15  # nothing is started with less
 PACKAGES = {"mjx": ("jax", "mujoco", "mujoco.mjx"), "genesis": ("torch", "quadrants", "genesis", "mujoco"),
             "mujoco-warp": ("warp", "mujoco", "mujoco_warp"), "newton": ("warp", "newton"), "mujoco-rollout": ("mujoco",),
             "mujoco-warp-anchor": ("warp", "mujoco", "mujoco_warp"), "stand-in": ()}
+PROBE = """
+import importlib.util, sys
+for name in sys.argv[1:]:
+    try:
+        found = importlib.util.find_spec(name)
+    except Exception:
+        found = None
+    print("" if found else name)
+"""
 ALL = [1, 4096, 64, 16384, 1024, 16, 256, 4]  # in order of worth
 MODELS = ["humanoid", "quadruped", "capsules-27"]
 
@@ -183,15 +192,16 @@ class Runner:
 
     def leave_out_missing(self):
         """Says once what is missing, and goes on with the others."""
-        probe = "import importlib.util, sys\nfor n in sys.argv[1:]:\n    try:\n        f = importlib.util.find_spec(n)\n    except Exception:\n        f = None\n    print(n if f is None else '')"
         said = {}
         for job in list(self.waiting):
             kind = next(each for each in sorted(PACKAGES, key=len, reverse=True) if job.contender.startswith(each))
             if kind not in said:
                 environment = dict(os.environ)
                 if kind == "newton":
-                    environment["PYTHONPATH"] = os.pathsep.join(filter(None, [self.options.newton_site, environment.get("PYTHONPATH", "")]))
-                answer = subprocess.run([sys.executable, "-c", probe, *PACKAGES[kind]], capture_output=True, text=True, env=environment)
+                    own = [self.options.newton_site, environment.get("PYTHONPATH", "")]
+                    environment["PYTHONPATH"] = os.pathsep.join(filter(None, own))
+                answer = subprocess.run([sys.executable, "-c", PROBE, *PACKAGES[kind]], capture_output=True, text=True,
+                                        env=environment)
                 missing = answer.stdout.split()
                 said[kind] = missing
                 if missing:
