@@ -69,6 +69,15 @@ class Tidy(AssayTest):
         self.commit("2026-02-03T00:00:00")
         self.assertEqual(self.asked(), ["b.cc"])
 
+    def test_a_limit_of_time_leaves_the_oldest_changes(self):
+        for name, day in [("c", "03T00"), ("a", "03T10"), ("b", "03T20")]:
+            self.write(f"tree/src/{name}.cc", "// changed\n")
+            self.commit(f"2026-01-{day}:00:00")
+        self.assertEqual(self.asked("--seconds", "-1"), [])
+        (self.dir / "asked").write_text("")
+        self.assertEqual(self.asked("--jobs", "1"), ["a.cc", "b.cc", "c.cc"])
+        self.assertEqual((self.dir / "asked").read_text().split(), ["b.cc", "a.cc", "c.cc"])
+
     def test_a_finding_fails(self):
         self.write("tree/src/c.cc", "// finding\n")
         self.commit("2026-01-03T00:00:00")
