@@ -8,6 +8,7 @@ import contextlib
 import fractions
 import json
 import pathlib
+import re
 import sqlite3
 import subprocess
 import sys
@@ -15,6 +16,7 @@ import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "results"))
 import packed  # noqa: E402
+import standing  # noqa: E402
 
 # Measures whose run starts at the system's initial state, as `assay simulate` does.
 WHOLE_RUNS = ("grasp", "drift", "violation", "truth")
@@ -39,6 +41,16 @@ def command(facts, contender, timestep):
             f" --duration {facts['duration_s']:g} --sample {facts['sample_ms']:g} --out run.csv`")
 
 
+# m: a shape whose top is less than this below the ground is unstable by the thickness of a sheet.
+NEAR = 2e-3
+
+
+def near_threshold(reason):
+    """What to add where the verdict rests on very little."""
+    below = re.search(r"lies wholly below the ground, by ([\d.e+-]+) m", reason)
+    return " (near the threshold: the shape's own thickness, exceeded by little)" if below and float(below.group(1)) < NEAR else ""
+
+
 def grasp_failures(db, facts):
     """For each contender the smallest timestep at which it does not hold the object."""
     rows = []
@@ -51,6 +63,9 @@ def grasp_failures(db, facts):
             " ORDER BY timestep_ms", (contender,))
         held = "none"
         for timestep, outcome, reason, holds, dropped in runs:
+            if outcome == "withdrawn":
+                rows.append([contender, "withdrawn", reason, "–", "–"])
+                break
             if outcome == "ok" and holds == 1:
                 held = milliseconds(timestep)
                 continue
@@ -73,7 +88,7 @@ def other_failures(db, facts):
             " ORDER BY systems.rowid, contenders.rowid, timestep_ms, measure", WHOLE_RUNS):
         if (system, contender) not in seen:
             seen.add((system, contender))
-            rows.append([system, contender, milliseconds(timestep), f"{outcome} {reason}",
+            rows.append([system, contender, milliseconds(timestep), f"{outcome} {reason}{near_threshold(reason)}",
                          command(facts[system], contender, timestep)])
     return table(["system", "contender", "from (ms)", "outcome", "shown by"], rows)
 
@@ -96,8 +111,42 @@ def leaks(db, facts):
             "within it is not told apart from rounding.\n\n") + table(["system", "contender", "largest drift of the energy", "hidden damping (1/s)", "within rounding", "shown by"], rows)
 
 
+# Engines of the table of claim 4, each with all of its contenders.
+PRACTICE = {"MuJoCo": ("mujoco",), "ODE": ("ode",), "PhysX": ("physx",), "Bullet": ("bullet-f64", "bullet-f32"),
+            "Havok": ("havok", "havok-node"), "DART": ("dart",), "Jolt": ("jolt-f32", "jolt-f64"), "Rapier": ("rapier",)}
+
+
+def practice(program, results):
+    """Each engine's fastest point within 1 mm, of all its contenders but those with contacts of matched compliance."""
+    systems = ("grasp", "humanoid", "capsules-27")
+    with contextlib.closing(sqlite3.connect(results / "assay.sqlite")) as db:
+        engines = dict(db.execute("SELECT name, engine FROM contenders"))
+        measured = standing.standing(db).execute(
+            "SELECT DISTINCT system, contender, outcome = 'withdrawn' FROM cells WHERE measure = 'consistency'").fetchall()
+    found = {}
+    for system in systems:
+        done = subprocess.run([program, "recommend", results, system, "--error", "1mm", "--measure", "consistency", "--json"],
+                              capture_output=True, text=True, check=True)
+        found[system] = [point for point in json.loads(done.stdout)["contenders"] if not point["contender"].endswith("-matched")]
+
+    def text(point):
+        depth = point["worst"].get("penetration_max")
+        deep = f", {1e3 * depth['value']:.2g} mm deep" if depth else ""
+        end = f", the {point['end_of_grid']} timestep tried" if point.get("end_of_grid") else ""
+        return f"{float(format(point['realtime_factor']['value'], '.2g')):g} at {milliseconds(point['timestep_ms'])} ms, `{point['contender']}`{deep}{end}"
+    rows = []
+    for name, own in PRACTICE.items():
+        best = [next((text(point) for point in found[system] if engines[point["contender"]] in own), None) for system in systems]
+        for i, system in enumerate(systems):
+            gone = {bool(withdrawn) for of, contender, withdrawn in measured if of == system and engines[contender] in own}
+            best[i] = best[i] or ("withdrawn" if gone == {True} else "at none that counts" if True in gone else "at none")
+        rows.append([name, *best])
+    return table(["", *systems], rows)
+
+
 def failures(results):
     with contextlib.closing(sqlite3.connect(results / "assay.sqlite")) as db:
+        standing.standing(db)
         facts = {name: json.loads(text) for name, text in db.execute("SELECT name, json FROM systems")}
         return ("\n### The object is dropped\n\n" + grasp_failures(db, facts["grasp"]) +
                 "\n### Other runs that fail\n\n" + other_failures(db, facts) +
@@ -112,7 +161,7 @@ def blocks(program, results):
     """The text of each generated block."""
     with tempfile.TemporaryDirectory() as scratch:
         folder = packed.database(results, scratch).parent
-        return {"claims": claims(program, folder), "failures": failures(folder)}
+        return {"claims": claims(program, folder), "practice": practice(program, folder), "failures": failures(folder)}
 
 
 def updated(text, new):

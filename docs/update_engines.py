@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
-"""Writes the tables of docs/engines.md: update_engines.py ASSAY RESULTS [--worlds RESULTS] [--without-speeds] [--page FILE].
+"""Writes the tables of docs/engines.md, and that of sampled depths in docs/methodology.md:
+update_engines.py ASSAY RESULTS [--full RESULTS] [--worlds RESULTS] [--without-speeds] [--page FILE].
 
 RESULTS is a results directory of campaigns/field.toml, or the database of one packed as assay.sqlite.xz; after --worlds one of
-campaigns/batches.toml. Without the field's speeds where the machine was shared.
+campaigns/batches.toml, after --full one of campaigns/paper.toml (default: the committed one). Without the field's speeds where the
+machine was shared. Withdrawn figures are left out (results/standing.py).
 """
 
 import argparse
@@ -11,11 +13,16 @@ import json
 import pathlib
 import sqlite3
 import subprocess
+import statistics
 import tempfile
+import tomllib
 
-from update_claims import milliseconds, packed, table, updated
+from update_claims import milliseconds, packed, standing, table, updated
 
 PAGE = pathlib.Path(__file__).with_name("engines.md")
+METHODOLOGY = PAGE.with_name("methodology.md")
+FULL = PAGE.parents[1] / "results/intel-xeon-2-cores/assay.sqlite.xz"
+RELEASES = tomllib.loads(PAGE.with_name("releases.toml").read_text("utf-8"))
 NO = "–"
 SI = [(1, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n")]
 # system, options of `assay recommend`, in words
@@ -40,8 +47,36 @@ def quantity(value, unit):
 
 class Run:
     def __init__(self, db):
-        self.db = db
+        self.db = standing.standing(db)
         self.contenders = [name for name, in db.execute("SELECT name FROM contenders ORDER BY rowid") if name != "null"]
+
+    def duration(self, system):
+        facts, = self.db.execute("SELECT json FROM main.systems WHERE name = ?", (system,)).fetchone()
+        return f"{json.loads(facts)['duration_s']:g} s"
+
+    def piece(self, system):
+        facts, = self.db.execute("SELECT json FROM main.systems WHERE name = ?", (system,)).fetchone()
+        return f"{json.loads(facts)['piece_ms']:g} ms"
+
+    def late_step(self, system, contender, share=0.25):
+        """The step time at 1 ms over the last part of the motion, in us; None where it was not timed."""
+        cell = self.db.execute("SELECT id FROM cells WHERE system = ? AND contender = ? AND timestep_ms = 1 AND"
+                               " measure = 'raw_speed' AND outcome = 'ok'", (system, contender)).fetchone()
+        if not cell:
+            return None
+        weights, times = ([value for value, in self.db.execute(
+            "SELECT value FROM samples WHERE cell_id = ? AND name = ? ORDER BY idx", (cell[0], name))]
+            for name in ("window_weight", "window_step_time_us"))
+        rounds = [times[at:at + len(weights)] for at in range(0, len(times), len(weights))]
+        windows = [statistics.median(window) for window in zip(*rounds)]
+        late = range(round((1 - share) * len(weights)), len(weights))
+        return sum(weights[i] * windows[i] for i in late) / sum(weights[i] for i in late)
+
+    def states(self, contender, timestep):
+        """The penetration of 27 capsules from each initial state."""
+        return [value for value, in self.db.execute(
+            "SELECT s.value FROM cells c JOIN samples s ON s.cell_id = c.id WHERE c.system = 'capsules-27' AND c.contender = ? AND"
+            " c.timestep_ms = ? AND c.outcome = 'ok' AND s.name = 'penetration_max of states' ORDER BY s.idx", (contender, timestep))]
 
     def facts(self, contender):
         engine, version, capabilities = self.db.execute(
@@ -89,6 +124,8 @@ class Run:
             return f"{milliseconds(held[0])} ms"
         outcomes = {outcome for outcome, in self.db.execute(
             "SELECT outcome FROM cells WHERE system = 'grasp' AND contender = ? AND measure = 'grasp'", (contender,))}
+        if "withdrawn" in outcomes:
+            return "withdrawn"
         return NO if outcomes <= {"unsupported"} else "never"
 
 
@@ -102,22 +139,26 @@ def engines_table(run):
         row[1].add(capabilities.get("precision", ""))
         row[2].add(capabilities.get("coordinates", ""))
         row[3].append(f"`{contender}`")
-    return table(["engine", "version", "precision", "coordinates", "contenders here"],
-                 [[engine, version, ", ".join(sorted(precision)), ", ".join(sorted(coordinates)), ", ".join(contenders)]
+    def released(engine, version):
+        known = RELEASES[engine.removesuffix("-f64").removesuffix("-f32")]
+        return known["released"] if known["version"] == version else "unknown"
+    return table(["engine", "version", "released", "precision", "coordinates", "contenders here"],
+                 [[engine, version, released(engine, version), ", ".join(sorted(precision)), ", ".join(sorted(coordinates)), ", ".join(contenders)]
                   for engine, (version, precision, coordinates, contenders) in rows.items()])
 
 
 def figures_table(run, speeds):
-    header = ["contender", "chain: error at 1 ms", "astronaut: energy drift at 4 ms", "humanoid: error at 1 ms",
+    header = ["contender", "chain: error at 1 ms", "astronaut: energy drift at 4 ms", f"humanoid: error at 1 ms over pieces of {run.piece('humanoid')}",
               "humanoid: penetration at 4 ms", "grasp: holds up to", "27 capsules: penetration at 4 ms"]
     if speeds:
-        header += ["chain: step at 1 ms", "humanoid: step at 1 ms", "27 capsules: step at 1 ms"]
+        header += ["chain: step at 1 ms", "humanoid: step at 1 ms", f"27 capsules, {run.duration('capsules-27')}: step at 1 ms",
+                   "in its last quarter"]
     rows = []
     for contender in run.contenders:
         row = [f"`{contender}`", run.text("spatial-chain", contender, 1, "truth", "truth_error_max", "m")]
         drift = run.text("astronaut-energy", contender, 4, "drift", "energy_drift_relative", "")
         share, _, _ = run.stored("astronaut-energy", contender, 4, "drift", "energy_drift_relative")
-        row.append(f"{100 * share:.2g} %" if share is not None and drift not in (NO, "diverged", "unstable") else drift)
+        row.append(f"{100 * share:.2g} %" if share is not None and drift not in (NO, "diverged", "unstable", "withdrawn") else drift)
         row.append(run.text("humanoid", contender, 1, "consistency", "consistency", "m"))
         row.append(run.text("humanoid", contender, 4, "violation", "penetration_max", "m"))
         row.append(run.holds_up_to(contender))
@@ -125,6 +166,8 @@ def figures_table(run, speeds):
         if speeds:
             for system in ("spatial-chain", "humanoid", "capsules-27"):
                 row.append(run.text(system, contender, 1, "raw_speed", "step_time", "s", 1e-6))
+            late = run.late_step("capsules-27", contender)
+            row.append(quantity(1e-6 * late, "s") if late else NO)
         if any(cell != NO for cell in row[1:]):
             rows.append(row)
     return table(header, rows)
@@ -157,18 +200,32 @@ def worlds_table(run, system):
     return table(["contender", "cores", *map(str, counts), "latency of 1", f"of {most}", f"memory of {most}"], rows)
 
 
-def answers_table(program, folder):
+def fastest(program, folder, system, options):
+    done = subprocess.run([program, "recommend", folder, system, *options, "--json"], capture_output=True, text=True)
+    best = json.loads(done.stdout).get("recommended") if done.returncode == 0 else None
+    if not best:
+        return "none"
+    speed = best["realtime_factor"]["value"]
+    about = "" if best["timed"] else "about "
+    end = {"largest": ", the largest timestep tried", "smallest": ", the smallest timestep tried"}.get(best.get("end_of_grid"), "")
+    return f"`{best['contender']}` at {milliseconds(best['timestep_ms'])} ms, {about}{float(f'{speed:.2g}'):g} times real time{end}"
+
+
+def answers_table(program, folder, full):
+    rows = [[words, fastest(program, folder, system, options), fastest(program, full, system, options),
+             f"`assay recommend field {system} {' '.join(options)}`"] for system, options, words in QUESTIONS]
+    return table(["question", "fastest within it in this run", "in the full run", "asked by"], rows)
+
+
+def depths_table(field, full):
+    """The same depths at 4 ms, sampled every 4 ms and every 32 ms: means over the states that both runs have."""
     rows = []
-    for system, options, words in QUESTIONS:
-        done = subprocess.run([program, "recommend", folder, system, *options, "--json"], capture_output=True, text=True)
-        best = json.loads(done.stdout).get("recommended") if done.returncode == 0 else None
-        text = "none"
-        if best:
-            speed = best["realtime_factor"]["value"]
-            text = f"`{best['contender']}` at {milliseconds(best['timestep_ms'])} ms, {float(f'{speed:.2g}'):g} times real time"
-        command = f"`assay recommend field {system} {' '.join(options)}`"
-        rows.append([words, text, command])
-    return table(["question", "fastest within it", "asked by"], rows)
+    for contender in field.contenders:
+        dense, sparse = field.states(contender, 4), full.states(contender, 4)[:len(field.states(contender, 4))]
+        if dense and len(dense) == len(sparse):
+            a, b = 1e3 * statistics.fmean(dense), 1e3 * statistics.fmean(sparse)
+            rows.append((b / a, [f"`{contender}`", f"{a:.1f} mm", f"{b:.1f} mm", f"{100 * (1 - b / a):.0f} %"]))
+    return table(["contender", "sampled every 4 ms", "every 32 ms", "missed"], [row for _, row in sorted(rows)])
 
 
 def main():
@@ -176,6 +233,7 @@ def main():
     parser.add_argument("program")
     parser.add_argument("results", type=pathlib.Path)
     parser.add_argument("--worlds", type=pathlib.Path)
+    parser.add_argument("--full", type=pathlib.Path, default=FULL)
     parser.add_argument("--without-speeds", action="store_true")
     parser.add_argument("--page", type=pathlib.Path, default=PAGE)
     options = parser.parse_args()
@@ -184,8 +242,11 @@ def main():
         with contextlib.closing(sqlite3.connect(database)) as db:
             run = Run(db)
             blocks = {"engines": engines_table(run), "figures": figures_table(run, not options.without_speeds)}
+            full = packed.database(options.full, pathlib.Path(scratch) / "full")
+            with contextlib.closing(sqlite3.connect(full)) as other:
+                depths = depths_table(run, Run(other))
         if not options.without_speeds:
-            blocks["answers"] = answers_table(options.program, database.parent)
+            blocks["answers"] = answers_table(options.program, database.parent, full.parent)
         if options.worlds:
             with contextlib.closing(sqlite3.connect(packed.database(options.worlds, pathlib.Path(scratch) / "worlds"))) as db:
                 run = Run(db)
@@ -193,6 +254,8 @@ def main():
                     blocks[f"worlds-{system}"] = worlds_table(run, system)
     page = options.page.read_text(encoding="utf-8")
     options.page.write_text(updated(page, blocks), encoding="utf-8")
+    if options.page == PAGE:
+        METHODOLOGY.write_text(updated(METHODOLOGY.read_text("utf-8"), {"depths": depths}), "utf-8")
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ import sys
 import tempfile
 
 from plain_figure import Plot
-from update_claims import milliseconds, packed, table, updated
+from update_claims import milliseconds, packed, standing, table, updated
 
 SYSTEM = "planar-chain"
 FACTORS = (10, 30, 100, 300)
@@ -139,7 +139,7 @@ def held_steps(db):
         largest = fails = None
         for timestep, outcome, held in db.execute(
                 'SELECT timestep_ms, outcome, (SELECT value FROM "values" WHERE cell_id = id AND name = \'grasp_held\') FROM cells'
-                " WHERE system = 'grasp' AND measure = 'grasp' AND outcome != 'unsupported' AND contender = ?"
+                " WHERE system = 'grasp' AND measure = 'grasp' AND outcome NOT IN ('unsupported', 'withdrawn') AND contender = ?"
                 " ORDER BY timestep_ms", (contender,)):
             if outcome != "ok" or held != 1:
                 fails = timestep
@@ -167,6 +167,7 @@ def main():
     page = pathlib.Path(sys.argv[2] if len(sys.argv) == 3 else pathlib.Path(__file__).parent / "self-consistency.md")
     with (tempfile.TemporaryDirectory() as scratch,
           contextlib.closing(sqlite3.connect(packed.database(sys.argv[1], scratch))) as db):
+        standing.standing(db)
         found, whole = rankings(db)
         by_length = {length: rankings(db, length)[0] for length in LENGTHS_MS}
         held = held_steps(db)

@@ -17,7 +17,7 @@ import subprocess
 import sys
 import tempfile
 
-from update_claims import milliseconds, packed, table, updated
+from update_claims import milliseconds, packed, standing, table, updated
 
 HERE = pathlib.Path(__file__).resolve().parent
 SYSTEMS = ("capsules-27", "humanoid", "grasp")
@@ -59,7 +59,17 @@ def text_of(point, base):
     return f"{about}{speed:g}× at {milliseconds(point['timestep_ms'])} ms" + (f", `{setting}`" if setting else "")
 
 
-def settings_tables(program, results, plain, contenders):
+def withdrawn_contenders(database):
+    """{system: contenders whose errors do not count}"""
+    found = {system: set() for system in SYSTEMS}
+    with contextlib.closing(sqlite3.connect(database)) as db:
+        for system, contender in standing.standing(db).execute(
+                "SELECT DISTINCT system, contender FROM cells WHERE measure = 'consistency' AND outcome = 'withdrawn'"):
+            found[system].add(contender)
+    return found
+
+
+def settings_tables(program, results, plain, contenders, withdrawn):
     text = ""
     for system in SYSTEMS:
         own, best = within(program, plain, system), within(program, results, system)
@@ -69,10 +79,12 @@ def settings_tables(program, results, plain, contenders):
             of_all.update({base: point for base, point in of_own.items() if is_no_better(of_all[base], point)})
         rows = [[f"`{base}`", text_of(own.get(base), base), text_of(best.get(base), base), text_of(shallow.get(base), base)]
                 for base in contenders if base in best]
-        missing = [f"`{base}`" for base in contenders if base not in best]
+        missing = [f"`{base}`" for base in contenders if base not in best and base not in withdrawn[system]]
         text += f"\n{system}:\n\n" + table(["contender", "as it is", "with the best of the settings", f"and at most {DEPTH} deep"], rows)
         if missing:
             text += f"\nSound and within {ERROR} at none of these timesteps with any setting: {', '.join(missing)}.\n"
+        if withdrawn[system]:
+            text += f"\nWithdrawn: {', '.join(f'`{base}`' for base in contenders if base in withdrawn[system])}.\n"
     return text
 
 
@@ -106,7 +118,7 @@ def main():
                 contenders = [name for name, in db.execute("SELECT name FROM contenders WHERE name NOT LIKE '% %' AND name <> 'null'")]
             plain = without_sweeps(database, pathlib.Path(scratch) / "plain")
             page = options.pages / "settings.md"
-            page.write_text(updated(page.read_text("utf-8"), {"settings": settings_tables(options.program, database.parent, plain, contenders)}), "utf-8")
+            page.write_text(updated(page.read_text("utf-8"), {"settings": settings_tables(options.program, database.parent, plain, contenders, withdrawn_contenders(database))}), "utf-8")
         if options.builds:
             database = packed.database(options.builds, pathlib.Path(scratch) / "builds")
             with contextlib.closing(sqlite3.connect(database)) as db:

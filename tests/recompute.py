@@ -1,6 +1,7 @@
 """Recomputes published figures from a results database, by docs/methodology.md and nothing else of the program.
 
-    recompute.py RESULTS [--claims PAGE] [--values FILE] [--verbose]
+    recompute.py RESULTS [--claims PAGE] [--values FILE]
+    recompute.py --sentences
 
 RESULTS is a results directory, its database, or a database packed as assay.sqlite.xz. Reads the database with sqlite3 and
 the stored states, where RESULTS has them, by itself. Prints each figure that differs, then how many of which kind were
@@ -11,10 +12,14 @@ recomputed; status 1 when one differs. The standard library of Python is all tha
     states    the stored values that follow from stored states: agreement, separation, slip, joint position errors
     page      the figures of a page (docs/claims.md): every ratio, slope, exponent and timestep in its blocks
     export    each row of the exported values (values.csv)
+    sentences what pages say in words: "the fastest", "none", "each engine" (tests/statements.py)
+
+Pages have the figures that count (results/standing.py); samples, values, states and export are of all that was stored.
 """
 
 import argparse
 import collections
+import contextlib
 import csv
 import fractions
 import json
@@ -30,6 +35,7 @@ import tomllib
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "results"))
 import packed  # noqa: E402
+import standing  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 METHODOLOGY = ROOT / "docs/methodology.md"
@@ -66,8 +72,11 @@ def line(x, y):
 class Store:
     """A results database, of either version of the schema."""
 
-    def __init__(self, path):
+    def __init__(self, path, counting=False):
+        """With `counting` as far as it counts."""
         self.db = sqlite3.connect(f"file:{path}?mode=ro", uri=True)
+        if counting:
+            standing.standing(self.db)
         self.folder = path.parent
         self.manifest = dict(self.db.execute("SELECT key, value FROM manifest"))
         self.systems = {name: json.loads(text) for name, text in
@@ -762,6 +771,11 @@ def check_text(report, store, page):
                         median_of_seeds(claims, contender, f"capsules-{column}", "run_time", 10)
                     if value:
                         report.printed("page", label, text, value)
+            if header[:2] == ["contender", "holds up to (ms)"] and row[1] == "withdrawn":
+                cells = store.of("grasp", "grasp", row[0])
+                report.check("page", f"that {row[0]} is withdrawn", row[1], any(cell.outcome == "withdrawn" for cell in cells),
+                             collections.Counter(cell.outcome for cell in cells))
+                continue
             if header[:2] == ["contender", "holds up to (ms)"]:
                 held, _ = Answers(claims).steps("grasp", "grasp", row[0], lambda cell: cell.outcome == "ok" and
                                                 cell.values["grasp_held"].value == 1)
@@ -845,9 +859,10 @@ def check_all(database, page=None, readme=None, values=None):
                 report.stored(kind, cell, name, number)
         if page:
             text = page.read_text("utf-8")
-            check_claims(report, store, text, (ROOT / "campaigns/paper_claims.toml").read_text("utf-8"),
-                         METHODOLOGY.read_text("utf-8"))
-            check_text(report, store, text)
+            with contextlib.closing(Store(database, counting=True)) as counting:
+                check_claims(report, counting, text, (ROOT / "campaigns/paper_claims.toml").read_text("utf-8"),
+                             METHODOLOGY.read_text("utf-8"))
+                check_text(report, counting, text)
         if readme:
             check_counts(report, store, readme.read_text("utf-8"))
         if values:
@@ -860,13 +875,21 @@ def check_all(database, page=None, readme=None, values=None):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("results", type=pathlib.Path)
+    parser.add_argument("results", type=pathlib.Path, nargs="?")
+    parser.add_argument("--sentences", action="store_true", help="compare sentences of the pages with all committed results")
     parser.add_argument("--claims", type=pathlib.Path, metavar="PAGE", help="the page of claims that was written from RESULTS")
     parser.add_argument("--values", type=pathlib.Path, metavar="FILE", help="the values that were exported from RESULTS")
     parser.add_argument("--readme", type=pathlib.Path, metavar="FILE", help="the README of RESULTS")
     given = parser.parse_args()
+    if given.sentences == (given.results is not None):
+        parser.error("give RESULTS, or --sentences")
     with tempfile.TemporaryDirectory() as scratch:
-        report = check_all(packed.database(given.results, scratch), given.claims, given.readme, given.values)
+        if given.sentences:
+            import statements
+            report = Report()
+            statements.check(report)
+        else:
+            report = check_all(packed.database(given.results, scratch), given.claims, given.readme, given.values)
     for wrong in report.wrong:
         print(wrong)
     print(", ".join(f"{count} {kind}" for kind, count in report.counts.items()) + f": {len(report.wrong)} differ")

@@ -1,5 +1,6 @@
 // `assay export`: a results directory as tidy values, or its kept states.
 #include <cmath>
+#include <map>
 #include <optional>
 
 #include <fmt/format.h>
@@ -12,6 +13,8 @@
 #include "cli/export_trajectories.h"
 #include "cli/output_file.h"
 #include "results/results.h"
+#include "results/withdrawn.h"
+#include "store/facts.h"
 #include "store/store.h"
 
 namespace assay::cli {
@@ -25,7 +28,25 @@ struct ExportOptions {
 // One value of a cell, or a cell that failed before it had one.
 struct Row {
   const Cell* cell;
-  std::optional<Value> value;  // absent: the cell has none
+  std::string outcome;
+  std::optional<Value> value = {};  // absent: the cell has none
+};
+
+// How a cell ended, or that it does not count any more; its values are exported all the same.
+class Outcomes {
+ public:
+  explicit Outcomes(const Store& store) {
+    for (const SystemRow& row : store.systems()) facts_[row.name] = facts_of(row.json);
+  }
+  std::string of(const Cell& cell) const {
+    const auto facts = facts_.find(cell.system);
+    const bool counts =
+        why_withdrawn(withdrawals(), cell, facts == facts_.end() ? nlohmann::json() : facts->second).empty();
+    return counts ? std::string(outcome_text(cell.outcome)) : "withdrawn";
+  }
+
+ private:
+  std::map<std::string, nlohmann::json> facts_;
 };
 
 // Numbers that are missing or not finite are empty in CSV and null in JSON.
@@ -39,19 +60,19 @@ Json json_number(const std::optional<double>& number) {
 template <typename Field>
 std::string as_csv(const std::vector<Row>& rows, const Field& field) {
   std::string text = "system,contender,timestep_ms,measure,value,unit,outcome,low,high\n";
-  for (const auto& [cell, value] : rows) {
+  for (const auto& [cell, outcome, value] : rows) {
     const Value none{cell->measure, "", {}, {}, {}};
     const Value& shown = value ? *value : none;
     text += fmt::format("{},{},{},{},{},{},{},{},{}\n", field(cell->system), field(cell->contender),
                         shortest(cell->timestep_ms), field(shown.name), csv_number(shown.value), field(shown.unit),
-                        outcome_text(cell->outcome), csv_number(shown.low), csv_number(shown.high));
+                        outcome, csv_number(shown.low), csv_number(shown.high));
   }
   return text;
 }
 
 std::string as_json(const std::vector<Row>& rows) {
   Json json = Json::array();
-  for (const auto& [cell, value] : rows) {
+  for (const auto& [cell, outcome, value] : rows) {
     const Value none{cell->measure, "", {}, {}, {}};
     const Value& shown = value ? *value : none;
     json.push_back({{"system", cell->system},
@@ -60,7 +81,7 @@ std::string as_json(const std::vector<Row>& rows) {
                     {"measure", shown.name},
                     {"value", json_number(shown.value)},
                     {"unit", shown.unit.empty() ? Json(nullptr) : Json(shown.unit)},
-                    {"outcome", outcome_text(cell->outcome)},
+                    {"outcome", outcome},
                     {"low", json_number(shown.low)},
                     {"high", json_number(shown.high)}});
   }
@@ -71,16 +92,19 @@ int export_values(const ExportOptions& options, const std::string& format) {
   if (format != "csv" && format != "json") {
     throw InputError(fmt::format("--format is '{}': use csv or json", format));
   }
-  const std::vector<Cell> cells = Store::open(options.dir).cells();
+  const Store store = Store::open(options.dir);
+  const std::vector<Cell> cells = store.cells();
+  const Outcomes outcomes(store);
   std::vector<Row> rows;
   for (const Cell& cell : cells) {
+    const std::string outcome = outcomes.of(cell);
     for (const Value& value : cell.values) {
       // a bound has no value: it lies between 0 and the upper end
       const auto bound = bound_of(cell, value.name);
-      rows.push_back({&cell, bound ? Value{value.name, value.unit, {}, 0, bound} : value});
+      rows.push_back({&cell, outcome, bound ? Value{value.name, value.unit, {}, 0, bound} : value});
     }
     // a reference run has no value of its own: it is listed only if it failed
-    if (cell.values.empty() && cell.outcome != Outcome::kOk) rows.push_back({&cell, std::nullopt});
+    if (cell.values.empty() && cell.outcome != Outcome::kOk) rows.push_back({&cell, outcome});
   }
   OutputFile file(options.out.value_or("-"));
   const bool shown = is_terminal(file.path());

@@ -281,7 +281,8 @@ Json candidate_json(const SystemAnswers& answers, const Question& question, size
           {"coverage", candidate.speed.coverage ? Json(*candidate.speed.coverage) : Json(nullptr)},
           {"worst", std::move(worst)},
           {"exceeds", std::move(exceeds)},
-          {"margin", candidate.margin}};
+          {"margin", candidate.margin},
+          {"end_of_grid", candidate.end_of_grid.empty() ? Json(nullptr) : Json(candidate.end_of_grid)}};
 }
 
 Json answer_json(const SystemAnswers& answers, const Question& question, const Recommendation& found) {

@@ -1,5 +1,6 @@
 #include "coordinator/rows.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <string>
 #include <utility>
@@ -21,10 +22,16 @@ namespace assay {
 using nlohmann::json;
 
 json model_facts(const Model& model) {
-  return {{"model_hash", model.hash},      {"dof", model.dof()},
-          {"bodies", model.bodies.size()}, {"hinges", model.joints.size()},
-          {"shapes", model.shapes.size()}, {"contact_pairs", model.contacts.size()},
-          {"mass_kg", model.total_mass()}, {"gravity", {model.gravity.x(), model.gravity.y(), model.gravity.z()}}};
+  // "hinges" are hinges and slides
+  return {{"model_hash", model.hash},
+          {"dof", model.dof()},
+          {"bodies", model.bodies.size()},
+          {"hinges", model.joints.size()},
+          {"slides", std::ranges::count_if(model.joints, &Joint::is_slide)},
+          {"shapes", model.shapes.size()},
+          {"contact_pairs", model.contacts.size()},
+          {"mass_kg", model.total_mass()},
+          {"gravity", {model.gravity.x(), model.gravity.y(), model.gravity.z()}}};
 }
 
 ContenderRow contender_row(const CampaignContender& contender) {

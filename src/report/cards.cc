@@ -83,13 +83,10 @@ json largest_sound(const SystemAnswers& answers) {
   for (const Point& point : answers.points) {
     if (point.sound && same_timestep(point.timestep_ms, largest)) there.push_back(&point);
   }
-  // Of several the one with the smallest error, where that is known.
+  // Of several the one with the smallest error, where that is known; its speed need not be.
   const auto error = [&](const Point* point) {
-    for (const Candidate& candidate : answers.candidates) {
-      const auto own = candidate.worst.find(answers.main);
-      if (&answers.at(candidate) == point && own != candidate.worst.end()) return own->second.value.value;
-    }
-    return HUGE_VAL;
+    const auto own = point->worst.find(answers.main);
+    return own == point->worst.end() ? HUGE_VAL : own->second.value.value;
   };
   const Point* best = *std::ranges::min_element(there, {}, error);
   std::string text = fmt::format("{} at {} ms", best->contender, timestep_label(largest));
@@ -171,6 +168,7 @@ std::string candidate_text(const SystemAnswers& answers, const Candidate& candid
   if (own != candidate.worst.end()) {
     text += fmt::format(", {} {}", info.brief, error_text(own->second.value.value, info.unit));
   }
+  if (!candidate.end_of_grid.empty()) text += fmt::format(" ({} timestep tried)", candidate.end_of_grid);
   return text;
 }
 

@@ -81,15 +81,26 @@ std::map<std::string, Worst> errors_at(const Step& step) {
 }
 
 // Up to where it goes on being sound above `at`.
-std::string margin_of(const std::vector<Step>& steps, size_t at) {
+std::string margin_above(const std::vector<Step>& steps, size_t at) {
   for (size_t i = at + 1; i < steps.size(); ++i) {
     if (steps[i].why.empty()) continue;
     const double factor = steps[i].timestep_ms / steps[at].timestep_ms;
     return fmt::format("fails at {} times this step ({} ms): {}", shortest(std::round(100 * factor) / 100),
                        timestep_label(steps[i].timestep_ms), steps[i].why);
   }
-  if (at + 1 == steps.size()) return "this is the largest timestep measured";
+  if (at + 1 == steps.size()) return "this is the largest timestep measured: a larger one may do, and be faster";
   return fmt::format("sound up to {} ms, the largest measured", timestep_label(steps.back().timestep_ms));
+}
+
+std::string end_of_grid(const std::vector<Step>& steps, size_t at) {
+  if (at + 1 == steps.size()) return "largest";
+  return at == 0 ? "smallest" : "";
+}
+
+constexpr const char* kSmallest = "; this is the smallest timestep measured";
+
+std::string margin_of(const std::vector<Step>& steps, size_t at) {
+  return margin_above(steps, at) + (end_of_grid(steps, at) == "smallest" ? kSmallest : "");
 }
 
 // Whether it is another name of a contender, timed to test the timing, without an error of its own.
@@ -140,7 +151,7 @@ void add_contender(const Results& results, const std::string& contender, SystemA
                                           : "the system was not timed";
     }
     if (out.empty() && point.speed) {
-      Candidate candidate{answers.points.size(), *point.speed, point.worst, margin_of(steps, i)};
+      Candidate candidate{answers.points.size(), *point.speed, point.worst, margin_of(steps, i), end_of_grid(steps, i)};
       answers.candidates.push_back(std::move(candidate));
     } else {
       answers.excluded.push_back({answers.points.size(), out});
@@ -266,6 +277,7 @@ void merge_worst(std::map<std::string, Worst>& into, const std::map<std::string,
 struct Joined {
   Point point;
   std::string margin, out;
+  std::string end_of_grid = {};  // of all of its systems
 };
 
 Joined joined_point(const Results& results, const std::vector<SystemAnswers>& each, const std::string& contender,
@@ -308,9 +320,21 @@ Joined joined_point(const Results& results, const std::vector<SystemAnswers>& ea
                                   timestep_label(larger.timestep_ms), answers.system, larger.why);
     }
   }
+  std::set<double> tried;
+  for (const SystemAnswers& answers : each) {
+    for (const Point& other : answers.points) {
+      if (other.contender == contender) tried.insert(other.timestep_ms);
+    }
+  }
+  if (same_timestep(*tried.rbegin(), timestep_ms)) {
+    joined.end_of_grid = "largest";
+  } else if (same_timestep(*tried.begin(), timestep_ms)) {
+    joined.end_of_grid = "smallest";
+  }
   if (!point.sound) joined.out = point.why;
   if (joined.out.empty() && !point.speed) joined.out = "the speed was not timed";
   if (joined.margin.empty()) joined.margin = "no larger timestep that was measured fails";
+  if (joined.end_of_grid == "smallest") joined.margin += kSmallest;
   return joined;
 }
 
@@ -347,8 +371,8 @@ SystemAnswers answers_together(const Results& results, const std::vector<std::st
     for (const double timestep : timesteps) {
       Joined joined = joined_point(results, each, contender, timestep);
       if (joined.out.empty() && joined.point.speed) {  // the first tells of the second
-        together.candidates.push_back(
-            {together.points.size(), *joined.point.speed, joined.point.worst, std::move(joined.margin)});
+        together.candidates.push_back({together.points.size(), *joined.point.speed, joined.point.worst,
+                                       std::move(joined.margin), std::move(joined.end_of_grid)});
       } else {
         together.excluded.push_back({together.points.size(), std::move(joined.out)});
       }

@@ -44,7 +44,10 @@ struct Candidate {
   size_t point = 0;                    // index into SystemAnswers::points
   Speed speed;                         // the point's
   std::map<std::string, Worst> worst;  // of each value that can be limited and was measured at its timestep
-  std::string margin;                  // "fails at 4 times this step (16 ms): ..."
+  std::string margin;                  // "fails at 4 times this step (16 ms): ...", or that it is at an end of the grid
+  // "largest" or "smallest" where it is at that end of the timesteps that its contender was run at: what lies beyond
+  // was not tried. "" elsewhere.
+  std::string end_of_grid = {};
 };
 
 struct Excluded {

@@ -7,6 +7,7 @@
 #include "base/text.h"
 #include "measures/batch.h"
 #include "results/line_up.h"
+#include "results/withdrawn.h"
 #include "store/facts.h"
 #include "store/trajectory.h"
 
@@ -35,6 +36,15 @@ Figure figure_of(const Cell& cell, const Value* value) {
 
 void add_once(std::vector<std::string>& names, const std::string& name) {
   if (std::ranges::find(names, name) == names.end()) names.push_back(name);
+}
+
+// A withdrawn cell has no figure, and says why.
+void withdraw(Cell& cell, const nlohmann::json& facts) {
+  const std::string why = why_withdrawn(withdrawals(), cell, facts);
+  if (why.empty()) return;
+  cell.outcome = Outcome::kUnsupported;
+  cell.reason = fmt::format("withdrawn until it is measured again: {}", why);
+  cell.values.clear();
 }
 
 }  // namespace
@@ -77,6 +87,9 @@ Results::Results(const Store& store) : store_(&store), rows_(store.contenders())
     systems_.push_back(row.name);
     const auto facts = nlohmann::json::parse(row.json, nullptr, false);
     facts_[row.name] = facts.is_object() ? facts : nlohmann::json::object();
+  }
+  for (std::vector<Cell>* some : {&cells_, &batch_cells_}) {
+    for (Cell& cell : *some) withdraw(cell, facts(cell.system));
   }
   std::erase_if(rows_, [](const ContenderRow& row) { return row.name == kHarness || row.engine == kHarness; });
   for (const ContenderRow& row : rows_) {

@@ -37,7 +37,12 @@ using sql::Statement;
 using sql::Transaction;
 
 // Entries of the manifest that belong to a machine's part of the work. The union has them of all nodes together.
-constexpr std::array<std::string_view, 16> kNodeFacts = {"cpu",
+constexpr std::array<std::string_view, 21> kNodeFacts = {"cpu",
+                                                         "cpu_model",
+                                                         "cpu_mhz",
+                                                         "cpu_cache",
+                                                         "cpu_vectors",
+                                                         "turbo",
                                                          "cores",
                                                          "governor",
                                                          "virtual_machine",

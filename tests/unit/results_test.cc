@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "engines/describe.h"
+#include "report/cards.h"
 #include "report/views.h"
 #include "results/front.h"
 #include "results/line_up.h"
@@ -235,7 +236,9 @@ TEST_F(RecommendTest, WhatFailsInAnyMeasureAtThisOrASmallerStepIsOut) {
   EXPECT_EQ(why(all, "fast", 1), "");
   for (const Candidate& candidate : all.candidates) {
     if (all.at(candidate).contender != "fast") continue;
-    EXPECT_EQ(candidate.margin, "fails at 2 times this step (2 ms): violation: unstable, hinge 'a' is 1 m apart");
+    EXPECT_EQ(candidate.margin,
+              "fails at 2 times this step (2 ms): violation: unstable, hinge 'a' is 1 m apart; this is the smallest "
+              "timestep measured");
   }
 }
 
@@ -303,7 +306,50 @@ TEST_F(RecommendTest, TheErrorIsTheLargestUpToTheStep) {
   EXPECT_EQ(fastest.worst.at("truth_error").value.value, 1.0);
   EXPECT_EQ(fastest.worst.at("truth_error").at_ms, 2);
   EXPECT_EQ(fastest.worst.at("truth_error").value.high, 2.0);
-  EXPECT_EQ(fastest.margin, "this is the largest timestep measured");
+  EXPECT_EQ(fastest.margin, "this is the largest timestep measured: a larger one may do, and be faster");
+  EXPECT_EQ(fastest.end_of_grid, "largest");
+}
+
+TEST_F(RecommendTest, AnAnswerAtAnEndOfTheTimestepsThatWereTriedSaysSo) {
+  line("slow");
+  const SystemAnswers all = answers();
+  const auto candidate = [&](double timestep_ms) -> const Candidate& {
+    return *std::ranges::find(all.candidates, timestep_ms,
+                              [&](const Candidate& each) { return all.at(each).timestep_ms; });
+  };
+  EXPECT_EQ(candidate(1).end_of_grid, "smallest");
+  EXPECT_THAT(candidate(1).margin, testing::EndsWith("this is the smallest timestep measured"));
+  EXPECT_EQ(candidate(2).end_of_grid, "");
+  EXPECT_EQ(candidate(4).end_of_grid, "largest");
+  const Results results(store_);
+  EXPECT_EQ(answers_together(results, {"s"}, "all").candidates.front().end_of_grid, "largest");
+}
+
+TEST_F(RecommendTest, OfTheLargestSoundTimestepTheLeastErrorIsNamedWhetherTimedOrNot) {
+  line("fast");
+  line("slow");
+  error("fast", 8, 5e-3);
+  error("slow", 8, 4.5e-3);
+  const Results results(store_);
+  const nlohmann::json cards = card_data(results, answers_of(results, "s"));
+  EXPECT_THAT(cards["answers"].back()["text"].get<std::string>(), testing::StartsWith("slow at 8 ms"));
+}
+
+TEST_F(RecommendTest, WithdrawnCellsHaveNoFigureAndSayWhy) {
+  store_.set_systems({{"s", R"({"contacts": true, "contact_pairs": 1, "hinges": 2})"}});
+  line("fast");
+  Cell cell;
+  cell.key = "withdrawn";
+  cell.system = "s";
+  cell.contender = "physx-art-tgs";
+  cell.timestep_ms = 1;
+  cell.measure = "truth";
+  cell.started = 1.7e9;  // in 2023
+  cell.values = {{"truth_error", "m", 1e-9, {}, {}}};
+  store_.put_cell(cell);
+  const SystemAnswers all = answers();
+  EXPECT_THAT(why(all, "physx-art-tgs", 1), testing::HasSubstr("withdrawn until it is measured again: PhysX 5.1.3"));
+  EXPECT_EQ(Results(store_).figure("s", "physx-art-tgs", "truth_error", 1.0).found, Found::kMissing);
 }
 
 TEST_F(RecommendTest, AStepThatWasNotTimedIsSaidSoAndNoneIsBeyondTheTimedOnes) {
@@ -362,7 +408,7 @@ TEST_F(RecommendTest, TheReportSaysTheSame) {
   EXPECT_EQ(answer["id"], "fastest-1mm");
   EXPECT_EQ(answer["contender"], "fast");
   EXPECT_EQ(answer["timestep_ms"], 1);
-  EXPECT_EQ(answer["text"], "fast at 1 ms: 20.0× real time, error at the end 1.00 mm");
+  EXPECT_EQ(answer["text"], "fast at 1 ms: 20.0× real time, error at the end 1.00 mm (smallest timestep tried)");
   EXPECT_THAT(catalogue_data(results).dump(), HasSubstr("truth_error"));
 }
 

@@ -17,10 +17,17 @@ import { dampingTable } from "./tables/damping";
 import { graspTable } from "./tables/grasp";
 import { Matrix } from "./tables/matrix";
 
-const kFacts: [string, (value: unknown) => string][] = [
+// `all` are hinges and slides; results before version 0.2 do not say how many of them are slides.
+function joints(all: number, slides: unknown): string {
+  const count = (number: number, what: string) => (number > 0 ? `${number} ${what}${number === 1 ? "" : "s"}` : "");
+  if (typeof slides !== "number") return count(all, "joint");
+  return [count(all - slides, "hinge"), count(slides, "slide")].filter(Boolean).join(", ") || "no joints";
+}
+
+const kFacts: [string, (value: unknown, facts: Record<string, unknown>) => string][] = [
   ["bodies", (v) => `${v} bodies`],
   ["dof", (v) => `${v} DOF`],
-  ["hinges", (v) => `${v} hinges`],
+  ["hinges", (v, facts) => joints(Number(v), facts["slides"])],
   ["shapes", (v) => `${v} shapes`],
   ["contact_pairs", (v) => `${v} contact pairs`],
   ["mass_kg", (v) => `${Number(Number(v).toPrecision(4))} kg`],
@@ -35,7 +42,7 @@ function systemFacts(system: System): HTMLElement {
   for (const [key, write] of kFacts) {
     const value = system.facts[key];
     if (value === undefined || value === null) continue;
-    const text = write(value);
+    const text = write(value, system.facts);
     if (text) list.append(el("li", {}, text));
   }
   return list;

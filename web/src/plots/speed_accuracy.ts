@@ -53,9 +53,16 @@ const kFailBand = 26; // room above the plot for points without a value
 const kNamedInNote = 3; // contenders; more are a list to open
 const kZeroBand = 22; // room below it for errors of exactly zero
 
-function collect(view: SystemView, name: string): { series: Series[]; unplaced: string[]; failed: string[] } {
+// Timesteps of a contender's points that have an error and no speed, and whether other points of it are shown.
+interface Unplaced {
+  contender: string;
+  range: string;
+  partly: boolean;
+}
+
+function collect(view: SystemView, name: string): { series: Series[]; unplaced: Unplaced[]; failed: string[] } {
   const series: Series[] = [];
-  const unplaced: string[] = [];
+  const unplaced: Unplaced[] = [];
   const failed: string[] = [];
   const timed = view.isTimed;
   const measured = (contender: string, step: number) => {
@@ -99,7 +106,7 @@ function collect(view: SystemView, name: string): { series: Series[]; unplaced: 
     }
     const floor = name === "consistency" ? view.single(contender, "restart_floor") : null;
     if (points.length > 0) series.push({ contender, points, others: [], swept: false, floor });
-    if (noSpeed.length > 0) unplaced.push(`${contender} (${timestepRange(noSpeed)})`);
+    if (noSpeed.length > 0) unplaced.push({ contender, range: timestepRange(noSpeed), partly: points.length > 0 });
     if (outcomes.size > 0) failed.push(`${contender} (${[...outcomes].join(", ")})`);
   }
   return { series, unplaced, failed };
@@ -239,7 +246,13 @@ export class SpeedAccuracy {
       if (contenders.length <= kNamedInNote) notes.push(`${what}: ${names}`);
       else this.lists.append(el("details", {}, el("summary", {}, `${what}: ${contenders.length} contenders`), names));
     };
-    list("Not shown, because no speed is known", unplaced);
+    const written = (some: Unplaced[]) => some.map((one) => `${one.contender} (${one.range})`);
+    list("Not shown, because no speed is known", written(unplaced.filter((one) => !one.partly)));
+    // Of contenders that are shown at other timesteps.
+    const partly = unplaced.filter((one) => one.partly);
+    const ranges = new Set(partly.map((one) => one.range));
+    if (ranges.size === 1) list(`Not shown at ${[...ranges][0]}, where no speed is known`, partly.map((one) => one.contender));
+    else list("Shown but for these timesteps, where no speed is known", written(partly));
     list("Neither speed nor error", failed);
     if (everything.length === 0) {
       this.canvas.append(el("p", { class: "quiet empty" }, `Nothing to place: no contender has both a ${info.label.toLowerCase()} and a timing here.`));

@@ -36,6 +36,11 @@ const kGroups: [string, [string, string, ((value: string) => string)?][]][] = [
     "Machine",
     [
       ["cpu", "CPU"],
+      ["cpu_model", "Model"],
+      ["cpu_mhz", "MHz at the start"],
+      ["cpu_cache", "Last cache"],
+      ["cpu_vectors", "Widest vectors"],
+      ["turbo", "Turbo"],
       ["cores", "Cores"],
       ["governor", "Governor"],
       ["virtual_machine", "Virtual machine"],

@@ -78,7 +78,7 @@ function table(report: Report, matrix: TransferMatrix, palette: Palette): HTMLTa
     engines.set(engine, of);
     of.set(row.contender, [...(of.get(row.contender) ?? []), row]);
   }
-  const head = ["Contender", ...steps.map((step) => `${timestep(step)} ms${step === matrix.trained_ms ? " (training)" : ""}`), "First to part", "Replay"];
+  const head = ["Contender", ...steps.map((step) => `${timestep(step)} ms${step === matrix.trained_ms ? " (training)" : ""}`), "First body to separate", "Replay"];
   const bodies = [...engines].map(([engine, contenders]) =>
     el(
       "tbody",
@@ -104,7 +104,7 @@ export function transfers(report: Report, matrix: TransferMatrix, palette: Palet
   const [first = "", ...others] = matrix.answer;
   const runs = Math.max(0, ...matrix.rows.map((row) => row.runs));
   const at = matrix.trained_ms === null ? "" : ` at ${timestep(matrix.trained_ms)} ms`;
-  const training = matrix.trained_in ? ` First to part: the body that is first more than 1 mm from that in ${matrix.trained_in}, where the policy was trained${at}, and the joint that moves it the most.` : "";
+  const training = matrix.trained_in ? ` First body to separate: the body that is first more than 1 mm from that in ${matrix.trained_in}, where the policy was trained${at}, and the joint that moves it the most.` : "";
   const text = `${matrix.policy}, ${runs} ${runs === 1 ? "run" : "runs"} of ${quantity(matrix.duration_s, "s")} for each figure${matrix.pushes ? `, with ${matrix.pushes}` : ""}. ✓ stays up: the 95 % interval of the share that falls ends at or below 20 %; ✗ falls: it begins at or above 50 %; ? neither.${training} A click on a figure opens its details.`;
   return [
     el(

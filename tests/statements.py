@@ -1,0 +1,806 @@
+"""Sentences of the pages that say more than one figure ("the fastest", "each engine", "none"), and the query that proves each.
+
+    statements.py [--show] [PAGE...]
+
+Each entry of SENTENCES names a page and a function that makes the sentence, as the page has to have it, from committed
+databases; `recompute.py --sentences` and the tests compare. A sentence that is reworded on the page is reworded here. --show
+prints the sentences as the databases have them. The rule of points is that of docs/methodology.md; the program is not used.
+"""
+
+import collections
+import contextlib
+import fractions
+import functools
+import json
+import math
+import pathlib
+import re
+import sqlite3
+import statistics
+import sys
+import tempfile
+import tomllib
+
+ROOT = PAGES = pathlib.Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "results"))
+import packed  # noqa: E402
+import standing  # noqa: E402
+
+Point = collections.namedtuple("Point", "contender timestep speed timed worst is_largest is_smallest")
+
+
+def ms(timestep):
+    return f"{fractions.Fraction(timestep)} ms"
+
+
+def digits(value, count=2):
+    return f"{float(f'{value:.{count}g}'):g}"
+
+
+def quantity(value, unit="m", count=2):
+    """As docs/update_engines.py writes them."""
+    scale, prefix = next(((s, p) for s, p in ((1, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n")) if value >= 0.9995 * s), (1e-9, "n"))
+    return f"{digits(value / scale, count)} {prefix}{unit}"
+
+
+def names(contenders):
+    """`a`, `b` and `c`."""
+    quoted = [f"`{name}`" for name in contenders]
+    return quoted[0] if len(quoted) == 1 else ", ".join(quoted[:-1]) + " and " + quoted[-1]
+
+
+class Run:
+    """A committed database, as far as it counts (results/standing.py)."""
+
+    def __init__(self, folder, scratch):
+        path = packed.database(ROOT / "results" / folder / "assay.sqlite.xz", pathlib.Path(scratch) / folder)
+        self.db = standing.standing(sqlite3.connect(f"file:{path}?mode=ro", uri=True))
+        self.contenders = [name for name, in self.db.execute("SELECT name FROM contenders ORDER BY rowid") if name != "null"]
+        self.facts = {name: json.loads(text) for name, text in self.db.execute("SELECT name, json FROM main.systems")}
+
+    def engine(self, contender):
+        return self.db.execute("SELECT engine FROM contenders WHERE name = ?", (contender,)).fetchone()[0]
+
+    def withdrawn(self):
+        """{(contender, system)} that have withdrawn cells."""
+        return set(self.db.execute("SELECT DISTINCT contender, system FROM cells WHERE outcome = 'withdrawn'"))
+
+    @functools.cache
+    def cells(self, system):
+        """{contender: {timestep: {measure: (outcome, {value's name: (value, low, high)})}}}"""
+        values = collections.defaultdict(dict)
+        for cell, name, *numbers in self.db.execute(
+                'SELECT cell_id, name, value, low, high FROM "values" WHERE cell_id IN (SELECT id FROM main.cells WHERE system = ?)', (system,)):
+            values[cell][name] = numbers
+        found = collections.defaultdict(lambda: collections.defaultdict(dict))
+        for cell, contender, timestep, measure, outcome in self.db.execute(
+                "SELECT id, contender, timestep_ms, measure, outcome FROM cells WHERE system = ?", (system,)):
+            if contender in self.contenders:
+                found[contender][timestep][measure] = (outcome, values[cell])
+        return found
+
+    def value(self, system, contender, timestep, name):
+        """Of a cell that ended well, else None."""
+        for outcome, values in self.cells(system)[contender][timestep].values():
+            if name in values and outcome == "ok":
+                return values[name][0]
+        return None
+
+    def values(self, system, timestep, name):
+        return {contender: value for contender in self.contenders
+                if (value := self.value(system, contender, timestep, name)) is not None}
+
+    @functools.cache
+    def points(self, system):
+        """Sound points: every cell of the contender there, and at all smaller timesteps, ended well and held what it was to hold."""
+        found = []
+        for contender, steps in self.cells(system).items():
+            timed = {h: cells["raw_speed"][1]["realtime_factor"][0] for h, cells in steps.items()
+                     if cells.get("raw_speed", ("",))[0] == "ok" and "realtime_factor" in cells["raw_speed"][1]}
+            # of a name for the same contender that only the clock's test needs
+            if any("aa_ratio" in values for cells in steps.values() for _, values in cells.values()) and \
+                    not any(name.startswith(("consistency", "truth")) for cells in steps.values() for _, values in cells.values() for name in values):
+                continue
+            worst = {}
+            for h in sorted(steps):
+                good = all(outcome == "ok" and values.get("grasp_held", [1])[0] == 1 for outcome, values in steps[h].values())
+                if not good:
+                    break
+                here = set()
+                for _, values in steps[h].values():
+                    for name, (value, _, _) in values.items():
+                        if name == "consistency" and "restart_floor" in values:
+                            continue  # compared with itself
+                        if name == "consistency" and "consistency_bound" in values:
+                            value = values["consistency_bound"][0]
+                        if value is not None:
+                            worst[name] = max(worst.get(name, -math.inf), value)
+                            here.add(name)
+                found.append(Point(contender, h, speed_at(timed, h), h in timed, {name: worst[name] for name in here},
+                                   h == max(steps), h == min(steps)))
+        return found
+
+    def fastest(self, system, **limits):
+        """Each contender's fastest point within the limits, the fastest first."""
+        best = {}
+        for point in sorted(self.points(system), key=lambda point: -(point.speed or 0)):
+            if point.speed and all(name in point.worst and point.worst[name] <= limit for name, limit in limits.items()):
+                best.setdefault(point.contender, point)
+        return list(best.values())
+
+    def holds_up_to(self, contender):
+        """The timestep (0: none), and whether it is the largest tried; None where nothing of it counts."""
+        steps = self.cells("grasp")[contender]
+        tried = {h: cells["grasp"] for h, cells in steps.items() if "grasp" in cells}
+        if not tried or any(outcome == "withdrawn" for outcome, _ in tried.values()):
+            return None
+        held = 0
+        for h in sorted(tried):
+            outcome, values = tried[h]
+            if outcome != "ok" or values["grasp_held"][0] != 1:
+                return held, False
+            held = h
+        return held, True
+
+    def late_step_us(self, system, contender, timestep=1, share=0.25):
+        """The mean step time over the last part of the motion."""
+        cell, = self.db.execute("SELECT id FROM cells WHERE system = ? AND contender = ? AND timestep_ms = ? AND measure = 'raw_speed'",
+                                (system, contender, timestep)).fetchone()
+        series = collections.defaultdict(list)
+        for name, value in self.db.execute(
+                "SELECT name, value FROM samples WHERE cell_id = ? AND name LIKE 'window%' ORDER BY name, idx", (cell,)):
+            series[name].append(value)
+        weights, times = series["window_weight"], series["window_step_time_us"]
+        rounds = [times[at:at + len(weights)] for at in range(0, len(times), len(weights))]
+        windows = [statistics.median(window) for window in zip(*rounds)]
+        late = range(round((1 - share) * len(weights)), len(weights))
+        return sum(weights[i] * windows[i] for i in late) / sum(weights[i] for i in late)
+
+    def samples(self, system, contender, timestep, measure, name):
+        return [value for value, in self.db.execute(
+            "SELECT s.value FROM cells c JOIN samples s ON s.cell_id = c.id WHERE c.system = ? AND c.contender = ? AND c.timestep_ms = ? AND"
+            " c.measure = ? AND s.name = ? ORDER BY s.idx", (system, contender, timestep, measure, name))]
+
+    def states(self, system, contender, timestep, name):
+        """What a cell that ended well has from each initial state."""
+        good = any(outcome == "ok" and name in values for outcome, values in self.cells(system)[contender][timestep].values())
+        return self.samples(system, contender, timestep, "violation", f"{name} of states") if good else []
+
+
+def speed_at(timed, h):
+    """Realtime factor at a timestep; between timed ones the step time is interpolated in logarithms."""
+    if h in timed:
+        return timed[h]
+    below, above = max((x for x in timed if x < h), default=None), min((x for x in timed if x > h), default=None)
+    if below is None or above is None:
+        return None
+    weight = math.log(h / below) / math.log(above / below)
+    return h / math.exp((1 - weight) * math.log(below / timed[below]) + weight * math.log(above / timed[above]))
+
+
+class Runs:
+    """Committed folders by the first word of their names, unpacked when they are asked for; of several the last."""
+
+    FULL = "intel-xeon-2-cores"
+
+    def __init__(self):
+        self.scratch = tempfile.TemporaryDirectory()
+        self.opened = {}
+
+    def folder(self, name):
+        """The newest of a name: 'quadruped_20ms' is results/quadruped-20ms-YEAR-MONTH-DAY."""
+        return self.FULL if name == "full" else max(
+            path.parent.name for path in ROOT.glob(f"results/{name.replace('_', '-')}-20[0-9][0-9]-*/assay.sqlite.xz"))
+
+    def __getattr__(self, name):
+        if name not in self.opened:
+            self.opened[name] = Run(self.folder(name), self.scratch.name)
+        return self.opened[name]
+
+    def close(self):
+        for run in self.opened.values():
+            run.db.close()
+        self.scratch.cleanup()
+
+
+SENTENCES = []
+
+
+def sentence(page):
+    def add(of):
+        SENTENCES.append((page, of.__name__.replace("_", " "), of))
+        return of
+    return add
+
+
+MM = 1e-3
+
+
+def at_end(point):
+    return ", the largest timestep tried" if point.is_largest else ", the smallest timestep tried" if point.is_smallest else ""
+
+
+def answer(point):
+    """As in the tables of answers."""
+    about = "" if point.timed else "about "
+    return f"`{point.contender}` at {ms(point.timestep)}, {about}{digits(point.speed)} times real time{at_end(point)}"
+
+
+# ---- docs/engines.md: the field -------------------------------------------------------------------------------------
+
+ENGINES = "docs/engines.md"
+DISPLAY = {"mujoco-euler": "MuJoCo", "mujoco-warp": "MuJoCo Warp", "mjx": "MJX", "newton-mujoco": "Newton's MuJoCo solver",
+           "havok": "Havok", "jolt-f32": "Jolt", "physx56-art-tgs4": "PhysX 5.6's articulations"}
+
+
+def shown(contenders):
+    """The engines' names of contenders, of which a text may give one for several alike."""
+    given = list(dict.fromkeys(DISPLAY.get(name, f"`{name}`") for name in contenders))
+    return ", ".join(given[:-1]) + " and " + given[-1]
+
+
+@sentence(ENGINES)
+def systems_of_the_field(runs):
+    rows = []
+    for system, facts in runs.field.facts.items():
+        pieces = "consistency" in facts["measures"]
+        reference = f"{ms(facts['reference_ms'])}, in single precision {fractions.Fraction(facts.get('reference_single_ms', 0))}" if pieces else "–"
+        steps = facts["timesteps_ms"]
+        between = "and" if len(steps) == 2 else "to"
+        rows.append(f"| `{system}` | {facts['duration_s']:g} s | {ms(facts['piece_ms']) if pieces else '–'} | {reference} |"
+                    f" {fractions.Fraction(min(steps))} {between} {ms(max(steps))} |")
+    return rows
+
+
+@sentence(ENGINES)
+def lengths_of_other_runs(runs):
+    full = {runs.full.facts[system]["duration_s"] for system in ("capsules-27", "humanoid", "grasp")}
+    pieces = {runs.full.facts[system]["piece_ms"] for system in ("capsules-27", "humanoid", "grasp")}
+    assert len(full) == len(pieces) == 1
+    return (f"has {full.pop():g} s of `capsules-27`, the humanoid and the grasp and pieces of {ms(pieces.pop())}, [settings](settings.md)"
+            f" {runs.settings.facts['capsules-27']['duration_s']:g} s of `capsules-27`.")
+
+
+@sentence(ENGINES)
+def errors_on_the_chain(runs):
+    error = runs.field.values("spatial-chain", 1, "truth_error_max")
+    first_order = {name: value for name, value in error.items() if value > 1e-4}
+    least, most = min(first_order, key=first_order.get), max(first_order, key=first_order.get)
+    assert quantity(error["mujoco-rk4"]) == quantity(error["bullet-mb-rk4"])
+    return (f"At 1 ms it is off by {quantity(error['mujoco-rk4'])} with `mujoco-rk4` and `bullet-mb-rk4`, by {quantity(error['simbody-rkm'])} with"
+            f" `simbody-rkm`, by {quantity(error['drake-rk3'])} with `drake-rk3`; in first order by {quantity(first_order[least])} with"
+            f" `{least}` (four substeps a step), by {quantity(error['mujoco-euler'])} with most in joint coordinates, by"
+            f" {quantity(first_order[most])} with `{most}`.")
+
+
+def by_held(run):
+    """{timestep: contenders that hold the object up to it}, and those at the end of the grid."""
+    found, at_the_end = collections.defaultdict(list), []
+    for contender in run.contenders:
+        held = run.holds_up_to(contender) if contender in run.cells("grasp") else None
+        if held:
+            found[held[0]].append(contender)
+            if held[1]:
+                at_the_end.append(contender)
+    return found, at_the_end
+
+
+@sentence(ENGINES)
+def who_holds_the_object(runs):
+    found, at_the_end = by_held(runs.field)
+    assert found[16] == at_the_end
+    assert set(found) == {0, 0.25, 0.5, 8, 16}, found
+    return (f"{names(found[16])} hold the object from all six states up to 16 ms, the largest timestep tried, and"
+            f" {names(found[8])} up to 8 ms.")
+
+
+@sentence(ENGINES)
+def who_does_not_hold_it(runs):
+    found, _ = by_held(runs.field)
+    return f"The others take it as an explicit torque here and end at 1/4 to 1/2 ms; {names(found[0])} holds it at none of the timesteps tried (1/4 ms and more)."
+
+
+@sentence(ENGINES)
+def native_drives(runs):
+    found, at_the_end = by_held(runs.full)
+    longest = max(found)
+    assert at_the_end == found[longest] == ["ode-step-native-pd"] and found[16] == ["dart"], found
+    native = [name for name in found[8] if name.endswith("-native-pd")]
+    return (f"in the [full run](claims.md), whose timesteps go to 32 ms, `ode-step-native-pd` holds it up to {ms(longest)}, the largest timestep tried and"
+            f" longer than any contender of this page, {names(native)} up to 8 ms.")
+
+
+@sentence(ENGINES)
+def the_deepest(runs):
+    depth = runs.field.values("humanoid", 1, "penetration_max")
+    order = sorted(depth, key=depth.get, reverse=True)
+    soft = [name for name in order if name in ("mujoco-euler", "mujoco-implicitfast", "mujoco-warp", "mjx", "newton-mujoco")]
+    assert order[:len(soft)] == soft
+    return (f"on the humanoid at 1 ms MuJoCo, MuJoCo Warp, MJX and Newton's MuJoCo solver are deepest, {1e3 * depth[soft[-1]]:.0f} to"
+            f" {1e3 * depth[soft[0]]:.0f} mm")
+
+
+@sentence(ENGINES)
+def the_least_deep(runs):
+    depth = runs.field.values("humanoid", 4, "penetration_max")
+    pile = runs.field.values("capsules-27", 4, "penetration_max")
+    order, least = sorted(depth, key=depth.get)[:2], min(pile, key=pile.get)
+    assert least == "havok"
+    return (f"At 4 ms {shown(order)} ({digits(1e3 * depth[order[0]])} and {digits(1e3 * depth[order[1]])} mm) are least deep;"
+            f" in the pile Havok is ({quantity(pile[least])}).")
+
+
+@sentence(ENGINES)
+def steps_of_the_humanoid(runs):
+    time = runs.field.values("humanoid", 1, "step_time")
+    order = sorted(time, key=time.get)
+    assert order[:2] == ["mujoco-euler", "mujoco-implicitfast"] and order[2:4] == ["havok", "physx56-art-tgs4"], order[:5]
+    return (f"on the humanoid at 1 ms MuJoCo takes {digits(time['mujoco-euler'])} µs a step, the least; Havok and PhysX 5.6's articulations with 4 iterations,"
+            f" {digits(time['havok'])} and {digits(time['physx56-art-tgs4'])}, are not told apart; DART takes {digits(time['dart'])}.")
+
+
+@sentence(ENGINES)
+def the_pile(runs):
+    field, full = runs.field, runs.full
+    time = {**field.values("capsules-27", 1, "step_time")}
+    order = [name for name in sorted(time, key=time.get)]
+    assert order[0] == "physx-art-tgs4" and order[1] == "ode-step", order[:4]
+    late = {name: field.late_step_us("capsules-27", name) for name in time}
+    behind = sum(late[name] < late["ode-step"] for name in late)
+    words = {4: "fifth", 5: "sixth"}
+    return (f"In the pile, whose run of {field.facts['capsules-27']['duration_s']:g} s begins with free fall, a step takes `physx-art-tgs4` {time['physx-art-tgs4']:.0f} µs"
+            f" in the mean and {late['physx-art-tgs4']:.0f} in the last quarter, `ode-step` {time['ode-step']:.0f} and {late['ode-step']:.0f}, `mujoco-euler`"
+            f" {time['mujoco-euler']:.0f} and {late['mujoco-euler']:.0f}: second in the mean, ODE's exact solver is {words[behind]} where the capsules lie on each other."
+            f" Over the {full.facts['capsules-27']['duration_s']:g} s of the full run it takes {full.value('capsules-27', 'ode-step', 1, 'step_time'):.0f} µs and"
+            f" {full.late_step_us('capsules-27', 'ode-step'):.0f}, MuJoCo {full.value('capsules-27', 'mujoco-euler', 1, 'step_time'):.0f} and"
+            f" {full.late_step_us('capsules-27', 'mujoco-euler'):.0f}.")
+
+
+@sentence(ENGINES)
+def slips_at_16_ms(runs):
+    slip = runs.field.values("grasp", 16, "grasp_slip")
+    held, _ = by_held(runs.field)
+    least = min(held[16], key=slip.get)
+    assert least == "genesis"
+    return (f"at 16 ms the object slips by {digits(1e3 * slip['genesis'])} mm with Genesis, {digits(1e3 * slip['dart'])} with DART 6.13,"
+            f" {digits(1e3 * slip['mjx'])} with MJX, {digits(1e3 * slip['drake-sap'])} with `drake-sap`, {digits(1e3 * slip['drake-similar'])} with"
+            f" `drake-similar`, {digits(1e3 * slip['dartpy'])} with DART 6.20.")
+
+
+@sentence(ENGINES)
+def other_limits(runs):
+    slip, = runs.field.fastest("grasp", grasp_slip=7 * MM)[:1]
+    soft, = runs.field.fastest("humanoid", consistency=5 * MM, penetration_max=50 * MM)[:1]
+    pile, = runs.field.fastest("capsules-27", consistency=5 * MM, penetration_max=15 * MM)[:1]
+    assert slip.contender == soft.contender == "mujoco-euler" and not slip.timed and pile.is_largest
+    return (f"where the object may slip by 7 mm, `mujoco-euler` is the fastest ({ms(slip.timestep)}, {digits(slip.speed)} times real time, interpolated between"
+            f" timed steps); where bodies of the humanoid may sink in by 50 mm, too ({ms(soft.timestep)}, {digits(soft.speed)} times); where capsules may sink in"
+            f" by 15 mm, `{pile.contender}` ({ms(pile.timestep)}{at_end(pile)}, {digits(pile.speed)} times).")
+
+
+QUESTIONS = (("spatial-chain", {"truth_error_max": MM}), ("spatial-chain", {"truth_error_max": 1e-6}),
+             ("humanoid", {"consistency": 5 * MM, "penetration_max": 5 * MM}), ("grasp", {"grasp_slip": 5 * MM}),
+             ("capsules-27", {"consistency": 5 * MM, "penetration_max": 5 * MM}))
+
+
+@sentence(ENGINES)
+def answers_of_both_runs(runs):
+    return [" | ".join(answer(run.fastest(system, **limits)[0]) for run in (runs.field, runs.full)) for system, limits in QUESTIONS]
+
+
+# ---- docs/methodology.md ---------------------------------------------------------------------------------------------
+
+@sentence("docs/methodology.md")
+def missed_depths(runs):
+    field, full = runs.field, runs.full
+    count = field.facts["capsules-27"]["initial_states"]["count"]
+    assert field.facts["capsules-27"]["initial_states"] | {"count": 20} == full.facts["capsules-27"]["initial_states"]
+    assert field.facts["capsules-27"]["model_hash"] == full.facts["capsules-27"]["model_hash"]
+    rows = []
+    for contender in field.contenders:
+        dense, sparse = (run.states("capsules-27", contender, 4, "penetration_max")[:count] for run in (field, full))
+        if len(dense) == len(sparse) == count:
+            a, b = 1e3 * statistics.fmean(dense), 1e3 * statistics.fmean(sparse)
+            rows.append((b / a, f"| `{contender}` | {a:.1f} mm | {b:.1f} mm | {100 * (1 - b / a):.0f} % |"))
+    return [row for _, row in sorted(rows)]
+
+
+# ---- docs/claims.md --------------------------------------------------------------------------------------------------
+
+CLAIMS = "docs/claims.md"
+# Engines of the table of claim 4, each with all of its contenders.
+PRACTICE = {"MuJoCo": ("mujoco",), "ODE": ("ode",), "PhysX": ("physx",), "Bullet": ("bullet-f64", "bullet-f32"), "Havok": ("havok", "havok-node"),
+            "DART": ("dart",), "Jolt": ("jolt-f32", "jolt-f64"), "Rapier": ("rapier",)}
+
+
+@sentence(CLAIMS)
+def each_engine_within_1_mm(runs):
+    run, rows = runs.full, []
+    for name, engines in PRACTICE.items():
+        row = [name]
+        for system in ("grasp", "humanoid", "capsules-27"):
+            own = [contender for contender in run.contenders if run.engine(contender) in engines and not contender.endswith("-matched")]
+            best = next((point for point in run.fastest(system, consistency=MM) if point.contender in own), None)
+            if best is None:
+                gone = [(contender, system) in run.withdrawn() for contender in own
+                        if any("consistency" in cells for cells in run.cells(system)[contender].values())]
+                row.append("withdrawn" if all(gone) else "at none that counts" if any(gone) else "at none")
+                continue
+            depth = best.worst.get("penetration_max")
+            row.append(f"{digits(best.speed)} at {ms(best.timestep)}, `{best.contender}`" +
+                       (f", {1e3 * depth:.2g} mm deep" if depth is not None else "") + at_end(best))
+        rows.append("| " + " | ".join(row) + " |")
+    return rows
+
+
+@sentence(CLAIMS)
+def soft_contacts_win_the_humanoid(runs):
+    within = runs.full.fastest("humanoid", consistency=MM)
+    assert not runs.full.fastest("humanoid", consistency=MM, penetration_max=10 * MM)
+    first = within[0]
+    return (f"On the humanoid no contender is within 1 mm and at most 10 mm deep at a timestep at which both were measured: the answer `{first.contender}`"
+            f" sinks in by {1e3 * first.worst['penetration_max']:.0f} mm.")
+
+
+@sentence(CLAIMS)
+def at_equal_compliance(runs):
+    run = runs.full
+    error = {name: run.value("capsules-27", name, 1, "consistency") for name in ("mujoco-euler-matched", "ode-quick-matched")}
+    bound = run.value("capsules-27", "physx-d6-pgs-matched", 1, "consistency_bound")
+    assert error["mujoco-euler-matched"] > max(error["ode-quick-matched"], bound)
+    return (f"With contacts of equal compliance (`*-matched`) the claim turns round on the capsules: at 1 ms the error is {1e3 * error['mujoco-euler-matched']:.2f} mm"
+            f" with `mujoco-euler-matched`, {1e3 * error['ode-quick-matched']:.2f} with `ode-quick-matched` and at most {1e3 * bound:.2f} with `physx-d6-pgs-matched`.")
+
+
+@sentence(CLAIMS)
+def own_iterations(runs):
+    run = runs.full
+    time = {name: run.value("humanoid", name, 1, "step_time") for name in ("mujoco-euler", "physx-d6-pgs4", "physx-d6-pgs")}
+    return (f"The paper's 50 iterations decide by how much. On the humanoid PhysX with its own 4 (`physx-d6-pgs4`) takes {time['physx-d6-pgs4']:.1f} µs a step,"
+            f" {time['physx-d6-pgs4'] / time['mujoco-euler']:.2f} times MuJoCo Euler's {time['mujoco-euler']:.1f}; with 50 it takes {time['physx-d6-pgs']:.1f}.")
+
+
+@sentence(CLAIMS)
+def havok_is_the_largest(runs):
+    for system in ("planar-chain", "humanoid", "capsules-27"):
+        error = {}
+        for name in ("mujoco-euler", "mujoco-rk4", "bullet-si-f64", "ode-quick", "physx-d6-pgs", "havok"):
+            bound = runs.full.value(system, name, 1, "consistency_bound")
+            error[name] = runs.full.value(system, name, 1, "consistency") if bound is None else bound
+        assert max(error, key=error.get) == "havok", (system, error)
+    return "Havok has the largest figure of these in every column"
+
+
+@sentence("docs/self-consistency.md")
+def explicit_dampers(runs):
+    run, held = runs.full, collections.Counter()
+    for contender in run.cells("grasp"):
+        facts, = run.db.execute("SELECT capabilities_json FROM contenders WHERE name = ?", (contender,)).fetchone()
+        if json.loads(facts).get("springs") == "explicit" and (of := run.holds_up_to(contender)):
+            held[of[0]] += 1
+    words = {3: "three", 4: "four", 6: "six", 7: "seven"}
+    assert set(held) == {0, 0.125, 0.25, 0.5} and held[0] == 1 and run.holds_up_to("havok-default")[0] == 0, held
+    return (f"Of {sum(held.values())} explicit contenders {words[held[0.5]]} hold it up to 1/2 ms, {words[held[0.25]]} up to 1/4 ms, {words[held[0.125]]} up to 1/8 ms and"
+            f" `havok-default` at no timestep; none holds it at 1 ms")
+
+
+@sentence("docs/self-consistency.md")
+def implicit_dampers(runs):
+    def held(name):
+        return runs.full.holds_up_to(name)
+    assert held("ode-step-native-pd")[1]
+    return (f"`ode-quick` {held('ode-quick-native-pd')[0]:g} instead of {fractions.Fraction(held('ode-quick')[0])} ms, `ode-step` {held('ode-step-native-pd')[0]:g} (the"
+            f" largest timestep tried) instead of {fractions.Fraction(held('ode-step')[0])}, `physx-d6-pgs` {held('physx-d6-pgs-native-pd')[0]:g} instead of"
+            f" {fractions.Fraction(held('physx-d6-pgs')[0])}, `havok` {held('havok-native-pd')[0]:g} instead of {fractions.Fraction(held('havok')[0])}.")
+
+
+# ---- docs/settings.md ------------------------------------------------------------------------------------------------
+
+SETTINGS = "docs/settings.md"
+COUNTS = ("none", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve", "thirteen")
+
+
+def with_settings(run, system, **limits):
+    """{contender: (its own fastest point, the fastest of all its settings)} of contenders that have either."""
+    found = {}
+    for point in run.fastest(system, **limits):
+        base = point.contender.partition(" ")[0]
+        own, best = found.get(base, (None, None))
+        found[base] = (point if point.contender == base else own, best or point)
+    return found
+
+
+@sentence(SETTINGS)
+def gains_on_the_pile(runs):
+    run = runs.settings
+    found = with_settings(run, "capsules-27", consistency=MM)
+    counted = [name for name in run.contenders if " " not in name and any(
+        outcome != "withdrawn" for cells in run.cells("capsules-27")[name].values() for measure, (outcome, _) in cells.items() if measure == "consistency")]
+    gains, anew = [], []
+    for name in counted:
+        own, best = found.get(name, (None, None))
+        if own is None and best is not None:
+            anew.append(name)
+        elif best is not None and best.contender != name and not overlap(run, "capsules-27", best, own):
+            gains.append(best.speed / own.speed)
+    assert anew == ["physx-d6-tgs"] and min(gains) > 1
+    return (f"On the pile {COUNTS[len(gains) + len(anew)]} of {COUNTS[len(counted)]} contenders are faster with settings of the campaign than with their own,"
+            f" {COUNTS[len(gains)]} of them {min(gains):.1f} to {max(gains):.1f} times (`physx-d6-tgs` meets the limit with none of its own)")
+
+
+def overlap(run, system, best, own):
+    """Whether a point of the same timestep is no faster by what both intervals tell."""
+    if best.timestep != own.timestep:
+        return False
+
+    def end(point, which):
+        return speed_at({h: cells["raw_speed"][1]["realtime_factor"][which] for h, cells in run.cells(system)[point.contender].items()
+                         if "realtime_factor" in cells.get("raw_speed", ("", {}))[1]}, point.timestep)
+    return end(best, 1) <= end(own, 2)
+
+
+@sentence(SETTINGS)
+def no_interval_lies_below(runs):
+    run = runs.settings
+    for own, best in with_settings(run, "capsules-27", consistency=MM).values():
+        for point in (own, best):
+            if point:
+                high = run.cells("capsules-27")[point.contender][point.timestep]["consistency"][1]["consistency"][2]
+                assert high > MM, (point, high)
+    return "On the pile no point of the first two columns has an error whose 95 % interval lies below 1 mm"
+
+
+@sentence(SETTINGS)
+def half_widths(runs):
+    halves = [max(high / value, value / low) - 1 for value, low, high in runs.settings.db.execute(
+        "SELECT value, low, high FROM \"values\" WHERE name = 'step_time' AND low > 0")]
+    return f"speeds are good to {100 * statistics.median(halves):.0f} % in the median and to {100 * max(halves):.0f} % at worst (95 % intervals of two processes)"
+
+
+# ---- docs/engines.md: many worlds ------------------------------------------------------------------------------------
+
+@sentence(ENGINES)
+def most_world_steps(runs):
+    run = runs.worlds
+    rate = {(system, contender, measure): value for system, contender, measure, value in run.db.execute(
+        "SELECT c.system, c.contender, c.measure, v.value FROM cells c JOIN \"values\" v ON v.cell_id = c.id"
+        " WHERE c.outcome = 'ok' AND v.name = 'batch_rate'")}
+
+    def most(system, among=None):
+        return max(((value, contender, measure) for (of, contender, measure), value in rate.items()
+                    if of == system and (among is None or contender in among)))
+    at_once = ("mujoco-warp", "newton-steel", "newton-mujoco", "mjx", "genesis")
+    chain, humanoid = most("planar-chain"), most("humanoid")
+    assert chain[1:] == humanoid[1:] == ("mujoco-euler", "batch-16")
+    together, others = most("planar-chain", at_once), most("humanoid", at_once)
+    assert together[1] == "newton-steel" and others[1] == "genesis"
+    return (f"MuJoCo makes the most: up to {digits(chain[0] / 1e6)} million chain steps and {digits(humanoid[0] / 1e3)} thousand humanoid steps a second (16 worlds, two"
+            f" cores). Of those that step all worlds in one call, `newton-steel` makes the most on the chain ({digits(together[0] / 1e3)} thousand), Genesis on the"
+            f" humanoid ({digits(others[0] / 1e3)} thousand), on one.")
+
+
+# ---- policies --------------------------------------------------------------------------------------------------------
+
+def transfer_values(runs, contender):
+    return {name: value for name, (value, _, _) in runs.quadruped.cells("policy")[contender][5]["transfer"][1].items()}
+
+
+@sentence("README.md")
+def policies_in_the_readme(runs):
+    rows = []
+    for contender in ("mujoco-euler", "mujoco-warp", "drake-similar", "dart", "bullet-mb", "physx-art-tgs", "jolt-f64", "rapier-multibody-f64", "ode-step"):
+        of = transfer_values(runs, contender)
+        training = " (training)" if contender == "mujoco-euler" else ""
+        rows.append(f"| `{contender}`{training} | {20 * of['fall_rate']:.0f} | {of['velocity_error']:.3f} m/s | {of['foot_slip']:.3f} m/s |")
+    return rows
+
+
+@sentence("docs/sim2sim.md")
+def policies_in_the_guide(runs):
+    rows = []
+    for contender in runs.quadruped.contenders:
+        if contender not in runs.quadruped.cells("policy"):
+            continue
+        of = transfer_values(runs, contender)
+        training = contender == "mujoco-euler"
+        parts = "" if training else "never, in 10 s" if of["policy_parting_time"] == 10 else f"{1e3 * of['policy_parting_time']:.0f} ms"
+        if contender == "drake-sap":
+            continue  # the page shows drake-similar and drake-lagged
+        rows.append(f"| `{contender}`{' (training)' if training else ''} | {of['velocity_error']:.3f} m/s | {of['turning_error']:.3f} rad/s |"
+                    f" {of['foot_slip']:.3f} m/s | {of['joint_power']:.1f} W | {parts} |".replace("|  |", "| |"))
+    return rows
+
+
+def slow_quadruped(runs):
+    return {h: {name: value for name, (value, _, _) in at["transfer"][1].items()} for h, at in runs.quadruped_20ms.cells("policy")["mujoco-euler"].items()}
+
+
+def share(of):
+    return f"{100 * of['value']:.0f} % [{100 * of['low']:.0f}, {100 * of['high']:.0f}]"
+
+
+def explanation(runs):
+    return json.loads((ROOT / "results" / runs.folder("quadruped_20ms") / "explain.json").read_text("utf-8"))
+
+
+@sentence("README.md")
+def falls_at_20_ms(runs):
+    assert slow_quadruped(runs)[20]["fall_rate"] == 1
+    return "At 20 ms the robot falls in the engine of its training, too, in all 20 runs"
+
+
+@sentence("README.md")
+def why_it_falls(runs):
+    first = explanation(runs)["advice"][0]
+    assert first["changes_b"] == ["law=engine"]
+    return f'an implicit one (`law = "engine"`) closes {share(first["share_with_those_before"])} of the gap'
+
+
+@sentence("docs/sim2sim.md")
+def a_fall_and_its_hint(runs):
+    slow, trained = slow_quadruped(runs)[20], slow_quadruped(runs)[5]
+    assert slow["fall_rate"] == 1 and trained["fall_rate"] == 0
+    return (f"At 5 ms `mujoco-euler` stays up in all 20 runs; at 20 ms it falls in all 20 runs, after {slow['time_up']:.2f} s in the mean"
+            f" ([run](../results/{runs.folder('quadruped_20ms')}/README.md)). The matrix has a first hint: the joints take {slow['joint_power'] / 1e3:.1f} kW instead of"
+            f" {trained['joint_power']:.0f} W.")
+
+
+@sentence("docs/sim2sim.md")
+def advice(runs):
+    of = explanation(runs)
+    law, step = of["causes"][:2]
+    assert [law["changes_b"], step["changes_b"]] == [["law=engine"], ["timestep=0.5"]] == [each["changes_b"] for each in of["advice"]]
+    assert law["fall_rate_b"] == step["fall_rate_b"] == 0 and of["starts"] == 10
+    return (f'B with law = "engine" closes {share(law["share"])} of the gap. 2. Timestep: use a timestep of 10 ms in B. B at half the timestep closes'
+            f" {share(step['share'])} of the gap; with those before {share(of['advice'][1]['share_with_those_before'])}.")
+
+
+@sentence("docs/sim2sim.md")
+def first_bodies(runs):
+    when = statistics.median(runs.quadruped.samples("policy", "bullet-mb", 5, "transfer", "parting_s of states"))
+    return f"which is earlier: {1e3 * when:.0f} ms with `bullet-mb`."
+
+
+@sentence("docs/sim2sim.md")
+def the_worst_follower(runs):
+    values = {contender: transfer_values(runs, contender) for contender in runs.quadruped.cells("policy")}
+    for name in ("velocity_error", "foot_slip"):
+        assert max(values, key=lambda contender: values[contender][name]) == "drake-lagged"
+    lagged, training = values["drake-lagged"], values["mujoco-euler"]
+    assert 9.5 <= lagged["foot_slip"] / training["foot_slip"] < 10.5 and 2.5 < lagged["velocity_error"] / training["velocity_error"] < 3.5
+    return "slips ten times as much and has three times the velocity error"
+
+
+@sentence("docs/sim2sim.md")
+def cart_poles(runs):
+    cells = [(contender, values) for contender, steps in runs.cart_pole.cells("policy").items() for at in steps.values() for _, values in at.values()]
+    assert all(values["fall_rate"][0] == 0 for _, values in cells) and 20 * len(cells) == 660
+    apart = {contender: values["policy_parting_time"][0] for contender, values in cells if values["policy_parting_time"][0] < 10}
+    assert set(apart) == {"havok"}
+    times = [values["policy_parting_time"][0] for contender, values in cells if contender == "havok"]
+    return f"Ten of them stay within 1 mm of the run in MuJoCo; Havok separates after {min(times):.2f} to {max(times):.2f} s"
+
+
+@sentence("docs/sim2sim.md")
+def all_stay_up(runs):
+    cells = runs.quadruped.cells("policy")
+    assert all(steps[5]["transfer"][1]["fall_rate"][0] == 0 for steps in cells.values())
+    words = {11: "eleven", 10: "ten", 12: "twelve"}
+    return f"Of nine engines all {words[len(cells)]} contenders of the committed run stay up in all 20 runs of 10 s"
+
+
+# ---- versions --------------------------------------------------------------------------------------------------------
+
+NAMES = {"mujoco": "MuJoCo", "bullet": "Bullet", "ode": "ODE", "physx": "PhysX", "havok": "Havok", "jolt": "Jolt", "rapier": "Rapier", "dart": "DART",
+         "simbody": "Simbody", "physx56": "PhysX", "dartpy": "DART", "mujoco-warp": "MuJoCo Warp", "mjx": "MJX", "genesis": "Genesis",
+         "newton": "Newton", "drake": "Drake"}
+
+
+@sentence("README.md")
+def releases(_):
+    known = tomllib.loads((ROOT / "docs/releases.toml").read_text("utf-8"))
+    lines = (ROOT / "README.md").read_text("utf-8").splitlines()
+    rows = []
+    for engine, of in known.items():
+        start = f"| {NAMES[engine]} {of['version']}"
+        # as the row is, with the date that it has to have
+        cells = next((line for line in lines if line.startswith(start)), f"{start} | | |").split("|")
+        cells[3] = f" {of['released']} "
+        rows.append("|".join(cells))
+    return rows
+
+
+@sentence(CLAIMS)
+def releases_of_the_line_up(_):
+    known = tomllib.loads((ROOT / "docs/releases.toml").read_text("utf-8"))
+    return ", ".join(f"{NAMES[engine]} {known[engine]['version']} ({known[engine]['released']})" for engine in ("mujoco", "bullet", "ode", "physx", "havok"))
+
+
+# ---- withdrawn -------------------------------------------------------------------------------------------------------
+
+@sentence("results/README.md")
+def withdrawn_folders(runs):
+    rows = []
+    for path in sorted(ROOT.glob("results/*/assay.sqlite.xz")):
+        if path.parent.name.startswith("gpu-"):
+            continue
+        run = Run(path.parent.name, runs.scratch.name)
+        count, = run.db.execute("SELECT count(*) FROM cells WHERE outcome = 'withdrawn'").fetchone()
+        run.db.close()
+        if count:
+            rows.append(f"| `{path.parent.name}/` | {count} |")
+    return rows
+
+
+@sentence("results/README.md")
+def scales_that_vanish(runs):
+    for path in sorted(ROOT.glob("results/*/assay.sqlite.xz")):
+        run = Run(path.parent.name, runs.scratch.name)
+        for reason, in run.db.execute("SELECT reason FROM main.cells WHERE outcome = 'unstable'"):
+            apart, energy = re.search(r"is ([\d.e+-]+) m apart", reason), re.search(r"where at most ([\d.e+-]+) J", reason)
+            assert not apart or float(apart.group(1)) > 0.01, (path.parent.name, reason)
+            assert not energy or float(energy.group(1)) > 0.1, (path.parent.name, reason)
+        # the systems of models/, whose actuators are motors, and robots that assay's own PD holds
+        for name, facts in run.facts.items():
+            assert not (facts.get("control") == "actuators" and facts["model"].startswith("robots:")), (path.parent.name, name)
+        run.db.close()
+    models = [path for path in ROOT.glob("models/**/*.xml") if re.search(r"\bkv=|<velocity|<damper|biasprm", path.read_text("utf-8"))]
+    assert not models, models
+    return "No published verdict *unstable* rests on a scale that vanishes, and no published system has actuators with a velocity gain."
+
+
+@sentence("results/README.md")
+def passed_limits(runs):
+    counted = [len(standing.passed_a_limit(run.db)) for run in (runs.full, runs.field)]
+    return f"That concerns {counted[0]} cells of the full run and {counted[1]} of the field"
+
+
+# ---- comparison with the pages ---------------------------------------------------------------------------------------
+
+def flat(text):
+    """Without line ends and the marks of quotations."""
+    return " ".join(re.sub(r"^> ", "", text, flags=re.M).split())
+
+
+def check(report, only=None):
+    """Each sentence against its page; `report` counts (recompute.Report)."""
+    runs, texts = Runs(), {}
+    try:
+        for page, title, of in SENTENCES:
+            if only and page not in only:
+                continue
+            text = texts.setdefault(page, flat((PAGES / page).read_text("utf-8")))
+            try:
+                wanted = of(runs)
+            except AssertionError as error:
+                report.check("sentences", f"{page}, {title}", "the sentence", False, f"something else: {error}")
+                continue
+            for each in [wanted] if isinstance(wanted, str) else wanted:
+                report.check("sentences", f"{page}, {title}", nearest(text, flat(each)), flat(each) in text, flat(each))
+    finally:
+        runs.close()
+
+
+def nearest(text, wanted):
+    """What the page has in place of it: from where the two begin alike."""
+    for length in range(len(wanted), 7, -1):
+        if (at := text.find(wanted[:length])) >= 0:
+            return text[at:at + len(wanted) + 40]
+    return "nothing like it"
+
+
+def main():
+    runs = Runs()
+    pages = [word for word in sys.argv[1:] if word != "--show"]
+    with contextlib.closing(runs):
+        for page, title, of in SENTENCES:
+            if not pages or page in pages:
+                try:
+                    wanted = of(runs)
+                except AssertionError as error:
+                    wanted = f"NOT TRUE ANY MORE: {error}"
+                print(f"{page}, {title}:", *([wanted] if isinstance(wanted, str) else wanted), sep="\n    ")
+
+
+if __name__ == "__main__":
+    main()
