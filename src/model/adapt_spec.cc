@@ -37,11 +37,11 @@ std::set<std::string> physical_meshes(mjSpec* spec) {
     paired.insert(spec_text(pair->geomname2));
   });
   std::set<std::string> needed;
-  const bool from_geoms = spec->compiler.inertiafromgeom == mjINERTIAFROMGEOM_TRUE;
   for_each(spec, mjOBJ_GEOM, mjs_asGeom, [&](mjsGeom* geom) {
     const std::string mesh = spec_text(geom->meshname);
     if (mesh.empty()) return;
     const mjsBody* body = mjs_getParent(geom->element);
+    const bool from_geoms = origin_of(spec, geom->element)->compiler.inertiafromgeom == mjINERTIAFROMGEOM_TRUE;
     const bool weighs = (from_geoms || !body->explicitinertial) && geom->mass != 0 && geom->density != 0 &&
                         name_of(body->element) != "world";
     const bool collides = geom->contype != 0 || geom->conaffinity != 0 || paired.contains(name_of(geom->element));

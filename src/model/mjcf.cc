@@ -19,6 +19,7 @@
 #include "model/mjcf_document.h"
 #include "model/mujoco_messages.h"
 #include "model/outside_files.h"
+#include "model/parser_faults.h"
 #include "model/start.h"
 #include "model/translation.h"
 #include "model/urdf.h"
@@ -106,6 +107,11 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
     report.refuse("it is empty; an MJCF or URDF model is expected");
     return report;
   }
+  if (std::optional<Problem> problem = encoding_problem(text)) {
+    problem->message = "it " + problem->message;
+    report.problems.push_back(std::move(*problem));
+    return report;
+  }
   const std::string root = root_element(text);
   if (refuse_other_format(root, report)) return report;
   const bool is_urdf = root == "robot";
@@ -122,17 +128,19 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
   const MessageGuard guard;
   std::array<char, 2000> error = {};
   const int error_size = static_cast<int>(error.size());
-  const SpecPtr spec(is_urdf ? mj_parseXMLString(urdf.text.c_str(), nullptr, error.data(), error_size)
-                             : parse(error.data(), error_size));
-  if (spec == nullptr) {
-    std::string message = one_line(error.data());
-    const IncludedPlace place = is_urdf ? IncludedPlace() : place_of_fault(text, file, message);
-    if (place.line > 0) message = message.substr(0, message.find(", line 0"));
-    report.refuse(fmt::format("MuJoCo cannot parse it: {}", message), mend_of(message));
-    report.problems.back().line = place.line;
-    report.problems.back().file = place.file;
-    return report;
+  const auto refuse = [&](const std::string& message) {
+    report.problems.push_back(parser_problem(message, text, file));
+    return std::move(report);
+  };
+  const Silence silence;
+  SpecPtr spec;
+  try {
+    spec.reset(is_urdf ? mj_parseXMLString(urdf.text.c_str(), nullptr, error.data(), error_size)
+                       : parse(error.data(), error_size));
+  } catch (const InputError& fault) {  // of the guard
+    return refuse(fault.what());
   }
+  if (spec == nullptr) return refuse(error.data());
   for (const std::string& warning : MessageGuard::warnings()) {
     if (warning.find("NaN") != std::string::npos) {
       report.refuse("it contains a number that is NaN", "replace it");
@@ -164,13 +172,18 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
   spec->memory = -1;
   spec->njmax = spec->nconmax = -1;
   spec->nstack = -1;
-  const CompiledPtr compiled(mj_compile(spec.get(), nullptr));
+  CompiledPtr compiled;
+  std::string fault;
+  try {
+    compiled.reset(mj_compile(spec.get(), nullptr));
+    if (compiled == nullptr) fault = mjs_getError(spec.get());
+  } catch (const InputError& thrown) {  // of the guard
+    fault = thrown.what();
+  }
   if (compiled == nullptr) {
     if (!is_urdf) report.problems = mjcf_faults(text, file);
     if (report.refused()) return report;
-    const char* message = mjs_getError(spec.get());
-    report.refuse(fmt::format("MuJoCo cannot compile it: {}", one_line(message)), mend_of(message));
-    return report;
+    return refuse(fault);
   }
   LoadReport translated =
       translate({.spec = spec.get(),

@@ -85,15 +85,10 @@ class Document {
   const std::vector<Fault>& faults() const { return faults_; }
   const std::map<std::string, IncludedPlace>& places() const { return places_; }
   const std::map<std::string, std::string>& models() const { return models_; }
-
-  // The first element of an included file that `is_it` takes.
-  template <typename IsIt>
-  IncludedPlace first(const IsIt& is_it) const {
-    for (const auto& source : sources_) {
-      if (source->name.empty()) continue;
-      if (const int line = first_line(*source->document.RootElement(), is_it); line > 0) return {source->name, line};
-    }
-    return {};
+  std::vector<DocumentElement> elements() const {
+    std::vector<DocumentElement> all;
+    for (const auto& source : sources_) describe(*source, *source->document.RootElement(), "", "", all);
+    return all;
   }
 
   // The whole text with the faults mended, to be written into `out`.
@@ -115,13 +110,36 @@ class Document {
   }
 
  private:
-  template <typename IsIt>
-  static int first_line(const xml::XMLElement& element, const IsIt& is_it) {
-    if (is_it(element)) return element.GetLineNum();
-    for (const xml::XMLElement* e = element.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
-      if (const int line = first_line(*e, is_it); line > 0) return line;
+  // `owner`: the body or default class around it, as messages name it.
+  static void describe(const Source& source, const xml::XMLElement& element, const std::string& owner,
+                       const std::string& section, std::vector<DocumentElement>& all) {
+    const std::string tag = element.Name(), name = text_of(element, "name");
+    DocumentElement found = {.tag = tag, .section = section, .name = name, .label = "", .place = {}, .attributes = {}};
+    found.place = {source.name, element.GetLineNum()};
+    for (const xml::XMLAttribute* a = element.FirstAttribute(); a != nullptr; a = a->Next()) {
+      found.attributes.emplace_back(a->Name(), a->Value());
     }
-    return 0;
+    const bool alone = element.Parent() == nullptr || element.Parent()->ToElement() == nullptr || section.empty();
+    found.label = !name.empty() ? fmt::format("{} '{}'", tag, name)
+                  : alone       ? fmt::format("<{}>", tag)
+                                : fmt::format("{}{}", with_article(tag), owner.empty() ? "" : " of " + owner);
+    std::string inner = section, next = owner;
+    if (tag == "worldbody") next = "the world";
+    if (tag == "body" || tag == "link") next = name.empty() ? "a body without a name" : found.label;
+    if (tag == "default")
+      next = fmt::format("the class '{}'", element.Attribute("class") ? text_of(element, "class") : "main");
+    if (is_section(tag)) inner = tag == "worldbody" ? "body" : tag;
+    all.push_back(std::move(found));
+    for (const xml::XMLElement* e = element.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+      describe(source, *e, next, inner, all);
+    }
+  }
+
+  static bool is_section(std::string_view tag) {
+    static const std::set<std::string_view> kSections = {"asset",    "contact", "equality", "tendon",
+                                                         "actuator", "body",    "sensor",   "keyframe",
+                                                         "custom",   "default", "worldbody"};
+    return kSections.contains(tag);
   }
 
   // Null for a file that is missing, no XML, or read already: MuJoCo's parser says so.
@@ -146,7 +164,10 @@ class Document {
     const int index = source.counted[{element.GetLineNum(), element.Name()}]++;
     std::string owner = body;
     if (kind == "body" || kind == "worldbody") {
-      owner = kind == "body" ? fmt::format("body '{}'", text_of(element, "name")) : "the world";
+      const std::string name = text_of(element, "name");
+      owner = kind == "worldbody" ? "the world"
+              : name.empty()      ? "a body without a name"
+                                  : fmt::format("body '{}'", name);
     } else if (kind == "include") {
       include(source, element, index, section);
       return;
@@ -161,11 +182,8 @@ class Document {
     if (kind == "model" && section == "asset" && element.Attribute("name") != nullptr) {
       models_.emplace(text_of(element, "name"), text_of(element, "file"));
     }
-    static const std::set<std::string_view> kSections = {"asset",  "contact",  "equality", "tendon", "actuator",
-                                                         "sensor", "keyframe", "custom",   "default"};
     std::string inner = section;
-    if (kind == "body" || kind == "worldbody") inner = "body";
-    if (kSections.contains(kind)) inner = kind;
+    if (is_section(kind)) inner = kind == "worldbody" ? "body" : kind;
     for (const xml::XMLElement* e = element.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
       walk(source, *e, owner, inner);
     }
@@ -305,6 +323,20 @@ class Document {
   bool inertia_counts_ = true;
 };
 
+// Calls `work` with the name, the text and the path of each model that is an asset. A model that contains itself is
+// refused before (outside_files.h).
+template <typename Work>
+void in_models(const Document& document, const std::string& path, const Work& work) {
+  const std::string folder = model_folder(path).string();
+  for (const auto& [asset, name] : document.models()) {
+    const std::string file = included_file(folder, folder, name);
+    std::error_code error;
+    if (file.empty() || !fs::is_regular_file(file, error)) continue;
+    std::ifstream stream(file, std::ios::binary);
+    work(name, std::string((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>()), file);
+  }
+}
+
 }  // namespace
 
 std::string DocumentPlaces::file_of_model(const std::string& name) const {
@@ -318,24 +350,31 @@ DocumentPlaces places_in(const std::string& text, const std::string& path) {
   return {document.places(), document.models()};
 }
 
-IncludedPlace place_of_fault(const std::string& text, const std::string& path, const std::string& message) {
-  if (message.find(", line 0") == std::string::npos || text.find("<include") == std::string::npos) return {};
-  const auto quoted_after = [&message](std::string_view words) -> std::string {
-    const size_t at = message.find(words);
-    if (at == std::string::npos) return "";
-    const size_t from = at + words.size();
-    return message.substr(from, message.find('\'', from) - from);
-  };
-  const std::string kind = quoted_after("Element '");
-  const std::string unknown = quoted_after("unrecognized attribute: '"),
-                    bad = quoted_after("bad format in attribute '");
-  const bool unknown_element = message.find("unrecognized element") != std::string::npos;
-  return Document(text, path).first([&](const xml::XMLElement& element) {
-    if (kind != element.Name()) return false;
-    if (!unknown.empty()) return element.Attribute(unknown.c_str()) != nullptr;
-    if (!bad.empty()) return element.Attribute(bad.c_str()) != nullptr && numbers_of(element, bad.c_str()).empty();
-    return unknown_element;
+std::string with_article(const std::string& tag) {
+  const bool vowel = !tag.empty() && std::string_view("aeiou").find(tag.front()) != std::string_view::npos;
+  return (vowel ? "an " : "a ") + tag;
+}
+
+bool DocumentElement::has(const std::string& key) const {
+  return std::ranges::find(attributes, key, &std::pair<std::string, std::string>::first) != attributes.end();
+}
+
+std::string DocumentElement::attribute(const std::string& key) const {
+  const auto found = std::ranges::find(attributes, key, &std::pair<std::string, std::string>::first);
+  return found == attributes.end() ? "" : found->second;
+}
+
+std::vector<DocumentElement> elements_in(const std::string& text, const std::string& path) {
+  const Document document(text, path);
+  std::vector<DocumentElement> elements = document.elements();
+  in_models(document, path, [&](const std::string& name, const std::string& model, const std::string& file) {
+    for (DocumentElement& element : elements_in(model, file)) {
+      if (element.place.file.empty()) element.place.file = name;
+      element.attached = true;
+      elements.push_back(std::move(element));
+    }
   });
+  return elements;
 }
 
 std::vector<Problem> mjcf_faults(const std::string& text, const std::string& path) {
@@ -343,6 +382,13 @@ std::vector<Problem> mjcf_faults(const std::string& text, const std::string& pat
   std::vector<Problem> problems;
   problems.reserve(document.faults().size());
   for (const Fault& fault : document.faults()) problems.push_back(fault.problem);
+  in_models(document, path, [&](const std::string& name, const std::string& model, const std::string& file) {
+    for (Problem& problem : mjcf_faults(model, file)) {
+      if (problem.file.empty()) problem.file = name;
+      problem.mend = fmt::format("correct it, or write a mended file with `assay check {} --repair OUT`", problem.file);
+      problems.push_back(std::move(problem));
+    }
+  });
   return problems;
 }
 

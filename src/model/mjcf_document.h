@@ -4,6 +4,7 @@
 
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "model/problems.h"
@@ -12,7 +13,7 @@
 namespace assay {
 
 // Inertias that are not positive or break the triangle inequality, and ranges whose bounds are swapped, in the file at
-// `path` and those that it includes. `path` is where relative names count from.
+// `path`, those that it includes and the models that are its assets. `path` is where relative names count from.
 std::vector<Problem> mjcf_faults(const std::string& text, const std::string& path);
 
 // Where an element of an included file is: the file as the <include> writes it, and the line in it.
@@ -33,9 +34,25 @@ struct DocumentPlaces {
 };
 DocumentPlaces places_in(const std::string& text, const std::string& path);
 
-// Where a fault in an included file is, of which MuJoCo's parser names the element without the file: "unrecognized
-// attribute: 'colour' Element 'geom', line 0". Line 0 where it is not found.
-IncludedPlace place_of_fault(const std::string& text, const std::string& path, const std::string& message);
+// An element of the document, of a file that it includes or of a model that is an asset, for messages about it.
+struct DocumentElement {
+  std::string tag;
+  std::string section;  // what it stands in: "actuator", "equality", "body" for all bodies; empty outside
+  std::string name;     // its attribute
+  std::string label;    // "geom 'foot'", "a geom of body 'leg'", "<option>"
+  IncludedPlace place;  // without a file in the model's own
+  std::vector<std::pair<std::string, std::string>> attributes;
+  bool attached = false;  // of a model that is an asset: MuJoCo puts a prefix before its name
+
+  bool has(const std::string& key) const;
+  std::string attribute(const std::string& key) const;  // empty where it has none
+};
+
+// "a geom", "an actuator"
+std::string with_article(const std::string& tag);
+
+// All of them, the model's own first; none for a text that is no XML.
+std::vector<DocumentElement> elements_in(const std::string& text, const std::string& path);
 
 // The text without those faults, for mended_model().
 std::string mend_mjcf(const std::string& text, const std::string& path, const std::string& out,

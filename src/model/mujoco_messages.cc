@@ -1,8 +1,7 @@
 #include "model/mujoco_messages.h"
 
-#include <algorithm>
-#include <array>
-#include <utility>
+#include <fcntl.h>
+#include <unistd.h>
 
 #include <fmt/format.h>
 
@@ -44,29 +43,17 @@ std::string one_line(std::string_view message) {
   return line;
 }
 
-std::string mend_of(std::string_view message) {
-  constexpr std::array<std::pair<std::string_view, const char*>, 17> kMends = {
-      {{"Error opening file", "put it there or correct its name, which counts from the model's folder"},
-       {"already included", "include a file once"},
-       {"repeated name", "rename one of the two"},
-       {"bad format in attribute", "give it numbers"},
-       {"unrecognized attribute", "remove it, or correct its name"},
-       {"unrecognized element", "remove it, or correct its name"},
-       {"XML parse error", "correct the XML there"},
-       {"XML_ERROR", "correct the XML there"},
-       {"number of faces should be between", "simplify the mesh, of which only the convex hull collides"},
-       {"stl_decoder", "export the mesh again as binary STL"},
-       {"coplanar", "give the mesh a thickness, or use a thin box"},
-       {"is not finite", "export the mesh again"},
-       {"must be positive", "make it positive"},
-       {"mass and inertia of moving bodies",
-        "give it an <inertial>, or a geom of positive size and density, whose group is in inertiagrouprange"},
-       {"is repeated in equality", "name two different ones"},
-       {"unknown", "correct the name"},
-       {"not found", "correct the name"}}};
-  const auto found = std::ranges::find_if(
-      kMends, [&](const auto& mend) { return message.find(mend.first) != std::string_view::npos; });
-  return found == kMends.end() ? "" : found->second;
+Silence::Silence() : before_(::dup(STDERR_FILENO)) {
+  // a sandbox may forbid to open anything for writing; what cannot be written is dropped, too
+  const int nothing = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
+  if (before_ >= 0 && nothing >= 0) ::dup2(nothing, STDERR_FILENO);
+  if (nothing >= 0) ::close(nothing);
+}
+
+Silence::~Silence() {
+  if (before_ < 0) return;
+  ::dup2(before_, STDERR_FILENO);
+  ::close(before_);
 }
 
 }  // namespace assay

@@ -41,8 +41,17 @@ class MessageGuard {
 // MuJoCo's messages have several lines; ours have one, without a full stop at the end.
 std::string one_line(std::string_view message);
 
-// What the user can do about an error of MuJoCo's parser or compiler: "rename one of the two"; empty where its message
-// says it.
-std::string mend_of(std::string_view message);
+// Nothing reaches standard error while it lives: where MuJoCo's parser ends the process, its C++ library writes the
+// exception there, and who waits for the process says what happened (cli/contained.h).
+class Silence {
+ public:
+  Silence();
+  ~Silence();
+  Silence(const Silence&) = delete;
+  Silence& operator=(const Silence&) = delete;
+
+ private:
+  int before_;
+};
 
 }  // namespace assay

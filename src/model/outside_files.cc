@@ -8,6 +8,7 @@
 #include <fstream>
 #include <iterator>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string_view>
 #include <utility>
@@ -19,6 +20,7 @@
 #include "base/input_file.h"
 #include "base/paths.h"
 #include "base/text.h"
+#include "model/parser_faults.h"
 
 namespace assay {
 namespace {
@@ -102,11 +104,6 @@ std::string reduced_path(const std::string& path) {
   return prefix + join(parts, "/");
 }
 
-std::string joined_path(const std::string& folder, const std::string& name) {
-  if (folder.empty() || !absolute_prefix(name).empty()) return reduced_path(name);
-  return reduced_path(is_separator(folder.back()) ? folder + name : folder + "/" + name);
-}
-
 // With the separator at its end.
 std::string folder_part(const std::string& file) { return file.substr(0, file.find_last_of("/\\") + 1); }
 
@@ -181,14 +178,19 @@ class Examination {
   void examine(Source source, Whole& whole) {
     whole.parts.push_back(std::make_unique<Part>(std::move(source)));
     Part& own = *whole.parts.back();
-    const bool parsed = own.document.Parse(own.source.text.data(), own.source.text.size()) == xml::XML_SUCCESS;
+    std::optional<Problem> fault = encoding_problem(own.source.text);
+    const bool parsed =
+        !fault && own.document.Parse(own.source.text.data(), own.source.text.size()) == xml::XML_SUCCESS;
     own.source.text = {};
     const xml::XMLElement* root = own.document.RootElement();
     if (!parsed) {
-      add({.element = own.source.name.empty() ? "" : fmt::format("the file '{}'", own.source.name),
-           .message = fmt::format("{}: {}", own.source.name.empty() ? "MuJoCo cannot parse it" : "is not XML",
-                                  own.document.ErrorStr()),
-           .mend = "correct the XML there"});
+      if (!fault) fault = xml_problem(own.document.ErrorStr());
+      if (own.source.name.empty()) {
+        fault->message = "it " + fault->message;
+      } else {
+        fault->element = fmt::format("the file '{}'", own.source.name);
+      }
+      add(std::move(*fault));
     }
     if (!parsed || root == nullptr) {
       whole.parts.pop_back();
@@ -376,6 +378,11 @@ class Examination {
 };
 
 }  // namespace
+
+std::string joined_path(const std::string& folder, const std::string& name) {
+  if (folder.empty() || !absolute_prefix(name).empty()) return reduced_path(name);
+  return reduced_path(is_separator(folder.back()) ? folder + name : folder + "/" + name);
+}
 
 std::string model_root(const std::string& path) {
   std::error_code error;

@@ -31,6 +31,10 @@ bool is_below(const std::string& file, const std::string& root);
 // the file; the current one for a text, whose path is empty.
 std::filesystem::path model_folder(const std::string& path);
 
+// `name` in `folder` as MuJoCo joins them: an absolute name is kept, backslashes are slashes, and "NAME/.." is dropped
+// whatever links NAME goes through.
+std::string joined_path(const std::string& folder, const std::string& name);
+
 // The file that MuJoCo opens for an <include> of `name` in a file of `folder`: it looks in `first`, the folder of the
 // model's own file, before that. Empty where there is none.
 std::string included_file(const std::string& first, const std::string& folder, const std::string& name);

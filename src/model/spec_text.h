@@ -7,6 +7,7 @@
 #include <mujoco/mujoco.h>
 
 #include "base/text.h"
+#include "model/outside_files.h"
 
 namespace assay {
 
@@ -23,17 +24,27 @@ inline int spec_line(const mjString* info) {
   return static_cast<int>(parse_integer(words.substr(5, end == std::string::npos ? end : end - 5)).value_or(0));
 }
 
+// The spec of the file that an element was written in: the model's, or that of the model asset that it was attached
+// from. Each has a folder and a compiler of its own.
+inline const mjSpec* origin_of(const mjSpec* spec, const mjsElement* element) {
+  const mjSpec* origin = mjs_getOriginSpec(element);
+  return origin == nullptr ? spec : origin;
+}
+
 // The name of the model asset that an element was attached from; empty for an element of the model's own files.
 inline std::string spec_origin(const mjSpec* spec, const mjsElement* element) {
-  const mjSpec* origin = mjs_getOriginSpec(element);
-  return origin == nullptr || origin == spec ? "" : spec_text(origin->modelname);
+  const mjSpec* origin = origin_of(spec, element);
+  return origin == spec ? "" : spec_text(origin->modelname);
 }
 
 // The file of a mesh that MuJoCo would open; `folder` is the model's. Empty where the mesh has none.
 inline std::filesystem::path spec_mesh_path(const mjSpec* spec, const mjsMesh* mesh, const std::string& folder) {
-  std::filesystem::path file = spec_text(mesh->file);
-  if (file.empty() || file.is_absolute()) return file;
-  return (std::filesystem::path(folder) / spec_text(spec->compiler.meshdir) / file).lexically_normal();
+  const std::string file = spec_text(mesh->file);
+  if (file.empty()) return file;
+  const mjSpec* origin = origin_of(spec, mesh->element);
+  const std::string own = spec_text(origin->modelfiledir);
+  const std::string name = spec->strippath ? file.substr(file.find_last_of("/\\") + 1) : file;
+  return joined_path(joined_path(own.empty() ? folder : own, spec_text(origin->compiler.meshdir)), name);
 }
 
 }  // namespace assay

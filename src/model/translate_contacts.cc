@@ -1,7 +1,9 @@
 // MuJoCo's collision filter, written out as pairs with their combined friction.
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <span>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -17,6 +19,8 @@ enum : int { kExtras, kSurface, kNoMass };
 }  // namespace
 
 void Translator::translate_contacts() {
+  examined_.assign(static_cast<size_t>(m_->ngeom), {});
+  excluded_ = std::set<int>(m_->exclude_signature, m_->exclude_signature + m_->nexclude);
   if (contacts_disabled()) {
     note("contacts are off: the file disables them");
     return;
@@ -75,8 +79,7 @@ bool Translator::passes_filter(int g1, int g2) const {
   const bool links = (a != kWorld && b != kWorld) || (base_is_link_ && !with_plane);
   if (joined && links && !disabled(mjDSBL_FILTERPARENT)) return false;
   const int signature = (std::min(b1, b2) << 16) + std::max(b1, b2);
-  const std::span excluded(m_->exclude_signature, m_->nexclude);
-  return std::ranges::find(excluded, signature) == excluded.end();
+  return !excluded_.contains(signature);
 }
 
 void Translator::add_filtered_pair(int g1, int g2) {
@@ -126,13 +129,13 @@ void Translator::add_explicit_pair(int p) {
 }
 
 void Translator::examine_surface_velocity(int g) {
-  if (all_zero(row(m_->geom_surfacevel, 6, g), 6) || !examined_.emplace(kSurface, g).second) return;
+  if (all_zero(row(m_->geom_surfacevel, 6, g), 6) || std::exchange(examined_[g][kSurface], true)) return;
   unsupported(mjOBJ_GEOM, g, "has a surface velocity, which is not supported", "remove surfacevel",
               "lets its surface rest");
 }
 
 void Translator::examine_contact_extras(int g) {
-  if (!examined_.emplace(kExtras, g).second) return;
+  if (std::exchange(examined_[g][kExtras], true)) return;
   if (m_->geom_adhesion[g] != 0) {
     unsupported(mjOBJ_GEOM, g, "has adhesion, which is not supported", "remove it", "leaves the adhesion out");
   }
@@ -149,7 +152,7 @@ void Translator::add_contact(int g1, int g2, int condim, const Vec3& friction) {
   for (const int g : {g1, g2}) {
     const int body = model_.shapes[shape_of_[g]].body;
     if (body == kWorld || !model_.bodies[body].is_massless()) continue;
-    if (examined_.emplace(kNoMass, g).second) {
+    if (!std::exchange(examined_[g][kNoMass], true)) {
       unsupported(mjOBJ_GEOM, g,
                   fmt::format("can touch others, and its body '{}' has no mass", model_.bodies[body].name),
                   R"(give the body an <inertial>, or the geom contype="0" conaffinity="0")", "leaves its contacts out");

@@ -170,11 +170,12 @@ class Translator {
   std::vector<int> actuator_of_;              // Model actuator -> MuJoCo actuator
   std::vector<double> inflation_;             // Model shape -> contact margin that its size contains, m
   std::set<std::string> body_names_, joint_names_, shape_names_, equality_names_;  // taken
-  std::vector<std::string> odd_margins_;    // pairs whose margin is replaced by their geoms'
-  std::vector<std::string> swapped_;        // joints without limits, because their bounds are swapped
-  std::vector<std::string> softened_;       // elements whose own softness is ignored
-  std::vector<std::string> decomposed_;     // meshes that are several hulls
-  std::set<std::pair<int, int>> examined_;  // (what, geom) that was examined already
+  std::vector<std::string> odd_margins_;       // pairs whose margin is replaced by their geoms'
+  std::vector<std::string> swapped_;           // joints without limits, because their bounds are swapped
+  std::vector<std::string> softened_;          // elements whose own softness is ignored
+  std::vector<std::string> decomposed_;        // meshes that are several hulls
+  std::vector<std::array<bool, 3>> examined_;  // by geom: what of it was examined already (translate_contacts.cc)
+  std::set<int> excluded_;                     // pairs of bodies as MuJoCo signs them
 };
 
 }  // namespace assay

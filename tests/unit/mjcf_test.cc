@@ -489,6 +489,68 @@ TEST_F(MjcfFile, WhatIsAttachedIsInItsOwnFile) {
   EXPECT_EQ(facts.file_of("joint 'k'"), "");
 }
 
+// An attached file keeps its folder and its compiler, whatever the file says that attaches it.
+TEST_F(MjcfFile, WhatIsAttachedKeepsItsOwnFolders) {
+  const auto put = [&](const std::string& name, const std::string& text) {
+    std::filesystem::create_directories((folder_ / name).parent_path());
+    return write(name, text);
+  };
+  const char* tetrahedron = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+  for (const char* name : {"arm/assets/box.obj", "hand/m/box.obj", "leg/meshes/box.obj"}) put(name, tetrahedron);
+  const auto robot = [](const std::string& compiler, const std::string& file, const std::string& more = "") {
+    return fmt::format(
+        "<mujoco>{}<asset><mesh name='box' file='{}'/></asset><worldbody><body name='link'><joint axis='0 1 0'/><geom "
+        "type='mesh' mesh='box' density='6'/>{}</body></worldbody></mujoco>",
+        compiler, file, more);
+  };
+  const auto cell = [](const std::string& compiler, const std::string& file) {
+    return fmt::format(
+        "<mujoco>{}<asset><model name='a' file='{}'/></asset><worldbody><attach model='a' prefix='a_'/></worldbody>"
+        "</mujoco>",
+        compiler, file);
+  };
+  put("arm/meshdir.xml", robot("<compiler meshdir='assets'/>", "box.obj"));
+  put("arm/assetdir.xml", robot("<compiler assetdir='assets'/>", "box.obj"));
+  put("arm/none.xml", robot("", "assets/box.obj"));
+  put("hand/hand.xml", robot("<compiler meshdir='m'/>", "box.obj"));
+  put("leg/parts/leg.xml",
+      "<mujocoinclude><asset><mesh name='box' file='box.obj'/></asset><worldbody><body name='link'><joint/><geom "
+      "type='mesh' mesh='box' density='6'/></body></worldbody></mujocoinclude>");
+  put("leg/leg.xml", "<mujoco><compiler meshdir='meshes'/><include file='parts/leg.xml'/></mujoco>");
+  put("arm/with_hand.xml",
+      "<mujoco><compiler meshdir='assets'/><asset><model name='h' file='../hand/hand.xml'/><mesh name='box' "
+      "file='box.obj'/></asset><worldbody><body name='link'><joint/><geom type='mesh' mesh='box' density='6'/><attach "
+      "model='h' prefix='h_'/></body></worldbody></mujoco>");
+  LoadOptions trusting;
+  trusting.allow_external_files = true;
+  for (const char* compiler : {"", "<compiler meshdir='arm/assets'/>", "<compiler meshdir='elsewhere'/>"}) {
+    for (const char* file : {"arm/meshdir.xml", "arm/assetdir.xml", "arm/none.xml", "leg/leg.xml"}) {
+      const std::string path = write("cell.xml", cell(compiler, file));
+      EXPECT_NEAR(load_model(path).total_mass(), 1, 1e-6) << compiler << file;
+      FileFacts facts;
+      ASSERT_FALSE(inspect_model(path, {}, &facts).refused());
+      ASSERT_EQ(facts.meshes.size(), 1U);
+      EXPECT_TRUE(std::filesystem::exists(facts.meshes[0].file)) << facts.meshes[0].file;
+    }
+  }
+  EXPECT_NEAR(load_model(write("cell.xml", cell("", "arm/with_hand.xml"))).total_mass(), 2, 1e-6);
+
+  // what is missing is named as the attached file would find it, and what lies outside is refused as ever
+  std::filesystem::remove(folder_ / "hand/m/box.obj");
+  const LoadReport missing =
+      inspect_model(write("cell.xml", cell("<compiler meshdir='arm/assets'/>", "hand/hand.xml")));
+  ASSERT_TRUE(missing.refused());
+  EXPECT_THAT(problem_text(missing.problems[0]),
+              AllOf(HasSubstr("mesh 'a_box' (hand/hand.xml, line 1)"), HasSubstr("hand/m/box.obj")));
+  const std::string inner = put("inner/cell.xml", cell("", "robot.xml"));
+  put("inner/robot.xml", robot("<compiler meshdir='../arm/assets'/>", "box.obj"));
+  const LoadReport outside = inspect_model(inner);
+  ASSERT_TRUE(outside.refused());
+  EXPECT_THAT(problem_text(outside.problems[0]),
+              AllOf(HasSubstr("(robot.xml, line 1)"), HasSubstr("--allow-external-files")));
+  EXPECT_NEAR(load_model(inner, trusting).total_mass(), 1, 1e-6);
+}
+
 TEST_F(MjcfFile, UrdfsBaseDoesNotCollideWithWhatAJointJoinsToIt) {
   const auto link = [](const std::string& name) {
     return "<link name='" + name +
