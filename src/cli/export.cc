@@ -13,6 +13,7 @@
 #include "cli/export_trajectories.h"
 #include "cli/output_file.h"
 #include "results/results.h"
+#include "results/soundness.h"
 #include "results/withdrawn.h"
 #include "store/facts.h"
 #include "store/store.h"
@@ -93,7 +94,7 @@ int export_values(const ExportOptions& options, const std::string& format) {
     throw InputError(fmt::format("--format is '{}': use csv or json", format));
   }
   const Store store = Store::open(options.dir);
-  const std::vector<Cell> cells = store.cells();
+  const std::vector<Cell> cells = judged_cells(store).cells;
   const Outcomes outcomes(store);
   std::vector<Row> rows;
   for (const Cell& cell : cells) {

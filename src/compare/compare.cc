@@ -14,6 +14,7 @@
 #include "base/text.h"
 #include "compare/samples.h"
 #include "measures/rank_test.h"
+#include "results/soundness.h"
 #include "results/values.h"
 #include "store/facts.h"
 
@@ -161,7 +162,7 @@ std::string advice(const Difference& difference) {
 class Comparer {
  public:
   Comparer(const Store& a, const Store& b, const CompareOptions& options)
-      : a_(a), b_(b), options_(options), cells_a_(a.cells()), cells_b_(b.cells()) {
+      : a_(a), b_(b), options_(options), cells_a_(judged_cells(a).cells), cells_b_(judged_cells(b).cells) {
     found_.a = a.dir();
     found_.b = b.dir();
     found_.options = options;

@@ -15,6 +15,7 @@
 #include "base/text.h"
 #include "compare/change_points.h"
 #include "compare/samples.h"
+#include "results/soundness.h"
 #include "results/values.h"
 
 namespace assay {
@@ -47,7 +48,7 @@ class Courses {
       if (const auto twice = named_.emplace(fs::weakly_canonical(dir, error), dir); !twice.second) {
         throw InputError(fmt::format("'{}' and '{}' are the same results: name each once", twice.first->second, dir));
       }
-      const std::vector<Cell> cells = store.cells();
+      const std::vector<Cell> cells = judged_cells(store).cells;
       const TimingNodes nodes = timing_nodes(store, cells);
       if (first) refuse_others(*first, first_nodes, store, nodes);
       add(store, cells);

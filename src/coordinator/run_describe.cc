@@ -16,6 +16,7 @@
 #include "coordinator/rows.h"
 #include "coordinator/runner.h"
 #include "measures/batch.h"
+#include "measures/plausible.h"
 #include "model/drawing.h"
 #include "store/facts.h"
 
@@ -136,6 +137,7 @@ void Runner::describe() {
   if (part.empty()) {
     part = content_hash(fmt::format("{} {} {} {}", node_name(), ::getpid(), unix_time(), options_.out));
     store_.set_manifest({{"part", part}});
+    if (store_.cell_keys().empty()) store_.set_manifest({{kSoundnessEntry, std::to_string(kSoundnessRules)}});
   }
   constexpr size_t kDigits = 16;
   node_.id = content_hash(fmt::format("{} {} {}", part, node_name(), machine_facts().front().value)).substr(0, kDigits);

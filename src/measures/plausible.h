@@ -8,6 +8,10 @@
 
 namespace assay {
 
+// The version of these rules, stored with results: results/soundness.h judges older ones again. 1: not stored, a hinge
+// may pass its limit any number of times or once (versions before 0.3). 2: all scales are positive, ball joints count.
+inline constexpr int kSoundnessRules = 2;
+
 // Bounds that follow from a model and its initial state. `work`, J, is the most energy that a control can have added.
 class Plausibility {
  public:

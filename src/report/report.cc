@@ -275,6 +275,7 @@ json report_data(const Store& store, const ReportOptions& options) {
         {{"key", "timing_estimate"},
          {"value", "version 0.1: a median over pooled slices of some states, not the mean over the run"}});
   }
+  if (!results.judged_note().empty()) manifest.push_back({{"key", "soundness"}, {"value", results.judged_note()}});
   json conformance = json::array();
   for (const ConformanceRow& row : store.conformance()) {
     conformance.push_back({{"contender", row.contender},

@@ -7,6 +7,7 @@
 #include "base/text.h"
 #include "measures/batch.h"
 #include "results/line_up.h"
+#include "results/soundness.h"
 #include "results/withdrawn.h"
 #include "store/facts.h"
 #include "store/trajectory.h"
@@ -82,7 +83,9 @@ std::string change_text(const SettingChange& change) {
 bool is_reference(const Cell& cell) { return find_value(cell, "restart_floor") != nullptr; }
 
 Results::Results(const Store& store) : store_(&store), rows_(store.contenders()) {
-  for (Cell& cell : store.cells()) (is_batch(cell.measure) ? batch_cells_ : cells_).push_back(std::move(cell));
+  JudgedCells judged = judged_cells(store);
+  judged_note_ = std::move(judged.note);
+  for (Cell& cell : judged.cells) (is_batch(cell.measure) ? batch_cells_ : cells_).push_back(std::move(cell));
   for (const SystemRow& row : store.systems()) {
     systems_.push_back(row.name);
     const auto facts = nlohmann::json::parse(row.json, nullptr, false);

@@ -121,9 +121,12 @@ class Results {
   std::optional<Speed> speed(const std::string& system, const std::string& contender, double timestep_ms) const;
   // Whether step times are of version 0.1's estimate (Speed::coverage).
   bool timed_by_pooled_median() const;
+  // What of results of older rules of soundness was judged again (soundness.h); "" for results of today's.
+  const std::string& judged_note() const { return judged_note_; }
 
  private:
   const Store* store_;
+  std::string judged_note_;
   std::vector<Cell> cells_, batch_cells_;
   std::vector<std::string> systems_, contenders_, papers_;
   std::map<std::string, Look> looks_;

@@ -8,6 +8,10 @@
 
 namespace assay {
 
+// The manifest's entry with the version of the rules of soundness that judged the cells (measures/plausible.h). Older
+// results have none; a directory that an older program began keeps its own.
+inline constexpr const char* kSoundnessEntry = "soundness_rules";
+
 // An object; an empty one for a text that is none.
 inline nlohmann::json facts_of(const std::string& text) {
   nlohmann::json facts = nlohmann::json::parse(text, nullptr, /*allow_exceptions=*/false);
