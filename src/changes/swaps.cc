@@ -340,10 +340,14 @@ class Collector {
     for (const Setting& setting : recipe_a_.contender.engine->settings()) {
       const SettingValue &of_a = a.values.at(setting.name), &of_b = b.values.at(setting.name);
       if (of_a == of_b) continue;
-      add(true, cause_of_setting(setting, !model_.contacts.empty()),
-          fmt::format("B with {}={}, as A", setting.name, setting_text(of_a)),
-          fmt::format("set {}={} in B, as in A", setting.name, setting_text(of_a)),
-          {setting_change(setting.name, of_a)});
+      const std::string cause = cause_of_setting(setting, !model_.contacts.empty());
+      for (const bool in_b : {true, false}) {
+        const SettingValue& other = in_b ? of_a : of_b;
+        const std::string text = fmt::format("{}={}", setting.name, setting_text(other));
+        add(in_b, cause, fmt::format("{} with {}, as {}", name(in_b), text, name(!in_b)),
+            fmt::format("set {} in {}, as in {}", text, name(in_b), name(!in_b)),
+            {setting_change(setting.name, other)});
+      }
     }
   }
 

@@ -69,6 +69,17 @@ struct SeenParameter {
   std::vector<std::string> alike = {};  // other parameters that would act the same, in words
 };
 
+// A departure from the model that one side's adapter declares for this model and timestep, and causes of swaps that it
+// concerns.
+struct KnownDeviation {
+  bool in_b = false;
+  std::string of;      // the conformance test that shows it, or what of the model is approximated
+  std::string reason;  // in words
+  std::vector<std::string> causes;
+};
+// Throws InputError as recipe_of() does.
+std::vector<KnownDeviation> known_deviations(const Pairing& pairing);
+
 // The cause of swaps that change the timestep.
 inline constexpr const char* kTimestepCause = "timestep";
 

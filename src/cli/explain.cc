@@ -285,6 +285,10 @@ Json explanation_json(const ExplainQuestion& question, const Explanation& found,
                       {"changes_b", change_texts(swap.b)},
                       {"share_with_those_before", interval_json(step.share)}});
   }
+  Json known = Json::array();
+  for (const KnownDeviation& each : found.concerned) {
+    known.push_back({{"side", each.in_b ? "B" : "A"}, {"of", each.of}, {"reason", each.reason}});
+  }
   for (const NoSwap& each : swaps.not_possible) not_possible.push_back({{"cause", each.cause}, {"why", each.why}});
   return {{"system", question.model.name},
           {"model", question.spec.path},
@@ -313,6 +317,8 @@ Json explanation_json(const ExplainQuestion& question, const Explanation& found,
           {"causes", causes},
           {"where", where},
           {"not_possible", not_possible},
+          {"known_deviations", known},
+          {"wrong", found.wrong_is_b ? Json(*found.wrong_is_b ? "B" : "A") : Json()},
           {"advice", advice},
           {"remaining_m", interval_json(found.remaining)}};
 }
@@ -383,9 +389,11 @@ int run_explain(const ExplainRequest& request) {
     swaps = swaps_for(pairing, seen);
     return swaps.swaps;
   };
-  const Explanation found = explain(
-      pairing, candidates, runner,
-      {.starts = question.starts, .samples = static_cast<size_t>(question.samples) + 1, .tolerance = tolerance});
+  const Explanation found = explain(pairing, candidates, runner,
+                                    {.starts = question.starts,
+                                     .samples = static_cast<size_t>(question.samples) + 1,
+                                     .tolerance = tolerance,
+                                     .known = known_deviations(pairing)});
   progress.clear();
   if (request.json) {
     print_json(explanation_json(question, found, swaps, tolerance, certificates));
@@ -398,6 +406,13 @@ int run_explain(const ExplainRequest& request) {
                           counted(static_cast<size_t>(question.starts), "start", "starts"),
                           shortest(question.seconds()), timestep_label(question.timestep_ms)));
   add_verdict(question, found, tolerance, answer);
+  for (const KnownDeviation& each : found.concerned) {
+    answer.line(fmt::format("{} is known to depart from the model here ({}): {}.", each.in_b ? "B" : "A", each.of,
+                            each.reason));
+  }
+  if (found.wrong_is_b) {
+    answer.line(fmt::format("{0} declares nothing of the kind: leave {0} as it is.", *found.wrong_is_b ? "A" : "B"));
+  }
   for (const auto& [side, early] : {std::pair("A", found.early_a), std::pair("B", found.early_b)}) {
     if (!early.empty()) answer.line(fmt::format("Runs of {} ended early: {}", side, early));
   }

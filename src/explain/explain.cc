@@ -1,6 +1,7 @@
 #include "explain/explain.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <utility>
@@ -38,6 +39,7 @@ class Explainer {
     found.remaining = found.gap;
     if (found.gap.value <= options_.tolerance) return found;
     measure(swaps(), found);
+    find_concerned(found);
     advise(found);
     judge(found);
     return found;
@@ -168,6 +170,27 @@ class Explainer {
     return results;
   }
 
+  void find_concerned(Explanation& found) const {
+    constexpr double kMost = 0.5;  // of the gap
+    std::array<bool, 2> any = {false, false};
+    for (const KnownDeviation& each : options_.known) {
+      const auto shows = [&](const SwapResult& result) {
+        return result.closes() && result.share.value >= kMost &&
+               std::ranges::find(each.causes, result.swap.cause) != each.causes.end();
+      };
+      if (std::ranges::none_of(found.causes, shows) && std::ranges::none_of(found.where, shows)) continue;
+      found.concerned.push_back(each);
+      any.at(each.in_b ? 1 : 0) = true;
+    }
+    if (any[0] != any[1]) found.wrong_is_b = any[1];
+  }
+
+  // Whether a swap changes only the side that is right.
+  static bool spoils(const Explanation& found, const Swap& swap) {
+    if (!found.wrong_is_b) return false;
+    return *found.wrong_is_b ? swap.b.empty() && !swap.a.empty() : swap.a.empty() && !swap.b.empty();
+  }
+
   // Adds swaps in the order of their shares, and keeps those that close more of what the ones before them leave.
   void advise(Explanation& found) {
     std::vector<double> left = found.gaps;
@@ -177,6 +200,7 @@ class Explainer {
     for (size_t i = 0; i < found.causes.size() && tried < kMostSteps; ++i) {
       const SwapResult& result = found.causes[i];
       if (!result.closes() || std::ranges::find(kept, result.swap.cause) != kept.end()) continue;
+      if (spoils(found, result.swap)) continue;
       if (mean(left) <= std::max(options_.tolerance, kClosed * found.gap.value)) break;
       ++tried;
       const Side next_a = a.with(result.swap.a), next_b = b.with(result.swap.b);

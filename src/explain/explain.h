@@ -26,8 +26,9 @@ using MakeRuns = std::function<std::vector<RunSet>(const std::vector<Side>& side
 
 struct ExplainOptions {
   int starts = 10;
-  size_t samples = 0;      // of a whole run, the initial one among them; at least 2
-  double tolerance = 0;    // m: gaps up to this are rounding
+  size_t samples = 0;    // of a whole run, the initial one among them; at least 2
+  double tolerance = 0;  // m: gaps up to this are rounding
+  std::vector<KnownDeviation> known = {};
   std::uint64_t seed = 1;  // of the bootstrap
 };
 
@@ -70,11 +71,15 @@ struct Explanation {
   std::string early_a, early_b;    // how runs of the pair ended before their time; "" where none did
   std::vector<SwapResult> causes;  // swaps with advice, the largest share first
   std::vector<SwapResult> where;   // swaps without
+  // Of the known deviations those of what the gap comes from: a swap of their cause closes most of it.
+  std::vector<KnownDeviation> concerned;
+  std::optional<bool> wrong_is_b;  // where one side has such and the other has none
   std::vector<AdviceStep> advice;  // in the order in which they were added
   Interval remaining;              // m, with all of the advice
 };
 
-// `swaps` is asked where there is a gap. Throws EngineError when one of the two cannot run at all.
+// `swaps` is asked where there is a gap. No advice changes the side that is right towards one that is known to be
+// wrong. Throws EngineError when one of the two cannot run at all.
 Explanation explain(const Pairing& pairing, const std::function<std::vector<Swap>()>& swaps, const MakeRuns& run,
                     const ExplainOptions& options);
 

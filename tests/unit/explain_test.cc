@@ -113,13 +113,14 @@ Swap swap_of(const std::string& cause, const char* a, const char* b, bool advice
   return swap;
 }
 
-Explanation explained(const Place& place, const std::vector<Swap>& swaps, int starts = 8) {
+Explanation explained(const Place& place, const std::vector<Swap>& swaps, int starts = 8,
+                      const std::vector<KnownDeviation>& known = {}) {
   Pairing pairing;
   pairing.a = {.name = "A", .contender = "mujoco-euler"};
   pairing.b = {.name = "B", .contender = "mujoco-rk4"};
   pairing.timestep_ms = 1;
   return explain(pairing, [&] { return swaps; }, runner(place),
-                 {.starts = starts, .samples = kSamples, .tolerance = 1e-7});
+                 {.starts = starts, .samples = kSamples, .tolerance = 1e-7, .known = known});
 }
 
 // Two causes of B that add up, 6 mm and 2 mm, of slightly different size from each start.
@@ -130,6 +131,35 @@ double two_causes(const Side& side, int start) {
   if (b || has(side, "armature=off")) place += 0.006 * size;
   if (b || has(side, "limits=off")) place += 0.002 * size;
   return place - (b ? 0 : 0.1);
+}
+
+TEST(Explain, LeavesTheSideThatIsRightAsItIs) {
+  // B has half the friction, as it declares: the gap closes with half of it in A, with B's solver in A, or A's in B
+  const auto place = [](const Side& side, int /*start*/) {
+    const bool wrong =
+        side.name == "B" ? !has(side, "set:solver=pgs") : has(side, "friction=0.5") || has(side, "set:solver=tgs");
+    return wrong ? 0.004 : 0.0;
+  };
+  const Swap factor = swap_of("contact friction", "friction=0.5", ""),
+             to_wrong = swap_of("solver", "set:solver=tgs", ""), to_right = swap_of("solver", "", "set:solver=pgs");
+  const KnownDeviation half{true, "friction-of-links", "half the friction", {"contact friction"}};
+  EXPECT_EQ(explained(place, {factor, to_wrong}).verdict, GapVerdict::kExplained) << "nothing is known of either";
+
+  const Explanation left = explained(place, {factor, to_wrong}, 8, {half});
+  EXPECT_THAT(left.advice, testing::IsEmpty());
+  EXPECT_EQ(left.wrong_is_b, true);
+  ASSERT_EQ(left.concerned.size(), 1);
+  EXPECT_EQ(left.concerned[0].of, "friction-of-links");
+  const Explanation found = explained(place, {factor, to_wrong, to_right}, 8, {half});
+  ASSERT_EQ(found.advice.size(), 1);
+  EXPECT_THAT(found.causes[found.advice[0].result].swap.a, testing::IsEmpty());
+
+  // a deviation of both does not say who is right, one of another kind does not concern the gap
+  const KnownDeviation own{false, "box-slides", "a pyramid", {"contact friction"}};
+  EXPECT_EQ(explained(place, {factor}, 8, {half, own}).wrong_is_b, std::nullopt);
+  const Explanation other = explained(place, {factor}, 8, {{true, "joint-limit", "soft", {"limits"}}});
+  EXPECT_EQ(other.wrong_is_b, std::nullopt);
+  EXPECT_THAT(other.concerned, testing::IsEmpty());
 }
 
 TEST(Explain, RanksCausesByTheirShares) {
