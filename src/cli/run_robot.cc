@@ -253,15 +253,16 @@ void add_goals(const std::vector<LimitOptions>& goals, const SystemAnswers& answ
   answer.table({"error", "contender", "timestep", "real time", "not told apart"}, std::move(rows), {2, 3});
 }
 
-// What the engine does not carry over exactly for this robot.
-void add_approximated(const Campaign& campaign, const std::string& contender, Answer& answer) {
+// What the engine does not carry over exactly for this robot in steps of that length.
+void add_approximated(const Campaign& campaign, const std::string& contender, double timestep_ms, Answer& answer) {
   const auto own = std::ranges::find_if(campaign.contenders,
                                         [&](const CampaignContender& each) { return each.resolved.name == contender; });
   if (own == campaign.contenders.end() || own->resolved.engine == nullptr) return;
+  Settings settings = own->resolved.settings;
+  settings.timestep = timestep_ms / 1e3;
   std::vector<Limitation> limitations;
   for (const CampaignSystem& system : campaign.systems) {
-    std::ranges::copy(own->resolved.engine->check(system.model, own->resolved.settings),
-                      std::back_inserter(limitations));
+    std::ranges::copy(own->resolved.engine->check(system.model, settings), std::back_inserter(limitations));
   }
   answer.part(fmt::format("What {} approximates in this robot", contender));
   const std::vector<std::string> lines = approximations(limitations);
@@ -425,6 +426,7 @@ int search_and_answer(const RunRequest& request, const Campaign& campaign, const
 
   Answer answer;
   std::optional<std::string> best;
+  double best_timestep_ms = 0;
   bool any = false;
   {
     const Store store = Store::open(request.out);
@@ -436,7 +438,9 @@ int search_and_answer(const RunRequest& request, const Campaign& campaign, const
     const auto found = answer_to(goals.size() > 1 ? goals[kShownError] : goals.front(), answers, question, why);
     if (found) {
       add_best(answers, question, *found, answer);
-      best = answers.at(answers.candidates[found->contenders.front()]).contender;
+      const Point& point = answers.at(answers.candidates[found->contenders.front()]);
+      best = point.contender;
+      best_timestep_ms = point.timestep_ms;
     } else {
       answer.part(campaign.name + ": no recommendation");
       answer.line(why);
@@ -450,7 +454,7 @@ int search_and_answer(const RunRequest& request, const Campaign& campaign, const
       }
     }
     add_certainty(done, answer);
-    if (best) add_approximated(campaign, *best, answer);
+    if (best) add_approximated(campaign, *best, best_timestep_ms, answer);
     add_failures(answers, question, found.value_or(Recommendation()), done, answer);
   }
   add_refusals(refusals, answer);

@@ -71,6 +71,11 @@ Verdict height_field(const Subject& subject);
 Verdict torsional_friction(const Subject& subject);
 Verdict rolling_friction(const Subject& subject);
 
+// ---- Coulomb friction (friction_tests.cc) ---------------------------------------------------------------------------
+Verdict friction_of_links(const Subject& subject);
+Verdict friction_directions(const Subject& subject);
+Verdict distances(const Subject& subject);
+
 // ---- limits and contact (contact_tests.cc) --------------------------------------------------------------------------
 Verdict joint_limit(const Subject& subject);
 Verdict wide_range(const Subject& subject);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <optional>
@@ -298,11 +299,58 @@ inline double middle_of_range(const Joint& hinge, double otherwise) {
   return hinge.limited ? (hinge.lower + hinge.upper) / 2 : otherwise;
 }
 
+// ---- friction --------------------------------------------------------------------------------------------------------
+
+// What an engine does with Coulomb's cone, for check(); nothing for a model without friction.
+inline std::optional<Limitation> friction_limitation(const Model& model, std::string how) {
+  if (std::ranges::none_of(model.contacts, [](const ContactPair& pair) { return pair.friction > 0; })) return {};
+  return Limitation{Fidelity::kApproximated, "friction of contact pairs", std::move(how)};
+}
+inline std::optional<Limitation> fixed_friction_axes(const Model& model) {
+  return friction_limitation(model,
+                             "a pyramid of four sides along directions that the contact's normal fixes: right along "
+                             "them, up to 1.41 times the coefficient between them");
+}
+
 // ---- limitations ----------------------------------------------------------------------------------------------------
 
-// What Capabilities::features say about `model`: how every adapter's check() begins.
+// How an engine in single precision adds ways to positions: `per_step` times a step, where its steps have substeps.
+struct PositionSums {
+  bool in_double = false;
+  int per_step = 1;
+};
+
+// Where an engine in single precision holds `model` too far from the origin for steps of `h` seconds: where rounding
+// the positions there can take or give a hundredth of a typical speed and more. Nothing where it does not.
+inline std::optional<Limitation> coarse_positions(const Model& model, double h, const PositionSums& sums) {
+  constexpr double kWorthSaying = 0.01, kGravity = 9.81;
+  double far = 0;                                           // m, the largest coordinate of a body
+  double speed = std::sqrt(kGravity * mean_extent(model));  // m/s, of a fall through a body's size or the model's
+  Eigen::AlignedBox3d extent;                               // of the bodies
+  for (const BodyState& body : model.initial.bodies) {
+    far = std::max(far, body.p_WBcm.cwiseAbs().maxCoeff());
+    extent.extend(body.p_WBcm);
+    speed = std::max(speed, body.v_WBcm.norm());
+  }
+  if (far == 0) return std::nullopt;
+  speed = std::max(speed, std::sqrt(kGravity * extent.sizes().maxCoeff()));
+  const double spacing = std::exp2(std::ilogb(far)) * std::numeric_limits<float>::epsilon();  // m, of floats there
+  const double lost = sums.per_step * spacing / 2 / h;                                        // m/s
+  if (lost < kWorthSaying * speed) return std::nullopt;
+  return Limitation{
+      Fidelity::kApproximated, fmt::format("positions at {:.3g} m from the origin", far),
+      fmt::format("single precision: coordinates are multiples of {:.2g} m there, and {} a step of {:g} ms rounds to "
+                  "them, so speeds can be off by {:.2g} m/s and slower bodies stand still: move the model to "
+                  "the origin, take longer steps or an engine in double precision",
+                  spacing, sums.per_step == 1 ? std::string("once") : fmt::format("{} times", sums.per_step), 1e3 * h,
+                  lost)};
+}
+
+// What Capabilities::features and the precision say about `model` in steps of `settings.timestep`: how every adapter's
+// check() begins.
 inline std::vector<Limitation> feature_limitations(const std::string& engine, const Model& model,
-                                                   const Capabilities& capabilities) {
+                                                   const Capabilities& capabilities, const Settings& settings,
+                                                   const PositionSums& sums = {}) {
   std::vector<Limitation> limitations;
   for (FeatureUse& use : features_of(model)) {
     const FeatureSupport* support = capabilities.support(use.feature);
@@ -312,6 +360,9 @@ inline std::vector<Limitation> feature_limitations(const std::string& engine, co
     } else if (support->fidelity != Fidelity::kExact) {
       limitations.push_back({support->fidelity, std::move(use.element), support->how});
     }
+  }
+  if (capabilities.precision == Precision::kSingle && !sums.in_double) {
+    if (auto coarse = coarse_positions(model, settings.timestep, sums)) limitations.push_back(std::move(*coarse));
   }
   return limitations;
 }

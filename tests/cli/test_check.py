@@ -200,6 +200,38 @@ class Refused(AssayTest):
         self.assertTrue(armature)
         self.assertEqual({(finding["line"], finding["file"]) for finding in armature}, {(3, "parts/leg.xml")})
 
+    def findings_of(self, report, beginning):
+        """Findings whose element begins so, by contender."""
+        return {name: finding["how"] for engine in report["engines"] for finding in engine["findings"]
+                if finding["element"].startswith(beginning) for name in engine["contenders"]}
+
+    def test_single_precision_far_from_the_origin_is_said(self):
+        single = {row["contender"] for row in self.assay_json("engines", "--json")["contenders"]
+                  if row["capabilities"]["precision"] == "single" and not row["contender"].startswith("jolt-f64")}
+        box = '<body pos="{0} {0} .05"><freejoint/><geom type="box" size=".1 .1 .05" mass="1" friction=".5 0 0"/></body>'
+        for far in (10, 100, 2000, 10000):
+            report = self.report(f'<mujoco><worldbody><geom type="plane" size="10 10 .1"/>{box.format(far)}</worldbody></mujoco>')
+            found = self.findings_of(report, "positions")
+            if far <= 10:
+                self.assertFalse(found)
+            if far >= 2000:
+                self.assertEqual(set(found), single)
+                for how in found.values():
+                    self.assertRegex(how, r"single precision: coordinates are multiples of [\d.e-]+ m .* off by [\d.]+ m/s")
+            self.assertLessEqual(set(found), single)
+
+    def test_friction_that_depends_on_its_direction_is_said(self):
+        box = '<mujoco><worldbody><geom type="plane" size="9 9 1" friction="{0} 0 0"/><body pos="0 0 1"><freejoint/>' \
+              '<geom type="box" size=".1 .1 .1" friction="{0} 0 0"/></body></worldbody></mujoco>'
+        found = self.findings_of(self.report(box.format(0.5)), "friction")
+        rows = self.assay_json("engines", "--json")["contenders"]
+        fixed = {row["contender"] for row in rows
+                 if any(each["test"] == "friction-directions" for each in row["capabilities"]["deviations"])}
+        self.assertEqual(set(found), fixed)
+        for how in found.values():
+            self.assertRegex(how, r"1\.41 times|29 %|14 %")
+        self.assertFalse(self.findings_of(self.report(box.format(0)), "friction of contact"))
+
     def test_expanded_xacro_is_another_file(self):
         self.write("robot.urdf", '<robot name="r" xmlns:xacro="x"><xacro:macro name="m"/></robot>')
         self.refused("check", "robot.urdf", naming=["xacro robot.urdf > robot-expanded.urdf"])

@@ -18,12 +18,13 @@ namespace {
 // The contender that carries the faults: it passes the whole suite, joint limits, springs, armature and contact
 // included, but for what its soft contacts are declared to do.
 constexpr const char* kSound = "mujoco-euler";
-// It has torsional and rolling friction only approximately, and no stiffness of contacts with its pyramids of friction;
-// this one has both.
+// It has torsional and rolling friction only approximately, and with its pyramids of friction no stiffness of contacts
+// and less friction between their axes; this one has all of them.
 constexpr const char* kSoundInSpin = "bullet-mb";
 
 bool about_spin(const std::string& test) {
-  return test == "torsional-friction" || test == "rolling-friction" || test == "contact-compliance";
+  return test == "torsional-friction" || test == "rolling-friction" || test == "contact-compliance" ||
+         test == "friction-directions";
 }
 
 struct Case {
@@ -476,6 +477,43 @@ std::vector<Case> wide_faults() {
               }
             }},
        {"far-from-origin"}},
+      {{.name = "half the friction of links that touch in several points",
+        .model =
+            [](Model& m) {
+              for (ContactPair& c : m.contacts) {
+                const Shape& shape = m.shapes[std::max(c.shape_a, c.shape_b)];
+                const bool jointed = std::ranges::any_of(m.joints, [&](const Joint& j) {
+                  return j.body == shape.body || m.bodies[j.body].parent == shape.body;
+                });
+                if (jointed && shape.type != ShapeType::kSphere) c.friction /= 2;
+              }
+            }},
+       {"friction-of-links"}},
+      {{.name = "half the friction of balls behind slides",
+        .model =
+            [](Model& m) {
+              for (ContactPair& c : m.contacts) {
+                const Body& body = m.bodies[std::max(m.shapes[c.shape_a].body, m.shapes[c.shape_b].body)];
+                if (body.joint >= 0 && m.joints[body.joint].is_slide()) c.friction /= 2;
+              }
+            }},
+       {"friction-of-links"}},
+      {{.name = "friction holds on steeper slopes between x and y",
+        .model =
+            [](Model& m) {
+              const bool between = std::abs(m.gravity.x()) > 1 && std::abs(m.gravity.y()) > 1;
+              for (ContactPair& c : m.contacts) c.friction *= between ? 1.41 : 1;
+            }},
+       {"friction-directions"}},
+      {{.name = "friction a tenth too strong 500 m from the origin",
+        .model =
+            [](Model& m) {
+              for (ContactPair& c : m.contacts) {
+                const int body = std::max(m.shapes[c.shape_a].body, m.shapes[c.shape_b].body);
+                if (m.initial.bodies[body].p_WBcm.norm() > 500) c.friction *= 1.1;
+              }
+            }},
+       {"distances"}},
       {{.name = "bodies bounce by a fifth",
         .step =
             [](const State& before, State& after, double) {

@@ -5,6 +5,7 @@
 #include <string>
 
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "model/mjcf.h"
@@ -46,6 +47,41 @@ TEST(ContactMargin, ShapesThatTouchNothingHaveNoPart) {
   drawn.collides = false;
   model.shapes.push_back(drawn);
   EXPECT_EQ(contact_margin(model, 1e-3), before);
+}
+
+// Two balls of 0.1 m at `far` metres from the origin.
+Model far_away(double far) {
+  Model model = balls(0.05, 1);
+  for (BodyState& body : model.initial.bodies) body.p_WBcm.x() += far;
+  return model;
+}
+
+TEST(CoarsePositions, AreSaidWhereRoundingIsAHundredthOfASpeed) {
+  // 1 m high, so about 3.1 m/s; floats at 2^k m are 2^(k - 23) m apart
+  for (const double far : {0.0, 1.0, 10.0, 100.0, 500.0})
+    EXPECT_FALSE(coarse_positions(far_away(far), 1e-3, {})) << far;
+  for (const double far : {1024.0, 1e4, 1e5}) {
+    const auto found = coarse_positions(far_away(far), 1e-3, {});
+    ASSERT_TRUE(found) << far;
+    EXPECT_EQ(found->fidelity, Fidelity::kApproximated);
+    EXPECT_THAT(found->element, testing::HasSubstr(fmt::format("{:.3g} m", far)));
+  }
+  // 2^(10 - 23) / 2 m of 1 ms
+  EXPECT_THAT(coarse_positions(far_away(1024), 1e-3, {})->how, testing::HasSubstr("off by 0.061 m/s"));
+  // at smaller steps nearer, with substeps nearer yet
+  EXPECT_FALSE(coarse_positions(far_away(100), 1e-3, {}));
+  EXPECT_TRUE(coarse_positions(far_away(100), 1e-3 / 16, {}));
+  EXPECT_TRUE(coarse_positions(far_away(100), 1e-3, {.per_step = 50}));
+}
+
+TEST(CoarsePositions, AreOfSinglePrecisionAlone) {
+  Capabilities capabilities;
+  capabilities.precision = Precision::kSingle;
+  const Settings settings;
+  EXPECT_EQ(feature_limitations("engine", far_away(1e4), capabilities, settings).size(), 1);
+  EXPECT_TRUE(feature_limitations("engine", far_away(1e4), capabilities, settings, {.in_double = true}).empty());
+  capabilities.precision = Precision::kDouble;
+  EXPECT_TRUE(feature_limitations("engine", far_away(1e4), capabilities, settings).empty());
 }
 
 }  // namespace

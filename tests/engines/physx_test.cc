@@ -236,6 +236,49 @@ TEST(PhysxFriction, IsCoulombsButForThePlainPatch) {
   EXPECT_NEAR(friction_ratio("physx-d6-tgs", "patch"), 2, 0.02);
 }
 
+// Deceleration over mu g of a link of an articulation on two capsules, whose pairs' coefficient no coefficients of the
+// shapes give when `by_callback`, and of a free box.
+std::pair<double, double> ratios_of_link_and_box(const std::string& contender, bool by_callback) {
+  constexpr double kFriction = 0.2;
+  Model model;
+  const int plane = add_shape(model, ShapeType::kPlane, kWorld);
+  const conformance::Solid solid =
+      conformance::principal_solid(1, Vec3::Zero(), Vec3::Constant(0.05), Quat::Identity());
+  add_free_body(model, "sled", solid, {Vec3(0, 0, kRadius), Quat::Identity()});
+  add_hinged_body(model, "wheel", 0, {}, solid, Vec3::UnitZ());
+  const Quat along_x(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3::UnitY()));
+  add_free_body(model, "ball", conformance::sphere_solid(1, kRadius), {Vec3(0, -3, kRadius), Quat::Identity()});
+  const int ball = add_shape(model, ShapeType::kSphere, 2, {}, kRadius);
+  for (const double side : {-0.3, 0.3}) {
+    const int runner = add_shape(model, ShapeType::kCapsule, 0, {Vec3(0, side, 0), along_x}, kRadius, 0.3);
+    add_contact(model, plane, runner, kFriction);
+    if (by_callback) add_contact(model, ball, runner, kFriction / 2);
+  }
+  if (by_callback) add_contact(model, plane, ball, kFriction / 2);
+  add_free_body(model, "box", solid, {Vec3(0, 3, kRadius), Quat::Identity()});
+  const int box = add_shape(model, ShapeType::kBox, 3);
+  model.shapes[box].half_size = {0.3, 0.3, kRadius};
+  add_contact(model, plane, box, kFriction);
+  model = finished(std::move(model));
+  State start = model.initial;
+  for (BodyState& body : start.bodies) body.v_WBcm = {3, 0, 0};
+  const State from = run(contender, model, start, 100), to = run(contender, model, start, 200);
+  const auto ratio = [&](int body) {
+    return (from.bodies[body].v_WBcm.x() - to.bodies[body].v_WBcm.x()) / (0.1 * kFriction * conformance::kGravity);
+  };
+  return {ratio(0), ratio(3)};
+}
+
+TEST(PhysxFriction, LinksHaveTheirPairsFrictionBesideFreeBodies) {
+  for (const char* contender : {"physx-art-pgs", "physx-art-tgs", "physx-art-tgs4"}) {
+    for (const bool by_callback : {false, true}) {
+      const auto [link, box] = ratios_of_link_and_box(contender, by_callback);
+      EXPECT_NEAR(link, 1, 0.02) << contender << (by_callback ? ", by callback" : "");
+      EXPECT_NEAR(box, 1, 0.02) << contender << (by_callback ? ", by callback" : "");
+    }
+  }
+}
+
 TEST(PhysxFriction, DirectionalModelsAreRefusedWhereTheyWouldBeIgnored) {
   Model model;
   const int plane = add_shape(model, ShapeType::kPlane, kWorld);

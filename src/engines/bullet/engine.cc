@@ -228,7 +228,7 @@ class BulletEngine final : public Adapter {
 
   std::vector<Limitation> check(const Model& model, const Settings& settings) const override {
     const Options options = read_options(settings);
-    std::vector<Limitation> limitations = feature_limitations("Bullet", model, capabilities(settings));
+    std::vector<Limitation> limitations = feature_limitations("Bullet", model, capabilities(settings), settings);
     if (options.rk4 && !options.multibody) {
       limitations.push_back(
           {Fidelity::kRefused, "setting rk4", "rigid bodies have no Runge-Kutta: set model=multibody"});

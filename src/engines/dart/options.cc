@@ -36,6 +36,13 @@ std::vector<Setting> declared_settings() {
        0.0,
        1e9},
       {"contact_cfm", 1e-5, "", "softness of contacts, relative to the diagonal of the system", {}, 1e-9, 1.0},
+      {"friction_direction",
+       "slip",
+       "",
+       "first direction of a contact's friction pyramid: slip: along the relative velocity that friction has to take "
+       "away in the step; world: fixed by the normal (DART's own), with friction up to 1.41 times too strong between "
+       "its sides",
+       {"slip", "world"}},
       {"limit_cfm", 1e-9, "", "softness of joint limits, relative to the diagonal of the system", {}, 1e-9, 1.0},
       {"limit_max_correcting_velocity",
        0.1,
@@ -69,6 +76,7 @@ Options read_options(const Settings& s) {
           .contact_cfm = s.get<double>("contact_cfm"),
           .limit_cfm = s.get<double>("limit_cfm"),
           .limit_max_correcting_velocity = s.get<double>("limit_max_correcting_velocity"),
+          .along_slip = is(s, "friction_direction", "slip"),
           .native_pd = is(s, "pd", "native")};
 }
 

@@ -17,6 +17,7 @@ struct Options {
   double contact_max_correcting_velocity = 0;  // m/s; 0: none
   double contact_cfm = 1e-5, limit_cfm = 1e-9;
   double limit_max_correcting_velocity = 0;  // rad/s, m/s; 0: none
+  bool along_slip = true;
   bool native_pd = true;
 };
 

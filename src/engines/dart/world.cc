@@ -10,10 +10,12 @@
 #include <string>
 #include <utility>
 
+#include <dart/collision/CollisionObject.hpp>
 #include <dart/collision/ode/OdeCollisionDetector.hpp>
 #include <dart/constraint/BoxedLcpConstraintSolver.hpp>
 #include <dart/constraint/ConstraintBase.hpp>
 #include <dart/constraint/ContactConstraint.hpp>
+#include <dart/constraint/ContactSurface.hpp>
 #include <dart/constraint/DantzigBoxedLcpSolver.hpp>
 #include <dart/constraint/JointConstraint.hpp>
 #include <dart/constraint/PgsBoxedLcpSolver.hpp>
@@ -96,6 +98,28 @@ bool has_impulses(const Model& model) {
 bool has_any_armature(const Model& model) {
   return model.has_armature() || std::ranges::any_of(model.balls, [](const BallJoint& b) { return b.armature != 0; });
 }
+
+// Turns the pyramid of a contact's friction to the slip. DART makes contacts once the step's other forces have acted,
+// so that the slip of a body at rest is what friction has to take away.
+class AlongSlip final : public dart::constraint::DefaultContactSurfaceHandler {
+ public:
+  dart::constraint::ContactSurfaceParams createParams(const dart::collision::Contact& contact,
+                                                      size_t count) const override {
+    constexpr double kLeast = 1e-9;  // m/s
+    dart::constraint::ContactSurfaceParams params = DefaultContactSurfaceHandler::createParams(contact, count);
+    const Vec3 relative =
+        velocity(contact.collisionObject1, contact.point) - velocity(contact.collisionObject2, contact.point);
+    const Vec3 slip = relative - relative.dot(contact.normal) * contact.normal;
+    if (slip.norm() > kLeast) params.mFirstFrictionalDirection = slip.normalized();
+    return params;
+  }
+
+ private:
+  static Vec3 velocity(const dart::collision::CollisionObject* object, const Vec3& point) {
+    const auto body = object->getShapeFrame()->asShapeNode()->getBodyNodePtr();
+    return body->getLinearVelocity(body->getWorldTransform().inverse() * point);
+  }
+};
 
 }  // namespace
 
@@ -207,6 +231,7 @@ void DartSimulation::make_world() {
       options_.pgs ? std::make_unique<BoxedLcpConstraintSolver>(pgs, nullptr)
                    : std::make_unique<BoxedLcpConstraintSolver>(std::make_shared<DantzigBoxedLcpSolver>(), pgs));
   world_->getConstraintSolver()->setCollisionDetector(dart::collision::OdeCollisionDetector::create());
+  if (options_.along_slip) world_->getConstraintSolver()->addContactSurfaceHandler(std::make_shared<AlongSlip>());
 }
 
 // One skeleton a tree. A body's frame is the MJCF body's.

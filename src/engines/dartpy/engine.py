@@ -77,6 +77,10 @@ class Engine(assay.Engine):
                 limitations.append(assay.Limitation(
                     element=f"joint '{joint.name}' stiffness and damping",
                     what=assay.refused("DART's springs and dampers cannot be negative: choose another engine")))
+        if settings["lcp"] in ("dantzig", "pgs") and any(pair.friction > 0 for pair in model.contacts):
+            limitations.append(assay.Limitation(element="friction of contact pairs", what=assay.approximated(
+                "a pyramid of four sides along directions that the contact's normal fixes: right along them, up to 1.41 times the "
+                "coefficient between them: set lcp=nsgs")))
         for pair in model.contacts:
             if 0 < pair.friction <= LEAST_FRICTION:
                 names = [model.shapes[shape].name for shape in (pair.shape_a, pair.shape_b)]
@@ -96,12 +100,16 @@ SLOW = ("depths are corrected by a hundredth a step, at most at 1 mm/s, and Pyth
         "(findings/dartpy/slow_correction.py)")
 LOAD = ("an iterative solver does not carry a load of a thousand times the mass that bears it "
         "(findings/dartpy/stack_mass_ratio.py)")
+PYRAMID = ("friction is up to 1.41 times too strong between the directions that the normal fixes "
+           "(findings/dart/friction_pyramid.cc)")
 STACK = {"pgs": 0.2, "nsgs": 0.09}
 
 
 def deviations(settings):
     """Departures that are DART's own."""
     found = [assay.Deviation(test="inelastic-impact", bound=0.19, reason=SLOW)]
+    if settings["lcp"] in ("dantzig", "pgs"):
+        found.append(assay.Deviation(test="friction-directions", bound=0.44, reason=PYRAMID))
     if settings["lcp"] in STACK:
         found.append(assay.Deviation(test="stack-1000", bound=STACK[settings["lcp"]], reason=LOAD))
     return found

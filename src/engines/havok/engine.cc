@@ -123,7 +123,7 @@ class HavokEngine final : public Adapter {
 
   std::vector<Limitation> check(const Model& model, const Settings& settings) const override {
     const Options options = read_options(settings);
-    std::vector<Limitation> limitations = feature_limitations("Havok", model, capabilities(settings));
+    std::vector<Limitation> limitations = feature_limitations("Havok", model, capabilities(settings), settings);
     for (const Joint& hinge : model.joints) check_hinge(hinge, options, limitations);
     if (model.contacts.empty()) return limitations;
 

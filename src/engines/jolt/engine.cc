@@ -131,7 +131,9 @@ class JoltEngine final : public Adapter {
 
   std::vector<Limitation> check(const Model& model, const Settings& settings) const override {
     const Options options = read_options(settings);
-    std::vector<Limitation> limitations = feature_limitations("Jolt", model, capabilities(settings));
+    std::vector<Limitation> limitations =
+        feature_limitations("Jolt", model, capabilities(settings), settings,
+                            {.in_double = kDoublePositions, .per_step = options.world.collision_steps});
     for (const Joint& hinge : model.joints) {
       check_hinge(hinge, options.native_springs, limitations);
     }

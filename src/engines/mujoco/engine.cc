@@ -36,13 +36,19 @@ double creep(const Softness& soft) {
 std::vector<Deviation> contact_deviations(const Settings& settings) {
   constexpr double kDefault = 4.46e-5;  // s^2
   const double softer = std::max(1.0, give_way(softness(settings, "contact")) / kDefault);
-  return {
+  std::vector<Deviation> list = {
       {"inelastic-impact", 0.17 * softer,
        "a contact is a critically damped spring that only pushes: a body leaves it with exp(-2) = 0.135 of its speed "
        "(0.155 at 4 ms; findings/mujoco/contact_rebound.cc)"},
       {"stack-1000", 3.1 * softer,
        "a contact is as soft as the lighter body on it is light: a bar goes through bars of a thousandth of its mass "
        "(findings/mujoco/contact_mass_ratio.cc)"}};
+  if (settings.get<std::string>("cone") == "pyramidal") {
+    list.push_back({"friction-directions", 0.31,
+                    "the friction pyramid lies inside Coulomb's cone: up to 29 % less friction between its axes "
+                    "(findings/mujoco/pyramidal_cone.cc)"});
+  }
+  return list;
 }
 
 void declare_features(Capabilities& c, const Settings& settings) {
@@ -183,7 +189,7 @@ class MujocoEngine final : public Adapter {
   }
 
   std::vector<Limitation> check(const Model& model, const Settings& settings) const override {
-    std::vector<Limitation> limitations = feature_limitations("MuJoCo", model, capabilities(settings));
+    std::vector<Limitation> limitations = feature_limitations("MuJoCo", model, capabilities(settings), settings);
     if (!model.contacts.empty()) {
       limitations.push_back({.fidelity = Fidelity::kApproximated,
                              .element = "contacts",

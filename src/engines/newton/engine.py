@@ -118,5 +118,5 @@ def deviations(settings):
         return [assay.Deviation(test="fast-motion", bound=0.0045, reason=SPIN),
                 assay.Deviation(test="spinning-bodies", bound=2.8, reason=SPIN)]
     if settings["solver"] == "mujoco":
-        return mujoco_declared.deviations("newton")
+        return mujoco_declared.deviations("newton", settings["cone"])
     return []

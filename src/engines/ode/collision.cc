@@ -12,8 +12,9 @@ namespace {
 
 constexpr int kEllipsoidSubdivisions = 3;
 
-// Softness of the contacts of faces, whose corners share one load, in h / mass: without any the rows of four corners
-// are so nearly dependent that the exact solver gives up. A resting body sinks by this / ERP times g h^2, under 1e-8 m.
+// Softness of the contacts of faces and of bodies with several shapes, whose points share one load, in h / mass:
+// without any the rows of four points are so nearly dependent that the exact solver gives up. A resting body sinks by
+// this / ERP times g h^2, under 1e-8 m.
 constexpr double kFaceSoftness = 1e-4;
 
 void set_slip_direction(dContact& contact, dxBody* a, dxBody* b) {
@@ -75,8 +76,13 @@ void Collision::create_shapes(const Model& model, const std::vector<dxBody*>& bo
   const size_t count = model.shapes.size();
   tags_.resize(count);
   contact_cfm_ = options.contact_cfm;
+  std::vector<int> shapes_of(model.bodies.size(), 0);
+  for (const Shape& shape : model.shapes) {
+    if (shape.body != kWorld) ++shapes_of[shape.body];
+  }
   for (const Shape& shape : model.shapes) {
     has_faces_.push_back(has_faces(shape.type));
+    shares_load_.push_back(has_faces(shape.type) || (shape.body != kWorld && shapes_of[shape.body] > 1));
     const double mass = shape.body == kWorld ? dInfinity : model.bodies[shape.body].mass;
     cfm_of_face_.push_back(options.compliance.is_set() ? 0 : kFaceSoftness * options.timestep / mass);
   }
@@ -213,8 +219,10 @@ void Collision::collide(dxGeom* a, dxGeom* b) {
   int count = 0;
   const size_t shape_a = shape_index(a), shape_b = shape_index(b);
   double cfm = contact_cfm_;
-  if (has_faces_[shape_a] || has_faces_[shape_b]) {
+  if (shares_load_[shape_a] || shares_load_[shape_b]) {
     cfm = std::max({cfm, cfm_of_face_[shape_a], cfm_of_face_[shape_b]});
+  }
+  if (has_faces_[shape_a] || has_faces_[shape_b]) {
     count =
         keep_apart(found_.data(), dCollide(a, b, kFoundContacts, found_.data(), sizeof(dContactGeom)), max_contacts_);
     for (int i = 0; i < count; ++i) points_[i].geom = found_[i];

@@ -83,6 +83,7 @@ class Collision {
   Group contacts_;
   int max_contacts_ = 0;
   std::vector<bool> has_faces_;      // by shape: whether its contacts with another may be many
+  std::vector<bool> shares_load_;    // the same and those of bodies with several
   std::vector<double> cfm_of_face_;  // by shape
   double contact_cfm_ = 0;
   bool along_slip_ = false;

@@ -1,8 +1,8 @@
 // Open Dynamics Engine: bodies in maximal coordinates, joints and contacts as constraints, semi-implicit Euler.
 // README.md says what is exact, what is approximated and which defaults are overridden.
-#include <algorithm>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -41,6 +41,12 @@ std::vector<Deviation> deviations(const Options& options) {
                           "without a cap of the correcting speed a body leaves an impact with up to ERP of its speed "
                           "(findings/ode/correcting_speed.cc)"});
   }
+  deviations.push_back(
+      {"friction-directions", options.along_slip ? 0.25 : 0.44,
+       options.along_slip ? "friction of bodies at rest is up to 1.41 times too strong between the directions that the "
+                            "normal fixes (findings/ode/friction_pyramid.cc)"
+                          : "friction is up to 1.41 times too strong between the directions that the normal fixes "
+                            "(findings/ode/friction_pyramid.cc)"});
   if (options.exact) return deviations;
   const std::string lent = fmt::format(
       "massless bodies borrow {:g} % of the next body's mass, because the iterative solver converges slowly with less",
@@ -148,21 +154,17 @@ class OdeEngine final : public Adapter {
 
   std::vector<Limitation> check(const Model& model, const Settings& settings) const override {
     const Options options = read_options(settings);
-    std::vector<Limitation> limitations = feature_limitations("ODE", model, capabilities(settings));
+    std::vector<Limitation> limitations = feature_limitations("ODE", model, capabilities(settings), settings);
     for (const Joint& hinge : model.joints) {
       if (hinge.has_spring()) limitations.push_back(spring_limitation(hinge, options));
       if (const auto range = wide_range(hinge, "ODE")) limitations.push_back(*range);
     }
-    const bool friction =
-        std::ranges::any_of(model.contacts, [](const ContactPair& pair) { return pair.friction > 0; });
-    if (friction) {
-      limitations.push_back(
-          {Fidelity::kApproximated, "friction of contact pairs",
-           options.along_slip
-               ? "a four-sided pyramid whose first direction is the slip's at the step's start"
-               : "a four-sided pyramid along directions fixed by the contact normal: exact along them, up to "
-                 "1.41 times the coefficient between them"});
-    }
+    auto friction = options.along_slip
+                        ? friction_limitation(model,
+                                              "a pyramid of four sides, its first direction along the slip at the "
+                                              "step's start: of bodies at rest up to 1.41 times the coefficient")
+                        : fixed_friction_axes(model);
+    if (friction) limitations.push_back(std::move(*friction));
     return limitations;
   }
 

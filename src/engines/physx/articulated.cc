@@ -16,7 +16,7 @@ namespace {
 class ArticulatedSimulation final : public PhysxSimulation {
  public:
   ArticulatedSimulation(const Model& model, const State& state, const Options& options)
-      : PhysxSimulation(model, state, options), places_(model.bodies.size()) {
+      : PhysxSimulation(model, state, options), places_(model.bodies.size()), in_trees_(bodies_in_trees(model_)) {
     find_trees();
     for (size_t b = 0; b < model_.bodies.size(); ++b) {
       if (model_.bodies[b].parent == kWorld) make_root(static_cast<int>(b));
@@ -35,7 +35,6 @@ class ArticulatedSimulation final : public PhysxSimulation {
   // Where a body of the model is: tree -1 is a PxRigidDynamic, dof -1 the floating base of its tree.
   struct Place {
     int root = 0;
-    bool alone = true;
     int tree = -1;
     int dof = -1;
   };
@@ -44,12 +43,11 @@ class ArticulatedSimulation final : public PhysxSimulation {
     for (size_t b = 0; b < places_.size(); ++b) {
       const Body& body = model_.bodies[b];
       places_[b].root = body.parent == kWorld ? static_cast<int>(b) : places_[body.parent].root;
-      if (!body.is_free()) places_[places_[b].root].alone = false;
     }
   }
 
   void make_root(int root) {
-    if (places_[root].alone) {
+    if (!in_trees_[root]) {
       make_dynamic(root);
       return;
     }
@@ -302,6 +300,7 @@ class ArticulatedSimulation final : public PhysxSimulation {
       PxArticulationCacheFlag::eROOT_TRANSFORM | PxArticulationCacheFlag::eROOT_VELOCITIES;
 
   std::vector<Place> places_;  // by Model::bodies
+  const std::vector<bool> in_trees_;
   std::vector<Tree> trees_;
 };
 

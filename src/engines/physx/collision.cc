@@ -11,6 +11,19 @@ namespace assay::px {
 
 using namespace physx;
 
+std::vector<bool> bodies_in_trees(const Model& model) {
+  std::vector<size_t> root(model.bodies.size());
+  std::vector<bool> jointed(model.bodies.size(), false);  // of roots
+  for (size_t b = 0; b < root.size(); ++b) {
+    const Body& body = model.bodies[b];
+    root[b] = body.parent == kWorld ? b : root[body.parent];
+    if (!body.is_free()) jointed[root[b]] = true;
+  }
+  std::vector<bool> found(root.size());
+  for (size_t b = 0; b < root.size(); ++b) found[b] = jointed[root[b]];
+  return found;
+}
+
 Collision::Collision(const Model& model, const Options& options)
     : shapes_(model.shapes),
       size_(mean_extent(model)),
@@ -33,11 +46,11 @@ Collision::Collision(const Model& model, const Options& options)
     geometry_of_row_.push_back(geometries_.make(model, shapes_[s], on_field[s]));
     shape_of_row_.push_back(static_cast<int>(s));
   }
-  make_tables(model);
+  make_tables(model, options);
   make_materials(model, options);
 }
 
-void Collision::make_tables(const Model& model) {
+void Collision::make_tables(const Model& model, const Options& options) {
   const ShapeFriction own = shape_friction(model, FrictionRule::kLarger);
   for (const int shape : shape_of_row_) material_of_row_.push_back(own.of[shape]);
   std::vector<std::pair<int, int>> rows_of_pair;
@@ -49,13 +62,19 @@ void Collision::make_tables(const Model& model) {
   rows_ = shape_of_row_.size();
   table_.assign(rows_ * rows_, kNever);
   std::vector<float> friction(rows_ * rows_, 0);
+  const bool shares = kSharesFrictionTwice && options.tgs && options.joints == Joints::kArticulation &&
+                      options.friction == Friction::kImprovedPatch;
+  const std::vector<bool> is_link = bodies_in_trees(model);
+  const auto on_link = [&](int shape) { return shapes_[shape].body != kWorld && is_link[shapes_[shape].body]; };
   for (size_t i = 0; i < model.contacts.size(); ++i) {
     const ContactPair& pair = model.contacts[i];
     const size_t a = rows_of_pair[i].first, b = rows_of_pair[i].second;
     const bool by_materials = own.gives(pair) || !kContactModification;
-    table_[index(a, b)] = table_[index(b, a)] = by_materials ? kMaterials : kModified;
+    std::uint8_t touch = by_materials ? kMaterials : kModified;
+    if (shares && (on_link(pair.shape_a) || on_link(pair.shape_b))) touch |= kShared;
+    table_[index(a, b)] = table_[index(b, a)] = touch;
     friction[index(a, b)] = friction[index(b, a)] = real(pair.friction);
-    modifies_ = modifies_ || !by_materials;
+    modifies_ = modifies_ || (touch & (kModified | kShared)) != 0;
   }
   if (modifies_) friction_ = std::move(friction);
 }
@@ -114,7 +133,7 @@ PxFilterFlags Collision::filter(PxFilterObjectAttributes /*attributes_a*/, PxFil
   const auto touch = static_cast<const std::uint8_t*>(table)[static_cast<size_t>(a.word0) * a.word1 + b.word0];
   if (touch == kNever) return PxFilterFlag::eKILL;
   flags = PxPairFlag::eCONTACT_DEFAULT;
-  if ((touch & kModified) != 0) flags |= PxPairFlag::eMODIFY_CONTACTS;
+  if ((touch & (kModified | kShared)) != 0) flags |= PxPairFlag::eMODIFY_CONTACTS;
   if ((touch & kReported) != 0) {
     flags |= PxPairFlag::eNOTIFY_TOUCH_FOUND | PxPairFlag::eNOTIFY_TOUCH_PERSISTS | PxPairFlag::eNOTIFY_CONTACT_POINTS;
   }
@@ -126,11 +145,12 @@ void Collision::onContactModify(PxContactModifyPair* pairs, PxU32 count) {
   for (PxU32 i = 0; i < count; ++i) {
     const size_t a = pairs[i].shape[0]->getSimulationFilterData().word0;
     const size_t b = pairs[i].shape[1]->getSimulationFilterData().word0;
-    const float mu = friction_[index(a, b)];
-    for (PxU32 k = 0; k < pairs[i].contacts.size(); ++k) {
-      pairs[i].contacts.setStaticFriction(k, mu);
-      pairs[i].contacts.setDynamicFriction(k, mu);
+    const std::uint8_t touch = table_[index(a, b)];
+    for (PxU32 k = 0; (touch & kModified) != 0 && k < pairs[i].contacts.size(); ++k) {
+      pairs[i].contacts.setStaticFriction(k, friction_[index(a, b)]);
+      pairs[i].contacts.setDynamicFriction(k, friction_[index(a, b)]);
     }
+    if ((touch & kShared) != 0) share_friction(pairs[i]);
   }
 }
 

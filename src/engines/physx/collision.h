@@ -25,6 +25,9 @@ struct BodyFrame {
   Vec3 inertia;  // principal moments, kg m^2
 };
 
+// By body: whether it is in a tree with joints, which articulations hold as links.
+std::vector<bool> bodies_in_trees(const Model& model);
+
 // NOLINTNEXTLINE(misc-multiple-inheritance): two of PhysX's interfaces of callbacks
 class Collision final : public physx::PxContactModifyCallback, public physx::PxSimulationEventCallback {
  public:
@@ -35,7 +38,7 @@ class Collision final : public physx::PxContactModifyCallback, public physx::PxS
   // Mean size of the shapes that can touch something, 1 m without any: what PhysX's tolerances in metres scale with.
   double size() const { return size_; }
 
-  // Whether some pair's friction has to be set by the callback.
+  // Whether the callback has to set the friction of some pair.
   bool modifies() const { return modifies_; }
 
   // The pair table for the scene's filter, which is `filter`.
@@ -47,7 +50,7 @@ class Collision final : public physx::PxContactModifyCallback, public physx::PxS
   // Gives `actor` the shapes of `body` (or of the world) that can touch something. True when there are any.
   bool attach(physx::PxRigidActor& actor, int body) const;
 
-  // Called by PhysX within a step for pairs whose friction no two materials give.
+  // Called by PhysX within a step for pairs whose friction the materials do not give.
   void onContactModify(physx::PxContactModifyPair* pairs, physx::PxU32 count) override;
 
   // Makes `scene`, which has not been stepped, report contacts. From then on contacts() has those since clear().
@@ -66,10 +69,10 @@ class Collision final : public physx::PxContactModifyCallback, public physx::PxS
                  physx::PxU32 /*count*/) override {}
 
  private:
-  // What may happen between two shapes.
-  enum Touch : std::uint8_t { kNever = 0, kMaterials = 1, kModified = 2, kReported = 4 };
+  // What may happen between two shapes. kShared: with share_friction() (plugin.h).
+  enum Touch : std::uint8_t { kNever = 0, kMaterials = 1, kModified = 2, kReported = 4, kShared = 8 };
 
-  void make_tables(const Model& model);
+  void make_tables(const Model& model, const Options& options);
   int copy(int row, const ContactPair& pair);
   void make_materials(const Model& model, const Options& options);
   size_t index(size_t row_a, size_t row_b) const { return row_a * rows_ + row_b; }

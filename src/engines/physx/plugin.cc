@@ -47,6 +47,32 @@ const char* const kTitle = "PhysX";
 const bool kContactDamping = true;
 const bool kContactModification = true;
 
+// findings/physx/tgs_links_halve_friction.cc; right from 5.3 on
+const bool kSharesFrictionTwice = true;
+
+void share_friction(PxContactModifyPair& pair) {
+  // PhysX's own: normals of one patch, and the distance in m^2 from which two of its points are two anchors
+  constexpr float kSameNormal = 0.999F, kApart = 1e-8F;
+  const float reach = pair.actor[0]->getScene()->getFrictionOffsetThreshold();  // m, of points that can be anchors
+  PxContactSet& contacts = pair.contacts;
+  const auto are_anchors = [&](PxU32 i, PxU32 k) {
+    return contacts.getSeparation(i) < reach && contacts.getSeparation(k) < reach &&
+           contacts.getNormal(i).dot(contacts.getNormal(k)) >= kSameNormal &&
+           (contacts.getPoint(i) - contacts.getPoint(k)).magnitudeSquared() > kApart;
+  };
+  // all points of a patch have one friction, also those that are no anchors
+  for (PxU32 i = 0; i < contacts.size(); ++i) {
+    bool two = false;
+    for (PxU32 j = 0; j < contacts.size() && !two; ++j) {
+      if (contacts.getNormal(i).dot(contacts.getNormal(j)) < kSameNormal) continue;
+      for (PxU32 k = 0; k < j && !two; ++k) two = are_anchors(j, k);
+    }
+    if (!two) continue;
+    contacts.setStaticFriction(i, 2 * contacts.getStaticFriction(i));
+    contacts.setDynamicFriction(i, 2 * contacts.getDynamicFriction(i));
+  }
+}
+
 std::vector<std::string> friction_models() { return {"improved_patch", "patch", "one_directional", "two_directional"}; }
 
 void describe_plugin(Capabilities& c, const Options& options) {

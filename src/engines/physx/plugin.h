@@ -25,6 +25,11 @@ extern const bool kContactDamping;
 // Whether a callback can set the friction of contacts.
 extern const bool kContactModification;
 
+// Whether temporal Gauss-Seidel divides the friction of an articulation's contacts between a patch's two anchors twice.
+extern const bool kSharesFrictionTwice;
+// Where it does: gives the contacts of such patches twice their friction.
+void share_friction(physx::PxContactModifyPair& pair);
+
 // Adds to the capabilities what is this version's: friction by pair, contact forces, curved shapes, further deviations.
 void describe_plugin(Capabilities& capabilities, const Options& options);
 

@@ -14,6 +14,9 @@ const char* const kTitle = "PhysX 5.6";
 const bool kContactDamping = false;
 const bool kContactModification = false;
 
+const bool kSharesFrictionTwice = false;
+void share_friction(physx::PxContactModifyPair& /*pair*/) {}
+
 // 5.6 has no other.
 std::vector<std::string> friction_models() { return {"improved_patch"}; }
 

@@ -175,7 +175,7 @@ class PythonEngine : public Engine {
 
   std::vector<Limitation> check(const Model& model, const Settings& settings) const override {
     const Capabilities c = capabilities(settings);
-    std::vector<Limitation> limitations = feature_limitations(name_, model, c);
+    std::vector<Limitation> limitations = feature_limitations(name_, model, c, settings);
     for (const Joint& joint : model.joints) {
       if (joint.armature != 0 && !c.armature) limitations.push_back(armature_refused(joint, name_.c_str()));
       if (joint.limited && !c.joint_limits) {

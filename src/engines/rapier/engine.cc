@@ -1,6 +1,7 @@
 // Rapier: impulse joints or multibody joints, float or double. README.md says what is exact, what is approximated and
 // which defaults are overridden.
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -24,6 +25,11 @@ std::vector<Deviation> deviations(const Options& options) {
                                  {"far-from-origin", 0.13, faces},
                                  {"forces-of-boxes", 0.1, faces},
                                  {"ellipsoid-rocks", 0.15, polyhedron}};
+  if (options.world.coulomb != 0) {
+    list.push_back({"friction-of-links", 0.15, faces});
+    list.push_back({"friction-directions", 0.08, faces});
+    list.push_back({"distances", 0.17, faces});
+  }
   if (options.world.solver_iterations < 50) {
     // 0.049 with 500 iterations
     list.push_back({"stack-1000", 2.5,
@@ -136,7 +142,14 @@ class RapierEngine final : public Adapter {
 
   std::vector<Limitation> check(const Model& model, const Settings& settings) const override {
     const Options options = read_options(settings);
-    std::vector<Limitation> limitations = feature_limitations("Rapier", model, capabilities(settings));
+    std::vector<Limitation> limitations = feature_limitations("Rapier", model, capabilities(settings), settings);
+    if (options.world.coulomb != 0) {
+      if (auto friction = friction_limitation(
+              model,
+              "friction of a contact point is not against its slip: bodies on several points have up to 14 % less")) {
+        limitations.push_back(std::move(*friction));
+      }
+    }
     for (const Joint& hinge : model.joints) {
       if (hinge.armature != 0 && !options.multibody()) {
         limitations.push_back({Fidelity::kRefused, joint_element(hinge, "armature"),

@@ -112,7 +112,7 @@ class SimbodyEngine final : public Adapter {
 
   std::vector<Limitation> check(const Model& model, const Settings& settings) const override {
     const Options options = read_options(settings);
-    std::vector<Limitation> limitations = feature_limitations("Simbody", model, capabilities(settings));
+    std::vector<Limitation> limitations = feature_limitations("Simbody", model, capabilities(settings), settings);
     for (const Joint& hinge : model.joints) {
       if (hinge.has_spring() && !options.native_pd) limitations.push_back(explicit_spring(hinge));
       if (hinge.limited && options.method == Method::kVerlet) {

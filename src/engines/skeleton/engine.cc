@@ -155,7 +155,7 @@ class SkeletonEngine final : public Adapter {
 
   // Everything that is not carried over exactly. What cannot be carried over is refused with what the user can do.
   std::vector<Limitation> check(const Model& model, const Settings& settings) const override {
-    std::vector<Limitation> limitations = feature_limitations("the skeleton", model, capabilities(settings));
+    std::vector<Limitation> limitations = feature_limitations("the skeleton", model, capabilities(settings), settings);
     limitations.reserve(model.joints.size() + 1);
     for (const Joint& hinge : model.joints) {
       limitations.push_back({.fidelity = Fidelity::kRefused,
