@@ -113,7 +113,7 @@ class Model:
 def load(model: Union[str, os.PathLike], *, drop_unsupported: bool = False, keyframe: Union[str, int] = "",
          qpos: Union[str, os.PathLike] = "", packages: Optional[Mapping[str, str]] = None, base: str = "file",
          ground: str = "file", decompose: bool = False, allow_external_files: bool = False,
-         within_limits: bool = False) -> Model:
+         within_limits: bool = False, repair: bool = False) -> Model:
     """Loads an MJCF or URDF file, or a system by its name ("humanoid", "capsules-27").
 
     drop_unsupported      leaves out what no engine can be given, and notes it, instead of refusing the file
@@ -125,24 +125,25 @@ def load(model: Union[str, os.PathLike], *, drop_unsupported: bool = False, keyf
     decompose             concave meshes become several hulls (needs `assay.fetch("libraries")` once)
     allow_external_files  the file may refer to files outside its folder
     within_limits         joints that start beyond their limits start at the limit
+    repair                faults with one obvious way out are mended in memory, and noted: inertias that no body has, swapped limits
 
     Raises InputError with element, name, line and how to mend it. The file is parsed in this process; check() parses it in a
     process with limits, for files of strangers."""
     loaded = _core.load(os.fspath(model), False, "", drop_unsupported, str(keyframe), os.fspath(qpos), dict(packages or {}),
-                        base, ground, decompose, allow_external_files, within_limits)
+                        base, ground, decompose, allow_external_files, within_limits, repair)
     return Model(loaded)
 
 
 def load_text(text: str, name: str = "model", **options: Any) -> Model:
     """The same for the text of an MJCF or URDF document. `name` stands for the file in messages."""
     unknown = set(options) - {"drop_unsupported", "keyframe", "packages", "base", "ground", "decompose", "allow_external_files",
-                              "within_limits"}
+                              "within_limits", "repair"}
     if unknown:
         raise TypeError(f"load_text() has no argument '{sorted(unknown)[0]}'")
     loaded = _core.load(text, True, name, options.get("drop_unsupported", False), str(options.get("keyframe", "")), "",
                         dict(options.get("packages") or {}), options.get("base", "file"), options.get("ground", "file"),
                         options.get("decompose", False), options.get("allow_external_files", False),
-                        options.get("within_limits", False))
+                        options.get("within_limits", False), options.get("repair", False))
     return Model(loaded)
 
 

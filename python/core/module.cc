@@ -49,7 +49,7 @@ Ground ground_of(const std::string& name) {
 Loaded load(const std::string& given, bool is_text, const std::string& name, bool drop_unsupported,
             const std::string& keyframe, const std::string& qpos, const std::map<std::string, std::string>& packages,
             const std::string& base, const std::string& ground, bool decompose, bool allow_external_files,
-            bool within_limits) {
+            bool within_limits, bool repair) {
   const LoadOptions options{.drop_unsupported = drop_unsupported,
                             .keyframe = keyframe,
                             .qpos = qpos,
@@ -58,6 +58,7 @@ Loaded load(const std::string& given, bool is_text, const std::string& name, boo
                             .ground = ground_of(ground),
                             .decompose = decompose,
                             .allow_external_files = allow_external_files,
+                            .repair = repair,
                             .within_limits = within_limits};
   const nb::gil_scoped_release unlocked;
   return {std::make_shared<const Model>(is_text ? load_model_text(given, name, options)
@@ -185,7 +186,7 @@ NB_MODULE(_core, module) {  // NOLINT(cppcoreguidelines-pro-type-cstyle-cast): t
   module.def("set_program", &set_program_path, nb::arg("path"));
   module.def("load", &load, nb::arg("given"), nb::arg("is_text"), nb::arg("name"), nb::arg("drop_unsupported"),
              nb::arg("keyframe"), nb::arg("qpos"), nb::arg("packages"), nb::arg("base"), nb::arg("ground"),
-             nb::arg("decompose"), nb::arg("allow_external_files"), nb::arg("within_limits"));
+             nb::arg("decompose"), nb::arg("allow_external_files"), nb::arg("within_limits"), nb::arg("repair"));
   module.def("contenders", [] { return registry().contender_names(); });
   module.def("add_engine", [](const std::string& path) {
     static_cast<void>(registry());

@@ -405,6 +405,7 @@ LoadOptions load_options_of(const Section& section) {
         "then give --allow-external-files");
   }
   load.within_limits = section.flag("within_limits", false);
+  load.repair = section.flag("repair", false);
   const auto [floating, fixed] = either("floating_base", "fixed_base");
   if (floating) load.root_joint = RootJoint::kFloating;
   if (fixed) load.root_joint = RootJoint::kFixed;
@@ -483,6 +484,7 @@ CampaignSystem system_of(const Section& section, const Defaults& defaults, long 
                  "push",
                  "reference_single_ms",
                  "allow_external_files",
+                 "repair",
                  "within_limits"});
   CampaignSystem system;
   system.name = section.required_text("name");

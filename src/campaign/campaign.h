@@ -53,7 +53,7 @@
 //   family = "capsules"                            # for 'scaling': systems that differ only in size
 //   floating_base = true                           # how the model's file is read, as the options of `assay check`:
 //   ground = true                                  # floating_base, fixed_base, ground, no_ground, within_limits,
-//   keyframe = "home"                              # decompose, drop_unsupported, keyframe, qpos = "pose.txt",
+//   keyframe = "home"                              # decompose, drop_unsupported, repair, keyframe, qpos = "pose.txt",
 //                                                  # packages = {my_robot = "../my_robot"}
 //   contacts = true                                # false leaves all contact pairs out
 //   gravity = true

@@ -1,5 +1,6 @@
 // Joints and actuators: limits, efforts, damping.
 #include <algorithm>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -25,8 +26,12 @@ void add_limits(const Model& model, const FileFacts& facts, std::vector<Finding>
                     .kind = "joint-locked",
                     .title = "limits that leave no way",
                     .advice = "widen them, or make the joint fixed"};
+  for (const auto& [joint, position] : facts.locked) {
+    locked.places.push_back(place_at(facts, fmt::format("joint '{}'", joint), 0, fmt::format("at {:.4g}", position)));
+  }
   for (const Joint& joint : model.joints) {
     const std::string label = fmt::format("joint '{}'", joint.name);
+    if (facts.locked.contains(joint.name)) continue;
     if (!joint.limited && !composes_root(model, joint.body)) {
       unlimited.places.push_back(place_at(facts, label));
     } else if (joint.limited && joint.lower >= joint.upper) {
@@ -84,6 +89,26 @@ void add_damping(const Model& model, const FileFacts& facts, std::vector<Finding
   add(std::move(finding), out);
 }
 
+// A damper or a dry friction of the wrong sign feeds energy into its joint in every engine that takes it.
+void add_negative(const Model& model, const FileFacts& facts, std::vector<Finding>& out) {
+  Finding finding = {.level = Level::kMend,
+                     .kind = "damping-negative",
+                     .title = "damping, dry friction or armature below 0",
+                     .advice = "they drive the joint instead of braking it: make them positive, or remove them"};
+  const auto consider = [&](const auto& joint) {
+    for (const auto& [what, value] :
+         {std::pair("damping", joint.damping), std::pair("dry friction", joint.dry_friction),
+          std::pair("armature", joint.armature)}) {
+      if (value >= 0) continue;
+      finding.places.push_back(
+          place_at(facts, fmt::format("joint '{}'", joint.name), value, fmt::format("{} {:.4g}", what, value)));
+    }
+  };
+  std::ranges::for_each(model.joints, consider);
+  std::ranges::for_each(model.balls, consider);
+  add(std::move(finding), out);
+}
+
 // Feedback that drives away from the set point grows with every timestep, in every engine.
 void add_unstable(const Model& model, const FileFacts& facts, std::vector<Finding>& out) {
   Finding finding = {.level = Level::kMend,
@@ -102,6 +127,7 @@ void add_unstable(const Model& model, const FileFacts& facts, std::vector<Findin
 
 void add_joints(const Model& model, const FileFacts& facts, std::vector<Finding>& out) {
   add_unstable(model, facts, out);
+  add_negative(model, facts, out);
   add_limits(model, facts, out);
   add_efforts(model, facts, out);
   add_damping(model, facts, out);

@@ -24,6 +24,8 @@ constexpr double kSmallest = 5e-3, kLargest = 2;     // m
 // A body whose mass lies within its shapes has radii of gyration up to the distance of their farthest point from the
 // centre of mass. Shapes that collide often cover only a part of a link, hence the factor.
 constexpr double kFar = 2;
+// Of a body without shapes only the robot's extent is known.
+constexpr double kFarOutside = 10;
 // A solid rod has 0.58 of that distance, a solid ball 0.63 of its radius; a tenth is a lump of mass in a large shape.
 constexpr double kNear = 0.1;
 
@@ -91,6 +93,18 @@ void add_ranges(const Model& model, const FileFacts& facts, std::vector<Finding>
   add(std::move(sizes), out);
 }
 
+// How far the bodies' centres and joints lie apart at the start, m.
+double extent_of(const Model& model) {
+  Box box;
+  for (size_t b = 0; b < model.bodies.size(); ++b) {
+    if (!model.bodies[b].is_massless()) box.extend(model.initial.bodies[b].p_WBcm);
+  }
+  for (size_t j = 0; j < model.joints.size(); ++j) {
+    box.extend(joint_frames(model, model.initial, static_cast<int>(j)).p_WJ_child);
+  }
+  return box.isEmpty() ? 0 : box.diagonal().norm();
+}
+
 void add_inertias(const Model& model, const FileFacts& facts, std::vector<Finding>& out) {
   // point of the shapes from the centre of mass, m, of all and of those that are not only drawn: a marker or a field of
   // view is no place for mass
@@ -113,16 +127,24 @@ void add_inertias(const Model& model, const FileFacts& facts, std::vector<Findin
                   .title = "inertia of a small lump in large shapes",
                   .unit = "m",
                   .advice = "check the unit of <inertia>, and the mass"};
+  const double extent = extent_of(model);
   for (size_t i = 0; i < model.bodies.size(); ++i) {
     const Body& body = model.bodies[i];
-    if (body.is_massless() || farthest[i] == 0) continue;
+    if (body.is_massless()) continue;
     const double gyration = std::sqrt(principal_inertia(body.I_BBcm_B).diagonal.maxCoeff() / body.mass);
-    const auto place = [&](double within) {
+    const auto place = [&](double within, const char* what = "shapes") {
       return place_at(facts, fmt::format("body '{}'", body.name), gyration,
-                      fmt::format("radius of gyration {}, shapes within {}", quantity_text(gyration, "m"),
+                      fmt::format("radius of gyration {}, {} within {}", quantity_text(gyration, "m"), what,
                                   quantity_text(within, "m")));
     };
-    if (gyration > kFar * farthest[i]) {
+    if (farthest[i] == 0) {
+      const auto drawn = facts.drawn_reach.find(body.name);
+      if (drawn != facts.drawn_reach.end() && gyration > kFar * drawn->second) {
+        far.places.push_back(place(drawn->second, "drawn"));
+      } else if (drawn == facts.drawn_reach.end() && extent > 0 && gyration > kFarOutside * extent) {
+        far.places.push_back(place(extent, "the robot's joints and centres of mass"));
+      }
+    } else if (gyration > kFar * farthest[i]) {
       far.places.push_back(place(farthest[i]));
     } else if (gyration < kNear * farthest_solid[i]) {
       near.places.push_back(place(farthest_solid[i]));

@@ -43,7 +43,7 @@ namespace findings {
 
 // mass-ratio, mass-range, inertia-far, inertia-near
 void add_masses(const Model& model, const FileFacts& facts, std::vector<Finding>& out);
-// joint-unlimited, joint-locked, effort-missing, damping-missing, actuator-unstable
+// damping-negative, joint-unlimited, joint-locked, effort-missing, damping-missing, actuator-unstable
 void add_joints(const Model& model, const FileFacts& facts, std::vector<Finding>& out);
 // start-beyond-limits, start-overlap, start-below-ground
 void add_start(const Model& model, const FileFacts& facts, std::vector<Finding>& out);

@@ -27,7 +27,7 @@ namespace {
 
 struct CheckOptions {
   ModelOptions model;
-  std::optional<std::string> repair;
+  std::vector<std::string> repair;  // the file to write; empty: in memory
   bool json = false;
 };
 
@@ -72,7 +72,7 @@ int repair(const std::string& file, const std::string& out, const LoadOptions& h
       const std::vector<Problem> refusals = document_refusals(text, file, how);
       if (!refusals.empty()) throw InputError(fmt::format("{}: {}", file, problem_text(refusals.front())));
     }
-    mended = mended_model(text, file, out, mends);
+    mended = mended_model(text, file, out, mends, how);
   }
   if (mends.empty()) {
     const LoadReport report = inspect_model(file, how);
@@ -104,7 +104,7 @@ int repair(const std::string& file, const std::string& out, const LoadOptions& h
 int check(const CheckOptions& options) {
   const LoadOptions how = load_options(options.model);
   const std::string file = find_model(options.model.model);
-  if (options.repair) return repair(file, *options.repair, how);
+  if (!options.repair.empty() && !options.repair.front().empty()) return repair(file, options.repair.front(), how);
   FileFacts facts;
   const LoadReport report = inspect_model(file, how, &facts);
   if (!report.model) return print_refusal(file, report, options);
@@ -146,11 +146,18 @@ void add_check(CLI::App& app, Action& action) {
        {"assay check my_robot.xml --drop-unsupported", "leaves out what no engine can be given, and names it"},
        {"assay check my_robot.urdf --json", "URDF files load the same way"}});
   const auto options = std::make_shared<CheckOptions>();
-  add_model_options(*command, options->model);
-  command->add_option("--repair", options->repair, "Write a mended URDF or MJCF file there and say what was changed")
-      ->type_name("OUT");
+  add_model_options(*command, options->model, Repair::kOwn);
+  CLI::Option* repair =
+      command
+          ->add_option("--repair", options->repair,
+                       "Write a mended URDF or MJCF file there and say what was changed; without OUT mend it in memory")
+          ->type_name("[OUT]")
+          ->expected(0, 1);
   command->add_flag("--json", options->json, "Print JSON")->disable_flag_override();
-  command->callback([&action, options] { action = [options] { return check(*options); }; });
+  command->callback([&action, options, repair] {
+    options->model.repair = repair->count() > 0;
+    action = [options] { return check(*options); };
+  });
 }
 
 }  // namespace assay::cli

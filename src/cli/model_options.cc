@@ -24,7 +24,7 @@ void refuse_both(bool a, bool b, std::string_view first, std::string_view second
 
 }  // namespace
 
-void add_load_options(CLI::App& command, ModelOptions& options) {
+void add_load_options(CLI::App& command, ModelOptions& options, Repair repair) {
   const auto flag = [&](const char* name, bool& value, const char* meaning) {
     command.add_flag(name, value, meaning)->disable_flag_override()->group(kGroup);
   };
@@ -44,6 +44,11 @@ void add_load_options(CLI::App& command, ModelOptions& options) {
   flag("--ground", options.ground, "Adds a ground plane at the lowest point of the robot's shapes at its start");
   flag("--no-ground", options.no_ground, "Leaves out the file's planes");
   flag("--within-limits", options.within_limits, "Puts joints that start beyond their limits at the limit");
+  if (repair == Repair::kFlag) {
+    flag("--repair", options.repair,
+         "Mends in memory what has one obvious way out (inertias that no body has, swapped limits, joints that move no "
+         "mass), and says what");
+  }
   flag("--decompose", options.decompose,
        "Takes concave meshes for several convex hulls instead of one; seconds a mesh, kept for the next time");
   command
@@ -58,9 +63,9 @@ void add_load_options(CLI::App& command, ModelOptions& options) {
       ->type_name("FILE");
 }
 
-void add_model_options(CLI::App& command, ModelOptions& options) {
+void add_model_options(CLI::App& command, ModelOptions& options, Repair repair) {
   command.add_option("MODEL", options.model, "MJCF or URDF file, or a system's name")->required()->type_name("");
-  add_load_options(command, options);
+  add_load_options(command, options, repair);
 }
 
 LoadOptions load_options(const ModelOptions& options) {
@@ -75,6 +80,7 @@ LoadOptions load_options(const ModelOptions& options) {
   load.allow_external_files = options.allow_external_files;
   if (options.allow_external_files) agree_to_external_files();
   load.within_limits = options.within_limits;
+  load.repair = options.repair;
   if (options.floating_base) load.root_joint = RootJoint::kFloating;
   if (options.fixed_base) load.root_joint = RootJoint::kFixed;
   if (options.ground) load.ground = Ground::kPlane;
@@ -118,6 +124,7 @@ std::vector<std::string> option_words(const LoadOptions& options) {
   if (options.decompose) words.emplace_back("--decompose");
   if (options.allow_external_files) words.emplace_back("--allow-external-files");
   if (options.within_limits) words.emplace_back("--within-limits");
+  if (options.repair) words.emplace_back("--repair");
   if (!options.keyframe.empty()) words.insert(words.end(), {"--keyframe", options.keyframe});
   if (!options.qpos.empty()) words.insert(words.end(), {"--qpos", options.qpos});
   return words;

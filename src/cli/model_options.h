@@ -21,15 +21,19 @@ struct ModelOptions {
   bool decompose = false;
   bool allow_external_files = false;
   bool within_limits = false;
+  bool repair = false;
   std::vector<std::string> packages;  // NAME=DIR
   std::optional<std::string> keyframe, qpos;
 };
 
+// `assay check` has a --repair of its own, which takes a file.
+enum class Repair { kFlag, kOwn };
+
 // Adds the options to `command`. `options` has to live as long as `command`.
-void add_load_options(CLI::App& command, ModelOptions& options);
+void add_load_options(CLI::App& command, ModelOptions& options, Repair repair = Repair::kFlag);
 
 // The same with the required argument MODEL.
-void add_model_options(CLI::App& command, ModelOptions& options);
+void add_model_options(CLI::App& command, ModelOptions& options, Repair repair = Repair::kFlag);
 
 // Checks the options. Throws InputError for two that contradict each other and for a package that is no folder.
 LoadOptions load_options(const ModelOptions& options);

@@ -65,6 +65,7 @@ std::vector<std::string> model_lines(const LoadOptions& load, const std::string&
   if (load.decompose) lines.emplace_back("decompose = true");
   if (load.allow_external_files) lines.emplace_back("allow_external_files = true");
   if (load.within_limits) lines.emplace_back("within_limits = true");
+  if (load.repair) lines.emplace_back("repair = true");
   if (!load.keyframe.empty()) lines.push_back("keyframe = " + toml_text(load.keyframe));
   if (!load.qpos.empty()) lines.push_back("qpos = " + toml_text(relative_path(load.qpos, dir)));
   std::vector<std::string> packages;

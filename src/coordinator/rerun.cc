@@ -107,6 +107,7 @@ CampaignSystem system_of(const Store& store, const std::string& name, const json
                    static_cast<Ground>(load->at("ground").get<int>()),
                    load->value("decompose", false),
                    load->value("allow_external_files", false) && agreed_to_external_files(),
+                   load->value("repair", false),
                    load->value("within_limits", false)};
   }
   system.model = load_model(system.model_path, system.load);

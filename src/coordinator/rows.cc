@@ -97,7 +97,9 @@ SystemRow system_row(const CampaignSystem& system) {
                    {"packages", system.load.packages},
                    {"decompose", system.load.decompose},
                    {"allow_external_files", system.load.allow_external_files}};
-    if (system.load.within_limits) row["load"]["within_limits"] = true;  // as older results have it where it is not
+    // as older results have it where they are not
+    if (system.load.within_limits) row["load"]["within_limits"] = true;
+    if (system.load.repair) row["load"]["repair"] = true;
   }
   if (variant.smooth) row["smooth"] = true;
   if (variant.above_ground_m >= 0) row["above_ground_m"] = variant.above_ground_m;

@@ -13,6 +13,7 @@
 #include "model/ellipsoid.h"
 #include "model/outside_files.h"
 #include "model/package_paths.h"
+#include "model/urdf_compiler.h"
 #include "model/urdf_values.h"
 
 namespace assay {
@@ -64,6 +65,10 @@ class Visuals {
       : path_(path), options_(options), drawing_(drawing) {}
 
   void add(const xml::XMLElement& robot) {
+    std::vector<Problem> problems;  // of the model, which has loaded
+    std::vector<std::string> notes;
+    const UrdfCompiler compiler = read_compiler(robot, problems, notes);
+    as_mujoco_ = {compiler.mesh_dir, compiler.strip_path};
     for (const auto* m = robot.FirstChildElement("material"); m != nullptr; m = m->NextSiblingElement("material")) {
       if (const xml::XMLElement* colour = m->FirstChildElement("color"))
         colours_[text_of(m, "name")] = rgba_of(*colour);
@@ -125,7 +130,7 @@ class Visuals {
     if (!finite) throw InputError(kNotFinite);
     std::string file;
     if (type == "mesh") {
-      const FoundFile found = find_resource(text_of(&shape, "filename"), path_, options_.packages);
+      const FoundFile found = find_resource(text_of(&shape, "filename"), path_, options_.packages, as_mujoco_);
       if (found.path.empty()) throw InputError(fmt::format("is not found (looked for: {})", join(found.looked, ", ")));
       if (!found.in_package && !options_.allow_external_files && !is_below(found.path, model_root(path_))) {
         throw InputError("lies outside the model's folder; --allow-external-files takes it");
@@ -161,6 +166,7 @@ class Visuals {
   const std::string& path_;
   const LoadOptions& options_;
   Drawing& drawing_;
+  MeshFolder as_mujoco_;
   std::map<std::string, std::array<float, 4>> colours_;  // of the robot's materials
   std::map<std::string, int> numbers_;                   // of meshes that are there, by what they are made from
 };

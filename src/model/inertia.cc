@@ -1,6 +1,8 @@
 #include "model/inertia.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 #include <Eigen/Eigenvalues>
 
@@ -41,10 +43,12 @@ bool inertia_possible(const Mat3& I) {
 Mat3 nearest_valid_inertia(const Mat3& I, double mass) {
   const Eigen::SelfAdjointEigenSolver<Mat3> solver(I);
   Vec3 m = solver.eigenvalues();
-  // an inertia without any extent: a ball of a millimetre
   constexpr double kLeastRadius = 1e-3;
   const double floor = std::max(1e-6 * m.cwiseAbs().maxCoeff(), 0.4 * mass * kLeastRadius * kLeastRadius * 1e-6);
-  const double least = m.maxCoeff() <= 0 ? 0.4 * mass * kLeastRadius * kLeastRadius : floor;
+  // an inertia without any extent: a ball of water
+  constexpr double kDensity = 1000;
+  const double radius = std::cbrt(mass / kDensity * 3 / (4 * std::numbers::pi));
+  const double least = m.maxCoeff() <= 0 ? 0.4 * mass * radius * radius : floor;
   m = m.cwiseMax(least);
   constexpr double kMargin = 1e-6;  // of the largest, against rounding in text
   // the nearest point of the plane m0 + m1 = m2; only the largest moment can exceed the sum of the others

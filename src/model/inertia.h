@@ -23,7 +23,7 @@ bool inertia_valid(const Mat3& I);
 bool inertia_possible(const Mat3& I);
 
 // A valid inertia with the same principal axes: moments that are too small are raised to a millionth of the largest
-// (without any, to those of a ball of 1 mm radius and that mass), then a broken triangle inequality is mended by the
+// (without any, to those of a ball of water of that mass), then a broken triangle inequality is mended by the
 // least squares change of the moments. The result keeps a margin, so that it stays valid when it is written as text.
 Mat3 nearest_valid_inertia(const Mat3& I, double mass);
 

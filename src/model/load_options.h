@@ -35,6 +35,8 @@ struct LoadOptions {
   // Included files, meshes and other assets may lie anywhere and not only below the model's folder
   // (model/outside_files.h).
   bool allow_external_files = false;
+  // Faults of the file that have one obvious way out are mended in memory (repair.h), with a note each.
+  bool repair = false;
   // Joints that start beyond their limits start at the limit (start.h), whatever gives the initial state.
   bool within_limits = false;
 

@@ -20,6 +20,7 @@
 #include "model/mujoco_messages.h"
 #include "model/outside_files.h"
 #include "model/parser_faults.h"
+#include "model/repair.h"
 #include "model/start.h"
 #include "model/translation.h"
 #include "model/urdf.h"
@@ -34,6 +35,18 @@ namespace fs = std::filesystem;
 mjSpec* parse_file(const std::string& path, char* message, int size) {
   const fs::path file = model_folder(path) / fs::path(path).filename();
   return mj_parseXML(file.c_str(), nullptr, message, size);
+}
+
+// The same with another text in place of that file's.
+mjSpec* parse_as_file(const std::string& text, const std::string& path, char* message, int size) {
+  if (path.empty()) return mj_parseXMLString(text.c_str(), nullptr, message, size);
+  const fs::path file = model_folder(path) / fs::path(path).filename();
+  mjVFS vfs;
+  mj_defaultVFS(&vfs);
+  mj_addBufferVFS(&vfs, file.c_str(), text.data(), static_cast<int>(text.size()));
+  mjSpec* spec = mj_parseXML(file.c_str(), &vfs, message, size);
+  mj_deleteVFS(&vfs);
+  return spec;
 }
 
 // Formats that people have beside MJCF and URDF, by their root element.
@@ -97,12 +110,27 @@ void place_facts(const std::map<std::string, IncludedPlace>& included, const Mod
   }
 }
 
+// Mends the text of a document in memory.
+void mend(std::string& text, const std::string& file, const LoadOptions& options, std::vector<std::string>& notes) {
+  std::vector<Mend> mends;
+  try {
+    text = mended_model(text, file, file, mends, options);
+  } catch (const InputError&) {
+    return;  // reading the document says why
+  }
+  for (const Mend& mend : mends) {
+    notes.push_back(mend.line > 0 ? fmt::format("repaired: {} (line {})", mend.what, mend.line)
+                                  : fmt::format("repaired: {}", mend.what));
+  }
+}
+
 // A document on its way to the Model: `file` is where relative names count from, `parse` calls one of MuJoCo's parsers
 // with a buffer for its message, and `text` is what is parsed unless it is URDF.
 template <typename Parse>
-LoadReport load(const std::string& stem, const std::string& file, const std::string& text, const LoadOptions& options,
-                FileFacts* facts, Parse parse, Drawing* drawing = nullptr) {
+LoadReport load(const std::string& stem, const std::string& file, const std::string& as_written,
+                const LoadOptions& options, FileFacts* facts, Parse parse, Drawing* drawing = nullptr) {
   LoadReport report;
+  std::string text = as_written;
   if (text.find_first_not_of(" \t\r\n") == std::string::npos) {
     report.refuse("it is empty; an MJCF or URDF model is expected");
     return report;
@@ -115,14 +143,17 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
   const std::string root = root_element(text);
   if (refuse_other_format(root, report)) return report;
   const bool is_urdf = root == "robot";
+  std::vector<std::string> notes;
   UrdfDocument urdf;
   if (is_urdf) {
+    if (options.repair) mend(text, file, options, notes);
     urdf = read_urdf(text, file, options);
     report.problems = urdf.problems;
     if (urdf.refused()) return report;
   } else {
     report.problems = document_refusals(text, file, options);
     if (report.refused()) return report;
+    if (options.repair) mend(text, file, options, notes);
   }
 
   const MessageGuard guard;
@@ -135,8 +166,11 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
   const Silence silence;
   SpecPtr spec;
   try {
-    spec.reset(is_urdf ? mj_parseXMLString(urdf.text.c_str(), nullptr, error.data(), error_size)
-                       : parse(error.data(), error_size));
+    if (is_urdf) {
+      spec.reset(mj_parseXMLString(urdf.text.c_str(), nullptr, error.data(), error_size));
+    } else {
+      spec.reset(notes.empty() ? parse(error.data(), error_size) : parse_as_file(text, file, error.data(), error_size));
+    }
   } catch (const InputError& fault) {  // of the guard
     return refuse(fault.what());
   }
@@ -150,7 +184,7 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
 
   const DocumentPlaces places = is_urdf ? DocumentPlaces() : places_in(text, file);
   const std::map<std::string, IncludedPlace>& included = places.included;
-  std::vector<std::string> notes = urdf.notes;
+  notes.insert(notes.end(), urdf.notes.begin(), urdf.notes.end());
   if (is_urdf) {
     // a link without <inertial> has no mass, whatever its shapes are
     spec->compiler.inertiafromgeom = mjINERTIAFROMGEOM_FALSE;
@@ -191,9 +225,10 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
                  .drop_unsupported = options.drop_unsupported,
                  .decompose = options.decompose,
                  .base_is_link = is_urdf,
-                 .base_floats = options.root_joint == RootJoint::kFloating,
+                 .base_floats = options.root_joint == RootJoint::kFloating || (is_urdf && !urdf.has_mass),
                  .keyframe = options.keyframe,
                  .massless = urdf.massless,
+                 .inertia = urdf.inertia,
                  .file_of_model = [&](const std::string& name) { return places.file_of_model(name); },
                  .facts = facts,
                  .drawing = drawing});
@@ -212,6 +247,11 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
     notes.push_back(fmt::format("MuJoCo warns: {}", one_line(warning)));
   }
   model.notes.insert(model.notes.end(), notes.begin(), notes.end());
+  if (!urdf.starts.empty()) {
+    std::string lines;
+    for (const auto& [joint, position] : urdf.starts) lines += fmt::format("{} = {}\n", joint, position);
+    start_from(model, lines, file);
+  }
   if (!options.qpos.empty()) {
     constexpr std::uintmax_t kMostBytes = std::uintmax_t{16} << 20;
     const std::string give = "a file of MuJoCo's qpos, or of lines JOINT=VALUE";
@@ -222,6 +262,8 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
   if (options.ground == Ground::kNone) remove_planes(model);
   if (facts != nullptr) {
     facts->is_urdf = is_urdf;
+    facts->locked = urdf.locked;
+    facts->drawn_reach = urdf.drawn_reach;
     facts->meshes = mesh_facts(model, spec.get(), compiled.get(), fs::path(file).parent_path().string(), urdf);
     for (MeshFacts& mesh : facts->meshes) mesh.in = places.file_of_model(mesh.in);
     if (is_urdf) add_urdf_lines(model, urdf, facts->lines);

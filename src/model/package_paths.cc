@@ -1,10 +1,14 @@
 #include "model/package_paths.h"
 
+#include <algorithm>
+#include <cctype>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <sstream>
 #include <string_view>
+
+#include <fmt/format.h>
 
 #include "base/paths.h"
 #include "base/regular_file.h"
@@ -71,6 +75,33 @@ std::vector<PackageFolder> package_folders(const std::string& name, const fs::pa
   return folders;
 }
 
+std::string lower_case(std::string text) {
+  std::ranges::transform(text, text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+// The only file that `rest` names below `folder` if upper and lower case are alike; empty where there is none.
+fs::path in_any_case(const fs::path& folder, const fs::path& rest) {
+  fs::path path = folder;
+  std::error_code error;
+  for (const fs::path& part : rest) {
+    if (part == ".." || part == "." || fs::exists(path / part, error)) {
+      path /= part;
+      continue;
+    }
+    const std::string wanted = lower_case(part.string());
+    std::optional<fs::path> found;
+    for (fs::directory_iterator it(path, error), end; !error && it != end; it.increment(error)) {
+      if (lower_case(it->path().filename().string()) != wanted) continue;
+      if (found) return {};
+      found = it->path();
+    }
+    if (!found) return {};
+    path = *found;
+  }
+  return is_file(path) ? path : fs::path();
+}
+
 std::optional<std::string> without(std::string_view prefix, const std::string& uri) {
   if (!uri.starts_with(prefix)) return std::nullopt;
   return uri.substr(prefix.size());
@@ -78,14 +109,18 @@ std::optional<std::string> without(std::string_view prefix, const std::string& u
 
 }  // namespace
 
-FoundFile find_resource(const std::string& uri, const std::string& from,
-                        const std::map<std::string, std::string>& packages) {
+FoundFile find_resource(const std::string& as_written, const std::string& from,
+                        const std::map<std::string, std::string>& packages, const MeshFolder& as_mujoco) {
   std::error_code error;
+  std::string uri = as_written;
+  std::ranges::replace(uri, '\\', '/');
   fs::path model_folder =
       fs::canonical(fs::path(from).parent_path().empty() ? "." : fs::path(from).parent_path(), error);
   if (error) model_folder = fs::absolute(fs::path(from)).parent_path();
   struct Candidate {
-    fs::path path, package;
+    fs::path path;
+    fs::path folder, rest;  // the same in two parts, where it is not absolute
+    fs::path package;
     Trust trust = Trust::kNone;
   };
   std::vector<Candidate> candidates;
@@ -96,28 +131,47 @@ FoundFile find_resource(const std::string& uri, const std::string& from,
     const std::string name = inside->substr(0, slash);
     const std::string rest = slash == std::string::npos ? "" : inside->substr(slash + 1);
     for (const PackageFolder& folder : package_folders(name, model_folder, packages)) {
-      if (fs::is_directory(folder.path, error)) candidates.push_back({folder.path / rest, folder.path, folder.trust});
-    }
-    if (candidates.empty()) {
-      return {"",
-              false,
-              {"no folder of the package '" + name +
-               "' upward from the file, in ROS_PACKAGE_PATH or "
-               "AMENT_PREFIX_PATH"}};
+      if (fs::is_directory(folder.path, error))
+        candidates.push_back({folder.path / rest, folder.path, rest, folder.path, folder.trust});
     }
   } else {
     const fs::path path = without("file://", uri).value_or(uri);
-    candidates.push_back({path.is_absolute() ? path : model_folder / path, {}});
+    if (path.is_absolute()) {
+      candidates.push_back({path, {}, {}, {}});
+    } else {
+      candidates.push_back({model_folder / path, model_folder, path, {}});
+    }
   }
   FoundFile found;
-  for (const auto& [candidate, package, trust] : candidates) {
-    if (is_file(candidate)) {
-      // "package://NAME/../x" is in no package
-      const bool in_package = (trust == Trust::kNamed && inside.value_or("..").find("..") == std::string::npos) ||
-                              (trust == Trust::kBelow && is_below(candidate.string(), package.string()));
-      return {candidate.lexically_normal().string(), in_package, {}};
-    }
-    found.looked.push_back(candidate.lexically_normal().string());
+  const auto take = [&](const fs::path& file, const Candidate& from_here, const std::string& taken_for) {
+    // "package://NAME/../x" is in no package
+    const bool in_package =
+        (from_here.trust == Trust::kNamed && inside.value_or("..").find("..") == std::string::npos) ||
+        (from_here.trust == Trust::kBelow && is_below(file.string(), from_here.package.string()));
+    return FoundFile{file.lexically_normal().string(), in_package, {}, taken_for};
+  };
+  for (const Candidate& candidate : candidates) {
+    if (is_file(candidate.path)) return take(candidate.path, candidate, "");
+    found.looked.push_back(candidate.path.lexically_normal().string());
+  }
+  for (const Candidate& candidate : candidates) {
+    if (candidate.rest.empty()) continue;
+    const fs::path file = in_any_case(candidate.folder, candidate.rest);
+    if (!file.empty()) return take(file, candidate, "whose name differs in upper and lower case");
+  }
+  // MuJoCo strips the folders, and what precedes them
+  const fs::path name = as_mujoco.strip_path ? fs::path(uri).filename() : fs::path(inside.value_or(uri));
+  const fs::path folder = model_folder / fs::path(as_mujoco.folder);
+  if (!name.empty() && !name.is_absolute()) {
+    if (is_file(folder / name)) return take(folder / name, {}, "where MuJoCo looks for it");
+    const std::string looked = (folder / name).lexically_normal().string();
+    if (std::ranges::find(found.looked, looked) == found.looked.end()) found.looked.push_back(looked);
+  }
+  if (candidates.empty()) {
+    found.looked.insert(found.looked.begin(),
+                        fmt::format("no folder of the package '{}' upward from the file, in ROS_PACKAGE_PATH or "
+                                    "AMENT_PREFIX_PATH",
+                                    inside->substr(0, inside->find('/'))));
   }
   return found;
 }

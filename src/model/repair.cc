@@ -69,18 +69,22 @@ std::string edited(std::string text, const std::vector<AttributeEdit>& edits) {
   for (const AttributeEdit& edit : edits) {
     const size_t begin = element_begin(text, edit.line, edit.index, edit.element);
     if (begin == std::string::npos) throw InputError(fmt::format("line {} has no <{}>", edit.line, edit.element));
-    replace_attribute(text, begin, edit);
+    if (edit.attribute.empty()) {
+      text.insert(tag_end(text, begin) + 1, edit.value);
+    } else {
+      replace_attribute(text, begin, edit);
+    }
   }
   return text;
 }
 
 std::string mended_model(const std::string& text, const std::string& path, const std::string& out,
-                         std::vector<Mend>& mends) {
+                         std::vector<Mend>& mends, const LoadOptions& options) {
   const std::string root = root_element(text);
   if (root != "robot" && root != "mujoco") {
     throw InputError(fmt::format("--repair mends URDF and MJCF files, and '{}' is neither; name such a file", path));
   }
-  return root == "robot" ? mend_urdf(text, path, out, mends) : mend_mjcf(text, path, out, mends);
+  return root == "robot" ? mend_urdf(text, path, out, mends, options) : mend_mjcf(text, path, out, mends);
 }
 
 }  // namespace assay

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "model/load_options.h"
+
 namespace assay {
 
 // One change, for the user.
@@ -13,7 +15,7 @@ struct Mend {
 };
 
 // A new value of an attribute: of the element `element` that begins in `line`, the one with this index among those of
-// its name that begin there.
+// its name that begin there. Without an attribute, `value` is what is added as its first child.
 struct AttributeEdit {
   int line = 0, index = 0;
   std::string element, attribute, value;
@@ -31,9 +33,10 @@ size_t tag_end(const std::string& text, size_t begin);
 // The mended text of the URDF or MJCF file at `path`, to be written to `out`: an inertia that is not positive or breaks
 // the triangle inequality becomes the nearest valid one about the same principal axes, swapped limits are swapped back,
 // a joint of a URDF file that moves no mass becomes fixed. Names of files that would not be found from `out` become
-// absolute. Included files are written into the text where they need a change or `out` lies in another folder. Without
-// anything to mend, `mends` stays empty and the text as it is. Throws InputError for a file that cannot be mended.
+// absolute; `options` say where files lie. Included files are written into the text where they need a change or `out`
+// lies in another folder. Without anything to mend, `mends` stays empty and the text as it is. Throws InputError for a
+// file that cannot be mended.
 std::string mended_model(const std::string& text, const std::string& path, const std::string& out,
-                         std::vector<Mend>& mends);
+                         std::vector<Mend>& mends, const LoadOptions& options = {});
 
 }  // namespace assay

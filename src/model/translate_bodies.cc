@@ -63,7 +63,10 @@ void Translator::translate_bodies() {
       parts.resize(model_.bodies.size());
     }
     const int host = body_of_[b];
-    if (host != kWorld && m_->body_mass[b] > 0 && !massless_.contains(name(mjOBJ_BODY, b))) {
+    if (const auto own = inertia_.find(name(mjOBJ_BODY, b)); host != kWorld && own != inertia_.end()) {
+      const Mat3 R = X_MB_[b].q.toRotationMatrix();
+      parts[host].push_back({own->second.mass, X_MB_[b] * own->second.p, R * own->second.I * R.transpose()});
+    } else if (host != kWorld && m_->body_mass[b] > 0 && !massless_.contains(name(mjOBJ_BODY, b))) {
       const Pose X_MI = X_MB_[b] * Pose{vec3(m_->body_ipos, b), quat(m_->body_iquat, b)};
       const Mat3 R = X_MI.q.toRotationMatrix();
       parts[host].push_back({m_->body_mass[b], X_MI.p, R * vec3(m_->body_inertia, b).asDiagonal() * R.transpose()});
@@ -78,7 +81,12 @@ void Translator::translate_bodies() {
       const bool can_float = base_is_link_ || std::count(m_->body_parentid + 1, m_->body_parentid + m_->nbody, 0) == 1;
       std::string mend = "give at least one body a <freejoint/> or a <joint/>";
       if (base_floats_) {
-        mend = "give its links an <inertial>: what has no mass cannot move freely";
+        mend =
+            fmt::format("give its links an <inertial>{}: what has no mass cannot move freely",
+                        base_is_link_ && m_->ngeom > 0
+                            ? ", or the robot <mujoco><compiler inertiafromgeom=\"auto\"/></mujoco>, which takes the "
+                              "mass of its collision shapes"
+                            : "");
       } else if (can_float) {
         mend += ", or free it with --floating-base";
       }

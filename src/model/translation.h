@@ -2,11 +2,13 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <set>
 #include <string>
 
 #include "model/drawing.h"
 #include "model/file_facts.h"
+#include "model/inertia.h"
 #include "model/mujoco_messages.h"
 #include "model/problems.h"
 
@@ -20,11 +22,13 @@ struct TranslationInput {
   // Shapes that are fixed to the world, planes excepted, are those of a link: as between moving links, they do not
   // collide with what a joint joins to it. So it is in URDF, where no pair can be excluded.
   bool base_is_link = false;
-  bool base_floats = false;   // RootJoint::kFloating
+  bool base_floats = false;   // RootJoint::kFloating, or what no joint could move, because no link has mass
   std::string keyframe = {};  // name, or number from 0, of the one that gives the initial state; empty for the first
   // Moving bodies whose mass and inertia in `compiled` are placeholders, because MuJoCo compiles no massless ones: they
   // become massless bodies.
   std::set<std::string> massless = {};
+  // The same for bodies that MuJoCo takes for massless: their mass and inertia in the body's frame.
+  std::map<std::string, RigidPart> inertia = {};
   // The file of elements that were attached from a model asset of this name, for messages.
   std::function<std::string(const std::string&)> file_of_model = [](const std::string& name) { return name; };
   FileFacts* facts = nullptr;  // where given, gets the lines

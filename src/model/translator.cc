@@ -35,6 +35,7 @@ Translator::Translator(const TranslationInput& input)
       base_floats_(input.base_floats),
       keyframe_(input.keyframe),
       massless_(input.massless),
+      inertia_(input.inertia),
       facts_(input.facts),
       drawing_(input.drawing) {
   read_places(input);

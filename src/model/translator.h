@@ -149,6 +149,7 @@ class Translator {
   bool has_sprung_free_ = false;  // free joints as three slides and a ball
   std::string keyframe_;
   std::set<std::string> massless_;
+  std::map<std::string, RigidPart> inertia_;
   FileFacts* facts_;
   Drawing* drawing_;
   Model model_;

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <filesystem>
+#include <limits>
+#include <numbers>
 #include <optional>
 #include <utility>
 
@@ -16,6 +19,7 @@
 #include "model/inertia.h"
 #include "model/outside_files.h"
 #include "model/package_paths.h"
+#include "model/urdf_compiler.h"
 #include "model/urdf_values.h"
 
 namespace assay {
@@ -81,6 +85,10 @@ Mat3 inertia_of(const xml::XMLElement& inertial) {
 
 std::string triple(const Vec3& v) { return fmt::format("{:.17g} {:.17g} {:.17g}", v.x(), v.y(), v.z()); }
 
+// How a robot without masses gets them.
+constexpr const char* kMassOfShapes =
+    "<mujoco><compiler inertiafromgeom=\"auto\"/></mujoco>, which takes the mass of its collision shapes";
+
 // ---- reading --------------------------------------------------------------------------------------------------------
 
 struct Link {
@@ -91,7 +99,17 @@ struct Link {
   double mass = 0;
   Mat3 I = Mat3::Zero();  // about the centre of mass, in the axes of X_LI
   Pose X_LI;              // inertial frame in the link's
+  bool computed = false;  // mass and inertia are not those that the document writes
 };
+
+MeshData scaled_mesh(const std::string& path, const Vec3& scale) {
+  MeshData mesh = read_mesh(path);
+  for (Vec3& p : mesh.vertices) p = p.cwiseProduct(scale);
+  if (scale.prod() < 0) {
+    for (auto& face : mesh.faces) std::swap(face[1], face[2]);  // mirrored: outward stays outward
+  }
+  return mesh;
+}
 
 struct UrdfJoint {
   xml::XMLElement* element = nullptr;
@@ -118,11 +136,17 @@ class Reader {
       note_lines();
       note_unread_parts();
       refuse_loops();
-      apply_root_joint();
+      read_compiler_settings();
+      leave_out_pictures();
+      check_shapes();
+      lock_joints();
       read_inertia();
+      apply_root_joint();
+      scale_to_total_mass();
+      result_.has_mass = std::ranges::any_of(links_, [](const Link& link) { return link.mass > 0; });
+      measure_pictures();
       find_massless();
       check_inertia();
-      check_sizes();
       write_inertia();
       adapt_joints();
       adapt_meshes();
@@ -141,6 +165,7 @@ class Reader {
     if (refuse_xacro() || !read_elements() || !check_numbers() || !build_tree()) {
       throw InputError(fmt::format("{}: {}", path_, problem_text(result_.problems.front())));
     }
+    read_compiler_settings();
     read_inertia();
     find_massless();
     for (const Link& link : links_) mend_inertia(link, edits, mends);
@@ -236,6 +261,9 @@ class Reader {
   }
 
   void keep_first_elements() {
+    keep_first(*robot_, "the robot", {"mujoco"});
+    if (xml::XMLElement* own = robot_->FirstChildElement("mujoco"))
+      keep_first(*own, "<mujoco>", {"compiler", "option"});
     for (const Link& link : links_) {
       const std::string owner = fmt::format("link '{}'", link.name);
       keep_first(*link.element, owner, {"inertial"});
@@ -246,6 +274,10 @@ class Reader {
            e = e->NextSiblingElement("collision")) {
         keep_first(*e, owner, {"origin", "geometry"});
       }
+      for (xml::XMLElement* e = link.element->FirstChildElement("visual"); e != nullptr;
+           e = e->NextSiblingElement("visual")) {
+        keep_first(*e, fmt::format("a visual of {}", owner), {"origin", "geometry", "material"});
+      }
     }
     for (const UrdfJoint& joint : joints_) {
       keep_first(
@@ -254,6 +286,8 @@ class Reader {
     }
   }
 
+  static constexpr const char* kExpand = "expand the file first, with xacro";
+
   // Numbers that every URDF reader takes from these attributes.
   void check_numbers_below(const xml::XMLElement& element, const std::string& owner) {
     static const std::map<std::string, std::vector<std::pair<std::string, size_t>>> kAttributes = {
@@ -261,7 +295,6 @@ class Reader {
         {"axis", {{"xyz", 3}}},
         {"mass", {{"value", 1}}},
         {"inertia", {{"ixx", 1}, {"ixy", 1}, {"ixz", 1}, {"iyy", 1}, {"iyz", 1}, {"izz", 1}}},
-        {"limit", {{"lower", 1}, {"upper", 1}, {"effort", 1}}},
         {"dynamics", {{"damping", 1}, {"friction", 1}}},
         {"mimic", {{"multiplier", 1}, {"offset", 1}}},
         {"box", {{"size", 3}}},
@@ -277,7 +310,9 @@ class Reader {
           continue;
         refuse(fmt::format("<{}> of {}", element.Name(), owner), element.GetLineNum(),
                fmt::format("has {}=\"{}\"", attribute, text_of(&element, attribute.c_str())),
-               fmt::format("give {} finite {}", count, count == 1 ? "number" : "numbers"));
+               text_of(&element, attribute.c_str()).find("$(") != std::string::npos
+                   ? kExpand
+                   : fmt::format("give {} finite {}", count, count == 1 ? "number" : "numbers"));
       }
     }
     for (const xml::XMLElement* e = element.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
@@ -285,33 +320,168 @@ class Reader {
     }
   }
 
-  // MuJoCo refuses them too, without a place.
-  void check_sizes() {
-    static const std::map<std::string, std::vector<std::string>> kSizes = {{"box", {"size"}},
-                                                                           {"cylinder", {"radius", "length"}},
-                                                                           {"capsule", {"radius", "length"}},
-                                                                           {"sphere", {"radius"}}};
+  // The number of a bound, which may be infinite; NaN for what is none.
+  static double bound_of(const xml::XMLElement& limit, const char* attribute) {
+    std::string word = text_of(&limit, attribute);
+    std::erase_if(word, [](unsigned char c) { return std::isspace(c) != 0; });
+    std::ranges::transform(word, word.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const double sign = word.starts_with('-') ? -1 : 1;
+    if (word.starts_with('-') || word.starts_with('+')) word.erase(0, 1);
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    if (word == "inf" || word == "infinity") return sign * kInfinity;
+    const auto number = parse_number(word);
+    return number ? sign * *number : std::nan("");
+  }
+
+  // A bound that no robot reaches is none, which is what people write it for. One alone becomes a number that engines
+  // in single precision can hold.
+  void check_limit(const UrdfJoint& joint, xml::XMLElement& limit) {
+    constexpr double kNone = 1e9, kFar = 1e4;  // rad or m
+    for (const char* attribute : {"lower", "upper", "effort"}) {
+      if (limit.Attribute(attribute) == nullptr || !std::isnan(bound_of(limit, attribute))) continue;
+      refuse(fmt::format("<limit> of {}", label(joint)), limit.GetLineNum(),
+             fmt::format("has {}=\"{}\"", attribute, text_of(&limit, attribute)), "give a number, or inf for no limit");
+      return;
+    }
+    if (limit.Attribute("effort") != nullptr && bound_of(limit, "effort") >= kNone) limit.DeleteAttribute("effort");
+    const bool bounded = limit.Attribute("lower") != nullptr || limit.Attribute("upper") != nullptr;
+    if (!bounded) return;
+    const double lower = limit.Attribute("lower") == nullptr ? 0 : bound_of(limit, "lower");
+    const double upper = limit.Attribute("upper") == nullptr ? 0 : bound_of(limit, "upper");
+    if (lower <= -kNone && upper >= kNone) {
+      limit.DeleteAttribute("lower");
+      limit.DeleteAttribute("upper");
+      return;
+    }
+    for (const auto& [attribute, bound] : {std::pair("lower", lower), std::pair("upper", upper)}) {
+      if (std::abs(bound) < kNone) continue;
+      limit.SetAttribute(attribute, bound < 0 ? -kFar : kFar);
+      result_.notes.push_back(fmt::format("{} (line {}) has {}=\"{:g}\": {:g} is taken", label(joint),
+                                          limit.GetLineNum(), attribute, bound, bound < 0 ? -kFar : kFar));
+    }
+  }
+
+  // ---- shapes
+
+  // What MuJoCo refuses without a place: shapes that URDF does not know, and sizes that are not positive.
+  void check_shapes() {
     for (const Link& link : links_) {
-      for (const xml::XMLElement* c = link.element->FirstChildElement("collision"); c != nullptr;
-           c = c->NextSiblingElement("collision")) {
-        const xml::XMLElement* geometry = c->FirstChildElement("geometry");
-        const xml::XMLElement* shape = geometry == nullptr ? nullptr : geometry->FirstChildElement();
-        const auto sizes = kSizes.find(shape == nullptr ? "" : shape->Name());
-        if (sizes == kSizes.end()) continue;
-        for (const std::string& attribute : sizes->second) {
-          const std::vector<double> numbers = numbers_of(shape, attribute.c_str());
-          if (std::ranges::all_of(numbers, [](double v) { return v > 0; })) continue;
-          refuse(fmt::format("<{}> of link '{}'", shape->Name(), link.name), shape->GetLineNum(),
-                 fmt::format("has {}=\"{}\"", attribute, text_of(shape, attribute.c_str())),
-                 fmt::format("give {}", numbers.size() == 1 ? "a positive number" : "positive numbers"));
-        }
+      xml::XMLElement* next = nullptr;
+      for (xml::XMLElement* c = link.element->FirstChildElement("collision"); c != nullptr; c = next) {
+        next = c->NextSiblingElement("collision");
+        if (!keeps_shape(link, *c)) link.element->DeleteChild(c);
       }
+    }
+  }
+
+  // False for a collision that is left out or refused.
+  bool keeps_shape(const Link& link, xml::XMLElement& collision) {
+    static const std::map<std::string_view, std::vector<const char*>> kSizes = {{"box", {"size"}},
+                                                                                {"cylinder", {"radius", "length"}},
+                                                                                {"capsule", {"radius", "length"}},
+                                                                                {"sphere", {"radius"}},
+                                                                                {"mesh", {}}};
+    xml::XMLElement* geometry = collision.FirstChildElement("geometry");
+    xml::XMLElement* shape = geometry == nullptr ? nullptr : geometry->FirstChildElement();
+    if (shape == nullptr) {
+      leave_out(fmt::format("a collision of link '{}'", link.name), collision.GetLineNum(),
+                "has no shape and is left out");
+      return false;
+    }
+    const std::string element = fmt::format("<{}> of link '{}'", shape->Name(), link.name);
+    while (xml::XMLElement* again = shape->NextSiblingElement()) {
+      result_.notes.push_back(
+          fmt::format("{} is followed by another shape in its <geometry> (line {}): the first one "
+                      "counts, as in ROS",
+                      element, again->GetLineNum()));
+      geometry->DeleteChild(again);
+    }
+    const auto fail = [&](const std::string& fault, const std::string& mend) {
+      if (options_.drop_unsupported) {
+        leave_out(element, shape->GetLineNum(), fault + "; it is left out, so this link does not collide there");
+      } else {
+        refuse(element, shape->GetLineNum(), fault, mend, "--drop-unsupported, which leaves it out");
+      }
+      return false;
+    };
+    const auto sizes = kSizes.find(shape->Name());
+    if (sizes == kSizes.end()) return fail("is no shape of URDF", "use box, cylinder, capsule, sphere or mesh");
+    for (const char* attribute : sizes->second) {
+      const std::vector<double> numbers = numbers_of(shape, attribute);
+      if (numbers.empty()) return fail(fmt::format("has no {}", attribute), "give it one");
+      const bool negative = std::ranges::any_of(numbers, [](double v) { return v < 0; });
+      if (!negative && std::ranges::all_of(numbers, [](double v) { return v > 0; })) continue;
+      const std::string fault = fmt::format("has {}=\"{}\"", attribute, text_of(shape, attribute));
+      if (negative) return fail(fault, numbers.size() == 1 ? "give a positive number" : "give positive numbers");
+      leave_out(element, shape->GetLineNum(), fault + " and is left out: what has no volume touches nothing");
+      return false;
+    }
+    return true;
+  }
+
+  // What only draws never refuses a robot: MuJoCo's reader, which takes fewer colours and files than drawing.cc, gets
+  // no <visual> but a colour for the shapes that collide.
+  void leave_out_pictures() {
+    std::map<std::string, std::string> colours;  // by material
+    const auto add_colour = [&](const xml::XMLElement& material) {
+      const xml::XMLElement* colour = material.FirstChildElement("color");
+      const std::vector<double> rgba = numbers_of(colour, "rgba");
+      const bool valid = rgba.size() == 4 && std::ranges::all_of(rgba, [](double v) { return std::isfinite(v); });
+      if (valid) {
+        const std::string own = fmt::format("{} {} {} {}", rgba[0], rgba[1], rgba[2], rgba[3]);
+        colours.try_emplace(text_of(&material, "name"), own);
+        return own;
+      }
+      if (colour != nullptr) {
+        result_.notes.push_back(fmt::format("<color> in line {} has rgba=\"{}\", which is no colour: grey is drawn",
+                                            colour->GetLineNum(), text_of(colour, "rgba")));
+      }
+      return std::string();
+    };
+    while (xml::XMLElement* material = robot_->FirstChildElement("material")) {
+      add_colour(*material);
+      robot_->DeleteChild(material);
+    }
+    std::map<std::string, std::string> colour_of;  // link -> its last visual's own colour
+    std::map<std::string, std::string> material_of;
+    for (const Link& link : links_) {
+      while (xml::XMLElement* visual = link.element->FirstChildElement("visual")) {
+        const xml::XMLElement* geometry = visual->FirstChildElement("geometry");
+        if (geometry != nullptr && geometry->FirstChildElement() != nullptr) {
+          add_picture(link, origin_of(*visual), *geometry->FirstChildElement());
+        } else {
+          result_.notes.push_back(fmt::format("a visual of link '{}' (line {}) has no shape and is not drawn",
+                                              link.name, visual->GetLineNum()));
+        }
+        if (const xml::XMLElement* material = visual->FirstChildElement("material")) {
+          colour_of[link.name] = add_colour(*material);
+          material_of[link.name] = text_of(material, "name");
+        }
+        link.element->DeleteChild(visual);
+      }
+    }
+    for (const Link& link : links_) {
+      std::string& rgba = colour_of[link.name];
+      if (const auto known = colours.find(material_of[link.name]); rgba.empty() && known != colours.end()) {
+        rgba = known->second;
+      }
+      if (rgba.empty() || link.element->FirstChildElement("collision") == nullptr) continue;
+      // MuJoCo colours what follows
+      xml::XMLElement* visual = document_.NewElement("visual");
+      link.element->InsertFirstChild(visual);
+      visual->InsertNewChildElement("geometry")->InsertNewChildElement("sphere")->SetAttribute("radius", "1");
+      xml::XMLElement* material = visual->InsertNewChildElement("material");
+      material->SetAttribute("name", link.name.c_str());
+      material->InsertNewChildElement("color")->SetAttribute("rgba", rgba.c_str());
     }
   }
 
   bool check_numbers() {
     for (const Link& link : links_) check_numbers_below(*link.element, fmt::format("link '{}'", link.name));
-    for (const UrdfJoint& joint : joints_) check_numbers_below(*joint.element, fmt::format("joint '{}'", joint.name));
+    for (const UrdfJoint& joint : joints_) {
+      check_numbers_below(*joint.element, label(joint));
+      if (xml::XMLElement* limit = joint.element->FirstChildElement("limit")) check_limit(joint, *limit);
+    }
     return !result_.refused();
   }
 
@@ -518,12 +688,153 @@ class Reader {
     }
   }
 
+  // The corners of a shape that is drawn.
+  void add_picture(const Link& link, const Pose& X_LV, const xml::XMLElement& shape) {
+    const std::string_view type = shape.Name();
+    const double radius = number_of(&shape, "radius", 0), length = number_of(&shape, "length", 0);
+    Vec3 half = Vec3::Zero();
+    if (type == "box") half = vector_of(&shape, "size", Vec3::Zero()) / 2;
+    if (type == "sphere") half = Vec3::Constant(radius / std::numbers::sqrt3);
+    if (type == "cylinder" || type == "capsule") {
+      half = Vec3(radius / std::numbers::sqrt2, radius / std::numbers::sqrt2, length / 2);
+    }
+    for (int corner = 0; corner < 8; ++corner) {
+      const Vec3 at((corner & 1) != 0 ? half.x() : -half.x(), (corner & 2) != 0 ? half.y() : -half.y(),
+                    (corner & 4) != 0 ? half.z() : -half.z());
+      const Vec3 p_L = X_LV * at;
+      if (!half.isZero(0) && p_L.allFinite()) pictures_.emplace_back(link_of_.at(link.name), p_L);
+    }
+  }
+
+  void measure_pictures() {
+    for (const auto& [i, p_L] : pictures_) {
+      const int head = head_[static_cast<size_t>(i)];
+      double& reach = result_.drawn_reach[links_[static_cast<size_t>(head)].name];
+      reach = std::max(reach, (X_HL_[static_cast<size_t>(i)] * p_L - whole_[static_cast<size_t>(head)].p).norm());
+    }
+  }
+
+  void read_compiler_settings() {
+    compiler_ = read_compiler(*robot_, result_.problems, result_.notes);
+    for (xml::XMLElement* m = robot_->FirstChildElement("mujoco"); m != nullptr; m = m->NextSiblingElement("mujoco")) {
+      xml::XMLElement* next = nullptr;
+      for (xml::XMLElement* e = m->FirstChildElement(); e != nullptr; e = next) {
+        next = e->NextSiblingElement();
+        const std::string name = e->Name();
+        if (name == "option") continue;
+        if (name != "compiler" && name != "size") {
+          result_.notes.push_back(
+              fmt::format("<{}> of <mujoco> (line {}) is not read: in URDF MuJoCo reads <compiler> "
+                          "and <option>",
+                          name, e->GetLineNum()));
+        }
+        m->DeleteChild(e);
+      }
+    }
+  }
+
+  // ---- joints without a way
+
+  static bool is_scalar(const UrdfJoint& joint) { return joint.type == "revolute" || joint.type == "prismatic"; }
+
+  // Equal limits hold a joint where they are. MuJoCo's reader takes them for none.
+  void lock_joints() {
+    constexpr double kNoWay = 1e-6;      // rad or m
+    std::map<std::string, double> held;  // joint -> where
+    for (const UrdfJoint& joint : joints_) {
+      xml::XMLElement* limit = joint.element->FirstChildElement("limit");
+      if (!is_scalar(joint) || limit == nullptr) continue;
+      if (limit->Attribute("lower") == nullptr && limit->Attribute("upper") == nullptr) continue;
+      const double lower = number_of(limit, "lower", 0), upper = number_of(limit, "upper", 0);
+      if (std::abs(upper - lower) > kNoWay) continue;
+      if (joint.element->FirstChildElement("mimic") != nullptr) {
+        limit->DeleteAttribute("lower");
+        limit->DeleteAttribute("upper");
+        result_.notes.push_back(fmt::format("{} (line {}) has equal limits and mimics a joint: the limits are left out",
+                                            label(joint), limit->GetLineNum()));
+        continue;
+      }
+      held[joint.name] = (lower + upper) / 2;
+    }
+    if (held.empty()) return;
+    result_.locked = held;
+    add_followers(held);
+    const bool others_move = std::ranges::any_of(
+        joints_, [&](const UrdfJoint& joint) { return joint.type != "fixed" && !held.contains(joint.name); });
+    for (UrdfJoint& joint : joints_) {
+      const auto found = held.find(joint.name);
+      if (found == held.end()) continue;
+      xml::XMLElement* limit = joint.element->FirstChildElement("limit");
+      if (others_move) {
+        hold(joint, found->second);
+      } else if (joint.element->FirstChildElement("mimic") == nullptr) {
+        // something has to move: a range that engines take for one
+        limit->SetAttribute("lower", digits17(found->second - kNoWay).c_str());
+        limit->SetAttribute("upper", digits17(found->second + kNoWay).c_str());
+        result_.starts[joint.name] = found->second;
+      }
+    }
+    std::vector<std::string> names;
+    names.reserve(result_.locked.size());
+    for (const auto& [name, position] : result_.locked) names.push_back(fmt::format("'{}' at {:.4g}", name, position));
+    constexpr size_t kNamed = 5;
+    const size_t others = names.size() > kNamed ? names.size() - kNamed : 0;
+    names.resize(names.size() - others);
+    result_.notes.push_back(fmt::format("joints {} by their equal limits: {}{}",
+                                        others_move ? "that are fixed" : "that are held", join(names, ", "),
+                                        others > 0 ? fmt::format(" and {} more", others) : ""));
+  }
+
+  // What mimics a joint that is held, is held too.
+  void add_followers(std::map<std::string, double>& held) const {
+    for (size_t round = 0, before = 0; before != held.size() && round <= joints_.size(); ++round) {
+      before = held.size();
+      for (const UrdfJoint& joint : joints_) {
+        const xml::XMLElement* mimic = joint.element->FirstChildElement("mimic");
+        const auto leader = held.find(text_of(mimic, "joint"));
+        const bool follows =
+            mimic != nullptr && leader != held.end() && (is_scalar(joint) || joint.type == "continuous");
+        if (!follows || held.contains(joint.name)) continue;
+        held[joint.name] = number_of(mimic, "multiplier", 1) * leader->second + number_of(mimic, "offset", 0);
+      }
+    }
+  }
+
+  // Fixes a joint at this position.
+  void hold(UrdfJoint& joint, double position) {
+    const Vec3 axis = vector_of(joint.element->FirstChildElement("axis"), "xyz", Vec3::UnitX());
+    if (axis.norm() == 0) return;  // refused elsewhere
+    Pose moved;
+    if (joint.type == "prismatic") {
+      moved.p = position * axis.normalized();
+    } else {
+      moved.q = Eigen::AngleAxisd(position, axis.normalized());
+    }
+    const Pose X = origin_of(*joint.element) * moved;
+    xml::XMLElement* origin = joint.element->FirstChildElement("origin");
+    if (origin == nullptr) origin = joint.element->InsertNewChildElement("origin");
+    const Mat3 R = X.q.toRotationMatrix();
+    const double pitch = std::atan2(-R(2, 0), std::hypot(R(0, 0), R(1, 0)));
+    const bool level = std::hypot(R(0, 0), R(1, 0)) > 1e-9;  // else roll and yaw turn about one axis
+    const double roll = level ? std::atan2(R(2, 1), R(2, 2)) : std::atan2(-R(1, 2), R(1, 1));
+    const double yaw = level ? std::atan2(R(1, 0), R(0, 0)) : 0;
+    origin->SetAttribute("xyz", triple(X.p).c_str());
+    origin->SetAttribute("rpy", triple(Vec3(roll, pitch, yaw)).c_str());
+    if (xml::XMLElement* mimic = joint.element->FirstChildElement("mimic")) joint.element->DeleteChild(mimic);
+    set_type(joint, "fixed");
+  }
+
   // ---- root
 
   // --floating-base hangs the robot on the link "world", which MuJoCo takes for the world; --fixed-base fixes it there.
   void apply_root_joint() {
     Link& root = links_[order_.front()];
     const auto floats = [this](int j) { return joints_[j].type == "floating"; };
+    const bool is_object = options_.root_joint == RootJoint::kAsInFile && root.name != "world" && !anything_moves() &&
+                           !link_of_.contains("world") && carried_mass(order_.front()) > 0;
+    if (is_object) {
+      result_.notes.emplace_back(kFreeObject);
+    }
     if (options_.root_joint == RootJoint::kFixed) {
       for (const int j : root.children) {
         if (floats(j)) set_type(joints_[j], "fixed");
@@ -533,11 +844,16 @@ class Reader {
       take_root_for_world();
       return;
     }
-    if (options_.root_joint != RootJoint::kFloating) return;
+    if (options_.root_joint != RootJoint::kFloating && !is_object) return;
     if (root.name == "world") {
       for (const int j : root.children) {
         if (joints_[j].type == "fixed" && root.children.size() == 1) set_type(joints_[j], "floating");
       }
+      return;
+    }
+    if (const auto taken = link_of_.find("world"); taken != link_of_.end()) {
+      refuse("link 'world'", links_[taken->second].element->GetLineNum(), "is not the root, and the robot floats",
+             "give it another name");
       return;
     }
     xml::XMLElement* world = document_.NewElement("link");
@@ -558,6 +874,13 @@ class Reader {
     added.name = "world";
     added.children = {joint_index};
     order_.insert(order_.begin(), world_index);
+  }
+
+  // A joint without mass moves nothing; where it is fixed, the rest may be an object.
+  bool anything_moves() const {
+    return std::ranges::any_of(joints_, [&](const UrdfJoint& joint) {
+      return joint.type != "fixed" && (!options_.drop_unsupported || carried_mass(joint.child) > 0);
+    });
   }
 
   // The root is fixed, so what floats on it floats in the world; MuJoCo frees only what hangs on a link of that name.
@@ -595,6 +918,122 @@ class Reader {
       }
     }
     update_groups();
+    if (!compiler_.changes_inertia()) return;
+    take_shapes();
+    for (Link& link : links_) bound_inertia(link);
+    update_groups();
+  }
+
+  // The mass of shapes, of fixed links together where MuJoCo fuses them: then those without shapes lose theirs.
+  void take_shapes() {
+    using From = UrdfCompiler::FromShapes;
+    if (compiler_.from_shapes == From::kNever) return;
+    const bool always = compiler_.from_shapes == From::kAlways;
+    std::vector<bool> has_shapes(links_.size()), in_group(links_.size());
+    for (size_t i = 0; i < links_.size(); ++i) {
+      has_shapes[i] = links_[i].element->FirstChildElement("collision") != nullptr;
+      if (has_shapes[i]) in_group[static_cast<size_t>(head_[i])] = true;
+    }
+    size_t count = 0;
+    for (size_t i = 0; i < links_.size(); ++i) {
+      Link& link = links_[i];
+      const bool has_own = link.element->FirstChildElement("inertial") != nullptr;
+      if (always && !has_shapes[i] && has_own && compiler_.fuses && in_group[static_cast<size_t>(head_[i])]) {
+        link.mass = 0;
+        link.I = Mat3::Zero();
+        link.computed = true;
+      }
+      if (!has_shapes[i] || (!always && has_own)) continue;
+      take_shapes(link);
+      ++count;
+    }
+    result_.notes.push_back(
+        fmt::format("{} mass and inertia of {} shapes, as <mujoco><compiler inertiafromgeom=\"{}\"> "
+                    "says",
+                    count == 1 ? "1 link has the" : fmt::format("{} links have the", count),
+                    count == 1 ? "its" : "their", always ? "true" : "auto"));
+  }
+
+  void take_shapes(Link& link) {
+    const std::vector<SolidShape> shapes = shapes_of(link);
+    if (shapes.empty()) return;
+    try {
+      const RigidPart part = part_of_shapes(shapes);
+      link.mass = part.mass;
+      link.I = part.I;
+      link.X_LI = {part.p, Quat::Identity()};
+      link.computed = true;
+    } catch (const InputError& error) {
+      refuse(fmt::format("link '{}'", link.name), link.element->GetLineNum(),
+             fmt::format("has shapes without a mass: {}", error.what()),
+             "give it an <inertial>, and leave inertiafromgeom out of <mujoco><compiler>");
+    }
+  }
+
+  // Its collision shapes that have a volume.
+  std::vector<SolidShape> shapes_of(const Link& link) const {
+    std::vector<SolidShape> shapes;
+    for (const xml::XMLElement* c = link.element->FirstChildElement("collision"); c != nullptr;
+         c = c->NextSiblingElement("collision")) {
+      const xml::XMLElement* geometry = c->FirstChildElement("geometry");
+      const xml::XMLElement* element = geometry == nullptr ? nullptr : geometry->FirstChildElement();
+      if (element == nullptr) continue;
+      SolidShape shape{.type = element->Name(), .size = Vec3::Zero(), .mesh = {}, .X_LS = origin_of(*c)};
+      if (shape.type == "mesh") {
+        const FoundFile found = find_mesh(*element);
+        if (found.path.empty() || !may_be_read(found)) continue;  // named where it is needed
+        try {
+          shape.mesh = scaled_mesh(found.path, vector_of(element, "scale", Vec3::Ones()));
+        } catch (const InputError&) {
+          continue;
+        }
+      } else if (shape.type == "box") {
+        shape.size = vector_of(element, "size", Vec3::Zero());
+      } else {
+        shape.size = Vec3(number_of(element, "radius", 0), number_of(element, "length", 0), 0);
+      }
+      shapes.push_back(std::move(shape));
+    }
+    return shapes;
+  }
+
+  // boundmass, boundinertia and balanceinertia of a link, in MuJoCo's order.
+  void bound_inertia(Link& link) const {
+    if (link.mass < compiler_.bound_mass) {
+      link.mass = compiler_.bound_mass;
+      link.computed = true;
+    }
+    if (compiler_.bound_inertia == 0 && !compiler_.balance) return;
+    const Eigen::SelfAdjointEigenSolver<Mat3> solver(link.I);
+    Vec3 m = solver.eigenvalues();
+    const Vec3 as_written = m;
+    if (link.mass > 0) m = m.cwiseMax(compiler_.bound_inertia);
+    if (compiler_.balance && m[0] > 0 && m[0] + m[1] < m[2]) m.setConstant(m.mean());
+    if (m == as_written) return;
+    link.I = solver.eigenvectors() * m.asDiagonal() * solver.eigenvectors().transpose();
+    link.computed = true;
+  }
+
+  // settotalmass scales what moves; MuJoCo fuses what does not into the world, and forgets its mass.
+  void scale_to_total_mass() {
+    update_groups();
+    if (compiler_.total_mass == 0) return;
+    double mass = 0;
+    for (size_t i = 0; i < links_.size(); ++i) {
+      if (!compiler_.fuses || !is_static(static_cast<int>(i))) mass += links_[i].mass;
+    }
+    if (mass <= 0) return;
+    const double scale = compiler_.total_mass / mass;
+    for (Link& link : links_) {
+      link.mass *= scale;
+      link.I *= scale;
+      link.computed = true;
+    }
+    update_groups();
+    result_.notes.push_back(
+        fmt::format("masses and inertias are scaled by {:.6g}, as <mujoco><compiler "
+                    "settotalmass=\"{:g}\"> says",
+                    scale, compiler_.total_mass));
   }
 
   // Links that are fixed to each other: head_ is the one that moves them all, X_HL_ a link's frame in the head's.
@@ -649,12 +1088,22 @@ class Reader {
                   "moves no mass and is fixed: it has no dynamics, and what is drawn there does not move");
       } else {
         refuse(label(j), line_of(j), "moves no mass: link '" + links_[j.child].name + "' and what it carries have none",
-               "give the link an <inertial>, or make the joint fixed", "--drop-unsupported, which fixes it");
+               fmt::format("give the link an <inertial>{}, or make the joint fixed",
+                           carries_shapes(j.child) ? fmt::format(" or the robot {}", kMassOfShapes) : ""),
+               "--drop-unsupported, which fixes it");
       }
     }
     if (!idle_.empty()) update_groups();
     for (const int i : order_) check_link(i);
   }
+
+  bool carries_shapes(int link) const {
+    return links_[link].element->FirstChildElement("collision") != nullptr ||
+           std::ranges::any_of(links_[link].children, [&](int joint) { return carries_shapes(joints_[joint].child); });
+  }
+
+  static constexpr const char* kMendInertia =
+      "correct <inertia>, give --repair, or write a mended file with `assay check FILE --repair OUT`";
 
   void check_link(int i) {
     const Link& link = links_[i];
@@ -667,7 +1116,9 @@ class Reader {
     }
     if (is_static(i)) return;
     if (head_[i] == i && whole_[i].mass == 0 && joints_[link.joint].type == "floating") {
-      refuse(name, line, "is free and has no mass", "give it an <inertial>, or leave out --floating-base");
+      refuse(name, line, "is free and has no mass",
+             fmt::format("give it an <inertial>{}, or leave out --floating-base",
+                         carries_shapes(i) ? fmt::format(" or the robot {}", kMassOfShapes) : ""));
       return;
     }
     const bool whole_valid = whole_[head_[i]].mass == 0 || inertia_valid(whole_[head_[i]].I);
@@ -689,7 +1140,7 @@ class Reader {
             "{} (line {}) {}; it stays, because the inertia of all links that are fixed to each other is valid", name,
             line, fault));
       } else {
-        refuse(name, line, fault, "correct <inertia>, or write a mended file with `assay check --repair OUT`");
+        refuse(name, line, fault, link.mass == 0 ? "give it a <mass>, or remove its <inertial>" : kMendInertia);
       }
       return;
     }
@@ -699,10 +1150,12 @@ class Reader {
         if (head_[k] != i) continue;
         if (links_[k].mass < 0 || (!inertia_possible(links_[k].I) && !links_[k].I.isZero(0))) return;  // named there
       }
+      const bool missing = inertial != nullptr && inertial->FirstChildElement("inertia") == nullptr;
       refuse(name, line,
-             fmt::format("has an inertia that is not positive (principal moments {} kg m^2)",
-                         eigenvalues_text(principal_moments(whole_[i].I))),
-             "correct <inertia>, or write a mended file with `assay check --repair OUT`");
+             missing ? "has a mass and no <inertia>"
+                     : fmt::format("has an inertia that is not positive (principal moments {} kg m^2)",
+                                   eigenvalues_text(principal_moments(whole_[i].I))),
+             missing ? "give it one, or give --repair, which computes it from the link's shapes" : kMendInertia);
     }
   }
 
@@ -717,8 +1170,9 @@ class Reader {
       }
       const bool fixed = h == order_.front();
       const bool plain = std::ranges::all_of(parts, [&](int i) {
+        if (links_[i].computed) return false;
         return links_[i].element->FirstChildElement("inertial") == nullptr ||
-               (links_[i].mass > 0 && inertia_valid(links_[i].I));
+               (links_[i].mass > 0 && inertia_valid(links_[i].I) && compiles({links_[i].mass, {}, links_[i].I}));
       });
       if (plain && !fixed && links_[h].mass > 0) continue;
       for (const int i : parts) {
@@ -730,9 +1184,18 @@ class Reader {
       if (whole.mass == 0) {
         result_.massless.insert(links_[h].name);
         whole = {1, Vec3::Zero(), Mat3::Identity()};
+      } else if (!compiles(whole)) {
+        result_.inertia.emplace(links_[h].name, whole);
+        whole = {1, Vec3::Zero(), Mat3::Identity()};
       }
       add_inertial(links_[h].element, whole);
     }
+  }
+
+  // MuJoCo takes less for nothing.
+  static bool compiles(const RigidPart& part) {
+    constexpr double kLeast = 1e-12;  // kg, kg m^2
+    return part.mass > kLeast && principal_moments(part.I)[0] > kLeast;
   }
 
   static void add_inertial(xml::XMLElement* link, const RigidPart& part) {
@@ -762,10 +1225,18 @@ class Reader {
         if (lower > upper) {
           refuse(label(joint), limit->GetLineNum(),
                  fmt::format("has a lower limit {} above its upper limit {}", shortest(lower), shortest(upper)),
-                 "swap them, or write a mended file with `assay check --repair OUT`");
+                 "swap them, give --repair, or write a mended file with `assay check FILE --repair OUT`");
         }
         if (limit->Attribute("lower") == nullptr) limit->SetAttribute("lower", "0");
         if (limit->Attribute("upper") == nullptr) limit->SetAttribute("upper", "0");
+      }
+      if (joint.type == "spherical" && limit != nullptr && number_of(limit, "lower", 0) != 0) {
+        result_.notes.push_back(
+            fmt::format("{} (line {}) is spherical, and its limits are not read: only a largest "
+                        "angle, with lower=\"0\", is one",
+                        label(joint), limit->GetLineNum()));
+        limit->DeleteAttribute("lower");
+        limit->DeleteAttribute("upper");
       }
       const xml::XMLElement* axis = joint.element->FirstChildElement("axis");
       if (joint.type != "fixed" && joint.type != "floating" && axis != nullptr &&
@@ -876,14 +1347,6 @@ class Reader {
   // ---- meshes
 
   void adapt_meshes() {
-    // a file's own compiler settings must not turn visual meshes into needed ones
-    for (xml::XMLElement* m = robot_->FirstChildElement("mujoco"); m != nullptr; m = m->NextSiblingElement("mujoco")) {
-      for (xml::XMLElement* c = m->FirstChildElement("compiler"); c != nullptr; c = c->NextSiblingElement("compiler")) {
-        for (const char* attribute : {"discardvisual", "meshdir", "strippath", "assetdir", "inertiafromgeom"}) {
-          c->DeleteAttribute(attribute);
-        }
-      }
-    }
     for (Link& link : links_) {
       xml::XMLElement* next = nullptr;
       for (xml::XMLElement* c = link.element->FirstChildElement("collision"); c != nullptr; c = next) {
@@ -907,7 +1370,10 @@ class Reader {
       }
       return false;
     };
-    const FoundFile found = find_resource(uri, path_, options_.packages);
+    const FoundFile found = find_mesh(mesh);
+    if (found.path.empty() && uri.find("$(") != std::string::npos) {
+      return fail("names an argument of xacro", kExpand);
+    }
     if (found.path.empty()) {
       const std::string package =
           uri.substr(0, uri.find('/', uri.find("//") == std::string::npos ? 0 : uri.find("//") + 2));
@@ -916,9 +1382,13 @@ class Reader {
                                                        : fmt::format("name its package's folder with --package {}=DIR",
                                                                      package.substr(package.find("//") + 2)));
     }
-    if (!found.in_package && !options_.allow_external_files && !is_below(found.path, model_root(path_))) {
+    if (!may_be_read(found)) {
       return fail(fmt::format("lies outside the model's folder '{}'", model_root(path_)),
                   "copy it there, or give --allow-external-files if you trust the model");
+    }
+    if (!found.taken_for.empty()) {
+      result_.notes.push_back(
+          fmt::format("{} (line {}) is '{}', {}", element, mesh.GetLineNum(), found.path, found.taken_for));
     }
     const Vec3 scale = vector_of(&mesh, "scale", Vec3::Ones());
     mesh.DeleteAttribute("scale");
@@ -938,12 +1408,16 @@ class Reader {
     return true;
   }
 
+  FoundFile find_mesh(const xml::XMLElement& mesh) const {
+    return find_resource(text_of(&mesh, "filename"), path_, options_.packages,
+                         {compiler_.mesh_dir, compiler_.strip_path});
+  }
+  bool may_be_read(const FoundFile& found) const {
+    return found.in_package || options_.allow_external_files || is_below(found.path, model_root(path_));
+  }
+
   std::string add_mesh(const std::string& path, const Vec3& scale) {
-    UrdfMesh mesh{path, read_mesh(path)};
-    for (Vec3& p : mesh.data.vertices) p = p.cwiseProduct(scale);
-    if (scale.prod() < 0) {
-      for (auto& face : mesh.data.faces) std::swap(face[1], face[2]);  // mirrored: outward stays outward
-    }
+    UrdfMesh mesh{path, scaled_mesh(path, scale)};
     constexpr double kFlat = 1e-6;
     if (mesh.data.flatness() < kFlat) {
       throw InputError("is flat, so that it has no convex hull; give it a thickness, or use a thin box");
@@ -995,8 +1469,9 @@ class Reader {
           const xml::XMLElement* geometry = e->FirstChildElement("geometry");
           const xml::XMLElement* mesh = geometry == nullptr ? nullptr : geometry->FirstChildElement("mesh");
           const std::string uri = text_of(mesh, "filename");
-          const std::string found = uri.empty() ? "" : find_resource(uri, path_, options_.packages).path;
-          if (found.empty() || find_resource(uri, out, options_.packages).path == found) continue;
+          const MeshFolder as_mujoco{compiler_.mesh_dir, compiler_.strip_path};
+          const std::string found = uri.empty() ? "" : find_resource(uri, path_, options_.packages, as_mujoco).path;
+          if (found.empty() || find_resource(uri, out, options_.packages, as_mujoco).path == found) continue;
           change(*mesh, "filename", fs::absolute(found).lexically_normal().string(), edits);
           ++moved;
         }
@@ -1005,26 +1480,58 @@ class Reader {
     if (moved > 0) mends.push_back({0, fmt::format("names of mesh files that are absolute paths now: {}", moved)});
   }
 
+  int heaviest_part(int head) const {
+    int heaviest = head;
+    for (size_t i = 0; i < links_.size(); ++i) {
+      if (head_[i] == head && links_[i].mass > links_[heaviest].mass) heaviest = static_cast<int>(i);
+    }
+    return heaviest;
+  }
+
+  // Of a mass that fills the link's collision shapes, in the axes of its inertia; of a ball of water without such.
+  Mat3 inertia_of_shapes(const Link& link, double mass) const {
+    const std::vector<SolidShape> shapes = shapes_of(link);
+    try {
+      const RigidPart part = shapes.empty() ? RigidPart{} : part_of_shapes(shapes);
+      const Mat3 R = link.X_LI.q.toRotationMatrix();
+      const Mat3 I = part.mass > 0 ? Mat3(R.transpose() * part.I * R * (mass / part.mass)) : Mat3(Mat3::Zero());
+      if (inertia_valid(I)) return I;
+    } catch (const InputError&) {  // shapes that MuJoCo gives no mass
+    }
+    return nearest_valid_inertia(Mat3::Zero(), mass);
+  }
+
   void mend_inertia(const Link& link, std::vector<AttributeEdit>& edits, std::vector<Mend>& mends) const {
     const xml::XMLElement* inertial = link.element->FirstChildElement("inertial");
-    if (inertial == nullptr || link.mass <= 0 || inertia_possible(link.I)) {
-      // a mass without any inertia is a point: valid as a part, not as a whole
-      const bool point = inertial != nullptr && link.mass > 0 && link.I.isZero(0);
+    if (inertial == nullptr || link.mass <= 0) return;
+    if (inertia_possible(link.I)) {
+      // points and lines of mass are valid as parts, not as a whole: the heaviest part gets an extent
       const int head = head_[link_of_.at(link.name)];
-      if (!point || inertia_valid(whole_[head].I) || links_[head].name != link.name) return;
+      if (inertia_valid(whole_[head].I) || heaviest_part(head) != link_of_.at(link.name)) return;
     }
     const xml::XMLElement* inertia = inertial->FirstChildElement("inertia");
-    if (inertia == nullptr) return;
-    const Mat3 mended = nearest_valid_inertia(link.I, link.mass);
+    const double mass = number_of(inertial->FirstChildElement("mass"), "value", 0);
+    const Mat3 written = inertia_of(*inertial);
+    const Mat3 mended = written.isZero(0) ? inertia_of_shapes(link, mass) : nearest_valid_inertia(written, mass);
+    std::string entries;
     constexpr std::array<std::pair<const char*, std::pair<int, int>>, 6> kEntries = {
         {{"ixx", {0, 0}}, {"ixy", {0, 1}}, {"ixz", {0, 2}}, {"iyy", {1, 1}}, {"iyz", {1, 2}}, {"izz", {2, 2}}}};
     for (const auto& [name, at] : kEntries) {
       const double value = mended(at.first, at.second);
-      if (value != link.I(at.first, at.second)) change(*inertia, name, shortest(value), edits);
+      entries += fmt::format(" {}=\"{}\"", name, shortest(value));
+      if (inertia != nullptr && value != written(at.first, at.second)) change(*inertia, name, shortest(value), edits);
     }
-    mends.push_back({inertia->GetLineNum(), fmt::format("inertia of link '{}': principal moments {} -> {} kg m^2",
-                                                        link.name, eigenvalues_text(principal_moments(link.I)),
-                                                        eigenvalues_text(principal_moments(mended)))});
+    if (inertia == nullptr) {
+      edits.push_back({.line = inertial->GetLineNum(),
+                       .index = index_of(*inertial),
+                       .element = "inertial",
+                       .attribute = "",
+                       .value = fmt::format("<inertia{}/>", entries)});
+    }
+    mends.push_back({(inertia == nullptr ? inertial : inertia)->GetLineNum(),
+                     fmt::format("inertia of link '{}': principal moments {} -> {} kg m^2", link.name,
+                                 inertia == nullptr ? "missing" : eigenvalues_text(principal_moments(written)),
+                                 eigenvalues_text(principal_moments(mended)))});
   }
 
   void mend_joint(const UrdfJoint& joint, std::vector<AttributeEdit>& edits, std::vector<Mend>& mends) const {
@@ -1060,6 +1567,8 @@ class Reader {
   std::vector<RigidPart> whole_;                   // head -> all links that are fixed to it, in its frame
   std::set<int> idle_;                             // joints that move no mass
   std::map<std::string, std::string> mesh_names_;  // path and scale -> name
+  UrdfCompiler compiler_;
+  std::vector<std::pair<int, Vec3>> pictures_;  // links, and points of what is drawn of them, in the links' frames
 };
 
 }  // namespace
@@ -1079,8 +1588,7 @@ UrdfDocument read_urdf(const std::string& text, const std::string& path, const L
 }
 
 std::string mend_urdf(const std::string& text, const std::string& path, const std::string& out,
-                      std::vector<Mend>& mends) {
-  const LoadOptions options;
+                      std::vector<Mend>& mends, const LoadOptions& options) {
   Reader reader(text, path, options);
   return edited(text, reader.edits(out, mends));
 }

@@ -7,6 +7,8 @@
 // - Where links that are fixed to each other could not be compiled one by one (a mass without inertia), the inertia of
 //   the whole stands in the link that moves.
 // - A continuous joint has no limits; a missing bound of another is 0; <mimic> of a fixed joint is dropped.
+// - A joint with equal limits is fixed there. A robot in which nothing could move has a free base.
+// - Nothing that is only drawn is in it, and of <mujoco> only <option>: what <compiler> means is done here.
 // URDF has no actuators: every joint that moves and mimics no other is driven by a motor within its effort limit.
 #pragma once
 
@@ -15,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "model/inertia.h"
 #include "model/load_options.h"
 #include "model/mesh_file.h"
 #include "model/problems.h"
@@ -29,16 +32,24 @@ struct UrdfMesh {
 };
 
 struct UrdfDocument {
-  std::string text;                        // for MuJoCo's parser
-  std::map<std::string, UrdfMesh> meshes;  // by the name of their <mesh> in `text`, without ending
-  std::set<std::string> massless;          // bodies whose inertia is a placeholder
-  std::vector<std::string> driven;         // joints that get a motor, whose force the effort limit clamps
+  std::string text;                           // for MuJoCo's parser
+  std::map<std::string, UrdfMesh> meshes;     // by the name of their <mesh> in `text`, without ending
+  std::set<std::string> massless;             // bodies whose inertia is a placeholder
+  std::map<std::string, RigidPart> inertia;   // bodies whose inertia is too small for MuJoCo: theirs, in their frame
+  std::map<std::string, double> starts;       // joints that start elsewhere than at 0
+  std::map<std::string, double> locked;       // joints that their equal limits hold, and where
+  std::map<std::string, double> drawn_reach;  // FileFacts::drawn_reach
+  std::vector<std::string> driven;            // joints that get a motor, whose force the effort limit clamps
+  bool has_mass = false;                      // any link
   std::vector<std::string> notes;
   std::map<std::string, int> lines;  // of links and joints: "body 'foot'", "joint 'knee'"
   std::vector<Problem> problems;
 
   bool refused() const;
 };
+
+// The note of a robot that gets a free base because nothing else in it could move.
+inline constexpr const char* kFreeObject = "its base is free, because nothing else could move (--fixed-base holds it)";
 
 // The document's root element: "robot", "mujoco", "sdf"; empty when it is no XML.
 std::string root_element(const std::string& text);
@@ -48,6 +59,6 @@ UrdfDocument read_urdf(const std::string& text, const std::string& path, const L
 
 // The text without the faults that have one obvious mend, for mended_model().
 std::string mend_urdf(const std::string& text, const std::string& path, const std::string& out,
-                      std::vector<Mend>& mends);
+                      std::vector<Mend>& mends, const LoadOptions& options);
 
 }  // namespace assay

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <limits>
 #include <map>
 #include <optional>
 #include <utility>
@@ -15,6 +14,7 @@
 #include "model/mjcf.h"
 #include "model/start.h"
 #include "model/urdf.h"
+#include "search/support.h"
 
 namespace assay {
 namespace {
@@ -43,32 +43,6 @@ void keep_within_limits(const std::string& file, Stance& stance) {
       "or --keyframe gives another pose)",
       clamped.size(), clamped.size() == 1 ? " is" : "s are", clamped.size() == 1 ? "starts" : "start",
       model->joints[first.joint].name, shortest(model->initial.position[first.joint]), shortest(first.was)));
-}
-
-// How many limbs of the only root reach the ground while the root itself stays clear of it.
-int limbs_on_ground(const Model& model) {
-  constexpr double kClear = 0.01, kReaches = 0.1;  // of the robot's height
-  const std::vector<double> lowest = lowest_points(model);
-  std::map<int, double> limbs;  // by the child of the root that they begin with
-  double top = -std::numeric_limits<double>::infinity();
-  for (size_t b = 0; b < model.bodies.size(); ++b) {
-    top = std::max(top, model.initial.bodies[b].p_WBcm.z());
-    int limb = static_cast<int>(b);
-    int parent = model.bodies[b].parent;
-    if (parent == kWorld) {
-      if (b != 0) return 0;
-      continue;
-    }
-    for (; parent != 0; parent = model.bodies[static_cast<size_t>(limb)].parent) limb = parent;
-    double& own = limbs.emplace(limb, std::numeric_limits<double>::infinity()).first->second;
-    own = std::min(own, lowest[b]);
-  }
-  const double ground = *std::min_element(lowest.begin(), lowest.end() - 1);
-  if (!std::isfinite(ground)) return 0;
-  const double height = top - ground;
-  if (lowest.front() - ground < kClear * height) return 0;
-  return static_cast<int>(
-      std::ranges::count_if(limbs, [&](const auto& limb) { return limb.second - ground < kReaches * height; }));
 }
 
 }  // namespace
@@ -116,17 +90,20 @@ Stance stand(const std::string& file, const LoadOptions& given) {
     model = loaded(file, stance.load);
     stance.load.ground = load.ground;
     const bool freeable = model && model->bodies.front().is_free();
-    const int limbs = freeable ? limbs_on_ground(*model) : 0;
+    std::optional<Model> as_in_file = loaded(file, load);
+    const bool is_object = as_in_file && std::ranges::count(as_in_file->notes, kFreeObject) > 0;
+    const std::string support = freeable ? support_of(*model) : "";
     if (load.ground != Ground::kPlane) model.reset();
-    if (limbs > 1) {
-      stance.notes.push_back(fmt::format(
-          "its base is free, because it stands on {} of its limbs or wheels, and URDF cannot say so (--fixed-base "
-          "holds it)",
-          limbs));
-    } else if (freeable && !inspect_model(file, load).model) {
-      stance.notes.emplace_back("its base is free, because nothing else could move (--fixed-base holds it)");
+    if (as_in_file && !is_object && as_in_file->bodies.front().is_free()) {
+      model = std::move(as_in_file);  // it has a floating joint
+      stance.load = load;
+    } else if (!support.empty()) {
+      stance.notes.push_back(
+          fmt::format("its base is free, because it {}, and URDF cannot say so (--fixed-base holds it)", support));
+    } else if (freeable && (!as_in_file || is_object)) {
+      stance.notes.emplace_back(kFreeObject);
     } else {
-      model.reset();
+      model = std::move(as_in_file);
       stance.load = load;
       stance.notes.emplace_back("its base is fixed to the world, as in the file (--floating-base frees it)");
     }

@@ -23,7 +23,7 @@ class Completion(AssayTest):
     def test_options_are_those_of_the_help(self):
         self.assertEqual(sorted(self.offers("simulate", "--")), sorted(
             ["--help", "--engine", "--timestep", "--duration", "--sample", "--contacts", "--control", "--gravity", "--set",
-             "--out", "--drop-unsupported", "--package", "--floating-base", "--fixed-base", "--ground", "--no-ground", "--within-limits", "--decompose",
+             "--out", "--drop-unsupported", "--package", "--floating-base", "--fixed-base", "--ground", "--no-ground", "--within-limits", "--repair", "--decompose",
              "--keyframe", "--qpos", "--allow-external-files", "--time", "--policy", "--policy-config"]))
         self.assertEqual(self.offers("run", "x.toml", "--sh"), ["--shard"])
 

@@ -51,7 +51,7 @@ def urdf(base_z, limbs):
     """A base with a limb of one joint for each of `limbs`, the height of its box."""
     text = '<robot name="robot">' + link("base", base_z, 5)
     for i, z in enumerate(limbs):
-        text += link(f"limb{i}", z) + f"""<joint name="joint{i}" type="revolute"><parent link="base"/><child link="limb{i}"/>
+        text += link(f"leg{i}", z) + f"""<joint name="joint{i}" type="revolute"><parent link="base"/><child link="leg{i}"/>
           <origin xyz="{0.3 * (i + 1)} 0 0"/><axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="9" velocity="9"/></joint>"""
     return text + "</robot>"
 

@@ -182,7 +182,10 @@ class Options(AssayTest):
     # Each refusal's mend is one that mends.
     def test_nothing_moves(self):
         self.write("cube.urdf", '<robot name="cube"><link name="cube"><collision><geometry><box size="1 1 1"/></geometry></collision></link></robot>')
-        self.refused("check", "cube.urdf", naming=["nothing in it can move", "--floating-base"])
+        self.refused("check", "cube.urdf", naming=["nothing in it can move", "<inertial>", 'inertiafromgeom="auto"'])
+        weighed = (self.dir / "cube.urdf").read_text().replace("<link", '<mujoco><compiler inertiafromgeom="auto"/></mujoco><link', 1)
+        self.write("weighed.urdf", weighed)
+        self.assertEqual(self.assay_json("check", "weighed.urdf", "--json")["model"]["dof"], 6)
         self.refused("check", "cube.urdf", "--floating-base", "--drop-unsupported", naming=["nothing in it can move", "<inertial>"])
         body = '<body><geom size="1"/></body>'
         self.write("one.xml", f"<mujoco><worldbody>{body}</worldbody></mujoco>")

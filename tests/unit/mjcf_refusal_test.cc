@@ -259,9 +259,10 @@ TEST(MjcfRefusal, UrdfSizesThatAreNotPositive) {
   };
   EXPECT_EQ(with("sphere radius='0.1'"), "");
   EXPECT_EQ(with("sphere radius='-.05'"),
-            "robot.xml: <sphere> of link 'tip' (line 3) has radius=\"-.05\"; give a positive number");
-  EXPECT_THAT(with("box size='1 0 1'"), HasSubstr("<box> of link 'tip' (line 3) has size=\"1 0 1\"; give positive"));
-  EXPECT_THAT(with("cylinder radius='1' length='0'"), HasSubstr("has length=\"0\""));
+            "robot.xml: <sphere> of link 'tip' (line 3) has radius=\"-.05\"; give a positive number, or "
+            "--drop-unsupported, which leaves it out");
+  EXPECT_THAT(with("box size='1 -1 1'"), HasSubstr("<box> of link 'tip' (line 3) has size=\"1 -1 1\"; give positive"));
+  EXPECT_EQ(with("cylinder radius='1' length='0'"), "");  // it has no volume and is left out
 }
 
 TEST(MjcfRefusal, UrdfLoopJoint) {
