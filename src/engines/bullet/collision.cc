@@ -1,6 +1,7 @@
 #include "collision.h"
 
 #include <algorithm>
+#include <optional>
 
 #include <BulletCollision/CollisionDispatch/btCompoundCollisionAlgorithm.h>
 #include <BulletCollision/CollisionDispatch/btCompoundCompoundCollisionAlgorithm.h>
@@ -20,6 +21,40 @@ bool shape_frame_is_principal(const Body& body, const Shape& shape, BodyFrame& f
   if (std::abs(I_S(0, 1)) + std::abs(I_S(0, 2)) + std::abs(I_S(1, 2)) > 1e-14 * I_S.trace()) return false;
   frame = {{body.p_BBcm, shape.X_BS.q}, I_S.diagonal()};
   return true;
+}
+
+// Where a ball, capsule or cylinder touches what lies in the direction `towards`, at the height along its axis of a
+// point near there; nothing for other shapes, and for a cylinder's flat ends.
+std::optional<btVector3> round_surface(const btCollisionObject& object, int child, const btVector3& near,
+                                       const btVector3& towards) {
+  const btCollisionShape* shape = object.getCollisionShape();
+  btTransform X_WS = object.getWorldTransform();
+  if (shape->isCompound()) {
+    const auto& compound = static_cast<const btCompoundShape&>(*shape);
+    if (child < 0 || child >= compound.getNumChildShapes()) return std::nullopt;
+    X_WS = X_WS * compound.getChildTransform(child);
+    shape = compound.getChildShape(child);
+  }
+  const btVector3 direction = towards * X_WS.getBasis();  // in the shape's axes
+  const btScalar height = X_WS.invXform(near).z();
+  switch (shape->getShapeType()) {
+    case SPHERE_SHAPE_PROXYTYPE:
+      return X_WS.getOrigin() + static_cast<const btSphereShape*>(shape)->getRadius() * towards;
+    case CAPSULE_SHAPE_PROXYTYPE: {
+      const auto& capsule = static_cast<const btCapsuleShape&>(*shape);
+      const btScalar half = capsule.getHalfHeight();
+      return X_WS * (btVector3(0, 0, std::clamp(height, -half, half)) + capsule.getRadius() * direction);
+    }
+    case CYLINDER_SHAPE_PROXYTYPE: {
+      constexpr btScalar kLying = real(0.1);  // of the direction, along the axis
+      if (std::abs(direction.z()) > kLying) return std::nullopt;
+      const btVector3 across = btVector3(direction.x(), direction.y(), 0).normalized();
+      const btScalar radius = static_cast<const btCylinderShape*>(shape)->getRadius();
+      return X_WS * (radius * across + btVector3(0, 0, height));
+    }
+    default:
+      return std::nullopt;
+  }
 }
 
 bool is_identity(const Pose& X, double length) {
@@ -212,11 +247,37 @@ bool Collision::children_touch(const btCollisionShape* a, const btCollisionShape
   return tag_a->owner->shapes_touch(tag_a->shape, tag_b->shape);
 }
 
+// Bullet keeps contact points from step to step, on each body where they were found. On a round body such a point turns
+// away from where the body touches, and pushes it from beside: a capsule at rest on a box rolls away
+// (findings/bullet/kept_contacts.cc). So the point of a round body on a flat one is put back to where it touches.
+bool Collision::renew_point(btManifoldPoint& point, void* a, void* b) {
+  const auto& object_a = *static_cast<const btCollisionObject*>(a);
+  const auto& object_b = *static_cast<const btCollisionObject*>(b);
+  const btVector3 normal = point.m_normalWorldOnB;
+  const auto on_a = round_surface(object_a, point.m_index0, point.m_positionWorldOnA, -normal);
+  const auto on_b = round_surface(object_b, point.m_index1, point.m_positionWorldOnB, normal);
+  if (on_a.has_value() == on_b.has_value()) return true;  // of two round bodies the normal turns, too
+  // the other body's point is the nearest one of the plane that it had
+  if (on_a) {
+    point.m_distance1 = (*on_a - point.m_positionWorldOnB).dot(normal);
+    point.m_positionWorldOnA = *on_a;
+    point.m_positionWorldOnB = *on_a - point.m_distance1 * normal;
+  } else {
+    point.m_distance1 = (point.m_positionWorldOnA - *on_b).dot(normal);
+    point.m_positionWorldOnB = *on_b;
+    point.m_positionWorldOnA = *on_b + point.m_distance1 * normal;
+  }
+  point.m_localPointA = object_a.getWorldTransform().invXform(point.m_positionWorldOnA);
+  point.m_localPointB = object_b.getWorldTransform().invXform(point.m_positionWorldOnB);
+  return true;
+}
+
 void Collision::install_hooks() {
   gCalculateCombinedFrictionCallback = &Collision::sliding_friction;
   gCalculateCombinedSpinningFrictionCallback = &Collision::spinning_friction;
   gCalculateCombinedRollingFrictionCallback = &Collision::rolling_friction;
   gContactAddedCallback = &Collision::shape_friction;
+  gContactProcessedCallback = &Collision::renew_point;
   gCompoundChildShapePairCallback = &Collision::children_touch;
   gCompoundCompoundChildShapePairCallback = &Collision::children_touch;
 }

@@ -78,6 +78,8 @@ class Collision : public btOverlapFilterCallback {
   static bool shape_friction(btManifoldPoint& point, const btCollisionObjectWrapper* a, int part_a, int child_a,
                              const btCollisionObjectWrapper* b, int part_b, int child_b);
 
+  static bool renew_point(btManifoldPoint& point, void* a, void* b);
+
   bool turning_friction_;
   ContactCompliance compliance_;
   std::vector<BodyFrame> frames_;
