@@ -767,9 +767,15 @@ bool CampaignSystem::has(Measure measure) const { return std::ranges::find(measu
 
 double CampaignSystem::reference_of(const CampaignContender& contender) const {
   const ResolvedContender& resolved = contender.resolved;
-  if (resolved.engine == nullptr || reference_single_ms == reference_ms) return reference_ms;
-  const bool single = resolved.engine->capabilities(resolved.settings).precision == Precision::kSingle;
-  return single ? reference_single_ms : reference_ms;
+  if (resolved.engine == nullptr) return reference_ms;
+  const Capabilities can = resolved.engine->capabilities(resolved.settings);
+  const double asked_ms = can.precision == Precision::kSingle ? reference_single_ms : reference_ms;
+  // no finer than where the engine loses slow motions: the next timestep of the system from which samples can be taken
+  const double finest_ms = 1e3 * can.finest_timestep * (1 - 1e-9);
+  if (asked_ms >= finest_ms) return asked_ms;
+  const auto usable = std::ranges::find_if(
+      timesteps_ms, [&](double timestep) { return timestep >= finest_ms && whole(grid_ms(), timestep); });
+  return usable == timesteps_ms.end() ? asked_ms : *usable;
 }
 
 int CampaignSystem::shown_state() const { return initial_states.count > 1 && !has(Measure::kAgreement) ? 1 : 0; }

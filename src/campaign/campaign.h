@@ -7,7 +7,9 @@
 //                                                  # that match contenders of the installed engines
 //   timesteps_ms = ["1/64", "1/4", 1, 4]           # numbers, or fractions as text
 //   reference_ms = "1/64"                          # timestep of the reference runs; default 1/64
-//   reference_single_ms = "1/16"                   # the same of contenders in single precision; default: as above
+//   reference_single_ms = "1/16"                   # the same of contenders in single precision; default: as above.
+//                                                  # A contender that declares a longer finest timestep has the next of
+//                                                  # timesteps_ms
 //   measures = ["raw_speed", "consistency"]        # raw_speed, consistency, truth, drift, violation, grasp, agreement,
 //                                                  # scaling, transfer, batch
 //   time_limit_s = 600                             # of one cell (base/time_limit.h); default 600
@@ -161,7 +163,7 @@ struct CampaignSystem {
   double reference_single_ms = 1.0 / 64;  // of contenders in single precision
 
   bool has(Measure measure) const;  // whether it is measured
-  // Timestep of the contender's reference runs.
+  // Timestep of the contender's reference runs, at which it declares to lose no slow motions.
   double reference_of(const CampaignContender& contender) const;
   // Distance of the samples of reference runs, ms: sample_ms, or a part of it that the shortest pieces need.
   double grid_ms() const;

@@ -27,6 +27,7 @@ struct Options {
   std::vector<std::string> tests;
   std::string time_limit = fmt::format("{:g}", kMostTestSeconds);  // s
   bool list = false;
+  bool long_series = false;
   bool json = false;
   bool markdown = false;
 
@@ -71,9 +72,16 @@ void check_tests(const std::vector<std::string>& names) {
 }
 
 Json result_json(const ConformanceResult& result) {
-  return {{"test", result.test},     {"status", status_text(result.status)},
-          {"figure", result.figure}, {"tolerance", result.tolerance},
-          {"unit", result.unit},     {"note", result.note}};
+  Json json = {{"test", result.test},     {"status", status_text(result.status)},
+               {"figure", result.figure}, {"tolerance", result.tolerance},
+               {"unit", result.unit},     {"note", result.note}};
+  for (const TimestepResult& each : result.timesteps) {
+    json["timesteps"].push_back({{"timestep_ms", 1e3 * each.timestep},
+                                 {"status", status_text(each.status)},
+                                 {"figure", each.figure},
+                                 {"tolerance", each.tolerance}});
+  }
+  return json;
 }
 
 std::string result_line(const Json& result) {
@@ -123,6 +131,7 @@ Json examine(const ResolvedContender& contender, const Options& options) {
           std::signal(SIGINT, SIG_DFL);
           std::signal(SIGTERM, SIG_DFL);
           ConformanceOptions suite;
+          suite.long_series = options.long_series;
           suite.on_result = [&](const ConformanceResult& result) { send(dump_json(result_json(result))); };
           for (size_t i = ran; i < wanted.size() && (i == ran || !is_half_full()); ++i) {
             suite.tests = {wanted[i]};
@@ -232,6 +241,10 @@ void add_conformance(CLI::App& app, Action& action) {
   command->add_option("--time-limit", options->time_limit, "Seconds for one test")
       ->type_name("S")
       ->capture_default_str();
+  command
+      ->add_flag("--long", options->long_series,
+                 "Tests that have a longer version run that: bodies rest for 60 s, at more timesteps (minutes)")
+      ->disable_flag_override();
   command->add_flag("--list", options->list, "List the tests instead")->disable_flag_override();
   CLI::Option* json = command->add_flag("--json", options->json, "Print JSON");
   json->disable_flag_override();

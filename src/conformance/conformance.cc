@@ -14,6 +14,7 @@ namespace assay {
 namespace {
 
 using conformance::Subject;
+using conformance::TimestepVerdict;
 using conformance::Verdict;
 
 // The capability that a test requires of a contender.
@@ -278,6 +279,17 @@ const std::vector<Entry>& entries() {
        conformance::stack_of_ten},
       {"stack-1000", "a bar rests on two bars of a hundredth and a thousandth of its mass", Need::kRigidContact,
        conformance::stack_of_thousand},
+      {"bodies-at-rest", "balls, capsules, cylinders and boxes stay where they lie, at every timestep",
+       Need::kRigidContact, conformance::bodies_at_rest},
+      {"stacks-at-rest",
+       "stacks of up to ten boxes, each a little aside, stay as they are, at every timestep",
+       Need::kRigidContact,
+       conformance::stacks_at_rest,
+       {.of = {kBox}}},
+      {"slow-rotations", "bodies that turn slowly do so at every timestep", Need::kNothing,
+       conformance::slow_rotations},
+      {"near-equilibrium", "rods close to an equilibrium leave it or swing about it, no worse at a shorter timestep",
+       Need::kNothing, conformance::near_equilibrium},
       {"contact-compliance",
        "contacts with a given stiffness and damping: a ball sinks by m g / k, and its oscillation decays as it has to",
        Need::kCompliance, conformance::contact_compliance},
@@ -370,6 +382,71 @@ std::string missing_feature(const Entry& entry, const Capabilities& can) {
   return missing;
 }
 
+// The declaration that covers a figure at a timestep, s; 0: a figure of no single timestep, which only declarations for
+// all of them cover.
+const Deviation* covering(const Capabilities& can, const std::string& test, double timestep) {
+  const auto covers = [&](const Deviation& each) {
+    constexpr double kRounding = 1e-9;
+    if (each.test != test) return false;
+    if (timestep == 0) return each.finest == 0 && !std::isfinite(each.coarsest);
+    return timestep >= each.finest * (1 - kRounding) && timestep <= each.coarsest * (1 + kRounding);
+  };
+  const auto found = std::ranges::find_if(can.deviations, covers);
+  return found == can.deviations.end() ? nullptr : &*found;
+}
+
+// "4, 1, 1/4 ms" of the timesteps that ended with `status`.
+std::string timesteps_text(const std::vector<TimestepResult>& results, ConformanceStatus status) {
+  std::vector<std::string> labels;
+  for (const TimestepResult& each : results) {
+    if (each.status == status) labels.push_back(timestep_label(1e3 * each.timestep));
+  }
+  return labels.empty() ? "" : join(labels, ", ") + " ms";
+}
+
+// Whether figures pass, are declared or fail. Where a test has run at several timesteps, the result is the worst figure
+// of those that fail; where none fails, of those that are declared.
+void decide(const Capabilities& can, const Verdict& verdict, ConformanceResult& result) {
+  std::vector<TimestepVerdict> found = verdict.timesteps;
+  if (found.empty()) found.push_back({0, verdict.figure, verdict.tolerance, verdict.note});
+  const auto rank = [](ConformanceStatus status) {
+    if (status == ConformanceStatus::kFail) return 2;
+    return status == ConformanceStatus::kDeviation ? 1 : 0;
+  };
+  int worst = 0;
+  double worst_ratio = 0;
+  for (const TimestepVerdict& each : found) {
+    const Deviation* declared = covering(can, result.test, each.timestep);
+    ConformanceStatus status = ConformanceStatus::kPass;
+    std::string note;
+    if (each.figure > each.tolerance) {
+      status = declared != nullptr && each.figure <= declared->bound ? ConformanceStatus::kDeviation
+                                                                     : ConformanceStatus::kFail;
+      note = each.note;
+      if (status == ConformanceStatus::kDeviation) {
+        note = fmt::format("declared: {} ({})", declared->reason, each.note);
+      } else if (declared != nullptr) {
+        note = fmt::format("beyond the declared bound {}: {}", shortest(declared->bound), each.note);
+      }
+    }
+    if (each.timestep > 0) result.timesteps.push_back({each.timestep, status, each.figure, each.tolerance});
+    const double ratio = each.tolerance > 0 ? each.figure / each.tolerance : each.figure;
+    if (rank(status) < worst || status == ConformanceStatus::kPass) continue;
+    if (rank(status) == worst && ratio <= worst_ratio) continue;
+    worst = rank(status);
+    worst_ratio = ratio;
+    result.status = status;
+    result.figure = each.figure;
+    result.tolerance = each.tolerance;
+    result.note = each.timestep > 0 ? fmt::format("{} at {} ms", note, timestep_label(1e3 * each.timestep)) : note;
+  }
+  if (worst == 0 || result.timesteps.empty()) return;
+  const std::string passes = timesteps_text(result.timesteps, ConformanceStatus::kPass);
+  result.note +=
+      fmt::format("; {} at {}, {}", worst == 2 ? "fails" : "declared", timesteps_text(result.timesteps, result.status),
+                  passes.empty() ? "passes at none" : "passes at " + passes);
+}
+
 // Runs one test. An engine's failure is a verdict too.
 ConformanceResult judge(const Entry& entry, const Subject& subject) {
   ConformanceResult result;
@@ -397,17 +474,7 @@ ConformanceResult judge(const Entry& entry, const Subject& subject) {
       return result;
     }
     result.figure = verdict.figure;
-    if (verdict.figure <= verdict.tolerance) return result;
-    result.status = ConformanceStatus::kFail;
-    for (const Deviation& deviation : can.deviations) {
-      if (deviation.test != entry.name) continue;
-      if (verdict.figure <= deviation.bound) {
-        result.status = ConformanceStatus::kDeviation;
-        result.note = fmt::format("declared: {} ({})", deviation.reason, verdict.note);
-      } else {
-        result.note = fmt::format("beyond the declared bound {}: {}", shortest(deviation.bound), verdict.note);
-      }
-    }
+    decide(can, verdict, result);
   } catch (const std::exception& error) {
     const std::string lack = machine_lack(error);
     result.status = lack.empty() ? ConformanceStatus::kFail : ConformanceStatus::kNotRun;
@@ -456,7 +523,7 @@ std::vector<ConformanceResult> run_conformance(const ResolvedContender& contende
       throw InputError(fmt::format("there is no conformance test '{}'{}", test, did_you_mean(test, names)));
     }
   }
-  const Subject subject(contender);
+  const Subject subject(contender, options.long_series);
   std::vector<ConformanceResult> results;
   for (const Entry& entry : entries()) {
     if (!options.tests.empty() && std::ranges::find(options.tests, entry.name) == options.tests.end()) continue;

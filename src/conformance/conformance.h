@@ -23,6 +23,13 @@ enum class ConformanceStatus {
 // "pass", "fail", "deviation", "not-applicable", "not-run": as stored; what was not run is not stored.
 std::string_view status_text(ConformanceStatus status);
 
+// What a test that runs at several timesteps found at one of them.
+struct TimestepResult {
+  double timestep = 0;  // s
+  ConformanceStatus status = ConformanceStatus::kPass;
+  double figure = 0, tolerance = 0;
+};
+
 struct ConformanceResult {
   std::string test;
   ConformanceStatus status = ConformanceStatus::kPass;
@@ -30,6 +37,7 @@ struct ConformanceResult {
   double tolerance = 0;  // passes when figure <= tolerance
   std::string unit;      // of both; "" for ratios
   std::string note;      // one line: the meaning of the figure, the reason of the failure, or the missing capability
+  std::vector<TimestepResult> timesteps = {};  // the coarsest first; empty for tests that ask for one figure only
 };
 
 struct ConformanceTest {
@@ -47,6 +55,8 @@ inline constexpr double kMostTestSeconds = 300;
 struct ConformanceOptions {
   std::vector<std::string> tests = {};                           // names; empty: all
   std::function<void(const ConformanceResult&)> on_result = {};  // called after each test, in order
+  // Minutes instead of a second: what rests does so for 60 s, on everything that it may rest on, at more timesteps.
+  bool long_series = false;
 };
 
 // Runs the suite; one result per test. Each test chooses its timesteps (Settings::timestep is ignored). An exception

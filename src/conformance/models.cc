@@ -58,6 +58,17 @@ Solid principal_solid(double mass, const Vec3& p_BBcm, const Vec3& moments, cons
   return {mass, p_BBcm, (I + I.transpose()) / 2};
 }
 
+Solid box_solid(double mass, const Vec3& half) {
+  const Vec3 square = half.cwiseProduct(half) * mass / 3;
+  return principal_solid(mass, Vec3::Zero(), {square[1] + square[2], square[0] + square[2], square[0] + square[1]},
+                         Quat::Identity());
+}
+
+Solid cylinder_solid(double mass, double radius, double half_length) {
+  const double across = mass * (3 * radius * radius + 4 * half_length * half_length) / 12;
+  return principal_solid(mass, Vec3::Zero(), {across, across, mass * radius * radius / 2}, Quat::Identity());
+}
+
 Body& add_free_body(Model& model, const std::string& name, const Solid& solid, const Pose& X_WB) {
   Body body;
   body.name = name;

@@ -21,6 +21,8 @@ Quat about_axis(double angle, const Vec3& axis);  // rad; the axis need not be o
 
 Solid sphere_solid(double mass, double radius);
 Solid capsule_solid(double mass, double radius, double half_length, const Vec3& axis);
+Solid box_solid(double mass, const Vec3& half_size);
+Solid cylinder_solid(double mass, double radius, double half_length);  // along z
 // Principal moments along the axes of a frame turned by `q_BI` in the body.
 Solid principal_solid(double mass, const Vec3& p_BBcm, const Vec3& moments, const Quat& q_BI);
 

@@ -18,17 +18,6 @@ Vec3 on_slope(double tangent) {
   return kGravity * Vec3(std::sin(angle), 0, -std::cos(angle));
 }
 
-Solid box_solid(double mass, const Vec3& half) {
-  const Vec3 square = half.cwiseProduct(half) * mass / 3;
-  return principal_solid(mass, Vec3::Zero(), {square[1] + square[2], square[0] + square[2], square[0] + square[1]},
-                         Quat::Identity());
-}
-
-Solid cylinder_solid(double mass, double radius, double half_length) {
-  const double across = mass * (3 * radius * radius + 4 * half_length * half_length) / 12;
-  return principal_solid(mass, Vec3::Zero(), {across, across, mass * radius * radius / 2}, Quat::Identity());
-}
-
 Solid ellipsoid_solid(double mass, const Vec3& half) {
   const Vec3 square = half.cwiseProduct(half) * mass / 5;
   return principal_solid(mass, Vec3::Zero(), {square[1] + square[2], square[0] + square[2], square[0] + square[1]},

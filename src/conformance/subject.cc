@@ -26,6 +26,13 @@ double distance(const std::vector<double>& a, const std::vector<double>& b) {
   return largest;
 }
 
+// A figure in tolerances; for a tolerance of 0 always more than any check that passes.
+double in_tolerances(double figure, double tolerance) {
+  if (figure <= tolerance) return tolerance > 0 ? figure / tolerance : 0;
+  if (!std::isfinite(figure)) return std::numeric_limits<double>::infinity();
+  return tolerance > 0 ? figure / tolerance : 1 + figure;
+}
+
 // The limit h -> 0 of a method of order q from results at 2h and h.
 std::vector<double> extrapolated(const std::vector<double>& coarse, const std::vector<double>& fine, int q) {
   std::vector<double> limit(fine);
@@ -43,18 +50,22 @@ bool needs_torques(const Model& model) {
 }  // namespace
 
 void Checks::add(double figure, double tolerance, const std::string& what) {
-  // the figure in tolerances; for a tolerance of 0 always more than any check that passes
-  double ratio = std::numeric_limits<double>::infinity();
-  if (figure <= tolerance) {
-    ratio = tolerance > 0 ? figure / tolerance : 0;
-  } else if (std::isfinite(figure)) {
-    ratio = tolerance > 0 ? figure / tolerance : 1 + figure;
-  }
-  if (ratio <= ratio_) return;
-  ratio_ = ratio;
+  if (!worst_.note.empty() && in_tolerances(figure, tolerance) <= in_tolerances(worst_.figure, worst_.tolerance))
+    return;
   worst_.figure = figure;
   worst_.tolerance = tolerance;
   worst_.note = what;
+}
+
+void Checks::add_at(double timestep, double figure, double tolerance, const std::string& what) {
+  add(figure, tolerance, fmt::format("{} at {} ms", what, shortest(1e3 * timestep)));
+  const auto at = std::ranges::find(worst_.timesteps, timestep, &TimestepVerdict::timestep);
+  if (at == worst_.timesteps.end()) {
+    worst_.timesteps.push_back({timestep, figure, tolerance, what});
+    std::ranges::sort(worst_.timesteps, std::greater(), &TimestepVerdict::timestep);
+  } else if (in_tolerances(figure, tolerance) > in_tolerances(at->figure, at->tolerance)) {
+    *at = {timestep, figure, tolerance, what};
+  }
 }
 
 bool Subject::is_compliant() const {

@@ -14,30 +14,45 @@
 
 namespace assay::conformance {
 
+// The worst of what a test found at one timestep; it passes when figure <= tolerance.
+struct TimestepVerdict {
+  double timestep = 0;  // s
+  double figure = 0;
+  double tolerance = 0;
+  std::string note;
+};
+
 // The result of a test; it passes when figure <= tolerance.
 struct Verdict {
   double figure = 0;
   double tolerance = 0;
   std::string unit;
   std::string note;
+  // Of tests that run at several timesteps, the coarsest first: a deviation may be declared for some of them only.
+  std::vector<TimestepVerdict> timesteps = {};
 };
 
-// Keeps the check with the largest figure relative to its tolerance. All checks of a test share one unit, so that the
-// bound of a declared deviation has a meaning.
+// Keeps the check with the largest figure relative to its tolerance, of all and of each timestep. All checks of a test
+// share one unit, so that the bound of a declared deviation has a meaning.
 class Checks {
  public:
   explicit Checks(std::string unit) { worst_.unit = std::move(unit); }
   void add(double figure, double tolerance, const std::string& what);
+  // The same of a run with this timestep, s.
+  void add_at(double timestep, double figure, double tolerance, const std::string& what);
   const Verdict& worst() const { return worst_; }
 
  private:
   Verdict worst_;
-  double ratio_ = -1;
 };
 
 class Subject {
  public:
-  explicit Subject(const ResolvedContender& contender) : contender_(contender) {}
+  // `long_series`: tests that have a longer version run that.
+  explicit Subject(const ResolvedContender& contender, bool long_series = false)
+      : contender_(contender), long_(long_series) {}
+
+  bool is_long() const { return long_; }
 
   // Whether the contender's contacts were given a stiffness.
   bool is_compliant() const;
@@ -81,6 +96,7 @@ class Subject {
 
  private:
   const ResolvedContender& contender_;
+  bool long_ = false;
 };
 
 // Result of a run with a given timestep: the compared quantities, all of one unit.

@@ -88,6 +88,12 @@ Verdict friction_per_pair(const Subject& subject);
 Verdict excluded_pairs(const Subject& subject);
 Verdict contact_compliance(const Subject& subject);
 
+// ---- what rests and what moves slowly, at every timestep (rest_tests.cc) --------------------------------------------
+Verdict bodies_at_rest(const Subject& subject);
+Verdict stacks_at_rest(const Subject& subject);
+Verdict slow_rotations(const Subject& subject);
+Verdict near_equilibrium(const Subject& subject);
+
 // ---- forces of contacts (force_tests.cc) ----------------------------------------------------------------------------
 Verdict contact_forces(const Subject& subject);
 Verdict forces_of_boxes(const Subject& subject);

@@ -1,6 +1,7 @@
 #include "engines/describe.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 
@@ -47,7 +48,10 @@ std::string contact_forces_text(const Capabilities& capabilities) {
 nlohmann::ordered_json describe(const Capabilities& capabilities) {
   auto deviations = nlohmann::ordered_json::array();
   for (const Deviation& deviation : capabilities.deviations) {
-    deviations.push_back({{"test", deviation.test}, {"bound", deviation.bound}, {"reason", deviation.reason}});
+    auto& row = deviations.emplace_back(
+        nlohmann::ordered_json{{"test", deviation.test}, {"bound", deviation.bound}, {"reason", deviation.reason}});
+    if (deviation.finest > 0) row["finest_ms"] = 1e3 * deviation.finest;
+    if (std::isfinite(deviation.coarsest)) row["coarsest_ms"] = 1e3 * deviation.coarsest;
   }
   return {{"precision", precision_text(capabilities.precision)},
           {"coordinates", coordinates_text(capabilities.coordinates)},
@@ -72,6 +76,7 @@ nlohmann::ordered_json describe(const Capabilities& capabilities) {
           {"hidden_damping", capabilities.hidden_damping},
           {"other", capabilities.other},
           {"threads", capabilities.threads},
+          {"finest_timestep_ms", 1e3 * capabilities.finest_timestep},
           {"deviations", deviations}};
 }
 

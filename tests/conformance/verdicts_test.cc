@@ -65,6 +65,46 @@ TEST_F(Verdicts, DeclaredDeviationThatDoesNotShowIsAPass) {
   EXPECT_EQ(result_of(heavy("free-fall", 1), "free-fall").status, ConformanceStatus::kPass);
 }
 
+// Turns of at most 0.1 mrad in ten steps are lost: at 4 and 1 ms a body with 10 mrad/s turns by more.
+Fault drops_slow_turns(double finest, double coarsest) {
+  Fault fault;
+  fault.name = "drops slow turns";
+  fault.step = [](const State& before, State& after, double) {
+    for (size_t i = 0; i < after.bodies.size(); ++i) {
+      const Quat turned = after.bodies[i].q_WB * before.bodies[i].q_WB.conjugate();
+      if (2 * turned.vec().norm() <= 1e-5) after.bodies[i].q_WB = before.bodies[i].q_WB;
+    }
+  };
+  fault.capabilities = [=](Capabilities& can) {
+    can.deviations.push_back({"slow-rotations", 0.011, "slow turns are lost", finest, coarsest});
+  };
+  return fault;
+}
+
+TEST_F(Verdicts, DeviationCountsAtItsTimestepsOnly) {
+  const ConformanceResult covered = result_of(drops_slow_turns(0, 1e-3), "slow-rotations");
+  EXPECT_EQ(covered.status, ConformanceStatus::kDeviation) << covered.note;
+  EXPECT_THAT(covered.note,
+              testing::AllOf(testing::HasSubstr("slow turns are lost"), testing::HasSubstr("passes at 4 ms")));
+  ASSERT_EQ(covered.timesteps.size(), 4U);
+  EXPECT_EQ(covered.timesteps.front().timestep, 4e-3);
+  EXPECT_EQ(covered.timesteps.front().status, ConformanceStatus::kPass);
+  EXPECT_EQ(covered.timesteps.back().status, ConformanceStatus::kDeviation);
+
+  const ConformanceResult beyond = result_of(drops_slow_turns(0, 1e-4), "slow-rotations");
+  EXPECT_EQ(beyond.status, ConformanceStatus::kFail);
+  EXPECT_EQ(beyond.timesteps.back().status, ConformanceStatus::kDeviation);
+  EXPECT_THAT(beyond.note, testing::HasSubstr("fails at 1, 1/4 ms"));
+}
+
+TEST_F(Verdicts, TimestepsBelowTheFinestDeclaredAreNotTried) {
+  Fault fault = drops_slow_turns(0, 0);
+  fault.capabilities = [](Capabilities& can) { can.finest_timestep = 4e-3; };
+  const ConformanceResult result = result_of(fault, "slow-rotations");
+  EXPECT_EQ(result.status, ConformanceStatus::kPass) << result.note;
+  EXPECT_EQ(result.timesteps.size(), 1U);
+}
+
 TEST_F(Verdicts, MissingCapabilityIsNamed) {
   Fault fault;
   fault.capabilities = [](Capabilities& can) {

@@ -67,6 +67,32 @@ std::string error_of(const std::string& text) {
 
 std::string error_of(const std::string& from, const std::string& to) { return error_of(with(kGood, from, to)); }
 
+// Declares a finest timestep of 3 ms.
+class LosesSlowMotions final : public Engine {
+ public:
+  std::string name() const override { return "slow"; }
+  BuildFacts build() const override { return {}; }
+  std::vector<Setting> settings() const override { return {}; }
+  std::vector<Contender> contenders() const override { return {}; }
+  Capabilities capabilities(const Settings& /*settings*/) const override {
+    Capabilities can;
+    can.finest_timestep = 3e-3;
+    return can;
+  }
+  std::vector<Limitation> check(const Model& /*model*/, const Settings& /*settings*/) const override { return {}; }
+  std::unique_ptr<Simulation> create(const Model&, const State&, const Settings&) const override { return nullptr; }
+};
+
+TEST(Campaign, FineStepRunsAreNoFinerThanTheContenderDeclares) {
+  const Campaign campaign = parse_campaign(kGood, "file.toml");
+  const LosesSlowMotions engine;
+  CampaignContender contender = campaign.contenders[0];
+  EXPECT_EQ(campaign.systems[0].reference_of(contender), 1.0 / 16);
+  contender.resolved.engine = &engine;
+  // of 1/16, 1/4, 1 and 4 ms the first that is no finer, and that samples can be taken from
+  EXPECT_EQ(campaign.systems[1].reference_of(contender), 4);
+}
+
 TEST(Campaign, SaysWhatItSays) {
   const Campaign campaign = parse_campaign(kGood, "file.toml");
   EXPECT_EQ(campaign.name, "good");

@@ -37,6 +37,13 @@ Deviation multibody_impact(const Options& options) {
 }
 
 // Bounds: 1.5 times what the tests measure.
+// In the long series only.
+Deviation first_contact() {
+  return {"bodies-at-rest", 0.1,
+          "the first contact of a lying capsule is at one end only and gives it up to 1 mm/s, with which it rolls on "
+          "(findings/bullet/kept_contacts.cc)"};
+}
+
 std::vector<Deviation> rigid_deviations(const Options& options) {
   const std::string lent = fmt::format("massless bodies borrow {:g} % of the next body's mass: rigid bodies need mass",
                                        100 * options.lent_share);
@@ -55,6 +62,8 @@ std::vector<Deviation> rigid_deviations(const Options& options) {
                           "with up to ERP of its speed (findings/bullet/split_impulse_depth.cc)"});
   }
   if (few) {
+    deviations.push_back({"stacks-at-rest", 1.5,
+                          "few iterations do not carry a stack of ten boxes (findings/bullet/stack_mass_ratio.cc)"});
     deviations.push_back({"stack-1000", 0.47,
                           "few iterations do not carry a load of a thousand times the mass that bears it "
                           "(findings/bullet/stack_mass_ratio.cc)"});
@@ -222,6 +231,7 @@ class BulletEngine final : public Adapter {
       c.gyroscopic = options.gyroscopic != 0;
       c.deviations = rigid_deviations(options);
     }
+    c.deviations.push_back(first_contact());
     add_features(c, options);
     return c;
   }

@@ -20,6 +20,10 @@ using Set = std::map<std::string, SettingValue>;
 // Bounds: 1.5 to 2 times what the tests measure.
 std::vector<Deviation> deviations(const Options& options) {
   std::vector<Deviation> list;
+  list.push_back(
+      {"bodies-at-rest", 1.5,
+       "a cylinder is a prism, which rolls from its edge to a face and, with PGS or few iterations, creeps on "
+       "by up to 14 mm/s (findings/physx/prism_rolls_slowly.cc)"});
   const bool articulation = options.joints == Joints::kArticulation;
   if (!options.tgs && !articulation) {
     list.push_back(

@@ -30,6 +30,22 @@ std::vector<Deviation> deviations(const Options& options) {
     list.push_back({"friction-directions", 0.08, faces});
     list.push_back({"distances", 0.17, faces});
   }
+  if (options.world.contact_coherence != 0 && options.world.contact_recycling == 0) {
+    list.push_back({"bodies-at-rest", 30,
+                    "on contact points that turn with it a round body at rest gains speed; --set contact_coherence=off "
+                    "finds them anew (findings/rapier/kept_contacts.cc)"});
+  }
+  if (!options.double_precision && options.world.contact_coherence == 0) {
+    list.push_back({"bodies-at-rest", 3,
+                    "in single precision the contact points of a lying cylinder on a box wander along its edge, which "
+                    "pushes it aside (findings/rapier/kept_contacts.cc)"});
+  }
+  if (options.world.contact_frequency < 200) {
+    list.push_back(
+        {"stacks-at-rest", 3,
+         "a stack on soft contacts sways by centimetres or buckles; --set contact_natural_frequency=200 keeps "
+         "twenty boxes upright (findings/rapier/soft_stack.cc)"});
+  }
   if (options.world.solver_iterations < 50) {
     // 0.049 with 500 iterations
     list.push_back({"stack-1000", 2.5,

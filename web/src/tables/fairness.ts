@@ -49,6 +49,7 @@ const kColumns: { title: string; hint: string; text: (contender: Contender) => s
   { title: "Hidden damping", hint: "what the engine takes away without being asked", text: (c) => text(c, "hidden_damping") || "none" },
   { title: "Sleeping", hint: "bodies at rest are no longer computed", text: (c) => text(c, "sleep") },
   { title: "Speed limits", hint: "above which the engine cuts velocities", text: (c) => text(c, "speed_limits") },
+  { title: "Finest timestep", hint: "below which the engine loses slow motions, so its fine-step run is no finer", text: (c) => (c.capabilities["finest_timestep_ms"] ? `${text(c, "finest_timestep_ms")} ms` : "any") },
   { title: "Contact forces", hint: "which of them the engine gives; without them the residuals of contact are not given either", text: (c) => text(c, "contact_forces") || "not given", wide: "wide" },
   { title: "Threads", hint: "", text: (c) => text(c, "threads") },
   { title: "Other", hint: "velocity quantisation, clamps", text: (c) => text(c, "other") || "–", wide: "wider" },
