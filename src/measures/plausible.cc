@@ -17,6 +17,7 @@ namespace {
 
 constexpr double kReachFactor = 1000;
 constexpr double kTurn = 2 * std::numbers::pi;
+constexpr double kLeast = std::numeric_limits<float>::min();  // of what has to be positive
 
 bool is_finite(const BodyState& body) {
   return body.p_WBcm.allFinite() && body.q_WB.coeffs().allFinite() && body.v_WBcm.allFinite() && body.w_WB.allFinite();
@@ -35,6 +36,60 @@ bool travels(const Model& model, size_t body) {
     if (each.is_free() || (each.joint >= 0 && model.joints[static_cast<size_t>(each.joint)].is_slide())) return true;
   }
   return false;
+}
+
+// The root mean square distance of the body's mass from its centre, m. 0 for a massless body.
+double radius_of_gyration(const Body& body) {
+  return body.mass > 0 ? std::sqrt(body.I_BBcm_B.trace() / (2 * body.mass)) : 0;
+}
+
+Pose parent_pose(const Model& model, const State& state, int parent) {
+  if (parent == kWorld) return {};
+  return body_pose(model.bodies[static_cast<size_t>(parent)], state.bodies[static_cast<size_t>(parent)]);
+}
+
+// How far the start is off the constraints between bodies and the limits of slides, m.
+double start_gap(const Model& model, const State& start) {
+  double gap = 0;
+  for (const Connect& connect : model.connects) {
+    gap = std::max(gap, (parent_pose(model, start, connect.body_a) * connect.p_A -
+                         parent_pose(model, start, connect.body_b) * connect.p_B)
+                            .norm());
+  }
+  for (const Weld& weld : model.welds) {
+    const Pose wanted = parent_pose(model, start, weld.body_a) * weld.X_AB;
+    gap = std::max(gap, (wanted.p - parent_pose(model, start, weld.body_b).p).norm());
+  }
+  for (size_t j = 0; j < model.joints.size(); ++j) {
+    const Joint& joint = model.joints[j];
+    if (!joint.is_slide() || !joint.limited) continue;
+    gap = std::max({gap, joint.lower - start.position[j], start.position[j] - joint.upper});
+  }
+  return gap;
+}
+
+// The same of angles, and of couplings, rad.
+double start_turn(const Model& model, const State& start) {
+  double turn = 0;
+  for (const Weld& weld : model.welds) {
+    const Quat wanted = parent_pose(model, start, weld.body_a).q * weld.X_AB.q;
+    turn = std::max(turn, rotation_vector(wanted.conjugate() * parent_pose(model, start, weld.body_b).q).norm());
+  }
+  for (const Coupling& coupling : model.couplings) {
+    const double wanted = coupling.offset + sum_of_terms(coupling.terms, start.position);
+    turn = std::max(turn, std::abs(start.position[static_cast<size_t>(coupling.joint)] - wanted));
+  }
+  for (size_t j = 0; j < model.joints.size(); ++j) {
+    const Joint& joint = model.joints[j];
+    if (joint.is_slide() || !joint.limited) continue;
+    turn = std::max({turn, joint.lower - start.position[j], start.position[j] - joint.upper});
+  }
+  for (size_t b = 0; b < model.balls.size(); ++b) {
+    const BallJoint& ball = model.balls[b];
+    if (!ball.limited) continue;
+    turn = std::max(turn, rotation_vector(ball_rotation(model, start, static_cast<int>(b))).norm() - ball.upper);
+  }
+  return turn;
 }
 
 // Energy of the springs in a state, J.
@@ -80,7 +135,8 @@ std::vector<double> stretched(const Model& model) {
 
 }  // namespace
 
-Plausibility::Plausibility(const Model& model, const State& start, double duration_s, double work)
+Plausibility::Plausibility(const Model& model, const State& start, double duration_s, double work,
+                           const Arithmetic& arithmetic)
     : model_(model), available_energy_(kinetic_energy(model, start) + work) {
   const double g = model.gravity.norm();
   const double fall = 0.5 * g * duration_s * duration_s;
@@ -98,28 +154,79 @@ Plausibility::Plausibility(const Model& model, const State& start, double durati
     }
   }
 
-  double extent = 0, fastest = 0;
+  double extent = 0, fastest = 0, travelling = 0;
   for (size_t i = 0; i < model.bodies.size(); ++i) {
     const Body& body = model.bodies[i];
     const BodyState& state = start.bodies[i];
     extent = std::max(extent, state.p_WBcm.norm() + far[i]);
     fastest = std::max(fastest, state.v_WBcm.norm());
     const double height = state.p_WBcm.dot(up);
-    double drop = travels(model, i) ? state.v_WBcm.norm() * duration_s + fall : 2 * far[i];
+    double drop = 2 * far[i];
+    if (travels(model, i)) {
+      drop = state.v_WBcm.norm() * duration_s + fall;
+      travelling += body.mass;
+    }
     if (std::isfinite(ground)) drop = std::min(drop, std::max(0.0, height - ground));
     available_energy_ += body.mass * g * drop;
   }
   available_energy_ += spring_energy(model, start);
-  for (size_t j = 0; j < model.joints.size(); ++j) {
-    const Joint& hinge = model.joints[j];
-    const auto child = static_cast<size_t>(hinge.body);
-    size_ = std::max(size_, (model.bodies[child].p_BBcm - hinge.p_BJ).norm());
-    if (const int parent = model.bodies[child].parent; parent != kWorld) {
-      const Vec3 anchor = anchor_in_parent(model, static_cast<int>(j));
-      size_ = std::max(size_, (model.bodies[static_cast<size_t>(parent)].p_BBcm - anchor).norm());
-    }
+  find_size(far);
+  find_rest(start, far, arithmetic);
+  // What travels may be driven.
+  if (travelling > 0 && std::isfinite(available_energy_))
+    fastest = std::max(fastest, std::sqrt(2 * available_energy_ / travelling));
+  reach_ = kReachFactor * (std::max(extent, size_) + fastest * duration_s + fall);
+}
+
+void Plausibility::find_size(const std::vector<double>& far) {
+  double longest = 0;
+  const auto connects = [&](int index, const Vec3& anchor_B) {
+    if (index == kWorld) return;
+    const Body& body = model_.bodies[static_cast<size_t>(index)];
+    size_ = std::max({size_, (body.p_BBcm - anchor_B).norm(), radius_of_gyration(body)});
+  };
+  for (size_t i = 0; i < model_.bodies.size(); ++i) {
+    const Body& body = model_.bodies[i];
+    longest = std::max(longest, far[i]);
+    if (body.is_free()) continue;
+    const Vec3& anchor = anchor_of(model_, body);
+    connects(static_cast<int>(i), anchor);
+    connects(body.parent, body.X_PB * anchor);
   }
-  reach_ = kReachFactor * (std::max(extent, 1e-3) + fastest * duration_s + fall);
+  double travel = 0;
+  for (const Joint& joint : model_.joints) {
+    if (joint.is_slide() && joint.limited) travel = std::max(travel, joint.upper - joint.lower);
+  }
+  size_ = std::max(size_, kSizeShare * (longest + travel));
+  if (size_ > 0) return;
+  // no joint connects bodies with mass
+  for (const Body& body : model_.bodies) size_ = std::max(size_, radius_of_gyration(body));
+  size_ = std::max(size_, kLeast);
+}
+
+void Plausibility::find_rest(const State& start, const std::vector<double>& far, const Arithmetic& arithmetic) {
+  // Iterative solvers leave more than the rounding of doubles.
+  constexpr double kDouble = 1e-9;
+  constexpr double kRoundings = 4;  // of a step
+  // Engines correct what the start violates within this time, and at once what is as small as a file's last digit.
+  constexpr double kCorrection = 0.01;  // s
+  constexpr double kDigit = 1e-4;       // of the size, rad
+  unit_ = arithmetic.single_precision ? std::numeric_limits<float>::epsilon() : kDouble;
+  const double step = std::max(arithmetic.timestep_s, kLeast);
+  const double gap = start_gap(model_, start), off = start_turn(model_, start);
+  const double turn = (kRoundings * unit_ + std::min(off, kDigit)) / step + off / kCorrection;  // rad/s
+  const double correction = std::min(gap, kDigit * size_) / step + gap / kCorrection;           // m/s
+  for (size_t i = 0; i < model_.bodies.size(); ++i) {
+    const Body& body = model_.bodies[i];
+    const double extent = start.bodies[i].p_WBcm.norm() + far[i] + size_;
+    const double speed = kRoundings * unit_ * extent / step + correction + turn * (far[i] + size_);
+    rest_energy_ += 0.5 * body.mass * speed * speed + 0.5 * body.I_BBcm_B.trace() * turn * turn;
+    const double armature = body.joint >= 0  ? model_.joints[static_cast<size_t>(body.joint)].armature
+                            : body.ball >= 0 ? model_.balls[static_cast<size_t>(body.ball)].armature
+                                             : 0;
+    const bool slides = body.joint >= 0 && model_.joints[static_cast<size_t>(body.joint)].is_slide();
+    rest_energy_ += 0.5 * armature * (slides ? speed * speed : 3 * turn * turn);
+  }
 }
 
 std::string Plausibility::divergence(const State& state) const {
@@ -134,15 +241,21 @@ std::string Plausibility::divergence(const State& state) const {
 
 std::string Plausibility::impossibility(const State& state) const {
   const double energy = kinetic_energy(model_, state);
-  if (energy > kEnergyFactor * available_energy_) {
-    return fmt::format("kinetic energy {:.3g} J where at most {:.3g} J are available", energy, available_energy_);
+  const double most = available_energy_ + rest_energy_;
+  if (energy > kEnergyFactor * most) {
+    return fmt::format("kinetic energy {:.3g} J where at most {:.3g} J are available", energy, most);
   }
+  if (std::string why = torn(state); !why.empty()) return why;
+  return below_ground(state);
+}
+
+std::string Plausibility::torn(const State& state) const {
   for (size_t j = 0; j < model_.joints.size(); ++j) {
     const JointFrames frames = joint_frames(model_, state, static_cast<int>(j));
     Vec3 apart = frames.p_WJ_child - frames.p_WJ_parent;
     const bool is_slide = model_.joints[j].is_slide();
     if (is_slide) apart -= apart.dot(frames.axis_W_parent) * frames.axis_W_parent;
-    if (const double gap = apart.norm(); gap > size_) {
+    if (const double gap = apart.norm(); gap > size_ + rounding(frames.p_WJ_child)) {
       return fmt::format("{} '{}' is {:.3g} m apart", is_slide ? "slide" : "hinge", model_.joints[j].name, gap);
     }
     if (is_slide || !model_.joints[j].limited) continue;
@@ -151,6 +264,18 @@ std::string Plausibility::impossibility(const State& state) const {
       return fmt::format("hinge '{}' is {:.3g} rad beyond its limit", model_.joints[j].name, beyond);
     }
   }
+  for (const BallJoint& ball : model_.balls) {
+    const Body& body = model_.bodies[static_cast<size_t>(ball.body)];
+    const Vec3 child = body_pose(body, state.bodies[static_cast<size_t>(ball.body)]) * ball.p_BJ;
+    const Vec3 parent = parent_pose(model_, state, body.parent) * (body.X_PB * ball.p_BJ);
+    if (const double gap = (child - parent).norm(); gap > size_ + rounding(child)) {
+      return fmt::format("ball joint '{}' is {:.3g} m apart", ball.name, gap);
+    }
+  }
+  return "";
+}
+
+std::string Plausibility::below_ground(const State& state) const {
   for (const ContactPair& pair : model_.contacts) {
     const Shape& a = model_.shapes[static_cast<size_t>(pair.shape_a)];
     const Shape& b = model_.shapes[static_cast<size_t>(pair.shape_b)];
@@ -158,13 +283,14 @@ std::string Plausibility::impossibility(const State& state) const {
     const Shape& plane = a.type == ShapeType::kPlane ? a : b;
     const Shape& other = &plane == &a ? b : a;
     if (other.body == kWorld) continue;
-    const auto body = static_cast<size_t>(other.body);
+    const Body& body = model_.bodies[static_cast<size_t>(other.body)];
     const Vec3 normal = plane.X_BS.q * Vec3::UnitZ();
-    const Pose X_WS = body_pose(model_.bodies[body], state.bodies[body]) * other.X_BS;
+    const Pose X_WS = body_pose(body, state.bodies[static_cast<size_t>(other.body)]) * other.X_BS;
     const double top = normal.dot(X_WS.p - plane.X_BS.p) + assay::reach(model_, other, X_WS.q.conjugate() * normal);
-    if (std::isfinite(top) && top < 0) {
-      return fmt::format("a shape of body '{}' lies wholly below the ground, by {:.3g} m", model_.bodies[body].name,
-                         -top);
+    const double size = body.is_massless() ? size_ : radius_of_gyration(body);
+    const double allowed = kGroundShare * size + rounding(X_WS.p);
+    if (std::isfinite(top) && top < -allowed) {
+      return fmt::format("a shape of body '{}' lies wholly below the ground, by {:.3g} m", body.name, -top);
     }
   }
   return "";

@@ -31,10 +31,11 @@ namespace {
 // ---- runs from the initial state --------------------------------------------------------------------------------------
 
 // How a run that is read from its file ended. It did not diverge, or it would not have been stored.
-Ending judge(const Subject& subject, const Trajectory& trajectory) {
+Ending judge(const Subject& subject, double timestep_s, const Trajectory& trajectory) {
   const double duration_s = trajectory.states.back().time - trajectory.states.front().time;
   const Plausibility plausibility(subject.model, trajectory.states.front(), duration_s,
-                                  largest_work(subject.model, *subject.control, duration_s));
+                                  largest_work(subject.model, *subject.control, duration_s),
+                                  arithmetic_of(subject.capabilities, timestep_s));
   for (const State& state : trajectory.states) {
     if (const std::string why = plausibility.impossibility(state); !why.empty()) {
       return {Outcome::kUnstable, fmt::format("at {:.4g} s: {}", state.time, why)};
@@ -266,7 +267,7 @@ JobDone do_job(const RunJob& job) {
       if (!use.empty()) {
         run.trajectory = load(dir, use, subject.model);
         thin(run.trajectory.states, samples);
-        run.ending = judge(subject, run.trajectory);
+        run.ending = judge(subject, 1e-3 * job.timestep_ms, run.trajectory);
       } else {
         const Model& of = subject.unchanged ? *subject.unchanged : subject.model;
         const State start = initial_state(of, subject.states, job.state + i);

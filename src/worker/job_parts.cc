@@ -117,7 +117,8 @@ Run run_sampled(const Subject& subject, const State& start, double timestep_ms, 
   const double duration_s = timestep_s * static_cast<double>(samples * steps);
   const double work = largest_work(subject.model, *subject.control, duration_s);
   std::optional<Plausibility> plausibility;
-  plausibility.emplace(subject.model, start, duration_s, work);
+  const Arithmetic arithmetic = arithmetic_of(subject.capabilities, timestep_s);
+  plausibility.emplace(subject.model, start, duration_s, work, arithmetic);
   auto push = pushes.begin();
   Run run;
   Stepper stepper(subject, start, timestep_s);
@@ -164,7 +165,7 @@ Run run_sampled(const Subject& subject, const State& start, double timestep_ms, 
     try {
       const State from = pushed(subject.model, state, subject.pushes, *push++);
       // a push brings energy with it
-      plausibility.emplace(subject.model, from, duration_s - (time - start.time), work);
+      plausibility.emplace(subject.model, from, duration_s - (time - start.time), work, arithmetic);
       stepper.restart(from);
     } catch (const EngineError& error) {
       run.ending = {Outcome::kDiverged, fmt::format("by {:.4g} s, after a push: {}", time, error.what())};

@@ -190,7 +190,8 @@ class TimingSession {
     run.states = {start};
     try {
       const Plausibility plausibility(subject_.model, start, duration_s_,
-                                      largest_work(subject_.model, *subject_.control, duration_s_));
+                                      largest_work(subject_.model, *subject_.control, duration_s_),
+                                      arithmetic_of(subject_.capabilities, timestep_s));
       Stepper stepper(subject_, start, timestep_s);
       long long taken = 0;
       for (long long k = 1; k < states; ++k) {
@@ -239,7 +240,8 @@ class TimingSession {
             length_s += timestep_s * static_cast<double>(windows[next].steps);
           }
           plausibility.emplace(subject_.model, start, length_s,
-                               largest_work(subject_.model, *subject_.control, length_s));
+                               largest_work(subject_.model, *subject_.control, length_s),
+                               arithmetic_of(subject_.capabilities, timestep_s));
           stepper.emplace(subject_, start, timestep_s);
         }
         if (!stepper || !plausibility) throw std::logic_error("the first window of a turn starts from no state");

@@ -11,6 +11,7 @@
 #include "controls/control.h"
 #include "engines/registry.h"
 #include "measures/initial_states.h"
+#include "measures/plausible.h"
 #include "measures/pushes.h"
 #include "model/model.h"
 
@@ -35,6 +36,11 @@ struct Subject {
   std::optional<Model> unchanged = {};  // the model without the subject's changes, from which `states` are drawn
   Pushes pushes = {};                   // of the model's runs from those
 };
+
+// What soundness is judged with.
+inline Arithmetic arithmetic_of(const Capabilities& capabilities, double timestep_s) {
+  return {capabilities.precision == Precision::kSingle, timestep_s};
+}
 
 // The adapter breaks its interface: a state of another model's size, or of another time than was asked for. The text
 // begins with "the engine gave".
