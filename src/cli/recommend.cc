@@ -2,6 +2,7 @@
 #include "cli/recommend.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <numeric>
@@ -168,6 +169,27 @@ std::string asked_text(const Candidate& candidate, const Question& question) {
   }
   if (question.limits.realtime) parts.push_back(realtime_text(candidate.speed.factor.value) + " real time");
   return join(parts, ", ");
+}
+
+// The values that are asked for, as far as they are known, and by how much they miss their limits.
+std::string missed_text(const std::map<std::string, Worst>& worst, std::optional<double> speed,
+                        const Question& question) {
+  std::vector<std::string> parts;
+  const auto beyond = [](double factor) {
+    return factor > 1 && std::isfinite(factor) ? fmt::format(", {:.3g} times the limit", factor) : "";
+  };
+  for (const Asked& asked : question.asked) {
+    const auto own = worst.find(asked.value.name);
+    if (own == worst.end()) continue;
+    parts.push_back(fmt::format("{} {}{}", asked.value.brief, worst_text(own->second, asked.value.unit),
+                                beyond(own->second.value.value / asked.largest)));
+  }
+  if (question.limits.realtime && speed) {
+    const double least = *question.limits.realtime;
+    parts.push_back(fmt::format("{} real time{}", realtime_text(*speed),
+                                *speed < least ? fmt::format(", {:.3g} of the least", *speed / least) : ""));
+  }
+  return join(parts, "; ");
 }
 
 // What is left out, by contender and reason.
@@ -341,10 +363,39 @@ SystemAnswers answers_in(const std::string& dir, const std::string& system) {
 }  // namespace
 
 std::string nearest_text(const SystemAnswers& answers, const Question& question, const Recommendation& found) {
-  if (!found.nearest) return "no point with these values is sound and was timed";
-  const Candidate& candidate = answers.candidates[*found.nearest];
-  const Point& point = answers.at(candidate);
-  return fmt::format("the nearest is {} with {}", place_text(point), asked_text(candidate, question));
+  if (found.nearest) {
+    const Candidate& candidate = answers.candidates[*found.nearest];
+    const Point& point = answers.at(candidate);
+    return fmt::format("the nearest is {} with {}", place_text(point),
+                       missed_text(point.worst, candidate.speed.factor.value, question));
+  }
+  // what was begun
+  const Point* nearest = nullptr;
+  std::pair<size_t, double> least;  // values that are missing, largest factor
+  for (const Point& point : answers.points) {
+    std::pair<size_t, double> own;
+    for (const Asked& asked : question.asked) {
+      const auto worst = point.worst.find(asked.value.name);
+      if (worst == point.worst.end()) {
+        ++own.first;
+      } else {
+        own.second = std::max(own.second, worst->second.value.value / asked.largest);
+      }
+    }
+    if (!point.sound || own.first == question.asked.size() || (nearest != nullptr && own >= least)) continue;
+    nearest = &point;
+    least = own;
+  }
+  if (nearest == nullptr) return "no point is sound and has any of these values";
+  std::vector<std::string> missing;
+  for (const Asked& asked : question.asked) {
+    if (!nearest->worst.contains(asked.value.name)) missing.push_back(asked.value.brief);
+  }
+  if (!nearest->speed) missing.emplace_back("speed");
+  std::optional<double> factor;
+  if (nearest->speed) factor = nearest->speed->factor.value;
+  return fmt::format("the nearest is {} with {}{}", place_text(*nearest), missed_text(nearest->worst, factor, question),
+                     missing.empty() ? "" : fmt::format("; not measured there: {}", join(missing, ", ")));
 }
 
 void add_best(const SystemAnswers& answers, const Question& question, const Recommendation& found, Answer& answer) {

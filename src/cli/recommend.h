@@ -41,7 +41,7 @@ Question question_of(const LimitOptions& options, const SystemAnswers& answers);
 // "truth error within 1mm, at least 5 x real time"
 std::string limits_text(const Question& question);
 
-// The point that misses the limits by the least, in one sentence.
+// The point that misses the limits by the least, by how much, and what was not measured there, in one sentence.
 std::string nearest_text(const SystemAnswers& answers, const Question& question, const Recommendation& found);
 
 // Parts with the best point, its limits, speed, errors, margin and what is not told apart from it, and each contender's

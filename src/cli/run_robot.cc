@@ -206,10 +206,25 @@ std::vector<LimitOptions> goals_of(const LimitOptions& options) {
 
 std::optional<Recommendation> answer_to(const LimitOptions& goal, const SystemAnswers& answers, Question& question,
                                         std::string& why) {
+  SystemAnswers partial;
+  std::vector<std::string> missing;
   for (const std::string& main : answers.mains) {
-    if (std::ranges::find(answers.errors, main) != answers.errors.end()) continue;
+    const bool measured = std::ranges::find(answers.errors, main) != answers.errors.end();
+    if (measured) partial.mains.push_back(main);
+    if (!measured) missing.push_back(value_info(main).brief);
+  }
+  if (!missing.empty()) {
     why = answers.points.empty() ? "nothing was measured"
-                                 : fmt::format("no contender's {} was measured", value_info(main).brief);
+                                 : fmt::format("no contender's {} was measured", join(missing, " and "));
+    if (partial.mains.empty()) return std::nullopt;
+    partial.values = answers.values;
+    partial.errors = answers.errors;
+    partial.points = answers.points;
+    try {
+      question = question_of(goal, partial);
+      why += ": " + nearest_text(partial, question, {});
+    } catch (const InputError&) {  // NOLINT(bugprone-empty-catch): a limit on what was not measured either
+    }
     return std::nullopt;
   }
   try {

@@ -83,12 +83,8 @@ void Runner::describe_node(bool finished, double wall_s, double cpu_s) {
   store_.set_node(node_);
 }
 
-void Runner::describe() {
-  std::vector<SystemRow> systems;
-  systems.reserve(campaign_.systems.size());
-  for (const CampaignSystem& each : campaign_.systems) systems.push_back(system_row(each));
-  store_.set_systems(systems);
-  // The owners of the stored states and how they are drawn: pictures of results need no model's file.
+// The owners of the stored states and how they are drawn: pictures of results need no model's file.
+void Runner::describe_scenes() {
   std::vector<SceneRow> scenes;
   scenes.reserve(campaign_.systems.size());
   // several systems in a row show one robot
@@ -103,6 +99,15 @@ void Runner::describe() {
     scenes.push_back(scene_row(each, drawing));
   }
   store_.set_scenes(scenes);
+}
+
+void Runner::describe() {
+  std::vector<SystemRow> systems;
+  systems.reserve(campaign_.systems.size());
+  for (const CampaignSystem& each : campaign_.systems) systems.push_back(system_row(each));
+  store_.set_systems(systems);
+  // Reading and simplifying meshes takes seconds: the parts of a search share what the first has drawn.
+  if (!options_.wanted || store_.scenes().size() != campaign_.systems.size()) describe_scenes();
   std::vector<RunRow> runs;
   for (const PlannedCell& cell : plan_.cells) {
     const std::string& last = cell.keep.empty() ? cell.final_state : cell.keep;

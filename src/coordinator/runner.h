@@ -66,6 +66,7 @@ class Runner {
   }
 
   void describe();
+  void describe_scenes();
   void describe_node(bool finished, double wall_s, double cpu_s);
   void choose();
   bool has_work() const { return !todo_.empty() || !runs_.empty(); }

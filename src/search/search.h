@@ -1,8 +1,10 @@
-// Finds the fastest contender and timestep within limits without measuring a whole campaign. Time goes to the points
-// that can still win: a look at every contender at one timestep, then for each goal the points that may be faster than
-// the best one so far, the fastest first, their cheap cells before the dear ones. Contenders whose engine takes long to
-// start have their turn when the others have given an answer. What was found is stored as it comes,
-// so a search that ends early has an answer, and the same call goes on where it stopped.
+// Finds the fastest contender and timestep within limits without measuring a whole campaign. It begins with a few
+// contenders, by expected speed and by how much of the robot they approximate, one of an engine, and measures the
+// fastest of them to its end, so that there is an answer. Then time goes in equal parts to first looks at the others at
+// one timestep, each time twice as many, and for each goal to the points that may be faster than the best one so far,
+// the fastest first, their cheap cells before the dear ones. Contenders whose engine takes long to start have their
+// turn last. What was found is stored as it comes, so a search that ends early has an answer, and the same call goes
+// on where it stopped.
 #pragma once
 
 #include <functional>

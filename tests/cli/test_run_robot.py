@@ -202,6 +202,30 @@ class RunRobot(AssayTest):
         self.assertIn("the budget ended before these were decided", done.stdout)
         self.assertIn("real time", self.search("arm.xml", "--out", "found"))
 
+    def test_a_few_contenders_give_an_answer_before_the_others_are_begun(self):
+        self.write("arm.xml", ARM)
+        process = self.start_assay("run", "arm.xml", "--minutes", "5", "--error", "20mm", "--contenders", "mujoco-*", "--out", "found")
+        first = None  # when the first timing was complete
+        until = time.monotonic() + 300
+        while first is None and time.monotonic() < until and process.poll() is None:
+            time.sleep(0.1)
+            try:
+                with sqlite3.connect(f"file:{self.dir}/found/assay.sqlite?mode=ro", uri=True) as db:
+                    first = db.execute("SELECT min(finished) FROM cells WHERE measure = 'raw_speed' AND outcome = 'ok'").fetchone()[0]
+            except sqlite3.OperationalError:  # not there, or locked
+                pass
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=100)
+        self.assertIsNotNone(first, "no contender was timed")
+        with sqlite3.connect(self.dir / "found/assay.sqlite") as db:
+            begun = db.execute("SELECT count(DISTINCT contender) FROM cells WHERE started < ? AND contender LIKE 'mujoco-%'",
+                               (first,)).fetchone()[0]
+        self.assertLessEqual(begun, 3)
+        self.assertGreater(len(tomllib.loads((self.dir / "found/campaign.toml").read_text())["contenders"]), 10)
+        # What was measured until then is an answer.
+        answer = self.assay_json("recommend", "found", "all", "--error", "20mm", "--json")
+        self.assertIsNotNone(answer["recommended"])
+
     def test_an_interrupted_run_goes_on(self):
         self.write("hopper.xml", HOPPER)
         arguments = ["run", "hopper.xml", "--minutes", "1", "--contenders", TWO, "--out", "found"]
