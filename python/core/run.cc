@@ -122,8 +122,12 @@ Run::Run(std::shared_ptr<const Model> model, const std::string& contender, const
   of_engine(contender_, [&] {
     const Capabilities capabilities = contender_.engine->capabilities(contender_.settings);
     takes_torques_ = capabilities.torques;
-    adds_torques_ = adapter_adds_torques(*model_, capabilities);
-    simulation_ = contender_.engine->create(*model_, start, contender_.settings);
+    // torques are the user's: no actuator of the model acts
+    driven_ = *model_;
+    driven_.actuators.clear();
+    driven_.control0.clear();
+    adds_torques_ = adapter_adds_torques(driven_, capabilities);
+    simulation_ = contender_.engine->create(driven_, start, contender_.settings);
   });
   read_state();
 }

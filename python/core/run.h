@@ -64,6 +64,7 @@ class [[gnu::visibility("hidden")]] Run {
   void read_state();
 
   std::shared_ptr<const Model> model_;
+  Model driven_;  // what the engine has of it
   ResolvedContender contender_;
   bool in_python_, takes_torques_, adds_torques_;
   std::unique_ptr<Simulation> simulation_;

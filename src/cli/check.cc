@@ -112,7 +112,7 @@ int check(const CheckOptions& options) {
   const StepBounds bounds = step_bounds(model, model.initial);
   const std::vector<Finding> findings = check_model(model, facts, bounds);
   const std::vector<ModelElement> elements = elements_of(model);
-  const std::vector<EngineVerdict> verdicts = verdicts_on(model, elements);
+  const std::vector<EngineVerdict> verdicts = verdicts_on(model, elements, bounds);
   if (options.json) {
     Json problems = Json::array();
     for (const Problem& problem : report.problems) problems.push_back(problem_json(problem));

@@ -17,6 +17,7 @@
 #include "base/activity.h"
 #include "base/processes.h"
 #include "base/text.h"
+#include "check/feedback.h"
 #include "cli/check_findings.h"
 #include "cli/cli.h"
 #include "cli/contained.h"
@@ -133,7 +134,7 @@ std::string contenders_text(const std::vector<std::string>& contenders, const st
 
 constexpr const char *kHinges = "hinges", *kFree = "free bodies", *kLimits = "joint limits",
                      *kSprings = "springs and dampers", *kArmature = "armature", *kDryFriction = "dry friction",
-                     *kContacts = "contact pairs", *kPlanes = "planes";
+                     *kContacts = "contact pairs", *kPlanes = "planes", *kActuators = "actuators";
 
 std::string contact_label(const Model& model, const ContactPair& pair) {
   return fmt::format("contact of '{}' and '{}'", model.shapes[pair.shape_a].name, model.shapes[pair.shape_b].name);
@@ -291,6 +292,7 @@ std::vector<ModelElement> elements_of(const Model& model) {
     }
   }
   for (const ContactPair& pair : model.contacts) add(true, kContacts, contact_label(model, pair));
+  for (const Actuator& actuator : model.actuators) add(true, kActuators, fmt::format("actuator '{}'", actuator.name));
   return elements;
 }
 
@@ -328,7 +330,8 @@ std::map<std::string, std::string> not_survived(const Model& model) {
 
 }  // namespace
 
-std::vector<EngineVerdict> verdicts_on(const Model& model, const std::vector<ModelElement>& elements) {
+std::vector<EngineVerdict> verdicts_on(const Model& model, const std::vector<ModelElement>& elements,
+                                       const StepBounds& bounds) {
   const Registry& registry = Registry::instance();
   const std::map<std::string, std::string> dead = not_survived(model);
   const Index index(elements);
@@ -339,6 +342,9 @@ std::vector<EngineVerdict> verdicts_on(const Model& model, const std::vector<Mod
     std::vector<Limitation> limitations = end == dead.end()
                                               ? asked(contender, model)
                                               : std::vector<Limitation>{{Fidelity::kRefused, "the model", end->second}};
+    const Capabilities capabilities = contender.engine->capabilities(contender.settings);
+    std::ranges::move(feedback_limitations(model, capabilities), std::back_inserter(limitations));
+    add_feedback_bound(limitations, bounds);
     std::erase_if(limitations, [](const Limitation& limitation) { return limitation.fidelity == Fidelity::kExact; });
     const auto same = std::ranges::find_if(verdicts, [&](const EngineVerdict& verdict) {
       return verdict.engine == contender.engine->name() && alike(verdict.limitations, limitations);
@@ -351,8 +357,7 @@ std::vector<EngineVerdict> verdicts_on(const Model& model, const std::vector<Mod
                              {name},
                              std::move(limitations),
                              std::vector<Fidelity>(elements.size(), Fidelity::kExact)};
-    const size_t of_features = apply_features(contender.engine->capabilities(contender.settings), elements,
-                                              verdict.limitations, verdict.of_element);
+    const size_t of_features = apply_features(capabilities, elements, verdict.limitations, verdict.of_element);
     for (size_t i = of_features; i < verdict.limitations.size(); ++i) {
       const Limitation& limitation = verdict.limitations[i];
       const std::vector<size_t> meant = index.meant_by(limitation.element);

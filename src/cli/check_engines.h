@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "check/step_bounds.h"
 #include "cli/facts.h"
 #include "model/file_facts.h"
 
@@ -32,7 +33,9 @@ struct ModelElement {
 // Every element in every respect, sorted by sort as engines meet them.
 std::vector<ModelElement> elements_of(const Model& model);
 
-std::vector<EngineVerdict> verdicts_on(const Model& model, const std::vector<ModelElement>& elements);
+// `bounds` are the model's.
+std::vector<EngineVerdict> verdicts_on(const Model& model, const std::vector<ModelElement>& elements,
+                                       const StepBounds& bounds);
 
 // The text of a JSON array, as print_json() writes one at this indentation. A robot with thousands of contact pairs has
 // hundreds of thousands of limitations: as Json they take longer than all else.

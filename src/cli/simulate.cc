@@ -67,7 +67,7 @@ int run(const SimulateJob& job, bool time, OutputFile& file, const std::function
   const Control& control = *job.control;
   const auto driven = control.start(1e-3 * job.timestep_ms);
   const Plausibility plausibility(model, model.initial, job.duration_s, largest_work(model, control, job.duration_s));
-  const bool feedback = control.input() != ControlInput::kNothing;
+  const bool feedback = !job.engine_drives && control.input() != ControlInput::kNothing;
   std::vector<double> torques(model.joints.size());
   std::vector<std::string> names;
   names.reserve(model.bodies.size());
@@ -102,7 +102,7 @@ int run(const SimulateJob& job, bool time, OutputFile& file, const std::function
   write_sample(0);
   ProgressLine progress;
   const Clock::time_point start = Clock::now();
-  if (!feedback) driven->torques(state, torques);
+  if (!feedback && !job.engine_drives) driven->torques(state, torques);
   std::string divergence, impossible;
   Clock::duration engine{};
   for (long long step = 0; step < job.steps;) {

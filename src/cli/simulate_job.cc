@@ -8,7 +8,10 @@
 #include "base/errors.h"
 #include "base/run_bounds.h"
 #include "base/text.h"
+#include "check/feedback.h"
+#include "check/step_bounds.h"
 #include "cli/cli.h"
+#include "controls/engine_actuators.h"
 #include "engines/describe.h"
 
 namespace assay::cli {
@@ -69,18 +72,24 @@ SimulateJob prepare(const SimulateOptions& options) {
   if (!gravity) job.model = without_gravity(std::move(job.model));
   job.control = make_control(job.model, control);
   job.control->check_timestep(job.contender.settings.timestep);
-  job.control->equip(job.model);
+  const Capabilities capabilities = job.contender.engine->capabilities(job.contender.settings);
+  if (control.kind == "actuators") {
+    job.feedback = feedback_limitations(job.model, capabilities);
+    add_feedback_bound(job.feedback, step_bounds(job.model, job.model.initial));
+  }
+  job.engine_drives = equip_for(capabilities.actuators, *job.control, job.model);
   return job;
 }
 
 void check_fidelity(const SimulateJob& job) {
-  const std::vector<Limitation> limitations = job.contender.engine->check(job.model, job.contender.settings);
+  std::vector<Limitation> limitations = job.contender.engine->check(job.model, job.contender.settings);
   for (const Limitation& limitation : limitations) {
     if (limitation.fidelity == Fidelity::kRefused) {
       throw InputError(fmt::format("{} refuses {} of '{}': {}", job.contender.name, limitation.element, job.model.name,
                                    limitation.how));
     }
   }
+  limitations.insert(limitations.end(), job.feedback.begin(), job.feedback.end());
   tell_notes(job.model);
   for (const std::string& line : approximations(limitations)) {
     message(fmt::format("note: {} approximates {}", job.contender.name, line));

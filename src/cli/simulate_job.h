@@ -30,7 +30,9 @@ struct SimulateOptions {
 struct SimulateJob {
   Model model;
   std::unique_ptr<Control> control;
+  bool engine_drives = false;  // the engine computes the control itself: torques are zero (equip_for)
   ResolvedContender contender;
+  std::vector<Limitation> feedback;  // what the contender does with that of actuators
   double timestep_ms = 0;
   double duration_s = 0;
   long long steps_per_sample = 1;

@@ -29,7 +29,8 @@ enum class Need {
   kContact,
   kRigidContact,
   kCompliance,
-  kContactForces
+  kContactForces,
+  kActuators
 };
 
 // The features of models that a test requires: all of them declared, or with kAny one. An approximated one counts,
@@ -257,6 +258,37 @@ const std::vector<Entry>& entries() {
        Need::kRigidContact,
        conformance::rolling_friction,
        {.of = {kRollingFriction}, .exact = true}},
+      {"weld-distances",
+       "welds between free, fixed and articulated bodies hold 0.1 to 10 m away, in both orders",
+       Need::kNothing,
+       conformance::welds_hold,
+       {.of = {kWeld}}},
+      {"connect-distances",
+       "connects between free, fixed and articulated bodies hold 0.1 to 10 m away, in both orders",
+       Need::kNothing,
+       conformance::connects_hold,
+       {.of = {kConnect}}},
+      {"coupling-distances",
+       "a wheel and its rack move as one 0.1 to 10 m away, in both orders",
+       Need::kNothing,
+       conformance::couplings_apart,
+       {.of = {kCoupling, kSlide}}},
+      {"limits-under-load", "limits of hinges, slides and ball joints carry slender bodies", Need::kJointLimits,
+       conformance::limits_under_load},
+      {"rolling-slows",
+       "rolling friction slows balls that roll without slip",
+       Need::kRigidContact,
+       conformance::rolling_slows,
+       {.of = {kRollingFriction}}},
+      {"height-field-edges",
+       "bodies slide over a flat height field without friction as over a plane",
+       Need::kRigidContact,
+       conformance::height_field_edges,
+       {.of = {kHeightField}}},
+      {"actuator-laws", "the engine's own actuators follow the model's law, from any time on", Need::kActuators,
+       conformance::actuator_laws},
+      {"velocity-gain", "the engine's own servos are stable with a velocity gain 20 times beyond an explicit step's",
+       Need::kActuators, conformance::velocity_gain},
       {"spinning-bodies", "bodies of 1 g to 100 kg and 1 mm to 2 m that spin fast converge to the reference solution",
        Need::kNothing, conformance::spinning_bodies},
       {"wide-trees", "random trees of any mass and size, fast, with springs and limits, converge", Need::kNothing,
@@ -326,6 +358,8 @@ const char* need_text(Need need) {
       return "contact forces";
     case Need::kCompliance:
       return "a stiffness of contacts";
+    case Need::kActuators:
+      return "actuators of the engine's own";
   }
   return "";
 }
@@ -362,6 +396,8 @@ bool has(const Subject& subject, const Capabilities& can, Need need) {
       return can.contact && can.contact_forces != ContactForces::kNone;
     case Need::kCompliance:
       return can.contact && subject.with_compliance(1, 1).has_value();
+    case Need::kActuators:
+      return can.actuators;
   }
   return false;
 }

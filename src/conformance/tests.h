@@ -94,6 +94,16 @@ Verdict stacks_at_rest(const Subject& subject);
 Verdict slow_rotations(const Subject& subject);
 Verdict near_equilibrium(const Subject& subject);
 
+// ---- what holds bodies, and the engine's own actuators (attachment_tests.cc) ----------------------------------------
+Verdict welds_hold(const Subject& subject);
+Verdict connects_hold(const Subject& subject);
+Verdict couplings_apart(const Subject& subject);
+Verdict limits_under_load(const Subject& subject);
+Verdict rolling_slows(const Subject& subject);
+Verdict height_field_edges(const Subject& subject);
+Verdict actuator_laws(const Subject& subject);
+Verdict velocity_gain(const Subject& subject);
+
 // ---- forces of contacts (force_tests.cc) ----------------------------------------------------------------------------
 Verdict contact_forces(const Subject& subject);
 Verdict forces_of_boxes(const Subject& subject);

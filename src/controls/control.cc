@@ -11,9 +11,11 @@
 
 #include "base/errors.h"
 #include "base/text.h"
+#include "controls/engine_actuators.h"
 #include "controls/hold.h"
 #include "controls/policy.h"
 #include "controls/torque_file.h"
+#include "model/actuator_force.h"
 #include "model/kinematics.h"
 
 namespace assay {
@@ -33,10 +35,6 @@ class StateRun final : public ControlRun {
   const Control& control_;
   double timestep_s_;
 };
-
-double value_at(const Sine& sine, double time) {
-  return sine.amplitude * std::sin(2 * std::numbers::pi * sine.frequency * time + sine.phase);
-}
 
 class PassiveControl final : public Control {
  public:
@@ -91,8 +89,7 @@ class ActuatorControl final : public Control {
   ControlInput input() const override {
     const bool feedback = std::ranges::any_of(actuators_, [](const Actuator& a) { return a.has_feedback(); });
     if (feedback) return ControlInput::kState;
-    const bool activation = std::ranges::any_of(actuators_, [](const Actuator& a) { return a.has_activation(); });
-    return activation || sines() > 0 ? ControlInput::kTime : ControlInput::kNothing;
+    return std::ranges::any_of(actuators_, follows_time) ? ControlInput::kTime : ControlInput::kNothing;
   }
   bool is_zero() const override {
     for (size_t i = 0; i < actuators_.size(); ++i) {
@@ -103,6 +100,10 @@ class ActuatorControl final : public Control {
       if (start != later || actuator_force(actuator, start, 0, 0) != 0) return false;
     }
     return true;
+  }
+  void give(Model& model) const {
+    model.actuators = actuators_;
+    model.control0 = control_;
   }
   std::string description() const override {
     if (actuators_.empty()) return "passive";
@@ -121,47 +122,17 @@ class ActuatorControl final : public Control {
 
 }  // namespace
 
+bool equip_for(bool engine_actuators, const Control& control, Model& model) {
+  const auto* actuators = dynamic_cast<const ActuatorControl*>(&control);
+  model.actuators.clear();
+  model.control0.clear();
+  control.equip(model);
+  if (engine_actuators && actuators != nullptr) actuators->give(model);
+  return !model.actuators.empty();
+}
+
 std::unique_ptr<ControlRun> Control::start(double timestep_s) const {
   return std::make_unique<StateRun>(*this, timestep_s);
-}
-
-double actuator_input(const Actuator& actuator, double control, double time) {
-  const Sine& sine = actuator.sine;
-  if (!actuator.has_activation()) {
-    const double u = control + value_at(sine, time);
-    return actuator.control_limited ? std::clamp(u, actuator.control_lower, actuator.control_upper) : u;
-  }
-  if (actuator.control_limited) control = std::clamp(control, actuator.control_lower, actuator.control_upper);
-  const double w = 2 * std::numbers::pi * sine.frequency;
-  double activation = actuator.activation_start;
-  if (actuator.activation == ActivationType::kFilter) {
-    const double decay = std::exp(-time / actuator.time_constant);
-    activation = control + (activation - control) * decay;
-    if (sine.amplitude != 0) {
-      const double lag = std::atan(w * actuator.time_constant);
-      activation +=
-          sine.amplitude * std::cos(lag) * (std::sin(w * time + sine.phase - lag) - std::sin(sine.phase - lag) * decay);
-    }
-  } else {
-    activation += control * time;
-    if (sine.amplitude != 0) {
-      activation += w == 0 ? sine.amplitude * std::sin(sine.phase) * time
-                           : sine.amplitude / w * (std::cos(sine.phase) - std::cos(w * time + sine.phase));
-    }
-  }
-  // without a sine it moves one way only, so that a clamp of the result equals one of the motion
-  return actuator.activation_limited ? std::clamp(activation, actuator.activation_lower, actuator.activation_upper)
-                                     : activation;
-}
-
-double actuator_force(const Actuator& actuator, double input, double length, double speed) {
-  const auto& [constant, of_length, of_speed] = actuator.bias;
-  // a position actuator's error first, so that a small one keeps its digits
-  double force =
-      of_length == -actuator.gain ? actuator.gain * (input - length) : actuator.gain * input + of_length * length;
-  force += of_speed * speed + constant;
-  if (actuator.force_limited) force = std::clamp(force, actuator.force_lower, actuator.force_upper);
-  return force;
 }
 
 void torques_of_step(const Control& control, const State& state, double timestep_s, std::span<double> torques) {

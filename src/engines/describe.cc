@@ -65,6 +65,7 @@ nlohmann::ordered_json describe(const Capabilities& capabilities) {
           {"friction_combine", capabilities.friction_combine},
           {"joint_limits", capabilities.joint_limits},
           {"torques", capabilities.torques},
+          {"actuators", capabilities.actuators},
           {"armature", capabilities.armature},
           {"springs", springs_text(capabilities.springs)},
           {"spring_note", capabilities.spring_note},

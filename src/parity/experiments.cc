@@ -28,6 +28,8 @@ Model bench_model(Model model) {
   model.couplings.clear();
   model.connects.clear();
   model.welds.clear();
+  model.actuators.clear();
+  model.control0.clear();
   for (Joint& joint : model.joints) joint.limited = false;
   for (BallJoint& ball : model.balls) ball.limited = false;
   for (Tendon& tendon : model.tendons) tendon.limited = false;

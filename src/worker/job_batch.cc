@@ -45,7 +45,7 @@ class BatchSession {
     BatchPrepared prepared;
     try {
       check_supported(subject_, timestep_s_);
-      if (!subject_.free_running) {
+      if (!subject_.free_running || !subject_.control->is_zero()) {
         throw UnsupportedError("its adapter computes torques before each step, which a batch does not read states for");
       }
       find_starts();

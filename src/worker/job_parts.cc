@@ -9,6 +9,7 @@
 
 #include "base/errors.h"
 #include "changes/change.h"
+#include "controls/engine_actuators.h"
 #include "controls/work.h"
 #include "engines/springs.h"
 #include "measures/plausible.h"
@@ -47,10 +48,11 @@ Subject subject_of(const SubjectSpec& spec) {
     subject.unchanged = subject.model;
     subject.model = changed_model(std::move(subject.model), changes);
   }
-  subject.control->equip(subject.model);
   subject.contender = contender_of(spec.contender);
   subject.capabilities = subject.contender.engine->capabilities(subject.contender.settings);
-  subject.free_running = subject.control->is_zero() && !adapter_adds_torques(subject.model, subject.capabilities);
+  subject.engine_drives = equip_for(subject.capabilities.actuators, *subject.control, subject.model);
+  subject.free_running = (subject.engine_drives || subject.control->is_zero()) &&
+                         !adapter_adds_torques(subject.model, subject.capabilities);
   subject.states = spec.states;
   subject.pushes = spec.pushes;
   return subject;

@@ -87,8 +87,10 @@ void Stepper::take(long long steps) {
   while (steps > 0) {
     const long long count = subject_.free_running ? std::min(steps, kMostAtOnce) : 1;
     if (!subject_.free_running) {
-      if (subject_.control->input() != ControlInput::kNothing) read_state();
-      control_->torques(state_, torques_);
+      if (!subject_.engine_drives) {
+        if (subject_.control->input() != ControlInput::kNothing) read_state();
+        control_->torques(state_, torques_);
+      }
       simulation_->set_torques(torques_);
     }
     const Clock::time_point start = Clock::now();

@@ -29,6 +29,8 @@ struct Subject {
   std::unique_ptr<Control> control;
   ResolvedContender contender;
   Capabilities capabilities;  // of the contender's settings
+  // The engine computes the control itself: torques are zero (equip_for).
+  bool engine_drives = false;
   // No torque is ever applied, neither by the control nor by the adapter for a joint's spring: steps may be taken many
   // at a time.
   bool free_running = true;

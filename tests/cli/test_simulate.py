@@ -203,6 +203,27 @@ class Physics(Csv):
                 self.assertAlmostEqual(last["x"], 0.5 * math.cos(0.6), delta=delta)
                 self.assertAlmostEqual(last["y"], 0.5 * math.sin(0.6), delta=delta)
 
+    def test_servo_beyond_an_explicit_step(self):
+        """MuJoCo's implicit integrators take a velocity gain as its users know it; to others it is a torque of the step's start."""
+        kp, kv = 500, 10000  # an explicit step is stable below 2 I / kv = 0.12 ms
+        self.write("stiff.xml", SERVO.replace('kp="20" kv="10"', f'kp="{kp}" kv="{kv}"'))
+        contenders = {name: capabilities for name, capabilities in self.real_contenders()}
+        right = 0.6 * (1 - math.exp(-kp / kv * 0.2))  # after a moment the arm creeps at the rate kp / kv
+        for contender in ("mujoco-implicitfast", "mujoco-implicit"):
+            if contender not in contenders:
+                continue
+            self.assertTrue(contenders[contender]["actuators"])
+            rows, _ = self.simulate("stiff.xml", contender, "2", "0.2", "--sample", "100")
+            body = rows[-1]
+            angle = 2 * math.atan2(body["qz"], body["qw"])
+            self.assertAlmostEqual(angle, right, delta=0.01 * right)
+        done = self.run_assay("simulate", "stiff.xml", "--engine", "bullet-mb", "--timestep", "0.05", "--duration", "0.01",
+                              "--out", "run.csv")
+        if "bullet-mb" in contenders:
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn("actuator 'drive'", done.stderr)
+            self.assertIn("explicit", done.stderr)
+
     def test_a_control_can_be_left_out(self):
         self.write("spinner.xml", SPINNER)
         last = self.simulate("spinner.xml", "mujoco-euler", "1", "1", "--sample", "1000", "--control", "passive")[0][-1]

@@ -11,6 +11,7 @@
 
 #include "engines/registry.h"
 #include "model/kinematics.h"
+#include "model/weld_frames.h"
 
 namespace assay {
 namespace {
@@ -353,7 +354,9 @@ TEST_P(MujocoTrees, AreConstrainedAsMuJoCosOwn) {
   equality += fmt::format("<connect body1='b{}' body2='b{}' anchor='{}'/>", first, free, text(p_A));
   const Pose X_AB = pose(last).inverse();
   model.welds = {{.name = "weld", .body_a = last, .body_b = kWorld, .X_AB = X_AB}};
-  equality += fmt::format("<weld body1='b{}' relpose='{} {}'/>", last, text(X_AB.p), text(X_AB.q));
+  const WeldFrames held = weld_frames(model, model.welds[0]);  // MuJoCo's own choice is the world's origin
+  equality += fmt::format("<weld body1='b{}' relpose='{} {}' anchor='{}'/>", last, text(held.X_AS.p), text(held.X_AS.q),
+                          text(held.X_BS.p));
   twin.rest = fmt::format("<tendon>{}</tendon><equality>{}</equality>", tendons, equality);
   stir(twin, GetParam());
   const Outcome outcome = compare(twin, 50);

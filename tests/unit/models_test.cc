@@ -17,7 +17,7 @@
 
 #include "base/errors.h"
 #include "base/paths.h"
-#include "controls/control.h"
+#include "controls/engine_actuators.h"
 #include "engines/registry.h"
 #include "measures/mechanics.h"
 #include "model/capsules.h"
@@ -199,8 +199,10 @@ template <typename See>
 void run(const Model& model, double timestep_s, double duration_s, See see) {
   ResolvedContender contender = Registry::instance().resolve("mujoco-euler");
   contender.settings.timestep = timestep_s;
-  const auto simulation = contender.engine->create(model, model.initial, contender.settings);
   const auto control = actuator_control(model);
+  Model driven = model;
+  equip_for(/*engine_actuators=*/false, *control, driven);
+  const auto simulation = contender.engine->create(driven, model.initial, contender.settings);
   std::vector<double> torques(model.joints.size());
   State state;
   for (long long step = 0; step < std::llround(duration_s / timestep_s); ++step) {

@@ -14,6 +14,7 @@
 #include <Eigen/Cholesky>
 
 #include "convert.h"
+#include "model/weld_frames.h"
 #include "world.h"
 
 namespace assay::bullet {
@@ -350,8 +351,9 @@ class MultibodySimulation final : public BulletSimulation {
                   to_bt(in_bullet(connect.body_b, {connect.p_B, Quat::Identity()}).p)));
     }
     for (const Weld& weld : model_.welds) {
+      const WeldFrames frames = weld_frames(model_, weld);
       const Place a = end_of(weld.body_a), b = end_of(weld.body_b);
-      const Pose X_a = in_bullet(weld.body_a, weld.X_AB), X_b = in_bullet(weld.body_b, {});
+      const Pose X_a = in_bullet(weld.body_a, frames.X_AS), X_b = in_bullet(weld.body_b, frames.X_BS);
       add_row(weld.body_a == kWorld ? weld.body_b : weld.body_a,
               std::make_unique<btMultiBodyFixedConstraint>(a.tree, a.link, b.tree, b.link, to_bt(X_a.p), to_bt(X_b.p),
                                                            btMatrix3x3(to_bt(X_a.q)), btMatrix3x3(to_bt(X_b.q))));

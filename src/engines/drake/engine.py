@@ -166,4 +166,6 @@ def deviations(settings):
     """Departures that are Drake's own."""
     found = (CONTACT_DEVIATIONS[settings["contact_approximation"]] if settings["integrator"] == "discrete"
              else CONTINUOUS_DEVIATIONS.get(settings["integrator"], ()))
+    if settings["integrator"] == "discrete":
+        found = (*found, ("rolling-slows", 1.05, LEFT_OUT))
     return [assay.Deviation(test=test, bound=bound, reason=reason) for test, bound, reason in found]

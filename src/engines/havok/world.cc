@@ -9,6 +9,7 @@
 #include "collision.h"
 #include "engines/adapter.h"
 #include "model/ellipsoid.h"
+#include "model/weld_frames.h"
 
 namespace assay::havok_adapter {
 namespace {
@@ -423,12 +424,12 @@ class HavokSimulation final : public Simulation {
              true);
     }
     for (const Weld& weld : model_.welds) {
-      const Pose& X_AB = weld.X_AB;
+      const auto [X_AS, X_BS] = weld_frames(model_, weld);
       enable(create_constraint(havok_body(weld.body_a),
-                               {.pivot = from_centre(weld.body_a, X_AB.p),
-                                .axis = X_AB.q * Vec3::UnitX(),
-                                .side = X_AB.q * Vec3::UnitY()},
-                               havok_body(weld.body_b), {.pivot = from_centre(weld.body_b, Vec3::Zero())},
+                               {.pivot = from_centre(weld.body_a, X_AS.p),
+                                .axis = X_AS.q * Vec3::UnitX(),
+                                .side = X_AS.q * Vec3::UnitY()},
+                               havok_body(weld.body_b), {.pivot = from_centre(weld.body_b, X_BS.p)},
                                {kLinearX, kLinearY, kLinearZ, kAngularX, kAngularY, kAngularZ}),
              true);
     }

@@ -6,6 +6,7 @@
 
 #include "engines/adapter.h"
 #include "model/ellipsoid.h"
+#include "model/weld_frames.h"
 
 namespace assay::jolt {
 namespace {
@@ -188,14 +189,13 @@ jolt_joint connect_of(const Connect& connect, const std::vector<Pose>& frames) {
   return out;
 }
 
-jolt_joint weld_of(const Weld& weld, const std::vector<Pose>& frames) {
+jolt_joint weld_of(const Model& model, const Weld& weld, const std::vector<Pose>& frames) {
   const bool swapped = weld.body_a == kWorld;
   jolt_joint out{};
   out.type = JOLT_WELD;
   out.child = swapped ? weld.body_b : weld.body_a;
   out.parent = swapped ? weld.body_a : weld.body_b;
-  // at body b's origin, with its axes
-  const Pose X_A = weld.X_AB, X_B;
+  const auto [X_A, X_B] = weld_frames(model, weld);
   const Pose& child = swapped ? X_B : X_A;
   const Pose& parent = swapped ? X_A : X_B;
   const auto axis = [&](int body, const Vec3& a) -> Vec3 {
@@ -261,7 +261,7 @@ World make_world(const Model& model, const State& state, const std::vector<Pose>
   }
   for (const BallJoint& ball : model.balls) joints.push_back(ball_of(model, ball, frames));
   for (const Connect& connect : model.connects) joints.push_back(connect_of(connect, frames));
-  for (const Weld& weld : model.welds) joints.push_back(weld_of(weld, frames));
+  for (const Weld& weld : model.welds) joints.push_back(weld_of(model, weld, frames));
   const auto count = [](const auto& list) { return static_cast<int32_t>(list.size()); };
   World world(jolt_create(&settings, bodies.data(), count(bodies), shapes.data(), count(shapes), pairs.data(),
                           count(pairs), numbers.data(), count(numbers), joints.data(), count(joints)));

@@ -73,5 +73,16 @@ def deviations(engine, cone):
                f"at 4 ms; findings/{engine}/contact_rebound.py)")
     mass_ratio = ("a contact is as soft as the lighter body on it is light: a bar goes through bars of a thousandth of its mass "
                   f"(findings/{engine}/contact_mass_ratio.py)")
+    limit = ("a ball joint's limit is as soft as the mean of the inverse inertias about its axes is large, as in MuJoCo "
+             "(findings/mujoco/ball_limit_mean_inertia.cc)")
+    coupling = "a coupling is as soft as the sum of its joints' inverse inertias without their ratio is large"
+    rolling = ("rolling friction brakes slow balls in proportion to their rate, as in MuJoCo "
+               "(findings/mujoco/rolling_friction_viscous.cc)")
+    edges = ("bodies with flat sides or edges catch on the inner edges of a height field's prisms, as in MuJoCo "
+             "(findings/mujoco/height_field_edges.cc)")
     return [assay.Deviation(test="inelastic-impact", bound=0.17, reason=rebound),
-            assay.Deviation(test="stack-1000", bound=3.1, reason=mass_ratio), *pyramid(cone)]
+            assay.Deviation(test="stack-1000", bound=3.1, reason=mass_ratio),
+            assay.Deviation(test="limits-under-load", bound=0.25, reason=limit),
+            assay.Deviation(test="coupling-distances", bound=0.05, reason=coupling),
+            assay.Deviation(test="rolling-slows", bound=0.75, reason=rolling),
+            assay.Deviation(test="height-field-edges", bound=1.1, reason=edges), *pyramid(cone)]

@@ -47,6 +47,18 @@ def pose_of(X):
     return Pose(X.p, X.q)
 
 
+def weld_frames(model, weld):
+    """Where the weld holds its bodies, in each: as model/weld_frames.h, the centre of mass of the lighter body."""
+    mass_a, mass_b = (0 if body < 0 else model.bodies[body].mass for body in (weld.body_a, weld.body_b))
+    at_a = mass_b <= 0 or mass_a < mass_b if mass_a > 0 else weld.body_b < 0
+    X_AB = pose_of(weld.X_AB)
+    if at_a:
+        X_BS = Pose((X_AB.inverse() @ Pose(model.bodies[weld.body_a].p_BBcm)).p)
+    else:
+        X_BS = Pose() if weld.body_b < 0 else Pose(model.bodies[weld.body_b].p_BBcm)
+    return X_AB @ X_BS, X_BS
+
+
 class Tree:
     """Which of MuJoCo's bodies carries each body's joint: a massless body with one child shares its child's, because MuJoCo's
     bodies have several joints and its compiler takes no moving body without mass."""
@@ -190,7 +202,8 @@ class Compiled:
         for connect in model.connects:
             self.add_hold(mj.mjtEq.mjEQ_CONNECT, connect.body_a, Pose(connect.p_A), connect.body_b, Pose(connect.p_B))
         for weld in model.welds:
-            self.add_hold(mj.mjtEq.mjEQ_WELD, weld.body_a, pose_of(weld.X_AB), weld.body_b, Pose())
+            X_AS, X_BS = weld_frames(model, weld)
+            self.add_hold(mj.mjtEq.mjEQ_WELD, weld.body_a, X_AS, weld.body_b, X_BS)
         for i, tendon in enumerate(model.tendons):
             self.add_tendon(i, tendon)
         self.mujoco = spec.compile()

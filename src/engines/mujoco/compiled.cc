@@ -10,6 +10,7 @@
 #include "collision.h"
 #include "convert.h"
 #include "model/kinematics.h"
+#include "model/weld_frames.h"
 #include "options.h"
 #include "tree.h"
 
@@ -38,6 +39,8 @@ void copy_softness(const Softness& soft, mjtNum* reference, mjtNum* impedance) {
   std::ranges::copy(soft.reference, reference);
   std::ranges::copy(soft.impedance, impedance);
 }
+
+std::string actuator_label(size_t actuator) { return fmt::format("actuator{}", actuator); }
 
 std::string joint_label(size_t joint) { return fmt::format("joint{}", joint); }
 
@@ -82,8 +85,12 @@ class Builder {
       add_hold(mjEQ_CONNECT, connect.body_a, {connect.p_A, Quat::Identity()}, connect.body_b,
                {connect.p_B, Quat::Identity()});
     }
-    for (const Weld& weld : model.welds) add_hold(mjEQ_WELD, weld.body_a, weld.X_AB, weld.body_b, {});
+    for (const Weld& weld : model.welds) {
+      const WeldFrames frames = weld_frames(model, weld);
+      add_hold(mjEQ_WELD, weld.body_a, frames.X_AS, weld.body_b, frames.X_BS);
+    }
     for (size_t i = 0; i < model.tendons.size(); ++i) add_tendon(i);
+    for (size_t i = 0; has_own_actuators(settings) && i < model.actuators.size(); ++i) add_actuator(i);
   }
 
   std::shared_ptr<const Compiled> compile() {
@@ -253,6 +260,35 @@ class Builder {
     copy_softness(soft_.dry_friction, out->solref_friction, out->solimp_friction);
   }
 
+  // The law of the force alone: what multiplies its gain, controls with their clamps and activations, is given as ctrl,
+  // so that it is the same for every engine and right from any time on.
+  void add_actuator(size_t index) {
+    const Actuator& actuator = model_.actuators[index];
+    mjsActuator* out = mjs_addActuator(spec_.get(), nullptr);
+    mjs_setName(out->element, actuator_label(index).c_str());
+    const bool single = actuator.terms.size() == 1;
+    out->trntype = single ? mjTRN_JOINT : mjTRN_TENDON;
+    if (single) {
+      mjs_setString(out->target, joint_label(actuator.terms[0].joint).c_str());
+      out->gear[0] = actuator.terms[0].coefficient;
+    } else {
+      const std::string path = fmt::format("transmission{}", index);
+      add_path(actuator.terms, path);
+      mjs_setString(out->target, path.c_str());
+      out->gear[0] = 1;
+    }
+    out->gaintype = mjGAIN_FIXED;
+    out->gainprm[0] = actuator.gain;
+    out->biastype = mjBIAS_AFFINE;
+    std::ranges::copy(actuator.bias, out->biasprm);
+    out->ctrllimited = mjLIMITED_FALSE;
+    out->forcelimited = actuator.force_limited ? mjLIMITED_TRUE : mjLIMITED_FALSE;
+    out->forcerange[0] = actuator.force_lower;
+    // MuJoCo's compiler takes no empty range
+    out->forcerange[1] = actuator.force_lower < actuator.force_upper ? actuator.force_upper : actuator.force_lower + 1;
+    actuators_.push_back(out);
+  }
+
   void find_addresses(Compiled& compiled) const {
     const mjModel& m = *compiled.mujoco;
     compiled.body_id.assign(model_.bodies.size(), -1);
@@ -278,6 +314,9 @@ class Builder {
         compiled.joint_dof[body.joint] = dof;
       }
     }
+    for (const mjsActuator* actuator : actuators_) {
+      compiled.actuator_control.push_back(m.actuator_ctrladr[mjs_getId(actuator->element)]);
+    }
     compiled.shape_of_geom.assign(static_cast<size_t>(m.ngeom), -1);
     for (size_t s = 0; s < model_.shapes.size(); ++s) {
       const int geom = mj_name2id(&m, mjOBJ_GEOM, shape_label(s).c_str());
@@ -299,6 +338,12 @@ class Builder {
     for (size_t j = 0; j < model_.joints.size(); ++j) {
       const Joint& joint = model_.joints[j];
       if (joint.limited) m.jnt_range[ptrdiff_t{2} * compiled.joint_id[j] + 1] = joint.upper;  // may be the lower one
+    }
+    for (size_t i = 0; i < actuators_.size(); ++i) {
+      const Actuator& actuator = model_.actuators[i];
+      if (actuator.force_limited) {
+        m.actuator_forcerange[ptrdiff_t{2} * mjs_getId(actuators_[i]->element) + 1] = actuator.force_upper;
+      }
     }
     for (size_t b = 0; b < model_.balls.size(); ++b) {
       const BallAddress& address = compiled.balls[b];
@@ -325,8 +370,9 @@ class Builder {
   Tree tree_;
   SpecPtr spec_;
   mjsBody* world_;
-  std::vector<mjsBody*> bodies_;    // of carriers
-  std::vector<mjsJoint*> joints_;   // by body
+  std::vector<mjsBody*> bodies_;   // of carriers
+  std::vector<mjsJoint*> joints_;  // by body
+  std::vector<mjsActuator*> actuators_;
   std::vector<mjsBody*> massless_;  // carriers without mass
   std::vector<std::pair<const mjsTendon*, const Tendon*>> rests_;
   int sites_ = 0;

@@ -26,7 +26,8 @@ struct Compiled {
   std::vector<int> body_qpos, body_dof;    // per body: the free joint's first address, else -1
   std::vector<int> joint_qpos, joint_dof;  // per hinge or slide
   std::vector<BallAddress> balls;
-  std::vector<int> shape_of_geom;  // by MuJoCo's geom ids; -1: none of the model's
+  std::vector<int> actuator_control;  // of each of the model's actuators, in ctrl; empty: none is MuJoCo's own
+  std::vector<int> shape_of_geom;     // by MuJoCo's geom ids; -1: none of the model's
 };
 
 // Throws EngineError with MuJoCo's words when it refuses the model.

@@ -60,7 +60,7 @@ std::vector<Setting> declared_settings() {
        .default_value = std::string("native"),
        .unit = "",
        .meaning =
-           "springs and dampers of joints: MuJoCo's own, with what the integrator takes implicitly, or explicit: "
+           "springs, dampers and actuators: MuJoCo's own, with what the integrator takes implicitly, or explicit: "
            "a torque from the state at the step's start",
        .choices = {"native", "explicit"}},
       {.name = "iterations",
@@ -193,6 +193,8 @@ void set_options(const Settings& s, const Vec3& gravity, mjOption& option) {
   if (!s.get<bool>("refsafe")) option.disableflags |= mjDSBL_REFSAFE;
   option.enableflags = 0;
 }
+
+bool has_own_actuators(const Settings& s) { return !has_explicit_pd(s); }
 
 bool has_explicit_pd(const Settings& s) { return is(s, "pd", "explicit"); }
 

@@ -17,6 +17,9 @@ std::vector<Setting> declared_settings();
 void set_options(const Settings& settings, const Vec3& gravity, mjOption& option);
 
 // Springs and dampers are torques of the adapter's instead of MuJoCo's own.
+// Whether the actuators of a model become MuJoCo's own.
+bool has_own_actuators(const Settings& settings);
+
 bool has_explicit_pd(const Settings& settings);
 
 // The solver's name in words.

@@ -8,6 +8,7 @@
 
 #include "base/text.h"
 #include "convert.h"
+#include "model/actuator_force.h"
 
 namespace assay::mujoco {
 namespace {
@@ -32,6 +33,10 @@ MujocoSimulation::MujocoSimulation(std::shared_ptr<const Compiled> compiled, con
   data_.reset(mj_makeData(model_.get()));
   if (data_ == nullptr) throw EngineError("MuJoCo: no memory for the simulation's data");
   set_state(state);
+  for (size_t i = 0; i < compiled_->actuator_control.size(); ++i) {
+    controls_follow_time_ = controls_follow_time_ || follows_time(compiled_->model.actuators[i]);
+  }
+  set_controls(clock_.time() + timestep / 2);
 }
 
 void MujocoSimulation::set_torques(std::span<const double> torques) {
@@ -39,6 +44,7 @@ void MujocoSimulation::set_torques(std::span<const double> torques) {
   mjtNum* applied = data_->qfrc_applied;
   for (size_t j = 0; j < torques.size(); ++j) applied[dof[j]] = torques[j];
   if (compiled_->explicit_springs) add_springs(torques);
+  if (controls_follow_time_) set_controls(clock_.time() + clock_.timestep / 2);
   torques_set_ = torques_fresh_ = true;
 }
 
@@ -207,6 +213,15 @@ void MujocoSimulation::add_springs(std::span<const double> torques) {
     for (const JointTerm& term : tendon.terms) {
       data_->qfrc_applied[compiled_->joint_dof[term.joint]] += term.coefficient * tension;
     }
+  }
+}
+
+// Controls and activations of the middle of the step, which they are held for.
+void MujocoSimulation::set_controls(double time) {
+  const Model& model = compiled_->model;
+  for (size_t i = 0; i < compiled_->actuator_control.size(); ++i) {
+    const double control = i < model.control0.size() ? model.control0[i] : 0;
+    data_->ctrl[compiled_->actuator_control[i]] = actuator_input(model.actuators[i], control, time);
   }
 }
 

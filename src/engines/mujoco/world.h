@@ -24,6 +24,7 @@ class MujocoSimulation final : public Simulation {
   void set_state(const State& state);
   BallCoordinates ball_motion(const BallAddress& address) const;
   void add_springs(std::span<const double> torques);
+  void set_controls(double time);
   void clear_torques();
   void check_warnings() const;
   [[noreturn, gnu::cold, gnu::noinline]] void throw_failure() const;
@@ -32,6 +33,7 @@ class MujocoSimulation final : public Simulation {
   ModelPtr model_;
   DataPtr data_;
   Clock clock_;
+  bool controls_follow_time_ = false;
   mutable std::vector<BallCoordinates> balls_;  // of the last read
   bool contacts_kept_ = false;
   bool torques_set_ = false;    // qfrc_applied is not zero

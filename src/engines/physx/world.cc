@@ -5,6 +5,7 @@
 
 #include "convert.h"
 #include "model/kinematics.h"
+#include "model/weld_frames.h"
 
 namespace assay::px {
 
@@ -126,7 +127,10 @@ void PhysxSimulation::make_constraints() {
     hold_together(connect.body_a, {connect.p_A, Quat::Identity()}, connect.body_b, {connect.p_B, Quat::Identity()},
                   /*weld=*/false);
   }
-  for (const Weld& weld : model_.welds) hold_together(weld.body_a, weld.X_AB, weld.body_b, {}, /*weld=*/true);
+  for (const Weld& weld : model_.welds) {
+    const WeldFrames frames = weld_frames(model_, weld);
+    hold_together(weld.body_a, frames.X_AS, weld.body_b, frames.X_BS, /*weld=*/true);
+  }
 }
 
 void PhysxSimulation::finish_set_up() {

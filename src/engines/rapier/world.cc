@@ -10,6 +10,7 @@
 #include "engines/adapter.h"
 #include "model/ellipsoid.h"
 #include "model/massless.h"
+#include "model/weld_frames.h"
 
 namespace assay::rapier {
 namespace {
@@ -282,13 +283,14 @@ class RapierSimulation final : public Simulation {
       require(api_.add_constraint(world_.get(), &add));
     }
     for (const Weld& weld : model_.welds) {
+      const WeldFrames frames = weld_frames(model_, weld);
       RapierConstraint add{};
       add.body_a = weld.body_a;
       add.body_b = weld.body_b;
       add.weld = 1;
-      copy(from_centre(weld.body_a, weld.X_AB.p), add.p_a);
-      copy(weld.X_AB.q, add.q_a);
-      copy(from_centre(weld.body_b, Vec3::Zero()), add.p_b);
+      copy(from_centre(weld.body_a, frames.X_AS.p), add.p_a);
+      copy(frames.X_AS.q, add.q_a);
+      copy(from_centre(weld.body_b, frames.X_BS.p), add.p_b);
       add.q_b[3] = 1;
       require(api_.add_constraint(world_.get(), &add));
     }
