@@ -156,7 +156,7 @@ class Refused(AssayTest):
                  ["'a'", "line 3", "rename"]),
                 ('<mujoco><worldbody>\n<body><freejoint/><geom size="big"/></body></worldbody></mujoco>',
                  ["size", "line 2", "numbers"]),
-                ("<mujoco><worldbody>\n<body></worldbody></mujoco>", ["correct the XML"])]:
+                ("<mujoco><worldbody>\n<body></worldbody></mujoco>", ["line 2", "not XML", "</body>"])]:
             self.write("robot.xml", text)
             self.refused("check", "robot.xml", naming=["robot.xml", *naming])
 
