@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 #include <utility>
 
@@ -10,6 +11,7 @@
 #include <Eigen/LU>
 #include <fmt/format.h>
 
+#include "check/islands.h"
 #include "reference/dynamics.h"
 
 namespace assay {
@@ -220,7 +222,9 @@ double ExplicitSpring::held_damper_step() const {
   return held_inertia > 0 ? largest_step(damping / held_inertia, 0) : kInfinite;
 }
 
-StepBounds step_bounds(const Model& model, const State& state) {
+namespace {
+
+StepBounds bounds_of_island(const Model& model, const State& state) {
   StepBounds bounds;
   const Bounds of(model, state);
   bounds.singular = of.singular();
@@ -231,6 +235,32 @@ StepBounds step_bounds(const Model& model, const State& state) {
   bounds.joints = of.of(elements);
   elements.insert(elements.end(), feedback.begin(), feedback.end());
   bounds.with_feedback = of.of(std::move(elements));
+  return bounds;
+}
+
+// The springs of two parts that do not touch: the part with the lower bound has the critical mode.
+void unite(StepBound& bound, StepBound other) {
+  for (ExplicitSpring& spring : (other.largest < bound.largest ? bound : other).springs) spring.share = 0;
+  bound.largest = std::min(bound.largest, other.largest);
+  bound.frequency = std::max(bound.frequency, other.frequency);
+  bound.decay = std::max(bound.decay, other.decay);
+  std::ranges::move(other.springs, std::back_inserter(bound.springs));
+}
+
+}  // namespace
+
+StepBounds step_bounds(const Model& model, const State& state) {
+  StepBounds bounds;
+  for (const Model& island : islands(model, state)) {
+    StepBounds own = bounds_of_island(island, island.initial);
+    if (own.singular) return own;
+    bounds.has_feedback = bounds.has_feedback || own.has_feedback;
+    unite(bounds.joints, std::move(own.joints));
+    unite(bounds.with_feedback, std::move(own.with_feedback));
+  }
+  for (StepBound* bound : {&bounds.joints, &bounds.with_feedback}) {
+    std::ranges::stable_sort(bound->springs, {}, &ExplicitSpring::step);
+  }
   return bounds;
 }
 

@@ -121,7 +121,7 @@ int check(const CheckOptions& options) {
                         {"problems", json_text(problems, kDepth)},
                         {"model_findings", json_text(findings_json(findings), kDepth)},
                         {"timestep", json_text(bounds_json(bounds, facts), kDepth)},
-                        {"engines", verdicts_json_text(verdicts, facts, kDepth)},
+                        {"engines", verdicts_json_text(verdicts, facts, model, kDepth)},
                         {"elements", json_text(elements_json(verdicts, elements, facts), kDepth)}});
     return kDone;
   }

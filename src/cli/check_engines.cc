@@ -22,6 +22,7 @@
 #include "cli/cli.h"
 #include "cli/contained.h"
 #include "model/features.h"
+#include "model/pair_groups.h"
 
 namespace assay::cli {
 namespace {
@@ -83,26 +84,47 @@ std::string elements_text(const Element& first, const std::vector<std::string>& 
   return text + fmt::format(" ({})", join(shown, ", "));
 }
 
-// Limitations that differ in the element's name only become one statement; so do contenders that state the same.
+// Limitations of one verdict that differ in the element's name only.
+struct LimitationGroup {
+  Limitation first;
+  Element parts;
+  std::vector<const Limitation*> all;  // in their order
+};
+
+// In the order of their first ones; `group_of` has the number of each limitation's.
+std::vector<LimitationGroup> groups_of(const std::vector<Limitation>& limitations, std::vector<size_t>& group_of) {
+  std::vector<LimitationGroup> groups;
+  std::unordered_map<std::string, size_t> numbers;
+  for (const Limitation& limitation : limitations) {
+    Element parts(limitation.element);
+    std::string key =
+        fmt::format("{}\n{}\n{}\n{}", static_cast<int>(limitation.fidelity), limitation.how, parts.before, parts.after);
+    const auto [found, fresh] = numbers.try_emplace(std::move(key), groups.size());
+    if (fresh) groups.push_back({limitation, std::move(parts), {}});
+    groups[found->second].all.push_back(&limitation);
+    group_of.push_back(found->second);
+  }
+  return groups;
+}
+
+// "joint 'knee' armature" of a group of one, "armature of 3 joints ('a', 'b', 'c')".
+std::string group_text(const LimitationGroup& group, const Model& model) {
+  const bool names_many = group.parts.before == "contacts of";
+  if (group.all.size() == 1 || group.parts.name.empty() || names_many) return group.first.element;
+  std::vector<std::string> names;
+  names.reserve(group.all.size());
+  for (const Limitation* limitation : group.all) names.push_back(Element(limitation->element).name);
+  return elements_text(group.parts, names, model);
+}
+
+// Contenders that state the same share a statement.
 std::vector<Statement> statements_of(const std::vector<EngineVerdict>& verdicts, const Model& model) {
   std::vector<Statement> statements;
   for (const EngineVerdict& verdict : verdicts) {
-    std::vector<Limitation> left = verdict.limitations;
-    while (!left.empty()) {
-      const Limitation first = left.front();
-      const Element element(first.element);
-      std::vector<std::string> names;
-      std::erase_if(left, [&](const Limitation& limitation) {
-        const Element other(limitation.element);
-        if (limitation.fidelity != first.fidelity || limitation.how != first.how || other.before != element.before ||
-            other.after != element.after) {
-          return false;
-        }
-        names.push_back(other.name);
-        return true;
-      });
-      const bool alone = names.size() == 1 || element.name.empty();
-      const std::string what = alone ? first.element : elements_text(element, names, model);
+    std::vector<size_t> group_of;
+    for (const LimitationGroup& group : groups_of(verdict.limitations, group_of)) {
+      const Limitation& first = group.first;
+      const std::string what = group_text(group, model);
       auto same = std::ranges::find_if(statements, [&](const Statement& statement) {
         return statement.fidelity == first.fidelity && statement.what == what && statement.how == first.how;
       });
@@ -135,10 +157,6 @@ std::string contenders_text(const std::vector<std::string>& contenders, const st
 constexpr const char *kHinges = "hinges", *kFree = "free bodies", *kLimits = "joint limits",
                      *kSprings = "springs and dampers", *kArmature = "armature", *kDryFriction = "dry friction",
                      *kContacts = "contact pairs", *kPlanes = "planes", *kActuators = "actuators";
-
-std::string contact_label(const Model& model, const ContactPair& pair) {
-  return fmt::format("contact of '{}' and '{}'", model.shapes[pair.shape_a].name, model.shapes[pair.shape_b].name);
-}
 
 // "joint 'knee'" of "joint 'knee' armature", "geom 'foot'" of "geom 'foot' (box)".
 std::string label_of(const std::string& element) {
@@ -174,7 +192,7 @@ class Index {
       if (element == kPlanes) return of_sort(kPlanes);
       return has_word(element, {"contact", "friction"}) ? of_sort(kContacts) : std::vector<size_t>();
     }
-    if (parts.before == "contact of") return with_label(fmt::format("contact of '{}'", parts.name));
+    if (parts.before == "contact of" || parts.before == "contacts of") return pairs_like(parts, element);
     const std::string respect = parts.before + " " + parts.after;
     const std::string sort = sort_of(respect);
     std::vector<size_t> all = with_label(label_of(element)), found;
@@ -187,6 +205,20 @@ class Index {
   std::vector<size_t> with_label(const std::string& label) const {
     const auto found = by_label_.find(label);
     return found == by_label_.end() ? std::vector<size_t>() : found->second;
+  }
+  // Without what an adapter adds to the name; of a group of pairs that is another than check's, those of its kinds.
+  std::vector<size_t> pairs_like(const Element& parts, const std::string& element) const {
+    std::vector<size_t> same = with_label(element.substr(0, element.find(", friction ")));
+    if (!same.empty()) return same;
+    const auto kinds_of = [](const std::string& text) {
+      const size_t at = text.find(" pairs of ");
+      return at == std::string::npos ? "" : text.substr(at);
+    };
+    const std::string kinds = kinds_of(parts.after.substr(0, parts.after.find(", friction ")));
+    for (const size_t e : of_sort(kContacts)) {
+      if (kinds_of(elements_[e].label) == kinds) same.push_back(e);
+    }
+    return same;
   }
   std::vector<size_t> of_sort(const char* sort) const {
     std::vector<size_t> found;
@@ -262,7 +294,10 @@ Fidelity EngineVerdict::worst() const {
 }
 
 std::string EngineVerdict::count(Fidelity fidelity) const {
-  const auto items = std::ranges::count(limitations, fidelity, &Limitation::fidelity);
+  size_t items = 0;
+  for (const Limitation& limitation : limitations) {
+    if (limitation.fidelity == fidelity) items += pairs_in(limitation.element);
+  }
   return items == 0 ? "" : std::to_string(items);
 }
 
@@ -270,6 +305,7 @@ std::vector<ModelElement> elements_of(const Model& model) {
   std::vector<ModelElement> elements;
   const auto add = [&](bool there, std::string sort, std::string label, std::optional<Feature> feature = {}) {
     if (there) elements.push_back({std::move(sort), std::move(label), feature});
+    if (there) elements.back().count = pairs_in(elements.back().label);
   };
   for (const Body& body : model.bodies) add(body.is_free(), kFree, fmt::format("body '{}'", body.name));
   for (const auto& [sort, has] :
@@ -291,7 +327,9 @@ std::vector<ModelElement> elements_of(const Model& model) {
       add(shape.collides && shape.type == type, sort, fmt::format("geom '{}'", shape.name));
     }
   }
-  for (const ContactPair& pair : model.contacts) add(true, kContacts, contact_label(model, pair));
+  PairGroups pairs(model);
+  for (const ContactPair& pair : model.contacts) pairs.add(pair);
+  for (std::string& label : pairs.elements()) add(true, kContacts, std::move(label));
   for (const Actuator& actuator : model.actuators) add(true, kActuators, fmt::format("actuator '{}'", actuator.name));
   return elements;
 }
@@ -373,7 +411,21 @@ std::vector<EngineVerdict> verdicts_on(const Model& model, const std::vector<Mod
 
 // ---- JSON -----------------------------------------------------------------------------------------------------------
 
-std::string verdicts_json_text(const std::vector<EngineVerdict>& verdicts, const FileFacts& facts, int depth) {
+namespace {
+
+// From here on alike items are one entry of JSON with their number and the first of them.
+constexpr size_t kMostListed = 50, kExamples = 10;
+
+size_t count_of(const std::vector<const Limitation*>& limitations) {
+  size_t count = 0;
+  for (const Limitation* limitation : limitations) count += pairs_in(limitation->element);
+  return count;
+}
+
+}  // namespace
+
+std::string verdicts_json_text(const std::vector<EngineVerdict>& verdicts, const FileFacts& facts, const Model& model,
+                               int depth) {
   // the same elements and sentences come for every engine
   std::unordered_map<std::string, std::string> quoted, places;
   const auto quote = [&quoted](const std::string& text) -> const std::string& {
@@ -402,11 +454,45 @@ std::string verdicts_json_text(const std::vector<EngineVerdict>& verdicts, const
                         text.size() > 1 ? "," : "", gap(2), gap(4), quote(verdict.engine),
                         json_text(verdict.contenders, depth + 4), quote(std::string(fidelity_text(verdict.worst()))));
     std::string_view before;
-    for (const Limitation& limitation : verdict.limitations) {
-      put({before, object, "{", member, R"("fidelity": )", quote(std::string(fidelity_text(limitation.fidelity))), ",",
-           member, R"("element": )", quote(limitation.element), ",", member, R"("how": )", quote(limitation.how), ",",
-           place_of(limitation.element), object, "}"});
+    const auto begin = [&](const Limitation& limitation, const std::string& element, size_t count) {
+      put({before,
+           object,
+           "{",
+           member,
+           R"("fidelity": )",
+           quote(std::string(fidelity_text(limitation.fidelity))),
+           ",",
+           member,
+           R"("element": )",
+           quote(element),
+           ",",
+           member,
+           R"("count": )",
+           std::to_string(count),
+           ",",
+           member,
+           R"("how": )",
+           quote(limitation.how),
+           ",",
+           place_of(limitation.element)});
       before = ",";
+    };
+    std::vector<size_t> group_of;
+    const std::vector<LimitationGroup> groups = groups_of(verdict.limitations, group_of);
+    for (size_t i = 0; i < verdict.limitations.size(); ++i) {
+      const Limitation& limitation = verdict.limitations[i];
+      const LimitationGroup& group = groups[group_of[i]];
+      const bool listed = group.all.size() <= kMostListed;
+      if (!listed && group.all.front() != &limitation) continue;
+      if (listed) {
+        begin(limitation, limitation.element, pairs_in(limitation.element));
+      } else {
+        begin(limitation, group_text(group, model), count_of(group.all));
+        std::vector<std::string> examples;
+        for (size_t e = 0; e < kExamples; ++e) examples.push_back(group.all[e]->element);
+        put({",", member, R"("examples": )", json_text(examples, depth + 8)});
+      }
+      put({object, "}"});
     }
     put({verdict.limitations.empty() ? "" : gap(4), "]", gap(2), "}"});
   }
@@ -419,7 +505,10 @@ Json elements_json(const std::vector<EngineVerdict>& verdicts, const std::vector
   Json json = Json::array();
   for (const AlikeElements& group : alike_elements(verdicts, elements)) {
     Json members = Json::array(), treatment = Json::array();
+    size_t count = 0;
     for (const size_t e : group.elements) {
+      count += elements[e].count;
+      if (members.size() == kMostListed) continue;
       const std::string file = facts.file_of(elements[e].label);
       members.push_back({{"element", elements[e].label},
                          {"line", line_json(facts.line_of(elements[e].label))},
@@ -430,7 +519,7 @@ Json elements_json(const std::vector<EngineVerdict>& verdicts, const std::vector
                            {"contenders", verdict.contenders},
                            {"fidelity", fidelity_text(verdict.of_element[group.elements.front()])}});
     }
-    json.push_back({{"sort", group.sort}, {"elements", members}, {"engines", treatment}});
+    json.push_back({{"sort", group.sort}, {"count", count}, {"elements", members}, {"engines", treatment}});
   }
   return json;
 }
@@ -505,12 +594,10 @@ void print_elements(const std::vector<EngineVerdict>& verdicts, const std::vecto
   }
   std::vector<std::vector<std::string>> rows(shown.size());
   for (const auto& [treatment, row] : row_of) {
-    rows[row] = {treatment[0],
-                 std::to_string(shown[row].elements.size()),
-                 lines_text(shown[row], elements, facts),
-                 treatment[1],
-                 treatment[2],
-                 treatment[3]};
+    size_t count = 0;
+    for (const size_t e : shown[row].elements) count += elements[e].count;
+    rows[row] = {treatment[0], std::to_string(count), lines_text(shown[row], elements, facts),
+                 treatment[1], treatment[2],          treatment[3]};
   }
   print("\n" + table({"elements", "number", "lines", "exact", "approximated by", "refused by"}, rows, {1, 2, 3}));
   if (partly) print(paragraph("* by some of its contenders"));

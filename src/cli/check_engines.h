@@ -26,8 +26,9 @@ struct EngineVerdict {
 // One element of the model in one respect.
 struct ModelElement {
   std::string sort;   // "hinge", "joint limit", "mesh": elements of one sort are shown together
-  std::string label;  // "joint 'knee'", as in FileFacts::lines; "contact of 'a' and 'b'"
+  std::string label;  // "joint 'knee'", as in FileFacts::lines; of contact pairs as PairGroups has it
   std::optional<Feature> feature = {};
+  size_t count = 1;  // of a group of contact pairs
 };
 
 // Every element in every respect, sorted by sort as engines meet them.
@@ -37,9 +38,10 @@ std::vector<ModelElement> elements_of(const Model& model);
 std::vector<EngineVerdict> verdicts_on(const Model& model, const std::vector<ModelElement>& elements,
                                        const StepBounds& bounds);
 
-// The text of a JSON array, as print_json() writes one at this indentation. A robot with thousands of contact pairs has
-// hundreds of thousands of limitations: as Json they take longer than all else.
-std::string verdicts_json_text(const std::vector<EngineVerdict>& verdicts, const FileFacts& facts, int depth);
+// The text of a JSON array, as print_json() writes one at this indentation. A robot with thousands of joints has
+// hundreds of thousands of limitations: as Json they take longer than all else. Many that are alike are one entry.
+std::string verdicts_json_text(const std::vector<EngineVerdict>& verdicts, const FileFacts& facts, const Model& model,
+                               int depth);
 Json elements_json(const std::vector<EngineVerdict>& verdicts, const std::vector<ModelElement>& elements,
                    const FileFacts& facts);
 

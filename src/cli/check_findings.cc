@@ -14,6 +14,7 @@ namespace {
 
 constexpr size_t kMostPlaces = 3;
 constexpr size_t kMostSprings = 5;
+constexpr size_t kMostInJson = 200;   // in JSON, the worst first
 constexpr double kOfInterest = 0.02;  // s; nobody steps a robot with more
 
 // ---- JSON -----------------------------------------------------------------------------------------------------------
@@ -25,6 +26,7 @@ Json milliseconds_json(double seconds) { return number_json(1000 * seconds); }
 Json bound_json(const StepBound& bound, const FileFacts& facts) {
   Json springs = Json::array();
   for (const ExplicitSpring& spring : bound.springs) {
+    if (springs.size() == kMostInJson) break;
     springs.push_back({{"element", spring.element},
                        {"line", line_json(facts.line_of(spring.element))},
                        {"file", file_json(facts.file_of(spring.element))},
@@ -43,6 +45,7 @@ Json bound_json(const StepBound& bound, const FileFacts& facts) {
           {"critical", critical == nullptr ? Json(nullptr) : Json(critical->element)},
           {"frequency_hz", bound.frequency},
           {"decay_per_s", bound.decay},
+          {"count", bound.springs.size()},
           {"springs", springs}};
 }
 
@@ -142,6 +145,7 @@ Json findings_json(const std::vector<Finding>& findings) {
   for (const Finding& finding : findings) {
     Json places = Json::array();
     for (const Place& place : finding.places) {
+      if (places.size() == kMostInJson) break;
       places.push_back({{"element", place.element},
                         {"line", line_json(place.line)},
                         {"file", file_json(place.file)},
@@ -152,6 +156,7 @@ Json findings_json(const std::vector<Finding>& findings) {
                     {"kind", finding.kind},
                     {"title", finding.title},
                     {"unit", finding.unit},
+                    {"count", finding.places.size()},
                     {"places", places},
                     {"advice", finding.advice}});
   }

@@ -91,8 +91,8 @@ int run(const SimulateJob& job, bool time, OutputFile& file, const std::function
     simulation->read_state(state);
     const std::string shape = state_shape_fault(state, model.bodies.size(), model.joints.size());
     if (!shape.empty()) throw std::runtime_error(fmt::format("the engine gave {}", shape));
-    const std::string value = state_value_fault(state);
-    if (!value.empty()) return fmt::format("the engine gave {}", value);
+    const std::string value = state_value_fault(state, &model);
+    if (!value.empty()) return fmt::format("{} gave {}", job.contender.name, value);
     const std::string moment = state_time_fault(state, model.initial.time, job.contender.settings.timestep, step);
     if (!moment.empty()) throw std::runtime_error(fmt::format("the engine gave {}", moment));
     return std::string();

@@ -122,7 +122,7 @@ std::unique_ptr<Simulation> Subject::create(const Model& model, const State& sta
 void Subject::read(const Simulation& simulation, const Model& model, double not_before_s, State& out) {
   simulation.read_state(out);
   std::string fault = state_shape_fault(out, model.bodies.size(), model.joints.size());
-  if (fault.empty()) fault = state_value_fault(out);
+  if (fault.empty()) fault = state_value_fault(out, &model);
   constexpr double kRounding = 1e-6;  // of an adapter that keeps its time in single precision
   if (fault.empty() && out.time < not_before_s - kRounding * (1 + std::abs(not_before_s))) {
     fault = fmt::format("the time {:.6g} s after {:.6g} s", out.time, not_before_s);

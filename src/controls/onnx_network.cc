@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <dlfcn.h>
 #include <filesystem>
+#include <regex>
 #include <span>
 #include <string_view>
 #include <utility>
@@ -105,13 +106,9 @@ class Runtime {
   std::string try_call(Arguments... arguments) const {
     Status* status = reinterpret_cast<Status* (*)(Arguments...)>(table_[place])(arguments...);
     if (status == nullptr) return "";
-    std::string text = reinterpret_cast<const char* (*)(const Status*)>(table_[kGetErrorMessage])(status);
+    const std::string text = reinterpret_cast<const char* (*)(const Status*)>(table_[kGetErrorMessage])(status);
     release<kReleaseStatus>(status);
-    for (char& c : text) {
-      if (c == '\n') c = ' ';
-    }
-    while (text.ends_with('.') || text.ends_with(' ')) text.pop_back();  // the caller's sentence goes on
-    return text.empty() ? "unknown error" : text;
+    return onnx_words(text);
   }
 
   template <Place place, typename Handle>
@@ -347,6 +344,34 @@ class OnnxNetwork final : public ActionSource {
 };
 
 }  // namespace
+
+std::string onnx_words(const std::string& message) {
+  static const std::regex kBlanks("\\s+"),
+      kCode("\\[ONNXRuntimeError\\] : \\d+ : \\w+ : |Exception during initialization: "),
+      kPlace("\\S+\\.(?:cc|cpp|cu|h|hpp):\\d+ ");
+  std::string text = std::regex_replace(std::regex_replace(message, kBlanks, " "), kCode, "");
+  for (std::smatch place; std::regex_search(text, place, kPlace);) {
+    const auto begin = static_cast<size_t>(place.position());
+    size_t end = begin + static_cast<size_t>(place.length());
+    const size_t opens = std::min(text.find('(', end), text.size());
+    if (text.substr(end, opens - end).find("::") != std::string::npos) {  // a signature
+      int depth = 0;
+      for (end = opens; end < text.size(); ++end) {
+        if (text[end] == '(') ++depth;
+        if (text[end] == ')' && --depth == 0) break;
+      }
+      end = std::min(end + 1, text.size());
+      if (text.compare(end, 6, " const") == 0) end += 6;
+      if (text.compare(end, 7, " [with ") == 0) end = std::min(text.find(']', end), text.size() - 1) + 1;
+    } else {  // a name
+      end = std::min(text.find(' ', end), text.size());
+    }
+    text.erase(begin, std::min(end + 1, text.size()) - begin);
+  }
+  while (text.ends_with('.') || text.ends_with(' ')) text.pop_back();  // the caller's sentence goes on
+  static const std::regex kCxx("\\w::|\\w\\(\\) |std::");
+  return text.empty() || std::regex_search(text, kCxx) ? "its graph is not valid" : text;
+}
 
 bool has_onnx_runtime() {
   std::error_code error;

@@ -12,6 +12,10 @@ namespace assay {
 // Whether the library is there.
 bool has_onnx_runtime();
 
+// The library's message on one line, without its source files and C++ signatures: of "model.cc:149
+// ns::Model::Model(ns::Proto&&) Unsupported model IR version: 12" the words behind the signature.
+std::string onnx_words(const std::string& message);
+
 // `bytes` is the content of the file `path`, which is for messages. The network has one input of `config.inputs()`
 // numbers and an output of one for each action, float or double; a first dimension that is not fixed becomes 1.
 // Throws InputError for any other, naming both sides, and where the library is not there. act() throws PolicyError.

@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include "model/pair_groups.h"
+
 namespace assay {
 namespace {
 
@@ -100,13 +102,14 @@ std::vector<FeatureUse> features_of(const Model& model) {
     use(ball.dry_friction != 0, Feature::kBallDryFriction, element);
   }
   std::vector<bool> touches(model.shapes.size(), false);
+  PairGroups torsional(model), rolling(model);
   for (const ContactPair& pair : model.contacts) {
     touches[pair.shape_a] = touches[pair.shape_b] = true;
-    const std::string element =
-        fmt::format("contact of '{}' and '{}'", model.shapes[pair.shape_a].name, model.shapes[pair.shape_b].name);
-    use(pair.torsional != 0, Feature::kTorsionalFriction, element);
-    use(pair.rolling != 0, Feature::kRollingFriction, element);
+    if (pair.torsional != 0) torsional.add(pair);
+    if (pair.rolling != 0) rolling.add(pair);
   }
+  for (std::string& element : torsional.elements()) use(true, Feature::kTorsionalFriction, std::move(element));
+  for (std::string& element : rolling.elements()) use(true, Feature::kRollingFriction, std::move(element));
   for (size_t s = 0; s < model.shapes.size(); ++s) {
     if (const auto found = shape_feature(model.shapes[s].type); found && touches[s]) {
       use(true, found->first, fmt::format("geom '{}' ({})", model.shapes[s].name, found->second));

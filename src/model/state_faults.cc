@@ -16,19 +16,32 @@ std::string state_shape_fault(const State& state, size_t bodies, size_t joints) 
   return "";
 }
 
-std::string state_value_fault(const State& state) {
-  bool finite = std::isfinite(state.time);
-  for (const double number : state.position) finite = finite && std::isfinite(number);
-  for (const double number : state.velocity) finite = finite && std::isfinite(number);
-  for (const BodyState& body : state.bodies) {
-    finite = finite && body.p_WBcm.allFinite() && body.q_WB.coeffs().allFinite() && body.v_WBcm.allFinite() &&
-             body.w_WB.allFinite();
+std::string state_value_fault(const State& state, const Model* model) {
+  const auto at = [&](const std::string& what, const char* respect, const char* kind, const auto& named) {
+    if (model == nullptr) return what;
+    return fmt::format("{}{} {} '{}'{}", what, respect, kind, named.name,
+                       std::isfinite(state.time) ? fmt::format(" at {:.6g} s", state.time) : "");
+  };
+  const std::string number = "a non-finite number";
+  const auto joint = [&](size_t j) { return model == nullptr ? Joint{} : model->joints[j]; };
+  const auto body = [&](size_t b) { return model == nullptr ? Body{} : model->bodies[b]; };
+  for (size_t j = 0; j < state.position.size(); ++j) {
+    if (!std::isfinite(state.position[j])) return at(number, " as the position of", "joint", joint(j));
+    if (!std::isfinite(state.velocity[j])) return at(number, " as the velocity of", "joint", joint(j));
   }
-  if (!finite) return "a non-finite number";
-  for (const BodyState& body : state.bodies) {
+  for (size_t b = 0; b < state.bodies.size(); ++b) {
+    const BodyState& each = state.bodies[b];
+    if (!each.p_WBcm.allFinite()) return at(number, " as the position of", "body", body(b));
+    if (!each.q_WB.coeffs().allFinite()) return at(number, " in the orientation of", "body", body(b));
+    if (!each.v_WBcm.allFinite()) return at(number, " as the velocity of", "body", body(b));
+    if (!each.w_WB.allFinite()) return at(number, " as the angular velocity of", "body", body(b));
+  }
+  if (!std::isfinite(state.time)) return model == nullptr ? number : number + " as the time";
+  for (size_t b = 0; b < state.bodies.size(); ++b) {
     constexpr double kLengthTolerance = 1e-2;  // far above what single precision loses
-    const double length = body.q_WB.norm();
-    if (std::abs(length - 1) > kLengthTolerance) return fmt::format("an orientation of length {:.3g}", length);
+    const double length = state.bodies[b].q_WB.norm();
+    if (std::abs(length - 1) <= kLengthTolerance) continue;
+    return at(fmt::format("an orientation of length {:.3g}", length), " for", "body", body(b));
   }
   return "";
 }

@@ -126,7 +126,7 @@ void read_state(const Simulation& simulation, const Model& model, double start_s
                 State& out) {
   simulation.read_state(out);
   std::string fault = state_shape_fault(out, model.bodies.size(), model.joints.size());
-  if (fault.empty()) fault = state_value_fault(out);
+  if (fault.empty()) fault = state_value_fault(out, &model);
   if (fault.empty()) fault = state_time_fault(out, start_s, timestep_s, steps);
   if (!fault.empty()) throw EngineError(fmt::format("the engine gave {}", fault));
 }

@@ -2,11 +2,13 @@
 
 #include <array>
 #include <cctype>
+#include <cerrno>
 #include <chrono>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <set>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <utility>
 #include <vector>
@@ -150,6 +152,14 @@ void fail(sqlite3* db) {
     throw InputError(damaged_text(path, message));
   }
   const int why = sqlite3_system_errno(db);
+  rlimit limit{};
+  if (why == EFBIG && ::getrlimit(RLIMIT_FSIZE, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY) {
+    throw SystemError(
+        fmt::format("cannot write '{}': this shell lets a file have at most {} KiB; what was finished is kept: raise "
+                    "the limit (ulimit "
+                    "-f unlimited), and give the command again",
+                    path, limit.rlim_cur >> 10U));
+  }
   throw SystemError(
       fmt::format("cannot use '{}': {}{}", path, message, why != 0 ? fmt::format(" ({})", std::strerror(why)) : ""));
 }

@@ -33,7 +33,7 @@ void examine_state(const State& state, const Model& model, double start_s, doubl
   if (const std::string fault = state_shape_fault(state, model.bodies.size(), model.joints.size()); !fault.empty()) {
     throw AdapterFault(fmt::format("the engine gave {}", fault));
   }
-  if (const std::string fault = state_value_fault(state); !fault.empty()) {
+  if (const std::string fault = state_value_fault(state, &model); !fault.empty()) {
     throw EngineError(fmt::format("the engine gave {}", fault));
   }
   if (const std::string fault = state_time_fault(state, start_s, timestep_s, steps); !fault.empty()) {

@@ -232,6 +232,34 @@ class Refused(AssayTest):
             self.assertRegex(how, r"1\.41 times|29 %|14 %")
         self.assertFalse(self.findings_of(self.report(box.format(0)), "friction of contact"))
 
+    def test_many_pairs_and_joints_are_grouped(self):
+        def field(count):
+            return f"""<mujoco><default><geom condim="6"/></default><worldbody>
+  <replicate count="{count}" offset="0 .3 0"><geom type="box" size=".1 .1 .05" pos="0 0 .05"/></replicate>
+  <replicate count="20" offset=".3 0 0"><body pos="0 0 .5"><freejoint/><geom type="box" size=".1 .1 .1"/>
+    <body><joint axis="0 1 0" range="-1 1" armature=".1"/><geom type="capsule" size=".03 .1" pos=".3 0 0"/></body></body></replicate>
+</worldbody></mujoco>"""
+
+        self.write("field.xml", field(100))
+        many = self.assay("check", "field.xml", "--json")
+        report = json.loads(many)
+        pairs = report["model"]["contact_pairs"]
+        self.assertGreater(pairs, 4000)
+        self.assertEqual(sum(group["count"] for group in report["elements"] if group["sort"] == "contact pairs"), pairs)
+        rolling = [group for group in report["elements"] if group["sort"].startswith("rolling friction")]
+        self.assertEqual(sum(group["count"] for group in rolling), pairs)
+        self.assertRegex(rolling[0]["elements"][0]["element"],
+                         r"^contacts of '.*' and '.*' and \d+ more pairs of (boxes|capsules)( and capsules)?$")
+        refused = [finding for engine in report["engines"] for finding in engine["findings"]
+                   if finding["element"].startswith("contacts of ")]
+        self.assertTrue(refused)
+        self.assertTrue(all(finding["count"] > 100 for finding in refused))
+        # ten times the pairs: nothing more to say
+        self.write("field.xml", field(1000))
+        self.assertLess(abs(len(self.assay("check", "field.xml", "--json")) - len(many)), 0.1 * len(many))
+        text = self.assay("check", "field.xml")
+        self.assertIn("more pairs of boxes", text)
+
     def test_expanded_xacro_is_another_file(self):
         self.write("robot.urdf", '<robot name="r" xmlns:xacro="x"><xacro:macro name="m"/></robot>')
         self.refused("check", "robot.urdf", naming=["xacro robot.urdf > robot-expanded.urdf"])

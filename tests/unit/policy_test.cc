@@ -28,6 +28,7 @@ namespace {
 using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::Not;
 using testing::Pointwise;
 
 constexpr double kInf = std::numeric_limits<double>::infinity();
@@ -592,6 +593,39 @@ TEST_F(OnnxNetworks, ThatAreNoneAreRefused) {
   const std::string unknown = onnx_file(message(1, node("Levitate", {"obs"}, "actions")) +
                                         message(11, port("obs", {1, 3})) + message(12, port("actions", {1, 2})));
   EXPECT_THAT(refusal(unknown), HasSubstr("Levitate"));
+}
+
+// What ONNX Runtime 1.32 says of a graph without its output, of an initializer that is too short, and of an operator.
+TEST(OnnxWords, HaveNoSourceFilesAndNoSignatures) {
+  EXPECT_EQ(onnx_words("/src/core/graph/graph.cc:1617 void onnxruntime::Graph::Initialize(const std::unordered_map<"
+                       "std::__cxx11::basic_string<char>, int>&, bool) const [with T = float] This is an invalid "
+                       "model. Graph output (actions) does not exist in the graph.\n"),
+            "This is an invalid model. Graph output (actions) does not exist in the graph");
+  EXPECT_EQ(onnx_words("Exception during initialization: /src/core/initializer.cc:51 onnxruntime::Initializer::"
+                       "Initializer(const onnx::TensorProto&) [ONNXRuntimeError] : 1 : FAIL : tensorprotoutils.cc:1805 "
+                       "ValidateSize Initializer 'w': data field count (3) does not match expected count (6)\n"),
+            "Initializer 'w': data field count (3) does not match expected count (6)");
+  EXPECT_EQ(onnx_words("/src/a.cc:5 onnxruntime::Status onnxruntime::F(int&) status.IsOK() was false. "),
+            "its graph is not valid");
+  EXPECT_EQ(onnx_words("Node with schema(::MatMul:13) has input size 1"),
+            "Node with schema(::MatMul:13) has input size 1");
+}
+
+TEST_F(OnnxNetworks, WithABadGraphAreRefusedWithoutSignatures) {
+  const auto linear = [](const std::string& weights, const std::string& output) {
+    return onnx_file(message(1, node("MatMul", {"obs", "w"}, output)) + weights + message(11, port("obs", {1, 3})) +
+                     message(12, port("actions", {1, 2})));
+  };
+  const std::string weights = message(5, matrix<float>("w", 3, 2, {1, 10, 2, 20, 3, 30}, kFloats));
+  for (const std::string& bad :
+       {linear(weights, "x"), linear(message(5, matrix<float>("w", 3, 2, {1, 10}, kFloats)), "actions"),
+        linear("", "actions"), onnx_file(""), number(1, 99) + linear(weights, "actions")}) {
+    const std::string words = refusal(bad);
+    EXPECT_THAT(words, HasSubstr("the network 'policy.onnx' cannot be used: "));
+    for (const char* raw : {"onnxruntime::", "std::", ".cc:", ".h:", "const ", "FAIL"}) {
+      EXPECT_THAT(words, Not(HasSubstr(raw)));
+    }
+  }
 }
 
 TEST_F(OnnxNetworks, WhoseAnswerHasAnotherSizeThanTheySayEndTheRun) {

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "engines/adapter.h"
+#include "model/pair_groups.h"
 #include "options.h"
 #include "world.h"
 
@@ -121,20 +122,21 @@ class DartEngine final : public Adapter {
     if (!options.along_slip) {
       if (auto friction = fixed_friction_axes(model)) limitations.push_back(std::move(*friction));
     }
+    PairGroups meshes(model), smooth(model);
     for (const ContactPair& pair : model.contacts) {
-      if (is_mesh(model.shapes[pair.shape_a]) && is_mesh(model.shapes[pair.shape_b])) {
-        limitations.push_back(
-            {Fidelity::kRefused,
-             fmt::format("contact of '{}' and '{}'", model.shapes[pair.shape_a].name, model.shapes[pair.shape_b].name),
-             "DART takes meshes and ellipsoids as surfaces of triangles, which do not hold each other "
-             "apart: exclude the pair or replace one by a box, capsule, cylinder or sphere"});
-      }
+      if (is_mesh(model.shapes[pair.shape_a]) && is_mesh(model.shapes[pair.shape_b])) meshes.add(pair);
       if (pair.friction > 0 && pair.friction <= kLeastFriction) {
-        limitations.push_back({Fidelity::kApproximated,
-                               fmt::format("contact of '{}' and '{}', friction {:g}", model.shapes[pair.shape_a].name,
-                                           model.shapes[pair.shape_b].name, pair.friction),
-                               fmt::format("without friction: DART drops coefficients up to {:g}", kLeastFriction)});
+        smooth.add(pair, fmt::format(", friction {:g}", pair.friction));
       }
+    }
+    for (const std::string& element : meshes.elements()) {
+      limitations.push_back({Fidelity::kRefused, element,
+                             "DART takes meshes and ellipsoids as surfaces of triangles, which do not hold each other "
+                             "apart: exclude the pair or replace one by a box, capsule, cylinder or sphere"});
+    }
+    for (const std::string& element : smooth.elements()) {
+      limitations.push_back({Fidelity::kApproximated, element,
+                             fmt::format("without friction: DART drops coefficients up to {:g}", kLeastFriction)});
     }
     return limitations;
   }

@@ -21,10 +21,16 @@ Wish merged(Wish a, Wish b) { return a == Wish::kAny ? b : a; }
 class Wishes {
  public:
   explicit Wishes(const Model& model) : count_(model.shapes.size()), wishes_(count_ * count_, Wish::kPass) {
+    std::vector<bool> touches_parent(model.bodies.size(), false);
+    for (const ContactPair& pair : model.contacts) {
+      const int a = model.shapes[pair.shape_a].body, b = model.shapes[pair.shape_b].body;
+      if (are_hinged(model, a, b)) touches_parent[model.bodies[a].parent == b ? a : b] = true;
+    }
     for (size_t a = 0; a < count_; ++a) {
       for (size_t b = 0; b < count_; ++b) {
         const int body_a = model.shapes[a].body, body_b = model.shapes[b].body;
-        if (body_a == body_b || (are_hinged(model, body_a, body_b) && !any_pair(model, body_a, body_b))) {
+        if (body_a == body_b || (are_hinged(model, body_a, body_b) &&
+                                 !touches_parent[model.bodies[body_a].parent == body_b ? body_a : body_b])) {
           at(a, b) = Wish::kAny;
         }
       }
@@ -41,13 +47,6 @@ class Wishes {
     for (const size_t c : others) {
       if (c != into && c != from) at(into, c) = at(c, into) = merged((*this)(into, c), (*this)(from, c));
     }
-  }
-
-  static bool any_pair(const Model& model, int body_a, int body_b) {
-    return std::ranges::any_of(model.contacts, [&](const ContactPair& pair) {
-      const int a = model.shapes[pair.shape_a].body, b = model.shapes[pair.shape_b].body;
-      return (a == body_a && b == body_b) || (a == body_b && b == body_a);
-    });
   }
 
  private:
@@ -103,7 +102,11 @@ bool are_hinged(const Model& model, int body_a, int body_b) {
 }
 
 bool joint_has_contact(const Model& model, int body) {
-  return Wishes::any_pair(model, body, model.bodies[body].parent);
+  return std::ranges::any_of(model.contacts, [&](const ContactPair& pair) {
+    const int a = model.shapes[pair.shape_a].body, b = model.shapes[pair.shape_b].body;
+    const int parent = model.bodies[body].parent;
+    return (a == body && b == parent) || (a == parent && b == body);
+  });
 }
 
 Filters find_filters(const Model& model) {
