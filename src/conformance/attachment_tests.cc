@@ -19,10 +19,10 @@
 namespace assay::conformance {
 namespace {
 
-constexpr double kRadius = 0.05;  // m, of the bodies that are held
+constexpr double kAttachedRadius = 0.05;  // m, of the bodies that are held
 
 Solid bar_from_joint(double length) {
-  Solid bar = capsule_solid(1, kRadius, length / 2, Vec3::UnitX());
+  Solid bar = capsule_solid(1, kAttachedRadius, length / 2, Vec3::UnitX());
   bar.p_BBcm = {length / 2, 0, 0};
   return bar;
 }
@@ -55,7 +55,7 @@ Connect connect_of(int a, const Vec3& p_A, int b, const Vec3& p_B, bool swapped)
 std::vector<Attachment> attachments(double distance, bool swapped) {
   const Vec3 place = distance * Vec3(1, 2, 2) / 3;
   const Pose X_WB = {place, about_axis(0.4, {2, -1, 1})};
-  const double arm = std::max(distance, 4 * kRadius);
+  const double arm = std::max(distance, 4 * kAttachedRadius);
   const Pose X_PJ = {Vec3(0, 0, 1), Quat::Identity()};
   const auto link = [&](Model& model) -> Joint& {
     return add_hinged_body(model, "link", kWorld, X_PJ, bar_from_joint(0.4), Vec3::UnitY());

@@ -16,10 +16,10 @@ namespace assay::conformance {
 namespace {
 
 constexpr double kFriction = 0.5;
-constexpr double kRadius = 0.1, kReach = 0.25;  // m; of a sled to its sides
-constexpr double kFrom = 0.1, kTo = 0.3;        // s, between which impulses are compared
-constexpr double kTolerance = 0.04;             // of friction; mistakes of its law are tens of percent
-const Quat kAlongX(std::sqrt(0.5), 0, std::sqrt(0.5), 0);
+constexpr double kRunnerRadius = 0.1, kReach = 0.25;  // m; of a sled to its sides
+constexpr double kFrom = 0.1, kTo = 0.3;              // s, between which impulses are compared
+constexpr double kTolerance = 0.04;                   // of friction; mistakes of its law are tens of percent
+const Quat kLyingAlongX(std::sqrt(0.5), 0, std::sqrt(0.5), 0);
 
 // Bodies that slide as one, with their centre of mass above the middle of their contacts.
 struct Sled {
@@ -56,20 +56,20 @@ Track track(const std::string& name) {
 
 Vec3 next_place(const Track& track) {
   constexpr double kApart = 3;  // m
-  return {0, kApart * (static_cast<double>(track.sleds.size()) - 2), kRadius};
+  return {0, kApart * (static_cast<double>(track.sleds.size()) - 2), kRunnerRadius};
 }
 
 void add_skates(Model& model, int body, Skates skates) {
   const auto touch = [&](int shape) { add_contact(model, 0, shape, kFriction); };
   if (skates == Skates::kBox) {
     const int shape = add_shape(model, ShapeType::kBox, body, {}, 0, 0, kFriction);
-    model.shapes[shape].half_size = {kReach, kReach, kRadius};
+    model.shapes[shape].half_size = {kReach, kReach, kRunnerRadius};
     touch(shape);
     return;
   }
   for (const double side : {-kReach, kReach}) {
     const Vec3 place(0, skates == Skates::kRunner ? 0 : side, 0);
-    touch(add_shape(model, ShapeType::kCapsule, body, {place, kAlongX}, kRadius, kReach, kFriction));
+    touch(add_shape(model, ShapeType::kCapsule, body, {place, kLyingAlongX}, kRunnerRadius, kReach, kFriction));
     if (skates == Skates::kRunner) return;
   }
 }
@@ -97,10 +97,11 @@ void add_ball_on_slides(Track& track, const Vec3& along) {
   for (const Vec3& axis : {Vec3(Vec3::UnitX()), Vec3(Vec3::UnitY()), Vec3(Vec3::UnitZ())}) {
     const Pose place{parent == kWorld ? next_place(track) : Vec3::Zero(), Quat::Identity()};
     const int body = static_cast<int>(track.model.bodies.size());
-    add_sliding_body(track.model, fmt::format("carriage_{}", body), parent, place, sphere_solid(1, kRadius), axis);
+    add_sliding_body(track.model, fmt::format("carriage_{}", body), parent, place, sphere_solid(1, kRunnerRadius),
+                     axis);
     parent = body;
   }
-  const int shape = add_shape(track.model, ShapeType::kSphere, parent, {}, kRadius, 0, kFriction);
+  const int shape = add_shape(track.model, ShapeType::kSphere, parent, {}, kRunnerRadius, 0, kFriction);
   add_contact(track.model, 0, shape, kFriction);
   track.sleds.push_back({"ball behind slides", {first, first + 1, first + 2}, along, 1});
 }

@@ -42,7 +42,7 @@ struct Resting {
   double height;  // m, of the centre
   bool rolls;
 };
-constexpr double kRadius = 0.1, kHalf = 0.15;  // m
+constexpr double kRestRadius = 0.1, kHalf = 0.15;  // m
 const Vec3 kHalfBox(0.12, 0.1, 0.08);
 
 // Directions that are none of the frame's axes, where rounding errors cancel.
@@ -52,10 +52,10 @@ Quat along(const Vec3& axis) { return Quat::FromTwoVectors(Vec3::UnitZ(), axis);
 
 std::vector<Resting> resting_bodies(const Subject& subject) {
   const Vec3 lying = kTurned * Vec3(Vec3::UnitX());
-  std::vector<Resting> list = {{"ball", ShapeType::kSphere, Vec3::UnitZ(), kRadius, true},
-                               {"lying capsule", ShapeType::kCapsule, lying, kRadius, true}};
+  std::vector<Resting> list = {{"ball", ShapeType::kSphere, Vec3::UnitZ(), kRestRadius, true},
+                               {"lying capsule", ShapeType::kCapsule, lying, kRestRadius, true}};
   if (subject.accepts(Feature::kCylinder)) {
-    list.push_back({"lying cylinder", ShapeType::kCylinder, lying, kRadius, true});
+    list.push_back({"lying cylinder", ShapeType::kCylinder, lying, kRestRadius, true});
     list.push_back({"upright cylinder", ShapeType::kCylinder, Vec3::UnitZ(), kHalf, false});
   }
   if (subject.accepts(Feature::kBox)) list.push_back({"box", ShapeType::kBox, Vec3::UnitZ(), kHalfBox.z(), false});
@@ -109,16 +109,16 @@ void add_resting(Model& model, const Resting& kind, Ground ground, const Vec3& p
   const int below = add_ground(model, ground, place, plane);
   const int body = static_cast<int>(model.bodies.size());
   const Quat q = kind.type == ShapeType::kBox ? kTurned : along(kind.axis);
-  Solid solid = sphere_solid(1, kRadius);
-  if (kind.type == ShapeType::kCapsule) solid = capsule_solid(1, kRadius, kHalf, Vec3::UnitZ());
-  if (kind.type == ShapeType::kCylinder) solid = cylinder_solid(1, kRadius, kHalf);
+  Solid solid = sphere_solid(1, kRestRadius);
+  if (kind.type == ShapeType::kCapsule) solid = capsule_solid(1, kRestRadius, kHalf, Vec3::UnitZ());
+  if (kind.type == ShapeType::kCylinder) solid = cylinder_solid(1, kRestRadius, kHalf);
   if (kind.type == ShapeType::kBox) solid = box_solid(1, kHalfBox);
   // beside the middle of the ground, off every edge of a field's triangles
   add_free_body(model, fmt::format("{} on {}", kind.name, ground_name(ground)), solid,
                 {place + Vec3(0.03, 0.01, kind.height), q});
   const bool round = kind.type == ShapeType::kCapsule || kind.type == ShapeType::kCylinder;
   const int shape =
-      add_shape(model, kind.type, body, {}, kind.type == ShapeType::kBox ? 0 : kRadius, round ? kHalf : 0);
+      add_shape(model, kind.type, body, {}, kind.type == ShapeType::kBox ? 0 : kRestRadius, round ? kHalf : 0);
   if (kind.type == ShapeType::kBox) model.shapes[shape].half_size = kHalfBox;
   add_contact(model, below, shape, 1);
 }
@@ -173,7 +173,7 @@ Verdict bodies_at_rest(const Subject& subject) {
     const Vec3 axis = kind_of[b]->type == ShapeType::kSphere ? kTurned * Vec3(Vec3::UnitX()) : kind_of[b]->axis;
     velocities[b] = speed * axis.cross(Vec3::UnitZ());
     start.bodies[b].v_WBcm = velocities[b];
-    start.bodies[b].w_WB = speed / kRadius * axis;
+    start.bodies[b].w_WB = speed / kRestRadius * axis;
   }
   Checks checks("m");
   for (const double h : contact_timesteps(subject)) {
