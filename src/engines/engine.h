@@ -118,7 +118,7 @@ struct Capabilities {
   std::string friction_combine;  // how the model's pair coefficient is reached
   bool contact = false;
   bool joint_limits = false;
-  bool torques = true;    // joint torques can be applied
+  bool torques = true;  // joint torques can be applied
   // The adapter gives Model::actuators to the engine as the engine's own, and set_torques() adds to them. False: the
   // caller computes their forces and passes them as torques.
   bool actuators = false;
