@@ -55,6 +55,11 @@ std::vector<Deviation> deviations(const Options& options) {
   const char* reason = "massless bodies have a share of mass, so the limit is that of a slightly different robot";
   const double scale = options.lent_share / (options.multibody() ? kDefaultLinkShare : kLentShare);
   if (options.multibody()) {
+    if (!options.double_precision) {
+      add("connect-distances", 3.5,
+          "in single precision a connect between two links of one multibody does not hold where bodies are of 0.2 m: "
+          "they end up to twice their size aside");
+    }
     add("planar-root", 5e-6 * scale, reason);
     add("massless-joints", 7e-6 * scale, reason);
     add("random-massless-trees", 1.3e-5 * scale, reason);
@@ -208,7 +213,11 @@ class RapierEngine final : public Adapter {
     add_approximated(c, Feature::kEllipsoid,
                      "a polyhedron of 1280 faces, its radius within 0.23 %, which rocks and rolls from face to face");
     add_approximated(c, Feature::kHeightField, "a surface of the same triangles, without sides and base");
-    add_approximated(c, Feature::kConnect, "an impulse joint between the bodies: they part by the error of a substep");
+    add_approximated(c, Feature::kConnect,
+                     std::string("an impulse joint between the bodies: they part by the error of a substep") +
+                         (multibody && !options.double_precision
+                              ? "; between two links of one multibody it does not hold in single precision"
+                              : ""));
     add_approximated(c, Feature::kWeld, "an impulse joint between the bodies: they part by the error of a substep");
     add_approximated(c, Feature::kTorsionalFriction, "contacts at one point do not resist spin about the normal");
     add_approximated(c, Feature::kRollingFriction, "contacts do not resist rolling");
