@@ -130,10 +130,10 @@ void check_still_there(sqlite3* db) {
 }
 
 void fail(sqlite3* db) {
-  check_still_there(db);
   const std::string path = sqlite3_db_filename(db, "main");
-  const int code = sqlite3_errcode(db) & 0xff;
+  const int code = sqlite3_errcode(db) & 0xff, why = sqlite3_system_errno(db);
   const std::string message = sqlite3_errmsg(db);
+  check_still_there(db);  // it replaces the last error
   if (code == SQLITE_TOOBIG) {
     refuse_long_value(db);
     throw SystemError(fmt::format("cannot write '{}': a value has more than {} MiB", path, kMostValueBytes >> 20));
@@ -151,7 +151,6 @@ void fail(sqlite3* db) {
   if (code == SQLITE_CORRUPT || (code == SQLITE_ERROR && looks_like_results(path))) {
     throw InputError(damaged_text(path, message));
   }
-  const int why = sqlite3_system_errno(db);
   rlimit limit{};
   if (why == EFBIG && ::getrlimit(RLIMIT_FSIZE, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY) {
     throw SystemError(

@@ -733,7 +733,6 @@ TEST(Suite, SeesSettingsThatAreKnownToBeWrong) {
       {"bullet-si-f64", "gyroscopic", "off", {"torque-free-top", "spatial-chain", "oblique-trees", "torque-reaction"}},
       {"bullet-si-f64", "linear_slop", "0.01", {"resting-height", "bodies-collide"}},
       {"jolt-f64", "pair_cache", "on", {"bodies-at-rest"}},
-      {"jolt-f64", "slow_turns", "off", {"near-equilibrium"}},
       {"rapier-impulse-f64", "contact_coherence", "on", {"bodies-at-rest"}},
       {"rapier-impulse-f64", "contact_natural_frequency", "30", {"stacks-at-rest"}},
   };
@@ -750,6 +749,18 @@ TEST(Suite, SeesSettingsThatAreKnownToBeWrong) {
     ++seen;
   }
   if (seen == 0) GTEST_SKIP() << "none of the engines is built";
+}
+
+// What loses slow turns at short timesteps says from which one on it can be asked.
+TEST(Suite, AsksForNoTimestepThatAContenderDeclaresTooShort) {
+  const auto names = Registry::instance().contender_names();
+  if (std::ranges::find(names, "jolt-f64") == names.end()) GTEST_SKIP() << "Jolt is not built";
+  const auto finest = [](const std::string& slow_turns) {
+    const auto contender = Registry::instance().resolve("jolt-f64", {{"slow_turns", slow_turns}});
+    return contender.engine->capabilities(contender.settings).finest_timestep;
+  };
+  EXPECT_GT(finest("off"), 0.5e-3);
+  EXPECT_EQ(finest("on"), 0);
 }
 
 TEST(Suite, RefusesAnEngineThatDoesNothing) {

@@ -619,7 +619,7 @@ TEST_F(OnnxNetworks, WithABadGraphAreRefusedWithoutSignatures) {
   const std::string weights = message(5, matrix<float>("w", 3, 2, {1, 10, 2, 20, 3, 30}, kFloats));
   for (const std::string& bad :
        {linear(weights, "x"), linear(message(5, matrix<float>("w", 3, 2, {1, 10}, kFloats)), "actions"),
-        linear("", "actions"), onnx_file(""), number(1, 99) + linear(weights, "actions")}) {
+        linear("", "actions"), onnx_file(""), linear(weights, "actions") + number(1, 99)}) {
     const std::string words = refusal(bad);
     EXPECT_THAT(words, HasSubstr("the network 'policy.onnx' cannot be used: "));
     for (const char* raw : {"onnxruntime::", "std::", ".cc:", ".h:", "const ", "FAIL"}) {

@@ -91,8 +91,13 @@ class SimbodyEngine final : public Adapter {
                   Feature::kCouplingOfMany, Feature::kConnect, Feature::kWeld});
     if (options.method == Method::kVerlet) {
       std::erase_if(c.features, [](const FeatureSupport& support) {
-        return support.feature == Feature::kBall || support.feature == Feature::kBallArmature;
+        return support.feature == Feature::kBall || support.feature == Feature::kBallArmature ||
+               support.feature == Feature::kConnect;
       });
+      c.features.push_back(
+          {Feature::kConnect, Fidelity::kRefused,
+           "Verlet's iteration for the velocities does not always converge with connects: choose another "
+           "integrator"});
       for (const Feature feature : {Feature::kBall, Feature::kBallSpring, Feature::kBallArmature}) {
         c.features.push_back({feature, Fidelity::kRefused,
                               "Verlet's iteration for the velocities does not always converge with ball joints: choose "
