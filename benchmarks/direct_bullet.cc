@@ -1,5 +1,6 @@
 // Bullet's rigid bodies as their user would write it: stepSimulation(h, 0).
 #include <algorithm>
+#include <optional>
 #include <vector>
 
 #include <btBulletDynamicsCommon.h>
@@ -19,12 +20,47 @@ btScalar larger_friction(const btCollisionObject* a, const btCollisionObject* b)
   return std::max(a->getFriction(), b->getFriction());
 }
 
+// Where a capsule touches what lies in the direction `towards`, at the height of a point near there.
+std::optional<btVector3> round_surface(const btCollisionObject& object, const btVector3& near,
+                                       const btVector3& towards) {
+  const btCollisionShape* shape = object.getCollisionShape();
+  if (shape->getShapeType() != CAPSULE_SHAPE_PROXYTYPE) return std::nullopt;
+  const auto& capsule = static_cast<const btCapsuleShape&>(*shape);
+  const btTransform& X_WS = object.getWorldTransform();
+  const btVector3 direction = towards * X_WS.getBasis();
+  const btScalar half = capsule.getHalfHeight();
+  return X_WS * (btVector3(0, 0, std::clamp(X_WS.invXform(near).z(), -half, half)) + capsule.getRadius() * direction);
+}
+
+// Contact points that turned with a capsule go back to where it touches the ground (findings/bullet/kept_contacts.cc).
+bool renew_point(btManifoldPoint& point, void* a, void* b) {
+  const auto& object_a = *static_cast<const btCollisionObject*>(a);
+  const auto& object_b = *static_cast<const btCollisionObject*>(b);
+  const btVector3 normal = point.m_normalWorldOnB;
+  const auto on_a = round_surface(object_a, point.m_positionWorldOnA, -normal);
+  const auto on_b = round_surface(object_b, point.m_positionWorldOnB, normal);
+  if (on_a.has_value() == on_b.has_value()) return true;
+  if (on_a) {
+    point.m_distance1 = (*on_a - point.m_positionWorldOnB).dot(normal);
+    point.m_positionWorldOnA = *on_a;
+    point.m_positionWorldOnB = *on_a - point.m_distance1 * normal;
+  } else {
+    point.m_distance1 = (point.m_positionWorldOnA - *on_b).dot(normal);
+    point.m_positionWorldOnB = *on_b;
+    point.m_positionWorldOnA = *on_b + point.m_distance1 * normal;
+  }
+  point.m_localPointA = object_a.getWorldTransform().invXform(point.m_positionWorldOnA);
+  point.m_localPointB = object_b.getWorldTransform().invXform(point.m_positionWorldOnB);
+  return true;
+}
+
 class DirectBullet final : public Direct {
  public:
   DirectBullet(const Scene& scene, const State& start, const Settings& settings)
       : h_(settings.timestep), world_(&dispatcher_, &broadphase_, &solver_, &configuration_) {
     const Model& model = scene.model;
     gCalculateCombinedFrictionCallback = larger_friction;
+    gContactProcessedCallback = renew_point;
     world_.setGravity(bt(model.gravity));
     btContactSolverInfo& info = world_.getSolverInfo();
     info.m_numIterations = static_cast<int>(settings.get<long long>("iterations"));

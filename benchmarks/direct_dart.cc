@@ -161,4 +161,5 @@ std::unique_ptr<Direct> make(const Scene& scene, const State& start, const Setti
 }  // namespace
 }  // namespace assay::benchmarks
 
-ASSAY_DIRECT_LOOP(assay::benchmarks::make, "dart")
+// with DART's own directions of friction
+ASSAY_DIRECT_LOOP(assay::benchmarks::make, "dart-default")

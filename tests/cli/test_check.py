@@ -200,6 +200,10 @@ class Refused(AssayTest):
         self.assertTrue(armature)
         self.assertEqual({(finding["line"], finding["file"]) for finding in armature}, {(3, "parts/leg.xml")})
 
+    def report(self, text):
+        self.write("scene.xml", text)
+        return self.assay_json("check", "scene.xml", "--json")
+
     def findings_of(self, report, beginning):
         """Findings whose element begins so, by contender."""
         return {name: finding["how"] for engine in report["engines"] for finding in engine["findings"]
