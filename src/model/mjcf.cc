@@ -160,6 +160,10 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
   std::array<char, 2000> error = {};
   const int error_size = static_cast<int>(error.size());
   const auto refuse = [&](const std::string& message) {
+    if (message.find("ould not allocate") != std::string::npos) {
+      throw SystemError(fmt::format("not enough memory to read '{}': free some, or raise the limit (ulimit -v, -d)",
+                                    file.empty() ? "the model" : file));
+    }
     report.problems.push_back(parser_problem(message, text, file));
     return std::move(report);
   };

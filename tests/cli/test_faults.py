@@ -260,7 +260,7 @@ class OutsideFiles(AssayTest):
             "keyframes": (mjcf(f'<size nkey="2000000000"/><worldbody>{FREE_BALL}</worldbody>'), ["nkey", "at most"]),
             "itself": (mjcf('<include file="b.xml"/>'), ["contains itself"]),
             "capitals": (mjcf('<INCLUDE file="../../secret/part.xml"/>'), ["write 'include'"]),
-            "no XML": ("<mujoco><worldbody></mujoco>", ["is not XML", "correct the XML"]),
+            "no XML": ("<mujoco><worldbody></mujoco>", ["is not XML", "write </worldbody>"]),
         }
         for name, (text, naming) in parts.items():
             with self.subTest(name):
@@ -426,7 +426,7 @@ class EnginesOutput(AssayTest):
             done = self.run_assay("simulate", "ball.xml", "--engine", f"mishap-{fault}", "--timestep", 1, "--duration",
                                   0.02, "--out", "run.csv")
             self.assertEqual(done.returncode, 1, fault)
-            self.check_sentence(done.stderr, ["the engine gave", says])
+            self.check_sentence(done.stderr, [" gave ", says])
 
     def test_states_that_cannot_be_are_no_forces_and_no_figures(self):
         self.use_mishap_engine()
@@ -639,7 +639,7 @@ duration_s = 0.064
             if done.returncode != 0:
                 self.assertEqual(done.returncode, 1, done.stderr)
                 self.assertNotIn("not scored", done.stdout)
-                self.assertIn("ulimit -", done.stderr)
+                self.assertRegex(done.stderr, "ulimit -|not enough memory")
             # the same command without the limit has every cell, as has a fresh directory
             for out in ["results", "fresh"]:
                 self.assertIn("1 ok", self.assay(*self.RUN[:3], out, *self.RUN[4:]))
