@@ -152,7 +152,8 @@ void fail(sqlite3* db) {
     throw InputError(damaged_text(path, message));
   }
   rlimit limit{};
-  if (why == EFBIG && ::getrlimit(RLIMIT_FSIZE, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY) {
+  const bool may_be_limit = why == EFBIG || (code == SQLITE_IOERR && why == 0);  // SQLite does not always keep it
+  if (may_be_limit && ::getrlimit(RLIMIT_FSIZE, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY) {
     throw SystemError(
         fmt::format("cannot write '{}': this shell lets a file have at most {} KiB; what was finished is kept: raise "
                     "the limit (ulimit "

@@ -216,8 +216,8 @@ class Refused(AssayTest):
         for far in (10, 100, 2000, 10000):
             report = self.report(f'<mujoco><worldbody><geom type="plane" size="10 10 .1"/>{box.format(far)}</worldbody></mujoco>')
             found = self.findings_of(report, "positions")
-            if far <= 10:
-                self.assertFalse(found)
+            if far <= 10:  # fifty substeps round fifty times
+                self.assertEqual({name for name in found if "-tgs" not in name}, set())
             if far >= 2000:
                 self.assertEqual(set(found), single)
                 for how in found.values():
