@@ -29,7 +29,7 @@ class Soundness(AssayTest):
                     of_run = {row["measure"]: row["outcome"] for row in rows
                               if (row["system"], row["contender"], row["timestep_ms"]) == run}
                     for measure in of_run.keys() & {"limit_violation_max", "grasp_held", "energy_drift"}:
-                        self.assertEqual(of_run[measure], "unstable", (run, measure))
+                        self.assertIn(of_run[measure], ("unstable", "withdrawn"), (run, measure))
         done = self.run_assay("recommend", "intel-xeon-2-cores", "astronaut", "--error", "100m", "--measure", "violation")
         self.assertRegex(done.stdout + done.stderr, r"(?s)havok.*judged again: a hinge is 12\.7 rad beyond its limit")
 

@@ -84,6 +84,8 @@ class Templates(AssayTest):
         self.copy = self.dir / "assay"
         shutil.copytree(SOURCE, self.copy, symlinks=True, ignore=lambda folder, names: [
             name for name in names if os.path.relpath(os.path.join(folder, name), SOURCE) in LEFT_OUT or name == "__pycache__"])
+        (self.copy / "results").mkdir()  # of which the program has this file
+        shutil.copy(SOURCE / "results/withdrawn.toml", self.copy / "results")
         (self.copy / "web/node_modules").symlink_to((SOURCE / "web/node_modules").resolve())
         self.build = self.copy / "build"
 
