@@ -456,6 +456,7 @@ class Interrupted(CampaignTest):
         self.assertEqual(self.table(), self.table("clean"))
 
     def test_hangups_at_random_moments(self):
+        self.run_tiny("suites")  # the verdicts of the conformance suite are kept: the other runs are without it
         start = time.monotonic()
         self.run_tiny("clean")
         duration = time.monotonic() - start
@@ -479,6 +480,9 @@ class Interrupted(CampaignTest):
             done = process.returncode == 0
             if done and hangups > 0:
                 break
+            if done:  # it was faster than the clean run
+                shutil.rmtree(self.dir / "results")
+                duration /= 2
         self.assertGreater(hangups, 0, f"seed {seed}: it was never interrupted")
         self.run_tiny()
         self.assertEqual(self.table(), self.table("clean"), f"seed {seed}")
