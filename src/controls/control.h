@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "model/actuator_force.h"
 #include "model/model.h"
 #include "model/state.h"
 
@@ -110,14 +111,6 @@ std::unique_ptr<Control> sine_control(const Model& model, std::vector<Sine> sine
 // The model's actuators with controls of their own, one per actuator, each plus its actuator's sine: motors give a
 // torque, position actuators an explicit PD torque toward their set-point. An empty `control` means Model::control0.
 std::unique_ptr<Control> actuator_control(const Model& model, std::vector<double> control = {});
-
-// What multiplies an actuator's gain at `time` when its control is `control` plus its sine: the clamped control, or the
-// activation that has followed it from time 0, in closed form.
-double actuator_input(const Actuator& actuator, double control, double time);
-
-// Force of one actuator for such an input at a length and speed of its transmission, as model.h says, clamped. Each
-// joint of it gets its coefficient times that.
-double actuator_force(const Actuator& actuator, double input, double length, double speed);
 
 // A control as campaigns and users name it.
 struct ControlSpec {
