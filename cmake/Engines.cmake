@@ -3,12 +3,15 @@
 # ENGINE_<name>_{VERSION,SOURCE,COMPILER,FLAGS} say where it came from and how it was compiled, for the build facts of its
 # adapter. Those of another build (setup/builds.txt) end in -<build>.
 
+# assay_engine_absent(name how [set-up takes]): `./assay setup <set-up>` gets it and takes so long, or so much room.
 function(assay_engine_absent name how)
   if(NOT build STREQUAL baseline)
     return()  # other builds are made on demand
   endif()
   set_property(GLOBAL APPEND PROPERTY ASSAY_ABSENT_ENGINES ${name})
   set_property(GLOBAL PROPERTY ASSAY_HOW_TO_GET_${name} "${how}")
+  set_property(GLOBAL PROPERTY ASSAY_SET_UP_${name} "${ARGV2}")
+  set_property(GLOBAL PROPERTY ASSAY_SET_UP_TAKES_${name} "${ARGV3}")
   message(STATUS "assay: engine ${name}: not found, its adapter is left out. ${how}")
 endfunction()
 
@@ -42,22 +45,28 @@ endfunction()
 
 set(run_setup "Run setup/setup.sh (or ./assay), which puts it under ${ASSAY_CACHE}/engines.")
 
-# assay_built_engine(name VERSION version FOLDER folder LIBRARY file [INCLUDE folder] [DEFINITIONS name...] [LINK target...])
+# assay_built_engine(name [RECIPE folder] VERSION version FOLDER folder LIBRARY file [INCLUDE folder] [DEFINITIONS name...] [LINK target...])
 #
 # Makes engine::<name>${suffix} of the static library folder/lib/file that set-up has built; where that is not there, the
-# engine is absent. An engine that set-up builds on request only says in its on-request.txt what that takes. INCLUDE is folder/include unless given.
+# engine is absent. RECIPE is the folder in src/engines that builds it, `name` unless given; its set-up.txt says when that is done.
+# INCLUDE is folder/include unless given.
 function(assay_built_engine name)
-  cmake_parse_arguments(arg "" "VERSION;FOLDER;LIBRARY;INCLUDE" "DEFINITIONS;LINK" ${ARGN})
+  cmake_parse_arguments(arg "" "RECIPE;VERSION;FOLDER;LIBRARY;INCLUDE" "DEFINITIONS;LINK" ${ARGN})
   set(library "${arg_FOLDER}/lib/${arg_LIBRARY}")
   if(NOT EXISTS "${library}")
-    set(how "${run_setup}")
-    set(on_request "${PROJECT_SOURCE_DIR}/src/engines/${name}/on-request.txt")
-    if(EXISTS "${on_request}")
-      file(READ "${on_request}" takes)
-      string(STRIP "${takes}" takes)
-      set(how "Run ./assay setup ${name} (${takes}).")
+    if(NOT arg_RECIPE)
+      set(arg_RECIPE ${name})
     endif()
-    assay_engine_absent(${name} "${how}")
+    set(how "${run_setup}")
+    set(set_up "")
+    set(takes "")
+    file(STRINGS "${PROJECT_SOURCE_DIR}/src/engines/${arg_RECIPE}/set-up.txt" line REGEX "^[0-9]+ *[|] *(request|rare)")
+    if(line MATCHES "^([0-9]+)")
+      set(set_up ${arg_RECIPE})
+      set(takes "${CMAKE_MATCH_1} minutes of compiling")
+      set(how "Run ./assay setup ${set_up} (${takes}).")
+    endif()
+    assay_engine_absent(${name} "${how}" "${set_up}" "${takes}")
     return()
   endif()
   if(NOT arg_INCLUDE)

@@ -41,7 +41,26 @@ configure() {
   sed -n 's/^-- assay: \(engine .*not found.*\)$/assay: \1/p' "${log}" >&2
 }
 
-# build PRESET [TARGET...]: progress on a terminal, else only what failed.
+# follow JOB: waits for it, with a line every ten seconds that says how far ninja is.
+follow() {
+  local began=${SECONDS} spent next=10 edges total text
+  trap 'kill "$1" 2>/dev/null' INT TERM
+  while kill -0 "$1" 2>/dev/null; do
+    spent=$((SECONDS - began))
+    if ((spent >= next)); then
+      next=$((spent + 10)) text="$(current_phase)" total=0
+      read -r edges total < <(ninja_progress)
+      # what comes first is no measure of the rest
+      ((${total:-0} == 0 || edges * 10 < total)) || text+=", about $(((spent * (total - edges) / edges + 59) / 60)) min left"
+      echo "assay: ${text}" >&2
+    fi
+    sleep 0.2
+  done
+  trap - INT TERM
+  wait "$1"
+}
+
+# build PRESET [TARGET...]: progress on a terminal, else a line now and then and what failed.
 build() {
   local preset="$1" log="${logs}/build.log"
   shift
@@ -50,7 +69,10 @@ build() {
   rm -f "${log}"
   if [[ -t 2 ]]; then
     NINJA_STATUS="assay: building %f/%t " "${command[@]}" >&2
-  elif ! "${command[@]}" >"${log}" 2>&1; then
+    return
+  fi
+  "${command[@]}" >"${log}" 2>&1 </dev/null &
+  if ! follow $!; then
     grep -v '^\[[0-9]*/[0-9]*\] \(Building\|Linking\)' "${log}" | tail -n 60 >&2
     return 1
   fi

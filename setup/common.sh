@@ -73,17 +73,32 @@ engine_python() {
   prefix="$(pkg-config --variable=exec_prefix python-3.11-embed 2>/dev/null)" || prefix=/usr
   echo "${prefix}/bin/python3.11"
 }
-# on_request NAME: whether the engine's recipe runs only when the engine is named: it has the file on-request.txt, which
-# says what that takes.
-on_request() { [[ -f ${root}/src/engines/$1/on-request.txt ]]; }
+# What src/engines/NAME/set-up.txt says: how many minutes the recipe takes on two slow cores, and when it runs: core (always),
+# request (when it is named, and for ./test) or rare (only when it is named). A recipe without that file is core.
+recipe_minutes() { set_up_fact "$1" 1 1; }
+recipe_when() { set_up_fact "$1" 2 core; }
+set_up_fact() {
+  local file="${root}/src/engines/$1/set-up.txt" line=""
+  [[ ! -f ${file} ]] || line="$(grep -v '^#' "${file}" | cut -d '|' -f "$2" | tr -d ' ')"
+  echo "${line:-$3}"
+}
+# recipes_of WHEN...: the engines with a recipe that runs then.
+recipes_of() {
+  local recipe name
+  for recipe in "${root}"/src/engines/*/recipe/build.sh; do
+    name="${recipe%/recipe/build.sh}" name="${name##*/}"
+    [[ ! -f ${recipe} || " $* " != *" $(recipe_when "${name}") "* ]] || echo "${name}"
+  done
+}
 # Sets python_engines and built_engines to the engines that were named, or to all that are set up on request: those with a
 # Python environment (src/engines/NAME/requirements.txt), and those whose recipe says so.
 find_engines_on_request() {
   local file name known=() wanted=("$@")
-  for file in "${root}"/src/engines/*/{requirements.txt,on-request.txt}; do
+  for file in "${root}"/src/engines/*/requirements.txt; do
     name="${file#"${root}/src/engines/"}"
     [[ ! -f ${file} ]] || known+=("${name%%/*}")
   done
+  mapfile -t -O ${#known[@]} known < <(recipes_of request rare)
   if [[ $# -eq 0 ]]; then
     echo "assay: name the engines to set up, or all of them: ${known[*]} all" >&2
     return 1
@@ -98,7 +113,7 @@ find_engines_on_request() {
   # shellcheck disable=SC2034  # for who calls it
   python_engines=() built_engines=()
   for name in "${wanted[@]}"; do
-    if on_request "${name}"; then built_engines+=("${name}"); else python_engines+=("${name}"); fi
+    if [[ -f ${root}/src/engines/${name}/requirements.txt ]]; then python_engines+=("${name}"); else built_engines+=("${name}"); fi
   done
 }
 # environment_folder NAME: the virtual environment of an engine whose adapter is in Python.
@@ -156,12 +171,15 @@ release_lock() {
 
 phase() { echo "$*" >"${root}/build/phase"; }
 
+# "DONE TOTAL" of the build that writes the log.
+ninja_progress() { tail -n 5 "${logs}/build.log" 2>/dev/null | sed -n 's|^\[\([0-9]*\)/\([0-9]*\)\].*|\1 \2|p' | tail -n 1; }
+
 # The phase, and of a build the tenth that is done.
 current_phase() {
   local text edges total
   read -r text <"${root}/build/phase" || text="the other one begins"
   if [[ ${text} == building* ]]; then
-    read -r edges total < <(tail -n 5 "${logs}/build.log" | sed -n 's|^\[\([0-9]*\)/\([0-9]*\)\].*|\1 \2|p' | tail -n 1)
+    read -r edges total < <(ninja_progress)
     [[ ${total:-0} -gt 0 ]] && text+=" ($((100 * edges / total / 10 * 10)) %)"
   fi
   echo "${text}"

@@ -1,13 +1,14 @@
 #!/usr/bin/env bash
-# Puts in place what assay is built from: system packages, engines, the page's libraries; with --tests the tools of ./test
-# too. What is there already is left alone, so a second run takes a moment. All messages go to standard error.
+# Puts in place what assay is built from: system packages, the core's engines, the page's libraries; with --tests the other
+# engines and the tools of ./test too. What is there already is left alone, so a second run takes a moment. An engine that
+# cannot be built is left out and said; with --tests it ends the set-up. All messages go to standard error.
 #
 #   setup/setup.sh [--tests]
 #   setup/setup.sh --builds BUILD...  also sets up these builds of the engines (setup/builds.txt), on demand
 #   setup/setup.sh --robots  fetches real robots (setup/pip/robots.txt) instead: some 600 MB, on demand
 #   setup/setup.sh --engines NAME...|all  sets up these engines instead, on demand: those with a Python environment
-#                            (src/engines/NAME/requirements.txt), which are large, and those that take long to build
-#                            (src/engines/NAME/on-request.txt)
+#                            (src/engines/NAME/requirements.txt), which are large, and those that are not of the core
+#                            (src/engines/NAME/set-up.txt)
 #   setup/setup.sh --fuzz    adds the compiler that tests/fuzz/run needs
 #   setup/setup.sh --package  makes the environment that builds and tests the Python package (setup/pip/package.txt) instead: 500 MB
 #   setup/setup.sh --prune   removes shared engines, tools and downloads that no set-up has used for 90 days
@@ -53,6 +54,42 @@ say() {
 }
 die() { say "$*"; exit 1; }
 
+# A line every ten seconds while something runs. start_progress WHAT [PIECES MINUTES]: MINUTES is what all the pieces take on two
+# slow cores; note_progress MINUTES: one piece is done; end_progress.
+start_progress() {
+  local what="$1" pieces="${2:-0}" minutes="${3:-0}"
+  progress_done="$(mktemp)"
+  (
+    # No child that outlives it, and no lock: whoever waits for this set-up sees its end.
+    [[ -z ${assay_lock:-} ]] || exec {assay_lock}>&-
+    began=${SECONDS}
+    exec {never}<> <(:)
+    until read -r -t 10 -u "${never}" || ! kill -0 $$ 2>/dev/null; do
+      spent=$((SECONDS - began)) text="${what}"
+      if ((pieces > 0)); then
+        done_pieces=0 done_minutes=0
+        while read -r one; do done_pieces=$((done_pieces + 1)) done_minutes=$((done_minutes + one)); done <"${progress_done}"
+        left=$((minutes * 60 * 2 / $(nproc) - spent))
+        # what is done tells how fast this machine is
+        ((done_minutes < 2)) || left=$((spent * (minutes - done_minutes) / done_minutes))
+        text+=" $((done_pieces + 1)) of ${pieces}, "
+        if ((left > 90)); then text+="about $(((left + 30) / 60)) minutes left"; else text+="about a minute left"; fi
+      fi
+      echo "assay: ${text} ($((spent / 60)):$(printf %02d $((spent % 60))))"
+    done
+  ) 1>&2 &
+  progress=$!
+}
+note_progress() { echo "$1" >>"${progress_done}"; }
+end_progress() {
+  [[ -n ${progress:-} ]] || return 0
+  kill "${progress}" 2>/dev/null || true
+  wait "${progress}" 2>/dev/null || true
+  rm -f "${progress_done}"
+  progress=""
+}
+trap end_progress EXIT
+
 find_cache
 take_lock
 mkdir -p "${logs}"
@@ -95,10 +132,11 @@ made_once() {
 
 trim() { local s="$1"; s="${s#"${s%%[![:space:]]*}"}"; printf '%s' "${s%"${s##*[![:space:]]}"}"; }
 
-# Sets missing (of the kinds that are needed) and missing_engines to the packages of the list that are not there.
+# find_missing_packages ENGINE...: sets missing (of the kinds that are needed) and missing_engines to the packages that are not
+# there.
 find_missing_packages() {
   missing=() missing_engines=()
-  local installed line package when also
+  local installed line package when also name file
   installed="$(dpkg-query -W -f '${db:Status-Abbrev}|${Package}\n' 2>/dev/null | sed -n 's/^ii *|//p')"
   while IFS= read -r line; do
     [[ -z ${line} || ${line} == \#* ]] && continue
@@ -112,20 +150,28 @@ find_missing_packages() {
     grep -qxF -- "${package}" <<<"${installed}" && continue
     [[ -n ${also} ]] && bash -c "${also}" >/dev/null 2>&1 && continue
     if [[ ${when} == engine ]]; then missing_engines+=("${package}"); else missing+=("${package}"); fi
-  done < <(cat "${root}/setup/apt-packages.txt" "${root}"/src/engines/*/apt-packages.txt | sort -u)
+  done < <({
+    cat "${root}/setup/apt-packages.txt"
+    for name in "$@"; do
+      file="${root}/src/engines/${name}/apt-packages.txt"
+      [[ ! -f ${file} ]] || cat "${file}"
+    done
+  } | sort -u)
 }
 
+# install_packages ENGINE...: of the program and of these engines.
 install_packages() {
   [[ -n ${ASSAY_SKIP_APT:-} ]] && return
   if ! command -v dpkg-query >/dev/null; then
     say "not a Debian system: install what setup/apt-packages.txt and src/engines/*/apt-packages.txt list"
     return
   fi
-  find_missing_packages
+  find_missing_packages "$@"
   local all=("${missing[@]}" "${missing_engines[@]}")
   [[ ${#all[@]} -eq 0 ]] && return
   if [[ ${EUID} -eq 0 ]]; then
     say "installing ${#all[@]} system packages: ${all[*]}"
+    start_progress "installing system packages"
     export DEBIAN_FRONTEND=noninteractive
     local install=(apt-get install -y --no-install-recommends -o DPkg::Lock::Timeout=600)
     if ! compgen -G '/var/lib/apt/lists/*_Packages*' >/dev/null; then
@@ -136,6 +182,7 @@ install_packages() {
       logged apt-get update
       logged "${install[@]}" "${all[@]}"
     fi
+    end_progress
     return
   fi
   if [[ ${#missing_engines[@]} -gt 0 ]]; then
@@ -174,7 +221,11 @@ fetch_once() {
 }
 fill_download() {
   mkdir "${fetched}.part"
-  (cd "${fetched}.part" && logged "$@")
+  echo "+ $*" >>"${log}"
+  if ! (cd "${fetched}.part" && "$@" >>"${log}" 2>&1 </dev/null); then
+    tail -n 5 "${log}"
+    die "cannot fetch what $1 was asked for: is there a network, or behind a proxy https_proxy set? ./assay goes on where it stopped (whole output: ${log})"
+  fi
   mv "${fetched}.part" "${fetched}"
 }
 
@@ -277,8 +328,7 @@ build_engine() {
   fi
   if [[ ${status} -ne 0 ]]; then
     tail -n 25 "${log}"
-    say "the engine ${name} could not be set up (its whole output: ${log})"
-    die "to go on without it: ASSAY_SKIP_ENGINES='${ASSAY_SKIP_ENGINES:+${ASSAY_SKIP_ENGINES} }$1'"
+    die "the engine ${name} could not be set up (its whole output: ${log})"
   fi
   mv "${out}" "${folder}"
   rm -rf "${work}"
@@ -328,17 +378,6 @@ set_up_python_engines() {
   done
 }
 
-# ---- engines that take long to build ------------------------------------------------------------------------------------
-
-set_up_built_engines() {
-  local compiler name
-  # shellcheck disable=SC2034  # for the recipes
-  compiler="$(${CXX:-c++} --version | head -n 1)"
-  for name in "${built_engines[@]}"; do
-    set_up_engine "${name}"
-  done
-}
-
 # ---- libraries of the program that it loads on request -----------------------------------------------------------------
 
 # Every package of setup/pip/libraries.txt as ${cache}/libraries/NAME-VERSION.
@@ -381,50 +420,72 @@ unpack_package() {
 
 # ---- all of it ------------------------------------------------------------------------------------------------------
 
-# Three pieces at a time: much of one is a single process that downloads, unpacks, generates or links.
+# piece_minutes FUNCTION [ENGINE...]: about what a piece takes, for the time that is left.
+piece_minutes() { if [[ $1 == set_up_engine ]]; then recipe_minutes "$2"; else echo 1; fi; }
+
+# Three at a time of pieces=(...), each a function and its arguments: much of one is a single process that downloads, unpacks, generates or links. An
+# engine that fails is left out, unless it was asked for (wanted=1); everything else that fails ends it all.
 set_up_pieces() {
-  local compiler recipe name build piece pieces=(set_up_web set_up_libraries)
+  local compiler piece job name minutes=0 failed="" lost="" status
+  local -A running=()
   # shellcheck disable=SC2034  # for the recipes
   compiler="$(${CXX:-c++} --version | head -n 1)"
-  [[ -n ${with_tests} ]] && pieces+=(set_up_tools set_up_test_environment)
-  # Those that take longest come first, or the last of them would run alone at the end.
-  for recipe in "${root}"/src/engines/{jolt,simbody,rapier,physx,*}/recipe/build.sh; do
-    name="${recipe%/recipe/build.sh}" name="${name##*/}"
-    [[ -f ${recipe} && " ${pieces[*]} " != *" set_up_engine ${name} "* ]] || continue
-    on_request "${name}" && continue
-    if [[ " ${ASSAY_SKIP_ENGINES:-} " == *" ${name} "* ]]; then
-      say "doing without the engine ${name} (ASSAY_SKIP_ENGINES)"
-    else
-      pieces+=("set_up_engine ${name}")
-      for build in $(engine_builds "${name}"); do
-        if [[ " ${builds[*]} " == *" ${build} "* ]] ||
-          [[ -n ${with_tests} && " $(engine_builds "${name}" test) " == *" ${build} "* ]]; then
-          pieces+=("set_up_engine ${name} ${build}")
-        fi
-      done
-    fi
-  done
-  # Each is a process group of its own, so that an interrupt ends all of it.
-  local running=0 failed=""
-  set -m
-  # shellcheck disable=SC2154  # job
-  trap 'for job in $(jobs -p); do kill -TERM -- "-${job}"; done 2>/dev/null; exit 130' INT TERM
   for piece in "${pieces[@]}"; do
-    if ((running == 3)); then
-      wait -n || failed=1
-      running=2
+    # shellcheck disable=SC2086  # words
+    minutes=$((minutes + $(piece_minutes ${piece})))
+  done
+  start_progress "set-up" "${#pieces[@]}" "${minutes}"
+  # Each is a process group of its own, so that an interrupt ends all of it.
+  set -m
+  trap 'for job in "${!running[@]}"; do kill -TERM -- "-${job}"; done 2>/dev/null; end_progress; exit 130' INT TERM
+  end_one() {
+    status=0
+    wait -n -p job "${!running[@]}" || status=$?
+    name="${running[${job}]}"
+    unset "running[${job}]"
+    # shellcheck disable=SC2086
+    [[ ${status} -ne 0 ]] || note_progress "$(piece_minutes ${name})"
+    [[ ${status} -eq 0 ]] && return
+    if [[ ${name} == "set_up_engine "* && -z ${wanted:-} ]]; then
+      name="${name#set_up_engine }"
+      say "going on without the engine ${name%% *}: ./assay setup ${name%% *} tries it again"
+    elif [[ ${name} == "set_up_engine "* ]]; then
+      lost=1  # the others are made before it ends
+    else
+      failed=1
     fi
-    [[ -n ${failed} ]] && break
+  }
+  for piece in "${pieces[@]}"; do
+    ((${#running[@]} < 3)) || end_one
+    [[ -z ${failed} ]] || break
     ${piece} &
-    running=$((running + 1))
+    running[$!]="${piece}"
   done
-  while ((running > 0)); do
-    wait -n || failed=1
-    running=$((running - 1))
-  done
+  while ((${#running[@]} > 0)); do end_one; done
   trap - INT TERM
   set +m
-  [[ -z ${failed} ]] || exit 1
+  end_progress
+  [[ -z ${failed}${lost} ]] || exit 1
+}
+
+# Sets pieces to what a clone needs, those that take longest first, or the last of them would run alone at the end.
+find_pieces() {
+  local name each build
+  pieces=(set_up_web set_up_libraries)
+  [[ -n ${with_tests} ]] && pieces+=(set_up_tools set_up_test_environment)
+  for name in $(for each in "${engines[@]}"; do echo "$(recipe_minutes "${each}") ${each}"; done | sort -rn | cut -d ' ' -f 2); do
+    if [[ " ${ASSAY_SKIP_ENGINES:-} " == *" ${name} "* ]]; then
+      say "doing without the engine ${name} (ASSAY_SKIP_ENGINES)"
+      continue
+    fi
+    pieces+=("set_up_engine ${name}")
+    for build in $(engine_builds "${name}"); do
+      if [[ " ${builds[*]} " == *" ${build} "* ]] ||
+        [[ -n ${with_tests} && " $(engine_builds "${name}" test) " == *" ${build} "* ]]; then
+        pieces+=("set_up_engine ${name} ${build}")
+      fi
+    done
+  done
 }
 
 # The folders of the engines that this clone uses, for ./assay: when one is gone, it is set up again.
@@ -462,12 +523,16 @@ if [[ -n ${prune} ]]; then
   exit
 fi
 if [[ $((${#python_engines[@]} + ${#built_engines[@]})) -gt 0 ]]; then
+  host=()
+  [[ ${#python_engines[@]} -eq 0 ]] || host=(python-host)
+  install_packages "${built_engines[@]}" "${host[@]}"
   [[ ${#python_engines[@]} -eq 0 ]] || set_up_python_engines
-  [[ ${#built_engines[@]} -eq 0 ]] || set_up_built_engines
+  pieces=() wanted=1
+  for name in "${built_engines[@]}"; do pieces+=("set_up_engine ${name}"); done
+  set_up_pieces
   # what ./assay runs was built without them
   rm -f "${root}/build/product/stamp"
-  engines=("${python_engines[@]}" "${built_engines[@]}")
-  say "ready: ${engines[*]}"
+  say "ready: ${python_engines[*]}${python_engines[*]:+ }${built_engines[*]}"
   exit
 fi
 if [[ -n ${package} ]]; then
@@ -479,7 +544,14 @@ if [[ -n ${robots} ]]; then
   say "real robots are in ${cache}/robots"
   exit
 fi
-install_packages
+# The core, for tests those on request, too; other builds of all that is there.
+mapfile -t engines < <(recipes_of core ${with_tests:+request})
+if [[ ${#builds[@]} -gt 0 ]]; then
+  for name in $(recipes_of request); do [[ ! -d $(engine_folder "${name}") ]] || engines+=("${name}"); done
+fi
+[[ -z ${with_tests} ]] || wanted=1
+install_packages "${engines[@]}" ${with_tests:+python-host}
+find_pieces
 set_up_pieces
 list_engines
 # The program takes the builds in when it is made again.

@@ -175,10 +175,11 @@ struct CampaignSystem {
 struct CampaignContender {
   ResolvedContender resolved;  // engine is null when it is absent
   std::map<std::string, std::string> overrides;
-  std::string plugin_hash;  // content address of the adapter's library
-  std::string absent;       // why the contender cannot be run here, "" when it can
-  bool twin = false;        // the same as another one: only timed, to show the error of the timing
-  std::string varies;       // the contender of which a sweep made it by other settings; "" when none did
+  std::string plugin_hash;                 // content address of the adapter's library
+  std::string absent;                      // why the contender cannot be run here, "" when it can
+  std::optional<AbsentEngine> needs = {};  // the engine that it would take, where that is absent
+  bool twin = false;                       // the same as another one: only timed, to show the error of the timing
+  std::string varies;                      // the contender of which a sweep made it by other settings; "" when none did
 
   // Everything that decides what it computes except the timestep, as text; names do not count.
   std::string content() const;

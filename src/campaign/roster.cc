@@ -28,21 +28,24 @@ bool may_have(const AbsentEngine& absent, const std::string& contender, const Re
   return family(absent.name) == family(contender);
 }
 
-std::string absent_reason(const std::string& contender, const Registry& registry) {
-  if (registry.has(without_build(contender))) {
+// Sets `needs` and `absent` of a contender that cannot be run here.
+void find_absent(const std::string& base, const Registry& registry, CampaignContender& contender) {
+  if (registry.has(without_build(base))) {
     try {
-      static_cast<void>(registry.resolve(contender));
+      static_cast<void>(registry.resolve(base));
     } catch (const InputError& error) {
-      return fmt::format("left out: {}", error.what());
+      contender.absent = fmt::format("left out: {}", error.what());
+      return;
     }
   }
   for (const AbsentEngine& absent : registry.absent()) {
-    if (may_have(absent, contender, registry)) {
-      return fmt::format("contender '{}' is left out: engine '{}' is absent: {}", contender, absent.name,
-                         absent.reason);
+    if (may_have(absent, base, registry)) {
+      contender.absent =
+          fmt::format("contender '{}' is left out: engine '{}' is absent: {}", base, absent.name, absent.reason);
+      contender.needs = absent;
+      return;
     }
   }
-  return "";
 }
 
 CampaignContender resolve(const Section& section, const toml::node* node, const std::string& name,
@@ -51,7 +54,7 @@ CampaignContender resolve(const Section& section, const toml::node* node, const 
   CampaignContender contender;
   contender.overrides = overrides;
   if (!registry.has(base)) {
-    contender.absent = absent_reason(base, registry);
+    find_absent(base, registry, contender);
     if (contender.absent.empty()) {
       section.fail(node,
                    fmt::format("there is no contender '{}'{}", base, did_you_mean(base, registry.contender_names())));

@@ -138,6 +138,13 @@ void add_references(CLI::App& command, RunRequest& request) {
       ->type_name("DIR");
 }
 
+void add_set_up(CLI::App& command, RunRequest& request) {
+  command
+      .add_flag("!--no-set-up", request.set_up,
+                "Do without engines that are not set up; else those that a campaign names are set up first")
+      ->disable_flag_override();
+}
+
 void add_progress(CLI::App& command, RunRequest& request) {
   command
       .add_option("--progress", request.progress,

@@ -24,12 +24,16 @@ struct RunRequest {
   std::optional<std::string> device;      // of the measure 'batch', as given; default: cpu
   std::string windows_of;                 // see RunOptions
   bool retry = false;                     // see RunOptions
+  bool set_up = true;                     // engines that its contenders need and that are absent
   std::string command;                    // what resumes it
 };
 
 // Adds --references: where runs are kept for later campaigns. By default ASSAY_CACHE/references, else
 // XDG_CACHE_HOME/assay/references, else ~/.cache/assay/references; "off" keeps none.
 void add_references(CLI::App& command, RunRequest& request);
+
+// Adds --no-set-up.
+void add_set_up(CLI::App& command, RunRequest& request);
 
 // Adds --progress: how far it is, for people ("text", the default) or for programs ("json").
 void add_progress(CLI::App& command, RunRequest& request);

@@ -6,10 +6,26 @@
 #include <fmt/format.h>
 
 #include "base/text.h"
+#include "claims/claims.h"
 #include "cli/campaign_run.h"
 #include "cli/cli.h"
+#include "cli/obtain.h"
 
 namespace assay::cli {
+namespace {
+
+// The engines of the paper's line-up; others take part where they are there.
+void obtain_line_up(const std::string& campaign) {
+  const std::optional<std::string> claims = paper_claims_file();
+  if (!claims) return;
+  std::vector<std::string> names;
+  for (const auto& [engine, contenders] : load_claims(*claims).engines) {
+    names.insert(names.end(), contenders.begin(), contenders.end());
+  }
+  obtain_engines(load_campaign(find_campaign(campaign)), &names);
+}
+
+}  // namespace
 
 void add_paper(CLI::App& app, Action& action) {
   CLI::App* command =
@@ -25,6 +41,7 @@ void add_paper(CLI::App& app, Action& action) {
   command->add_option("--out", request->out, "Results directory; created if missing")->required()->type_name("DIR");
   command->add_option("--jobs", request->jobs, "Accuracy workers at a time (default: one per core)")->type_name("N");
   add_references(*command, *request);
+  add_set_up(*command, *request);
   add_progress(*command, *request);
   add_replays(*command, *replays);
   command->callback([&action, request, quick, replays] {
@@ -32,9 +49,11 @@ void add_paper(CLI::App& app, Action& action) {
       const std::vector<double> timesteps = parse_replays(*replays);
       static_cast<void>(json_progress(*request));  // refused before anything is read
       request->campaign = *quick ? "quick" : "paper";
-      request->command = fmt::format("assay paper {}--out {}", *quick ? "--quick " : "", request->out);
+      request->command = fmt::format("assay paper {}{}--out {}", *quick ? "--quick " : "",
+                                     request->set_up ? "" : "--no-set-up ", request->out);
       if (!replays->empty()) request->command += " --replays " + join(*replays, ",");
       rehearse_campaign(request->campaign);
+      if (request->set_up) obtain_line_up(request->campaign);
       if (!run_and_summarize(*request)) return kFailed;
       keep_replays(request->out, timesteps);
       write_report_of(request->out);

@@ -12,6 +12,7 @@
 #include "cli/campaign_run.h"
 #include "cli/cli.h"
 #include "cli/contained.h"
+#include "cli/obtain.h"
 #include "cli/run_robot.h"
 #include "engines/batch.h"
 #include "engines/registry.h"
@@ -41,6 +42,7 @@ std::string resuming(const RunOptions& options) {
   if (options.run.device) command += " --device " + *options.run.device;
   if (!options.run.windows_of.empty()) command += " --windows-of " + options.run.windows_of;
   if (options.full) command += " --full";
+  if (!options.run.set_up) command += " --no-set-up";
   const auto add = [&](const char* name, const std::optional<std::string>& value) {
     if (value) command += fmt::format(" {} {}", name, *value);
   };
@@ -113,6 +115,7 @@ int run(RunOptions options) {
   if (options.run.out.empty())
     throw InputError("--out is required, and it is missing or empty: see 'assay run --help'");
   rehearse_campaign(options.run.campaign);
+  if (options.run.set_up) obtain_engines(load_campaign(find_campaign(options.run.campaign)));
   const bool searched = !options.full && !options.run.device && !options.run.shard && !options.run.cells &&
                         load_campaign(find_campaign(options.run.campaign)).search.has_value();
   if (searched) return run_searched(options.run);
@@ -207,6 +210,7 @@ void add_run(CLI::App& app, Action& action) {
   command->add_flag("--full", options->full, "Measure every cell of a campaign that has a table [search]")
       ->disable_flag_override();
   add_references(*command, request);
+  add_set_up(*command, request);
   add_progress(*command, request);
   command->callback([&action, options] { action = [options] { return run(*options); }; });
 }

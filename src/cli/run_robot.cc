@@ -7,6 +7,7 @@
 #include <fstream>
 #include <iterator>
 #include <set>
+#include <sstream>
 
 #include <fmt/format.h>
 
@@ -18,6 +19,7 @@
 #include "base/write_file.h"
 #include "campaign/campaign.h"
 #include "cli/answer.h"
+#include "cli/obtain.h"
 #include "cli/transfer.h"
 #include "coordinator/model_notes.h"
 #include "coordinator/rerun.h"
@@ -79,6 +81,30 @@ std::vector<std::string> model_lines(const LoadOptions& load, const std::string&
 
 std::string default_out(const std::string& robot) { return fs::path(robot).stem().string() + "-results"; }
 
+// Whether the programme `now` is that of `before` with contenders of further engines.
+bool only_adds_contenders(const std::string& before, const std::string& now, const std::string& file) {
+  const auto rest = [](const std::string& toml) {
+    std::vector<std::string> lines;
+    std::istringstream text(toml);
+    for (std::string line; std::getline(text, line);) {
+      if (!line.starts_with('#') && !line.starts_with("contenders = ")) lines.push_back(line);
+    }
+    return lines;
+  };
+  if (before == now || rest(before) != rest(now)) return false;
+  const auto names = [&](const std::string& toml) {
+    std::set<std::string> found;
+    for (const CampaignContender& each : parse_campaign(toml, file).contenders) found.insert(each.resolved.name);
+    return found;
+  };
+  try {
+    const std::set<std::string> old = names(before), all = names(now);
+    return old.size() < all.size() && std::ranges::includes(all, old);
+  } catch (const InputError&) {
+    return false;  // has_programme() says what is wrong with it
+  }
+}
+
 // Whether the programme is there already, word for word. Throws InputError for another one.
 bool has_programme(const std::string& dir, const std::string& file, const Programme& programme) {
   std::error_code error;
@@ -89,6 +115,10 @@ bool has_programme(const std::string& dir, const std::string& file, const Progra
   if (programme.toml.starts_with(there) && !fs::exists(dir + "/assay.sqlite", error)) {
     message(fmt::format("'{}' is only the beginning of the programme, and nothing was measured yet: it is written anew",
                         file));
+    return false;
+  }
+  if (only_adds_contenders(there, programme.toml, file)) {
+    message(fmt::format("'{}': engines that were set up since take part, too", file));
     return false;
   }
   std::string hash;
@@ -415,6 +445,15 @@ void add_refusals(const std::vector<Refusal>& refusals, Answer& answer) {
   }
 }
 
+// Those that a set-up would add. Their results join those that are there.
+void add_not_asked(const RunRequest& request, Answer& answer) {
+  const std::vector<AbsentEngine> engines = obtainable(Registry::instance().absent());
+  if (engines.empty()) return;
+  answer.part("Engines that were not asked");
+  answer.line(fmt::format("not set up here: {}", obtainable_text(engines)));
+  answer.line(fmt::format("to ask them, too: {} && ./{}", set_up_command(engines), request.command));
+}
+
 int search_and_answer(const RunRequest& request, const Campaign& campaign, const std::vector<Refusal>& refusals) {
   const SearchTable table = campaign.search.value_or(SearchTable());
   const LimitOptions limits = limits_in(table);
@@ -474,6 +513,7 @@ int search_and_answer(const RunRequest& request, const Campaign& campaign, const
     add_failures(answers, question, found.value_or(Recommendation()), done, answer);
   }
   add_refusals(refusals, answer);
+  add_not_asked(request, answer);
   answer.print();
   print("\n");
   keep_answer(request.out, answer);

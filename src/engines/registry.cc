@@ -37,7 +37,8 @@ constexpr std::array kFamilies = {"null",  "mujoco", "bullet",  "ode",  "physx",
 // Engines that were there when assay was configured, and those that were not.
 struct KnownEngine {
   std::string name;
-  std::string how_to_get;  // sentences
+  std::string how_to_get;     // sentences
+  std::string set_up, takes;  // as in AbsentEngine
 };
 const std::vector<KnownEngine>& known_engines() {
   static const std::vector<KnownEngine> known = {
@@ -255,7 +256,8 @@ Registry::Registry() {
   for (const KnownEngine& known : known_engines()) {
     const bool refused = std::ranges::find(absent_, known.name, &AbsentEngine::name) != absent_.end();
     if (!paths_.contains(known.name) && !refused) {
-      absent_.push_back({known.name, fmt::format("not built: {}", as_clause(known.how_to_get))});
+      absent_.push_back(
+          {known.name, fmt::format("not built: {}", as_clause(known.how_to_get)), known.set_up, known.takes});
     }
   }
   std::ranges::sort(absent_, {}, [](const AbsentEngine& absent) { return rank(absent.name); });

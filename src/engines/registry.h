@@ -16,6 +16,9 @@ namespace assay {
 struct AbsentEngine {
   std::string name;
   std::string reason;  // one sentence: why, and how to get it
+  // What `./assay setup` calls it and what that takes, as in "6 minutes of compiling"; empty where a clone's set-up is
+  // no help.
+  std::string set_up = {}, takes = {};
 };
 
 // A contender with everything that is needed to run it except the timestep.

@@ -22,6 +22,7 @@ if [[ $1 == --build ]]; then
 fi
 """
 SETUP = """#!/bin/bash
+[[ $# -eq 0 ]] || echo "set-up of $*" >&2
 echo "${ENGINE}" >"${CLONE}/build/engines.txt"
 mkdir -p "${ENGINE}"
 """
@@ -135,10 +136,62 @@ class Launcher(AssayTest):
         self.assertEqual([path.resolve() for path in (self.clone / "build").glob("product.*")],
                          [(self.clone / "build/product").resolve()])
 
+    def test_engines_that_a_campaign_names_are_set_up_before_it_starts_again(self):
+        self.launch()
+        out, said = self.launch("run", "x.toml", ASSAY_SET_UP="toy joy")
+        self.assertEqual(out, "program of one with run x.toml")
+        self.assertIn("set-up of --engines toy joy", said)
+
     def test_without_a_build_it_says_so(self):
         run = self.start(ASSAY_NO_BUILD="1")
         self.assertIn("not built: run ./assay without ASSAY_NO_BUILD", run.communicate(timeout=60)[1])
         self.assertEqual(run.returncode, 1)
+
+
+CAMPAIGN = """
+name = "two"
+contenders = ["null", "drake-sap", "genesis"]
+timesteps_ms = [1]
+reference_ms = 1
+[[system]]
+name = "planar-chain"
+duration_s = 0.1
+measures = ["raw_speed"]
+timing_ms = [1]
+"""
+
+
+class Wanted(AssayTest):
+    """What a program asks of the launcher that it was started by."""
+
+    def run_campaign(self, *options, started_by_launcher=True, **env):
+        launcher = self.write("launcher", '#!/bin/bash\necho "set up: ${ASSAY_SET_UP}; then: $*"\n')
+        launcher.chmod(0o755)
+        self.write("two.toml", CAMPAIGN)
+        pid = "$$" if started_by_launcher else "1"
+        command = f'ASSAY_LAUNCHER="{pid}:{launcher}" exec "{os.environ["ASSAY_PROGRAM"]}" "$@"'
+        return subprocess.run(["bash", "-c", command, "-", "run", "two.toml", "--out", "results", "--references", "off", *options],
+                              env={**self.env, **env}, cwd=self.dir, text=True, capture_output=True, timeout=120, check=False)
+
+    def setUp(self):
+        super().setUp()
+        absent = {row["engine"] for row in self.assay_json("engines", "--json")["absent"]}
+        if not {"drake", "genesis"} <= absent:
+            self.skipTest("drake or genesis is set up here")
+
+    def test_engines_that_are_absent_are_asked_for_with_what_they_take(self):
+        run = self.run_campaign()
+        self.assertEqual(run.stdout, "set up: drake genesis; then: run two.toml --out results --references off\n")
+        self.assertRegex(run.stderr, r"'two' has contenders of engines that are not set up: drake \(\d+ MB\), genesis \([\d.]+ GB\); "
+                         "they are set up first")
+        self.assertFalse((self.dir / "results").exists())
+
+    def test_it_goes_on_without_them(self):
+        for options, how in [(["--no-set-up"], {}), ([], {"ASSAY_SET_UP_TRIED": "1"}), ([], {"started_by_launcher": False})]:
+            with self.subTest(options=options, how=how):
+                run = self.run_campaign(*options, **how)
+                self.assertEqual(run.returncode, 0, run.stderr)
+                self.assertIn("left out: contender 'genesis' is left out: engine 'genesis' is absent", " ".join(run.stdout.split()))
 
 
 RECIPE = r"""
@@ -146,6 +199,7 @@ mkdir -p "${out}/toy-1"
 echo "${flags}" >"${out}/toy-1/flags"
 echo made >>"${COUNT}"
 sleep 0.5
+[[ ! -e ${COUNT}.slow ]] || sleep 10.5
 [[ ! -e ${COUNT}.fail ]]
 """
 
@@ -221,7 +275,7 @@ class SetUp(AssayTest):
 
     def test_an_engine_on_request_is_made_when_it_is_named(self):
         clone = self.clones[0]
-        self.write("one/src/engines/toy/on-request.txt", "a minute of compiling\n")
+        self.write("one/src/engines/toy/set-up.txt", "# minutes | when\n1 | request\n")
         self.set_up(clone)
         self.assertEqual((self.made(), (clone / "build/engines.txt").read_text()), (0, ""))
         for arguments in (["toy"], ["all"]):
@@ -261,16 +315,26 @@ class SetUp(AssayTest):
             flags.write("-march=native\n")
         self.assertNotEqual(self.folder(one), key)
 
-    def test_recipe_that_fails_leaves_nothing_that_passes_for_done(self):
+    def test_recipe_that_fails_leaves_the_others_and_nothing_that_passes_for_done(self):
+        clone = self.clones[0]
         self.write("count.fail", "")
-        run = self.start(self.clones[0])
-        said = run.communicate(timeout=60)[1]
+        self.write("one/src/engines/other/recipe/build.sh", 'mkdir -p "${out}/other-1"\n')
+        said = self.set_up(clone)
+        self.assertIn("going on without the engine toy: ./assay setup toy tries it again", said)
+        self.assertFalse(os.path.exists(self.folder(clone)))
+        self.assertEqual([name.split("-")[0] for name in self.engines() if not name.endswith(".part")], ["other"])
+        # who asks for it is told
+        self.write("one/src/engines/toy/set-up.txt", "1 | request\n")
+        run = self.start(clone, "--engines", "toy")
+        self.assertIn("the engine toy could not be set up", run.communicate(timeout=60)[1])
         self.assertEqual(run.returncode, 1)
-        self.assertIn("to go on without it: ASSAY_SKIP_ENGINES='toy'", said)
-        self.assertFalse(os.path.exists(self.folder(self.clones[0])))
         (self.dir / "count.fail").unlink()
-        self.set_up(self.clones[0])
-        self.assertEqual(self.made(), 2)
+        self.set_up(clone, "--engines", "toy")
+        self.assertEqual(self.made(), 3)
+
+    def test_long_work_says_how_far_it_is(self):
+        self.write("count.slow", "")
+        self.assertRegex(self.set_up(self.clones[0]), r"assay: set-up \d of 3, about a minute left \(0:10\)")
 
     def test_prune_removes_what_was_not_used_for_long(self):
         self.set_up(self.clones[0])

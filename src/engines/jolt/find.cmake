@@ -4,7 +4,7 @@ set(version 5.6.0)
 assay_engine_folder(made jolt)
 foreach(variant f32 f64)
   set(folder "${made}/jolt-${version}-${variant}")
-  assay_built_engine(jolt-${variant} VERSION ${version} FOLDER "${folder}" LIBRARY libjolt_world.a
+  assay_built_engine(jolt-${variant} RECIPE jolt VERSION ${version} FOLDER "${folder}" LIBRARY libjolt_world.a
     LINK "${folder}/lib/libJolt.a"
     DEFINITIONS JPH_OBJECT_LAYER_BITS=16 "$<$<STREQUAL:${variant},f64>:JPH_DOUBLE_PRECISION>")
 endforeach()
