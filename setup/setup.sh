@@ -420,19 +420,28 @@ unpack_package() {
 
 # ---- all of it ------------------------------------------------------------------------------------------------------
 
-# piece_minutes FUNCTION [ENGINE...]: about what a piece takes, for the time that is left.
-piece_minutes() { if [[ $1 == set_up_engine ]]; then recipe_minutes "$2"; else echo 1; fi; }
+# piece_minutes FUNCTION [ENGINE BUILD]: about what a piece takes, for the time that is left; 0 for an engine that is there.
+piece_minutes() {
+  if [[ $1 != set_up_engine ]]; then
+    echo 1
+  elif [[ -d $(engine_folder "${@:2}") ]]; then
+    echo 0
+  else
+    recipe_minutes "$2"
+  fi
+}
 
 # Three at a time of pieces=(...), each a function and its arguments: much of one is a single process that downloads, unpacks, generates or links. An
 # engine that fails is left out, unless it was asked for (wanted=1); everything else that fails ends it all.
 set_up_pieces() {
   local compiler piece job name minutes=0 failed="" lost="" status
-  local -A running=()
+  local -A running=() takes=()
   # shellcheck disable=SC2034  # for the recipes
   compiler="$(${CXX:-c++} --version | head -n 1)"
   for piece in "${pieces[@]}"; do
     # shellcheck disable=SC2086  # words
-    minutes=$((minutes + $(piece_minutes ${piece})))
+    takes[${piece}]="$(piece_minutes ${piece})"
+    minutes=$((minutes + takes[${piece}]))
   done
   start_progress "set-up" "${#pieces[@]}" "${minutes}"
   # Each is a process group of its own, so that an interrupt ends all of it.
@@ -443,8 +452,7 @@ set_up_pieces() {
     wait -n -p job "${!running[@]}" || status=$?
     name="${running[${job}]}"
     unset "running[${job}]"
-    # shellcheck disable=SC2086
-    [[ ${status} -ne 0 ]] || note_progress "$(piece_minutes ${name})"
+    [[ ${status} -ne 0 ]] || note_progress "${takes[${name}]}"
     [[ ${status} -eq 0 ]] && return
     if [[ ${name} == "set_up_engine "* && -z ${wanted:-} ]]; then
       name="${name#set_up_engine }"

@@ -39,7 +39,7 @@ void find_absent(const std::string& base, const Registry& registry, CampaignCont
     }
   }
   for (const AbsentEngine& absent : registry.absent()) {
-    if (may_have(absent, base, registry)) {
+    if (may_have(absent, without_build(base), registry)) {
       contender.absent =
           fmt::format("contender '{}' is left out: engine '{}' is absent: {}", base, absent.name, absent.reason);
       contender.needs = absent;
