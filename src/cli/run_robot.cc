@@ -18,7 +18,10 @@
 #include "base/text.h"
 #include "base/write_file.h"
 #include "campaign/campaign.h"
+#include "check/model_check.h"
+#include "check/step_bounds.h"
 #include "cli/answer.h"
+#include "cli/check_findings.h"
 #include "cli/obtain.h"
 #include "cli/transfer.h"
 #include "coordinator/model_notes.h"
@@ -562,6 +565,27 @@ bool is_robot(const std::string& given) {
   return !has(campaign_names()) && has(system_names());
 }
 
+// What `assay check` finds in the file, before minutes are spent: what to mend in full, what to know by its titles.
+void print_check(const std::string& file, const std::string& given, const LoadOptions& how) {
+  FileFacts facts;
+  const LoadReport report = inspect_model(file, how, &facts);
+  if (!report.model) return;
+  const StepBounds bounds = step_bounds(*report.model, report.model->initial);
+  std::vector<Finding> findings = check_model(*report.model, facts, bounds);
+  std::vector<std::string> known;
+  for (const Finding& finding : findings) {
+    if (finding.level == Level::kKnow) known.push_back(finding.title);
+  }
+  std::erase_if(findings, [](const Finding& finding) { return finding.level == Level::kKnow; });
+  if (findings.empty()) print(paragraph(fmt::format("'{}' has nothing to mend", given), 2));
+  print_findings(findings, report.problems);
+  print_bounds(bounds, facts);
+  if (!known.empty()) {
+    print(paragraph(fmt::format("to know ('assay check {}' has it in full): {}", given, join(known, "; ")), 2));
+  }
+  print("\n");
+}
+
 int run_robot(const RobotRequest& request) {
   RunRequest run = request.run;
   if (run.out.empty()) run.out = default_out(run.campaign);
@@ -614,6 +638,7 @@ int run_robot(const RobotRequest& request) {
   const std::string toml = (fs::path(run.out) / "campaign.toml").string();
   const Campaign campaign = load_campaign(toml);
   for (const LimitOptions& goal : goals_of(limits)) limits_of(campaign, goal);  // their errors come before all else
+  print_check(file, request.run.campaign, how);
   for (const std::string& note : model.notes) print(paragraph("note: " + note, 2));
   print(paragraph("programme: " + toml, 2));
   for (const std::string& decided : options.notes) print(paragraph("  " + decided, 4));
