@@ -2,6 +2,7 @@
 #include "cli/check_engines.h"
 
 #include <algorithm>
+#include <cstring>
 #include <exception>
 #include <initializer_list>
 #include <iterator>
@@ -9,6 +10,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <sys/mman.h>
 #include <unordered_map>
 #include <utility>
 
@@ -341,15 +343,99 @@ std::vector<Limitation> asked(const ResolvedContender& contender, const Model& m
   return contender.engine->check(model, contender.settings);
 }
 
+// What processes that may die have found out, as long as there is room: whatever they do to it, reading it is safe.
+class SharedAnswers {
+ public:
+  SharedAnswers() {
+    void* memory = ::mmap(nullptr, kBytes, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    if (memory != MAP_FAILED) memory_ = static_cast<char*>(memory);
+  }
+  ~SharedAnswers() {
+    if (memory_ != nullptr) ::munmap(memory_, kBytes);
+  }
+  SharedAnswers(const SharedAnswers&) = delete;
+  SharedAnswers& operator=(const SharedAnswers&) = delete;
+
+  void put(const std::string& name, const std::vector<Limitation>& limitations) {
+    std::string bytes;
+    append(bytes, name);
+    append(bytes, limitations.size());
+    for (const Limitation& limitation : limitations) {
+      append(bytes, static_cast<size_t>(limitation.fidelity));
+      append(bytes, limitation.element);
+      append(bytes, limitation.how);
+    }
+    size_t used = 0;
+    if (memory_ == nullptr) return;
+    std::memcpy(&used, memory_, sizeof used);
+    if (bytes.size() > kBytes - sizeof used - std::min(used, kBytes - sizeof used)) return;
+    std::memcpy(memory_ + sizeof used + used, bytes.data(), bytes.size());
+    used += bytes.size();
+    std::memcpy(memory_, &used, sizeof used);  // last: a half answer is none
+  }
+
+  std::map<std::string, std::vector<Limitation>> all() const {
+    std::map<std::string, std::vector<Limitation>> answers;
+    if (memory_ == nullptr) return answers;
+    size_t used = 0;
+    std::memcpy(&used, memory_, sizeof used);
+    std::string_view rest(memory_ + sizeof used, std::min(used, kBytes - sizeof used));
+    while (!rest.empty()) {
+      std::string name;
+      size_t count = 0;
+      if (!take(rest, name) || !take(rest, count)) return answers;
+      std::vector<Limitation> limitations;
+      for (size_t i = 0; i < count; ++i) {
+        size_t fidelity = 0;
+        Limitation limitation;
+        if (!take(rest, fidelity) || fidelity > static_cast<size_t>(Fidelity::kRefused)) return answers;
+        if (!take(rest, limitation.element) || !take(rest, limitation.how)) return answers;
+        limitation.fidelity = static_cast<Fidelity>(fidelity);
+        limitations.push_back(std::move(limitation));
+      }
+      answers.insert_or_assign(name, std::move(limitations));
+    }
+    return answers;
+  }
+
+ private:
+  static constexpr size_t kBytes = size_t{32} << 20;
+
+  static void append(std::string& bytes, size_t number) {
+    bytes.append(reinterpret_cast<const char*>(&number), sizeof number);
+  }
+  static void append(std::string& bytes, const std::string& text) {
+    append(bytes, text.size());
+    bytes += text;
+  }
+  static bool take(std::string_view& rest, size_t& number) {
+    if (rest.size() < sizeof number) return false;
+    std::memcpy(&number, rest.data(), sizeof number);
+    rest.remove_prefix(sizeof number);
+    return true;
+  }
+  static bool take(std::string_view& rest, std::string& text) {
+    size_t size = 0;
+    if (!take(rest, size) || rest.size() < size) return false;
+    text = rest.substr(0, size);
+    rest.remove_prefix(size);
+    return true;
+  }
+
+  char* memory_ = nullptr;  // the number of bytes of answers, then they
+};
+
 // Contenders whose engines do not survive the question, and why: they refuse the model. One process asks all of them,
-// and only where it dies each is asked in its own.
-std::map<std::string, std::string> not_survived(const Model& model) {
+// and only where it dies each is asked in its own. What the others answer comes with it.
+std::map<std::string, std::string> not_survived(const Model& model,
+                                                std::map<std::string, std::vector<Limitation>>& answers) {
   const Registry& registry = Registry::instance();
   const std::vector<std::string> names = registry.contender_names();
+  SharedAnswers shared;
   const auto why_not = [&](const std::vector<std::string>& some) -> std::string {
     try {
       rehearse("asking the engines", [&] {
-        for (const std::string& name : some) static_cast<void>(asked(registry.resolve(name), model));
+        for (const std::string& name : some) shared.put(name, asked(registry.resolve(name), model));
       });
     } catch (const EndedFromOutside&) {
       throw;
@@ -359,10 +445,12 @@ std::map<std::string, std::string> not_survived(const Model& model) {
     return "";
   };
   std::map<std::string, std::string> reasons;
-  if (why_not(names).empty()) return reasons;
-  for (const std::string& name : names) {
-    if (const std::string why = why_not({name}); !why.empty()) reasons.emplace(name, why);
+  if (!why_not(names).empty()) {
+    for (const std::string& name : names) {
+      if (const std::string why = why_not({name}); !why.empty()) reasons.emplace(name, why);
+    }
   }
+  answers = shared.all();
   return reasons;
 }
 
@@ -371,15 +459,20 @@ std::map<std::string, std::string> not_survived(const Model& model) {
 std::vector<EngineVerdict> verdicts_on(const Model& model, const std::vector<ModelElement>& elements,
                                        const StepBounds& bounds) {
   const Registry& registry = Registry::instance();
-  const std::map<std::string, std::string> dead = not_survived(model);
+  std::map<std::string, std::vector<Limitation>> answers;
+  const std::map<std::string, std::string> dead = not_survived(model, answers);
   const Index index(elements);
   std::vector<EngineVerdict> verdicts;
   for (const std::string& name : registry.contender_names()) {
     const ResolvedContender contender = registry.resolve(name);
     const auto end = dead.find(name);
-    std::vector<Limitation> limitations = end == dead.end()
-                                              ? asked(contender, model)
-                                              : std::vector<Limitation>{{Fidelity::kRefused, "the model", end->second}};
+    const auto answer = answers.find(name);
+    std::vector<Limitation> limitations;
+    if (end != dead.end()) {
+      limitations = {{Fidelity::kRefused, "the model", end->second}};
+    } else {
+      limitations = answer != answers.end() ? answer->second : asked(contender, model);
+    }
     const Capabilities capabilities = contender.engine->capabilities(contender.settings);
     std::ranges::move(feedback_limitations(model, capabilities), std::back_inserter(limitations));
     add_feedback_bound(limitations, bounds);

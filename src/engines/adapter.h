@@ -324,9 +324,9 @@ struct PositionSums {
 // the positions there can take or give a hundredth of a typical speed and more. Nothing where it does not.
 inline std::optional<Limitation> coarse_positions(const Model& model, double h, const PositionSums& sums) {
   constexpr double kWorthSaying = 0.01, kGravity = 9.81;
-  double far = 0;                                           // m, the largest coordinate of a body
-  double speed = std::sqrt(kGravity * mean_extent(model));  // m/s, of a fall through a body's size or the model's
-  Eigen::AlignedBox3d extent;                               // of the bodies
+  double far = 0;              // m, the largest coordinate of a body
+  double speed = 0;            // m/s, of a fall through a body's size or the model's
+  Eigen::AlignedBox3d extent;  // of the bodies
   for (const BodyState& body : model.initial.bodies) {
     far = std::max(far, body.p_WBcm.cwiseAbs().maxCoeff());
     extent.extend(body.p_WBcm);
@@ -336,6 +336,8 @@ inline std::optional<Limitation> coarse_positions(const Model& model, double h, 
   speed = std::max(speed, std::sqrt(kGravity * extent.sizes().maxCoeff()));
   const double spacing = std::exp2(std::ilogb(far)) * std::numeric_limits<float>::epsilon();  // m, of floats there
   const double lost = sums.per_step * spacing / 2 / h;                                        // m/s
+  if (lost < kWorthSaying * speed) return std::nullopt;
+  speed = std::max(speed, std::sqrt(kGravity * mean_extent(model)));
   if (lost < kWorthSaying * speed) return std::nullopt;
   return Limitation{
       Fidelity::kApproximated, fmt::format("positions at {:.3g} m from the origin", far),

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "base/text.h"
 #include "model/spec_text.h"
 
 namespace assay {
@@ -62,6 +63,57 @@ void make_small(mjsMesh* mesh) {
   mesh->inertia = mjMESH_INERTIA_CONVEX;
 }
 
+// With the contact pairs that name it. What else may name a geom are sensors, which no model has.
+void leave_out_with_pairs(mjSpec* spec, mjsGeom* geom) {
+  const std::string name = name_of(geom->element);
+  for_each(spec, mjOBJ_PAIR, mjs_asPair, [&](mjsPair* pair) {
+    if (!name.empty() && (spec_text(pair->geomname1) == name || spec_text(pair->geomname2) == name)) {
+      mjs_delete(spec, pair->element);
+    }
+  });
+  mjs_delete(spec, geom->element);
+}
+
+// An asset without its file, whose geoms are needed.
+template <typename Asset>
+void add_missing(const mjSpec* spec, const Asset* asset, const std::string& element, const std::string& folder,
+                 const std::string& costs, bool drop_missing, LoadReport& report, std::vector<std::string>& notes) {
+  Problem problem = {
+      .severity = drop_missing ? Severity::kLeftOut : Severity::kRefused,
+      .element = element,
+      .line = spec_line(asset->info),
+      .file = spec_line(asset->info) > 0 ? spec_origin(spec, asset->element) : "",
+      .message = fmt::format("is not found (looked for: {})", spec_mesh_path(spec, asset, folder).string()),
+      .mend = drop_missing ? "" : "put the file there, or correct its name",
+      .option = drop_missing ? "" : "--drop-unsupported, which " + costs};
+  if (drop_missing) {
+    problem.message += ": --drop-unsupported " + costs;
+    notes.push_back(problem_text(problem));
+  }
+  report.problems.push_back(std::move(problem));
+}
+
+void leave_out_missing_fields(mjSpec* spec, const std::string& folder, bool drop_missing, LoadReport& report,
+                              std::vector<std::string>& notes) {
+  std::map<std::string, mjsHField*> missing;
+  for_each(spec, mjOBJ_HFIELD, mjs_asHField, [&](mjsHField* field) {
+    std::error_code error;
+    const fs::path path = spec_mesh_path(spec, field, folder);
+    if (path.empty() || fs::exists(path, error)) return;
+    const std::string own = name_of(field->element);
+    missing[own.empty() ? path.stem().string() : own] = field;
+  });
+  for (const auto& [name, field] : missing) {
+    add_missing(spec, field, fmt::format("hfield '{}'", name), folder, "leaves out its geoms", drop_missing, report,
+                notes);
+  }
+  if (!drop_missing) return;
+  for_each(spec, mjOBJ_GEOM, mjs_asGeom, [&](mjsGeom* geom) {
+    if (missing.contains(spec_text(geom->hfieldname))) leave_out_with_pairs(spec, geom);
+  });
+  for (const auto& [name, field] : missing) mjs_delete(spec, field->element);
+}
+
 bool has_moving_part(const mjsBody* body) { return mjs_firstChild(body, mjOBJ_JOINT, 1) != nullptr; }
 
 }  // namespace
@@ -96,8 +148,8 @@ void add_motors(mjSpec* spec, const std::vector<std::string>& joints) {
   }
 }
 
-void leave_out_pictures(mjSpec* spec, const std::string& folder, bool drawn_meshes, LoadReport& report,
-                        std::vector<std::string>& notes) {
+void leave_out_pictures(mjSpec* spec, const std::string& folder, bool drawn_meshes, bool drop_missing,
+                        LoadReport& report, std::vector<std::string>& notes) {
   for_each(spec, mjOBJ_TEXTURE, mjs_asTexture, [](mjsTexture* texture) {
     mjs_setString(texture->file, "");
     mjs_setStringVec(texture->cubefiles, "");
@@ -106,6 +158,7 @@ void leave_out_pictures(mjSpec* spec, const std::string& folder, bool drawn_mesh
   });
   for_each(spec, mjOBJ_SKIN, mjs_asSkin, [&](mjsSkin* skin) { mjs_delete(spec, skin->element); });
 
+  leave_out_missing_fields(spec, folder, drop_missing, report, notes);
   const std::set<std::string> physical = physical_meshes(spec);
   std::map<std::string, mjsMesh*> missing;
   for_each(spec, mjOBJ_MESH, mjs_asMesh, [&](mjsMesh* mesh) {
@@ -119,20 +172,28 @@ void leave_out_pictures(mjSpec* spec, const std::string& folder, bool drawn_mesh
   });
   if (missing.empty()) return;
   std::vector<mjsGeom*> drawn;
+  std::map<std::string, std::vector<mjsGeom*>> colliding;  // by mesh
   for_each(spec, mjOBJ_GEOM, mjs_asGeom, [&](mjsGeom* geom) {
     const std::string mesh = spec_text(geom->meshname);
-    if (missing.contains(mesh) && !physical.contains(mesh)) drawn.push_back(geom);
+    if (!missing.contains(mesh)) return;
+    if (physical.contains(mesh)) {
+      colliding[mesh].push_back(geom);
+    } else {
+      drawn.push_back(geom);
+    }
   });
   for (const auto& [name, mesh] : missing) {
     if (!physical.contains(name)) continue;
-    report.problems.push_back(
-        {.severity = Severity::kRefused,
-         .element = fmt::format("mesh '{}'", name),
-         .line = spec_line(mesh->info),
-         .file = spec_line(mesh->info) > 0 ? spec_origin(spec, mesh->element) : "",
-         .message = fmt::format("is not found (looked for: {})", spec_mesh_path(spec, mesh, folder).string()),
-         .mend = "put the file there, or correct its name",
-         .option = {}});
+    const std::string costs =
+        fmt::format("leaves out its {}, which {} no contact and no mass then",
+                    colliding[name].size() == 1 ? "geom" : "geoms", colliding[name].size() == 1 ? "has" : "have");
+    add_missing(spec, mesh, fmt::format("mesh '{}'", name), folder, costs, drop_missing, report, notes);
+  }
+  if (drop_missing) {
+    for (const auto& [name, geoms] : colliding) {
+      for (mjsGeom* geom : geoms) leave_out_with_pairs(spec, geom);
+      mjs_delete(spec, missing.at(name)->element);
+    }
   }
   size_t left_out = 0;
   for (const mjsGeom* geom : drawn) {
@@ -145,6 +206,28 @@ void leave_out_pictures(mjSpec* spec, const std::string& folder, bool drawn_mesh
   if (left_out > 0) {
     notes.push_back(fmt::format("{} shapes that are only drawn are left out: their mesh files are missing", left_out));
   }
+}
+
+void adapt_to_compiler(mjSpec* spec, std::vector<std::string>& notes) {
+  spec->compiler.LRopt.mode = mjLRMODE_NONE;
+  std::map<std::string, mjsMesh*> meshes;
+  for_each(spec, mjOBJ_MESH, mjs_asMesh, [&](mjsMesh* mesh) { meshes[mesh_name(mesh)] = mesh; });
+  std::set<std::string> shells;
+  for_each(spec, mjOBJ_GEOM, mjs_asGeom, [&](mjsGeom* geom) {
+    if (geom->type != mjGEOM_MESH || geom->typeinertia != mjINERTIA_SHELL) return;
+    geom->typeinertia = mjINERTIA_VOLUME;
+    const auto mesh = meshes.find(spec_text(geom->meshname));
+    if (mesh == meshes.end()) return;
+    mesh->second->inertia = mjMESH_INERTIA_SHELL;
+    shells.insert(fmt::format("'{}'", mesh->first));
+  });
+  if (shells.empty()) return;
+  constexpr size_t kNamed = 5;
+  const size_t others = shells.size() > kNamed ? shells.size() - kNamed : 0;
+  std::vector<std::string> named(shells.begin(), shells.end());
+  named.resize(named.size() - others);
+  notes.push_back(fmt::format("shellinertia of mesh geoms is that of their meshes, as MuJoCo 4 writes it: {}{}",
+                              join(named, ", "), others > 0 ? fmt::format(" and {} more", others) : ""));
 }
 
 void apply_root_joint(mjSpec* spec, RootJoint root, LoadReport& report, std::vector<std::string>& notes) {

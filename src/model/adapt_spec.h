@@ -20,10 +20,15 @@ void give_vertices(mjSpec* spec, const std::map<std::string, UrdfMesh>& meshes, 
 void add_motors(mjSpec* spec, const std::vector<std::string>& joints);
 
 // Textures and skins, which only pictures need, and missing mesh files of geoms that cannot collide and do not add to
-// an inertia, are left out; other missing mesh files become problems. `folder` is the model's. Without `drawn_meshes`
-// tetrahedra stand for the other meshes that are only drawn, because compiling these takes most of a model's time.
-void leave_out_pictures(mjSpec* spec, const std::string& folder, bool drawn_meshes, LoadReport& report,
-                        std::vector<std::string>& notes);
+// an inertia, are left out; other missing mesh files become problems, or are left out with `drop_missing`. `folder` is
+// the model's. Without `drawn_meshes` tetrahedra stand for the other meshes that are only drawn, because compiling
+// these takes most of a model's time.
+void leave_out_pictures(mjSpec* spec, const std::string& folder, bool drawn_meshes, bool drop_missing,
+                        LoadReport& report, std::vector<std::string>& notes);
+
+// What MuJoCo 4 does not compile and what keeps its meaning in another form: shellinertia of mesh geoms, which is the
+// mesh's own since MuJoCo 3.3; and lengths of muscles, which no model has.
+void adapt_to_compiler(mjSpec* spec, std::vector<std::string>& notes);
 
 // --floating-base and --fixed-base for MJCF. Keyframes are left out, because their size is another.
 void apply_root_joint(mjSpec* spec, RootJoint root, LoadReport& report, std::vector<std::string>& notes);

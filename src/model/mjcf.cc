@@ -37,13 +37,19 @@ mjSpec* parse_file(const std::string& path, char* message, int size) {
   return mj_parseXML(file.c_str(), nullptr, message, size);
 }
 
-// The same with another text in place of that file's.
-mjSpec* parse_as_file(const std::string& text, const std::string& path, char* message, int size) {
+using Texts = std::map<std::string, std::string>;  // of files, by path
+
+// The same with another text in place of that file's, and others in place of those that it includes.
+mjSpec* parse_as_file(const std::string& text, const std::string& path, const Texts& included, char* message,
+                      int size) {
   if (path.empty()) return mj_parseXMLString(text.c_str(), nullptr, message, size);
   const fs::path file = model_folder(path) / fs::path(path).filename();
   mjVFS vfs;
   mj_defaultVFS(&vfs);
   mj_addBufferVFS(&vfs, file.c_str(), text.data(), static_cast<int>(text.size()));
+  for (const auto& [name, other] : included) {
+    mj_addBufferVFS(&vfs, name.c_str(), other.data(), static_cast<int>(other.size()));
+  }
   mjSpec* spec = mj_parseXML(file.c_str(), &vfs, message, size);
   mj_deleteVFS(&vfs);
   return spec;
@@ -111,10 +117,14 @@ void place_facts(const std::map<std::string, IncludedPlace>& included, const Mod
 }
 
 // Mends the text of a document in memory.
-void mend(std::string& text, const std::string& file, const LoadOptions& options, std::vector<std::string>& notes) {
+void mend(std::string& text, const std::string& file, const LoadOptions& options, std::vector<std::string>& notes,
+          Texts& others) {
   std::vector<Mend> mends;
   try {
+    std::vector<Mend> of_assets;
+    if (root_element(text) == "mujoco") others = mended_assets(text, file, of_assets);
     text = mended_model(text, file, file, mends, options);
+    mends.insert(mends.end(), of_assets.begin(), of_assets.end());
   } catch (const InputError&) {
     return;  // reading the document says why
   }
@@ -122,6 +132,29 @@ void mend(std::string& text, const std::string& file, const LoadOptions& options
     notes.push_back(mend.line > 0 ? fmt::format("repaired: {} (line {})", mend.what, mend.line)
                                   : fmt::format("repaired: {}", mend.what));
   }
+}
+
+// Takes what MJCF does not know out of the document, until MuJoCo reads it or complains of something else.
+SpecPtr parse_known_parts(std::string& text, const std::string& file, Texts included, LoadReport& report,
+                          std::vector<std::string>& notes, char* message, int size) {
+  constexpr int kMost = 2000;
+  for (int round = 0; round < kMost; ++round) {
+    const std::optional<UnknownPart> unknown = unknown_part(message, elements_in(text, file, included));
+    if (!unknown) return nullptr;
+    std::string* source = &text;
+    if (!unknown->path.empty()) {
+      const auto [other, fresh] = included.try_emplace(unknown->path);
+      source = &other->second;
+      if (fresh) *source = model_text(unknown->path);
+    }
+    std::string shorter = without(*source, unknown->part);
+    if (shorter == *source) return nullptr;
+    *source = std::move(shorter);
+    report.problems.push_back(unknown->problem);
+    notes.push_back(problem_text(unknown->problem));
+    if (SpecPtr spec(parse_as_file(text, file, included, message, size)); spec != nullptr) return spec;
+  }
+  return nullptr;
 }
 
 // A document on its way to the Model: `file` is where relative names count from, `parse` calls one of MuJoCo's parsers
@@ -144,16 +177,17 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
   if (refuse_other_format(root, report)) return report;
   const bool is_urdf = root == "robot";
   std::vector<std::string> notes;
+  Texts others;  // of the files that it names, where they are mended
   UrdfDocument urdf;
   if (is_urdf) {
-    if (options.repair) mend(text, file, options, notes);
+    if (options.repair) mend(text, file, options, notes, others);
     urdf = read_urdf(text, file, options);
     report.problems = urdf.problems;
     if (urdf.refused()) return report;
   } else {
     report.problems = document_refusals(text, file, options);
     if (report.refused()) return report;
-    if (options.repair) mend(text, file, options, notes);
+    if (options.repair) mend(text, file, options, notes, others);
   }
 
   const MessageGuard guard;
@@ -173,7 +207,11 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
     if (is_urdf) {
       spec.reset(mj_parseXMLString(urdf.text.c_str(), nullptr, error.data(), error_size));
     } else {
-      spec.reset(notes.empty() ? parse(error.data(), error_size) : parse_as_file(text, file, error.data(), error_size));
+      spec.reset(notes.empty() ? parse(error.data(), error_size)
+                               : parse_as_file(text, file, others, error.data(), error_size));
+      if (spec == nullptr && options.drop_unsupported) {
+        spec = parse_known_parts(text, file, others, report, notes, error.data(), error_size);
+      }
     }
   } catch (const InputError& fault) {  // of the guard
     return refuse(fault.what());
@@ -196,8 +234,9 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
     add_motors(spec.get(), urdf.driven);
   } else {
     const std::string folder = fs::path(file).parent_path().string();
-    leave_out_pictures(spec.get(), folder, drawing != nullptr, report, notes);
+    leave_out_pictures(spec.get(), folder, drawing != nullptr, options.drop_unsupported, report, notes);
     for (Problem& problem : report.problems) problem.file = places.file_of_model(problem.file);
+    adapt_to_compiler(spec.get(), notes);
     apply_root_joint(spec.get(), options.root_joint, report, notes);
   }
   const std::string ground = options.ground == Ground::kPlane ? add_ground(spec.get(), notes) : "";
@@ -212,11 +251,21 @@ LoadReport load(const std::string& stem, const std::string& file, const std::str
   spec->nstack = -1;
   CompiledPtr compiled;
   std::string fault;
-  try {
-    compiled.reset(mj_compile(spec.get(), nullptr));
-    if (compiled == nullptr) fault = mjs_getError(spec.get());
-  } catch (const InputError& thrown) {  // of the guard
-    fault = thrown.what();
+  const auto compile = [&] {
+    try {
+      compiled.reset(mj_compile(spec.get(), nullptr));
+      if (compiled == nullptr) fault = mjs_getError(spec.get());
+    } catch (const InputError& thrown) {  // of the guard
+      fault = thrown.what();
+    }
+  };
+  compile();
+  if (compiled == nullptr && fault.find("integrator='discrete'") != std::string::npos) {
+    // some deformable bodies compile with this one alone; nothing here uses it
+    const int integrator = spec->option.integrator;
+    spec->option.integrator = mjINT_DISCRETE;
+    compile();
+    if (compiled != nullptr) compiled->opt.integrator = integrator;
   }
   if (compiled == nullptr) {
     if (!is_urdf) report.problems = mjcf_faults(text, file);

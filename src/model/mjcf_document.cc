@@ -59,6 +59,7 @@ std::string moments_text(const Vec3& moments) {
 // One file of the document: the model's own, or one that it includes.
 struct Source {
   std::string name;    // as the <include> writes it; empty for the model's own
+  std::string path;    // of an included file
   std::string folder;  // of the file, where MuJoCo looks for what it includes
   std::string text;
   xml::XMLDocument document;
@@ -78,7 +79,8 @@ struct Fault {
 
 class Document {
  public:
-  Document(const std::string& text, const std::string& path) : folder_(model_folder(path)) {
+  Document(const std::string& text, const std::string& path, std::map<std::string, std::string> texts = {})
+      : folder_(model_folder(path)), texts_(std::move(texts)) {
     read("", folder_.string(), text);
   }
 
@@ -87,7 +89,7 @@ class Document {
   const std::map<std::string, std::string>& models() const { return models_; }
   std::vector<DocumentElement> elements() const {
     std::vector<DocumentElement> all;
-    for (const auto& source : sources_) describe(*source, *source->document.RootElement(), "", "", all);
+    for (const auto& source : sources_) describe(*source, *source->document.RootElement(), -1, "", "", all);
     return all;
   }
 
@@ -111,11 +113,12 @@ class Document {
 
  private:
   // `owner`: the body or default class around it, as messages name it.
-  static void describe(const Source& source, const xml::XMLElement& element, const std::string& owner,
+  static void describe(const Source& source, const xml::XMLElement& element, int parent, const std::string& owner,
                        const std::string& section, std::vector<DocumentElement>& all) {
     const std::string tag = element.Name(), name = text_of(element, "name");
     DocumentElement found = {.tag = tag, .section = section, .name = name, .label = "", .place = {}, .attributes = {}};
-    found.place = {source.name, element.GetLineNum()};
+    found.place = {source.name, element.GetLineNum(), source.path};
+    found.parent = parent;
     for (const xml::XMLAttribute* a = element.FirstAttribute(); a != nullptr; a = a->Next()) {
       found.attributes.emplace_back(a->Name(), a->Value());
     }
@@ -129,9 +132,10 @@ class Document {
     if (tag == "default")
       next = fmt::format("the class '{}'", element.Attribute("class") ? text_of(element, "class") : "main");
     if (is_section(tag)) inner = tag == "worldbody" ? "body" : tag;
+    const int own = static_cast<int>(all.size());
     all.push_back(std::move(found));
     for (const xml::XMLElement* e = element.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
-      describe(source, *e, next, inner, all);
+      describe(source, *e, own, next, inner, all);
     }
   }
 
@@ -144,9 +148,10 @@ class Document {
 
   // Null for a file that is missing, no XML, or read already: MuJoCo's parser says so.
   Source* read(const std::string& name, const std::string& folder, const std::string& text,
-               const std::string& section = "") {
+               const std::string& section = "", const std::string& path = "") {
     auto source = std::make_unique<Source>();
     source->name = name;
+    source->path = path;
     source->folder = folder;
     source->text = text;
     source->document.Parse(text.data(), text.size());
@@ -214,8 +219,11 @@ class Document {
     std::error_code error;
     if (!included_.insert(path).second || !fs::is_regular_file(path, error)) return;
     std::ifstream file(path, std::ios::binary);
-    const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-    if (Source* other = read(name, fs::path(path).parent_path().string(), text, section)) {
+    const auto given = texts_.find(path);
+    const std::string text =
+        given != texts_.end() ? given->second
+                              : std::string((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+    if (Source* other = read(name, fs::path(path).parent_path().string(), text, section, path)) {
       source.includes.push_back({element.GetLineNum(), index, other});
     }
   }
@@ -238,7 +246,7 @@ class Document {
     result.problem.line = line;
     result.problem.file = source.name;
     result.problem.message = fault;
-    result.problem.mend = "correct it, or write a mended file with `assay check --repair OUT`";
+    result.problem.mend = "correct it, give --repair, or write a mended file with `assay check FILE --repair OUT`";
     result.mend = {own ? line : 0, own ? fmt::format("{}: {}", what, mended)
                                        : fmt::format("{} ({}, line {}): {}", what, source.name, line, mended)};
     faults_.push_back(std::move(result));
@@ -314,6 +322,7 @@ class Document {
   }
 
   fs::path folder_;
+  std::map<std::string, std::string> texts_;  // of included files, in place of the files'
   std::vector<std::unique_ptr<Source>> sources_;
   std::set<std::string> included_;
   std::vector<Fault> faults_;
@@ -364,8 +373,9 @@ std::string DocumentElement::attribute(const std::string& key) const {
   return found == attributes.end() ? "" : found->second;
 }
 
-std::vector<DocumentElement> elements_in(const std::string& text, const std::string& path) {
-  const Document document(text, path);
+std::vector<DocumentElement> elements_in(const std::string& text, const std::string& path,
+                                         const std::map<std::string, std::string>& texts) {
+  const Document document(text, path, texts);
   std::vector<DocumentElement> elements = document.elements();
   in_models(document, path, [&](const std::string& name, const std::string& model, const std::string& file) {
     for (DocumentElement& element : elements_in(model, file)) {
@@ -385,11 +395,31 @@ std::vector<Problem> mjcf_faults(const std::string& text, const std::string& pat
   in_models(document, path, [&](const std::string& name, const std::string& model, const std::string& file) {
     for (Problem& problem : mjcf_faults(model, file)) {
       if (problem.file.empty()) problem.file = name;
-      problem.mend = fmt::format("correct it, or write a mended file with `assay check {} --repair OUT`", problem.file);
+      problem.mend = fmt::format("correct it, give --repair, or write a mended file with `assay check {} --repair OUT`",
+                                 problem.file);
       problems.push_back(std::move(problem));
     }
   });
   return problems;
+}
+
+std::map<std::string, std::string> mended_assets(const std::string& text, const std::string& path,
+                                                 std::vector<Mend>& mends) {
+  std::map<std::string, std::string> mended;
+  if (text.find("<model") == std::string::npos) return mended;
+  in_models(Document(text, path), path,
+            [&](const std::string& name, const std::string& model, const std::string& file) {
+              std::vector<Mend> own;
+              const std::string without_faults = mend_mjcf(model, file, file, own);
+              mended.merge(mended_assets(model, file, mends));
+              if (own.empty()) return;
+              mended.emplace(file, without_faults);
+              for (const Mend& mend : own) {
+                const std::string at = mend.line > 0 ? fmt::format("{}, line {}", name, mend.line) : name;
+                mends.push_back({0, fmt::format("{} ({})", mend.what, at)});
+              }
+            });
+  return mended;
 }
 
 std::string mend_mjcf(const std::string& text, const std::string& path, const std::string& out,

@@ -20,6 +20,7 @@ std::vector<Problem> mjcf_faults(const std::string& text, const std::string& pat
 struct IncludedPlace {
   std::string file;
   int line = 0;
+  std::string path = {};  // of that file, in elements_in() alone
 };
 
 struct DocumentPlaces {
@@ -43,6 +44,7 @@ struct DocumentElement {
   IncludedPlace place;  // without a file in the model's own
   std::vector<std::pair<std::string, std::string>> attributes;
   bool attached = false;  // of a model that is an asset: MuJoCo puts a prefix before its name
+  int parent = -1;        // the index of the element around it in its file; -1 for a root element
 
   bool has(const std::string& key) const;
   std::string attribute(const std::string& key) const;  // empty where it has none
@@ -51,8 +53,14 @@ struct DocumentElement {
 // "a geom", "an actuator"
 std::string with_article(const std::string& tag);
 
-// All of them, the model's own first; none for a text that is no XML.
-std::vector<DocumentElement> elements_in(const std::string& text, const std::string& path);
+// All of them, the model's own first; none for a text that is no XML. `texts` are those of included files, by path,
+// where they are others than the files'.
+std::vector<DocumentElement> elements_in(const std::string& text, const std::string& path,
+                                         const std::map<std::string, std::string>& texts = {});
+
+// The texts without those faults of the models that are assets, by path, where they have any.
+std::map<std::string, std::string> mended_assets(const std::string& text, const std::string& path,
+                                                 std::vector<Mend>& mends);
 
 // The text without those faults, for mended_model().
 std::string mend_mjcf(const std::string& text, const std::string& path, const std::string& out,

@@ -145,6 +145,8 @@ constexpr auto kRows = std::to_array<Row>({
     {"Unrecognized XML model type: '(.*)'", "mujoco", "begins with <$1>, and a model begins with <mujoco> or <robot>",
      "name an MJCF or URDF file"},
     {"XML root element not found", "", "holds no XML element", "name an MJCF or URDF file"},
+    {"Attach conflict when attaching '(.*?)' to '(.*?)', policy is '(.*?)' (.*)", "",
+     "joins a model whose options are others ($4)", "give both models the same options"},
     {"could not find model '(.*)'", "", "names the model '$1', which <asset> does not have",
      "add a <model> of that name to <asset>, or correct the name"},
     {"could not find (\\w+) '(.*)' in (?:model asset '.*'|the current model.*)", "",
@@ -455,6 +457,9 @@ Found find(const Message& said, const std::vector<DocumentElement>& elements) {
   return found;
 }
 
+constexpr const char* kLeavesOut = "leaves it out with all that is in it";
+constexpr const char* kIgnores = "ignores it";
+
 // The message without those words, about the element that they are of.
 std::string outer(const std::string& message, std::string_view words) {
   std::string text = message;
@@ -528,6 +533,90 @@ std::optional<Problem> encoding_problem(const std::string& text) {
   return std::nullopt;
 }
 
+namespace {
+
+// What has to go first where MuJoCo lacks a plugin: the last element that uses one, with what names it, and at the end
+// the <extension>, which MuJoCo reads first.
+const DocumentElement* plugin_user(const std::vector<DocumentElement>& elements) {
+  const DocumentElement *user = nullptr, *extension = nullptr;
+  for (const DocumentElement& element : elements) {
+    if (element.tag != "plugin" || element.attached || element.parent < 0) continue;
+    const DocumentElement& owner = elements[static_cast<size_t>(element.parent)];
+    if (owner.tag == "extension") {
+      extension = &owner;
+    } else {
+      user = owner.tag == "mesh" || owner.tag == "geom" ? &owner : &element;
+    }
+  }
+  if (user == nullptr || user->tag != "mesh") return user == nullptr ? extension : user;
+  for (const DocumentElement& element : elements) {
+    if (element.tag == "geom" && !element.attached && element.attribute("mesh") == user->name) return &element;
+  }
+  return user;
+}
+
+bool is_deformable(const DocumentElement& element) { return element.tag == "flexcomp" || element.tag == "flex"; }
+
+// The part as what is left out for that reason.
+UnknownPart part_of(const DocumentElement& element, const std::string& attribute, const std::string& why,
+                    const std::vector<DocumentElement>& elements) {
+  UnknownPart unknown;
+  unknown.path = element.place.path;
+  unknown.part = {.line = element.place.line, .index = 0, .element = element.tag, .attribute = attribute, .value = ""};
+  for (const DocumentElement& other : elements) {
+    if (&other == &element) break;
+    const bool beside = other.tag == element.tag && other.place.line == element.place.line &&
+                        other.place.path == element.place.path && !other.attached;
+    if (beside) ++unknown.part.index;
+  }
+  unknown.problem = {
+      .severity = Severity::kLeftOut,
+      .element = element.label,
+      .line = element.place.line,
+      .file = element.place.file,
+      .message = fmt::format("{}: --drop-unsupported {}", why, attribute.empty() ? kLeavesOut : kIgnores)};
+  return unknown;
+}
+
+}  // namespace
+
+std::optional<UnknownPart> unknown_part(const std::string& message, const std::vector<DocumentElement>& elements) {
+  const Message said(message);
+  static const std::regex kPlugin("plugin .* not found|unrecognized plugin '.*'");
+  if (std::regex_match(said.what, kPlugin)) {
+    const DocumentElement* user = plugin_user(elements);
+    if (user == nullptr) return std::nullopt;
+    return part_of(*user, "",
+                   user->tag == "plugin" || user->tag == "extension" ? "is a plugin, which is not supported"
+                                                                     : "needs a plugin, which is not supported",
+                   elements);
+  }
+  static const std::regex kAttribute("unrecognized attribute: '(.*)'");
+  std::smatch parts;
+  const bool attribute = std::regex_match(said.what, parts, kAttribute);
+  const bool keyword = said.what.starts_with("invalid keyword");
+  const bool deformable = said.tag == "flexcomp" || said.tag == "flex";
+  if (said.tag.empty()) return std::nullopt;
+  if (!attribute && !keyword && !deformable && said.what != "unrecognized element") return std::nullopt;
+  const Found found = find(said, elements);
+  if (found.element == nullptr || found.element->attached) return std::nullopt;
+  const DocumentElement& element = *found.element;
+  if (!attribute && (deformable || keyword)) {
+    // a deformable body is left out anyway, whatever is wrong with it
+    const DocumentElement* body = &element;
+    while (!is_deformable(*body) && body->parent >= 0) body = &elements[static_cast<size_t>(body->parent)];
+    if (!is_deformable(*body)) return std::nullopt;
+    return part_of(*body, "", "is a deformable body, which is not supported, and cannot be read", elements);
+  }
+  if (attribute && !element.has(parts[1])) return std::nullopt;
+  // of an included file there is no line
+  const bool own = element.place.file.empty();
+  if (!own && !attribute && !found.alone) return std::nullopt;
+  if (!attribute) return part_of(element, "", "is an element that MJCF does not know there", elements);
+  return part_of(element, parts[1],
+                 fmt::format("has an attribute '{}', which MJCF does not know there", parts[1].str()), elements);
+}
+
 Problem parser_problem(const std::string& message, const std::string& text, const std::string& path) {
   if (message.find("XML_ERROR_") != std::string::npos) return xml_problem(message);
   const Message said(message);
@@ -556,6 +645,12 @@ Problem parser_problem(const std::string& message, const std::string& text, cons
         found.alone || !found.element->name.empty() ? found.element->label : with_article(found.element->tag);
     problem.line = found.element->place.line;
     problem.file = found.element->place.file;
+    if (const auto part = unknown_part(message, elements)) {
+      const bool plugin = said.what.find("plugin") != std::string::npos && said.tag != "flexcomp";
+      problem.option = fmt::format("--drop-unsupported, which {}", plugin ? "leaves it out with all that uses plugins"
+                                                                   : part->part.attribute.empty() ? kLeavesOut
+                                                                                                  : kIgnores);
+    }
   } else {
     problem.element = !said.name.empty()  ? fmt::format("'{}'", said.name)
                       : !said.tag.empty() ? with_article(said.tag)

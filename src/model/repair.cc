@@ -1,5 +1,7 @@
 #include "model/repair.h"
 
+#include <algorithm>
+#include <cstddef>
 #include <string_view>
 
 #include <fmt/format.h>
@@ -22,17 +24,49 @@ size_t start_of_line(const std::string& text, int line) {
   return at;
 }
 
-void replace_attribute(std::string& text, size_t begin, const AttributeEdit& edit) {
+// Where an attribute of the tag at `begin` stands, and its quotes; npos where it has none.
+struct AttributePlace {
+  size_t begin = std::string::npos, quote = 0, close = 0;
+};
+
+AttributePlace attribute_place(const std::string& text, size_t begin, const std::string& attribute) {
   const size_t end = tag_end(text, begin);
-  for (size_t at = begin; (at = text.find(edit.attribute, at)) < end; at += edit.attribute.size()) {
-    const size_t equals = text.find_first_not_of(kBlanks, at + edit.attribute.size());
+  for (size_t at = begin; (at = text.find(attribute, at)) < end; at += attribute.size()) {
+    const size_t equals = text.find_first_not_of(kBlanks, at + attribute.size());
     if (kBlanks.find(text[at - 1]) == std::string_view::npos || text[equals] != '=') continue;
     const size_t quote = text.find_first_of("\"'", equals);
-    const size_t close = text.find(text[quote], quote + 1);
-    text.replace(quote + 1, close - quote - 1, edit.value);
-    return;
+    return {at, quote, text.find(text[quote], quote + 1)};
   }
-  text.insert(begin + 1 + edit.element.size(), fmt::format(" {}=\"{}\"", edit.attribute, edit.value));
+  return {};
+}
+
+void replace_attribute(std::string& text, size_t begin, const AttributeEdit& edit) {
+  if (const auto [at, quote, close] = attribute_place(text, begin, edit.attribute); at != std::string::npos) {
+    text.replace(quote + 1, close - quote - 1, edit.value);
+  } else {
+    text.insert(begin + 1 + edit.element.size(), fmt::format(" {}=\"{}\"", edit.attribute, edit.value));
+  }
+}
+
+// Behind the element that begins at `begin`, with all that is in it.
+size_t element_end(const std::string& text, size_t begin) {
+  size_t depth = 0, at = begin;
+  while (at < text.size()) {
+    if (text.compare(at, 4, "<!--") == 0) {
+      at = std::min(text.find("-->", at), text.size());
+    } else {
+      const size_t end = tag_end(text, at);
+      if (text[at + 1] == '/') {
+        --depth;
+      } else if (text[end - 1] != '/' && text[at + 1] != '!' && text[at + 1] != '?') {
+        ++depth;
+      }
+      if (depth == 0) return std::min(end + 1, text.size());
+      at = end;
+    }
+    at = std::min(text.find('<', at), text.size());
+  }
+  return text.size();
 }
 
 }  // namespace
@@ -76,6 +110,23 @@ std::string edited(std::string text, const std::vector<AttributeEdit>& edits) {
     }
   }
   return text;
+}
+
+std::string without(std::string text, const AttributeEdit& part) {
+  size_t begin = element_begin(text, part.line, part.index, part.element);
+  if (begin == std::string::npos) return text;
+  size_t end = 0;
+  if (part.attribute.empty()) {
+    end = element_end(text, begin);
+  } else {
+    const AttributePlace place = attribute_place(text, begin, part.attribute);
+    if (place.begin == std::string::npos) return text;
+    begin = place.begin;
+    end = place.close + 1;
+  }
+  const auto lines = std::count(text.begin() + static_cast<std::ptrdiff_t>(begin),
+                                text.begin() + static_cast<std::ptrdiff_t>(end), '\n');
+  return text.replace(begin, end - begin, static_cast<size_t>(lines), '\n');
 }
 
 std::string mended_model(const std::string& text, const std::string& path, const std::string& out,

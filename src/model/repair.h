@@ -25,6 +25,10 @@ struct AttributeEdit {
 // InputError when there is no such element.
 std::string edited(std::string text, const std::vector<AttributeEdit>& edits);
 
+// `text` without that attribute, or without an attribute the whole element; the number of lines stays. As it is when
+// there is no such element.
+std::string without(std::string text, const AttributeEdit& part);
+
 // Where an element begins in a document: at its "<". npos when it is not there. Comments are skipped.
 size_t element_begin(const std::string& text, int line, int index, const std::string& element);
 // Where the tag that begins at `begin` ends: at its ">".

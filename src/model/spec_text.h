@@ -37,11 +37,12 @@ inline std::string spec_origin(const mjSpec* spec, const mjsElement* element) {
   return origin == spec ? "" : spec_text(origin->modelname);
 }
 
-// The file of a mesh that MuJoCo would open; `folder` is the model's. Empty where the mesh has none.
-inline std::filesystem::path spec_mesh_path(const mjSpec* spec, const mjsMesh* mesh, const std::string& folder) {
-  const std::string file = spec_text(mesh->file);
+// The file of a mesh or a height field that MuJoCo would open; `folder` is the model's. Empty where it has none.
+template <typename Asset>
+std::filesystem::path spec_mesh_path(const mjSpec* spec, const Asset* asset, const std::string& folder) {
+  const std::string file = spec_text(asset->file);
   if (file.empty()) return file;
-  const mjSpec* origin = origin_of(spec, mesh->element);
+  const mjSpec* origin = origin_of(spec, asset->element);
   const std::string own = spec_text(origin->modelfiledir);
   const std::string name = spec->strippath ? file.substr(file.find_last_of("/\\") + 1) : file;
   return joined_path(joined_path(own.empty() ? folder : own, spec_text(origin->compiler.meshdir)), name);

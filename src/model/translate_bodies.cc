@@ -14,6 +14,31 @@
 namespace assay {
 namespace {
 
+// These bodies, each the next one's parent, where the first one's parent is at rest.
+Model alone_on_the_world(const Model& model, const std::vector<int>& chain) {
+  Model alone;
+  for (const int b : chain) {
+    const int own = static_cast<int>(alone.bodies.size());
+    Body body = model.bodies[static_cast<size_t>(b)];
+    body.parent = own - 1;
+    static_assert(kWorld == -1);
+    if (body.joint >= 0) {
+      alone.joints.push_back(model.joints[static_cast<size_t>(body.joint)]);
+      alone.joints.back().body = own;
+      body.joint = static_cast<int>(alone.joints.size()) - 1;
+    }
+    if (body.ball >= 0) {
+      alone.balls.push_back(model.balls[static_cast<size_t>(body.ball)]);
+      alone.balls.back().body = own;
+      body.ball = static_cast<int>(alone.balls.size()) - 1;
+    }
+    alone.bodies.push_back(std::move(body));
+  }
+  return alone;
+}
+
+constexpr const char* kWithoutMargin = "takes the range without the margin";
+
 // Mass, centre and inertia of rigidly joined parts, all in one body's axes.
 struct MassPart {
   double mass = 0;
@@ -108,9 +133,12 @@ void Translator::translate_bodies() {
 }
 
 void Translator::freeze_points_of_flexes() {
+  const auto freeze = [this](int body) {
+    if (body >= 0) frozen_[static_cast<size_t>(body)] = true;  // a point between nodes has none
+  };
   for (int f = 0; f < m_->nflex; ++f) {
-    for (int v = 0; v < m_->flex_vertnum[f]; ++v) frozen_[m_->flex_vertbodyid[m_->flex_vertadr[f] + v]] = true;
-    for (int n = 0; n < m_->flex_nodenum[f]; ++n) frozen_[m_->flex_nodebodyid[m_->flex_nodeadr[f] + n]] = true;
+    for (int v = 0; v < m_->flex_vertnum[f]; ++v) freeze(m_->flex_vertbodyid[m_->flex_vertadr[f] + v]);
+    for (int n = 0; n < m_->flex_nodenum[f]; ++n) freeze(m_->flex_nodebodyid[m_->flex_nodeadr[f] + n]);
   }
 }
 
@@ -271,7 +299,10 @@ void Translator::translate_ball(int j, BallJoint& ball) {
   if (ball.limited) {
     const mjtNum* range = row(m_->jnt_range, 2, j);
     ball.upper = std::max(range[0], range[1]) - m_->jnt_margin[j];
-    if (ball.upper < 0) refuse(mjOBJ_JOINT, j, "has a limit margin that is larger than its range", "remove margin");
+    if (ball.upper < 0) {
+      unsupported(mjOBJ_JOINT, j, "has a limit margin that is larger than its range", "remove margin", kWithoutMargin);
+      ball.upper = std::max(range[0], range[1]);
+    }
   }
   translate_passive(j, ball);
   if (ball.stiffness != 0) ball.spring_reference = quat(m_->qpos_spring + m_->jnt_qposadr[j]);
@@ -282,8 +313,10 @@ std::pair<double, double> Translator::narrowed(mjtObj type, int id, const mjtNum
   if (margin != 0 && lower > upper) {
     std::string unit;  // none for tendons, whose lengths mix both
     if (type == mjOBJ_JOINT) unit = m_->jnt_type[id] == mjJNT_SLIDE ? " m" : " rad";
-    refuse(type, id, fmt::format("has a limit margin of {}{}, more than half of its range", shortest(margin), unit),
-           "remove the margin or widen the range");
+    unsupported(type, id,
+                fmt::format("has a limit margin of {}{}, more than half of its range", shortest(margin), unit),
+                "remove the margin or widen the range", kWithoutMargin);
+    return {range[0], range[1]};
   }
   return {lower, upper};
 }
@@ -368,20 +401,21 @@ bool Translator::chain_is_singular(const std::vector<int>& chain) const {
   constexpr double kRelative = 1e-7;
   std::mt19937 random(1);  // NOLINT(bugprone-random-generator-seed): the same every time
   std::uniform_real_distribution<double> angle(-1, 1);
-  State state = reference_state(model_);
+  const Model alone = alone_on_the_world(model_, chain);
+  State state = reference_state(alone);
   for (int sample = 0; sample < kSamples; ++sample) {
-    bodies_from_joints(model_, state);
-    const Vec3 p = state.bodies[chain.back()].p_WBcm;
+    bodies_from_joints(alone, state);
+    const Vec3 p = state.bodies.back().p_WBcm;
     std::vector<Eigen::Matrix<double, 6, 1>> columns;
-    for (const int b : chain) {
-      const Body& body = model_.bodies[b];
+    for (size_t b = 0; b < alone.bodies.size(); ++b) {
+      const Body& body = alone.bodies[b];
       const Pose X_WB = body_pose(body, state.bodies[b]);
       if (body.ball >= 0) {
-        const Vec3 arm = p - X_WB * model_.balls[body.ball].p_BJ;
+        const Vec3 arm = p - X_WB * alone.balls[static_cast<size_t>(body.ball)].p_BJ;
         for (int k = 0; k < 3; ++k) columns.emplace_back() << Vec3::Unit(k).cross(arm), Vec3::Unit(k);
         continue;
       }
-      const Joint& joint = model_.joints[body.joint];
+      const Joint& joint = alone.joints[static_cast<size_t>(body.joint)];
       const Vec3 axis = X_WB.q * joint.axis_B;
       if (joint.is_slide()) {
         columns.emplace_back() << axis, Vec3::Zero();
@@ -394,9 +428,7 @@ bool Translator::chain_is_singular(const std::vector<int>& chain) const {
     Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(jacobian);
     qr.setThreshold(kRelative);
     if (qr.rank() == jacobian.cols()) return false;
-    for (const int b : chain) {
-      if (const int joint = model_.bodies[b].joint; joint >= 0) state.position[joint] += angle(random);
-    }
+    for (double& position : state.position) position += angle(random);
   }
   return true;
 }

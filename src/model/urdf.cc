@@ -4,6 +4,7 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
 #include <limits>
 #include <numbers>
@@ -123,6 +124,9 @@ class Reader {
   Reader(const std::string& text, std::string path, const LoadOptions& options)
       : path_(std::move(path)), options_(options) {
     document_.Parse(text.data(), text.size());
+    if (document_.Error()) return;
+    std::map<std::pair<int, std::string>, std::uintptr_t> counted;
+    count_elements(*document_.RootElement(), counted);
   }
 
   UrdfDocument run() {
@@ -159,7 +163,8 @@ class Reader {
 
   // What has to change for the inertia, the limits and the joints to be valid, and for meshes to be found from `out`.
   std::vector<AttributeEdit> edits(const std::string& out, std::vector<Mend>& mends) {
-    std::vector<AttributeEdit> edits;
+    Repairs repairs;
+    repairs_ = &repairs;
     if (document_.Error()) throw InputError(fmt::format("{}: it is not well-formed XML and cannot be mended", path_));
     robot_ = document_.FirstChildElement("robot");
     if (refuse_xacro() || !read_elements() || !check_numbers() || !build_tree()) {
@@ -168,10 +173,12 @@ class Reader {
     read_compiler_settings();
     read_inertia();
     find_massless();
-    for (const Link& link : links_) mend_inertia(link, edits, mends);
-    for (const UrdfJoint& joint : joints_) mend_joint(joint, edits, mends);
-    if (!mends.empty()) move_meshes(out, edits, mends);
-    return edits;
+    for (const Link& link : links_) mend_inertia(link, repairs.edits, repairs.mends);
+    for (const UrdfJoint& joint : joints_) mend_joint(joint, repairs.edits, repairs.mends);
+    if (!repairs.mends.empty()) move_meshes(out, repairs.edits, repairs.mends);
+    repairs_ = nullptr;
+    mends = std::move(repairs.mends);
+    return std::move(repairs.edits);
   }
 
  private:
@@ -289,7 +296,7 @@ class Reader {
   static constexpr const char* kExpand = "expand the file first, with xacro";
 
   // Numbers that every URDF reader takes from these attributes.
-  void check_numbers_below(const xml::XMLElement& element, const std::string& owner) {
+  void check_numbers_below(xml::XMLElement& element, const std::string& owner) {
     static const std::map<std::string, std::vector<std::pair<std::string, size_t>>> kAttributes = {
         {"origin", {{"xyz", 3}, {"rpy", 3}}},
         {"axis", {{"xyz", 3}}},
@@ -308,6 +315,7 @@ class Reader {
         const std::vector<double> numbers = numbers_of(&element, attribute.c_str());
         if (numbers.size() == count && std::ranges::all_of(numbers, [](double v) { return std::isfinite(v); }))
           continue;
+        if (separated_by_commas(element, attribute, count, owner)) continue;
         refuse(fmt::format("<{}> of {}", element.Name(), owner), element.GetLineNum(),
                fmt::format("has {}=\"{}\"", attribute, text_of(&element, attribute.c_str())),
                text_of(&element, attribute.c_str()).find("$(") != std::string::npos
@@ -315,9 +323,35 @@ class Reader {
                    : fmt::format("give {} finite {}", count, count == 1 ? "number" : "numbers"));
       }
     }
-    for (const xml::XMLElement* e = element.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+    for (xml::XMLElement* e = element.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
       if (std::string_view(e->Name()) != "visual") check_numbers_below(*e, owner);
     }
+  }
+
+  // True where the numbers are all there with commas between them, which a repair takes out.
+  bool separated_by_commas(xml::XMLElement& element, const std::string& attribute, size_t count,
+                           const std::string& owner) {
+    const std::string value = text_of(&element, attribute.c_str());
+    std::string blanks = value;
+    std::ranges::replace_if(blanks, [](char c) { return c == ',' || c == ';'; }, ' ');
+    if (blanks == value) return false;
+    element.SetAttribute(attribute.c_str(), blanks.c_str());
+    const std::vector<double> numbers = numbers_of(&element, attribute.c_str());
+    if (numbers.size() != count || !std::ranges::all_of(numbers, [](double v) { return std::isfinite(v); })) {
+      element.SetAttribute(attribute.c_str(), value.c_str());
+      return false;
+    }
+    const std::string label = fmt::format("<{}> of {}", element.Name(), owner);
+    if (repairs_ != nullptr) {
+      change(element, attribute.c_str(), blanks, repairs_->edits);
+      repairs_->mends.push_back(
+          {element.GetLineNum(), fmt::format("{}: {}=\"{}\" -> \"{}\"", label, attribute, value, blanks)});
+    } else {
+      refuse(label, element.GetLineNum(),
+             fmt::format("has {}=\"{}\", with commas between its numbers", attribute, value),
+             "write blanks, give --repair, or write a mended file with `assay check FILE --repair OUT`");
+    }
+    return true;
   }
 
   // The number of a bound, which may be infinite; NaN for what is none.
@@ -491,14 +525,16 @@ class Reader {
   bool build_tree() {
     static const std::set<std::string> kTypes = {"revolute", "continuous", "prismatic", "fixed",
                                                  "floating", "planar",     "spherical"};
+    add_world();
     std::vector<std::string> names;
     names.reserve(links_.size());
     for (const Link& link : links_) names.push_back(link.name);
     for (size_t j = 0; j < joints_.size(); ++j) {
       UrdfJoint& joint = joints_[j];
       if (!kTypes.contains(joint.type)) {
-        refuse(label(joint), line_of(joint), fmt::format("has the type '{}'", joint.type),
-               "use revolute, continuous, prismatic, fixed, floating or planar");
+        refuse(label(joint), line_of(joint),
+               joint.type.empty() ? "has no type" : fmt::format("has the type '{}'", joint.type),
+               "use revolute, continuous, prismatic, fixed, floating, planar or spherical");
       }
       for (const auto& [end, index] : {std::pair("parent", &joint.parent), std::pair("child", &joint.child)}) {
         const std::string link = text_of(joint.element->FirstChildElement(end), "link");
@@ -506,8 +542,8 @@ class Reader {
         if (found == link_of_.end()) {
           refuse(label(joint), line_of(joint),
                  link.empty() ? fmt::format("has no {} link", end)
-                              : fmt::format("names the unknown {} link '{}'{}", end, link, did_you_mean(link, names)),
-                 "correct it");
+                              : fmt::format("names the unknown {} link '{}'{}", end, link, likely(link, names)),
+                 link.empty() ? fmt::format("give it a <{} link=\"NAME\"/>", end) : "correct it, or add that link");
         } else {
           *index = found->second;
         }
@@ -526,6 +562,66 @@ class Reader {
     }
     if (result_.refused()) return false;
     return find_order();
+  }
+
+  // The names of a large robot help nobody who has misspelled one of them.
+  static std::string likely(const std::string& word, const std::vector<std::string>& names) {
+    constexpr size_t kMost = 12;
+    return names.size() <= kMost || nearest_name(word, names) ? did_you_mean(word, names) : "";
+  }
+
+  // Some files hang their root on a world that they do not write down, as Drake's reader lets them.
+  void add_world() {
+    if (link_of_.contains("world")) return;
+    const auto hangs = [](const UrdfJoint& joint) {
+      return text_of(joint.element->FirstChildElement("parent"), "link") == "world";
+    };
+    const auto first = std::ranges::find_if(joints_, hangs);
+    if (first == joints_.end()) return;
+    result_.notes.push_back(fmt::format("{} (line {}) has the parent 'world', which is no link: it is the world",
+                                        label(*first), line_of(*first)));
+    xml::XMLElement* world = document_.NewElement("link");
+    world->SetAttribute("name", "world");
+    robot_->InsertEndChild(world);
+    link_of_.emplace("world", static_cast<int>(links_.size()));
+    links_.emplace_back();
+    links_.back().element = world;
+    links_.back().name = "world";
+  }
+
+  // Leaves out the links and joints that are not reached from this root.
+  void keep_tree(int root) {
+    std::set<int> kept;
+    std::vector<int> way = {root};
+    for (size_t k = 0; k < way.size(); ++k) {
+      kept.insert(way[k]);
+      for (const int joint : links_[way[k]].children) way.push_back(joints_[joint].child);
+    }
+    for (size_t i = 0; i < links_.size(); ++i) {
+      if (kept.contains(static_cast<int>(i))) continue;
+      const Link& link = links_[i];
+      if (link.joint < 0) {
+        leave_out(fmt::format("link '{}'", link.name), link.element->GetLineNum(),
+                  fmt::format("has no parent and is left out with all that hangs on it: the robot is that of link '{}'",
+                              links_[root].name));
+      }
+      robot_->DeleteChild(link.element);
+    }
+    for (const UrdfJoint& joint : joints_) {
+      if (!kept.contains(joint.child)) robot_->DeleteChild(joint.element);
+    }
+    links_.clear();
+    joints_.clear();
+    link_of_.clear();
+    order_.clear();
+    read_elements();
+    build_tree();
+  }
+
+  size_t tree_size(int root) const {
+    size_t size = 1;
+    for (const int joint : links_[root].children) size += tree_size(joints_[joint].child);
+    return size;
   }
 
   // Parents before children; what is not reached from a root is a cycle.
@@ -549,11 +645,18 @@ class Reader {
       }
     }
     if (roots.size() > 1) {
+      const int largest = *std::ranges::max_element(roots, {}, [this](int root) { return tree_size(root); });
+      if (options_.drop_unsupported) {
+        keep_tree(largest);
+        return !result_.refused();
+      }
       refuse("", 0,
              fmt::format("two links have no parent, '{}' (line {}) and '{}' (line {})", links_[roots[0]].name,
                          links_[roots[0]].element->GetLineNum(), links_[roots[1]].name,
                          links_[roots[1]].element->GetLineNum()),
-             "join them: a URDF has one root");
+             "join them: a URDF has one root",
+             fmt::format("--drop-unsupported, which leaves out all but link '{}' and what hangs on it",
+                         links_[largest].name));
       return false;
     }
     return true;
@@ -1439,25 +1542,26 @@ class Reader {
 
   // ---- repair
 
-  // How many elements of its name begin in its line before it.
-  int index_of(const xml::XMLElement& element) const { return count_before(*robot_, element).first; }
-  // ... in what is below `root`, and whether the element is there.
-  static std::pair<int, bool> count_before(const xml::XMLElement& root, const xml::XMLElement& element) {
-    if (&root == &element) return {0, true};
-    const bool alike = root.GetLineNum() == element.GetLineNum() && std::string_view(root.Name()) == element.Name();
-    int count = alike ? 1 : 0;
-    for (const xml::XMLElement* e = root.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
-      const auto [below, found] = count_before(*e, element);
-      count += below;
-      if (found) return {count, true};
+  // Keeps with each element how many of its name begin in its line before it, while all are there.
+  static void count_elements(xml::XMLElement& element, std::map<std::pair<int, std::string>, std::uintptr_t>& counted) {
+    element.SetUserData(reinterpret_cast<void*>(counted[{element.GetLineNum(), element.Name()}]++));
+    for (xml::XMLElement* e = element.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+      count_elements(*e, counted);
     }
-    return {count, false};
+  }
+  static int index_of(const xml::XMLElement& element) {
+    return static_cast<int>(reinterpret_cast<std::uintptr_t>(element.GetUserData()));
   }
 
-  void change(const xml::XMLElement& element, const char* attribute, const std::string& value,
-              std::vector<AttributeEdit>& edits) const {
+  static void change(const xml::XMLElement& element, const char* attribute, const std::string& value,
+                     std::vector<AttributeEdit>& edits) {
     edits.push_back({element.GetLineNum(), index_of(element), element.Name(), attribute, value});
   }
+
+  struct Repairs {
+    std::vector<AttributeEdit> edits;
+    std::vector<Mend> mends;
+  };
 
   // Names of meshes that mean another file, or none, in the folder of `out`.
   void move_meshes(const std::string& out, std::vector<AttributeEdit>& edits, std::vector<Mend>& mends) const {
@@ -1568,6 +1672,7 @@ class Reader {
   std::set<int> idle_;                             // joints that move no mass
   std::map<std::string, std::string> mesh_names_;  // path and scale -> name
   UrdfCompiler compiler_;
+  Repairs* repairs_ = nullptr;                  // while what has to change is gathered
   std::vector<std::pair<int, Vec3>> pictures_;  // links, and points of what is drawn of them, in the links' frames
 };
 

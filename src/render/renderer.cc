@@ -168,7 +168,8 @@ View view_of(const Scene& scene, const std::vector<const std::vector<State>*>& r
   const Vec3 high(median(upper[0]), median(upper[1]), median(upper[2]));
   view.centre = (low + high) / 2;
   const Vec3 extent = high - low;
-  view.radius = extent.norm() / 2;
+  constexpr double kPoint = 1e-9;  // m; bodies without shapes that stay where they are
+  if (extent.norm() > kPoint) view.radius = extent.norm() / 2;
   // A planar motion is viewed along the plane's normal.
   constexpr double kFlat = 0.4, kSlant = 20, kFromAbove = -65;
   const double largest = extent.maxCoeff();

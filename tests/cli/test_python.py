@@ -356,6 +356,36 @@ class Friction(unittest.TestCase):
             self.assertIsNone(self.coefficients(**pairs), pairs)
 
 
+class PairElements(unittest.TestCase):
+    """Names of contact pairs in what an adapter's check() says, as class PairGroups gives them to those in C++."""
+
+    def setUp(self):
+        spec = importlib.util.spec_from_file_location("adapter", SOURCE / "src/engines/python-host/assay_adapter.py")
+        self.adapter = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(self.adapter)
+
+    def model(self, bodies):
+        made = types.SimpleNamespace
+        shapes = [made(name=f"s{i}", type="box" if i % 2 else "hull") for i in range(bodies)]
+        return made(shapes=shapes, contacts=[made(shape_a=a, shape_b=b) for b in range(bodies) for a in range(b)])
+
+    def test_a_few_have_their_own_names(self):
+        model = self.model(3)
+        self.assertEqual(self.adapter.pair_elements(model, model.contacts[1:]), ["contact of 's0' and 's2'", "contact of 's1' and 's2'"])
+
+    def test_many_are_a_few_groups(self):
+        model = self.model(250)
+        self.assertEqual(len(model.contacts), 31125)
+        self.assertEqual(self.adapter.pair_elements(model, model.contacts), [
+            "contacts of 's0' and 's1' and 15624 more pairs of meshes and boxes",
+            "contacts of 's0' and 's2' and 7749 more pairs of meshes", "contacts of 's1' and 's3' and 7749 more pairs of boxes"])
+        detailed = ((pair, ", friction 0.001" if pair.shape_a == 0 else "") for pair in model.contacts)
+        elements = self.adapter.pair_elements(model, detailed)
+        self.assertEqual(len(elements), 5)
+        self.assertIn("contacts of 's0' and 's1' and 124 more pairs of meshes and boxes, friction 0.001", elements)
+        self.assertEqual(self.adapter.pair_elements(model, model.contacts[:1]), ["contact of 's0' and 's1'"])
+
+
 class SetUp(AssayTest):
     """What is looked at before anything is downloaded."""
 

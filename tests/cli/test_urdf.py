@@ -162,6 +162,33 @@ class MjcfRepair(AssayTest):
         self.assay("check", "mended.xml")
 
 
+class RepairInMemory(AssayTest):
+    COMMANDS = (("check",), ("simulate", "--engine", "mujoco-euler", "--timestep", "1", "--duration", "0.004", "--out", "a.csv"),
+                ("snapshot", "--out", "a.png"), ("run", "--plan", "--out", "planned"), ("explain", "mujoco-euler", "bullet-mb"),
+                ("parity",))
+
+    def every_command_takes(self, file):
+        written = (self.dir / file).read_text()
+        for command, *options in self.COMMANDS:
+            with self.subTest(command):
+                refused = self.run_assay(command, file, *options)
+                self.assertEqual(refused.returncode, 2, refused.stderr)
+                self.assertIn("give --repair", refused.stderr)
+                done = self.run_assay(command, file, *options, "--repair")
+                self.assertEqual(done.returncode, 0, done.stderr)
+                self.assertIn("repaired: ", done.stdout + done.stderr)
+        self.assertEqual((self.dir / file).read_text(), written)
+
+    def test_of_a_urdf_file(self):
+        self.write("arm.urdf", arm(inertial=INERTIAL.replace('izz="0.1"', 'izz="0.5"')))
+        self.every_command_takes("arm.urdf")
+
+    def test_of_an_mjcf_file(self):
+        self.write("arm.xml", '<mujoco>\n<worldbody><body name="b"><joint/>\n<inertial pos="0 0 -0.2" mass="1" '
+                              'diaginertia="0.01 0.01 0.05"/></body></worldbody></mujoco>')
+        self.every_command_takes("arm.xml")
+
+
 class Options(AssayTest):
     def test_floating_base(self):
         self.write("arm.urdf", arm().replace('<link name="base"/>', f'<link name="base">{INERTIAL}</link>'))

@@ -403,5 +403,62 @@ TEST(MjcfRefusal, ARefusalLeavesTheNextLoadAlone) {
   EXPECT_EQ(refusal(fmt::format("<mujoco>{}</mujoco>", kArm)), "");
 }
 
+// What MuJoCo's compiler says no to or cannot compute, where the model does not depend on it.
+TEST(MjcfRefusal, WhatNoModelHasDoesNotKeepTheCompilerFromTheRest) {
+  // lengths of muscles, by a simulation that does not converge for a joint without limits
+  EXPECT_THAT(
+      refusal(fmt::format("<mujoco>\n{}<actuator>\n<muscle name='a' joint='elbow'/></actuator></mujoco>", kArm)),
+      AllOf(HasSubstr("actuator 'a' (line 4)"), HasSubstr("is a muscle"), HasSubstr("--drop-unsupported")));
+  // a limit that its margin leaves nothing of
+  const std::string narrow =
+      "<mujoco><worldbody><body><joint name='j' type='slide' range='-0.1 0.1' margin='0.2'/><geom size='1'/></body>"
+      "</worldbody></mujoco>";
+  EXPECT_THAT(refusal(narrow), HasSubstr("--drop-unsupported, which takes the range without the margin"));
+  const Model wide = load_model_text(narrow, "r", {.drop_unsupported = true});
+  EXPECT_DOUBLE_EQ(wide.joints.at(0).lower, -0.1);
+  EXPECT_DOUBLE_EQ(wide.joints.at(0).upper, 0.1);
+  // a height field that is not there
+  const std::string terrain =
+      "<mujoco>\n<asset>\n<hfield name='hills' file='/nowhere/hills.png' size='1 1 1 1'/></asset><worldbody><geom "
+      "type='hfield' hfield='hills'/><body><freejoint/><geom size='1'/></body></worldbody></mujoco>";
+  EXPECT_THAT(refusal(terrain, {.allow_external_files = true}),
+              AllOf(HasSubstr("hfield 'hills' (line 3) is not found (looked for: /nowhere/hills.png)"),
+                    HasSubstr("--drop-unsupported, which leaves out its geoms")));
+  EXPECT_EQ(load_model_text(terrain, "r", {.drop_unsupported = true, .allow_external_files = true}).dof(), 6);
+}
+
+// MuJoCo 3 had it at the geom, MuJoCo 4 has it at the mesh.
+TEST(MjcfRefusal, ShellsOfMeshes) {
+  const auto text = [](const char* mesh, const char* geom) {
+    return fmt::format(
+        "<mujoco><asset><mesh name='m' vertex='0 0 0 1 0 0 0 1 0 0 0 1' face='0 2 1 0 1 3 0 3 2 1 2 3' {}/></asset>"
+        "<worldbody><body><freejoint/><geom type='mesh' mesh='m' {}/></body></worldbody></mujoco>",
+        mesh, geom);
+  };
+  const Model model = load_model_text(text("", "shellinertia='true'"), "r");
+  const Model shell = load_model_text(text("inertia='shell'", ""), "r");
+  EXPECT_DOUBLE_EQ(model.total_mass(), shell.total_mass());
+  EXPECT_EQ(model.bodies.at(0).I_BBcm_B, shell.bodies.at(0).I_BBcm_B);
+  EXPECT_NE(model.total_mass(), load_model_text(text("", ""), "r").total_mass());
+  EXPECT_THAT(model.notes, testing::Contains(HasSubstr("shellinertia of mesh geoms")));
+}
+
+// Whatever is wrong with a deformable body, it is left out.
+TEST(MjcfRefusal, DeformableBodiesThatCannotBeRead) {
+  const std::string text = fmt::format(
+      "<mujoco>\n<worldbody>\n<flexcomp name='cloth' type='grid' count='0 1 1' spacing='1 1 1'><edge "
+      "equality='vertices'/></flexcomp></worldbody>{}</mujoco>",
+      kArm);
+  EXPECT_THAT(refusal(text), AllOf(HasSubstr("(line 3)"), HasSubstr("--drop-unsupported")));
+  EXPECT_EQ(load_model_text(text, "r", {.drop_unsupported = true}).dof(), 1);
+  // its points lie between nodes, which alone have bodies
+  const std::string between = fmt::format(
+      "<mujoco>\n<worldbody><flexcomp name='soft' type='grid' dim='3' count='3 3 3' spacing='.1 .1 .1' mass='1' "
+      "radius='0.01' dof='trilinear'/></worldbody>{}</mujoco>",
+      kArm);
+  EXPECT_THAT(refusal(between), AllOf(HasSubstr("flex 'soft'"), HasSubstr("--drop-unsupported")));
+  EXPECT_EQ(load_model_text(between, "r", {.drop_unsupported = true}).dof(), 1);
+}
+
 }  // namespace
 }  // namespace assay

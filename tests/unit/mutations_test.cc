@@ -146,13 +146,69 @@ bool is_raw(const std::string& message) {
   return std::regex_search(message, kRaw) || message.find('\n') != std::string::npos;
 }
 
-TEST(Mutations, OfFilesAreRefusedInOurWords) {
-  std::vector<std::string> texts;
-  for (const char* name : {"humanoid.xml", "grasp.xml", "planar-chain.xml", "finger.xml", "astronaut.xml"}) {
-    texts.push_back(content(fs::path(ASSAY_MODELS) / name));
-    ASSERT_FALSE(texts.back().empty()) << name;
+// A robot with what URDF files of people have.
+constexpr const char* kUrdf = R"(<?xml version="1.0"?>
+<robot name="walker">
+  <mujoco><compiler balanceinertia="false"/></mujoco>
+  <material name="grey"><color rgba="0.5 0.5 0.5 1"/></material>
+  <link name="base">
+    <inertial><origin xyz="0 0 0.1" rpy="0 0 0"/><mass value="5"/>
+      <inertia ixx="0.2" ixy="0.001" ixz="0" iyy="0.3" iyz="0" izz="0.4"/></inertial>
+    <visual><geometry><box size="0.4 0.3 0.2"/></geometry><material name="grey"/></visual>
+    <collision><origin xyz="0 0 0.1"/><geometry><box size="0.4 0.3 0.2"/></geometry></collision>
+  </link>
+  <link name="thigh">
+    <inertial><origin xyz="0 0 -0.1"/><mass value="1"/>
+      <inertia ixx="0.02" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.01"/></inertial>
+    <collision><origin xyz="0 0 -0.1"/><geometry><capsule radius="0.04" length="0.2"/></geometry></collision>
+  </link>
+  <link name="shin">
+    <inertial><origin xyz="0 0 -0.1"/><mass value="0.5"/>
+      <inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.002"/></inertial>
+    <collision><origin xyz="0 0 -0.2"/><geometry><sphere radius="0.03"/></geometry></collision>
+  </link>
+  <link name="finger">
+    <inertial><mass value="0.1"/><inertia ixx="0.001" ixy="0" ixz="0" iyy="0.001" iyz="0" izz="0.001"/></inertial>
+    <collision><geometry><cylinder radius="0.01" length="0.05"/></geometry></collision>
+  </link>
+  <link name="tool"/>
+  <joint name="hip" type="revolute">
+    <parent link="base"/><child link="thigh"/><origin xyz="0.1 0 0" rpy="0 0.1 0"/><axis xyz="0 1 0"/>
+    <limit lower="-1" upper="1" effort="40" velocity="5"/><dynamics damping="0.1" friction="0.01"/>
+  </joint>
+  <joint name="knee" type="continuous">
+    <parent link="thigh"/><child link="shin"/><origin xyz="0 0 -0.2"/><axis xyz="0 1 0"/>
+  </joint>
+  <joint name="grip" type="prismatic">
+    <parent link="base"/><child link="finger"/><axis xyz="1 0 0"/><limit lower="0" upper="0.05" effort="5" velocity="1"/>
+    <mimic joint="hip" multiplier="0.02" offset="0"/>
+  </joint>
+  <joint name="tool_mount" type="fixed"><parent link="shin"/><child link="tool"/><origin xyz="0 0 -0.2"/></joint>
+</robot>
+)";
+
+bool same(const Problem& a, const Problem& b) {
+  return a.element == b.element && a.line == b.line && a.message == b.message;
+}
+
+// Whether a switch that refusals name takes them away: none of them comes again with it.
+void expect_the_switch_works(const LoadReport& report, const std::string& text, const char* name,
+                             const LoadOptions& options, const std::string& which) {
+  const auto names_it = [&](const Problem& problem) {
+    return problem.severity == Severity::kRefused && (problem.mend + problem.option).find(name) != std::string::npos;
+  };
+  if (std::ranges::none_of(report.problems, names_it)) return;
+  const LoadReport again = inspect_model_text(text, "robot", options);
+  for (const Problem& problem : report.problems) {
+    if (!names_it(problem)) continue;
+    const bool stays = std::ranges::any_of(again.problems, [&](const Problem& other) {
+      return other.severity == Severity::kRefused && same(problem, other);
+    });
+    EXPECT_FALSE(stays) << which << ", with " << name << ": " << problem_text(problem);
   }
-  const fs::path folder = ASSAY_MODELS;
+}
+
+void try_mutations(const std::vector<std::string>& texts) {
   const int seed = setting("ASSAY_MUTATIONS_SEED", 1), count = setting("ASSAY_MUTATIONS", 500);
   const bool loud = std::getenv("ASSAY_MUTATIONS") != nullptr;
   int refused = 0;
@@ -161,21 +217,37 @@ TEST(Mutations, OfFilesAreRefusedInOurWords) {
     std::string text = texts[static_cast<size_t>(i) % texts.size()];
     std::string what;
     while (what.empty()) what = mutator.mutate(text);
-    const LoadReport report = inspect_model_text(text, "robot.xml");
+    const std::string which = fmt::format("seed {}, {}", seed + i, what);
+    const LoadReport report = inspect_model_text(text, "robot");
     if (report.refused()) ++refused;
     for (const Problem& problem : report.problems) {
       const std::string words = problem_text(problem);
-      if (loud) fmt::print("{} {}: {}\n", seed + i, what, words);
-      EXPECT_FALSE(is_raw(words)) << "seed " << seed + i << ", " << what << ": " << words;
+      if (loud) fmt::print("{}: {}\n", which, words);
+      EXPECT_FALSE(is_raw(words)) << which << ": " << words;
       if (problem.severity != Severity::kRefused) continue;
-      EXPECT_TRUE(!problem.mend.empty() || !problem.option.empty())
-          << "seed " << seed + i << ", " << what << ": " << words;
+      EXPECT_TRUE(!problem.mend.empty() || !problem.option.empty()) << which << ": " << words;
     }
     if (report.model) {
       for (const std::string& note : report.model->notes) EXPECT_FALSE(is_raw(note)) << note;
     }
+    expect_the_switch_works(report, text, "--drop-unsupported", {.drop_unsupported = true}, which);
+    expect_the_switch_works(report, text, "--repair", {.repair = true}, which);
   }
   EXPECT_GT(refused, count / 3) << "the mutations hardly harm";
+}
+
+TEST(Mutations, OfFilesAreRefusedInOurWords) {
+  std::vector<std::string> texts;
+  for (const char* name : {"humanoid.xml", "grasp.xml", "planar-chain.xml", "finger.xml", "astronaut.xml"}) {
+    texts.push_back(content(fs::path(ASSAY_MODELS) / name));
+    ASSERT_FALSE(texts.back().empty()) << name;
+  }
+  try_mutations(texts);
+}
+
+TEST(Mutations, OfUrdfFilesAreRefusedInOurWords) {
+  ASSERT_TRUE(inspect_model_text(kUrdf, "robot").model) << "the file is valid before";
+  try_mutations({kUrdf});
 }
 
 }  // namespace

@@ -18,6 +18,7 @@ namespace assay {
 namespace {
 
 using testing::AllOf;
+using testing::Contains;
 using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
@@ -224,8 +225,86 @@ TEST_F(ParserFaultsInFiles, OfIncludedAndAttachedFilesHaveTheirPlace) {
               StartsWith("geom 'g' (arm/arm.xml, line 4) has a size"));
   EXPECT_THAT(with("<body name='b'><freejoint/>\n<inertial pos='0 0 0' mass='1' diaginertia='1 1 -1'/></body>"),
               AllOf(StartsWith("body 'b' (arm/arm.xml, line 4) has an inertia that is not positive"),
-                    HasSubstr("assay check arm/arm.xml --repair OUT")));
+                    HasSubstr("give --repair, or"), HasSubstr("assay check arm/arm.xml --repair OUT")));
+  const LoadReport repaired = inspect_model(robot, {.repair = true});
+  ASSERT_TRUE(repaired.model) << refusal_of(repaired);
+  EXPECT_THAT(repaired.model->notes,
+              Contains(AllOf(HasSubstr("repaired: body 'b'"), HasSubstr("(arm/arm.xml, line 4)"))));
   EXPECT_THAT(with("<body name='b'>"), StartsWith("the file 'arm/arm.xml' (line 3) is not XML"));
+}
+
+// Of other versions of MuJoCo, or misspelled: what is left keeps its lines.
+TEST(ParserFaults, WhatMjcfDoesNotKnowCanBeLeftOut) {
+  const std::string text = document_with(
+      "<worldbody>\n<body name='arm' colour='red\n'><joint name='elbow' slack='1' damping='2'/><geom name='ball' "
+      "size='0.1'/>"
+      "<skin>\n<bone/> <!-- </skin> --> </skin>\n<composite/></body>\n<body name='lid' mocap='true'/></worldbody>");
+  const LoadReport refused = inspect_model_text(text, "r.xml");
+  EXPECT_THAT(refusal_of(refused), AllOf(StartsWith("body 'arm' (line 3) has an attribute 'colour'"),
+                                         HasSubstr("--drop-unsupported, which ignores it")));
+  const LoadReport loaded = inspect_model_text(text, "r.xml", {.drop_unsupported = true});
+  ASSERT_TRUE(loaded.model) << refusal_of(loaded);
+  EXPECT_EQ(loaded.model->dof(), 1);
+  EXPECT_EQ(loaded.model->joints.at(0).damping, 2);
+  std::string all;
+  for (const Problem& problem : loaded.problems) all += problem_text(problem) + "\n";
+  EXPECT_THAT(all, AllOf(HasSubstr("body 'arm' (line 3) has an attribute 'colour'"),
+                         HasSubstr("joint 'elbow' (line 4) has an attribute 'slack', which MJCF does not know there: "
+                                   "--drop-unsupported ignores it"),
+                         HasSubstr("a skin of body 'arm' (line 4) is an element that MJCF does not know"),
+                         HasSubstr("a composite of body 'arm' (line 6) is an element that MJCF does not know"),
+                         HasSubstr("body 'lid' (line 7)")));
+  EXPECT_THAT(loaded.model->notes, Contains(HasSubstr("'slack'")));
+}
+
+TEST(ParserFaults, PluginsCanBeLeftOutWithWhatUsesThem) {
+  const std::string text = document_with(
+      "<extension><plugin plugin='mujoco.pid'><instance name='pid'/></plugin><plugin plugin='mujoco.sdf.nut'/>"
+      "</extension>\n<asset><mesh name='nut'><plugin plugin='mujoco.sdf.nut'/></mesh></asset>\n<worldbody><body "
+      "name='arm'><joint name='elbow'/><geom name='ball' size='0.1'/><geom type='sdf' mesh='nut' name='nut'><plugin "
+      "plugin='mujoco.sdf.nut'/></geom></body></worldbody>\n<actuator><plugin name='a' joint='elbow' "
+      "plugin='mujoco.pid' "
+      "instance='pid'/><motor name='m' joint='elbow' ctrlrange='-1 1'/></actuator>");
+  EXPECT_THAT(refusal_of(inspect_model_text(text, "r.xml")), HasSubstr("--drop-unsupported"));
+  const LoadReport loaded = inspect_model_text(text, "r.xml", {.drop_unsupported = true});
+  ASSERT_TRUE(loaded.model) << refusal_of(loaded);
+  EXPECT_THAT(loaded.model->actuators, testing::SizeIs(1));
+  EXPECT_THAT(loaded.model->shapes, testing::SizeIs(1));
+  EXPECT_THAT(loaded.model->notes, Contains(HasSubstr("plugin 'a' (line 5) is a plugin, which is not supported")));
+}
+
+TEST_F(ParserFaultsInFiles, WhatIncludedFilesHaveTooMuchCanBeLeftOut) {
+  const auto write = [&](const std::string& name, const std::string& text) {
+    std::filesystem::create_directories((dir_ / name).parent_path());
+    std::ofstream(dir_ / name) << text;
+    return (dir_ / name).string();
+  };
+  write("parts/arm.xml",
+        "<mujoco><worldbody>\n<body name='arm'><joint name='elbow' slack='1'/><geom size='1' slack='2'/>"
+        "</body></worldbody></mujoco>");
+  const std::string robot = write("robot.xml", document_with("<include file='parts/arm.xml'/>"));
+  EXPECT_THAT(refusal_of(inspect_model(robot)),
+              AllOf(StartsWith("joint 'elbow' (parts/arm.xml, line 2) has an attribute 'slack'"),
+                    HasSubstr("--drop-unsupported")));
+  const LoadReport loaded = inspect_model(robot, {.drop_unsupported = true});
+  ASSERT_TRUE(loaded.model) << refusal_of(loaded);
+  EXPECT_EQ(loaded.model->dof(), 1);
+  EXPECT_THAT(loaded.problems, testing::SizeIs(2));
+}
+
+// As of a URDF file; without the switch the file is refused (MjcfRefusal).
+TEST(ParserFaults, MissingMeshesThatCollideCanBeLeftOut) {
+  const std::string text = document_with(
+      "<asset><mesh name='m' file='nowhere.stl'/></asset><worldbody><geom name='floor' type='plane' size='1 1 "
+      "1'/><body>"
+      "<freejoint/><geom size='1'/><geom name='shell' type='mesh' mesh='m'/></body></worldbody><contact><pair "
+      "geom1='shell' geom2='floor'/></contact>");
+  EXPECT_THAT(refusal_of(inspect_model_text(text, "r.xml")),
+              HasSubstr("--drop-unsupported, which leaves out its geom, which has no contact and no mass then"));
+  const LoadReport loaded = inspect_model_text(text, "r.xml", {.drop_unsupported = true});
+  ASSERT_TRUE(loaded.model) << refusal_of(loaded);
+  EXPECT_THAT(loaded.model->shapes, testing::SizeIs(2));
+  EXPECT_THAT(loaded.model->notes, Contains(AllOf(HasSubstr("mesh 'm' (line 2)"), HasSubstr("leaves out its geom"))));
 }
 
 }  // namespace

@@ -202,5 +202,15 @@ TEST(Grid, PanelsHaveTheMostRoom) {
   EXPECT_EQ(grid_columns(2, 1080, 1920), 1);
 }
 
+// A body without shapes that stays where it is.
+TEST(RenderView, OfAPoint) {
+  Scene scene = ball();
+  scene.shapes.clear();
+  const std::vector<State> still(2, ball_at({1, 2, 3}));
+  const View view = view_of(scene, {&still});
+  EXPECT_GT(view.radius, 0);
+  EXPECT_EQ(view.centre, Vec3(1, 2, 3));
+}
+
 }  // namespace
 }  // namespace assay

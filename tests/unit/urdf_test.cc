@@ -15,6 +15,7 @@
 #include "base/errors.h"
 #include "check/model_check.h"
 #include "check/step_bounds.h"
+#include "model/inertia.h"
 #include "model/mjcf.h"
 #include "temp_folder.h"
 
@@ -312,6 +313,70 @@ TEST(Urdf, ObjectsAreFree) {
 }
 
 // ---- files ----------------------------------------------------------------------------------------------------------
+
+// ---- trees ----------------------------------------------------------------------------------------------------------
+
+// Drake's files hang their root on a world that is no link.
+TEST(Urdf, TheParentWorldNeedsNoLink) {
+  const std::string text = fmt::format(
+      "<robot name='r'>\n<link name='base'/>\n<link name='arm'>{}</link>\n<joint name='weld' type='fixed'><parent "
+      "link='world'/><child link='base'/><origin xyz='0 0 2'/></joint>\n<joint name='j' type='revolute'><parent "
+      "link='base'/><child link='arm'/><axis xyz='0 1 0'/></joint></robot>",
+      kInertial);
+  const Model model = loaded(text);
+  EXPECT_EQ(model.dof(), 1);
+  EXPECT_DOUBLE_EQ(model.total_mass(), 1);
+  EXPECT_NEAR(model.initial.bodies.at(0).p_WBcm.z(), 1.8, 1e-12);  // of its centre of mass
+  EXPECT_THAT(model.notes, Contains(AllOf(HasSubstr("joint 'weld' (line 4)"), HasSubstr("is the world"))));
+  const std::string misspelled = refusal(arm("", "",
+                                             "<joint name='k' type='fixed'><parent link='wurld'/><child "
+                                             "link='base'/></joint>"));
+  EXPECT_THAT(misspelled, HasSubstr("unknown parent link 'wurld'"));
+}
+
+TEST(Urdf, OfTwoTreesTheLargerStays) {
+  const std::string text =
+      arm("", "",
+          fmt::format("<link name='cup'>{}</link>\n<link name='lid'>{}</link>\n<link name='knob'>{}"
+                      "</link>\n<joint name='k' type='revolute'><parent link='cup'/><child "
+                      "link='lid'/></joint><joint name='l' type='revolute'><parent link='lid'/>"
+                      "<child link='knob'/><mimic joint='j'/></joint>",
+                      kInertial, kInertial, kInertial));
+  EXPECT_THAT(refusal(text), AllOf(HasSubstr("two links have no parent, 'base' (line 2) and 'cup' (line 5)"),
+                                   HasSubstr("--drop-unsupported, which leaves out all but link 'cup'")));
+  const Model model = loaded(text, {.drop_unsupported = true});
+  EXPECT_EQ(model.dof(), 2);
+  EXPECT_EQ(model.joints.at(0).name, "k");
+  EXPECT_TRUE(model.couplings.empty()) << "what it mimics is left out";
+  EXPECT_THAT(model.notes, Contains(AllOf(HasSubstr("link 'base'"), HasSubstr("left out"))));
+}
+
+TEST(Urdf, RepairTakesCommasOutOfNumbers) {
+  const std::string wrong =
+      "<robot name='r'>\n<link name='base'/>\n<link name='arm'><inertial><origin xyz='0, 0 ,-0.2'/>"
+      "<mass value='1'/><inertia ixx='0.02' ixy='0' ixz='0' iyy='0.02' iyz='0' izz='0.01'/>"
+      "</inertial></link>\n<joint name='j' type='revolute'><parent link='base'/><child link='arm'/>"
+      "<origin xyz='0;0;1'/></joint>\n</robot>";
+  EXPECT_THAT(refusal(wrong), AllOf(HasSubstr("<origin> of link 'arm' (line 3) has xyz=\"0, 0 ,-0.2\", with commas"),
+                                    HasSubstr("--repair")));
+  const Model model = loaded(wrong, {.repair = true});
+  EXPECT_NEAR(model.initial.bodies.at(0).p_WBcm.z(), 0.8, 1e-12);
+  EXPECT_THAT(model.notes, Contains(HasSubstr("repaired: <origin> of joint 'j': xyz=\"0;0;1\" -> \"0 0 1\"")));
+  // a decimal comma is another fault
+  EXPECT_THAT(refusal(arm("", "<dynamics damping='0,5'/>")), HasSubstr("give 1 finite number"));
+}
+
+// What is left out before an element in its line must not move the change to another one.
+TEST(Urdf, RepairChangesTheRightElementOfALine) {
+  const std::string text =
+      "<robot name='r'><link name='base'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' "
+      "iyz='0'/></inertial><inertial><mass value='2'/><inertia ixx='2' iyy='2' izz='2' ixy='0' ixz='0' iyz='0'/>"
+      "</inertial></link><link name='arm'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='5' ixy='0' ixz='0' "
+      "iyz='0'/></inertial></link><joint name='j' type='continuous'><parent link='base'/><child link='arm'/></joint>"
+      "</robot>";
+  const Model model = loaded(text, {.repair = true});
+  EXPECT_TRUE(inertia_valid(model.bodies.at(0).I_BBcm_B)) << model.bodies.at(0).I_BBcm_B;
+}
 
 class UrdfFiles : public TempFolderTest {
  protected:

@@ -81,12 +81,10 @@ class Engine(assay.Engine):
             limitations.append(assay.Limitation(element="friction of contact pairs", what=assay.approximated(
                 "a pyramid of four sides along directions that the contact's normal fixes: right along them, up to 1.41 times the "
                 "coefficient between them: set lcp=nsgs")))
-        for pair in model.contacts:
-            if 0 < pair.friction <= LEAST_FRICTION:
-                names = [model.shapes[shape].name for shape in (pair.shape_a, pair.shape_b)]
-                limitations.append(assay.Limitation(
-                    element=f"contact of '{names[0]}' and '{names[1]}', friction {pair.friction:g}",
-                    what=assay.approximated(f"without friction: DART drops coefficients up to {LEAST_FRICTION:g}")))
+        slippery = ((pair, f", friction {pair.friction:g}") for pair in model.contacts if 0 < pair.friction <= LEAST_FRICTION)
+        limitations.extend(assay.Limitation(element=element, what=assay.approximated(
+            f"without friction: DART drops coefficients up to {LEAST_FRICTION:g}"))
+            for element in assay.pair_elements(model, slippery))
         return limitations
 
     def create(self, model, state, settings):

@@ -101,11 +101,14 @@ class Engine(assay.Engine):
                 i = children[i][0]
             return i
 
-        for pair in model.contacts:
-            a, b = model.shapes[pair.shape_a], model.shapes[pair.shape_b]
-            if carrier(a.body) == carrier(b.body) or frozenset((a.body, b.body)) in welded:
-                add(f"contact of '{a.name}' and '{b.name}'", assay.refused(
-                    "Genesis has no contacts within a body or between welded bodies: leave the pair out"))
+        carriers = [carrier(i) for i in range(len(model.bodies))]
+
+        def inside(pair):
+            a, b = model.shapes[pair.shape_a].body, model.shapes[pair.shape_b].body
+            return (carriers[a] if a >= 0 else a) == (carriers[b] if b >= 0 else b) or frozenset((a, b)) in welded
+
+        for element in assay.pair_elements(model, filter(inside, model.contacts)):
+            add(element, assay.refused("Genesis has no contacts within a body or between welded bodies: leave the pair out"))
         if any(pair.friction < LEAST_FRICTION for pair in model.contacts):
             add("friction of contact pairs", assay.approximated(f"at least {LEAST_FRICTION}, Genesis' lower bound"))
         if friction_of_shapes(model) is None:

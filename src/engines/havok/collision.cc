@@ -9,7 +9,7 @@
 namespace assay::havok_adapter {
 namespace {
 
-constexpr int kMaxGroups = 32;
+constexpr size_t kMaxGroups = 32;
 
 enum class Wish : char { kAny, kMeet, kPass };
 
@@ -26,14 +26,18 @@ class Wishes {
       const int a = model.shapes[pair.shape_a].body, b = model.shapes[pair.shape_b].body;
       if (are_hinged(model, a, b)) touches_parent[model.bodies[a].parent == b ? a : b] = true;
     }
-    for (size_t a = 0; a < count_; ++a) {
-      for (size_t b = 0; b < count_; ++b) {
-        const int body_a = model.shapes[a].body, body_b = model.shapes[b].body;
-        if (body_a == body_b || (are_hinged(model, body_a, body_b) &&
-                                 !touches_parent[model.bodies[body_a].parent == body_b ? body_a : body_b])) {
-          at(a, b) = Wish::kAny;
-        }
+    std::vector<std::vector<size_t>> shapes_of(model.bodies.size() + 1);  // the world's first
+    for (size_t s = 0; s < count_; ++s) shapes_of[static_cast<size_t>(model.shapes[s].body + 1)].push_back(s);
+    const auto either = [&](int body_a, int body_b) {
+      for (const size_t a : shapes_of[static_cast<size_t>(body_a + 1)]) {
+        for (const size_t b : shapes_of[static_cast<size_t>(body_b + 1)]) at(a, b) = at(b, a) = Wish::kAny;
       }
+    };
+    either(kWorld, kWorld);
+    for (size_t body = 0; body < model.bodies.size(); ++body) {
+      const int own = static_cast<int>(body), parent = model.bodies[body].parent;
+      either(own, own);
+      if (are_hinged(model, own, parent) && !touches_parent[body]) either(own, parent);
     }
     for (const ContactPair& pair : model.contacts) {
       at(pair.shape_a, pair.shape_b) = at(pair.shape_b, pair.shape_a) = Wish::kMeet;
@@ -129,6 +133,7 @@ Filters find_filters(const Model& model) {
         std::ranges::find_if(leaders, [&](size_t candidate) { return can_merge(wishes, others, candidate, shape); });
     if (leader == leaders.end()) {
       leaders.push_back(shape);
+      if (leaders.size() > kMaxGroups) return {};
       leader_of[shape] = leaders.size() - 1;
     } else {
       wishes.merge(others, *leader, shape);
@@ -136,8 +141,7 @@ Filters find_filters(const Model& model) {
     }
   }
 
-  Filters filters{static_cast<int>(leaders.size()), {}};
-  if (filters.groups > kMaxGroups) return filters;
+  Filters filters;
   filters.of.resize(model.shapes.size());
   for (const size_t shape : shapes) {
     const size_t group = leader_of[shape];

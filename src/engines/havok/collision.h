@@ -12,8 +12,7 @@ namespace assay::havok_adapter {
 
 // Shapes of one group meet the same others, so a group needs one bit: 32 groups at most.
 struct Filters {
-  int groups = 0;                     // that the greedy search needs; more than 32: `of` is empty
-  std::vector<havok::FilterInfo> of;  // per shape; zero for shapes without a pair
+  std::vector<havok::FilterInfo> of;  // per shape, zero for shapes without a pair; empty where more groups are needed
 };
 Filters find_filters(const Model& model);
 

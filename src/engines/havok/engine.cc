@@ -138,11 +138,10 @@ class HavokEngine final : public Adapter {
       limitations.push_back({Fidelity::kApproximated, "planes",
                              fmt::format("a box whose upper side is at least {0:g} m x {0:g} m", options.ground_size)});
     }
-    if (const Filters filters = find_filters(model); filters.of.empty()) {
+    if (find_filters(model).of.empty()) {
       limitations.push_back({Fidelity::kRefused, "contact pairs",
-                             fmt::format("Havok's filters have 32 groups of shapes and these pairs need {}; let fewer "
-                                         "shapes differ in what they may touch",
-                                         filters.groups)});
+                             "Havok's filters have 32 groups of shapes and these pairs need more; let fewer shapes "
+                             "differ in what they may touch"});
     }
     if (!find_friction(model)) {
       limitations.push_back(

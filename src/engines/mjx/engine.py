@@ -54,14 +54,14 @@ class Engine(assay.Engine):
         return declared
 
     def check(self, model, settings):
-        found = set()
+        refused = {}  # by the types of the two shapes
         for pair in model.contacts:
-            a, b = model.shapes[pair.shape_a], model.shapes[pair.shape_b]
-            if frozenset((a.type, b.type)) in WITHOUT_COLLISION:
-                found.add((a.name, b.name, a.type, b.type))
-        return [assay.Limitation(element=f"contact of '{a}' and '{b}'", what=assay.refused(
-            f"MJX has no collision of {first} and {second}: leave the pair out, or make one a capsule")) for a, b, first, second
-            in sorted(found)]
+            types = model.shapes[pair.shape_a].type, model.shapes[pair.shape_b].type
+            if frozenset(types) in WITHOUT_COLLISION:
+                refused.setdefault(tuple(sorted(types)), []).append(pair)
+        return [assay.Limitation(element=element, what=assay.refused(
+            f"MJX has no collision of {first} and {second}: leave the pair out, or make one a capsule"))
+            for (first, second), pairs in sorted(refused.items()) for element in assay.pair_elements(model, pairs)]
 
     def create(self, model, state, settings):
         import mjx_world

@@ -81,6 +81,34 @@ class Limitation(Record):
     _defaults = {"element": "", "what": None}
 
 
+MOST_NAMED_PAIRS = 500
+_SHAPES = {"sphere": "spheres", "capsule": "capsules", "box": "boxes", "cylinder": "cylinders", "ellipsoid": "ellipsoids",
+           "hull": "meshes", "plane": "planes", "height-field": "height fields"}
+
+
+def pair_elements(model, pairs):
+    """What Limitations call contact pairs: each by its shapes, "contact of 'a' and 'b'"; those of a model with more than
+    MOST_NAMED_PAIRS together where their shapes are of the same two kinds, as class PairGroups of model/pair_groups.h names
+    them. `pairs` are some of model.contacts, or tuples of such a pair and what follows on its name: pairs with different
+    such texts stay apart."""
+    groups = {}
+    for each in pairs:
+        pair, detail = each if isinstance(each, tuple) else (each, "")
+        a, b = model.shapes[pair.shape_a], model.shapes[pair.shape_b]
+        named = len(model.contacts) <= MOST_NAMED_PAIRS
+        key = len(groups) if named else (frozenset((a.type, b.type)), detail)
+        groups.setdefault(key, [a, b, detail, 0])[3] += 1
+    elements = []
+    for a, b, detail, count in groups.values():
+        names = f"'{a.name}' and '{b.name}'"
+        if count > 1:
+            kinds = _SHAPES[a.type] + ("" if a.type == b.type else f" and {_SHAPES[b.type]}")
+            elements.append(f"contacts of {names} and {count - 1} more pairs of {kinds}{detail}")
+        else:
+            elements.append(f"contact of {names}{detail}")
+    return elements
+
+
 class Capabilities(Record):
     """What a contender can do and how: struct Capabilities of engine.h. `features` maps the keys of
     `assay engines --features` to exact(), approximated(...) or refused(...); what it does not name is refused.
