@@ -281,7 +281,7 @@ class Search {
         if (!first || known_.speed(*point).value_or(0) > known_.speed(*first).value_or(0)) first = point;
       }
       if (!first) continue;
-      tell(fmt::format("a first answer from {} at {} ms", name(first->contender),
+      tell(fmt::format("for a first answer: {} at {} ms", name(first->contender),
                        timestep_label(known_.timesteps_ms()[first->step])));
       for (const PlannedCell* cell : next_cells(*first)) keys.insert(cell->key);
     }
