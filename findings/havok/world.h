@@ -53,14 +53,22 @@ class World {
                     friction);
   }
   Id hull(const std::vector<Vector3>& points, float friction) {
-    const auto size = static_cast<std::uint32_t>(points.size() * sizeof(Vector3));
-    const std::uint32_t address = w2c_havok_malloc(havok_, size);
-    w2c_havok* const module = havok_;
-    std::memcpy(module->w2c_memory.data + address, points.data(), size);
+    const std::uint32_t address = copy(points);
     const Id made = create(
         w2c_havok_HP_Shape_CreateConvexHull(havok_, address, static_cast<std::uint32_t>(points.size()), havok_.out()),
         "HP_Shape_CreateConvexHull");
     w2c_havok_free(havok_, address);
+    return material(made, friction);
+  }
+  // Corners are numbers of points, three a triangle.
+  Id mesh(const std::vector<Vector3>& points, const std::vector<std::uint32_t>& corners, float friction) {
+    const std::uint32_t at_points = copy(points), at_corners = copy(corners);
+    const Id made =
+        create(w2c_havok_HP_Shape_CreateMesh(havok_, at_points, static_cast<std::uint32_t>(points.size()), at_corners,
+                                             static_cast<std::uint32_t>(corners.size() / 3), havok_.out()),
+               "HP_Shape_CreateMesh");
+    w2c_havok_free(havok_, at_points);
+    w2c_havok_free(havok_, at_corners);
     return material(made, friction);
   }
   Id cylinder(Vector3 from, Vector3 to, float radius, float friction) {
@@ -82,19 +90,20 @@ class World {
         friction);
   }
 
-  Id add_solid(Id shape, float mass, Vector3 inertia, Vector3 position) {
+  Id add_solid(Id shape, float mass, Vector3 inertia, Vector3 position, havok::Quaternion rotation = {}) {
     const Id body = create(w2c_havok_HP_Body_Create(havok_, havok_.out()), "HP_Body_Create");
     ok(w2c_havok_HP_Body_SetMotionType(havok_, body, havok::kDynamic), "HP_Body_SetMotionType");
     ok(w2c_havok_HP_Body_SetShape(havok_, body, shape), "HP_Body_SetShape");
     make_free(body, mass, inertia);
-    add(body, position);
+    add(body, position, rotation);
     return body;
   }
   // The upper side of a fixed box is the plane z = 0.
-  void add_ground(float friction) {
+  void add_ground(float friction) { add_fixed(box({100, 100, 10}, friction, {0, 0, -5})); }
+  void add_fixed(Id shape) {
     const Id body = create(w2c_havok_HP_Body_Create(havok_, havok_.out()), "HP_Body_Create");
     ok(w2c_havok_HP_Body_SetMotionType(havok_, body, havok::kStatic), "HP_Body_SetMotionType");
-    ok(w2c_havok_HP_Body_SetShape(havok_, body, box({100, 100, 10}, friction, {0, 0, -5})), "HP_Body_SetShape");
+    ok(w2c_havok_HP_Body_SetShape(havok_, body, shape), "HP_Body_SetShape");
     add(body, {});
   }
 
@@ -150,6 +159,15 @@ class World {
  private:
   static void ok(std::uint32_t result, const char* call) { havok::check(result, call); }
 
+  template <typename T>
+  std::uint32_t copy(const std::vector<T>& numbers) {
+    const auto size = static_cast<std::uint32_t>(numbers.size() * sizeof(T));
+    const std::uint32_t address = w2c_havok_malloc(havok_, size);
+    w2c_havok* const module = havok_;
+    std::memcpy(module->w2c_memory.data + address, numbers.data(), size);
+    return address;
+  }
+
   Id create(std::uint32_t result, const char* call, int slot = 0) {
     ok(result, call);
     return havok_.result<Id>(slot);
@@ -171,8 +189,8 @@ class World {
     ok(w2c_havok_HP_Body_SetActivationControl(havok_, body, havok::kAlwaysActive), "HP_Body_SetActivationControl");
   }
 
-  void add(Id body, Vector3 position) {
-    const havok::QTransform pose{position, {}};
+  void add(Id body, Vector3 position, havok::Quaternion rotation = {}) {
+    const havok::QTransform pose{position, rotation};
     ok(w2c_havok_HP_Body_SetQTransform(havok_, body, havok_.in(pose)), "HP_Body_SetQTransform");
     ok(w2c_havok_HP_World_AddBody(havok_, world_, body, 0), "HP_World_AddBody");
   }

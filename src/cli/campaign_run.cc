@@ -158,14 +158,17 @@ bool json_progress(const RunRequest& request) {
   return how == "json";
 }
 
+std::string verdicts_dir(const std::optional<std::string>& references) {
+  const std::string folder = references_dir(references);
+  return folder.empty() ? "" : (std::filesystem::path(folder).parent_path() / "conformance").string();
+}
+
 RunOptions run_options(const RunRequest& request) {
   RunOptions options;
   options.out = request.out;
   options.command = request.command;
   options.references = references_dir(request.references);
-  if (!options.references.empty()) {
-    options.suites = (std::filesystem::path(options.references).parent_path() / "conformance").string();
-  }
+  options.suites = verdicts_dir(request.references);
   if (request.jobs) options.jobs = parse_count("--jobs", *request.jobs, 1, kMostJobs);
   if (request.shard) options.shard = parse_shard(*request.shard);
   if (request.cells) options.shard.cells = parse_shard_cells(*request.cells);

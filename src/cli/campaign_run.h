@@ -49,6 +49,9 @@ std::vector<double> parse_replays(const std::vector<std::string>& replays);
 // system's samples, and keeps their states. Skips runs that are kept already.
 void keep_replays(const std::string& dir, const std::vector<double>& timesteps);
 
+// Where verdicts of the conformance suite are kept, beside the references; "" where these are not.
+std::string verdicts_dir(const std::optional<std::string>& references);
+
 // How the coordinator is to run it. Throws InputError.
 RunOptions run_options(const RunRequest& request);
 

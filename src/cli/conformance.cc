@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <csignal>
 #include <map>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -13,11 +14,16 @@
 #include "base/machine_lack.h"
 #include "base/processes.h"
 #include "base/quantity.h"
+#include "base/sandbox.h"
 #include "base/text.h"
+#include "campaign/campaign.h"
+#include "cli/campaign_run.h"
 #include "cli/child.h"
 #include "cli/cli.h"
 #include "cli/conformance_markdown.h"
+#include "conformance/kept_verdicts.h"
 #include "engines/builds.h"
+#include "engines/engine_files.h"
 
 namespace assay::cli {
 namespace {
@@ -25,9 +31,10 @@ namespace {
 struct Options {
   std::vector<std::string> contenders, engines;  // two ways to name them
   std::vector<std::string> tests;
-  std::string time_limit = fmt::format("{:g}", kMostTestSeconds);  // s
+  std::optional<std::string> time_limit;  // s, as given
   bool list = false;
   bool long_series = false;
+  bool again = false;
   bool json = false;
   bool markdown = false;
 
@@ -84,6 +91,19 @@ Json result_json(const ConformanceResult& result) {
   return json;
 }
 
+ConformanceResult result_of(const Json& json) {
+  const auto status = [](const Json& of) { return parse_conformance_status(of.at("status").get<std::string>()); };
+  ConformanceResult result{json.at("test").get<std::string>(), status(json),
+                           json.at("figure").get<double>(),    json.at("tolerance").get<double>(),
+                           json.at("unit").get<std::string>(), json.at("note").get<std::string>()};
+  if (!json.contains("timesteps")) return result;
+  for (const Json& at : json.at("timesteps")) {
+    result.timesteps.push_back({at.at("timestep_ms").get<double>() / 1e3, status(at), at.at("figure").get<double>(),
+                                at.at("tolerance").get<double>()});
+  }
+  return result;
+}
+
 std::string result_line(const Json& result) {
   const auto text = [&](const char* key) { return result.at(key).get<std::string>(); };
   constexpr size_t kStatusWidth = 15;  // "not-applicable " is the longest
@@ -93,6 +113,7 @@ std::string result_line(const Json& result) {
   if (text("status") != "not-applicable") {
     line += fmt::format(" {} allowed", figure_text(result));
   }
+  if (result.contains("kept")) line += " (kept)";
   if (text("note").empty()) return paragraph(line, 4);
   if (!terminal_columns(stdout)) return paragraph(line + "  " + text("note"));
   return paragraph(line, 4) + paragraph("    " + text("note"), 4);
@@ -108,28 +129,82 @@ std::vector<std::string> wanted_tests(const Options& options) {
   return wanted;
 }
 
+double limit_of(const Options& options) {
+  if (options.time_limit) return parse_positive("--time-limit", *options.time_limit, "seconds");
+  return options.long_series ? kMostLongTestSeconds : kMostTestSeconds;
+}
+
+// Verdicts of the long series, which takes up to hours: each is kept as soon as it is there.
+class KeptSeries {
+ public:
+  KeptSeries(const ResolvedContender& contender, const Options& options) {
+    const std::string folder = options.long_series ? verdicts_dir(std::nullopt) : "";
+    if (folder.empty()) return;
+    CampaignContender kept;
+    kept.resolved = contender;
+    kept.plugin_hash = Registry::instance().plugin_hash(contender.engine->name());
+    path_ = kept_verdicts_file(folder, kept.content(), /*long_series=*/true);
+    results_ = kept_verdicts(path_);
+  }
+
+  // Null when there is none.
+  const ConformanceResult* find(const std::string& test) const {
+    const auto found = std::ranges::find(results_, test, &ConformanceResult::test);
+    return found == results_.end() ? nullptr : &*found;
+  }
+
+  void add(const ConformanceResult& result) {
+    if (path_.empty() || result.status == ConformanceStatus::kNotRun) return;
+    std::erase_if(results_, [&](const ConformanceResult& old) { return old.test == result.test; });
+    results_.push_back(result);
+    keep_verdicts(path_, results_);
+  }
+
+ private:
+  std::string path_;  // empty: nothing is kept
+  std::vector<ConformanceResult> results_;
+};
+
 // Runs the suite on one contender in a process of its own, because an adapter under development may crash. It goes on
 // in another one when somebody else has ended the first, or its memory is running out.
 Json examine(const ResolvedContender& contender, const Options& options) {
-  const double limit_s = parse_positive("--time-limit", options.time_limit, "seconds");
+  const double limit_s = limit_of(options);
+  KeptSeries series(contender, options);
   Json results = Json::array();
-  const auto take = [&](const std::string& line) {
-    const Json result = Json::parse(line);
+  const auto show = [&](const Json& result) {
     if (options.lines()) {
       print(result_line(result));
       flush_output();
     }
     results.push_back(result);
   };
+  const auto take = [&](const std::string& line) {
+    const Json result = Json::parse(line);
+    series.add(result_of(result));
+    show(result);
+  };
   if (options.lines()) print(heading(contender.name) + "\n");
-  const std::vector<std::string> wanted = wanted_tests(options);
+  std::vector<std::string> wanted;
+  for (std::string& test : wanted_tests(options)) {
+    const ConformanceResult* kept = options.again ? nullptr : series.find(test);
+    if (kept == nullptr) {
+      wanted.push_back(std::move(test));
+      continue;
+    }
+    Json result = result_json(*kept);
+    result["kept"] = true;
+    show(result);
+  }
+  const size_t shown = results.size();
   constexpr int kMostTries = 3;
-  for (int lost = 0; results.size() < wanted.size();) {
-    const size_t ran = results.size();
+  for (int lost = 0; results.size() < shown + wanted.size();) {
+    const size_t ran = results.size() - shown;
     const ChildEnd end = run_in_child(
         [&](const Send& send) {
           std::signal(SIGINT, SIG_DFL);
           std::signal(SIGTERM, SIG_DFL);
+          // an adapter writes no verdicts
+          if (options.long_series) enter_sandbox({.read_everything = true, .writable = engine_caches()});
           ConformanceOptions suite;
           suite.long_series = options.long_series;
           suite.on_result = [&](const ConformanceResult& result) { send(dump_json(result_json(result))); };
@@ -140,11 +215,14 @@ Json examine(const ResolvedContender& contender, const Options& options) {
           return kDone;
         },
         take, limit_s);
-    if (interrupted()) throw SystemError("interrupted: the tests above were completed");
+    if (interrupted())
+      throw SystemError(options.long_series ? "interrupted: the verdicts above are kept, the same command continues"
+                                            : "interrupted: the tests above were completed");
     // an engine may also end its process in an orderly way: what counts is whether results come
-    const bool orderly = end.signal == 0 && end.status == kDone, has_more = results.size() > ran;
+    const bool orderly = end.signal == 0 && end.status == kDone, has_more = results.size() > shown + ran;
     if (orderly && has_more) continue;
-    const std::string at = results.size() < wanted.size() ? wanted[results.size()] : "end of the suite";
+    const size_t next = results.size() - shown;
+    const std::string at = next < wanted.size() ? wanted[next] : "end of the suite";
     if (end.from_outside()) {
       lost = has_more ? 1 : lost + 1;
       if (lost == kMostTries) throw EndedFromOutside(fmt::format("{} of {}", at, contender.name), end.signal);
@@ -159,7 +237,7 @@ Json examine(const ResolvedContender& contender, const Options& options) {
       result.status = ConformanceStatus::kNotRun;
       result.note += fmt::format(", and this shell allows {}", limit);
     }
-    take(dump_json(result_json(result)));
+    show(result_json(result));  // not kept: it may depend on more than the program and the contender
     break;
   }
   return results;
@@ -238,12 +316,18 @@ void add_conformance(CLI::App& app, Action& action) {
   command->add_option("--test", options->tests, "Only this test; may be repeated")
       ->type_name("TEST")
       ->allow_extra_args(false);
-  command->add_option("--time-limit", options->time_limit, "Seconds for one test")
-      ->type_name("S")
-      ->capture_default_str();
   command
-      ->add_flag("--long", options->long_series,
-                 "Tests that have a longer version run that: bodies rest for 60 s, at more timesteps (minutes)")
+      ->add_option(
+          "--time-limit", options->time_limit,
+          fmt::format("Seconds for one test (default: {:g}, with --long {:g})", kMostTestSeconds, kMostLongTestSeconds))
+      ->type_name("S");
+  command
+      ->add_flag(
+          "--long", options->long_series,
+          "Tests that have a longer version run that: bodies rest for 60 s, at more timesteps (minutes to hours). "
+          "Verdicts are kept, so that the same command continues after an interruption")
+      ->disable_flag_override();
+  command->add_flag("--again", options->again, "With --long: run again what has a kept verdict")
       ->disable_flag_override();
   command->add_flag("--list", options->list, "List the tests instead")->disable_flag_override();
   CLI::Option* json = command->add_flag("--json", options->json, "Print JSON");

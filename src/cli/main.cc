@@ -18,6 +18,7 @@
 #include "base/build_info.h"
 #include "base/errors.h"
 #include "base/text.h"
+#include "cli/campaign_run.h"
 #include "cli/cli.h"
 #include "cli/contained.h"
 #include "cli/help.h"
@@ -92,6 +93,13 @@ std::optional<std::vector<std::string>> writable_of(const CLI::App& command) {
     fs::path folder = fs::absolute(file);
     while (!fs::is_directory(folder, error) && folder.has_relative_path()) folder = folder.parent_path();
     if (folder.has_relative_path()) folders.push_back(folder);
+  }
+  if (command.get_name() == "conformance" && command.count("--long") > 0) {
+    // verdicts of the long series are kept
+    std::error_code error;
+    const std::string kept = verdicts_dir(std::nullopt);
+    if (!kept.empty()) fs::create_directories(kept, error);
+    if (!kept.empty() && !error) folders.push_back(kept);
   }
   return folders;
 }

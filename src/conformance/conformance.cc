@@ -311,8 +311,23 @@ const std::vector<Entry>& entries() {
        conformance::stack_of_ten},
       {"stack-1000", "a bar rests on two bars of a hundredth and a thousandth of its mass", Need::kRigidContact,
        conformance::stack_of_thousand},
-      {"bodies-at-rest", "balls, capsules, cylinders and boxes stay where they lie, at every timestep",
+      {"bodies-at-rest", "balls, capsules and boxes stay where they lie, on a plane, box and hull, at every timestep",
        Need::kRigidContact, conformance::bodies_at_rest},
+      {"cylinders-at-rest",
+       "cylinders stay where they lie, on a plane, box and hull, at every timestep",
+       Need::kRigidContact,
+       conformance::cylinders_at_rest,
+       {.of = {kCylinder}}},
+      {"bodies-on-field",
+       "balls, capsules and boxes stay where they lie on a flat height field, at every timestep",
+       Need::kRigidContact,
+       conformance::bodies_on_field,
+       {.of = {kHeightField}}},
+      {"cylinders-on-field",
+       "cylinders stay where they lie on a flat height field, at every timestep",
+       Need::kRigidContact,
+       conformance::cylinders_on_field,
+       {.of = {kCylinder, kHeightField}}},
       {"stacks-at-rest",
        "stacks of up to ten boxes, each a little aside, stay as they are, at every timestep",
        Need::kRigidContact,
@@ -538,6 +553,14 @@ std::string_view status_text(ConformanceStatus status) {
       return "not-run";
   }
   return "fail";
+}
+
+ConformanceStatus parse_conformance_status(std::string_view text) {
+  using enum ConformanceStatus;
+  for (const ConformanceStatus status : {kPass, kDeviation, kNotApplicable, kNotRun}) {
+    if (text == status_text(status)) return status;
+  }
+  return kFail;
 }
 
 const std::vector<ConformanceTest>& conformance_tests() {

@@ -22,6 +22,8 @@ enum class ConformanceStatus {
 
 // "pass", "fail", "deviation", "not-applicable", "not-run": as stored; what was not run is not stored.
 std::string_view status_text(ConformanceStatus status);
+// The status of such a text; kFail for any other.
+ConformanceStatus parse_conformance_status(std::string_view text);
 
 // What a test that runs at several timesteps found at one of them.
 struct TimestepResult {
@@ -51,6 +53,7 @@ const std::vector<ConformanceTest>& conformance_tests();
 
 // The limit of one test, s (base/time_limit.h): of `assay conformance`, and the most in a campaign.
 inline constexpr double kMostTestSeconds = 300;
+inline constexpr double kMostLongTestSeconds = 3600;  // in the long series
 
 struct ConformanceOptions {
   std::vector<std::string> tests = {};                           // names; empty: all

@@ -27,10 +27,13 @@ std::vector<double> contact_timesteps(const Subject& subject) {
   if (subject.is_long()) return those_allowed(subject, {8e-3, 4e-3, 2e-3, 1e-3, 0.5e-3, 0.25e-3});
   return those_allowed(subject, {4e-3, 2e-3});
 }
+// From 4 ms on, each half of the one before.
+std::vector<double> halved_timesteps(const Subject& subject) {
+  return those_allowed(subject, {4e-3, 2e-3, 1e-3, 0.5e-3, 0.25e-3, 0.125e-3, 1e-3 / 16, 1e-3 / 32, 1e-3 / 64});
+}
 std::vector<double> smooth_timesteps(const Subject& subject) {
-  std::vector<double> timesteps = {4e-3, 1e-3, 0.25e-3, 1e-3 / 16};
-  if (subject.is_long()) timesteps = {4e-3, 2e-3, 1e-3, 0.5e-3, 0.25e-3, 0.125e-3, 1e-3 / 16, 1e-3 / 32, 1e-3 / 64};
-  return those_allowed(subject, timesteps);
+  if (subject.is_long()) return halved_timesteps(subject);
+  return those_allowed(subject, {4e-3, 1e-3, 0.25e-3, 1e-3 / 16});
 }
 
 // What rests, and on what.
@@ -51,15 +54,16 @@ const Quat kTurned(Eigen::AngleAxisd(0.3, Vec3::UnitZ()));
 Quat along(const Vec3& axis) { return Quat::FromTwoVectors(Vec3::UnitZ(), axis); }
 
 std::vector<Resting> resting_bodies(const Subject& subject) {
-  const Vec3 lying = kTurned * Vec3(Vec3::UnitX());
-  std::vector<Resting> list = {{"ball", ShapeType::kSphere, Vec3::UnitZ(), kRestRadius, true},
-                               {"lying capsule", ShapeType::kCapsule, lying, kRestRadius, true}};
-  if (subject.accepts(Feature::kCylinder)) {
-    list.push_back({"lying cylinder", ShapeType::kCylinder, lying, kRestRadius, true});
-    list.push_back({"upright cylinder", ShapeType::kCylinder, Vec3::UnitZ(), kHalf, false});
-  }
+  std::vector<Resting> list = {
+      {"ball", ShapeType::kSphere, Vec3::UnitZ(), kRestRadius, true},
+      {"lying capsule", ShapeType::kCapsule, kTurned * Vec3(Vec3::UnitX()), kRestRadius, true}};
   if (subject.accepts(Feature::kBox)) list.push_back({"box", ShapeType::kBox, Vec3::UnitZ(), kHalfBox.z(), false});
   return list;
+}
+
+std::vector<Resting> resting_cylinders() {
+  return {{"lying cylinder", ShapeType::kCylinder, kTurned * Vec3(Vec3::UnitX()), kRestRadius, true},
+          {"upright cylinder", ShapeType::kCylinder, Vec3::UnitZ(), kHalf, false}};
 }
 
 const char* ground_name(Ground ground) {
@@ -77,8 +81,9 @@ const char* ground_name(Ground ground) {
 }
 
 // A ground of its own for each body, a metre wide, with its top at height 0; of the plane there is one.
+constexpr double kWide = 0.5;  // m, half of it
 int add_ground(Model& model, Ground ground, const Vec3& place, int plane) {
-  constexpr double kWide = 0.5, kThick = 0.1;
+  constexpr double kThick = 0.1;
   switch (ground) {
     case Ground::kPlane:
       return plane;
@@ -123,30 +128,26 @@ void add_resting(Model& model, const Resting& kind, Ground ground, const Vec3& p
   add_contact(model, below, shape, 1);
 }
 
-// What tells engines apart within a second: what does not roll lies on the plane only, and what is long on no surface
-// of triangles, where rounding moves it by millimetres in some.
-bool in_short_series(const Resting& kind, Ground ground) {
-  if (!kind.rolls) return ground == Ground::kPlane;
-  if (kind.type == ShapeType::kCylinder) return ground == Ground::kPlane || ground == Ground::kBox;
-  return kind.type == ShapeType::kSphere || ground != Ground::kField;
-}
+// What tells engines apart within a second: what does not roll lies on the plane only.
+bool in_short_series(const Resting& kind, Ground ground) { return kind.rolls || ground == Ground::kPlane; }
 
 // A body turned by `angle` about an axis through a point that stays.
 void turn(BodyState& state, const Quat& start, const Vec3& axis, double angle) {
   state.q_WB = Quat(Eigen::AngleAxisd(angle, axis)) * start;
 }
 
-}  // namespace
-
-Verdict bodies_at_rest(const Subject& subject) {
-  // Round bodies start at a tenth of a millimetre a second, rolling: what lets them gain speed shows within a second
-  // then, and not after the half minute that rounding takes to grow. In the long series they start at rest.
-  const double duration = subject.is_long() ? 60 : 1.2, speed = subject.is_long() ? 0 : 1e-4;
-  const std::vector<Resting> kinds = resting_bodies(subject);
+std::vector<Ground> solid_grounds(const Subject& subject) {
   std::vector<Ground> grounds = {Ground::kPlane};
   if (subject.accepts(Feature::kBox)) grounds.push_back(Ground::kBox);
   if (subject.accepts(Feature::kHull)) grounds.push_back(Ground::kHull);
-  if (subject.accepts(Feature::kHeightField)) grounds.push_back(Ground::kField);
+  return grounds;
+}
+
+// Each of `kinds` on each of `grounds`.
+Verdict at_rest(const Subject& subject, const std::vector<Resting>& kinds, const std::vector<Ground>& grounds) {
+  // Round bodies start at a tenth of a millimetre a second, rolling: what lets them gain speed shows within a second
+  // then, and not after the half minute that rounding takes to grow. In the long series they start at rest.
+  const double duration = subject.is_long() ? 60 : 1.2, speed = subject.is_long() ? 0 : 1e-4;
 
   Model model;
   model.name = "conformance-bodies-at-rest";
@@ -184,17 +185,35 @@ Verdict bodies_at_rest(const Subject& subject) {
     for (size_t b = 0; b < kind_of.size(); ++b) {
       Vec3 way = end.bodies[b].p_WBcm - start.bodies[b].p_WBcm - velocities[b] * duration;
       way.z() = 0;
-      checks.add_at(h, way.norm(), tolerance, fmt::format("way of '{}' within {:g} s", model.bodies[b].name, duration));
+      // of what has left its ground, where it falls to does not matter
+      checks.add_at(h, std::min(way.norm(), 2 * kWide), tolerance,
+                    fmt::format("way of '{}' within {:g} s", model.bodies[b].name, duration));
     }
   }
   return checks.worst();
 }
 
+}  // namespace
+
+Verdict bodies_at_rest(const Subject& subject) {
+  return at_rest(subject, resting_bodies(subject), solid_grounds(subject));
+}
+Verdict cylinders_at_rest(const Subject& subject) {
+  return at_rest(subject, resting_cylinders(), solid_grounds(subject));
+}
+Verdict bodies_on_field(const Subject& subject) { return at_rest(subject, resting_bodies(subject), {Ground::kField}); }
+Verdict cylinders_on_field(const Subject& subject) { return at_rest(subject, resting_cylinders(), {Ground::kField}); }
+
 Verdict stacks_at_rest(const Subject& subject) {
   constexpr double kHalfCube = 0.05, kAside = 1e-3;  // m
   const double duration = subject.is_long() ? 60 : 1.5;
+  // what collapses does so at 4 ms; ten boxes are the most expensive model of the suite for a direct solver
   std::vector<int> sizes = {2, 5, 10};
-  if (subject.is_long()) sizes = {2, 3, 5, 10, 15, 20};
+  std::vector<double> timesteps = those_allowed(subject, {4e-3});
+  if (subject.is_long()) {
+    sizes = {2, 3, 5, 10, 15, 20};
+    timesteps = contact_timesteps(subject);
+  }
   Model model;
   model.name = "conformance-stacks-at-rest";
   const int plane = add_shape(model, ShapeType::kPlane, kWorld);
@@ -215,7 +234,7 @@ Verdict stacks_at_rest(const Subject& subject) {
   }
   model = finished(std::move(model));
   Checks checks("m");
-  for (const double h : contact_timesteps(subject)) {
+  for (const double h : timesteps) {
     const State end = subject.run(model, model.initial, h, duration);
     for (size_t b = 0; b < model.bodies.size(); ++b) {
       Vec3 way = end.bodies[b].p_WBcm - model.initial.bodies[b].p_WBcm;
@@ -230,7 +249,7 @@ Verdict stacks_at_rest(const Subject& subject) {
 
 Verdict slow_rotations(const Subject& subject) {
   // Free cubes and a wheel on a hinge turn uniformly, without gravity, about the frame's axes and about others.
-  constexpr double kDuration = 1;  // s
+  constexpr double kDuration = 0.5;  // s
   const Vec3 oblique = Vec3(0.48, 0.6, 0.64);
   const Quat start_of_oblique(0.5, 0.5, -0.5, 0.5);
   struct Turning {
@@ -273,7 +292,7 @@ Verdict slow_rotations(const Subject& subject) {
 Verdict near_equilibrium(const Subject& subject) {
   // Rods on hinges at a tenth of a milliradian from upright and from hanging, for which the linear motions are right to
   // 1e-6: an angle grows as cosh(k t), or swings as cos(k t).
-  constexpr double kDuration = 1, kAngle = 1e-4, kHalfLength = 0.25;  // s, rad, m
+  constexpr double kDuration = 0.25, kAngle = 1e-4, kHalfLength = 0.25;  // s, rad, m
   const Vec3 moments = Vec3(kHalfLength * kHalfLength / 3, kHalfLength * kHalfLength / 3, 2e-4);
   const double rate = std::sqrt(kGravity * kHalfLength / (moments.x() + kHalfLength * kHalfLength));  // 1/s
   Model model;
@@ -290,15 +309,16 @@ Verdict near_equilibrium(const Subject& subject) {
   Checks checks("rad");
   double before[2] = {};
   bool first = true;
-  for (const double h : smooth_timesteps(subject)) {
+  for (const double h : halved_timesteps(subject)) {
     const State end = subject.run(model, start, h, kDuration);
     for (size_t i = 0; i < 2; ++i) {
       const double error = std::abs(end.position[i] - ends[i]);
-      // at first 15 % of the amplitude, which a method of order 1 needs; then no more than at the timestep before,
-      // but for what each step's rounding adds
+      // At first 15 % of the amplitude, which a method of order 1 needs; then no more than at the timestep before, or a
+      // five-hundredth. Rounding is a unit in the last place a step, which a sound engine makes now up and now down:
+      // what it loses in one direction would hide here below its sum.
       const double scale = i == 0 ? ends[0] : kAngle;
-      const double allowed = first ? 0.15 * scale : std::max(before[i], 2e-3 * scale);
-      checks.add_at(h, error, allowed + subject.epsilon() * kDuration / h * growths[i],
+      const double allowed = first ? 0.15 * scale : std::min(0.15 * scale, std::max(before[i], 2e-3 * scale));
+      checks.add_at(h, error, allowed + 2 * subject.epsilon() * std::sqrt(kDuration / h) * growths[i],
                     fmt::format("angle of '{}' after {:g} s is wrong by this, {:.3g} rad are right",
                                 model.bodies[i].name, kDuration, ends[i]));
       before[i] = error;

@@ -90,6 +90,9 @@ Verdict contact_compliance(const Subject& subject);
 
 // ---- what rests and what moves slowly, at every timestep (rest_tests.cc) --------------------------------------------
 Verdict bodies_at_rest(const Subject& subject);
+Verdict cylinders_at_rest(const Subject& subject);
+Verdict bodies_on_field(const Subject& subject);
+Verdict cylinders_on_field(const Subject& subject);
 Verdict stacks_at_rest(const Subject& subject);
 Verdict slow_rotations(const Subject& subject);
 Verdict near_equilibrium(const Subject& subject);

@@ -1,26 +1,15 @@
 // Before anything is measured: the conformance suite, and a look at each contender's speed.
 #include <algorithm>
-#include <array>
-#include <filesystem>
 #include <functional>
-#include <limits>
-
-#include <nlohmann/json.hpp>
 
 #include "base/errors.h"
-#include "base/hash.h"
-#include "base/json.h"
 #include "base/machine_lack.h"
-#include "base/paths.h"
-#include "base/regular_file.h"
 #include "base/text.h"
-#include "base/write_file.h"
 #include "conformance/conformance.h"
+#include "conformance/kept_verdicts.h"
 #include "coordinator/runner.h"
 
 namespace assay {
-
-using nlohmann::json;
 
 namespace {
 
@@ -30,55 +19,6 @@ constexpr double kLeastTestSeconds = 30;  // limit of one test of the suite
 // whether an adapter carries a model over, and what few iterations or soft contacts cost is what the sweep measures.
 const std::string& scored_as(const CampaignContender& contender) {
   return contender.varies.empty() ? contender.resolved.name : contender.varies;
-}
-
-// A suite's verdicts as they are kept: the hash of the file's name and of what follows, a line break, and an array of
-// [test, status, figure, tolerance, unit, note]. A changed word would leave a contender out.
-std::string kept_suite_text(const std::string& name, const std::vector<ConformanceRow>& rows) {
-  json kept = json::array();
-  for (const ConformanceRow& row : rows) {
-    kept.push_back({row.test, row.status, row.figure, row.tolerance, row.unit, row.note});
-  }
-  const std::string text = dump_json(kept);
-  return content_hash(name + text) + "\n" + text;
-}
-
-// Empty for anything else: the suite runs again.
-std::vector<ConformanceRow> kept_suite(const std::string& path) {
-  constexpr std::uintmax_t kMostBytes = 1 << 20;  // some 20 KiB are usual
-  const RegularFile file(path);
-  std::string text;
-  if (file.error() != 0 || !file.other().empty() || file.size() > kMostBytes || file.read(text, kMostBytes) != 0) {
-    return {};
-  }
-  const size_t end = text.find('\n');
-  if (end == std::string::npos) return {};
-  const std::string content = text.substr(end + 1);
-  if (content_hash(std::filesystem::path(path).filename().string() + content) != text.substr(0, end)) return {};
-  constexpr std::array kStatuses = {ConformanceStatus::kPass, ConformanceStatus::kFail, ConformanceStatus::kDeviation,
-                                    ConformanceStatus::kNotApplicable};
-  const json kept = json::parse(content, nullptr, /*allow_exceptions=*/false);
-  if (!kept.is_array()) return {};
-  std::vector<ConformanceRow> rows;
-  for (const json& row : kept) {
-    constexpr size_t kColumns = 6;
-    if (!row.is_array() || row.size() != kColumns) return {};
-    for (const size_t column : {0U, 1U, 4U, 5U}) {
-      if (!row[column].is_string()) return {};
-    }
-    // JSON has no number that is not finite
-    std::array<double, 2> numbers{};
-    for (const size_t i : {0U, 1U}) {
-      const json& number = row[2 + i];
-      if (!number.is_number() && !number.is_null()) return {};
-      numbers.at(i) = number.is_null() ? std::numeric_limits<double>::quiet_NaN() : number.get<double>();
-    }
-    const auto status = row[1].get<std::string>();
-    if (std::ranges::find(kStatuses, status, status_text) == kStatuses.end()) return {};
-    rows.push_back({"", row[0].get<std::string>(), status, numbers[0], numbers[1], row[4].get<std::string>(),
-                    row[5].get<std::string>()});
-  }
-  return rows;
 }
 
 }  // namespace
@@ -149,33 +89,33 @@ void Runner::run_suite(const std::string& content, const std::vector<std::string
   pool.add(std::move(job));
 }
 
-// Verdicts depend on the contender with its adapter's build, and on the suite, which is part of this program.
 std::string Runner::suite_file(const std::string& content) const {
-  if (options_.suites.empty()) return "";
-  static const std::string program = file_hash(program_path());
-  return (std::filesystem::path(options_.suites) / (content_hash(program + content) + ".json")).string();
+  return options_.suites.empty() ? "" : kept_verdicts_file(options_.suites, content, /*long_series=*/false);
 }
 
 bool Runner::fetch_suite(const std::string& content) {
-  const std::vector<ConformanceRow> found = kept_suite(suite_file(content));
-  if (found.empty()) return false;
+  if (options_.suites.empty()) return false;
+  std::vector<ConformanceRow> rows;
+  for (ConformanceResult& kept : kept_verdicts(suite_file(content))) {
+    rows.push_back({"", std::move(kept.test), std::string(status_text(kept.status)), kept.figure, kept.tolerance,
+                    std::move(kept.unit), std::move(kept.note)});
+  }
+  if (rows.empty()) return false;
   for (const CampaignContender& each : campaign_.contenders) {
-    if (each.content() == content) store_.set_conformance(each.resolved.name, found);
+    if (each.content() == content) store_.set_conformance(each.resolved.name, rows);
   }
   return true;
 }
 
 void Runner::keep_suite(const std::string& content) const {
-  const std::string path = suite_file(content);
   const auto rows = suite_rows_.find(content);
   // Whether it crashes may depend on more than the program and the contender: the next campaign tries again.
-  if (path.empty() || rows == suite_rows_.end() || crashed_suite_.contains(content)) return;
-  std::error_code error;
-  std::filesystem::create_directories(options_.suites, error);
-  try {
-    write_file(path, kept_suite_text(std::filesystem::path(path).filename().string(), rows->second));
-  } catch (const SystemError&) {  // NOLINT(bugprone-empty-catch): a folder that cannot be written keeps nothing
+  if (options_.suites.empty() || rows == suite_rows_.end() || crashed_suite_.contains(content)) return;
+  std::vector<ConformanceResult> results;
+  for (const ConformanceRow& row : rows->second) {
+    results.push_back({row.test, parse_conformance_status(row.status), row.figure, row.tolerance, row.unit, row.note});
   }
+  keep_verdicts(suite_file(content), results);
 }
 
 void Runner::conformance() {

@@ -83,6 +83,26 @@ class Conformance(AssayTest):
                         self.assertIn(deviation["test"], needs, deviation["reason"])
                         self.assertEqual(support[row["contender"]][needs[deviation["test"]]]["fidelity"], "approximated")
 
+    def test_verdicts_of_the_long_series_are_kept(self):
+        def run(*arguments):
+            rows = self.assay_json("conformance", "mujoco-euler", "--long", "--json", *arguments)["contenders"][0]["results"]
+            return [row.pop("kept", False) for row in rows], rows
+
+        kept, first = run("--test", "near-equilibrium")
+        self.assertEqual(kept, [False])
+        self.assertEqual(len(first[0]["timesteps"]), 9)
+        kept, rows = run("--test", "near-equilibrium", "--test", "free-fall")
+        self.assertEqual(dict(zip((row["test"] for row in rows), kept)), {"near-equilibrium": True, "free-fall": False})
+        self.assertEqual([row for row in rows if row["test"] == "near-equilibrium"], first)
+        text = self.assay("conformance", "mujoco-euler", "--long", "--test", "free-fall")
+        self.assertRegex(text, r"(?m)^  pass +free-fall .*\(kept\)")
+        self.assertEqual(run("--again", "--test", "free-fall")[0], [False])
+        self.assertNotIn("kept", self.assay("conformance", "mujoco-euler", "--test", "free-fall"))
+        # a damaged file counts for nothing
+        file, = (self.dir / "cache/assay/conformance").glob("*.json")
+        file.write_text(file.read_text().replace("pass", "fail"))
+        self.assertEqual(run("--test", "free-fall")[0], [False])
+
     def test_crash_is_a_failed_test(self):
         self.use_mishap_engine()
         self.assertRegex(self.failing("mishap-abort"), r"(?m)^  fail +\S+ .*SIGABRT")

@@ -42,7 +42,14 @@ void add_features(Capabilities& c, const Options& options) {
       c, kHull,
       "hulls of more than 256 corners keep the 256 that stand out most: within 1.6 % of the radius on a ball of 2562");
   add_approximated(c, kEllipsoid, "a polyhedron of 162 vertices, within 0.9 % of the ellipsoid's size");
-  add_approximated(c, kHeightField, "a surface of triangles: bodies below it are not pushed out");
+  add_approximated(
+      c, kHeightField,
+      options.world.inner_edges != 0
+          ? "a surface of triangles: bodies below it are not pushed out; a capsule or cylinder at rest rolls away on "
+            "their "
+            "edges, by 0.2 m in a second; set inner_edges=off"
+          : "a surface of triangles: bodies below it are not pushed out; at 4 ms and more a capsule at rest rolls by "
+            "millimetres");
   add_approximated(c, kTorsionalFriction, "contacts at one point do not resist spin about the normal");
   add_approximated(c, kRollingFriction, "contacts do not resist rolling");
 }
@@ -58,8 +65,12 @@ class JoltEngine final : public Adapter {
             {"jolt-f32-10", "the same with Jolt's own 10 velocity iterations", {{"velocity_steps", 10LL}}},
             {"jolt-default",
              "Jolt's own defaults: 10 velocity iterations, a slop of 2 cm, kept contact points, no turns below 1e-6 "
-             "rad a step",
-             {{"velocity_steps", 10LL}, {"penetration_slop", 0.02}, {"pair_cache", true}, {"slow_turns", false}}},
+             "rad a step, inner edges of height fields",
+             {{"velocity_steps", 10LL},
+              {"penetration_slop", 0.02},
+              {"pair_cache", true},
+              {"slow_turns", false},
+              {"inner_edges", true}}},
             {"jolt-f32-native-pd", "the same, joint springs and dampers by the hinge's motor", {{"pd", "native"}}}};
   }
 
@@ -116,14 +127,30 @@ class JoltEngine final : public Adapter {
       c.deviations.push_back({"cylinder-rolls", 0.04,
                               "Jolt keeps the contact points of bodies whose relative pose changes by less than 1 mm "
                               "and 2 degrees; --set pair_cache=off finds them anew (findings/jolt/kept_contacts.cc)"});
-      c.deviations.push_back({"bodies-at-rest", 30,
-                              "on contact points that turn with it a round body at rest gains speed; --set "
-                              "pair_cache=off finds them anew (findings/jolt/kept_contacts.cc)"});
+      for (const char* test : {"bodies-at-rest", "cylinders-at-rest", "bodies-on-field", "cylinders-on-field"}) {
+        c.deviations.push_back({test, 1.05,
+                                "on contact points that turn with it a round body at rest gains speed; --set "
+                                "pair_cache=off finds them anew (findings/jolt/kept_contacts.cc)"});
+      }
+    } else if (world.inner_edges != 0) {
+      for (const char* test : {"bodies-on-field", "cylinders-on-field"}) {
+        c.deviations.push_back({test, 1.05,
+                                "a capsule or cylinder at rest rolls away on the edges of a height field's triangles; "
+                                "--set inner_edges=off removes them (findings/jolt/height_field_edges.cc)"});
+      }
+    } else {
+      // with 50 iterations at 4 ms and more; the long series has cylinders, too
+      for (const char* test : {"bodies-on-field", "cylinders-on-field"}) {
+        c.deviations.push_back(
+            {test, 0.1,
+             "normals of a height field's triangles may lean by a degree, which moves a lying capsule "
+             "by millimetres at 4 ms and more (findings/jolt/height_field_edges.cc)"});
+      }
     }
     if (world.slow_turns == 0) {
       c.finest_timestep = kSlowTurn / kSlowRate;
       c.deviations.push_back(
-          {"near-equilibrium", 7e-3,
+          {"near-equilibrium", 4e-5,
            "Jolt drops turns of at most 1e-6 rad a step, so a rod falls from upright too late; --set "
            "slow_turns=on keeps them (findings/jolt/slow_turns.cc)",
            0, 2e-3});

@@ -65,6 +65,9 @@ std::vector<Setting> declared_settings() {
        "by default: a round body at rest then rolls away"},
       {"slow_turns", true, "",
        "keep turns of at most 1e-6 rad a step, which Jolt drops: bodies get them once they add up to more"},
+      {"inner_edges", false, "",
+       "let bodies feel the edges between the triangles of a flat height field, as Jolt does by default: a capsule at "
+       "rest rolls away"},
       lent_share_setting(),
       {"gyroscopic", true, "", "gyroscopic torque (Jolt's own default is off); off is wrong for asymmetric bodies"},
   };
@@ -89,6 +92,7 @@ Options read_options(const Settings& settings) {
   options.world.pair_cache = flag("pair_cache");
   options.world.gyroscopic = flag("gyroscopic");
   options.world.slow_turns = flag("slow_turns");
+  options.world.inner_edges = flag("inner_edges");
   options.lent_share = settings.get<double>("lent_share");
   options.native_springs = is(settings, "pd", "native");
   return options;

@@ -85,8 +85,9 @@ void describe_plugin(Capabilities& c, const Options& options) {
   }
   add_approximated(
       c, Feature::kCylinder,
-      "exact on planes; one contact point a step against curved bodies and boxes; on height fields a prism "
-      "of 64 sides, its radius within 0.1 %");
+      "exact on planes; one contact point a step against curved bodies and boxes, on which one at rest rolls by up to "
+      "metres in a minute; on height fields a prism of 64 sides, its radius within 0.1 %, which rolls away within "
+      "seconds");
   add_approximated(c, Feature::kEllipsoid,
                    "exact on planes; against boxes a rocking ellipsoid's rate is 7 % off; on height fields a "
                    "polyhedron of 80 faces, its radius within 3.4 %");

@@ -25,8 +25,10 @@ void describe_plugin(Capabilities& c, const Options& /*options*/) {
       "the pair's coefficient: as the larger of two materials', or where that is another by copies of both shapes that "
       "touch nothing else";
   c.contact_forces_note = "PxContactPairPoint::impulse of contact reports; the package's bindings give no friction";
-  add_approximated(c, Feature::kCylinder,
-                   "a prism of 64 sides, its radius within 0.1 %: it rolls down a slope 9 % slower");
+  add_approximated(
+      c, Feature::kCylinder,
+      "a prism of 64 sides, its radius within 0.1 %: it rolls down a slope 9 % slower, and from rest it may "
+      "roll off boxes and height fields within seconds");
   c.features.push_back(
       {Feature::kEllipsoid, Fidelity::kRefused,
        "the package's bindings have no geometry of a program's own, and on a polyhedron it would not rock: "

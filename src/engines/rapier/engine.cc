@@ -30,14 +30,20 @@ std::vector<Deviation> deviations(const Options& options) {
     list.push_back({"distances", 0.17, faces});
   }
   if (options.world.contact_coherence != 0 && options.world.contact_recycling == 0) {
-    list.push_back({"bodies-at-rest", 30,
-                    "on contact points that turn with it a round body at rest gains speed; --set contact_coherence=off "
-                    "finds them anew (findings/rapier/kept_contacts.cc)"});
+    for (const char* test : {"bodies-at-rest", "cylinders-at-rest", "bodies-on-field", "cylinders-on-field"}) {
+      list.push_back(
+          {test, 1.05,
+           "on contact points that turn with it a round body at rest gains speed; --set contact_coherence=off "
+           "finds them anew (findings/rapier/kept_contacts.cc)"});
+    }
   }
   if (!options.double_precision && options.world.contact_coherence == 0) {
-    list.push_back({"bodies-at-rest", 3,
-                    "in single precision the contact points of a lying cylinder on a box wander along its edge, which "
-                    "pushes it aside (findings/rapier/kept_contacts.cc)"});
+    for (const char* test : {"cylinders-at-rest", "cylinders-on-field"}) {
+      list.push_back(
+          {test, 1.05,
+           "in single precision the contact points of a lying cylinder on a box, hull or height field wander "
+           "along its edge, which pushes it aside (findings/rapier/kept_contacts.cc)"});
+    }
   }
   if (options.world.contact_frequency < 200) {
     list.push_back(

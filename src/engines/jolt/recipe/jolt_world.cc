@@ -586,6 +586,8 @@ struct jolt_world {
     JPH::BodyCreationSettings made(part.GetPtr(), point(shape.p), quat(shape.q).Normalized(), JPH::EMotionType::Static,
                                    contacts.layer(row));
     made.mUserData = reinterpret_cast<uintptr_t>(&contacts);
+    // of the two bodies of a contact either may ask for it
+    made.mEnhancedInternalEdgeRemoval = shape.type == JOLT_MESH && settings.inner_edges == 0;
     JPH::BodyInterface& interface = system.GetBodyInterfaceNoLock();
     JPH::Body* created = interface.CreateBody(made);
     interface.AddBody(created->GetID(), JPH::EActivation::DontActivate);

@@ -31,8 +31,8 @@ typedef struct jolt_settings {
   double plane_half_extent;    /* m, beyond which a plane is not felt */
   int32_t velocity_steps, position_steps, collision_steps;
   int32_t warm_start, pair_cache, gyroscopic;
-  int32_t slow_turns; /* keep turns of at most 1e-6 rad a step, which Jolt drops */
-  int32_t unused;
+  int32_t slow_turns;  /* keep turns of at most 1e-6 rad a step, which Jolt drops */
+  int32_t inner_edges; /* bodies feel the edges between the triangles of a flat mesh */
 } jolt_settings;
 
 typedef struct jolt_body {
