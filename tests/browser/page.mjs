@@ -6,6 +6,8 @@ import { pathToFileURL } from "node:url";
 // `trouble` collects whatever a report must never do. `without` is a kind of canvas that the browser shall not have.
 export async function openReport(browser, file, { width = 1400, height = 900, dark = false, phone = false, without = "" } = {}) {
   const page = await browser.newPage();
+  // A slow machine is no fault of the page: ctest ends what hangs.
+  page.setDefaultTimeout(0);
   const trouble = [];
   page.on("console", (message) => {
     if (["error", "warning", "warn"].includes(message.type())) trouble.push(`console: ${message.text()}`);
