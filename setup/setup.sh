@@ -79,12 +79,12 @@ start_progress() {
     done
   ) 1>&2 &
   progress=$!
+  disown "${progress}"  # no piece: `wait -n` shall not meet it
 }
 note_progress() { echo "$1" >>"${progress_done}"; }
 end_progress() {
   [[ -n ${progress:-} ]] || return 0
   kill "${progress}" 2>/dev/null || true
-  wait "${progress}" 2>/dev/null || true
   rm -f "${progress_done}"
   progress=""
 }

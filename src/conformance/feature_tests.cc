@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "base/machine_lack.h"
 #include "conformance/models.h"
 #include "conformance/tests.h"
 #include "model/kinematics.h"
@@ -146,6 +147,7 @@ Verdict declared_features(const Subject& subject) {
     } catch (const UnsupportedError& error) {
       if (declared) problem = error.what();
     } catch (const EngineError& error) {
+      if (!machine_lack(error).empty()) throw;  // no verdict
       problem = error.what();
     }
     if (problem.empty()) continue;

@@ -94,10 +94,11 @@ class Engines(AssayTest):
         done = subprocess.run(["cmake", "-S", SOURCE, "-B", self.dir / "build", f"-DASSAY_CACHE={self.dir}/cache",
                                "-DASSAY_TESTS=OFF"], capture_output=True, text=True, env=self.env)
         self.assertEqual(done.returncode, 0, done.stderr)
-        known = dict(re.findall(r'^\{R"\((.*)\)", R"(?:how)?\((.*)\)(?:how)?"\},$',
+        known = dict(re.findall(r'^\{R"\((.*)\)", R"(?:how)?\((.*?)\)(?:how)?", ".*", ".*"\},$',
                                 (self.dir / "build/src/engines/known_engines.inc").read_text(), re.M))
-        for engine in ["bullet-f64", "bullet-f32"]:
-            self.assertIn("setup/setup.sh", known[engine])
+        self.assertIn("setup/setup.sh", known["bullet-f64"])
+        self.assertIn("./assay setup bullet-f32 (", known["bullet-f32"])
+        self.assertIn("./assay setup jolt (", known["jolt-f64"])
         self.assertEqual(known["mujoco"], "build the target assay-engine-mujoco")
         self.assertEqual(known["null"], "build the target assay-engine-null")
         # every engine that has a folder of its own is either built or listed
