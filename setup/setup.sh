@@ -67,11 +67,13 @@ start_progress() {
     until read -r -t 10 -u "${never}" || ! kill -0 $$ 2>/dev/null; do
       spent=$((SECONDS - began)) text="${what}"
       if ((pieces > 0)); then
-        done_pieces=0 done_minutes=0
-        while read -r one; do done_pieces=$((done_pieces + 1)) done_minutes=$((done_minutes + one)); done <"${progress_done}"
+        done_pieces=0 done_minutes=0 last=0
+        while read -r one when; do
+          done_pieces=$((done_pieces + 1)) done_minutes=$((done_minutes + one)) last=$((when - began))
+        done <"${progress_done}"
         left=$((minutes * 60 * 2 / $(nproc) - spent))
         # what is done tells how fast this machine is
-        ((done_minutes < 2)) || left=$((spent * (minutes - done_minutes) / done_minutes))
+        ((done_minutes < 2)) || left=$((last * (minutes - done_minutes) / done_minutes - (spent - last)))
         text+=" $((done_pieces + 1)) of ${pieces}, "
         if ((left > 90)); then text+="about $(((left + 30) / 60)) minutes left"; else text+="about a minute left"; fi
       fi
@@ -81,7 +83,7 @@ start_progress() {
   progress=$!
   disown "${progress}"  # no piece: `wait -n` shall not meet it
 }
-note_progress() { echo "$1" >>"${progress_done}"; }
+note_progress() { echo "$1 ${SECONDS}" >>"${progress_done}"; }
 end_progress() {
   [[ -n ${progress:-} ]] || return 0
   kill "${progress}" 2>/dev/null || true
