@@ -3,9 +3,6 @@
 pkg_check_modules(python QUIET IMPORTED_TARGET python-3.11-embed)
 if(TARGET PkgConfig::python)
   pkg_get_variable(python_home python-3.11-embed prefix)
-  set(python_missing "")
-else()
-  set(python_missing "Install libpython3.11-dev, then run ./assay again. ")
 endif()
 
 # Finds an engine whose adapter is in Python: its virtual environment, which `./assay setup NAME` makes of
@@ -24,6 +21,6 @@ function(assay_find_python_engine variable name size)
     message(STATUS "assay: engine ${name}: ${folder}")
   else()
     set(${variable} "" PARENT_SCOPE)
-    assay_engine_absent(${name} "${python_missing}Run ./assay setup ${name} (${size})." ${name} "${size}")
+    assay_engine_absent(${name} "Run ./assay setup ${name} (${size})." ${name} "${size}")
   endif()
 endfunction()

@@ -38,7 +38,8 @@ configure() {
     cat "${log}" >&2
     return 1
   fi
-  sed -n 's/^-- assay: \(engine .*not found.*\)$/assay: \1/p' "${log}" >&2
+  # Others are set up when somebody asks for them.
+  sed -n '/ Run \.\/assay setup /!s/^-- assay: \(engine .*not found.*\)$/assay: \1/p' "${log}" >&2
 }
 
 # follow JOB: waits for it, with a line every ten seconds that says how far ninja is.
@@ -48,8 +49,10 @@ follow() {
   while kill -0 "$1" 2>/dev/null; do
     spent=$((SECONDS - began))
     if ((spent >= next)); then
-      next=$((spent + 10)) text="$(current_phase)" total=0
+      next=$((spent + 10)) total=0
       read -r edges total < <(ninja_progress)
+      text="$(<"${root}/build/phase")"
+      ((${total:-0} == 0)) || text+=": ${edges} of ${total} files"
       # what comes first is no measure of the rest
       ((${total:-0} == 0 || edges * 10 < total)) || text+=", about $(((spent * (total - edges) / edges + 59) / 60)) min left"
       echo "assay: ${text}" >&2

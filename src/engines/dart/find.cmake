@@ -8,7 +8,7 @@ pkg_check_modules(assimp QUIET IMPORTED_TARGET GLOBAL assimp)
 if(NOT TARGET PkgConfig::assimp)
   assay_engine_absent(dart "Install libassimp-dev.")
 elseif(NOT ode_library)
-  assay_engine_absent(dart "${run_setup}")
+  assay_engine_not_set_up(dart dart)
 else()
   # Some of DART's classes have one virtual function less with NDEBUG: whoever includes them has to say it too. The target of
   # ODE may be defined later.

@@ -4,7 +4,7 @@ assay_engine_folder(made simbody)
 set(folder "${made}/simbody-${version}")
 find_package(LAPACK QUIET)
 find_package(Threads REQUIRED)
-if(NOT LAPACK_FOUND)
+if(EXISTS "${folder}" AND NOT LAPACK_FOUND)
   assay_engine_absent(simbody "Install liblapack-dev.")
 else()
   # NDEBUG: its headers check more without.
