@@ -281,9 +281,10 @@ void OdeSimulation::advance(int count) {
   }
   dRandSetSeed(callers_seed);
   if (lcp_failures > 0 && !options_.ignore_lcp_failures) {
-    throw EngineError(fmt::format(
-        "ODE's exact solver gave up on the constraints of {} of {} steps before t = {:g} s (LCP internal error)",
-        lcp_failures, count, clock_.time()));
+    throw EngineError(
+        fmt::format("ODE's exact solver gave up on constraints {} in the {} before t = {:g} s (LCP internal error)",
+                    lcp_failures == 1 ? "once" : fmt::format("{} times", lcp_failures),
+                    count == 1 ? "step" : fmt::format("{} steps", count), clock_.time()));
   }
 }
 
