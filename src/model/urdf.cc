@@ -589,14 +589,19 @@ class Reader {
     links_.back().name = "world";
   }
 
+  // The link and all that hang on it, however deep.
+  std::vector<int> tree_of(int root) const {
+    std::vector<int> links = {root};
+    for (size_t k = 0; k < links.size(); ++k) {
+      for (const int joint : links_[links[k]].children) links.push_back(joints_[joint].child);
+    }
+    return links;
+  }
+
   // Leaves out the links and joints that are not reached from this root.
   void keep_tree(int root) {
-    std::set<int> kept;
-    std::vector<int> way = {root};
-    for (size_t k = 0; k < way.size(); ++k) {
-      kept.insert(way[k]);
-      for (const int joint : links_[way[k]].children) way.push_back(joints_[joint].child);
-    }
+    const std::vector<int> tree = tree_of(root);
+    const std::set<int> kept(tree.begin(), tree.end());
     for (size_t i = 0; i < links_.size(); ++i) {
       if (kept.contains(static_cast<int>(i))) continue;
       const Link& link = links_[i];
@@ -616,12 +621,6 @@ class Reader {
     order_.clear();
     read_elements();
     build_tree();
-  }
-
-  size_t tree_size(int root) const {
-    size_t size = 1;
-    for (const int joint : links_[root].children) size += tree_size(joints_[joint].child);
-    return size;
   }
 
   // Parents before children; what is not reached from a root is a cycle.
@@ -645,7 +644,7 @@ class Reader {
       }
     }
     if (roots.size() > 1) {
-      const int largest = *std::ranges::max_element(roots, {}, [this](int root) { return tree_size(root); });
+      const int largest = *std::ranges::max_element(roots, {}, [this](int root) { return tree_of(root).size(); });
       if (options_.drop_unsupported) {
         keep_tree(largest);
         return !result_.refused();
