@@ -1,6 +1,7 @@
 // The actuators' torques are compared with MuJoCo's in mjcf_against_mujoco_test.cc.
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <limits>
 #include <numbers>
@@ -15,6 +16,7 @@
 #include "controls/hold.h"
 #include "model/joint_inertia.h"
 #include "model/kinematics.h"
+#include "temp_folder.h"
 
 namespace assay {
 namespace {
@@ -366,14 +368,15 @@ TEST(Random, SeedsDecide) {
   EXPECT_GT(largest, inertia * w * w * 0.3 / 100);
 }
 
-class TorqueFile : public testing::Test {
+class TorqueFile : public TempFolderTest {
  protected:
-  static std::string file(const std::string& text) {
-    const std::string path = testing::TempDir() + "/torques.csv";
+  std::string file(const std::string& text) const {
+    std::filesystem::create_directories(dir_);
+    const std::string path = dir_ / "torques.csv";
     std::ofstream(path) << text;
     return path;
   }
-  static std::string refused(const std::string& text) { return refusal({.kind = "file", .file = file(text)}); }
+  std::string refused(const std::string& text) const { return refusal({.kind = "file", .file = file(text)}); }
 };
 
 TEST_F(TorqueFile, IsInterpolated) {
