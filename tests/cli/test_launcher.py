@@ -344,6 +344,21 @@ class SetUp(AssayTest):
         self.assertEqual(self.set_up(self.clones[0], "--prune").splitlines(), ["assay setup: removing engines/old-0"])
         self.assertEqual([self.folder(self.clones[0])], [str(self.dir / "kept/engines" / name) for name in self.engines()])
 
+    def test_what_a_machine_lacks_is_one_sentence_before_any_work(self):
+        clone = self.clones[0]
+        for name, text in [("df", "#!/bin/sh\necho head; echo /dev/x 1 1 51200 99% /\n"), ("old-c++", "#!/bin/sh\nexit 1\n")]:
+            self.write(f"bin/{name}", text).chmod(0o755)
+        with_df = {"PATH": f"{self.dir}/bin:{self.env['PATH']}"}
+        for env, said in [
+                (with_df, f"the set-up and the build need some 2 GB in '{clone}', where 50 MB are left"),
+                ({"CXX": "none-c++"}, "there is no compiler 'none-c++': install g++ 12 or newer"),
+                ({"CXX": f"{self.dir}/bin/old-c++"}, "lacks parts of C++20: install g++ 12 or newer")]:
+            run = subprocess.run([clone / "setup/setup.sh"], env={**self.env, **env}, cwd=self.dir, text=True, capture_output=True)
+            self.assertEqual(run.returncode, 1, run.stderr)
+            self.assertIn(said, run.stderr)
+            self.assertEqual(len(run.stderr.splitlines()), 1, run.stderr)
+        self.assertEqual(self.made(), 0)
+
     def test_no_place_for_the_cache_is_one_sentence(self):
         for home, expected in [("", "HOME, XDG_CACHE_HOME and ASSAY_CACHE are all unset"), ("/proc/none", "'/proc/none/.cache/assay'")]:
             with self.subTest(home=home):
