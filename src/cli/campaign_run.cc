@@ -139,10 +139,9 @@ void add_references(CLI::App& command, RunRequest& request) {
 }
 
 void add_set_up(CLI::App& command, RunRequest& request) {
-  command
-      .add_flag("!--no-set-up", request.set_up,
-                "Do without engines that are not set up; else those that a campaign names are set up first")
-      ->disable_flag_override();
+  command.add_flag_callback(
+      "--no-set-up", [&request] { request.set_up = false; },
+      "Do without engines that are not set up; else those that a campaign names are set up first");
 }
 
 void add_progress(CLI::App& command, RunRequest& request) {

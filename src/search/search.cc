@@ -8,6 +8,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -281,8 +282,9 @@ class Search {
         if (!first || known_.speed(*point).value_or(0) > known_.speed(*first).value_or(0)) first = point;
       }
       if (!first) continue;
-      tell(fmt::format("for a first answer: {} at {} ms", name(first->contender),
-                       timestep_label(known_.timesteps_ms()[first->step])));
+      const std::string sentence = fmt::format("for a first answer: {} at {} ms", name(first->contender),
+                                               timestep_label(known_.timesteps_ms()[first->step]));
+      if (std::exchange(last_told_, sentence) != sentence) tell(sentence);
       for (const PlannedCell* cell : next_cells(*first)) keys.insert(cell->key);
     }
     return keys;
@@ -365,6 +367,7 @@ class Search {
   const SearchOptions& options_;
   Plan plan_;
   Knowledge known_;
+  std::string last_told_;  // of first_answer()
   std::vector<int> contenders_;  // that had their first look
   std::vector<int> waiting_;     // for theirs, the likeliest to win first
   std::vector<int> late_;        // after all others (starts_slowly)
