@@ -367,7 +367,7 @@ class Search {
   const SearchOptions& options_;
   Plan plan_;
   Knowledge known_;
-  std::string last_told_;  // of first_answer()
+  std::string last_told_;        // of first_answer()
   std::vector<int> contenders_;  // that had their first look
   std::vector<int> waiting_;     // for theirs, the likeliest to win first
   std::vector<int> late_;        // after all others (starts_slowly)

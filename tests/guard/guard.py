@@ -95,7 +95,7 @@ def database_cases():
         yield Case(f"{name}: claims json", "claims", name, "--json")
         yield Case(f"{name}: status", "status", name)
         yield Case(f"{name}: transfer", "transfer", name, "--json")
-        for limits in (["--error", "1mm"], ["--error", "10mm", "--realtime", "5"], ["--error", "1%", "--measure", "consistency"],
+        for limits in (["--error", "1mm"], ["--error", "10%"], ["--error", "10mm", "--realtime", "5"], ["--error", "1%", "--measure", "consistency"],
                        ["--error", "1mm", "--penetration", "2mm", "--slip", "5mm"]):
             yield Case(f"{name}: recommend {' '.join(limits)}", "recommend", name, "all", *limits)
             yield Case(f"{name}: recommend json {' '.join(limits)}", "recommend", name, "all", *limits, "--json")
