@@ -54,7 +54,7 @@ def model_cases():
             yield Case(f"simulate {name} {contender}", "simulate", name, "--engine", contender, "--timestep", "1", "--duration", "0.02",
                        "--sample", "5", "--out", "-")
     for name in inputs.MODELS:
-        yield Case(f"parity {name}", "parity", name, *CONTENDERS, "--samples", "3", "--json")
+        yield Case(f"parity {name}", "parity", name, *CONTENDERS, "--samples", "2", "--json")
     for name in ("fluid.xml", "muscle.xml", "flex.xml", "spatial-tendon.xml", "two-roots.urdf"):
         yield Case(f"drop {name}", "check", name, "--drop-unsupported")
     for name in ("impossible-inertia.urdf", "swapped-limits.urdf", "no-mass.xml"):
@@ -114,10 +114,11 @@ def command_line_cases():
     yield Case("engines", "engines")
     yield Case("engines features", "engines", "--features", "--markdown")
     yield Case("systems", "systems")
+    yield Case("conformance", "conformance", "mujoco-euler", "ode-step", "--json")
     yield Case("systems json", "systems", "--json")
     for command in COMMANDS:
         yield Case(f"{command} help", command, "--help")
-        if command != "paper":  # it needs nothing
+        if command not in ("paper", "conformance"):  # these need nothing, and take minutes
             yield Case(f"{command} nothing", command)
         yield Case(f"{command} unknown option", command, "--speed")
         yield Case(f"{command} too much", command, "arm.xml", "b", "c", "d", "--out", "none/x")
