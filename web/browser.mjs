@@ -15,7 +15,7 @@ export function launch({ webgl = false } = {}) {
     args: [
       "--no-sandbox", // root in containers
       "--disable-dev-shm-usage",
-      ...(webgl ? ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-gpu-compositing", "--disable-gpu-rasterization"] : ["--disable-gpu"]),
+      ...(webgl ? ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-gpu-rasterization"] : ["--disable-gpu"]),
       "--force-color-profile=srgb",
     ],
   });

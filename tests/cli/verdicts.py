@@ -1,4 +1,5 @@
-"""Asks the conformance suite once about contenders that the tests' campaigns name, for all of them: verdicts.py FOLDER."""
+"""Asks the conformance suite once about contenders that the tests' campaigns name, for all of them:
+verdicts.py FOLDER CONTENDER..."""
 
 import json
 import os
@@ -10,10 +11,8 @@ import tempfile
 
 from harness import BALL, BALL_CAMPAIGN, PROGRAM
 
-CONTENDERS = ["mujoco-euler", "mujoco-rk4", "mujoco-implicit", "ode-step", "ode-quick", "bullet-mb", "bullet-si-f64", "physx-d6-pgs"]
 
-
-def main(folder):
+def main(folder, *usual):
     shutil.rmtree(folder, ignore_errors=True)
     with tempfile.TemporaryDirectory(prefix="assay-verdicts-") as work:
         work = pathlib.Path(work)
@@ -22,7 +21,7 @@ def main(folder):
         (work / "ball.xml").write_text(BALL, encoding="utf-8")
         listed = subprocess.run([PROGRAM, "engines", "--json"], env=env, check=True, capture_output=True, text=True).stdout
         there = {row["contender"] for row in json.loads(listed)["contenders"]}
-        contenders = [name for name in CONTENDERS if name in there]
+        contenders = [name for name in usual if name in there]
         (work / "ball.toml").write_text(BALL_CAMPAIGN.replace('["null"]', json.dumps(contenders)), encoding="utf-8")
         subprocess.run([PROGRAM, "run", "ball.toml", "--out", "results"], cwd=work, env=env, check=True)
         kept = work / "cache/assay/conformance"
@@ -32,4 +31,4 @@ def main(folder):
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    main(*sys.argv[1:])
