@@ -18,7 +18,7 @@ ROBOT = """<mujoco>
 def robot(joint="hinge", geom="sphere", more="", rest=""):
     return ROBOT.format(joint=joint, geom=geom, more=more, rest=rest)
 
-AssayTest.with_verdicts = False  # nothing here runs a campaign, and folders have to stay empty
+AssayTest.with_verdicts = False  # folders have to stay empty
 
 
 class Models(AssayTest):
