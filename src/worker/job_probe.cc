@@ -12,8 +12,8 @@ namespace assay::jobs {
 
 namespace {
 
-// What steps cost since its construction: processor time of this process, or the elapsed time of an engine that works in
-// another process, for which this one only waits.
+// What steps cost since its construction: processor time of this process, or the elapsed time of an engine that works
+// in another process, for which this one only waits.
 class Effort {
  public:
   double seconds() const {
@@ -47,8 +47,8 @@ double step_seconds(Stepper& stepper) {
   return effort.seconds() / static_cast<double>(taken);
 }
 
-// Seconds of a step in the mean of a whole run. A run that costs too much is left: its other steps are then taken to cost
-// what the last ones did, because piles grow.
+// Seconds of a step in the mean of a whole run. A run that costs too much is left: its other steps are then taken to
+// cost what the last ones did, because piles grow.
 double whole_run_step_seconds(Stepper& stepper, long long steps) {
   constexpr double kMostSeconds = 3;
   std::vector<double> spent = {0};

@@ -33,9 +33,9 @@ bool is_tested(const Registry& registry, const std::string& engine) {
   return wanted != nullptr ? engine == wanted : registry.plugin_path(engine).ends_with(".so");
 }
 
-// Contenders of an engine that differ in numbers only, such as iterations, go the same ways through its adapter: the first
-// of them is tested always, the others on demand (ASSAY_TEST_SETTINGS=others), as is Havok in a Node of its own, which
-// takes as long as ten native contenders. Campaigns ask the suite about each of their contenders anyway.
+// Contenders of an engine that differ in numbers only, such as iterations, go the same ways through its adapter: the
+// first of them is tested always, the others on demand (ASSAY_TEST_SETTINGS=others), as is Havok in a Node of its own,
+// which takes as long as ten native contenders. Campaigns ask the suite about each of their contenders anyway.
 std::vector<std::string> tested_contenders(const Engine& engine) {
   const char* wanted = std::getenv("ASSAY_TEST_SETTINGS");
   const bool others = wanted != nullptr && std::string(wanted) == "others";
