@@ -4,7 +4,9 @@ import puppeteer from "puppeteer-core";
 
 const known = ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"];
 
-export function launch() {
+// `webgl` for pages with replays. Without a graphics card a library draws for WebGL, and would draw all of every page, too, which
+// takes a multiple of the page's own time: so pages are put together without it.
+export function launch({ webgl = false } = {}) {
   const executablePath = process.env.CHROMIUM ?? known.find((path) => existsSync(path));
   if (!executablePath) throw new Error("no Chromium found; name one in the environment variable CHROMIUM");
   return puppeteer.launch({
@@ -13,8 +15,7 @@ export function launch() {
     args: [
       "--no-sandbox", // root in containers
       "--disable-dev-shm-usage",
-      "--use-angle=swiftshader",
-      "--enable-unsafe-swiftshader",
+      ...(webgl ? ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-gpu-rasterization"] : ["--disable-gpu"]),
       "--force-color-profile=srgb",
     ],
   });

@@ -35,7 +35,7 @@ if (!existsSync(file)) {
   process.exit(2);
 }
 
-const browser = await launch();
+const browser = await launch({ webgl: true });
 try {
   const page = await browser.newPage();
   await page.setViewport({ width: Number(values.width), height: 1000, deviceScaleFactor: Number(values.scale) });

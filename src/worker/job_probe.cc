@@ -1,5 +1,6 @@
 // A look at the speed before anything is measured.
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <vector>
 
@@ -11,28 +12,50 @@ namespace assay::jobs {
 
 namespace {
 
-// Seconds of processor time of a step, over a few milliseconds of them.
+// What steps cost since its construction: processor time of this process, or the elapsed time of an engine that works
+// in another process, for which this one only waits.
+class Effort {
+ public:
+  double seconds() const {
+    const double busy = cpu_seconds() - busy_before_, elapsed = elapsed_seconds();
+    return elapsed > kWaiting * busy ? elapsed : busy;
+  }
+  // So that a look at such an engine comes to its end, too.
+  bool exceeds(double seconds) const {
+    return cpu_seconds() - busy_before_ > seconds || elapsed_seconds() > kWaiting * seconds;
+  }
+
+ private:
+  static constexpr double kWaiting = 20;  // elapsed per processor time, more than a machine's load makes of it
+  using Clock = std::chrono::steady_clock;
+  double elapsed_seconds() const { return std::chrono::duration<double>(Clock::now() - before_).count(); }
+
+  double busy_before_ = cpu_seconds();
+  Clock::time_point before_ = Clock::now();
+};
+
+// Seconds of a step, over a few milliseconds of them.
 double step_seconds(Stepper& stepper) {
   constexpr double kLongEnough = 5e-3;
   long long steps = 1, taken = 0;
-  const double before = cpu_seconds();
-  while (cpu_seconds() - before < kLongEnough && taken < (1LL << 20)) {
+  const Effort effort;
+  while (!effort.exceeds(kLongEnough) && taken < (1LL << 20)) {
     stepper.advance(steps);
     taken += steps;
     steps *= 2;
   }
-  return (cpu_seconds() - before) / static_cast<double>(taken);
+  return effort.seconds() / static_cast<double>(taken);
 }
 
-// Seconds of processor time of a step in the mean of a whole run. A run that costs too much is left: its other
-// steps are then taken to cost what the last ones did, because piles grow.
+// Seconds of a step in the mean of a whole run. A run that costs too much is left: its other steps are then taken to
+// cost what the last ones did, because piles grow.
 double whole_run_step_seconds(Stepper& stepper, long long steps) {
   constexpr double kMostSeconds = 3;
   std::vector<double> spent = {0};
-  const double before = cpu_seconds();
-  while (std::ssize(spent) <= steps && spent.back() < kMostSeconds) {
+  const Effort effort;
+  while (std::ssize(spent) <= steps && !effort.exceeds(kMostSeconds)) {
     stepper.advance(1);
-    spent.push_back(cpu_seconds() - before);
+    spent.push_back(std::max(spent.back(), effort.seconds()));
   }
   const size_t taken = spent.size() - 1, recent = (taken + 2) / 3;
   const double recent_s = (spent.back() - spent[taken - recent]) / static_cast<double>(recent);
@@ -50,18 +73,18 @@ double step_us_at_moments(const Subject& subject, double timestep_ms, double dur
   Stepper coarse(subject, subject.model.initial, 1e-3 * coarse_ms);
   const auto steps = static_cast<long long>(1e3 * duration_s / coarse_ms);
   const Plausibility plausibility(subject.model, subject.model.initial, duration_s);
-  const double before = cpu_seconds();
+  const Effort effort;
   double probing_s = 0;  // at the moments
   for (long long taken = 1; taken <= steps; ++taken) {
     coarse.advance(1);
-    const bool enough = cpu_seconds() - before - probing_s > kCoarseSeconds;
+    const bool enough = effort.exceeds(kCoarseSeconds + probing_s);
     if (!enough && taken < steps * moments / (kMoments - 1)) continue;
     const State state = coarse.read();
     if (!plausibility.divergence(state).empty()) break;
-    const double moment_before = cpu_seconds();
+    const Effort moment;
     Stepper there(subject, state, 1e-3 * timestep_ms);
     sum_s += step_seconds(there);
-    probing_s += cpu_seconds() - moment_before;
+    probing_s += moment.seconds();
     ++moments;
     if (enough) break;
   }

@@ -82,11 +82,34 @@ export const replaysIn = (file) => jsonIn(readFileSync(file, "utf8"), 'id="assay
 
 const axe = readFileSync(createRequire(new URL("../../web/package.json", import.meta.url)).resolve("axe-core/axe.min.js"), "utf8");
 
-// What axe finds in the part of the page at `selector`, or in all of it, a text each.
-export async function axeFindings(page, selector = "html") {
+// What axe finds in the part of the page at `selector`, or in all of it, a text each. `rules` are the only ones to ask for.
+export async function axeFindings(page, selector = "html", rules = null) {
   await page.evaluate(axe);
-  return page.evaluate(async (at) => {
-    const { violations } = await window.axe.run(at === "html" ? document : document.querySelector(at), { resultTypes: ["violations"] });
+  return page.evaluate(async (at, only) => {
+    const options = { resultTypes: ["violations"], ...(only ? { runOnly: only } : {}) };
+    const { violations } = await window.axe.run(at === "html" ? document : document.querySelector(at), options);
     return violations.map(({ id, nodes }) => `${id}: ${nodes.slice(0, 3).map((node) => node.html.slice(0, 120)).join(" | ")}`);
-  }, selector);
+  }, selector, rules); // prettier-ignore
+}
+
+// Removes those rows of long tables that hold nothing but what two earlier rows of the table hold, too: elements of the same tags,
+// classes, roles and looks. axe takes its time for each of them.
+export function keepOneOfEachKind(page) {
+  return page.evaluate(() => {
+    const kind = (node) => [node.tagName, node.getAttribute("class"), node.getAttribute("role"), node.getAttribute("style"), node.getAttribute("tabindex")].join("|");
+    let removed = 0;
+    for (const body of document.querySelectorAll("tbody")) {
+      const seen = new Map();
+      for (const row of [...body.rows]) {
+        const kinds = new Set([row, ...row.querySelectorAll(":not([aria-hidden] *)")].map(kind));
+        if ([...kinds].every((each) => (seen.get(each) ?? 0) >= 2)) {
+          row.remove();
+          removed += 1;
+        } else {
+          for (const each of kinds) seen.set(each, (seen.get(each) ?? 0) + 1);
+        }
+      }
+    }
+    return removed;
+  });
 }

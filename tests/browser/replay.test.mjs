@@ -131,7 +131,7 @@ before(async () => {
   assay("report", "results", "--replays", "4");
   assay("export", "results", "--trajectories", "csv", "--out", "states");
   replays = replaysIn(report);
-  browser = await launch();
+  browser = await launch({ webgl: true });
 });
 
 after(async () => {

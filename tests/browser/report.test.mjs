@@ -69,6 +69,12 @@ after(async () => {
   rmSync(work, { recursive: true, force: true });
 });
 
+// What empty, unfinished and failed results say, on a wide page (a phone shows less of the head).
+const kSaid = {
+  empty: [["main", /Nothing has been measured yet/]],
+  started: [["#planar-chain", /there are only reference runs/], ["#capsules-27", /No cell of this system has been run yet/]],
+  failed: [["body", /none of the \d+ cells has a sound result/], ["body", /the worker ended by signal 6/], ["body", /no end after 600 s/]],
+}; // prettier-ignore
 for (const kind of kinds) {
   for (const width of [1400, 390]) {
     test(`${kind}, ${width} px: no errors, no requests, no holes in the text, no sideways scrolling`, async () => {
@@ -87,6 +93,7 @@ for (const kind of kinds) {
       assert.equal(holes?.[0], undefined);
       assert.ok(seen.wide <= 0, `the page is ${seen.wide} px wider than the window`);
       assert.equal(seen.title, "assay report", "text from the data was run as a script");
+      for (const [selector, said] of (width > 1000 && kSaid[kind]) || []) assert.match(await page.$eval(selector, (node) => node.innerText), said);
       await page.close();
     });
   }
@@ -141,8 +148,9 @@ test("an address that names a part shows it, whatever is drawn above it later; a
   await page.close();
 });
 
-test("printing before all is drawn prints all of it", async () => {
+test("printing before all is drawn prints all of it, and no table is cut on paper", async () => {
   const page = await browser.newPage();
+  await page.setViewport({ width: 688, height: 900 }); // A4 without its margins, in CSS pixels
   await page.evaluateOnNewDocument(() => {
     const busy = () => document.querySelectorAll('[aria-busy="true"]').length;
     document.addEventListener("DOMContentLoaded", () =>
@@ -158,23 +166,16 @@ test("printing before all is drawn prints all of it", async () => {
   const [before, then] = await page.evaluate(() => window.busy);
   assert.ok(before > 5, `${before} parts were still to be drawn`);
   assert.equal(then, 0);
+  await page.emulateMediaType("print");
+  const cut = await page.evaluate(() => {
+    const room = document.documentElement.clientWidth;
+    const tables = [...document.querySelectorAll(".system table, #scaling table, #values table, #failures table")];
+    const wide = tables.filter((table) => table.getBoundingClientRect().right > room + 1);
+    return { count: tables.length, wide: wide.map((table) => table.getAttribute("aria-label")) };
+  });
+  assert.ok(cut.count > 10, `${cut.count} tables`);
+  assert.deepEqual(cut.wide, []);
   await page.close();
-});
-
-test("empty, unfinished and failed results say so", async () => {
-  const empty = await open("empty");
-  assert.match(await empty.page.$eval("main", (node) => node.innerText), /Nothing has been measured yet/);
-  await empty.page.close();
-  const started = await open("started");
-  assert.match(await started.page.$eval("#planar-chain", (node) => node.innerText), /there are only reference runs/);
-  assert.match(await started.page.$eval("#capsules-27", (node) => node.innerText), /No cell of this system has been run yet/);
-  await started.page.close();
-  const failed = await open("failed");
-  const text = await failed.page.$eval("body", (node) => node.innerText);
-  assert.match(text, /none of the \d+ cells has a sound result/);
-  assert.match(text, /the worker ended by signal 6/);
-  assert.match(text, /no end after 600 s/);
-  await failed.page.close();
 });
 
 describe("full results", () => {
@@ -223,6 +224,13 @@ describe("full results", () => {
     }
     const missing = await page.$eval("#capsules-27 .bars-panel .note", (node) => node.textContent);
     assert.match(missing, /bullet-mb-rk4 \(unsupported\)/);
+  });
+
+  test("what is taken away is what assay export writes", { skip: !process.env.ASSAY || !existsSync(process.env.ASSAY) }, async () => {
+    const [json] = await downloads(page, ['#values [data-format="json"]']);
+    const exported = execFileSync(process.env.ASSAY, ["export", join(work, "full"), "--format", "json"], { maxBuffer: 1 << 26 });
+    const text = (row) => JSON.stringify(Object.entries(row).sort(([a], [b]) => (a < b ? -1 : 1)));
+    assert.deepEqual(JSON.parse(json).map(text).sort(), JSON.parse(exported).map(text).sort());
   });
 
   test("bars follow the chosen timestep", async () => {
@@ -644,20 +652,6 @@ test("the page prints on paper's width", async () => {
   await page.close();
 });
 
-test("no table is cut on paper", async () => {
-  const { page } = await open("programme", { width: 688 }); // A4 without its margins, in CSS pixels
-  await page.emulateMediaType("print");
-  const cut = await page.evaluate(() => {
-    const room = document.documentElement.clientWidth;
-    const tables = [...document.querySelectorAll(".system table, #scaling table, #values table, #failures table")];
-    const wide = tables.filter((table) => table.getBoundingClientRect().right > room + 1);
-    return { count: tables.length, wide: wide.map((table) => table.getAttribute("aria-label")) };
-  });
-  assert.ok(cut.count > 10, `${cut.count} tables`);
-  assert.deepEqual(cut.wide, []);
-  await page.close();
-});
-
 test("the screenshot shows the top of the page as far as the first plots", async () => {
   const script = new URL("../../web/screenshot.mjs", import.meta.url).pathname;
   const out = join(work, "shot.png");
@@ -703,6 +697,25 @@ describe("the programme", () => {
     assert.equal((await page.$$("#humanoid .bars .bar")).length, papers.length + 2);
     await press("#humanoid .legend-group:nth-of-type(7) .legend-engine");
     assert.equal((await shownIn("humanoid")).length, papers.length);
+  });
+
+  test("a contender has the same colour in the figures as on the page", async () => {
+    const svg = readFileSync(join(work, "programme", "figures", "figure3.svg"), "utf8");
+    const drawn = [...svg.matchAll(/rgb\(([\d.]+)%, ?([\d.]+)%, ?([\d.]+)%\)/g)].map((match) => match.slice(1).map((part) => Number(part) * 2.55));
+    const looks = await page.evaluate(() => {
+      const paint = document.createElement("canvas").getContext("2d", { willReadFrequently: true });
+      return [...document.querySelectorAll("#humanoid .series:not(.off)")].map((node) => {
+        paint.fillStyle = getComputedStyle(node.querySelector(".line")).stroke;
+        paint.fillRect(0, 0, 1, 1);
+        return [node.dataset.contender, [...paint.getImageData(0, 0, 1, 1).data].slice(0, 3)];
+      });
+    });
+    assert.ok(looks.length >= 7);
+    for (const [contender, color] of looks) {
+      if (contender === "mujoco-euler-dense") continue; // not in this figure
+      const away = Math.min(...drawn.map((other) => Math.hypot(...other.map((value, index) => value - color[index]))));
+      assert.ok(away < 3, `${contender}: ${color} is ${away.toFixed(1)} from the nearest colour of the figure`);
+    }
   });
 
   test("each system has its picture, with as many shapes as its model", async () => {
@@ -862,9 +875,32 @@ describe("the programme", () => {
     await page.keyboard.press("Escape");
   });
 
-  test("agreement begins where half of the pairs have parted, says so, and no name is cut", async () => {
-    for (const width of [1400, 1280]) {
-      const { page: fresh } = await open("programme", { width });
+  describe("at 1280 px, with other rates of hidden damping", () => {
+    let rates;
+    let fresh;
+
+    before(async () => {
+      const single = data().contenders.find((one) => one.capabilities.precision === "single").name;
+      const double = data().contenders.find((one) => one.capabilities.precision === "double").name;
+      // contender, timestep, rate, interval, what is to be seen
+      rates = [
+        [double, 1, 2e-13, [1.9e-13, 2.1e-13], "rounding"], [double, 1 / 64, -1.3e-11, [-1.4e-11, -1.2e-11], "rounding"],
+        [double, 2, -1e-3, [-2e-3, -1e-4], "gains"], [double, 4, -1e-3, [-2e-3, 1e-4], "none"], [double, 8, 3e-13, [2e-13, 4e-13], "loses"],
+        [single, 1, -1.1e-4, [-1.2e-4, -1e-4], "rounding"], [single, 8, -1.1e-4, [-1.2e-4, -1e-4], "gains"],
+      ]; // prettier-ignore
+      const file = withData("programme", "damping", (changed) => {
+        for (const [contender, step, rate, [low, high]] of rates) {
+          for (const cell of changed.cells) {
+            if (cell.system !== "astronaut-energy" || cell.contender !== contender || cell.timestep_ms !== step) continue;
+            for (const value of cell.values) if (value.name === "damping_rate") Object.assign(value, { value: rate, low, high });
+          }
+        }
+      });
+      ({ page: fresh } = await openReport(browser, file, { width: 1280 }));
+    });
+    after(() => fresh.close());
+
+    test("agreement begins where half of the pairs have parted, says so, and no name is cut", async () => {
       for (const agreement of data().agreement) {
         const parted = agreement.parting_s.filter((time) => time !== null).sort((a, b) => a - b);
         const middle = parted[Math.floor(parted.length / 2)];
@@ -882,44 +918,25 @@ describe("the programme", () => {
             return left < box.left - 1 || right > box.right + 1 || top < box.top - 1;
           }).map((name) => name.textContent); // prettier-ignore
         });
-        assert.deepEqual(cut, [], `${agreement.system}, ${width} px`);
-      }
-      await fresh.close();
-    }
-  });
-
-  test("hidden damping: what rounding could make is about 0, only what gains more than that is bold", async () => {
-    const single = data().contenders.find((one) => one.capabilities.precision === "single").name;
-    const double = data().contenders.find((one) => one.capabilities.precision === "double").name;
-    // contender, timestep, rate, interval, what is to be seen
-    const rates = [
-      [double, 1, 2e-13, [1.9e-13, 2.1e-13], "rounding"], [double, 1 / 64, -1.3e-11, [-1.4e-11, -1.2e-11], "rounding"],
-      [double, 2, -1e-3, [-2e-3, -1e-4], "gains"], [double, 4, -1e-3, [-2e-3, 1e-4], "none"], [double, 8, 3e-13, [2e-13, 4e-13], "loses"],
-      [single, 1, -1.1e-4, [-1.2e-4, -1e-4], "rounding"], [single, 8, -1.1e-4, [-1.2e-4, -1e-4], "gains"],
-    ]; // prettier-ignore
-    const file = withData("programme", "damping", (changed) => {
-      for (const [contender, step, rate, [low, high]] of rates) {
-        for (const cell of changed.cells) {
-          if (cell.system !== "astronaut-energy" || cell.contender !== contender || cell.timestep_ms !== step) continue;
-          for (const value of cell.values) if (value.name === "damping_rate") Object.assign(value, { value: rate, low, high });
-        }
+        assert.deepEqual(cut, [], agreement.system);
       }
     });
-    const { page: fresh } = await openReport(browser, file, { width: 1280 });
-    const panel = "#astronaut-energy .damping-panel";
-    const [head, ...rows] = await fresh.$$eval(`${panel} tr`, (nodes) =>
-      nodes.map((row) => [...row.cells].map((cell) => ({ text: cell.innerText.trim(), kind: cell.querySelector("button")?.classList[2], weight: getComputedStyle(cell.querySelector(".number") ?? cell).fontWeight }))),
-    );
-    for (const [contender, step, , , kind] of rates) {
-      const written = step < 1 ? `1/${1 / step}` : String(step);
-      const shown = rows.find(([name]) => name.text === contender)[head.findIndex(({ text }) => text.split(/\s/)[0] === written)];
-      assert.equal(shown.kind, kind, `${contender} at ${step} ms`);
-      assert.equal(shown.text === "≈ 0", kind === "rounding", shown.text);
-      assert.equal(Number(shown.weight) > 600, kind === "gains", `${contender} at ${step} ms: ${shown.weight}`);
-    }
-    const over = await fresh.$eval(`${panel} .scroll`, (node) => node.scrollWidth - node.clientWidth);
-    assert.ok(over <= 0, `${over} px are cut at 1280 px`);
-    await fresh.close();
+
+    test("what rounding could make is about 0, only what gains more than that is bold", async () => {
+      const panel = "#astronaut-energy .damping-panel";
+      const [head, ...rows] = await fresh.$$eval(`${panel} tr`, (nodes) =>
+        nodes.map((row) => [...row.cells].map((cell) => ({ text: cell.innerText.trim(), kind: cell.querySelector("button")?.classList[2], weight: getComputedStyle(cell.querySelector(".number") ?? cell).fontWeight }))),
+      );
+      for (const [contender, step, , , kind] of rates) {
+        const written = step < 1 ? `1/${1 / step}` : String(step);
+        const shown = rows.find(([name]) => name.text === contender)[head.findIndex(({ text }) => text.split(/\s/)[0] === written)];
+        assert.equal(shown.kind, kind, `${contender} at ${step} ms`);
+        assert.equal(shown.text === "≈ 0", kind === "rounding", shown.text);
+        assert.equal(Number(shown.weight) > 600, kind === "gains", `${contender} at ${step} ms: ${shown.weight}`);
+      }
+      const over = await fresh.$eval(`${panel} .scroll`, (node) => node.scrollWidth - node.clientWidth);
+      assert.ok(over <= 0, `${over} px are cut at 1280 px`);
+    });
   });
 
   test("at the reference's own timestep stand restart floors, of which none is the best", async () => {
@@ -1054,36 +1071,6 @@ describe("the programme", () => {
     assert.deepEqual(JSON.parse(json).map((row) => row.value).sort(), drops.map((value) => value.value).sort());
     await page.type("#values input", "havok penetration");
     assert.match(await count(), /^0 of /);
-  });
-
-  test("what is taken away is what assay export writes", { skip: !process.env.ASSAY || !existsSync(process.env.ASSAY) }, async () => {
-    const { page: fresh } = await open("full");
-    const [json] = await downloads(fresh, ['#values [data-format="json"]']);
-    await fresh.close();
-    const exported = execFileSync(process.env.ASSAY, ["export", join(work, "full"), "--format", "json"], { maxBuffer: 1 << 26 });
-    const text = (row) => JSON.stringify(Object.entries(row).sort(([a], [b]) => (a < b ? -1 : 1)));
-    assert.deepEqual(JSON.parse(json).map(text).sort(), JSON.parse(exported).map(text).sort());
-  });
-
-  test("a contender has the same colour in the figures as on the page", async () => {
-    const svg = readFileSync(join(work, "programme", "figures", "figure3.svg"), "utf8");
-    const drawn = [...svg.matchAll(/rgb\(([\d.]+)%, ?([\d.]+)%, ?([\d.]+)%\)/g)].map((match) => match.slice(1).map((part) => Number(part) * 2.55));
-    const { page: light } = await open("programme");
-    const looks = await light.evaluate(() => {
-      const paint = document.createElement("canvas").getContext("2d", { willReadFrequently: true });
-      return [...document.querySelectorAll("#humanoid .series:not(.off)")].map((node) => {
-        paint.fillStyle = getComputedStyle(node.querySelector(".line")).stroke;
-        paint.fillRect(0, 0, 1, 1);
-        return [node.dataset.contender, [...paint.getImageData(0, 0, 1, 1).data].slice(0, 3)];
-      });
-    });
-    await light.close();
-    assert.ok(looks.length >= 7);
-    for (const [contender, color] of looks) {
-      if (contender === "mujoco-euler-dense") continue; // not in this figure
-      const away = Math.min(...drawn.map((other) => Math.hypot(...other.map((value, index) => value - color[index]))));
-      assert.ok(away < 3, `${contender}: ${color} is ${away.toFixed(1)} from the nearest colour of the figure`);
-    }
   });
 
   test("the figures of the paper stand beside the report and show what was measured", async () => {

@@ -30,7 +30,7 @@ before(async () => {
   run("run", "cart_pole.xml", "--policy-config", "policy.toml", "--policy", "nothing.csv", "--out", "results", "--seeds", "12", "--seconds", "2", "--timesteps", "5,10", "--contenders", "mujoco-euler,mujoco-rk4,mujoco-implicit");
   run("report", "results");
   [matrix] = dataIn(report).transfer;
-  browser = await launch();
+  browser = await launch({ webgl: true });
 });
 
 after(async () => {

@@ -22,6 +22,7 @@ PROGRAM = os.environ.get("ASSAY_PROGRAM", "")
 MISHAP_ENGINE = os.environ.get("ASSAY_MISHAP_ENGINE", "")
 REFUSED_PLUGINS = os.environ.get("ASSAY_REFUSED_PLUGINS", "")
 DEADLY_PLUGINS = os.environ.get("ASSAY_DEADLY_PLUGINS", "")
+VERDICTS = os.environ.get("ASSAY_TEST_VERDICTS", "")  # folder of verdicts.py
 RELIABILITY = os.environ.get("ASSAY_RELIABILITY", "")  # folder for lines of docs/reliability.md
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 COMMANDS = ["engines", "systems", "check", "simulate", "paper", "run", "report", "export", "movie", "snapshot", "recommend", "parity",
@@ -67,6 +68,7 @@ class AssayTest(unittest.TestCase):
 
     maxDiff = 4000
     running = None  # the test that reliability() asks
+    with_verdicts = True  # of usual contenders in the conformance suite: no other campaign has to ask it again
 
     def setUp(self):
         AssayTest.running = self
@@ -79,6 +81,12 @@ class AssayTest(unittest.TestCase):
         self.env = {k: v for k, v in os.environ.items() if not k.startswith("ASSAY_")}
         self.env["CMAKE_GENERATOR"] = "Ninja"  # a machine that assay's set-up has made need not have make
         self.env["XDG_CACHE_HOME"] = str(self.dir / "cache")  # references of one test are not another's
+        if VERDICTS and self.with_verdicts:
+            shutil.copytree(VERDICTS, self.dir / "cache/assay/conformance")
+
+    def forget_verdicts(self):
+        """For a test that is about the suite itself."""
+        shutil.rmtree(self.dir / "cache/assay/conformance", ignore_errors=True)
 
     def use_mishap_engine(self):
         self.env["ASSAY_ENGINE_PATH"] = MISHAP_ENGINE

@@ -25,6 +25,8 @@ SERVO = SPINNER.replace('<motor name="drive" joint="axle" gear="2" ctrlrange="-1
                         '<position name="drive" joint="axle" kp="20" kv="10"/>')
 INERTIA = 0.1 + 2 * 0.5**2  # of the arm about its axle
 
+AssayTest.with_verdicts = False  # folders have to stay empty
+
 
 class Csv(AssayTest):
     def simulate(self, model, engine, timestep, duration, *more):

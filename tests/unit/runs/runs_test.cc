@@ -418,6 +418,7 @@ TEST_F(RunsTest, AKilledNodeIsNotHavoksFailure) {
       "name = \"node\"\ncontenders = [\"havok-node\"]\ntimesteps_ms = [1]\nmeasures = [\"drift\"]\n"
       "[[system]]\nname = \"planar-chain\"\nduration_s = 0.128\n",
       "node.toml");
+  pass_gate(campaign, dir());
   const pid_t run = start_run(campaign, options(dir()), dir());
   bool killed = false;
   for (int i = 0; i < 10000 && !killed; ++i) {
@@ -431,8 +432,6 @@ TEST_F(RunsTest, AKilledNodeIsNotHavoksFailure) {
   EXPECT_TRUE(killed);
   EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
   const Store store = Store::open(dir());
-  EXPECT_THAT(store.conformance(), SizeIs(conformance_tests().size()));
-  for (const ConformanceRow& row : store.conformance()) EXPECT_NE(row.status, "fail") << row.test << ": " << row.note;
   EXPECT_EQ(find(store, "havok-node", "drift", 1).outcome, Outcome::kOk);
   reliability("SIGKILL of the Node in which Havok runs", 1, "another worker goes on", "the time of that worker");
 }
