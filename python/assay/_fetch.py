@@ -1,5 +1,7 @@
 """What the package does not contain and fetches on request into the user's cache, checked against pinned hashes."""
 
+from __future__ import annotations
+
 import os
 import pathlib
 import subprocess

@@ -1,7 +1,7 @@
 """The build backend of the package: scikit-build-core, and around it what makes its wheel one for other machines.
 
-Before: set-up, which fetches and builds the engines. After: the shared libraries that a machine need not have, the licences
-of all that is inside, and the tag that says which machines the wheel is for.
+Before: set-up, which fetches and builds the engines and what all is linked with (setup/portable). After: the licences of all that is
+inside, and the tag that says which machines the wheel is for.
 """
 
 import base64
@@ -24,14 +24,13 @@ from scikit_build_core import build as _inner
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 # What every system with glibc and Python has: it stays the system's.
-SYSTEM = re.compile(r"^(ld-linux-x86-64|linux-vdso|libc|libm|libdl|librt|libpthread|libresolv|libutil|libgcc_s|libstdc\+\+|libz)\.so")
+SYSTEM = re.compile(r"^(ld-linux-x86-64|linux-vdso|libc|libm|libdl|librt|libpthread|libresolv|libutil|libgcc_s|libstdc\+\+)\.so")
 
 # The version of glibc that comes with a distribution whose libstdc++ has this version of its symbols.
 GLIBC_OF_GLIBCXX = {28: (2, 31), 29: (2, 34), 30: (2, 35), 31: (2, 37), 32: (2, 38), 33: (2, 39)}
 
-# Headers that end up in our binaries, by their Debian packages.
-HEADERS = ["libeigen3-dev", "libfmt-dev", "nlohmann-json3-dev", "libtomlplusplus-dev", "libcli11-dev", "libboost1.74-dev",
-           "libstdc++-12-dev", "fonts-dejavu-core"]
+# What ends up in our binaries without being linked, by its Debian packages.
+HEADERS = ["libeigen3-dev", "nlohmann-json3-dev", "libcli11-dev", "libboost1.74-dev", "libstdc++-12-dev", "fonts-dejavu-core"]
 
 prepare_metadata_for_build_wheel = _inner.prepare_metadata_for_build_wheel
 
@@ -61,7 +60,7 @@ def build_sdist(sdist_directory, config_settings=None):
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     if sys.platform != "linux" or os.uname().machine != "x86_64":
         raise SystemExit(f"assay: the package is built on x86-64 Linux, and this is {os.uname().sysname} {os.uname().machine}")
-    subprocess.run(["bash", ROOT / "setup/setup.sh"], check=True)
+    subprocess.run(["bash", ROOT / "setup/setup.sh", "--wheel"], check=True)
     with tempfile.TemporaryDirectory(prefix="assay-wheel-") as work:
         name = _inner.build_wheel(work, config_settings, metadata_directory)
         return finish(pathlib.Path(work, name), pathlib.Path(wheel_directory)).name
@@ -80,9 +79,9 @@ def finish(wheel, out):
                 if not info.is_dir():
                     path.chmod(0o755 if info.external_attr >> 16 & 0o111 else 0o644)
         information = next(tree.glob("*.dist-info"))
-        bring_libraries(tree)
+        check_libraries(tree)
         add_licences(tree, information)
-        tag = f"cp311-cp311-manylinux_{'_'.join(map(str, needed_glibc(elf_files(tree))))}_x86_64"
+        tag = f"py3-none-manylinux_{'_'.join(map(str, needed_glibc(elf_files(tree))))}_x86_64"
         file = information / "WHEEL"
         lines = [line for line in file.read_text().splitlines() if line and not line.startswith("Tag:")]
         file.write_text("\n".join([*lines, f"Tag: {tag}"]) + "\n")
@@ -100,31 +99,18 @@ def elf_files(tree):
     return found
 
 
-def bring_libraries(tree):
-    """Copies every shared library that a binary needs and a system need not have to program/lib/assay, where all of them look:
-    our binaries by the old kind of RPATH, which holds for what a library brings, too."""
-    folder = tree / "assay/program/lib/assay"
-    brought = {}
-    for binary in elf_files(tree):
-        done = subprocess.run(["ldd", binary], capture_output=True, text=True, env={**os.environ, "LC_ALL": "C"}, check=False)
-        for line in done.stdout.splitlines():
-            matched = re.match(r"\s+(\S+) => (.*?)(?: \(0x[0-9a-f]+\))?$", line)
-            if not matched or SYSTEM.match(matched[1]) or (folder / matched[1]).exists():
-                continue
-            if matched[2] == "not found":
-                raise SystemExit(f"assay: '{binary.relative_to(tree)}' needs '{matched[1]}', which is not on this machine")
-            path = pathlib.Path(matched[2])
-            if tree not in path.parents:
-                brought[matched[1]] = path.resolve()
-    for name, path in brought.items():
-        shutil.copyfile(path, folder / name)
-        (folder / name).chmod(0o644)
-    for binary in elf_files(tree):
+def check_libraries(tree):
+    """Every shared library that a binary needs is inside or the system's."""
+    binaries = elf_files(tree)
+    inside = {path.name for path in binaries}
+    for binary in binaries:
         said = subprocess.run(["readelf", "-d", "--wide", binary], capture_output=True, text=True, check=True).stdout
         needed = [name for name in re.findall(r"\(NEEDED\)\s+Shared library: \[(.+?)\]", said) if not SYSTEM.match(name)]
+        for name in needed:
+            if name not in inside:
+                raise SystemExit(f"assay: '{binary.relative_to(tree)}' needs '{name}', which other machines need not have")
         if "(RUNPATH)" in said and needed:
             raise SystemExit(f"assay: '{binary.relative_to(tree)}' has a RUNPATH, with which {needed[0]} does not find its libraries")
-    (folder / "brought.json").write_text(json.dumps({name: package_of(path) for name, path in sorted(brought.items())}, indent=1))
 
 
 def needed_glibc(binaries):
@@ -144,16 +130,25 @@ def needed_glibc(binaries):
 
 
 def package_of(path):
-    """The Debian package that a file belongs to, with its version."""
-    for each in (path, pathlib.Path("/usr") / path.relative_to("/"), pathlib.Path("/") / path.relative_to("/usr")
-                 if path.is_relative_to("/usr") else path):
-        done = subprocess.run(["dpkg", "-S", each], capture_output=True, text=True, check=False)
-        if done.returncode == 0:
-            name = done.stdout.split(": ")[0].split(",")[0]
-            version = subprocess.run(["dpkg-query", "-W", "-f", "${source:Package} ${source:Version}", name],
-                                     capture_output=True, text=True, check=True).stdout
-            return {"package": name.split(":")[0], "source": version}
-    raise SystemExit(f"assay: nobody knows the licence of '{path}': it belongs to no package")
+    """The Debian package that a file belongs to."""
+    done = subprocess.run(["dpkg", "-S", path], capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise SystemExit(f"assay: nobody knows the licence of '{path}': it belongs to no package")
+    return done.stdout.split(": ")[0].split(",")[0].split(":")[0]
+
+
+def linked_packages():
+    """The Debian packages of the static libraries that are in the binaries, each with its libraries."""
+    said = subprocess.run(["ninja", "-C", ROOT / "build/package", "-t", "commands", "product", "_core"], capture_output=True, text=True,
+                          check=True).stdout
+    packages = {}
+    for path in sorted({pathlib.Path(each) for each in re.findall(r"/[^\s,]+\.a\b", said)}):
+        if "/engines/portable-" in str(path):
+            # compiled from the sources of the package that has the shared one
+            packages.setdefault(package_of(f"/usr/lib/x86_64-linux-gnu/{path.stem}.so"), []).append(path.name)
+        elif path.is_relative_to("/usr"):
+            packages.setdefault(package_of(path), []).append(path.name)
+    return packages
 
 
 def engine_folders(tree):
@@ -212,18 +207,12 @@ def add_licences(tree, information):
             with tempfile.TemporaryDirectory(prefix="assay-licences-") as work:
                 more = more_licences(each.name, work)
                 add(each.name, f"engine {engine}: {(each / 'build.txt').read_text().splitlines()[0].removeprefix('source=')}", files + more if files else [])
-    brought = json.loads((tree / "assay/program/lib/assay/brought.json").read_text())
-    python = package_of(pathlib.Path(os.path.realpath("/usr/lib/x86_64-linux-gnu/libpython3.11.so.1.0")))
-    packages = {}
-    for library, package in [*brought.items(), ("libpython3.11.so.1.0", python)]:
-        packages.setdefault((package["package"], package["source"]), []).append(library)
-    for name in HEADERS:
-        version = subprocess.run(["dpkg-query", "-W", "-f", "${source:Package} ${source:Version}", name], capture_output=True,
-                                 text=True, check=True).stdout
-        packages.setdefault((name, version), []).append("compiled in" if not name.startswith("fonts") else "DejaVu Sans")
-    for (name, source), libraries in sorted(packages.items()):
+    packages = linked_packages() | {name: ["compiled in" if not name.startswith("fonts") else "DejaVu Sans"] for name in HEADERS}
+    for name, libraries in sorted(packages.items()):
+        source = subprocess.run(["dpkg-query", "-W", "-f", "${source:Package} ${source:Version}", name], capture_output=True,
+                                text=True, check=True).stdout
         text = pathlib.Path("/usr/share/doc", name, "copyright")
-        add(name, f"{', '.join(libraries)}; unchanged from Debian, source package {source} (https://snapshot.debian.org)",
+        add(name, f"{', '.join(libraries)}; Debian's source package {source} (https://snapshot.debian.org)",
             [(text, "copyright")] if text.is_file() else [])
     dependencies = json.loads((ROOT / "web/package.json").read_text())["dependencies"]
     for name in sorted(page_packages([each for each in dependencies if each != "esbuild"])):
