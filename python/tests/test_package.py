@@ -1,9 +1,11 @@
 """The wheel: what is inside, for which machines it is, and under which licences."""
 
 import importlib.metadata
+import json
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 import tarfile
@@ -53,18 +55,12 @@ def test_every_part_has_its_licence():
                              ("libpython3.11-pic.a", "libpython3.11-dev")):
         assert library in listed
         assert f"{package}/copyright" in texts, library
-    for plugin in (FOLDER / "program/lib/assay/engines").glob("assay-engine-*.so"):
-        engine = re.match(r"assay-engine-([a-z]+)", plugin.name)[1]
-        if engine in ("null", "skeleton"):
-            continue
+    plugins = {path.stem for path in (FOLDER / "program/lib/assay/engines").glob("assay-engine-*.so")}
+    assert plugins - {"assay-engine-null", "assay-engine-skeleton"} == {"assay-engine-mujoco", "assay-engine-bullet-f64", "assay-engine-ode"}
+    for engine in ("mujoco", "bullet", "ode"):
         assert any(name.startswith(f"{engine}-") and pathlib.Path(path).stat().st_size > 100 for name, path in texts.items()), engine
     for name in ("npm-three", "npm-d3-scale", "nanobind", "fonts-dejavu-core", "libeigen3-dev"):
         assert any(text.startswith(f"{name}/") for text in texts), name
-    # what engines bring themselves: Havok is MIT's, and parts of other people are in three plugins
-    for name, said in (("havok-1.3.14/havok.txt", "MIT License"), ("rapier-0.36.1/rapier-parry-and-rust-std/APACHE-2.0.txt", "Apache"),
-                       ("jolt-5.6.0-wasm/zig/libc/wasi/libc-top-half/musl/COPYRIGHT", "Rich Felker"),
-                       ("jolt-5.6.0-wasm/zig/libcxx/LICENSE.TXT", "LLVM")):
-        assert said in pathlib.Path(texts[name]).read_text(encoding="utf-8"), name
     for name in ("LICENSE", "THIRD_PARTY.md"):
         assert any(str(each).endswith(f"licenses/{name}") for each in importlib.metadata.files("assay"))
     # fetched on request, not inside; nor are engines whose environments a clone makes
@@ -94,6 +90,39 @@ def test_the_tag_is_what_the_binaries_need():
     assert int(tag[2]) <= 31, "Debian 11 and Ubuntu 20.04 have glibc 2.31"
     inside = importlib.metadata.distribution("assay").read_text("WHEEL")
     assert f"Tag: py3-none-manylinux_{tag[1]}_{tag[2]}_x86_64" in inside
+
+
+# what engines bring themselves: Havok is MIT's, and parts of other people are in plugins
+TEXTS = {"havok": [("havok-1.3.14/havok.txt", "MIT License")],
+         "rapier": [("rapier-0.36.1/rapier-parry-and-rust-std/APACHE-2.0.txt", "Apache")],
+         "dart": [("libassimp-dev/copyright", "Assimp"), ("ode-0.16.6/", "")],
+         "jolt-wasm": [("jolt-5.6.0-wasm/zig/libc/wasi/libc-top-half/musl/COPYRIGHT", "Rich Felker"),
+                       ("jolt-5.6.0-wasm/zig/libcxx/LICENSE.TXT", "LLVM")]}
+FURTHER = sorted(WHEEL.parent.glob("assay_*.whl")) if WHEEL.is_file() else []
+
+
+@needs_wheel
+@pytest.mark.parametrize("wheel", FURTHER, ids=lambda wheel: wheel.name.split("-")[0])
+def test_an_engine_that_is_set_up_on_request_has_a_wheel_of_its_own(wheel, tmp_path):
+    shutil.copytree(FOLDER, tmp_path / "assay")
+    assert wheel.name.split("-", 1)[1] == WHEEL.name.split("-", 1)[1]  # of the same version, for the same machines
+    recipe = wheel.name.split("-")[0].removeprefix("assay_").replace("_", "-")
+    with zipfile.ZipFile(wheel) as archive:
+        names = archive.namelist()
+        assert not [name for name in names if (tmp_path / name).exists()], "a file of the program's wheel"
+        archive.extractall(tmp_path)
+    information = next(tmp_path.glob("*.dist-info"))
+    assert f"Name: assay-{recipe}\n" in (information / "METADATA").read_text()
+    assert f"Requires-Dist: assay=={importlib.metadata.version('assay')}\n" in (information / "METADATA").read_text()
+    texts = information / "licenses/third_party"
+    assert any(path.name.startswith(re.match("[a-z]+", recipe)[0]) for path in texts.iterdir())
+    for name, said in TEXTS.get(recipe, []):
+        files = [texts / name] if not name.endswith("/") else [path for path in (texts / name).rglob("*") if path.is_file()]
+        assert files and all(said in path.read_text(encoding="utf-8") for path in files), name
+    added = {path.stem.removeprefix("assay-engine-") for path in map(pathlib.PurePath, names) if path.suffix == ".so"}
+    done = subprocess.run([tmp_path / "assay/program/bin/assay", "engines", "--json"], capture_output=True, text=True, check=True)
+    found = {each["engine"] for each in json.loads(done.stdout)["contenders"]}
+    assert added and added - {"havok-node"} <= found  # which is absent without Node
 
 
 def refusal(*options):
