@@ -77,6 +77,19 @@ def test_what_is_fetched_is_pinned():
     assert _fetch.cache() == pathlib.Path(os.environ["XDG_CACHE_HOME"]) / "assay"
 
 
+def test_no_network_and_no_writable_folder_are_one_sentence(tmp_path, monkeypatch):
+    monkeypatch.setenv("ASSAY_CACHE", str(tmp_path))
+    monkeypatch.setenv("PIP_NO_INDEX", "1")
+    monkeypatch.delenv("PIP_FIND_LINKS", raising=False)
+    with pytest.raises(assay.MachineError, match=r"^coacd \S+ cannot be fetched from the Python package index: is there a network.* No matching") as raised:
+        assay.fetch()
+    assert "\n" not in str(raised.value)
+    (tmp_path / "libraries").rmdir()
+    (tmp_path / "libraries").write_text("a file in its place")
+    with pytest.raises(assay.MachineError, match=r"^cannot write to '.*/libraries' \(.*\): set ASSAY_CACHE to a folder of yours$"):
+        assay.fetch()
+
+
 @needs_wheel
 def test_the_tag_is_what_the_binaries_need():
     tag = re.fullmatch(r"assay-[\d.]+-py3-none-manylinux_(\d+)_(\d+)_x86_64\.whl", WHEEL.name)

@@ -10,6 +10,7 @@ import assay
 import numpy as np
 import pytest
 from assay._program import call
+from conftest import PENDULUM
 
 # every engine of the package at least once
 FAMILIES = ("mujoco", "bullet", "ode")
@@ -152,8 +153,8 @@ def test_mistakes_have_the_programs_sentences():
         assay.Simulation(model, "ode-quick", settings={"iterations": [1]})
     with pytest.raises(assay.InputError, match="load one with assay.load"):
         assay.Simulation("planar-chain", "ode-quick")
-    with pytest.raises(assay.UnsupportedError, match="simbody"):
-        assay.Simulation(assay.load("grasp"), "simbody-rkm")
+    with pytest.raises(assay.UnsupportedError, match="armature"):
+        assay.Simulation(assay.load_text(PENDULUM.replace('type="hinge"', 'type="hinge" armature="0.1"')), "bullet-si-f64")
     with pytest.raises(assay.UnsupportedError, match="null takes no joint torques"):
         assay.Simulation(model, "null").step(np.ones(5))
 
