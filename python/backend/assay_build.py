@@ -62,6 +62,10 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     if sys.platform != "linux" or os.uname().machine != "x86_64":
         raise SystemExit(f"assay: the package is built on x86-64 Linux, and this is {os.uname().sysname} {os.uname().machine}")
     subprocess.run(["bash", ROOT / "setup/setup.sh", "--wheel"], check=True)
+    # Node.js bundles the page: the system's, or what the set-up fetched
+    script = 'root="$1"; source "$1/setup/common.sh"; find_cache && find_node && echo "$PATH"'
+    done = subprocess.run(["bash", "-c", script, "-", ROOT], capture_output=True, text=True, check=True)
+    os.environ["PATH"] = done.stdout.strip()
     with tempfile.TemporaryDirectory(prefix="assay-wheel-") as work:
         name = _inner.build_wheel(work, config_settings, metadata_directory)
         return finish(pathlib.Path(work, name), pathlib.Path(wheel_directory)).name

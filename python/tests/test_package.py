@@ -32,7 +32,7 @@ def binaries():
 
 
 def test_every_library_is_inside_or_the_systems():
-    assert len(binaries()) > 15
+    assert len(binaries()) >= 9  # the program, the extension, two libraries, the host and four plugins
     for binary in binaries():
         said = subprocess.run(["ldd", binary], capture_output=True, text=True, check=False).stdout
         assert "not found" not in said, binary
