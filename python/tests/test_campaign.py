@@ -36,10 +36,7 @@ def test_the_same_call_resumes(measured, campaign):
     assert not [each for each in again if each["event"] == "finished"]
 
 
-def test_an_interrupt_loses_no_finished_cell(tmp_path):
-    # with timings that last, so that the interrupt comes before the end
-    campaign = tmp_path / "longer.toml"
-    campaign.write_text(CAMPAIGN.replace("rounds = 2", "rounds = 100"))
+def test_an_interrupt_loses_no_finished_cell(campaign, tmp_path):
     seen = []
 
     def progress(event):
