@@ -47,10 +47,18 @@ engine_builds() {
   [[ ! -f ${file} ]] || sed -n "/${2:-}$/s/ .*//p; ${2:+b;} s/^\\([a-z0-9]*\\)$/\\1/p" "${file}"
 }
 
+# recipe_folder NAME: where the recipe of an engine is, or of what the Python package is linked with (setup/portable).
+recipe_folder() {
+  local folder="${root}/src/engines/$1/recipe"
+  [[ $1 != portable ]] || folder="${root}/setup/portable"
+  echo "${folder}"
+}
+
 # engine_folder NAME [BUILD]. The locale decides the order of the recipe's files. A recipe that uses what others make names
 # them in its file `uses`.
 engine_folder() {
-  local LC_ALL=C recipe="${root}/src/engines/$1/recipe" build="${2:-baseline}" used key
+  local LC_ALL=C recipe build="${2:-baseline}" used key
+  recipe="$(recipe_folder "$1")"
   key="$({
     cat "${recipe}"/*
     if [[ -f ${recipe}/uses ]]; then while read -r used; do cat "${root}/src/engines/${used}/recipe"/*; done <"${recipe}/uses"; fi

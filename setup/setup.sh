@@ -10,6 +10,7 @@
 #                            (src/engines/NAME/requirements.txt), which are large, and those that are not of the core
 #                            (src/engines/NAME/set-up.txt)
 #   setup/setup.sh --fuzz    adds the compiler that tests/fuzz/run needs
+#   setup/setup.sh --wheel   also makes what the Python package is linked with (setup/portable)
 #   setup/setup.sh --package  makes the environment that builds and tests the Python package (setup/pip/package.txt) instead: 500 MB
 #   setup/setup.sh --prune   removes shared engines, tools and downloads that no set-up has used for 90 days
 #
@@ -22,7 +23,7 @@ set -euo pipefail
 root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
 # shellcheck source=setup/common.sh
 source "${root}/setup/common.sh"
-with_tests="" with_fuzz="" prune="" robots="" package="" builds=() python_engines=() built_engines=()
+with_tests="" with_fuzz="" prune="" robots="" package="" wheel="" builds=() python_engines=() built_engines=()
 case "${1:-}" in
   "") ;;
   --tests) with_tests=1 ;;
@@ -30,6 +31,7 @@ case "${1:-}" in
   --robots) robots=1 ;;
   --fuzz) with_fuzz=1 ;;
   --package) package=1 ;;
+  --wheel) wheel=1 ;;
   --engines)
     shift
     find_engines_on_request "$@" || exit 2
@@ -44,7 +46,7 @@ case "${1:-}" in
       exit 2
     done
     ;;
-  *) echo "setup: unknown argument '$1': the arguments are --tests, --builds, --robots, --fuzz, --engines, --package and --prune" >&2; exit 2 ;;
+  *) echo "setup: unknown argument '$1': the arguments are --tests, --builds, --robots, --fuzz, --engines, --wheel, --package and --prune" >&2; exit 2 ;;
 esac
 exec 1>&2
 
@@ -353,12 +355,13 @@ set_up_engine() {
   made_once "${folder}" build_engine "$1" "${2:-baseline}" "${folder}"
 }
 build_engine() {
-  local name="$1" build="$2" folder="$3" recipe="${root}/src/engines/$1/recipe" flags
+  local name="$1" build="$2" folder="$3" recipe flags
+  recipe="$(recipe_folder "${name}")"
   local work="${folder}.part" out="${folder}.part/out" fetched
   flags="$(engine_flags "${build}")"
   local log="${logs}/setup-${name}-${build}.log"
   [[ ${build} == baseline ]] || name="${name}, build ${build}"
-  say "setting up the engine ${name}"
+  say "setting up ${name}"
   : >"${log}"
   mkdir -p "${out}"
   run_recipe() {
@@ -534,6 +537,7 @@ set_up_pieces() {
 find_pieces() {
   local name each build
   pieces=(set_up_web set_up_libraries)
+  [[ -n ${wheel} ]] && pieces+=("set_up_engine portable")
   [[ -n ${with_tests} ]] && pieces+=(set_up_tools set_up_test_environment)
   for name in $(for each in "${engines[@]}"; do echo "$(recipe_minutes "${each}") ${each}"; done | sort -rn | cut -d ' ' -f 2); do
     if [[ " ${ASSAY_SKIP_ENGINES:-} " == *" ${name} "* ]]; then
@@ -611,10 +615,10 @@ mapfile -t engines < <(recipes_of core ${with_tests:+request})
 if [[ ${#builds[@]} -gt 0 ]]; then
   for name in $(recipes_of request); do [[ ! -d $(engine_folder "${name}") ]] || engines+=("${name}"); done
 fi
-[[ -z ${with_tests} ]] || wanted=1
+[[ -z ${with_tests}${wheel} ]] || wanted=1
 [[ -d ${root}/build/release ]] || check_room "${root}" 2 "use a clone elsewhere"
 compgen -G "${cache}/engines/mujoco-*" >/dev/null || check_room "${cache}" 1 "set ASSAY_CACHE to a folder elsewhere"
-install_packages "${engines[@]}" ${with_tests:+python-host}
+install_packages "${engines[@]}" ${with_tests:+python-host} ${wheel:+python-host}
 check_compiler
 find_pieces
 set_up_pieces

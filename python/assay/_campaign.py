@@ -1,5 +1,7 @@
 """Campaigns: the program measures in worker processes of its own, and this process shows how far it is."""
 
+from __future__ import annotations
+
 import json
 import os
 import signal

@@ -7,8 +7,6 @@ from numpy.typing import NDArray
 
 _Arrays = tuple[float, NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 
-version: str
-commit: str
 
 def set_program(path: str) -> None: ...
 def load(given: str, is_text: bool, name: str, drop_unsupported: bool, keyframe: str, qpos: str, packages: Mapping[str, str],

@@ -3,6 +3,8 @@
 Worker processes read this module with the standard library alone.
 """
 
+from __future__ import annotations
+
 import atexit
 import hashlib
 import importlib.util

@@ -1,5 +1,7 @@
 """What the package does not contain and fetches on request into the user's cache, checked against pinned hashes."""
 
+from __future__ import annotations
+
 import os
 import pathlib
 import subprocess
@@ -35,8 +37,12 @@ def fetch(what: str = "libraries") -> list[pathlib.Path]:
         folders.append(folder)
         if folder.is_dir():
             continue
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=folder.parent, prefix=".fetch-") as work:
+        try:
+            folder.parent.mkdir(parents=True, exist_ok=True)
+            scratch = tempfile.TemporaryDirectory(dir=folder.parent, prefix=".fetch-")
+        except OSError as error:
+            raise MachineError(f"cannot write to '{folder.parent}' ({error.strerror}): set ASSAY_CACHE to a folder of yours") from None
+        with scratch as work:
             pinned = pathlib.Path(work, "pins.txt")
             pinned.write_text(line + "\n", encoding="utf-8")
             done = subprocess.run([sys.executable, "-m", "pip", "download", "--quiet", "--disable-pip-version-check",
@@ -46,7 +52,9 @@ def fetch(what: str = "libraries") -> list[pathlib.Path]:
                                   capture_output=True, encoding="utf-8", errors="replace", check=False)
             wheels = list(pathlib.Path(work).glob("*.whl"))
             if done.returncode != 0 or len(wheels) != 1:
-                raise MachineError(f"{package} {version} cannot be fetched: {done.stderr.strip().splitlines()[-1:] or ['pip failed']}")
+                said = [line for line in done.stderr.splitlines() if line.strip()]
+                raise MachineError(f"{package} {version} cannot be fetched from the Python package index: is there a network, or behind a "
+                                   f"proxy https_proxy set? pip says: {said[-1].strip() if said else 'nothing'}")
             part = pathlib.Path(work, "part")
             with zipfile.ZipFile(wheels[0]) as archive:
                 archive.extractall(part)

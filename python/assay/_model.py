@@ -4,12 +4,12 @@ import dataclasses
 import os
 from typing import Any, Mapping, Optional, Union
 
-import numpy as np
-
 from . import _program
 from .errors import InputError
 
-_core = _program.core()
+_core = _program.core()  # an older Python is told so here, before NumPy, which it need not have
+
+import numpy as np  # noqa: E402
 
 
 class State:

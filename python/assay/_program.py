@@ -1,5 +1,7 @@
 """The program in the package: what it is called with, its environment, and its errors as exceptions."""
 
+from __future__ import annotations
+
 import functools
 import json
 import os
@@ -25,9 +27,12 @@ def program() -> pathlib.Path:
     return path
 
 
-@functools.cache
+@functools.lru_cache(maxsize=None)
 def core():
     """The extension, told where engines and models are."""
+    if sys.version_info < (3, 10):
+        raise errors.MachineError("models and simulations in the process need Python 3.10 or newer, and this is "
+                                  f"{sys.version_info[0]}.{sys.version_info[1]}: assay.run(), results and the command work here")
     # adapters in Python, whose host looks for it
     from . import _core, adapter  # noqa: F401
 
@@ -37,7 +42,9 @@ def core():
 
 def interpreter() -> dict[str, str]:
     """Where a process of assay's own finds the interpreter for adapters in Python: its standard library, and the library
-    that the interpreter itself uses where it has one (else that of the package)."""
+    that the interpreter itself uses where it has one (else that of the package). Python 3.11 alone has them."""
+    if sys.version_info[:2] != (3, 11):
+        return {}
     found = {"ASSAY_PYTHON_HOME": sys.base_prefix}
     folder = sysconfig.get_config_var("LIBDIR") or ""
     for each in (folder, os.path.join(sys.base_prefix, "lib")):

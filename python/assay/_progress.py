@@ -1,5 +1,7 @@
 """How far a campaign is: in a notebook, on a terminal, or as lines."""
 
+from __future__ import annotations
+
 import html
 import sys
 import time

@@ -1,5 +1,7 @@
 """Results directories, through the program's own exports: nothing here reads the database."""
 
+from __future__ import annotations
+
 import csv
 import io
 import json

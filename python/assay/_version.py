@@ -1,4 +1,4 @@
-from ._program import core
+from ._program import call
 
-__version__: str = core().version
-__commit__: str = core().commit
+_, __version__, __commit__ = call("--version").split()
+__commit__ = __commit__.strip("()")

@@ -4,6 +4,8 @@ Each function takes Results (or what Results.data() gave, which saves reading it
 dashes and marks are those of the report. Shown are today's versions of the paper's contenders, unless others are named; a part
 that was not measured says so. `assay report` draws the same figures as SVG and PDF, without matplotlib."""
 
+from __future__ import annotations
+
 import math
 import statistics
 from typing import Any, Iterable, Optional, Union

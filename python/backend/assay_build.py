@@ -1,7 +1,7 @@
 """The build backend of the package: scikit-build-core, and around it what makes its wheel one for other machines.
 
-Before: set-up, which fetches and builds the engines. After: the shared libraries that a machine need not have, the licences
-of all that is inside, and the tag that says which machines the wheel is for.
+Before: set-up, which fetches and builds the engines and what all is linked with (setup/portable). After: the engines that are no core
+ones become wheels of their own; the licences of all that is inside; the tag that says which machines a wheel is for.
 """
 
 import base64
@@ -24,14 +24,14 @@ from scikit_build_core import build as _inner
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 # What every system with glibc and Python has: it stays the system's.
-SYSTEM = re.compile(r"^(ld-linux-x86-64|linux-vdso|libc|libm|libdl|librt|libpthread|libresolv|libutil|libgcc_s|libstdc\+\+|libz)\.so")
+SYSTEM = re.compile(r"^(ld-linux-x86-64|linux-vdso|libc|libm|libdl|librt|libpthread|libresolv|libutil|libgcc_s|libstdc\+\+)\.so")
 
 # The version of glibc that comes with a distribution whose libstdc++ has this version of its symbols.
 GLIBC_OF_GLIBCXX = {28: (2, 31), 29: (2, 34), 30: (2, 35), 31: (2, 37), 32: (2, 38), 33: (2, 39)}
 
-# Headers that end up in our binaries, by their Debian packages.
-HEADERS = ["libeigen3-dev", "libfmt-dev", "nlohmann-json3-dev", "libtomlplusplus-dev", "libcli11-dev", "libboost1.74-dev",
-           "libstdc++-12-dev", "fonts-dejavu-core"]
+# What ends up in our binaries without being linked by its name, by its Debian packages: headers, and what each compiler and C library adds.
+HEADERS = ["libc6-dev", "libgcc-12-dev", "libeigen3-dev", "nlohmann-json3-dev", "libcli11-dev", "libboost1.74-dev", "libstdc++-12-dev"]
+FONTS = ["fonts-dejavu-core"]
 
 prepare_metadata_for_build_wheel = _inner.prepare_metadata_for_build_wheel
 
@@ -61,7 +61,11 @@ def build_sdist(sdist_directory, config_settings=None):
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     if sys.platform != "linux" or os.uname().machine != "x86_64":
         raise SystemExit(f"assay: the package is built on x86-64 Linux, and this is {os.uname().sysname} {os.uname().machine}")
-    subprocess.run(["bash", ROOT / "setup/setup.sh"], check=True)
+    subprocess.run(["bash", ROOT / "setup/setup.sh", "--wheel"], check=True)
+    # Node.js bundles the page: the system's, or what the set-up fetched
+    script = 'root="$1"; source "$1/setup/common.sh"; find_cache && find_node && echo "$PATH"'
+    done = subprocess.run(["bash", "-c", script, "-", ROOT], capture_output=True, text=True, check=True)
+    os.environ["PATH"] = done.stdout.strip()
     with tempfile.TemporaryDirectory(prefix="assay-wheel-") as work:
         name = _inner.build_wheel(work, config_settings, metadata_directory)
         return finish(pathlib.Path(work, name), pathlib.Path(wheel_directory)).name
@@ -71,23 +75,77 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
 
 
 def finish(wheel, out):
-    """Writes the finished wheel into the folder `out` and returns its path."""
+    """Writes the finished wheels into the folder `out` and returns the path of the program's."""
     with tempfile.TemporaryDirectory(prefix="assay-unpacked-") as work:
-        tree = pathlib.Path(work)
+        tree = pathlib.Path(work, "assay")
         with zipfile.ZipFile(wheel) as archive:
             for info in archive.infolist():
                 path = pathlib.Path(archive.extract(info, tree))
                 if not info.is_dir():
                     path.chmod(0o755 if info.external_attr >> 16 & 0o111 else 0o644)
         information = next(tree.glob("*.dist-info"))
-        bring_libraries(tree)
-        add_licences(tree, information)
-        tag = f"cp311-cp311-manylinux_{'_'.join(map(str, needed_glibc(elf_files(tree))))}_x86_64"
-        file = information / "WHEEL"
-        lines = [line for line in file.read_text().splitlines() if line and not line.startswith("Tag:")]
-        file.write_text("\n".join([*lines, f"Tag: {tag}"]) + "\n")
-        write_record(tree, information / "RECORD")
-        return pack(tree, out / f"{'-'.join(wheel.name.split('-')[:2])}-{tag}.whl")
+        check_libraries(tree)
+        version = wheel.name.split("-")[1]
+        for recipe, part in further_engines(tree, pathlib.Path(work)):
+            plugins = targets_of(part)
+            described = part / f"assay_{recipe.replace('-', '_')}-{version}.dist-info"
+            described.mkdir()
+            (described / "METADATA").write_text(
+                f"Metadata-Version: 2.1\nName: assay-{recipe}\nVersion: {version}\nRequires-Python: >=3.8\nRequires-Dist: assay=={version}\n"
+                f"Summary: The physics engine {recipe} for the package assay\n"
+                "License: Apache-2.0, and those in licenses/third_party\n")
+            shutil.copytree(information / "licenses", described / "licenses")
+            (described / "WHEEL").write_text("Wheel-Version: 1.0\nGenerator: assay\nRoot-Is-Purelib: false\n")
+            add_licences(described, plugins)
+            close(part, described, out)
+        add_licences(information, ["assay", "_core", "assay-python-host", *targets_of(tree)], whole=True)
+        return close(tree, information, out)
+
+
+def close(tree, information, out):
+    """Adds the tag and the list of files."""
+    tag = f"py3-none-manylinux_{'_'.join(map(str, needed_glibc(elf_files(tree))))}_x86_64"
+    file = information / "WHEEL"
+    lines = [line for line in file.read_text().splitlines() if line and not line.startswith("Tag:")]
+    file.write_text("\n".join([*lines, f"Tag: {tag}"]) + "\n")
+    write_record(tree, information / "RECORD")
+    return pack(tree, out / f"{information.name[: -len('.dist-info')]}-{tag}.whl")
+
+
+# ---- engines ------------------------------------------------------------------------------------------------------------
+
+PLUGINS = "assay/program/lib/assay/engines"
+
+
+def recipe_of(engine):
+    """The folder of src/engines whose recipe builds the engine, as jolt of jolt-f32; "" where none does."""
+    while engine and not (ROOT / "src/engines" / engine / "recipe/build.sh").is_file():
+        engine = engine.rpartition("-")[0]
+    return engine
+
+
+def is_core(recipe):
+    if not recipe:
+        return True
+    file = ROOT / "src/engines" / recipe / "set-up.txt"
+    return not file.is_file() or any(re.match(r"\d+ *\| *core$", line) for line in file.read_text().splitlines())
+
+
+def further_engines(tree, work):
+    """Moves the files of each engine that is set up on request into a tree of its own, and yields (recipe, that tree)."""
+    parts = {}
+    for path in sorted((tree / PLUGINS).iterdir()):
+        recipe = recipe_of(path.name.removeprefix("assay-engine-").split(".")[0])
+        if not is_core(recipe):
+            target = work / f"engine-{recipe}" / PLUGINS / path.name
+            target.parent.mkdir(parents=True, exist_ok=True)
+            path.rename(target)
+            parts[recipe] = work / f"engine-{recipe}"
+    return parts.items()
+
+
+def targets_of(tree):
+    return [path.stem for path in sorted((tree / PLUGINS).glob("assay-engine-*.so"))]
 
 
 def elf_files(tree):
@@ -100,31 +158,18 @@ def elf_files(tree):
     return found
 
 
-def bring_libraries(tree):
-    """Copies every shared library that a binary needs and a system need not have to program/lib/assay, where all of them look:
-    our binaries by the old kind of RPATH, which holds for what a library brings, too."""
-    folder = tree / "assay/program/lib/assay"
-    brought = {}
-    for binary in elf_files(tree):
-        done = subprocess.run(["ldd", binary], capture_output=True, text=True, env={**os.environ, "LC_ALL": "C"}, check=False)
-        for line in done.stdout.splitlines():
-            matched = re.match(r"\s+(\S+) => (.*?)(?: \(0x[0-9a-f]+\))?$", line)
-            if not matched or SYSTEM.match(matched[1]) or (folder / matched[1]).exists():
-                continue
-            if matched[2] == "not found":
-                raise SystemExit(f"assay: '{binary.relative_to(tree)}' needs '{matched[1]}', which is not on this machine")
-            path = pathlib.Path(matched[2])
-            if tree not in path.parents:
-                brought[matched[1]] = path.resolve()
-    for name, path in brought.items():
-        shutil.copyfile(path, folder / name)
-        (folder / name).chmod(0o644)
-    for binary in elf_files(tree):
+def check_libraries(tree):
+    """Every shared library that a binary needs is inside or the system's."""
+    binaries = elf_files(tree)
+    inside = {path.name for path in binaries}
+    for binary in binaries:
         said = subprocess.run(["readelf", "-d", "--wide", binary], capture_output=True, text=True, check=True).stdout
         needed = [name for name in re.findall(r"\(NEEDED\)\s+Shared library: \[(.+?)\]", said) if not SYSTEM.match(name)]
+        for name in needed:
+            if name not in inside:
+                raise SystemExit(f"assay: '{binary.relative_to(tree)}' needs '{name}', which other machines need not have")
         if "(RUNPATH)" in said and needed:
             raise SystemExit(f"assay: '{binary.relative_to(tree)}' has a RUNPATH, with which {needed[0]} does not find its libraries")
-    (folder / "brought.json").write_text(json.dumps({name: package_of(path) for name, path in sorted(brought.items())}, indent=1))
 
 
 def needed_glibc(binaries):
@@ -144,27 +189,40 @@ def needed_glibc(binaries):
 
 
 def package_of(path):
-    """The Debian package that a file belongs to, with its version."""
-    for each in (path, pathlib.Path("/usr") / path.relative_to("/"), pathlib.Path("/") / path.relative_to("/usr")
-                 if path.is_relative_to("/usr") else path):
-        done = subprocess.run(["dpkg", "-S", each], capture_output=True, text=True, check=False)
-        if done.returncode == 0:
-            name = done.stdout.split(": ")[0].split(",")[0]
-            version = subprocess.run(["dpkg-query", "-W", "-f", "${source:Package} ${source:Version}", name],
-                                     capture_output=True, text=True, check=True).stdout
-            return {"package": name.split(":")[0], "source": version}
-    raise SystemExit(f"assay: nobody knows the licence of '{path}': it belongs to no package")
+    """The Debian package that a file belongs to."""
+    done = subprocess.run(["dpkg", "-S", path], capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise SystemExit(f"assay: nobody knows the licence of '{path}': it belongs to no package")
+    return done.stdout.split(": ")[0].split(",")[0].split(":")[0]
 
 
-def engine_folders(tree):
-    """Of the engines whose plugins are in the wheel: the folders that their recipes made."""
+def build_commands(targets):
+    return subprocess.run(["ninja", "-C", ROOT / "build/package", "-t", "commands", *targets], capture_output=True, text=True,
+                          check=True).stdout
+
+
+def linked_packages(commands):
+    """The Debian packages of the static libraries that are in the binaries, each with its libraries."""
+    packages = {}
+    for path in sorted({pathlib.Path(each) for each in re.findall(r"/[^\s,]+\.a\b", commands)}):
+        if "/engines/portable-" in str(path):
+            # compiled from the sources of the package that has the shared one
+            packages.setdefault(package_of(f"/usr/lib/x86_64-linux-gnu/{path.stem}.so"), []).append(path.name)
+        elif path.is_relative_to("/usr"):
+            packages.setdefault(package_of(path), []).append(path.name)
+    return packages
+
+
+def engine_parts(commands):
+    """What recipes made and the commands read, as (recipe, folder)."""
     script = 'root="$1"; source "$1/setup/common.sh"; find_cache && engine_folder "$2"'
-    plugins = [path.name for path in (tree / "assay/program/lib/assay/engines").glob("assay-engine-*.so")]
     for recipe in sorted(ROOT.glob("src/engines/*/recipe/build.sh")):
         name = recipe.parent.parent.name
-        if any(plugin.startswith(f"assay-engine-{name}") for plugin in plugins):
-            done = subprocess.run(["bash", "-c", script, "-", ROOT, name], capture_output=True, text=True, check=True)
-            yield name, pathlib.Path(done.stdout.strip())
+        done = subprocess.run(["bash", "-c", script, "-", ROOT, name], capture_output=True, text=True, check=True)
+        made = pathlib.Path(done.stdout.strip())
+        for part in sorted(set(re.findall(rf"{re.escape(str(made))}/([^/\s\"':,]+)", commands))):
+            if (made / part).is_dir():
+                yield name, made / part
 
 
 # What Zig compiles into Jolt's WebAssembly: libc++, and wasi-libc with its parts.
@@ -189,8 +247,9 @@ def more_licences(part, work):
         return [(pathlib.Path(archive.extract(name, work)), pathlib.Path("zig", name.removeprefix("ziglang/lib/"))) for name in names]
 
 
-def add_licences(tree, information):
-    """The text of every licence, and README.txt, which lists them. A part without one stops the build."""
+def add_licences(information, targets, whole=False):
+    """The text of the licence of everything in these targets, and README.txt, which lists them. A part without one stops the build.
+    `whole`: it is the program's wheel, with the page, the fonts and the extension."""
     folder = information / "licenses/third_party"
     listed = []
 
@@ -204,27 +263,31 @@ def add_licences(tree, information):
             target.chmod(0o644)
         listed.append(f"{name}\n    {what}\n    texts: {', '.join(sorted(str(relative) for _, relative in files))}")
 
-    for engine, made in engine_folders(tree):
-        for each in sorted(path for path in made.iterdir() if path.is_dir()):
-            files = [(path, path.name) for path in each.iterdir() if path.is_file() and re.match(r"(?i)licen[cs]e|copying|notice", path.name)]
-            if (each / "licenses").is_dir():
-                files += [(path, path.relative_to(each / "licenses")) for path in (each / "licenses").rglob("*") if path.is_file()]
-            with tempfile.TemporaryDirectory(prefix="assay-licences-") as work:
-                more = more_licences(each.name, work)
-                add(each.name, f"engine {engine}: {(each / 'build.txt').read_text().splitlines()[0].removeprefix('source=')}", files + more if files else [])
-    brought = json.loads((tree / "assay/program/lib/assay/brought.json").read_text())
-    python = package_of(pathlib.Path(os.path.realpath("/usr/lib/x86_64-linux-gnu/libpython3.11.so.1.0")))
-    packages = {}
-    for library, package in [*brought.items(), ("libpython3.11.so.1.0", python)]:
-        packages.setdefault((package["package"], package["source"]), []).append(library)
-    for name in HEADERS:
-        version = subprocess.run(["dpkg-query", "-W", "-f", "${source:Package} ${source:Version}", name], capture_output=True,
-                                 text=True, check=True).stdout
-        packages.setdefault((name, version), []).append("compiled in" if not name.startswith("fonts") else "DejaVu Sans")
-    for (name, source), libraries in sorted(packages.items()):
+    commands = build_commands(targets)
+    for engine, made in engine_parts(commands):
+        files = [(path, path.name) for path in made.iterdir() if path.is_file() and re.match(r"(?i)licen[cs]e|copying|notice", path.name)]
+        if (made / "licenses").is_dir():
+            files += [(path, path.relative_to(made / "licenses")) for path in (made / "licenses").rglob("*") if path.is_file()]
+        with tempfile.TemporaryDirectory(prefix="assay-licences-") as work:
+            more = more_licences(made.name, work)
+            add(made.name, f"engine {engine}: {(made / 'build.txt').read_text().splitlines()[0].removeprefix('source=')}", files + more if files else [])
+    packages = linked_packages(commands) | {name: ["compiled in"] for name in HEADERS}
+    if whole:
+        packages |= {name: ["DejaVu Sans"] for name in FONTS}
+    for name, libraries in sorted(packages.items()):
+        source = subprocess.run(["dpkg-query", "-W", "-f", "${source:Package} ${source:Version}", name], capture_output=True,
+                                text=True, check=True).stdout
         text = pathlib.Path("/usr/share/doc", name, "copyright")
-        add(name, f"{', '.join(libraries)}; unchanged from Debian, source package {source} (https://snapshot.debian.org)",
+        add(name, f"{', '.join(libraries)}; Debian's source package {source} (https://snapshot.debian.org)",
             [(text, "copyright")] if text.is_file() else [])
+    if whole:
+        add_page_and_extension(add)
+    head = ("What is inside this package besides assay, with the texts of its licences in the folders of these names.\n"
+            "Nothing that may not be redistributed is inside; CoACD and ONNX Runtime are fetched when assay.fetch() is called.\n\n")
+    (folder / "README.txt").write_text(head + "\n".join(listed) + "\n")
+
+
+def add_page_and_extension(add):
     dependencies = json.loads((ROOT / "web/package.json").read_text())["dependencies"]
     for name in sorted(page_packages([each for each in dependencies if each != "esbuild"])):
         made = ROOT / "web/node_modules" / name
@@ -238,9 +301,6 @@ def add_licences(tree, information):
         [*((path, path.name) for path in distribution.rglob("LICENSE*") if path.is_file()),
          # whose text begins each of its headers
          (made / "ext/robin_map/include/tsl/robin_map.h", "robin_map.h")])
-    head = ("What is inside this package besides assay, with the texts of its licences in the folders of these names.\n"
-            "Nothing that may not be redistributed is inside; CoACD and ONNX Runtime are fetched when assay.fetch() is called.\n\n")
-    (folder / "README.txt").write_text(head + "\n".join(listed) + "\n")
 
 
 def page_packages(names):

@@ -14,7 +14,6 @@
 #include <nanobind/stl/vector.h>
 
 #include "arrays.h"
-#include "base/build_info.h"
 #include "base/errors.h"
 #include "base/paths.h"
 #include "engines/python-host/model_json.h"
@@ -181,8 +180,6 @@ NB_MODULE(_core, module) {  // NOLINT(cppcoreguidelines-pro-type-cstyle-cast): t
                nb::object(errors.attr("UnsupportedError")).release().ptr()};
   nb::register_exception_translator(translate);
 
-  module.attr("version") = kVersion;
-  module.attr("commit") = kGitCommit;
   module.def("set_program", &set_program_path, nb::arg("path"));
   module.def("load", &load, nb::arg("given"), nb::arg("is_text"), nb::arg("name"), nb::arg("drop_unsupported"),
              nb::arg("keyframe"), nb::arg("qpos"), nb::arg("packages"), nb::arg("base"), nb::arg("ground"),

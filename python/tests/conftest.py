@@ -25,7 +25,7 @@ PENDULUM = """<mujoco model="pendulum">
 """
 
 CAMPAIGN = """name = "small"
-contenders = ["mujoco-euler", "ode-quick", "havok"]
+contenders = ["mujoco-euler", "ode-quick", "bullet-si-f64"]
 timesteps_ms = [1, 2, 4]
 reference_ms = 1
 [timing]

@@ -21,7 +21,7 @@ def test_progress_is_told_event_by_event(measured):
     begin = next(each for each in events if each["event"] == "begin")
     finished = [each for each in events if each["event"] == "finished"]
     assert begin["done"] == 0 and len(finished) == begin["cells"] == finished[-1]["done"]
-    assert {each["contender"] for each in finished} == {"mujoco-euler", "ode-quick", "havok"}
+    assert {each["contender"] for each in finished} == {"mujoco-euler", "ode-quick", "bullet-si-f64"}
     assert all(each["left_s"] >= 0 for each in finished)
     assert f"{begin['cells']} cells" in results.summary
     assert results.status()["done"] == results.status()["planned"]
@@ -88,9 +88,9 @@ def test_states_as_arrays(measured):
 def test_a_recommendation(measured):
     results, _ = measured
     found = results.recommend("planar-chain", error="1m")
-    assert found["recommended"]["contender"] in ("mujoco-euler", "ode-quick", "havok")
+    assert found["recommended"]["contender"] in ("mujoco-euler", "ode-quick", "bullet-si-f64")
     none = results.recommend("planar-chain", error="0.001nm")
-    assert none["recommended"] is None and none["nearest"]["contender"] in ("mujoco-euler", "ode-quick", "havok")
+    assert none["recommended"] is None and none["nearest"]["contender"] in ("mujoco-euler", "ode-quick", "bullet-si-f64")
     with pytest.raises(assay.InputError, match="no limit was given"):
         results.recommend("planar-chain")
     with pytest.raises(assay.InputError, match="did you mean 'planar-chain'"):
@@ -117,7 +117,7 @@ def test_report_data_and_claims(measured):
     assert page.is_file() and "</html>" in page.read_text(encoding="utf-8")[-200:]
     data = results.data()
     assert {each["name"] for each in data["systems"]} == {"planar-chain"}
-    assert set(data["papers"]) == {"mujoco-euler", "ode-quick", "havok"}
+    assert set(data["papers"]) == {"mujoco-euler", "ode-quick", "bullet-si-f64"}
     assert "replays" not in data and all("samples" not in cell for cell in data["cells"])
     assert len(results.claims()) > 0
 

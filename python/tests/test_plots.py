@@ -15,7 +15,7 @@ def test_speed_against_error(measured, tmp_path):
     figure = assay.plots.speed_accuracy(results, "planar-chain", "consistency")
     (axes,) = figure.axes
     drawn = curves(axes)
-    assert set(drawn) == {"mujoco-euler", "ode-quick", "havok"}
+    assert set(drawn) == {"mujoco-euler", "ode-quick", "bullet-si-f64"}
     assert axes.get_xscale() == axes.get_yscale() == "log"
     values = {row["timestep_ms"]: row["value"] for row in results.values("dicts")
               if row["measure"] == "consistency" and row["contender"] == "mujoco-euler"}
@@ -38,7 +38,7 @@ def test_the_papers_figures(measured):
     three = assay.plots.figure3(data)
     assert len(three.axes) == 8
     bars, plot = three.axes[4], three.axes[5]
-    assert {text.get_text() for text in bars.get_yticklabels()} == {"mujoco-euler", "ode-quick", "havok"}
+    assert {text.get_text() for text in bars.get_yticklabels()} == {"mujoco-euler", "ode-quick", "bullet-si-f64"}
     assert len(curves(plot)) == 3
     assert [text.get_text() for text in three.axes[0].texts] == ["not timed"]
     four = assay.plots.figure4(data)

@@ -10,9 +10,10 @@ import assay
 import numpy as np
 import pytest
 from assay._program import call
+from conftest import PENDULUM
 
 # every engine of the package at least once
-FAMILIES = ("mujoco", "bullet", "ode", "physx", "havok", "jolt", "rapier", "dart", "simbody")
+FAMILIES = ("mujoco", "bullet", "ode")
 
 
 def test_every_engine_is_inside():
@@ -30,7 +31,7 @@ def test_a_pendulum_swings_in_every_contender(family, pendulum):
     period = 2 * math.pi * math.sqrt(inertia / (body.mass * 9.81 * 0.5))
     done = 0
     for contender in assay.contenders():
-        if not contender.startswith(family) or contender == "havok-node":
+        if not contender.startswith(family):
             continue
         if any(each.fidelity == "refused" for each in assay.limitations(model, contender)):
             continue
@@ -39,8 +40,7 @@ def test_a_pendulum_swings_in_every_contender(family, pendulum):
         run.advance(steps)
         state = run.read()
         assert state.time == pytest.approx(steps * 1e-3)
-        # Havok damps on its own
-        assert state.position == pytest.approx([-0.1], rel=0.2 if family == "havok" else 0.05), contender
+        assert state.position == pytest.approx([-0.1], rel=0.05), contender
         assert np.linalg.norm(state.bodies[0, 3:7]) == pytest.approx(1, abs=1e-5)
         done += 1
     assert done > 0
@@ -153,8 +153,8 @@ def test_mistakes_have_the_programs_sentences():
         assay.Simulation(model, "ode-quick", settings={"iterations": [1]})
     with pytest.raises(assay.InputError, match="load one with assay.load"):
         assay.Simulation("planar-chain", "ode-quick")
-    with pytest.raises(assay.UnsupportedError, match="simbody"):
-        assay.Simulation(assay.load("grasp"), "simbody-rkm")
+    with pytest.raises(assay.UnsupportedError, match="armature"):
+        assay.Simulation(assay.load_text(PENDULUM.replace('type="hinge"', 'type="hinge" armature="0.1"')), "bullet-si-f64")
     with pytest.raises(assay.UnsupportedError, match="null takes no joint torques"):
         assay.Simulation(model, "null").step(np.ones(5))
 

@@ -123,8 +123,10 @@ class Runtime {
     const std::string path = library_path();
     std::error_code error;
     if (!std::filesystem::exists(path, error)) {
-      throw InputError(
-          fmt::format("networks need ONNX Runtime, but '{}' is not there: fetch it with setup/setup.sh", path));
+      throw InputError(fmt::format(
+          "networks need ONNX Runtime, but '{}' is not there: fetch it with setup/setup.sh (Python package: "
+          "assay.fetch())",
+          path));
     }
     void* library = ::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
     const auto base =

@@ -213,8 +213,8 @@ std::vector<Hull> decomposed(const std::vector<Vec3>& vertices, const std::vecto
   const fs::path library = cache / "libraries" / ASSAY_COACD / "coacd" / "lib_coacd.so";
   if (std::error_code error; !fs::exists(library, error)) {
     throw InputError(
-        fmt::format("cannot be decomposed, because '{}' is not there; fetch it with setup/setup.sh, or leave out "
-                    "--decompose",
+        fmt::format("cannot be decomposed, because '{}' is not there; fetch it with setup/setup.sh (Python package: "
+                    "assay.fetch()), or leave out --decompose",
                     library.string()));
   }
   const std::string bytes = coacd_bytes(library, vertices, faces);
