@@ -44,7 +44,7 @@ class Examples(AssayTest):
                          {"mujoco-euler", "mujoco-rk4", "bullet-si-f64", "ode-quick"})
 
     def let_find_libraries(self):
-        (self.dir / "cache/assay").mkdir(parents=True)
+        (self.dir / "cache/assay").mkdir(parents=True, exist_ok=True)
         (self.dir / "cache/assay/libraries").symlink_to(LIBRARIES)
 
     def run_under(self, example, robot, engine, **changes):

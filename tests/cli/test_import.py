@@ -520,7 +520,7 @@ class OtherFiles(Import):
         libraries = pathlib.Path(os.environ.get("ASSAY_TEST_CACHE", "/nowhere")) / "libraries"
         if not list(libraries.glob("onnxruntime-*")):
             self.skipTest("needs ONNX Runtime, which setup/setup.sh fetches")
-        (self.dir / "cache/assay").mkdir(parents=True)
+        (self.dir / "cache/assay").mkdir(parents=True, exist_ok=True)
         (self.dir / "cache/assay/libraries").symlink_to(libraries)
         (self.dir / "walk.onnx").write_bytes(onnx_file.linear(3, 1, [1, 1, 1]))
         self.is_refused(CART_ENV, "cart_pole.xml", "--policy", "walk.onnx", naming=["walk.onnx", "3 numbers", "has 4"])

@@ -21,7 +21,7 @@ class Policy(AssayTest):
     def setUp(self):
         super().setUp()
         cache = self.dir / "cache/assay"
-        cache.mkdir(parents=True)
+        cache.mkdir(parents=True, exist_ok=True)
         (cache / "libraries").symlink_to(LIBRARIES)
         self.write("cart_pole.xml", (EXAMPLE / "cart_pole.xml").read_text())
         self.write("policy.toml", (EXAMPLE / "policy.toml").read_text())
