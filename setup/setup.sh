@@ -73,7 +73,8 @@ start_progress() {
         while read -r one when; do
           done_pieces=$((done_pieces + 1)) done_minutes=$((done_minutes + one)) last=$((when - began))
         done <"${progress_done}"
-        left=$((minutes * 60 * 2 / $(nproc) - spent))
+        # three at a time, each of which is a single process for much of its time
+        left=$((minutes * 60 * 2 / $(nproc) / 3 - spent))
         # what is done tells how fast this machine is
         ((done_minutes < 2)) || left=$((last * (minutes - done_minutes) / done_minutes - (spent - last)))
         text+=" $((done_pieces + 1)) of ${pieces}, "

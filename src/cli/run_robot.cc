@@ -450,9 +450,16 @@ void add_refusals(const std::vector<Refusal>& refusals, Answer& answer) {
 
 // Those that a set-up would add. Their results join those that are there.
 void add_not_asked(const RunRequest& request, Answer& answer) {
-  const std::vector<AbsentEngine> engines = obtainable(Registry::instance().absent());
-  if (engines.empty()) return;
+  const std::vector<AbsentEngine>& absent = Registry::instance().absent();
+  if (absent.empty()) return;
   answer.part("Engines that were not asked");
+  const std::vector<AbsentEngine> engines = obtainable(absent);
+  if (engines.empty()) {  // no clone's set-up helps here
+    std::vector<std::string> names;
+    for (const AbsentEngine& engine : absent) names.push_back(engine.name);
+    answer.line(fmt::format("not here: {}; 'assay engines' says how to get each", join(names, ", ")));
+    return;
+  }
   answer.line(fmt::format("not set up here: {}", obtainable_text(engines)));
   answer.line(fmt::format("to ask them, too: {} && ./{}", set_up_command(engines), request.command));
 }

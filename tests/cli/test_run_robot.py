@@ -1,6 +1,7 @@
 """`assay run ROBOT`: from a model's file to a recommendation, with small robots and small budgets."""
 
 import json
+import re
 import signal
 import sqlite3
 import time
@@ -76,6 +77,8 @@ class RunRobot(AssayTest):
         for part in ["margin:", "What did not qualify, and why" if len(answer["contenders"]) < 2 else "real time", "To run next",
                      "approximates in this robot", "How sure this is"]:
             self.assertIn(part, text)
+        for absent in self.assay_json("engines", "--json")["absent"]:
+            self.assertRegex(text, f"Engines that were not asked\\n.*{re.escape(absent['engine'])}")
         report = (self.dir / "found/report.html").read_text()
         self.assertIn("How sure this is", report)
         with sqlite3.connect(self.dir / "found/assay.sqlite") as db:
