@@ -23,8 +23,8 @@ import pinocchio as pin
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "docs"))
 
-from update_claims import updated  # noqa: E402
-from update_robots import PACKAGES, SWITCHES, cache, files_of, table  # noqa: E402
+from tables.common import table, updated  # noqa: E402
+from tables.robots import PACKAGES, SWITCHES, cache, files_of  # noqa: E402
 
 # Of each double-precision engine the integrators and joint solvers that treat a smooth robot differently.
 CONTENDERS = ["mujoco-euler", "mujoco-implicitfast", "mujoco-rk4", "bullet-mb", "bullet-si-f64", "dart", "simbody-euler",
@@ -365,7 +365,7 @@ def tables(rows, roots):
     ran = [row for row in rows if not row["why"]]
     names = [name for name in CONTENDERS if any(entry["name"] == name for row in ran for entry in row["contenders"])]
     head = ["contender", "robots", "agree", "largest error of these", "order, median", "declared", "do not"]
-    lines = [head]
+    lines = []
     notes = []
     for name in names:
         taken = [(row, entry) for row in ran for entry in row["contenders"] if entry["name"] == name and not entry["refused"]]
@@ -395,9 +395,9 @@ def tables(rows, roots):
             "read, so these compare dynamics alone.\n"
             f"The reference solution is within {max((row['reference'] for row in with_reference), default=0):.1e} m of Pinocchio on "
             f"all {len(with_reference)} that have one.\nAt least {min(least, default=0)} contenders agree on every robot.\n\n")
-    text += table(lines)
+    text += table(head, lines)
     if notes:
-        text += "\nWhere a contender takes a robot and does not agree, with the first approximation that it declares:\n\n" + table([["contender", "file", "at 1/64 ms"], *notes])
+        text += "\nWhere a contender takes a robot and does not agree, with the first approximation that it declares:\n\n" + table(["contender", "file", "at 1/64 ms"], notes)
     left = [row for row in rows if row["why"] == "it has closed loops" or "settle" in row["why"]]
     if left:
         text += "\nNot compared: " + "; ".join(f"`{pathlib.Path(row['file']).name}`, because {row['why']}" for row in left) + ".\n"

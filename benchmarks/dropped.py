@@ -21,8 +21,8 @@ import tomllib
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "docs"))
-from update_claims import updated  # noqa: E402
-from update_robots import ENGINES, PACKAGES, SWITCHES, cache, files_of, share, table  # noqa: E402
+from tables.common import table, updated  # noqa: E402
+from tables.robots import ENGINES, PACKAGES, SWITCHES, cache, files_of, share  # noqa: E402
 
 DURATION_S = 2
 CONTENDERS = ("mujoco-euler,bullet-mb,bullet-si-f64,dart,simbody-euler,ode-quick,ode-step,physx-art-pgs,physx-d6-tgs,jolt-f64,havok,"
@@ -111,17 +111,17 @@ def summary(folder):
     enough = [system for system in systems if len(sound[system]) >= ENGINES]
     text = (f"\n{len(enough)} of {len(systems)} robots that can meet a ground ({100 * len(enough) / len(systems):.0f} %) stay sound in "
             f"{ENGINES} engines or more. {len(left_out)} files do not load or have no shape that can.\n\n")
-    text += table([["engine", "takes", "stays sound"],
-                   *([engine, sum(engine in took[system] for system in systems),
-                      share(sum(engine in sound[system] for system in systems), sum(engine in took[system] for system in systems))]
-                     for engine in engines)])
+    text += table(["engine", "takes", "stays sound"],
+                  [[engine, sum(engine in took[system] for system in systems),
+                    share(sum(engine in sound[system] for system in systems), sum(engine in took[system] for system in systems))]
+                   for engine in engines])
     few = [system for system in systems if len(sound[system]) < ENGINES]
     if few:
         text += f"\nSound in fewer than {ENGINES} engines:\n\n" + table(
-            [["robot", "sound in", "why not in the others"],
-             *([system, ", ".join(sorted(sound[system])) or "none",
-                ", ".join(sorted(reasons[system])) or f"taken by {len(took[system])}"]
-               for system in few)])
+            ["robot", "sound in", "why not in the others"],
+            [[system, ", ".join(sorted(sound[system])) or "none",
+              ", ".join(sorted(reasons[system])) or f"taken by {len(took[system])}"]
+             for system in few])
     return text + "\n"
 
 

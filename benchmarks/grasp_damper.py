@@ -18,8 +18,8 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "docs"))
-from plain_figure import Plot  # noqa: E402
-from update_claims import milliseconds, table, updated  # noqa: E402
+from tables.plain_figure import Plot  # noqa: E402
+from tables.common import milliseconds, table, updated  # noqa: E402
 
 SPRINGS = 'stiffness="0.4" damping="0.005"'  # of the fingers in models/grasp.xml
 DAMPING = (0.00125, 0.0025, 0.005, 0.01)  # Nms/rad

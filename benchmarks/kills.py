@@ -25,7 +25,7 @@ import tempfile
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "docs"))
-from update_claims import updated  # noqa: E402
+from tables.common import updated  # noqa: E402
 
 CAMPAIGN = """
 name = "kills"

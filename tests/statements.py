@@ -38,7 +38,7 @@ def digits(value, count=2):
 
 
 def quantity(value, unit="m", count=2):
-    """As docs/update_engines.py writes them."""
+    """As docs/update.py engines writes them."""
     scale, prefix = next(((s, p) for s, p in ((1, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n")) if value >= 0.9995 * s), (1e-9, "n"))
     return f"{digits(value / scale, count)} {prefix}{unit}"
 

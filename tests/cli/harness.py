@@ -194,7 +194,7 @@ class AssayTest(unittest.TestCase):
 
 
 def reliability(fault, tries, outcome, lost):
-    """A line of docs/reliability.md (docs/update_reliability.py): call it at the end of a test. A test in which a part has
+    """A line of docs/reliability.md (docs/update.py reliability): call it at the end of a test. A test in which a part has
     failed (subTest) goes on to its end, and leaves none."""
     if AssayTest.running._outcome.success:  # pylint: disable=protected-access
         leave({"fault": fault, "tries": tries, "outcome": outcome, "lost": lost}, fault)

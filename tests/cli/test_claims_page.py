@@ -9,7 +9,7 @@ import sys
 from harness import SOURCE, AssayTest, main
 
 sys.path.insert(0, str(SOURCE / "docs"))
-import update_claims  # noqa: E402
+from tables import claims, common  # noqa: E402
 
 RESULTS = SOURCE / "results/intel-xeon-2-cores"
 PAGE = SOURCE / "docs/claims.md"
@@ -30,8 +30,8 @@ class ClaimsPageTest(AssayTest):
     def test_the_page_says_what_the_results_say(self):
         folder = self.unpack()
         text = PAGE.read_text(encoding="utf-8")
-        blocks = {"claims": self.assay("claims", folder, "--markdown"), "failures": update_claims.failures(folder)}
-        self.assertEqual(update_claims.updated(text, blocks), text, "write it with docs/update_claims.py")
+        blocks = {"claims": self.assay("claims", folder, "--markdown"), "failures": claims.failures(folder)}
+        self.assertEqual(common.updated(text, blocks), text, "write it with docs/update.py claims")
         verdicts = self.assay_json("claims", folder, "--json")
         self.assertEqual([claim["number"] for claim in verdicts], list(range(1, 18)))
         for claim in verdicts:
@@ -57,10 +57,10 @@ class ClaimsPageTest(AssayTest):
         field, worlds = (SOURCE / "results" / re.search(rf"results/({kind}-[\d-]+)/README", page.read_text(encoding="utf-8")).group(1)
                          / "assay.sqlite.xz" for kind in ("field", "worlds"))
         again = self.write("engines.md", page.read_text(encoding="utf-8"))
-        subprocess.run([sys.executable, "-B", SOURCE / "docs/update_engines.py", self.program, field, "--worlds", worlds, "--page",
+        subprocess.run([sys.executable, "-B", SOURCE / "docs/update.py", "engines", self.program, field, "--worlds", worlds, "--page",
                         again], check=True, env=self.env)
         self.assertEqual(again.read_text(encoding="utf-8"), page.read_text(encoding="utf-8"),
-                         "write it with docs/update_engines.py")
+                         "write it with docs/update.py engines")
 
     def test_the_tables_of_settings_and_builds_say_what_their_results_say(self):
         pages = {name: (SOURCE / "docs" / name).read_text(encoding="utf-8") for name in ("settings.md", "performance.md")}
@@ -68,10 +68,10 @@ class ClaimsPageTest(AssayTest):
             self.write(name, text)
         results = {kind: SOURCE / "results" / re.search(rf"results/({kind}-[\d-]+)/README", text).group(1) / "assay.sqlite.xz"
                    for kind, text in zip(("settings", "builds"), pages.values())}
-        subprocess.run([sys.executable, "-B", SOURCE / "docs/update_settings.py", self.program, "--settings", results["settings"], "--builds",
+        subprocess.run([sys.executable, "-B", SOURCE / "docs/update.py", "settings", self.program, "--settings", results["settings"], "--builds",
                         results["builds"], "--pages", self.dir], check=True, env=self.env)
         for name, text in pages.items():
-            self.assertEqual((self.dir / name).read_text(encoding="utf-8"), text, "write it with docs/update_settings.py")
+            self.assertEqual((self.dir / name).read_text(encoding="utf-8"), text, "write it with docs/update.py settings")
 
 
 if __name__ == "__main__":

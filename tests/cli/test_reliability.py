@@ -1,4 +1,4 @@
-"""The table of docs/reliability.md: what the tests of faults leave, and what update_reliability.py makes of it."""
+"""The table of docs/reliability.md: what the tests of faults leave, and what docs/update.py makes of it."""
 
 import json
 import os
@@ -52,7 +52,7 @@ class Reliability(AssayTest):
         self.page = self.write("page.md", PAGE.replace("\\\\", "\\"))
 
     def update(self, *arguments):
-        return subprocess.run([sys.executable, "-B", str(SOURCE / "docs/update_reliability.py"), "lines", "--page", "page.md", *arguments],
+        return subprocess.run([sys.executable, "-B", str(SOURCE / "docs/update.py"), "reliability", "lines", "--page", "page.md", *arguments],
                               cwd=self.dir, capture_output=True, text=True)
 
     def test_a_failed_part_leaves_no_line_and_a_skip_is_told(self):

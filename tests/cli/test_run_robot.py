@@ -78,7 +78,7 @@ class RunRobot(AssayTest):
                      "approximates in this robot", "How sure this is"]:
             self.assertIn(part, text)
         for absent in self.assay_json("engines", "--json")["absent"]:
-            self.assertRegex(text, f"Engines that were not asked\\n.*{re.escape(absent['engine'])}")
+            self.assertRegex(text, f"Engines that were not asked:\\n.*{re.escape(absent['engine'])}")
         report = (self.dir / "found/report.html").read_text()
         self.assertIn("How sure this is", report)
         with sqlite3.connect(self.dir / "found/assay.sqlite") as db:

@@ -1,17 +1,18 @@
-#!/usr/bin/env python3
-"""Draws the figures of docs/many-worlds.md and writes its table: update_many_worlds.py results/gpu-2026-11-26."""
+"""The table and the figures of many-worlds.md.
+
+RESULTS is a folder with checks.csv, as results/gpu-2026-11-26.
+"""
 
 import csv
 import pathlib
-import sys
 
-from plain_figure import Plot
+from .common import DOCS, write
+from .common import table as markdown
+from .plain_figure import Plot
 
-HERE = pathlib.Path(__file__).resolve().parent
 COLORS = {"mujoco-warp": "#1b6ca8", "mujoco-warp-3-iterations": "#7fb3d5", "newton-mujoco": "#2e8b57", "newton-steel": "#b8860b",
           "mjx": "#b03a2e", "mjx-3-iterations": "#e59866"}
 MODELS = {"humanoid": "25 degrees of freedom, 2 ms", "quadruped": "18 degrees of freedom, 5 ms", "capsules-27": "162 degrees of freedom, 2 ms"}
-BEGIN, END = "<!-- table -->\n", "<!-- end of the table -->\n"
 
 
 def rate(text):
@@ -37,11 +38,11 @@ def figure(rows, model):
         most = max(cores)
         plot.line([(1, cores[most]), (16384, cores[most])], "#555555", "4 3")
         plot.labels.append([plot.x.at(1) + 4, plot.y.at(cores[most]) - 4, "#555555", f"MuJoCo, {most} CPU threads"])
-    (HERE / f"many-worlds-{model}.svg").write_text(plot.svg(), "utf-8")
+    (DOCS / f"many-worlds-{model}.svg").write_text(plot.svg(), "utf-8")
 
 
 def table(rows):
-    lines = ["| robot | engine | 1 world | 64 | 1024 | 4096 | 16,384 | memory a world |", "| --- | --- | --- | --- | --- | --- | --- | --- |"]
+    lines = []
     for model in MODELS:
         for name in COLORS:
             own = {int(row["worlds"]): row for row in rows if row["model"] == model and row["contender"] == name}
@@ -52,20 +53,17 @@ def table(rows):
                 row = own.get(worlds)
                 cells.append("-" if row is None else rate(row["world_steps_per_s"]) if row["outcome"] == "ok" else row["outcome"])
             memory = [float(row["memory_bytes_per_world"]) for _, row in sorted(own.items()) if row["memory_bytes_per_world"]]
-            lines.append(f"| {model} | `{name}` | {' | '.join(cells)} | {memory[-1] / 1e3:.0f} kB |")
-    return "\n".join(lines) + "\n"
+            lines.append([model, f"`{name}`", *cells, f"{memory[-1] / 1e3:.0f} kB"])
+    return markdown(["robot", "engine", "1 world", "64", "1024", "4096", "16,384", "memory a world"], lines)
 
 
-def main():
-    with open(pathlib.Path(sys.argv[1]) / "checks.csv", encoding="utf-8") as file:
+def add_arguments(parser):
+    parser.add_argument("results", metavar="RESULTS", type=pathlib.Path)
+
+
+def update(options):
+    with open(options.results / "checks.csv", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     for model in MODELS:
         figure(rows, model)
-    page = HERE / "many-worlds.md"
-    text = page.read_text("utf-8")
-    before, rest = text.split(BEGIN)
-    page.write_text(before + BEGIN + table(rows) + END + rest.split(END)[1], "utf-8")
-
-
-if __name__ == "__main__":
-    main()
+    write(DOCS / "many-worlds.md", {"worlds": table(rows)})

@@ -1,21 +1,18 @@
-"""Writes figures and text blocks of docs/self-consistency.md: update_self_consistency.py RESULTS [PAGE].
+"""The figure and the text blocks of self-consistency.md.
 
 RESULTS is a results directory with self-consistency errors and errors against the reference solution of the planar chain,
 or the database of one packed as assay.sqlite.xz.
 """
 
 import collections
-import contextlib
 import itertools
 import json
 import math
 import pathlib
-import sqlite3
 import sys
-import tempfile
 
-from plain_figure import Plot
-from update_claims import milliseconds, packed, standing, table, updated
+from .common import DOCS, milliseconds, opened, standing, table, write
+from .plain_figure import Plot
 
 SYSTEM = "planar-chain"
 FACTORS = (10, 30, 100, 300)
@@ -161,21 +158,18 @@ def figure(found, path):
     path.write_text(plot.svg(), encoding="utf-8")
 
 
-def main():
-    if len(sys.argv) not in (2, 3):
-        sys.exit("usage: update_self_consistency.py RESULTS [PAGE]")
-    page = pathlib.Path(sys.argv[2] if len(sys.argv) == 3 else pathlib.Path(__file__).parent / "self-consistency.md")
-    with (tempfile.TemporaryDirectory() as scratch,
-          contextlib.closing(sqlite3.connect(packed.database(sys.argv[1], scratch))) as db):
+def add_arguments(parser):
+    parser.add_argument("results", metavar="RESULTS", type=pathlib.Path)
+    parser.add_argument("--page", type=pathlib.Path, default=DOCS / "self-consistency.md")
+
+
+def update(options):
+    with opened(options.results) as (_, db):
         standing.standing(db)
         found, whole = rankings(db)
         by_length = {length: rankings(db, length)[0] for length in LENGTHS_MS}
         held = held_steps(db)
     if not found[SHOWN]:
-        sys.exit(f"'{sys.argv[1]}' has no errors of '{SYSTEM}' at realtime factor {SHOWN}: measure campaigns/paper.toml")
-    figure(found, page.with_suffix(".svg"))
-    page.write_text(updated(page.read_text(encoding="utf-8"), {"misranking": misranking(by_length, whole), "held": held}), encoding="utf-8")
-
-
-if __name__ == "__main__":
-    main()
+        sys.exit(f"'{options.results}' has no errors of '{SYSTEM}' at realtime factor {SHOWN}: measure campaigns/paper.toml")
+    figure(found, options.page.with_suffix(".svg"))
+    write(options.page, {"misranking": misranking(by_length, whole), "held": held})

@@ -1,37 +1,22 @@
-"""Writes the generated blocks of a page: update_claims.py ASSAY RESULTS PAGE.
+"""The verdicts and failures of claims.md.
 
 RESULTS is a results directory, or the database of one packed as assay.sqlite.xz. The blocks are `assay claims --markdown`
 and the tables of failed runs, each with the command that shows it.
 """
 
 import contextlib
-import fractions
 import json
 import pathlib
 import re
 import sqlite3
 import subprocess
-import sys
-import tempfile
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "results"))
-import packed  # noqa: E402
-import standing  # noqa: E402
+from .common import DOCS, milliseconds, opened, standing, table, write
 
 # Measures whose run starts at the system's initial state, as `assay simulate` does.
 WHOLE_RUNS = ("grasp", "drift", "violation", "truth")
 # Largest relative energy drift at the smallest timestep that is not listed as a leak.
 LEAK = 1e-3
-
-
-def milliseconds(timestep):
-    """0.25 as "1/4", as the program writes it."""
-    return str(fractions.Fraction(timestep))
-
-
-def table(header, rows):
-    lines = [header, ["---"] * len(header), *rows]
-    return "".join("| " + " | ".join(line) + " |\n" for line in lines)
 
 
 def command(facts, contender, timestep):
@@ -159,23 +144,16 @@ def claims(program, results):
 
 def blocks(program, results):
     """The text of each generated block."""
-    with tempfile.TemporaryDirectory() as scratch:
-        folder = packed.database(results, scratch).parent
+    with opened(results) as (database, _):
+        folder = database.parent
         return {"claims": claims(program, folder), "practice": practice(program, folder), "failures": failures(folder)}
 
 
-def updated(text, new):
-    """The page's text with its generated blocks replaced."""
-    for name, block in new.items():
-        begin_mark, end_mark = f"<!-- {name}: begin -->\n", f"<!-- {name}: end -->"
-        begin = text.index(begin_mark) + len(begin_mark)
-        text = text[:begin] + block + text[text.index(end_mark, begin):]
-    return text
+def add_arguments(parser):
+    parser.add_argument("program", metavar="ASSAY")
+    parser.add_argument("results", type=pathlib.Path)
+    parser.add_argument("--page", type=pathlib.Path, default=DOCS / "claims.md")
 
 
-if __name__ == "__main__":
-    if len(sys.argv) != 4:
-        sys.exit("usage: update_claims.py ASSAY RESULTS PAGE")
-    page = pathlib.Path(sys.argv[3])
-    text = updated(page.read_text(encoding="utf-8"), blocks(sys.argv[1], pathlib.Path(sys.argv[2])))
-    page.write_text(text, encoding="utf-8")
+def update(options):
+    write(options.page, blocks(options.program, options.results))

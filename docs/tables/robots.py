@@ -1,14 +1,10 @@
-#!/usr/bin/env python3
-"""Writes the tables of docs/robots.md.
-
-    update_robots.py ASSAY [--results DIR [--without-speeds]] [--jobs N] [--page FILE]
+"""The tables of robots.md.
 
 Without --results: reads every model file of the four packages (`./assay robots` fetches them) with `assay check --json`, and
 writes how many load. With --results: writes what campaigns/robots.toml gave in that directory; without its speeds where the
 machine was shared.
 """
 
-import argparse
 import concurrent.futures
 import json
 import math
@@ -21,9 +17,9 @@ import subprocess
 import sys
 import tempfile
 
-from update_claims import updated
+from .common import DOCS, table, write
 
-PAGE = pathlib.Path(__file__).with_name("robots.md")
+PAGE = DOCS / "robots.md"
 ENGINES = 5  # that have to take a model's contacts
 
 # Each package: its folder, and its robots' files below it. Scenes and parts that a robot's file includes are none.
@@ -55,12 +51,6 @@ def files_of(package, folder):
     if not roots:
         sys.exit(f"{folder} has no {pattern}: fetch the robots with ./assay robots")
     return roots[-1], sorted({str(path) for each in files for path in roots[-1].glob(each)})
-
-
-def table(rows):
-    header, *body = rows
-    lines = [header, ["---"] * len(header), *body]
-    return "".join("| " + " | ".join(str(cell) for cell in line) + " |\n" for line in lines)
 
 
 def share(part, whole):
@@ -123,8 +113,8 @@ class Loads:
 
 def loads_table(program, jobs, folder):
     loads = Loads(program)
-    rows = [["package", "files", "valid", "valid ones load as they are", "with a switch", "have contacts",
-             f"... in {ENGINES} engines"]]
+    header = ["package", "files", "valid", "valid ones load as they are", "with a switch", "have contacts", f"... in {ENGINES} engines"]
+    rows = []
     switched, invalid, few, sums = [], [], [], [0] * 6
     with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
         for package in PACKAGES:
@@ -149,12 +139,12 @@ def loads_table(program, jobs, folder):
                 if row["valid"] and row["touches"] and row["contacts"] < ENGINES:
                     few.append(f"{name} ({row['contacts']})")
     rows.append(counts_row("all", sums))
-    text = table(rows)
+    text = table(header, rows)
     if switched:
-        text += "\nValid files that do not load as they are:\n\n" + table([["package", "file", "first reason", "loads with"], *switched])
+        text += "\nValid files that do not load as they are:\n\n" + table(["package", "file", "first reason", "loads with"], switched)
     if invalid:
         text += ("\nInvalid files; a file without links or bodies cannot be repaired:\n\n"
-                 + table([["package", "file", "first reason", "loads with", "loads after `--repair`"], *invalid]))
+                 + table(["package", "file", "first reason", "loads with", "loads after `--repair`"], invalid))
     if few:
         text += f"\nContacts in fewer than {ENGINES} engines: " + ", ".join(few) + ".\n"
     return text
@@ -180,8 +170,9 @@ def contenders_table(results, speeds_too):
                 'SELECT c.contender, c.system, v.value FROM cells c JOIN "values" v ON v.cell_id = c.id '
                 "WHERE v.name = ? AND c.outcome = 'ok'", [value])} for value in ("truth_error_max", "realtime_factor"))
     robots = sorted({system for _, system, measure in outcomes if measure == "reference"})
-    rows = [["contender", "robots it takes", "sound for 2 s", "diverged", "unstable", "crashed", "takes without contacts",
-             "within 0.1 mm of the reference solution", *([f"speed / `{BASELINE}`, median (range)"] if speeds_too else [])]]
+    header = ["contender", "robots it takes", "sound for 2 s", "diverged", "unstable", "crashed", "takes without contacts",
+              "within 0.1 mm of the reference solution", *([f"speed / `{BASELINE}`, median (range)"] if speeds_too else [])]
+    rows = []
     for name in names:
         ended = [outcomes[name, robot, "reference"] for robot in robots if (name, robot, "reference") in outcomes]
         took = len(ended) - ended.count("unsupported")
@@ -196,7 +187,7 @@ def contenders_table(results, speeds_too):
             both = sorted(speeds[name, robot] / speeds[BASELINE, robot] for robot in robots if all(
                 (each, robot) in speeds and outcomes.get((each, robot, "reference")) == "ok" for each in (name, BASELINE)))
             rows[-1].append(f"{statistics.median(both):.2g} ({both[0]:.2g}–{both[-1]:.2g}), {len(both)} {'robots' if len(both) > 1 else 'robot'}" if both else "–")
-    return table(rows)
+    return table(header, rows)
 
 
 def campaign_table(results, speeds_too):
@@ -210,8 +201,9 @@ def campaign_table(results, speeds_too):
                 double.add(name)
         cells = list(db.execute("SELECT id, system, contender, timestep_ms, measure, outcome FROM cells WHERE contender != 'null'"))
         values = {(cell, name): value for cell, name, value in db.execute('SELECT cell_id, name, value FROM "values"')}
-    rows = [["robot", "DOF", "engines that take it", "sound for 2 s", "within 0.1 mm of the reference solution", "largest error",
-             *(["fastest sound at 1 ms"] if speeds_too else [])]]
+    header = ["robot", "DOF", "engines that take it", "sound for 2 s", "within 0.1 mm of the reference solution", "largest error",
+              *(["fastest sound at 1 ms"] if speeds_too else [])]
+    rows = []
     for system in systems:
         if system.endswith("-swing"):
             continue
@@ -231,26 +223,22 @@ def campaign_table(results, speeds_too):
                      "{:.1e} m ({})".format(*max(errors)) if errors else "–"])
         if speeds_too:
             rows[-1].append("{1}, {0:.0f}×".format(*max(speeds)) if speeds else "–")
-    return table(rows)
+    return table(header, rows)
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+def add_arguments(parser):
     parser.add_argument("program", metavar="ASSAY")
     parser.add_argument("--results")
     parser.add_argument("--without-speeds", action="store_true")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--page", type=pathlib.Path, default=PAGE)
     parser.add_argument("--robots", type=pathlib.Path, default=cache() / "robots", help="folder of the packages")
-    options = parser.parse_args()
-    text = options.page.read_text(encoding="utf-8")
+
+
+def update(options):
     if options.results:
-        text = updated(text, {"contenders": "\n" + contenders_table(options.results, not options.without_speeds) + "\n",
-                              "campaign": "\n" + campaign_table(options.results, not options.without_speeds) + "\n"})
+        blocks = {"contenders": contenders_table(options.results, not options.without_speeds),
+                  "campaign": campaign_table(options.results, not options.without_speeds)}
     else:
-        text = updated(text, {"loads": "\n" + loads_table(options.program, options.jobs, options.robots) + "\n"})
-    options.page.write_text(text, encoding="utf-8")
-
-
-if __name__ == "__main__":
-    main()
+        blocks = {"loads": loads_table(options.program, options.jobs, options.robots)}
+    write(options.page, {name: f"\n{block}\n" for name, block in blocks.items()})

@@ -1,14 +1,12 @@
-#!/usr/bin/env python3
-"""Writes the table of docs/reliability.md from tests that ran.
+"""The table of reliability.md, from tests that ran.
 
-    update_reliability.py --run BUILD    runs the tests with faults in a build folder, then writes the table
-    update_reliability.py FOLDER         writes the table from lines that tests left in FOLDER (ASSAY_RELIABILITY=FOLDER)
+    update.py reliability --run BUILD    runs the tests with faults in a build folder, then writes the table
+    update.py reliability FOLDER         writes the table from lines that tests left in FOLDER (ASSAY_RELIABILITY=FOLDER)
 
 A test leaves a line only when it has passed. Where a line of the page was not left again, nothing is written, unless
 --allow-missing names it under the table as not run here, or --forget drops it, as where its test is gone or renamed.
 """
 
-import argparse
 import datetime
 import json
 import os
@@ -19,9 +17,9 @@ import sys
 import tempfile
 import xml.etree.ElementTree
 
-from update_claims import updated
+from .common import DOCS, write
 
-PAGE = pathlib.Path(__file__).with_name("reliability.md")
+PAGE = DOCS / "reliability.md"
 # Tests that leave lines.
 TESTS = ("Runs|Fault|StoreFaults|cli.faults|cli.campaign.(Interrupted|FullDisk|BadDirectories)|cli.shards.Refusals|cli.slurm|cli.untrusted|"
          "cli.run_robot.RunRobot.a_programme")
@@ -62,11 +60,11 @@ def block_of(folder, page, arguments, skipped=()):
     left = [json.loads(file.read_text("utf-8")) for file in sorted(pathlib.Path(folder).glob("*.json"))]
     rows = sorted((line for line in left if "fault" in line), key=lambda row: row["fault"])
     if not rows:
-        sys.exit(f"update_reliability.py: no test has left a line in {folder}")
+        sys.exit(f"update.py: no test has left a line in {folder}")
     missing = sorted(faults_of(page) - {shown(row["fault"]) for row in rows})
     skipped = sorted({*skipped, *(f"{line['skipped']} ({line['reason']})" for line in left if "skipped" in line)})
     if missing and not (arguments.allow_missing or arguments.forget):
-        sys.exit("\n".join(["update_reliability.py: these lines of the page were not left again; run their tests, or give "
+        sys.exit("\n".join(["update.py: these lines of the page were not left again; run their tests, or give "
                             "--allow-missing or --forget:", *missing, f"skipped: {', '.join(skipped) or 'none'}"]))
     run = (f"\nRun on {datetime.date.today().isoformat()}, {processor()}, {platform.system()} {platform.release()}; "
            f"skipped: {', '.join(skipped) or 'none'}.\n")
@@ -74,27 +72,24 @@ def block_of(folder, page, arguments, skipped=()):
     return table(rows) + run + ("\n" + "".join(f"{ABSENT}{fault}\n" for fault in absent) if absent else "")
 
 
-def main():
-    parser = argparse.ArgumentParser(usage=__doc__)
+def add_arguments(parser):
     parser.add_argument("folder", nargs="?")
     parser.add_argument("--run")
     parser.add_argument("--allow-missing", action="store_true")
     parser.add_argument("--forget", action="store_true")
     parser.add_argument("--page", type=pathlib.Path, default=PAGE)
-    arguments = parser.parse_args()
-    if (arguments.run is None) == (arguments.folder is None):
-        sys.exit(__doc__)
-    page = arguments.page.read_text("utf-8")
-    if arguments.folder is not None:
-        block = block_of(arguments.folder, page, arguments)
+
+
+def update(options):
+    if (options.run is None) == (options.folder is None):
+        sys.exit("update.py reliability: give either a folder of lines that tests have left, or --run BUILD")
+    page = options.page.read_text("utf-8")
+    if options.folder is not None:
+        block = block_of(options.folder, page, options)
     else:
         with tempfile.TemporaryDirectory() as folder:
             junit = pathlib.Path(folder) / "junit.xml"
-            subprocess.run(["ctest", "--test-dir", arguments.run, "-R", TESTS, "--output-on-failure", "--output-junit", str(junit)],
+            subprocess.run(["ctest", "--test-dir", options.run, "-R", TESTS, "--output-on-failure", "--output-junit", str(junit)],
                            check=True, env={**os.environ, "ASSAY_RELIABILITY": folder})
-            block = block_of(folder, page, arguments, skipped_by_ctest(junit))
-    arguments.page.write_text(updated(page, {"faults": block}), encoding="utf-8")
-
-
-if __name__ == "__main__":
-    main()
+            block = block_of(folder, page, options, skipped_by_ctest(junit))
+    write(options.page, {"faults": block})

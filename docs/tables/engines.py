@@ -1,25 +1,19 @@
-#!/usr/bin/env python3
-"""Writes the tables of docs/engines.md, and that of sampled depths in docs/methodology.md:
-update_engines.py ASSAY RESULTS [--full RESULTS] [--worlds RESULTS] [--without-speeds] [--page FILE].
+"""The tables of engines.md, and that of sampled depths in methodology.md.
 
 RESULTS is a results directory of campaigns/field.toml, or the database of one packed as assay.sqlite.xz; after --worlds one of
 campaigns/batches.toml, after --full one of campaigns/paper.toml (default: the committed one). Without the field's speeds where the
 machine was shared. Withdrawn figures are left out (results/standing.py).
 """
 
-import argparse
-import contextlib
 import json
 import pathlib
-import sqlite3
-import subprocess
 import statistics
-import tempfile
+import subprocess
 import tomllib
 
-from update_claims import milliseconds, packed, standing, table, updated
+from .common import DOCS, milliseconds, opened, standing, table, write
 
-PAGE = pathlib.Path(__file__).with_name("engines.md")
+PAGE = DOCS / "engines.md"
 METHODOLOGY = PAGE.with_name("methodology.md")
 FULL = PAGE.parents[1] / "results/intel-xeon-2-cores/assay.sqlite.xz"
 RELEASES = tomllib.loads(PAGE.with_name("releases.toml").read_text("utf-8"))
@@ -228,35 +222,27 @@ def depths_table(field, full):
     return table(["contender", "sampled every 4 ms", "every 32 ms", "missed"], [row for _, row in sorted(rows)])
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("program")
+def add_arguments(parser):
+    parser.add_argument("program", metavar="ASSAY")
     parser.add_argument("results", type=pathlib.Path)
     parser.add_argument("--worlds", type=pathlib.Path)
     parser.add_argument("--full", type=pathlib.Path, default=FULL)
     parser.add_argument("--without-speeds", action="store_true")
     parser.add_argument("--page", type=pathlib.Path, default=PAGE)
-    options = parser.parse_args()
-    with tempfile.TemporaryDirectory() as scratch:
-        database = packed.database(options.results, pathlib.Path(scratch) / "field")
-        with contextlib.closing(sqlite3.connect(database)) as db:
-            run = Run(db)
-            blocks = {"engines": engines_table(run), "figures": figures_table(run, not options.without_speeds)}
-            full = packed.database(options.full, pathlib.Path(scratch) / "full")
-            with contextlib.closing(sqlite3.connect(full)) as other:
-                depths = depths_table(run, Run(other))
+
+
+def update(options):
+    with opened(options.results) as (database, db), opened(options.full) as (full, other):
+        run = Run(db)
+        blocks = {"engines": engines_table(run), "figures": figures_table(run, not options.without_speeds)}
+        depths = depths_table(run, Run(other))
         if not options.without_speeds:
             blocks["answers"] = answers_table(options.program, database.parent, full.parent)
-        if options.worlds:
-            with contextlib.closing(sqlite3.connect(packed.database(options.worlds, pathlib.Path(scratch) / "worlds"))) as db:
-                run = Run(db)
-                for system in ("planar-chain", "humanoid"):
-                    blocks[f"worlds-{system}"] = worlds_table(run, system)
-    page = options.page.read_text(encoding="utf-8")
-    options.page.write_text(updated(page, blocks), encoding="utf-8")
+    if options.worlds:
+        with opened(options.worlds) as (_, db):
+            run = Run(db)
+            for system in ("planar-chain", "humanoid"):
+                blocks[f"worlds-{system}"] = worlds_table(run, system)
+    write(options.page, blocks)
     if options.page == PAGE:
-        METHODOLOGY.write_text(updated(METHODOLOGY.read_text("utf-8"), {"depths": depths}), "utf-8")
-
-
-if __name__ == "__main__":
-    main()
+        write(METHODOLOGY, {"depths": depths})

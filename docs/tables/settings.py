@@ -1,13 +1,8 @@
-#!/usr/bin/env python3
-"""Writes the tables of docs/settings.md from a run of campaigns/settings.toml, and that of docs/performance.md from one of
-campaigns/builds.toml.
-
-    update_settings.py ASSAY [--settings RESULTS] [--builds RESULTS] [--pages FOLDER]
+"""The tables of settings.md from a run of campaigns/settings.toml, and that of performance.md from one of campaigns/builds.toml.
 
 RESULTS is a results directory, or the database of one packed as assay.sqlite.xz.
 """
 
-import argparse
 import contextlib
 import json
 import pathlib
@@ -17,9 +12,8 @@ import subprocess
 import sys
 import tempfile
 
-from update_claims import milliseconds, packed, standing, table, updated
+from .common import DOCS, milliseconds, opened, standing, table, write
 
-HERE = pathlib.Path(__file__).resolve().parent
 SYSTEMS = ("capsules-27", "humanoid", "grasp")
 ERROR, DEPTH = "1 mm", "5 mm"
 NONE = "at none"
@@ -104,28 +98,20 @@ def ratio_table(db):
     return table(["build", *systems], rows)
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("program")
+def add_arguments(parser):
+    parser.add_argument("program", metavar="ASSAY")
     parser.add_argument("--settings", type=pathlib.Path)
     parser.add_argument("--builds", type=pathlib.Path)
-    parser.add_argument("--pages", type=pathlib.Path, default=HERE, help="folder of the pages")
-    options = parser.parse_args()
-    with tempfile.TemporaryDirectory() as scratch:
-        if options.settings:
-            database = packed.database(options.settings, pathlib.Path(scratch) / "settings")
-            with contextlib.closing(sqlite3.connect(database)) as db:
-                contenders = [name for name, in db.execute("SELECT name FROM contenders WHERE name NOT LIKE '% %' AND name <> 'null'")]
+    parser.add_argument("--pages", type=pathlib.Path, default=DOCS, help="folder of the pages")
+
+
+def update(options):
+    if options.settings:
+        with opened(options.settings) as (database, db), tempfile.TemporaryDirectory() as scratch:
+            contenders = [name for name, in db.execute("SELECT name FROM contenders WHERE name NOT LIKE '% %' AND name <> 'null'")]
             plain = without_sweeps(database, pathlib.Path(scratch) / "plain")
-            page = options.pages / "settings.md"
-            page.write_text(updated(page.read_text("utf-8"), {"settings": settings_tables(options.program, database.parent, plain, contenders, withdrawn_contenders(database))}), "utf-8")
-        if options.builds:
-            database = packed.database(options.builds, pathlib.Path(scratch) / "builds")
-            with contextlib.closing(sqlite3.connect(database)) as db:
-                rows = ratio_table(db)
-            page = options.pages / "performance.md"
-            page.write_text(updated(page.read_text("utf-8"), {"builds": rows}), "utf-8")
-
-
-if __name__ == "__main__":
-    main()
+            tables = settings_tables(options.program, database.parent, plain, contenders, withdrawn_contenders(database))
+        write(options.pages / "settings.md", {"settings": tables})
+    if options.builds:
+        with opened(options.builds) as (_, db):
+            write(options.pages / "performance.md", {"builds": ratio_table(db)})
