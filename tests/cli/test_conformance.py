@@ -84,6 +84,8 @@ class Conformance(AssayTest):
                         self.assertEqual(support[row["contender"]][needs[deviation["test"]]]["fidelity"], "approximated")
 
     def test_verdicts_of_the_long_series_are_kept(self):
+        self.forget_verdicts()
+
         def run(*arguments):
             rows = self.assay_json("conformance", "mujoco-euler", "--long", "--json", *arguments)["contenders"][0]["results"]
             return [row.pop("kept", False) for row in rows], rows

@@ -1037,6 +1037,19 @@ std::vector<pid_t> workers_of(pid_t run) {
   return workers;
 }
 
+// Without the timings of the harness, which are no cells of the campaign: one whose worker was lost three times is not
+// measured again once its contenders are.
+std::string without_harness(const std::string& table) {
+  std::string kept;
+  for (size_t begin = 0; begin < table.size();) {
+    const size_t end = std::min(table.find('\n', begin), table.size() - 1) + 1;
+    const std::string line = table.substr(begin, end - begin);
+    if (line.find(" null raw_speed ") == std::string::npos) kept += line;
+    begin = end;
+  }
+  return kept;
+}
+
 // Workers are killed, and their guards: the run does not even stop.
 TEST_F(RunsTest, WorkersKilledAtRandomMomentsLeaveTheSameTable) {
   const Campaign campaign = real_campaign();
@@ -1058,7 +1071,7 @@ TEST_F(RunsTest, WorkersKilledAtRandomMomentsLeaveTheSameTable) {
   EXPECT_GT(kills, 0);
   int starts = 0;
   while (run_campaign(campaign, options(dir())).unmeasured > 0 && starts < 3) ++starts;
-  EXPECT_EQ(table(dir()), table(dir("whole"))) << "seed " << used_seed;
+  EXPECT_EQ(without_harness(table(dir())), without_harness(table(dir("whole")))) << "seed " << used_seed;
   reliability("SIGKILL and SIGTERM of workers at random moments", kills, "measured by other workers; the same values",
               "the time of these workers");
 }
