@@ -14,33 +14,25 @@
 #include <cmath>
 #include <cstdio>
 #include <initializer_list>
-#include <memory>
 
 #include <BulletDynamics/MLCPSolvers/btDantzigSolver.h>
 #include <BulletDynamics/MLCPSolvers/btMLCPSolver.h>
-#include <btBulletDynamicsCommon.h>
+
+#include "world.h"
 
 namespace {
 
-btScalar real(double x) { return static_cast<btScalar>(x); }
+using finding::real;
 
 constexpr double kFriction = 0.5, kDuration = 0.6;
 constexpr int kDantzig = 0;
 
 // Turn of the box (rad); `iterations` of sequential impulse, or Dantzig's method.
 double turn(bool hull, int iterations, double timestep) {
-  btDefaultCollisionConfiguration configuration;
-  configuration.setPlaneConvexMultipointIterations();
-  btCollisionDispatcher dispatcher(&configuration);
-  btDbvtBroadphase broadphase;
   btDantzigSolver lcp;
-  std::unique_ptr<btSequentialImpulseConstraintSolver> solver;
-  if (iterations == kDantzig) {
-    solver = std::make_unique<btMLCPSolver>(&lcp);
-  } else {
-    solver = std::make_unique<btSequentialImpulseConstraintSolver>();
-  }
-  btDiscreteDynamicsWorld world(&dispatcher, &broadphase, solver.get(), &configuration);
+  btMLCPSolver dantzig(&lcp);
+  finding::World world(0, iterations == kDantzig ? &dantzig : nullptr);
+  world.configuration.setPlaneConvexMultipointIterations();
   const double angle = std::atan(0.7);
   world.setGravity(btVector3(real(9.81 * std::sin(angle)), 0, real(-9.81 * std::cos(angle))));
   btContactSolverInfo& info = world.getSolverInfo();
@@ -48,10 +40,7 @@ double turn(bool hull, int iterations, double timestep) {
   info.m_splitImpulsePenetrationThreshold = 0;
   info.m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
   btStaticPlaneShape plane(btVector3(0, 0, 1), 0);
-  btCollisionObject ground;
-  ground.setCollisionShape(&plane);
-  ground.setFriction(1);
-  world.addCollisionObject(&ground, btBroadphaseProxy::StaticFilter, btBroadphaseProxy::AllFilter);
+  world.add_ground(plane, 1);
 
   const btVector3 half(real(0.1), real(0.1), real(0.05));
   btBoxShape box(half);
@@ -63,12 +52,9 @@ double turn(bool hull, int iterations, double timestep) {
     }
   }
   const btVector3 inertia(real(0.0125 / 3), real(0.0125 / 3), real(0.02 / 3));
-  btRigidBody body(1, nullptr, hull ? static_cast<btCollisionShape*>(&corners) : &box, inertia);
-  body.setWorldTransform(btTransform(btQuaternion::getIdentity(), btVector3(0, 0, half.z())));
-  body.setDamping(0, 0);
+  btRigidBody& body =
+      world.add_body(1, hull ? static_cast<btCollisionShape&>(corners) : box, inertia, finding::at(0, 0, half.z()));
   body.setFriction(real(kFriction));
-  body.setActivationState(DISABLE_DEACTIVATION);
-  world.addRigidBody(&body);
   const long steps = std::lround(kDuration / timestep);
   double largest = 0;
   for (long i = 0; i < steps; ++i) {
@@ -76,8 +62,6 @@ double turn(bool hull, int iterations, double timestep) {
     const btVector3 x = body.getWorldTransform().getBasis().getColumn(0);
     largest = std::max(largest, std::abs(std::atan2(static_cast<double>(x.y()), static_cast<double>(x.x()))));
   }
-  world.removeRigidBody(&body);
-  world.removeCollisionObject(&ground);
   return largest;
 }
 

@@ -11,12 +11,11 @@
 #include <initializer_list>
 #include <vector>
 
-#include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
-#include <btBulletDynamicsCommon.h>
+#include "world.h"
 
 namespace {
 
-btScalar real(double x) { return static_cast<btScalar>(x); }
+using finding::real;
 
 constexpr double kRadius = 0.1, kHalf = 0.15, kSlow = 1e-4, kDuration = 1.2;  // m, m/s, s
 
@@ -42,44 +41,25 @@ bool put_back(btManifoldPoint& point, void* a, void* b) {
 // How far the body is from where it should be, m.
 double way(btCollisionShape& shape, bool renewed, double timestep) {
   gContactProcessedCallback = renewed ? &put_back : nullptr;
-  constexpr int kSamples = 21;
-  const std::vector<btScalar> heights(kSamples * kSamples, 0);
-  btHeightfieldTerrainShape field(kSamples, kSamples, heights.data(), 1, 0, 0, 2,
-                                  sizeof(btScalar) == sizeof(double) ? PHY_DOUBLE : PHY_FLOAT, false);
-  field.setLocalScaling(btVector3(real(0.05), real(0.05), 1));
-  field.setMargin(real(0.001));
-  btDefaultCollisionConfiguration configuration;
-  btCollisionDispatcher dispatcher(&configuration);
-  btDbvtBroadphase broadphase;
-  btSequentialImpulseConstraintSolver solver;
-  btDiscreteDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration);
-  world.setGravity(btVector3(0, 0, real(-9.81)));
+  finding::FlatField field(0.05);
+  finding::World world(-9.81);
   world.getSolverInfo().m_numIterations = 50;
   world.getSolverInfo().m_splitImpulsePenetrationThreshold = 0;
-  btCollisionObject ground;
-  ground.setCollisionShape(&field);
-  ground.setFriction(1);
-  world.addCollisionObject(&ground, btBroadphaseProxy::StaticFilter, btBroadphaseProxy::AllFilter);
+  world.add_ground(field.shape, 1);
 
   const double across = (3 * kRadius * kRadius + 4 * kHalf * kHalf) / 12;
   const btVector3 inertia(real(across), real(across), real(kRadius * kRadius / 2));
-  btRigidBody body(btRigidBody::btRigidBodyConstructionInfo(1, nullptr, &shape, inertia));
   const btVector3 axis(real(std::cos(0.3)), real(std::sin(0.3)), 0),
       start(real(0.03), real(0.01), real(kRadius + 1e-3));
-  body.setWorldTransform(btTransform(shortestArcQuat(btVector3(0, 0, 1), axis), start));
+  btRigidBody& body = world.add_body(1, shape, inertia, btTransform(shortestArcQuat(btVector3(0, 0, 1), axis), start));
   const btVector3 velocity = real(kSlow) * axis.cross(btVector3(0, 0, 1));
   body.setLinearVelocity(velocity);
   body.setAngularVelocity(real(kSlow / kRadius) * axis);
   body.setFriction(1);
-  body.setDamping(0, 0);
-  body.setActivationState(DISABLE_DEACTIVATION);
-  world.addRigidBody(&body);
   const long steps = std::lround(kDuration / timestep);
   for (long i = 0; i < steps; ++i) world.stepSimulation(real(timestep), 0);
   btVector3 moved = body.getWorldTransform().getOrigin() - start - real(kDuration) * velocity;
   moved.setZ(0);
-  world.removeRigidBody(&body);
-  world.removeCollisionObject(&ground);
   return static_cast<double>(moved.length());
 }
 

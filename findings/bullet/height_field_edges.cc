@@ -7,48 +7,27 @@
 #include <cstdio>
 #include <vector>
 
-#include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
-#include <btBulletDynamicsCommon.h>
+#include "world.h"
 
 namespace {
 
-btScalar real(double x) { return static_cast<btScalar>(x); }
+using finding::real;
 
 // The change of a body's velocity in 1 s, relative to the first.
 double change(const char* name, btCollisionShape& shape) {
-  constexpr int kSamples = 21;
-  constexpr double kHalf = 3;
-  const std::vector<btScalar> heights(kSamples * kSamples, 0);
-  btHeightfieldTerrainShape field(kSamples, kSamples, heights.data(), 1, 0, 0, 2,
-                                  sizeof(btScalar) == sizeof(double) ? PHY_DOUBLE : PHY_FLOAT, false);
-  const btScalar spacing = real(2 * kHalf / (kSamples - 1));
-  field.setLocalScaling(btVector3(spacing, spacing, 1));
-  field.setMargin(real(0.001));
-  btDefaultCollisionConfiguration configuration;
-  btCollisionDispatcher dispatcher(&configuration);
-  btDbvtBroadphase broadphase;
-  btSequentialImpulseConstraintSolver solver;
-  btDiscreteDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration);
-  world.setGravity(btVector3(0, 0, real(-9.81)));
+  finding::FlatField field(0.3);
+  finding::World world(-9.81);
   world.getSolverInfo().m_numIterations = 50;
-  btCollisionObject ground;
-  ground.setCollisionShape(&field);
-  ground.setFriction(0);
-  world.addCollisionObject(&ground, btBroadphaseProxy::StaticFilter, btBroadphaseProxy::AllFilter);
+  world.add_ground(field.shape, 0);
 
   btVector3 inertia;
   shape.calculateLocalInertia(1, inertia);
-  btRigidBody body(btRigidBody::btRigidBodyConstructionInfo(1, nullptr, &shape, inertia));
-  body.setWorldTransform(btTransform(btQuaternion::getIdentity(), btVector3(real(-1.2), real(0.07), real(0.051))));
+  btRigidBody& body = world.add_body(1, shape, inertia, finding::at(-1.2, 0.07, 0.051));
   const btVector3 velocity(1, real(0.3), 0);
   body.setLinearVelocity(velocity);
   body.setFriction(0);
-  body.setActivationState(DISABLE_DEACTIVATION);
-  world.addRigidBody(&body);
   for (int i = 0; i < 1000; ++i) world.stepSimulation(real(1e-3), 0);
   const double found = static_cast<double>((body.getLinearVelocity() - velocity).length() / velocity.length());
-  world.removeRigidBody(&body);
-  world.removeCollisionObject(&ground);
   std::printf("%s: the velocity changes by %.3f of itself in 1 s\n", name, found);
   return found;
 }

@@ -13,30 +13,22 @@
 #include <cmath>
 #include <cstdio>
 
-#include <btBulletDynamicsCommon.h>
+#include "world.h"
 
 namespace {
 
-constexpr double kInertia = 2e-5, kTimestep = 1e-3;
+using finding::real;
 
-btScalar real(double x) { return static_cast<btScalar>(x); }
+constexpr double kInertia = 2e-5, kTimestep = 1e-3;
 
 // Rate after one step from 1 rad/s.
 double braked(double damping) {
-  btDefaultCollisionConfiguration configuration;
-  btCollisionDispatcher dispatcher(&configuration);
-  btDbvtBroadphase broadphase;
-  btSequentialImpulseConstraintSolver solver;
-  btDiscreteDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration);
-  world.setGravity(btVector3(0, 0, 0));
+  finding::World world(0);
   world.getSolverInfo().m_numIterations = 50;
 
   btSphereShape shape(real(0.01));
-  btRigidBody wheel(real(0.05), nullptr, &shape, btVector3(real(kInertia), real(kInertia), real(kInertia)));
-  wheel.setDamping(0, 0);
-  wheel.setActivationState(DISABLE_DEACTIVATION);
+  btRigidBody& wheel = world.add_body(0.05, shape, btVector3(1, 1, 1) * real(kInertia), btTransform::getIdentity());
   wheel.setAngularVelocity(btVector3(0, 0, 1));
-  world.addRigidBody(&wheel, 0, 0);
   btHingeConstraint hinge(wheel, btVector3(0, 0, 0), btVector3(0, 0, 1));
   hinge.enableAngularMotor(true, 0, BT_LARGE_FLOAT);
   hinge.setParam(BT_CONSTRAINT_CFM, real(kInertia / (kTimestep * damping)), 5);
@@ -45,7 +37,6 @@ double braked(double damping) {
   world.stepSimulation(real(kTimestep), 0);
   const double rate = wheel.getAngularVelocity().z();
   world.removeConstraint(&hinge);
-  world.removeRigidBody(&wheel);
   return rate;
 }
 

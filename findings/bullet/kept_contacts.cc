@@ -10,7 +10,7 @@
 #include <cstdio>
 #include <initializer_list>
 
-#include <btBulletDynamicsCommon.h>
+#include "world.h"
 
 namespace {
 
@@ -37,36 +37,22 @@ bool put_back(btManifoldPoint& point, void* a, void* b) {
 // The way of a capsule that is put down at rest, m.
 double way(bool renewed, double timestep) {
   gContactProcessedCallback = renewed ? &put_back : nullptr;
-  btDefaultCollisionConfiguration configuration;
-  btCollisionDispatcher dispatcher(&configuration);
-  btDbvtBroadphase broadphase;
-  btSequentialImpulseConstraintSolver solver;
-  btDiscreteDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration);
-  world.setGravity(btVector3(0, 0, -9.81));
+  finding::World world(-9.81);
   btBoxShape box(btVector3(0.5, 0.5, 0.1));
-  btCollisionObject ground;
-  ground.setCollisionShape(&box);
-  ground.setFriction(1);
-  ground.setWorldTransform(btTransform(btQuaternion::getIdentity(), btVector3(0, 0, -0.1)));
-  world.addCollisionObject(&ground);
+  world.add_ground(box, 1, -0.1);
 
   btCapsuleShapeZ capsule(kRadius, 2 * kHalf);
   btVector3 moments;
   capsule.calculateLocalInertia(1, moments);
-  btRigidBody body(btRigidBody::btRigidBodyConstructionInfo(1, nullptr, &capsule, moments));
   const btVector3 axis(std::cos(0.3), std::sin(0.3), 0), up(0, 0, 1);
-  body.setWorldTransform(btTransform(shortestArcQuat(up, axis), btVector3(0.03, 0.01, kRadius)));
+  btRigidBody& body =
+      world.add_body(1, capsule, moments, btTransform(shortestArcQuat(up, axis), btVector3(0.03, 0.01, kRadius)));
   body.setFriction(1);
-  body.setDamping(0, 0);
-  body.setActivationState(DISABLE_DEACTIVATION);
-  world.addRigidBody(&body);
   const btVector3 start = body.getWorldTransform().getOrigin();
   const long steps = std::lround(kDuration / timestep);
   for (long i = 0; i < steps; ++i) world.stepSimulation(timestep, 0);
   btVector3 moved = body.getWorldTransform().getOrigin() - start;
   moved.setZ(0);
-  world.removeRigidBody(&body);
-  world.removeCollisionObject(&ground);
   return moved.length();
 }
 

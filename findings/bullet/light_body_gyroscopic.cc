@@ -12,29 +12,21 @@
 // Ends with status 0 while Bullet behaves so, 1 when it does not: then LightBody in rigid.cc can go.
 #include <cstdio>
 
-#include <btBulletDynamicsCommon.h>
+#include "world.h"
 
 namespace {
 
 // What the angular velocity changes by within a step of 1 ms, rad/s.
 btScalar change(btScalar scale, int mode) {
-  btDefaultCollisionConfiguration configuration;
-  btCollisionDispatcher dispatcher(&configuration);
-  btDbvtBroadphase broadphase;
-  btSequentialImpulseConstraintSolver solver;
-  btDiscreteDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration);
-  world.setGravity(btVector3(0, 0, 0));
+  finding::World world(0);
   world.getSolverInfo().m_maxGyroscopicForce = SIMD_INFINITY;
   btSphereShape shape(static_cast<btScalar>(0.1));
-  btRigidBody body(1, nullptr, &shape, btVector3(1, 2, static_cast<btScalar>(2.5)) * scale);
-  body.setDamping(0, 0);
+  btRigidBody& body =
+      world.add_body(1, shape, btVector3(1, 2, static_cast<btScalar>(2.5)) * scale, btTransform::getIdentity());
   body.setFlags(mode);
-  body.setActivationState(DISABLE_DEACTIVATION);
   const btVector3 spin(10, -20, 15);
   body.setAngularVelocity(spin);
-  world.addRigidBody(&body);
   world.stepSimulation(static_cast<btScalar>(1e-3), 0);
-  world.removeRigidBody(&body);
   return (body.getAngularVelocity() - spin).length();
 }
 

@@ -12,41 +12,32 @@
 // Ends with status 0 while Bullet behaves so, 1 when it does not: then the deviation in engine.cc can go.
 #include <algorithm>
 #include <cstdio>
-#include <memory>
 
 #include <BulletDynamics/Featherstone/btMultiBody.h>
-#include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
-#include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
-#include <btBulletDynamicsCommon.h>
+
+#include "world.h"
 
 namespace {
 
-btScalar real(double x) { return static_cast<btScalar>(x); }
+using finding::real;
 
 constexpr double kTimestep = 4e-3, kSpeed = 3, kRadius = 0.1, kErp = 0.2;
 
 // Largest speed outwards after the impact, relative to that before; the ball arrives at `phase` of a step.
 double rebound(bool multibody, double phase) {
-  btDefaultCollisionConfiguration configuration;
-  btCollisionDispatcher dispatcher(&configuration);
-  btDbvtBroadphase broadphase;
-  btMultiBodyConstraintSolver solver;
-  btMultiBodyDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration);
-  world.setGravity(btVector3(0, 0, real(-9.81)));
+  finding::MultiBodyWorld world(-9.81);
   btContactSolverInfo& info = world.getSolverInfo();
   info.m_splitImpulse = 1;
   info.m_splitImpulsePenetrationThreshold = 0;
   info.m_erp2 = real(kErp);
   btStaticPlaneShape plane(btVector3(0, 0, 1), 0);
-  btCollisionObject ground;
-  ground.setCollisionShape(&plane);
-  world.addCollisionObject(&ground, btBroadphaseProxy::StaticFilter, btBroadphaseProxy::AllFilter);
+  world.add_ground(plane, 0.5);
 
   btSphereShape ball(real(kRadius));
   const btVector3 inertia = btVector3(1, 1, 1) * real(0.004), velocity(0, 0, real(-kSpeed));
   const btVector3 place(0, 0, real(kRadius + kSpeed * kTimestep * (1.5 + phase)));
-  btRigidBody rigid(1, nullptr, &ball, inertia);
+  btRigidBody* rigid = nullptr;
   btMultiBody base(0, 1, inertia, false, false);
   btMultiBodyLinkCollider collider(&base, -1);
   if (multibody) {
@@ -62,25 +53,19 @@ double rebound(bool multibody, double phase) {
     base.setBaseCollider(&collider);
     world.addCollisionObject(&collider, btBroadphaseProxy::DefaultFilter, btBroadphaseProxy::AllFilter);
   } else {
-    rigid.setWorldTransform(btTransform(btQuaternion::getIdentity(), place));
-    rigid.setLinearVelocity(velocity);
-    rigid.setDamping(0, 0);
-    rigid.setActivationState(DISABLE_DEACTIVATION);
-    world.addRigidBody(&rigid);
+    rigid = &world.add_body(1, ball, inertia, btTransform(btQuaternion::getIdentity(), place));
+    rigid->setLinearVelocity(velocity);
   }
   double largest = 0;
   for (int i = 0; i < 50; ++i) {
     world.stepSimulation(real(kTimestep), 0);
-    const btVector3 now = multibody ? base.getBaseVel() : rigid.getLinearVelocity();
+    const btVector3 now = multibody ? base.getBaseVel() : rigid->getLinearVelocity();
     largest = std::max(largest, static_cast<double>(now.z()));
   }
   if (multibody) {
     world.removeCollisionObject(&collider);
     world.removeMultiBody(&base);
-  } else {
-    world.removeRigidBody(&rigid);
   }
-  world.removeCollisionObject(&ground);
   return largest / kSpeed;
 }
 

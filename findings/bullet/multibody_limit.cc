@@ -12,26 +12,20 @@
 #include <cstdio>
 
 #include <BulletDynamics/Featherstone/btMultiBody.h>
-#include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
-#include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
 #include <BulletDynamics/Featherstone/btMultiBodyJointLimitConstraint.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
-#include <btBulletDynamicsCommon.h>
+
+#include "world.h"
 
 namespace {
 
-btScalar real(double x) { return static_cast<btScalar>(x); }
+using finding::real;
 
 constexpr double kLimit = 0.6, kStart = 0.68;
 
 // The nearest that the hinge comes to the limit within 1 s, rad beyond it.
 double remains(bool split_impulse) {
-  btDefaultCollisionConfiguration configuration;
-  btCollisionDispatcher dispatcher(&configuration);
-  btDbvtBroadphase broadphase;
-  btMultiBodyConstraintSolver solver;
-  btMultiBodyDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration);
-  world.setGravity(btVector3(0, 0, 0));
+  finding::MultiBodyWorld world(0);
   world.getSolverInfo().m_splitImpulse = split_impulse ? 1 : 0;
   world.getSolverInfo().m_splitImpulsePenetrationThreshold = 0;
   btMultiBody body(1, 0, btVector3(0, 0, 0), true, false);

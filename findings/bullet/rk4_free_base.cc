@@ -14,21 +14,12 @@
 #include <cstdio>
 
 #include <BulletDynamics/Featherstone/btMultiBody.h>
-#include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
-#include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
-#include <btBulletDynamicsCommon.h>
+
+#include "world.h"
 
 namespace {
 
-btScalar real(double x) { return static_cast<btScalar>(x); }
-
-struct World {
-  btDefaultCollisionConfiguration configuration;
-  btCollisionDispatcher dispatcher{&configuration};
-  btDbvtBroadphase broadphase;
-  btMultiBodyConstraintSolver solver;
-  btMultiBodyDynamicsWorld world{&dispatcher, &broadphase, &solver, &configuration};
-};
+using finding::real;
 
 void prepare(btMultiBody& body) {
   body.setLinearDamping(0);
@@ -41,28 +32,26 @@ const btVector3 kInertia(real(0.01), real(0.02), real(0.025));
 
 // Change of the angular momentum within 1 s, relative.
 double free_base_error(double timestep) {
-  World w;
-  w.world.setGravity(btVector3(0, 0, 0));
+  finding::MultiBodyWorld world(0);
   btMultiBody body(0, 1, kInertia, false, false);
   prepare(body);
   body.finalizeMultiDof();
-  w.world.addMultiBody(&body);
+  world.addMultiBody(&body);
   body.setBaseOmega(btVector3(3, -2, 1));
   const auto momentum = [&body] {
     const btMatrix3x3 R(body.getWorldToBaseRot().inverse());
     return R * (kInertia * (R.transpose() * body.getBaseOmega()));
   };
   const btVector3 before = momentum();
-  for (long i = 0, steps = std::lround(1 / timestep); i < steps; ++i) w.world.stepSimulation(real(timestep), 0);
+  for (long i = 0, steps = std::lround(1 / timestep); i < steps; ++i) world.stepSimulation(real(timestep), 0);
   const double error = (momentum() - before).length() / before.length();
-  w.world.removeMultiBody(&body);
+  world.removeMultiBody(&body);
   return error;
 }
 
 // Where the last of three links on a fixed base is after 1 s.
 btVector3 fixed_base_end(double timestep) {
-  World w;
-  w.world.setGravity(btVector3(0, 0, real(-9.81)));
+  finding::MultiBodyWorld world(-9.81);
   btMultiBody body(3, 0, btVector3(0, 0, 0), true, false);
   prepare(body);
   const btVector3 half(real(0.15), 0, 0);
@@ -72,14 +61,14 @@ btVector3 fixed_base_end(double timestep) {
                        half, false);
   }
   body.finalizeMultiDof();
-  w.world.addMultiBody(&body);
+  world.addMultiBody(&body);
   for (int i = 0; i < 3; ++i) body.setJointVel(i, 1);
-  for (long i = 0, steps = std::lround(1 / timestep); i < steps; ++i) w.world.stepSimulation(real(timestep), 0);
+  for (long i = 0, steps = std::lround(1 / timestep); i < steps; ++i) world.stepSimulation(real(timestep), 0);
   btAlignedObjectArray<btQuaternion> rotations;
   btAlignedObjectArray<btVector3> origins;
   body.forwardKinematics(rotations, origins);
   const btVector3 end = body.getLink(2).m_cachedWorldTransform.getOrigin();
-  w.world.removeMultiBody(&body);
+  world.removeMultiBody(&body);
   return end;
 }
 

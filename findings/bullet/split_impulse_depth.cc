@@ -9,11 +9,11 @@
 #include <algorithm>
 #include <cstdio>
 
-#include <btBulletDynamicsCommon.h>
+#include "world.h"
 
 namespace {
 
-btScalar real(double x) { return static_cast<btScalar>(x); }
+using finding::real;
 
 constexpr double kTimestep = 4e-3, kSpeed = 3, kRadius = 0.1;
 
@@ -24,33 +24,20 @@ struct Rebound {
 
 // The ball arrives at `phase` of a step; Bullet's own threshold, or 0.
 Rebound rebound(bool as_given, double phase) {
-  btDefaultCollisionConfiguration configuration;
-  btCollisionDispatcher dispatcher(&configuration);
-  btDbvtBroadphase broadphase;
-  btSequentialImpulseConstraintSolver solver;
-  btDiscreteDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration);
-  world.setGravity(btVector3(0, 0, real(-9.81)));
+  finding::World world(-9.81);
   btContactSolverInfo& info = world.getSolverInfo();
   if (!as_given) info.m_splitImpulsePenetrationThreshold = 0;
   btStaticPlaneShape plane(btVector3(0, 0, 1), 0);
-  btCollisionObject ground;
-  ground.setCollisionShape(&plane);
-  world.addCollisionObject(&ground, btBroadphaseProxy::StaticFilter, btBroadphaseProxy::AllFilter);
+  world.add_ground(plane, 0.5);
   btSphereShape sphere(real(kRadius));
-  btRigidBody ball(1, nullptr, &sphere, btVector3(1, 1, 1) * real(0.004));
-  ball.setWorldTransform(
-      btTransform(btQuaternion::getIdentity(), btVector3(0, 0, real(kRadius + kSpeed * kTimestep * (1.5 + phase)))));
+  btRigidBody& ball = world.add_body(1, sphere, btVector3(1, 1, 1) * real(0.004),
+                                     finding::at(0, 0, kRadius + kSpeed * kTimestep * (1.5 + phase)));
   ball.setLinearVelocity(btVector3(0, 0, real(-kSpeed)));
-  ball.setDamping(0, 0);
-  ball.setActivationState(DISABLE_DEACTIVATION);
-  world.addRigidBody(&ball);
   double largest = 0;
   for (int i = 0; i < 50; ++i) {
     world.stepSimulation(real(kTimestep), 0);
     largest = std::max(largest, static_cast<double>(ball.getLinearVelocity().z()));
   }
-  world.removeRigidBody(&ball);
-  world.removeCollisionObject(&ground);
   return {largest / kSpeed, info.m_erp2, info.m_splitImpulsePenetrationThreshold};
 }
 

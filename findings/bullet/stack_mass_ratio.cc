@@ -9,57 +9,41 @@
 // Ends with status 0 while Bullet behaves so, 1 when it does not: then the deviation in engine.cc can go.
 #include <cstdio>
 #include <initializer_list>
-#include <memory>
-#include <vector>
 
-#include <btBulletDynamicsCommon.h>
+#include "world.h"
 
 namespace {
 
-btScalar real(double x) { return static_cast<btScalar>(x); }
+using finding::real;
 
 constexpr double kRadius = 0.1, kHalf = 0.5, kTimestep = 1e-3;
 constexpr int kSteps = 500;
 
 // Way of the upper bar within 0.5 s over its radius.
 double way(double ratio, int iterations) {
-  btDefaultCollisionConfiguration configuration;
-  btCollisionDispatcher dispatcher(&configuration);
-  btDbvtBroadphase broadphase;
-  btSequentialImpulseConstraintSolver solver;
-  btDiscreteDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration);
-  world.setGravity(btVector3(0, 0, real(-9.81)));
+  finding::World world(-9.81);
   btContactSolverInfo& info = world.getSolverInfo();
   info.m_numIterations = iterations;
   info.m_splitImpulsePenetrationThreshold = 0;
   info.m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
   btStaticPlaneShape plane(btVector3(0, 0, 1), 0);
-  btCollisionObject ground;
-  ground.setCollisionShape(&plane);
-  ground.setFriction(1);
-  world.addCollisionObject(&ground, btBroadphaseProxy::StaticFilter, btBroadphaseProxy::AllFilter);
+  world.add_ground(plane, 1);
   btCapsuleShapeX along(real(kRadius), real(2 * kHalf));
   btCapsuleShape across(real(kRadius), real(2 * kHalf));  // along y
-  std::vector<std::unique_ptr<btRigidBody>> bars;
-  const auto add = [&](btCollisionShape& shape, double mass, const btVector3& place, bool is_along) {
+  const auto add = [&](btCollisionShape& shape, double mass, const btTransform& place, bool is_along) -> btRigidBody& {
     // a capsule of this size, relative to its mass
     const double ends = mass * 0.1, turning = mass * 0.005;
     const btVector3 inertia =
         is_along ? btVector3(real(turning), real(ends), real(ends)) : btVector3(real(ends), real(turning), real(ends));
-    bars.push_back(std::make_unique<btRigidBody>(real(mass), nullptr, &shape, inertia));
-    bars.back()->setWorldTransform(btTransform(btQuaternion::getIdentity(), place));
-    bars.back()->setDamping(0, 0);
-    bars.back()->setFriction(1);
-    bars.back()->setActivationState(DISABLE_DEACTIVATION);
-    world.addRigidBody(bars.back().get());
+    btRigidBody& bar = world.add_body(mass, shape, inertia, place);
+    bar.setFriction(1);
+    return bar;
   };
-  const btVector3 start(0, 0, real(3 * kRadius));
-  add(along, ratio, start, true);
-  for (const double x : {-0.3, 0.3}) add(across, 1, btVector3(real(x), 0, real(kRadius)), false);
+  const btTransform start = finding::at(0, 0, 3 * kRadius);
+  const btRigidBody& top = add(along, ratio, start, true);
+  for (const double x : {-0.3, 0.3}) add(across, 1, finding::at(x, 0, kRadius), false);
   for (int i = 0; i < kSteps; ++i) world.stepSimulation(real(kTimestep), 0);
-  const double moved = (bars.front()->getWorldTransform().getOrigin() - start).length();
-  for (const auto& bar : bars) world.removeRigidBody(bar.get());
-  world.removeCollisionObject(&ground);
+  const double moved = (top.getWorldTransform().getOrigin() - start.getOrigin()).length();
   return moved / kRadius;
 }
 

@@ -12,31 +12,13 @@
 #include <cstdio>
 #include <initializer_list>
 
-// clang-format off: Jolt wants this one before its others
-#include <Jolt/Jolt.h>
-// clang-format on
-
-#include <Jolt/Core/Factory.h>
-#include <Jolt/Core/JobSystemSingleThreaded.h>
-#include <Jolt/Core/TempAllocator.h>
-#include <Jolt/Physics/Body/BodyCreationSettings.h>
-#include <Jolt/Physics/Collision/Shape/CapsuleShape.h>
-#include <Jolt/Physics/Collision/Shape/HeightFieldShape.h>
-#include <Jolt/Physics/Collision/Shape/MeshShape.h>
-#include <Jolt/Physics/PhysicsSystem.h>
-#include <Jolt/RegisterTypes.h>
+#include "world.h"
 
 namespace {
 
 constexpr float kRadius = 0.1f, kHalf = 0.15f, kCell = 0.05f, kSlow = 1e-4f;  // m, m/s
 constexpr int kCells = 20;
 constexpr double kDuration = 1.2;  // s
-
-class Layers final : public JPH::BroadPhaseLayerInterface {
- public:
-  JPH::uint GetNumBroadPhaseLayers() const override { return 1; }
-  JPH::BroadPhaseLayer GetBroadPhaseLayer(JPH::ObjectLayer /*layer*/) const override { return JPH::BroadPhaseLayer(0); }
-};
 
 // A square metre at height 0, two triangles a cell.
 JPH::Ref<JPH::Shape> mesh() {
@@ -68,61 +50,36 @@ JPH::Ref<JPH::Shape> height_field() {
 
 // How far a lying capsule, which starts to roll at a tenth of a millimetre a second, is from where it should be, m.
 double way(bool field, bool removal, double timestep) {
-  const Layers layers;
-  const JPH::ObjectVsBroadPhaseLayerFilter broad_filter;
-  const JPH::ObjectLayerPairFilter pair_filter;
-  JPH::TempAllocatorImpl memory(10 << 20);
-  JPH::JobSystemSingleThreaded jobs(JPH::cMaxPhysicsJobs);
-  JPH::PhysicsSystem system;
-  system.Init(8, 1, 1024, 1024, layers, broad_filter, pair_filter);
-  system.SetGravity(JPH::Vec3(0, 0, -9.81f));
   JPH::PhysicsSettings settings;
   settings.mUseBodyPairContactCache = false;  // kept_contacts.cc
   settings.mPenetrationSlop = 1e-4f;
   settings.mNumVelocitySteps = 50;
-  settings.mAllowSleeping = false;
-  system.SetPhysicsSettings(settings);
-  JPH::BodyInterface& bodies = system.GetBodyInterfaceNoLock();
-  JPH::BodyCreationSettings floor(
-      field ? height_field() : mesh(), JPH::RVec3::sZero(),
-      field ? JPH::Quat::sRotation(JPH::Vec3::sAxisX(), JPH::JPH_PI / 2) : JPH::Quat::sIdentity(),
-      JPH::EMotionType::Static, 0);
-  floor.mFriction = 1;
+  finding::World world(JPH::Vec3(0, 0, -9.81f), settings);
+  JPH::BodyCreationSettings floor =
+      finding::fixed_body(field ? height_field() : mesh(),
+                          field ? JPH::Quat::sRotation(JPH::Vec3::sAxisX(), JPH::JPH_PI / 2) : JPH::Quat::sIdentity());
   floor.mEnhancedInternalEdgeRemoval = removal;
-  JPH::Body* ground = bodies.CreateBody(floor);
-  bodies.AddBody(ground->GetID(), JPH::EActivation::DontActivate);
+  world.add(floor);
 
   const JPH::Vec3 axis(std::cos(0.3f), std::sin(0.3f), 0), velocity = kSlow * axis.Cross(JPH::Vec3::sAxisZ());
   const JPH::RVec3 start(0.03f, 0.01f, kRadius);
-  JPH::BodyCreationSettings made(new JPH::CapsuleShape(kHalf, kRadius), start,
-                                 JPH::Quat::sFromTo(JPH::Vec3::sAxisY(), axis), JPH::EMotionType::Dynamic, 0);
-  made.mLinearDamping = made.mAngularDamping = 0;
-  made.mFriction = 1;
-  made.mAllowSleeping = false;
+  JPH::BodyCreationSettings made =
+      finding::free_body(new JPH::CapsuleShape(kHalf, kRadius), start, JPH::Quat::sFromTo(JPH::Vec3::sAxisY(), axis), 1,
+                         JPH::Vec3(0.012f, 0.0047f, 0.012f));
   made.mLinearVelocity = velocity;
   made.mAngularVelocity = kSlow / kRadius * axis;
-  made.mOverrideMassProperties = JPH::EOverrideMassProperties::MassAndInertiaProvided;
-  made.mMassPropertiesOverride.mMass = 1;
-  made.mMassPropertiesOverride.mInertia = JPH::Mat44::sScale(JPH::Vec3(0.012f, 0.0047f, 0.012f));
-  JPH::Body* body = bodies.CreateBody(made);
-  bodies.AddBody(body->GetID(), JPH::EActivation::Activate);
+  const JPH::Body* body = world.add(made);
   const long steps = std::lround(kDuration / timestep);
-  for (long i = 0; i < steps; ++i) system.Update(static_cast<float>(timestep), 1, &memory, &jobs);
+  world.run(timestep, steps);
   const JPH::Vec3 moved(body->GetPosition() - start);
   const JPH::Vec3 aside = moved - static_cast<float>(kDuration) * velocity;
-  for (const JPH::Body* each : {body, ground}) {
-    bodies.RemoveBody(each->GetID());
-    bodies.DestroyBody(each->GetID());
-  }
   return std::hypot(double{aside.GetX()}, double{aside.GetY()});
 }
 
 }  // namespace
 
 int main() {
-  JPH::RegisterDefaultAllocator();
-  JPH::Factory::sInstance = new JPH::Factory();
-  JPH::RegisterTypes();
+  finding::begin();
   bool so = true;
   for (const bool field : {false, true}) {
     for (const double timestep : {4e-3, 2e-3, 1e-3}) {

@@ -6,18 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
-// clang-format off: Jolt wants this one before its others
-#include <Jolt/Jolt.h>
-// clang-format on
-
-#include <Jolt/Core/Factory.h>
-#include <Jolt/Core/JobSystemSingleThreaded.h>
-#include <Jolt/Core/TempAllocator.h>
-#include <Jolt/Physics/Body/BodyCreationSettings.h>
-#include <Jolt/Physics/Collision/Shape/SphereShape.h>
-#include <Jolt/Physics/Constraints/HingeConstraint.h>
-#include <Jolt/Physics/PhysicsSystem.h>
-#include <Jolt/RegisterTypes.h>
+#include "world.h"
 
 namespace {
 
@@ -25,63 +14,29 @@ constexpr float kMass = 1, kInertia = 0.02f, kArm = 0.25f;  // kg, kg m^2, m
 constexpr float kRate = 10;                                 // rad/s
 constexpr double kDuration = 1;                             // s
 
-class Layers final : public JPH::BroadPhaseLayerInterface {
- public:
-  JPH::uint GetNumBroadPhaseLayers() const override { return 1; }
-  JPH::BroadPhaseLayer GetBroadPhaseLayer(JPH::ObjectLayer /*layer*/) const override { return JPH::BroadPhaseLayer(0); }
-};
-
 // What is left of the rate after a second.
 double rate_left(double timestep, JPH::uint velocity_steps, JPH::uint position_steps) {
-  const Layers layers;
-  const JPH::ObjectVsBroadPhaseLayerFilter broad_filter;
-  const JPH::ObjectLayerPairFilter pair_filter;
-  JPH::TempAllocatorImpl memory(10 << 20);
-  JPH::JobSystemSingleThreaded jobs(JPH::cMaxPhysicsJobs);
-  JPH::PhysicsSystem system;
-  system.Init(8, 1, 1024, 1024, layers, broad_filter, pair_filter);
-  system.SetGravity(JPH::Vec3::sZero());
   JPH::PhysicsSettings settings;
   settings.mNumVelocitySteps = velocity_steps;
   settings.mNumPositionSteps = position_steps;
-  settings.mAllowSleeping = false;
-  system.SetPhysicsSettings(settings);
+  finding::World world(JPH::Vec3::sZero(), settings);
 
-  JPH::BodyCreationSettings made(new JPH::SphereShape(0.05f), JPH::RVec3(kArm, 0, 0), JPH::Quat::sIdentity(),
-                                 JPH::EMotionType::Dynamic, 0);
-  made.mLinearDamping = made.mAngularDamping = 0;
-  made.mAllowSleeping = false;
+  JPH::BodyCreationSettings made = finding::free_body(new JPH::SphereShape(0.05f), JPH::RVec3(kArm, 0, 0),
+                                                      JPH::Quat::sIdentity(), kMass, JPH::Vec3::sReplicate(kInertia));
   made.mApplyGyroscopicForce = true;
   made.mAngularVelocity = JPH::Vec3(0, 0, kRate);
   made.mLinearVelocity = JPH::Vec3(0, kRate * kArm, 0);
-  made.mOverrideMassProperties = JPH::EOverrideMassProperties::MassAndInertiaProvided;
-  made.mMassPropertiesOverride.mMass = kMass;
-  made.mMassPropertiesOverride.mInertia = JPH::Mat44::sScale(kInertia);
-  JPH::BodyInterface& bodies = system.GetBodyInterfaceNoLock();
-  JPH::Body* body = bodies.CreateBody(made);
-  bodies.AddBody(body->GetID(), JPH::EActivation::Activate);
-
-  JPH::HingeConstraintSettings hinge;
-  hinge.mHingeAxis1 = hinge.mHingeAxis2 = JPH::Vec3::sAxisZ();
-  hinge.mNormalAxis1 = hinge.mNormalAxis2 = JPH::Vec3::sAxisX();
-  const JPH::Ref<JPH::TwoBodyConstraint> joint = hinge.Create(JPH::Body::sFixedToWorld, *body);
-  system.AddConstraint(joint);
-
+  JPH::Body* body = world.add(made);
+  world.add_hinge(*body, JPH::Vec3(-kArm, 0, 0), JPH::Vec3::sAxisZ(), JPH::Vec3::sAxisX());
   const long steps = std::lround(kDuration / timestep);
-  for (long i = 0; i < steps; ++i) system.Update(static_cast<float>(timestep), 1, &memory, &jobs);
-  const double left = double{body->GetAngularVelocity().GetZ()} / kRate;
-  system.RemoveConstraint(joint);
-  bodies.RemoveBody(body->GetID());
-  bodies.DestroyBody(body->GetID());
-  return left;
+  world.run(timestep, steps);
+  return double{body->GetAngularVelocity().GetZ()} / kRate;
 }
 
 }  // namespace
 
 int main() {
-  JPH::RegisterDefaultAllocator();
-  JPH::Factory::sInstance = new JPH::Factory();
-  JPH::RegisterTypes();
+  finding::begin();
 
   const double k = kMass * kArm * kArm / (kInertia + kMass * kArm * kArm);
   bool as_said = true;

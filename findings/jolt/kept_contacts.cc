@@ -14,19 +14,7 @@
 #include <cstdio>
 #include <initializer_list>
 
-// clang-format off: Jolt wants this one before its others
-#include <Jolt/Jolt.h>
-// clang-format on
-
-#include <Jolt/Core/Factory.h>
-#include <Jolt/Core/JobSystemSingleThreaded.h>
-#include <Jolt/Core/TempAllocator.h>
-#include <Jolt/Physics/Body/BodyCreationSettings.h>
-#include <Jolt/Physics/Collision/Shape/CylinderShape.h>
-#include <Jolt/Physics/Collision/Shape/PlaneShape.h>
-#include <Jolt/Physics/Collision/Shape/SphereShape.h>
-#include <Jolt/Physics/PhysicsSystem.h>
-#include <Jolt/RegisterTypes.h>
+#include "world.h"
 
 namespace {
 
@@ -36,59 +24,28 @@ constexpr double kDuration = 0.8;   // s, of the cylinder
 constexpr double kRest = 20;        // s, of the ball
 constexpr double kRounding = 6e-8;  // a slope by which single precision cannot tell a level plane
 
-class Layers final : public JPH::BroadPhaseLayerInterface {
- public:
-  JPH::uint GetNumBroadPhaseLayers() const override { return 1; }
-  JPH::BroadPhaseLayer GetBroadPhaseLayer(JPH::ObjectLayer /*layer*/) const override { return JPH::BroadPhaseLayer(0); }
-};
-
 // A body's velocities and way on a plane with friction 1, under a gravity that is inclined along x.
 struct End {
   double speed, turning, way;
 };
 End run(const JPH::Ref<JPH::Shape>& shape, JPH::Vec3 moments, double slope, bool cache, double timestep,
         double duration) {
-  const Layers layers;
-  const JPH::ObjectVsBroadPhaseLayerFilter broad_filter;
-  const JPH::ObjectLayerPairFilter pair_filter;
-  JPH::TempAllocatorImpl memory(10 << 20);
-  JPH::JobSystemSingleThreaded jobs(JPH::cMaxPhysicsJobs);
-  JPH::PhysicsSystem system;
-  system.Init(8, 1, 1024, 1024, layers, broad_filter, pair_filter);
-  system.SetGravity(
-      JPH::Vec3(static_cast<float>(kGravity * std::sin(slope)), 0, static_cast<float>(-kGravity * std::cos(slope))));
   JPH::PhysicsSettings settings;
   settings.mUseBodyPairContactCache = cache;
   settings.mPenetrationSlop = 0;
-  settings.mAllowSleeping = false;
-  system.SetPhysicsSettings(settings);
-  JPH::BodyInterface& bodies = system.GetBodyInterfaceNoLock();
-  JPH::BodyCreationSettings floor(new JPH::PlaneShape(JPH::Plane(JPH::Vec3::sAxisZ(), 0)), JPH::RVec3::sZero(),
-                                  JPH::Quat::sIdentity(), JPH::EMotionType::Static, 0);
-  floor.mFriction = 1;
-  JPH::Body* ground = bodies.CreateBody(floor);
-  bodies.AddBody(ground->GetID(), JPH::EActivation::DontActivate);
+  finding::World world(
+      JPH::Vec3(static_cast<float>(kGravity * std::sin(slope)), 0, static_cast<float>(-kGravity * std::cos(slope))),
+      settings);
+  world.add(finding::fixed_body(new JPH::PlaneShape(JPH::Plane(JPH::Vec3::sAxisZ(), 0))));
 
-  JPH::BodyCreationSettings made(shape, JPH::RVec3(0, 0, kRadius), JPH::Quat::sIdentity(), JPH::EMotionType::Dynamic,
-                                 0);
-  made.mLinearDamping = made.mAngularDamping = 0;
-  made.mFriction = 1;
-  made.mAllowSleeping = false;
-  made.mOverrideMassProperties = JPH::EOverrideMassProperties::MassAndInertiaProvided;
-  made.mMassPropertiesOverride.mMass = 1;
-  made.mMassPropertiesOverride.mInertia = JPH::Mat44::sScale(moments);
-  JPH::Body* body = bodies.CreateBody(made);
-  bodies.AddBody(body->GetID(), JPH::EActivation::Activate);
+  const JPH::Body* body =
+      world.add(finding::free_body(shape, JPH::RVec3(0, 0, kRadius), JPH::Quat::sIdentity(), 1, moments));
   const long steps = std::lround(duration / timestep);
-  for (long i = 0; i < steps; ++i) system.Update(static_cast<float>(timestep), 1, &memory, &jobs);
+  world.run(timestep, steps);
   const JPH::RVec3 p = body->GetPosition();
   const End end = {double{body->GetLinearVelocity().GetX()},
                    double{body->GetAngularVelocity().GetY()} * double{kRadius},
                    std::hypot(double{p.GetX()}, double{p.GetY()})};
-  for (const JPH::Body* each : {body, ground}) {
-    bodies.RemoveBody(each->GetID());
-    bodies.DestroyBody(each->GetID());
-  }
   return end;
 }
 
@@ -111,9 +68,7 @@ double way_of_ball(bool cache, double timestep) {
 }  // namespace
 
 int main() {
-  JPH::RegisterDefaultAllocator();
-  JPH::Factory::sInstance = new JPH::Factory();
-  JPH::RegisterTypes();
+  finding::begin();
   double kept = 0, found = 0;
   for (const double timestep : {4e-3, 2e-3, 1e-3, 0.5e-3}) {
     const double with = cylinder_error(true, timestep), without = cylinder_error(false, timestep);

@@ -7,59 +7,29 @@
 //
 // Ends with status 0 while ODE behaves so, 1 when it does not: then the deviation in engine.cc can go.
 #include <algorithm>
-#include <array>
 #include <cstdio>
 #include <initializer_list>
 
-#include <ode/ode.h>
+#include "scene.h"
 
 namespace {
 
 constexpr double kSpeed = 3, kRadius = 0.1;
 
-struct Scene {
-  dWorldID world = nullptr;
-  dJointGroupID contacts = nullptr;
-};
-
-void touch(void* data, dGeomID a, dGeomID b) {
-  const auto* scene = static_cast<Scene*>(data);
-  std::array<dContactGeom, 4> points{};
-  const int count = dCollide(a, b, static_cast<int>(points.size()), points.data(), sizeof(dContactGeom));
-  for (int i = 0; i < count; ++i) {
-    dContact contact{};
-    contact.geom = points[i];
-    contact.surface.mode = dContactApprox1;
-    contact.surface.mu = 1;
-    dJointAttach(dJointCreateContact(scene->world, scene->contacts, &contact), dGeomGetBody(a), dGeomGetBody(b));
-  }
-}
-
 // Largest speed outwards, relative to that before; `cap` 0: ODE's own.
 double rebound(double timestep, double phase, double cap) {
-  Scene scene{dWorldCreate(), dJointGroupCreate(0)};
-  dWorldSetGravity(scene.world, 0, 0, -9.81);
+  finding::Scene scene;
   if (cap > 0) dWorldSetContactMaxCorrectingVel(scene.world, cap);
-  dSpaceID space = dSimpleSpaceCreate(nullptr);
-  dCreatePlane(space, 0, 0, 1, 0);
-  dGeomID sphere = dCreateSphere(space, kRadius);
-  dBodyID ball = dBodyCreate(scene.world);
   dMass mass;
   dMassSetSphereTotal(&mass, 1, kRadius);
-  dBodySetMass(ball, &mass);
-  dGeomSetBody(sphere, ball);
+  dBodyID ball = scene.add_body(dCreateSphere(scene.space, kRadius), mass);
   dBodySetPosition(ball, 0, 0, kRadius + kSpeed * timestep * (1.5 + phase));
   dBodySetLinearVel(ball, 0, 0, -kSpeed);
   double largest = 0;
   for (int i = 0; i < 60; ++i) {
-    dSpaceCollide(space, &scene, touch);
-    dWorldQuickStep(scene.world, timestep);
-    dJointGroupEmpty(scene.contacts);
+    scene.step(timestep);
     largest = std::max(largest, static_cast<double>(dBodyGetLinearVel(ball)[2]));
   }
-  dJointGroupDestroy(scene.contacts);
-  dSpaceDestroy(space);
-  dWorldDestroy(scene.world);
   return largest / kSpeed;
 }
 

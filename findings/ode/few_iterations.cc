@@ -15,45 +15,21 @@
 #include <cstdio>
 #include <initializer_list>
 
-#include <ode/ode.h>
+#include "scene.h"
 
 namespace {
 
 constexpr double kRadius = 0.1, kLength = 1, kTimestep = 1e-3;
 
-struct Scene {
-  dWorldID world = nullptr;
-  dJointGroupID contacts = nullptr;
-};
-
-void touch(void* data, dGeomID a, dGeomID b) {
-  const auto* scene = static_cast<Scene*>(data);
-  std::array<dContactGeom, 8> points{};
-  const int count = dCollide(a, b, static_cast<int>(points.size()), points.data(), sizeof(dContactGeom));
-  for (int i = 0; i < count; ++i) {
-    dContact contact{};
-    contact.geom = points[i];
-    contact.surface.mode = dContactApprox1;
-    contact.surface.mu = 1;
-    dJointAttach(dJointCreateContact(scene->world, scene->contacts, &contact), dGeomGetBody(a), dGeomGetBody(b));
-  }
-}
-
 // Way of the upper bar within 0.5 s over its radius.
 double way(double ratio, int iterations) {
-  Scene scene{dWorldCreate(), dJointGroupCreate(0)};
-  dWorldSetGravity(scene.world, 0, 0, -9.81);
+  finding::Scene scene;
   dWorldSetQuickStepNumIterations(scene.world, iterations);
   dWorldSetContactMaxCorrectingVel(scene.world, 0.1);
-  dSpaceID space = dSimpleSpaceCreate(nullptr);
-  dCreatePlane(space, 0, 0, 1, 0);
   const auto bar = [&](double mass, double x, double z, bool along_x) {
-    dBodyID body = dBodyCreate(scene.world);
     dMass m;
     dMassSetCapsuleTotal(&m, mass, 3, kRadius, kLength);
-    dBodySetMass(body, &m);
-    dGeomID capsule = dCreateCapsule(space, kRadius, kLength);
-    dGeomSetBody(capsule, body);
+    dBodyID body = scene.add_body(dCreateCapsule(scene.space, kRadius, kLength), m);
     dMatrix3 R;
     dRFromAxisAndAngle(R, along_x ? 0 : 1, along_x ? 1 : 0, 0, M_PI / 2);
     dBodySetRotation(body, R);
@@ -62,16 +38,9 @@ double way(double ratio, int iterations) {
   };
   dBodyID top = bar(ratio, 0, 3 * kRadius, true);
   for (const double x : {-0.3, 0.3}) bar(1, x, kRadius, false);
-  for (int i = 0; i < 500; ++i) {
-    dSpaceCollide(space, &scene, touch);
-    dWorldQuickStep(scene.world, kTimestep);
-    dJointGroupEmpty(scene.contacts);
-  }
+  for (int i = 0; i < 500; ++i) scene.step(kTimestep);
   const dReal* p = dBodyGetPosition(top);
   const double moved = std::hypot(p[0], p[1], p[2] - 3 * kRadius);
-  dJointGroupDestroy(scene.contacts);
-  dSpaceDestroy(space);
-  dWorldDestroy(scene.world);
   return moved / kRadius;
 }
 

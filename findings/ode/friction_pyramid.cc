@@ -11,70 +11,45 @@
 #include <cstdio>
 #include <initializer_list>
 
-#include <ode/ode.h>
+#include "scene.h"
 
 namespace {
 
 constexpr double kFriction = 0.5, kGravity = 9.81, kTimestep = 1e-3, kPi = 3.14159265358979323846;
 
-struct Scene {
-  dWorldID world = nullptr;
-  dJointGroupID contacts = nullptr;
-  bool along_slip = false;
-};
-
-void touch(void* data, dGeomID a, dGeomID b) {
-  const auto* scene = static_cast<Scene*>(data);
-  std::array<dContactGeom, 4> points{};
-  const int count = dCollide(a, b, static_cast<int>(points.size()), points.data(), sizeof(dContactGeom));
-  for (int i = 0; i < count; ++i) {
-    dBodyID body = dGeomGetBody(a) != nullptr ? dGeomGetBody(a) : dGeomGetBody(b);
-    const dReal* velocity = dBodyGetLinearVel(body);
-    const double speed = std::hypot(velocity[0], velocity[1]);
-    dContact contact{};
-    contact.geom = points[i];
-    contact.surface.mode = dContactApprox1;
-    contact.surface.mu = kFriction;
-    if (scene->along_slip && speed > 1e-6) {
-      contact.surface.mode |= dContactFDir1;
-      contact.fdir1[0] = velocity[0] / speed;
-      contact.fdir1[1] = velocity[1] / speed;
-    }
-    dJointAttach(dJointCreateContact(scene->world, scene->contacts, &contact), dGeomGetBody(a), dGeomGetBody(b));
-  }
+// The first direction is the slip.
+void turn_to_slip(dContact& contact, dBodyID body) {
+  const dReal* velocity = dBodyGetLinearVel(body);
+  const double speed = std::hypot(velocity[0], velocity[1]);
+  if (speed <= 1e-6) return;
+  contact.surface.mode |= dContactFDir1;
+  contact.fdir1[0] = velocity[0] / speed;
+  contact.fdir1[1] = velocity[1] / speed;
 }
 
 // Friction over normal impulse between 0.1 and 0.3 s, over the coefficient, from `speed` towards `degrees` on a slope
 // that falls the same way.
 double friction(double degrees, double speed, double slope, bool along_slip) {
-  Scene scene{dWorldCreate(), dJointGroupCreate(0), along_slip};
+  finding::Scene scene;
+  scene.friction = kFriction;
+  if (along_slip) scene.prepare = turn_to_slip;
   const double x = std::cos(degrees * kPi / 180), y = std::sin(degrees * kPi / 180), angle = std::atan(slope);
   const std::array<double, 3> gravity = {kGravity * std::sin(angle) * x, kGravity * std::sin(angle) * y,
                                          -kGravity * std::cos(angle)};
   dWorldSetGravity(scene.world, gravity[0], gravity[1], gravity[2]);
   dWorldSetContactMaxCorrectingVel(scene.world, 0.1);
-  dSpaceID space = dSimpleSpaceCreate(nullptr);
-  dCreatePlane(space, 0, 0, 1, 0);
-  dGeomID shape = dCreateBox(space, 0.5, 0.5, 0.2);
-  dBodyID box = dBodyCreate(scene.world);
   dMass mass;
   dMassSetBoxTotal(&mass, 1, 0.5, 0.5, 0.2);
-  dBodySetMass(box, &mass);
-  dGeomSetBody(shape, box);
+  dBodyID box = scene.add_body(dCreateBox(scene.space, 0.5, 0.5, 0.2), mass);
   dBodySetPosition(box, 0, 0, 0.1);
   dBodySetLinearVel(box, speed * x, speed * y, 0);
   std::array<double, 3> before{};
   for (int i = 0; i < 300; ++i) {
     if (i == 100) before = {dBodyGetLinearVel(box)[0], dBodyGetLinearVel(box)[1], dBodyGetLinearVel(box)[2]};
-    dSpaceCollide(space, &scene, touch);
-    dWorldStep(scene.world, kTimestep);
-    dJointGroupEmpty(scene.contacts);
+    scene.step(kTimestep, dWorldStep);
   }
   std::array<double, 3> impulse{};
   for (size_t k = 0; k < 3; ++k) impulse[k] = dBodyGetLinearVel(box)[k] - before[k] - 200 * kTimestep * gravity[k];
-  dJointGroupDestroy(scene.contacts);
-  dSpaceDestroy(space);
-  dWorldDestroy(scene.world);
   return std::hypot(impulse[0], impulse[1]) / impulse[2] / kFriction;
 }
 

@@ -13,11 +13,10 @@
 #include <cstdio>
 #include <initializer_list>
 
-#include <PxPhysicsAPI.h>
+#include "scene.h"
 
 namespace {
 
-using physx::PxPhysics;
 using physx::PxQuat;
 using physx::PxTransform;
 using physx::PxVec3;
@@ -25,26 +24,18 @@ using physx::PxVec3;
 constexpr float kStiffness = 3, kInertia = 0.02F, kTimestep = 1e-4F;
 
 // Torque of the drive at a deflection, over the stiffness.
-double arm(PxPhysics& physics, physx::PxCpuDispatcher& dispatcher, double deflection) {
-  physx::PxSceneDesc description(physics.getTolerancesScale());
-  description.gravity = PxVec3(0, 0, 0);
-  description.cpuDispatcher = &dispatcher;
-  description.filterShader = physx::PxDefaultSimulationFilterShader;
-  physx::PxScene* scene = physics.createScene(description);
+double arm(const finding::Engine& engine, double deflection) {
+  physx::PxScene* scene = finding::make_scene(engine, PxVec3(0, 0, 0));
   physx::PxRigidDynamic* wheel =
-      physics.createRigidDynamic(PxTransform(PxQuat(static_cast<float>(deflection), PxVec3(1, 0, 0))));
-  wheel->setMass(1);
-  wheel->setMassSpaceInertiaTensor(PxVec3(kInertia));
-  wheel->setAngularDamping(0);
-  wheel->setSleepThreshold(0);
+      engine.physics->createRigidDynamic(PxTransform(PxQuat(static_cast<float>(deflection), PxVec3(1, 0, 0))));
+  finding::make_free(*wheel, 1, PxVec3(kInertia));
   const PxTransform here(physx::PxIdentity);
-  physx::PxD6Joint* joint = physx::PxD6JointCreate(physics, nullptr, here, wheel, here);
+  physx::PxD6Joint* joint = physx::PxD6JointCreate(*engine.physics, nullptr, here, wheel, here);
   joint->setMotion(physx::PxD6Axis::eTWIST, physx::PxD6Motion::eFREE);
   joint->setDrive(physx::PxD6Drive::eTWIST, physx::PxD6JointDrive(kStiffness, 0, PX_MAX_F32));
   joint->setDrivePosition(here);
   scene->addActor(*wheel);
-  scene->simulate(kTimestep);
-  scene->fetchResults(true);
+  finding::run(*scene, kTimestep, 1);
   const double torque = -wheel->getAngularVelocity().x * kInertia / kTimestep;
   joint->release();
   wheel->release();
@@ -55,21 +46,12 @@ double arm(PxPhysics& physics, physx::PxCpuDispatcher& dispatcher, double deflec
 }  // namespace
 
 int main() {
-  physx::PxDefaultAllocator allocator;
-  physx::PxDefaultErrorCallback errors;
-  physx::PxFoundation* foundation = PxCreateFoundation(PX_PHYSICS_VERSION, allocator, errors);
-  PxPhysics* physics = PxCreatePhysics(PX_PHYSICS_VERSION, *foundation, physx::PxTolerancesScale());
-  PxInitExtensions(*physics, nullptr);
-  physx::PxDefaultCpuDispatcher* dispatcher = physx::PxDefaultCpuDispatcherCreate(0);
+  const finding::Engine engine;
   bool as_found = true;
   for (const double deflection : {0.5, 1.0, 2.0, 3.0}) {
-    const double measured = arm(*physics, *dispatcher, deflection), sine = 2 * std::sin(deflection / 2);
+    const double measured = arm(engine, deflection), sine = 2 * std::sin(deflection / 2);
     std::printf("deflection %g rad: torque %.4f k, 2 sin(d / 2) = %.4f\n", deflection, measured, sine);
     as_found = as_found && std::abs(measured / sine - 1) < 1e-3;
   }
-  dispatcher->release();
-  PxCloseExtensions();
-  physics->release();
-  foundation->release();
   return as_found ? 0 : 1;
 }

@@ -12,11 +12,10 @@
 #include <cstdio>
 #include <initializer_list>
 
-#include <PxPhysicsAPI.h>
+#include "scene.h"
 
 namespace {
 
-using physx::PxPhysics;
 using physx::PxRigidDynamic;
 using physx::PxTransform;
 using physx::PxVec3;
@@ -24,21 +23,12 @@ using physx::PxVec3;
 constexpr float kHalf = 0.25F;  // of a rod, m
 
 // The end of the second rod after half a second.
-PxVec3 end(PxPhysics& physics, physx::PxCpuDispatcher& dispatcher, float h, int iterations) {
-  physx::PxSceneDesc description(physics.getTolerancesScale());
-  description.gravity = PxVec3(0, 0, -9.81F);
-  description.cpuDispatcher = &dispatcher;
-  description.filterShader = physx::PxDefaultSimulationFilterShader;
-  description.solverType = physx::PxSolverType::ePGS;
-  physx::PxScene* scene = physics.createScene(description);
+PxVec3 end(const finding::Engine& engine, float h, int iterations) {
+  physx::PxScene* scene = finding::make_scene(engine, PxVec3(0, 0, -9.81F));
   const auto body = [&](float mass, float x) {
-    PxRigidDynamic* made = physics.createRigidDynamic(PxTransform(PxVec3(x, 0, 0)));
-    made->setMass(mass);
-    made->setMassSpaceInertiaTensor(PxVec3(0.02F * mass));
-    made->setLinearDamping(0);
-    made->setAngularDamping(0);
+    PxRigidDynamic* made = engine.physics->createRigidDynamic(PxTransform(PxVec3(x, 0, 0)));
+    finding::make_free(*made, mass, PxVec3(0.02F * mass));
     made->setMaxAngularVelocity(1e6F);
-    made->setSleepThreshold(0);
     made->setSolverIterationCounts(static_cast<physx::PxU32>(iterations), 1);
     scene->addActor(*made);
     return made;
@@ -47,11 +37,11 @@ PxVec3 end(PxPhysics& physics, physx::PxCpuDispatcher& dispatcher, float h, int 
   const std::array<PxRigidDynamic*, 3> bodies = {body(1, kHalf), body(0.01F, 2 * kHalf), body(1, 3 * kHalf)};
   const physx::PxQuat about_y(physx::PxHalfPi, PxVec3(0, 0, 1)), about_z(-physx::PxHalfPi, PxVec3(0, 1, 0));
   std::array<physx::PxD6Joint*, 3> joints = {
-      physx::PxD6JointCreate(physics, nullptr, PxTransform(about_y), bodies[0],
+      physx::PxD6JointCreate(*engine.physics, nullptr, PxTransform(about_y), bodies[0],
                              PxTransform(PxVec3(-kHalf, 0, 0), about_y)),
-      physx::PxD6JointCreate(physics, bodies[0], PxTransform(PxVec3(kHalf, 0, 0), about_z), bodies[1],
+      physx::PxD6JointCreate(*engine.physics, bodies[0], PxTransform(PxVec3(kHalf, 0, 0), about_z), bodies[1],
                              PxTransform(about_z)),
-      physx::PxD6JointCreate(physics, bodies[1], PxTransform(about_y), bodies[2],
+      physx::PxD6JointCreate(*engine.physics, bodies[1], PxTransform(about_y), bodies[2],
                              PxTransform(PxVec3(-kHalf, 0, 0), about_y))};
   for (physx::PxD6Joint* joint : joints) joint->setMotion(physx::PxD6Axis::eTWIST, physx::PxD6Motion::eFREE);
   // the second rod turns about the vertical at first
@@ -59,10 +49,7 @@ PxVec3 end(PxPhysics& physics, physx::PxCpuDispatcher& dispatcher, float h, int 
   bodies[2]->setLinearVelocity(PxVec3(0, 3 * kHalf, 0));
   bodies[1]->setAngularVelocity(PxVec3(0, 0, 3));
   const long steps = std::lround(0.5F / h);
-  for (long i = 0; i < steps; ++i) {
-    scene->simulate(h);
-    scene->fetchResults(true);
-  }
+  finding::run(*scene, h, steps);
   const PxVec3 result = bodies[2]->getGlobalPose().transform(PxVec3(kHalf, 0, 0));
   for (physx::PxD6Joint* joint : joints) joint->release();
   for (PxRigidDynamic* each : bodies) each->release();
@@ -73,26 +60,16 @@ PxVec3 end(PxPhysics& physics, physx::PxCpuDispatcher& dispatcher, float h, int 
 }  // namespace
 
 int main() {
-  physx::PxDefaultAllocator allocator;
-  physx::PxDefaultErrorCallback errors;
-  physx::PxFoundation* foundation = PxCreateFoundation(PX_PHYSICS_VERSION, allocator, errors);
-  PxPhysics* physics = PxCreatePhysics(PX_PHYSICS_VERSION, *foundation, physx::PxTolerancesScale());
-  PxInitExtensions(*physics, nullptr);
-  physx::PxDefaultCpuDispatcher* dispatcher = physx::PxDefaultCpuDispatcherCreate(0);
-
+  const finding::Engine engine;
   bool as_found = true;
   for (const float milliseconds : {4.0F, 2.0F, 1.0F, 0.5F}) {
     const float h = milliseconds / 1000;
-    const PxVec3 solved = end(*physics, *dispatcher, h, 255);
-    const float few = (end(*physics, *dispatcher, h, 4) - solved).magnitude();
-    const float many = (end(*physics, *dispatcher, h, 50) - solved).magnitude();
+    const PxVec3 solved = end(engine, h, 255);
+    const float few = (end(engine, h, 4) - solved).magnitude();
+    const float many = (end(engine, h, 50) - solved).magnitude();
     std::printf("%g ms: the end is %.5f m from that with 255 iterations with 4, %.5f m with 50\n",
                 static_cast<double>(milliseconds), static_cast<double>(few), static_cast<double>(many));
     as_found = as_found && few > 8 * many && few > 4e-4F;
   }
-  dispatcher->release();
-  PxCloseExtensions();
-  physics->release();
-  foundation->release();
   return as_found ? 0 : 1;
 }

@@ -11,42 +11,27 @@
 #include <cstdio>
 #include <initializer_list>
 
-#include <PxPhysicsAPI.h>
+#include "scene.h"
 
 namespace {
 
-using physx::PxPhysics;
 using physx::PxRigidDynamic;
 using physx::PxTransform;
 using physx::PxVec3;
 
 constexpr float kFriction = 0.4F, kGravity = 9.81F, kTimestep = 1e-3F, kSpeed = 3;
 
-// NOLINTBEGIN(performance-unnecessary-value-param): PhysX gives the signature
-physx::PxFilterFlags touch(physx::PxFilterObjectAttributes /*a*/, physx::PxFilterData /*data_a*/,
-                           physx::PxFilterObjectAttributes /*b*/, physx::PxFilterData /*data_b*/,
-                           physx::PxPairFlags& pair, const void* /*constants*/, physx::PxU32 /*size*/) {
-  pair = physx::PxPairFlag::eCONTACT_DEFAULT;
-  return physx::PxFilterFlag::eDEFAULT;
-}
-// NOLINTEND(performance-unnecessary-value-param)
-
 // Friction over normal impulse between 0.1 and 0.2 s.
-double coefficient(PxPhysics& physics, physx::PxCpuDispatcher& dispatcher, bool improved, bool box, PxVec3 place) {
-  physx::PxSceneDesc description(physics.getTolerancesScale());
-  description.gravity = PxVec3(0, 0, -kGravity);
-  description.cpuDispatcher = &dispatcher;
-  description.filterShader = touch;
-  description.solverType = physx::PxSolverType::ePGS;
-  physx::PxScene* scene = physics.createScene(description);
-  physx::PxMaterial* material = physics.createMaterial(kFriction, kFriction, 0);
+double coefficient(const finding::Engine& engine, bool improved, bool box, PxVec3 place) {
+  physx::PxScene* scene = finding::make_scene(engine, PxVec3(0, 0, -kGravity));
+  physx::PxMaterial* material = engine.physics->createMaterial(kFriction, kFriction, 0);
   material->setFlag(physx::PxMaterialFlag::eIMPROVED_PATCH_FRICTION, improved);
 
-  physx::PxRigidStatic* ground = PxCreatePlane(physics, physx::PxPlane(0, 0, 1, 0), *material);
+  physx::PxRigidStatic* ground = PxCreatePlane(*engine.physics, physx::PxPlane(0, 0, 1, 0), *material);
   scene->addActor(*ground);
   const float height = box ? 0.05F : 0.1F;
   place.z = height;
-  PxRigidDynamic* sled = physics.createRigidDynamic(PxTransform(place));
+  PxRigidDynamic* sled = engine.physics->createRigidDynamic(PxTransform(place));
   if (box) {
     physx::PxRigidActorExt::createExclusiveShape(*sled, physx::PxBoxGeometry(0.2F, 0.2F, 0.05F), *material);
   } else {
@@ -55,20 +40,13 @@ double coefficient(PxPhysics& physics, physx::PxCpuDispatcher& dispatcher, bool 
           ->setLocalPose(PxTransform(PxVec3(0, side, 0)));
     }
   }
-  sled->setMass(1);
-  sled->setMassSpaceInertiaTensor(PxVec3(0.03F, 0.05F, 0.06F));
-  sled->setLinearDamping(0);
-  sled->setAngularDamping(0);
-  sled->setSleepThreshold(0);
+  finding::make_free(*sled, 1, PxVec3(0.03F, 0.05F, 0.06F));
   sled->setSolverIterationCounts(50, 1);
   scene->addActor(*sled);
   sled->setLinearVelocity(PxVec3(kSpeed, 0, 0));
-  PxVec3 from(0, 0, 0);
-  for (int i = 0; i < 200; ++i) {
-    if (i == 100) from = sled->getLinearVelocity();
-    scene->simulate(kTimestep);
-    scene->fetchResults(true);
-  }
+  finding::run(*scene, kTimestep, 100);
+  const PxVec3 from = sled->getLinearVelocity();
+  finding::run(*scene, kTimestep, 100);
   const PxVec3 gained = sled->getLinearVelocity() - from;
   sled->release();
   ground->release();
@@ -80,19 +58,13 @@ double coefficient(PxPhysics& physics, physx::PxCpuDispatcher& dispatcher, bool 
 }  // namespace
 
 int main() {
-  physx::PxDefaultAllocator allocator;
-  physx::PxDefaultErrorCallback errors;
-  physx::PxFoundation* foundation = PxCreateFoundation(PX_PHYSICS_VERSION, allocator, errors);
-  PxPhysics* physics = PxCreatePhysics(PX_PHYSICS_VERSION, *foundation, physx::PxTolerancesScale());
-  PxInitExtensions(*physics, nullptr);
-  physx::PxDefaultCpuDispatcher* dispatcher = physx::PxDefaultCpuDispatcherCreate(0);
-
+  const finding::Engine engine;
   double least = 2;
   bool right = true;
   for (const bool box : {false, true}) {
     for (const PxVec3& place : {PxVec3(0, 0, 0), PxVec3(-5, 5, 0)}) {
-      const double given = coefficient(*physics, *dispatcher, false, box, place);
-      const double improved = coefficient(*physics, *dispatcher, true, box, place);
+      const double given = coefficient(engine, false, box, place);
+      const double improved = coefficient(engine, true, box, place);
       std::printf("%s at (%g, %g) m: friction %.4f by default, %.4f with improved patches; the material's is %g\n",
                   box ? "box" : "sled", static_cast<double>(place.x), static_cast<double>(place.y), given, improved,
                   static_cast<double>(kFriction));
@@ -100,9 +72,5 @@ int main() {
       right = right && std::abs(improved / static_cast<double>(kFriction) - 1) < 0.015;
     }
   }
-  dispatcher->release();
-  PxCloseExtensions();
-  physics->release();
-  foundation->release();
   return right && least > 1.9 ? 0 : 1;
 }

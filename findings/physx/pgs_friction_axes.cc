@@ -10,55 +10,35 @@
 #include <cstdio>
 #include <initializer_list>
 
-#include <PxPhysicsAPI.h>
+#include "scene.h"
 
 namespace {
 
-using physx::PxPhysics;
 using physx::PxVec3;
 
 constexpr float kFriction = 0.5F, kGravity = 9.81F, kTimestep = 1e-3F, kPi = 3.14159265F;
 constexpr int kSteps = 500;
 
-// NOLINTBEGIN(performance-unnecessary-value-param): PhysX gives the signature
-physx::PxFilterFlags touch(physx::PxFilterObjectAttributes /*a*/, physx::PxFilterData /*data_a*/,
-                           physx::PxFilterObjectAttributes /*b*/, physx::PxFilterData /*data_b*/,
-                           physx::PxPairFlags& pair, const void* /*constants*/, physx::PxU32 /*size*/) {
-  pair = physx::PxPairFlag::eCONTACT_DEFAULT;
-  return physx::PxFilterFlag::eDEFAULT;
-}
-// NOLINTEND(performance-unnecessary-value-param)
-
 // Speed of a box after half a second on a slope of `share` times the friction, that falls towards `degrees`; m/s.
-double speed(PxPhysics& physics, physx::PxCpuDispatcher& dispatcher, bool tgs, float share, float degrees) {
+double speed(const finding::Engine& engine, bool tgs, float share, float degrees) {
   const float angle = std::atan(share * kFriction), towards = degrees * kPi / 180;
-  physx::PxSceneDesc description(physics.getTolerancesScale());
-  description.gravity =
-      PxVec3(std::sin(angle) * std::cos(towards), std::sin(angle) * std::sin(towards), -std::cos(angle)) * kGravity;
-  description.cpuDispatcher = &dispatcher;
-  description.filterShader = touch;
-  description.solverType = tgs ? physx::PxSolverType::eTGS : physx::PxSolverType::ePGS;
-  physx::PxScene* scene = physics.createScene(description);
-  physx::PxMaterial* material = physics.createMaterial(kFriction, kFriction, 0);
+  physx::PxScene* scene = finding::make_scene(
+      engine,
+      PxVec3(std::sin(angle) * std::cos(towards), std::sin(angle) * std::sin(towards), -std::cos(angle)) * kGravity,
+      tgs);
+  physx::PxMaterial* material = engine.physics->createMaterial(kFriction, kFriction, 0);
 #if PX_PHYSICS_VERSION_MAJOR == 5 && PX_PHYSICS_VERSION_MINOR < 6  // later ones always have it
   material->setFlag(physx::PxMaterialFlag::eIMPROVED_PATCH_FRICTION, true);
 #endif
-  physx::PxRigidStatic* ground = physics.createRigidStatic(physx::PxTransform(PxVec3(0, 0, -1)));
+  physx::PxRigidStatic* ground = engine.physics->createRigidStatic(physx::PxTransform(PxVec3(0, 0, -1)));
   physx::PxRigidActorExt::createExclusiveShape(*ground, physx::PxBoxGeometry(5, 5, 1), *material);
   scene->addActor(*ground);
-  physx::PxRigidDynamic* box = physics.createRigidDynamic(physx::PxTransform(PxVec3(0, 0, 0.05F)));
+  physx::PxRigidDynamic* box = engine.physics->createRigidDynamic(physx::PxTransform(PxVec3(0, 0, 0.05F)));
   physx::PxRigidActorExt::createExclusiveShape(*box, physx::PxBoxGeometry(0.1F, 0.1F, 0.05F), *material);
-  box->setMass(1);
-  box->setMassSpaceInertiaTensor(PxVec3(0.0042F, 0.0042F, 0.0067F));
-  box->setLinearDamping(0);
-  box->setAngularDamping(0);
-  box->setSleepThreshold(0);
+  finding::make_free(*box, 1, PxVec3(0.0042F, 0.0042F, 0.0067F));
   box->setSolverIterationCounts(50, tgs ? 0 : 1);
   scene->addActor(*box);
-  for (int i = 0; i < kSteps; ++i) {
-    scene->simulate(kTimestep);
-    scene->fetchResults(true);
-  }
+  finding::run(*scene, kTimestep, kSteps);
   const PxVec3 velocity = box->getLinearVelocity();
   box->release();
   ground->release();
@@ -70,17 +50,12 @@ double speed(PxPhysics& physics, physx::PxCpuDispatcher& dispatcher, bool tgs, f
 }  // namespace
 
 int main() {
-  physx::PxDefaultAllocator allocator;
-  physx::PxDefaultErrorCallback errors;
-  physx::PxFoundation* foundation = PxCreateFoundation(PX_PHYSICS_VERSION, allocator, errors);
-  PxPhysics* physics = PxCreatePhysics(PX_PHYSICS_VERSION, *foundation, physx::PxTolerancesScale());
-  PxInitExtensions(*physics, nullptr);
-  physx::PxDefaultCpuDispatcher* dispatcher = physx::PxDefaultCpuDispatcherCreate(0);
+  const finding::Engine engine;
   bool still = true;
   for (const float share : {1.1F, 1.2F, 1.3F, 1.5F}) {
-    const double along = speed(*physics, *dispatcher, false, share, 0);
-    const double between = speed(*physics, *dispatcher, false, share, 45);
-    const double tgs = speed(*physics, *dispatcher, true, share, 45);
+    const double along = speed(engine, false, share, 0);
+    const double between = speed(engine, false, share, 45);
+    const double tgs = speed(engine, true, share, 45);
     const float angle = std::atan(share * kFriction);
     const double rigid = static_cast<double>(kGravity * (std::sin(angle) - kFriction * std::cos(angle)) *
                                              static_cast<float>(kSteps) * kTimestep);
@@ -91,9 +66,5 @@ int main() {
     still = still && std::abs(along / rigid - 1) < 0.1 && std::abs(tgs / rigid - 1) < 0.1 &&
             (holds ? between < 0.01 : between > 0.5 * rigid);
   }
-  dispatcher->release();
-  PxCloseExtensions();
-  physics->release();
-  foundation->release();
   return still ? 0 : 1;
 }

@@ -18,11 +18,10 @@
 #include <cstdio>
 #include <initializer_list>
 
-#include <PxPhysicsAPI.h>
+#include "scene.h"
 
 namespace {
 
-using physx::PxPhysics;
 using physx::PxRigidDynamic;
 using physx::PxTransform;
 using physx::PxVec3;
@@ -30,33 +29,21 @@ using physx::PxVec3;
 constexpr float kMass = 1, kInertia = 0.012F, kArm = 0.25F, kRate = 8;
 
 // Share of its rate that the rod has lost after `steps` steps of `h`.
-double loss(PxPhysics& physics, physx::PxCpuDispatcher& dispatcher, physx::PxSolverType::Enum solver, float h,
-            int steps, int position_iterations, int velocity_iterations) {
-  physx::PxSceneDesc description(physics.getTolerancesScale());
-  description.gravity = PxVec3(0, 0, 0);
-  description.cpuDispatcher = &dispatcher;
-  description.filterShader = physx::PxDefaultSimulationFilterShader;
-  description.solverType = solver;
-  physx::PxScene* scene = physics.createScene(description);
+double loss(const finding::Engine& engine, bool tgs, float h, int steps, int position_iterations,
+            int velocity_iterations) {
+  physx::PxScene* scene = finding::make_scene(engine, PxVec3(0, 0, 0), tgs);
 
-  PxRigidDynamic* rod = physics.createRigidDynamic(PxTransform(PxVec3(0, kArm, 0)));
-  rod->setMass(kMass);
-  rod->setMassSpaceInertiaTensor(PxVec3(kInertia));
-  rod->setLinearDamping(0);
-  rod->setAngularDamping(0);
-  rod->setSleepThreshold(0);
+  PxRigidDynamic* rod = engine.physics->createRigidDynamic(PxTransform(PxVec3(0, kArm, 0)));
+  finding::make_free(*rod, kMass, PxVec3(kInertia));
   rod->setSolverIterationCounts(position_iterations, velocity_iterations);
-  physx::PxD6Joint* joint =
-      physx::PxD6JointCreate(physics, nullptr, PxTransform(physx::PxIdentity), rod, PxTransform(PxVec3(0, -kArm, 0)));
+  physx::PxD6Joint* joint = physx::PxD6JointCreate(*engine.physics, nullptr, PxTransform(physx::PxIdentity), rod,
+                                                   PxTransform(PxVec3(0, -kArm, 0)));
   joint->setMotion(physx::PxD6Axis::eTWIST, physx::PxD6Motion::eFREE);
   scene->addActor(*rod);
   rod->setAngularVelocity(PxVec3(kRate, 0, 0));
   rod->setLinearVelocity(PxVec3(0, 0, kRate * kArm));
 
-  for (int i = 0; i < steps; ++i) {
-    scene->simulate(h);
-    scene->fetchResults(true);
-  }
+  finding::run(*scene, h, steps);
   const double rate = rod->getAngularVelocity().x;
   joint->release();
   rod->release();
@@ -75,20 +62,14 @@ double predicted(double h, int steps) {
 }  // namespace
 
 int main() {
-  physx::PxDefaultAllocator allocator;
-  physx::PxDefaultErrorCallback errors;
-  physx::PxFoundation* foundation = PxCreateFoundation(PX_PHYSICS_VERSION, allocator, errors);
-  PxPhysics* physics = PxCreatePhysics(PX_PHYSICS_VERSION, *foundation, physx::PxTolerancesScale());
-  PxInitExtensions(*physics, nullptr);
-  physx::PxDefaultCpuDispatcher* dispatcher = physx::PxDefaultCpuDispatcherCreate(0);
-
+  const finding::Engine engine;
   bool as_found = true;
   for (const float milliseconds : {4.0F, 2.0F, 1.0F}) {
     const float h = milliseconds / 1000;
     const int steps = static_cast<int>(std::lround(1 / h));
-    const double many = loss(*physics, *dispatcher, physx::PxSolverType::ePGS, h, steps, 50, 1);
-    const double few = loss(*physics, *dispatcher, physx::PxSolverType::ePGS, h, steps, 4, 0);
-    const double tgs = loss(*physics, *dispatcher, physx::PxSolverType::eTGS, h, steps, 50, 0);
+    const double many = loss(engine, false, h, steps, 50, 1);
+    const double few = loss(engine, false, h, steps, 4, 0);
+    const double tgs = loss(engine, true, h, steps, 50, 0);
     const double formula = predicted(h, steps);
     std::printf(
         "%g ms: rate lost in 1 s with PGS, 50 and 1 iterations %.4f, 4 and 0 iterations %.4f, by the formula %.4f; "
@@ -98,9 +79,5 @@ int main() {
     as_found = as_found && std::abs(many / formula - 1) < 0.05 && std::abs(few / formula - 1) < 0.05 &&
                std::abs(tgs) < 0.1 * formula;
   }
-  dispatcher->release();
-  PxCloseExtensions();
-  physics->release();
-  foundation->release();
   return as_found ? 0 : 1;
 }

@@ -10,11 +10,10 @@
 #include <numbers>
 #include <vector>
 
-#include <PxPhysicsAPI.h>
+#include "scene.h"
 
 namespace {
 
-using physx::PxPhysics;
 using physx::PxVec3;
 
 constexpr float kGravity = 9.81F, kRadius = 0.1F, kHalf = 0.15F, kCell = 0.05F, kOffset = 0.004F;  // m
@@ -22,16 +21,7 @@ constexpr int kSides = 64, kSamples = 21;
 
 enum class Ground { kPlane, kBox, kField };
 
-// NOLINTBEGIN(performance-unnecessary-value-param): PhysX gives the signature
-physx::PxFilterFlags touch(physx::PxFilterObjectAttributes /*a*/, physx::PxFilterData /*data_a*/,
-                           physx::PxFilterObjectAttributes /*b*/, physx::PxFilterData /*data_b*/,
-                           physx::PxPairFlags& pair, const void* /*constants*/, physx::PxU32 /*size*/) {
-  pair = physx::PxPairFlag::eCONTACT_DEFAULT;
-  return physx::PxFilterFlag::eDEFAULT;
-}
-// NOLINTEND(performance-unnecessary-value-param)
-
-physx::PxConvexMesh* make_prism(PxPhysics& physics) {
+physx::PxConvexMesh* make_prism(const finding::Engine& engine) {
   // 2 m long and scaled, because PhysX's tolerances for making a hull are lengths
   std::vector<PxVec3> points;
   for (int side = 0; side < kSides; ++side) {
@@ -41,17 +31,11 @@ physx::PxConvexMesh* make_prism(PxPhysics& physics) {
                           kRadius / kHalf * static_cast<float>(std::sin(angle)));
     }
   }
-  physx::PxConvexMeshDesc hull;
-  hull.points.count = static_cast<physx::PxU32>(points.size());
-  hull.points.stride = sizeof(PxVec3);
-  hull.points.data = points.data();
-  hull.flags = physx::PxConvexFlag::eCOMPUTE_CONVEX;
-  return PxCreateConvexMesh(physx::PxCookingParams(physics.getTolerancesScale()), hull,
-                            physics.getPhysicsInsertionCallback());
+  return finding::make_hull(engine, points);
 }
 
 // A flat square metre; x, y and z of the field are y, z and x of the world.
-physx::PxHeightField* make_field(PxPhysics& physics) {
+physx::PxHeightField* make_field(const finding::Engine& engine) {
   std::vector<physx::PxHeightFieldSample> samples(static_cast<size_t>(kSamples) * kSamples);
   for (physx::PxHeightFieldSample& sample : samples) {
     sample.height = 0;
@@ -61,19 +45,13 @@ physx::PxHeightField* make_field(PxPhysics& physics) {
   description.nbRows = description.nbColumns = kSamples;
   description.samples.data = samples.data();
   description.samples.stride = sizeof(physx::PxHeightFieldSample);
-  return PxCreateHeightField(description, physics.getPhysicsInsertionCallback());
+  return PxCreateHeightField(description, engine.physics->getPhysicsInsertionCallback());
 }
 
 // The way aside, m.
-double way(PxPhysics& physics, physx::PxCpuDispatcher& dispatcher, Ground on, bool tgs, double timestep,
-           double duration) {
-  physx::PxSceneDesc description(physics.getTolerancesScale());
-  description.gravity = PxVec3(0, 0, -kGravity);
-  description.cpuDispatcher = &dispatcher;
-  description.filterShader = touch;
-  description.solverType = tgs ? physx::PxSolverType::eTGS : physx::PxSolverType::ePGS;
-  physx::PxScene* scene = physics.createScene(description);
-  physx::PxMaterial* material = physics.createMaterial(1, 1, 0);
+double way(const finding::Engine& engine, Ground on, bool tgs, double timestep, double duration) {
+  physx::PxScene* scene = finding::make_scene(engine, PxVec3(0, 0, -kGravity), tgs);
+  physx::PxMaterial* material = engine.physics->createMaterial(1, 1, 0);
   physx::PxHeightField* field = nullptr;
   physx::PxTransform pose(PxVec3(0, 0, 0));
   physx::PxGeometryHolder geometry;
@@ -84,12 +62,12 @@ double way(PxPhysics& physics, physx::PxCpuDispatcher& dispatcher, Ground on, bo
     pose.p.z = -0.1F;
     geometry.storeAny(physx::PxBoxGeometry(0.5F, 0.5F, 0.1F));
   } else {
-    field = make_field(physics);
+    field = make_field(engine);
     pose.p = PxVec3(-0.5F, -0.5F, 0);
     pose.q = physx::PxQuat(physx::PxMat33(PxVec3(0, 1, 0), PxVec3(0, 0, 1), PxVec3(1, 0, 0)));
     geometry.storeAny(physx::PxHeightFieldGeometry(field, {}, 1, kCell, kCell));
   }
-  physx::PxRigidStatic* ground = physics.createRigidStatic(pose);
+  physx::PxRigidStatic* ground = engine.physics->createRigidStatic(pose);
   physx::PxShape* top = physx::PxRigidActorExt::createExclusiveShape(*ground, geometry.any(), *material);
   top->setContactOffset(kOffset);
   top->setRestOffset(0);
@@ -97,26 +75,18 @@ double way(PxPhysics& physics, physx::PxCpuDispatcher& dispatcher, Ground on, bo
 
   const PxVec3 start(0.03F, 0.01F, kRadius), axis(std::cos(0.3F), std::sin(0.3F), 0);
   physx::PxRigidDynamic* body =
-      physics.createRigidDynamic(physx::PxTransform(start, physx::PxShortestRotation(PxVec3(1, 0, 0), axis)));
-  physx::PxConvexMesh* mesh = make_prism(physics);
+      engine.physics->createRigidDynamic(physx::PxTransform(start, physx::PxShortestRotation(PxVec3(1, 0, 0), axis)));
+  physx::PxConvexMesh* mesh = make_prism(engine);
   const float across = (3 * kRadius * kRadius + 4 * kHalf * kHalf) / 12;
   physx::PxShape* shape = physx::PxRigidActorExt::createExclusiveShape(
       *body, physx::PxConvexMeshGeometry(mesh, physx::PxMeshScale(kHalf)), *material);
   shape->setContactOffset(kOffset);
   shape->setRestOffset(0);
-  body->setMass(1);
-  body->setMassSpaceInertiaTensor(PxVec3(kRadius * kRadius / 2, across, across));
-  body->setLinearDamping(0);
-  body->setAngularDamping(0);
-  body->setSleepThreshold(0);
-  body->setStabilizationThreshold(0);
+  finding::make_free(*body, 1, PxVec3(kRadius * kRadius / 2, across, across));
   body->setSolverIterationCounts(50, tgs ? 0 : 1);
   scene->addActor(*body);
   const long steps = std::lround(duration / timestep);
-  for (long i = 0; i < steps; ++i) {
-    scene->simulate(static_cast<float>(timestep));
-    scene->fetchResults(true);
-  }
+  finding::run(*scene, timestep, steps);
   const PxVec3 moved = body->getGlobalPose().p - start;
   body->release();
   ground->release();
@@ -130,28 +100,19 @@ double way(PxPhysics& physics, physx::PxCpuDispatcher& dispatcher, Ground on, bo
 }  // namespace
 
 int main() {
-  static physx::PxDefaultAllocator allocator;
-  static physx::PxDefaultErrorCallback complaints;
-  physx::PxFoundation* foundation = PxCreateFoundation(PX_PHYSICS_VERSION, allocator, complaints);
-  PxPhysics* physics = PxCreatePhysics(PX_PHYSICS_VERSION, *foundation, physx::PxTolerancesScale());
-  PxInitExtensions(*physics, nullptr);
-  physx::PxDefaultCpuDispatcher* dispatcher = physx::PxDefaultCpuDispatcherCreate(0);
+  const finding::Engine engine;
   constexpr double kTipped = 1e-2, kDuration = 3;  // m, s
   bool so = true;
   for (const bool tgs : {false, true}) {
     for (const double timestep : {4e-3, 1e-3}) {
-      const double plane = way(*physics, *dispatcher, Ground::kPlane, tgs, timestep, kDuration),
-                   box = way(*physics, *dispatcher, Ground::kBox, tgs, timestep, kDuration),
-                   field = way(*physics, *dispatcher, Ground::kField, tgs, timestep, kDuration);
+      const double plane = way(engine, Ground::kPlane, tgs, timestep, kDuration),
+                   box = way(engine, Ground::kBox, tgs, timestep, kDuration),
+                   field = way(engine, Ground::kField, tgs, timestep, kDuration);
       std::printf(
           "%s, %g ms: a lying prism moves by %.4f m within %g s on a plane, %.3f m on a box, %.3f m on a field\n",
           tgs ? "TGS" : "PGS", 1e3 * timestep, plane, kDuration, box, field);
       so = so && plane < kTipped && box > 10 * kTipped && field > 10 * kTipped;
     }
   }
-  PxCloseExtensions();
-  physics->release();
-  dispatcher->release();
-  foundation->release();
   return so ? 0 : 1;
 }

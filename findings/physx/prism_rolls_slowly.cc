@@ -12,11 +12,10 @@
 #include <numbers>
 #include <vector>
 
-#include <PxPhysicsAPI.h>
+#include "scene.h"
 
 namespace {
 
-using physx::PxPhysics;
 using physx::PxVec3;
 
 constexpr float kGravity = 9.81F, kRadius = 0.1F, kHalf = 0.15F, kAlong = 0.005F;  // m, moment of inertia kg m^2
@@ -28,24 +27,11 @@ struct End {
   unsigned vertices = 0;
 };
 
-// NOLINTBEGIN(performance-unnecessary-value-param): PhysX gives the signature
-physx::PxFilterFlags touch(physx::PxFilterObjectAttributes /*a*/, physx::PxFilterData /*data_a*/,
-                           physx::PxFilterObjectAttributes /*b*/, physx::PxFilterData /*data_b*/,
-                           physx::PxPairFlags& pair, const void* /*constants*/, physx::PxU32 /*size*/) {
-  pair = physx::PxPairFlag::eCONTACT_DEFAULT;
-  return physx::PxFilterFlag::eDEFAULT;
-}
-// NOLINTEND(performance-unnecessary-value-param)
-
-End roll(PxPhysics& physics, physx::PxCpuDispatcher& dispatcher, int sides, double timestep) {
-  physx::PxSceneDesc description(physics.getTolerancesScale());
-  description.gravity =
-      PxVec3(kGravity * static_cast<float>(std::sin(kSlope)), 0, -kGravity * static_cast<float>(std::cos(kSlope)));
-  description.cpuDispatcher = &dispatcher;
-  description.filterShader = touch;
-  physx::PxScene* scene = physics.createScene(description);
-  physx::PxMaterial* material = physics.createMaterial(1, 1, 0);
-  physx::PxRigidStatic* ground = PxCreatePlane(physics, physx::PxPlane(0, 0, 1, 0), *material);
+End roll(const finding::Engine& engine, int sides, double timestep) {
+  physx::PxScene* scene = finding::make_scene(engine, PxVec3(kGravity * static_cast<float>(std::sin(kSlope)), 0,
+                                                             -kGravity * static_cast<float>(std::cos(kSlope))));
+  physx::PxMaterial* material = engine.physics->createMaterial(1, 1, 0);
+  physx::PxRigidStatic* ground = PxCreatePlane(*engine.physics, physx::PxPlane(0, 0, 1, 0), *material);
   scene->addActor(*ground);
 
   // the hull is made 2 m long and scaled, because PhysX's tolerances for making it are lengths
@@ -57,32 +43,18 @@ End roll(PxPhysics& physics, physx::PxCpuDispatcher& dispatcher, int sides, doub
                           kRadius / kHalf * static_cast<float>(std::sin(angle)));
     }
   }
-  physx::PxConvexMeshDesc hull;
-  hull.points.count = static_cast<physx::PxU32>(points.size());
-  hull.points.stride = sizeof(PxVec3);
-  hull.points.data = points.data();
-  hull.flags = physx::PxConvexFlag::eCOMPUTE_CONVEX;
-  physx::PxConvexMesh* mesh = PxCreateConvexMesh(physx::PxCookingParams(physics.getTolerancesScale()), hull,
-                                                 physics.getPhysicsInsertionCallback());
+  physx::PxConvexMesh* mesh = finding::make_hull(engine, points);
 
-  physx::PxRigidDynamic* prism = physics.createRigidDynamic(physx::PxTransform(PxVec3(0, 0, kRadius)));
+  physx::PxRigidDynamic* prism = engine.physics->createRigidDynamic(physx::PxTransform(PxVec3(0, 0, kRadius)));
   physx::PxShape* shape = physx::PxRigidActorExt::createExclusiveShape(
       *prism, physx::PxConvexMeshGeometry(mesh, physx::PxMeshScale(kHalf)), *material);
   shape->setContactOffset(0.005F);
   shape->setRestOffset(0);
-  prism->setMass(1);
-  prism->setMassSpaceInertiaTensor(PxVec3(0.01F, kAlong, 0.01F));
-  prism->setLinearDamping(0);
-  prism->setAngularDamping(0);
-  prism->setSleepThreshold(0);
-  prism->setStabilizationThreshold(0);
+  finding::make_free(*prism, 1, PxVec3(0.01F, kAlong, 0.01F));
   prism->setSolverIterationCounts(50, 1);
   scene->addActor(*prism);
   const int steps = static_cast<int>(std::lround(kDuration / timestep));
-  for (int i = 0; i < steps; ++i) {
-    scene->simulate(static_cast<float>(timestep));
-    scene->fetchResults(true);
-  }
+  finding::run(*scene, timestep, steps);
   const double cylinder = kGravity * std::sin(kSlope) * 2 / 3 * kDuration;
   const End end{1 - prism->getLinearVelocity().x / cylinder, mesh->getNbVertices()};
   prism->release();
@@ -104,25 +76,15 @@ double rigid(int sides) {
 }  // namespace
 
 int main() {
-  static physx::PxDefaultAllocator allocator;
-  static physx::PxDefaultErrorCallback complaints;
-  physx::PxFoundation* foundation = PxCreateFoundation(PX_PHYSICS_VERSION, allocator, complaints);
-  PxPhysics* physics = PxCreatePhysics(PX_PHYSICS_VERSION, *foundation, physx::PxTolerancesScale());
-  PxInitExtensions(*physics, nullptr);
-  physx::PxDefaultCpuDispatcher* dispatcher = physx::PxDefaultCpuDispatcherCreate(0);
-
+  const finding::Engine engine;
   bool slow = true;
   for (const int sides : {32, 64, 126}) {
-    const End coarse = roll(*physics, *dispatcher, sides, 1e-3), fine = roll(*physics, *dispatcher, sides, 2.5e-4);
+    const End coarse = roll(engine, sides, 1e-3), fine = roll(engine, sides, 2.5e-4);
     std::printf(
         "%d sides, %u of %d vertices: slower than a cylinder by %.1f %% at 1 ms, %.1f %% at 1/4 ms; a rigid prism %.1f "
         "%%\n",
         sides, fine.vertices, 2 * sides, 100 * coarse.slower, 100 * fine.slower, 100 * rigid(sides));
     slow = slow && coarse.slower > 1.4 * rigid(sides) && fine.slower > 1.4 * rigid(sides);
   }
-  PxCloseExtensions();
-  physics->release();
-  dispatcher->release();
-  foundation->release();
   return slow ? 0 : 1;
 }

@@ -13,12 +13,11 @@
 #include <cstdio>
 #include <initializer_list>
 
-#include <PxPhysicsAPI.h>
+#include "scene.h"
 
 namespace {
 
 using physx::PxArticulationCacheFlag;
-using physx::PxPhysics;
 using physx::PxTransform;
 using physx::PxVec3;
 
@@ -29,16 +28,10 @@ struct End {
   double rate = 0;   // error, rad/s
 };
 
-End turn(PxPhysics& physics, physx::PxCpuDispatcher& dispatcher, physx::PxSolverType::Enum solver, double h, int steps,
-         int iterations) {
-  physx::PxSceneDesc description(physics.getTolerancesScale());
-  description.gravity = PxVec3(0, 0, 0);
-  description.cpuDispatcher = &dispatcher;
-  description.filterShader = physx::PxDefaultSimulationFilterShader;
-  description.solverType = solver;
-  physx::PxScene* scene = physics.createScene(description);
+End turn(const finding::Engine& engine, bool tgs, double h, int steps, int iterations) {
+  physx::PxScene* scene = finding::make_scene(engine, PxVec3(0, 0, 0), tgs);
 
-  physx::PxArticulationReducedCoordinate* articulation = physics.createArticulationReducedCoordinate();
+  physx::PxArticulationReducedCoordinate* articulation = engine.physics->createArticulationReducedCoordinate();
   articulation->setArticulationFlag(physx::PxArticulationFlag::eFIX_BASE, true);
   articulation->setSolverIterationCounts(iterations, 0);
   articulation->setSleepThreshold(0);
@@ -59,10 +52,7 @@ End turn(PxPhysics& physics, physx::PxCpuDispatcher& dispatcher, physx::PxSolver
   cache->jointVelocity[0] = kRate;
   const physx::PxArticulationCacheFlags state = PxArticulationCacheFlag::ePOSITION | PxArticulationCacheFlag::eVELOCITY;
   articulation->applyCache(*cache, state);
-  for (int i = 0; i < steps; ++i) {
-    scene->simulate(static_cast<float>(h));
-    scene->fetchResults(true);
-  }
+  finding::run(*scene, h, steps);
   articulation->copyInternalStateToCache(*cache, state);
   const End end{cache->jointPosition[0] - static_cast<double>(kRate) * h * steps, cache->jointVelocity[0] - kRate};
   cache->release();
@@ -74,17 +64,13 @@ End turn(PxPhysics& physics, physx::PxCpuDispatcher& dispatcher, physx::PxSolver
 }  // namespace
 
 int main() {
-  physx::PxDefaultAllocator allocator;
-  physx::PxDefaultErrorCallback errors;
-  physx::PxFoundation* foundation = PxCreateFoundation(PX_PHYSICS_VERSION, allocator, errors);
-  PxPhysics* physics = PxCreatePhysics(PX_PHYSICS_VERSION, *foundation, physx::PxTolerancesScale());
-  physx::PxDefaultCpuDispatcher* dispatcher = physx::PxDefaultCpuDispatcherCreate(0);
+  const finding::Engine engine;
   bool as_found = true;
   for (const int steps : {1000, 64000}) {
     const double h = 1.0 / steps;
-    const End pgs = turn(*physics, *dispatcher, physx::PxSolverType::ePGS, h, steps, 50);
-    const End one = turn(*physics, *dispatcher, physx::PxSolverType::eTGS, h, steps, 1);
-    const End fifty = turn(*physics, *dispatcher, physx::PxSolverType::eTGS, h, steps, 50);
+    const End pgs = turn(engine, false, h, steps, 50);
+    const End one = turn(engine, true, h, steps, 1);
+    const End fifty = turn(engine, true, h, steps, 50);
     std::printf(
         "%g ms: after 1 s at 8 rad/s the angle is wrong by %.1e rad with PGS, by %.1e rad with TGS and 1 iteration, by "
         "%.1e rad with 50; the rate by %.1g rad/s\n",
@@ -93,8 +79,5 @@ int main() {
         as_found && fifty.rate == 0 && std::abs(one.angle) < 5e-3 && std::abs(fifty.angle) > 10 * std::abs(pgs.angle);
     if (steps == 64000) as_found = as_found && std::abs(fifty.angle) > 0.1;
   }
-  dispatcher->release();
-  physics->release();
-  foundation->release();
   return as_found ? 0 : 1;
 }

@@ -9,50 +9,28 @@
 #include <cstdio>
 #include <initializer_list>
 
-#include <PxPhysicsAPI.h>
+#include "scene.h"
 
 namespace {
 
-using physx::PxPhysics;
 using physx::PxVec3;
 
 constexpr float kTimestep = 1e-3F, kSpeed = 1;
 constexpr int kSteps = 500;
 
-// NOLINTBEGIN(performance-unnecessary-value-param): PhysX gives the signature
-physx::PxFilterFlags touch(physx::PxFilterObjectAttributes /*a*/, physx::PxFilterData /*data_a*/,
-                           physx::PxFilterObjectAttributes /*b*/, physx::PxFilterData /*data_b*/,
-                           physx::PxPairFlags& pair, const void* /*constants*/, physx::PxU32 /*size*/) {
-  pair = physx::PxPairFlag::eCONTACT_DEFAULT;
-  return physx::PxFilterFlag::eDEFAULT;
-}
-// NOLINTEND(performance-unnecessary-value-param)
-
 // Way over speed times time.
-double way(PxPhysics& physics, physx::PxCpuDispatcher& dispatcher, bool tgs, physx::PxU32 iterations, float far) {
-  physx::PxSceneDesc description(physics.getTolerancesScale());
-  description.gravity = PxVec3(0, 0, -9.81F);
-  description.cpuDispatcher = &dispatcher;
-  description.filterShader = touch;
-  description.solverType = tgs ? physx::PxSolverType::eTGS : physx::PxSolverType::ePGS;
-  physx::PxScene* scene = physics.createScene(description);
-  physx::PxMaterial* material = physics.createMaterial(0, 0, 0);
-  physx::PxRigidStatic* ground = PxCreatePlane(physics, physx::PxPlane(0, 0, 1, 0), *material);
+double way(const finding::Engine& engine, bool tgs, physx::PxU32 iterations, float far) {
+  physx::PxScene* scene = finding::make_scene(engine, PxVec3(0, 0, -9.81F), tgs);
+  physx::PxMaterial* material = engine.physics->createMaterial(0, 0, 0);
+  physx::PxRigidStatic* ground = PxCreatePlane(*engine.physics, physx::PxPlane(0, 0, 1, 0), *material);
   scene->addActor(*ground);
-  physx::PxRigidDynamic* ball = physics.createRigidDynamic(physx::PxTransform(PxVec3(far, 0, 0.1F)));
+  physx::PxRigidDynamic* ball = engine.physics->createRigidDynamic(physx::PxTransform(PxVec3(far, 0, 0.1F)));
   physx::PxRigidActorExt::createExclusiveShape(*ball, physx::PxSphereGeometry(0.1F), *material);
-  ball->setMass(1);
-  ball->setMassSpaceInertiaTensor(PxVec3(0.004F, 0.004F, 0.004F));
-  ball->setLinearDamping(0);
-  ball->setAngularDamping(0);
-  ball->setSleepThreshold(0);
+  finding::make_free(*ball, 1, PxVec3(0.004F, 0.004F, 0.004F));
   ball->setSolverIterationCounts(iterations, tgs ? 0 : 1);
   scene->addActor(*ball);
   ball->setLinearVelocity(PxVec3(kSpeed, 0, 0));
-  for (int i = 0; i < kSteps; ++i) {
-    scene->simulate(kTimestep);
-    scene->fetchResults(true);
-  }
+  finding::run(*scene, kTimestep, kSteps);
   const float went = ball->getGlobalPose().p.x - far;
   ball->release();
   ground->release();
@@ -64,23 +42,13 @@ double way(PxPhysics& physics, physx::PxCpuDispatcher& dispatcher, bool tgs, phy
 }  // namespace
 
 int main() {
-  physx::PxDefaultAllocator allocator;
-  physx::PxDefaultErrorCallback errors;
-  physx::PxFoundation* foundation = PxCreateFoundation(PX_PHYSICS_VERSION, allocator, errors);
-  PxPhysics* physics = PxCreatePhysics(PX_PHYSICS_VERSION, *foundation, physx::PxTolerancesScale());
-  PxInitExtensions(*physics, nullptr);
-  physx::PxDefaultCpuDispatcher* dispatcher = physx::PxDefaultCpuDispatcherCreate(0);
+  const finding::Engine engine;
   bool still = true;
   for (const float far : {0.0F, 1e3F, 1e4F}) {
-    const double pgs = way(*physics, *dispatcher, false, 50, far), tgs = way(*physics, *dispatcher, true, 50, far),
-                 few = way(*physics, *dispatcher, true, 4, far);
+    const double pgs = way(engine, false, 50, far), tgs = way(engine, true, 50, far), few = way(engine, true, 4, far);
     std::printf("at %g m: %.3f of the way with PGS, %.3f with TGS and 50 iterations, %.3f with 4\n",
                 static_cast<double>(far), pgs, tgs, few);
     still = still && pgs > 0.9 && (far > 0 ? tgs < 0.1 : tgs > 0.99) && (far > 5e3F ? few < 0.1 : few > 0.9);
   }
-  dispatcher->release();
-  PxCloseExtensions();
-  physics->release();
-  foundation->release();
   return still ? 0 : 1;
 }

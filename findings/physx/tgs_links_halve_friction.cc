@@ -13,28 +13,18 @@
 #include <initializer_list>
 #include <utility>
 
-#include <PxPhysicsAPI.h>
+#include "scene.h"
 
 namespace {
 
 using physx::PxArticulationLink;
 using physx::PxArticulationReducedCoordinate;
-using physx::PxPhysics;
 using physx::PxTransform;
 using physx::PxVec3;
 
 constexpr float kFriction = 0.4F, kGravity = 9.81F, kTimestep = 1e-3F, kSpeed = 3;
 
 enum class Shape { kRunners, kBox, kBall };
-
-// NOLINTBEGIN(performance-unnecessary-value-param): PhysX gives the signature
-physx::PxFilterFlags touch(physx::PxFilterObjectAttributes /*a*/, physx::PxFilterData /*data_a*/,
-                           physx::PxFilterObjectAttributes /*b*/, physx::PxFilterData /*data_b*/,
-                           physx::PxPairFlags& pair, const void* /*constants*/, physx::PxU32 /*size*/) {
-  pair = physx::PxPairFlag::eCONTACT_DEFAULT;
-  return physx::PxFilterFlag::eDEFAULT;
-}
-// NOLINTEND(performance-unnecessary-value-param)
 
 void prepare(PxArticulationLink& link, float inertia) {
   link.setMass(1);
@@ -59,19 +49,14 @@ void add_shape(PxArticulationLink& link, Shape shape, const physx::PxMaterial& m
 }
 
 // Friction over normal impulse between 0.1 and 0.2 s.
-double coefficient(PxPhysics& physics, physx::PxCpuDispatcher& dispatcher, bool tgs, Shape shape) {
-  physx::PxSceneDesc description(physics.getTolerancesScale());
-  description.gravity = PxVec3(0, 0, -kGravity);
-  description.cpuDispatcher = &dispatcher;
-  description.filterShader = touch;
-  description.solverType = tgs ? physx::PxSolverType::eTGS : physx::PxSolverType::ePGS;
-  physx::PxScene* scene = physics.createScene(description);
-  physx::PxMaterial* material = physics.createMaterial(kFriction, kFriction, 0);
+double coefficient(const finding::Engine& engine, bool tgs, Shape shape) {
+  physx::PxScene* scene = finding::make_scene(engine, PxVec3(0, 0, -kGravity), tgs);
+  physx::PxMaterial* material = engine.physics->createMaterial(kFriction, kFriction, 0);
   material->setFlag(physx::PxMaterialFlag::eIMPROVED_PATCH_FRICTION, true);
-  physx::PxRigidStatic* ground = PxCreatePlane(physics, physx::PxPlane(0, 0, 1, 0), *material);
+  physx::PxRigidStatic* ground = PxCreatePlane(*engine.physics, physx::PxPlane(0, 0, 1, 0), *material);
   scene->addActor(*ground);
 
-  PxArticulationReducedCoordinate* sled = physics.createArticulationReducedCoordinate();
+  PxArticulationReducedCoordinate* sled = engine.physics->createArticulationReducedCoordinate();
   sled->setSolverIterationCounts(50, tgs ? 0 : 1);
   sled->setSleepThreshold(0);
   const PxTransform place(PxVec3(0, 0, 0.1F));
@@ -90,12 +75,9 @@ double coefficient(PxPhysics& physics, physx::PxCpuDispatcher& dispatcher, bool 
   scene->addArticulation(*sled);
   sled->setRootLinearVelocity(PxVec3(kSpeed, 0, 0));
 
-  PxVec3 from(0, 0, 0);
-  for (int i = 0; i < 200; ++i) {
-    if (i == 100) from = root->getLinearVelocity();
-    scene->simulate(kTimestep);
-    scene->fetchResults(true);
-  }
+  finding::run(*scene, kTimestep, 100);
+  const PxVec3 from = root->getLinearVelocity();
+  finding::run(*scene, kTimestep, 100);
   const PxVec3 gained = root->getLinearVelocity() - from;
   scene->removeArticulation(*sled);
   sled->release();
@@ -108,26 +90,17 @@ double coefficient(PxPhysics& physics, physx::PxCpuDispatcher& dispatcher, bool 
 }  // namespace
 
 int main() {
-  physx::PxDefaultAllocator allocator;
-  physx::PxDefaultErrorCallback errors;
-  physx::PxFoundation* foundation = PxCreateFoundation(PX_PHYSICS_VERSION, allocator, errors);
-  PxPhysics* physics = PxCreatePhysics(PX_PHYSICS_VERSION, *foundation, physx::PxTolerancesScale());
-  PxInitExtensions(*physics, nullptr);
-  physx::PxDefaultCpuDispatcher* dispatcher = physx::PxDefaultCpuDispatcherCreate(0);
+  const finding::Engine engine;
   bool still = true;
   for (const auto& [shape, name] :
        {std::pair(Shape::kRunners, "two runners"), {Shape::kBox, "a box"}, {Shape::kBall, "a ball"}}) {
-    const double pgs = coefficient(*physics, *dispatcher, false, shape);
-    const double tgs = coefficient(*physics, *dispatcher, true, shape);
+    const double pgs = coefficient(engine, false, shape);
+    const double tgs = coefficient(engine, true, shape);
     std::printf("link on %s: friction %.4f with PGS, %.4f with TGS; the material's is %g\n", name, pgs, tgs,
                 static_cast<double>(kFriction));
     const double part = shape == Shape::kBall ? 1 : 0.5;
     still = still && std::abs(pgs / static_cast<double>(kFriction) - 1) < 0.015 &&
             std::abs(tgs / static_cast<double>(kFriction) - part) < 0.015;
   }
-  dispatcher->release();
-  PxCloseExtensions();
-  physics->release();
-  foundation->release();
   return still ? 0 : 1;
 }

@@ -16,38 +16,24 @@
 #include <cstdio>
 #include <initializer_list>
 
-#include <PxPhysicsAPI.h>
+#include "scene.h"
 
 namespace {
 
-using physx::PxPhysics;
 using physx::PxVec3;
 
 constexpr int kSteps = 1000;
 
 // Gain of spin a step, relative.
-double gain(PxPhysics& physics, physx::PxCpuDispatcher& dispatcher, physx::PxSolverType::Enum solver, double h,
-            int iterations) {
-  physx::PxSceneDesc description(physics.getTolerancesScale());
-  description.gravity = PxVec3(0, 0, 0);
-  description.cpuDispatcher = &dispatcher;
-  description.filterShader = physx::PxDefaultSimulationFilterShader;
-  description.solverType = solver;
-  physx::PxScene* scene = physics.createScene(description);
-  physx::PxRigidDynamic* ball = physics.createRigidDynamic(physx::PxTransform(physx::PxIdentity));
-  ball->setMass(1);
-  ball->setMassSpaceInertiaTensor(PxVec3(0.01F));
-  ball->setAngularDamping(0);
-  ball->setSleepThreshold(0);
-  ball->setStabilizationThreshold(0);
+double gain(const finding::Engine& engine, bool tgs, double h, int iterations) {
+  physx::PxScene* scene = finding::make_scene(engine, PxVec3(0, 0, 0), tgs);
+  physx::PxRigidDynamic* ball = engine.physics->createRigidDynamic(physx::PxTransform(physx::PxIdentity));
+  finding::make_free(*ball, 1, PxVec3(0.01F));
   ball->setRigidBodyFlag(physx::PxRigidBodyFlag::eENABLE_GYROSCOPIC_FORCES, true);
   ball->setSolverIterationCounts(iterations, 0);
   scene->addActor(*ball);
   ball->setAngularVelocity(PxVec3(8, 0, 6));
-  for (int i = 0; i < kSteps; ++i) {
-    scene->simulate(static_cast<float>(h));
-    scene->fetchResults(true);
-  }
+  finding::run(*scene, h, kSteps);
   const double spin = ball->getAngularVelocity().magnitude();
   ball->release();
   scene->release();
@@ -57,24 +43,17 @@ double gain(PxPhysics& physics, physx::PxCpuDispatcher& dispatcher, physx::PxSol
 }  // namespace
 
 int main() {
-  physx::PxDefaultAllocator allocator;
-  physx::PxDefaultErrorCallback errors;
-  physx::PxFoundation* foundation = PxCreateFoundation(PX_PHYSICS_VERSION, allocator, errors);
-  PxPhysics* physics = PxCreatePhysics(PX_PHYSICS_VERSION, *foundation, physx::PxTolerancesScale());
-  physx::PxDefaultCpuDispatcher* dispatcher = physx::PxDefaultCpuDispatcherCreate(0);
+  const finding::Engine engine;
   bool as_found = true;
   for (const double milliseconds : {1.0, 1.0 / 64}) {
     for (const int iterations : {1, 50}) {
       const double h = milliseconds / 1000;
-      const double pgs = gain(*physics, *dispatcher, physx::PxSolverType::ePGS, h, iterations);
-      const double tgs = gain(*physics, *dispatcher, physx::PxSolverType::eTGS, h, iterations);
+      const double pgs = gain(engine, false, h, iterations);
+      const double tgs = gain(engine, true, h, iterations);
       std::printf("%g ms, %d iterations: gain of spin a step %.2e with PGS, %.2e with TGS, %.2g %% a second\n",
                   milliseconds, iterations, pgs, tgs, 100 * (std::pow(1 + tgs, 1 / h) - 1));
       as_found = as_found && std::abs(pgs) < 5e-8 && tgs > 3e-7 && tgs < 1e-6;
     }
   }
-  dispatcher->release();
-  physics->release();
-  foundation->release();
   return as_found ? 0 : 1;
 }

@@ -12,7 +12,7 @@
 #include <cstdio>
 #include <initializer_list>
 
-#include "assay_rapier.h"
+#include "world.h"
 
 namespace {
 
@@ -27,51 +27,34 @@ double square(double number) { return number * number; }
 
 // Friction over normal impulse of a box that slides along x, or -1 when Rapier failed.
 double measured(const Box& box, bool coulomb) {
-  const RapierApi& api = assay_rapier_f64;
-  RapierOptions options{};
-  options.timestep = kTimestep;
+  RapierOptions options = finding::rapiers_own(kTimestep);
   options.gravity[0] = kAlong;
   options.gravity[2] = -kDown;
-  options.solver_iterations = 4;
-  options.pgs_iterations = options.stabilization_iterations = 1;
-  options.contact_frequency = 30;
-  options.static_contact_frequency = 60;
-  options.contact_damping_ratio = options.static_contact_damping_ratio = 10;
-  options.joint_frequency = 1e6;
-  options.joint_damping_ratio = 1;
-  options.max_corrective_speed = 3;
-  options.prediction_distance = 0.02;
-  options.warmstart = 1;
-  options.contact_coherence = 1;
+  options.contact_recycling = options.gyroscopic = 0;
   options.coulomb = coulomb ? 1 : 0;
-  RapierWorld* world = api.create(&options);
-  if (world == nullptr) return -1;
-  RapierBody body{};
-  body.mass = 1;
+  finding::World world(options);
+  RapierBody body = finding::upright_body(1);
   body.inertia[0] = (square(box.y) + square(box.z)) / 3;
   body.inertia[1] = (square(box.x) + square(box.z)) / 3;
   body.inertia[2] = (square(box.x) + square(box.y)) / 3;
-  body.q_body_principal[3] = body.q_world_body[3] = 1;
   body.p_world_com[2] = box.z;
-  bool good = api.add_body(world, &body) == 0;
-  RapierShape plane{};
-  plane.type = RAPIER_PLANE;
-  plane.body = -1;
-  plane.q[3] = 1;
-  plane.friction = kFriction;
-  plane.groups = plane.collides_with = 1;
+  world.add(body);
+  const RapierShape plane = finding::ground_plane(kFriction);
   RapierShape shape = plane;
   shape.type = RAPIER_BOX;
   shape.body = 0;
   shape.half_size[0] = box.x;
   shape.half_size[1] = box.y;
   shape.half_size[2] = box.z;
+  world.add(plane);
+  world.add(shape);
+  world.start();
   RapierState from{}, to{};
-  good = good && api.add_shape(world, &plane) == 0 && api.add_shape(world, &shape) == 0 && api.start(world) == 0 &&
-         api.step(world, kSettle) == 0 && api.read_bodies(world, &from) == 0 && api.step(world, kSteps) == 0 &&
-         api.read_bodies(world, &to) == 0;
-  api.destroy(world);
-  if (!good) return -1;
+  world.step(kSettle);
+  world.read(&from);
+  world.step(kSteps);
+  world.read(&to);
+  if (!world.good()) return -1;
   const double time = kSteps * kTimestep;
   const double friction = (kAlong * time) - (to.v_world_com[0] - from.v_world_com[0]);
   const double normal = (kDown * time) + (to.v_world_com[2] - from.v_world_com[2]);

@@ -13,57 +13,29 @@
 #include <cstdio>
 #include <initializer_list>
 
-#include "assay_rapier.h"
+#include "world.h"
 
 namespace {
 
 constexpr double kRadius = 0.05, kHalf = 0.3, kDuration = 20;  // m, s
 
-RapierOptions rapiers_own(double timestep) {
-  RapierOptions options{};
-  options.timestep = timestep;
-  options.gravity[2] = -9.81;
-  options.solver_iterations = 4;
-  options.pgs_iterations = options.stabilization_iterations = 1;
-  options.contact_frequency = 30;
-  options.static_contact_frequency = 60;
-  options.contact_damping_ratio = options.static_contact_damping_ratio = 10;
-  options.joint_frequency = 1e6;
-  options.joint_damping_ratio = 1;
-  options.max_corrective_speed = 3;
-  options.prediction_distance = 0.02;
-  options.warmstart = 1;
-  options.contact_coherence = options.contact_recycling = 1;
-  options.coulomb = 1;
-  options.gyroscopic = 1;
-  return options;
-}
-
 // The way aside of a capsule that is put down without any velocity, m, or -1 when Rapier failed.
 double way(bool on_box, bool coherence, double timestep, double duration, const RapierApi& api = assay_rapier_f64,
            bool cylinder = false) {
-  RapierOptions options = rapiers_own(timestep);
+  RapierOptions options = finding::rapiers_own(timestep);
   options.contact_recycling = 0;
   options.contact_coherence = coherence ? 1 : 0;
-  RapierWorld* world = api.create(&options);
-  if (world == nullptr) return -1;
-  RapierShape ground{};
-  ground.type = on_box ? RAPIER_BOX : RAPIER_PLANE;
-  ground.body = -1;
-  ground.q[3] = 1;
-  ground.friction = 1;
-  ground.groups = ground.collides_with = 1;
+  RapierShape ground = finding::ground_plane(1);
   if (on_box) {
+    ground.type = RAPIER_BOX;
     ground.p[0] = ground.p[2] = -0.1;
     ground.p[1] = 0.07;
     ground.half_size[0] = ground.half_size[1] = 1;
     ground.half_size[2] = 0.1;
   }
-  RapierBody body{};
-  body.mass = 1;
+  RapierBody body = finding::upright_body(1);
   body.inertia[0] = body.inertia[1] = 0.036;
   body.inertia[2] = 0.00125;
-  body.q_body_principal[3] = 1;
   body.q_world_body[1] = body.q_world_body[3] = std::sqrt(0.5);  // its z axis along x
   body.p_world_com[2] = kRadius;
   RapierShape capsule = ground;
@@ -72,13 +44,15 @@ double way(bool on_box, bool coherence, double timestep, double duration, const 
   for (double& x : capsule.p) x = 0;
   capsule.radius = kRadius;
   capsule.half_length = kHalf;
+  finding::World world(options, api);
+  world.add(body);
+  world.add(ground);
+  world.add(capsule);
+  world.start();
+  world.step(static_cast<int>(std::lround(duration / timestep)));
   RapierState state{};
-  const bool good = api.add_body(world, &body) == 0 && api.add_shape(world, &ground) == 0 &&
-                    api.add_shape(world, &capsule) == 0 && api.start(world) == 0 &&
-                    api.step(world, static_cast<int>(std::lround(duration / timestep))) == 0 &&
-                    api.read_bodies(world, &state) == 0;
-  api.destroy(world);
-  return good ? std::hypot(state.p_world_com[0], state.p_world_com[1]) : -1;
+  world.read(&state);
+  return world.good() ? std::hypot(state.p_world_com[0], state.p_world_com[1]) : -1;
 }
 
 }  // namespace

@@ -15,69 +15,39 @@
 #include <initializer_list>
 #include <vector>
 
-#include "assay_rapier.h"
+#include "world.h"
 
 namespace {
 
 constexpr double kHalf = 0.05, kAside = 1e-3, kDuration = 4;  // m, s
 
-RapierOptions rapiers_own(double timestep) {
-  RapierOptions options{};
-  options.timestep = timestep;
-  options.gravity[2] = -9.81;
-  options.solver_iterations = 4;
-  options.pgs_iterations = options.stabilization_iterations = 1;
-  options.contact_frequency = 30;
-  options.static_contact_frequency = 60;
-  options.contact_damping_ratio = options.static_contact_damping_ratio = 10;
-  options.joint_frequency = 1e6;
-  options.joint_damping_ratio = 1;
-  options.max_corrective_speed = 3;
-  options.prediction_distance = 0.02;
-  options.warmstart = 1;
-  options.contact_coherence = options.contact_recycling = 1;
-  options.coulomb = 1;
-  options.gyroscopic = 1;
-  return options;
-}
-
 // The largest way of a box aside, m, or -1 when Rapier failed.
 double way(int boxes, double frequency, bool recycling, double timestep) {
-  const RapierApi& api = assay_rapier_f64;
-  RapierOptions options = rapiers_own(timestep);
+  RapierOptions options = finding::rapiers_own(timestep);
   options.contact_frequency = frequency;
   options.static_contact_frequency = std::max(frequency, options.static_contact_frequency);
   options.contact_recycling = recycling ? 1 : 0;
-  RapierWorld* world = api.create(&options);
-  if (world == nullptr) return -1;
-  RapierShape shape{};
-  shape.type = RAPIER_PLANE;
-  shape.body = -1;
-  shape.q[3] = 1;
-  shape.friction = 1;
-  shape.groups = shape.collides_with = 1;
-  bool good = true;
+  finding::World world(options);
   for (int i = 0; i < boxes; ++i) {
-    RapierBody body{};
-    body.mass = 1;
+    RapierBody body = finding::upright_body(1);
     for (double& moment : body.inertia) moment = 2 * kHalf * kHalf / 3;
-    body.q_body_principal[3] = body.q_world_body[3] = 1;
     body.p_world_com[0] = i % 2 == 0 ? kAside : -kAside;
     body.p_world_com[2] = kHalf * (2 * i + 1);
-    good = good && api.add_body(world, &body) == 0;
+    world.add(body);
   }
-  good = good && api.add_shape(world, &shape) == 0;
+  RapierShape shape = finding::ground_plane(1);
+  world.add(shape);
   for (int i = 0; i < boxes; ++i) {
     shape.type = RAPIER_BOX;
     shape.body = i;
     for (double& half : shape.half_size) half = kHalf;
-    good = good && api.add_shape(world, &shape) == 0;
+    world.add(shape);
   }
   std::vector<RapierState> states(static_cast<size_t>(boxes));
-  good = good && api.start(world) == 0 && api.step(world, static_cast<int>(std::lround(kDuration / timestep))) == 0 &&
-         api.read_bodies(world, states.data()) == 0;
-  api.destroy(world);
-  if (!good) return -1;
+  world.start();
+  world.step(static_cast<int>(std::lround(kDuration / timestep)));
+  world.read(states.data());
+  if (!world.good()) return -1;
   double largest = 0;
   for (int i = 0; i < boxes; ++i) {
     const double* p = states[static_cast<size_t>(i)].p_world_com;

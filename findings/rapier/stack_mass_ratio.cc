@@ -10,7 +10,7 @@
 #include <cstdio>
 #include <initializer_list>
 
-#include "assay_rapier.h"
+#include "world.h"
 
 namespace {
 
@@ -19,59 +19,39 @@ constexpr int kSteps = 500;
 
 // Way of the upper bar within 0.5 s over its radius, or -1 when Rapier failed.
 double way(double ratio, int iterations, bool own_friction) {
-  const RapierApi& api = assay_rapier_f64;
-  RapierOptions options{};
-  options.timestep = kTimestep;
-  options.gravity[2] = -9.81;
+  RapierOptions options = finding::rapiers_own(kTimestep);
   options.solver_iterations = iterations;
-  options.pgs_iterations = options.stabilization_iterations = 1;
-  options.contact_frequency = 30;
-  options.static_contact_frequency = 60;
-  options.contact_damping_ratio = options.static_contact_damping_ratio = 10;
-  options.joint_frequency = 1e6;
-  options.joint_damping_ratio = 1;
-  options.max_corrective_speed = 3;
-  options.prediction_distance = 0.02;
-  options.warmstart = 1;
-  options.contact_coherence = 1;
+  options.contact_recycling = options.gyroscopic = 0;
   options.coulomb = own_friction ? 0 : 1;
-  RapierWorld* world = api.create(&options);
-  if (world == nullptr) return -1;
+  finding::World world(options);
   const double turn = std::sqrt(0.5);
-  bool good = true;
-  RapierShape plane{};
-  plane.type = RAPIER_PLANE;
-  plane.body = -1;
-  plane.q[3] = 1;
-  plane.friction = 1;
-  plane.groups = plane.collides_with = 1;
+  const RapierShape plane = finding::ground_plane(1);
   for (int i = 0; i < 3; ++i) {
     const bool top = i == 0;
-    RapierBody body{};
-    body.mass = top ? ratio : 1;
+    RapierBody body = finding::upright_body(top ? ratio : 1);
     body.inertia[0] = body.inertia[1] = 0.1 * body.mass;
     body.inertia[2] = 0.005 * body.mass;
-    body.q_body_principal[3] = 1;
     // a capsule's z axis along x, or along y
     body.q_world_body[top ? 1 : 0] = top ? turn : -turn;
     body.q_world_body[3] = turn;
     body.p_world_com[0] = top ? 0 : 0.6 * (i - 1.5);
     body.p_world_com[2] = top ? 3 * kRadius : kRadius;
-    good = good && api.add_body(world, &body) == 0;
+    world.add(body);
   }
-  good = good && api.add_shape(world, &plane) == 0;
+  world.add(plane);
   for (int i = 0; i < 3; ++i) {
     RapierShape shape = plane;
     shape.type = RAPIER_CAPSULE;
     shape.body = i;
     shape.radius = kRadius;
     shape.half_length = kHalf;
-    good = good && api.add_shape(world, &shape) == 0;
+    world.add(shape);
   }
   RapierState states[3] = {};
-  good = good && api.start(world) == 0 && api.step(world, kSteps) == 0 && api.read_bodies(world, states) == 0;
-  api.destroy(world);
-  if (!good) return -1;
+  world.start();
+  world.step(kSteps);
+  world.read(states);
+  if (!world.good()) return -1;
   const double* p = states[0].p_world_com;
   return std::hypot(p[0], p[1], p[2] - (3 * kRadius)) / kRadius;
 }
