@@ -11,13 +11,12 @@ import math
 import os
 import pathlib
 import re
-import sqlite3
 import statistics
 import subprocess
 import sys
 import tempfile
 
-from .common import DOCS, table, write
+from .common import DOCS, opened, table, write
 
 PAGE = DOCS / "robots.md"
 ENGINES = 5  # that have to take a model's contacts
@@ -159,16 +158,15 @@ AGREEMENT = 1e-4  # m
 BASELINE = "mujoco-euler"  # whose speeds the others' are divided by
 
 
-def contenders_table(results, speeds_too):
+def contenders_table(db, speeds_too):
     """A row for each contender, over all robots."""
-    with sqlite3.connect(pathlib.Path(results) / "assay.sqlite") as db:
-        names = [name for name, in db.execute("SELECT name FROM contenders WHERE name != 'null' ORDER BY rowid")]
-        outcomes = {(contender, system, measure): outcome for contender, system, measure, outcome in db.execute(
-            "SELECT contender, system, measure, outcome FROM cells WHERE measure IN ('reference', 'truth')")}
-        errors, speeds = (
-            {(contender, system): value for contender, system, value in db.execute(
-                'SELECT c.contender, c.system, v.value FROM cells c JOIN "values" v ON v.cell_id = c.id '
-                "WHERE v.name = ? AND c.outcome = 'ok'", [value])} for value in ("truth_error_max", "realtime_factor"))
+    names = [name for name, in db.execute("SELECT name FROM contenders WHERE name != 'null' ORDER BY rowid")]
+    outcomes = {(contender, system, measure): outcome for contender, system, measure, outcome in db.execute(
+        "SELECT contender, system, measure, outcome FROM cells WHERE measure IN ('reference', 'truth')")}
+    errors, speeds = (
+        {(contender, system): value for contender, system, value in db.execute(
+            'SELECT c.contender, c.system, v.value FROM cells c JOIN "values" v ON v.cell_id = c.id '
+            "WHERE v.name = ? AND c.outcome = 'ok'", [value])} for value in ("truth_error_max", "realtime_factor"))
     robots = sorted({system for _, system, measure in outcomes if measure == "reference"})
     header = ["contender", "robots it takes", "sound for 2 s", "diverged", "unstable", "crashed", "takes without contacts",
               "within 0.1 mm of the reference solution", *([f"speed / `{BASELINE}`, median (range)"] if speeds_too else [])]
@@ -190,17 +188,16 @@ def contenders_table(results, speeds_too):
     return table(header, rows)
 
 
-def campaign_table(results, speeds_too):
-    with sqlite3.connect(pathlib.Path(results) / "assay.sqlite") as db:
-        systems = [name for name, in db.execute("SELECT name FROM systems ORDER BY rowid")]
-        facts = {name: json.loads(text) for name, text in db.execute("SELECT name, json FROM systems")}
-        engine_of, double = {}, set()
-        for name, engine, capabilities in db.execute("SELECT name, engine, capabilities_json FROM contenders"):
-            engine_of[name] = engine
-            if "double" in json.loads(capabilities).get("precision", ""):
-                double.add(name)
-        cells = list(db.execute("SELECT id, system, contender, timestep_ms, measure, outcome FROM cells WHERE contender != 'null'"))
-        values = {(cell, name): value for cell, name, value in db.execute('SELECT cell_id, name, value FROM "values"')}
+def campaign_table(db, speeds_too):
+    systems = [name for name, in db.execute("SELECT name FROM systems ORDER BY rowid")]
+    facts = {name: json.loads(text) for name, text in db.execute("SELECT name, json FROM systems")}
+    engine_of, double = {}, set()
+    for name, engine, capabilities in db.execute("SELECT name, engine, capabilities_json FROM contenders"):
+        engine_of[name] = engine
+        if "double" in json.loads(capabilities).get("precision", ""):
+            double.add(name)
+    cells = list(db.execute("SELECT id, system, contender, timestep_ms, measure, outcome FROM cells WHERE contender != 'null'"))
+    values = {(cell, name): value for cell, name, value in db.execute('SELECT cell_id, name, value FROM "values"')}
     header = ["robot", "DOF", "engines that take it", "sound for 2 s", "within 0.1 mm of the reference solution", "largest error",
               *(["fastest sound at 1 ms"] if speeds_too else [])]
     rows = []
@@ -237,8 +234,9 @@ def add_arguments(parser):
 
 def update(options):
     if options.results:
-        blocks = {"contenders": contenders_table(options.results, not options.without_speeds),
-                  "campaign": campaign_table(options.results, not options.without_speeds)}
+        with opened(options.results) as (_, db):
+            blocks = {"contenders": contenders_table(db, not options.without_speeds),
+                      "campaign": campaign_table(db, not options.without_speeds)}
     else:
         blocks = {"loads": loads_table(options.program, options.jobs, options.robots)}
     write(options.page, {name: f"\n{block}\n" for name, block in blocks.items()})

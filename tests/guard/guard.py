@@ -37,8 +37,8 @@ TIMED = re.compile(r"time|speed|realtime|throughput|_us\b|cost|load|warm|created
 class Case:
     """One run of the program. `files`: what it writes and what is compared too; `keep`: which rows of its output count."""
 
-    def __init__(self, name, *arguments, files=(), keep=None, folder="."):
-        self.name, self.arguments, self.files, self.keep, self.folder = name, arguments, files, keep, folder
+    def __init__(self, name, *arguments, files=(), keep=None):
+        self.name, self.arguments, self.files, self.keep = name, arguments, files, keep
 
 
 def results():
