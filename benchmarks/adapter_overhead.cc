@@ -22,8 +22,8 @@
 #include "base/paths.h"
 #include "direct.h"
 #include "engines/registry.h"
+#include "load/mjcf.h"
 #include "measures/statistics.h"
-#include "model/mjcf.h"
 
 namespace assay::benchmarks {
 namespace {

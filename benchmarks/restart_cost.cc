@@ -23,7 +23,7 @@
 
 #include "base/paths.h"
 #include "engines/registry.h"
-#include "model/mjcf.h"
+#include "load/mjcf.h"
 
 namespace {
 

@@ -26,9 +26,9 @@
 #include "base/errors.h"
 #include "base/quantity.h"
 #include "engines/registry.h"
-#include "model/mjcf.h"
+#include "load/mjcf.h"
+#include "measures/reference/smooth.h"
 #include "model/variant.h"
-#include "reference/smooth.h"
 
 namespace assay::benchmarks {
 namespace {

@@ -16,8 +16,8 @@
 #include <nlohmann/json.hpp>
 
 #include "base/hash.h"
-#include "store/store.h"
-#include "store/trajectory.h"
+#include "results/store/store.h"
+#include "results/store/trajectory.h"
 
 namespace assay {
 namespace {

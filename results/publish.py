@@ -35,7 +35,7 @@ def keep_replays(old, new):
 
 
 def manifest_hash(db):
-    """What the program stores of the manifest's rows: src/store/cell_hash.cc."""
+    """What the program stores of the manifest's rows: src/results/store/cell_hash.cc."""
     rows = db.execute("SELECT CAST(key AS BLOB), CAST(value AS BLOB) FROM manifest ORDER BY key")
     return hash_of(rows)
 

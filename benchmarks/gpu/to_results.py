@@ -33,14 +33,14 @@ def lines(path):
 
 def schema():
     """The tables of version 1, by the program's own source."""
-    source = (ROOT / "src/store/schema.cc").read_text("utf-8")
+    source = (ROOT / "src/results/store/schema.cc").read_text("utf-8")
     now, first = (re.search(rf"{name} = R\"sql\((.*?)\)sql\"", source, re.S).group(1) for name in ("kSchema", "kVersion1"))
     old = {re.search(r"TABLE (\"?\w+\"?)", each).group(1): each for each in first.split(";") if "CREATE" in each}
     for each in now.split(";"):
         name = re.search(r"TABLE (\"?\w+\"?)", each)
         if name and name.group(1) not in (*old, "scenes", "nodes", "plan", "hashes"):
             old[name.group(1)] = each
-    application = int(re.search(r"kApplicationId = (0x\w+)", (ROOT / "src/store/store.cc").read_text("utf-8")).group(1), 16)
+    application = int(re.search(r"kApplicationId = (0x\w+)", (ROOT / "src/results/store/store.cc").read_text("utf-8")).group(1), 16)
     return ";\n".join(old.values()) + f";\nPRAGMA application_id = {application}; PRAGMA user_version = 1;"
 
 

@@ -8,7 +8,7 @@
 
 #include "base/errors.h"
 #include "model/body_rows.h"
-#include "store/trajectory.h"
+#include "results/store/trajectory.h"
 
 namespace assay::package {
 namespace {

@@ -18,8 +18,8 @@
 #include "base/paths.h"
 #include "engines/python-host/model_json.h"
 #include "engines/registry.h"
+#include "load/mjcf.h"
 #include "model/kinematics.h"
-#include "model/mjcf.h"
 #include "model/model.h"
 #include "run.h"
 

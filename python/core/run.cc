@@ -14,7 +14,7 @@
 #include "engines/plugin_trial.h"
 #include "engines/springs.h"
 #include "model/body_rows.h"
-#include "store/trajectory.h"
+#include "results/store/trajectory.h"
 
 namespace assay::package {
 namespace {

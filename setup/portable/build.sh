@@ -38,7 +38,7 @@ cmake_library tinyxml2 "${work}"/tinyxml2-* -Dtinyxml2_BUILD_TESTING=OFF
 cmake_library meshoptimizer "${work}"/meshoptimizer-*
 cmake_library zip "${work}"/libzip-* -DENABLE_BZIP2=OFF -DENABLE_LZMA=OFF -DENABLE_GNUTLS=OFF -DENABLE_OPENSSL=OFF \
   -DENABLE_MBEDTLS=OFF -DBUILD_TOOLS=OFF -DBUILD_REGRESS=OFF -DBUILD_EXAMPLES=OFF -DBUILD_DOC=OFF
-# assimp with the readers that are used (src/model/mesh_file.cc), and Debian's patches for what its archive leaves out
+# assimp with the readers that are used (src/load/mesh_file.cc), and Debian's patches for what its archive leaves out
 for patch in use-system-utf8cpp use-system-stb_image; do
   patch -d "${work}"/assimp-* -p1 <"${work}/debian/patches/${patch}.patch"
 done

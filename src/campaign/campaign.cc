@@ -9,7 +9,6 @@
 #include <nlohmann/json.hpp>
 #include <toml++/toml.h>
 
-#include "base/activity.h"
 #include "base/errors.h"
 #include "base/external_files.h"
 #include "base/hash.h"
@@ -23,10 +22,11 @@
 #include "campaign/section.h"
 #include "campaign/sweep.h"
 #include "controls/policy_config.h"
+#include "isolate/activity.h"
+#include "load/mjcf.h"
 #include "measures/batch.h"
+#include "measures/reference/smooth.h"
 #include "measures/run_measures.h"
-#include "model/mjcf.h"
-#include "reference/smooth.h"
 
 namespace assay {
 namespace {

@@ -12,7 +12,7 @@
 //                                                  # timesteps_ms
 //   measures = ["raw_speed", "consistency"]        # raw_speed, consistency, truth, drift, violation, grasp, agreement,
 //                                                  # scaling, transfer, batch
-//   time_limit_s = 600                             # of one cell (base/time_limit.h); default 600
+//   time_limit_s = 600                             # of one cell (isolate/time_limit.h); default 600
 //   seed = 1                                       # order of the contenders within a timing round, bootstrap
 //
 //   [timing]                                       # all optional
@@ -46,7 +46,7 @@
 //   push = {velocity = 0.5, every_s = 3}           # for 'transfer': pushes of the free body (measures/pushes.h), or of
 //                                                  # joint = "slider"; seed = 1
 //   control = "passive"                            # or {kind = "sine", amplitude = 2, frequency = 1}; default: passive
-//                                                  # "actuators": the model's own, with their sines (model/mjcf.h)
+//                                                  # "actuators": the model's own, with their sines (load/mjcf.h)
 //                                                  # "hold", "random" or {kind = "random", seed = 2, motion = 0.3}
 //                                                  # {kind = "file", path = "torques.csv"}, from the campaign's folder
 //   grasp = {object = "capsule", hand = "palm"}    # for 'grasp': bodies; drop_m = 0.1: how far the object may slip
@@ -96,10 +96,10 @@
 
 #include "controls/control.h"
 #include "engines/registry.h"
+#include "load/load_options.h"
 #include "measures/grasp.h"
 #include "measures/initial_states.h"
 #include "measures/pushes.h"
-#include "model/load_options.h"
 #include "model/model.h"
 #include "model/variant.h"
 
@@ -190,7 +190,7 @@ nlohmann::json initial_states_content(const InitialStates& states);
 // The same of pushes; null for none.
 nlohmann::json pushes_content(const Pushes& pushes);
 
-// What a search is to find (search/search.h), as written in the file. It does not change what the cells give.
+// What a search is to find (run/search/search.h), as written in the file. It does not change what the cells give.
 struct SearchTable {
   double minutes = 10;
   std::map<std::string, std::string> limits;  // "error", "penetration", "slip", "realtime": 1mm, 5

@@ -39,7 +39,7 @@ bool reads_states(const std::string& measure) {
          find_run_measure(measure) != nullptr;
 }
 
-// Simulated steps of the pieces of all lengths that a timestep has (worker/job_accuracy.cc).
+// Simulated steps of the pieces of all lengths that a timestep has (run/worker/job_accuracy.cc).
 long long piece_steps(const CampaignSystem& system, double timestep_ms) {
   double simulated_ms = system.pieces * system.piece_ms;
   for (const double length : system.more_pieces_ms) {

@@ -5,7 +5,7 @@
 
 #include "base/quantity.h"
 #include "check/model_check.h"
-#include "model/mesh_facts.h"
+#include "load/mesh_facts.h"
 
 namespace assay::findings {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "check/step_bounds.h"
-#include "model/file_facts.h"
+#include "load/file_facts.h"
 #include "model/model.h"
 
 namespace assay {

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "load/pair_distances.h"
 #include "model/extent.h"
-#include "model/pair_distances.h"
 
 namespace assay {
 

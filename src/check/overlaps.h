@@ -1,4 +1,4 @@
-// Shapes that overlap, by PairDistances (model/pair_distances.h).
+// Shapes that overlap, by PairDistances (load/pair_distances.h).
 #pragma once
 
 #include <vector>

@@ -12,7 +12,7 @@
 #include <fmt/format.h>
 
 #include "check/islands.h"
-#include "reference/dynamics.h"
+#include "measures/reference/dynamics.h"
 
 namespace assay {
 namespace {

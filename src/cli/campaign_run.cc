@@ -7,18 +7,18 @@
 
 #include <fmt/format.h>
 
-#include "base/activity.h"
 #include "base/paths.h"
 #include "base/text.h"
 #include "campaign/shards.h"
 #include "cli/contained.h"
-#include "coordinator/pool.h"
-#include "coordinator/rows.h"
-#include "coordinator/run.h"
+#include "isolate/activity.h"
 #include "report/figures.h"
 #include "report/report.h"
-#include "store/facts.h"
-#include "store/store.h"
+#include "results/store/facts.h"
+#include "results/store/store.h"
+#include "run/coordinator/pool.h"
+#include "run/coordinator/rows.h"
+#include "run/coordinator/run.h"
 
 namespace assay::cli {
 namespace {

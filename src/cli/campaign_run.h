@@ -7,9 +7,9 @@
 
 #include "cli/cli.h"
 #include "cli/parts.h"
-#include "coordinator/run.h"
 #include "report/report.h"
-#include "store/store.h"
+#include "results/store/store.h"
+#include "run/coordinator/run.h"
 
 namespace assay::cli {
 

@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 
-#include "base/activity.h"
 #include "base/errors.h"
 #include "base/paths.h"
 #include "base/quantity.h"
@@ -17,10 +16,11 @@
 #include "cli/facts.h"
 #include "cli/model_options.h"
 #include "cli/output_file.h"
-#include "model/mjcf.h"
-#include "model/outside_files.h"
-#include "model/repair.h"
-#include "model/urdf.h"
+#include "isolate/activity.h"
+#include "load/mjcf.h"
+#include "load/outside_files.h"
+#include "load/repair.h"
+#include "load/urdf.h"
 
 namespace assay::cli {
 namespace {

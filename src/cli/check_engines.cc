@@ -16,13 +16,13 @@
 
 #include <fmt/format.h>
 
-#include "base/activity.h"
-#include "base/processes.h"
 #include "base/text.h"
 #include "check/feedback.h"
 #include "cli/check_findings.h"
 #include "cli/cli.h"
 #include "cli/contained.h"
+#include "isolate/activity.h"
+#include "isolate/processes.h"
 #include "model/features.h"
 #include "model/pair_groups.h"
 

@@ -7,7 +7,7 @@
 
 #include "check/step_bounds.h"
 #include "cli/facts.h"
-#include "model/file_facts.h"
+#include "load/file_facts.h"
 
 namespace assay::cli {
 

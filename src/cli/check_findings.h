@@ -6,7 +6,7 @@
 #include "check/model_check.h"
 #include "check/step_bounds.h"
 #include "cli/terminal.h"
-#include "model/problems.h"
+#include "load/problems.h"
 
 namespace assay::cli {
 

@@ -17,12 +17,12 @@
 #include <poll.h>
 
 #include "base/errors.h"
-#include "base/processes.h"
 #include "base/text.h"
-#include "base/time_limit.h"
 #include "cli/cli.h"
-#include "coordinator/process.h"
-#include "worker/guard.h"
+#include "isolate/processes.h"
+#include "isolate/time_limit.h"
+#include "run/coordinator/process.h"
+#include "run/worker/guard.h"
 
 namespace assay::cli {
 namespace {

@@ -1,5 +1,5 @@
 // `assay claims`: what the results say about the paper's findings.
-#include "claims/claims.h"
+#include "results/claims/claims.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -9,7 +9,7 @@
 #include "cli/campaign_run.h"
 #include "cli/cli.h"
 #include "results/results.h"
-#include "store/store.h"
+#include "results/store/store.h"
 
 namespace assay::cli {
 namespace {

@@ -1,5 +1,5 @@
 // `assay compare` and `assay history`: what changed between results.
-#include "compare/compare.h"
+#include "results/compare/compare.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,7 +12,7 @@
 #include "cli/cli.h"
 #include "cli/compare.h"
 #include "cli/output_file.h"
-#include "compare/history.h"
+#include "results/compare/history.h"
 
 namespace assay::cli {
 namespace {

@@ -6,7 +6,7 @@
 
 #include <CLI/App.hpp>
 
-#include "compare/compare.h"
+#include "results/compare/compare.h"
 
 namespace assay::cli {
 

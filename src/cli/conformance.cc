@@ -8,13 +8,9 @@
 
 #include <fmt/format.h>
 
-#include "base/activity.h"
 #include "base/errors.h"
 #include "base/json.h"
-#include "base/machine_lack.h"
-#include "base/processes.h"
 #include "base/quantity.h"
-#include "base/sandbox.h"
 #include "base/text.h"
 #include "campaign/campaign.h"
 #include "cli/campaign_run.h"
@@ -24,6 +20,10 @@
 #include "conformance/kept_verdicts.h"
 #include "engines/builds.h"
 #include "engines/engine_files.h"
+#include "isolate/activity.h"
+#include "isolate/machine_lack.h"
+#include "isolate/processes.h"
+#include "isolate/sandbox.h"
 
 namespace assay::cli {
 namespace {

@@ -17,13 +17,13 @@
 
 #include <fmt/format.h>
 
-#include "base/activity.h"
 #include "base/errors.h"
 #include "base/paths.h"
-#include "base/processes.h"
-#include "base/sandbox.h"
 #include "cli/cli.h"
 #include "engines/engine_files.h"
+#include "isolate/activity.h"
+#include "isolate/processes.h"
+#include "isolate/sandbox.h"
 
 namespace assay::cli {
 namespace {

@@ -12,10 +12,9 @@
 
 #include "base/errors.h"
 #include "base/json.h"
-#include "base/processes.h"
 #include "base/quantity.h"
-#include "base/sandbox.h"
 #include "base/text.h"
+#include "check/parity/certificate.h"
 #include "cli/answer.h"
 #include "cli/child.h"
 #include "cli/cli.h"
@@ -23,7 +22,8 @@
 #include "cli/explain_question.h"
 #include "engines/engine_files.h"
 #include "explain/runs.h"
-#include "parity/certificate.h"
+#include "isolate/processes.h"
+#include "isolate/sandbox.h"
 
 namespace assay::cli {
 namespace {

@@ -8,14 +8,14 @@
 
 #include <fmt/format.h>
 
-#include "base/activity.h"
 #include "base/errors.h"
 #include "base/paths.h"
 #include "base/text.h"
 #include "cli/cli.h"
 #include "controls/policy_config.h"
-#include "coordinator/rerun.h"
-#include "coordinator/subject.h"
+#include "isolate/activity.h"
+#include "run/coordinator/rerun.h"
+#include "run/coordinator/subject.h"
 
 namespace assay::cli {
 namespace {

@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "changes/swaps.h"
 #include "cli/control_options.h"
 #include "cli/model_options.h"
+#include "controls/changes/swaps.h"
 #include "measures/initial_states.h"
-#include "messages/messages.h"
+#include "run/messages/messages.h"
 
 namespace assay::cli {
 

@@ -14,9 +14,9 @@
 #include "cli/output_file.h"
 #include "results/results.h"
 #include "results/soundness.h"
+#include "results/store/facts.h"
+#include "results/store/store.h"
 #include "results/withdrawn.h"
-#include "store/facts.h"
-#include "store/store.h"
 
 namespace assay::cli {
 namespace {

@@ -14,9 +14,9 @@
 #include "cli/npz.h"
 #include "cli/output_file.h"
 #include "cli/state_rows.h"
-#include "store/scene.h"
-#include "store/store.h"
-#include "store/trajectory.h"
+#include "results/store/scene.h"
+#include "results/store/store.h"
+#include "results/store/trajectory.h"
 
 namespace assay::cli {
 namespace {

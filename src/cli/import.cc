@@ -7,7 +7,6 @@
 
 #include <fmt/format.h>
 
-#include "base/activity.h"
 #include "base/errors.h"
 #include "base/input_file.h"
 #include "base/text.h"
@@ -18,6 +17,7 @@
 #include "controls/isaac_env.h"
 #include "controls/onnx_network.h"
 #include "controls/policy_config.h"
+#include "isolate/activity.h"
 
 namespace assay::cli {
 namespace {

@@ -23,8 +23,8 @@
 #include "cli/contained.h"
 #include "cli/help.h"
 #include "cli/output_file.h"
-#include "coordinator/process.h"
-#include "worker/worker.h"
+#include "run/coordinator/process.h"
+#include "run/worker/worker.h"
 
 namespace assay::cli {
 namespace {

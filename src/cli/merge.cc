@@ -1,5 +1,5 @@
 // `assay merge`: results of shards, or of the same campaign on several machines, as one results directory.
-#include "store/merge.h"
+#include "results/store/merge.h"
 
 #include <fmt/format.h>
 
@@ -7,9 +7,9 @@
 #include "base/text.h"
 #include "cli/cli.h"
 #include "cli/parts.h"
-#include "coordinator/ratios.h"
-#include "coordinator/run.h"
-#include "store/store.h"
+#include "results/store/store.h"
+#include "run/coordinator/ratios.h"
+#include "run/coordinator/run.h"
 
 namespace assay::cli {
 namespace {

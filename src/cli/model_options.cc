@@ -9,7 +9,7 @@
 #include "base/external_files.h"
 #include "base/paths.h"
 #include "cli/terminal.h"
-#include "model/mjcf.h"
+#include "load/mjcf.h"
 
 namespace assay::cli {
 namespace {

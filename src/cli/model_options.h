@@ -7,7 +7,7 @@
 
 #include <CLI/App.hpp>
 
-#include "model/load_options.h"
+#include "load/load_options.h"
 #include "model/model.h"
 
 namespace assay::cli {

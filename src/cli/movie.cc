@@ -13,10 +13,10 @@
 #include "cli/cli.h"
 #include "cli/output_file.h"
 #include "cli/pictures.h"
-#include "coordinator/rerun.h"
-#include "render/encoder.h"
+#include "report/render/encoder.h"
 #include "results/line_up.h"
-#include "store/trajectory.h"
+#include "results/store/trajectory.h"
+#include "run/coordinator/rerun.h"
 
 namespace assay::cli {
 namespace {

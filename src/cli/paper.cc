@@ -6,10 +6,10 @@
 #include <fmt/format.h>
 
 #include "base/text.h"
-#include "claims/claims.h"
 #include "cli/campaign_run.h"
 #include "cli/cli.h"
 #include "cli/obtain.h"
+#include "results/claims/claims.h"
 
 namespace assay::cli {
 namespace {

@@ -14,7 +14,7 @@
 #include "base/text.h"
 #include "campaign/shards.h"
 #include "cli/terminal.h"
-#include "store/facts.h"
+#include "results/store/facts.h"
 
 namespace assay::cli {
 namespace {

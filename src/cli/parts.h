@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "store/store.h"
+#include "results/store/store.h"
 
 namespace assay::cli {
 

@@ -4,9 +4,9 @@
 #include <string>
 #include <utility>
 
-#include "render/renderer.h"
-#include "store/scene.h"
-#include "store/store.h"
+#include "report/render/renderer.h"
+#include "results/store/scene.h"
+#include "results/store/store.h"
 
 namespace assay::cli {
 

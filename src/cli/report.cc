@@ -15,13 +15,13 @@
 #include "cli/campaign_run.h"
 #include "cli/cli.h"
 #include "cli/compare.h"
-#include "compare/history.h"
-#include "coordinator/rerun.h"
 #include "report/replays.h"
+#include "results/compare/history.h"
 #include "results/line_up.h"
 #include "results/results.h"
-#include "store/store.h"
-#include "store/trajectory.h"
+#include "results/store/store.h"
+#include "results/store/trajectory.h"
+#include "run/coordinator/rerun.h"
 
 namespace assay::cli {
 namespace {

@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include "base/activity.h"
 #include "base/errors.h"
 #include "base/external_files.h"
 #include "base/paths.h"
@@ -16,7 +15,8 @@
 #include "cli/run_robot.h"
 #include "engines/batch.h"
 #include "engines/registry.h"
-#include "model/mjcf.h"
+#include "isolate/activity.h"
+#include "load/mjcf.h"
 
 namespace assay::cli {
 namespace {

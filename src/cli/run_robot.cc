@@ -24,15 +24,15 @@
 #include "cli/check_findings.h"
 #include "cli/obtain.h"
 #include "cli/transfer.h"
-#include "coordinator/model_notes.h"
-#include "coordinator/rerun.h"
 #include "engines/describe.h"
-#include "model/mjcf.h"
+#include "load/mjcf.h"
 #include "results/results.h"
-#include "search/programme.h"
-#include "search/search.h"
-#include "search/stance.h"
-#include "store/store.h"
+#include "results/store/store.h"
+#include "run/coordinator/model_notes.h"
+#include "run/coordinator/rerun.h"
+#include "run/search/programme.h"
+#include "run/search/search.h"
+#include "run/search/stance.h"
 
 namespace assay::cli {
 namespace {

@@ -7,10 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "base/activity.h"
 #include "base/errors.h"
-#include "base/processes.h"
-#include "base/sandbox.h"
 #include "base/text.h"
 #include "cli/child.h"
 #include "cli/cli.h"
@@ -22,6 +19,9 @@
 #include "controls/policy.h"
 #include "controls/work.h"
 #include "engines/engine_files.h"
+#include "isolate/activity.h"
+#include "isolate/processes.h"
+#include "isolate/sandbox.h"
 #include "measures/plausible.h"
 #include "model/state_faults.h"
 

@@ -12,8 +12,8 @@
 #include "cli/model_options.h"
 #include "cli/output_file.h"
 #include "cli/pictures.h"
-#include "model/mjcf.h"
-#include "store/trajectory.h"
+#include "load/mjcf.h"
+#include "results/store/trajectory.h"
 
 namespace assay::cli {
 namespace {

@@ -11,9 +11,9 @@
 #include "base/text.h"
 #include "cli/cli.h"
 #include "cli/parts.h"
-#include "cluster/slurm.h"
-#include "store/facts.h"
-#include "store/store.h"
+#include "results/store/facts.h"
+#include "results/store/store.h"
+#include "run/cluster/slurm.h"
 
 namespace assay::cli {
 namespace {

@@ -15,9 +15,9 @@
 #include "cli/campaign_run.h"
 #include "cli/cli.h"
 #include "cli/parts.h"
-#include "cluster/slurm.h"
-#include "coordinator/run.h"
-#include "store/merge.h"
+#include "results/store/merge.h"
+#include "run/cluster/slurm.h"
+#include "run/coordinator/run.h"
 
 namespace assay::cli {
 namespace {

@@ -7,7 +7,7 @@
 #include "base/quantity.h"
 #include "cli/cli.h"
 #include "cli/facts.h"
-#include "model/mjcf.h"
+#include "load/mjcf.h"
 
 namespace assay::cli {
 namespace {

@@ -12,7 +12,7 @@
 #include "base/quantity.h"
 #include "base/text.h"
 #include "cli/cli.h"
-#include "store/store.h"
+#include "results/store/store.h"
 
 namespace assay::cli {
 namespace {

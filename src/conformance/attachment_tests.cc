@@ -10,12 +10,12 @@
 
 #include <fmt/format.h>
 
-#include "base/machine_lack.h"
 #include "conformance/models.h"
 #include "conformance/tests.h"
+#include "isolate/machine_lack.h"
+#include "measures/reference/smooth.h"
 #include "model/actuator_force.h"
 #include "model/kinematics.h"
-#include "reference/smooth.h"
 
 namespace assay::conformance {
 namespace {

@@ -6,9 +6,9 @@
 
 #include <fmt/format.h>
 
-#include "base/machine_lack.h"
 #include "base/text.h"
 #include "conformance/tests.h"
+#include "isolate/machine_lack.h"
 
 namespace assay {
 namespace {

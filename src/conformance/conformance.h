@@ -51,7 +51,7 @@ struct ConformanceTest {
 // All tests in the order in which they run, the most basic first.
 const std::vector<ConformanceTest>& conformance_tests();
 
-// The limit of one test, s (base/time_limit.h): of `assay conformance`, and the most in a campaign.
+// The limit of one test, s (isolate/time_limit.h): of `assay conformance`, and the most in a campaign.
 inline constexpr double kMostTestSeconds = 300;
 inline constexpr double kMostLongTestSeconds = 3600;  // in the long series
 
@@ -63,7 +63,7 @@ struct ConformanceOptions {
 };
 
 // Runs the suite; one result per test. Each test chooses its timesteps (Settings::timestep is ignored). An exception
-// from the adapter makes a failed test with its message, or one that was not run (base/machine_lack.h). Throws
+// from the adapter makes a failed test with its message, or one that was not run (isolate/machine_lack.h). Throws
 // InputError for an unknown test's name. An adapter that crashes takes the caller with it: `assay run` calls this in a
 // worker process.
 std::vector<ConformanceResult> run_conformance(const ResolvedContender& contender,

@@ -6,9 +6,9 @@
 
 #include "conformance/models.h"
 #include "conformance/tests.h"
+#include "measures/reference/closed_form.h"
+#include "measures/reference/smooth.h"
 #include "model/kinematics.h"
-#include "reference/closed_form.h"
-#include "reference/smooth.h"
 
 namespace assay::conformance {
 namespace {

@@ -7,8 +7,8 @@
 
 #include "conformance/models.h"
 #include "conformance/tests.h"
+#include "measures/reference/closed_form.h"
 #include "model/kinematics.h"
-#include "reference/closed_form.h"
 
 namespace assay::conformance {
 namespace {

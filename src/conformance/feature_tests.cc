@@ -4,9 +4,9 @@
 
 #include <fmt/format.h>
 
-#include "base/machine_lack.h"
 #include "conformance/models.h"
 #include "conformance/tests.h"
+#include "isolate/machine_lack.h"
 #include "model/kinematics.h"
 
 namespace assay::conformance {

@@ -10,8 +10,8 @@
 #include "base/text.h"
 #include "conformance/models.h"
 #include "conformance/tests.h"
+#include "measures/reference/smooth.h"
 #include "model/kinematics.h"
-#include "reference/smooth.h"
 
 namespace assay::conformance {
 namespace {

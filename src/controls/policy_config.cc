@@ -19,7 +19,7 @@
 #include "base/text.h"
 #include "base/toml_file.h"
 #include "controls/hold.h"
-#include "model/outside_files.h"
+#include "load/outside_files.h"
 
 namespace assay {
 namespace {

@@ -10,8 +10,8 @@
 #include <link.h>
 
 #include "base/paths.h"
-#include "base/sandbox.h"
 #include "base/text.h"
+#include "isolate/sandbox.h"
 
 namespace assay {
 namespace {

@@ -19,9 +19,9 @@
 #include <fmt/format.h>
 #include <poll.h>
 
-#include "base/processes.h"
-#include "base/sandbox.h"
-#include "base/time_limit.h"
+#include "isolate/processes.h"
+#include "isolate/sandbox.h"
+#include "isolate/time_limit.h"
 
 namespace assay {
 namespace {

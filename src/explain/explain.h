@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "changes/swaps.h"
+#include "controls/changes/swaps.h"
 #include "measures/gap.h"
 
 namespace assay {

@@ -9,9 +9,9 @@
 
 #include "base/errors.h"
 #include "base/paths.h"
-#include "coordinator/pool.h"
-#include "coordinator/temporary_folder.h"
-#include "store/trajectory.h"
+#include "results/store/trajectory.h"
+#include "run/coordinator/pool.h"
+#include "run/coordinator/temporary_folder.h"
 
 namespace assay {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "explain/explain.h"
-#include "messages/messages.h"
+#include "run/messages/messages.h"
 
 namespace assay {
 

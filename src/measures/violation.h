@@ -6,8 +6,8 @@
 #include <memory>
 #include <vector>
 
+#include "load/pair_distances.h"
 #include "model/model.h"
-#include "model/pair_distances.h"
 
 namespace assay {
 

@@ -3,9 +3,9 @@
 //
 // Each row is a spring and a damper between its joints, as stiff as an explicit step stands with a margin: of the
 // row's effective inertia m and the timestep h, stiffness m / (5 h^2) and damping 0.8 m / h. Under a load that would
-// accelerate the row by a, it gives way by 5 h^2 a (5 micrometres of 1 m/s^2 at 1 ms); tests/unit/joint_rows_test.cc
-// measures it. A limit acts in one direction and does not throw back. Contacts and other constraints of the engine only
-// raise the effective inertia, which leaves the step stable.
+// accelerate the row by a, it gives way by 5 h^2 a (5 micrometres of 1 m/s^2 at 1 ms);
+// tests/unit/model/joint_rows_test.cc measures it. A limit acts in one direction and does not throw back. Contacts and
+// other constraints of the engine only raise the effective inertia, which leaves the step stable.
 #pragma once
 
 #include <vector>

@@ -19,7 +19,7 @@ struct ModelVariant {
   bool contacts = true;  // false: no contact pairs
   bool gravity = true;
   // The smooth part alone: no contact pairs, limits and dry friction. Where such a model has no closed loops it has a
-  // reference solution (reference/smooth.h).
+  // reference solution (measures/reference/smooth.h).
   bool smooth = false;
   // Free bodies are moved along the ground's normal until the lowest shape that may touch a plane of the world is this
   // high above it, m. Negative: as the model has them.

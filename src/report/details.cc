@@ -13,7 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
-#include "store/scene.h"
+#include "results/store/scene.h"
 
 namespace assay {
 namespace {

@@ -16,10 +16,10 @@
 #include "base/json.h"
 #include "base/text.h"
 #include "results/line_up.h"
-#include "store/facts.h"
-#include "store/pictures.h"
-#include "store/store.h"
-#include "store/trajectory.h"
+#include "results/store/facts.h"
+#include "results/store/pictures.h"
+#include "results/store/store.h"
+#include "results/store/trajectory.h"
 
 namespace assay {
 namespace {

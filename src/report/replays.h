@@ -19,12 +19,12 @@ struct ReplayOptions {
 };
 
 // An array with an object for each system that has a kept run:
-//   {"system", "scene": see store/scene.h, "frame_ms", "frames", "bodies", "position_step_m", "rotation_step",
+//   {"system", "scene": see results/store/scene.h, "frame_ms", "frames", "bodies", "position_step_m", "rotation_step",
 //    "position_error_m", "rotation_error_rad",          what the packing changed at the most
 //    "pictures": {"data"} or {"like": number of another replay}, where there are meshes to draw,
 //    "runs": [{"contender", "timestep_ms", "frames", "distance_m", "data"}], "left_out": ["x", "y at 4 ms"] without
 //    room}
-// "data" of pictures is base64 of a zlib stream of JSON, store/pictures.h's; replays of one robot have it once.
+// "data" of pictures is base64 of a zlib stream of JSON, results/store/pictures.h's; replays of one robot have it once.
 // "distance_m" is, frame by frame, the mean distance of the bodies from the first run's, unpacked.
 // Runs are ordered by timestep, then by the line-up; one that ended early has fewer frames. All runs of a system share
 // the clock: frame f is at f * frame_ms. `data` is base64 of a zlib stream of whole numbers:

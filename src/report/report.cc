@@ -13,7 +13,6 @@
 #include "base/json.h"
 #include "base/text.h"
 #include "base/write_file.h"
-#include "claims/claims.h"
 #include "report/batches.h"
 #include "report/details.h"
 #include "report/page.h"
@@ -21,8 +20,9 @@
 #include "report/replays.h"
 #include "report/transfer.h"
 #include "report/views.h"
+#include "results/claims/claims.h"
+#include "results/store/store.h"
 #include "results/values.h"
-#include "store/store.h"
 
 namespace assay {
 namespace {

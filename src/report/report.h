@@ -31,8 +31,9 @@ nlohmann::json report_data(const Store& store, const ReportOptions& options = {}
 std::string report_html(const nlohmann::json& data);
 
 // Reads `results_dir`/assay.sqlite and writes the page to `out_file`, whole or not at all. `more` are sections that
-// other results than these go into: "changes" (compare/compare.h) and "history" (compare/history.h). Throws InputError
-// when `results_dir` holds no results (or those of another version), SystemError when `out_file` cannot be written.
+// other results than these go into: "changes" (results/compare/compare.h) and "history" (results/compare/history.h).
+// Throws InputError when `results_dir` holds no results (or those of another version), SystemError when `out_file`
+// cannot be written.
 void write_report(const std::string& results_dir, const std::string& out_file);
 // Returns what was left out, "" for nothing.
 std::string write_report(const std::string& results_dir, const std::string& out_file, const nlohmann::json& more,

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "results/line_up.h"
-#include "store/facts.h"
+#include "results/store/facts.h"
 
 namespace assay {
 namespace {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "results/color.h"
-#include "store/store.h"
+#include "results/store/store.h"
 
 namespace assay {
 

@@ -8,9 +8,9 @@
 #include "measures/batch.h"
 #include "results/line_up.h"
 #include "results/soundness.h"
+#include "results/store/facts.h"
+#include "results/store/trajectory.h"
 #include "results/withdrawn.h"
-#include "store/facts.h"
-#include "store/trajectory.h"
 
 namespace assay {
 namespace {

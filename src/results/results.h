@@ -13,8 +13,8 @@
 #include "measures/statistics.h"
 #include "results/looks.h"
 #include "results/speed.h"
-#include "store/scene.h"
-#include "store/store.h"
+#include "results/store/scene.h"
+#include "results/store/store.h"
 
 namespace assay {
 

@@ -10,7 +10,7 @@
 #include "base/text.h"
 #include "measures/plausible.h"
 #include "measures/run_measures.h"
-#include "store/facts.h"
+#include "results/store/facts.h"
 
 namespace assay {
 namespace {

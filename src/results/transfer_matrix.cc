@@ -12,9 +12,9 @@
 #include "base/text.h"
 #include "measures/statistics.h"
 #include "measures/transfer.h"
+#include "results/store/facts.h"
+#include "results/store/scene.h"
 #include "results/values.h"
-#include "store/facts.h"
-#include "store/scene.h"
 
 namespace assay {
 namespace {

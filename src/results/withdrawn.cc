@@ -9,7 +9,7 @@
 #include "base/errors.h"
 #include "base/text.h"
 #include "base/toml_file.h"
-#include "store/facts.h"
+#include "results/store/facts.h"
 
 namespace assay {
 namespace {

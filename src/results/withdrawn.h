@@ -8,7 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "store/store.h"
+#include "results/store/store.h"
 
 namespace assay {
 

@@ -15,8 +15,8 @@
 #include "programme.h"
 #include "report/figures.h"
 #include "report/report.h"
+#include "results/store/store.h"
 #include "settings.h"
-#include "store/store.h"
 
 namespace {
 

@@ -11,9 +11,9 @@
 #include <nlohmann/json.hpp>
 
 #include "cells.h"
-#include "coordinator/rows.h"
-#include "model/mjcf.h"
-#include "store/scene.h"
+#include "load/mjcf.h"
+#include "results/store/scene.h"
+#include "run/coordinator/rows.h"
 
 namespace assay {
 namespace {

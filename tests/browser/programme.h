@@ -1,7 +1,7 @@
 // Made-up results of the paper's whole programme, for the tests of the page.
 #pragma once
 
-#include "store/store.h"
+#include "results/store/store.h"
 
 namespace assay {
 

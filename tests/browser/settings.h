@@ -1,7 +1,7 @@
 // Made-up results of a sweep: contenders in many settings.
 #pragma once
 
-#include "store/store.h"
+#include "results/store/store.h"
 
 namespace assay {
 

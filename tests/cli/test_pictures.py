@@ -42,7 +42,7 @@ sample_ms = 32
 pieces = 2
 piece_ms = 32
 """
-BACKGROUND = 240  # src/render/renderer.h
+BACKGROUND = 240  # src/report/render/renderer.h
 
 
 def lacking():

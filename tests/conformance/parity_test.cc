@@ -1,5 +1,5 @@
 // Parity names what is wrong: small defects, put on purpose into one of five real engines.
-#include "parity/parity.h"
+#include "check/parity/parity.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,11 +11,11 @@
 #include <gtest/gtest.h>
 
 #include "base/text.h"
+#include "check/parity/inverse_dynamics.h"
 #include "conformance/models.h"
 #include "faulty_engine.h"
+#include "measures/reference/smooth.h"
 #include "model/kinematics.h"
-#include "parity/inverse_dynamics.h"
-#include "reference/smooth.h"
 
 namespace assay {
 namespace {

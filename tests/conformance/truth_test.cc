@@ -9,8 +9,8 @@
 
 #include "conformance/models.h"
 #include "engines/registry.h"
+#include "measures/reference/smooth.h"
 #include "model/kinematics.h"
-#include "reference/smooth.h"
 
 #ifdef ASSAY_HAS_SIMBODY
 #include "simbody_solution.h"

@@ -8,7 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "model/mjcf.h"
+#include "load/mjcf.h"
 
 namespace assay {
 namespace {

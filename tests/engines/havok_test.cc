@@ -12,9 +12,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "base/processes.h"
 #include "conformance/models.h"
 #include "engines/registry.h"
+#include "isolate/processes.h"
 #include "model/kinematics.h"
 
 namespace assay {

@@ -8,7 +8,7 @@
 #include "controls/engine_actuators.h"
 #include "engines/registry.h"
 #include "engines/springs.h"
-#include "model/mjcf.h"
+#include "load/mjcf.h"
 
 namespace assay {
 namespace {

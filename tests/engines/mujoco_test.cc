@@ -8,8 +8,8 @@
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>
 
-#include "base/activity.h"
 #include "engines/registry.h"
+#include "isolate/activity.h"
 #include "model/kinematics.h"
 
 namespace assay {

@@ -6,8 +6,8 @@
 
 #include "conformance/models.h"
 #include "engines/registry.h"
+#include "measures/reference/smooth.h"
 #include "model/kinematics.h"
-#include "reference/smooth.h"
 
 namespace assay {
 namespace {

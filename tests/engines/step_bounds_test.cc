@@ -10,8 +10,8 @@
 #include <gtest/gtest.h>
 
 #include "engines/registry.h"
+#include "load/mjcf.h"
 #include "model/kinematics.h"
-#include "model/mjcf.h"
 
 namespace assay {
 namespace {

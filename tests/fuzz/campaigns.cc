@@ -5,7 +5,7 @@
 #include "base/errors.h"
 #include "campaign/campaign.h"
 #include "campaign/plan.h"
-#include "messages/messages.h"
+#include "run/messages/messages.h"
 #include "targets.h"
 
 namespace assay::fuzz {

@@ -12,11 +12,11 @@
 #include "controls/policy_config.h"
 #include "controls/recorded_actions.h"
 #include "controls/torque_file.h"
-#include "model/mesh_file.h"
-#include "model/mjcf.h"
-#include "model/repair.h"
-#include "model/start.h"
-#include "store/scene.h"
+#include "load/mesh_file.h"
+#include "load/mjcf.h"
+#include "load/repair.h"
+#include "load/start.h"
+#include "results/store/scene.h"
 #include "targets.h"
 
 namespace assay::fuzz {

@@ -13,14 +13,14 @@
 
 #include "base/errors.h"
 #include "base/hash.h"
-#include "compare/compare.h"
-#include "coordinator/run.h"
 #include "report/report.h"
-#include "store/cell_hash.h"
-#include "store/merge.h"
-#include "store/scene.h"
-#include "store/store.h"
-#include "store/trajectory.h"
+#include "results/compare/compare.h"
+#include "results/store/cell_hash.h"
+#include "results/store/merge.h"
+#include "results/store/scene.h"
+#include "results/store/store.h"
+#include "results/store/trajectory.h"
+#include "run/coordinator/run.h"
 #include "targets.h"
 
 namespace assay::fuzz {

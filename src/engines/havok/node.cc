@@ -20,7 +20,7 @@
 #include <spawn.h>
 
 #include "base/errors.h"
-#include "base/processes.h"
+#include "isolate/processes.h"
 #include "module.h"
 #include "plugin.h"
 

@@ -273,7 +273,7 @@ export class Stage {
     this.controls.update();
   }
 
-  // The view that shows all of most runs; a flat motion is seen from its thin side (src/render/renderer.cc).
+  // The view that shows all of most runs; a flat motion is seen from its thin side (src/report/render/renderer.cc).
   private look(motions: Motion[]): void {
     const reach = this.replay.scene.bodies.map(() => 0);
     for (const shape of [...this.replay.scene.shapes, ...this.pictures]) {

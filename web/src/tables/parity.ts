@@ -14,7 +14,7 @@ const kVerdicts: Record<ParityCertificate["verdict"], { sign: string; word: stri
   "not settled": { sign: "?", word: "not settled", style: "open" },
   "not examined": { sign: "–", word: "not examined", style: "none" },
 };
-const kLimitTolerance = 2e-3; // of the joint's range, as in src/parity/parity.cc
+const kLimitTolerance = 2e-3; // of the joint's range, as in src/check/parity/parity.cc
 
 // Bounds below this say nothing that a reader needs.
 const kNothing = 1e-5;

@@ -1,0 +1,140 @@
+#include "report/render/encoder.h"
+
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <fcntl.h>
+#include <filesystem>
+#include <string_view>
+#include <sys/wait.h>
+#include <unistd.h>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+#include <spawn.h>
+
+#include "base/errors.h"
+
+extern char** environ;  // NOLINT(*-redundant-declaration): POSIX has the program declare it
+
+namespace assay {
+namespace {
+
+// Writing to a process that has ended returns an error instead of ending the program by SIGPIPE.
+class NoSigpipe {
+ public:
+  NoSigpipe() {
+    struct sigaction ignore{};
+    ignore.sa_handler = SIG_IGN;
+    ::sigaction(SIGPIPE, &ignore, &before_);
+  }
+  ~NoSigpipe() { ::sigaction(SIGPIPE, &before_, nullptr); }
+  NoSigpipe(const NoSigpipe&) = delete;
+  NoSigpipe& operator=(const NoSigpipe&) = delete;
+
+ private:
+  struct sigaction before_{};
+};
+
+}  // namespace
+
+Encoder::Encoder(const std::string& path, int width, int height, double frame_ms) : path_(path) {
+  // As a fraction, so that times are exact.
+  const std::string rate = fmt::format("1000000/{}", std::llround(1000 * frame_ms));
+  const std::string size = fmt::format("{}x{}", width, height);
+  // ffmpeg would take a relative name that begins with '-' for an option.
+  const std::string file = "file:" + path;
+  std::vector<std::string> words = {
+      "ffmpeg",        "-nostdin", "-y",          "-v",         "error",      "-f",   "rawvideo",
+      "-pixel_format", "rgb24",    "-video_size", size,         "-framerate", rate,   "-i",
+      "pipe:0",        "-c:v",     "libx264",     "-preset",    "medium",     "-crf", "20",
+      "-pix_fmt",      "yuv420p",  "-movflags",   "+faststart", "-f",         "mp4",  file};
+  std::vector<char*> arguments;
+  arguments.reserve(words.size() + 1);
+  for (std::string& word : words) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
+
+  std::array<int, 2> in{}, err{};
+  if (::pipe2(in.data(), O_CLOEXEC) != 0) throw SystemError(fmt::format("cannot make a pipe: {}", strerror(errno)));
+  if (::pipe2(err.data(), O_CLOEXEC) != 0) {
+    ::close(in[0]);
+    ::close(in[1]);
+    throw SystemError(fmt::format("cannot make a pipe: {}", strerror(errno)));
+  }
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_adddup2(&actions, in[0], STDIN_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, err[1], STDERR_FILENO);
+  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+  // In a process group of its own, so that Ctrl-C reaches assay only and ffmpeg does not finish a file that is removed.
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
+  posix_spawnattr_setpgroup(&attributes, 0);
+  const int error = ::posix_spawnp(&pid_, "ffmpeg", &actions, &attributes, arguments.data(), environ);
+  posix_spawnattr_destroy(&attributes);
+  posix_spawn_file_actions_destroy(&actions);
+  ::close(in[0]);
+  ::close(err[1]);
+  frames_ = in[1];
+  words_ = err[0];
+  if (error == 0) return;
+  pid_ = -1;
+  ::close(frames_);
+  ::close(words_);
+  throw SystemError(error == ENOENT ? std::string("movies need ffmpeg, which is not on the PATH: install it, as "
+                                                  "Debian's package ffmpeg")
+                                    : fmt::format("cannot start ffmpeg: {}", strerror(error)));
+}
+
+Encoder::~Encoder() {
+  if (frames_ >= 0) ::close(frames_);
+  if (words_ >= 0) ::close(words_);
+  if (pid_ > 0) {
+    ::kill(pid_, SIGKILL);
+    wait();
+  }
+}
+
+int Encoder::wait() {
+  int status = 0;
+  while (::waitpid(pid_, &status, 0) < 0 && errno == EINTR) {
+  }
+  pid_ = -1;
+  return status;
+}
+
+void Encoder::fail() {
+  if (frames_ >= 0) ::close(std::exchange(frames_, -1));
+  std::string said;
+  std::array<char, 4096> buffer{};
+  ssize_t got = 0;
+  while ((got = ::read(words_, buffer.data(), buffer.size())) > 0) said.append(buffer.data(), static_cast<size_t>(got));
+  while (!said.empty() && (said.back() == '\n' || said.back() == '.')) said.pop_back();
+  said = said.substr(said.rfind('\n') + 1);
+  throw SystemError(fmt::format("ffmpeg could not write '{}': {}", path_, said.empty() ? "it gave no reason" : said));
+}
+
+void Encoder::write(const Picture& picture) {
+  const NoSigpipe ignored;
+  const std::uint8_t* at = picture.rgb.data();
+  for (size_t left = picture.rgb.size(); left > 0;) {
+    const ssize_t count = ::write(frames_, at, left);
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) fail();
+    at += count;
+    left -= static_cast<size_t>(count);
+  }
+}
+
+void Encoder::finish() {
+  ::close(std::exchange(frames_, -1));
+  const int status = wait();
+  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) fail();
+}
+
+}  // namespace assay

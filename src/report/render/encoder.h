@@ -1,0 +1,35 @@
+// H.264 movies by ffmpeg, which runs as a process and reads raw frames.
+#pragma once
+
+#include <string>
+#include <sys/types.h>
+
+#include "report/render/picture.h"
+
+namespace assay {
+
+class Encoder {
+ public:
+  // Starts ffmpeg (of the PATH), which writes `path` in the MP4 container. `frame_ms` is the time from one frame to the
+  // next. Throws SystemError, naming what to install, when there is no ffmpeg.
+  Encoder(const std::string& path, int width, int height, double frame_ms);
+  ~Encoder();  // ends ffmpeg when finish() was not called
+  Encoder(const Encoder&) = delete;
+  Encoder& operator=(const Encoder&) = delete;
+
+  // A frame of the size given above; width and height are even. Throws SystemError with ffmpeg's message on failure.
+  void write(const Picture& picture);
+
+  // Waits until the file is complete. Throws SystemError.
+  void finish();
+
+ private:
+  [[noreturn]] void fail();
+  int wait();
+
+  std::string path_;
+  int frames_ = -1, words_ = -1;  // ffmpeg's standard input and error
+  pid_t pid_ = -1;
+};
+
+}  // namespace assay
