@@ -19,10 +19,10 @@
 #include "base/errors.h"
 #include "base/text.h"
 #include "cli/cli.h"
+#include "isolate/guard.h"
 #include "isolate/processes.h"
 #include "isolate/time_limit.h"
 #include "run/coordinator/process.h"
-#include "run/worker/guard.h"
 
 namespace assay::cli {
 namespace {

@@ -1,8 +1,6 @@
 #include "engines/plugin_trial.h"
 
 #include <algorithm>
-#include <array>
-#include <cerrno>
 #include <csignal>
 #include <cstdint>
 #include <cstdlib>
@@ -12,13 +10,15 @@
 #include <optional>
 #include <sstream>
 #include <sys/prctl.h>
-#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <fmt/format.h>
 #include <poll.h>
 
+#include "base/errors.h"
+#include "isolate/child.h"
+#include "isolate/limits.h"
 #include "isolate/processes.h"
 #include "isolate/sandbox.h"
 #include "isolate/time_limit.h"
@@ -30,7 +30,7 @@ namespace {
 constexpr const char* kTried = "ASSAY_PLUGINS_TRIED";
 constexpr double kMostSeconds = 10;  // for one plugin
 constexpr int kMostTries = 3;        // of one that somebody else ended
-constexpr rlim_t kMostBytes = rlim_t{4} << 30;
+constexpr std::uint64_t kMostBytes = std::uint64_t{4} << 30;
 
 std::optional<std::map<std::string, std::string>> tried_before() {
   const char* text = std::getenv(kTried);
@@ -48,30 +48,16 @@ std::optional<std::map<std::string, std::string>> tried_before() {
 // ended.
 constexpr char kBegins = 'b', kEnds = 'e', kThrows = 't', kStatus = 's', kTimeIsUp = 'u';
 
-void say(int to, std::string_view text) {
-  while (!text.empty()) {
-    const ssize_t written = ::write(to, text.data(), text.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) return;
-    text.remove_prefix(static_cast<size_t>(written));
-  }
-}
-
-[[noreturn]] void try_all(const std::vector<std::string>& plugins, size_t first,
-                          const std::function<void(const std::string&)>& use, int to) {
+void try_all(const std::vector<std::string>& plugins, size_t first, const std::function<void(const std::string&)>& use,
+             int to) {
   ::prctl(PR_SET_CHILD_SUBREAPER, 1);
-  const rlimit no_core = {0, 0}, memory = {kMostBytes, kMostBytes};
-  ::setrlimit(RLIMIT_CORE, &no_core);
-#ifndef __SANITIZE_ADDRESS__  // its shadow memory counts
-  ::setrlimit(RLIMIT_DATA, &memory);
-#else
-  static_cast<void>(memory);
-#endif
+  write_no_core_file();
+  WorkerLimits{.memory_bytes = kMostBytes, .file_bytes = 0}.apply();
   const int nothing = ::open("/dev/null", O_RDWR | O_CLOEXEC);
   for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) ::dup2(nothing, stream);
   enter_sandbox({.read_everything = true});
   for (size_t i = first; i < plugins.size(); ++i) {
-    say(to, {&kBegins, 1});
+    write_all(to, &kBegins, 1);
     std::string thrown;
     try {
       use(plugins[i]);
@@ -88,66 +74,59 @@ void say(int to, std::string_view text) {
       thrown = "leaves a process behind when it is loaded: let it start that in create()";
     }
     if (thrown.empty()) {
-      say(to, {&kEnds, 1});
+      write_all(to, &kEnds, 1);
     } else {
       for (char& c : thrown) {
         if (c == '\n' || c == '\t') c = ' ';
       }
-      say(to, fmt::format("{}{}\n", kThrows, thrown));
+      write_all(to, fmt::format("{}{}\n", kThrows, thrown));
     }
   }
-  ::_exit(0);
 }
 
 // Stands between the process that tries plugins and its parent: passes on what that one says, ends it when a plugin
 // takes too long, and everything that plugins have started. No plugin can hold the parent's pipe open.
-[[noreturn]] void guard_trial(const std::vector<std::string>& plugins, size_t first,
-                              const std::function<void(const std::string&)>& use, int to, pid_t parent) {
-  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+void guard_trial(const std::vector<std::string>& plugins, size_t first,
+                 const std::function<void(const std::string&)>& use, int to) {
   ::prctl(PR_SET_CHILD_SUBREAPER, 1);
-  std::array<int, 2> ends{};
-  if (::getppid() != parent || ::pipe2(ends.data(), O_CLOEXEC | O_NONBLOCK) != 0) ::_exit(1);
-  ::fcntl(ends[1], F_SETFL, 0);
-  const pid_t guard = ::getpid(), child = ::fork();
-  if (child < 0) ::_exit(1);
-  if (child == 0) {
-    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-    if (::getppid() != guard) ::_exit(1);
+  Pipe ends = make_pipe();
+  ::fcntl(ends.reading.get(), F_SETFL, O_NONBLOCK);
+  const pid_t child = start_child([&] {
     ::close(to);
-    ::close(ends[0]);
-    try_all(plugins, first, use, ends[1]);
-  }
-  ::close(ends[1]);
+    ends.reading.close();
+    try_all(plugins, first, use, ends.writing.get());
+    return 0;
+  });
+  ends.writing.close();
   int status = 0;
   bool over = false;
   TimeLimit limit(kMostSeconds, child);
   constexpr size_t kMostSaid = size_t{1} << 20;
   size_t count = 0;  // of bytes
-  std::array<char, 4096> buffer{};
   while (true) {
     // first whether it has ended: after that it says no more
     const bool ended = ::waitpid(child, &status, WNOHANG) == child;
-    for (ssize_t got = 0; count < kMostSaid && (got = ::read(ends[0], buffer.data(), buffer.size())) > 0;) {
-      say(to, {buffer.data(), static_cast<size_t>(got)});
-      count += static_cast<size_t>(got);
+    std::string said;
+    read_available(ends.reading.get(), said, kMostSaid - count);
+    if (!said.empty()) {
+      write_all(to, said);
+      count += said.size();
       limit = TimeLimit(kMostSeconds, child);
     }
     if (ended) break;
     if (count >= kMostSaid || limit.over()) {
       over = true;
       ::kill(child, SIGKILL);
-      while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
-      }
+      status = wait_for(child);
       break;
     }
     constexpr int kPauseMs = 5;
-    pollfd polled = {ends[0], POLLIN, 0};
+    pollfd polled = {ends.reading.get(), POLLIN, 0};
     ::poll(&polled, 1, kPauseMs);
     if ((polled.revents & POLLIN) == 0) ::poll(nullptr, 0, 1);  // it says no more and is about to end
   }
   end_descendants();
-  say(to, fmt::format("{}{}\n", over ? kTimeIsUp : kStatus, status));
-  ::_exit(0);
+  write_all(to, fmt::format("{}{}\n", over ? kTimeIsUp : kStatus, status));
 }
 
 std::string how_it_ended(int status, bool over) {
@@ -156,7 +135,7 @@ std::string how_it_ended(int status, bool over) {
     return fmt::format("ends the process that loads it (signal {}, {})", WTERMSIG(status),
                        ::strsignal(WTERMSIG(status)));
   }
-  return fmt::format("ends the process that loads it (exit status {})", WEXITSTATUS(status));
+  return fmt::format("ends the process that loads it ({})", end_text(status));
 }
 
 }  // namespace
@@ -169,26 +148,24 @@ std::map<std::string, std::string> refused_plugins(const std::vector<std::string
   std::map<std::string, std::string> refused;
   int tries = 0;
   for (size_t next = 0; next < plugins.size();) {
-    std::array<int, 2> ends{};
-    if (::pipe2(ends.data(), O_CLOEXEC) != 0) break;
-    const pid_t parent = ::getpid(), guard = ::fork();
-    if (guard == 0) {
-      ::close(ends[0]);
-      guard_trial(plugins, next, use, ends[1], parent);
-    }
-    ::close(ends[1]);
     std::string said;
-    std::array<char, 4096> buffer{};
-    while (guard > 0) {
-      const ssize_t got = ::read(ends[0], buffer.data(), buffer.size());
-      if (got < 0 && errno == EINTR) continue;
-      if (got <= 0) break;
-      said.append(buffer.data(), static_cast<size_t>(got));
-    }
-    ::close(ends[0]);
-    if (guard < 0) break;  // no process can be started now: loading them will show
     int status = 0;
-    while (::waitpid(guard, &status, 0) < 0 && errno == EINTR) {
+    try {
+      Pipe ends = make_pipe();
+      const pid_t guard = start_child([&] {
+        ends.reading.close();
+        try {
+          guard_trial(plugins, next, use, ends.writing.get());
+        } catch (const SystemError&) {  // no further process: as one that did not begin
+          return 1;
+        }
+        return 0;
+      });
+      ends.writing.close();
+      said = read_to_end(ends.reading.get());
+      status = wait_for(guard);
+    } catch (const SystemError&) {
+      break;  // no process can be started now: loading them will show
     }
     const size_t first = next;
     bool within = false;  // a plugin was begun and not ended

@@ -1,7 +1,6 @@
 #include "load/decomposition.h"
 
 #include <array>
-#include <cerrno>
 #include <cstdint>
 #include <cstring>
 #include <dlfcn.h>
@@ -20,6 +19,7 @@
 #include "base/errors.h"
 #include "base/hash.h"
 #include "base/paths.h"
+#include "isolate/child.h"
 
 namespace assay {
 namespace {
@@ -133,14 +133,13 @@ void keep(const fs::path& file, const std::string& bytes) {
 
 // ---- a process of its own, because the library brings its own runtime, and a crash of it must be an error --------------
 
-// Writes the hulls' bytes to `out`. Runs in the child and does not return.
-[[noreturn]] void run_coacd(const std::string& library, std::vector<double>& vertices, std::vector<int>& triangles,
-                            int out) {
+// Writes the hulls' bytes to `out`. The exit status of the child.
+int run_coacd(const std::string& library, std::vector<double>& vertices, std::vector<int>& triangles, int out) {
   void* handle = ::dlopen(library.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_DEEPBIND);
   const auto run = handle == nullptr ? nullptr : reinterpret_cast<CoacdRun>(::dlsym(handle, "CoACD_run"));
   const auto set_log_level =
       handle == nullptr ? nullptr : reinterpret_cast<CoacdSetLogLevel>(::dlsym(handle, "CoACD_setLogLevel"));
-  if (run == nullptr || set_log_level == nullptr) ::_exit(2);
+  if (run == nullptr || set_log_level == nullptr) return 2;
   set_log_level("off");
   const CoacdMesh mesh = {vertices.data(), vertices.size() / 3, triangles.data(), triangles.size() / 3};
   const CoacdMeshes parts = run(&mesh, kThreshold, kMostHulls, kAutomatic, kPreprocessResolution, kResolution, kNodes,
@@ -157,13 +156,8 @@ void keep(const fs::path& file, const std::string& bytes) {
       hulls[i].faces.push_back({k[0], k[1], k[2]});
     }
   }
-  const std::string bytes = bytes_of(hulls);
-  for (size_t sent = 0; sent < bytes.size();) {
-    const ssize_t count = ::write(out, bytes.data() + sent, bytes.size() - sent);
-    if (count < 0 && errno != EINTR) ::_exit(3);
-    sent += static_cast<size_t>(std::max<ssize_t>(count, 0));
-  }
-  ::_exit(0);
+  constexpr int kNotSent = 3;
+  return write_all(out, bytes_of(hulls)) ? 0 : kNotSent;
 }
 
 std::string coacd_bytes(const std::string& library, const std::vector<Vec3>& vertices,
@@ -175,27 +169,12 @@ std::string coacd_bytes(const std::string& library, const std::vector<Vec3>& ver
   triangles.reserve(3 * faces.size());
   for (const auto& face : faces) triangles.insert(triangles.end(), face.begin(), face.end());
 
-  std::array<int, 2> pipe = {};
-  if (::pipe(pipe.data()) != 0) throw SystemError(fmt::format("cannot make a pipe: {}", std::strerror(errno)));
-  const pid_t child = ::fork();
-  if (child < 0) throw SystemError(fmt::format("cannot start a process: {}", std::strerror(errno)));
-  if (child == 0) {
-    ::close(pipe[0]);
-    run_coacd(library, points, triangles, pipe[1]);
-  }
-  ::close(pipe[1]);
-  std::string bytes;
-  std::array<char, 1 << 16> block = {};
-  ssize_t count = 0;
-  while ((count = ::read(pipe[0], block.data(), block.size())) > 0 || (count < 0 && errno == EINTR)) {
-    if (count > 0) bytes.append(block.data(), static_cast<size_t>(count));
-  }
-  ::close(pipe[0]);
-  int status = 0;
-  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
-  }
-  const bool done = WIFEXITED(status) && WEXITSTATUS(status) == 0;
-  return done ? bytes : "";
+  Pipe pipe = make_pipe();
+  const pid_t child = start_child([&] { return run_coacd(library, points, triangles, pipe.writing.get()); });
+  pipe.writing.close();
+  const std::string bytes = read_to_end(pipe.reading.get());
+  const int status = wait_for(child);
+  return WIFEXITED(status) && WEXITSTATUS(status) == 0 ? bytes : "";
 }
 
 }  // namespace

@@ -18,6 +18,7 @@
 #include <spawn.h>
 
 #include "base/errors.h"
+#include "isolate/child.h"
 
 extern char** environ;  // NOLINT(*-redundant-declaration): POSIX has the program declare it
 
@@ -58,17 +59,11 @@ Encoder::Encoder(const std::string& path, int width, int height, double frame_ms
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
 
-  std::array<int, 2> in{}, err{};
-  if (::pipe2(in.data(), O_CLOEXEC) != 0) throw SystemError(fmt::format("cannot make a pipe: {}", strerror(errno)));
-  if (::pipe2(err.data(), O_CLOEXEC) != 0) {
-    ::close(in[0]);
-    ::close(in[1]);
-    throw SystemError(fmt::format("cannot make a pipe: {}", strerror(errno)));
-  }
+  Pipe in = make_pipe(), err = make_pipe();
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_adddup2(&actions, in[0], STDIN_FILENO);
-  posix_spawn_file_actions_adddup2(&actions, err[1], STDERR_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, in.reading.get(), STDIN_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, err.writing.get(), STDERR_FILENO);
   posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
   // In a process group of its own, so that Ctrl-C reaches assay only and ffmpeg does not finish a file that is removed.
   posix_spawnattr_t attributes;
@@ -78,42 +73,27 @@ Encoder::Encoder(const std::string& path, int width, int height, double frame_ms
   const int error = ::posix_spawnp(&pid_, "ffmpeg", &actions, &attributes, arguments.data(), environ);
   posix_spawnattr_destroy(&attributes);
   posix_spawn_file_actions_destroy(&actions);
-  ::close(in[0]);
-  ::close(err[1]);
-  frames_ = in[1];
-  words_ = err[0];
+  frames_ = std::move(in.writing);
+  words_ = std::move(err.reading);
   if (error == 0) return;
   pid_ = -1;
-  ::close(frames_);
-  ::close(words_);
   throw SystemError(error == ENOENT ? std::string("movies need ffmpeg, which is not on the PATH: install it, as "
                                                   "Debian's package ffmpeg")
                                     : fmt::format("cannot start ffmpeg: {}", strerror(error)));
 }
 
 Encoder::~Encoder() {
-  if (frames_ >= 0) ::close(frames_);
-  if (words_ >= 0) ::close(words_);
   if (pid_ > 0) {
     ::kill(pid_, SIGKILL);
     wait();
   }
 }
 
-int Encoder::wait() {
-  int status = 0;
-  while (::waitpid(pid_, &status, 0) < 0 && errno == EINTR) {
-  }
-  pid_ = -1;
-  return status;
-}
+int Encoder::wait() { return wait_for(std::exchange(pid_, -1)); }
 
 void Encoder::fail() {
-  if (frames_ >= 0) ::close(std::exchange(frames_, -1));
-  std::string said;
-  std::array<char, 4096> buffer{};
-  ssize_t got = 0;
-  while ((got = ::read(words_, buffer.data(), buffer.size())) > 0) said.append(buffer.data(), static_cast<size_t>(got));
+  frames_.close();
+  std::string said = read_to_end(words_.get());
   while (!said.empty() && (said.back() == '\n' || said.back() == '.')) said.pop_back();
   said = said.substr(said.rfind('\n') + 1);
   throw SystemError(fmt::format("ffmpeg could not write '{}': {}", path_, said.empty() ? "it gave no reason" : said));
@@ -121,18 +101,11 @@ void Encoder::fail() {
 
 void Encoder::write(const Picture& picture) {
   const NoSigpipe ignored;
-  const std::uint8_t* at = picture.rgb.data();
-  for (size_t left = picture.rgb.size(); left > 0;) {
-    const ssize_t count = ::write(frames_, at, left);
-    if (count < 0 && errno == EINTR) continue;
-    if (count <= 0) fail();
-    at += count;
-    left -= static_cast<size_t>(count);
-  }
+  if (!write_all(frames_.get(), picture.rgb.data(), picture.rgb.size())) fail();
 }
 
 void Encoder::finish() {
-  ::close(std::exchange(frames_, -1));
+  frames_.close();
   const int status = wait();
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) fail();
 }

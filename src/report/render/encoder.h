@@ -4,6 +4,7 @@
 #include <string>
 #include <sys/types.h>
 
+#include "isolate/child.h"
 #include "report/render/picture.h"
 
 namespace assay {
@@ -28,7 +29,7 @@ class Encoder {
   int wait();
 
   std::string path_;
-  int frames_ = -1, words_ = -1;  // ffmpeg's standard input and error
+  Descriptor frames_, words_;  // ffmpeg's standard input and error
   pid_t pid_ = -1;
 };
 

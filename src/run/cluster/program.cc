@@ -13,6 +13,7 @@
 #include <spawn.h>
 
 #include "base/errors.h"
+#include "isolate/child.h"
 
 extern char** environ;  // NOLINT(readability-redundant-declaration): POSIX leaves it to the program
 
@@ -21,30 +22,8 @@ namespace {
 
 constexpr size_t kMostOutput = 1 << 20;  // what is longer is cut
 
-struct Pipe {
-  Pipe() {
-    std::array<int, 2> ends{};
-    if (::pipe2(ends.data(), O_CLOEXEC) != 0)
-      throw SystemError(fmt::format("cannot make a pipe: {}", std::strerror(errno)));
-    from = ends[0];
-    to = ends[1];
-  }
-  ~Pipe() {
-    ::close(from);
-    close_end();
-  }
-  Pipe(const Pipe&) = delete;
-  Pipe& operator=(const Pipe&) = delete;
-  void close_end() {
-    if (to >= 0) ::close(to);
-    to = -1;
-  }
-
-  int from = -1, to = -1;
-};
-
-void read_both(Pipe& out, Pipe& error, ProgramEnd& end) {
-  std::array<pollfd, 2> waiting = {{{out.from, POLLIN, 0}, {error.from, POLLIN, 0}}};
+void read_both(const Pipe& out, const Pipe& error, ProgramEnd& end) {
+  std::array<pollfd, 2> waiting = {{{out.reading.get(), POLLIN, 0}, {error.reading.get(), POLLIN, 0}}};
   std::array<std::string*, 2> texts = {&end.out, &end.error};
   std::array<char, 4096> buffer{};
   while (waiting[0].fd >= 0 || waiting[1].fd >= 0) {
@@ -65,12 +44,12 @@ void read_both(Pipe& out, Pipe& error, ProgramEnd& end) {
 }  // namespace
 
 std::optional<ProgramEnd> run_program(const std::vector<std::string>& words) {
-  Pipe out, error;
+  Pipe out = make_pipe(), error = make_pipe();
   posix_spawn_file_actions_t actions{};
   ::posix_spawn_file_actions_init(&actions);
   ::posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  ::posix_spawn_file_actions_adddup2(&actions, out.to, STDOUT_FILENO);
-  ::posix_spawn_file_actions_adddup2(&actions, error.to, STDERR_FILENO);
+  ::posix_spawn_file_actions_adddup2(&actions, out.writing.get(), STDOUT_FILENO);
+  ::posix_spawn_file_actions_adddup2(&actions, error.writing.get(), STDERR_FILENO);
   std::vector<std::string> copies = words;
   std::vector<char*> arguments;
   arguments.reserve(copies.size() + 1);
@@ -81,14 +60,11 @@ std::optional<ProgramEnd> run_program(const std::vector<std::string>& words) {
   ::posix_spawn_file_actions_destroy(&actions);
   if (why == ENOENT || why == EACCES) return std::nullopt;
   if (why != 0) throw SystemError(fmt::format("cannot start '{}': {}", words.front(), std::strerror(why)));
-  out.close_end();
-  error.close_end();
+  out.writing.close();
+  error.writing.close();
   ProgramEnd end;
   read_both(out, error, end);
-  int result = 0;
-  while (::waitpid(child, &result, 0) < 0) {
-    if (errno != EINTR) throw SystemError(fmt::format("cannot wait for '{}': {}", words.front(), std::strerror(errno)));
-  }
+  const int result = wait_for(child);
   constexpr int kSignalled = 128;
   end.status = WIFEXITED(result) ? WEXITSTATUS(result) : kSignalled + WTERMSIG(result);
   return end;

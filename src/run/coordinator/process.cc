@@ -23,6 +23,7 @@
 #include <poll.h>
 
 #include "base/errors.h"
+#include "isolate/guard.h"
 #include "isolate/processes.h"
 
 namespace assay {
@@ -32,14 +33,6 @@ constexpr size_t kKeptOutput = 4096;
 
 [[noreturn]] void fail(const char* what) {
   throw SystemError(fmt::format("cannot start a worker ({}): {}", what, std::strerror(errno)));
-}
-
-void limit(int resource, std::uint64_t most) {
-  rlimit before{};
-  if (most == 0 || ::getrlimit(static_cast<__rlimit_resource>(resource), &before) != 0) return;
-  const rlim_t value = before.rlim_max == RLIM_INFINITY ? most : std::min<rlim_t>(most, before.rlim_max);
-  const rlimit limited = {value, value};
-  ::setrlimit(static_cast<__rlimit_resource>(resource), &limited);
 }
 
 struct Ends {
@@ -89,11 +82,7 @@ struct Ends {
 // 0 once the worker's program runs (its end of the pipe closes then), else exec's error.
 int exec_error(int failure) {
   int error = 0;
-  ssize_t got = 0;
-  do {
-    got = ::read(failure, &error, sizeof error);
-  } while (got < 0 && errno == EINTR);
-  return got == sizeof error ? error : 0;
+  return read_all(failure, &error, sizeof error) ? error : 0;
 }
 
 void close_all(const std::vector<int>& descriptors) {
@@ -108,22 +97,6 @@ std::string random_secret() {
   std::string text;
   for (const unsigned char byte : bytes) text += fmt::format("{:02x}", byte);
   return text;
-}
-
-// Processes and threads of this process's user.
-std::uint64_t tasks_of_user() {
-  namespace fs = std::filesystem;
-  std::uint64_t tasks = 0;
-  std::error_code error;
-  for (fs::directory_iterator it("/proc", error), end; !error && it != end; it.increment(error)) {
-    const std::string name = it->path().filename();
-    struct stat facts{};
-    if (name.find_first_not_of("0123456789") != std::string::npos) continue;
-    if (::stat(it->path().c_str(), &facts) != 0 || facts.st_uid != ::getuid()) continue;
-    std::error_code gone;
-    for (fs::directory_iterator task(it->path() / "task", gone); !gone && task != end; task.increment(gone)) ++tasks;
-  }
-  return tasks;
 }
 
 // Whether `descriptor` becomes readable within `seconds`.
@@ -170,31 +143,6 @@ void end_orphans(pid_t guard, const std::string& scratch) {
 }
 
 }  // namespace
-
-WorkerLimits WorkerLimits::of_machine() {
-  constexpr std::uint64_t kMoreTasks = 512;
-  const auto pages = static_cast<std::uint64_t>(std::max(0L, ::sysconf(_SC_PHYS_PAGES)));
-  const auto page = static_cast<std::uint64_t>(std::max(0L, ::sysconf(_SC_PAGESIZE)));
-  WorkerLimits limits;
-  limits.memory_bytes = pages * page / 5 * 4;
-  limits.tasks = tasks_of_user() + kMoreTasks;
-  return limits;
-}
-
-WorkerLimits WorkerLimits::of_share(int jobs) {
-  constexpr std::uint64_t kGiB = std::uint64_t{1} << 30;
-  WorkerLimits limits = of_machine();
-  limits.memory_bytes = std::clamp(limits.memory_bytes / static_cast<std::uint64_t>(std::max(1, jobs)), kGiB, 4 * kGiB);
-  return limits;
-}
-
-void WorkerLimits::apply() const {
-#ifndef __SANITIZE_ADDRESS__  // its shadow memory counts
-  limit(RLIMIT_DATA, memory_bytes);
-#endif
-  limit(RLIMIT_FSIZE, file_bytes);
-  limit(RLIMIT_NPROC, tasks);
-}
 
 WorkerProcess::WorkerProcess(const std::string& program, const WorkerLimits& limits)
     : secret_(random_secret()), scratch_(scratch_name(random_secret())) {
@@ -243,13 +191,7 @@ WorkerProcess::~WorkerProcess() { finish(); }
 void WorkerProcess::send(const Request& message) const { send_line(to_line(message)); }
 
 void WorkerProcess::send_line(const std::string& line) const {
-  std::string_view left = line;
-  while (!left.empty() && socket_ >= 0) {
-    const ssize_t sent = ::send(socket_, left.data(), left.size(), MSG_NOSIGNAL);
-    if (sent < 0 && errno == EINTR) continue;
-    if (sent < 0) return;
-    left.remove_prefix(static_cast<size_t>(sent));
-  }
+  if (socket_ >= 0) write_all(socket_, line);
 }
 
 void WorkerProcess::read_socket() {
@@ -283,23 +225,10 @@ void WorkerProcess::read_socket() {
 }
 
 void WorkerProcess::read_output() {
-  std::array<char, 1 << 16> buffer;
   // A worker that prints without end must not hold its parent.
-  constexpr int kMostReads = 64;
-  for (int reads = 0; output_ >= 0 && reads < kMostReads; ++reads) {
-    const ssize_t got = ::read(output_, buffer.data(), buffer.size());
-    if (got > 0) {
-      printed_.append(buffer.data(), static_cast<size_t>(got));
-      if (printed_.size() > kKeptOutput) printed_.erase(0, printed_.size() - kKeptOutput);
-    } else if (got < 0 && errno == EINTR) {
-      continue;
-    } else if (got < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) {
-      return;
-    } else {
-      ::close(output_);
-      output_ = -1;
-    }
-  }
+  constexpr size_t kMostBytes = size_t{4} << 20;
+  if (output_ >= 0 && !assay::read_available(output_, printed_, kMostBytes)) ::close(std::exchange(output_, -1));
+  if (printed_.size() > kKeptOutput) printed_.erase(0, printed_.size() - kKeptOutput);
 }
 
 void WorkerProcess::read_available() {
@@ -373,15 +302,10 @@ std::string WorkerProcess::finish() {
     if (!readable_within(status_, kMostPatience)) ::kill(-guard_, SIGKILL);
   }
   int status = 0;
-  ssize_t got = 0;
-  do {
-    got = ::read(status_, &status, sizeof status);
-  } while (got < 0 && errno == EINTR);
-  int guard_status = 0;
-  while (::waitpid(guard_, &guard_status, 0) < 0 && errno == EINTR) {
-  }
+  const bool told = read_all(status_, &status, sizeof status);
+  const int guard_status = wait_for(guard_);
   const pid_t guard = std::exchange(guard_, -1);
-  if (got != sizeof status) {  // the guard was ended, and the worker with it
+  if (!told) {  // the guard was ended, and the worker with it
     status = guard_status;
     end_orphans(guard, scratch_);
     std::error_code ignored;
@@ -391,9 +315,7 @@ std::string WorkerProcess::finish() {
   close_all({socket_, output_, status_});
   socket_ = output_ = status_ = -1;
   outside_ = !by_us && assay::ended_from_outside(status);
-  std::string how = "no exit status";
-  if (WIFSIGNALED(status)) how = fmt::format("signal {} ({})", WTERMSIG(status), ::strsignal(WTERMSIG(status)));
-  if (WIFEXITED(status)) how = fmt::format("exit status {}", WEXITSTATUS(status));
+  std::string how = end_text(status);
   if (by_us && was_gone) how = "it closed its socket and did not end";
   const std::string printed = last_line();
   return printed.empty() ? how : fmt::format("{}, last line printed: {}", how, printed);

@@ -31,11 +31,6 @@ namespace assay {
 // which its guard writes.
 inline constexpr int kWorkerSocket = 3, kWorkerStatus = 4;
 
-// The variable that names the folder which a worker's guard makes for temporary files, and how the folder's name
-// begins. The variable tells the processes of one worker from those of others.
-inline constexpr const char* kScratchVariable = "ASSAY_SCRATCH";
-inline constexpr const char* kScratchPrefix = "assay-worker-";
-
 // What a worker says first, as soon as it has its job. What ends it before that is the machine's fault, for no engine
 // has been near it.
 inline constexpr std::string_view kJobTaken = "taken";

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engines/engine_files.h"
+#include "isolate/guard.h"
 #include "isolate/sandbox.h"
 
 namespace assay {

@@ -1,14 +1,9 @@
 // Several runs in one worker. It loads the engines once and gives each run a process of its own, forked from it.
 #include <algorithm>
-#include <array>
-#include <cerrno>
 #include <chrono>
 #include <csignal>
-#include <cstring>
 #include <new>
-#include <sys/prctl.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
 #include <fmt/format.h>
 #include <poll.h>
@@ -16,6 +11,7 @@
 #include "base/errors.h"
 #include "base/text.h"
 #include "engines/registry.h"
+#include "isolate/child.h"
 #include "isolate/processes.h"
 #include "isolate/time_limit.h"
 #include "run/worker/job_parts.h"
@@ -39,20 +35,6 @@ Reply answer_to(const RunJob& run) {
   }
 }
 
-[[noreturn]] void be_run(const RunJob& run, int fd, pid_t worker) {
-  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (::getppid() != worker) ::_exit(1);
-  const std::string line = to_line(answer_to(run));
-  for (size_t at = 0; at < line.size();) {
-    const ssize_t written = ::write(fd, line.data() + at, line.size() - at);
-    if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) break;
-    at += static_cast<size_t>(written);
-  }
-  // no destructors: an engine that crashes in them must not spoil the answer
-  ::_exit(0);
-}
-
 // The process of a run.
 struct Apart {
   std::string text;  // that it wrote
@@ -71,32 +53,20 @@ bool readable(int fd, TimeLimit& limit) {
 }
 
 Apart apart(const RunJob& run, double limit_s) {
-  std::array<int, 2> ends{};
-  if (::pipe(ends.data()) != 0) throw SystemError(fmt::format("cannot make a pipe: {}", std::strerror(errno)));
-  const pid_t worker = ::getpid(), child = ::fork();
-  if (child < 0) throw SystemError(fmt::format("cannot start a process: {}", std::strerror(errno)));
-  if (child == 0) {
-    ::close(ends[0]);
-    be_run(run, ends[1], worker);
-  }
-  ::close(ends[1]);
+  Pipe pipe = make_pipe();
+  // no destructors: an engine that crashes in them must not spoil the answer
+  const pid_t child = start_child([&] {
+    write_all(pipe.writing.get(), to_line(answer_to(run)));
+    return 0;
+  });
+  pipe.writing.close();
   Apart ended;
   TimeLimit limit(limit_s, child);
-  std::array<char, 1 << 14> buffer{};
-  while (true) {
-    if (!readable(ends[0], limit)) {
-      ended.timed_out = true;
-      ::kill(child, SIGKILL);
-      break;
-    }
-    const ssize_t got = ::read(ends[0], buffer.data(), buffer.size());
-    if (got < 0 && errno == EINTR) continue;
-    if (got <= 0) break;
-    ended.text.append(buffer.data(), static_cast<size_t>(got));
-  }
-  ::close(ends[0]);
-  while (::waitpid(child, &ended.status, 0) < 0 && errno == EINTR) {
-  }
+  do {
+    ended.timed_out = !readable(pipe.reading.get(), limit);
+    if (ended.timed_out) ::kill(child, SIGKILL);
+  } while (!ended.timed_out && read_available(pipe.reading.get(), ended.text, 1));
+  ended.status = wait_for(child);
   return ended;
 }
 
@@ -118,10 +88,9 @@ CellResult cell_of(const RunJob& run, double limit_s) {
     cell.ending.reason = crash != nullptr ? crash->reason : "it gave another answer";
   } else if (WIFSIGNALED(status)) {
     share_end(status);
-    const int signal = WTERMSIG(status);
-    cell.ending.reason = fmt::format("SIG{} ({})", ::sigabbrev_np(signal), ::strsignal(signal));
+    cell.ending.reason = signal_text(WTERMSIG(status));
   } else {
-    cell.ending.reason = fmt::format("exit status {}", WEXITSTATUS(status));
+    cell.ending.reason = end_text(status);
   }
   return cell;
 }

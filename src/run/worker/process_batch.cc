@@ -1,7 +1,6 @@
 #include "run/worker/process_batch.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <csignal>
 #include <cstdint>
 #include <cstdio>
@@ -11,9 +10,7 @@
 #include <sched.h>
 #include <stdexcept>
 #include <string>
-#include <sys/prctl.h>
 #include <sys/resource.h>
-#include <sys/socket.h>
 #include <sys/wait.h>
 #include <type_traits>
 #include <unistd.h>
@@ -22,6 +19,7 @@
 #include <fmt/format.h>
 
 #include "base/errors.h"
+#include "isolate/child.h"
 #include "isolate/processes.h"
 #include "model/body_rows.h"
 
@@ -38,43 +36,19 @@ struct Head {
   std::uint64_t size = 0;
 };
 
-bool send_all(int socket, const void* data, size_t size) {
-  const auto* at = static_cast<const char*>(data);
-  while (size > 0) {
-    const ssize_t sent = ::send(socket, at, size, MSG_NOSIGNAL);
-    if (sent < 0 && errno == EINTR) continue;
-    if (sent <= 0) return false;
-    at += sent;
-    size -= static_cast<size_t>(sent);
-  }
-  return true;
-}
-
-bool receive_all(int socket, void* data, size_t size) {
-  auto* at = static_cast<char*>(data);
-  while (size > 0) {
-    const ssize_t got = ::recv(socket, at, size, 0);
-    if (got < 0 && errno == EINTR) continue;
-    if (got <= 0) return false;
-    at += got;
-    size -= static_cast<size_t>(got);
-  }
-  return true;
-}
-
 template <typename Kind>
 bool send_message(int socket, Kind kind, const void* data, size_t size) {
   const Head head = {static_cast<std::uint8_t>(kind), size};
-  return send_all(socket, &head, sizeof head) && (size == 0 || send_all(socket, data, size));
+  return write_all(socket, &head, sizeof head) && (size == 0 || write_all(socket, data, size));
 }
 
 template <typename Kind>
 bool receive_message(int socket, Kind& kind, std::string& data) {
   Head head;
-  if (!receive_all(socket, &head, sizeof head)) return false;
+  if (!read_all(socket, &head, sizeof head)) return false;
   kind = static_cast<Kind>(head.kind);
   data.resize(head.size);
-  return head.size == 0 || receive_all(socket, data.data(), data.size());
+  return head.size == 0 || read_all(socket, data.data(), data.size());
 }
 
 template <typename Number>
@@ -191,9 +165,8 @@ void share_memory_limit(int count) {
   ::setrlimit(RLIMIT_DATA, &limit);
 }
 
-[[noreturn]] void serve_worlds(int socket, int core, const Engine& engine, const Model& model,
-                               std::span<const State> states, const Settings& settings) {
-  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+void serve_worlds(int socket, int core, const Engine& engine, const Model& model, std::span<const State> states,
+                  const Settings& settings) {
   pin_to(core);
   std::unique_ptr<Worlds> worlds;
   bool goes_on = answer(socket, [&] {
@@ -206,30 +179,32 @@ void share_memory_limit(int count) {
     goes_on = answer(socket, [&] { return worlds->obey(order, data); });
   }
   std::fflush(nullptr);
-  ::_exit(0);  // no destructors: an engine that crashes in them must not look like a failed run
+  // no destructors: an engine that crashes in them must not look like a failed run
+  static_cast<void>(worlds.release());
 }
 
 }  // namespace
 
 struct ProcessBatch::Process {
-  int socket = -1, first = 0, count = 0;  // of its worlds
+  Descriptor socket;
+  int first = 0, count = 0;  // of its worlds
   pid_t pid = -1;
 
   Process() = default;
   Process(const Process&) = delete;
   Process& operator=(const Process&) = delete;
   ~Process() {
-    if (socket >= 0) ::close(socket);
+    socket.close();
     if (pid < 0) return;
     ::kill(pid, SIGKILL);
-    ::waitpid(pid, nullptr, 0);
+    wait_for(pid);
   }
 
   // Waits for the answer to what was told last. Throws what the process threw.
   std::vector<double> wait() {
     Answer kind{};
     std::string data;
-    if (!receive_message(socket, kind, data)) throw std::runtime_error(how_it_ended());
+    if (!receive_message(socket.get(), kind, data)) throw std::runtime_error(how_it_ended());
     switch (kind) {
       case Answer::kDone:
         return numbers_in<double>(data);
@@ -244,20 +219,17 @@ struct ProcessBatch::Process {
   }
 
   void tell(Order order, const void* data, size_t size) {
-    if (!send_message(socket, order, data, size)) throw std::runtime_error(how_it_ended());
+    if (!send_message(socket.get(), order, data, size)) throw std::runtime_error(how_it_ended());
   }
 
  private:
   std::string how_it_ended() {
-    int status = 0;
-    while (pid > 0 && ::waitpid(pid, &status, 0) < 0 && errno == EINTR) {
-    }
+    const int status = pid > 0 ? wait_for(pid) : 0;
     pid = -1;
     share_end(status);
     const std::string worlds = fmt::format("the process of worlds {} to {}", first, first + count - 1);
-    if (WIFSIGNALED(status))
-      return fmt::format("{} ended by signal {} ({})", worlds, WTERMSIG(status), ::strsignal(WTERMSIG(status)));
-    return fmt::format("{} ended with exit status {}", worlds, WEXITSTATUS(status));
+    return WIFSIGNALED(status) ? fmt::format("{} ended by {}", worlds, end_text(status))
+                               : fmt::format("{} ended with {}", worlds, end_text(status));
   }
 };
 
@@ -276,25 +248,18 @@ void ProcessBatch::start() {
     process->first = static_cast<int>(states_.size() * static_cast<size_t>(i) / static_cast<size_t>(count));
     process->count =
         static_cast<int>(states_.size() * static_cast<size_t>(i + 1) / static_cast<size_t>(count)) - process->first;
-    int ends[2];
-    if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) {
-      throw SystemError(fmt::format("a process of a batch cannot be connected: {}", std::strerror(errno)));
-    }
-    process->socket = ends[0];
+    Pipe ends = make_socket_pair();
+    process->socket = std::move(ends.reading);
     std::fflush(nullptr);
-    process->pid = ::fork();
-    if (process->pid == 0) {
-      for (const auto& other : processes_) ::close(other->socket);
-      ::close(ends[0]);
+    process->pid = start_child([&] {
+      for (const auto& other : processes_) other->socket.close();
+      process->socket.close();
       share_memory_limit(count);
-      serve_worlds(ends[1], cores[static_cast<size_t>(i)], engine_, model_,
+      serve_worlds(ends.writing.get(), cores[static_cast<size_t>(i)], engine_, model_,
                    std::span(states_).subspan(static_cast<size_t>(process->first), static_cast<size_t>(process->count)),
                    settings_);
-    }
-    ::close(ends[1]);
-    if (process->pid < 0) {
-      throw SystemError(fmt::format("a process of a batch cannot be started: {}", std::strerror(errno)));
-    }
+      return 0;
+    });
     processes_.push_back(std::move(process));
   }
   for (const auto& process : processes_) process->wait();

@@ -18,10 +18,10 @@
 #include <fmt/format.h>
 
 #include "base/errors.h"
+#include "isolate/guard.h"
 #include "isolate/processes.h"
 #include "run/messages/messages.h"
 #include "run/worker/confinement.h"
-#include "run/worker/guard.h"
 #include "run/worker/jobs.h"
 #include "run/worker/stepper.h"
 

@@ -10,6 +10,11 @@
 
 namespace assay {
 
+// The variable that names the folder which a worker's guard makes for temporary files, and how the folder's name
+// begins. The variable tells the processes of one worker from those of others.
+inline constexpr const char* kScratchVariable = "ASSAY_SCRATCH";
+inline constexpr const char* kScratchPrefix = "assay-worker-";
+
 // Runs `work` in a child, which ends with this process, and ends everything after it. Writes the child's status, as
 // waitpid() gives it, to `status`, which the child does not have; the descriptors `of_work` are the child's alone.
 // SIGINT is passed on to the child. Does not return in this process; in the child the result of `work` is the exit

@@ -1,4 +1,4 @@
-#include "run/worker/guard.h"
+#include "isolate/guard.h"
 
 #include <cerrno>
 #include <csignal>
@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "isolate/processes.h"
-#include "run/messages/messages.h"
 
 namespace assay {
 namespace {
