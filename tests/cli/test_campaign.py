@@ -620,8 +620,7 @@ class Paper(CampaignTest):
     def test_real_campaigns_can_be_planned(self):
         # loaded and refused for the directory alone: the files that come with assay are sound
         (self.dir / "file").write_text("")
-        for arguments in [["paper", "--quick"], ["paper"],
-                          *[["run", f"{engine}-choices"] for engine in ["mujoco", "bullet", "ode"]]]:
+        for arguments in [["paper", "--quick"], ["paper"], ["run", "choices"]]:
             self.refused(*arguments, "--out", "file/results", naming=["file/results"])
 
 
