@@ -17,32 +17,18 @@ import subprocess
 import sys
 import time
 
-from harness import BALL, BALL_CAMPAIGN, PROGRAM, REFUSED_PLUGINS, SOURCE, AssayTest, data_folder, main, obey_permissions, reliability
+from harness import BALL, BALL_CAMPAIGN, PROGRAM, REFUSED_PLUGINS, SOURCE, AssayTest, campaign, data_folder, main, obey_permissions, reliability
 
 sys.path.insert(0, str(SOURCE / "results"))
 import packed  # noqa: E402
 
-TINY = """
-name = "{name}"
-contenders = {contenders}
-timesteps_ms = ["1/4", 1, 4]
-reference_ms = "1/4"
-measures = ["raw_speed", "consistency", "truth", "drift"]
-[timing]
-rounds = 3
-batch_ms = 1
-[[system]]
-name = "planar-chain"
-duration_s = 0.16
-pieces = 2
-piece_ms = 32
-"""
 CONTENDERS = ["mujoco-euler", "ode-step"]
 EXPORT_HEADER = ["system", "contender", "timestep_ms", "measure", "value", "unit", "outcome", "low", "high"]
 
 
 def tiny(name="tiny", contenders=None):
-    return TINY.format(name=name, contenders=json.dumps(contenders or CONTENDERS))
+    return campaign(name, ["1/4", 1, 4], ["raw_speed", "consistency", "truth", "drift"], contenders=contenders or CONTENDERS,
+                    timing={"rounds": 3, "batch_ms": 1}, duration_s=0.16, pieces=2, piece_ms=32)
 
 
 class CampaignTest(AssayTest):
