@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Writes the tables from which shards are balanced, from the timings of results directories: src/campaign/step_costs.inc, the time
-of a step of each contender per body, and src/campaign/system_step_costs.inc, that of each contender on each of the systems.
+"""Writes the table from which shards are balanced, src/campaign/step_costs.csv, from the timings of results directories: the time of
+a step of each contender, per body and on each of the systems.
 
-    benchmarks/step_costs.py results/intel-xeon-2-cores/assay.sqlite.xz results/field-2026-11-25/assay.sqlite.xz src/campaign [--runs DIR]
+    benchmarks/step_costs.py results/intel-xeon-2-cores/assay.sqlite.xz results/field-2026-11-25/assay.sqlite.xz src/campaign/step_costs.csv [--runs DIR]
 
 A contender's times are those of the first directory that has it. --runs names results (`assay run quick --cells accuracy --jobs 1 --references off`) whose fine-step runs tell what a step costs there, also
 where the run ends early or the engine is timed elsewhere in the motion: they replace the timings of their systems, scaled to the timings' machine
@@ -64,7 +64,6 @@ def main():
     parser.add_argument("target", type=pathlib.Path)
     parser.add_argument("--runs", type=pathlib.Path)
     asked = parser.parse_args()
-    target = asked.target
     times, of_system = collections.defaultdict(list), collections.defaultdict(list)
     for source in asked.sources:
         read(source, times, of_system)
@@ -74,17 +73,16 @@ def main():
         print(f"fine-step runs of {len(of_runs)} pairs, times {scale:.3f}")
         for at, us in of_runs.items():
             of_system[at] = [math.log(max(scale * us, 0.1))]
-    lines = ["// Written by benchmarks/step_costs.py from measured step times; microseconds of a step per body: contender, model",
-             "// without contact pairs, model with them; 0 where it was not measured."]
-    for contender in sorted({name for name, _ in times} - {"null"}):
-        free, contact = (mean(found) if found else 0 for found in (times[contender, False], times[contender, True]))
-        lines.append(f'{{"{contender}", {free:.2f}, {contact:.2f}}},')
-    (target / "step_costs.inc").write_text("\n".join(lines) + "\n", encoding="utf-8")
-    lines = ["// Written by benchmarks/step_costs.py from measured step times; microseconds of a step: system, contender."]
-    for (system, contender), found in sorted(of_system.items()):
-        if contender != "null":
-            lines.append(f'{{"{system}", "{contender}", {mean(found):.1f}}},')
-    (target / "system_step_costs.inc").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    systems = sorted({system for system, _ in of_system})
+    rows = [["contender", "body", "body with contacts", *systems]]
+    for contender in sorted(({name for name, _ in times} | {name for _, name in of_system}) - {"null"}):
+        body = [f"{mean(found):.2f}" if found else "" for found in (times[contender, False], times[contender, True])]
+        rows.append([contender, *body,
+                     *(f"{mean(of_system[system, contender]):.1f}" if (system, contender) in of_system else "" for system in systems)])
+    lines = ["# Microseconds of a step, by which parts are balanced: per body without and with contact pairs, then on each system; empty",
+             "# where it was not measured. Written by benchmarks/step_costs.py from measured step times.",
+             *(",".join(row) for row in rows)]
+    asked.target.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 main()

@@ -15,11 +15,24 @@ function(assay_engine_absent name how)
   message(STATUS "assay: engine ${name}: not found, its adapter is left out. ${how}")
 endfunction()
 
-# The same of an engine that the recipe of src/engines/<recipe> builds: its set-up.txt says when that is done.
+# Sets `variable` to what src/engines/<folder>/about.toml says of `key`; empty where it says nothing.
+function(assay_about variable folder key)
+  set(${variable} "" PARENT_SCOPE)
+  set(file "${PROJECT_SOURCE_DIR}/src/engines/${folder}/about.toml")
+  if(EXISTS "${file}")
+    file(STRINGS "${file}" line REGEX "^${key} = ")
+    if(line MATCHES "^${key} = \"?([a-z0-9]+)")
+      set(${variable} "${CMAKE_MATCH_1}" PARENT_SCOPE)
+    endif()
+  endif()
+endfunction()
+
+# As assay_engine_absent() for an engine that the recipe of src/engines/<recipe> builds.
 function(assay_engine_not_set_up name recipe)
-  file(STRINGS "${PROJECT_SOURCE_DIR}/src/engines/${recipe}/set-up.txt" line REGEX "^[0-9]+ *[|] *(request|rare)")
-  if(line MATCHES "^([0-9]+)")
-    set(takes "${CMAKE_MATCH_1} minutes of compiling")
+  assay_about(when ${recipe} set_up)
+  if(when MATCHES "^(request|rare)$")
+    assay_about(minutes ${recipe} minutes)
+    set(takes "${minutes} minutes of compiling")
     assay_engine_absent(${name} "Run ./assay setup ${recipe} (${takes})." ${recipe} "${takes}")
   else()
     assay_engine_absent(${name} "Run setup/setup.sh (or ./assay), which puts it under ${ASSAY_CACHE}/engines.")
@@ -57,7 +70,7 @@ endfunction()
 # assay_built_engine(name [RECIPE folder] VERSION version FOLDER folder LIBRARY file [INCLUDE folder] [DEFINITIONS name...] [LINK target...])
 #
 # Makes engine::<name>${suffix} of the static library folder/lib/file that set-up has built; where that is not there, the
-# engine is absent. RECIPE is the folder in src/engines that builds it, `name` unless given; its set-up.txt says when that is done.
+# engine is absent. RECIPE is the folder in src/engines that builds it, `name` unless given; its about.toml says when that is done.
 # INCLUDE is folder/include unless given.
 function(assay_built_engine name)
   cmake_parse_arguments(arg "" "RECIPE;VERSION;FOLDER;LIBRARY;INCLUDE" "DEFINITIONS;LINK" ${ARGN})

@@ -82,14 +82,15 @@ engine_python() {
   prefix="$(pkg-config --variable=exec_prefix python-3.11-embed 2>/dev/null)" || prefix=/usr
   echo "${prefix}/bin/python3.11"
 }
-# What src/engines/NAME/set-up.txt says: how many minutes the recipe takes on two slow cores, and when it runs: core (always),
-# request (when it is named, and for ./test) or rare (only when it is named). A recipe without that file is core.
-recipe_minutes() { set_up_fact "$1" 1 1; }
-recipe_when() { set_up_fact "$1" 2 core; }
-set_up_fact() {
-  local file="${root}/src/engines/$1/set-up.txt" line=""
-  [[ ! -f ${file} ]] || line="$(grep -v '^#' "${file}" | cut -d '|' -f "$2" | tr -d ' ')"
-  echo "${line:-$3}"
+# What src/engines/NAME/about.toml says: how many minutes the recipe takes on two slow cores, and when it runs: core (always),
+# request (when it is named, and for ./test) or rare (only when it is named). A recipe of which the
+# file does not say it is core.
+recipe_minutes() { about_engine "$1" minutes 1; }
+recipe_when() { about_engine "$1" set_up core; }
+about_engine() {
+  local file="${root}/src/engines/$1/about.toml" value=""
+  [[ ! -f ${file} ]] || value="$(sed -n "s/^$2 = \"\{0,1\}\([a-z0-9]*\).*/\1/p" "${file}")"
+  echo "${value:-$3}"
 }
 # recipes_of WHEN...: the engines with a recipe that runs then.
 recipes_of() {

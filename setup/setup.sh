@@ -8,7 +8,7 @@
 #   setup/setup.sh --robots  fetches real robots (setup/pip/robots.txt) instead: some 600 MB, on demand
 #   setup/setup.sh --engines NAME...|all  sets up these engines instead, on demand: those with a Python environment
 #                            (src/engines/NAME/requirements.txt), which are large, and those that are not of the core
-#                            (src/engines/NAME/set-up.txt)
+#                            (src/engines/NAME/about.toml)
 #   setup/setup.sh --fuzz    adds the compiler that tests/fuzz/run needs
 #   setup/setup.sh --wheel   also makes what the Python package is linked with (setup/portable)
 #   setup/setup.sh --package  makes the environment that builds and tests the Python package (setup/pip/package.txt) instead: 500 MB
@@ -619,7 +619,7 @@ if [[ ${#builds[@]} -gt 0 ]]; then
 fi
 [[ -z ${with_tests}${wheel} ]] || wanted=1
 [[ -d ${root}/build/release ]] || check_room "${root}" 2 "use a clone elsewhere"
-compgen -G "${cache}/engines/mujoco-*" >/dev/null || check_room "${cache}" 1 "set ASSAY_CACHE to a folder elsewhere"
+compgen -G "${cache}/engines/*" >/dev/null || check_room "${cache}" 1 "set ASSAY_CACHE to a folder elsewhere"
 install_packages "${engines[@]}" ${with_tests:+python-host} ${wheel:+python-host}
 check_compiler
 find_pieces

@@ -11,7 +11,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include <mujoco/mujoco.h>
+#include "scene.h"
 
 namespace {
 
@@ -23,24 +23,16 @@ constexpr const char* kModel = R"(<mujoco>
 </mujoco>)";
 constexpr double kSpeed = 2;
 
-// Largest speed upwards after the impact, relative to that before; NaN when the model cannot be made.
+// Largest speed upwards after the impact, relative to that before.
 double rebound(double timestep) {
-  char error[1000] = "";
-  mjSpec* spec = mj_parseXMLString(kModel, nullptr, error, sizeof(error));
-  if (spec == nullptr) return std::nan("");
-  mjModel* model = mj_compile(spec, nullptr);
-  mj_deleteSpec(spec);
-  if (model == nullptr) return std::nan("");
-  model->opt.timestep = timestep;
-  mjData* data = mj_makeData(model);
-  data->qvel[2] = -kSpeed;
+  const Scene scene(kModel);
+  scene.model->opt.timestep = timestep;
+  scene.data->qvel[2] = -kSpeed;
   double largest = 0;
   for (int i = 0, steps = static_cast<int>(std::lround(0.12 / timestep)); i < steps; ++i) {
-    mj_step(model, data);
-    largest = std::max(largest, static_cast<double>(data->qvel[2]));
+    mj_step(scene.model, scene.data);
+    largest = std::max(largest, static_cast<double>(scene.data->qvel[2]));
   }
-  mj_deleteData(data);
-  mj_deleteModel(model);
   return largest / kSpeed;
 }
 

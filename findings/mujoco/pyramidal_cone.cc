@@ -10,7 +10,7 @@
 #include <cstdio>
 #include <initializer_list>
 
-#include <mujoco/mujoco.h>
+#include "scene.h"
 
 namespace {
 
@@ -23,21 +23,17 @@ constexpr const char* kModel = R"(<mujoco>
 constexpr double kFriction = 0.5, kGravity = 9.81, kPi = 3.14159265358979323846;
 
 // Friction over normal impulse between 0.1 and 0.3 s, over the coefficient, from `speed` towards `degrees` on a slope
-// that falls the same way; NaN when the model cannot be made.
+// that falls the same way.
 double friction(bool elliptic, double degrees, double speed, double slope) {
-  char error[1000] = "";
-  mjSpec* spec = mj_parseXMLString(kModel, nullptr, error, sizeof(error));
-  if (spec == nullptr) return std::nan("");
-  mjModel* model = mj_compile(spec, nullptr);
-  mj_deleteSpec(spec);
-  if (model == nullptr) return std::nan("");
+  const Scene scene(kModel);
+  mjModel* model = scene.model;
+  mjData* data = scene.data;
   const double x = std::cos(degrees * kPi / 180), y = std::sin(degrees * kPi / 180), angle = std::atan(slope);
   model->opt.timestep = 1e-3;
   model->opt.cone = elliptic ? mjCONE_ELLIPTIC : mjCONE_PYRAMIDAL;
   model->opt.gravity[0] = kGravity * std::sin(angle) * x;
   model->opt.gravity[1] = kGravity * std::sin(angle) * y;
   model->opt.gravity[2] = -kGravity * std::cos(angle);
-  mjData* data = mj_makeData(model);
   data->qvel[0] = speed * x;
   data->qvel[1] = speed * y;
   double before[3] = {0, 0, 0};
@@ -47,8 +43,6 @@ double friction(bool elliptic, double degrees, double speed, double slope) {
   }
   double impulse[3];
   for (int k = 0; k < 3; ++k) impulse[k] = data->qvel[k] - before[k] - 0.2 * model->opt.gravity[k];
-  mj_deleteData(data);
-  mj_deleteModel(model);
   return std::hypot(impulse[0], impulse[1]) / impulse[2] / kFriction;
 }
 

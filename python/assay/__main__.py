@@ -3,10 +3,10 @@
 import os
 import sys
 
+from ._program import interpreter, program
+
 
 def main() -> None:
-    from ._program import interpreter, program
-
     for name, value in interpreter().items():
         os.environ.setdefault(name, value)
     path = str(program())

@@ -5,9 +5,11 @@ import os
 from typing import Any, Mapping, Optional, Union
 
 from . import _program
+from ._extension import core
+from .adapter import _module
 from .errors import InputError
 
-_core = _program.core()  # an older Python is told so here, before NumPy, which it need not have
+_core = core()  # an older Python is told so here, before NumPy, which it need not have
 
 import numpy as np  # noqa: E402
 
@@ -101,8 +103,6 @@ class Model:
     def __getattr__(self, name: str) -> Any:
         if name not in Model._PARTS:
             raise AttributeError(f"a model has no '{name}'")
-        from .adapter import _module
-
         self.__dict__.update({part: getattr(_module._model(self._loaded.json()), part) for part in Model._PARTS})
         return self.__dict__[name]
 

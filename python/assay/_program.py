@@ -2,42 +2,18 @@
 
 from __future__ import annotations
 
-import functools
 import json
 import os
-import pathlib
 import signal
 import subprocess
 import sys
 import sysconfig
 from typing import Any
 
-from . import errors
+from . import _plugins, errors
+from ._places import FOLDER, program  # noqa: F401
 
-FOLDER = pathlib.Path(__file__).resolve().parent
-ENGINES = FOLDER / "program/lib/assay/engines"
 SONAME = "libpython3.11.so.1.0"  # what the host of adapters in Python is built for
-
-
-def program() -> pathlib.Path:
-    """The executable `assay`."""
-    path = FOLDER / "program/bin/assay"
-    if not path.is_file():
-        raise errors.MachineError(f"the package has no program: '{path}' is missing; install the package again")
-    return path
-
-
-@functools.lru_cache(maxsize=None)
-def core():
-    """The extension, told where engines and models are."""
-    if sys.version_info < (3, 10):
-        raise errors.MachineError("models and simulations in the process need Python 3.10 or newer, and this is "
-                                  f"{sys.version_info[0]}.{sys.version_info[1]}: assay.run(), results and the command work here")
-    # adapters in Python, whose host looks for it
-    from . import _core, adapter  # noqa: F401
-
-    _core.set_program(str(program()))
-    return _core
 
 
 def interpreter() -> dict[str, str]:
@@ -56,10 +32,8 @@ def interpreter() -> dict[str, str]:
 
 def environment() -> dict[str, str]:
     """Of every process that the package starts."""
-    from . import _engines
-
     variables = {**os.environ, **{k: v for k, v in interpreter().items() if k not in os.environ}}
-    folders = [_engines.folder(), os.environ.get("ASSAY_ENGINE_PATH", "")]
+    folders = [_plugins.folder(), os.environ.get("ASSAY_ENGINE_PATH", "")]
     if any(folders):
         variables["ASSAY_ENGINE_PATH"] = ":".join(each for each in folders if each)
     variables["NO_COLOR"] = "1"

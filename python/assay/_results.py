@@ -11,7 +11,7 @@ import tempfile
 from typing import Any, Mapping, Optional, Union
 
 from . import _program
-from .errors import InputError
+from .errors import InputError, RunError
 
 Path = Union[str, os.PathLike]
 
@@ -140,8 +140,6 @@ class Comparison:
     def regressions(self, share: str = "5%", allow_gaps: bool = False) -> str:
         """"" where nothing got worse by at least `share` beyond the noise, else the sentence with which `assay compare
         --fail-on-regression` ends a CI. InputError where that cannot be said: cells or times are missing, unless allow_gaps=True."""
-        from .errors import RunError
-
         try:
             _program.call("compare", *self._folders, "--fail-on-regression", share, *_program.words(self._options),
                           *(["--allow-gaps"] if allow_gaps else []))

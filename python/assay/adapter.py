@@ -6,12 +6,12 @@ docs/adding-an-engine.md, "In Python", shows one; `assay.engine` registers a cla
 import importlib.util
 import sys
 
+from ._places import ENGINES
+
 
 def _load():
     # in a worker the host has imported it already
     if "assay_adapter" not in sys.modules:
-        from ._program import ENGINES
-
         spec = importlib.util.spec_from_file_location("assay_adapter", ENGINES / "python/assay_adapter.py")
         sys.modules["assay_adapter"] = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(sys.modules["assay_adapter"])

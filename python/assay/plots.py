@@ -14,15 +14,6 @@ from .errors import InputError
 
 _MARKS = {"circle": "o", "square": "s", "triangle": "^", "diamond": "D", "triangle-down": "v", "cross": "x", "star": "*", "wye": "1"}
 
-_FIGURE3 = (("grasp", "Grasp"), ("humanoid", "Humanoid"), ("planar-chain", "Planar chain"), ("capsules-27", "27 capsules"))
-_FIGURE4 = ((("astronaut-energy", "astronaut"), "energy_drift", "Astronaut: energy", "energy drift (J)"),
-            (("astronaut",), "angular_momentum_drift", "Astronaut: angular momentum", "drift (kg m²/s)"),
-            (("astronaut",), "linear_momentum_drift", "Astronaut: linear momentum", "drift (kg m/s)"),
-            (("planar-chain",), "energy_drift", "Planar chain: energy", "energy drift (J)"),
-            (("planar-chain",), "angular_momentum_drift", "Planar chain: angular momentum", "drift (kg m²/s)"))
-# MuJoCo's sparse solver of then worked without the Hessian, as conjugate gradients do
-_SOLVERS = ((("mujoco-euler-cg", "mujoco-euler"), "MuJoCo, sparse"), (("mujoco-euler-dense",), "MuJoCo, dense"))
-
 
 class _Data:
     """What `assay report --json` tells, by what plots ask for."""
@@ -52,6 +43,10 @@ class _Data:
     @property
     def papers(self) -> list[str]:
         return self.all["papers"]
+
+    def paper_figure(self, number: int) -> list[dict]:
+        """What the paper's figure shows."""
+        return self.all["paper_figures"][f"figure{number}"]
 
 
 def _value(cell: dict, name: str) -> Optional[dict]:
@@ -176,7 +171,8 @@ def figure3(results: Any) -> Any:
     data = _Data(results)
     figure = _figure(9, 12)
     handles: dict[str, Any] = {}
-    for row, (system, title) in enumerate(_FIGURE3):
+    for row, shown in enumerate(data.paper_figure(3)):
+        system, title = shown["system"], shown["title"]
         bars, curves = figure.add_subplot(4, 2, 2 * row + 1), figure.add_subplot(4, 2, 2 * row + 2)
         dof = data.facts.get(system, {}).get("dof")
         bars.set_title(f"{title}, {dof:g} DOF" if dof else title, loc="left", fontweight="bold")
@@ -194,16 +190,17 @@ def figure4(results: Any) -> Any:
     figure = _figure(11, 7)
     handles: dict[str, Any] = {}
     grid = figure.add_gridspec(2, 6)
-    for i, (systems, value, title, label) in enumerate(_FIGURE4):
+    for i, plot in enumerate(data.paper_figure(4)):
+        value = plot["value"]
         column = 2 * i if i < 3 else 2 * (i - 3) + 1
         axes = figure.add_subplot(grid[0 if i < 3 else 1, column:column + 2])
-        axes.set_title(title, loc="left", fontweight="bold")
-        system = next((each for each in systems if any(_value(cell, value) is not None for name in data.papers
+        axes.set_title(plot["title"], loc="left", fontweight="bold")
+        system = next((each for each in plot["systems"] if any(_value(cell, value) is not None for name in data.papers
                                                        for cell in data.of(each, name, "drift").values())), None)
         if system is None:
             _empty(axes, "not measured")
         else:
-            handles.update(_curves(data, axes, system, value, label, data.papers))
+            handles.update(_curves(data, axes, system, value, plot["axis"], data.papers))
     _legend(figure, handles)
     return figure
 
@@ -228,10 +225,10 @@ def figure5(results: Any) -> Any:
     """The paper's figure 5: processor time of growing heaps of capsules, with contacts and without."""
     data = _Data(results)
     figure = _figure(9, 4)
-    for i, (contenders, title) in enumerate(_SOLVERS):
+    for i, solver in enumerate(data.paper_figure(5)):
         axes = figure.add_subplot(1, 2, i + 1)
-        axes.set_title(title, loc="left", fontweight="bold")
-        contender = next((each for each in contenders if any(_scaling(data, each, on)[0] for on in (True, False))), None)
+        axes.set_title(solver["title"], loc="left", fontweight="bold")
+        contender = next((each for each in solver["contenders"] if any(_scaling(data, each, on)[0] for on in (True, False))), None)
         if contender is None:
             _empty(axes, "not measured")
             continue

@@ -19,6 +19,11 @@ import sys
 import tempfile
 import zipfile
 
+try:
+    import tomllib
+except ModuleNotFoundError:  # before Python 3.11; scikit-build-core needs it there
+    import tomli as tomllib
+
 from scikit_build_core import build as _inner
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -124,11 +129,14 @@ def recipe_of(engine):
     return engine
 
 
+def about(recipe):
+    """What src/engines/NAME/about.toml says."""
+    file = ROOT / "src/engines" / recipe / "about.toml"
+    return tomllib.loads(file.read_text()) if file.is_file() else {}
+
+
 def is_core(recipe):
-    if not recipe:
-        return True
-    file = ROOT / "src/engines" / recipe / "set-up.txt"
-    return not file.is_file() or any(re.match(r"\d+ *\| *core$", line) for line in file.read_text().splitlines())
+    return not recipe or about(recipe).get("set_up", "core") == "core"
 
 
 def further_engines(tree, work):
@@ -225,26 +233,25 @@ def engine_parts(commands):
                 yield name, made / part
 
 
-# What Zig compiles into Jolt's WebAssembly: libc++, and wasi-libc with its parts.
-ZIG_LICENCES = re.compile(r"ziglang/lib/(libcxx/LICENSE.TXT|libc/wasi/.*(LICENSE[^/]*|COPYRIGHT))")
-
-
-def more_licences(part, work):
-    """Texts that a recipe does not keep beside what it made, as (file, where in the part's folder)."""
-    if part.startswith("rapier-"):
-        # crates of rapier and parry come without it, and Rust's standard library is in the plugin
-        return [(pathlib.Path("/usr/share/common-licenses/Apache-2.0"), "rapier-parry-and-rust-std/APACHE-2.0.txt")]
-    if not (part.startswith("jolt-") and part.endswith("-wasm")):
-        return []
-    script = 'root="$1"; source "$1/setup/common.sh"; find_cache && download_folder "$1/src/engines/jolt-wasm/recipe/zig-pins.txt"'
-    done = subprocess.run(["bash", "-c", script, "-", ROOT], capture_output=True, text=True, check=True)
-    wheels = list(pathlib.Path(done.stdout.strip()).glob("ziglang-*.whl"))
-    if not wheels:
-        raise SystemExit(f"assay: the licences of what Zig compiled into {part} are not on this machine: remove its folder from the "
-                         f"cache's engines, and set-up fetches Zig again")
-    with zipfile.ZipFile(wheels[0]) as archive:
-        names = [name for name in archive.namelist() if ZIG_LICENCES.fullmatch(name)]
-        return [(pathlib.Path(archive.extract(name, work)), pathlib.Path("zig", name.removeprefix("ziglang/lib/"))) for name in names]
+def more_licences(engine, work):
+    """Texts that its recipe does not keep beside what it made (`license` of about.toml), as (file, where in the part's folder)."""
+    found = []
+    for license in about(engine).get("license", []):
+        if "file" in license:
+            found.append((pathlib.Path(license["file"]), license["as"]))
+            continue
+        script = 'root="$1"; source "$1/setup/common.sh"; find_cache && download_folder "$2"'
+        pins = ROOT / "src/engines" / engine / license["download"]
+        done = subprocess.run(["bash", "-c", script, "-", ROOT, pins], capture_output=True, text=True, check=True)
+        archives = list(pathlib.Path(done.stdout.strip()).glob(license["archive"]))
+        if not archives:
+            raise SystemExit(f"assay: the licences of what was compiled into {engine} are not on this machine: remove its folder from the "
+                             f"cache's engines, and set-up fetches '{license['archive']}' again")
+        with zipfile.ZipFile(archives[0]) as archive:
+            names = [name for name in archive.namelist() if re.fullmatch(license["members"], name)]
+            found += [(pathlib.Path(archive.extract(name, work)), pathlib.Path(license["as"], name.removeprefix(license["below"] + "/")))
+                      for name in names]
+    return found
 
 
 def add_licences(information, targets, whole=False):
@@ -269,7 +276,7 @@ def add_licences(information, targets, whole=False):
         if (made / "licenses").is_dir():
             files += [(path, path.relative_to(made / "licenses")) for path in (made / "licenses").rglob("*") if path.is_file()]
         with tempfile.TemporaryDirectory(prefix="assay-licences-") as work:
-            more = more_licences(made.name, work)
+            more = more_licences(engine, work)
             add(made.name, f"engine {engine}: {(made / 'build.txt').read_text().splitlines()[0].removeprefix('source=')}", files + more if files else [])
     packages = linked_packages(commands) | {name: ["compiled in"] for name in HEADERS}
     if whole:

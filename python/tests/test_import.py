@@ -26,6 +26,27 @@ def test_every_name_is_there():
     assert not hasattr(assay, "simulate")
 
 
+def test_imports_point_one_way():
+    folder = SOURCE / "python/assay"
+    modules = {path.stem for path in folder.glob("*.py")} - {"__init__"}
+
+    def imported(module):
+        """Also what is imported when a function is called."""
+        found = set()
+        for each in ast.walk(ast.parse((folder / f"{module}.py").read_text("utf-8"))):
+            if isinstance(each, ast.ImportFrom) and each.level == 1:
+                found |= {each.module} if each.module else {alias.name for alias in each.names}
+        return found & modules
+
+    above, left = [], {module: imported(module) for module in modules}
+    assert left["_program"] >= {"errors", "_plugins"}
+    while left:
+        free = [module for module, needs in left.items() if needs <= set(above)]
+        assert free, f"these import each other: {left}"
+        above += free
+        left = {module: needs for module, needs in left.items() if module not in free}
+
+
 def test_the_version_is_the_programs():
     from assay._program import call
 

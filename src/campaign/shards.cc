@@ -4,12 +4,15 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <map>
 #include <numeric>
 #include <optional>
 #include <set>
+#include <sstream>
 #include <string_view>
 #include <tuple>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -20,33 +23,51 @@
 namespace assay {
 namespace {
 
-struct StepCost {
-  const char* contender;
-  double free_us, contact_us;  // per body, without and with contact pairs; 0: unknown
+// Microseconds of a step.
+struct StepCosts {
+  std::map<std::string, std::array<double, 2>> per_body;            // without and with contact pairs; 0: unknown
+  std::map<std::pair<std::string, std::string>, double> of_system;  // by system and contender
 };
-constexpr auto kStepCosts = std::to_array<StepCost>({
-#include "campaign/step_costs.inc"
-});
-struct SystemStepCost {
-  const char *system, *contender;
-  double us;
-};
-constexpr auto kSystemStepCosts = std::to_array<SystemStepCost>({
-#include "campaign/system_step_costs.inc"
-});
+constexpr std::string_view kStepCosts =
+#include "step_costs.inc"
+    ;
+
+const StepCosts& step_costs() {
+  static const StepCosts known = [] {
+    StepCosts read;
+    std::istringstream lines{std::string(kStepCosts)};
+    std::vector<std::string> columns;
+    for (std::string line; std::getline(lines, line);) {
+      if (line.empty() || line.starts_with('#')) continue;
+      std::istringstream cells(line);
+      std::vector<std::string> row;
+      for (std::string cell; std::getline(cells, cell, ',');) row.push_back(cell);
+      if (columns.empty()) {
+        columns = row;
+        continue;
+      }
+      const auto us = [&](size_t column) { return column < row.size() ? parse_number(row[column]).value_or(0) : 0; };
+      read.per_body[row.front()] = {us(1), us(2)};
+      for (size_t i = 3; i < columns.size(); ++i) {
+        if (us(i) > 0) read.of_system[{columns[i], row.front()}] = us(i);
+      }
+    }
+    return read;
+  }();
+  return known;
+}
+
 constexpr double kLargeShare = 0.25;                        // of a shard's mean
 constexpr double kRunStart = 0.05, kSolutionSeconds = 0.3;  // of a run, and of a reference solution, as far as known
 
-constexpr StepCost kUsualCost = {"", 2, 4};
-
 double step_us_per_body(const CampaignContender& contender, bool contacts) {
+  constexpr std::array kUsual = {2.0, 4.0};
+  const size_t column = contacts ? 1 : 0;
   for (const std::string& name : {contender.resolved.name, contender.resolved.base}) {
-    const auto* found = std::ranges::find_if(kStepCosts, [&](const StepCost& cost) { return name == cost.contender; });
-    if (found == kStepCosts.end()) continue;
-    const double us = contacts ? found->contact_us : found->free_us;
-    if (us > 0) return us;
+    const auto found = step_costs().per_body.find(name);
+    if (found != step_costs().per_body.end() && found->second.at(column) > 0) return found->second.at(column);
   }
-  return contacts ? kUsualCost.contact_us : kUsualCost.free_us;
+  return kUsual.at(column);
 }
 
 // What stays together: (system, contender), or (system, one of the constants); a family's first system stands for it.
@@ -283,11 +304,7 @@ bool stands_alone(const PlannedCell& cell) {
 }
 
 std::map<std::pair<int, int>, double> expected_step_us(const Campaign& campaign) {
-  static const auto known = [] {
-    std::map<std::pair<std::string_view, std::string_view>, double> costs;
-    for (const SystemStepCost& cost : kSystemStepCosts) costs[{cost.system, cost.contender}] = cost.us;
-    return costs;
-  }();
+  const auto& known = step_costs().of_system;
   std::map<std::pair<int, int>, double> found;
   for (size_t s = 0; s < campaign.systems.size(); ++s) {
     const CampaignSystem& system = campaign.systems[s];

@@ -16,6 +16,7 @@
 #include "cli/cli.h"
 #include "cli/compare.h"
 #include "report/replays.h"
+#include "report/views.h"
 #include "results/compare/history.h"
 #include "results/line_up.h"
 #include "results/results.h"
@@ -64,6 +65,7 @@ int print_data(const ReportOptions& options) {
   for (nlohmann::json& cell : data["cells"]) cell.erase("samples");
   data.update(more);
   data["papers"] = Results(store).papers();
+  data["paper_figures"] = paper_figures_data();
   print(dump_json(data, 1) + "\n");
   return kDone;
 }

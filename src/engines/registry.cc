@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <dlfcn.h>
 #include <filesystem>
+#include <limits>
 #include <string_view>
 #include <tuple>
 #include <utility>
@@ -14,6 +15,7 @@
 
 #include "base/hash.h"
 #include "base/text.h"
+#include "engines/about.h"
 #include "engines/builds.h"
 #include "engines/engine_files.h"
 #include "engines/plugin_trial.h"
@@ -29,10 +31,6 @@ constexpr const char* kPythonHost = "assay-python-host.so";
 // The interpreter's library, in the environment, or beside the folder of the host.
 constexpr const char* kPythonLibraryVariable = "ASSAY_PYTHON_LIBRARY";
 constexpr const char* kPythonLibrary = "libpython3.11.so.1.0";
-
-// The order of tables and reports: by family, which is the first word of a plugin's name. Others follow by name.
-constexpr std::array kFamilies = {"null",  "mujoco", "bullet",  "ode",  "physx", "physx56",
-                                  "havok", "dart",   "simbody", "jolt", "rapier"};
 
 // Engines that were there when assay was configured, and those that were not.
 struct KnownEngine {
@@ -113,10 +111,13 @@ const PythonHost& python_host() {
   return host;
 }
 
-// Doubles before floats.
+// The order of tables and reports: by family, which is the first word of a plugin's name, doubles before floats.
+// Families without an order follow by name.
 auto rank(const std::string& name) {
-  const auto* place = std::ranges::find(kFamilies, family(name));
-  return std::tuple(place - kFamilies.begin(), name.ends_with("-f32"), name);
+  const EngineAbout* about = about_engine(family(name));
+  const int place =
+      about == nullptr ? std::numeric_limits<int>::max() : about->order.value_or(std::numeric_limits<int>::max());
+  return std::tuple(place, name.ends_with("-f32"), name);
 }
 
 std::vector<std::string> setting_names(const std::vector<Setting>& settings) {

@@ -13,6 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
+#include "report/figures/picture.h"
 #include "results/store/scene.h"
 
 namespace assay {
@@ -195,6 +196,7 @@ json picture_data(const Results& results) {
       if (shape.type == ShapeType::kPlane && level) ground = rounded(shape.X_BS.p.z(), 5);
     }
     pictures.push_back({{"system", row.system},
+                        {"azimuth", figures::azimuth_of(row.system)},
                         {"start", shapes_of(scene, poses)},
                         {"end", end_of(results, row.system, scene)},
                         {"ground", std::move(ground)}});

@@ -10,6 +10,7 @@
 #include "base/quantity.h"
 #include "base/text.h"
 #include "report/cards.h"
+#include "results/line_up.h"
 #include "results/recommend.h"
 #include "results/values.h"
 
@@ -143,6 +144,20 @@ json looks_data(const Results& results) {
                  {"dash", join(dash, " ")}, {"mark", mark_text(look.mark)}, {"first", look.first}};
   }
   return all;
+}
+
+json paper_figures_data() {
+  json comparisons = json::array(), drifts = json::array(), solvers = json::array();
+  for (const auto& [system, title] : paper_figures().comparisons) {
+    comparisons.push_back({{"system", system}, {"title", title}});
+  }
+  for (const auto& [systems, value, title, axis] : paper_figures().drifts) {
+    drifts.push_back({{"systems", systems}, {"value", value}, {"title", title}, {"axis", axis}});
+  }
+  for (const auto& [title, contenders] : paper_figures().solvers) {
+    solvers.push_back({{"title", title}, {"contenders", contenders}});
+  }
+  return {{"figure3", std::move(comparisons)}, {"figure4", std::move(drifts)}, {"figure5", std::move(solvers)}};
 }
 
 json glossary_data() {

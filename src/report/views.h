@@ -20,6 +20,10 @@ nlohmann::json units_data(const Results& results);
 // {contender: {"family", "light", "dark", "dash": "7 3", "mark", "first"}}
 nlohmann::json looks_data(const Results& results);
 
+// What the paper's figures show: {"figure3": [{"system", "title"}], "figure4": [{"systems", "value", "title", "axis"}],
+// "figure5": [{"title", "contenders"}]}. results/line_up.h
+nlohmann::json paper_figures_data();
+
 // [{"term", "meaning"}]
 nlohmann::json glossary_data();
 

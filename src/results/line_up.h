@@ -1,4 +1,5 @@
-// The contenders of the paper by their names of today, and whom a picture shows when nobody is named.
+// The paper (paper.toml, compiled in): its contenders by their names of today, what its figures show, and whom a
+// picture shows when nobody is named.
 #pragma once
 
 #include <string>
@@ -10,6 +11,22 @@ namespace assay {
 // An engine or group of engines of the paper and today's contenders for it, the preferred one first.
 using StandIns = std::pair<std::string, std::vector<std::string>>;
 const std::vector<StandIns>& paper_line_up();
+
+struct PaperFigures {
+  // A row of figure 3.
+  struct Comparison {
+    std::string system, title;
+  };
+  // A plot of figure 4, of the first of the systems that has the value.
+  struct Drift {
+    std::vector<std::string> systems;
+    std::string value, title, axis;
+  };
+  std::vector<Comparison> comparisons;
+  std::vector<Drift> drifts;
+  std::vector<StandIns> solvers;  // figure 5: titles, and who stands in
+};
+const PaperFigures& paper_figures();
 
 // The contender of each engine of the paper that a figure shows: the first that is `present`, each once. With `solvers`
 // MuJoCo's dense solver too, which the paper has in its figure of scaling only.

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <set>
 
 #include <nlohmann/json.hpp>
 
+#include "engines/about.h"
 #include "results/line_up.h"
 #include "results/store/facts.h"
 
@@ -15,7 +17,8 @@ namespace {
 struct Hue {
   const char *light, *dark;
 };
-// Chosen so that any two differ by 0.06 in Oklab as people without green cones see them; the test computes it.
+// Families name theirs by its place here (`look` of src/engines/*/about.toml). Chosen so that any two differ by 0.06 in
+// Oklab as people without green cones see them; the test computes it.
 constexpr std::array kHues = {Hue{"#1463c4", "#5aa2f5"}, Hue{"#d4590c", "#f58a45"}, Hue{"#a98b59", "#e3b835"},
                               Hue{"#039963", "#52d58d"}, Hue{"#7233a0", "#9b72da"}, Hue{"#c03481", "#d963a4"},
                               Hue{"#608300", "#79ac26"}, Hue{"#126e56", "#4addd6"}, Hue{"#b13347", "#db5859"},
@@ -26,16 +29,6 @@ struct Theme {
   const char *ink, *paper;
 };
 constexpr Theme kLight = {"#1d2126", "#fbfaf7"}, kDark = {"#e8e6e1", "#14171a"};
-
-// A family's place among the hues and the mark of its first contender, so that it looks the same in every report.
-struct Slot {
-  const char* family;
-  size_t hue, mark;
-};
-constexpr std::array kSlots = {Slot{"mujoco", 0, 0}, Slot{"bullet", 1, 2},      Slot{"bullet/joint", 2, 4},
-                               Slot{"ode", 3, 3},    Slot{"simbody", 4, 1},     Slot{"dart", 5, 2},
-                               Slot{"physx", 6, 5},  Slot{"physx/joint", 7, 7}, Slot{"havok", 8, 6},
-                               Slot{"jolt", 9, 7},   Slot{"rapier", 10, 3},     Slot{"rapier/joint", 11, 4}};
 
 constexpr std::array<std::string_view, 8> kMarks = {"circle",        "square", "triangle", "diamond",
                                                     "triangle-down", "cross",  "star",     "wye"};
@@ -86,18 +79,22 @@ std::map<std::string, Look> looks_of(const std::vector<ContenderRow>& all) {
     names.push_back(row.name);
     kinds[engine_of(row)].insert(is_joint(row));
   }
+  const auto is_joint_family = [&](const ContenderRow& row) {
+    return kinds[engine_of(row)].size() > 1 && is_joint(row);
+  };
   const auto family_of = [&](const ContenderRow& row) {
-    return engine_of(row) + (kinds[engine_of(row)].size() > 1 && is_joint(row) ? "/joint" : "");
+    return engine_of(row) + (is_joint_family(row) ? "/joint" : "");
   };
   std::map<std::string, size_t> hues, marks, members;
   std::set<size_t> taken;
   for (const ContenderRow& row : contenders) {
-    const auto* slot =
-        std::ranges::find(kSlots, family_of(row), [](const Slot& each) { return std::string(each.family); });
-    if (slot == kSlots.end()) continue;
-    hues[family_of(row)] = slot->hue;
-    marks[family_of(row)] = slot->mark;
-    taken.insert(slot->hue);
+    const EngineAbout* about = about_engine(engine_of(row));
+    if (about == nullptr) continue;
+    const std::optional<FamilyLook>& look = is_joint_family(row) ? about->joint_look : about->look;
+    if (!look) continue;
+    hues[family_of(row)] = look->hue;
+    marks[family_of(row)] = static_cast<size_t>(std::ranges::find(kMarks, look->mark) - kMarks.begin());
+    taken.insert(look->hue);
   }
   const std::vector<std::string> shown = shown_first(names);
   size_t next = 0;

@@ -42,18 +42,25 @@ BALL = """<mujoco model="ball">
 </mujoco>
 """
 
+def toml(value):
+    """A value as TOML, which JSON's are but for tables."""
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key} = {toml(each)}" for key, each in value.items()) + "}"
+    return json.dumps(value)
+
+
+def campaign(name, timesteps_ms, measures, *, contenders=("mujoco-euler",), reference_ms=None, timing=None, system="planar-chain",
+             **of_system):
+    """The text of a campaign of one system: `timing` are the keys of its [timing], `of_system` those of its [[system]]."""
+    top = {"name": name, "contenders": contenders, "timesteps_ms": timesteps_ms,
+           "reference_ms": timesteps_ms[0] if reference_ms is None else reference_ms, "measures": measures}
+    parts = [("", top), ("[timing]", timing or {}), ("[[system]]", {"name": system, **of_system})]
+    return "\n".join(line for heading, keys in parts if keys
+                     for line in [*([heading] if heading else []), *(f"{key} = {toml(value)}" for key, value in keys.items())]) + "\n"
+
+
 # Of a file ball.xml with BALL in it.
-BALL_CAMPAIGN = """name = "ball"
-contenders = ["null"]
-timesteps_ms = [1]
-reference_ms = 1
-measures = ["drift"]
-[[system]]
-name = "ball"
-model = "./ball.xml"
-duration_s = 0.01
-contacts = false
-"""
+BALL_CAMPAIGN = campaign("ball", [1], ["drift"], contenders=["null"], system="ball", model="./ball.xml", duration_s=0.01, contacts=False)
 
 
 def obey_permissions():

@@ -3,25 +3,13 @@
 import sqlite3
 import sys
 
-from harness import BALL, SOURCE, AssayTest, main
+from harness import BALL, SOURCE, AssayTest, campaign, main
 
 sys.path.insert(0, str(SOURCE / "benchmarks"))
 import compare_power  # noqa: E402
 
-CAMPAIGN = """
-name = "windows"
-contenders = ["mujoco-euler"]
-timesteps_ms = [1]
-reference_ms = 1
-measures = ["raw_speed"]
-[timing]
-rounds = 2
-processes = 1
-batch_ms = {batch_ms}
-[[system]]
-name = "planar-chain"
-duration_s = 2.048
-"""
+def windows(batch_ms):
+    return campaign("windows", [1], ["raw_speed"], timing={"rounds": 2, "processes": 1, "batch_ms": batch_ms}, duration_s=2.048)
 
 
 class Compare(AssayTest):
@@ -103,8 +91,8 @@ class Compare(AssayTest):
         self.refused("history", "run0", "run1", "./run0", naming=["run0", "are the same results"])
 
     def test_times_of_the_windows_of_other_results(self):
-        self.write("a.toml", CAMPAIGN.format(batch_ms=20))
-        self.write("b.toml", CAMPAIGN.format(batch_ms=0.2))
+        self.write("a.toml", windows(20))
+        self.write("b.toml", windows(0.2))
         self.assay("run", "a.toml", "--out", "a")
         self.assay("run", "b.toml", "--out", "own")
         self.assay("run", "b.toml", "--out", "as-a", "--windows-of", "a")

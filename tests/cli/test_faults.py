@@ -14,7 +14,7 @@ import sys
 import time
 import zipfile
 
-from harness import BALL, BALL_CAMPAIGN, DEADLY_PLUGINS, AssayTest, main, read_csv, reliability
+from harness import BALL, BALL_CAMPAIGN, DEADLY_PLUGINS, AssayTest, campaign, main, read_csv, reliability
 
 # Longer than any of them may take, on a machine that does other things too.
 PATIENCE = 60
@@ -604,15 +604,6 @@ class Descriptors(AssayTest):
 class ShortOfMemory(AssayTest):
     """What the machine lacks is no verdict on a contender, and nothing of it is kept."""
 
-    CAMPAIGN = """name = "short"
-contenders = ["mujoco-euler"]
-timesteps_ms = [1]
-reference_ms = 1
-measures = ["drift"]
-[[system]]
-name = "planar-chain"
-duration_s = 0.064
-"""
     RUN = ["run", "short.toml", "--out", "results", "--references", "kept"]
 
     def under(self, limits, *arguments):
@@ -628,7 +619,7 @@ duration_s = 0.064
         return self.run_assay(*arguments, preexec_fn=prepare)
 
     def test_a_limit_of_the_shell(self):
-        self.write("short.toml", self.CAMPAIGN)
+        self.write("short.toml", campaign("short", [1], ["drift"], duration_s=0.064))
         tried = 0
         limits = [{resource.RLIMIT_AS: size << 20} for size in (90, 120, 140)] + [{resource.RLIMIT_DATA: size << 20} for size in (20, 40)]
         for limit in limits:

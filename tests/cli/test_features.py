@@ -33,7 +33,7 @@ class Features(AssayTest):
     def test_the_document_is_up_to_date(self):
         listed = self.assay_json("engines", "--json")
         engines = SOURCE / "src/engines"
-        rare = {path.parent.name for path in engines.glob("*/set-up.txt") if "| rare" in path.read_text()}
+        rare = {path.parent.name for path in engines.glob("*/about.toml") if 'set_up = "rare"' in path.read_text()}
         rare |= {path.parent.name for path in engines.glob("*/requirements.txt")}
         here = {row["engine"] for row in listed["contenders"]}
         # what ./test sets up

@@ -275,7 +275,7 @@ class SetUp(AssayTest):
 
     def test_an_engine_on_request_is_made_when_it_is_named(self):
         clone = self.clones[0]
-        self.write("one/src/engines/toy/set-up.txt", "# minutes | when\n1 | request\n")
+        self.write("one/src/engines/toy/about.toml", 'set_up = "request"\nminutes = 1\n')
         self.set_up(clone)
         self.assertEqual((self.made(), (clone / "build/engines.txt").read_text()), (0, ""))
         for arguments in (["toy"], ["all"]):
@@ -324,7 +324,7 @@ class SetUp(AssayTest):
         self.assertFalse(os.path.exists(self.folder(clone)))
         self.assertEqual([name.split("-")[0] for name in self.engines() if not name.endswith(".part")], ["other"])
         # who asks for it is told
-        self.write("one/src/engines/toy/set-up.txt", "1 | request\n")
+        self.write("one/src/engines/toy/about.toml", 'set_up = "request"\nminutes = 1\n')
         run = self.start(clone, "--engines", "toy")
         self.assertIn("the engine toy could not be set up", run.communicate(timeout=60)[1])
         self.assertEqual(run.returncode, 1)

@@ -3,24 +3,12 @@
 import json
 import re
 
-from harness import AssayTest, main
-
-CAMPAIGN = """
-name = "small"
-contenders = ["mujoco-euler"]
-timesteps_ms = [4]
-reference_ms = 4
-measures = ["drift"]
-[[system]]
-name = "planar-chain"
-duration_s = 0.064
-sample_ms = 32
-"""
+from harness import AssayTest, campaign, main
 
 
 class Certificate(AssayTest):
     def test_in_results_is_a_section_of_the_report(self):
-        self.write("small.toml", CAMPAIGN)
+        self.write("small.toml", campaign("small", [4], ["drift"], duration_s=0.064, sample_ms=32))
         self.assay("run", "small.toml", "--out", "results")
         self.assay("report", "results")
         self.assertEqual(self.in_report(), [])

@@ -7,7 +7,7 @@ import sqlite3
 import unittest
 
 import onnx_file
-from harness import SOURCE, AssayTest, main, read_csv
+from harness import SOURCE, AssayTest, campaign, main, read_csv
 
 EXAMPLE = SOURCE / "examples/cart-pole-policy"
 LIBRARIES = pathlib.Path(os.environ.get("ASSAY_TEST_CACHE", "/nowhere")) / "libraries"
@@ -103,24 +103,16 @@ class Refusals(Policy):
 
     def test_campaigns_do_not_start_policies_in_the_middle(self):
         self.network(BALANCING)
-        campaign = """name = "cart"
-contenders = ["mujoco-euler"]
-timesteps_ms = [5]
-reference_ms = 5
-measures = ["{}"]
-[[system]]
-name = "cart"
-model = "./cart_pole.xml"
-control = {}
-duration_s = 0.2
-piece_ms = 100
-"""
-        policy = '{kind = "policy", config = "policy.toml"}'
-        self.write("cart.toml", campaign.format("consistency", policy))
+
+        def cart(measure, control):
+            return campaign("cart", [5], [measure], system="cart", model="./cart_pole.xml", control=control, duration_s=0.2, piece_ms=100)
+
+        policy = {"kind": "policy", "config": "policy.toml"}
+        self.write("cart.toml", cart("consistency", policy))
         self.refused("run", "cart.toml", "--out", "results", naming=["'consistency'", "middle of runs"])
-        self.write("cart.toml", campaign.format("transfer", '"passive"'))
+        self.write("cart.toml", cart("transfer", "passive"))
         self.refused("run", "cart.toml", "--out", "results", naming=["has no policy", "transfer"])
-        self.write("cart.toml", campaign.format("transfer", policy))
+        self.write("cart.toml", cart("transfer", policy))
         self.assay("run", "cart.toml", "--out", "results")
 
 

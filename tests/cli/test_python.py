@@ -14,20 +14,9 @@ import sys
 import types
 import unittest
 
-from harness import SOURCE, AssayTest, main
+from harness import SOURCE, AssayTest, campaign, main
 
 ENVIRONMENT = os.environ.get("ASSAY_TEST_PYTHON", "")
-
-CAMPAIGN = """
-name = "bad"
-contenders = {contenders}
-timesteps_ms = [1]
-reference_ms = 1
-measures = ["truth"]
-[[system]]
-name = "planar-chain"
-duration_s = 0.016
-"""
 
 # The example's simulation with one fault, on the system of the campaign alone: the conformance suite passes.
 BAD = """
@@ -254,7 +243,7 @@ class Faults(PythonTest):
         simulation = text[text.index("class Simulation"):]
         (self.engines / "bad_simulations.py").write_text("import assay_adapter as assay\n" + simulation + BAD)
         contenders = [f"bad-{fault.lower()}" for fault in FAULTS]
-        self.write("bad.toml", CAMPAIGN.format(contenders=json.dumps(contenders)))
+        self.write("bad.toml", campaign("bad", [1], ["truth"], contenders=contenders, duration_s=0.016))
         self.assay("run", "bad.toml", "--out", "results")
         with contextlib.closing(sqlite3.connect(self.dir / "results/assay.sqlite")) as db:
             stored = {row[0]: row[1:] for row in db.execute("SELECT contender, outcome, reason FROM cells")}

@@ -4,29 +4,16 @@ import contextlib
 import shutil
 import sqlite3
 
-from harness import AssayTest, main
+from harness import AssayTest, campaign, main
 
-CAMPAIGN = """
-name = "{name}"
-contenders = ["mujoco-euler", "mujoco-rk4"]
-timesteps_ms = ["1/4", 1, 4]
-reference_ms = "1/8"
-measures = ["raw_speed", "consistency", "truth", "drift"]
-[timing]
-rounds = 3
-batch_ms = 1
-[[system]]
-name = "planar-chain"
-timing_ms = [{timing}]
-duration_s = 0.16
-pieces = 2
-piece_ms = 32
-"""
+def small(name="small", timing=(1, 4)):
+    return campaign(name, ["1/4", 1, 4], ["raw_speed", "consistency", "truth", "drift"], contenders=["mujoco-euler", "mujoco-rk4"],
+                    reference_ms="1/8", timing={"rounds": 3, "batch_ms": 1}, timing_ms=timing, duration_s=0.16, pieces=2, piece_ms=32)
 
 
 class RecommendTest(AssayTest):
-    def measure(self, name="small", timing="1, 4", out="results", *more):
-        self.write(f"{name}.toml", CAMPAIGN.format(name=name, timing=timing))
+    def measure(self, name="small", timing=(1, 4), out="results", *more):
+        self.write(f"{name}.toml", small(name, timing))
         return self.assay("run", f"{name}.toml", "--out", out, *more)
 
     def values(self, name, out="results"):
@@ -68,7 +55,7 @@ class RecommendTest(AssayTest):
 
     # A second name of a contender tests the timing: it has speeds and no errors.
     def test_a_twin_is_not_considered(self):
-        self.write("twins.toml", CAMPAIGN.format(name="twins", timing="1, 4").replace("batch_ms = 1", 'batch_ms = 1\ntwins = ["mujoco-euler"]'))
+        self.write("twins.toml", small("twins").replace("batch_ms = 1", 'batch_ms = 1\ntwins = ["mujoco-euler"]'))
         self.assay("run", "twins.toml", "--out", "results")
         self.assertIn(("mujoco-euler-twin", 1.0), self.values("aa_ratio"))
         told = self.assay_json("recommend", "results", "planar-chain", "--error", "1um", "--json")
@@ -160,24 +147,24 @@ class RecommendTest(AssayTest):
                     db.execute("SELECT contender, engine_s FROM cells WHERE measure = 'reference'")}
 
     def test_references_are_computed_once(self):
-        self.measure("small", "1", "one")
+        self.measure("small", [1], "one")
         self.assertEqual(len(list((self.dir / "cache/assay/references").glob("*.bin"))), 3, "two references, one truth")
-        self.measure("other", "4", "two")
+        self.measure("other", [4], "two")
         for contender in ("mujoco-euler", "mujoco-rk4"):
             self.assertGreater(self.engine_seconds("one")[contender], 0)
             self.assertEqual(self.engine_seconds("two")[contender], 0)
         self.assertEqual(self.values("consistency", "one"), self.values("consistency", "two"))
         # kept elsewhere, or nowhere; what a directory has does not depend on it
-        self.measure("third", "2", "three", "--references", "mine")
+        self.measure("third", [2], "three", "--references", "mine")
         self.assertEqual(len(list((self.dir / "mine").glob("*.bin"))), 3)
-        self.measure("fourth", "2", "four", "--references", "off")
+        self.measure("fourth", [2], "four", "--references", "off")
         self.assertGreater(self.engine_seconds("four")["mujoco-rk4"], 0)
         shutil.rmtree(self.dir / "cache")
         shutil.rmtree(self.dir / "mine")
         self.assertEqual(self.values("consistency", "three"), self.values("consistency", "one"))
 
     def test_plan_and_share_are_told(self):
-        self.write("small.toml", CAMPAIGN.format(name="small", timing="1"))
+        self.write("small.toml", small(timing=[1]))
         done = self.run_assay("run", "small.toml", "--out", "results")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertRegex(done.stderr, r"planar-chain: 2 contenders; .*consistency 8.*raw_speed 2.*; about \d")

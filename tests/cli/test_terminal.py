@@ -3,27 +3,14 @@
 import re
 import unicodedata
 
-from harness import BALL, COMMANDS, AssayTest, main
+from harness import BALL, COMMANDS, AssayTest, campaign, main
 
 ESCAPE = re.compile(r"\x1b\[[0-9;]*[A-Za-z]")
 # Springs, limits, armature and contacts: each engine has something to say of it.
 MODEL = "humanoid"
 
-TINY = """
-name = "tiny"
-contenders = ["mujoco-euler"]
-timesteps_ms = ["1/4", 1]
-reference_ms = "1/4"
-measures = ["raw_speed", "consistency"]
-[timing]
-rounds = 3
-batch_ms = 1
-[[system]]
-name = "planar-chain"
-duration_s = 0.16
-pieces = 2
-piece_ms = 32
-"""
+TINY = campaign("tiny", ["1/4", 1], ["raw_speed", "consistency"], timing={"rounds": 3, "batch_ms": 1}, duration_s=0.16, pieces=2,
+                piece_ms=32)
 
 
 def columns_of(line):

@@ -50,6 +50,7 @@ export interface PictureShape {
 
 export interface Picture {
   system: string;
+  azimuth: number; // of the view that shows it best: degrees, 0 looks along x
   start: PictureShape[];
   end: { contender: string; time_s: number; shapes: PictureShape[] } | null;
   ground: number | null;

@@ -14,6 +14,7 @@
 #include "report/figures/drawing.h"
 #include "report/figures/picture.h"
 #include "report/figures/speed_accuracy.h"
+#include "results/line_up.h"
 
 namespace assay::figures {
 namespace {
@@ -76,16 +77,13 @@ void speed_bars(Canvas& canvas, const Results& results, const Box& box, const st
               Align::kRight, kSoft);
 }
 
-constexpr std::array kFigure3 = {std::pair{"grasp", "Grasp"}, std::pair{"humanoid", "Humanoid"},
-                                 std::pair{"planar-chain", "Planar chain"}, std::pair{"capsules-27", "27 capsules"}};
-
 }  // namespace
 
 std::optional<Drawing> figure3(const Results& results) {
-  const bool any = std::ranges::any_of(kFigure3, [&](const auto& row) {
+  const bool any = std::ranges::any_of(paper_figures().comparisons, [&](const auto& row) {
     return std::ranges::any_of(results.papers(), [&](const std::string& contender) {
-      return !results.cells(row.first, contender, "raw_speed").empty() ||
-             !results.cells(row.first, contender, "consistency").empty();
+      return !results.cells(row.system, contender, "raw_speed").empty() ||
+             !results.cells(row.system, contender, "consistency").empty();
     });
   });
   if (!any) return std::nullopt;
@@ -93,7 +91,7 @@ std::optional<Drawing> figure3(const Results& results) {
   const double legend = legend_height(results);
   return Drawing{4 * kRow + legend + 6, [&results](Canvas& canvas) {
                    double top = 6;
-                   for (const auto& [system, title] : kFigure3) {
+                   for (const auto& [system, title] : paper_figures().comparisons) {
                      canvas.text(title, {6, top + 8}, kTitle, Align::kLeft, kInk, true);
                      const double dof = results.fact(system, "dof");
                      if (dof > 0) canvas.text(fmt::format("{:g} DOF", dof), {6, top + 17}, kSmall, Align::kLeft, kSoft);

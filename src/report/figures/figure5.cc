@@ -13,6 +13,7 @@
 #include "report/figures/axes.h"
 #include "report/figures/drawing.h"
 #include "report/figures/picture.h"
+#include "results/line_up.h"
 
 namespace assay::figures {
 namespace {
@@ -45,17 +46,9 @@ Scaling scaling_of(const Results& results, const std::string& contender, bool co
   return scaling;
 }
 
-struct Solver {
-  std::array<const char*, 2> contenders;  // the first that was measured
-  const char* title;
-};
-// MuJoCo's sparse solver of then worked without the Hessian, as conjugate gradients do.
-constexpr std::array kSolvers = {Solver{{"mujoco-euler-cg", "mujoco-euler"}, "MuJoCo, sparse"},
-                                 Solver{{"mujoco-euler-dense", ""}, "MuJoCo, dense"}};
-
 // Empty: none.
-std::string measured(const Results& results, const Solver& solver) {
-  for (const char* contender : solver.contenders) {
+std::string measured(const Results& results, const StandIns& solver) {
+  for (const std::string& contender : solver.second) {
     for (const bool contacts : {true, false}) {
       if (!scaling_of(results, contender, contacts).seconds.empty()) return contender;
     }
@@ -151,8 +144,8 @@ void configurations(Canvas& canvas, const Results& results, const std::string& s
 }  // namespace
 
 std::optional<Drawing> figure5(const Results& results) {
-  const bool any =
-      std::ranges::any_of(kSolvers, [&](const Solver& solver) { return !measured(results, solver).empty(); });
+  const bool any = std::ranges::any_of(paper_figures().solvers,
+                                       [&](const StandIns& each) { return !measured(results, each).empty(); });
   if (!any) return std::nullopt;
   // The largest system that can be drawn.
   std::string largest;
@@ -165,9 +158,9 @@ std::optional<Drawing> figure5(const Results& results) {
   return Drawing{pictures + 210, [&results, largest, pictures](Canvas& canvas) {
                    if (!largest.empty()) configurations(canvas, results, largest, pictures);
                    double left = 46;
-                   for (const Solver& solver : kSolvers) {
+                   for (const StandIns& solver : paper_figures().solvers) {
                      scaling_plot(canvas, results, {left, pictures + 22, left + 200, canvas.height() - 26},
-                                  measured(results, solver), solver.title);
+                                  measured(results, solver), solver.first);
                      left += 262;
                    }
                  }};

@@ -4,17 +4,27 @@
 #include <cmath>
 #include <limits>
 
+#include <fnmatch.h>
+
+#include "base/toml_file.h"
+
 namespace assay::figures {
 namespace {
 
-// From where a system shows best.
-double azimuth_of(const std::string& system) {
-  if (system.starts_with("grasp")) return 60;
-  if (system.starts_with("humanoid") || system.starts_with("astronaut")) return 150;
-  return 70;
-}
+constexpr const char* kViews =
+#include "views.inc"
+    ;
 
 }  // namespace
+
+double azimuth_of(const std::string& system) {
+  static const toml::table views = toml_table(kViews, "models/views.toml");
+  for (const auto& [pattern, azimuth] : *views["systems"].as_table()) {
+    const std::string text(pattern.str());
+    if (::fnmatch(text.c_str(), system.c_str(), FNM_NOESCAPE) == 0) return azimuth.value<double>().value();
+  }
+  return views["azimuth"].value<double>().value();
+}
 
 size_t picture(Canvas& canvas, const Box& box, const Scene& scene, const std::vector<Pose>& poses,
                double azimuth_degrees, double share) {

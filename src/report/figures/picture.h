@@ -10,6 +10,9 @@
 
 namespace assay::figures {
 
+// From where a picture shows the system best, in degrees (models/views.toml).
+double azimuth_of(const std::string& system);
+
 // Parallel projection, the far shapes first; the camera looks down by 15 degrees. Of all shapes the `share` that is
 // nearest to their middle fills the box. Returns how many lie outside it.
 size_t picture(Canvas& canvas, const Box& box, const Scene& scene, const std::vector<Pose>& poses,

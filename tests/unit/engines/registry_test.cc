@@ -5,7 +5,10 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <span>
+#include <string>
 #include <unistd.h>
+#include <vector>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -119,6 +122,22 @@ TEST(Registry, ResolvesContendersWithCompleteSettings) {
       EXPECT_FALSE(setting.meaning.empty()) << setting.name;
     }
   }
+}
+
+TEST(Registry, FamiliesAreInTheOrderOfTables) {
+  std::vector<std::string> families;
+  for (const Engine* engine : Registry::instance().engines()) {
+    const std::string name = engine->name(), family = name.substr(0, name.find_first_of("-@"));
+    if (families.empty() || families.back() != family) families.push_back(family);
+  }
+  std::vector<std::string> known = {"null",  "mujoco", "bullet",  "ode",  "physx", "physx56",
+                                    "havok", "dart",   "simbody", "jolt", "rapier"};
+  std::erase_if(known,
+                [&](const std::string& family) { return std::ranges::find(families, family) == families.end(); });
+  ASSERT_LE(known.size(), families.size());
+  EXPECT_GE(known.size(), 3U);
+  EXPECT_TRUE(std::ranges::equal(known, std::span(families).first(known.size())));
+  EXPECT_TRUE(std::ranges::is_sorted(families.begin() + std::ssize(known), families.end())) << "others by name";
 }
 
 TEST(Registry, NamesAreUnique) {

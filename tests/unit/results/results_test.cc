@@ -9,6 +9,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "engines/about.h"
+#include "engines/about.h"
 #include "engines/describe.h"
 #include "report/cards.h"
 #include "report/views.h"
@@ -559,6 +561,75 @@ TEST(Looks, JointCoordinatesAreAFamilyOfTheirOwnWhereAnEngineHasBoth) {
   EXPECT_THAT(looks.at("bullet-si-f64").dash, IsEmpty());
   EXPECT_THAT(looks.at("bullet-si-f32").dash, ElementsAre(7, 3));
   EXPECT_TRUE(looks.at("unheard-of").first);
+}
+
+// Readers know an engine by these: they stay as they are.
+TEST(Looks, KnownEnginesKeepColourAndMark) {
+  const std::string joint = R"({"coordinates": "joint"})", maximal = R"({"coordinates": "maximal"})";
+  const std::vector<std::string> colors = family_colors(false);
+  std::vector<ContenderRow> rows;
+  for (const char* engine :
+       {"rapier", "jolt-f64", "havok", "physx", "dart", "simbody", "ode", "bullet-f32", "mujoco"}) {
+    rows.push_back({engine, engine, "", "", "", maximal, ""});
+  }
+  for (const char* engine : {"bullet-f64", "physx", "rapier"}) {
+    rows.push_back({std::string(engine) + "-joint", engine, "", "", "", joint, ""});
+  }
+  const auto looks = looks_of(rows);
+  const auto look = [&](const std::string& name) { return std::pair(looks.at(name).light, looks.at(name).mark); };
+  EXPECT_EQ(look("mujoco"), std::pair(colors.at(0), Mark::kCircle));
+  EXPECT_EQ(look("bullet-f32"), std::pair(colors.at(1), Mark::kTriangle));
+  EXPECT_EQ(look("bullet-f64-joint"), std::pair(colors.at(2), Mark::kTriangleDown));
+  EXPECT_EQ(look("ode"), std::pair(colors.at(3), Mark::kDiamond));
+  EXPECT_EQ(look("simbody"), std::pair(colors.at(4), Mark::kSquare));
+  EXPECT_EQ(look("dart"), std::pair(colors.at(5), Mark::kTriangle));
+  EXPECT_EQ(look("physx"), std::pair(colors.at(6), Mark::kCross));
+  EXPECT_EQ(look("physx-joint"), std::pair(colors.at(7), Mark::kWye));
+  EXPECT_EQ(look("havok"), std::pair(colors.at(8), Mark::kStar));
+  EXPECT_EQ(look("jolt-f64"), std::pair(colors.at(9), Mark::kWye));
+  EXPECT_EQ(look("rapier"), std::pair(colors.at(10), Mark::kDiamond));
+  EXPECT_EQ(look("rapier-joint"), std::pair(colors.at(11), Mark::kTriangleDown));
+}
+
+TEST(Looks, FamiliesShareNeitherOrderNorColour) {
+  std::set<int> orders;
+  std::set<size_t> hues;
+  for (const EngineAbout& about : engines_about()) {
+    if (about.order) {
+      EXPECT_TRUE(orders.insert(*about.order).second) << about.folder;
+    }
+    for (const std::optional<FamilyLook>& look : {about.look, about.joint_look}) {
+      if (!look) continue;
+      EXPECT_TRUE(hues.insert(look->hue).second) << about.folder;
+      EXPECT_LT(look->hue, family_colors(false).size()) << about.folder;
+      bool known = false;
+      for (int mark = 0; mark <= static_cast<int>(Mark::kWye); ++mark) {
+        known = known || mark_text(static_cast<Mark>(mark)) == look->mark;
+      }
+      EXPECT_TRUE(known) << about.folder << ": " << look->mark;
+    }
+  }
+  EXPECT_GE(orders.size(), 11U);
+}
+
+TEST(LineUp, ThePapersEnginesAndThoseOfItsFigures) {
+  const std::vector<StandIns> expected = {
+      {"MuJoCo Euler", {"mujoco-euler"}},
+      {"MuJoCo RK4", {"mujoco-rk4"}},
+      {"Bullet", {"bullet-si-f64", "bullet-si-f32"}},
+      {"BulletMB", {"bullet-mb"}},
+      {"ODE", {"ode-quick"}},
+      {"PhysX", {"physx-d6-pgs"}},
+      {"Havok", {"havok"}},
+      {"PhysX with drives", {"physx-d6-pgs-native-pd"}},
+      {"MuJoCo sparse", {"mujoco-euler-cg", "mujoco-euler"}},
+      {"MuJoCo dense", {"mujoco-euler-dense"}},
+      {"ODE exact", {"ode-step"}},
+      {"the fastest gaming engine", {"physx-d6-pgs", "havok", "bullet-si-f64", "bullet-si-f32", "ode-quick"}}};
+  EXPECT_EQ(paper_line_up(), expected);
+  const std::vector<std::string> present = {"ode-step", "mujoco-euler-dense", "havok", "mujoco-euler-cg"};
+  EXPECT_THAT(papers_among(present), ElementsAre("havok"));
+  EXPECT_THAT(papers_among(present, /*solvers=*/true), ElementsAre("havok", "mujoco-euler-dense"));
 }
 
 TEST(LineUp, ManyContendersOpenWithThePapers) {

@@ -8,9 +8,8 @@ import { interval, plain, quantity, timestep } from "../format";
 import type { Palette } from "../palette";
 import { state } from "../state";
 import { scrollFrame, sortableTable, type Column } from "../tables/sortable";
-import { facts, tooltip } from "../tooltip";
 import { frameOf, grid, logScale, ticks } from "./axes";
-import { drawContenders, hitArea } from "./canvas";
+import { drawContenders, explain, hitArea } from "./canvas";
 import { endLabels } from "./labels";
 import { swatch } from "./legend";
 
@@ -124,26 +123,14 @@ function plot(batches: Batches, palette: Palette, what: Shown): { canvas: HTMLEl
             : svg("path", { class: "failed", d: "M-4,-4L4,4M-4,4L4,-4", transform: place, "data-worlds": row.worlds }),
         );
         const hit = hitArea(left, top);
-        hit.addEventListener("pointerenter", (event) => {
-          state.setHighlight(curve.contender);
-          tooltip.show(
-            (event as PointerEvent).clientX,
-            (event as PointerEvent).clientY,
-            el("strong", {}, curve.name),
-            facts([
-              ["worlds", String(row.worlds)],
-              ["world-steps a second", rate ? quantity(rate.value, "1/s") : row.outcome],
-              ["interval", rate ? interval("batch_rate", rate.low, rate.high, "1/s") : ""],
-              ["a step of all, alone", quantity(row.values["batch_latency"]?.value, "us")],
-              ["stepped", placeOf(batches, row)],
-              ["reason", row.reason],
-            ]),
-          );
-        });
-        hit.addEventListener("pointerleave", () => {
-          state.setHighlight(null);
-          tooltip.hide();
-        });
+        explain(hit, curve.contender, curve.name, () => [
+          ["worlds", String(row.worlds)],
+          ["world-steps a second", rate ? quantity(rate.value, "1/s") : row.outcome],
+          ["interval", rate ? interval("batch_rate", rate.low, rate.high, "1/s") : ""],
+          ["a step of all, alone", quantity(row.values["batch_latency"]?.value, "us")],
+          ["stepped", placeOf(batches, row)],
+          ["reason", row.reason],
+        ]);
         group.append(hit);
       }
       drawing.append(group);

@@ -8,9 +8,8 @@ import { interval, powerOfTen, quantity, timestep } from "../format";
 import type { Palette } from "../palette";
 import { state } from "../state";
 import { roundingRate } from "../tables/damping";
-import { facts, tooltip } from "../tooltip";
 import { frameOf, grid, logScale, ticks } from "./axes";
-import { drawContenders, hitArea } from "./canvas";
+import { drawContenders, explain, hitArea } from "./canvas";
 import { endLabels } from "./labels";
 
 interface Point {
@@ -68,14 +67,12 @@ export function dampingPlot(view: SystemView, palette: Palette): HTMLElement | n
       for (const point of points) {
         const mark = svg("path", { class: `mark${point.rate < 0 ? " hollow" : ""}`, d: look.path(44), transform: `translate(${point.x},${point.y}) rotate(${look.turn})`, "data-timestep": point.step });
         const hit = hitArea(point.x, point.y);
-        hit.addEventListener("pointerenter", (event) => {
-          state.setHighlight(contender);
-          tooltip.show(event.clientX, event.clientY, el("strong", {}, contender), facts([["timestep", `${timestep(point.step)} ms`], ["rate", quantity(point.rate, "1/s", 2)], ["interval", interval("damping_rate", point.low, point.high, "1/s")], ["energy", point.rate < 0 ? "gained" : "lost"]]));
-        });
-        hit.addEventListener("pointerleave", () => {
-          state.setHighlight(null);
-          tooltip.hide();
-        });
+        explain(hit, contender, contender, () => [
+          ["timestep", `${timestep(point.step)} ms`],
+          ["rate", quantity(point.rate, "1/s", 2)],
+          ["interval", interval("damping_rate", point.low, point.high, "1/s")],
+          ["energy", point.rate < 0 ? "gained" : "lost"],
+        ]);
         hit.addEventListener("click", () => state.choose({ system: view.system, contender, timestep: point.step }));
         group.append(mark, hit);
       }

@@ -4,13 +4,6 @@ import { svg } from "../dom";
 
 const kElevation = -15; // degrees: the camera looks down
 
-// From where a system shows best; degrees, 0 looks along x.
-function azimuthOf(system: string): number {
-  if (system.startsWith("grasp")) return 60;
-  if (/^(humanoid|astronaut)/.test(system)) return 150;
-  return 70;
-}
-
 interface Stroke {
   depth: number;
   a: [number, number];
@@ -40,7 +33,7 @@ function strokes(shapes: PictureShape[], azimuthDegrees: number): Stroke[] {
 
 // Null where there is nothing to draw.
 export function picture(of: Picture, width: number, height: number): SVGSVGElement | null {
-  const list = strokes(of.start, azimuthOf(of.system));
+  const list = strokes(of.start, of.azimuth);
   if (list.length === 0) return null;
   const ends = list.flatMap((stroke) => [
     [stroke.a[0], stroke.a[1], stroke.r],

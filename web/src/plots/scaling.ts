@@ -8,9 +8,8 @@ import type { Palette } from "../palette";
 import { downloads } from "../download";
 import { state } from "../state";
 import { scrollFrame, sortableTable, type Column } from "../tables/sortable";
-import { facts, tooltip } from "../tooltip";
 import { frameOf, grid, logScale, ticks } from "./axes";
-import { drawContenders, hitArea } from "./canvas";
+import { drawContenders, explain, hitArea } from "./canvas";
 import { endLabels } from "./labels";
 import { swatch } from "./legend";
 
@@ -112,27 +111,15 @@ export function scalingPanel(report: Report, palette: Palette): HTMLElement {
             ? svg("path", { class: `mark${curve.contacts ? "" : " hollow"}`, d: look.path(curve.contacts ? 42 : 52), transform: `${at} rotate(${look.turn})`, "data-size": point.size, "data-seconds": point.time!.value! })
             : svg("path", { class: "failed", d: "M-4,-4L4,4M-4,4L4,-4", transform: at, "data-size": point.size });
         const hit = hitArea(point.x, point.y);
-        hit.addEventListener("pointerenter", (event) => {
-          state.setHighlight(curve.contender);
-          tooltip.show(
-            (event as PointerEvent).clientX,
-            (event as PointerEvent).clientY,
-            el("strong", {}, curve.contender),
-            facts([
-              ["bodies", String(point.size)],
-              ["contacts", curve.contacts ? "on" : "off"],
-              ["time of the run", point.time ? quantity(point.time.value, "s") : point.cell.outcome],
-              ["interval", point.time ? interval("run_time", point.time.low, point.time.high, "s") : ""],
-              ["grows with the power", curve.exponent ? exponentText(curve.exponent) : null],
-              ["reason", point.cell.reason],
-            ]),
-          );
-        });
+        explain(hit, curve.contender, curve.contender, () => [
+          ["bodies", String(point.size)],
+          ["contacts", curve.contacts ? "on" : "off"],
+          ["time of the run", point.time ? quantity(point.time.value, "s") : point.cell.outcome],
+          ["interval", point.time ? interval("run_time", point.time.low, point.time.high, "s") : ""],
+          ["grows with the power", curve.exponent ? exponentText(curve.exponent) : null],
+          ["reason", point.cell.reason],
+        ]);
         hit.addEventListener("click", () => state.choose({ system: point.cell.system, contender: curve.contender, timestep: point.cell.timestep_ms ?? 0 }));
-        hit.addEventListener("pointerleave", () => {
-          state.setHighlight(null);
-          tooltip.hide();
-        });
         group.append(node, hit);
       }
       drawing.append(group);

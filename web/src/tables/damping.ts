@@ -3,9 +3,8 @@ import type { SystemView, Value } from "../data";
 import { el } from "../dom";
 import { brief, interval, quantity, timestep } from "../format";
 import type { Palette } from "../palette";
-import { swatch } from "../plots/legend";
 import { state } from "../state";
-import { scrollFrame, sortableTable, type Column } from "./sortable";
+import { contenderColumn, scrollFrame, sortableTable, type Column } from "./sortable";
 
 // The rate (1/s) that rounding can cause if it errs the same way in every step. `step` in ms.
 export function roundingRate(view: SystemView, contender: string, step: number): number {
@@ -25,13 +24,7 @@ export function dampingTable(view: SystemView, palette: Palette): HTMLElement | 
   if (steps.length === 0) return null;
   const rows = view.contenders.filter((contender) => steps.some((step) => view.entry(contender, step, "damping_rate")?.value));
   const columns: Column<string>[] = [
-    {
-      title: "Contender",
-      key: (contender) => contender,
-      cell: (contender) => el("span", { class: "contender" }, swatch(palette, contender), contender),
-      className: "sticky",
-      head: true,
-    },
+    contenderColumn(palette),
     ...steps.map((step) => ({
       title: timestep(step),
       key: (contender: string) => view.entry(contender, step, "damping_rate")?.value?.value ?? null,

@@ -3,9 +3,8 @@ import type { Cell, SystemView } from "../data";
 import { el, svg, type Child } from "../dom";
 import { percent, quantity, timestep } from "../format";
 import type { Palette } from "../palette";
-import { swatch } from "../plots/legend";
 import { state } from "../state";
-import { scrollFrame, sortableTable, type Column } from "./sortable";
+import { contenderColumn, scrollFrame, sortableTable, type Column } from "./sortable";
 
 export type Grip = "held" | "dropped" | "failed" | "none";
 
@@ -51,13 +50,7 @@ export function graspTable(view: SystemView, palette: Palette): HTMLElement | nu
     return value === null ? "–" : timestep(value);
   };
   const columns: Column<string>[] = [
-    {
-      title: "Contender",
-      key: (contender) => contender,
-      cell: (contender) => el("span", { class: "contender" }, swatch(palette, contender), contender),
-      className: "sticky",
-      head: true,
-    },
+    contenderColumn(palette),
     {
       title: "Largest (ms)",
       hint: "the largest timestep that holds the object",

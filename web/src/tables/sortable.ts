@@ -1,5 +1,7 @@
 // A table whose columns sort on a click, with one tab stop. Rows may carry a detail row that stays below them.
 import { el, type Child } from "../dom";
+import type { Palette } from "../palette";
+import { swatch } from "../plots/legend";
 import { roving } from "../roving";
 
 export interface Column<Row> {
@@ -10,6 +12,17 @@ export interface Column<Row> {
   cell: (row: Row) => Child | HTMLTableCellElement;
   className?: string;
   head?: boolean; // the row's own heading
+}
+
+// The heading of rows that are contenders' names.
+export function contenderColumn(palette: Palette): Column<string> {
+  return {
+    title: "Contender",
+    key: (contender) => contender,
+    cell: (contender) => el("span", { class: "contender" }, swatch(palette, contender), contender),
+    className: "sticky",
+    head: true,
+  };
 }
 
 function compare(a: number | string | null, b: number | string | null): number {
