@@ -10,7 +10,6 @@
 #include <toml++/toml.h>
 
 #include "base/errors.h"
-#include "base/external_files.h"
 #include "base/hash.h"
 #include "base/input_file.h"
 #include "base/json.h"
@@ -18,6 +17,7 @@
 #include "base/run_bounds.h"
 #include "base/text.h"
 #include "base/toml_file.h"
+#include "campaign/load_keys.h"
 #include "campaign/roster.h"
 #include "campaign/section.h"
 #include "campaign/sweep.h"
@@ -46,11 +46,6 @@ std::string joined_ms(const std::vector<double>& timesteps) {
   return join(labels, ", ");
 }
 
-// Paths count from the campaign's folder.
-std::string beside(const Section& section, const std::string& path) {
-  return (fs::absolute(section.source()).parent_path() / path).lexically_normal().string();
-}
-
 ControlSpec control_of(const Section& section, const Model& model) {
   ControlSpec spec;
   spec.kind = "passive";
@@ -74,11 +69,11 @@ ControlSpec control_of(const Section& section, const Model& model) {
     }
     if (spec.kind == "file") {
       const std::string given = control.required_text("path");
-      spec.file = beside(section, given);
+      spec.file = section.path_from(given);
     }
     if (spec.kind == "policy") {
-      spec.policy = beside(section, control.required_text("config"));
-      if (const auto network = control.text("network")) spec.network = beside(section, *network);
+      spec.policy = section.path_from(control.required_text("config"));
+      if (const auto network = control.text("network")) spec.network = section.path_from(*network);
     }
   } else {
     spec.kind = section.required_text("control");
@@ -386,45 +381,6 @@ void check_grid(const Section& section, const CampaignSystem& system) {
                              "finest",
                              timestep_label(system.timesteps_ms.front()), timestep_label(system.reference_ms)));
   }
-}
-
-LoadOptions load_options_of(const Section& section) {
-  LoadOptions load;
-  const auto either = [&](const char* first, const char* second) {
-    const bool a = section.flag(first, false), b = section.flag(second, false);
-    if (a && b) section.fail(section.find(first), fmt::format("'{}' and '{}' contradict each other", first, second));
-    return std::pair(a, b);
-  };
-  load.drop_unsupported = section.flag("drop_unsupported", false);
-  load.decompose = section.flag("decompose", false);
-  load.allow_external_files = section.flag("allow_external_files", false);
-  if (load.allow_external_files && !agreed_to_external_files()) {
-    section.fail(
-        section.find("allow_external_files"),
-        "'allow_external_files' lets models read files from outside their folders: look at what they name, and "
-        "then give --allow-external-files");
-  }
-  load.within_limits = section.flag("within_limits", false);
-  load.repair = section.flag("repair", false);
-  const auto [floating, fixed] = either("floating_base", "fixed_base");
-  if (floating) load.root_joint = RootJoint::kFloating;
-  if (fixed) load.root_joint = RootJoint::kFixed;
-  const auto [plane, none] = either("ground", "no_ground");
-  if (plane) load.ground = Ground::kPlane;
-  if (none) load.ground = Ground::kNone;
-  load.keyframe = section.text("keyframe").value_or("");
-  if (const auto qpos = section.text("qpos")) load.qpos = beside(section, *qpos);
-  if (const toml::node* node = section.find("packages")) {
-    const toml::table* table = node->as_table();
-    if (table == nullptr)
-      section.fail(node, fmt::format("'packages' is {}: give {{name = \"folder\"}}", node_text(*node)));
-    for (const auto& [name, folder] : *table) {
-      const auto path = folder.value_exact<std::string>();
-      if (!path) section.fail(&folder, fmt::format("'packages' has {}: give a folder", node_text(folder)));
-      load.packages.emplace(name.str(), beside(section, *path));
-    }
-  }
-  return load;
 }
 
 // exclude = [["a", "b"], ...]: pairs of bodies.

@@ -17,7 +17,7 @@ void Translator::translate_keyframes() {
     Keyframe key;
     key.name = name(mjOBJ_KEY, k);
     if (key.name.empty()) key.name = fmt::format("key{}", k + 1);
-    key.state = keyframe_state(k);
+    key.state = load_.keyframestate(k);
     key.control.reserve(actuator_of_.size());
     for (const int i : actuator_of_) key.control.push_back(row(m_->key_ctrl, m_->nu, k)[m_->actuator_ctrladr[i]]);
     model_.keyframes.push_back(std::move(key));
@@ -28,18 +28,18 @@ void Translator::translate_keyframes() {
 
 void Translator::choose_initial_state() {
   size_t chosen = 0;
-  if (!keyframe_.empty()) {
+  if (!load_.keyframe.empty()) {
     std::vector<std::string> names;
     names.reserve(model_.keyframes.size());
     for (const Keyframe& key : model_.keyframes) names.push_back(key.name);
-    const auto named = std::ranges::find(names, keyframe_);
-    const auto number = parse_integer(keyframe_);
+    const auto named = std::ranges::find(names, load_.keyframe);
+    const auto number = parse_integer(load_.keyframe);
     if (named != names.end()) {
       chosen = static_cast<size_t>(named - names.begin());
     } else if (number && *number >= 0 && std::cmp_less(*number, names.size())) {
       chosen = static_cast<size_t>(*number);
     } else {
-      refuse(fmt::format("it has no keyframe '{}'{}", keyframe_, did_you_mean(keyframe_, names)),
+      refuse(fmt::format("it has no keyframe '{}'{}", load_.keyframe, did_you_mean(load_.keyframe, names)),
              names.empty() ? "it has none, start without --keyframe"
                            : fmt::format("name one of its {}, or its number from 0", names.size()));
     }
@@ -79,7 +79,7 @@ void Translator::start_mimics() {
   bodies_from_joints(model_, model_.initial);
 }
 
-State Translator::keyframe_state(int k) const {
+State Translator::load_.keyframestate(int k) const {
   State state = state_at(row(m_->key_qpos, m_->nq, k), row(m_->key_qvel, m_->nv, k));
   state.time = m_->key_time[k];
   return state;

@@ -33,9 +33,7 @@ template <typename T, typename U>
 concept Of = std::same_as<std::remove_const_t<T>, U>;
 
 void fields(auto& is, Of<LoadOptions> auto& m) {
-  is("drop_unsupported", m.drop_unsupported)("keyframe", m.keyframe)("qpos", m.qpos)("packages", m.packages);
-  is("root_joint", m.root_joint)("ground", m.ground)("decompose", m.decompose);
-  is("allow_external_files", m.allow_external_files)("within_limits", m.within_limits)("repair", m.repair);
+  visit_load_fields(m, [&](const LoadField& field, auto& value) { is(field.key, value); });
 }
 void fields(auto& is, Of<BodyPair> auto& m) { is("a", m.a)("b", m.b); }
 void fields(auto& is, Of<ModelVariant> auto& m) {
