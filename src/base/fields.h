@@ -2,7 +2,9 @@
 // struct follows.
 #pragma once
 
+#include <concepts>
 #include <cstddef>
+#include <type_traits>
 
 namespace assay {
 
@@ -19,6 +21,10 @@ consteval std::size_t member_count() {
     return sizeof...(Members);
   }
 }
+
+// T, or const T: a list of fields is for reading and for writing.
+template <typename T, typename U>
+concept Of = std::same_as<std::remove_const_t<T>, U>;
 
 // One function object of several, for std::visit.
 template <typename... Functions>

@@ -37,6 +37,19 @@ int chosen(const Section& section, const std::array<LoadChoice, 2>& choices) {
 
 }  // namespace
 
+std::vector<std::string> load_key_names() {
+  std::vector<std::string> names;
+  const LoadOptions options;
+  visit_load_fields(options, [&]<typename T>(const LoadField& field, const T&) {
+    if constexpr (std::is_enum_v<T>) {
+      for (const LoadChoice& each : field.choices) names.emplace_back(each.key);
+    } else {
+      names.emplace_back(field.key);
+    }
+  });
+  return names;
+}
+
 LoadOptions load_options_of(const Section& section) {
   LoadOptions load;
   visit_load_fields(load,

@@ -10,6 +10,9 @@
 
 namespace assay {
 
+// What load_options_of() reads.
+std::vector<std::string> load_key_names();
+
 // Throws InputError, also for external files to which the user has not agreed.
 LoadOptions load_options_of(const Section& section);
 

@@ -17,7 +17,7 @@ void Translator::translate_keyframes() {
     Keyframe key;
     key.name = name(mjOBJ_KEY, k);
     if (key.name.empty()) key.name = fmt::format("key{}", k + 1);
-    key.state = load_.keyframestate(k);
+    key.state = keyframe_state(k);
     key.control.reserve(actuator_of_.size());
     for (const int i : actuator_of_) key.control.push_back(row(m_->key_ctrl, m_->nu, k)[m_->actuator_ctrladr[i]]);
     model_.keyframes.push_back(std::move(key));
@@ -79,7 +79,7 @@ void Translator::start_mimics() {
   bodies_from_joints(model_, model_.initial);
 }
 
-State Translator::load_.keyframestate(int k) const {
+State Translator::keyframe_state(int k) const {
   State state = state_at(row(m_->key_qpos, m_->nq, k), row(m_->key_qvel, m_->nv, k));
   state.time = m_->key_time[k];
   return state;

@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "base/fields.h"
 #include "base/json.h"
 
 namespace assay {
@@ -28,9 +29,6 @@ constexpr std::array<std::string_view, std::variant_size_v<Reply>> kReplyKinds =
     "prepared", "sampled", "single-stepped", "batch-prepared", "batch-sampled"};
 
 // ---- the fields of each message: one list, by which it is written and read --------------------------------------------
-
-template <typename T, typename U>
-concept Of = std::same_as<std::remove_const_t<T>, U>;
 
 void fields(auto& is, Of<LoadOptions> auto& m) {
   visit_load_fields(m, [&](const LoadField& field, auto& value) { is(field.key, value); });
